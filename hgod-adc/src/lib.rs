@@ -1,3 +1,73 @@
-//! Stub.
+//! The ears: codes of the analogue-to-digital converter become joint angles, and every sample gets a verdict.
+//!
+//! ```text
+//!  AdcCode, VREFINT --[code]--> Volts --[calibration]--> Radians --[filter]--> Radians
+//!         |                        |                        |
+//!         +---- open, short,       +---- out of table       +---- impossible rate
+//!               saturated, stuck, supply low                      [health]
+//! ```
+//!
+//! [`Sensor`] is the whole chain; each stage also stands alone. Every stage keeps its configuration (validated once by
+//! `build`, shared, immutable) apart from its state (`Default`, small, copied freely), takes no clock and does no I/O:
+//! one call of [`Sensor::sample`] is one tick. The same code runs on the board and on the host, bit for bit.
+//!
+//! # From a code to an angle
+//! ```
+//! use hgod_adc::{Calibration, CalibrationPoint, FilterConfig, HealthConfig, Interpolation, ReferenceConfig};
+//! use hgod_adc::{SensorConfig, SensorState, Verdict};
+//! use joint_units::{AdcCode, Period, Radians, Volts};
+//!
+//! // A goniometer that falls by 1 V for 60 degrees, measured with a protractor at four angles.
+//! let measured = [(0.5, 120.0), (1.5, 60.0), (2.0, 30.0), (2.5, 0.0)];
+//! let points = measured.map(|(v, deg)| CalibrationPoint { volts: Volts(v), angle: Radians::from_degrees(deg) });
+//!
+//! let sensor = SensorConfig {
+//!     // The factory's reading of the internal reference on this very chip, taken at 3.3 V.
+//!     reference: ReferenceConfig::stm32f4(AdcCode(1501)),
+//!     calibration: Calibration::build(&points, Interpolation::Linear)?,
+//!     filter: FilterConfig::default(),
+//!     health: HealthConfig::default(),
+//! }
+//! .build(Period::MILLISECOND)?;
+//!
+//! // VREFINT reads as it did in the factory, so the supply is 3.3 V and code 2172 is 1.7503 V: 45.0 degrees.
+//! let mut state = SensorState::default();
+//! let reading = sensor.sample(&mut state, AdcCode(2172), AdcCode(1501));
+//! assert_eq!(reading.verdict, Verdict::Good);
+//! assert!((reading.volts.0 - 1.7503).abs() < 1e-4);
+//! assert!((reading.angle.degrees() - 44.98).abs() < 0.01);
+//!
+//! // The wire comes off: not one sample of it is taken for an angle, and after 20 ms it has its name.
+//! let first = sensor.sample(&mut state, AdcCode(3), AdcCode(1501));
+//! assert_eq!((first.code, first.verdict, first.angle), (AdcCode(3), Verdict::Saturated, reading.angle));
+//! let last = (2..=20).map(|_| sensor.sample(&mut state, AdcCode(3), AdcCode(1501)).verdict).last();
+//! assert_eq!(last, Some(Verdict::Open));
+//! # Ok::<(), Box<dyn core::error::Error>>(())
+//! ```
+//!
+//! # What a caller may rely on
+//! - No input makes a call panic, loop without bound or return a number that is not finite.
+//! - An angle lies in the span of the calibration table, always. Outside the table there is a verdict, no extrapolation.
+//! - When a verdict is not [`Verdict::Good`], the code and the volts of the sample are still there, and the angle is the last good one.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
+
+mod calibration;
+mod code;
+mod filter;
+mod health;
+mod interpolation;
+mod range;
+pub mod rk09k;
+mod sensor;
+
+pub use calibration::{
+    ANATOMY, Calibration, CalibrationError, CalibrationPoint, MAX_POINTS, MAX_SLOPE, MAX_VOLTS, MIN_ANGLE_STEP,
+    MIN_VOLTS_STEP, OutOfTable,
+};
+pub use code::{Excitation, MAX_SUPPLY, Reference, ReferenceConfig, ReferenceError, Supply, SupplyFault};
+pub use filter::{Filter, FilterConfig, FilterState};
+pub use health::{Health, HealthConfig, HealthState, Pull, STUCK_MS, Verdict, WIRE_FAULT_MAX_MS, WIRE_FAULT_MS};
+pub use interpolation::Interpolation;
+pub use range::RangeError;
+pub use sensor::{Reading, Sensor, SensorConfig, SensorError, SensorState};

@@ -1,0 +1,230 @@
+//! Codes to volts, and back for the host.
+//!
+//! The converter measures a ratio: `code = 4095 V_pin / VDDA`, rounded. VDDA sags when the servos pull, so it is
+//! measured again with every sample through the chip's internal reference, whose code at a known supply the factory
+//! burnt into the chip. Full scale is 2^12 - 1:
+//! ```text
+//! VDDA     = vdda_at_cal vrefint_cal / vrefint
+//! V_sensor = divider VDDA code / 4095
+//! ```
+//! Units: volts. Valid supply: [`ReferenceConfig::min_supply`] to [`MAX_SUPPLY`]; anything else is a [`SupplyFault`].
+
+use crate::range::{RangeError, within};
+use core::fmt;
+use joint_units::{AdcCode, Volts};
+
+/// Highest supply that is believed: the greatest VDDA of the STM32F4's operating conditions.
+pub const MAX_SUPPLY: Volts = Volts(3.6);
+
+/// Lowest supply that a chip of this family runs at: [`Supply::new`] takes nothing below.
+const MIN_SUPPLY: Volts = Volts(1.8);
+
+/// Volts of the internal reference that a factory value may imply: 1.18 to 1.24 in the STM32F4's datasheet, and some room.
+/// An erased (0xFFFF) or unreadable (0) factory word falls outside.
+const VREFINT: (f32, f32) = (1.1, 1.3);
+
+const FULL_SCALE: f32 = AdcCode::MAX.0 as f32;
+
+/// What a bad [`ReferenceConfig`] is refused with.
+pub type ReferenceError = RangeError;
+
+/// Where the sensor takes its own supply from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Excitation {
+    /// A supply of its own: its volts do not follow the converter's supply, and VREFINT corrects for that.
+    Own,
+    /// The converter's supply, as with a potentiometer across it. Sensor and converter sag together, the code is already
+    /// the answer, and a correction would add the error that it is meant to remove. Volts are then given as they were at
+    /// this supply, the one of the calibration (1.8 to 3.6 V).
+    Converter(Volts),
+}
+
+/// How the converter's input is wired and referenced.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ReferenceConfig {
+    /// Volts at the sensor for one volt at the pin: 1 without a divider, 2 for two equal resistors, below 1 for an amplifier; 0.05 to 20.
+    pub divider: f32,
+    /// The internal reference's code as the factory measured it (STM32F407: the half-word at 0x1FFF_7A2A).
+    pub vrefint_cal: AdcCode,
+    /// The supply at which the factory measured it: 3.3 V on the STM32F4, 3.0 V on several other families; 1.8 to 3.6 V.
+    pub vdda_at_cal: Volts,
+    /// Below this supply no sample is good; 1.8 to 3.6 V.
+    pub min_supply: Volts,
+    /// Where the sensor's own supply comes from.
+    pub excitation: Excitation,
+}
+
+impl ReferenceConfig {
+    /// A sensor with its own supply straight on a pin of an STM32F4: factory value taken at 3.3 V, samples refused below 3.0 V.
+    #[must_use]
+    pub const fn stm32f4(vrefint_cal: AdcCode) -> Self {
+        Self { divider: 1.0, vrefint_cal, vdda_at_cal: Volts(3.3), min_supply: Volts(3.0), excitation: Excitation::Own }
+    }
+
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// Names the field that is out of range, and the range.
+    ///
+    /// ```
+    /// use hgod_adc::ReferenceConfig;
+    /// use joint_units::AdcCode;
+    /// let erased = ReferenceConfig::stm32f4(AdcCode(0xFFFF)).build().unwrap_err();
+    /// assert_eq!(erased.field, "reference.vrefint_cal");
+    /// assert_eq!(erased.to_string(), "reference.vrefint_cal = 65535: allowed is 1365 to 1613");
+    /// ```
+    pub fn build(&self) -> Result<Reference, ReferenceError> {
+        let supply = |field, volts: Volts| within(field, volts.0, MIN_SUPPLY.0, MAX_SUPPLY.0);
+        let divider = within("reference.divider", self.divider, 0.05, 20.0)?;
+        let at_cal = supply("reference.vdda_at_cal", self.vdda_at_cal)?;
+        let lowest = libm::ceilf(VREFINT.0 / at_cal * FULL_SCALE);
+        let highest = libm::floorf(VREFINT.1 / at_cal * FULL_SCALE);
+        let cal = within("reference.vrefint_cal", f32::from(self.vrefint_cal.0), lowest, highest)?;
+        let min_supply = supply("reference.min_supply", self.min_supply)?;
+        let nominal = match self.excitation {
+            Excitation::Own => None,
+            Excitation::Converter(at) => Some(Supply(supply("reference.excitation", at)?)),
+        };
+        Ok(Reference { divider, supply_codes: at_cal * cal, min_supply, at_cal: Supply(at_cal), nominal })
+    }
+}
+
+/// A measured or stated supply of the converter that is in the range where it works, so that it may be divided by.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Supply(f32);
+
+impl Supply {
+    /// A stated supply, for host models: 1.8 to 3.6 V.
+    ///
+    /// # Errors
+    /// Anything else.
+    pub fn new(volts: Volts) -> Result<Self, RangeError> {
+        within("supply", volts.0, MIN_SUPPLY.0, MAX_SUPPLY.0).map(Self)
+    }
+
+    /// In volts.
+    #[must_use]
+    pub const fn volts(self) -> Volts {
+        Volts(self.0)
+    }
+}
+
+/// Why no supply can be had from a reading of the internal reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SupplyFault {
+    /// The code is 0 or beyond 12 bit: the channel was not converted.
+    NoReading(AdcCode),
+    /// Lower than [`ReferenceConfig::min_supply`].
+    Low(Volts),
+    /// Higher than [`MAX_SUPPLY`]: the reference reads too small to be true.
+    High(Volts),
+}
+
+impl fmt::Display for SupplyFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoReading(code) => write!(f, "VREFINT code {}: allowed is 1 to {}", code.0, AdcCode::MAX.0),
+            Self::Low(volts) => write!(f, "supply of {} V is below the configured least", volts.0),
+            Self::High(volts) => write!(f, "supply of {} V: allowed is up to {} V", volts.0, MAX_SUPPLY.0),
+        }
+    }
+}
+
+impl core::error::Error for SupplyFault {}
+
+/// A checked [`ReferenceConfig`], folded to the two products that a tick needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Reference {
+    divider: f32,
+    /// vdda_at_cal vrefint_cal, in volts times codes.
+    supply_codes: f32,
+    min_supply: f32,
+    at_cal: Supply,
+    /// The supply of the calibration when the sensor hangs on the converter's own.
+    nominal: Option<Supply>,
+}
+
+impl Reference {
+    /// The converter's supply, from its reading of the internal reference.
+    ///
+    /// # Errors
+    /// No reading, too low, or too high to be true.
+    ///
+    /// ```
+    /// use hgod_adc::{ReferenceConfig, SupplyFault};
+    /// use joint_units::AdcCode;
+    /// let reference = ReferenceConfig::stm32f4(AdcCode(1501)).build()?;
+    /// assert!((reference.supply(AdcCode(1579))?.volts().0 - 3.137).abs() < 1e-3);
+    /// assert_eq!(reference.supply(AdcCode(0)), Err(SupplyFault::NoReading(AdcCode(0))));
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    pub fn supply(&self, vrefint: AdcCode) -> Result<Supply, SupplyFault> {
+        if vrefint.0 == 0 || vrefint > AdcCode::MAX {
+            return Err(SupplyFault::NoReading(vrefint));
+        }
+        let volts = self.supply_codes / f32::from(vrefint.0);
+        if volts < self.min_supply {
+            Err(SupplyFault::Low(Volts(volts)))
+        } else if volts > MAX_SUPPLY.0 {
+            Err(SupplyFault::High(Volts(volts)))
+        } else {
+            Ok(Supply(volts))
+        }
+    }
+
+    /// Volts at the sensor for a code. A code beyond 12 bit, which no converter delivers, counts as full scale.
+    ///
+    /// The volts are the centre of the code's interval, so they are off by at most half a code: `divider supply / 8190`.
+    #[must_use]
+    pub fn volts(&self, code: AdcCode, supply: Supply) -> Volts {
+        let ratio = f32::from(code.min(AdcCode::MAX).0) / FULL_SCALE;
+        Volts(ratio * self.nominal.unwrap_or(supply).0 * self.divider)
+    }
+
+    /// The code that the converter would give for volts at the sensor: the inverse of [`Reference::volts`], for host models.
+    ///
+    /// Rounds to the nearest code. Volts below ground read 0 and volts above the supply 4095, as at a real pin within its
+    /// ratings; "not a number" reads 0.
+    ///
+    /// ```
+    /// use hgod_adc::{ReferenceConfig, Supply};
+    /// use joint_units::{AdcCode, Volts};
+    /// let reference = ReferenceConfig { divider: 2.0, ..ReferenceConfig::stm32f4(AdcCode(1501)) }.build()?;
+    /// let supply = Supply::new(Volts(3.3))?;
+    /// assert_eq!(reference.code(Volts(3.3), supply), AdcCode(2048));
+    /// assert_eq!(reference.code(Volts(9.0), supply), AdcCode::MAX);
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn code(&self, volts: Volts, supply: Supply) -> AdcCode {
+        let ratio = volts.0 / (self.nominal.unwrap_or(supply).0 * self.divider);
+        round_to_code(ratio * FULL_SCALE)
+    }
+
+    /// The code that the internal reference would read at a supply: the inverse of [`Reference::supply`], for host models.
+    #[must_use]
+    pub fn vrefint(&self, supply: Supply) -> AdcCode {
+        round_to_code(self.supply_codes / supply.0)
+    }
+
+    /// The supply at which the factory measured the internal reference.
+    #[must_use]
+    pub const fn supply_at_cal(&self) -> Supply {
+        self.at_cal
+    }
+
+    /// The least and greatest supply at which a sample can be good.
+    pub(crate) const fn supplies(&self) -> (Supply, Supply) {
+        (Supply(self.min_supply), Supply(MAX_SUPPLY.0))
+    }
+}
+
+/// Nearest code, ties away from zero. The cast saturates at 0 and turns "not a number" into 0.
+fn round_to_code(code: f32) -> AdcCode {
+    AdcCode((code + 0.5) as u16).min(AdcCode::MAX)
+}

@@ -1,0 +1,270 @@
+//! Whether a sample can be believed.
+//!
+//! | verdict | rule | after |
+//! |---|---|---|
+//! | supply low | the supply by VREFINT is below the configured least, above 3.6 V, or has no reading | 1 sample |
+//! | saturated | the code lies in an end band (outside 2 to 98 % of full scale by default) | 1 sample |
+//! | open, short | it has been there for [`HealthConfig::wire_ms`]: which of the two, [`Pull`] says | 20 ms |
+//! | stuck | the code has not left a band (of zero width by default) for [`HealthConfig::stuck_ms`] | 1000 ms |
+//! | out of table | the volts lie outside the calibration table | 1 sample |
+//! | rate | the angle is further from the last good one than a joint can have turned since | 1 sample |
+//!
+//! The first rule of this order that holds gives the verdict.
+//!
+//! *Intermittent wires*: the time in an end band counts up, the time out of it counts down, so that a wire that is open for
+//! more than half of the time is found too; and a wire that was open is believed again after as much time as it took to be
+//! condemned.
+//!
+//! *Standing still is not stuck*: a leg at rest still shows the converter's noise, so its code changes. Only a code that does
+//! not change at all is called stuck. Gait recordings turned into noise-free codes repeat one for 0.2 s at most (seen over
+//! 475 s of walking, running and standing). A sensor that is mechanically stuck but noisy looks like a leg at rest here;
+//! only someone who knows that the leg walks can tell.
+//!
+//! *Impossible rate*: the allowance is `max_rate` times the time since the last good sample, plus `rate_noise`. It grows with
+//! time, so a true jump (a strap that slipped) is believed again as soon as a joint could have made it; nothing locks out.
+
+use crate::range::{RangeError, within};
+use core::fmt;
+use joint_units::{AdcCode, Period, RadPerSec, Radians};
+
+/// Default of [`HealthConfig::wire_ms`].
+pub const WIRE_FAULT_MS: u16 = 20;
+
+/// Most that [`HealthConfig::wire_ms`] may be: an open or shorted wire is always named within 50 ms.
+pub const WIRE_FAULT_MAX_MS: u16 = 50;
+
+/// Default of [`HealthConfig::stuck_ms`]: less than a walking stride (1.0 to 1.5 s), and five times the longest run of one
+/// code in noise-free recordings.
+pub const STUCK_MS: u16 = 1000;
+
+/// What is to be thought of a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Verdict {
+    /// The angle is this sample's.
+    #[default]
+    Good = 0,
+    /// The sensor's wire is open (or shorted to the rail it is pulled to: the two look alike).
+    Open = 1,
+    /// The sensor's wire is shorted to the rail that it is not pulled to.
+    Short = 2,
+    /// The code is at an end of the converter's range, and says only that the volts are there or beyond.
+    Saturated = 3,
+    /// The code has stopped changing.
+    Stuck = 4,
+    /// The angle changed faster than a joint can.
+    Rate = 5,
+    /// The volts lie outside the calibration table.
+    OutOfTable = 6,
+    /// The converter's supply is too low, or its reading cannot be true: no volts can be had.
+    SupplyLow = 7,
+}
+
+impl Verdict {
+    /// Every verdict, in order of its number.
+    pub const ALL: [Verdict; 8] = [
+        Verdict::Good,
+        Verdict::Open,
+        Verdict::Short,
+        Verdict::Saturated,
+        Verdict::Stuck,
+        Verdict::Rate,
+        Verdict::OutOfTable,
+        Verdict::SupplyLow,
+    ];
+
+    /// The word for it in telemetry and recordings.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Open => "open",
+            Self::Short => "short",
+            Self::Saturated => "saturated",
+            Self::Stuck => "stuck",
+            Self::Rate => "rate",
+            Self::OutOfTable => "out_of_table",
+            Self::SupplyLow => "supply_low",
+        }
+    }
+
+    /// The verdict of that [`Verdict::name`].
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|verdict| verdict.name() == name)
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// The rail that a resistor at the converter's input pulls to, so that an open wire has a definite code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Pull {
+    /// To ground: an open wire reads in the low band.
+    #[default]
+    Down,
+    /// To the supply: an open wire reads in the high band.
+    Up,
+}
+
+/// The limits of belief.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct HealthConfig {
+    /// Codes up to this one are the low end band; 0 to 1023. Default 81: below 2 % of full scale.
+    pub low: AdcCode,
+    /// Codes from this one are the high end band; 3072 to 4095. Default 4014: above 98 % of full scale.
+    pub high: AdcCode,
+    /// Where an open wire reads. Default down.
+    pub pull: Pull,
+    /// How long a code must be in an end band to be called open or short, in ms; 1 to [`WIRE_FAULT_MAX_MS`].
+    pub wire_ms: u16,
+    /// How long a code must stay in the stuck band to be called stuck, in ms; 200 to 5000.
+    pub stuck_ms: u16,
+    /// How far from the first one a code may be to count as unchanged; 0 to 8. Default 0: no noise at all.
+    pub stuck_band: u16,
+    /// Fastest that the joint turns; 100 to 10,000 degrees a second (here in radians). Default 1500: the knees of runners and
+    /// sprinters turn at up to 720 to 1060 in the recordings that this was set from, artefacts of markers at 1800 to 6200.
+    pub max_rate: RadPerSec,
+    /// What noise may add between two samples; 0.05 to 30 degrees (here in radians). Default 3: below that a spike is left to
+    /// the median filter.
+    pub rate_noise: Radians,
+}
+
+impl Default for HealthConfig {
+    fn default() -> Self {
+        Self {
+            low: AdcCode(81),
+            high: AdcCode(4014),
+            pull: Pull::Down,
+            wire_ms: WIRE_FAULT_MS,
+            stuck_ms: STUCK_MS,
+            stuck_band: 0,
+            max_rate: RadPerSec(Radians::from_degrees(1500.0).0),
+            rate_noise: Radians::from_degrees(3.0),
+        }
+    }
+}
+
+impl HealthConfig {
+    /// Checks every field and turns times into ticks.
+    ///
+    /// # Errors
+    /// Names the field that is out of range, and the range.
+    pub fn build(&self, period: Period) -> Result<Health, RangeError> {
+        let whole = |field, value: u16, min, max| within(field, f32::from(value), min, max);
+        whole("health.low", self.low.0, 0.0, 1023.0)?;
+        whole("health.high", self.high.0, 3072.0, f32::from(AdcCode::MAX.0))?;
+        whole("health.wire_ms", self.wire_ms, 1.0, f32::from(WIRE_FAULT_MAX_MS))?;
+        whole("health.stuck_ms", self.stuck_ms, 200.0, 5000.0)?;
+        whole("health.stuck_band", self.stuck_band, 0.0, 8.0)?;
+        let rad = |degrees| Radians::from_degrees(degrees).0;
+        let max_rate = within("health.max_rate", self.max_rate.0, rad(100.0), rad(10_000.0))?;
+        let rate_noise = within("health.rate_noise", self.rate_noise.0, rad(0.05), rad(30.0))?;
+        Ok(Health {
+            low: self.low,
+            high: self.high,
+            pull: self.pull,
+            wire_ticks: ticks(self.wire_ms, period),
+            stuck_ticks: ticks(self.stuck_ms, period),
+            stuck_band: self.stuck_band,
+            turn_per_tick: max_rate * period.seconds(),
+            rate_noise,
+        })
+    }
+}
+
+/// The whole periods that fit into a time, one at least: a detection is never later than the time that was asked for.
+fn ticks(ms: u16, period: Period) -> u16 {
+    let micros = u32::from(ms).saturating_mul(1000);
+    let whole = micros.checked_div(period.micros()).unwrap_or(1).max(1);
+    u16::try_from(whole).unwrap_or(u16::MAX)
+}
+
+/// A checked [`HealthConfig`] at a period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Health {
+    low: AdcCode,
+    high: AdcCode,
+    pull: Pull,
+    wire_ticks: u16,
+    stuck_ticks: u16,
+    stuck_band: u16,
+    /// Radians that the joint turns in one period at most.
+    turn_per_tick: f32,
+    rate_noise: f32,
+}
+
+/// What the rules remember of the codes so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct HealthState {
+    low: Persistence,
+    high: Persistence,
+    /// The code that the present run of unchanged codes began with.
+    anchor: AdcCode,
+    /// Length of that run in samples.
+    run: u16,
+}
+
+/// A condition that counts after it has held for a time, and no longer after it has been away as long.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Persistence {
+    count: u16,
+    holds: bool,
+}
+
+impl Persistence {
+    fn update(&mut self, present: bool, limit: u16) {
+        self.count = if present { self.count.saturating_add(1).min(limit) } else { self.count.saturating_sub(1) };
+        self.holds = self.count >= limit || (self.holds && self.count > 0);
+    }
+}
+
+impl Health {
+    /// What the code alone says: open, short, saturated, stuck or good. Call it once a sample, whatever else is wrong.
+    pub fn code(&self, state: &mut HealthState, code: AdcCode) -> Verdict {
+        let (low, high) = (code <= self.low, code >= self.high);
+        state.low.update(low, self.wire_ticks);
+        state.high.update(high, self.wire_ticks);
+        if state.run == 0 || code.0.abs_diff(state.anchor.0) > self.stuck_band {
+            state.anchor = code;
+            state.run = 0;
+        }
+        state.run = state.run.saturating_add(1);
+
+        let (at_low, at_high) = match self.pull {
+            Pull::Down => (Verdict::Open, Verdict::Short),
+            Pull::Up => (Verdict::Short, Verdict::Open),
+        };
+        // A wire may go from one rail to the other: the end where it is now has the word.
+        if state.low.holds && !high {
+            at_low
+        } else if state.high.holds && !low {
+            at_high
+        } else if low || high {
+            Verdict::Saturated
+        } else if state.run > self.stuck_ticks {
+            Verdict::Stuck
+        } else {
+            Verdict::Good
+        }
+    }
+
+    /// Whether a joint can have turned from one angle to the other in so many periods.
+    #[must_use]
+    pub fn can_turn(&self, from: Radians, to: Radians, ticks: u32) -> bool {
+        (to.0 - from.0).abs() <= self.turn_per_tick * ticks as f32 + self.rate_noise
+    }
+
+    /// The longest gap between good samples, in periods, over which a filter may carry on as if there had been none.
+    pub(crate) fn bridge_ticks(&self) -> u32 {
+        u32::from(self.wire_ticks)
+    }
+}

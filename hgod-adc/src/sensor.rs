@@ -1,0 +1,209 @@
+//! The whole chain of one sensor channel: code to volts to angle, judged and filtered.
+//!
+//! After samples that are not good the filter carries on if the gap is short ([`HealthConfig::wire_ms`] at most), else it
+//! starts afresh from the first good sample: an old angle is not blended into a new one.
+
+use crate::calibration::{Calibration, OutOfTable};
+use crate::code::{Reference, ReferenceConfig, Supply};
+use crate::filter::{Filter, FilterConfig, FilterState};
+use crate::health::{Health, HealthConfig, HealthState, Verdict};
+use crate::range::RangeError;
+use core::fmt;
+use joint_units::{AdcCode, Period, Radians, Volts};
+
+/// Everything about one sensor channel that does not change while it runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorConfig {
+    /// Wiring and reference of the converter's input.
+    pub reference: ReferenceConfig,
+    /// Volts to angle.
+    pub calibration: Calibration,
+    /// Low-pass filter.
+    pub filter: FilterConfig,
+    /// Limits of belief.
+    pub health: HealthConfig,
+}
+
+/// Why a sensor was refused.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SensorError {
+    /// A parameter is out of its range.
+    Range(RangeError),
+    /// Somewhere in the range of supplies a point of the calibration table reads a code in an end band, where it would pass
+    /// for a broken wire: shorten the table or change the divider.
+    TableInEndBand {
+        /// The point, counted from 0: the first or the last of the table.
+        index: usize,
+        /// The code that it reads.
+        code: AdcCode,
+        /// Least code that is allowed.
+        min: AdcCode,
+        /// Greatest code that is allowed.
+        max: AdcCode,
+    },
+}
+
+impl fmt::Display for SensorError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Range(error) => error.fmt(f),
+            Self::TableInEndBand { index, code, min, max } => write!(
+                f,
+                "points[{index}].volts: reads code {} where only {} to {} are told from a broken wire; \
+                 shorten the table or change the divider",
+                code.0, min.0, max.0
+            ),
+        }
+    }
+}
+
+impl core::error::Error for SensorError {}
+
+impl From<RangeError> for SensorError {
+    fn from(error: RangeError) -> Self {
+        Self::Range(error)
+    }
+}
+
+impl SensorConfig {
+    /// Checks every part, and that the parts fit each other.
+    ///
+    /// # Errors
+    /// Names the field that is out of range, or the point of the table that the converter cannot tell from a broken wire.
+    pub fn build(self, period: Period) -> Result<Sensor, SensorError> {
+        let reference = self.reference.build()?;
+        let filter = self.filter.build(period)?;
+        let health = self.health.build(period)?;
+
+        let (least, greatest) = self.calibration.volts_span();
+        let (min_supply, max_supply) = reference.supplies();
+        let (min, max) = (AdcCode(self.health.low.0.saturating_add(1)), AdcCode(self.health.high.0.saturating_sub(1)));
+        let last = self.calibration.points().len().saturating_sub(1);
+        for (index, volts, supply) in [(0, least, max_supply), (last, greatest, min_supply)] {
+            let code = reference.code(volts, supply);
+            if code < min || code > max {
+                return Err(SensorError::TableInEndBand { index, code, min, max });
+            }
+        }
+        Ok(Sensor { reference, calibration: self.calibration, filter, health })
+    }
+}
+
+/// A checked [`SensorConfig`] at a period.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensor {
+    reference: Reference,
+    calibration: Calibration,
+    filter: Filter,
+    health: Health,
+}
+
+/// What a sensor remembers from sample to sample.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SensorState {
+    filter: FilterState,
+    health: HealthState,
+    /// The supply of the last sample that had one.
+    supply: Option<Supply>,
+    good: Option<LastGood>,
+    /// Periods since the last good sample.
+    since_good: u32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct LastGood {
+    /// As measured: the rate is judged from here.
+    measured: Radians,
+    /// As it left the filter: what a sample that is not good reports.
+    filtered: Radians,
+}
+
+impl SensorState {
+    /// Says that periods passed without a sample, so that the next one is judged by the time that it had.
+    pub fn missed(&mut self, periods: u32) {
+        self.since_good = self.since_good.saturating_add(periods);
+    }
+}
+
+/// One sample and what became of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Reading {
+    /// The code as it came.
+    pub code: AdcCode,
+    /// Its volts at the sensor. Where the supply has no valid reading: by the last supply that had one, or the factory's.
+    pub volts: Volts,
+    /// The filtered angle; where the verdict is not good, the last good one. Before the first good sample it is the angle of
+    /// the table that is nearest to 0, a standing leg.
+    pub angle: Radians,
+    /// Whether the angle is this sample's, and if not, why.
+    pub verdict: Verdict,
+}
+
+impl Sensor {
+    /// Takes one sample: the sensor's code and the internal reference's code of the same tick.
+    pub fn sample(&self, state: &mut SensorState, code: AdcCode, vrefint: AdcCode) -> Reading {
+        state.since_good = state.since_good.saturating_add(1);
+        let of_code = self.health.code(&mut state.health, code);
+        let supply = self.reference.supply(vrefint).ok();
+        state.supply = supply.or(state.supply);
+        let volts = self.reference.volts(code, state.supply.unwrap_or(self.reference.supply_at_cal()));
+
+        let verdict = if supply.is_none() {
+            Verdict::SupplyLow
+        } else if of_code != Verdict::Good {
+            of_code
+        } else {
+            match self.calibration.angle(volts) {
+                Err(_) => Verdict::OutOfTable,
+                Ok(angle) if self.too_fast(state, angle) => Verdict::Rate,
+                Ok(angle) => {
+                    self.accept(state, angle);
+                    Verdict::Good
+                }
+            }
+        };
+        let angle = state.good.map_or_else(|| self.resting(), |good| good.filtered);
+        Reading { code, volts, angle, verdict }
+    }
+
+    /// The code that the converter would give for an angle: the whole chain backwards, for host models.
+    ///
+    /// # Errors
+    /// The angle lies outside the calibration table.
+    pub fn code(&self, angle: Radians, supply: Supply) -> Result<AdcCode, OutOfTable> {
+        Ok(self.reference.code(self.calibration.volts(angle)?, supply))
+    }
+
+    /// Codes to volts.
+    #[must_use]
+    pub const fn reference(&self) -> &Reference {
+        &self.reference
+    }
+
+    /// Volts to angles.
+    #[must_use]
+    pub const fn calibration(&self) -> &Calibration {
+        &self.calibration
+    }
+
+    fn too_fast(&self, state: &SensorState, angle: Radians) -> bool {
+        state.good.is_some_and(|good| !self.health.can_turn(good.measured, angle, state.since_good))
+    }
+
+    fn accept(&self, state: &mut SensorState, angle: Radians) {
+        if state.since_good > self.health.bridge_ticks() {
+            state.filter = FilterState::default();
+        }
+        let filtered = self.filter.step(&mut state.filter, angle);
+        state.good = Some(LastGood { measured: angle, filtered });
+        state.since_good = 0;
+    }
+
+    /// The angle of the table that is nearest to 0.
+    fn resting(&self) -> Radians {
+        let (low, high) = self.calibration.span();
+        Radians(0.0_f32.max(low.0).min(high.0))
+    }
+}
