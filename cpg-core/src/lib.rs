@@ -1,3 +1,96 @@
-//! Stub.
+//! The rhythm: central pattern generators that run at a fixed control period, bit-equal on host and board.
+//!
+//! A central pattern generator (CPG) is a network of oscillators that makes rhythmic joint setpoints without rhythmic input. Every
+//! generator here is configured in SI or in its paper's units, validated and folded for one control period by its `build`, and is
+//! then a [`Generator`]: one `step` a tick, no clock, no allocation, no panic, no division and no trigonometry in the step.
+//!
+//! ```
+//! use cpg_core::{Generator, walking::default_walk};
+//! use joint_units::Period;
+//! let mut walk = default_walk(Period::MILLISECOND)?;
+//! for _ in 0..60_000 {
+//!     walk.step();
+//! }
+//! assert!(walk.check().is_ok() && (walk.amplitude() - 1.0).abs() < 0.04);
+//! // A minute is 54.5454 strides of 1.1 s.
+//! assert!((walk.phase().cycles() - 0.5454).abs() < 0.02);
+//! # Ok::<(), cpg_core::BuildError>(())
+//! ```
+//!
+//! # The generators
+//! | module | model | source |
+//! |---|---|---|
+//! | [`walking`] | the walking set that ships: R1 with four joints | - |
+//! | [`bipeds`] | six joints with ankles, eight with arms, on R1 | - |
+//! | [`robust`] | R1: Rayleigh oscillators, phase-rotated diffusive links | after the thesis |
+//! | [`thesis`] | Rayleigh oscillators, difference and product links | thesis, eqs 13-16 and Table 1 |
+//! | [`rayleigh`] | the isolated Rayleigh oscillator | thesis, eqs 5-12 |
+//! | [`shape`] | one exact phase, a Fourier or spline shape per joint | - |
+//! | [`van_der_pol`], [`hopf`] | van der Pol; Hopf, also with adaptive frequency | 1926; Righetti, Buchli, Ijspeert 2006 |
+//! | [`matsuoka`] | mutually inhibiting neurons with adaptation, the half-centre | Matsuoka 1985 |
+//! | [`fitzhugh_nagumo`], [`morris_lecar`], [`terman_wang`] | neurons | 1961; 1981; 1995 |
+//! | [`golubitsky`] | four and eight symmetric cells: the gaits of two and four legs | Golubitsky et al. 1998, 2006 |
+//! | [`obb`], [`smer`], [`hexapod`], [`hexapod_walk`] | edge reversal in integers, the six-legged ladder | Yang et al. 2014 |
+//! | [`adaptive_fourier`], [`programmable`] | learn a signal on line | Petric et al. 2011; Righetti, Ijspeert 2006 |
+//! | [`readout`] | any flow as joint angles | - |
+//! | [`kuo`], [`hu`] | clock, feedback and their hybrid on a pendulum; an oscillator that finds a joint's resonance | Kuo 2002; Hu, Williamson, Pratt |
+//! | [`fixed_point`], [`fixed_shape`], [`fixed_trig`] | R1, phase and shape without a floating-point unit | - |
+//! | [`gaits`] | the gaits that ship, by name | - |
+//! | [`transition`] | any of them, changed at any tick without a jump | - |
+//!
+//! The thesis is "Designing CPG for Biped Locomotion Control using Nonlinear Dynamical Theory" (IIITA Allahabad).
+//!
+//! A new model of second-order oscillators is one file: its configuration, its vector field ([`SecondOrder`]), and a `build` that
+//! folds the one into the other for [`Oscillators`].
+//!
+//! # Glossary
+//! - **limit cycle**: the closed orbit that a generator settles on from any start in its basin.
+//! - **phase**: where on that orbit it is, as a part of the cycle; the gait phase is that of the first joint.
+//! - **lead**: by how much a joint's phase is ahead of the gait phase.
+//! - **harmonic balance**: the amplitude at which a sinusoid gains no energy over a cycle; exact for weak damping.
+//! - **time unit**: the fraction of a control period in which an [`Integrator`] counts.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
+
+pub mod adaptive_fourier;
+pub mod bipeds;
+mod error;
+pub mod fitzhugh_nagumo;
+pub mod fixed_point;
+pub mod fixed_shape;
+pub mod fixed_trig;
+pub mod flow;
+pub mod gaits;
+mod generator;
+pub mod golubitsky;
+pub mod graph;
+pub mod hexapod;
+pub mod hexapod_walk;
+pub mod hopf;
+pub mod hu;
+mod integrator;
+pub mod kuo;
+pub mod matsuoka;
+pub mod morris_lecar;
+pub mod obb;
+mod oscillators;
+pub mod programmable;
+pub mod rayleigh;
+pub mod readout;
+pub mod robust;
+mod scalar;
+pub mod shape;
+pub mod smer;
+pub mod terman_wang;
+pub mod thesis;
+pub mod transition;
+pub mod trig;
+pub mod van_der_pol;
+pub mod walking;
+
+pub use error::{BuildError, Field};
+pub use generator::{Generator, StateFault};
+pub use graph::Graph;
+pub use integrator::{Integrator, Rk4, SecondOrder, SemiImplicitEuler};
+pub use oscillators::{HEADROOM, Oscillators, State};
+pub use scalar::Scalar;

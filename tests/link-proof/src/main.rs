@@ -1,2 +1,99 @@
-//! Stub.
-fn main() {}
+//! Links for the board only if no panic is reachable from the cores; it is never run.
+//!
+//! The panic handler calls a function that does not exist. Whatever the optimiser cannot show to be unreachable keeps that call, and then
+//! the linker says `undefined symbol: a_panic_is_reachable`. Every input passes through a black box, so nothing can be shown from the
+//! values that happen to be used here.
+//!
+//! To find the panic, give the function an address and look in the disassembly for who calls into `core::panicking`:
+//! `cargo rustc -p link-proof ... -- -C link-arg=--defsym=a_panic_is_reachable=0`.
+//!
+//! ```text
+//! cargo build -p link-proof --release --target thumbv7em-none-eabihf                              links
+//! cargo build -p link-proof --release --target thumbv7em-none-eabihf --features unchecked-index   does not
+//! ```
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod generators;
+
+#[cfg(target_os = "none")]
+mod proof {
+    use core::hint::black_box;
+    use core::panic::PanicInfo;
+
+    use cpg_core::walking::{Walk, default_walk};
+    use hgod_adc::{
+        Calibration, CalibrationPoint, FilterConfig, HealthConfig, Interpolation, ReferenceConfig, Sensor,
+        SensorConfig, SensorState,
+    };
+    use joint_loop::{BoardFaults, JointLoop, LoopConfig, Sample};
+    use joint_units::{AdcCode, Period};
+
+    unsafe extern "C" {
+        /// Defined nowhere.
+        fn a_panic_is_reachable() -> !;
+    }
+
+    #[panic_handler]
+    fn panic(_: &PanicInfo<'_>) -> ! {
+        // SAFETY: cannot be linked, so cannot be called.
+        unsafe { a_panic_is_reachable() }
+    }
+
+    /// Where the linker starts.
+    #[unsafe(no_mangle)]
+    extern "C" fn prove() {
+        let Some(period) = Period::from_micros(black_box(1000)) else { return };
+        crate::generators::prove(period);
+        sensors(period);
+        joint_loop(period);
+        #[cfg(feature = "unchecked-index")]
+        unchecked_index();
+    }
+
+    /// A sensor: build with any table, reference, filter and limits, then a sample in any state.
+    fn sensors(period: Period) {
+        let points: &[CalibrationPoint] = black_box(&[]);
+        let Ok(calibration) = Calibration::build(points, black_box(Interpolation::MonotoneCubic)) else { return };
+        let config = SensorConfig {
+            reference: black_box(ReferenceConfig::stm32f4(AdcCode(1500))),
+            calibration,
+            filter: black_box(FilterConfig::default()),
+            health: black_box(HealthConfig::default()),
+        };
+        let Ok(sensor) = black_box(config).build(period) else { return };
+        let mut state = black_box(SensorState::default());
+        black_box(black_box(sensor).sample(&mut state, black_box(AdcCode(0)), black_box(AdcCode(0))));
+        black_box(state);
+    }
+
+    /// The loop: build with any configuration, then a tick from any state with any sample, and what the board reads after it.
+    fn joint_loop(period: Period) {
+        let Ok(walk) = default_walk(period) else { return };
+        let Some(sensor) = black_box(None::<Sensor>) else { return };
+        let Ok(built) = black_box(LoopConfig::default_biped()).build(period, walk, [sensor]) else { return };
+        let mut joints: JointLoop<Walk, 1> = black_box(built);
+        let sample = Sample {
+            elapsed: black_box(1),
+            codes: black_box([AdcCode(0)]),
+            vrefint: black_box(AdcCode(0)),
+            button: black_box(false),
+            late: black_box(false),
+            faults: BoardFaults::from_bits(black_box(0)),
+        };
+        black_box(joints.tick(&sample));
+        black_box(joints.frame());
+        black_box(&joints);
+    }
+
+    #[cfg(feature = "unchecked-index")]
+    fn unchecked_index() {
+        let angles = [0.0_f32; 4];
+        black_box(angles[black_box(2)]);
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("This program proves something by linking for the board, not by running: see its source.");
+}

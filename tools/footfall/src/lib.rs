@@ -1,1 +1,43 @@
-//! Stub.
+//! What the command-line program `footfall` is made of.
+//!
+//! | module | what it is for |
+//! |---|---|
+//! | [`cli`] | the command line, and how a call ends |
+//! | [`watch`] | the command that runs an image on the virtual board and shows it live |
+//! | [`volts`], [`check`] | the commands that turn a recording into volts, and that check files |
+//! | [`board_process`], [`board_lines`] | the virtual board as a process, and what it writes |
+//! | [`image`], [`telemetry`] | the log of the board: bytes to text, text to numbers |
+//! | [`replay`], [`shipped`] | the host's copy of the board's loop, fed with what the board was fed |
+//! | [`session`], [`summary`] | the books of a run, and what it comes to |
+//! | [`view`], [`screen`], [`plain`] | what there is to see, on a screen and in lines of text |
+//! | [`record`] | a run as a file |
+//! | [`rhythm`] | the commands that show generators: walk, obb, hexapod, certify |
+//! | [`feed`] | a recording as volts at the sensor's pin |
+//! | [`calibration_file`], [`parameter_file`], [`degrees`] | files that people write |
+//! | [`failure`] | how a command ends when it does not end well |
+//!
+//! Data go to standard output, talk to standard error. Exit codes: 0 done and sound, 1 not, 2 bad input and nothing written.
+#![forbid(unsafe_code)]
+
+pub mod board_lines;
+pub mod board_process;
+pub mod calibration_file;
+pub mod check;
+pub mod cli;
+pub mod degrees;
+pub mod failure;
+pub mod feed;
+pub mod image;
+pub mod parameter_file;
+pub mod plain;
+pub mod record;
+pub mod replay;
+pub mod rhythm;
+pub mod screen;
+pub mod session;
+pub mod shipped;
+pub mod summary;
+pub mod telemetry;
+pub mod view;
+pub mod volts;
+pub mod watch;

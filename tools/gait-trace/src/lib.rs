@@ -1,1 +1,49 @@
-//! Stub.
+//! Recordings of gait on the host: in and out of files, resampled, cut into loops, turned into volts, compared.
+//!
+//! A [`Recording`] is a table: one strictly increasing time column in seconds, and channels by name. Angles are in degrees,
+//! flexion positive, as people read and write them; the cores get radians through [`Channel::radians`].
+//!
+//! | module | what it is for |
+//! |---|---|
+//! | [`csv_file`] | CSV in and out: header `time_s,left_hip_deg,...`; every fault of a file has an error that names line and column |
+//! | [`recording`] | the table and its rules |
+//! | [`resample`] | linear interpolation to a fixed rate |
+//! | [`stride`] | the stride period of a periodic recording |
+//! | [`looped`] | a whole number of strides that can be played end to end without a jump |
+//! | [`volts`] | angles backwards through a calibration: *semi-synthetic* volts |
+//! | [`metrics`] | root mean square and peak of a difference |
+//! | [`whole_file`] | files that are there whole or not at all |
+//!
+//! Another file format is one more file beside [`csv_file`] that makes a [`Recording`] and speaks [`TraceError`].
+//!
+//! ```
+//! use gait_trace::{Recording, csv_file};
+//! let text = "time_s,left_hip_deg,left_knee_deg\n0,20.5,3\n0.01,20.1,4\n0.02,19.4,6\n";
+//! let recording = csv_file::parse("walk.csv", text.as_bytes())?;
+//! assert_eq!(recording.duration_s(), 0.02);
+//! let knee = recording.resample(200.0)?;
+//! assert_eq!(knee.channel("left_knee")?.values(), [3.0, 3.5, 4.0, 5.0, 6.0]);
+//!
+//! let error = csv_file::parse("walk.csv", "time_s,left_knee_deg\n0,3\n0.01,abc\n".as_bytes()).unwrap_err();
+//! assert_eq!(error.to_string(), "walk.csv:3: column 2 `left_knee_deg`: `abc` is not a number; allowed is a decimal number such as -12.5");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod csv_file;
+mod fault;
+pub mod looped;
+pub mod metrics;
+pub mod recording;
+pub mod resample;
+pub mod stride;
+pub mod volts;
+pub mod whole_file;
+
+pub use fault::{Fault, TraceError};
+pub use looped::{LoopError, Looped};
+pub use recording::{
+    Channel, MAX_ANGLE_DEG, MAX_PIN_VOLTS, MIN_PIN_VOLTS, NoChannel, Quantity, Recording, RecordingError,
+};
+pub use resample::ResampleError;
+pub use volts::VoltsError;

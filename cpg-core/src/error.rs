@@ -1,0 +1,96 @@
+//! Why a configuration was refused: the rule, the field, and what is allowed.
+
+use crate::Scalar;
+
+/// The place of a value in a configuration: `coupling`, or `amplitude[2]`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Field {
+    /// Name of the field, as in the configuration type.
+    pub name: &'static str,
+    /// Place in the field where it is an array, counted from 0.
+    pub index: Option<usize>,
+}
+
+impl Field {
+    /// A field that is one value.
+    #[must_use]
+    pub const fn of(name: &'static str) -> Self {
+        Self { name, index: None }
+    }
+
+    /// One element of a field that is an array.
+    #[must_use]
+    pub const fn at(name: &'static str, index: usize) -> Self {
+        Self { name, index: Some(index) }
+    }
+}
+
+impl core::fmt::Display for Field {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self.index {
+            None => f.write_str(self.name),
+            Some(index) => write!(f, "{}[{index}]", self.name),
+        }
+    }
+}
+
+/// Why `build` refused a configuration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum BuildError {
+    /// The value is infinite or not a number.
+    NotFinite {
+        /// Which value.
+        field: Field,
+    },
+    /// The value lies outside of `min..=max`.
+    OutOfRange {
+        /// Which value.
+        field: Field,
+        /// Smallest value allowed.
+        min: f32,
+        /// Largest value allowed.
+        max: f32,
+    },
+    /// The control period is too long to integrate this configuration safely.
+    PeriodTooLong {
+        /// Longest period allowed, in microseconds; 0 where no period will do.
+        max_micros: u32,
+    },
+}
+
+impl core::fmt::Display for BuildError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::NotFinite { field } => write!(f, "{field}: must be a finite number"),
+            Self::OutOfRange { field, min, max } => write!(f, "{field}: must be from {min} to {max}"),
+            Self::PeriodTooLong { max_micros } => {
+                write!(f, "period: must be at most {max_micros} us for this configuration")
+            }
+        }
+    }
+}
+
+impl core::error::Error for BuildError {}
+
+/// Accepts a finite value from `min` to `max`.
+pub(crate) fn in_range<T: Scalar>(value: T, field: Field, min: f32, max: f32) -> Result<(), BuildError> {
+    if !value.is_finite() {
+        return Err(BuildError::NotFinite { field });
+    }
+    if value < T::from_f32(min) || value > T::from_f32(max) {
+        return Err(BuildError::OutOfRange { field, min, max });
+    }
+    Ok(())
+}
+
+/// Accepts an array of finite values from `min` to `max`.
+pub(crate) fn all_in_range<T: Scalar>(
+    values: impl IntoIterator<Item = T>,
+    name: &'static str,
+    min: f32,
+    max: f32,
+) -> Result<(), BuildError> {
+    values.into_iter().enumerate().try_for_each(|(index, value)| in_range(value, Field::at(name, index), min, max))
+}

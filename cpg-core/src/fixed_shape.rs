@@ -1,0 +1,160 @@
+//! One phase and a Fourier series per joint in fixed point, for chips without a floating-point unit.
+//!
+//! The equations are those of [`crate::shape`]: `a_j = S_j(phi + lead_j)`. The phase is an integer, 2^-64 of a cycle, and so is its
+//! step: the period is exact to 2^-32. Coefficients are [`I4F28`], sines [`I2F30`], products 64 bits; an angle comes out in units of
+//! 2^-16 rad, within one such unit (0.9 millidegrees) of the series.
+
+use fixed::types::{I2F30, I4F28, I16F16};
+use joint_units::{Period, Phase, RadPerSec, Radians};
+
+use crate::error::in_range;
+use crate::fixed_trig::sin_cos;
+use crate::shape::{FourierShape, STRIDE_RANGE_S};
+use crate::{BuildError, Field, Generator, StateFault};
+
+/// N joints on Fourier series of H harmonics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FixedPhaseShape<const H: usize, const N: usize> {
+    shapes: [Coefficients<H>; N],
+    leads: [Phase; N],
+    /// 2^-64 cycles.
+    phase: u64,
+    /// 2^-64 cycles a tick.
+    step: u64,
+    /// 2 pi over the stride time, rad/s in 2^-24.
+    turn_rate: i64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Coefficients<const H: usize> {
+    mean: I4F28,
+    cos: [I4F28; H],
+    sin: [I4F28; H],
+}
+
+/// Drops fraction bits, rounded to nearest.
+#[inline]
+const fn rounded(value: i64, bits: u32) -> i64 {
+    value.wrapping_add(1 << (bits - 1)) >> bits
+}
+
+#[inline]
+fn times(coefficient: I4F28, sine: I2F30) -> i64 {
+    // 2^-58 to 2^-44: room for the sum of any number of harmonics.
+    rounded(i64::from(coefficient.to_bits()).wrapping_mul(i64::from(sine.to_bits())), 14)
+}
+
+impl<const H: usize> Coefficients<H> {
+    fn of(shape: &FourierShape<H>) -> Self {
+        // A shape holds its coefficients below 6.3.
+        let fixed = |value: f32| I4F28::checked_from_num(value).unwrap_or(I4F28::ZERO);
+        let (mean, cos, sin) = shape.coefficients();
+        Self { mean: fixed(mean), cos: cos.map(fixed), sin: sin.map(fixed) }
+    }
+
+    /// Angle in rad and slope in rad per radian of phase, both in 2^-44.
+    fn at(&self, phase: Phase) -> (i64, i64) {
+        let (s1, c1) = sin_cos(phase);
+        let (mut s, mut c) = (s1, c1);
+        let (mut angle, mut slope) = (i64::from(self.mean.to_bits()) << 16, 0i64);
+        for (order, (&a, &b)) in (1..).zip(self.cos.iter().zip(&self.sin)) {
+            angle = angle.wrapping_add(times(a, c)).wrapping_add(times(b, s));
+            slope = slope.wrapping_add(times(b, c).wrapping_sub(times(a, s)).wrapping_mul(order));
+            (s, c) = rotate(s, c, s1, c1);
+        }
+        (angle, slope)
+    }
+}
+
+/// The next harmonic's sine and cosine.
+#[inline]
+fn rotate(s: I2F30, c: I2F30, s1: I2F30, c1: I2F30) -> (I2F30, I2F30) {
+    let [s, c, s1, c1] = [s, c, s1, c1].map(|x| i64::from(x.to_bits()));
+    let sin = s.wrapping_mul(c1).wrapping_add(c.wrapping_mul(s1));
+    let cos = c.wrapping_mul(c1).wrapping_sub(s.wrapping_mul(s1));
+    (I2F30::from_bits(rounded(sin, 30) as i32), I2F30::from_bits(rounded(cos, 30) as i32))
+}
+
+impl<const H: usize, const N: usize> FixedPhaseShape<H, N> {
+    /// From phase 0, a stride of `stride_s` seconds, joint j ahead of the gait phase by `leads[j]`.
+    ///
+    /// # Errors
+    /// `stride_s` outside [`STRIDE_RANGE_S`].
+    pub fn build(
+        shapes: &[FourierShape<H>; N],
+        leads: [Phase; N],
+        stride_s: f32,
+        period: Period,
+    ) -> Result<Self, BuildError> {
+        in_range(stride_s, Field::of("stride_s"), STRIDE_RANGE_S.0, STRIDE_RANGE_S.1)?;
+        let stride_us = u128::from((stride_s * 1e6 + 0.5) as u32);
+        // Below 2^64: the longest period (0.1 s) is half of the shortest stride.
+        let step = (u128::from(period.micros()) << 64).checked_div(stride_us).unwrap_or(0) as u64;
+        let turn_rate = (core::f32::consts::TAU / stride_s * 16_777_216.0) as i64;
+        Ok(Self { shapes: shapes.each_ref().map(Coefficients::of), leads, phase: 0, step, turn_rate })
+    }
+
+    /// Sets the phase.
+    pub const fn set_phase(&mut self, phase: Phase) {
+        self.phase = (phase.0 as u64) << 32;
+    }
+
+    /// Step of the phase in 2^-64 cycles a tick.
+    #[must_use]
+    pub const fn phase_step(&self) -> u64 {
+        self.step
+    }
+
+    /// Wanted joint angles now, in units of 2^-16 rad. No floating point.
+    #[must_use]
+    pub fn fixed_angles(&self) -> [I16F16; N] {
+        self.each(|(angle, _)| rounded(angle, 28))
+    }
+
+    /// Their time derivatives now, in units of 2^-16 rad/s. No floating point.
+    #[must_use]
+    pub fn fixed_rates(&self) -> [I16F16; N] {
+        // Slope in 2^-24 times rad/s in 2^-24.
+        self.each(|(_, slope)| rounded(rounded(slope, 20).wrapping_mul(self.turn_rate), 32))
+    }
+
+    fn each(&self, read: impl Fn((i64, i64)) -> i64) -> [I16F16; N] {
+        let mut out = [I16F16::ZERO; N];
+        let phase = self.phase().0;
+        for ((out, shape), lead) in out.iter_mut().zip(&self.shapes).zip(&self.leads) {
+            let value = read(shape.at(Phase(phase.wrapping_add(lead.0))));
+            *out = I16F16::from_bits(value.clamp(i32::MIN.into(), i32::MAX.into()) as i32);
+        }
+        out
+    }
+}
+
+impl<const H: usize, const N: usize> Generator<N> for FixedPhaseShape<H, N> {
+    fn step(&mut self) {
+        self.phase = self.phase.wrapping_add(self.step);
+    }
+
+    fn angles(&self) -> [Radians; N] {
+        self.fixed_angles().map(|angle| Radians(angle.to_num()))
+    }
+
+    fn rates(&self) -> [RadPerSec; N] {
+        self.fixed_rates().map(|rate| RadPerSec(rate.to_num()))
+    }
+
+    fn phase(&self) -> Phase {
+        Phase((self.phase >> 32) as u32)
+    }
+
+    fn amplitude(&self) -> f32 {
+        1.0
+    }
+
+    fn check(&self) -> Result<(), StateFault> {
+        Ok(())
+    }
+
+    fn reset(&mut self) {
+        self.phase = 0;
+    }
+}

@@ -1,0 +1,340 @@
+//! Smooth change of anything at any tick: parameters, gait, speed, stop, also while an earlier change still runs.
+//!
+//! At a change the generator's new motion differs from the motion that was put out by an offset in angle, d, and in rate, d'. The
+//! output is the new motion plus that offset, which is led to nothing by a bounded acceleration:
+//! ```text
+//! w = -sign(d) min(k |d|, sqrt(A |d|)),   d'' = clamp(4 k (w - d'), -A, A)
+//! ```
+//! Far off, the offset shrinks no faster than it can be braked with half of A; near nothing it is critically damped (d'' = -4k^2 d -
+//! 4k d'), down to 2 % in the stated settling time 3/k. So angle and rate are continuous whatever changes, and a change adds no
+//! more than A to the generator's own acceleration, even if something changes on every tick: the rule has no clock to start over.
+
+use joint_units::{Period, Phase, RadPerSec, RadPerSec2, Radians};
+
+use crate::error::in_range;
+use crate::{BuildError, Field, Generator, StateFault};
+
+/// How fast changes are carried out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TransitionConfig {
+    /// Acceleration A that a change may add to the generator's own, on any joint; 0.1 to 100 000.
+    pub acceleration: RadPerSec2,
+    /// Time in which a small offset falls to 2 %, in seconds; 0.05 to 60, and at least 24 control periods.
+    pub settling_s: f32,
+}
+
+impl Default for TransitionConfig {
+    /// 30 rad/s^2 (of the order of walking itself) and a quarter of a second.
+    fn default() -> Self {
+        Self { acceleration: RadPerSec2(30.0), settling_s: 0.25 }
+    }
+}
+
+/// The offset of one joint on its way to nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Offset {
+    angle: f32,
+    rate: f32,
+}
+
+impl Offset {
+    /// Below this the offset is nothing: a step of a micro-radian.
+    const NOTHING: Offset = Offset { angle: 1e-6, rate: 1e-4 };
+
+    fn shrink(&mut self, acceleration: f32, k: f32, period_s: f32) {
+        if self.angle.abs() < Self::NOTHING.angle && self.rate.abs() < Self::NOTHING.rate {
+            *self = Offset::default();
+            return;
+        }
+        let far = self.angle.abs();
+        let speed = (k * far).min(libm::sqrtf(acceleration * far));
+        let wanted = if self.angle > 0.0 { -speed } else { speed };
+        let pull = (4.0 * k * (wanted - self.rate)).max(-acceleration).min(acceleration);
+        let rate = self.rate + pull * period_s;
+        self.angle += 0.5 * (self.rate + rate) * period_s;
+        self.rate = rate;
+    }
+}
+
+/// A generator whose every change is smooth.
+///
+/// ```
+/// # use cpg_core::{Generator, transition::{Smooth, TransitionConfig}, walking::default_walk};
+/// # use joint_units::{Period, Radians};
+/// let walk = default_walk(Period::MILLISECOND)?;
+/// let mut smooth = Smooth::build(walk, TransitionConfig::default(), Period::MILLISECOND)?;
+/// for _ in 0..1000 { smooth.step(); }
+/// let before = smooth.angles();
+/// smooth.stop([Radians(0.0); 4]); // any tick will do
+/// smooth.step();
+/// assert!((smooth.angles()[2].0 - before[2].0).abs() < 0.01);
+/// for _ in 0..5000 { smooth.step(); }
+/// assert_eq!(smooth.angles(), [Radians(0.0); 4]);
+/// # Ok::<(), cpg_core::BuildError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Smooth<G, const N: usize> {
+    generator: G,
+    /// Where it stands while it is stopped.
+    pose: Option<[Radians; N]>,
+    offsets: [Offset; N],
+    acceleration: f32,
+    /// k, per second.
+    stiffness: f32,
+    period_s: f32,
+}
+
+impl<G: Generator<N>, const N: usize> Smooth<G, N> {
+    /// Wraps a generator that was built for the same period.
+    ///
+    /// # Errors
+    /// Names the field of the configuration that is out of range.
+    pub fn build(generator: G, config: TransitionConfig, period: Period) -> Result<Self, BuildError> {
+        in_range(config.acceleration.0, Field::of("acceleration"), 0.1, 1e5)?;
+        in_range(config.settling_s, Field::of("settling_s"), 0.05, 60.0)?;
+        let max_micros = (config.settling_s * 1e6 / 24.0) as u32;
+        if period.micros() > max_micros {
+            return Err(BuildError::PeriodTooLong { max_micros });
+        }
+        Ok(Self {
+            generator,
+            pose: None,
+            offsets: [Offset::default(); N],
+            acceleration: config.acceleration.0,
+            stiffness: 3.0 / config.settling_s,
+            period_s: period.seconds(),
+        })
+    }
+
+    /// Changes the generator in place; the closure may set parameters or replace it altogether.
+    pub fn change<R>(&mut self, change: impl FnOnce(&mut G) -> R) -> R {
+        let before = (self.angles(), self.rates());
+        let result = change(&mut self.generator);
+        self.lead_from(before);
+        result
+    }
+
+    /// Stops in a pose: the motion runs out smoothly, then the pose is held. The generator goes on below.
+    pub fn stop(&mut self, pose: [Radians; N]) {
+        let before = (self.angles(), self.rates());
+        self.pose = Some(pose);
+        self.lead_from(before);
+    }
+
+    /// Walks on after a stop, from wherever the joints are.
+    pub fn resume(&mut self) {
+        let before = (self.angles(), self.rates());
+        self.pose = None;
+        self.lead_from(before);
+    }
+
+    /// Whether a change is still being carried out.
+    #[must_use]
+    pub fn is_changing(&self) -> bool {
+        self.offsets.iter().any(|offset| *offset != Offset::default())
+    }
+
+    /// The generator below.
+    #[must_use]
+    pub const fn generator(&self) -> &G {
+        &self.generator
+    }
+
+    /// The motion without offsets.
+    fn wanted(&self) -> ([Radians; N], [RadPerSec; N]) {
+        match self.pose {
+            Some(pose) => (pose, [RadPerSec(0.0); N]),
+            None => (self.generator.angles(), self.generator.rates()),
+        }
+    }
+
+    fn lead_from(&mut self, before: ([Radians; N], [RadPerSec; N])) {
+        let (angles, rates) = self.wanted();
+        let pairs = before.0.iter().zip(before.1).zip(angles.iter().zip(rates));
+        for (offset, ((angle0, rate0), (angle1, rate1))) in self.offsets.iter_mut().zip(pairs) {
+            *offset = Offset { angle: angle0.0 - angle1.0, rate: rate0.0 - rate1.0 };
+        }
+    }
+}
+
+impl<G: Generator<N>, const N: usize> Generator<N> for Smooth<G, N> {
+    fn step(&mut self) {
+        self.generator.step();
+        for offset in &mut self.offsets {
+            offset.shrink(self.acceleration, self.stiffness, self.period_s);
+        }
+    }
+
+    fn angles(&self) -> [Radians; N] {
+        let mut angles = self.wanted().0;
+        for (angle, offset) in angles.iter_mut().zip(&self.offsets) {
+            angle.0 += offset.angle;
+        }
+        angles
+    }
+
+    fn rates(&self) -> [RadPerSec; N] {
+        let mut rates = self.wanted().1;
+        for (rate, offset) in rates.iter_mut().zip(&self.offsets) {
+            rate.0 += offset.rate;
+        }
+        rates
+    }
+
+    fn phase(&self) -> Phase {
+        self.generator.phase()
+    }
+
+    fn amplitude(&self) -> f32 {
+        self.generator.amplitude()
+    }
+
+    fn check(&self) -> Result<(), StateFault> {
+        self.generator.check()
+    }
+
+    fn reset(&mut self) {
+        self.generator.reset();
+        self.pose = None;
+        self.offsets = [Offset::default(); N];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::{Adjustment, FourierShape, PhaseShape};
+
+    const CONFIG: TransitionConfig = TransitionConfig { acceleration: RadPerSec2(30.0), settling_s: 0.25 };
+
+    fn gait(mean: f32, cos: [f32; 2], stride: f32) -> PhaseShape<FourierShape<2>, 1> {
+        let shape = FourierShape::build(Radians(mean), cos, [0.05, 0.1]).unwrap();
+        PhaseShape::build([shape], stride, Period::MILLISECOND).unwrap()
+    }
+
+    /// Largest acceleration of a gait by itself.
+    fn own_acceleration(mut gait: PhaseShape<FourierShape<2>, 1>) -> f32 {
+        let mut worst = 0.0f32;
+        for _ in 0..2000 {
+            let before = gait.rates()[0].0;
+            gait.step();
+            worst = worst.max((gait.rates()[0].0 - before).abs() / 1e-3);
+        }
+        worst
+    }
+
+    /// Any change at any tick, also within changes, also stops: the rate is the derivative of the angle throughout, and the acceleration
+    /// stays below that of the gaits plus the stated one.
+    #[test]
+    fn every_change_is_smooth() {
+        let gaits = [gait(0.1, [0.4, 0.1], 1.1), gait(0.5, [-0.3, 0.2], 0.7), gait(-0.2, [0.1, 0.0], 2.0)];
+        let own = gaits.map(own_acceleration).into_iter().fold(0.0, f32::max);
+        let mut seed = 1u32;
+        let mut random = move |n: u32| {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 8) % n
+        };
+        let mut smooth = Smooth::build(gaits[0], CONFIG, Period::MILLISECOND).unwrap();
+        let mut next_change = 500;
+        let (mut changes, mut worst) = (0, 0.0f32);
+        for tick in 0..400_000 {
+            if tick == next_change {
+                match random(5) {
+                    0 => smooth.stop([Radians(0.3)]),
+                    1 => smooth.resume(),
+                    2 => smooth.change(|g| g.set_stride(0.7 + 0.1 * random(8) as f32)).unwrap(),
+                    3 => {
+                        let adjustment = Adjustment { gain: 0.25 * random(5) as f32, ..Adjustment::default() };
+                        smooth.change(|g| g.adjust(0, adjustment)).unwrap();
+                    }
+                    _ => smooth.change(|g| *g = gaits[random(3) as usize]),
+                }
+                next_change += 1 + random(600);
+                changes += 1;
+            }
+            let (angle, rate) = (smooth.angles()[0].0, smooth.rates()[0].0);
+            smooth.step();
+            let (angle1, rate1) = (smooth.angles()[0].0, smooth.rates()[0].0);
+            let acceleration = (rate1 - rate).abs() / 1e-3;
+            worst = worst.max(acceleration);
+            // Rounding of f32 over 1 ms is worth about 0.1 rad/s^2 and 1e-4 rad/s.
+            assert!(
+                acceleration <= own + CONFIG.acceleration.0 + 0.5,
+                "tick {tick}: {acceleration} rad/s^2, own {own}"
+            );
+            // Angles of a few radians round to 5e-7, which over 1 ms is 5e-4 rad/s an operand.
+            let from_angles = (angle1 - angle) / 1e-3;
+            assert!((from_angles - 0.5 * (rate + rate1)).abs() < 3e-3, "tick {tick}: {from_angles}, {rate}, {rate1}");
+        }
+        assert!(changes > 1000 && worst > own, "{changes} changes, {worst} against {own}");
+    }
+
+    #[test]
+    fn a_change_of_nothing_changes_nothing() {
+        let mut smooth = Smooth::build(gait(0.1, [0.4, 0.1], 1.1), CONFIG, Period::MILLISECOND).unwrap();
+        let mut bare = gait(0.1, [0.4, 0.1], 1.1);
+        for tick in 0..3000 {
+            if tick % 100 == 0 {
+                smooth.change(|_| ());
+            }
+            smooth.step();
+            bare.step();
+            assert_eq!(smooth.angles(), bare.angles());
+            assert!(!smooth.is_changing());
+        }
+    }
+
+    #[test]
+    fn a_stop_ends_in_the_pose_within_the_stated_time_and_a_change_ends_in_the_new_gait() {
+        let mut smooth = Smooth::build(gait(0.1, [0.4, 0.1], 1.1), CONFIG, Period::MILLISECOND).unwrap();
+        for _ in 0..777 {
+            smooth.step();
+        }
+        smooth.stop([Radians(0.25)]);
+        for _ in 0..1500 {
+            smooth.step();
+        }
+        assert_eq!((smooth.angles()[0], smooth.rates()[0]), (Radians(0.25), RadPerSec(0.0)));
+        smooth.resume();
+        smooth.change(|g| *g = gait(0.5, [-0.3, 0.2], 0.7));
+        let mut bare = gait(0.5, [-0.3, 0.2], 0.7);
+        for _ in 0..1500 {
+            smooth.step();
+            bare.step();
+        }
+        assert_eq!(smooth.angles(), bare.angles());
+    }
+
+    /// A slider that is dragged: the speed changes on every tick for seconds. Nothing piles up, and the gait is followed.
+    #[test]
+    fn changes_on_every_tick_do_not_pile_up() {
+        let mut smooth = Smooth::build(gait(0.1, [0.4, 0.1], 1.1), CONFIG, Period::MILLISECOND).unwrap();
+        for tick in 0..20_000 {
+            let stride = 1.1 + 0.3 * (tick as f32 * 1e-3).sin();
+            smooth.change(|g| g.set_stride(stride)).unwrap();
+            smooth.step();
+            let off = smooth.angles()[0].0 - smooth.generator().angles()[0].0;
+            assert!(off.abs() < 0.02, "tick {tick}: {off} off the gait");
+        }
+        // The harshest: to and fro between two running gaits on every tick. The output stays near them.
+        let mut gaits = [gait(0.1, [0.4, 0.1], 1.1), gait(0.3, [0.3, 0.1], 1.0)];
+        for tick in 0..20_000 {
+            smooth.change(|g| *g = gaits[tick % 2]);
+            smooth.step();
+            gaits.iter_mut().for_each(Generator::step);
+            let nearest = gaits.iter().map(|g| (smooth.angles()[0].0 - g.angles()[0].0).abs()).fold(f32::MAX, f32::min);
+            assert!(tick < 1000 || nearest < 0.6, "tick {tick}: {nearest} from either gait");
+        }
+    }
+
+    #[test]
+    fn bad_fields_are_named() {
+        let build = |acceleration, settling_s| {
+            let config = TransitionConfig { acceleration: RadPerSec2(acceleration), settling_s };
+            Smooth::build(gait(0.1, [0.4, 0.1], 1.1), config, Period::MILLISECOND).unwrap_err().to_string()
+        };
+        assert!(build(0.0, 0.1).contains("acceleration"));
+        assert!(build(f32::NAN, 0.1).contains("acceleration"));
+        assert!(build(1.0, -0.1).contains("settling_s"));
+    }
+}

@@ -1,0 +1,150 @@
+//! The smoothness contract: over all pairs of shipped gaits, change times at random, also changes within changes and stops, no setpoint
+//! steps and no acceleration exceeds that of the two gaits plus the stated one.
+
+use cpg_core::Generator;
+use cpg_core::gaits::{Gait, ShippedGait};
+use cpg_core::transition::{Smooth, TransitionConfig};
+use joint_units::{Period, Phase, Radians};
+
+const CHANGES_A_PAIR: u32 = 2000;
+
+fn build(gait: Gait, speed: f32) -> ShippedGait {
+    gait.build(speed, Period::MILLISECOND).expect("a shipped gait")
+}
+
+/// Largest rate and acceleration of a gait by itself at any of the speeds that the test uses, rad/s and rad/s^2.
+fn own(gait: Gait) -> (f32, f32) {
+    let (mut rate, mut acceleration) = (0.0f32, 0.0f32);
+    for speed in [0.8, 1.0, 1.2] {
+        let mut generator = build(gait, speed);
+        for _ in 0..5000 {
+            let before = generator.rates();
+            generator.step();
+            for (a, b) in before.iter().zip(generator.rates()) {
+                rate = rate.max(b.0.abs());
+                acceleration = acceleration.max((b.0 - a.0).abs() * 1e3);
+            }
+        }
+    }
+    (rate, acceleration)
+}
+
+/// A gait running at one speed, at 64 phases of its cycle.
+fn around(gait: Gait, speed: f32) -> Vec<ShippedGait> {
+    (0..64u32).map(|k| build(gait, speed).aligned(Phase(k << 26), Period::MILLISECOND)).collect()
+}
+
+/// The one that goes on at the phase of `now`.
+fn taking_over(from: &ShippedGait, to: &[ShippedGait]) -> ShippedGait {
+    to[(from.phase().0 >> 26) as usize]
+}
+
+struct Random(u32);
+
+impl Random {
+    fn below(&mut self, n: u32) -> u32 {
+        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        ((u64::from(self.0) * u64::from(n)) >> 32) as u32
+    }
+}
+
+#[test]
+fn no_change_between_any_two_gaits_steps_a_setpoint() {
+    let config = TransitionConfig::default();
+    let alone = Gait::ALL.map(own);
+    let running = Gait::ALL.map(|gait| [0.8, 1.0, 1.2].map(|speed| around(gait, speed)));
+    let mut random = Random(20);
+    let (mut largest_step, mut largest_acceleration, mut closest) = (0.0f32, 0.0f32, 0.0f32);
+    for (i, from) in Gait::ALL.into_iter().enumerate() {
+        for (j, to) in Gait::ALL.into_iter().enumerate() {
+            let bound = alone[i].1.max(alone[j].1) + config.acceleration.0;
+            let mut smooth = Smooth::build(build(from, 1.0), config, Period::MILLISECOND).expect("the default");
+            for _ in 0..random.below(2000) {
+                smooth.step();
+            }
+            for change in 0..CHANGES_A_PAIR {
+                match random.below(8) {
+                    0 => smooth.stop([Radians(0.0), Radians(0.0), Radians(0.1), Radians(0.1)]),
+                    1 => smooth.resume(),
+                    2 => {
+                        let faster_or_slower = &running[j][random.below(3) as usize];
+                        smooth.change(|gait| *gait = taking_over(gait, faster_or_slower));
+                    }
+                    _ => {
+                        let next = if change % 2 == 0 { j } else { i };
+                        smooth.change(|gait| *gait = taking_over(gait, &running[next][1]));
+                    }
+                }
+                // Half of the changes come while an earlier one still runs.
+                let longest = if random.below(2) == 0 { 20 } else { 200 };
+                for _ in 0..=random.below(longest) {
+                    let (angles, rates) = (smooth.angles(), smooth.rates());
+                    smooth.step();
+                    let (angles1, rates1) = (smooth.angles(), smooth.rates());
+                    for joint in 0..4 {
+                        let step = angles1[joint].0 - angles[joint].0;
+                        let acceleration = (rates1[joint].0 - rates[joint].0).abs() * 1e3;
+                        largest_step = largest_step.max(step.abs());
+                        largest_acceleration = largest_acceleration.max(acceleration);
+                        closest = closest.max(acceleration / bound);
+                        // 0.5 rad/s^2 and 3e-3 rad/s are roundings of f32 over one tick.
+                        assert!(
+                            acceleration <= bound + 0.5,
+                            "{} to {}: {acceleration} over {bound}",
+                            from.name(),
+                            to.name()
+                        );
+                        let mean_rate = 0.5 * (rates[joint].0 + rates1[joint].0);
+                        assert!(
+                            (step * 1e3 - mean_rate).abs() < 5e-3,
+                            "{} to {}: a step of {step}",
+                            from.name(),
+                            to.name()
+                        );
+                    }
+                }
+            }
+        }
+    }
+    println!(
+        "{} pairs, {CHANGES_A_PAIR} changes each: largest step {:.3} deg/ms, largest acceleration {largest_acceleration:.1} rad/s^2, \
+         {:.0} % of its bound, 0 violations",
+        Gait::ALL.len() * Gait::ALL.len(),
+        largest_step.to_degrees(),
+        closest * 100.0
+    );
+    assert!(closest > 0.5, "the bound says something");
+    assert!(largest_step.to_degrees() < 2.0, "far from the 60 degrees of an uncoupled sine");
+}
+
+/// What an uncoupled sine of the clock does when its period is changed, which is what hobby libraries do: it steps.
+#[test]
+fn an_uncoupled_sine_steps_where_ours_does_not() {
+    let angle =
+        |t_ms: u32, period_ms: u32| 30.0 * (std::f32::consts::TAU * (t_ms % period_ms) as f32 / period_ms as f32).sin();
+    let worst = (1000..9000).map(|t| (angle(t + 1, 700) - angle(t, 1000)).abs()).fold(0.0, f32::max);
+    println!("uncoupled sine, period 1000 to 700 ms: up to {worst:.1} deg in 1 ms");
+    assert!(worst > 55.0);
+}
+
+#[test]
+fn every_gait_walks_within_the_gate_and_keeps_its_stride() {
+    for gait in Gait::ALL {
+        assert_eq!(Gait::from_name(gait.name()), Some(gait));
+        for speed in [0.5, 1.0, 1.5] {
+            let mut generator = build(gait, speed);
+            let stride = gait.stride_s() / speed;
+            let ticks = (20.0 * stride * 1e3) as u32;
+            let mut cycles = 0.0;
+            for _ in 0..ticks {
+                let before = generator.phase().cycles();
+                generator.step();
+                cycles += (generator.phase().cycles() - before + 0.5).rem_euclid(1.0) - 0.5;
+            }
+            assert!((cycles - 20.0).abs() < 0.2, "{} at {speed}: {cycles} cycles in 20 strides", gait.name());
+            assert!(generator.check().is_ok() && (generator.amplitude() - 1.0).abs() < 0.2);
+        }
+        assert!(gait.build(0.4, Period::MILLISECOND).unwrap_err().to_string().contains("speed"));
+    }
+    assert_eq!(Gait::from_name("canter"), None);
+}

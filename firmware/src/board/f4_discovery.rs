@@ -1,0 +1,23 @@
+//! STM32F4 Discovery (STM32F407VG, user manual UM1472): the default board, and the one that the virtual board models.
+
+use embassy_stm32::pac;
+use joint_units::Volts;
+
+use super::{Board, Hse, Pin};
+
+pub(crate) const BOARD: Board = Board {
+    name: "f4-discovery",
+    chip: "STM32F407VGTx",
+    hse: Hse::Crystal,
+    // 3.3 V less the diode D3.
+    min_supply: Volts(2.7),
+    // PA9 is also VBUS of the micro-USB connector, with 4.7 uF to ground: that capacitor has to come off before a servo works on it.
+    servos: [Pin::new(pac::GPIOA, 8), Pin::new(pac::GPIOA, 9), Pin::new(pac::GPIOA, 10), Pin::new(pac::GPIOA, 11)],
+    // B1, with a pull-down on the board.
+    button: Pin::new(pac::GPIOA, 0),
+    button_pressed: true,
+    // LD4, green.
+    led_pulses: Some(Pin::new(pac::GPIOD, 12)),
+    // LD5, red.
+    led_fault: Some(Pin::new(pac::GPIOD, 14)),
+};

@@ -1,0 +1,23 @@
+//! Nucleo-F446RE (STM32F446RE, user manual UM1724). Servo and sensor pins are on the Arduino and morpho headers:
+//! PA8 D7, PA9 D8, PA10 D2, PA11 CN10-14, PA1 A1, PB12 CN10-16.
+
+use embassy_stm32::pac;
+use joint_units::Volts;
+
+use super::{Board, Hse, Pin};
+
+pub(crate) const BOARD: Board = Board {
+    name: "nucleo-f446re",
+    chip: "STM32F446RETx",
+    // MCO of the ST-LINK, 8 MHz (solder bridge SB50 on, as delivered).
+    hse: Hse::External,
+    // 3.3 V.
+    min_supply: Volts(3.0),
+    servos: [Pin::new(pac::GPIOA, 8), Pin::new(pac::GPIOA, 9), Pin::new(pac::GPIOA, 10), Pin::new(pac::GPIOA, 11)],
+    // B1, with a pull-up on the board.
+    button: Pin::new(pac::GPIOC, 13),
+    button_pressed: false,
+    // LD2, green: the only one.
+    led_pulses: Some(Pin::new(pac::GPIOA, 5)),
+    led_fault: None,
+};

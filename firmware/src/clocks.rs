@@ -1,0 +1,94 @@
+//! 168 MHz from the 8 MHz HSE, with a bounded wait for it, and the flash accelerator that the HAL leaves off.
+//!
+//! HSE / 4 * 168 / 2 = 168 MHz; APB1 42 MHz (timers 84), APB2 84 MHz (timers 168), 48 MHz spare on Q.
+
+use embassy_stm32::pac::{DBGMCU, FLASH, RCC};
+use embassy_stm32::rcc;
+use embassy_stm32::time::Hertz;
+use embassy_stm32::{Config, Peripherals};
+
+use crate::board::{BOARD, Hse};
+
+/// Clock of the timers on APB1 (TIM2 to TIM5), MHz.
+pub(crate) const APB1_TIMER_MHZ: u16 = 84;
+/// Clock of the timers on APB2 (TIM1), MHz.
+pub(crate) const APB2_TIMER_MHZ: u16 = 168;
+
+const HSE_HZ: u32 = 8_000_000;
+
+/// Rounds of the wait for HSE: at least four cycles of the 16 MHz start-up clock each, so no less than 100 ms. Crystals take 2 ms.
+const HSE_ROUNDS: u32 = 400_000;
+
+/// HSE did not become ready.
+pub(crate) struct NoHse;
+
+/// Starts HSE and all that hangs on it.
+pub(crate) fn start() -> Result<Peripherals, NoHse> {
+    // Asked for here, because the HAL waits for it without an end and before any watchdog runs.
+    RCC.cr().modify(|w| w.set_hsebyp(BOARD.hse == Hse::External));
+    RCC.cr().modify(|w| w.set_hseon(true));
+    if !(0..HSE_ROUNDS).any(|_| RCC.cr().read().hserdy()) {
+        return Err(NoHse);
+    }
+
+    let mut config = Config::default();
+    config.rcc.hse = Some(rcc::Hse {
+        freq: Hertz(HSE_HZ),
+        mode: match BOARD.hse {
+            Hse::Crystal => rcc::HseMode::Oscillator,
+            Hse::External => rcc::HseMode::Bypass,
+        },
+    });
+    config.rcc.pll_src = rcc::PllSource::HSE;
+    config.rcc.pll = Some(rcc::Pll {
+        prediv: rcc::PllPreDiv::DIV4,
+        mul: rcc::PllMul::MUL168,
+        divp: Some(rcc::PllPDiv::DIV2),
+        divq: Some(rcc::PllQDiv::DIV7),
+        divr: None,
+    });
+    config.rcc.sys = rcc::Sysclk::PLL1_P;
+    config.rcc.ahb_pre = rcc::AHBPrescaler::DIV1;
+    config.rcc.apb1_pre = rcc::APBPrescaler::DIV4;
+    config.rcc.apb2_pre = rcc::APBPrescaler::DIV2;
+    let peripherals = embassy_stm32::init(config);
+
+    start_flash_accelerator();
+    // From here on a crystal that stops raises the non-maskable interrupt, and breaks TIM1 in hardware.
+    RCC.cr().modify(|w| w.set_csson(true));
+    Ok(peripherals)
+}
+
+/// Waits until a peripheral clock that was just switched on is there (ES0182, "Delay after an RCC peripheral clock enabling").
+pub(crate) fn settle() {
+    cortex_m::asm::dsb();
+}
+
+/// Instruction and data cache, and prefetch where the silicon has no erratum against it (ES0182: not on revision A of the F407).
+///
+/// The HAL sets the wait states and leaves these off, which costs a good part of the speed at 5 wait states.
+fn start_flash_accelerator() {
+    // Caches are reset while they are off (RM0090 3.9.1).
+    FLASH.acr().modify(|w| {
+        w.set_icrst(true);
+        w.set_dcrst(true);
+    });
+    FLASH.acr().modify(|w| {
+        w.set_icrst(false);
+        w.set_dcrst(false);
+    });
+    const REVISION_A: u16 = 0x1000;
+    let prefetch_works = DBGMCU.idcode().read().rev_id() != REVISION_A;
+    FLASH.acr().modify(|w| {
+        w.set_icen(true);
+        w.set_dcen(true);
+        w.set_prften(prefetch_works);
+    });
+}
+
+/// Whether the option bytes, as shipped, let the chip run on at any supply.
+pub(crate) fn brown_out_reset_is_off() -> bool {
+    /// BOR_LEV (RM0090 3.9.6): 0 is level 3, the highest.
+    const OFF: u8 = 3;
+    FLASH.optcr().read().bor_lev() == OFF
+}

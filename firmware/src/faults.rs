@@ -1,0 +1,188 @@
+//! What happens when the program cannot go on: the servos are switched off first, then the cause is put where the next boot finds it, then
+//! the chip is reset. It boots disarmed; nothing moves again without a person.
+//!
+//! Covers panic, hard fault (and with it bus, usage and memory faults, which are not enabled on their own), the non-maskable interrupt
+//! (the crystal stopped), interrupts that nobody handles, and the watchdog task's verdicts. A hang of the whole processor is the
+//! independent watchdog's.
+
+use core::cell::UnsafeCell;
+use core::mem::MaybeUninit;
+
+use embassy_stm32::pac::RCC;
+use firmware::post_mortem::{Cause, LOCKOUT_STREAK, Record, WORDS};
+
+use crate::servo_pwm::outputs_off;
+
+/// RAM that the start-up code does not touch.
+#[repr(transparent)]
+struct Kept(UnsafeCell<MaybeUninit<[u32; WORDS]>>);
+
+// SAFETY: written by `store` only, word by word and volatile; a record that was torn by a fault in between fails its checksum.
+unsafe impl Sync for Kept {}
+
+#[cfg_attr(target_os = "none", unsafe(link_section = ".uninit.footfall.post_mortem"))]
+static KEPT: Kept = Kept(UnsafeCell::new(MaybeUninit::uninit()));
+
+fn load() -> Option<Record> {
+    let words = KEPT.0.get().cast::<u32>();
+    let mut copy = [0; WORDS];
+    for (index, word) in copy.iter_mut().enumerate() {
+        // SAFETY: in bounds, aligned; any content of the RAM is a valid u32, and volatile keeps the compiler from reasoning about it.
+        *word = unsafe { words.add(index).read_volatile() };
+    }
+    Record::from_words(&copy)
+}
+
+fn store(record: &Record) {
+    let words = KEPT.0.get().cast::<u32>();
+    for (index, word) in record.to_words().into_iter().enumerate() {
+        // SAFETY: in bounds, aligned; see `Kept` for why nobody else can be hurt.
+        unsafe { words.add(index).write_volatile(word) };
+    }
+}
+
+/// Switches the servos off, leaves the record, resets.
+pub(crate) fn die(record: Record) -> ! {
+    outputs_off();
+    cortex_m::interrupt::disable();
+    let streak = load().map_or(0, |kept| kept.streak);
+    store(&record.with_streak(streak));
+    cortex_m::peripheral::SCB::sys_reset()
+}
+
+/// Why the chip was last reset.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Reset {
+    PowerOn,
+    BrownOut,
+    IndependentWatchdog,
+    WindowWatchdog,
+    Software,
+    LowPower,
+    Pin,
+}
+
+impl Reset {
+    /// Reads the flags and clears them for the next time.
+    fn take() -> Self {
+        let flags = RCC.csr().read();
+        RCC.csr().modify(|w| w.set_rmvf(true));
+        // Every reset pulls the reset pin too, so that flag only counts alone; a power-on also sets the brown-out flag.
+        if flags.porrstf() {
+            Reset::PowerOn
+        } else if flags.borrstf() {
+            Reset::BrownOut
+        } else if flags.wdgrstf() {
+            Reset::IndependentWatchdog
+        } else if flags.wwdgrstf() {
+            Reset::WindowWatchdog
+        } else if flags.sftrstf() {
+            Reset::Software
+        } else if flags.lpwrrstf() {
+            Reset::LowPower
+        } else {
+            Reset::Pin
+        }
+    }
+}
+
+/// What the last run left.
+pub(crate) struct LastRun {
+    /// How it was ended.
+    pub(crate) reset: Reset,
+    /// Its record, if it crashed and could leave one.
+    pub(crate) crash: Option<Record>,
+    /// Crashes in a row up to now.
+    pub(crate) streak: u32,
+}
+
+/// Takes the post-mortem; once, early in the boot.
+pub(crate) fn last_run() -> LastRun {
+    let reset = Reset::take();
+    let kept = load();
+    let crash = kept.filter(|record| record.cause != Cause::None);
+    let crashed = crash.is_some() || matches!(reset, Reset::IndependentWatchdog | Reset::WindowWatchdog);
+    let by_hand = matches!(reset, Reset::PowerOn | Reset::Pin);
+    let streak = Record::streak_after(kept.map_or(0, |record| record.streak), crashed, by_hand);
+    store(&Record::new(Cause::None, [0; 2], "").with_streak(streak));
+    // After a power-on the RAM may still hold a record of long ago.
+    LastRun { reset, crash: crash.filter(|_| reset != Reset::PowerOn), streak }
+}
+
+/// This run has lasted: the next crash is the first of a new row. A lock-out stays: it wants a person.
+pub(crate) fn forget_streak() {
+    if load().is_none_or(|kept| kept.streak < LOCKOUT_STREAK) {
+        store(&Record::new(Cause::None, [0; 2], ""));
+    }
+}
+
+/// The handlers themselves: only the board has them.
+#[cfg(target_os = "none")]
+mod handlers {
+    use core::panic::PanicInfo;
+
+    use cortex_m_rt::exception;
+    use embassy_stm32::pac::RCC;
+    use firmware::post_mortem::{Cause, Record};
+
+    use super::die;
+    use crate::servo_pwm::outputs_off;
+    use crate::stack;
+
+    #[panic_handler]
+    fn panic(info: &PanicInfo<'_>) -> ! {
+        outputs_off();
+        // The message would need the formatting machinery; file and line find it.
+        let (line, file) = info.location().map_or((0, ""), |at| (at.line(), at.file()));
+        die(Record::new(Cause::Panic, [line, 0], file))
+    }
+
+    #[exception]
+    unsafe fn NonMaskableInt() -> ! {
+        outputs_off();
+        let cause = if RCC.cir().read().cssf() { Cause::ClockFailure } else { Cause::NonMaskable };
+        die(Record::new(cause, [0; 2], ""))
+    }
+
+    #[exception]
+    unsafe fn DefaultHandler(number: i16) -> ! {
+        outputs_off();
+        die(Record::new(Cause::UnexpectedInterrupt, [number.unsigned_abs().into(), 0], ""))
+    }
+
+    /// Takes the stack pointer as it was and starts a new stack at the top: after a stack overflow the old one is not there to use.
+    #[unsafe(naked)]
+    #[unsafe(no_mangle)]
+    #[unsafe(link_section = ".HardFault.user")]
+    unsafe extern "C" fn HardFault() -> ! {
+        core::arch::naked_asm!(
+            "mrs r0, msp",
+            "movw r1, #:lower16:_stack_start",
+            "movt r1, #:upper16:_stack_start",
+            "msr msp, r1",
+            "b {hard_fault}",
+            hard_fault = sym hard_fault,
+        )
+    }
+
+    /// Configurable fault status register.
+    const CFSR: *const u32 = 0xE000_ED28 as *const u32;
+
+    unsafe extern "C" fn hard_fault(frame: usize) -> ! {
+        /// Offset of the program counter in the frame that the core stacks.
+        const PC_OFFSET: usize = 24;
+        const RAM: core::ops::Range<usize> = 0x2000_0000..0x2002_0000;
+
+        outputs_off();
+        // SAFETY: a register of the core that every program may read.
+        let status = unsafe { CFSR.read_volatile() };
+        if frame < stack::bottom() {
+            die(Record::new(Cause::StackOverflow, [frame as u32, status], ""));
+        }
+        let at = frame.wrapping_add(PC_OFFSET);
+        let readable = at.is_multiple_of(4) && RAM.contains(&at);
+        // SAFETY: aligned, and in RAM, which holds whatever the core stacked before it came here.
+        let pc = if readable { unsafe { (at as *const u32).read_volatile() } } else { 0 };
+        die(Record::new(Cause::HardFault, [pc, status], ""))
+    }
+}

@@ -1,0 +1,227 @@
+//! When the independent watchdog may be fed: only while the control, sensor and telemetry tasks all make progress, and at the right pace.
+//!
+//! A watchdog that is fed from an interrupt survives the death of everything else; one that only asks "did it move" is content with a
+//! loop that races. So [`judge`] compares the progress counters with a free-running hardware clock, too slow and too fast alike.
+//!
+//! # How long it takes
+//! The watchdog runs on the chip's low-speed oscillator, which the data sheets of both boards put anywhere from 17 to 47 kHz.
+//! [`timeout_us`] is computed for both ends, and the assertions below hold the figures to
+//! - no false bite: the fastest oscillator leaves longer than [`GRACE_US`] plus the pace at which the watchdog task wakes;
+//! - bite in time: the slowest oscillator bites within [`WORST_BITE_US`], at most two repeated servo frames.
+
+/// Slowest low-speed oscillator, Hz (data sheets of the STM32F407 and STM32F446, "LSI oscillator characteristics").
+pub const LSI_SLOWEST_HZ: u32 = 17_000;
+
+/// Fastest low-speed oscillator, Hz.
+pub const LSI_FASTEST_HZ: u32 = 47_000;
+
+/// Divider of the oscillator in the watchdog.
+pub const PRESCALER: u32 = 4;
+
+/// Reload value of the watchdog: it bites `RELOAD + 1` divided cycles after the last feed.
+pub const RELOAD: u16 = 159;
+
+/// The watchdog task asks this often, 5 ms.
+pub const FEED_US: u32 = 5_000;
+
+/// While something does not move, it asks this often.
+pub const RETRY_US: u32 = 1_000;
+
+/// Standing still this long since the last feed is a stall: the watchdog task then switches off and resets by itself, with a record of
+/// who stalled. Anything that keeps the watchdog task from running is left to the watchdog.
+pub const GRACE_US: u32 = 10_000;
+
+/// Longest time from the last feed to the bite that is accepted.
+pub const WORST_BITE_US: u32 = 38_000;
+
+/// Ticks may be this many more or fewer than the clock says: the two are read a moment apart, and a tick may be under way.
+const SLACK_TICKS: u32 = 2;
+
+/// Time from the last feed to the bite.
+///
+/// ```
+/// use firmware::liveness::{LSI_FASTEST_HZ, LSI_SLOWEST_HZ, timeout_us};
+/// assert_eq!(timeout_us(32_000), 20_000);
+/// assert_eq!((timeout_us(LSI_FASTEST_HZ), timeout_us(LSI_SLOWEST_HZ)), (13_617, 37_647));
+/// ```
+#[must_use]
+pub const fn timeout_us(lsi_hz: u32) -> u32 {
+    // 640 divided cycles of 1e6 us: far below the range of u32.
+    (RELOAD as u32 + 1) * PRESCALER * 1_000_000 / lsi_hz
+}
+
+const _: () = assert!(RELOAD < 1 << 12, "the reload register has 12 bits");
+const _: () = assert!(timeout_us(LSI_SLOWEST_HZ) <= WORST_BITE_US, "bites too late");
+const _: () = assert!(
+    timeout_us(LSI_FASTEST_HZ) > GRACE_US + 2 * RETRY_US,
+    "bites before the watchdog task can name the culprit"
+);
+const _: () = assert!(GRACE_US >= 2 * FEED_US, "one late wake of the watchdog task is no stall");
+
+/// A task that the watchdog insists on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Part {
+    /// Runs the loop, writes the pulses.
+    Control = 0,
+    /// Takes the samples.
+    Sensor = 1,
+    /// Reports.
+    Telemetry = 2,
+}
+
+impl Part {
+    /// From its number in a crash record.
+    #[must_use]
+    pub const fn from_number(number: u32) -> Option<Self> {
+        match number {
+            0 => Some(Part::Control),
+            1 => Some(Part::Sensor),
+            2 => Some(Part::Telemetry),
+            _ => None,
+        }
+    }
+
+    /// Its name in the log.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Part::Control => "control",
+            Part::Sensor => "sensor",
+            Part::Telemetry => "telemetry",
+        }
+    }
+}
+
+/// How far each task has come, and when that was read. All four wrap.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Progress {
+    /// Ticks that the control task has finished.
+    pub control: u32,
+    /// Samples that the sensor task has handed over.
+    pub sensor: u32,
+    /// Rounds of the telemetry task.
+    pub telemetry: u32,
+    /// Free-running clock, us.
+    pub now_us: u32,
+}
+
+/// What the watchdog task has to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// All three moved, at the right pace: feed.
+    Alive,
+    /// Not yet: do not feed, ask again.
+    Wait,
+    /// This one has stood still, or has fallen behind, for [`GRACE_US`]: switch off, reset.
+    Stalled(Part),
+    /// This one runs faster than the clock: switch off, reset.
+    Racing(Part),
+}
+
+/// Compares the progress since the last feed with the time since then.
+///
+/// ```
+/// use firmware::liveness::{Part, Progress, Verdict, judge};
+/// let fed = Progress::default();
+/// let healthy = Progress { control: 5, sensor: 5, telemetry: 2, now_us: 5_000 };
+/// assert_eq!(judge(&fed, &healthy), Verdict::Alive);
+/// assert_eq!(judge(&fed, &Progress { control: 50, ..healthy }), Verdict::Racing(Part::Control));
+/// ```
+#[must_use]
+pub fn judge(fed: &Progress, now: &Progress) -> Verdict {
+    let passed_us = now.now_us.wrapping_sub(fed.now_us);
+    let expected = passed_us / crate::pacing::PERIOD_US;
+    let ticks = now.control.wrapping_sub(fed.control);
+    let samples = now.sensor.wrapping_sub(fed.sensor);
+    let rounds = now.telemetry.wrapping_sub(fed.telemetry);
+
+    let too_many = expected + SLACK_TICKS;
+    if ticks > too_many {
+        return Verdict::Racing(Part::Control);
+    }
+    if samples > too_many {
+        return Verdict::Racing(Part::Sensor);
+    }
+    let enough = |count: u32| count > 0 && count + SLACK_TICKS >= expected;
+    // The sensor first: without samples the control task cannot move either, so the sensor is the one to name.
+    let stalled = match (enough(samples), enough(ticks), rounds > 0) {
+        (false, _, _) => Part::Sensor,
+        (_, false, _) => Part::Control,
+        (_, _, false) => Part::Telemetry,
+        (true, true, true) => return Verdict::Alive,
+    };
+    if passed_us < GRACE_US { Verdict::Wait } else { Verdict::Stalled(stalled) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FED: Progress = Progress { control: u32::MAX - 1, sensor: u32::MAX, telemetry: 7, now_us: u32::MAX - 999 };
+
+    fn after(ticks: u32, samples: u32, rounds: u32, passed_us: u32) -> Verdict {
+        let now = Progress {
+            control: FED.control.wrapping_add(ticks),
+            sensor: FED.sensor.wrapping_add(samples),
+            telemetry: FED.telemetry.wrapping_add(rounds),
+            now_us: FED.now_us.wrapping_add(passed_us),
+        };
+        judge(&FED, &now)
+    }
+
+    #[test]
+    fn alive_at_the_right_pace_through_every_wrap() {
+        assert_eq!(after(5, 5, 2, 5_000), Verdict::Alive);
+        assert_eq!(after(4, 5, 3, 5_200), Verdict::Alive);
+    }
+
+    #[test]
+    fn each_task_in_turn_is_missed_and_named() {
+        for (ticks, samples, rounds, part) in [
+            (10, 10, 0, Part::Telemetry),
+            (0, 10, 5, Part::Control),
+            (0, 0, 5, Part::Sensor),
+            (3, 10, 5, Part::Control),
+        ] {
+            assert_eq!(after(ticks, samples, rounds, GRACE_US - 1), Verdict::Wait, "{part:?}");
+            assert_eq!(after(ticks, samples, rounds, GRACE_US), Verdict::Stalled(part), "{part:?}");
+        }
+    }
+
+    #[test]
+    fn racing_is_caught_at_once() {
+        assert_eq!(after(8, 5, 2, 5_000), Verdict::Racing(Part::Control));
+        assert_eq!(after(5, 8, 2, 5_000), Verdict::Racing(Part::Sensor));
+        assert_eq!(after(3, 3, 1, 0), Verdict::Racing(Part::Control));
+    }
+
+    #[test]
+    fn standing_still_is_not_alive_however_short_the_question() {
+        for passed_us in [0, 1_000, 2_999] {
+            assert_eq!(after(0, 1, 1, passed_us), Verdict::Wait, "{passed_us}");
+            assert_eq!(after(1, 0, 1, passed_us), Verdict::Wait, "{passed_us}");
+        }
+    }
+
+    #[test]
+    fn half_the_pace_is_too_slow() {
+        assert_eq!(after(5, 5, 5, GRACE_US), Verdict::Stalled(Part::Sensor));
+        assert_eq!(after(8, 8, 5, GRACE_US), Verdict::Alive);
+    }
+
+    #[test]
+    fn the_watchdog_outlasts_the_grace_at_every_oscillator_frequency() {
+        for hz in (LSI_SLOWEST_HZ..=LSI_FASTEST_HZ).step_by(100) {
+            assert!(timeout_us(hz) > GRACE_US + RETRY_US && timeout_us(hz) <= WORST_BITE_US, "{hz} Hz");
+        }
+    }
+
+    #[test]
+    fn parts_survive_the_crash_record() {
+        for part in [Part::Control, Part::Sensor, Part::Telemetry] {
+            assert_eq!(Part::from_number(part as u32), Some(part));
+        }
+        assert_eq!(Part::from_number(3), None);
+    }
+}

@@ -1,0 +1,131 @@
+//! Counting control periods by a free-running hardware clock, never by how often a task was woken.
+//!
+//! The timer triggers the converter every [`PERIOD_US`]; the interrupt at the end of the conversion stamps its sample with the time of
+//! the trigger. Whatever held the processor up in between (an interrupt mask, a flash stall, a long log), the difference of two stamps
+//! is the number of periods that passed: missed ticks are counted, and are not run one after the other to catch up.
+//!
+//! All times are microseconds of one 32 bit counter that wraps after 71 minutes, so that only differences mean anything.
+
+/// The control period, 1 kHz.
+pub const PERIOD_US: u32 = 1_000;
+
+/// A tick that starts later than this after its trigger counts as late. The conversion takes 31 us of it.
+pub const LATE_US: u32 = 100;
+
+/// A sample older than this is no longer a measurement of now.
+pub const STALE_US: u32 = 5_000;
+
+/// When the conversion that has just been read was triggered.
+///
+/// `since_trigger_us` is the time since the newest trigger. A conversion takes at least `conversion_us`, so a result that is there
+/// sooner after the newest trigger belongs to the one before: the interrupt was held off for a whole period.
+///
+/// ```
+/// use firmware::pacing::trigger_us;
+/// assert_eq!(trigger_us(50_031, 31, 25), 50_000);
+/// assert_eq!(trigger_us(50_005, 5, 25), 49_000);
+/// ```
+#[must_use]
+pub const fn trigger_us(now_us: u32, since_trigger_us: u32, conversion_us: u32) -> u32 {
+    let newest = now_us.wrapping_sub(since_trigger_us);
+    if since_trigger_us < conversion_us { newest.wrapping_sub(PERIOD_US) } else { newest }
+}
+
+/// Time that passed from one moment to a later one. A `now_us` before `then_us` (two counters that are read one after the other may
+/// differ by one) is no time.
+///
+/// ```
+/// use firmware::pacing::since;
+/// assert_eq!((since(1_040, 1_000), since(4, u32::MAX), since(999, 1_000)), (40, 5, 0));
+/// ```
+#[must_use]
+pub const fn since(now_us: u32, then_us: u32) -> u32 {
+    let passed = now_us.wrapping_sub(then_us);
+    if passed > u32::MAX / 2 { 0 } else { passed }
+}
+
+/// Turns the stamps of successive samples into whole periods.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Pacer {
+    last_us: Option<u32>,
+}
+
+impl Pacer {
+    /// Periods since the sample before: 1 normally, n when n - 1 ticks were missed, 0 for a sample that was seen already.
+    ///
+    /// The first sample counts as one period. Stamps may be off by a microsecond or two, so the quotient is rounded to the nearest.
+    ///
+    /// ```
+    /// use firmware::pacing::Pacer;
+    /// let mut pacer = Pacer::default();
+    /// let periods = [10_000, 11_001, 14_000, 14_001].map(|stamp| pacer.elapsed(stamp));
+    /// assert_eq!(periods, [1, 1, 3, 0]);
+    /// ```
+    #[must_use]
+    pub fn elapsed(&mut self, triggered_us: u32) -> u32 {
+        let passed = self.last_us.map_or(PERIOD_US, |last_us| since(triggered_us, last_us));
+        let periods = (passed + PERIOD_US / 2) / PERIOD_US;
+        if periods > 0 {
+            self.last_us = Some(triggered_us);
+        }
+        periods
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_period_counts_once_through_the_wrap_of_the_counter() {
+        let start = u32::MAX - 10 * PERIOD_US - 17;
+        let mut pacer = Pacer::default();
+        for tick in 0..20 {
+            let jitter = [0, 1, 2, 1][tick as usize % 4];
+            assert_eq!(pacer.elapsed(start.wrapping_add(tick * PERIOD_US + jitter)), 1, "tick {tick}");
+        }
+    }
+
+    #[test]
+    fn the_sum_of_elapsed_periods_is_the_time_that_passed() {
+        // Gaps as after a stall: nothing may be lost or counted twice, whatever the pattern.
+        let gaps = [1, 1, 7, 1, 300, 2, 1, 60_000, 1];
+        let mut pacer = Pacer::default();
+        let mut stamp = 4_000_000_000_u32;
+        assert_eq!(pacer.elapsed(stamp), 1);
+        for gap in gaps {
+            stamp = stamp.wrapping_add(gap * PERIOD_US);
+            assert_eq!(pacer.elapsed(stamp), gap);
+        }
+    }
+
+    #[test]
+    fn small_errors_of_the_stamps_do_not_add_up() {
+        let mut pacer = Pacer::default();
+        let mut total = 0;
+        for tick in 0..10_000_u32 {
+            let noise = (tick.wrapping_mul(2_654_435_761) >> 30) * 100;
+            total += pacer.elapsed(tick * PERIOD_US + noise);
+        }
+        assert_eq!(total, 10_000);
+    }
+
+    #[test]
+    fn a_sample_seen_twice_or_out_of_order_is_no_period() {
+        let mut pacer = Pacer::default();
+        assert_eq!(pacer.elapsed(5_000), 1);
+        assert_eq!(pacer.elapsed(5_000), 0);
+        assert_eq!(pacer.elapsed(4_000), 0);
+        assert_eq!(pacer.elapsed(6_000), 1);
+    }
+
+    #[test]
+    fn an_interrupt_held_off_for_a_period_is_stamped_with_its_own_trigger() {
+        // The conversion of the trigger at 7 000 is read at 8 010, ten microseconds after the next trigger: its own stamp is 7 000, and
+        // the conversion of 8 000 that follows is a tick of its own.
+        let mut pacer = Pacer::default();
+        assert_eq!(pacer.elapsed(trigger_us(6_031, 31, 25)), 1);
+        assert_eq!(pacer.elapsed(trigger_us(8_010, 10, 25)), 1);
+        assert_eq!(pacer.elapsed(trigger_us(8_031, 31, 25)), 1);
+    }
+}

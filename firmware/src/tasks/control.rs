@@ -1,0 +1,158 @@
+//! One tick: the measurement goes into the loop, the command goes to the servos, and a record of both goes to telemetry.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use firmware::pacing::{LATE_US, Pacer, since};
+use heapless::spsc::Producer;
+use joint_loop::shipped::WalkLoop;
+use joint_loop::{BoardFaults, Frame, MAX_ELAPSED, Sample, State};
+use joint_units::AdcCode;
+
+use super::CONTROL;
+use super::sensor::{MEASURED, Measurement};
+use crate::board::{BOARD, Pin};
+use crate::servo_pwm::Outputs;
+use crate::stopwatch;
+
+/// What one tick was given: with these a host runs the same loop to the same bits.
+#[derive(Clone, Copy)]
+pub(crate) struct TickInputs {
+    pub(crate) tick: u32,
+    pub(crate) sensor: AdcCode,
+    pub(crate) vrefint: AdcCode,
+    pub(crate) elapsed: u8,
+    pub(crate) flags: u8,
+}
+
+impl TickInputs {
+    const BUTTON: u8 = 1 << 0;
+    const LATE: u8 = 1 << 1;
+    const FAULTS_SHIFT: u32 = 2;
+}
+
+/// One frame in this many ticks goes to telemetry: 100 Hz.
+pub(crate) const TICKS_A_FRAME: u8 = 10;
+/// Room for half a frame period more than the watchdog would let telemetry sleep.
+pub(crate) const INPUTS_QUEUED: usize = 64;
+/// As many frames as inputs, and one to spare.
+pub(crate) const FRAMES_QUEUED: usize = 8;
+
+/// Longest tick since telemetry last asked, core cycles.
+static LONGEST_CYCLES: AtomicU32 = AtomicU32::new(0);
+/// Latest start of a tick after its trigger since telemetry last asked, us.
+static LATEST_START_US: AtomicU32 = AtomicU32::new(0);
+/// Records that found their queue full.
+static DROPPED: AtomicU32 = AtomicU32::new(0);
+
+/// Since the last call: the longest tick, in core cycles, and the latest start of one, in microseconds after its trigger.
+pub(super) fn take_worst() -> (u32, u32) {
+    (LONGEST_CYCLES.swap(0, Ordering::Relaxed), LATEST_START_US.swap(0, Ordering::Relaxed))
+}
+
+/// Records dropped since the start because telemetry was behind.
+pub(super) fn dropped() -> u32 {
+    DROPPED.load(Ordering::Relaxed)
+}
+
+/// All that a tick needs.
+pub(crate) struct Control {
+    pub(crate) walk: WalkLoop,
+    pub(crate) outputs: Outputs,
+    pub(crate) inputs: Producer<'static, TickInputs>,
+    pub(crate) frames: Producer<'static, Frame<1>>,
+    /// Too many crashes in a row: the button is not passed on.
+    pub(crate) locked_out: bool,
+    pub(crate) pacer: Pacer,
+    pub(crate) ticks_to_frame: u8,
+}
+
+/// Woken by the sensor task, once a millisecond.
+#[embassy_executor::task]
+pub(crate) async fn control_task(mut control: Control) -> ! {
+    loop {
+        let measured = MEASURED.wait().await;
+        control_step(&mut control, &measured);
+    }
+}
+
+/// One control period.
+#[inline(never)]
+#[cfg_attr(target_os = "none", unsafe(no_mangle))]
+fn control_step(control: &mut Control, measured: &Measurement) {
+    let started = stopwatch::cycles();
+    let elapsed = control.pacer.elapsed(measured.triggered_us).min(MAX_ELAPSED);
+    if elapsed == 0 {
+        return;
+    }
+
+    // Hardware first: it may have switched off already.
+    let mut faults = measured.faults;
+    if control.outputs.take_break() {
+        faults = faults.with(BoardFaults::BREAK_INPUT);
+    }
+    if !control.outputs.as_written() {
+        faults = faults.with(BoardFaults::OUTPUTS);
+    }
+    let start_us = since(stopwatch::now_us(), measured.triggered_us);
+    let sample = Sample {
+        elapsed,
+        codes: [measured.sensor],
+        vrefint: measured.vrefint,
+        button: measured.button && !control.locked_out,
+        late: start_us > LATE_US,
+        faults,
+    };
+
+    let command = control.walk.tick(&sample);
+    let frame = control.walk.frame();
+    match command.pulses {
+        Some(widths) => control.outputs.drive(widths),
+        // A fault does not wait for the end of a pulse.
+        None if frame.state == State::Fault => control.outputs.cut(),
+        None => control.outputs.release(),
+    }
+
+    show(BOARD.led_pulses, command.pulses.is_some());
+    show(BOARD.led_fault, frame.state == State::Fault);
+    control.report(&sample, frame);
+    CONTROL.count();
+    let cycles = stopwatch::cycles().wrapping_sub(started);
+    LONGEST_CYCLES.fetch_max(cycles, Ordering::Relaxed);
+    LATEST_START_US.fetch_max(start_us, Ordering::Relaxed);
+}
+
+impl Control {
+    fn report(&mut self, sample: &Sample<1>, frame: Frame<1>) {
+        let mut flags = sample.faults.bits() << TickInputs::FAULTS_SHIFT;
+        if sample.button {
+            flags |= TickInputs::BUTTON;
+        }
+        if sample.late {
+            flags |= TickInputs::LATE;
+        }
+        let [sensor] = sample.codes;
+        let inputs = TickInputs {
+            tick: frame.tick,
+            sensor,
+            vrefint: sample.vrefint,
+            // At most MAX_ELAPSED, see `control_step`.
+            elapsed: sample.elapsed as u8,
+            flags,
+        };
+        let mut dropped = u32::from(self.inputs.enqueue(inputs).is_err());
+        self.ticks_to_frame -= 1;
+        if self.ticks_to_frame == 0 {
+            self.ticks_to_frame = TICKS_A_FRAME;
+            dropped += u32::from(self.frames.enqueue(frame).is_err());
+        }
+        if dropped > 0 {
+            DROPPED.fetch_add(dropped, Ordering::Relaxed);
+        }
+    }
+}
+
+fn show(led: Option<Pin>, on: bool) {
+    if let Some(pin) = led {
+        pin.set(on);
+    }
+}

@@ -1,0 +1,138 @@
+//! What a configuration must satisfy: one variant a rule, naming the field, the joint, and what is allowed.
+
+use core::fmt;
+use joint_units::Joint;
+
+/// Why a configuration was refused. Angles are given in degrees, as a person would write them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum LoopError {
+    /// A number is not a number or infinite.
+    NotFinite {
+        /// The field, by its path in [`crate::LoopConfig`].
+        field: &'static str,
+        /// Which element, where the field is an array over the joints.
+        joint: Option<Joint>,
+    },
+    /// A number is outside what is allowed.
+    OutOfRange {
+        /// The field, by its path in [`crate::LoopConfig`].
+        field: &'static str,
+        /// Which element, where the field is an array over the joints.
+        joint: Option<Joint>,
+        /// What was given, in `unit`.
+        value: f32,
+        /// Least allowed, in `unit`.
+        least: f32,
+        /// Most allowed, in `unit`.
+        most: f32,
+        /// Unit of the three.
+        unit: &'static str,
+    },
+    /// The two ends of a range are equal or the wrong way round.
+    Inverted {
+        /// The field, by its path in [`crate::LoopConfig`].
+        field: &'static str,
+        /// Which element, where the field is an array over the joints.
+        joint: Option<Joint>,
+    },
+    /// The joint's range needs pulses that its servo may not be given.
+    BeyondPulses {
+        /// The joint.
+        joint: Joint,
+        /// Pulse that one end of the range would need, in microseconds.
+        micros: f32,
+        /// Shortest that the servo may be given.
+        shortest: u16,
+        /// Longest that the servo may be given.
+        longest: u16,
+    },
+    /// A pose limit names one joint twice.
+    SameJoint {
+        /// Index in `gate.pose`.
+        index: usize,
+    },
+    /// The park pose is not inside a pose limit: from there no motion could start.
+    ParkOutsidePose {
+        /// Index in `gate.pose`.
+        index: usize,
+    },
+    /// The park pose is not a pose that the gate lets pass.
+    Park,
+    /// `watch.sensor_required` is set, but there is no sensor.
+    NoSensor,
+    /// The generator that was handed over does not pass its own check.
+    Generator,
+}
+
+/// The element of a field that is an array over the joints: `[left_knee]`.
+struct Of(Option<Joint>);
+
+impl fmt::Display for Of {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(joint) => write!(f, "[{}]", joint.name()),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A number to a thousandth, so that degrees do not show what became of them in radians.
+struct Rounded(f32);
+
+impl fmt::Display for Rounded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let thousands = self.0 * 1000.0;
+        if thousands.abs() < 0.5 || thousands.abs() > 16_000_000.0 {
+            return self.0.fmt(f);
+        }
+        let whole = (thousands + 0.5_f32.copysign(thousands)) as i32;
+        (whole as f32 / 1000.0).fmt(f)
+    }
+}
+
+impl fmt::Display for LoopError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::NotFinite { field, joint } => write!(f, "{field}{} is not a finite number", Of(joint)),
+            Self::OutOfRange { field, joint, value, least, most, unit } => {
+                let [value, least, most] = [value, least, most].map(Rounded);
+                write!(f, "{field}{} is {value} {unit}; allowed are {least} to {most} {unit}", Of(joint))
+            }
+            Self::Inverted { field, joint } => {
+                write!(f, "{field}{}: the least must be below the most", Of(joint))
+            }
+            Self::BeyondPulses { joint, micros, shortest, longest } => write!(
+                f,
+                "gate.range[{0}] needs a pulse of {1} us; servos[{0}] allows {shortest} to {longest} us",
+                joint.name(),
+                Rounded(micros)
+            ),
+            Self::SameJoint { index } => write!(f, "gate.pose[{index}] must name two different joints"),
+            Self::ParkOutsidePose { index } => write!(f, "blend.park must be strictly inside gate.pose[{index}]"),
+            Self::Park => f.write_str("blend.park must be inside gate.range and gate.pose"),
+            Self::NoSensor => f.write_str("watch.sensor_required is set, so at least one sensor must be given"),
+            Self::Generator => f.write_str("the generator does not pass its own check before its first step"),
+        }
+    }
+}
+
+impl core::error::Error for LoopError {}
+
+/// `value` if it is finite and inside `least..=most`.
+pub(crate) fn inside(
+    field: &'static str,
+    joint: Option<Joint>,
+    value: f32,
+    least: f32,
+    most: f32,
+    unit: &'static str,
+) -> Result<f32, LoopError> {
+    if !value.is_finite() {
+        Err(LoopError::NotFinite { field, joint })
+    } else if value < least || value > most {
+        Err(LoopError::OutOfRange { field, joint, value, least, most, unit })
+    } else {
+        Ok(value)
+    }
+}

@@ -1,0 +1,203 @@
+//! The servo map: an angle to the width of the pulse that takes a hobby servo there.
+//!
+//! ```text
+//! pulse = neutral + direction * micros_per_radian * (angle - angle_at_neutral),   clamped to shortest..longest
+//! ```
+//! The order is test, clamp, cast: a cast of "not a number" to an integer is 0, and `clamp` lets it pass, so anything that is
+//! not finite is refused before either.
+
+use crate::error::inside;
+use crate::{JointRange, LoopError};
+use joint_units::{Joint, PulseMicros, Radians};
+
+/// Shortest pulse that any servo may be given.
+pub(crate) const SHORTEST: PulseMicros = PulseMicros(500);
+/// Longest pulse that any servo may be given.
+pub(crate) const LONGEST: PulseMicros = PulseMicros(2_500);
+
+/// Whether flexion makes the pulse longer or shorter: the two sides of a body mount their servos as mirror images.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Direction {
+    /// Flexion lengthens the pulse.
+    Forward,
+    /// Flexion shortens the pulse.
+    Mirrored,
+}
+
+/// How one servo is built and mounted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ServoConfig {
+    /// Pulse of the neutral position. us, within `shortest..=longest`.
+    pub neutral: PulseMicros,
+    /// Angle of the joint at the neutral pulse. rad, -180 to 180 degrees.
+    pub angle_at_neutral: Radians,
+    /// Pulse change for one radian. us/rad, 100 to 2000; 636.62 for 1000 us in 90 degrees.
+    pub micros_per_radian: f32,
+    /// Which way it is mounted.
+    pub direction: Direction,
+    /// Shortest pulse it may be given. us, 500 to 2500.
+    pub shortest: PulseMicros,
+    /// Longest pulse it may be given. us, 500 to 2500, above `shortest`.
+    pub longest: PulseMicros,
+}
+
+impl ServoConfig {
+    /// A hobby servo that turns 180 degrees for 500 to 2500 us.
+    #[must_use]
+    pub const fn hobby(angle_at_neutral: Radians, direction: Direction) -> Self {
+        Self {
+            neutral: PulseMicros(1_500),
+            angle_at_neutral,
+            micros_per_radian: 636.62,
+            direction,
+            shortest: SHORTEST,
+            longest: LONGEST,
+        }
+    }
+
+    /// Checks the fields and makes the map; `joint` is named in errors.
+    ///
+    /// # Errors
+    /// The first field that is not as its documentation says.
+    pub fn build(&self, joint: Joint) -> Result<ServoMap, LoopError> {
+        let pulse = |field, value: PulseMicros, least: PulseMicros, most: PulseMicros| {
+            inside(field, Some(joint), f32::from(value.0), f32::from(least.0), f32::from(most.0), "us")
+        };
+        let shortest = pulse("servos.shortest", self.shortest, SHORTEST, LONGEST)?;
+        let longest = pulse("servos.longest", self.longest, SHORTEST, LONGEST)?;
+        if shortest >= longest {
+            return Err(LoopError::Inverted { field: "servos.shortest..longest", joint: Some(joint) });
+        }
+        let neutral = pulse("servos.neutral", self.neutral, self.shortest, self.longest)?;
+        inside("servos.angle_at_neutral", Some(joint), self.angle_at_neutral.degrees(), -180.0, 180.0, "deg")?;
+        let scale = inside("servos.micros_per_radian", Some(joint), self.micros_per_radian, 100.0, 2_000.0, "us/rad")?;
+        let gain = match self.direction {
+            Direction::Forward => scale,
+            Direction::Mirrored => -scale,
+        };
+        Ok(ServoMap { neutral, origin: self.angle_at_neutral.0, gain, shortest, longest })
+    }
+}
+
+/// A checked servo map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ServoMap {
+    neutral: f32,
+    origin: f32,
+    gain: f32,
+    shortest: f32,
+    longest: f32,
+}
+
+impl ServoMap {
+    /// The pulse for an angle, to the nearest microsecond; `None` for an angle that is not finite.
+    #[must_use]
+    pub fn pulse(&self, angle: Radians) -> Option<PulseMicros> {
+        let micros = self.micros(angle);
+        if !micros.is_finite() {
+            return None;
+        }
+        let kept = micros.max(self.shortest).min(self.longest);
+        Some(PulseMicros((kept + 0.5) as u16))
+    }
+
+    /// The angle that a pulse stands for: the inverse, for whoever reads pulses back.
+    #[must_use]
+    pub fn angle(&self, pulse: PulseMicros) -> Radians {
+        Radians(self.origin + (f32::from(pulse.0) - self.neutral) / self.gain)
+    }
+
+    /// Whether every angle of a range has its own pulse, so that the clamp never acts.
+    pub(crate) fn reaches(&self, joint: Joint, range: &JointRange) -> Result<(), LoopError> {
+        for end in [range.least, range.most] {
+            let micros = self.micros(end);
+            if !(micros >= self.shortest && micros <= self.longest) {
+                let (shortest, longest) = (self.shortest as u16, self.longest as u16);
+                return Err(LoopError::BeyondPulses { joint, micros, shortest, longest });
+            }
+        }
+        Ok(())
+    }
+
+    fn micros(&self, angle: Radians) -> f32 {
+        self.neutral + self.gain * (angle.0 - self.origin)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const KNEE: ServoConfig = ServoConfig::hobby(Radians::from_degrees(45.0), Direction::Forward);
+
+    fn map(config: ServoConfig) -> ServoMap {
+        config.build(Joint::LeftKnee).expect("valid")
+    }
+
+    #[test]
+    fn known_pulses() {
+        let (forward, mirrored) = (map(KNEE), map(ServoConfig { direction: Direction::Mirrored, ..KNEE }));
+        // 90 degrees are 1000 us, by the definition of 636.62 us/rad.
+        for (degrees, micros) in [(45.0, 1500), (135.0, 2500), (-45.0, 500), (90.0, 2000), (5.0, 1056), (1000.0, 2500)]
+        {
+            let angle = Radians::from_degrees(degrees);
+            assert_eq!(forward.pulse(angle), Some(PulseMicros(micros)), "{degrees}");
+            assert_eq!(mirrored.pulse(angle), Some(PulseMicros(3000 - micros)), "{degrees} mirrored");
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_has_no_pulse() {
+        for angle in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN] {
+            assert_eq!(map(KNEE).pulse(Radians(angle)), None, "{angle}");
+        }
+        for (angle, micros) in [(1e30, 2500), (-1e30, 500), (f32::MIN_POSITIVE, 1000), (-0.0, 1000)] {
+            assert_eq!(map(KNEE).pulse(Radians(angle)), Some(PulseMicros(micros)), "{angle}");
+        }
+    }
+
+    #[test]
+    fn every_field_is_checked_by_name() {
+        let broken: [(&str, ServoConfig); 9] = [
+            ("servos.shortest[left_knee] is 499", ServoConfig { shortest: PulseMicros(499), ..KNEE }),
+            ("servos.longest[left_knee] is 2501", ServoConfig { longest: PulseMicros(2501), ..KNEE }),
+            (
+                "servos.shortest..longest[left_knee]",
+                ServoConfig { shortest: PulseMicros(1500), longest: PulseMicros(1500), ..KNEE },
+            ),
+            (
+                "servos.neutral[left_knee] is 2401",
+                ServoConfig { neutral: PulseMicros(2401), longest: PulseMicros(2400), ..KNEE },
+            ),
+            ("servos.angle_at_neutral[left_knee] is not", ServoConfig { angle_at_neutral: Radians(f32::NAN), ..KNEE }),
+            ("servos.angle_at_neutral[left_knee] is", ServoConfig { angle_at_neutral: Radians(4.0), ..KNEE }),
+            ("servos.micros_per_radian[left_knee] is not", ServoConfig { micros_per_radian: f32::INFINITY, ..KNEE }),
+            ("servos.micros_per_radian[left_knee] is 0", ServoConfig { micros_per_radian: 0.0, ..KNEE }),
+            ("servos.micros_per_radian[left_knee] is -636", ServoConfig { micros_per_radian: -636.62, ..KNEE }),
+        ];
+        for (words, config) in broken {
+            let error = config.build(Joint::LeftKnee).expect_err(words).to_string();
+            assert!(error.starts_with(words), "{error}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_pulse_is_always_inside_and_reads_back_within_half_a_microsecond(
+            bits: u32, mirrored: bool, neutral in 500_u16..=2500, origin in -3.1_f32..3.1, scale in 100.0_f32..2000.0,
+        ) {
+            let direction = if mirrored { Direction::Mirrored } else { Direction::Forward };
+            let map = map(ServoConfig {
+                neutral: PulseMicros(neutral), angle_at_neutral: Radians(origin), micros_per_radian: scale, direction, ..KNEE
+            });
+            if let Some(pulse) = map.pulse(Radians(f32::from_bits(bits))) {
+                prop_assert!((500..=2500).contains(&pulse.0));
+            }
+            for micros in [500, 777, 1500, 2500] {
+                let back = map.pulse(map.angle(PulseMicros(micros))).expect("finite");
+                prop_assert!(back.0.abs_diff(micros) <= 1, "{} for {micros}", back.0);
+            }
+        }
+    }
+}

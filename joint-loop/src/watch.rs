@@ -1,0 +1,279 @@
+//! What is watched, and what the supervisor is asked to do about it.
+//!
+//! | condition | while moving | otherwise |
+//! |---|---|---|
+//! | break input, clock, watchdog, outputs, a fault bit without a name | fault | fault |
+//! | more than `fault_gap_s` of control periods without a tick | fault | fault |
+//! | more than `stop_gap_s` of control periods without a tick | stop | arming refused |
+//! | the generator does not pass its check | stop | arming refused |
+//! | more overruns of the converter than `overruns_per_s` | stop | arming refused |
+//! | a required sensor not good for more than `sensor_tolerance_s` | stop | arming refused, with no tolerance |
+//! | the pose envelope held the setpoints back for more than `pose_tolerance_s` | stop | (cannot be) |
+//!
+//! Below its tolerance a condition is only counted. Tolerated times run down as fast as they run up: a sensor that is bad more
+//! often than it is good uses its tolerance up too, however short each spell is.
+
+use crate::error::inside;
+use crate::params::ticks;
+use crate::supervisor::{Cause, Demand};
+use crate::{BoardFaults, Button, LoopError, MAX_ELAPSED};
+use joint_units::Period;
+
+/// What is tolerated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WatchConfig {
+    /// Whether the gait sensors must be good to move. Set it to false to walk from the generator's own rhythm, with no sensor
+    /// worn: verdicts and angles are then still reported, and nothing follows from them.
+    pub sensor_required: bool,
+    /// How long a required sensor may be not good while moving. s, 0 to 1.
+    pub sensor_tolerance_s: f32,
+    /// How long the pose envelope may hold the setpoints back. s, 0 to 1.
+    pub pose_tolerance_s: f32,
+    /// Longest gap between two ticks that is only counted. s, less than `fault_gap_s`.
+    pub stop_gap_s: f32,
+    /// Longest gap between two ticks that only stops. s, at most 0.1, and at most 254 periods.
+    pub fault_gap_s: f32,
+    /// How many overruns of the converter within one second are only counted. 0 to 100.
+    pub overruns_per_s: u32,
+    /// How long the button must be stable. s, 0.005 to 0.2.
+    pub debounce_s: f32,
+}
+
+impl WatchConfig {
+    /// Sensor required; 50 ms of tolerance (the time within which a broken wire must have its effect); gaps of 5 and 20 ms;
+    /// 2 overruns a second; 20 ms of debounce, longer than a tactile switch bounces.
+    pub const DEFAULT: Self = Self {
+        sensor_required: true,
+        sensor_tolerance_s: 0.05,
+        pose_tolerance_s: 0.05,
+        stop_gap_s: 0.005,
+        fault_gap_s: 0.02,
+        overruns_per_s: 2,
+        debounce_s: 0.02,
+    };
+
+    /// Checks the fields and turns times into ticks.
+    ///
+    /// # Errors
+    /// The first field that is not as its documentation says.
+    pub fn build(&self, period: Period) -> Result<Watch, LoopError> {
+        let tolerance = |field, seconds| -> Result<u32, LoopError> {
+            let seconds = inside(field, None, seconds, 0.0, 1.0, "s")?;
+            Ok((seconds / period.seconds() + 0.5) as u32)
+        };
+        let most = (period.seconds() * (MAX_ELAPSED - 1) as f32).min(0.1);
+        let fault_gap = ticks("watch.fault_gap_s", self.fault_gap_s, period.seconds(), most, period)?;
+        inside("watch.stop_gap_s", None, self.stop_gap_s, 0.0, self.fault_gap_s, "s")?;
+        let stop_gap = ticks("watch.stop_gap_s", self.stop_gap_s, 0.0, 0.1, period)?;
+        if stop_gap > fault_gap {
+            return Err(LoopError::Inverted { field: "watch.stop_gap_s..fault_gap_s", joint: None });
+        }
+        inside("watch.overruns_per_s", None, self.overruns_per_s as f32, 0.0, 100.0, "1/s")?;
+        Ok(Watch {
+            sensor_required: self.sensor_required,
+            sensor_tolerance: tolerance("watch.sensor_tolerance_s", self.sensor_tolerance_s)?,
+            pose_tolerance: tolerance("watch.pose_tolerance_s", self.pose_tolerance_s)?,
+            stop_gap,
+            fault_gap,
+            overruns: self.overruns_per_s,
+            second: ticks("second", 1.0, 1.0, 1.0, period)?,
+        })
+    }
+
+    /// The debounced button.
+    ///
+    /// # Errors
+    /// `debounce_s` is not as its documentation says.
+    pub fn button(&self, period: Period) -> Result<Button, LoopError> {
+        Ok(Button::new(ticks("watch.debounce_s", self.debounce_s, 0.005, 0.2, period)?))
+    }
+}
+
+/// A checked [`WatchConfig`], in ticks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Watch {
+    sensor_required: bool,
+    sensor_tolerance: u32,
+    pose_tolerance: u32,
+    stop_gap: u32,
+    fault_gap: u32,
+    overruns: u32,
+    second: u32,
+}
+
+/// What one tick saw.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Seen {
+    /// The joints are moving.
+    pub moving: bool,
+    /// Control periods since the last tick.
+    pub elapsed: u32,
+    /// What the board reports.
+    pub faults: BoardFaults,
+    /// Every sensor's verdict is good.
+    pub sensors_good: bool,
+    /// The generator passes its check.
+    pub generator_sound: bool,
+    /// The pose envelope held the setpoints back in the last tick.
+    pub pose_limited: bool,
+}
+
+/// What has accumulated so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Watched {
+    /// Periods that the sensors were not good, less those that they were.
+    sensor: u32,
+    /// Ticks that the pose was held back, less those that it was not.
+    pose: u32,
+    /// Overruns since the one that opened the window, with it.
+    overruns: u32,
+    /// Periods since then.
+    window: u32,
+}
+
+impl Watch {
+    /// Takes what one tick saw, and says what follows.
+    pub fn judge(&self, watched: &mut Watched, seen: &Seen) -> Demand {
+        // Spells are held at just above the tolerance, so that they are over as long after their end as they lasted to count.
+        spell(&mut watched.sensor, !seen.sensors_good, seen.elapsed, self.sensor_tolerance);
+        spell(&mut watched.pose, seen.pose_limited, 1, self.pose_tolerance);
+        watched.window = watched.window.saturating_add(seen.elapsed);
+        if seen.faults.contains(BoardFaults::ADC_OVERRUN) {
+            if watched.overruns == 0 || watched.window >= self.second {
+                (watched.overruns, watched.window) = (0, 0);
+            }
+            watched.overruns = watched.overruns.saturating_add(1);
+        } else if watched.window >= self.second {
+            watched.overruns = 0;
+        }
+
+        let sensor_tolerance = if seen.moving { self.sensor_tolerance } else { 0 };
+        if let Some(cause) = named(seen.faults) {
+            Demand::Fault(cause)
+        } else if seen.elapsed > self.fault_gap {
+            Demand::Fault(Cause::Gap)
+        } else if seen.elapsed > self.stop_gap {
+            Demand::Stop(Cause::Gap)
+        } else if !seen.generator_sound {
+            Demand::Stop(Cause::Generator)
+        } else if watched.overruns > self.overruns {
+            Demand::Stop(Cause::AdcOverrun)
+        } else if self.sensor_required && watched.sensor > sensor_tolerance {
+            Demand::Stop(Cause::Sensor)
+        } else if watched.pose > self.pose_tolerance {
+            Demand::Stop(Cause::Pose)
+        } else {
+            Demand::Go
+        }
+    }
+}
+
+fn spell(spell: &mut u32, on: bool, by: u32, tolerance: u32) {
+    *spell = if on { spell.saturating_add(by).min(tolerance.saturating_add(1)) } else { spell.saturating_sub(by) };
+}
+
+/// The cause of the gravest fault of the board that is not merely counted.
+fn named(faults: BoardFaults) -> Option<Cause> {
+    let graves = [
+        (BoardFaults::BREAK_INPUT, Cause::BreakInput),
+        (BoardFaults::CLOCK, Cause::Clock),
+        (BoardFaults::OUTPUTS, Cause::Outputs),
+        (BoardFaults::WATCHDOG, Cause::Watchdog),
+    ];
+    let rest = faults.without(BoardFaults::ADC_OVERRUN);
+    let found = graves.into_iter().find(|(bit, _)| rest.contains(*bit)).map(|(_, cause)| cause);
+    if rest.is_empty() { None } else { Some(found.unwrap_or(Cause::Board)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WELL: Seen = Seen {
+        moving: true,
+        elapsed: 1,
+        faults: BoardFaults::NONE,
+        sensors_good: true,
+        generator_sound: true,
+        pose_limited: false,
+    };
+
+    fn watch() -> Watch {
+        WatchConfig::DEFAULT.build(Period::MILLISECOND).expect("valid")
+    }
+
+    /// Overruns at these ticks: on which ticks is a stop asked for?
+    fn stops(overruns: &[u32], ticks: u32) -> Vec<u32> {
+        let (watch, mut watched) = (watch(), Watched::default());
+        (0..ticks)
+            .filter(|tick| {
+                let faults = if overruns.contains(tick) { BoardFaults::ADC_OVERRUN } else { BoardFaults::NONE };
+                let demand = watch.judge(&mut watched, &Seen { faults, ..WELL });
+                assert!(demand == Demand::Go || demand == Demand::Stop(Cause::AdcOverrun));
+                demand != Demand::Go
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_third_overrun_within_a_second_stops_until_the_second_is_over() {
+        assert!(stops(&[1_500, 1_700], 4_000).is_empty());
+        assert_eq!(stops(&[1_500, 1_700, 2_499], 4_000), [2_499]);
+        assert_eq!(stops(&[1_500, 1_700, 2_490], 4_000), (2_490..2_500).collect::<Vec<_>>());
+        // A second after the first of them the count begins again.
+        assert_eq!(stops(&[1_500, 1_700, 2_500, 2_600, 3_499], 4_000), [3_499]);
+        assert!(stops(&[1_500, 1_700, 2_500, 2_600, 3_500], 4_000).is_empty());
+    }
+
+    #[test]
+    fn a_tolerance_is_exact_and_recovers_as_fast_as_it_went() {
+        let (watch, mut watched) = (watch(), Watched::default());
+        let mut see = |ticks: u32, sensors_good, moving| {
+            let seen = Seen { sensors_good, moving, ..WELL };
+            (0..ticks).map(|_| watch.judge(&mut watched, &seen)).last().expect("some")
+        };
+        assert_eq!(see(50, false, true), Demand::Go);
+        assert_eq!(see(1, false, true), Demand::Stop(Cause::Sensor));
+        // However long it was: 51 ticks to be wholly good again, which is what arming wants; moving wants less.
+        see(10_000, false, true);
+        assert_eq!(see(1, true, true), Demand::Go);
+        assert_eq!(see(49, true, false), Demand::Stop(Cause::Sensor));
+        assert_eq!(see(1, true, false), Demand::Go);
+        assert_eq!(see(1, false, false), Demand::Stop(Cause::Sensor));
+        // Periods that were missed count as the tick that follows them.
+        see(100, true, true);
+        let seen = Seen { sensors_good: false, elapsed: 5, ..WELL };
+        let demands: Vec<_> = (0..11).map(|_| watch.judge(&mut watched, &seen)).collect();
+        assert_eq!(demands[9..], [Demand::Go, Demand::Stop(Cause::Sensor)]);
+    }
+
+    #[test]
+    fn the_gravest_comes_first() {
+        let all = Seen {
+            elapsed: 255,
+            faults: BoardFaults::from_bits(0x3f),
+            sensors_good: false,
+            generator_sound: false,
+            pose_limited: true,
+            moving: true,
+        };
+        let judge = |seen: Seen| watch().judge(&mut Watched { sensor: 51, pose: 51, overruns: 9, window: 1 }, &seen);
+        let faults = |bits| Seen { faults: BoardFaults::from_bits(bits), ..all };
+        assert_eq!(judge(all), Demand::Fault(Cause::BreakInput));
+        assert_eq!(judge(faults(0x3d)), Demand::Fault(Cause::Clock));
+        assert_eq!(judge(faults(0x39)), Demand::Fault(Cause::Outputs));
+        assert_eq!(judge(faults(0x29)), Demand::Fault(Cause::Watchdog));
+        assert_eq!(judge(faults(0x21)), Demand::Fault(Cause::Board));
+        assert_eq!(judge(faults(0x01)), Demand::Fault(Cause::Gap));
+        let none = Seen { elapsed: 20, ..faults(0) };
+        assert_eq!(judge(none), Demand::Stop(Cause::Gap));
+        let none = Seen { elapsed: 5, ..none };
+        assert_eq!(judge(none), Demand::Stop(Cause::Generator));
+        let none = Seen { generator_sound: true, ..none };
+        assert_eq!(judge(none), Demand::Stop(Cause::AdcOverrun));
+        let later = Seen { elapsed: 1, ..none };
+        let judge = |seen: Seen, sensor| watch().judge(&mut Watched { sensor, pose: 51, ..Watched::default() }, &seen);
+        assert_eq!(judge(later, 51), Demand::Stop(Cause::Sensor));
+        assert_eq!(judge(Seen { sensors_good: true, ..later }, 0), Demand::Stop(Cause::Pose));
+    }
+}

@@ -1,0 +1,262 @@
+//! How the joints move: from the park pose to the rhythm and back, with nothing that the gate would have to hold back.
+
+mod support;
+
+use cpg_core::Generator;
+use cpg_core::walking::default_walk;
+use joint_loop::{Cause, GateStatus, JointLoop, LoopConfig, State};
+use joint_units::{Period, PulseMicros, Radians};
+use support::{Puppet, good, idle, press, puppet, reach, walker};
+
+const PARK: [Radians; 4] = [Radians(0.0), Radians(0.0), Radians::from_degrees(5.0), Radians::from_degrees(5.0)];
+const PARK_PULSES: [PulseMicros; 4] = [PulseMicros(1500), PulseMicros(1500), PulseMicros(1056), PulseMicros(1944)];
+
+/// Follows the setpoints tick by tick, with a second bookkeeping of rate and acceleration that the gate knows nothing of.
+struct Course {
+    last: [f64; 4],
+    step: [f64; 4],
+    /// Largest rate and acceleration so far, in degrees per second (squared).
+    rate: f64,
+    acceleration: f64,
+}
+
+impl Course {
+    fn at_rest(pose: [Radians; 4]) -> Self {
+        Self { last: pose.map(|a| f64::from(a.0)), step: [0.0; 4], rate: 0.0, acceleration: 0.0 }
+    }
+
+    fn follow<G: Generator<4>, const S: usize>(&mut self, joints: &JointLoop<G, S>) {
+        let now = joints.frame().setpoints.map(|a| f64::from(a.0));
+        for ((now, last), before) in now.into_iter().zip(self.last).zip(&mut self.step) {
+            let step = now - last;
+            self.rate = self.rate.max(step.abs().to_degrees() * 1e3);
+            self.acceleration = self.acceleration.max((step - *before).abs().to_degrees() * 1e6);
+            *before = step;
+        }
+        self.last = now;
+    }
+
+    /// Within the default limits, and f32 rounding of an angle of at most 2.1 rad: 3 half-steps of 2^-22 each.
+    fn assert_bounded(&self) {
+        assert!(self.rate <= 500.0 + 0.03, "{} deg/s", self.rate);
+        assert!(self.acceleration <= 20_000.0 + 30.0, "{} deg/s^2", self.acceleration);
+    }
+}
+
+#[test]
+fn the_first_pulses_are_the_park_pose_and_come_with_the_press() {
+    let mut joints = reach(&walker(), State::Disarmed);
+    for tick in 0..19 {
+        let command = joints.tick(&joint_loop::Sample { button: true, ..good(tick) });
+        assert_eq!(command.pulses, None, "not before the button is stable");
+    }
+    let command = joints.tick(&joint_loop::Sample { button: true, ..good(19) });
+    assert_eq!(command.pulses, Some(PARK_PULSES));
+    assert_eq!((joints.state(), joints.frame().setpoints), (State::Arming, PARK));
+}
+
+/// The default walk, armed at 55 phases of the stride: no limit acts in the ramp or in ten strides, and in walking the
+/// setpoints are the generator's angles, bit for bit.
+#[test]
+fn the_default_walk_passes_the_gate_untouched() {
+    let mut widest = [(f32::MAX, f32::MIN); 4];
+    for start in (0..1_100).step_by(20) {
+        let mut joints = walker();
+        idle(&mut joints, 20 + start);
+        press(&mut joints);
+        let mut course = Course::at_rest(PARK);
+        course.follow(&joints);
+        for tick in 0..13_000 {
+            joints.tick(&good(tick));
+            course.follow(&joints);
+            let frame = joints.frame();
+            assert_eq!(frame.limited, GateStatus::NONE, "start {start} tick {tick}");
+            if frame.state == State::Walking {
+                let wanted = joints.generator().angles();
+                assert_eq!(frame.setpoints.map(|a| a.0.to_bits()), wanted.map(|a| a.0.to_bits()), "tick {tick}");
+                for (range, angle) in widest.iter_mut().zip(frame.setpoints) {
+                    *range = (range.0.min(angle.degrees()), range.1.max(angle.degrees()));
+                }
+            } else {
+                assert_eq!(frame.state, State::Arming);
+            }
+        }
+        course.assert_bounded();
+        assert_eq!(joints.frame().limited_ticks, 0);
+        assert_eq!((joints.state(), joints.frame().cause), (State::Walking, Cause::None));
+    }
+    // Offsets 5 and 30, amplitudes 20 and 30 degrees, 3.9 percent of overshoot.
+    for (joint, (least, most)) in widest.into_iter().enumerate() {
+        let (middle, amplitude) = if joint < 2 { (5.0, 20.0 * 1.0388) } else { (30.0, 30.0 * 1.0388) };
+        assert!((least - (middle - amplitude)).abs() < 0.1 && (most - (middle + amplitude)).abs() < 0.1, "{widest:?}");
+    }
+}
+
+/// A stop pressed at every tick of the ramp, and at every seventh of two strides of walking: never a limit, and within a second
+/// and three ticks the outputs are off, from exactly the park pose at rest.
+#[test]
+fn a_stop_is_smooth_from_every_tick() {
+    let mut joints = reach(&walker(), State::Disarmed);
+    press(&mut joints);
+    let mut course = Course::at_rest(PARK);
+    for tick in 0..4_000 {
+        joints.tick(&good(tick));
+        course.follow(&joints);
+        // The button must have been seen released before it can be pressed again.
+        if tick < 40 || (tick > 2_100 && tick % 7 != 0) {
+            continue;
+        }
+        let (mut stopping, mut stop) = (joints.clone(), Course { ..course });
+        for held in 0..20 {
+            stopping.tick(&joint_loop::Sample { button: true, ..good(held) });
+            stop.follow(&stopping);
+        }
+        assert_eq!((stopping.state(), stopping.frame().cause), (State::Stopping, Cause::Button));
+        let mut last_pulses = None;
+        let ticks = (0..2_000)
+            .take_while(|tick| {
+                let command = stopping.tick(&good(*tick));
+                stop.follow(&stopping);
+                assert_eq!(stopping.frame().limited, GateStatus::NONE, "stop at {tick}");
+                last_pulses = command.pulses.or(last_pulses);
+                command.pulses.is_some()
+            })
+            .count();
+        assert!((1_000..=1_003).contains(&ticks), "{ticks}");
+        assert_eq!((stopping.state(), stopping.frame().setpoints), (State::Disarmed, PARK));
+        assert_eq!(last_pulses, Some(PARK_PULSES));
+        stop.assert_bounded();
+    }
+}
+
+/// The same for the stop that a lost sensor makes: 0.3 s after the tolerance of 50 ms.
+#[test]
+fn a_hurried_stop_is_smooth_from_every_tick() {
+    let mut joints = reach(&walker(), State::Disarmed);
+    press(&mut joints);
+    let mut course = Course::at_rest(PARK);
+    let (mut rate, mut acceleration) = (0.0_f64, 0.0_f64);
+    for tick in 0..3_600 {
+        joints.tick(&good(tick));
+        course.follow(&joints);
+        if tick > 2_100 && tick % 7 != 0 {
+            continue;
+        }
+        let (mut stopping, mut stop) = (joints.clone(), Course { ..course });
+        let mut moved = 0;
+        while stopping.state().moving() {
+            stopping.tick(&joint_loop::Sample { codes: [support::OPEN], ..good(tick) });
+            stop.follow(&stopping);
+            assert_eq!(stopping.frame().limited, GateStatus::NONE);
+            moved += 1;
+        }
+        assert!((350..=354).contains(&moved), "{moved}");
+        assert_eq!((stopping.state(), stopping.frame().cause), (State::Disarmed, Cause::Sensor));
+        assert_eq!(stopping.frame().setpoints, PARK);
+        stop.assert_bounded();
+        (rate, acceleration) = (rate.max(stop.rate), acceleration.max(stop.acceleration));
+    }
+    println!("hurried stop: at most {rate:.0} deg/s, {acceleration:.0} deg/s^2");
+    assert!(rate > 300.0 && acceleration > 3_000.0, "the worst case was among them");
+}
+
+/// A generator that jumps is bounded, and one that asks for the impossible is held, with the outputs on.
+#[test]
+fn a_jumping_generator_is_bounded() {
+    let mut config = LoopConfig::default_biped();
+    config.watch.pose_tolerance_s = 1.0;
+    let wild = [[60.0, -30.0, 120.0, 0.0], [-30.0, 60.0, 0.0, 120.0], [400.0, -400.0, 400.0, 400.0], [0.0; 4]];
+    for period_of_jumps in [1, 7, 50, 130, 400] {
+        let mut joints = config
+            .build(Period::MILLISECOND, Jumper { poses: wild, every: period_of_jumps, steps: 0 }, [support::sensor()])
+            .expect("valid");
+        idle(&mut joints, 40);
+        press(&mut joints);
+        let mut course = Course::at_rest(PARK);
+        course.follow(&joints);
+        for tick in 0..10_000 {
+            joints.tick(&good(tick));
+            course.follow(&joints);
+            for (angle, range) in joints.frame().setpoints.iter().zip(config.gate.range) {
+                assert!(*angle >= range.least && *angle <= range.most);
+            }
+            for limit in config.gate.pose.iter().flatten() {
+                // Two angles that were each rounded to f32.
+                assert!(limit.of(&joints.frame().setpoints).0 <= limit.most.0 + 2.4e-7);
+            }
+        }
+        course.assert_bounded();
+        assert!(joints.frame().limited_ticks > 1_000);
+    }
+}
+
+#[derive(Debug, Clone)]
+struct Jumper {
+    poses: [[f32; 4]; 4],
+    every: u32,
+    steps: u32,
+}
+
+impl Generator<4> for Jumper {
+    fn step(&mut self) {
+        self.steps += 1;
+    }
+    fn angles(&self) -> [Radians; 4] {
+        self.poses[(self.steps / self.every % 4) as usize].map(Radians::from_degrees)
+    }
+    fn rates(&self) -> [joint_units::RadPerSec; 4] {
+        [joint_units::RadPerSec(0.0); 4]
+    }
+    fn phase(&self) -> joint_units::Phase {
+        joint_units::Phase(0)
+    }
+    fn amplitude(&self) -> f32 {
+        1.0
+    }
+    fn check(&self) -> Result<(), cpg_core::StateFault> {
+        Ok(())
+    }
+    fn reset(&mut self) {
+        self.steps = 0;
+    }
+}
+
+/// The generator is stepped once a call, in every state, and never made to catch up.
+#[test]
+fn one_step_a_call() {
+    let mut joints = reach(&puppet(Puppet::at([0.0; 4])), State::Walking);
+    let (steps, seq) = (joints.generator().steps, joints.frame().seq);
+    assert_eq!(steps, seq);
+    joints.tick(&joint_loop::Sample { elapsed: 5, ..good(0) });
+    assert_eq!((joints.generator().steps, joints.frame().seq), (steps + 1, seq + 1));
+    assert_eq!((joints.frame().missed, joints.frame().tick), (4, seq + 5));
+}
+
+/// Another control period gives the same course in time.
+#[test]
+fn the_course_does_not_depend_on_the_period() {
+    let mut config = LoopConfig::default_biped();
+    config.watch.sensor_required = false;
+    let mut poses = Vec::new();
+    for micros in [500, 1_000, 2_000] {
+        let period = Period::from_micros(micros).expect("valid");
+        let walk = default_walk(period).expect("valid");
+        let mut joints = config.build(period, walk, []).expect("valid");
+        let ticks = |ms: u32| ms * 1_000 / micros;
+        let mut run = |ms: u32, button: bool| {
+            for _ in 0..ticks(ms) {
+                joints.tick(&joint_loop::Sample { button, ..joint_loop::Sample::default() });
+            }
+        };
+        run(40, false);
+        run(20, true);
+        run(1_400, false);
+        assert_eq!((joints.state(), joints.frame().limited_ticks), (State::Arming, 0));
+        poses.push(joints.frame().setpoints.map(Radians::degrees));
+    }
+    for joint in 0..4 {
+        // The press is certain one tick earlier or later: at 200 deg/s that is 0.2 degrees a millisecond.
+        assert!((poses[0][joint] - poses[1][joint]).abs() < 0.3, "{poses:?}");
+        assert!((poses[2][joint] - poses[1][joint]).abs() < 0.6, "{poses:?}");
+    }
+}

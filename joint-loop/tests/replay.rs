@@ -1,0 +1,230 @@
+//! The loop as a function of its inputs: every code in every state, any inputs at all, and the same again.
+
+mod support;
+
+use cpg_core::walking::Walk;
+use hgod_adc::{SensorState, Verdict};
+use joint_loop::{BoardFaults, Cause, Command, Frame, JointLoop, LoopConfig, Sample, State};
+use joint_units::{AdcCode, Joint};
+use proptest::prelude::*;
+use support::{VREFINT, good, idle, press, reach, script, sensor, walker};
+
+/// Every code of the converter, for the sensor and for the reference, in every state: one tick and 60 more. The measured angle
+/// is what the sensor alone makes of the same codes, bit for bit; what moves is bounded; nothing moves that did not.
+#[test]
+fn every_code_in_every_state() {
+    let fresh = walker();
+    for state in State::ALL {
+        let start = reach(&fresh, state);
+        // The sensor by itself, taken through the same history of good codes.
+        let (alone, mut listening) = (sensor(), SensorState::default());
+        for sample in script(state) {
+            alone.sample(&mut listening, sample.codes[0], sample.vrefint);
+        }
+        for code in 0..=AdcCode::MAX.0 {
+            for sample in [
+                Sample { codes: [AdcCode(code)], ..good(0) },
+                Sample { vrefint: AdcCode(code), ..good(0) },
+                Sample { codes: [AdcCode(code)], vrefint: AdcCode(code), ..good(0) },
+            ] {
+                let mut joints = start.clone();
+                let command = joints.tick(&sample);
+                let frame = joints.frame();
+                let after = if state == State::Boot { State::Disarmed } else { state };
+                assert_eq!((frame.state, command.pulses.is_some()), (after, after.moving()), "{code} {state:?}");
+                assert!(frame.measured[0].0.is_finite() && (0.0..=120.1).contains(&frame.measured[0].degrees()));
+                let reading = alone.sample(&mut listening.clone(), sample.codes[0], sample.vrefint);
+                assert_eq!(frame.verdict, [reading.verdict], "{code} {state:?}");
+                assert_eq!(frame.measured[0].0.to_bits(), reading.angle.0.to_bits(), "{code} {state:?}");
+                for tick in 0..if code % 64 == 0 { 60 } else { 1 } {
+                    let before = joints.frame();
+                    joints.tick(&Sample { codes: [AdcCode(code)], ..good(tick) });
+                    assert_allowed(&before, &joints.frame());
+                }
+            }
+        }
+    }
+}
+
+/// What every pair of neighbouring frames must satisfy.
+fn assert_allowed(before: &Frame<1>, after: &Frame<1>) {
+    let config = LoopConfig::default_biped();
+    let legal = match before.state {
+        State::Boot => [State::Disarmed].as_slice(),
+        State::Disarmed => &[State::Disarmed, State::Arming, State::Fault],
+        State::Arming => &[State::Arming, State::Walking, State::Stopping, State::Fault],
+        State::Walking => &[State::Walking, State::Stopping, State::Fault],
+        State::Stopping => &[State::Stopping, State::Disarmed, State::Fault],
+        State::Fault => &[State::Fault, State::Disarmed],
+    };
+    assert!(legal.contains(&after.state), "{before:?} {after:?}");
+    assert_eq!(after.seq, before.seq.wrapping_add(1));
+    for joint in Joint::ALL {
+        let at = joint as usize;
+        let (setpoint, range, pulse) = (after.setpoints[at], config.gate.range[at], after.pulses[at]);
+        assert!(setpoint >= range.least && setpoint <= range.most);
+        let map = config.servos[at].build(joint).expect("valid");
+        let wanted = if after.state.moving() { map.pulse(setpoint).map(|pulse| pulse.0) } else { Some(0) };
+        assert_eq!(Some(pulse.0), wanted, "no pulse unless armed, and then that of the setpoint");
+        if after.state.moving() && before.state.moving() {
+            // 500 deg/s.
+            assert!((setpoint.degrees() - before.setpoints[at].degrees()).abs() <= 0.500_1);
+        }
+        if after.state == State::Arming && before.state != State::Arming {
+            assert_eq!(setpoint, config.blend.park[at], "motion begins at the park pose");
+        }
+    }
+}
+
+/// One tick's worth of anything the board can say.
+fn anything() -> impl Strategy<Value = (Sample<1>, u16)> {
+    let elapsed = prop_oneof![60 => Just(1_u32), 3 => 2_u32..8, 1 => 0_u32..400];
+    let faults = prop_oneof![60 => Just(0_u8), 4 => Just(1_u8), 1 => 0_u8..64];
+    let codes = prop_oneof![20 => 1_600_u16..2_000, 1 => 0_u16..4_096, 1 => any::<u16>()];
+    let vrefint = prop_oneof![30 => Just(VREFINT.0), 1 => any::<u16>()];
+    let held = prop_oneof![3 => 1_u16..30, 1 => 100_u16..2_500];
+    (elapsed, faults, codes, vrefint, any::<bool>(), any::<bool>(), held).prop_map(
+        |(elapsed, faults, code, vrefint, button, late, held)| {
+            let faults = BoardFaults::from_bits(faults);
+            let sample = Sample { elapsed, codes: [AdcCode(code)], vrefint: AdcCode(vrefint), button, late, faults };
+            (sample, held)
+        },
+    )
+}
+
+/// The tick that follows a spell's first: the same, without what would be a fault at once.
+fn going_on(sample: Sample<1>, tick: u16) -> Sample<1> {
+    let code = AdcCode(sample.codes[0].0 ^ (tick & 1));
+    Sample { elapsed: 1, codes: [code], faults: BoardFaults::NONE, ..sample }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(120))]
+
+    /// Any inputs: every frame follows from the one before as allowed, and the same inputs give the same frames and hash.
+    #[test]
+    fn any_inputs_are_bounded_and_replay(spells in prop::collection::vec(anything(), 1..60)) {
+        let (mut joints, mut again) = (walker(), walker());
+        let mut recorded = Vec::new();
+        let mut held_for = 0;
+        for (first, held) in spells {
+            for tick in 0..held {
+                let sample = if tick == 0 { first } else { going_on(first, tick) };
+                let before = joints.frame();
+                let command = joints.tick(&sample);
+                let after = joints.frame();
+                held_for = if sample.button { held_for + 1 } else { 0 };
+                assert_allowed(&before, &after);
+                prop_assert_eq!(command.pulses.is_some(), after.state.moving());
+                if !before.state.moving() && after.state.moving() {
+                    prop_assert!(before.state == State::Disarmed && held_for >= 20);
+                    prop_assert!(after.verdict == [Verdict::Good] && sample.faults.is_empty());
+                }
+                recorded.push((sample, after));
+            }
+        }
+        for (sample, frame) in &recorded {
+            again.tick(sample);
+            prop_assert_eq!(bits(&again.frame()), bits(frame));
+        }
+    }
+}
+
+/// A frame with its floats as bits, so that equal means equal.
+fn bits(frame: &Frame<1>) -> (Frame<1>, [u32; 5]) {
+    let [a, b, c, d] = frame.setpoints.map(|angle| angle.0.to_bits());
+    (*frame, [a, b, c, d, frame.measured[0].0.to_bits()])
+}
+
+/// A walk as a list of inputs.
+fn inputs() -> Vec<Sample<1>> {
+    (0..6_000)
+        .map(|tick| {
+            let button = matches!(tick, 100..200 | 4_000..4_100);
+            let elapsed = if tick % 997 == 996 { 3 } else { 1 };
+            Sample { button, elapsed, codes: [AdcCode(1_700 + (tick % 300) as u16)], ..good(tick) }
+        })
+        .collect()
+}
+
+fn replay(inputs: &[Sample<1>]) -> JointLoop<Walk, 1> {
+    let mut joints = walker();
+    for sample in inputs {
+        joints.tick(sample);
+    }
+    joints
+}
+
+#[test]
+fn the_hash_tells_runs_apart() {
+    let inputs = inputs();
+    let whole = replay(&inputs).frame();
+    assert_eq!((whole.state, whole.cause), (State::Disarmed, Cause::Button));
+    assert_eq!(replay(&inputs).frame(), whole);
+    assert_ne!(replay(&inputs[..5_999]).frame().setpoint_hash, whole.setpoint_hash);
+
+    let with = |at: usize, change: fn(&mut Sample<1>)| {
+        let mut inputs = inputs.clone();
+        change(&mut inputs[at]);
+        replay(&inputs).frame()
+    };
+    // One bit of what moves the setpoints, at one tick: another hash.
+    for at in [0, 50, 119, 1_000, 2_500, 4_019, 4_500, 5_999] {
+        for change in [
+            |s: &mut Sample<1>| s.elapsed ^= 2,
+            |s: &mut Sample<1>| s.faults = BoardFaults::CLOCK,
+            |s: &mut Sample<1>| s.faults = BoardFaults::BREAK_INPUT,
+        ] {
+            // Boot answers faults with disarmed, so in the first tick they change nothing.
+            let changed = with(at, change);
+            let nothing = at == 0 && changed.tick == whole.tick;
+            assert_eq!(changed.setpoint_hash == whole.setpoint_hash, nothing, "tick {at}");
+        }
+    }
+    assert_ne!(with(110, |s| s.button = false).setpoint_hash, whole.setpoint_hash);
+    // One bit of a code moves nothing (yet), and is seen in the frame.
+    let other = with(5_990, |s| s.codes[0].0 ^= 4);
+    assert_eq!(other.setpoint_hash, whole.setpoint_hash);
+    assert_ne!(other.measured[0].0.to_bits(), whole.measured[0].0.to_bits());
+}
+
+/// The hash is FNV-1a over what the frames of every tick say: computed here from the frames alone.
+#[test]
+fn the_hash_can_be_computed_from_the_frames() {
+    let mut joints = walker();
+    let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
+    for sample in inputs() {
+        joints.tick(&sample);
+        let frame = joints.frame();
+        let mut bytes = frame.tick.to_le_bytes().to_vec();
+        bytes.push(State::ALL.iter().position(|state| *state == frame.state).expect("listed") as u8);
+        bytes.extend(frame.setpoints.iter().flat_map(|angle| angle.0.to_bits().to_le_bytes()));
+        for byte in bytes {
+            hash = (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
+        }
+        assert_eq!(frame.setpoint_hash, hash);
+    }
+}
+
+/// A copy goes on as the original does: nothing is kept outside of it.
+#[test]
+fn a_copy_goes_on_alike() {
+    let mut joints = reach(&walker(), State::Arming);
+    let mut copy = joints.clone();
+    for tick in 0..5_000 {
+        assert_eq!(joints.tick(&good(tick)), copy.tick(&good(tick)));
+        assert_eq!(bits(&joints.frame()), bits(&copy.frame()));
+    }
+}
+
+#[test]
+fn disarmed_means_off_and_parked() {
+    let mut joints = reach(&walker(), State::Walking);
+    idle(&mut joints, 40);
+    press(&mut joints);
+    idle(&mut joints, 1_100);
+    for tick in 0..5_000 {
+        assert_eq!(joints.tick(&good(tick)), Command::OFF);
+        assert_eq!(joints.frame().setpoints, LoopConfig::default_biped().blend.park);
+    }
+}

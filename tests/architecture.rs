@@ -1,0 +1,257 @@
+//! The rooms and the doors, asserted: which package may know which, from `cargo metadata` and a few source lines.
+//!
+//! `joint-units <- {hgod-adc, cpg-core} <- joint-loop <- {firmware, tests, tools}`; the reasons are in `docs/architecture.md`.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::LazyLock;
+
+use serde_json::Value;
+
+/// What each core may know of this workspace.
+const CORES: [(&str, &[&str]); 4] = [
+    ("joint-units", &[]),
+    ("hgod-adc", &["joint-units"]),
+    ("cpg-core", &["joint-units"]),
+    ("joint-loop", &["joint-units", "hgod-adc", "cpg-core"]),
+];
+
+/// Libraries that a core may use: no allocation, no input or output, no hardware.
+const CORE_LIBRARIES: [&str; 5] = ["defmt", "fixed", "heapless", "libm", "micromath"];
+
+/// Packages that nothing may depend on: programs, chores and tests. The virtual board is one for its licence too (GPL-2.0-only).
+const ENDS: [&str; 6] = ["core-selftest", "firmware", "footfall-tests", "link-proof", "virtual-board", "xtask"];
+
+/// Packages that need a second target or system packages, so that plain `cargo test` leaves them out.
+const NOT_DEFAULT: [&str; 4] = ["core-selftest", "firmware", "link-proof", "virtual-board"];
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("tests/ is in the workspace")
+}
+
+static METADATA: LazyLock<Value> = LazyLock::new(|| {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let output = Command::new(cargo)
+        .args(["metadata", "--format-version", "1", "--no-deps", "--offline"])
+        .current_dir(root())
+        .output()
+        .expect("cargo starts");
+    assert!(output.status.success(), "cargo metadata: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("cargo metadata is JSON")
+});
+
+fn packages() -> BTreeMap<&'static str, &'static Value> {
+    let packages = METADATA["packages"].as_array().expect("a list of packages");
+    packages.iter().map(|package| (text(&package["name"]), package)).collect()
+}
+
+fn text(value: &'static Value) -> &'static str {
+    value.as_str().unwrap_or_default()
+}
+
+fn dependencies(package: &'static Value) -> &'static [Value] {
+    package["dependencies"].as_array().map_or(&[], Vec::as_slice)
+}
+
+/// A dependency inside the workspace has a path, one from a registry has a source.
+fn is_ours(dependency: &Value) -> bool {
+    dependency["path"].is_string()
+}
+
+/// The names of all dependencies of any kind on packages of this workspace.
+fn ours(package: &'static Value) -> BTreeSet<&'static str> {
+    dependencies(package)
+        .iter()
+        .filter(|dependency| is_ours(dependency))
+        .map(|dependency| text(&dependency["name"]))
+        .collect()
+}
+
+fn read(path: impl AsRef<Path>) -> String {
+    let path = root().join(path);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// The names of the files in a folder, relative to the root.
+fn files(folder: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(root().join(folder)).unwrap_or_else(|error| panic!("{folder}: {error}"));
+    entries.map(|entry| Path::new(folder).join(entry.expect("a readable folder").file_name())).collect()
+}
+
+#[test]
+fn the_arrows_between_the_cores() {
+    let packages = packages();
+    for (core, allowed) in CORES {
+        let knows = ours(packages[core]);
+        for other in &knows {
+            assert!(allowed.contains(other), "{core} depends on {other}; it may know only {allowed:?}");
+        }
+    }
+    // The composing room does compose: an arrow that is allowed but unused would be a wrong picture.
+    assert_eq!(ours(packages["joint-loop"]), CORES[3].1.iter().copied().collect());
+}
+
+#[test]
+fn body_and_program_stand_on_the_loop() {
+    let packages = packages();
+    for user in ["firmware", "footfall", "link-proof"] {
+        assert!(
+            ours(packages[user]).contains("joint-loop"),
+            "{user} does not depend on joint-loop: which loop does it run?"
+        );
+    }
+}
+
+#[test]
+fn nothing_depends_on_an_end() {
+    for (name, package) in packages() {
+        for end in ENDS {
+            assert!(!ours(package).contains(end), "{name} depends on {end}");
+        }
+    }
+}
+
+#[test]
+fn the_peripheral_model_stands_alone() {
+    assert_eq!(
+        ours(packages()["stm32f4-model"]),
+        BTreeSet::new(),
+        "a model that knows the firmware would share its mistakes"
+    );
+}
+
+#[test]
+fn the_virtual_board_knows_the_model_only() {
+    let packages = packages();
+    let allowed = BTreeSet::from(["stm32f4-model"]);
+    assert!(ours(packages["virtual-board"]).is_subset(&allowed), "its licence would reach the rest");
+}
+
+#[test]
+fn one_package_has_another_licence_and_is_not_published() {
+    for (name, package) in packages() {
+        let want = if name == "virtual-board" { "GPL-2.0-only" } else { "MIT OR Apache-2.0" };
+        assert_eq!(text(&package["license"]), want, "{name}");
+    }
+    assert_eq!(packages()["virtual-board"]["publish"], Value::Array(Vec::new()));
+}
+
+#[test]
+fn only_the_firmware_names_the_chip_family() {
+    for (name, package) in packages() {
+        for dependency in dependencies(package).iter().filter(|dependency| !is_ours(dependency)) {
+            let library = text(&dependency["name"]);
+            let chip = ["embassy", "stm32", "defmt-rtt", "panic-"].iter().any(|prefix| library.starts_with(prefix));
+            assert!(!chip || name == "firmware", "{name} depends on {library}");
+            let processor = library.starts_with("cortex-m");
+            let bare = ["firmware", "core-selftest", "link-proof"].contains(&name);
+            assert!(!processor || bare, "{name} depends on {library}");
+        }
+    }
+}
+
+#[test]
+fn cores_use_few_libraries_and_no_build_script() {
+    let packages = packages();
+    for (core, _) in CORES {
+        for dependency in dependencies(packages[core]) {
+            let library = text(&dependency["name"]);
+            // For tests only, a core may use what it likes, but still nothing of ours beyond the arrows.
+            if is_ours(dependency) || dependency["kind"] == "dev" {
+                continue;
+            }
+            assert_ne!(dependency["kind"], "build", "{core} builds with {library}");
+            assert!(CORE_LIBRARIES.contains(&library), "{core} depends on {library}; allowed: {CORE_LIBRARIES:?}");
+            if library == "defmt" {
+                assert_eq!(dependency["optional"], true, "{core}: defmt does not link on the host");
+            }
+        }
+        assert_eq!(packages[core]["features"].get("default"), None, "{core}: a default feature is easily left on");
+    }
+}
+
+#[test]
+fn cores_need_neither_std_nor_unsafe_code() {
+    for (core, _) in CORES {
+        let source = read(Path::new(core).join("src/lib.rs"));
+        for attribute in ["#![cfg_attr(not(test), no_std)]", "#![forbid(unsafe_code)]"] {
+            assert!(source.lines().any(|line| line.trim() == attribute), "{core}/src/lib.rs lacks {attribute}");
+        }
+        assert!(!source.contains("extern crate"), "{core} asks for a library by another door");
+    }
+}
+
+#[test]
+fn versions_whose_source_was_read_or_whose_bits_count_are_exact() {
+    let packages = packages();
+    let requirement = |package: &str, library: &str| -> Vec<&'static str> {
+        let all = dependencies(packages[package]).iter().filter(|dependency| dependency["name"] == library);
+        all.map(|dependency| text(&dependency["req"])).collect()
+    };
+    // Host and board give equal bits only with one libm; the HAL's gaps and the emulator's traps were read in one version.
+    for (package, library) in [("firmware", "embassy-stm32"), ("cpg-core", "libm"), ("virtual-board", "unicorn-engine")]
+    {
+        let requirements = requirement(package, library);
+        assert!(!requirements.is_empty(), "{package} does not depend on {library}: correct this test");
+        assert!(requirements.iter().all(|version| version.starts_with('=')), "{package}: {library} {requirements:?}");
+    }
+}
+
+#[test]
+fn plain_cargo_test_needs_nothing_but_rust() {
+    let list =
+        |key: &str| -> BTreeSet<&'static str> { METADATA[key].as_array().expect(key).iter().map(text).collect() };
+    let (members, default) = (list("workspace_members"), list("workspace_default_members"));
+    for (name, package) in packages() {
+        let id = text(&package["id"]);
+        assert!(members.contains(id), "{name} is not a member");
+        assert_eq!(default.contains(id), !NOT_DEFAULT.contains(&name), "{name}: is it a default member?");
+    }
+}
+
+#[test]
+fn one_configuration_and_no_trap_in_it() {
+    let members = || packages().into_values().map(|package| Path::new(text(&package["manifest_path"])).to_owned());
+    for manifest in members() {
+        assert!(!read(&manifest).contains("[profile."), "{}: profiles of a member are ignored", manifest.display());
+        let configuration = manifest.with_file_name(".cargo");
+        assert!(!configuration.exists(), "{}: configuration of a member is ignored", configuration.display());
+    }
+    // A target that is named there would be fetched by every cargo call, and offline every one would fail.
+    for toolchain in ["rust-toolchain.toml", "rust-toolchain"] {
+        assert!(!root().join(toolchain).exists(), "{toolchain}");
+    }
+    let configuration = read(".cargo/config.toml");
+    for line in configuration.lines().map(str::trim) {
+        for trap in ["[build]", "[unstable]", "build-std", "rustflags", "link-arg"] {
+            assert!(
+                !line.starts_with(trap),
+                ".cargo/config.toml: `{line}` reaches the host, or vanishes under RUSTFLAGS"
+            );
+        }
+    }
+}
+
+/// Beside a virtual manifest, a test file that its package does not declare is built by nothing and fails nothing.
+#[test]
+fn every_file_of_tests_is_built() {
+    let packages = packages();
+    let targets = packages["footfall-tests"]["targets"].as_array().expect("targets");
+    let declared: BTreeSet<PathBuf> = targets
+        .iter()
+        .filter(|target| target["kind"][0] == "test")
+        .map(|target| Path::new(text(&target["src_path"])).strip_prefix(root()).expect("in the workspace").to_owned())
+        .collect();
+    let present: BTreeSet<PathBuf> =
+        files("tests").into_iter().filter(|file| file.extension().is_some_and(|extension| extension == "rs")).collect();
+    let forgotten: Vec<_> = present.difference(&declared).collect();
+    assert!(forgotten.is_empty(), "no [[test]] in tests/Cargo.toml for {forgotten:?}");
+}
+
+/// The last stage before the servos can be read in one sitting.
+#[test]
+fn the_gate_stays_short() {
+    let lines = read("joint-loop/src/gate.rs").lines().count();
+    assert!(lines < 300, "joint-loop/src/gate.rs has {lines} lines");
+}

@@ -1,0 +1,163 @@
+//! The flashed image on the virtual board.
+//!
+//! `FOOTFALL_ELF` and `FOOTFALL_VIRTUAL_BOARD` name the two, as `cargo xtask test` sets them; without them these tests are left
+//! out, and say so. With `FOOTFALL_REQUIRE_VIRTUAL_BOARD=1` being left out is a failure.
+
+use crate::left_out;
+use footfall::board_lines::{self, BoardLine, End};
+use footfall::image::Image;
+use footfall::session::{Books, Session};
+use footfall::shipped::{BOARDS, WalkLoop, walk_loop};
+use footfall::telemetry::{self, Boot, Call, Inputs, Line, Tick};
+use joint_loop::Frame;
+use serde_json::Value;
+use std::ffi::OsStr;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+/// Image and virtual board.
+#[derive(Debug)]
+pub struct Board {
+    elf: PathBuf,
+    program: PathBuf,
+    image: Image,
+}
+
+/// A run: what the board wrote, and what it comes to.
+#[derive(Debug)]
+pub struct Ran {
+    /// Standard output, as it came.
+    pub output: String,
+    /// The exit code.
+    pub code: Option<i32>,
+    /// Boots in order.
+    pub boots: Vec<Booted>,
+    /// Pulses of each servo period: time of the first rising edge, widths in microseconds.
+    pub pulses: Vec<(f64, [Option<f64>; 4])>,
+    /// Other lines, such as `injected` and `reaction`.
+    pub remarks: Vec<Value>,
+    /// Last line.
+    pub end: End,
+    /// The books of a [`Session`] that was given the same lines.
+    pub books: Books,
+}
+
+/// What was heard between two resets.
+#[derive(Debug, Default)]
+pub struct Booted {
+    /// When, in virtual seconds.
+    pub t_s: f64,
+    /// Why.
+    pub cause: String,
+    /// The board's first words.
+    pub boot: Option<Boot>,
+    /// Lines of telemetry.
+    pub ticks: Vec<Tick>,
+    /// What every call of the loop was given, in order, each with its tick.
+    pub calls: Vec<(u32, Call)>,
+    /// Lines for people.
+    pub log: Vec<String>,
+}
+
+impl Booted {
+    /// The loop that ships, run again on the host: a frame for every call.
+    ///
+    /// # Panics
+    /// The board did not say which chip it is on, or inputs were lost.
+    #[must_use]
+    pub fn replay(&self) -> Vec<Frame<1>> {
+        let boot = self.boot.as_ref().expect("the board says what it is");
+        let board = BOARDS.iter().find(|board| board.name == boot.board).expect("a known board");
+        let mut joints: WalkLoop = walk_loop(boot.vrefint_cal, board).expect("the shipped loop");
+        let frames = self.calls.iter().map(|(tick, call)| {
+            joints.tick(&call.sample());
+            assert_eq!(joints.frame().tick, *tick, "inputs were lost");
+            joints.frame()
+        });
+        frames.collect()
+    }
+}
+
+impl Board {
+    /// The board, if there is one; `what` is left out otherwise.
+    ///
+    /// # Panics
+    /// There is none although one is required, or the image is none.
+    #[must_use]
+    pub fn find(what: &str) -> Option<Self> {
+        let (elf, program) = (std::env::var_os("FOOTFALL_ELF"), std::env::var_os("FOOTFALL_VIRTUAL_BOARD"));
+        let (Some(elf), Some(program)) = (elf, program) else {
+            let why = "FOOTFALL_ELF and FOOTFALL_VIRTUAL_BOARD are not set; `cargo xtask test` sets them";
+            assert!(
+                std::env::var_os("FOOTFALL_REQUIRE_VIRTUAL_BOARD").is_none_or(|value| value != "1"),
+                "{what}: {why}"
+            );
+            left_out(what, why);
+            return None;
+        };
+        let image = Image::read(elf.as_ref()).unwrap_or_else(|error| panic!("{error}"));
+        Some(Self { elf: elf.into(), program: program.into(), image })
+    }
+
+    /// Runs the image with these options of the virtual board.
+    ///
+    /// # Panics
+    /// The board cannot be started, or does not write what was agreed.
+    #[must_use]
+    pub fn run<A: AsRef<OsStr>>(&self, options: impl IntoIterator<Item = A>) -> Ran {
+        let output = Command::new(&self.program)
+            .arg(&self.elf)
+            .args(options)
+            .stdin(Stdio::null())
+            .stderr(Stdio::inherit())
+            .output()
+            .unwrap_or_else(|error| panic!("{}: {error}", self.program.display()));
+        let text = String::from_utf8(output.stdout).expect("JSON is text");
+        self.read(text, output.status.code())
+    }
+
+    fn read(&self, output: String, code: Option<i32>) -> Ran {
+        let mut session = Session::new(&self.image);
+        let mut decoder = self.image.decoder();
+        let (mut boots, mut pulses, mut remarks, mut end) = (Vec::<Booted>::new(), vec![], vec![], None);
+        for text in output.lines() {
+            let line = board_lines::parse(text).unwrap_or_else(|error| panic!("{error}"));
+            session.take(line.clone()).unwrap_or_else(|error| panic!("{error}"));
+            match line {
+                BoardLine::Boot { t_s, cause } => {
+                    decoder.restart();
+                    boots.push(Booted { t_s, cause, ..Booted::default() });
+                }
+                BoardLine::Rtt { bytes, .. } => {
+                    decoder.push(&bytes);
+                    let boot = boots.last_mut().expect("a log comes after a boot");
+                    while let Some(message) = decoder.message() {
+                        take(boot, &message.expect("whole frames").text);
+                    }
+                }
+                BoardLine::Pulses { t_s, us } => pulses.push((t_s, us)),
+                BoardLine::Remark { text, .. } => remarks.push(serde_json::from_str(&text).expect("an object")),
+                BoardLine::End(last) => end = Some(*last),
+                BoardLine::Start { .. } | BoardLine::Status { .. } => {}
+            }
+        }
+        let end = end.unwrap_or_else(|| panic!("no last line, exit code {code:?}"));
+        Ran { boots, pulses, remarks, end, books: session.books().clone(), code, output }
+    }
+}
+
+fn take(boot: &mut Booted, text: &str) {
+    match telemetry::parse(text).unwrap_or_else(|error| panic!("{error}")) {
+        Line::Boot(words) => boot.boot = Some(words),
+        Line::Tick(tick) => boot.ticks.push(tick),
+        Line::Inputs(Inputs { first_tick, calls }) => {
+            let mut tick = first_tick;
+            for (n, call) in calls.into_iter().enumerate() {
+                tick = if n == 0 { first_tick } else { tick.wrapping_add(call.elapsed.into()) };
+                boot.calls.push((tick, call));
+            }
+        }
+        Line::State(_) | Line::Cost(_) | Line::Margin(_) => {}
+        Line::Text => boot.log.push(text.into()),
+    }
+}

@@ -1,0 +1,74 @@
+//! Recordings: one ships here, many more may lie beside the workspace.
+
+use footfall::feed;
+use gait_trace::{Recording, csv_file};
+use std::path::{Path, PathBuf};
+
+/// The folder of this package.
+#[must_use]
+pub fn package() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The recordings that ship.
+#[must_use]
+pub fn shipped_folder() -> PathBuf {
+    package().join("traces")
+}
+
+/// The shipped recording of angles.
+///
+/// # Panics
+/// It cannot be read.
+#[must_use]
+pub fn shipped() -> Recording {
+    feed::recording(None).expect("the shipped recording is good").1
+}
+
+/// The shipped recording of semi-synthetic volts: a loop.
+///
+/// # Panics
+/// It cannot be read.
+#[must_use]
+pub fn shipped_volts() -> Recording {
+    csv_file::read(&shipped_volts_file()).expect("the shipped volts are good")
+}
+
+/// Where the shipped volts are.
+#[must_use]
+pub fn shipped_volts_file() -> PathBuf {
+    shipped_folder().join("gaitkit_fukuchi_healthy_left_knee_volts.csv")
+}
+
+/// The folder of many recordings, `FOOTFALL_TRACES` or `../shared/traces` beside the workspace; where there is none, that
+/// `what` is left out is said aloud.
+#[must_use]
+pub fn many(what: &str) -> Option<PathBuf> {
+    let folder =
+        std::env::var_os("FOOTFALL_TRACES").map_or_else(|| package().join("../../shared/traces"), PathBuf::from);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    let why = format!("no recordings in {} (FOOTFALL_TRACES names another folder)", folder.display());
+    crate::left_out(what, &why);
+    None
+}
+
+/// Every CSV file in a folder and the folders in it, in order.
+///
+/// # Panics
+/// The folder cannot be read.
+#[must_use]
+pub fn csv_files(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).expect("a folder that can be read") {
+        let path = entry.expect("an entry that can be read").path();
+        if path.is_dir() {
+            files.extend(csv_files(&path));
+        } else if path.extension().is_some_and(|extension| extension == "csv") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    files
+}

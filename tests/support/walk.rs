@@ -1,0 +1,89 @@
+//! The loop that ships, fed with the shipped recording, tick by tick on the host.
+
+use crate::degraded::{Degraded, Stream};
+use crate::traces::shipped_volts;
+use footfall::shipped::{BOARDS, TYPICAL_VREFINT_CAL, WalkLoop, gait_sensor, walk_loop};
+use gait_trace::Recording;
+use hgod_adc::{Reference, Supply};
+use joint_loop::{Command, Frame, Sample};
+use joint_units::{AdcCode, Volts};
+
+/// A leg with a sensor, a converter and the loop.
+pub struct Walk {
+    volts: Recording,
+    reference: Reference,
+    supply: Supply,
+    stream: Stream,
+    tick: u32,
+    /// The loop.
+    pub joints: WalkLoop,
+}
+
+/// What one tick was given and gave.
+#[derive(Debug, Clone, Copy)]
+pub struct Ticked {
+    /// What it was given.
+    pub sample: Sample<1>,
+    /// What it told the servos.
+    pub command: Command,
+    /// What it saw and did.
+    pub frame: Frame<1>,
+}
+
+impl Walk {
+    /// A leg that walks as the shipped recording, for ever, with a sensor in that condition.
+    ///
+    /// # Panics
+    /// The shipped loop cannot be built.
+    #[must_use]
+    pub fn new(condition: Degraded) -> Self {
+        let sensor = gait_sensor(TYPICAL_VREFINT_CAL, &BOARDS[0]).expect("the shipped sensor");
+        Self {
+            volts: shipped_volts(),
+            reference: *sensor.reference(),
+            supply: Supply::new(Volts(3.0)).expect("3 V"),
+            stream: Stream::new(condition),
+            tick: 0,
+            joints: walk_loop(TYPICAL_VREFINT_CAL, &BOARDS[0]).expect("the shipped loop"),
+        }
+    }
+
+    /// The code that a sound sensor gives at a tick.
+    ///
+    /// # Panics
+    /// Never, as the volts have a channel.
+    #[must_use]
+    pub fn code(&self, tick: u32) -> AdcCode {
+        let channel = &self.volts.channels()[0];
+        let time = (f64::from(tick) * 1e-3) % self.volts.duration_s();
+        self.reference.code(Volts(self.volts.at(channel, time) as f32), self.supply)
+    }
+
+    /// One tick.
+    pub fn tick(&mut self, button: bool) -> Ticked {
+        self.tick_after(1, button)
+    }
+
+    /// One call after so many periods.
+    pub fn tick_after(&mut self, elapsed: u32, button: bool) -> Ticked {
+        self.tick += elapsed;
+        let code = self.stream.code(self.code(self.tick));
+        let vrefint = self.reference.vrefint(self.supply);
+        let sample = Sample { elapsed, codes: [code], vrefint, button, ..Sample::default() };
+        let command = self.joints.tick(&sample);
+        Ticked { sample, command, frame: self.joints.frame() }
+    }
+
+    /// So many ticks with the button held or not.
+    pub fn ticks(&mut self, ticks: u32, button: bool) -> Vec<Ticked> {
+        (0..ticks).map(|_| self.tick(button)).collect()
+    }
+
+    /// Boots, presses the button for 0.1 s, and walks for so many ticks more.
+    pub fn arm_and_walk(&mut self, ticks: u32) -> Vec<Ticked> {
+        let mut all = self.ticks(300, false);
+        all.extend(self.ticks(100, true));
+        all.extend(self.ticks(ticks, false));
+        all
+    }
+}

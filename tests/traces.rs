@@ -1,0 +1,265 @@
+//! Recordings of walking people through the whole ear: angle, volts, code, volts, angle.
+//!
+//! Claims: the two codes of the converter cost no more than half of themselves; the filtered angle is that of the filter's equation in
+//! double precision; no verdict other than good falls on a sample that a leg can have made; stride periods are those of
+//! the table beside the recordings; the shipped volts are what the documented command makes.
+
+use footfall::shipped::{BOARDS, SENSOR_JOINT, TYPICAL_VREFINT_CAL, gait_sensor, wired_sensor};
+use footfall::{cli, feed};
+use footfall_tests::traces::{csv_files, many, shipped, shipped_folder, shipped_volts, shipped_volts_file};
+use gait_trace::{Channel, Fault, Recording, csv_file, stride};
+use hgod_adc::{
+    Calibration, CalibrationPoint, FilterConfig, HealthConfig, Interpolation, ReferenceConfig, Sensor, SensorConfig,
+    SensorState, Supply, Verdict,
+};
+use joint_units::{Period, Radians, Volts};
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
+
+/// A goniometer that reaches every angle of every recording: 100 degrees a volt, straight.
+fn wide_sensor() -> Sensor {
+    let point = |volts, degrees| CalibrationPoint { volts: Volts(volts), angle: Radians::from_degrees(degrees) };
+    let table = [point(0.3, -60.0), point(2.6, 170.0)];
+    SensorConfig {
+        reference: ReferenceConfig { min_supply: Volts(2.7), ..ReferenceConfig::stm32f4(TYPICAL_VREFINT_CAL) },
+        calibration: Calibration::build(&table, Interpolation::Linear).unwrap(),
+        filter: FilterConfig::default(),
+        health: HealthConfig::default(),
+    }
+    .build(Period::MILLISECOND)
+    .unwrap()
+}
+
+/// What came of a channel.
+#[derive(Debug, Default)]
+struct Passage {
+    samples: usize,
+    /// Largest error of the angle behind the converter, and of the filtered angle against the filter's equation, in degrees.
+    conversion: f64,
+    filter: f64,
+    /// Verdicts that no leg earned.
+    false_verdicts: Vec<(f64, Verdict)>,
+    /// Verdicts on steps that are faster than any joint: artefacts of the recording.
+    artefacts: usize,
+}
+
+/// The largest error that a conversion may make, at the steepest place of the table: half a code of the sensor, half a code of
+/// the internal reference that the supply is taken from, and rounding.
+fn conversion_bound(sensor: &Sensor, supply: Supply) -> f64 {
+    let half_code = f64::from(sensor.reference().volts(joint_units::AdcCode(1), supply).0) / 2.0;
+    let (low, high) = sensor.calibration().volts_span();
+    let angle = |volts: f64| {
+        let volts = (volts as f32).clamp(low.0, high.0);
+        f64::from(sensor.calibration().angle(Volts(volts)).unwrap().0).to_degrees()
+    };
+    let steps = 20_000;
+    let step = f64::from(high.0 - low.0) / f64::from(steps);
+    let slope = (0..steps)
+        .map(|n| f64::from(low.0) + f64::from(n) * step)
+        .map(|volts| (angle(volts + step) - angle(volts)).abs() / step)
+        .fold(0.0, f64::max);
+    let of_supply = f64::from(high.0) * 0.5 / f64::from(sensor.reference().vrefint(supply).0);
+    // A microvolt from the rounding of the volts, and the noise of single precision in the slope itself.
+    slope * 1.02 * (half_code + of_supply + 1e-6) + 0.001
+}
+
+/// Median of three, then one pole at the default 20 Hz: the equations of the sensor's filter in double precision.
+struct Filter {
+    last: Option<([f64; 2], f64)>,
+}
+
+impl Filter {
+    fn step(&mut self, x: f64) -> f64 {
+        let gain = 1.0 - (-TAU * 20.0 * 1e-3).exp();
+        let ([a, b], y) = self.last.unwrap_or(([x, x], x));
+        let median = a.max(b).min(a.min(b).max(x));
+        let y = y + gain * (median - y);
+        self.last = Some(([b, x], y));
+        y
+    }
+}
+
+fn pass(recording: &Recording, channel: &Channel, sensor: &Sensor) -> Passage {
+    let supply = Supply::new(Volts(3.0)).unwrap();
+    let vrefint = sensor.reference().vrefint(supply);
+    let volts = recording.semi_synthetic_volts(channel, sensor.calibration(), 1.0, "PA1").unwrap();
+    let pin = &volts.channels()[0];
+    let max_rate = f64::from(HealthConfig::default().max_rate.0).to_degrees() * 1e-3;
+    let noise = f64::from(HealthConfig::default().rate_noise.0).to_degrees();
+    let (mut state, mut filter, mut passage) = (SensorState::default(), Filter { last: None }, Passage::default());
+    let (start, ticks) = (recording.time_s()[0], (recording.duration_s() * 1000.0) as u32);
+    let (mut good_angle, mut since_good) = (None::<f64>, 0_u32);
+    for tick in 0..=ticks {
+        let time = start + f64::from(tick) * 1e-3;
+        let code = sensor.reference().code(Volts(volts.at(pin, time) as f32), supply);
+        let reading = sensor.sample(&mut state, code, vrefint);
+        passage.samples += 1;
+        since_good += 1;
+        // What the sensor has seen, exactly: the angle of the volts between two rows of volts.
+        let seen = f64::from(sensor.calibration().angle(Volts(volts.at(pin, time) as f32)).unwrap().0).to_degrees();
+        let converted = f64::from(sensor.calibration().angle(reading.volts).unwrap().0).to_degrees();
+        passage.conversion = passage.conversion.max((converted - seen).abs());
+        if reading.verdict == Verdict::Good {
+            let expected = filter.step(converted);
+            passage.filter = passage.filter.max((f64::from(reading.angle.0).to_degrees() - expected).abs());
+            (good_angle, since_good) = (Some(converted), 0);
+        } else {
+            let step = good_angle.map_or(0.0, |good| (converted - good).abs());
+            if reading.verdict == Verdict::Rate && step > max_rate * f64::from(since_good) + noise - 0.2 {
+                passage.artefacts += 1;
+            } else {
+                passage.false_verdicts.push((time, reading.verdict));
+            }
+        }
+    }
+    passage
+}
+
+fn fits(channel: &Channel, sensor: &Sensor) -> bool {
+    let (low, high) = sensor.calibration().span();
+    channel.radians().all(|angle| (low.0..=high.0).contains(&angle.0))
+}
+
+/// Every channel of a recording through a sensor; true if the recording has an artefact.
+fn check(name: &str, recording: &Recording, sensor: &Sensor, channels: &[&Channel]) -> (usize, usize) {
+    let bound = conversion_bound(sensor, Supply::new(Volts(3.0)).unwrap());
+    let (mut samples, mut artefacts) = (0, 0);
+    for channel in channels {
+        let passage = pass(recording, channel, sensor);
+        let of = format!("{name}, {}", channel.name());
+        assert!(passage.conversion <= bound, "{of}: {} degrees lost in conversion, bound {bound}", passage.conversion);
+        // Single precision over many steps of a recursive filter.
+        assert!(passage.filter < 1e-3 || passage.artefacts > 0, "{of}: filter off by {} degrees", passage.filter);
+        assert!(passage.false_verdicts.is_empty(), "{of}: {:?}", passage.false_verdicts);
+        samples += passage.samples;
+        artefacts += passage.artefacts;
+    }
+    (samples, artefacts)
+}
+
+#[test]
+fn the_shipped_recording_passes_the_shipped_sensor() {
+    let (recording, sensor) = (shipped(), gait_sensor(TYPICAL_VREFINT_CAL, &BOARDS[0]).unwrap());
+    let channels: Vec<&Channel> = recording.channels().iter().collect();
+    assert_eq!(channels.len(), 4);
+    let (samples, artefacts) = check("shipped", &recording, &sensor, &channels);
+    assert_eq!((samples > 9_000, artefacts), (true, 0));
+}
+
+#[test]
+fn every_recording_passes_without_a_false_verdict() {
+    let Some(folder) = many("replay of the recordings beside the workspace") else { return };
+    let (shipped, wide) = (gait_sensor(TYPICAL_VREFINT_CAL, &BOARDS[0]).unwrap(), wide_sensor());
+    let (mut samples, mut files, mut by_shipped) = (0, 0, 0);
+    let mut with_artefacts = BTreeMap::new();
+    for path in csv_files(&folder) {
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        if name == "fda_gait_boys" || name == "erc_rk09k_potentiometer_calibration" {
+            let error = csv_file::read(&path).unwrap_err();
+            assert!(matches!(*error.fault, Fault::MissingColumn { wanted: "time_s", .. }), "{error}");
+            continue;
+        }
+        let recording = csv_file::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        files += 1;
+        let channels: Vec<&Channel> = recording.channels().iter().collect();
+        let (n, artefacts) = check(&name, &recording, &wide, &channels);
+        samples += n;
+        if artefacts > 0 {
+            with_artefacts.insert(name.clone(), artefacts);
+        }
+        let near: Vec<&Channel> = channels.into_iter().filter(|channel| fits(channel, &shipped)).collect();
+        by_shipped += near.len();
+        check(&name, &recording, &shipped, &near);
+    }
+    assert!(files > 20 && by_shipped > 60, "{files} files, {by_shipped} channels through the shipped sensor");
+    println!("{files} files, {samples} samples (1 ms), {by_shipped} channels also through the shipped sensor");
+    println!("samples refused as faster than any joint: {with_artefacts:?}");
+    // Dropped markers that the description of the recordings tells of; what a leg did is never refused.
+    let known = ["camargo_levelground_ccw_fast_full_with_artefacts"];
+    let other: Vec<_> = with_artefacts.keys().filter(|name| !known.contains(&name.as_str())).collect();
+    assert!(other.is_empty(), "{other:?}");
+}
+
+/// The column `T` of the tables in the folder's own description.
+#[test]
+fn stride_periods_are_those_of_the_table_beside_the_recordings() {
+    let Some(folder) = many("stride periods of the recordings beside the workspace") else { return };
+    let table = std::fs::read_to_string(folder.join("README.md")).unwrap();
+    let mut checked = 0;
+    for line in table.lines() {
+        let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+        // Bilateral: name, subject, task, fs, dur, T ...; goniometer: name, source, fs, dur, deg, swings, T (sd) ...
+        let period = match cells.len() {
+            16 => cells[5].parse::<f64>().ok(),
+            9 => cells[6].split_whitespace().next().and_then(|text| text.parse().ok()),
+            _ => None,
+        };
+        let file = csv_files(&folder).into_iter().find(|path| path.file_stem().is_some_and(|stem| stem == cells[0]));
+        let (Some(period), Some(file)) = (period, file) else { continue };
+        let recording = csv_file::read(&file).unwrap();
+        if cells[0] == "camargo_levelground_ccw_fast_full_with_artefacts" {
+            // Mostly standing, starting and stopping: as a whole it repeats nothing.
+            assert_eq!(stride::find(&recording), None);
+            continue;
+        }
+        let Some(found) = stride::find(&recording) else { panic!("{}: no stride, {period} s in the table", cells[0]) };
+        let off = (found.period_s / period - 1.0).abs();
+        assert!(off < 0.06, "{}: {found:?}, {period} s in the table", cells[0]);
+        checked += 1;
+    }
+    assert!(checked > 25, "only {checked} rows of the table were understood");
+}
+
+#[test]
+fn the_shipped_volts_are_what_the_documented_command_makes() {
+    let readme = std::fs::read_to_string(shipped_folder().join("README.md")).unwrap();
+    let name = shipped_volts_file();
+    let name = name.file_name().unwrap().to_str().unwrap();
+    let command = format!("cargo footfall volts --out tests/traces/{name}");
+    assert!(readme.contains(&command), "the README beside the recordings does not say `{command}`");
+
+    let folder = tempfile::tempdir().unwrap();
+    let again = folder.path().join(name);
+    let arguments = ["footfall".into(), "volts".into(), "--out".into(), again.clone().into()];
+    cli::call(arguments.into_iter()).unwrap();
+    let (made, ships) =
+        (std::fs::read_to_string(again).unwrap(), std::fs::read_to_string(shipped_volts_file()).unwrap());
+    assert!(made == ships, "the shipped volts are stale: run `{command}`");
+}
+
+/// Backwards: the volts lead to the left knee of the recording, and round and round without a jump.
+#[test]
+fn the_shipped_volts_are_the_left_knee_looped() {
+    let (volts, angles, sensor) = (shipped_volts(), shipped(), wired_sensor().unwrap());
+    let looped = angles.looped(feed::RATE_HZ).unwrap();
+    let (knee, pin) = (angles.channel(SENSOR_JOINT.name()).unwrap(), volts.channel("PA1").unwrap());
+    let index = angles.channels().iter().position(|channel| channel.name() == knee.name()).unwrap();
+    let spread = looped.mismatch[index].abs();
+    assert!(spread < 3.0, "the two ends of the cut differ by {spread} degrees");
+    for (time, value) in volts.time_s().iter().zip(pin.values()) {
+        let angle = sensor.calibration.angle(Volts(*value as f32)).unwrap().degrees();
+        let recorded = angles.at(knee, time + looped.start_s);
+        assert!((f64::from(angle) - recorded).abs() <= spread / 2.0 + 0.001, "{angle} for {recorded} at {time}");
+    }
+    let values = pin.values();
+    assert_eq!(values.first(), values.last());
+    assert!(stride::find(&volts).is_some_and(|stride| (stride.period_s - volts.duration_s() / 2.0).abs() < 0.03));
+}
+
+/// A recording that nobody describes is a recording without a licence.
+#[test]
+fn every_shipped_recording_is_described() {
+    let readme = std::fs::read_to_string(shipped_folder().join("README.md")).unwrap();
+    let files: BTreeSet<String> = std::fs::read_dir(shipped_folder())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+        .filter(|name| name != "README.md")
+        .collect();
+    assert_eq!(files.len(), 2);
+    for file in files {
+        assert!(readme.contains(&format!("`{file}`")), "{file}");
+    }
+    for word in ["CC BY 4.0", "Fukuchi", "gaitkit 1.5.0", "semi-synthetic"] {
+        assert!(readme.contains(word), "{word}");
+    }
+}

@@ -1,0 +1,375 @@
+//! The very image that would be flashed, on the virtual board: what it does, and what it does when something is broken.
+//!
+//! What this shows is shown on models of the chip's peripherals, not on hardware.
+
+use footfall::shipped::{BOARDS, gait_sensor};
+use footfall_tests::board::{Board, Booted, Ran};
+use footfall_tests::traces::shipped_volts_file;
+use hgod_adc::SensorState;
+use joint_loop::{LoopConfig, State};
+use joint_units::Joint;
+use serde_json::Value;
+use std::ffi::OsString;
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+
+/// The tasks that move the outputs, by the functions that each round of them calls.
+const TASKS: [&str; 4] = ["sensor_step", "control_step", "telemetry_step", "watchdog_step"];
+
+/// Latest reset after a hang, in microseconds: the slowest oscillator of the watchdog bites 37.6 ms after the last feed.
+const LATEST_RESET_US: f64 = 38_000.0;
+
+/// Latest moment at which the outputs are disarmed after a fault or panic handler has begun, in microseconds.
+const LATEST_DARK_US: f64 = 10.0;
+
+/// Options: so many seconds on the shipped volts, the button pressed at these times.
+fn options(secs: f64, presses: &[f64], more: &[&str]) -> Vec<OsString> {
+    let mut options: Vec<OsString> = vec!["--secs".into(), secs.to_string().into()];
+    options.extend(["--volts".into(), shipped_volts_file().into(), "--loop".into()]);
+    for press in presses {
+        options.extend(["--press".into(), press.to_string().into()]);
+    }
+    options.extend(more.iter().map(Into::into));
+    options
+}
+
+/// Nothing irregular: the models were enough, nobody faulted, no pin moved while disarmed.
+fn assert_regular(ran: &Ran) {
+    let end = &ran.end;
+    assert_eq!((ran.code, end.reason.as_str()), (Some(0), "time"));
+    assert_eq!((end.unmodelled, end.lints.len(), end.unexpected_faults), (0, 0, 0), "{:?}", end.lints);
+    assert_eq!((end.edges_before_arming, end.edges_after_disarming), (0, 0), "edges while disarmed");
+}
+
+fn only(ran: &Ran) -> &Booted {
+    assert_eq!((ran.boots.len(), ran.end.resets.len()), (1, 0), "one boot, no reset");
+    &ran.boots[0]
+}
+
+/// Arms at 0.3 s, walks for more than 10 s, comes to rest, and stays dark for half a second.
+fn ten_seconds(board: &Board) -> Ran {
+    board.run(options(14.8, &[0.3, 12.9], &[]))
+}
+
+#[test]
+fn ten_seconds_of_walking() {
+    let Some(board) = Board::find("ten seconds of walking on the virtual board") else { return };
+    let ran = ten_seconds(&board);
+    assert_regular(&ran);
+    let boot = only(&ran);
+    let frames = boot.replay();
+
+    let walking = frames.iter().filter(|frame| frame.state == State::Walking).count();
+    assert!(walking >= 10_000, "{walking} ticks of walking");
+    let last = frames[frames.len() - 1];
+    assert_eq!((last.missed, last.late, last.overruns), (0, 0, 0));
+    // 14.8 s at 1 kHz, but for the boot and what telemetry had not sent yet.
+    assert!((14_780..=14_800).contains(&last.tick), "{} ticks in 14.8 s", last.tick);
+    assert_eq!(last.state, State::Disarmed);
+
+    // Four pulse trains at 50 Hz without a hole, from the first pulse to the last.
+    assert!(ran.pulses.iter().all(|(_, us)| us.iter().all(Option::is_some)), "a servo without its pulse");
+    for two in ran.pulses.windows(2) {
+        let period = two[1].0 - two[0].0;
+        assert!((period - 0.02).abs() < 1e-6, "{period} s from pulse to pulse at {}", two[0].0);
+    }
+    let moving = frames.iter().filter(|frame| frame.state.moving()).count() as f64 * 1e-3;
+    let seen = ran.pulses.len() as f64 * 0.02;
+    assert!((seen - moving).abs() <= 0.04, "{seen} s of pulses, {moving} s of motion");
+
+    // Each width is one that the host commands in the 45 ms before the pulse ends: preload takes one period at most.
+    for (t_s, us) in &ran.pulses {
+        let tick = (*t_s * 1e3) as usize;
+        let near = &frames[tick.saturating_sub(45)..(tick + 3).min(frames.len())];
+        for (servo, us) in us.iter().enumerate() {
+            let us = us.unwrap_or_default();
+            assert!(
+                near.iter().any(|frame| f64::from(frame.pulses[servo].0) == us),
+                "servo {servo}: {us} us at {t_s} s"
+            );
+        }
+    }
+
+    // And all of them inside what the gate's range lets through the servo map.
+    let config = LoopConfig::default_biped();
+    for (servo, joint) in Joint::ALL.into_iter().enumerate() {
+        let map = config.servos[servo].build(joint).unwrap();
+        let range = config.gate.range[servo];
+        let ends = [range.least, range.most].map(|angle| f64::from(map.pulse(angle).unwrap().0));
+        let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+        let [least, most] = ran.end.pulse_us[servo].unwrap();
+        assert!(least >= low && most <= high, "{}: {least}..{most} us, range {low}..{high}", joint.name());
+        assert!(most - least > 200.0, "{} hardly moves: {least}..{most} us", joint.name());
+    }
+}
+
+#[test]
+fn two_runs_are_bit_identical() {
+    let Some(board) = Board::find("two runs on the virtual board, bit by bit") else { return };
+    let [one, two] = [(); 2].map(|()| board.run(options(4.0, &[0.3], &[])));
+    assert!(one.output.lines().count() > 400);
+    assert!(one.output == two.output, "the second run is another one");
+}
+
+#[test]
+fn the_angles_that_the_board_logs_are_those_of_the_host_for_the_same_codes() {
+    let Some(board) = Board::find("the board's angles against the host's") else { return };
+    let ran = ten_seconds(&board);
+    let boot = only(&ran);
+    let words = boot.boot.as_ref().unwrap();
+    let wiring = BOARDS.iter().find(|board| board.name == words.board).unwrap();
+    // The sensor alone, without the loop around it.
+    let sensor = gait_sensor(words.vrefint_cal, wiring).unwrap();
+    let mut state = SensorState::default();
+    let mut ticks = boot.ticks.iter().peekable();
+    let mut compared = 0;
+    for (tick, call) in &boot.calls {
+        state.missed(u32::from(call.elapsed) - 1);
+        let reading = sensor.sample(&mut state, call.sensor, call.vrefint);
+        if let Some(line) = ticks.next_if(|line| line.tick == *tick) {
+            assert_eq!(line.sensor_deg.to_bits(), reading.angle.degrees().to_bits(), "tick {tick}");
+            assert_eq!(line.verdict, reading.verdict, "tick {tick}");
+            compared += 1;
+        }
+    }
+    assert_eq!((compared, ticks.next().is_none()), (boot.ticks.len(), true));
+    assert!(compared > 1_400, "{compared} lines");
+}
+
+#[test]
+fn the_setpoints_of_the_whole_run_are_those_of_a_host_replay() {
+    let Some(board) = Board::find("the board's setpoints against a host replay") else { return };
+    let ran = ten_seconds(&board);
+    let boot = only(&ran);
+    let books = &ran.books;
+    let (on_board, on_host) = books.hashes.expect("lines were compared");
+    println!("setpoint hash: board {on_board:016x}, host {on_host:016x}");
+    assert_eq!(on_board, on_host);
+    assert_eq!(
+        (books.different, books.not_compared, books.lost_lines, books.malformed),
+        (0, 0, 0, 0),
+        "{:?}",
+        books.differences
+    );
+    assert!(books.why_not.is_none(), "{:?}", books.why_not);
+    assert_eq!(books.compared as usize, boot.ticks.len());
+    // No call of the loop is missing from the log, so the hash is of the whole run.
+    assert_eq!(books.calls as usize, boot.calls.len());
+    let last = boot.ticks[boot.ticks.len() - 1];
+    assert_eq!((last.hash, last.seq as usize), (on_board, boot.calls.len()));
+}
+
+/// The codes in the log are the ones that the converter's model delivered, in order.
+#[test]
+fn the_codes_that_the_board_logs_are_those_of_the_converter() {
+    let Some(board) = Board::find("the logged codes against the converter") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("conversions.csv");
+    let mut options = options(2.0, &[0.3], &[]);
+    options.extend(["--record-conversions".into(), file.clone().into()]);
+    let ran = board.run(options);
+    let text = std::fs::read_to_string(file).unwrap();
+    let mut rows = text.lines();
+    let header: Vec<&str> = rows.next().unwrap().split(',').collect();
+    let column =
+        |name: &str| header.iter().position(|heading| *heading == name).unwrap_or_else(|| panic!("{header:?}"));
+    let (channel, code) = (column("channel"), column("code"));
+    let delivered: Vec<u16> = rows
+        .map(|row| row.split(',').collect::<Vec<&str>>())
+        .filter(|fields| matches!(fields[channel], "1" | "ADC1_IN1" | "PA1"))
+        .map(|fields| fields[code].parse().unwrap())
+        .collect();
+    let logged: Vec<u16> = only(&ran).calls.iter().map(|(_, call)| call.sensor.0).collect();
+    assert!(logged.len() > 1_900);
+    // Before the first tick a conversion or two may go by.
+    let skipped = delivered.len() - logged.len();
+    let starts: Vec<usize> = (0..=skipped.min(40)).filter(|start| delivered[*start..].starts_with(&logged)).collect();
+    assert!(!starts.is_empty(), "{skipped} more were delivered than logged, and no stretch of them is what was logged");
+}
+
+#[test]
+fn without_a_press_no_pin_ever_moves() {
+    let Some(board) = Board::find("no press, no pulse") else { return };
+    let ran = board.run(options(3.0, &[], &[]));
+    assert_regular(&ran);
+    assert!(ran.pulses.is_empty());
+    for pin in ["PA8", "PA9", "PA10", "PA11"] {
+        assert_eq!(ran.end.edges.get(pin), None, "{pin}");
+    }
+    assert!(only(&ran).ticks.iter().skip(1).all(|tick| tick.state == State::Disarmed && tick.pulse_us == [0; 4]));
+}
+
+/// What the injected fault led to.
+fn reaction(ran: &Ran) -> &Value {
+    let [reaction] = ran.end.injections.as_slice() else { panic!("{:?}", ran.end.injections) };
+    reaction
+}
+
+fn number(object: &Value, key: &str) -> f64 {
+    object[key].as_f64().unwrap_or_else(|| panic!("no {key}: {object}"))
+}
+
+/// A reset out of a walk, and after it a board that is dark and disarmed.
+fn assert_boots_disarmed(ran: &Ran) {
+    assert!(ran.boots.len() >= 2, "no reset");
+    assert_eq!((ran.end.edges_before_arming, ran.end.edges_after_disarming), (0, 0), "edges while disarmed");
+    assert_eq!((ran.end.unmodelled, ran.end.lints.len(), ran.end.unexpected_faults), (0, 0, 0), "{:?}", ran.end.lints);
+    let before = &ran.boots[0];
+    assert_eq!(before.ticks[before.ticks.len() - 1].state, State::Walking, "it was walking");
+    let after = &ran.boots[1];
+    assert!(after.ticks.len() > 20, "it runs again");
+    for tick in &after.ticks {
+        assert!(matches!(tick.state, State::Boot | State::Disarmed) && tick.pulse_us == [0; 4], "{tick}");
+    }
+    let last_pulse = ran.pulses[ran.pulses.len() - 1].0;
+    assert!(last_pulse < after.t_s, "a pulse at {last_pulse} s after the reset at {} s", after.t_s);
+}
+
+#[test]
+fn a_task_that_hangs_is_reset_and_boots_disarmed() {
+    let Some(board) = Board::find("hung tasks on the virtual board") else { return };
+    for task in TASKS {
+        // The ends of what the data sheet allows for the watchdog's oscillator: the slowest bites last, the fastest first.
+        for lsi in ["17000", "32000", "47000"] {
+            let hang = format!("{task}@3");
+            let ran = board.run(options(3.6, &[0.3], &["--hang", &hang, "--lsi-hz", lsi]));
+            let reaction = reaction(&ran);
+            let [dark, reset] = ["disarmed_us", "reset_us"].map(|key| number(reaction, key));
+            println!("{task} hangs, LSI {lsi} Hz: outputs off after {dark} us, reset after {reset} us");
+            assert!(reset <= LATEST_RESET_US, "{task}: reset {reset} us after the hang");
+            assert_boots_disarmed(&ran);
+            // Bitten, the image knows it by the reset flag; where it judged by itself, it has written down who stalled.
+            let after = &ran.boots[1];
+            let words = after.boot.as_ref().unwrap();
+            let part = task.trim_end_matches("_step");
+            let own = words.reset == "software"
+                && after.log.iter().any(|line| line.contains("stalled") && line.contains(part));
+            assert!(words.reset == "iwdg" || own, "{task}: {words:?}, {:?}", after.log);
+        }
+    }
+}
+
+#[test]
+fn a_panic_and_a_fault_switch_the_outputs_off_before_anything_else() {
+    let Some(board) = Board::find("panic and HardFault on the virtual board") else { return };
+    for (option, value, why) in [
+        ("--panic", "3", "panic"),
+        ("--fault", "control_step@3", "hard_fault"),
+        ("--fault", "telemetry_step@3", "hard_fault"),
+        ("--fault", "sensor_step@3", "hard_fault"),
+    ] {
+        let ran = board.run(options(3.6, &[0.3], &[option, value]));
+        let reaction = reaction(&ran);
+        let [dark, low] = ["disarmed_us", "low_us"].map(|key| number(reaction, key));
+        println!("{option} {value}: outputs off after {dark} us, last pin low after {low} us");
+        assert!(dark <= LATEST_DARK_US && low <= LATEST_DARK_US, "{option} {value}: {reaction}");
+        assert_boots_disarmed(&ran);
+        let log = &ran.boots[1].log;
+        assert!(
+            log.iter().any(|line| line.contains("last run ended by") && line.contains(why)),
+            "{option} {value}: {log:?}"
+        );
+    }
+}
+
+#[test]
+fn an_open_wire_stops_the_walk_and_is_named() {
+    let Some(board) = Board::find("an open wire on the virtual board") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("open.csv");
+    // A knee that swings, until the wire comes off at 4 s: the pull-down takes the pin to ground.
+    let knee = |n: i32| 1.6 + 0.25 * (f64::from(n) * 0.057).sin();
+    let mut text = String::from("time_s,PA1\n");
+    for n in 0..400 {
+        text += &format!("{},{:.6}\n", f64::from(n) * 0.01, knee(n));
+    }
+    text += "4.0,0\n";
+    std::fs::write(&file, text).unwrap();
+    let arguments: [OsString; 6] =
+        ["--secs".into(), "6".into(), "--press".into(), "0.3".into(), "--volts".into(), file.into()];
+    let ran = board.run(arguments);
+    assert_regular(&ran);
+    let boot = only(&ran);
+    let frames = boot.replay();
+    let left = frames.iter().rposition(|frame| frame.state == State::Walking).unwrap();
+    let open = frames.iter().position(|frame| frame.verdict[0] == hgod_adc::Verdict::Open).unwrap();
+    let off = boot.calls.iter().position(|(_, call)| call.sensor.0 < 81).unwrap();
+    assert!(open - off <= 50, "named after {} ms", open - off);
+    assert!(left - off <= 55, "the walk goes on for {} ms", left - off);
+    assert_eq!(frames[left + 1].cause, joint_loop::Cause::Sensor);
+    // A hurried stop: at rest within 0.3 s and the gate's settling.
+    let rest = frames[left..].iter().position(|frame| !frame.state.moving()).unwrap();
+    assert!(rest <= 400, "at rest after {rest} ms");
+    assert_eq!(frames[frames.len() - 1].state, State::Disarmed);
+    assert_eq!(ran.books.different, 0, "{:?}", ran.books.differences);
+}
+
+/// A debugger that attached, asked for a log that waits, and then reads nothing: the tick must not notice.
+#[test]
+fn a_stalled_reader_of_the_log_does_not_hold_up_the_ticks() {
+    let Some(board) = Board::find("a stalled log reader on the virtual board") else { return };
+    let ran = board.run(options(5.0, &[0.3], &["--rtt-mode", "2", "--no-drain"]));
+    assert_regular(&ran);
+    assert_eq!(ran.boots.len(), 1);
+    let drained = board.run(options(5.0, &[0.3], &[]));
+    let times = |ran: &Ran| ran.pulses.iter().map(|(_, us)| *us).collect::<Vec<_>>();
+    assert!(ran.pulses.len() > 220);
+    assert_eq!(times(&ran), times(&drained), "the same pulses, whether anyone reads the log or not");
+}
+
+/// The program, as `cargo xtask run` calls it.
+fn program(what: &str) -> Option<Command> {
+    if let Some(program) = std::env::var_os("FOOTFALL_BIN") {
+        let mut command = Command::new(program);
+        command.arg("watch").arg("--elf").arg(std::env::var_os("FOOTFALL_ELF").unwrap());
+        command.arg("--virtual-board").arg(std::env::var_os("FOOTFALL_VIRTUAL_BOARD").unwrap());
+        command.stdin(Stdio::null());
+        return Some(command);
+    }
+    footfall_tests::left_out(what, "FOOTFALL_BIN is not set; `cargo xtask test` sets it");
+    None
+}
+
+#[test]
+fn the_program_ends_with_the_whole_run_and_two_equal_hashes() {
+    let what = "footfall watch on the virtual board";
+    let (Some(_), Some(mut watch)) = (Board::find(what), program(what)) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let record = folder.path().join("out.csv");
+    let output = watch.args(["--secs", "5", "--disarm", "--json", "--record"]).arg(&record).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let last: Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    for zero in
+        ["late_ticks", "missed_ticks", "unmodelled", "edges_before_arming", "edges_after_disarming", "lost_lines"]
+    {
+        assert_eq!(last[zero], 0, "{zero}");
+    }
+    assert!(last["ticks"].as_u64().unwrap() >= 4_970, "{}", last["ticks"]);
+    assert_eq!((&last["state"], &last["setpoint_hash"]), (&"disarmed".into(), &last["host_replay_hash"]));
+    assert!(last["pulse_us"].as_array().unwrap().iter().all(Value::is_array));
+    let rows = std::fs::read_to_string(record).unwrap().lines().count() as u64 - 1;
+    assert_eq!(rows, last["compared_lines"].as_u64().unwrap());
+}
+
+#[test]
+fn ctrl_c_ends_the_program_on_the_virtual_board_with_a_finished_recording() {
+    let what = "Ctrl-C while the virtual board runs";
+    let (Some(_), Some(mut watch)) = (Board::find(what), program(what)) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let record = folder.path().join("out.csv");
+    let mut child =
+        watch.args(["--secs", "3600", "--json", "--record"]).arg(&record).stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map(Result::unwrap);
+    let walking = lines.find(|line| line.contains("\"walking\"")).expect("it walks");
+    assert!(walking.contains("setpoint_deg"), "{walking}");
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let last: Value = serde_json::from_str(&lines.last().unwrap()).unwrap();
+    assert_eq!((&last["type"], &last["reason"]), (&"end".into(), &"killed".into()));
+    assert_eq!(last["setpoint_hash"], last["host_replay_hash"]);
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    let about: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("out.csv.json")).unwrap()).unwrap();
+    let rows = std::fs::read_to_string(record).unwrap().lines().count() as u64 - 1;
+    assert_eq!((&about["finished"], about["rows"].as_u64()), (&true.into(), Some(rows)));
+}

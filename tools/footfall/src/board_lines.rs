@@ -1,0 +1,211 @@
+//! What the virtual board's process writes: one JSON object a line. Fields that are not needed here are passed over.
+
+use serde::Deserialize;
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// A line.
+#[derive(Debug, Clone, PartialEq)]
+pub enum BoardLine {
+    /// First line.
+    Start {
+        /// SHA-256 of the ELF file that runs.
+        elf_sha256: String,
+    },
+    /// The chip came out of reset.
+    Boot {
+        /// When, in virtual seconds since power-on.
+        t_s: f64,
+        /// `power_on`, `iwdg`, `software` or `pin`.
+        cause: String,
+    },
+    /// Bytes of the log.
+    Rtt {
+        /// When they were taken.
+        t_s: f64,
+        /// The bytes.
+        bytes: Vec<u8>,
+    },
+    /// Servo pulses of one period, measured at the pins.
+    Pulses {
+        /// When.
+        t_s: f64,
+        /// Widths in microseconds, left hip, right hip, left knee, right knee; none where there was no pulse.
+        us: [Option<f64>; 4],
+    },
+    /// Every 100 ms.
+    Status {
+        /// When.
+        t_s: f64,
+    },
+    /// An access that the models cannot follow, a fault, a lock-up, an injected fault or what came of it.
+    Remark {
+        /// When, if it says so.
+        t_s: Option<f64>,
+        /// The type of the line.
+        kind: String,
+        /// The line.
+        text: String,
+    },
+    /// Last line.
+    End(Box<End>),
+}
+
+/// The whole run, as the board saw it.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct End {
+    /// Virtual seconds.
+    pub t_s: f64,
+    /// `time`, `killed`, `lockup`, `asleep`, `lint` ...
+    pub reason: String,
+    /// Accesses that the models cannot follow.
+    pub unmodelled: u64,
+    /// Every kind of irregular access.
+    #[serde(default)]
+    pub lints: Vec<Value>,
+    /// Every reset after power-on.
+    #[serde(default)]
+    pub resets: Vec<Reset>,
+    /// Faults that nobody injected.
+    #[serde(default)]
+    pub unexpected_faults: u64,
+    /// Edges of each pin that had any.
+    #[serde(default)]
+    pub edges: BTreeMap<String, u64>,
+    /// Edges of servo pins before the first arming after a reset.
+    pub edges_before_arming: u64,
+    /// Edges of servo pins after disarming.
+    pub edges_after_disarming: u64,
+    /// Shortest and longest pulse of each servo.
+    pub pulse_us: [Option<[f64; 2]>; 4],
+    /// Injected faults and what they led to.
+    #[serde(default)]
+    pub injections: Vec<Value>,
+    /// Instructions executed.
+    #[serde(default)]
+    pub instructions: u64,
+}
+
+/// A reset of the chip.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Reset {
+    /// When.
+    pub t_s: f64,
+    /// `iwdg`, `software` or `pin`.
+    pub cause: String,
+}
+
+/// A line that is not as agreed.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("the virtual board wrote `{line}`: {why}")]
+pub struct LineError {
+    /// The beginning of the line.
+    pub line: String,
+    /// What is wrong with it.
+    pub why: String,
+}
+
+/// All fields that a line may have.
+///
+/// Not an enum that serde tags by `type`: those cannot hold fractions once any crate in the build turns on serde_json's
+/// `arbitrary_precision`, which the log decoder does.
+#[derive(Deserialize)]
+struct Fields {
+    r#type: String,
+    t_s: Option<f64>,
+    elf_sha256: Option<String>,
+    cause: Option<String>,
+    hex: Option<String>,
+    us: Option<[Option<f64>; 4]>,
+}
+
+/// Reads a line.
+///
+/// # Errors
+/// It is no JSON object, or lacks what its type needs.
+pub fn parse(line: &str) -> Result<BoardLine, LineError> {
+    let fail = |why: String| LineError { line: line.chars().take(120).collect(), why };
+    let fields: Fields = serde_json::from_str(line).map_err(|error| fail(error.to_string()))?;
+    let lacks = |field: &str| fail(format!("a line of type `{}` needs `{field}`", fields.r#type));
+    let time = || fields.t_s.ok_or_else(|| lacks("t_s"));
+    Ok(match fields.r#type.as_str() {
+        "start" => BoardLine::Start { elf_sha256: fields.elf_sha256.clone().ok_or_else(|| lacks("elf_sha256"))? },
+        "boot" => BoardLine::Boot { t_s: time()?, cause: fields.cause.clone().ok_or_else(|| lacks("cause"))? },
+        "rtt" => {
+            let bytes = fields.hex.as_deref().and_then(bytes).ok_or_else(|| lacks("hex"))?;
+            BoardLine::Rtt { t_s: time()?, bytes }
+        }
+        "pulses" => BoardLine::Pulses { t_s: time()?, us: fields.us.ok_or_else(|| lacks("us"))? },
+        "status" => BoardLine::Status { t_s: time()? },
+        "end" => BoardLine::End(Box::new(serde_json::from_str(line).map_err(|error| fail(error.to_string()))?)),
+        kind => BoardLine::Remark { t_s: fields.t_s, kind: kind.into(), text: line.into() },
+    })
+}
+
+/// Bytes from hexadecimal digits.
+fn bytes(hex: &str) -> Option<Vec<u8>> {
+    let digit = |byte: u8| char::from(byte).to_digit(16);
+    hex.as_bytes()
+        .chunks(2)
+        .map(|pair| match pair {
+            [high, low] => u8::try_from(digit(*high)? * 16 + digit(*low)?).ok(),
+            _ => None,
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_type_is_read() {
+        let line = |text: &str| parse(text).unwrap();
+        assert_eq!(
+            line(r#"{"type":"start","elf_sha256":"ab","hclk_hz":16000000,"cpi":1.0}"#),
+            BoardLine::Start { elf_sha256: "ab".into() }
+        );
+        assert_eq!(
+            line(r#"{"type":"boot","t_s":0.25,"cause":"iwdg"}"#),
+            BoardLine::Boot { t_s: 0.25, cause: "iwdg".into() }
+        );
+        assert_eq!(
+            line(r#"{"type":"rtt","t_s":0.001,"hex":"00fF1a"}"#),
+            BoardLine::Rtt { t_s: 0.001, bytes: vec![0, 255, 26] }
+        );
+        assert_eq!(
+            line(r#"{"type":"pulses","t_s":1.5,"us":[1500.0,null,1056.5,2]}"#),
+            BoardLine::Pulses { t_s: 1.5, us: [Some(1500.0), None, Some(1056.5), Some(2.0)] }
+        );
+        assert!(matches!(line(r#"{"type":"status","t_s":0.1,"armed":true}"#), BoardLine::Status { t_s: 0.1 }));
+        assert!(
+            matches!(line(r#"{"type":"lint","t_s":0.1,"text":"x"}"#), BoardLine::Remark { t_s: Some(0.1), kind, .. } if kind == "lint")
+        );
+        let end = line(
+            r#"{"type":"end","t_s":2.5,"reason":"time","status":null,"unmodelled":0,"lints":[],"resets":[{"t_s":1.5,"cause":"iwdg"}],
+            "edges":{"PA8":10},"edges_before_arming":0,"edges_after_disarming":0,"pulse_us":[[1000.5,2000],null,null,[1,2]],"instructions":5}"#,
+        );
+        let BoardLine::End(end) = end else { panic!("{end:?}") };
+        assert_eq!(
+            (end.t_s, end.resets[0].t_s, end.pulse_us[0], end.pulse_us[1]),
+            (2.5, 1.5, Some([1000.5, 2000.0]), None)
+        );
+    }
+
+    #[test]
+    fn lines_that_are_not_as_agreed_are_shown() {
+        for (text, words) in [
+            ("", "EOF"),
+            ("thread panicked", "expected"),
+            ("{}", "missing field `type`"),
+            (r#"{"type":"rtt","t_s":1,"hex":"0"}"#, "needs `hex`"),
+            (r#"{"type":"rtt","t_s":1,"hex":"zz"}"#, "needs `hex`"),
+            (r#"{"type":"rtt","hex":"00"}"#, "needs `t_s`"),
+            (r#"{"type":"end","t_s":1}"#, "missing field `reason`"),
+            (r#"{"type":"pulses","t_s":1,"us":[1,2]}"#, "invalid length"),
+        ] {
+            let error = parse(text).unwrap_err().to_string();
+            assert!(error.contains(words), "{text}: {error}");
+        }
+    }
+}

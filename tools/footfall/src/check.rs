@@ -1,0 +1,64 @@
+//! `footfall check`: whether files are as they must be, without doing anything with them.
+
+use crate::failure::Failure;
+use crate::{calibration_file, parameter_file};
+use clap::Args;
+use gait_trace::csv_file;
+use std::path::PathBuf;
+
+/// Options of `footfall check`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// A recording
+    #[arg(long, value_name = "CSV")]
+    pub trace: Vec<PathBuf>,
+    /// A sensor's calibration
+    #[arg(long, value_name = "TOML")]
+    pub calibration: Vec<PathBuf>,
+    /// The loop's parameters
+    #[arg(long, value_name = "TOML")]
+    pub parameters: Vec<PathBuf>,
+}
+
+/// Runs the command: one line on standard output for each good file.
+///
+/// # Errors
+/// The faults of all bad files, a line each.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    if options.trace.is_empty() && options.calibration.is_empty() && options.parameters.is_empty() {
+        return Err(Failure::input(
+            "no file named: allowed are --trace, --calibration and --parameters, each any number of times",
+        ));
+    }
+    let (mut good, mut faults) = (String::new(), Vec::new());
+    let mut told = |result: Result<String, String>| match result {
+        Ok(line) => good.extend([line.as_str(), "\n"]),
+        Err(fault) => faults.push(fault),
+    };
+    for path in &options.trace {
+        told(csv_file::read(path).map_err(|error| error.to_string()).map(|recording| {
+            let columns: Vec<String> = recording.channels().iter().map(gait_trace::Channel::column).collect();
+            let (rows, seconds) = (recording.time_s().len(), recording.duration_s());
+            format!("{}: good: {rows} rows, {seconds:.3} s, {}", path.display(), columns.join(" "))
+        }));
+    }
+    for path in &options.calibration {
+        told(calibration_file::read(path).map_err(|error| error.to_string()).map(|sensor| {
+            let (least, most) = sensor.calibration.span();
+            let points = sensor.calibration.points().len();
+            format!(
+                "{}: good: {points} points, {:.1} to {:.1} degrees",
+                path.display(),
+                least.degrees(),
+                most.degrees()
+            )
+        }));
+    }
+    for path in &options.parameters {
+        told(
+            parameter_file::read(path).map_err(|error| error.to_string()).map(|_| format!("{}: good", path.display())),
+        );
+    }
+    crate::cli::print(&good)?;
+    if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults.join("\n"))) }
+}

@@ -1,0 +1,157 @@
+//! The command line: what there is to call, and how a call ends.
+
+use crate::failure::Failure;
+use crate::rhythm::{certify, hexapod, obb, walk};
+use crate::{calibration_file, check, parameter_file, shipped, volts, watch};
+use clap::{Parser, Subcommand, ValueEnum};
+use joint_loop::LoopConfig;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+use std::ffi::OsString;
+use std::io::{self, Write};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use walker::generator_file::WalkerFile;
+
+/// Footfall: gait in, four joints out.
+#[derive(Debug, Parser)]
+#[command(
+    name = "footfall",
+    version,
+    after_help = "Exit codes: 0 done and sound, 1 not, 2 bad input and nothing written."
+)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run the firmware's image on the virtual board, fed with a recorded gait, and watch it
+    Watch(Box<watch::Options>),
+    /// Turn a recorded gait into the semi-synthetic volts of a sensor: CSV with the header time_s,PA1
+    Volts(volts::Options),
+    /// Check files: every fault is told with file, line, field and what is allowed
+    Check(check::Options),
+    /// Show a shipped gait on the host core, with changes on the way: CSV, JSON or a picture
+    Walk(walk::Options),
+    /// Print the firing word of an oscillatory building block, a letter a step: F flexor, E extensor
+    Obb(obb::Options),
+    /// Print which legs of the hexapod swing at each step
+    Hexapod(hexapod::Options),
+    /// Measure what a parameter set does and write its certificate; refuse it if perturbed starts diverge
+    Certify(certify::Options),
+    /// Print a file with the defaults, to begin a file of one's own with
+    Defaults {
+        /// Which file
+        #[arg(value_enum)]
+        file: Defaults,
+    },
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Defaults {
+    /// The gait sensor's calibration
+    Calibration,
+    /// The loop's parameters
+    Parameters,
+    /// The default walk, as a walker's file
+    Walker,
+    /// The thesis' network, Table 1 and set S, as a walker's file
+    Thesis,
+}
+
+/// Reads the arguments, the program's name first, does what they say, and gives the exit code.
+pub fn main(arguments: impl Iterator<Item = OsString>) -> u8 {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(usage) => {
+            // Nobody is left to tell if this fails.
+            let _ = usage.print();
+            return if usage.use_stderr() { 2 } else { 0 };
+        }
+    };
+    match execute(cli) {
+        Ok(()) => 0,
+        Err(failure) => {
+            for line in failure.to_string().lines() {
+                eprintln!("error: {line}");
+            }
+            failure.exit_code()
+        }
+    }
+}
+
+/// Reads the arguments, the program's name first, and does what they say: the program without its last words.
+///
+/// # Errors
+/// Arguments that make no sense are bad input; else whatever the command fails with.
+pub fn call(arguments: impl Iterator<Item = OsString>) -> Result<(), Failure> {
+    execute(Cli::try_parse_from(arguments).map_err(Failure::input)?)
+}
+
+fn execute(cli: Cli) -> Result<(), Failure> {
+    match cli.command {
+        Command::Watch(options) => watch::run(&options, &interrupt()?),
+        Command::Volts(options) => volts::run(&options),
+        Command::Check(options) => check::run(&options),
+        Command::Walk(options) => walk::run(&options),
+        Command::Obb(options) => obb::run(&options),
+        Command::Hexapod(options) => hexapod::run(&options),
+        Command::Certify(options) => certify::run(&options),
+        Command::Defaults { file: Defaults::Calibration } => {
+            print(&calibration_file::to_text(&shipped::wired_sensor().map_err(Failure::run)?))
+        }
+        Command::Defaults { file: Defaults::Parameters } => {
+            print(&parameter_file::to_text(&LoopConfig::default_biped()))
+        }
+        Command::Defaults { file: Defaults::Walker } => print(&shipped_walker("robust")?),
+        Command::Defaults { file: Defaults::Thesis } => print(&shipped_walker("thesis")?),
+    }
+}
+
+fn shipped_walker(name: &str) -> Result<String, Failure> {
+    let file = WalkerFile::shipped(name).ok_or_else(|| Failure::run(format!("{name} does not ship")))?;
+    Ok(file.to_toml())
+}
+
+/// Writes data to standard output. A reader that has read enough is no failure.
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::run(error)),
+        _ => Ok(()),
+    }
+}
+
+/// Set by SIGINT and SIGTERM, which would otherwise end the program before its recording is finished. A second one does.
+fn interrupt() -> Result<Arc<AtomicBool>, Failure> {
+    let flag = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        // In this order: the first signal finds the flag not set yet.
+        flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&flag)).map_err(Failure::run)?;
+        flag::register(signal, Arc::clone(&flag)).map_err(Failure::run)?;
+    }
+    Ok(flag)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn help_is_no_fault_and_a_wrong_option_is_bad_input() {
+        let code = |arguments: &[&str]| main(arguments.iter().map(OsString::from));
+        assert_eq!(code(&["footfall", "--version"]), 0);
+        assert_eq!(code(&["footfall", "watch", "--no-such-option"]), 2);
+        assert_eq!(code(&["footfall", "watch", "--elf", "a", "--virtual-board", "b", "--secs", "-1"]), 2);
+        assert_eq!(code(&["footfall", "watch", "--elf", "a", "--virtual-board", "b", "--disarm"]), 2);
+        assert_eq!(code(&["footfall", "check"]), 2);
+    }
+}

@@ -1,0 +1,145 @@
+//! The firmware's ELF file: its hash, and the table by which its log is decoded.
+//!
+//! The bytes of a `defmt` log are indices into the format strings of **that** ELF file. Another one decodes them to plausible
+//! garbage, so the hash of the file goes into every recording, and a stream whose first frame is malformed is refused.
+
+use defmt_decoder::{DecodeError, StreamDecoder, Table};
+use sha2::{Digest, Sha256};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// Why an ELF file cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    /// It cannot be read.
+    #[error("{}: cannot be read: {why}", .file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// The system's reason.
+        why: std::io::Error,
+    },
+    /// It is no ELF file, or its log has a format that is not known here.
+    #[error("{}: is no firmware image: {why}; allowed is the ELF file that `cargo xtask build` makes", .file.display())]
+    NoElf {
+        /// The file.
+        file: PathBuf,
+        /// The decoder's reason.
+        why: String,
+    },
+    /// It has no log.
+    #[error("{}: holds no defmt log; allowed is the ELF file that `cargo xtask build` makes (not stripped)", .file.display())]
+    NoLog {
+        /// The file.
+        file: PathBuf,
+    },
+}
+
+/// A firmware image.
+#[derive(Debug)]
+pub struct Image {
+    /// SHA-256 of the file, hexadecimal.
+    pub sha256: String,
+    table: Table,
+}
+
+impl Image {
+    /// Reads an ELF file.
+    ///
+    /// # Errors
+    /// It cannot be read, is no ELF file, or has no log.
+    pub fn read(path: &Path) -> Result<Self, ImageError> {
+        let file = || path.to_owned();
+        let bytes = std::fs::read(path).map_err(|why| ImageError::Unreadable { file: file(), why })?;
+        let parsed = Table::parse(&bytes).map_err(|why| ImageError::NoElf { file: file(), why: format!("{why:#}") })?;
+        let table = parsed.ok_or_else(|| ImageError::NoLog { file: file() })?;
+        Ok(Self { sha256: sha256(&bytes), table })
+    }
+
+    /// A decoder at the beginning of a stream.
+    #[must_use]
+    pub fn decoder(&self) -> Decoder<'_> {
+        Decoder { stream: self.table.new_stream_decoder(), table: &self.table }
+    }
+}
+
+/// SHA-256, hexadecimal.
+#[must_use]
+pub fn sha256(bytes: &[u8]) -> String {
+    let mut text = String::new();
+    for byte in Sha256::digest(bytes) {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{byte:02x}");
+    }
+    text
+}
+
+/// A message of the log.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Message {
+    /// `info`, `warn`, `error` ...; empty where there is none.
+    pub level: String,
+    /// The text.
+    pub text: String,
+}
+
+/// Bytes that are no frame of this image's log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Malformed;
+
+/// A stream of bytes on its way to messages.
+pub struct Decoder<'t> {
+    table: &'t Table,
+    stream: Box<dyn StreamDecoder + Send + Sync + 't>,
+}
+
+impl Decoder<'_> {
+    /// Takes bytes.
+    pub fn push(&mut self, bytes: &[u8]) {
+        self.stream.received(bytes);
+    }
+
+    /// The next whole message, if there is one. After [`Malformed`] the frames behind it can still be read.
+    pub fn message(&mut self) -> Option<Result<Message, Malformed>> {
+        match self.stream.decode() {
+            Ok(frame) => {
+                let level = frame.level().map_or(String::new(), |level| level.as_str().to_owned());
+                Some(Ok(Message { level, text: frame.display_message().to_string() }))
+            }
+            Err(DecodeError::UnexpectedEof) => None,
+            Err(DecodeError::Malformed) => Some(Err(Malformed)),
+        }
+    }
+
+    /// Forgets what has come of an unfinished frame: the board was reset.
+    pub fn restart(&mut self) {
+        self.stream = self.table.new_stream_decoder();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_is_sha_256() {
+        // FIPS 180-2, appendix B.1.
+        assert_eq!(sha256(b"abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+    }
+
+    #[test]
+    fn files_that_are_no_images_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("fw.elf");
+        let error = Image::read(&path).unwrap_err();
+        assert!(matches!(error, ImageError::Unreadable { .. }) && error.to_string().contains("fw.elf"), "{error}");
+        for junk in [&b""[..], b"time_s,left_knee_deg\n", b"\x7fELF\x01\x01\x01"] {
+            std::fs::write(&path, junk).unwrap();
+            let error = Image::read(&path).unwrap_err();
+            assert!(matches!(error, ImageError::NoElf { .. }) && error.to_string().contains("fw.elf"), "{error}");
+        }
+        // A program of this computer: an ELF file without a log.
+        std::fs::copy(std::env::current_exe().unwrap(), &path).unwrap();
+        assert!(matches!(Image::read(&path).unwrap_err(), ImageError::NoLog { .. }));
+    }
+}

@@ -1,0 +1,164 @@
+//! The host's copy of the board's loop, fed with what the board was fed.
+//!
+//! The same core crates run here; the same inputs must give the same bits. The board's `inputs` lines hold every call since the
+//! boot, so nothing else is needed. Once a line is lost the copy no longer knows the board's state and says so: from there on
+//! nothing is compared, which is not the same as equal.
+
+use crate::shipped::WalkLoop;
+use crate::telemetry::{Call, Inputs, Tick};
+use joint_loop::Frame;
+use std::collections::VecDeque;
+
+/// How many frames are kept to compare with: the board is never further behind than its queue of 64 calls.
+const KEPT: usize = 256;
+
+/// Inputs are missing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("inputs of ticks {} to {} were lost", .after.wrapping_add(1), .found.wrapping_sub(1))]
+pub struct Gap {
+    /// The last tick before it.
+    pub after: u32,
+    /// The next tick that there is.
+    pub found: u32,
+}
+
+/// A field in which board and host differ.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("tick {tick}: {field} is {board} on the board and {host} on the host")]
+pub struct Difference {
+    /// The tick.
+    pub tick: u32,
+    /// The field.
+    pub field: &'static str,
+    /// The board's value.
+    pub board: String,
+    /// The host's value.
+    pub host: String,
+}
+
+/// The host's loop and its last frames.
+#[derive(Debug, Clone)]
+pub struct Replay {
+    joints: WalkLoop,
+    frames: VecDeque<(Call, Frame<1>)>,
+    gap: Option<Gap>,
+    calls: u64,
+}
+
+impl Replay {
+    /// Begins with a loop as it boots.
+    #[must_use]
+    pub fn new(joints: WalkLoop) -> Self {
+        Self { joints, frames: VecDeque::new(), gap: None, calls: 0 }
+    }
+
+    /// Runs the calls of one line.
+    ///
+    /// # Errors
+    /// The line does not follow on the one before; the copy is then of no more use.
+    pub fn feed(&mut self, inputs: &Inputs) -> Result<(), Gap> {
+        if let Some(gap) = self.gap {
+            return Err(gap);
+        }
+        let before = self.joints.frame().tick;
+        if let Some(first) = inputs.calls.first()
+            && before.wrapping_add(u32::from(first.elapsed.max(1))) != inputs.first_tick
+        {
+            let gap = Gap { after: before, found: inputs.first_tick };
+            self.gap = Some(gap);
+            return Err(gap);
+        }
+        for call in &inputs.calls {
+            self.joints.tick(&call.sample());
+            self.calls += 1;
+            if self.frames.len() == KEPT {
+                self.frames.pop_front();
+            }
+            self.frames.push_back((*call, self.joints.frame()));
+        }
+        Ok(())
+    }
+
+    /// The tick that has been reached.
+    #[must_use]
+    pub fn tick(&self) -> u32 {
+        self.joints.frame().tick
+    }
+
+    /// Calls of the loop so far.
+    #[must_use]
+    pub const fn calls(&self) -> u64 {
+        self.calls
+    }
+
+    /// What was lost, if anything was.
+    #[must_use]
+    pub const fn gap(&self) -> Option<Gap> {
+        self.gap
+    }
+
+    /// Input and frame of a tick, if it is one of the last.
+    #[must_use]
+    pub fn at(&self, tick: u32) -> Option<(Call, &Frame<1>)> {
+        self.frames.iter().rev().find(|(_, frame)| frame.tick == tick).map(|(call, frame)| (*call, frame))
+    }
+}
+
+/// The fields in which a line of the board differs from the host's frame of the same tick. Numbers are compared by their bits.
+#[must_use]
+pub fn differences(board: &Tick, host: &Frame<1>) -> Vec<Difference> {
+    let mut found = Vec::new();
+    let tick = host.tick;
+    let mut compare = |field, same: bool, board: String, host: String| {
+        if !same {
+            found.push(Difference { tick, field, board, host });
+        }
+    };
+    let [measured] = host.measured;
+    let [verdict] = host.verdict;
+    let degrees = measured.degrees();
+    compare(
+        "sensor",
+        board.sensor_deg.to_bits() == degrees.to_bits(),
+        board.sensor_deg.to_string(),
+        degrees.to_string(),
+    );
+    compare("verdict", board.verdict == verdict, board.verdict.to_string(), verdict.to_string());
+    compare("state", board.state == host.state, board.state.name().into(), host.state.name().into());
+    let set = host.setpoints.map(|angle| angle.degrees());
+    let same = board.set_deg.map(f32::to_bits) == set.map(f32::to_bits);
+    compare("set", same, format!("{:?}", board.set_deg), format!("{set:?}"));
+    let pulses = host.pulses.map(|pulse| pulse.0);
+    compare("pulse", board.pulse_us == pulses, format!("{:?}", board.pulse_us), format!("{pulses:?}"));
+    for (field, board, host) in [
+        ("late", u64::from(board.late), u64::from(host.late)),
+        ("missed", u64::from(board.missed), u64::from(host.missed)),
+        ("limited", u64::from(board.limited), u64::from(host.limited.bits())),
+        ("seq", u64::from(board.seq), u64::from(host.seq)),
+    ] {
+        compare(field, board == host, board.to_string(), host.to_string());
+    }
+    let (board, host) = (format!("{:016x}", board.hash), format!("{:016x}", host.setpoint_hash));
+    compare("hash", board == host, board.clone(), host.clone());
+    found
+}
+
+/// A line as a board with this frame would print it.
+#[must_use]
+pub fn line_of(frame: &Frame<1>) -> Tick {
+    let [measured] = frame.measured;
+    let [verdict] = frame.verdict;
+    Tick {
+        tick: frame.tick,
+        state: frame.state,
+        sensor_deg: measured.degrees(),
+        verdict,
+        set_deg: frame.setpoints.map(|angle| angle.degrees()),
+        pulse_us: frame.pulses.map(|pulse| pulse.0),
+        late: frame.late,
+        missed: frame.missed,
+        limited: frame.limited.bits(),
+        seq: frame.seq,
+        hash: frame.setpoint_hash,
+    }
+}

@@ -1,0 +1,30 @@
+//! The commands that show generators on the host core: `walk`, `obb`, `hexapod`, `certify`.
+
+pub mod certify;
+pub mod hexapod;
+pub mod obb;
+pub mod svg;
+pub mod walk;
+
+use crate::failure::Failure;
+
+/// Changes at steps, as `54:3 100:1`: step and what it changes to, in order.
+///
+/// # Errors
+/// Says which entry is wrong and what is allowed.
+fn switches<T>(text: &str, value: impl Fn(&str) -> Option<T>, allowed: &str) -> Result<Vec<(u64, T)>, Failure> {
+    let mut all: Vec<(u64, T)> = vec![];
+    for entry in text.split_whitespace() {
+        let parsed = entry.split_once(':').and_then(|(step, to)| Some((step.parse().ok()?, value(to)?)));
+        let Some((step, to)) = parsed else {
+            return Err(Failure::input(format!(
+                "--switch `{entry}`: allowed is STEP:{allowed}, such as those in --help"
+            )));
+        };
+        if all.last().is_some_and(|(before, _)| *before >= step) {
+            return Err(Failure::input(format!("--switch `{entry}`: allowed is a later step than the entry before")));
+        }
+        all.push((step, to));
+    }
+    Ok(all)
+}

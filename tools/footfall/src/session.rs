@@ -1,0 +1,330 @@
+//! One run: the board's lines go in, events come out, and the books are kept.
+//!
+//! ```text
+//! board line --> bytes of the log --[image]--> text --[telemetry]--> tick, inputs --[replay]--> equal or not
+//! ```
+//! A `tick` line is an event at once, for whoever shows it live. It is a [`Row`] a moment later, when the inputs of that tick
+//! have come too: with the converter's code, and compared with the host's copy of the loop.
+
+use crate::board_lines::{BoardLine, End};
+use crate::image::{Decoder, Image};
+use crate::replay::{Difference, Gap, Replay, differences};
+use crate::shipped::{BOARDS, walk_loop};
+use crate::telemetry::{self, Boot, Cost, Inputs, Line, LineError, Margin, Tick};
+use joint_loop::Cause;
+use joint_units::AdcCode;
+use std::collections::VecDeque;
+
+/// Calls of the loop between two `tick` lines.
+pub const CALLS_A_TICK_LINE: u32 = 10;
+
+/// Rows that wait for their inputs: more than the board's queues hold.
+const WAITING: usize = 32;
+
+/// Differences that are kept word for word.
+const KEPT_DIFFERENCES: usize = 10;
+
+/// What makes going on senseless.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SessionError {
+    /// The board runs another file than the one whose log table is used.
+    #[error(
+        "the virtual board runs an image with SHA-256 {runs}, the log table is of {table}: was the file just rebuilt?"
+    )]
+    OtherImage {
+        /// Hash of what runs.
+        runs: String,
+        /// Hash of the table's file.
+        table: String,
+    },
+    /// The first frame of the log makes no sense.
+    #[error("the log does not begin with a frame of this image: the board runs another one")]
+    FirstFrame,
+    /// A line of the log is not as agreed.
+    #[error("the log is not what this program reads: {0}; image and program are of different versions")]
+    Line(#[from] LineError),
+}
+
+/// What happened.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Event {
+    /// The chip came out of reset.
+    Booted {
+        /// When, in virtual seconds since power-on.
+        t_s: f64,
+        /// Why.
+        cause: String,
+    },
+    /// What the loop saw and did.
+    Tick {
+        /// When the line was taken.
+        t_s: f64,
+        /// The line.
+        tick: Tick,
+    },
+    /// The same, complete.
+    Row(Row),
+    /// A line of the log for people.
+    Log {
+        /// When it was taken.
+        t_s: f64,
+        /// Its level; may be empty.
+        level: String,
+        /// The text.
+        text: String,
+    },
+    /// What the last second cost.
+    Cost(Cost),
+    /// What was left to spare.
+    Margin(Margin),
+    /// Pulses at the pins.
+    Pulses {
+        /// When.
+        t_s: f64,
+        /// Widths in microseconds.
+        us: [Option<f64>; 4],
+    },
+    /// Another 100 ms have passed.
+    Status {
+        /// When.
+        t_s: f64,
+    },
+    /// The board has something to say.
+    Remark {
+        /// What kind of thing.
+        kind: String,
+        /// The text.
+        text: String,
+    },
+    /// The run is over.
+    Ended(Box<End>),
+}
+
+/// A `tick` line with its input.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Time of the tick by the board's own count, in virtual seconds since power-on.
+    pub time_s: f64,
+    /// The line.
+    pub tick: Tick,
+    /// Code of the gait sensor; `None` when the line with it was lost.
+    pub code: Option<AdcCode>,
+    /// Whether the host's copy did the same, bit for bit; `None` when it cannot tell.
+    pub equal: Option<bool>,
+}
+
+/// The books of a run.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Books {
+    /// Boots so far.
+    pub boots: u32,
+    /// `tick` lines that were lost, by their numbers.
+    pub lost_lines: u64,
+    /// Frames of the log that made no sense.
+    pub malformed: u64,
+    /// Rows that were compared with the host.
+    pub compared: u64,
+    /// Rows that were not, and why the first of them was not.
+    pub not_compared: u64,
+    /// See `not_compared`.
+    pub why_not: Option<String>,
+    /// Rows in which something differed.
+    pub different: u64,
+    /// The first differences.
+    pub differences: Vec<Difference>,
+    /// Calls that the host's copy ran, over all boots.
+    pub calls: u64,
+    /// The last `tick` line.
+    pub last: Option<Tick>,
+    /// Why the supervisor last changed its state.
+    pub cause: Cause,
+    /// Setpoint hashes of board and host at the last row that was compared.
+    pub hashes: Option<(u64, u64)>,
+}
+
+/// One run.
+pub struct Session<'t> {
+    decoder: Decoder<'t>,
+    sha256: &'t str,
+    books: Books,
+    /// Any frame of the log made sense.
+    heard: bool,
+    /// When the present boot began.
+    began_s: f64,
+    replay: Option<Replay>,
+    waiting: VecDeque<Tick>,
+    last_seq: u32,
+}
+
+impl<'t> Session<'t> {
+    /// A run of an image.
+    #[must_use]
+    pub fn new(image: &'t Image) -> Self {
+        Self {
+            decoder: image.decoder(),
+            sha256: &image.sha256,
+            books: Books::default(),
+            heard: false,
+            began_s: 0.0,
+            replay: None,
+            waiting: VecDeque::new(),
+            last_seq: 0,
+        }
+    }
+
+    /// The books so far.
+    #[must_use]
+    pub fn books(&self) -> &Books {
+        &self.books
+    }
+
+    /// Takes a line of the board.
+    ///
+    /// # Errors
+    /// The log cannot be that of the image.
+    pub fn take(&mut self, line: BoardLine) -> Result<Vec<Event>, SessionError> {
+        let mut events = Vec::new();
+        match line {
+            BoardLine::Start { elf_sha256 } => {
+                if elf_sha256 != self.sha256 {
+                    return Err(SessionError::OtherImage { runs: elf_sha256, table: self.sha256.into() });
+                }
+            }
+            BoardLine::Boot { t_s, cause } => {
+                self.restart(t_s, &mut events);
+                events.push(Event::Booted { t_s, cause });
+            }
+            BoardLine::Rtt { t_s, bytes } => self.log(t_s, &bytes, &mut events)?,
+            BoardLine::Pulses { t_s, us } => events.push(Event::Pulses { t_s, us }),
+            BoardLine::Status { t_s } => events.push(Event::Status { t_s }),
+            BoardLine::Remark { kind, text, .. } => events.push(Event::Remark { kind, text }),
+            BoardLine::End(end) => {
+                self.settle_all(&mut events);
+                events.push(Event::Ended(end));
+            }
+        }
+        Ok(events)
+    }
+
+    /// Settles the rows that still wait; for a board whose last line never came.
+    pub fn finish(&mut self) -> Vec<Event> {
+        let mut events = Vec::new();
+        self.settle_all(&mut events);
+        events
+    }
+
+    fn restart(&mut self, t_s: f64, events: &mut Vec<Event>) {
+        self.settle_all(events);
+        self.decoder.restart();
+        self.books.boots += 1;
+        self.began_s = t_s;
+        self.replay = None;
+        self.last_seq = 0;
+    }
+
+    fn log(&mut self, t_s: f64, bytes: &[u8], events: &mut Vec<Event>) -> Result<(), SessionError> {
+        self.decoder.push(bytes);
+        while let Some(message) = self.decoder.message() {
+            let Ok(message) = message else {
+                if !self.heard {
+                    return Err(SessionError::FirstFrame);
+                }
+                self.books.malformed += 1;
+                continue;
+            };
+            self.heard = true;
+            match telemetry::parse(&message.text)? {
+                Line::Boot(boot) => {
+                    self.begin_replay(&boot);
+                    events.push(Event::Log { t_s, level: message.level, text: message.text });
+                }
+                Line::State(change) => {
+                    self.books.cause = change.cause;
+                    events.push(Event::Log { t_s, level: message.level, text: message.text });
+                }
+                Line::Tick(tick) => self.tick(t_s, tick, events),
+                Line::Inputs(inputs) => self.inputs(&inputs, events),
+                Line::Cost(cost) => events.push(Event::Cost(cost)),
+                Line::Margin(margin) => events.push(Event::Margin(margin)),
+                Line::Text => events.push(Event::Log { t_s, level: message.level, text: message.text }),
+            }
+        }
+        Ok(())
+    }
+
+    fn begin_replay(&mut self, boot: &Boot) {
+        let board = BOARDS.iter().find(|board| board.name == boot.board);
+        let built = match board {
+            None => Err(format!("the board `{}` is not known here", boot.board)),
+            Some(board) => walk_loop(boot.vrefint_cal, board).map_err(|error| error.to_string()),
+        };
+        match built {
+            Ok(joints) => self.replay = Some(Replay::new(joints)),
+            Err(why) => {
+                self.books.why_not.get_or_insert(why);
+            }
+        }
+    }
+
+    fn tick(&mut self, t_s: f64, tick: Tick, events: &mut Vec<Event>) {
+        let calls = tick.seq.wrapping_sub(self.last_seq);
+        self.books.lost_lines += u64::from((calls / CALLS_A_TICK_LINE).saturating_sub(1));
+        self.last_seq = tick.seq;
+        self.books.last = Some(tick);
+        events.push(Event::Tick { t_s, tick });
+        self.waiting.push_back(tick);
+        self.settle(WAITING, events);
+    }
+
+    fn inputs(&mut self, inputs: &Inputs, events: &mut Vec<Event>) {
+        if let Some(replay) = &mut self.replay {
+            let before = replay.calls();
+            if let Err(gap) = replay.feed(inputs) {
+                self.books.why_not.get_or_insert_with(|| gap.to_string());
+            }
+            self.books.calls += replay.calls() - before;
+        }
+        self.settle(WAITING, events);
+    }
+
+    fn settle_all(&mut self, events: &mut Vec<Event>) {
+        self.settle(0, events);
+    }
+
+    /// Settles the rows whose inputs have come, and the oldest ones beyond `keep` even without.
+    fn settle(&mut self, keep: usize, events: &mut Vec<Event>) {
+        while let Some(&tick) = self.waiting.front() {
+            let at = self.replay.as_ref().and_then(|replay| replay.at(tick.tick));
+            let Some((call, frame)) = at else {
+                if self.waiting.len() <= keep && self.may_still_come() {
+                    return;
+                }
+                self.waiting.pop_front();
+                self.books.not_compared += 1;
+                self.books.why_not.get_or_insert_with(|| "the log holds no inputs of these ticks".into());
+                events.push(Event::Row(Row { time_s: self.time_s(&tick), tick, code: None, equal: None }));
+                continue;
+            };
+            let found = differences(&tick, frame);
+            self.waiting.pop_front();
+            self.books.compared += 1;
+            self.books.hashes = Some((tick.hash, frame.setpoint_hash));
+            let equal = found.is_empty();
+            self.books.different += u64::from(!equal);
+            let room = KEPT_DIFFERENCES.saturating_sub(self.books.differences.len());
+            self.books.differences.extend(found.into_iter().take(room));
+            let time_s = self.time_s(&tick);
+            events.push(Event::Row(Row { time_s, tick, code: Some(call.sensor), equal: Some(equal) }));
+        }
+    }
+
+    fn may_still_come(&self) -> bool {
+        let gap: Option<Gap> = self.replay.as_ref().and_then(Replay::gap);
+        self.replay.is_some() && gap.is_none()
+    }
+
+    /// By the board's own count: resets begin it anew, and it can only be behind the time of the reset.
+    fn time_s(&self, tick: &Tick) -> f64 {
+        self.began_s + f64::from(tick.tick) / 1000.0
+    }
+}

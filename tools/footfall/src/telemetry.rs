@@ -1,0 +1,391 @@
+//! The lines of the board's log that carry numbers, as text, exactly as `defmt` prints them.
+//!
+//! ```text
+//! boot BOARD CHIP reset CAUSE streak N vrefint_cal CODE
+//! state N STATE cause CAUSE
+//! tick N STATE sensor DEG deg VERDICT set DEG DEG DEG DEG deg pulse US US US US us late N missed N limited BITS seq N hash HEX
+//! inputs FIRST COUNT {SENSOR VREFINT ELAPSED FLAGS} x COUNT
+//! cost CYCLES cycles dropped N
+//! margin start US us stack BYTES of BYTES bytes
+//! ```
+//! `tick` is a [`joint_loop::Frame`], ten calls of the loop apart; `inputs` is what every call was given. Numbers of type `f32`
+//! are printed with as many digits as it takes to tell them from their neighbours, so that their bits come back.
+//! A pulse of 0 is no pulse. Flags: bit 0 the button, bit 1 late, bits 2 to 7 [`joint_loop::BoardFaults`].
+
+use hgod_adc::Verdict;
+use joint_loop::{BoardFaults, Cause, Sample, State};
+use joint_units::{AdcCode, Joint};
+use std::str::{FromStr, SplitWhitespace};
+
+/// A line of the log, understood as far as it can be.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Line {
+    /// The first line after a reset.
+    Boot(Boot),
+    /// The supervisor changed its state.
+    State(Change),
+    /// What the loop saw and did.
+    Tick(Tick),
+    /// What the loop was given.
+    Inputs(Inputs),
+    /// What it cost.
+    Cost(Cost),
+    /// What it left to spare.
+    Margin(Margin),
+    /// For people.
+    Text,
+}
+
+/// `boot ...`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Boot {
+    /// Name of the board.
+    pub board: String,
+    /// Name of the chip.
+    pub chip: String,
+    /// Why it was reset.
+    pub reset: String,
+    /// Crashes in a row before this boot.
+    pub streak: u32,
+    /// The factory's reading of the internal reference.
+    pub vrefint_cal: AdcCode,
+}
+
+/// `state ...`
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Change {
+    /// The tick of the frame that shows it.
+    pub tick: u32,
+    /// The new state.
+    pub state: State,
+    /// Why.
+    pub cause: Cause,
+}
+
+/// `tick ...`
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tick {
+    /// Control periods since the boot, missed ones included.
+    pub tick: u32,
+    /// State of the supervisor.
+    pub state: State,
+    /// Measured angle, in degrees.
+    pub sensor_deg: f32,
+    /// Verdict on the sensor's sample.
+    pub verdict: Verdict,
+    /// The four setpoints, in degrees.
+    pub set_deg: [f32; Joint::COUNT],
+    /// The four commanded pulse widths in microseconds; 0 is no pulse.
+    pub pulse_us: [u16; Joint::COUNT],
+    /// Late ticks so far.
+    pub late: u32,
+    /// Missed ticks so far.
+    pub missed: u32,
+    /// What held the setpoints back, see [`joint_loop::GateStatus`].
+    pub limited: u8,
+    /// Calls of the loop so far.
+    pub seq: u32,
+    /// Hash of all setpoints so far.
+    pub hash: u64,
+}
+
+/// `inputs ...`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Inputs {
+    /// The tick of the first call.
+    pub first_tick: u32,
+    /// What each call was given, in order.
+    pub calls: Vec<Call>,
+}
+
+/// What one call of the loop was given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Call {
+    /// Code of the gait sensor.
+    pub sensor: AdcCode,
+    /// Code of the internal reference.
+    pub vrefint: AdcCode,
+    /// Control periods since the call before.
+    pub elapsed: u8,
+    /// Button, late and faults.
+    pub flags: u8,
+}
+
+impl Call {
+    /// As the loop takes it.
+    #[must_use]
+    pub const fn sample(self) -> Sample<1> {
+        Sample {
+            elapsed: self.elapsed as u32,
+            codes: [self.sensor],
+            vrefint: self.vrefint,
+            button: self.flags & 1 != 0,
+            late: self.flags & 2 != 0,
+            faults: BoardFaults::from_bits(self.flags >> 2),
+        }
+    }
+}
+
+/// `cost ...`
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Cost {
+    /// Longest tick of the last second, in cycles of the core.
+    pub longest_cycles: u32,
+    /// Records that the log had no room for, since the boot.
+    pub dropped: u32,
+}
+
+/// `margin ...`
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Margin {
+    /// Latest start of a tick after its trigger in the last second, in microseconds.
+    pub latest_start_us: u32,
+    /// Most of the stack that was ever in use, in bytes.
+    pub stack_used: u32,
+    /// The stack, in bytes.
+    pub stack_size: u32,
+}
+
+/// A line that begins as one of these but goes on otherwise: board and host are of different versions.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{line}`: {wanted} expected at `{found}`")]
+pub struct LineError {
+    /// The line.
+    pub line: String,
+    /// What should have come.
+    pub wanted: String,
+    /// What came; empty at the end of the line.
+    pub found: String,
+}
+
+/// Reads a line.
+///
+/// # Errors
+/// It begins with one of the words above and goes on in another way.
+///
+/// ```
+/// use footfall::telemetry::{Line, parse};
+/// let line = "tick 20 walking sensor 12.25 deg good set 1.5 -2 30 4 deg pulse 1500 1520 1056 1944 us \
+///             late 0 missed 0 limited 0 seq 20 hash 00000000deadbeef";
+/// let Line::Tick(tick) = parse(line)? else { panic!() };
+/// assert_eq!((tick.tick, tick.set_deg[1], tick.hash), (20, -2.0, 0xdead_beef));
+/// assert_eq!(parse("ready")?, Line::Text);
+/// assert_eq!(parse("tick 20 walking sensor").unwrap_err().wanted, "a number");
+/// # Ok::<(), footfall::telemetry::LineError>(())
+/// ```
+pub fn parse(line: &str) -> Result<Line, LineError> {
+    let mut words = Words { line, rest: line.split_whitespace(), word: "" };
+    let parsed = match words.next() {
+        "boot" => match boot(&mut words)? {
+            Some(boot) => Line::Boot(boot),
+            None => return Ok(Line::Text),
+        },
+        "state" => Line::State(change(&mut words)?),
+        "tick" => Line::Tick(tick(&mut words)?),
+        "inputs" => Line::Inputs(inputs(&mut words)?),
+        "cost" => Line::Cost(cost(&mut words)?),
+        "margin" => Line::Margin(margin(&mut words)?),
+        _ => return Ok(Line::Text),
+    };
+    words.end()?;
+    Ok(parsed)
+}
+
+/// `None` for a board that only says why it does not start: `boot BOARD CHIP reset CAUSE: ...`.
+fn boot(words: &mut Words<'_>) -> Result<Option<Boot>, LineError> {
+    let (board, chip) = (words.text()?, words.text()?);
+    let reset = words.after("reset")?.text()?;
+    if reset.ends_with(':') {
+        return Ok(None);
+    }
+    let streak = words.after("streak")?.number()?;
+    let vrefint_cal = AdcCode(words.after("vrefint_cal")?.number()?);
+    Ok(Some(Boot { board, chip, reset, streak, vrefint_cal }))
+}
+
+fn change(words: &mut Words<'_>) -> Result<Change, LineError> {
+    let tick = words.number()?;
+    let state = words.name("a state", State::from_name)?;
+    Ok(Change { tick, state, cause: words.after("cause")?.name("a cause", Cause::from_name)? })
+}
+
+fn tick(words: &mut Words<'_>) -> Result<Tick, LineError> {
+    Ok(Tick {
+        tick: words.number()?,
+        state: words.name("a state", State::from_name)?,
+        sensor_deg: words.after("sensor")?.number()?,
+        verdict: words.after("deg")?.name("a verdict", Verdict::from_name)?,
+        set_deg: words.after("set")?.four()?,
+        pulse_us: words.after("deg")?.after("pulse")?.four()?,
+        late: words.after("us")?.after("late")?.number()?,
+        missed: words.after("missed")?.number()?,
+        limited: words.after("limited")?.number()?,
+        seq: words.after("seq")?.number()?,
+        hash: words.after("hash")?.name("16 hexadecimal digits", |word| {
+            (word.len() == 16).then(|| u64::from_str_radix(word, 16).ok()).flatten()
+        })?,
+    })
+}
+
+fn inputs(words: &mut Words<'_>) -> Result<Inputs, LineError> {
+    let (first_tick, count): (u32, u8) = (words.number()?, words.number()?);
+    let mut calls = Vec::with_capacity(count.into());
+    for _ in 0..count {
+        let (sensor, vrefint) = (AdcCode(words.number()?), AdcCode(words.number()?));
+        calls.push(Call { sensor, vrefint, elapsed: words.number()?, flags: words.number()? });
+    }
+    Ok(Inputs { first_tick, calls })
+}
+
+fn cost(words: &mut Words<'_>) -> Result<Cost, LineError> {
+    let longest_cycles = words.number()?;
+    Ok(Cost { longest_cycles, dropped: words.after("cycles")?.after("dropped")?.number()? })
+}
+
+fn margin(words: &mut Words<'_>) -> Result<Margin, LineError> {
+    let latest_start_us = words.after("start")?.number()?;
+    let stack_used = words.after("us")?.after("stack")?.number()?;
+    let stack_size = words.after("of")?.number()?;
+    words.after("bytes")?;
+    Ok(Margin { latest_start_us, stack_used, stack_size })
+}
+
+/// The words of a line, taken one by one.
+struct Words<'a> {
+    line: &'a str,
+    rest: SplitWhitespace<'a>,
+    /// The last one that was taken.
+    word: &'a str,
+}
+
+impl<'a> Words<'a> {
+    fn next(&mut self) -> &'a str {
+        self.word = self.rest.next().unwrap_or_default();
+        self.word
+    }
+
+    fn wanted(&self, wanted: &str) -> LineError {
+        LineError { line: self.line.into(), wanted: wanted.into(), found: self.word.into() }
+    }
+
+    fn text(&mut self) -> Result<String, LineError> {
+        match self.next() {
+            "" => Err(self.wanted("a word")),
+            word => Ok(word.into()),
+        }
+    }
+
+    fn after(&mut self, literal: &str) -> Result<&mut Self, LineError> {
+        if self.next() == literal { Ok(self) } else { Err(self.wanted(&format!("`{literal}`"))) }
+    }
+
+    fn number<T: FromStr>(&mut self) -> Result<T, LineError> {
+        self.next().parse().map_err(|_| self.wanted("a number"))
+    }
+
+    fn four<T: FromStr + Copy>(&mut self) -> Result<[T; 4], LineError> {
+        Ok([self.number()?, self.number()?, self.number()?, self.number()?])
+    }
+
+    fn name<T>(&mut self, wanted: &str, of: impl Fn(&str) -> Option<T>) -> Result<T, LineError> {
+        of(self.next()).ok_or_else(|| self.wanted(wanted))
+    }
+
+    fn end(&mut self) -> Result<(), LineError> {
+        if self.next().is_empty() { Ok(()) } else { Err(self.wanted("the end of the line")) }
+    }
+}
+
+impl std::fmt::Display for Tick {
+    /// As the board prints it.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [s0, s1, s2, s3] = self.set_deg;
+        let [p0, p1, p2, p3] = self.pulse_us;
+        write!(f, "tick {} {} sensor {} deg {}", self.tick, self.state.name(), self.sensor_deg, self.verdict)?;
+        write!(f, " set {s0} {s1} {s2} {s3} deg pulse {p0} {p1} {p2} {p3} us late {}", self.late)?;
+        write!(f, " missed {} limited {} seq {} hash {:016x}", self.missed, self.limited, self.seq, self.hash)
+    }
+}
+
+impl std::fmt::Display for Inputs {
+    /// As the board prints it.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "inputs {} {}", self.first_tick, self.calls.len())?;
+        for call in &self.calls {
+            write!(f, " {} {} {} {}", call.sensor.0, call.vrefint.0, call.elapsed, call.flags)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn each_line_is_read() {
+        let boot = parse("boot f4-discovery STM32F407VGTx reset power_on streak 0 vrefint_cal 1502");
+        let Ok(Line::Boot(boot)) = boot else { panic!("{boot:?}") };
+        assert_eq!((boot.vrefint_cal, boot.streak), (AdcCode(1502), 0));
+        let dark = parse("boot f4-discovery STM32F407VGTx reset power_on: no 8 MHz from HSE; staying dark");
+        assert_eq!(dark, Ok(Line::Text));
+        let change = Change { tick: 1230, state: State::Stopping, cause: Cause::Button };
+        assert_eq!(parse("state 1230 stopping cause button"), Ok(Line::State(change)));
+        assert_eq!(parse("cost 9100 cycles dropped 2"), Ok(Line::Cost(Cost { longest_cycles: 9100, dropped: 2 })));
+        let margin = Margin { latest_start_us: 38, stack_used: 900, stack_size: 9000 };
+        assert_eq!(parse("margin start 38 us stack 900 of 9000 bytes"), Ok(Line::Margin(margin)));
+        let Line::Inputs(inputs) = parse("inputs 7 2 2048 1502 1 1 2049 1503 3 34").unwrap() else { panic!() };
+        assert_eq!(inputs.first_tick, 7);
+        let sample = inputs.calls[1].sample();
+        assert_eq!((sample.elapsed, sample.codes[0].0, sample.vrefint.0), (3, 2049, 1503));
+        assert!(!sample.button && sample.late && sample.faults.bits() == 8);
+        assert!(inputs.calls[0].sample().button);
+    }
+
+    #[test]
+    fn lines_of_another_version_are_refused_where_they_differ() {
+        for (line, wanted, found) in [
+            ("boot f4-discovery", "a word", ""),
+            ("boot a b reset power_on streak x", "a number", "x"),
+            ("tick 1 running sensor 0 deg good", "a state", "running"),
+            ("tick 1 walking sensor 0 deg fine", "a verdict", "fine"),
+            ("tick 1 walking sensor 0 rad good", "`deg`", "rad"),
+            ("inputs 1 2 5 5 1 0", "a number", ""),
+            ("inputs 1 1 5 5 256 0", "a number", "256"),
+            ("cost 1 cycles dropped 2 3", "the end of the line", "3"),
+            ("margin 1", "`start`", "1"),
+            ("state 5 walking because", "`cause`", "because"),
+        ] {
+            let error = parse(line).unwrap_err();
+            assert_eq!((error.wanted.as_str(), error.found.as_str()), (wanted, found), "{line}");
+        }
+    }
+
+    fn any_tick() -> impl Strategy<Value = Tick> {
+        let number = || any::<f32>().prop_filter("finite", |x| x.is_finite());
+        let head = (any::<u32>(), 0..State::ALL.len(), number(), 0..Verdict::ALL.len());
+        let body = (prop::array::uniform4(number()), prop::array::uniform4(any::<u16>()));
+        let tail = (any::<u32>(), any::<u32>(), any::<u8>(), any::<u32>(), any::<u64>());
+        (head, body, tail).prop_map(|((tick, state, sensor_deg, verdict), (set_deg, pulse_us), tail)| {
+            let (late, missed, limited, seq, hash) = tail;
+            let (state, verdict) = (State::ALL[state], Verdict::ALL[verdict]);
+            Tick { tick, state, sensor_deg, verdict, set_deg, pulse_us, late, missed, limited, seq, hash }
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn a_printed_tick_is_read_back_bit_for_bit(tick in any_tick()) {
+            let Line::Tick(back) = parse(&tick.to_string()).unwrap() else { panic!() };
+            prop_assert_eq!(back.set_deg.map(f32::to_bits), tick.set_deg.map(f32::to_bits));
+            prop_assert_eq!(back.sensor_deg.to_bits(), tick.sensor_deg.to_bits());
+            prop_assert_eq!(back, tick);
+        }
+
+        #[test]
+        fn no_line_panics(line in "(boot|tick|inputs|cost|state|margin|[0-9]{1,12}|walking|good|deg|set|-1.5|[a-z]{1,6}| ){0,40}") {
+            let _ = parse(&line);
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! `footfall volts`: a recorded angle as the semi-synthetic volts of a sensor, looped, as `footfall watch` feeds them.
+
+use crate::calibration_file;
+use crate::failure::Failure;
+use crate::feed;
+use crate::shipped;
+use clap::Args;
+use gait_trace::csv_file;
+use std::path::PathBuf;
+
+/// Options of `footfall volts`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// A recording of angles in degrees: its left knee, or its only channel [default: the shipped recording]
+    #[arg(long, value_name = "CSV")]
+    pub trace: Option<PathBuf>,
+    /// The sensor's calibration [default: the firmware's]
+    #[arg(long, value_name = "TOML")]
+    pub calibration: Option<PathBuf>,
+    /// Where to write [default: standard output]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, or the output cannot be written.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    let (name, recording) = feed::recording(options.trace.as_deref()).map_err(Failure::input)?;
+    let sensor = match &options.calibration {
+        Some(path) => calibration_file::read(path).map_err(Failure::input)?,
+        None => shipped::wired_sensor().map_err(Failure::run)?,
+    };
+    let feed = feed::feed(&name, &recording, &sensor, None)?;
+    for note in &feed.notes {
+        eprintln!("note: {note}");
+    }
+    match &options.out {
+        Some(path) => csv_file::write(path, &feed.volts)
+            .map_err(|error| Failure::run(format!("{}: cannot be written: {error}", path.display())))?,
+        None => {
+            let mut text = Vec::new();
+            csv_file::write_to(&mut text, &feed.volts).map_err(Failure::run)?;
+            crate::cli::print(&String::from_utf8_lossy(&text))?;
+        }
+    }
+    eprintln!("{} ({} rows)", feed.title, feed.volts.time_s().len());
+    Ok(())
+}

@@ -1,0 +1,509 @@
+//! `footfall watch`: the flashed image on the virtual board, fed with a recorded gait, watched live, recorded and replayed.
+//!
+//! Everything that can be refused is refused before anything is started or written. The screen, the plain lines and the JSON
+//! lines are three ways to show the same [`View`].
+
+use crate::board_process::{BoardProcess, Output};
+use crate::calibration_file;
+use crate::failure::Failure;
+use crate::feed::{self, Feed};
+use crate::image::Image;
+use crate::plain;
+use crate::record::Recorder;
+use crate::screen;
+use crate::session::{Event, Session};
+use crate::shipped;
+use crate::summary::Summary;
+use crate::view::View;
+use clap::Args;
+use gait_trace::csv_file;
+use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use serde_json::{Value, json};
+use std::ffi::OsString;
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// When `--press auto` presses the button, in virtual seconds.
+pub const ARM_AT_S: f64 = 0.3;
+
+/// How long before the end `--disarm` presses it: the stop takes 1 s, and half a second shows that nothing moves after it.
+pub const DISARM_BEFORE_END_S: f64 = 1.7;
+
+/// Virtual seconds of a run without a terminal, where nobody says how many.
+pub const DEFAULT_SECS: f64 = 10.0;
+
+/// How long a press by the space bar lasts, in virtual seconds.
+const PRESS_S: f64 = 0.1;
+
+/// Pictures a second.
+const FRAME: Duration = Duration::from_millis(33);
+
+/// How long a board that was asked to end may take for its last line.
+const LAST_LINE: Duration = Duration::from_secs(10);
+
+/// Options of `footfall watch`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// The firmware's ELF file: the one that would be flashed
+    #[arg(long, value_name = "FILE")]
+    pub elf: PathBuf,
+    /// The virtual board's program
+    #[arg(long, value_name = "PROGRAM")]
+    pub virtual_board: PathBuf,
+    /// A recording to feed the sensor with: angles in degrees (its left knee, or its only channel) or volts at PA1
+    /// [default: the shipped recording of a healthy adult]
+    #[arg(long, value_name = "CSV")]
+    pub trace: Option<PathBuf>,
+    /// The calibration of the worn sensor, which turns the recording into volts; the image keeps its own, and measures wrong by
+    /// as much as the two differ [default: the image's]
+    #[arg(long, value_name = "TOML")]
+    pub calibration: Option<PathBuf>,
+    /// Virtual seconds to run [default: until q or Ctrl-C on a terminal, else 10]
+    #[arg(long, value_name = "N", value_parser = seconds)]
+    pub secs: Option<f64>,
+    /// Write every telemetry line to a CSV file, and what belongs to the whole run to FILE.json
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Print one JSON object a line; the last one is the whole run
+    #[arg(long)]
+    pub json: bool,
+    /// Print plain lines even on a terminal
+    #[arg(long, conflicts_with = "json")]
+    pub plain: bool,
+    /// When to press the user button: `auto` (0.3 s), `none`, or times in virtual seconds such as 0.5,4
+    #[arg(long, value_name = "WHEN", default_value = "auto")]
+    pub press: Press,
+    /// Press it again before the end, early enough to come to rest (needs --secs)
+    #[arg(long, requires = "secs")]
+    pub disarm: bool,
+    /// Hold real time, as on a terminal
+    #[arg(long)]
+    pub pace: bool,
+    /// Further options for the virtual board, as in `-- --hang control_step@3`
+    #[arg(last = true, value_name = "OPTION")]
+    pub board: Vec<OsString>,
+}
+
+/// When the user button is pressed.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Press {
+    /// At [`ARM_AT_S`].
+    Auto,
+    /// At these times, in virtual seconds; perhaps never.
+    At(Vec<f64>),
+}
+
+impl FromStr for Press {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(Self::Auto),
+            "none" => Ok(Self::At(vec![])),
+            times => {
+                let time = |text: &str| text.trim().parse().ok().filter(|t: &f64| t.is_finite() && *t >= 0.0);
+                let wanted = || format!("`{times}`: allowed are `auto`, `none`, and times in seconds such as 0.5,4");
+                times.split(',').map(time).collect::<Option<_>>().map(Self::At).ok_or_else(wanted)
+            }
+        }
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(secs) if (0.1..=86_400.0).contains(&secs) => Ok(secs),
+        _ => Err("allowed is a number of seconds from 0.1 to 86400".into()),
+    }
+}
+
+/// How the run is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Show {
+    Screen,
+    Plain,
+    Json,
+}
+
+/// Everything that was read and found good.
+struct Prepared {
+    image: Image,
+    feed: Feed,
+    secs: Option<f64>,
+    presses: Vec<f64>,
+    notes: Vec<String>,
+}
+
+/// Runs the command. `interrupt` is set by a signal that asks it to end.
+///
+/// # Errors
+/// Bad input, a board that cannot be started or talked to, a file that cannot be written, or a run that was not sound.
+pub fn run(options: &Options, interrupt: &Arc<AtomicBool>) -> Result<(), Failure> {
+    let show = match (options.json, options.plain, io::stdout().is_terminal() && io::stdin().is_terminal()) {
+        (true, ..) => Show::Json,
+        (false, false, true) => Show::Screen,
+        (false, ..) => Show::Plain,
+    };
+    let prepared = prepare(options, show)?;
+    for note in &prepared.notes {
+        eprintln!("note: {note}");
+    }
+    let volts = volts_file(&prepared.feed)?;
+    let arguments = arguments(options, &prepared, volts.path(), show);
+    let mut board = BoardProcess::start(&options.virtual_board, &arguments).map_err(Failure::input)?;
+    let recorder = match &options.record {
+        Some(path) => Some(Recorder::begin(path, about(options, &prepared)).map_err(|error| writing(path, error))?),
+        None => None,
+    };
+    let view = View::titled(format!("footfall watch: {}", prepared.feed.title));
+    let mut run = Run { session: Session::new(&prepared.image), view, recorder, summary: None, trouble: None };
+    let quitting = match show {
+        Show::Screen => on_screen(&mut run, &mut board, interrupt),
+        Show::Plain | Show::Json => in_lines(&mut run, &mut board, interrupt, show),
+    };
+    // Whatever happened: the recording is finished, and the board has ended.
+    run.finish(options, &prepared, &mut board)?;
+    quitting?;
+    run.verdict(show)
+}
+
+fn prepare(options: &Options, show: Show) -> Result<Prepared, Failure> {
+    let image = Image::read(&options.elf).map_err(Failure::input)?;
+    let mut notes = Vec::new();
+    let shipped = shipped::wired_sensor().map_err(Failure::run)?;
+    let sensor = match &options.calibration {
+        Some(path) => calibration_file::read(path).map_err(Failure::input)?,
+        None => shipped.clone(),
+    };
+    if sensor != shipped {
+        notes.push("the image measures by its own calibration, not by the one of the worn sensor".into());
+    }
+    let secs = options.secs.or((show != Show::Screen).then_some(DEFAULT_SECS));
+    let (name, recording) = feed::recording(options.trace.as_deref()).map_err(Failure::input)?;
+    let feed = feed::feed(&name, &recording, &sensor, secs)?;
+    let mut presses = match &options.press {
+        Press::Auto => vec![ARM_AT_S],
+        Press::At(times) => times.clone(),
+    };
+    if options.disarm {
+        let at = secs.unwrap_or(DEFAULT_SECS) - DISARM_BEFORE_END_S;
+        let last = presses.iter().copied().fold(0.0, f64::max);
+        if at < last + 2.0 * PRESS_S {
+            let least = last + 2.0 * PRESS_S + DISARM_BEFORE_END_S;
+            return Err(Failure::input(format!("--disarm: allowed with --secs of {least:.1} or more here")));
+        }
+        presses.push(at);
+    }
+    if let Some(path) = &options.record
+        && path.is_dir()
+    {
+        return Err(Failure::input(format!("{}: is a folder; allowed is the name of a file", path.display())));
+    }
+    notes.extend(feed.notes.iter().cloned());
+    Ok(Prepared { image, feed, secs, presses, notes })
+}
+
+fn volts_file(feed: &Feed) -> Result<tempfile::NamedTempFile, Failure> {
+    let mut file = tempfile::Builder::new().prefix("footfall-").suffix(".csv").tempfile().map_err(Failure::run)?;
+    let mut out = io::BufWriter::new(&mut file);
+    csv_file::write_to(&mut out, &feed.volts).and_then(|()| out.flush()).map_err(Failure::run)?;
+    drop(out);
+    Ok(file)
+}
+
+fn arguments(options: &Options, prepared: &Prepared, volts: &Path, show: Show) -> Vec<OsString> {
+    let mut arguments: Vec<OsString> = vec![options.elf.clone().into(), "--volts".into(), volts.into()];
+    if prepared.feed.repeat {
+        arguments.push("--loop".into());
+    }
+    if let Some(secs) = prepared.secs {
+        arguments.extend(["--secs".into(), secs.to_string().into()]);
+    }
+    for press in &prepared.presses {
+        arguments.extend(["--press".into(), format!("{press}:{PRESS_S}").into()]);
+    }
+    if options.pace || show == Show::Screen {
+        arguments.push("--pace".into());
+    }
+    arguments.extend(options.board.iter().cloned());
+    arguments
+}
+
+/// What runs, for the file beside a recording.
+fn about(options: &Options, prepared: &Prepared) -> Value {
+    json!({
+        "elf": options.elf,
+        "elf_sha256": prepared.image.sha256,
+        "virtual_board": options.virtual_board,
+        "trace": prepared.feed.about,
+        "calibration": options.calibration.as_ref().map_or("the image's".into(), |path| path.display().to_string()),
+        "secs": prepared.secs,
+        "presses_s": prepared.presses,
+    })
+}
+
+fn writing(path: &Path, error: io::Error) -> Failure {
+    Failure::run(format!("{}: cannot be written: {error}", path.display()))
+}
+
+/// A run under way.
+struct Run<'t> {
+    session: Session<'t>,
+    view: View,
+    recorder: Option<Recorder>,
+    summary: Option<Summary>,
+    /// What made the run stop early.
+    trouble: Option<Failure>,
+}
+
+impl Run<'_> {
+    /// Takes one output of the board; gives what happened, and `None` once nothing more will come.
+    fn take(&mut self, output: Output) -> Option<Vec<Event>> {
+        let events = match output {
+            Output::Line(line) => match self.session.take(line) {
+                Ok(events) => events,
+                Err(error) => {
+                    self.trouble = Some(Failure::run(error));
+                    return None;
+                }
+            },
+            Output::Strange(error) => {
+                self.trouble = Some(Failure::run(error));
+                return None;
+            }
+            Output::Complaint(text) => vec![Event::Remark { kind: "says".into(), text }],
+            Output::Closed => return None,
+        };
+        for event in &events {
+            self.account(event);
+        }
+        Some(events)
+    }
+
+    fn account(&mut self, event: &Event) {
+        self.view.take(event, self.session.books());
+        if let (Event::Row(row), Some(recorder)) = (event, &mut self.recorder)
+            && let Err(error) = recorder.row(row)
+        {
+            self.recorder = None;
+            self.trouble = Some(Failure::run(format!("the recording cannot be written: {error}")));
+        }
+        if let Event::Ended(end) = event {
+            self.summary = Some(Summary::new(Some(end), self.session.books(), "", Value::Null));
+        }
+    }
+
+    fn finish(&mut self, options: &Options, prepared: &Prepared, board: &mut BoardProcess) -> Result<(), Failure> {
+        for event in self.session.finish() {
+            self.account(&event);
+        }
+        let complete = self.summary.is_some();
+        let mut summary =
+            self.summary.take().unwrap_or_else(|| Summary::new(None, self.session.books(), "", Value::Null));
+        summary.elf_sha256.clone_from(&prepared.image.sha256);
+        summary.trace.clone_from(&prepared.feed.about);
+        if let (Some(recorder), Some(path)) = (self.recorder.take(), &options.record) {
+            let value = serde_json::to_value(&summary).map_err(Failure::run)?;
+            recorder.finish(&value).map_err(|error| writing(path, error))?;
+        }
+        self.summary = Some(summary);
+        let status = board.wait().map_err(Failure::run)?;
+        if !complete && self.trouble.is_none() {
+            let words = format!("the virtual board ended without its last line ({status}); {}", self.last_words());
+            self.trouble = Some(Failure::run(words));
+        }
+        Ok(())
+    }
+
+    /// The last thing that the board said, which is often why it ended.
+    fn last_words(&self) -> String {
+        self.view.log.back().map_or("it said nothing".into(), |line| format!("the last that came was: {line}"))
+    }
+
+    fn verdict(mut self, show: Show) -> Result<(), Failure> {
+        if let Some(trouble) = self.trouble.take() {
+            return Err(trouble);
+        }
+        let Some(summary) = &self.summary else { return Ok(()) };
+        let text = match show {
+            Show::Json => serde_json::to_string(summary).map_err(Failure::run)? + "\n",
+            Show::Plain | Show::Screen => plain::summary(summary),
+        };
+        // A reader that has left does not want it.
+        let _ = io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush());
+        let faults = summary.faults();
+        if faults.is_empty() {
+            Ok(())
+        } else {
+            Err(Failure::run(format!("the run was not sound: {}", faults.join("; "))))
+        }
+    }
+}
+
+/// The wish to end, and what follows from it.
+struct Ending<'a> {
+    interrupt: &'a AtomicBool,
+    /// Set by a key or by a reader that left.
+    wished: bool,
+    asked: Option<Instant>,
+}
+
+impl<'a> Ending<'a> {
+    fn new(interrupt: &'a AtomicBool) -> Self {
+        Self { interrupt, wished: false, asked: None }
+    }
+
+    /// Asks the board to end once somebody wishes it; true when waiting any longer is senseless.
+    fn see_to_it(&mut self, board: &mut BoardProcess) -> bool {
+        match self.asked {
+            None if self.wished || self.interrupt.load(Ordering::Relaxed) => {
+                board.quit();
+                self.asked = Some(Instant::now());
+                false
+            }
+            None => false,
+            Some(asked) => asked.elapsed() > LAST_LINE,
+        }
+    }
+}
+
+fn in_lines(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool, show: Show) -> Result<(), Failure> {
+    let mut ending = Ending::new(interrupt);
+    while run.trouble.is_none() && !ending.see_to_it(board) {
+        let Some(output) = board.next(Duration::from_millis(50)) else { continue };
+        let Some(events) = run.take(output) else { break };
+        for event in &events {
+            match say(event, &run.view, show) {
+                Ok(()) => {}
+                // Nobody reads on: as good as Ctrl-C.
+                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => ending.wished = true,
+                Err(error) => return Err(Failure::run(error)),
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Prints what is worth a line. Data go to standard output; in plain text, talk goes to standard error.
+fn say(event: &Event, view: &View, show: Show) -> io::Result<()> {
+    let status = matches!(event, Event::Status { .. });
+    let mut out = io::stdout().lock();
+    match show {
+        Show::Json => {
+            let object = if status { Some(plain::object(view)) } else { plain::news_object(event) };
+            let Some(object) = object else { return Ok(()) };
+            writeln!(out, "{object}")?;
+        }
+        Show::Plain | Show::Screen => {
+            if let Some(news) = plain::news(event) {
+                eprintln!("{news}");
+            }
+            if !status {
+                return Ok(());
+            }
+            writeln!(out, "{}", plain::line(view))?;
+        }
+    }
+    out.flush()
+}
+
+fn on_screen(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool) -> Result<(), Failure> {
+    let mut terminal = ratatui::try_init().map_err(|error| Failure::run(format!("no screen: {error}")))?;
+    let mut ending = Ending::new(interrupt);
+    let mut released_at: Option<f64> = None;
+    let mut drawn = Instant::now();
+    let shown = loop {
+        if run.trouble.is_some() || ending.see_to_it(board) {
+            break Ok(());
+        }
+        if let Some(output) = board.next(FRAME / 4)
+            && run.take(output).is_none()
+        {
+            break Ok(());
+        }
+        if released_at.is_some_and(|at| run.view.t_s >= at) {
+            board.hold_button(false);
+            released_at = None;
+        }
+        if drawn.elapsed() < FRAME {
+            continue;
+        }
+        drawn = Instant::now();
+        let key = match terminal.draw(|frame| screen::draw(frame, &run.view)).and_then(|_| key()) {
+            Ok(key) => key,
+            Err(error) => break Err(Failure::run(error)),
+        };
+        match key {
+            Some(Key::Button) if released_at.is_none() => {
+                board.hold_button(true);
+                released_at = Some(run.view.t_s + PRESS_S);
+            }
+            Some(Key::End) => ending.wished = true,
+            Some(Key::Button) | None => {}
+        }
+    };
+    let restored = ratatui::try_restore().map_err(Failure::run);
+    shown.and(restored)
+}
+
+/// What a key means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Key {
+    Button,
+    End,
+}
+
+/// The meaning of the next key that was pressed, if one was.
+fn key() -> io::Result<Option<Key>> {
+    while event::poll(Duration::ZERO)? {
+        if let event::Event::Key(key) = event::read()?
+            && let Some(meaning) = meaning(&key)
+        {
+            return Ok(Some(meaning));
+        }
+    }
+    Ok(None)
+}
+
+fn meaning(key: &KeyEvent) -> Option<Key> {
+    if key.kind != KeyEventKind::Press {
+        return None;
+    }
+    match key.code {
+        KeyCode::Char(' ') => Some(Key::Button),
+        KeyCode::Char('q') | KeyCode::Esc => Some(Key::End),
+        // In raw mode the terminal sends no signal.
+        KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => Some(Key::End),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_of_presses_are_read() {
+        assert_eq!("auto".parse(), Ok(Press::Auto));
+        assert_eq!("none".parse(), Ok(Press::At(vec![])));
+        assert_eq!("0.5, 4".parse(), Ok(Press::At(vec![0.5, 4.0])));
+        for bad in ["", "soon", "-1", "1,,2", "nan", "inf"] {
+            let error = bad.parse::<Press>().unwrap_err();
+            assert!(error.contains("allowed are `auto`"), "{bad}: {error}");
+        }
+    }
+
+    #[test]
+    fn keys_mean_what_the_last_line_of_the_screen_says() {
+        let pressed = |code, modifiers| meaning(&KeyEvent::new(code, modifiers));
+        assert_eq!(pressed(KeyCode::Char(' '), KeyModifiers::NONE), Some(Key::Button));
+        assert_eq!(pressed(KeyCode::Char('q'), KeyModifiers::NONE), Some(Key::End));
+        assert_eq!(pressed(KeyCode::Char('c'), KeyModifiers::CONTROL), Some(Key::End));
+        assert_eq!(pressed(KeyCode::Char('c'), KeyModifiers::NONE), None);
+        let released = KeyEvent::new_with_kind(KeyCode::Char('q'), KeyModifiers::NONE, KeyEventKind::Release);
+        assert_eq!(meaning(&released), None);
+    }
+}

@@ -1,0 +1,238 @@
+//! A stand-in for image and virtual board: an ELF file with a log table of one format string, and a script that plays lines
+//! which a host copy of the loop has made.
+#![allow(dead_code, reason = "each test file uses a part of it")]
+
+use footfall::image::sha256;
+use footfall::replay::line_of;
+use footfall::shipped::{BOARDS, TYPICAL_VREFINT_CAL, WalkLoop, walk_loop};
+use footfall::telemetry::{Call, Inputs};
+use joint_units::AdcCode;
+use object::write::{Object, StandardSegment, Symbol, SymbolSection};
+use object::{Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope};
+use serde_json::json;
+use std::os::unix::fs::PermissionsExt;
+use std::path::PathBuf;
+use std::process::Command;
+
+/// Where the one format string, `{=str}` at level info, lies in the log table.
+const INDEX: u16 = 1;
+
+/// An ELF file whose log holds any text.
+pub(crate) fn elf() -> Vec<u8> {
+    let mut elf = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
+    let section =
+        elf.add_section(elf.segment_name(StandardSegment::Data).to_vec(), b".defmt".to_vec(), SectionKind::Data);
+    elf.append_section_data(section, &[0; 8], 1);
+    let format = r#"{"package":"t","disambiguator":"1","tag":"defmt_info","data":"{=str}","crate_name":"t"}"#;
+    for (name, value, of) in [
+        ("_defmt_version_ = 4", 0, SymbolSection::Absolute),
+        ("_defmt_encoding_ = rzcobs", 0, SymbolSection::Absolute),
+        (format, INDEX.into(), SymbolSection::Section(section)),
+    ] {
+        elf.add_symbol(Symbol {
+            name: name.into(),
+            value,
+            size: 1,
+            kind: SymbolKind::Data,
+            scope: SymbolScope::Linkage,
+            weak: false,
+            section: of,
+            flags: SymbolFlags::None,
+        });
+    }
+    elf.write().unwrap()
+}
+
+/// A frame of the log with that text, as `defmt` encodes it.
+pub(crate) fn frame(text: &str) -> Vec<u8> {
+    let mut bytes = INDEX.to_le_bytes().to_vec();
+    bytes.extend((text.len() as u32).to_le_bytes());
+    bytes.extend(text.as_bytes());
+    rzcobs(&bytes)
+}
+
+/// Reverse zero-compressing COBS, with the zero that ends a frame.
+fn rzcobs(bytes: &[u8]) -> Vec<u8> {
+    let (mut out, mut run, mut zeros) = (Vec::new(), 0_u8, 0_u8);
+    for &byte in bytes {
+        if run < 7 {
+            if byte == 0 {
+                zeros |= 1 << run;
+            } else {
+                out.push(byte);
+            }
+            run += 1;
+            if run == 7 && zeros != 0 {
+                out.push(zeros);
+                (run, zeros) = (0, 0);
+            }
+        } else if byte == 0 {
+            out.push((run - 7) | 0x80);
+            (run, zeros) = (0, 0);
+        } else {
+            out.push(byte);
+            run += 1;
+            if run == 134 {
+                out.push(0xff);
+                (run, zeros) = (0, 0);
+            }
+        }
+    }
+    match run {
+        0 => {}
+        1..=6 => out.push((zeros | (0xff << run)) & 0x7f),
+        _ => out.push((run - 7) | 0x80),
+    }
+    out.push(0);
+    out
+}
+
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// A board that walks: the loop that ships, on the host.
+pub(crate) struct Walker {
+    joints: WalkLoop,
+    calls: Vec<Call>,
+    pub(crate) lines: Vec<String>,
+    t_ms: u32,
+}
+
+impl Walker {
+    pub(crate) fn new() -> Self {
+        let start = json!({ "type": "start", "elf_sha256": sha256(&elf()), "hclk_hz": 16_000_000 });
+        let mut walker = Self {
+            joints: walk_loop(TYPICAL_VREFINT_CAL, &BOARDS[0]).unwrap(),
+            calls: vec![],
+            lines: vec![start.to_string()],
+            t_ms: 0,
+        };
+        walker.boot("power_on");
+        walker
+    }
+
+    fn boot(&mut self, cause: &str) {
+        self.line(json!({ "type": "boot", "t_s": self.t_s(), "cause": cause }));
+        let cal = TYPICAL_VREFINT_CAL.0;
+        self.log(&format!("boot f4-discovery STM32F407VGTx reset {cause} streak 0 vrefint_cal {cal}"));
+    }
+
+    /// A reset: the loop begins anew, what was not sent is lost.
+    pub(crate) fn reset(&mut self) {
+        self.joints = walk_loop(TYPICAL_VREFINT_CAL, &BOARDS[0]).unwrap();
+        self.calls.clear();
+        self.t_ms += 5;
+        self.boot("iwdg");
+    }
+
+    pub(crate) fn t_s(&self) -> f64 {
+        f64::from(self.t_ms) / 1000.0
+    }
+
+    pub(crate) fn line(&mut self, line: serde_json::Value) {
+        self.lines.push(line.to_string());
+    }
+
+    pub(crate) fn log(&mut self, text: &str) {
+        self.line(json!({ "type": "rtt", "t_s": self.t_s(), "hex": hex(&frame(text)) }));
+    }
+
+    /// Ticks, with the button held or not; each as the board would tell it.
+    pub(crate) fn tick(&mut self, ticks: u32, button: bool) {
+        for _ in 0..ticks {
+            let knee = 2200.0 + 500.0 * (f64::from(self.t_ms) * 0.0057).sin();
+            let vrefint = AdcCode(1652);
+            let call = Call { sensor: AdcCode(knee as u16), vrefint, elapsed: 1, flags: u8::from(button) };
+            let command = self.joints.tick(&call.sample());
+            self.calls.push(call);
+            self.t_ms += 1;
+            if self.calls.len() == 10 {
+                let frame = self.joints.frame();
+                let calls = std::mem::take(&mut self.calls);
+                self.log(&Inputs { first_tick: frame.tick - 9, calls }.to_string());
+                self.log(&line_of(&frame).to_string());
+            }
+            if self.t_ms.is_multiple_of(20) && command.pulses.is_some() {
+                let us = command.pulses.map(|pulses| pulses.map(|pulse| f64::from(pulse.0)));
+                self.line(json!({ "type": "pulses", "t_s": self.t_s(), "us": us }));
+            }
+            if self.t_ms.is_multiple_of(100) {
+                self.line(json!({ "type": "status", "t_s": self.t_s(), "armed": command.pulses.is_some() }));
+            }
+        }
+    }
+
+    /// Arms after 0.3 s and walks to the end of that many seconds.
+    pub(crate) fn walk(&mut self, secs: u32) {
+        self.tick(300, false);
+        self.tick(100, true);
+        self.tick(secs * 1000 - 400, false);
+    }
+
+    pub(crate) fn end(&mut self) {
+        self.end_as("time", json!({}));
+    }
+
+    pub(crate) fn end_as(&mut self, reason: &str, other: serde_json::Value) {
+        let mut end = json!({
+            "type": "end", "t_s": self.t_s(), "reason": reason, "unmodelled": 0, "lints": [], "resets": [], "edges": { "PA8": 4 },
+            "edges_before_arming": 0, "edges_after_disarming": 0,
+            "pulse_us": [[1300.5, 1800.0], [1200.0, 1700.0], [900.0, 1600.0], null], "instructions": 5,
+        });
+        for (key, value) in other.as_object().unwrap() {
+            end[key] = value.clone();
+        }
+        self.line(end);
+    }
+}
+
+/// A folder with the image and a board that plays lines.
+pub(crate) struct Bench {
+    pub(crate) folder: tempfile::TempDir,
+}
+
+impl Bench {
+    /// The board writes these lines and ends.
+    pub(crate) fn plays(lines: &[String]) -> Self {
+        Self::with(lines, "exit 0\n")
+    }
+
+    /// The board writes these lines, waits until it is asked to end, and writes the last one.
+    pub(crate) fn waits(lines: &[String]) -> Self {
+        let (last, first) = lines.split_last().unwrap();
+        let quit = format!(
+            "trap '' INT TERM\nwhile read word; do\n  if [ \"$word\" = quit ]; then\n    cat <<'END'\n{last}\nEND\n    exit 0\n  fi\ndone\n"
+        );
+        Self::with(first, &quit)
+    }
+
+    fn with(lines: &[String], then: &str) -> Self {
+        let bench = Self { folder: tempfile::tempdir().unwrap() };
+        std::fs::write(bench.path("fw.elf"), elf()).unwrap();
+        std::fs::write(bench.path("lines"), lines.join("\n") + "\n").unwrap();
+        let board = bench.path("board");
+        let folder = bench.folder.path().display();
+        let script = format!(
+            "#!/bin/sh\necho \"$@\" > {folder}/arguments\ncp \"$3\" {folder}/volts.csv\ncat {folder}/lines\n{then}"
+        );
+        std::fs::write(&board, script).unwrap();
+        std::fs::set_permissions(&board, std::fs::Permissions::from_mode(0o755)).unwrap();
+        bench
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    pub(crate) fn text(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    /// `footfall watch` on this bench.
+    pub(crate) fn watch(&self) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_footfall"));
+        command.arg("watch").arg("--elf").arg(self.path("fw.elf")).arg("--virtual-board").arg(self.path("board"));
+        command
+    }
+}

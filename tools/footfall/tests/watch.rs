@@ -1,0 +1,341 @@
+//! `footfall watch` as a program, on a board that plays lines: what it prints, what it writes, how it ends.
+
+mod support;
+
+use serde_json::Value;
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+use support::{Bench, Walker, frame, hex};
+
+fn walked(secs: u32) -> Walker {
+    let mut walker = Walker::new();
+    walker.walk(secs);
+    walker.end();
+    walker
+}
+
+fn run(command: &mut Command) -> Output {
+    command.stdin(Stdio::null()).output().unwrap()
+}
+
+fn objects(output: &Output) -> Vec<Value> {
+    let text = std::str::from_utf8(&output.stdout).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap_or_else(|_| panic!("no object: {line}"))).collect()
+}
+
+fn complaints(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn json_ends_with_the_whole_run() {
+    let bench = Bench::plays(&walked(3).lines);
+    let output = run(bench.watch().args(["--json", "--secs", "3"]));
+    assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+    let objects = objects(&output);
+    let last = objects.last().unwrap();
+    assert_eq!((&last["type"], &last["ticks"], &last["state"]), (&"end".into(), &3000.into(), &"walking".into()));
+    for zero in ["late_ticks", "missed_ticks", "unmodelled", "edges_before_arming", "lost_lines", "different_lines"] {
+        assert_eq!(last[zero], 0, "{zero}");
+    }
+    assert_eq!(last["pulse_us"][0], serde_json::json!([1300.5, 1800.0]));
+    assert_eq!(last["pulse_us"][3], Value::Null);
+    assert_eq!(last["setpoint_hash"], last["host_replay_hash"]);
+    assert_eq!(last["setpoint_hash"].as_str().unwrap().len(), 16);
+    assert_eq!((&last["host_replay"], &last["replayed_calls"]), (&"equal".into(), &3000.into()));
+
+    let ticks: Vec<&Value> = objects.iter().filter(|object| object["type"] == "tick").collect();
+    assert_eq!(ticks.len(), 30, "one every 100 ms");
+    assert!((ticks[29]["tick_rate_hz"].as_f64().unwrap() - 1000.0).abs() < 1e-6);
+    assert_eq!(ticks[29]["setpoint_deg"].as_array().unwrap().len(), 4);
+    let states: Vec<&str> = ticks.iter().map(|tick| tick["state"].as_str().unwrap()).collect();
+    assert_eq!((states[0], states[4], states[29]), ("disarmed", "arming", "walking"));
+}
+
+#[test]
+fn without_a_terminal_there_is_a_line_every_100_ms_and_a_summary() {
+    let bench = Bench::plays(&walked(2).lines);
+    let output = run(bench.watch().args(["--secs", "2"]));
+    assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.iter().filter(|line| line.contains(" sensor ")).count(), 20, "{text}");
+    assert!(lines[19].contains("arming") && lines[19].contains("tick   2000  1000.0 Hz  late 0  missed 0"), "{text}");
+    assert!(text.contains("ticks 2000, late 0, missed 0; unmodelled accesses 0"), "{text}");
+    assert!(text.contains(": equal; 200 lines and 2000 calls replayed, 0 lines lost"), "{text}");
+}
+
+#[test]
+fn the_board_is_told_what_was_asked_for_and_fed_with_a_loop_of_volts() {
+    let bench = Bench::plays(&walked(1).lines);
+    let board = ["--secs", "7.5", "--disarm", "--press", "0.5,2", "--", "--hang", "control_step@3"];
+    run(bench.watch().args(board));
+    let arguments = bench.text("arguments");
+    assert!(
+        arguments.contains("--loop --secs 7.5 --press 0.5:0.1 --press 2:0.1 --press 5.8:0.1 --hang control_step@3"),
+        "{arguments}"
+    );
+    let volts = bench.text("volts.csv");
+    let rows: Vec<(f64, f64)> = volts
+        .lines()
+        .skip(1)
+        .map(|row| row.split_once(',').unwrap())
+        .map(|(t, v)| (t.parse().unwrap(), v.parse().unwrap()))
+        .collect();
+    assert!(volts.starts_with("time_s,PA1\n0,"));
+    assert_eq!(rows[0].1, rows[rows.len() - 1].1, "the last row is where the first comes again");
+    let two_strides = rows[rows.len() - 1].0;
+    assert!((2.1..2.3).contains(&two_strides), "{two_strides}");
+    assert!(rows.iter().all(|(_, volts)| (0.795..=2.58).contains(volts)));
+}
+
+#[test]
+fn a_long_recording_is_played_as_it_is_and_one_without_strides_is_held() {
+    let bench = Bench::plays(&walked(1).lines);
+    let rows: String =
+        (0..600).map(|n| format!("{},{}\n", 5.0 + f64::from(n) * 0.01, 10.0 + f64::from(n) * 0.05)).collect();
+    std::fs::write(bench.path("ramp.csv"), format!("time_s,knee_deg\n{rows}")).unwrap();
+    let with = |secs: &str| {
+        let output = run(bench.watch().arg("--trace").arg(bench.path("ramp.csv")).args(["--secs", secs]));
+        (complaints(&output), bench.text("arguments"), bench.text("volts.csv"))
+    };
+    let (notes, arguments, volts) = with("5");
+    assert!(!notes.contains("cannot be repeated") && !arguments.contains("--loop"), "{notes}{arguments}");
+    assert!(volts.starts_with("time_s,PA1\n0,") && volts.lines().count() == 601);
+    let (notes, arguments, _) = with("20");
+    assert!(notes.contains("cannot be repeated") && notes.contains("held") && !arguments.contains("--loop"), "{notes}");
+}
+
+#[test]
+fn a_recording_is_finished_and_says_what_it_is_of() {
+    let bench = Bench::plays(&walked(3).lines);
+    let output = run(bench.watch().args(["--json", "--secs", "3", "--record"]).arg(bench.path("out.csv")));
+    assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+    let text = bench.text("out.csv");
+    let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows.len(), 301);
+    assert_eq!((rows[1][0], rows[300][0], rows[300][7]), ("0.01", "3", "walking"));
+    let times: Vec<f64> = rows[1..].iter().map(|row| row[0].parse().unwrap()).collect();
+    assert!(times.is_sorted_by(|a, b| a < b));
+    let about: Value = serde_json::from_str(&bench.text("out.csv.json")).unwrap();
+    assert_eq!((&about["finished"], &about["rows"]), (&true.into(), &300.into()));
+    assert_eq!(about["about"]["elf_sha256"], footfall::image::sha256(&support::elf()).as_str());
+    assert_eq!(about["summary"], objects(&output).last().unwrap().clone());
+}
+
+/// Sends a signal once the first line has come, and gives the end of the program.
+fn interrupted(bench: &Bench, signal: &str) -> (Option<i32>, Vec<String>) {
+    let mut child = bench
+        .watch()
+        .args(["--json", "--secs", "60", "--record"])
+        .arg(bench.path("out.csv"))
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    let mut seen = vec![lines.next().unwrap().unwrap()];
+    Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+    seen.extend(lines.map(Result::unwrap));
+    (child.wait().unwrap().code(), seen)
+}
+
+#[test]
+fn ctrl_c_ends_cleanly_and_leaves_a_finished_recording() {
+    for signal in ["-INT", "-TERM"] {
+        let mut walker = Walker::new();
+        walker.walk(2);
+        walker.end_as("killed", serde_json::json!({}));
+        let bench = Bench::waits(&walker.lines);
+        let started = Instant::now();
+        let (code, lines) = interrupted(&bench, signal);
+        assert_eq!(code, Some(0), "{signal}");
+        assert!(started.elapsed() < Duration::from_secs(30));
+        let last: Value = serde_json::from_str(lines.last().unwrap()).unwrap();
+        assert_eq!((&last["type"], &last["reason"]), (&"end".into(), &"killed".into()));
+        let about: Value = serde_json::from_str(&bench.text("out.csv.json")).unwrap();
+        assert_eq!(about["finished"], true);
+        assert!(bench.text("out.csv").ends_with('\n'));
+    }
+}
+
+#[test]
+fn a_reader_that_leaves_ends_the_run_and_the_recording_is_finished() {
+    let mut walker = Walker::new();
+    walker.walk(60);
+    walker.end();
+    let bench = Bench::plays(&walker.lines);
+    let mut child = bench
+        .watch()
+        .args(["--json", "--record"])
+        .arg(bench.path("out.csv"))
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut out = child.stdout.take().unwrap();
+    out.read_exact(&mut [0; 10]).unwrap();
+    drop(out);
+    let output = child.wait_with_output().unwrap();
+    assert!(!complaints(&output).contains("panicked"), "{}", complaints(&output));
+    assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+    assert!(bench.text("out.csv.json").contains("\"finished\": true"));
+}
+
+/// One bit of one setpoint is other than the host's.
+#[test]
+fn a_single_bit_that_differs_is_found_and_the_run_is_not_sound() {
+    let mut walker = walked(3);
+    let index = walker.lines.iter().rposition(|line| line.contains("\"rtt\"")).unwrap();
+    let object: Value = serde_json::from_str(&walker.lines[index]).unwrap();
+    let text = text_of(object["hex"].as_str().unwrap());
+    let Ok(footfall::telemetry::Line::Tick(mut tick)) = footfall::telemetry::parse(&text) else { panic!("{text}") };
+    tick.set_deg[2] = f32::from_bits(tick.set_deg[2].to_bits() ^ 1);
+    let mut changed = object.clone();
+    changed["hex"] = hex(&frame(&tick.to_string())).into();
+    walker.lines[index] = changed.to_string();
+    let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "3"]));
+    assert_eq!(output.status.code(), Some(1));
+    assert!(complaints(&output).contains("board and host differ: tick 3000: set is ["), "{}", complaints(&output));
+    let objects = objects(&output);
+    let last = objects.last().unwrap();
+    assert_eq!((&last["host_replay"], &last["different_lines"]), (&"different".into(), &1.into()));
+}
+
+/// The text of a frame that [`support::frame`] made, by the decoder under test.
+fn text_of(hex: &str) -> String {
+    let bench = Bench::plays(&["{}".into()]);
+    let image = footfall::image::Image::read(&bench.path("fw.elf")).unwrap();
+    let mut decoder = image.decoder();
+    let bytes: Vec<u8> = (0..hex.len()).step_by(2).map(|i| u8::from_str_radix(&hex[i..i + 2], 16).unwrap()).collect();
+    decoder.push(&bytes);
+    decoder.message().unwrap().unwrap().text
+}
+
+#[test]
+fn lost_inputs_are_told_and_nothing_is_called_equal_that_was_not_compared() {
+    let mut walker = walked(3);
+    let inputs = |line: &String| line.contains("\"rtt\"") && text_of_line(line).starts_with("inputs 1001 ");
+    let index = walker.lines.iter().position(inputs).unwrap();
+    walker.lines.remove(index);
+    let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "3"]));
+    assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+    let objects = objects(&output);
+    let last = objects.last().unwrap();
+    assert_eq!(last["host_replay_hash"], Value::Null);
+    assert_eq!(last["host_replay"], "cannot be told: inputs of ticks 1001 to 1010 were lost");
+    assert_eq!((&last["compared_lines"], &last["ticks"]), (&100.into(), &3000.into()));
+}
+
+#[test]
+fn lost_lines_are_counted_and_do_not_hinder_the_comparison() {
+    let mut walker = walked(3);
+    let tick = |line: &String| line.contains("\"rtt\"") && text_of_line(line).starts_with("tick 1010 ");
+    let index = walker.lines.iter().position(tick).unwrap();
+    walker.lines.remove(index);
+    let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "3"]));
+    let objects = objects(&output);
+    let last = objects.last().unwrap();
+    assert_eq!(
+        (&last["lost_lines"], &last["host_replay"], &last["compared_lines"]),
+        (&1.into(), &"equal".into(), &299.into())
+    );
+}
+
+fn text_of_line(line: &str) -> String {
+    let object: Value = serde_json::from_str(line).unwrap();
+    text_of(object["hex"].as_str().unwrap())
+}
+
+#[test]
+fn after_a_reset_the_books_begin_anew_and_time_goes_on() {
+    let mut walker = Walker::new();
+    walker.walk(1);
+    walker.tick(7, false);
+    walker.reset();
+    walker.walk(1);
+    walker.end_as("time", serde_json::json!({ "resets": [{ "t_s": 1.012, "cause": "iwdg" }] }));
+    let bench = Bench::plays(&walker.lines);
+    let output = run(bench.watch().args(["--json", "--secs", "3", "--record"]).arg(bench.path("out.csv")));
+    assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+    let objects = objects(&output);
+    let last = objects.last().unwrap();
+    assert_eq!((&last["boots"], &last["ticks"], &last["host_replay"]), (&2.into(), &1000.into(), &"equal".into()));
+    assert_eq!(last["replayed_calls"], 2000);
+    let text = bench.text("out.csv");
+    let times: Vec<f64> = text.lines().skip(1).map(|row| row.split(',').next().unwrap().parse().unwrap()).collect();
+    assert!(times.is_sorted_by(|a, b| a < b) && times.len() == 200, "{}", times.len());
+    assert!((times[100] - 1.022).abs() < 1e-9, "{}", times[100]);
+}
+
+#[test]
+fn what_is_wrong_with_a_run_is_the_exit_code_and_in_words() {
+    for (key, value, words) in [
+        ("unmodelled", serde_json::json!(3), "3 accesses that the models cannot follow"),
+        ("reason", "lockup".into(), "the board ended early: lockup"),
+        ("unexpected_faults", 1.into(), "1 faults that nobody injected"),
+        ("edges_before_arming", 2.into(), "2 edges of servo pins while disarmed"),
+        ("edges_after_disarming", 1.into(), "1 edges of servo pins while disarmed"),
+    ] {
+        let mut walker = Walker::new();
+        walker.walk(1);
+        walker.end_as("time", serde_json::json!({ key: value }));
+        let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "1"]));
+        assert_eq!(output.status.code(), Some(1), "{key}");
+        assert!(complaints(&output).contains(words), "{key}: {}", complaints(&output));
+    }
+}
+
+#[test]
+fn a_board_that_breaks_off_is_no_good_run_but_the_recording_is_finished() {
+    let mut walker = Walker::new();
+    walker.walk(1);
+    let bench = Bench::plays(&walker.lines);
+    let output = run(bench.watch().args(["--secs", "1", "--record"]).arg(bench.path("out.csv")));
+    assert_eq!(output.status.code(), Some(1));
+    assert!(complaints(&output).contains("ended without its last line"), "{}", complaints(&output));
+    assert!(bench.text("out.csv.json").contains("\"finished\": true"));
+    assert_eq!(bench.text("out.csv").lines().count(), 101);
+}
+
+#[test]
+fn another_image_or_another_version_is_refused() {
+    let mut other = walked(1);
+    other.lines[0] = r#"{"type":"start","elf_sha256":"00","hclk_hz":1}"#.into();
+    let mut garbage = Walker::new();
+    garbage.lines.truncate(2);
+    garbage.line(serde_json::json!({ "type": "rtt", "t_s": 0.1, "hex": "0102030405060700" }));
+    let mut version = Walker::new();
+    version.log("tick 10 walking sensor 1 rad good");
+    let strange = vec!["thread 'main' panicked".to_owned()];
+    for (lines, words) in [
+        (other.lines, "was the file just rebuilt?"),
+        (garbage.lines, "does not begin with a frame of this image"),
+        (version.lines, "`deg` expected at `rad`; image and program are of different versions"),
+        (strange, "the virtual board wrote `thread 'main' panicked`"),
+    ] {
+        let output = run(Bench::plays(&lines).watch().args(["--secs", "1"]));
+        assert_eq!(output.status.code(), Some(1));
+        assert!(complaints(&output).contains(words), "{words}: {}", complaints(&output));
+    }
+}
+
+#[test]
+fn a_broken_frame_on_the_way_is_counted_and_the_next_one_is_read() {
+    let mut walker = Walker::new();
+    walker.walk(1);
+    walker.line(serde_json::json!({ "type": "rtt", "t_s": walker.t_s(), "hex": "0102030405060700" }));
+    walker.tick(1000, false);
+    walker.end();
+    let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "2"]));
+    let objects = objects(&output);
+    let last = objects.last().unwrap();
+    assert_eq!(
+        (&last["malformed_frames"], &last["ticks"], &last["host_replay"]),
+        (&1.into(), &2000.into(), &"equal".into())
+    );
+    assert_eq!(output.status.code(), Some(1));
+}

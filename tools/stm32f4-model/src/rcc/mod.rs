@@ -1,0 +1,375 @@
+//! RCC: oscillators, clock tree, clock enables, resets, reset flags (RM0090 chapter 7, STM32F405/407).
+//!
+//! An oscillator or PLL is ready at once when it is switched on and its source runs; lock and start-up times are not modelled.
+
+use crate::clock::{Clocks, HSI_HZ, ahb_divider, apb_divider};
+use crate::lint::LintKind;
+use crate::memory_map::Bus;
+use crate::reset::ResetCause;
+
+const CR: u32 = 0x00;
+const PLLCFGR: u32 = 0x04;
+const CFGR: u32 = 0x08;
+const CIR: u32 = 0x0C;
+const BDCR: u32 = 0x70;
+const CSR: u32 = 0x74;
+const SSCGR: u32 = 0x80;
+const PLLI2SCFGR: u32 = 0x84;
+const DCKCFGR: u32 = 0x8C;
+
+const HSION: u32 = 1;
+const HSIRDY: u32 = 1 << 1;
+const HSEON: u32 = 1 << 16;
+const HSERDY: u32 = 1 << 17;
+const HSEBYP: u32 = 1 << 18;
+const CSSON: u32 = 1 << 19;
+const PLLON: u32 = 1 << 24;
+const PLLRDY: u32 = 1 << 25;
+const PLLI2SON: u32 = 1 << 26;
+const PLLI2SRDY: u32 = 1 << 27;
+const CR_WRITABLE: u32 = HSION | 0xF8 | HSEON | HSEBYP | CSSON | PLLON | PLLI2SON;
+
+const PLLSRC_HSE: u32 = 1 << 22;
+const CSSF: u32 = 1 << 7;
+const RMVF: u32 = 1 << 24;
+
+const SW_HSI: u32 = 0;
+const SW_HSE: u32 = 1;
+const SW_PLL: u32 = 2;
+
+/// Registers that hold what is written, without side effect in this block: offset, reset value, writable bits (7.3).
+const PLAIN: [(u32, u32, u32); 17] = [
+    (0x10, 0, 0x2260_11FF),
+    (0x14, 0, 0x0000_00F1),
+    (0x18, 0, 0x0000_0001),
+    (0x20, 0, 0x36FE_C9FF),
+    (0x24, 0, 0x0007_5933),
+    (0x30, 0x0010_0000, 0x7E74_11FF),
+    (0x34, 0, 0x0000_00F1),
+    (0x38, 0, 0x0000_0001),
+    (0x40, 0, 0x36FE_C9FF),
+    (0x44, 0, 0x0007_5F33),
+    (0x50, 0x7E67_91FF, 0x7E67_91FF),
+    (0x54, 0x0000_00F1, 0x0000_00F1),
+    (0x58, 0x0000_0001, 0x0000_0001),
+    (0x60, 0x36FE_C9FF, 0x36FE_C9FF),
+    (0x64, 0x0007_5F33, 0x0007_5F33),
+    (SSCGR, 0, 0xCFFF_FFFF),
+    (PLLI2SCFGR, 0x2000_3000, 0x7000_7FC0),
+];
+
+/// What happened to the crystal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum HseLoss {
+    /// Nothing depended on it.
+    Unused,
+    /// The clock security system acts: NMI, timer break, SYSCLK from HSI.
+    Secured,
+    /// SYSCLK stands still.
+    ClockStopped,
+}
+
+/// The block's registers, and the crystals outside.
+#[derive(Debug)]
+pub(crate) struct Rcc {
+    hse_hz: u32,
+    hse_alive: bool,
+    lse_alive: bool,
+    cr: u32,
+    pllcfgr: u32,
+    cfgr: u32,
+    /// Ready flags, enables and CSSF of RCC_CIR.
+    cir: u32,
+    bdcr: u32,
+    csr: u32,
+    plain: [u32; PLAIN.len()],
+    /// SYSCLK has lost its source.
+    stopped: bool,
+}
+
+impl Rcc {
+    pub(crate) fn new(hse_hz: u32, hse_alive: bool, lse_alive: bool) -> Self {
+        let mut rcc = Rcc {
+            hse_hz,
+            hse_alive,
+            lse_alive,
+            cr: 0,
+            pllcfgr: 0,
+            cfgr: 0,
+            cir: 0,
+            bdcr: 0,
+            csr: 0,
+            plain: [0; PLAIN.len()],
+            stopped: false,
+        };
+        rcc.reset(ResetCause::PowerOn);
+        rcc
+    }
+
+    /// Reset values of 7.3; the backup domain keeps BDCR but for a power-on (6.1.3), the flags in CSR gather until RMVF.
+    pub(crate) fn reset(&mut self, cause: ResetCause) {
+        self.cr = HSION | HSIRDY | 16 << 3;
+        self.pllcfgr = 0x2400_3010;
+        self.cfgr = 0;
+        self.cir = 0;
+        if cause == ResetCause::PowerOn {
+            self.bdcr = 0;
+            self.csr = 0;
+        }
+        self.csr = (self.csr & 0xFE00_0000) | cause.flags();
+        self.plain = PLAIN.map(|(_, reset, _)| reset);
+        self.stopped = false;
+    }
+
+    fn plain_index(offset: u32) -> Option<usize> {
+        PLAIN.iter().position(|&(at, ..)| at == offset)
+    }
+
+    fn plain(&self, offset: u32) -> u32 {
+        Self::plain_index(offset).map_or(0, |index| self.plain[index])
+    }
+
+    pub(crate) fn peek(&self, offset: u32) -> Option<u32> {
+        Some(match offset {
+            CR => self.cr,
+            PLLCFGR => self.pllcfgr,
+            CFGR => self.cfgr,
+            CIR => self.cir,
+            BDCR => self.bdcr,
+            CSR => self.csr,
+            // Reserved on the F405/407; drivers for the whole family write 0 there.
+            DCKCFGR => 0,
+            _ => self.plain[Self::plain_index(offset)?],
+        })
+    }
+
+    /// `backup_open`: PWR_CR.DBP, without which RCC_BDCR is write-protected (7.3.20).
+    pub(crate) fn write(&mut self, offset: u32, value: u32, backup_open: bool, notes: &mut Vec<LintKind>) {
+        match offset {
+            CR => self.write_cr(value, notes),
+            PLLCFGR => self.write_pllcfgr(value, notes),
+            CFGR => self.write_cfgr(value, notes),
+            CIR => {
+                self.cir = (self.cir & 0xFF) | (value & 0x3F00);
+                // Bits 16 to 21 clear the ready flags, bit 23 the clock security flag.
+                self.cir &= !(value >> 16 & 0xBF);
+            }
+            BDCR if !backup_open => {
+                if value != self.bdcr {
+                    notes.push(LintKind::Misuse("RCC_BDCR is write-protected until PWR_CR.DBP is set"));
+                }
+            }
+            BDCR => {
+                const LSEON: u32 = 1;
+                self.bdcr = if value & 1 << 16 != 0 { 1 << 16 } else { value & 0x8305 };
+                if self.lse_alive && self.bdcr & LSEON != 0 {
+                    self.bdcr |= 2;
+                }
+            }
+            CSR => {
+                self.csr = (self.csr & !1) | (value & 1);
+                if value & RMVF != 0 {
+                    self.csr &= 0x00FF_FFFF;
+                }
+                self.csr = (self.csr & !2) | (self.csr & 1) << 1;
+            }
+            DCKCFGR if value == 0 => {}
+            _ => match Self::plain_index(offset) {
+                Some(index) => {
+                    let (_, _, writable) = PLAIN[index];
+                    if value & !writable & !self.plain[index] != 0 {
+                        notes.push(LintKind::Misuse("reserved bits of an RCC register"));
+                    }
+                    self.plain[index] = value & writable;
+                }
+                None => notes.push(LintKind::Unmodelled),
+            },
+        }
+    }
+
+    /// 7.3.1: the oscillator that clocks the system cannot be switched off.
+    fn write_cr(&mut self, value: u32, notes: &mut Vec<LintKind>) {
+        let mut wanted = value & CR_WRITABLE;
+        let source = self.source();
+        let pll_from_hse = self.pllcfgr & PLLSRC_HSE != 0;
+        let held = match source {
+            SW_HSI => HSION,
+            SW_HSE => HSEON,
+            _ => PLLON | if pll_from_hse { HSEON } else { HSION },
+        };
+        if wanted & held != held {
+            notes.push(LintKind::Misuse("the oscillator that clocks the system cannot be switched off"));
+            wanted |= held;
+        }
+        if self.cr & HSEON != 0 && (wanted ^ self.cr) & HSEBYP != 0 {
+            notes.push(LintKind::Misuse("HSEBYP can only be written while HSE is off"));
+            wanted = (wanted & !HSEBYP) | (self.cr & HSEBYP);
+        }
+        if wanted & !self.cr & PLLON != 0 {
+            self.check_pll(notes);
+        }
+        self.cr = wanted | (self.cr & (HSIRDY | HSERDY | PLLRDY | PLLI2SRDY));
+        self.settle();
+    }
+
+    /// 7.3.2: the PLL's factors can only be written while it is off.
+    fn write_pllcfgr(&mut self, value: u32, notes: &mut Vec<LintKind>) {
+        if self.cr & (PLLON | PLLI2SON) != 0 && value != self.pllcfgr {
+            notes.push(LintKind::Misuse("RCC_PLLCFGR can only be written while the PLLs are off"));
+            return;
+        }
+        self.pllcfgr = 0x2000_0000 | (value & 0x0F43_7FFF);
+    }
+
+    /// Limits of 7.3.2 and of the data sheet (table 35), when the PLL is switched on.
+    fn check_pll(&self, notes: &mut Vec<LintKind>) {
+        let (m, n) = (self.pllcfgr & 0x3F, self.pllcfgr >> 6 & 0x1FF);
+        if m < 2 || !(50..=432).contains(&n) || self.pllcfgr >> 24 & 0xF < 2 {
+            notes.push(LintKind::Misuse("PLL factors: M 2 to 63, N 50 to 432, Q 2 to 15"));
+            return;
+        }
+        let input = f64::from(self.pll_source_hz()) / f64::from(m);
+        if !(0.95e6..=2.1e6).contains(&input) {
+            notes.push(LintKind::Misuse("the PLL's input after M must lie between 0.95 and 2.1 MHz"));
+        }
+        if !(100e6..=432e6).contains(&(input * f64::from(n))) {
+            notes.push(LintKind::Misuse("the PLL's VCO must run at 100 to 432 MHz"));
+        }
+    }
+
+    fn write_cfgr(&mut self, value: u32, notes: &mut Vec<LintKind>) {
+        if value & 3 == 3 {
+            notes.push(LintKind::Misuse("RCC_CFGR.SW = 3 selects no clock"));
+        }
+        self.cfgr = (value & 0xFFFF_FCF3) | (self.cfgr & 0xC);
+        self.settle();
+    }
+
+    /// Carries ready bits and clock switch over from what is on and alive.
+    fn settle(&mut self) {
+        let before = self.cr;
+        let on = |bit: u32| self.cr & bit != 0;
+        let hse = on(HSEON) && self.hse_alive;
+        let source = if self.pllcfgr & PLLSRC_HSE != 0 { hse } else { on(HSION) };
+        let ready =
+            [(HSIRDY, on(HSION)), (HSERDY, hse), (PLLRDY, on(PLLON) && source), (PLLI2SRDY, on(PLLI2SON) && source)];
+        for (bit, is_ready) in ready {
+            self.cr = if is_ready { self.cr | bit } else { self.cr & !bit };
+        }
+        // 7.3.4: a ready flag is set when the clock becomes ready with its interrupt enabled.
+        let risen = self.cr & !before;
+        for (bit, flag) in [(HSIRDY, 2), (HSERDY, 3), (PLLRDY, 4), (PLLI2SRDY, 5)] {
+            if risen & bit != 0 && self.cir & 1 << (flag + 8) != 0 {
+                self.cir |= 1 << flag;
+            }
+        }
+        let wanted = self.cfgr & 3;
+        let available = match wanted {
+            SW_HSI => self.cr & HSIRDY,
+            SW_HSE => self.cr & HSERDY,
+            SW_PLL => self.cr & PLLRDY,
+            _ => 0,
+        };
+        if available != 0 {
+            self.cfgr = (self.cfgr & !0xC) | wanted << 2;
+        }
+    }
+
+    /// SWS: the clock that SYSCLK has now.
+    fn source(&self) -> u32 {
+        self.cfgr >> 2 & 3
+    }
+
+    fn pll_source_hz(&self) -> u32 {
+        if self.pllcfgr & PLLSRC_HSE != 0 { self.hse_hz } else { HSI_HZ }
+    }
+
+    /// The clock tree as it is now.
+    pub(crate) fn clocks(&self) -> Clocks {
+        let sysclk = match self.source() {
+            SW_HSE => f64::from(self.hse_hz),
+            SW_PLL => {
+                let m = f64::from((self.pllcfgr & 0x3F).max(1));
+                let n = f64::from(self.pllcfgr >> 6 & 0x1FF);
+                let p = f64::from(((self.pllcfgr >> 16 & 3) + 1) * 2);
+                // One division: 8 MHz * 168 / (4 * 2) stays exact.
+                f64::from(self.pll_source_hz()) * n / (m * p)
+            }
+            _ => f64::from(HSI_HZ),
+        };
+        // N = 0 is refused with a lint; time must go on all the same.
+        let hclk = sysclk.max(1.0) / ahb_divider(self.cfgr >> 4) as f64;
+        Clocks { hclk, apb: [apb_divider(self.cfgr >> 10), apb_divider(self.cfgr >> 13)] }
+    }
+
+    /// True while SYSCLK stands still.
+    pub(crate) fn stopped(&self) -> bool {
+        self.stopped
+    }
+
+    pub(crate) fn enabled(&self, (bus, bit): (Bus, u8)) -> bool {
+        let offset = match bus {
+            Bus::Ahb1 => 0x30,
+            Bus::Ahb2 => 0x34,
+            Bus::Ahb3 => 0x38,
+            Bus::Apb1 => 0x40,
+            Bus::Apb2 => 0x44,
+        };
+        self.plain(offset) >> bit & 1 != 0
+    }
+
+    pub(crate) fn in_reset(&self, (bus, bit): (Bus, u8)) -> bool {
+        let offset = match bus {
+            Bus::Ahb1 => 0x10,
+            Bus::Ahb2 => 0x14,
+            Bus::Ahb3 => 0x18,
+            Bus::Apb1 => 0x20,
+            Bus::Apb2 => 0x24,
+        };
+        self.plain(offset) >> bit & 1 != 0
+    }
+
+    /// RCC global interrupt: a ready flag with its enable.
+    pub(crate) fn interrupt(&self) -> bool {
+        self.cir & self.cir >> 8 & 0x3F != 0
+    }
+
+    /// CSSF, which is wired to the core's NMI (7.2.7).
+    pub(crate) fn nmi(&self) -> bool {
+        self.cir & CSSF != 0
+    }
+
+    /// The crystal stops, for good.
+    pub(crate) fn lose_hse(&mut self) -> HseLoss {
+        self.hse_alive = false;
+        let was_ready = self.cr & HSERDY != 0;
+        let clocks_core = match self.source() {
+            SW_HSE => true,
+            SW_PLL => self.pllcfgr & PLLSRC_HSE != 0,
+            _ => false,
+        };
+        let secured = was_ready && self.cr & CSSON != 0;
+        if secured {
+            // 7.2.7: HSE is switched off, and the PLL too if HSE was its source and it clocked the system; SYSCLK comes from HSI.
+            self.cr &= !HSEON;
+            self.cir |= CSSF;
+            if clocks_core {
+                self.cr |= HSION;
+                self.cfgr &= !3;
+                self.cr &= !PLLON;
+            }
+        }
+        self.settle();
+        match (secured, clocks_core) {
+            (true, _) => HseLoss::Secured,
+            (false, true) => {
+                self.stopped = true;
+                HseLoss::ClockStopped
+            }
+            (false, false) => HseLoss::Unused,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

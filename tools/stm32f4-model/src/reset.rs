@@ -1,0 +1,45 @@
+//! Why the chip starts anew, and how RCC_CSR remembers it (RM0090 6.1.1 "System reset", 6.3.21 "RCC_CSR").
+
+use core::fmt;
+
+/// Cause of a reset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ResetCause {
+    /// Supply switched on: the only reset that clears the backup domain and the debug registers.
+    PowerOn,
+    /// NRST pulled low from outside.
+    Pin,
+    /// SYSRESETREQ written to the core's AIRCR.
+    Software,
+    /// The independent watchdog ran out.
+    IndependentWatchdog,
+}
+
+impl ResetCause {
+    /// The bits that this reset sets in RCC_CSR. Each reset pulls NRST low inside the chip, so that PINRSTF comes along.
+    pub(crate) const fn flags(self) -> u32 {
+        const BOR: u32 = 1 << 25;
+        const PIN: u32 = 1 << 26;
+        const POR: u32 = 1 << 27;
+        const SOFT: u32 = 1 << 28;
+        const IWDG: u32 = 1 << 29;
+        PIN | match self {
+            ResetCause::PowerOn => BOR | POR,
+            ResetCause::Pin => 0,
+            ResetCause::Software => SOFT,
+            ResetCause::IndependentWatchdog => IWDG,
+        }
+    }
+}
+
+/// `power_on`, `pin`, `software` or `iwdg`.
+impl fmt::Display for ResetCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            ResetCause::PowerOn => "power_on",
+            ResetCause::Pin => "pin",
+            ResetCause::Software => "software",
+            ResetCause::IndependentWatchdog => "iwdg",
+        })
+    }
+}

@@ -1,0 +1,187 @@
+//! What a read or a write reaches: address, width, clock and reset are checked here, registers answer in their blocks.
+
+use super::Soc;
+use crate::bus::Width;
+use crate::lint::LintKind;
+use crate::memory_map::{Block, Model, Widths, place};
+
+impl Soc {
+    /// Reads a peripheral register, with the effects that the read has. What is not modelled, clocked or allowed reads as 0, and is
+    /// recorded as a lint.
+    pub fn read(&mut self, addr: u32, width: Width) -> u32 {
+        match self.reach(addr, width, false) {
+            Err(kind) => {
+                self.lint(addr, width, kind, None);
+                0
+            }
+            Ok((block, offset)) => {
+                let register = offset & !3;
+                self.settle(block.model);
+                let Some(word) = self.peek(block.model, register) else {
+                    self.lint(addr, width, LintKind::Unmodelled, None);
+                    return 0;
+                };
+                if let Model::Adc(index) = block.model {
+                    self.adcs[index].after_read(register);
+                    self.refresh();
+                }
+                word >> ((offset & 3) * 8) & width.mask()
+            }
+        }
+    }
+
+    /// Writes a peripheral register. What is not modelled, clocked or allowed is ignored, and recorded as a lint.
+    pub fn write(&mut self, addr: u32, width: Width, value: u32) {
+        match self.reach(addr, width, true) {
+            Err(kind) => self.lint(addr, width, kind, Some(value)),
+            Ok((block, offset)) => {
+                let register = offset & !3;
+                self.settle(block.model);
+                // A narrow write leaves the other lanes: registers whose bits act when written read as 0 there.
+                let shift = (offset & 3) * 8;
+                let lanes = width.mask() << shift;
+                let rest = if lanes == u32::MAX { 0 } else { self.peek(block.model, register).unwrap_or(0) & !lanes };
+                let mut notes = Vec::new();
+                self.store(block.model, register, (value << shift & lanes) | rest, &mut notes);
+                for kind in notes {
+                    self.lint(addr, width, kind, Some(value));
+                }
+                self.refresh();
+            }
+        }
+    }
+
+    /// The block and offset that an access reaches, or why it reaches none.
+    fn reach(&self, addr: u32, width: Width, write: bool) -> Result<(&'static Block, u32), LintKind> {
+        let (block, offset) = place(addr).ok_or(LintKind::Unmodelled)?;
+        if block.model == Model::None {
+            return Err(LintKind::Unmodelled);
+        }
+        if !addr.is_multiple_of(width.bytes()) {
+            return Err(LintKind::Unaligned);
+        }
+        let allowed = match (block.widths, write) {
+            (Widths::Any, _) | (Widths::WriteHalf | Widths::WriteWord, false) => true,
+            (Widths::WriteHalf, true) | (Widths::Half, _) => width >= Width::Half,
+            (Widths::WriteWord, true) | (Widths::Word, _) => width == Width::Word,
+        };
+        if !allowed {
+            return Err(LintKind::Width);
+        }
+        if !self.clocked(block) {
+            return Err(LintKind::Unclocked);
+        }
+        if block.reset.is_some_and(|gate| self.rcc.in_reset(gate)) {
+            return Err(LintKind::InReset);
+        }
+        Ok((block, offset))
+    }
+
+    fn clocked(&self, block: &Block) -> bool {
+        match block.model {
+            // The common registers answer as soon as one of the three converters is clocked.
+            Model::AdcCommon => (0..3).any(|index| self.adc_enabled(index)),
+            _ => block.enable.is_none_or(|gate| self.rcc.enabled(gate)),
+        }
+    }
+
+    /// Brings a counting block up to now.
+    fn settle(&mut self, model: Model) {
+        let now = self.now;
+        if let Model::Tim(number) = model {
+            // Signals that anybody waits for were delivered by the advance to now.
+            let _ = self.timers[number].run_to(now);
+        }
+    }
+
+    fn peek(&self, model: Model, offset: u32) -> Option<u32> {
+        match model {
+            Model::Tim(number) => self.timers[number].peek(offset),
+            Model::Adc(index) => self.adcs[index].peek(offset),
+            Model::AdcCommon => self.adc_common.peek(offset, &self.adcs),
+            Model::Dma(index) => self.dma[index].peek(offset),
+            Model::Gpio(port) => self.gpio[port].peek(offset),
+            Model::Rcc => self.rcc.peek(offset),
+            Model::Pwr => self.pwr.peek(offset),
+            Model::Flash => self.flash.peek(offset),
+            Model::Syscfg => self.syscfg.peek(offset),
+            Model::Exti => self.exti.peek(offset),
+            Model::Iwdg => self.iwdg.peek(offset, self.time.seconds(self.now)),
+            Model::Dbgmcu => self.dbgmcu.peek(offset),
+            Model::SystemMemory => self.factory(offset),
+            Model::None => None,
+        }
+    }
+
+    /// Factory data in system memory (RM0090 39.1, 39.2; data sheet 6.3.22, 6.3.24).
+    fn factory(&self, offset: u32) -> Option<u32> {
+        let temperature = |celsius: f64| ((0.76 + 0.0025 * (celsius - 25.0)) / 3.3 * 4095.0).round() as u32;
+        match offset {
+            0x10 | 0x14 | 0x18 => Some(self.config.unique_id[(offset as usize - 0x10) / 4]),
+            // The size is the upper half of the word.
+            0x20 => Some(u32::from(self.config.flash_kib) << 16),
+            // VREFINT_CAL and, above it, the temperature sensor at 30 and 110 degrees.
+            0x28 => Some(u32::from(self.config.vrefint_cal()) << 16),
+            0x2C => Some(temperature(30.0) | temperature(110.0) << 16),
+            _ => None,
+        }
+    }
+
+    fn store(&mut self, model: Model, offset: u32, value: u32, notes: &mut Vec<LintKind>) {
+        let now = self.now;
+        match model {
+            Model::Tim(number) => {
+                let signals = self.timers[number].write(offset, value, now, notes);
+                if offset == crate::tim::BDTR && self.timers[number].break_without_pin() {
+                    notes.push(LintKind::Misuse("the break is enabled, but no pin carries BKIN"));
+                }
+                self.deliver(number, signals);
+            }
+            Model::Adc(index) => {
+                self.adcs[index].write(offset, value, now, notes);
+                self.listen();
+            }
+            Model::AdcCommon => {
+                self.adc_common.write(offset, value, notes);
+                self.apply_tree();
+            }
+            Model::Dma(index) => self.dma[index].write(offset, value, index, notes),
+            Model::Gpio(port) => {
+                self.gpio[port].write(offset, value, notes);
+                self.port_written(port, offset);
+            }
+            Model::Rcc => {
+                for timer in &mut self.timers {
+                    // Up to now by the old clock.
+                    let _ = timer.run_to(now);
+                }
+                let before = self.clocks;
+                self.rcc.write(offset, value, self.pwr.backup_open(), notes);
+                self.apply_tree();
+                if self.clocks != before {
+                    self.check_ratings(notes);
+                }
+            }
+            Model::Pwr => self.pwr.write(offset, value, notes),
+            Model::Flash => {
+                self.flash.write(offset, value, notes);
+                if offset == 0 {
+                    self.check_ratings(notes);
+                }
+            }
+            Model::Syscfg => {
+                self.syscfg.write(offset, value, notes);
+                self.pins_changed();
+            }
+            Model::Exti => self.exti.write(offset, value, notes),
+            Model::Iwdg => {
+                let seconds = self.time.seconds(now);
+                self.iwdg.write(offset, value, seconds, notes);
+                self.schedule_bite();
+            }
+            Model::Dbgmcu => self.dbgmcu.write(offset, value, notes),
+            Model::SystemMemory => notes.push(LintKind::Misuse("system memory is read only")),
+            Model::None => notes.push(LintKind::Unmodelled),
+        }
+    }
+}

@@ -1,0 +1,347 @@
+//! TIM1 to TIM14: edge-aligned up-counting, output compare and PWM, trigger output, break (RM0090 chapters 17 to 20).
+//!
+//! Not modelled, and recorded when asked for: down and centre-aligned counting, input capture, slave modes, external clock, encoder,
+//! dead time, commutation preload, DMA bursts.
+//!
+//! - `counter`: prescaler, period, repetition, preload registers.
+//! - `registers`: what reads and writes do.
+//! - `output`: from a channel's reference level to its pins, and the break.
+//! - `table`: what the 14 timers have.
+
+mod counter;
+mod output;
+mod registers;
+mod table;
+
+pub(crate) use registers::BDTR;
+pub(crate) use table::{Kind, PinSignal, TIMERS, route};
+
+use counter::Counter;
+
+// SR and DIER.
+const UIF: u32 = 1;
+const TIF: u32 = 1 << 6;
+const COMIF: u32 = 1 << 5;
+const BIF: u32 = 1 << 7;
+const UIE: u32 = 1;
+const CC_IE: u32 = 0x1E;
+const UDE: u32 = 1 << 8;
+const CC_DE_SHIFT: u32 = 9;
+// CR1.
+const UDIS: u32 = 1 << 1;
+const URS: u32 = 1 << 2;
+const OPM: u32 = 1 << 3;
+const ARPE: u32 = 1 << 7;
+// CR2.
+const CCDS: u32 = 1 << 3;
+// BDTR.
+const MOE: u32 = 1 << 15;
+const AOE: u32 = 1 << 14;
+const BKP: u32 = 1 << 13;
+const BKE: u32 = 1 << 12;
+const OSSR: u32 = 1 << 11;
+const OSSI: u32 = 1 << 10;
+
+/// What a timer did that others see.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Signals {
+    /// The trigger output rose or fell; a pulse does both.
+    pub(crate) trgo_rise: bool,
+    pub(crate) trgo_fall: bool,
+    /// Channels whose reference level rose or fell while CCxE is set.
+    pub(crate) cc_rise: u8,
+    pub(crate) cc_fall: u8,
+    /// DMA requests.
+    pub(crate) dma_update: bool,
+    pub(crate) dma_cc: u8,
+}
+
+impl Signals {
+    fn pulse(&mut self) {
+        self.trgo_rise = true;
+        self.trgo_fall = true;
+    }
+}
+
+/// Which signals somebody waits for, so that a timer without listeners costs nothing.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Listeners {
+    /// An ADC takes TRGO.
+    pub(crate) trgo: bool,
+    /// ADCs take these channels.
+    pub(crate) channels: u8,
+    /// Channels with a pin on them.
+    pub(crate) pins: u8,
+}
+
+/// One timer.
+#[derive(Debug, Clone)]
+pub(crate) struct Timer {
+    pub(crate) kind: &'static Kind,
+    counter: Counter,
+    /// CR1 but for CEN, which is `counter.enabled`.
+    cr1: u32,
+    cr2: u32,
+    smcr: u32,
+    dier: u32,
+    sr: u32,
+    ccmr: [u32; 2],
+    ccer: u32,
+    bdtr: u32,
+    /// BDTR has been written: its LOCK field stays (17.4.18).
+    lock_set: bool,
+    option: u32,
+    /// OCxREF, one bit a channel.
+    reference: u8,
+    /// The break input is at its active level or the clock has failed.
+    break_level: Option<bool>,
+    clock_failed: bool,
+    listeners: Listeners,
+    /// Cycle of the next event that somebody waits for; `u64::MAX`: none.
+    next: u64,
+}
+
+impl Timer {
+    pub(crate) fn new(kind: &'static Kind, at: u64) -> Self {
+        Timer {
+            kind,
+            counter: Counter::new(kind.top, at),
+            cr1: 0,
+            cr2: 0,
+            smcr: 0,
+            dier: 0,
+            sr: 0,
+            ccmr: [0; 2],
+            ccer: 0,
+            bdtr: 0,
+            lock_set: false,
+            option: 0,
+            reference: 0,
+            break_level: None,
+            clock_failed: false,
+            listeners: Listeners::default(),
+            next: u64::MAX,
+        }
+    }
+
+    /// Cycle of the next event that changes an interrupt line, a pin, or makes a request; `u64::MAX`: none.
+    pub(crate) fn next_event(&self) -> u64 {
+        self.next
+    }
+
+    /// Another clock from `cycle` on: HCLK cycles per timer clock.
+    pub(crate) fn set_clock(&mut self, cycle: u64, clock: Option<u64>) {
+        // Whatever happens up to `cycle` has been reported by the advance to it.
+        let _ = self.run_to(cycle);
+        self.counter.set_clock(clock);
+        self.counter.stand_at(cycle);
+        self.refresh();
+    }
+
+    pub(crate) fn listen(&mut self, listeners: Listeners) {
+        if self.listeners != listeners {
+            self.listeners = listeners;
+            self.refresh();
+        }
+    }
+
+    /// MMS: what the trigger output carries.
+    fn mms(&self) -> u32 {
+        self.cr2 >> 4 & 7
+    }
+
+    fn mode(&self, channel: usize) -> u32 {
+        self.ccmr[channel / 2] >> (channel % 2 * 8 + 4) & 7
+    }
+
+    fn is_input(&self, channel: usize) -> bool {
+        self.ccmr[channel / 2] >> (channel % 2 * 8) & 3 != 0
+    }
+
+    fn preloads(&self, channel: usize) -> bool {
+        self.ccmr[channel / 2] >> (channel % 2 * 8 + 3) & 1 != 0
+    }
+
+    fn enabled_channels(&self) -> u8 {
+        (0..4).filter(|channel| self.ccer >> (channel * 4) & 1 != 0).fold(0, |mask, channel| mask | 1 << channel)
+    }
+
+    /// Channels whose reference level somebody sees.
+    fn seen_references(&self) -> u8 {
+        let mut seen = self.listeners.channels & self.enabled_channels();
+        if self.listeners.trgo && self.mms() >= 4 {
+            seen |= 1 << (self.mms() - 4);
+        }
+        seen | (self.listeners.pins & self.driving_channels())
+    }
+
+    /// Channels whose compare match somebody waits for, and whether the overflow is waited for.
+    fn awaited(&self) -> (u8, bool) {
+        let by_channel = if self.cr2 & CCDS == 0 { self.dier >> CC_DE_SHIFT } else { 0 };
+        let mut channels = ((self.dier & CC_IE) >> 1 | by_channel & 0xF) as u8 | self.seen_references();
+        if self.listeners.trgo && self.mms() == 3 {
+            channels |= 1;
+        }
+        let overflow = channels != 0
+            || self.dier & (UIE | UDE) != 0
+            || self.listeners.trgo && self.mms() == 2
+            || self.cr2 & CCDS != 0 && self.dier >> CC_DE_SHIFT & 0xF != 0
+            || self.bdtr & AOE != 0
+            || self.cr1 & OPM != 0;
+        (channels, overflow)
+    }
+
+    /// Works out the next event anew, after any change.
+    fn refresh(&mut self) {
+        let (channels, overflow) = self.awaited();
+        self.next = if self.counter.running() && overflow {
+            self.counter.cycle_after(self.counter.next(channels).counts)
+        } else {
+            u64::MAX
+        };
+    }
+
+    /// Brings the timer up to a cycle.
+    ///
+    /// The caller stops at every [`Timer::next_event`], so that signals that matter carry the cycle they are returned for.
+    #[must_use]
+    pub(crate) fn run_to(&mut self, cycle: u64) -> Signals {
+        let mut signals = Signals::default();
+        if !self.counter.running() {
+            self.counter.stand_at(cycle);
+            return signals;
+        }
+        let all = (1 << self.kind.channels) - 1;
+        let silent = !self.awaited().1;
+        let mut periods = 0;
+        while self.counter.running() {
+            let milestone = self.counter.next(all);
+            if milestone.counts > self.counter.counts_until(cycle) {
+                self.counter.step_to(cycle);
+                break;
+            }
+            self.counter.step(milestone.counts);
+            if milestone.overflow {
+                self.overflow(&mut signals);
+                periods += 1;
+                if silent && periods > 2 * (u64::from(self.counter.rcr.active) + 1) {
+                    self.skip_periods(cycle);
+                    periods = 0;
+                }
+            } else {
+                self.compare(milestone.matches, &mut signals);
+            }
+        }
+        self.refresh();
+        signals
+    }
+
+    /// After two whole update periods without a listener every further pair of them changes nothing: flags are set, shadow registers
+    /// loaded, and toggling channels are back where they were.
+    fn skip_periods(&mut self, cycle: u64) {
+        let pair = 2 * (u64::from(self.counter.rcr.active) + 1) * self.counter.period();
+        let counts = self.counter.counts_until(cycle) / pair * pair;
+        if counts > 0 {
+            self.counter.skip(counts);
+        }
+    }
+
+    /// The counter has wrapped to 0.
+    fn overflow(&mut self, signals: &mut Signals) {
+        // 17.4.5: a compare value above ARR raises its flag at the overflow.
+        let arr = self.counter.arr.active;
+        let mut matches = self.channels_where(|timer, channel| timer.counter.ccr[channel].active > arr);
+        if self.counter.repetitions == 0 {
+            self.counter.repetitions = self.counter.rcr.active;
+            if self.cr1 & UDIS == 0 {
+                self.update(signals);
+                self.sr |= UIF;
+                signals.dma_update |= self.dier & UDE != 0;
+                self.counter.enabled &= self.cr1 & OPM == 0;
+            }
+        } else {
+            self.counter.repetitions -= 1;
+        }
+        matches |= self.channels_where(|timer, channel| timer.counter.ccr[channel].active == 0);
+        self.compare(matches, signals);
+    }
+
+    fn channels_where(&self, wanted: impl Fn(&Self, usize) -> bool) -> u8 {
+        (0..usize::from(self.kind.channels)).filter(|&channel| wanted(self, channel)).fold(0, |mask, c| mask | 1 << c)
+    }
+
+    /// Update event: the shadow registers take what was written (17.3.1), TRGO pulses, AOE sets MOE (17.4.18).
+    fn update(&mut self, signals: &mut Signals) {
+        self.counter.psc.transfer();
+        self.counter.arr.transfer();
+        self.counter.rcr.transfer();
+        self.counter.repetitions = self.counter.rcr.active;
+        for ccr in &mut self.counter.ccr {
+            ccr.transfer();
+        }
+        if self.mms() == 2 {
+            signals.pulse();
+        }
+        if self.cr2 & CCDS != 0 {
+            signals.dma_cc |= (self.dier >> CC_DE_SHIFT & 0xF) as u8;
+        }
+        if self.bdtr & AOE != 0 && !self.break_active() {
+            self.bdtr |= MOE;
+        }
+    }
+
+    /// The counter has reached the compare value of some channels, or 0: flags, requests, reference levels.
+    fn compare(&mut self, matches: u8, signals: &mut Signals) {
+        let matches = matches & !self.channels_where(Self::is_input);
+        self.sr |= u32::from(matches) << 1;
+        if self.cr2 & CCDS == 0 {
+            signals.dma_cc |= matches & (self.dier >> CC_DE_SHIFT) as u8;
+        }
+        // 17.4.2: the compare pulse comes even if the flag was still set.
+        if matches & 1 != 0 && self.mms() == 3 {
+            signals.pulse();
+        }
+        self.update_references(matches, signals);
+    }
+
+    /// OCxREF by OCxM (17.4.7). The PWM modes compare all the time, modes 1 to 3 act on a match.
+    fn update_references(&mut self, matches: u8, signals: &mut Signals) {
+        let before = self.reference;
+        for channel in 0..usize::from(self.kind.channels) {
+            let bit = 1 << channel;
+            let below = self.counter.cnt < self.counter.ccr[channel].active;
+            let high = match self.mode(channel) {
+                _ if self.is_input(channel) => false,
+                1 if matches & bit != 0 => true,
+                2 if matches & bit != 0 => false,
+                3 if matches & bit != 0 => before & bit == 0,
+                4 => false,
+                5 => true,
+                6 => below,
+                7 => !below,
+                _ => before & bit != 0,
+            };
+            self.reference = if high { self.reference | bit } else { self.reference & !bit };
+        }
+        let (risen, fallen) = (self.reference & !before, before & !self.reference);
+        signals.cc_rise |= risen & self.enabled_channels();
+        signals.cc_fall |= fallen & self.enabled_channels();
+        if self.mms() >= 4 {
+            let bit = 1 << (self.mms() - 4);
+            signals.trgo_rise |= risen & bit != 0;
+            signals.trgo_fall |= fallen & bit != 0;
+        }
+    }
+
+    /// Interrupt lines, in the order update, compare, trigger, break.
+    pub(crate) fn interrupts(&self) -> [(u8, bool); 4] {
+        let pending = self.sr & self.dier;
+        let irqs = self.kind.irqs;
+        [
+            (irqs.update, pending & UIF != 0),
+            (irqs.compare, pending & CC_IE != 0),
+            (irqs.trigger, pending & (TIF | COMIF) != 0),
+            (irqs.brk, pending & BIF != 0),
+        ]
+    }
+}

@@ -1,0 +1,250 @@
+//! What reads and writes of a timer's registers do (RM0090 17.4, 18.4, 19.4, 19.5, 20.4).
+
+use super::{AOE, ARPE, BKE, BKP, CCDS, COMIF, MOE, OPM, OSSI, OSSR, Signals, TIF, Timer, UDIS, UIF, URS};
+use crate::lint::LintKind;
+
+pub(crate) const BDTR: u32 = 0x44;
+
+const UG: u32 = 1;
+const BG: u32 = 1 << 7;
+/// OCxM and OCxPE of both channels of a CCMR.
+const CCMR_MODES: u32 = 0x7878;
+
+impl Timer {
+    /// The value a read gives. The state must have been brought up to now.
+    pub(crate) fn peek(&self, offset: u32) -> Option<u32> {
+        if !self.kind.has(offset) {
+            return None;
+        }
+        let counter = &self.counter;
+        Some(match offset {
+            0x00 => self.cr1 | u32::from(counter.enabled),
+            0x04 => self.cr2,
+            0x08 => self.smcr,
+            0x0C => self.dier,
+            0x10 => self.sr,
+            0x14 => 0,
+            0x18 | 0x1C => self.ccmr[usize::from(offset == 0x1C)],
+            0x20 => self.ccer,
+            0x24 => counter.cnt,
+            0x28 => counter.psc.written,
+            0x2C => counter.arr.written,
+            0x30 => counter.rcr.written,
+            0x34..=0x40 => counter.ccr[(offset as usize - 0x34) / 4].written,
+            BDTR => self.bdtr,
+            0x50 => self.option,
+            _ => return None,
+        })
+    }
+
+    /// A write at `cycle`, up to which the state must have been brought.
+    pub(crate) fn write(&mut self, offset: u32, value: u32, cycle: u64, notes: &mut Vec<LintKind>) -> Signals {
+        let mut signals = Signals::default();
+        if !self.kind.has(offset) {
+            notes.push(LintKind::Unmodelled);
+            return signals;
+        }
+        match offset {
+            0x00 => self.write_cr1(value, cycle, &mut signals, notes),
+            0x04 => self.write_cr2(value, notes),
+            0x08 => {
+                if value & 0x4007 != 0 {
+                    notes.push(LintKind::Mode("timer slave mode or external clock"));
+                }
+                self.smcr = value & 0xFFF7;
+            }
+            0x0C => self.dier = value & self.dier_bits(),
+            // 17.4.5: flags are cleared by writing 0. The break flag stays while the input is active.
+            0x10 => self.sr &= value,
+            0x14 => self.generate(value, cycle, &mut signals),
+            0x18 | 0x1C => self.write_ccmr(usize::from(offset == 0x1C), value, notes),
+            0x20 => self.write_ccer(value, notes),
+            0x24 => self.counter.cnt = value & self.counter.top(),
+            0x28 => self.counter.psc.written = value & 0xFFFF,
+            0x2C => {
+                self.counter.arr.written = value & self.counter.top();
+                if self.cr1 & ARPE == 0 {
+                    self.counter.arr.transfer();
+                }
+                if value == 0 {
+                    notes.push(LintKind::Misuse("an auto-reload value of 0 blocks the counter"));
+                }
+            }
+            0x30 => self.counter.rcr.written = value & 0xFF,
+            0x34..=0x40 => {
+                let channel = (offset as usize - 0x34) / 4;
+                self.counter.ccr[channel].written = value & self.counter.top();
+                if !self.preloads(channel) {
+                    self.counter.ccr[channel].transfer();
+                }
+            }
+            BDTR => self.write_bdtr(value, notes),
+            0x50 => {
+                if value != 0 {
+                    notes.push(LintKind::Mode("timer input remapping"));
+                }
+                self.option = value & 0xFFFF;
+            }
+            _ => notes.push(LintKind::Unmodelled),
+        }
+        self.update_references(0, &mut signals);
+        self.apply_break();
+        signals
+    }
+
+    fn write_cr1(&mut self, value: u32, cycle: u64, signals: &mut Signals, notes: &mut Vec<LintKind>) {
+        let directions = if self.kind.channels >= 4 { 0x70 } else { 0 };
+        if value & 0x70 & directions != 0 {
+            notes.push(LintKind::Mode("counting other than up, edge-aligned"));
+        }
+        let mask = if self.kind.channels == 0 { 0x8E } else { 0x38E | directions };
+        self.cr1 = value & mask;
+        if self.cr1 & ARPE == 0 {
+            self.counter.arr.transfer();
+        }
+        let enable = value & 1 != 0;
+        if enable != self.counter.enabled {
+            self.counter.enabled = enable;
+            self.counter.stand_at(cycle);
+            // 17.4.2: MMS = 1 carries the counter enable.
+            if self.mms() == 1 {
+                signals.trgo_rise = enable;
+                signals.trgo_fall = !enable;
+            }
+        }
+    }
+
+    fn write_cr2(&mut self, value: u32, notes: &mut Vec<LintKind>) {
+        let mask = match (self.kind.advanced, self.kind.channels) {
+            (true, _) => 0x7FFD,
+            (_, 4) => 0x00F8,
+            _ => 0x0070,
+        };
+        if value & mask & 0x85 != 0 {
+            notes.push(LintKind::Mode("commutation preload or XORed input"));
+        }
+        // 17.4.18: lock level 1 freezes the idle states.
+        let idle = if self.lock() >= 1 { 0x7F00 } else { 0 };
+        if (value ^ self.cr2) & idle & mask != 0 {
+            notes.push(LintKind::Misuse("the idle states in CR2 are locked by BDTR.LOCK"));
+        }
+        self.cr2 = (value & mask & !idle) | (self.cr2 & idle);
+    }
+
+    fn dier_bits(&self) -> u32 {
+        match (self.kind.advanced, self.kind.channels) {
+            (true, _) => 0x7FFF,
+            (_, 4) => 0x5F5F,
+            (_, 2) => 0x0047,
+            (_, 1) => 0x0003,
+            _ => 0x0101,
+        }
+    }
+
+    /// EGR (17.4.6).
+    fn generate(&mut self, value: u32, cycle: u64, signals: &mut Signals) {
+        if value & UG != 0 {
+            self.counter.restart(cycle);
+            if self.cr1 & UDIS == 0 {
+                self.update(signals);
+                // URS: only an overflow raises the flag and the request.
+                if self.cr1 & URS == 0 {
+                    self.sr |= UIF;
+                    signals.dma_update |= self.dier & super::UDE != 0;
+                }
+                if self.cr1 & OPM != 0 {
+                    self.counter.enabled = false;
+                }
+            }
+            // MMS = 0 carries UG itself.
+            if self.mms() == 0 {
+                signals.pulse();
+            }
+        }
+        let channels = (value >> 1 & 0xF) as u8 & ((1 << self.kind.channels) - 1);
+        self.sr |= u32::from(channels) << 1;
+        if self.cr2 & CCDS == 0 {
+            signals.dma_cc |= channels & (self.dier >> super::CC_DE_SHIFT) as u8;
+        }
+        if value & 1 << 5 != 0 && self.kind.advanced {
+            self.sr |= COMIF;
+        }
+        if value & 1 << 6 != 0 && self.kind.slave {
+            self.sr |= TIF;
+        }
+        if value & BG != 0 && self.kind.advanced {
+            self.brk();
+        }
+    }
+
+    fn write_ccmr(&mut self, which: usize, value: u32, notes: &mut Vec<LintKind>) {
+        let mask = if self.kind.channels == 1 { 0x00FF } else { 0xFFFF };
+        if value & mask & 0x0303 != 0 {
+            notes.push(LintKind::Mode("input capture"));
+        }
+        if value & mask & 0x8080 != 0 {
+            notes.push(LintKind::Mode("clearing outputs from ETRF (OCxCE)"));
+        }
+        // 17.4.18: lock level 3 freezes modes and preload enables.
+        let frozen = if self.lock() >= 3 { CCMR_MODES } else { 0 };
+        if (value ^ self.ccmr[which]) & frozen != 0 {
+            notes.push(LintKind::Misuse("output modes in CCMR are locked by BDTR.LOCK"));
+        }
+        self.ccmr[which] = (value & mask & !frozen) | (self.ccmr[which] & frozen);
+        for channel in which * 2..which * 2 + 2 {
+            if !self.preloads(channel) {
+                self.counter.ccr[channel].transfer();
+            }
+        }
+    }
+
+    fn write_ccer(&mut self, value: u32, notes: &mut Vec<LintKind>) {
+        let mask = match (self.kind.advanced, self.kind.channels) {
+            (true, _) => 0x3FFF,
+            (_, 4) => 0xBBBB,
+            (_, 2) => 0x00BB,
+            _ => 0x000B,
+        };
+        // 17.4.18: lock level 2 freezes the polarities.
+        let frozen = if self.lock() >= 2 { 0x2AAA } else { 0 };
+        if (value ^ self.ccer) & frozen & mask != 0 {
+            notes.push(LintKind::Misuse("output polarities in CCER are locked by BDTR.LOCK"));
+        }
+        self.ccer = (value & mask & !frozen) | (self.ccer & frozen);
+        self.check_dead_time(notes);
+    }
+
+    fn check_dead_time(&self, notes: &mut Vec<LintKind>) {
+        let both = self.kind.advanced && (0..3).any(|channel| self.ccer >> (channel * 4) & 5 == 5);
+        if both && self.bdtr & 0xFF != 0 {
+            notes.push(LintKind::Mode("dead time between complementary outputs"));
+        }
+    }
+
+    /// LOCK level, 0 to 3.
+    fn lock(&self) -> u32 {
+        self.bdtr >> 8 & 3
+    }
+
+    fn write_bdtr(&mut self, value: u32, notes: &mut Vec<LintKind>) {
+        let mut frozen = 0;
+        if self.lock() >= 1 {
+            frozen |= 0xFF | BKE | BKP | AOE;
+        }
+        if self.lock() >= 2 {
+            frozen |= OSSI | OSSR;
+        }
+        if self.lock_set {
+            frozen |= 0x300;
+        }
+        if (value ^ self.bdtr) & frozen != 0 {
+            notes.push(LintKind::Misuse("bits of BDTR are locked: LOCK can be written once, and freezes others"));
+        }
+        self.lock_set = true;
+        self.bdtr = (value & 0xFFFF & !frozen) | (self.bdtr & frozen);
+        self.check_dead_time(notes);
+        if self.break_active() && value & MOE != 0 {
+            notes.push(LintKind::Misuse("MOE cannot be set while the break is active"));
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! The independent watchdog, and what a reset does.
+
+use stm32f4_model::{ResetCause, SocConfig};
+
+use crate::bench::*;
+
+const KR: u32 = IWDG;
+const PR: u32 = IWDG + 4;
+const RLR: u32 = IWDG + 8;
+const CSR: u32 = RCC + 0x74;
+
+fn started(lsi_hz: f64, pr: u32, rlr: u32) -> Bench {
+    let mut bench = Bench::with(SocConfig { lsi_hz, ..SocConfig::default() });
+    bench.set(KR, 0x5555);
+    bench.set(PR, pr);
+    bench.set(RLR, rlr);
+    bench.set(KR, 0xCCCC);
+    bench
+}
+
+#[test]
+fn bites_after_its_timeout() {
+    // 21.3.2, table 107: (RLR + 1) * 4 * 2^PR / LSI; over the range of LSI.
+    for lsi in [17_000.0, 32_000.0, 47_000.0] {
+        let mut bench = started(lsi, 4, 19);
+        let bite = (20.0 * 64.0 / lsi * 16e6_f64).ceil() as u64;
+        assert_eq!(bench.soc.next_event(), Some(bite));
+        bench.to(bite - 1);
+        assert_eq!(bench.soc.take_reset(), None);
+        bench.to(bite + 1_000_000);
+        assert_eq!(bench.soc.now(), bite, "the advance stops there");
+        assert_eq!(bench.soc.take_reset(), Some(ResetCause::IndependentWatchdog));
+        assert_eq!(bench.soc.take_reset(), None);
+    }
+}
+
+#[test]
+fn feeding_keeps_it_quiet() {
+    let mut bench = started(32_000.0, 0, 0xFFF);
+    for step in 1..=100 {
+        bench.to(step * 8_000_000);
+        assert_eq!(bench.soc.take_reset(), None);
+        bench.set(KR, 0xAAAA);
+    }
+    bench.pass(10_000_000);
+    assert_eq!(bench.soc.take_reset(), Some(ResetCause::IndependentWatchdog));
+}
+
+#[test]
+fn a_faster_core_does_not_change_its_time() {
+    // 21.2: clocked by LSI alone.
+    let mut bench = started(32_000.0, 0, 0xFFF);
+    bench.to(1_600_000);
+    bench.run_at_168_mhz();
+    bench.to(u64::MAX);
+    assert_eq!(bench.soc.take_reset(), Some(ResetCause::IndependentWatchdog));
+    assert!((bench.soc.seconds(bench.soc.now()) - 0.512).abs() < 1e-8);
+}
+
+#[test]
+fn a_reset_stops_it_and_is_remembered() {
+    // 6.1.1, 7.3.21; 21.3.3: only a reset stops it.
+    let mut bench = started(32_000.0, 0, 0xFFF);
+    bench.set(CSR, 1 << 24);
+    bench.to(u64::MAX);
+    let cause = bench.soc.take_reset();
+    assert_eq!(cause, Some(ResetCause::IndependentWatchdog));
+    bench.soc.reset(ResetCause::IndependentWatchdog);
+    assert_eq!(bench.get(CSR), 1 << 29 | 1 << 26);
+    assert_eq!(bench.soc.next_event(), None);
+    bench.pass(160_000_000);
+    assert_eq!(bench.soc.take_reset(), None);
+    bench.set(CSR, 1 << 24);
+    assert_eq!(bench.get(CSR), 0);
+}
+
+#[test]
+fn a_reset_takes_everything_back() {
+    let mut bench = Bench::clocked();
+    bench.run_at_168_mhz();
+    bench.set(GPIOD, 1 << 24);
+    bench.set(GPIOD + 0x14, 1 << 12);
+    bench.set(TIM2 + DIER, 1);
+    bench.set(TIM2 + EGR, 1);
+    bench.to(1_680_000);
+    assert!(bench.irq(28));
+    bench.soc.reset(ResetCause::Software);
+    assert_eq!(bench.soc.now(), 1_680_000);
+    assert_eq!(bench.soc.hclk_hz(), 16_000_000);
+    assert_eq!(bench.soc.irq_lines(), &[0; 3]);
+    assert!(!bench.soc.output_level(pin("PD12")));
+    bench.to(1_680_001);
+    assert_eq!(bench.edges_of("PD12"), [(true, 0.0), (false, 0.01)]);
+    assert_eq!(bench.get(TIM2 + DIER), 0);
+    assert!(bench.complaints().last().is_some_and(|text| text.contains("TIM2+0x0C (its clock is off)")));
+    bench.clock_all();
+    assert_eq!((bench.get(TIM2 + DIER), bench.get(GPIOD)), (0, 0));
+    assert_eq!(bench.get(CSR), 0x1E00_0000);
+}

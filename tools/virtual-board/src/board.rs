@@ -1,0 +1,303 @@
+//! What the processor hangs on: the peripherals, the NVIC, the private peripheral bus, the plant, and the one clock of them all.
+//!
+//! Time is counted in HCLK cycles since power-on. An instruction costs a constant number of them ([`Board::new`]'s `cpi`), charged when
+//! its block begins, so that a register read inside of a block sees the time of the block's end. Nothing here is cycle-accurate.
+
+use stm32f4_model::{DmaMemory, Lint, LintKind, ResetCause, Soc, Width};
+
+use crate::cpu::Machine;
+use crate::nvic::{self, Masks, Nvic};
+use crate::plant::BoardPlant;
+use crate::scs::Scs;
+
+/// TIM1's break and dead-time register: bit 15 is the main output enable.
+const TIM1_BDTR: u32 = 0x4001_0044;
+const MOE: u32 = 1 << 15;
+/// RCC's reset register of APB2: bit 0 resets TIM1.
+const RCC_APB2RSTR: u32 = 0x4002_3824;
+const DBGMCU_CR: u32 = 0xE004_2004;
+/// DBGMCU_CR.DBG_SLEEP: the core clock goes on while the core sleeps.
+const DBG_SLEEP: u32 = 1;
+const NEVER: u64 = u64::MAX;
+
+/// The board around the processor.
+pub(crate) struct Board {
+    /// The chip's peripherals.
+    pub(crate) soc: Soc,
+    /// Interrupt controller.
+    pub(crate) nvic: Nvic,
+    /// Private peripheral bus.
+    pub(crate) scs: Scs,
+    /// Everything at the pins.
+    pub(crate) plant: BoardPlant,
+    /// Instructions executed since power-on.
+    pub(crate) instructions: u64,
+    /// The event register of WFE and SEV.
+    pub(crate) event: bool,
+    /// A reset that the core has to follow.
+    pub(crate) reset: Option<ResetCause>,
+    /// Address of the block that runs.
+    pub(crate) block: u32,
+    /// Addresses whose first execution is of interest.
+    pub(crate) watch: Vec<u32>,
+    /// The one of them that has been reached.
+    pub(crate) reached: Option<u32>,
+    now: u64,
+    deadline: u64,
+    next_stop: u64,
+    next_stop_s: f64,
+    hclk_hz: u32,
+    cpi_milli: u64,
+    carry: u64,
+    candidate: bool,
+    nmi: bool,
+    debug_in_sleep: bool,
+    /// For each lint of the peripherals and of the core: address of the block that ran when it came.
+    lint_blocks: [Vec<u32>; 2],
+}
+
+impl Board {
+    /// A board at power-on. `cpi`: cycles charged for an instruction, to a thousandth.
+    #[must_use]
+    pub(crate) fn new(soc: Soc, plant: BoardPlant, cpi: f64) -> Self {
+        let hclk_hz = soc.hclk_hz();
+        let mut scs = Scs::default();
+        scs.reset();
+        Board {
+            soc,
+            nvic: Nvic::default(),
+            scs,
+            plant,
+            instructions: 0,
+            event: false,
+            reset: None,
+            block: 0,
+            watch: Vec::new(),
+            reached: None,
+            now: 0,
+            deadline: 0,
+            next_stop: 0,
+            next_stop_s: 0.0,
+            hclk_hz,
+            cpi_milli: (cpi * 1000.0).round() as u64,
+            carry: 0,
+            candidate: false,
+            nmi: false,
+            debug_in_sleep: false,
+            lint_blocks: [Vec::new(), Vec::new()],
+        }
+    }
+
+    /// HCLK cycles since power-on.
+    #[must_use]
+    pub(crate) const fn now(&self) -> u64 {
+        self.now
+    }
+
+    /// Virtual seconds since power-on.
+    #[must_use]
+    pub(crate) fn seconds(&self) -> f64 {
+        self.soc.seconds(self.now)
+    }
+
+    /// Asks for a stop at a time.
+    pub(crate) fn stop_at(&mut self, seconds: f64) {
+        self.next_stop_s = seconds;
+        self.next_stop = self.soc.cycle_at(seconds);
+        self.plan();
+    }
+
+    /// True when the time asked for with [`Board::stop_at`] has come.
+    #[must_use]
+    pub(crate) const fn stop_is_due(&self) -> bool {
+        self.now >= self.next_stop
+    }
+
+    /// True when an interrupt, a timer or a press can still change something.
+    #[must_use]
+    pub(crate) fn can_wake(&self) -> bool {
+        self.soc.next_event().is_some()
+            || self.scs.systick.next_event().is_some()
+            || self.plant.expects_change(self.seconds())
+    }
+
+    /// Lets cycles pass that no instruction accounts for.
+    pub(crate) const fn spend(&mut self, cycles: u64) {
+        self.now += cycles;
+    }
+
+    /// Sleeps to the deadline.
+    pub(crate) fn sleep(&mut self) {
+        let until = self.deadline.max(self.now + 1);
+        if !self.debug_in_sleep {
+            self.scs.slept(until - self.now);
+        }
+        self.now = until;
+    }
+
+    /// Brings the peripherals to the present, and the interrupt lines from them.
+    pub(crate) fn sync(&mut self, memory: &mut dyn DmaMemory) {
+        self.advance(memory);
+        self.reset = self.reset.or_else(|| self.soc.take_reset());
+        self.refresh();
+    }
+
+    fn advance(&mut self, memory: &mut dyn DmaMemory) {
+        self.plant.pulses.instructions = self.instructions;
+        self.soc.advance_to(self.now, &mut self.plant, memory);
+    }
+
+    fn refresh(&mut self) {
+        self.nvic.set_lines(self.soc.irq_lines());
+        let nmi = self.soc.nmi_line();
+        if nmi && !self.nmi {
+            self.nvic.pend(nvic::NMI);
+        }
+        self.nmi = nmi;
+        self.scs.advance(self.now, &mut self.nvic);
+        if self.nvic.take_newly_pending() && self.scs.event_on_pending() {
+            self.event = true;
+        }
+        self.candidate = self.nvic.has_candidate();
+        if self.soc.hclk_hz() != self.hclk_hz {
+            self.hclk_hz = self.soc.hclk_hz();
+            self.next_stop = self.soc.cycle_at(self.next_stop_s);
+        }
+        if self.scs.reset_requested {
+            self.reset = self.reset.or(Some(ResetCause::Software));
+        }
+        let lints = [self.soc.lints().len(), self.scs.lints().len()];
+        for (blocks, count) in self.lint_blocks.iter_mut().zip(lints) {
+            blocks.resize(count, self.block);
+        }
+        self.plan();
+    }
+
+    /// Every lint of the peripherals, then of the core, each in the order of its first time.
+    #[must_use]
+    pub(crate) fn lints(&self) -> [&[Lint]; 2] {
+        [self.soc.lints(), self.scs.lints()]
+    }
+
+    /// Address of the block that ran when lint `n` of a source came.
+    #[must_use]
+    pub(crate) fn lint_block(&self, source: usize, n: usize) -> u32 {
+        self.lint_blocks[source].get(n).copied().unwrap_or(self.block)
+    }
+
+    fn plan(&mut self) {
+        let events = [self.soc.next_event(), self.scs.systick.next_event(), Some(self.next_stop)];
+        self.deadline = if self.reset.is_some() { 0 } else { events.into_iter().flatten().min().unwrap_or(NEVER) };
+    }
+
+    /// Resets everything but time, counters and the plant.
+    pub(crate) fn restart(&mut self, cause: ResetCause, memory: &mut dyn DmaMemory) {
+        // The models stop at a watchdog's bite, which may lie before the end of the last block.
+        self.now = self.soc.now();
+        self.soc.reset(cause);
+        self.advance(memory);
+        let seconds = self.seconds();
+        self.plant.pulses.reset(seconds);
+        self.nvic = Nvic::default();
+        self.scs.reset();
+        (self.event, self.reset, self.nmi, self.debug_in_sleep, self.carry) = (false, None, false, false, 0);
+        self.refresh();
+    }
+
+    /// Reads TIM1's main output enable while it is set: the break input clears it without a write.
+    pub(crate) fn check_outputs(&mut self) {
+        if self.plant.pulses.armed() && !self.output_enable() {
+            self.set_armed(false);
+        }
+    }
+
+    fn output_enable(&mut self) -> bool {
+        self.soc.read(TIM1_BDTR, Width::Word) & MOE != 0
+    }
+
+    fn set_armed(&mut self, armed: bool) {
+        let seconds = self.seconds();
+        self.plant.pulses.set_armed(armed, seconds);
+    }
+
+    fn is_core(addr: u32) -> bool {
+        (0xE000_0000..0xE004_2000).contains(&addr) || (0xE004_2400..0xE010_0000).contains(&addr)
+    }
+
+    /// Records a use of the FPU that the chip would refuse: the emulator executes it.
+    pub(crate) fn fpu_used(&mut self) {
+        if !self.scs.fpu_enabled() {
+            let kind = LintKind::Misuse(
+                "floating-point instruction while CPACR keeps the FPU off: the chip takes a UsageFault",
+            );
+            self.scs.lint(kind, 0xE000_ED88, Width::Word, None, self.now);
+        }
+    }
+}
+
+impl Machine for Board {
+    fn before_block(&mut self, masks: impl FnOnce() -> Masks) -> bool {
+        self.now >= self.deadline || self.candidate && self.nvic.deliverable(masks()).is_some()
+    }
+
+    fn charge(&mut self, pc: u32, instructions: u32) {
+        self.block = pc;
+        self.instructions += u64::from(instructions);
+        if self.cpi_milli == 1000 {
+            self.now += u64::from(instructions);
+        } else {
+            let spent = u64::from(instructions) * self.cpi_milli + self.carry;
+            self.now += spent / 1000;
+            self.carry = spent % 1000;
+        }
+        if let Some(n) = self.watch.iter().position(|&watched| watched == pc) {
+            self.reached = Some(self.watch.swap_remove(n));
+            self.deadline = 0;
+        }
+    }
+
+    fn send_event(&mut self) {
+        self.event = true;
+    }
+
+    fn load(&mut self, addr: u32, width: Width, memory: &mut dyn DmaMemory) -> u32 {
+        if Self::is_core(addr) {
+            self.scs.advance(self.now, &mut self.nvic);
+            return self.scs.read(addr, width, &self.nvic, self.now);
+        }
+        self.advance(memory);
+        let value = self.soc.read(addr, width);
+        self.reset = self.reset.or_else(|| self.soc.take_reset());
+        self.refresh();
+        value
+    }
+
+    fn store(&mut self, addr: u32, width: Width, value: u32, memory: &mut dyn DmaMemory) {
+        if Self::is_core(addr) {
+            self.scs.advance(self.now, &mut self.nvic);
+            self.scs.write(addr, width, value, &mut self.nvic, self.now);
+            self.refresh();
+            return;
+        }
+        self.advance(memory);
+        self.soc.write(addr, width, value);
+        let armed = match addr & !3 {
+            TIM1_BDTR => Some(self.output_enable()),
+            RCC_APB2RSTR if value & 1 != 0 => Some(false),
+            _ => None,
+        };
+        // Arming comes before the edges that it allows, disarming after the edge that it makes.
+        if armed == Some(true) {
+            self.set_armed(true);
+        }
+        self.advance(memory);
+        if armed == Some(false) {
+            self.set_armed(false);
+        }
+        if addr == DBGMCU_CR {
+            self.debug_in_sleep = value & DBG_SLEEP != 0;
+        }
+        self.reset = self.reset.or_else(|| self.soc.take_reset());
+        self.refresh();
+    }
+}

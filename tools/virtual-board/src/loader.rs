@@ -1,0 +1,230 @@
+//! Reads the ELF that would be flashed: flash contents by physical address, and its symbols by mangled or plain name.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::{Context as _, Result, bail, ensure};
+use object::elf::{EM_ARM, PT_LOAD, STT_FUNC, STT_OBJECT};
+use object::read::elf::{ElfFile32, FileHeader as _, ProgramHeader as _};
+use object::{Endianness, Object as _, ObjectSymbol as _};
+use sha2::{Digest as _, Sha256};
+
+use crate::unicorn::{FLASH, FLASH_SIZE, RAMS};
+
+/// A program as it lies in flash.
+#[derive(Debug)]
+pub(crate) struct Image {
+    /// Contents of flash from its start; gaps are 0xFF, as erased flash reads.
+    pub(crate) flash: Vec<u8>,
+    /// SHA-256 of the ELF file, hexadecimal.
+    pub(crate) sha256: String,
+    symbols: Symbols,
+}
+
+/// Addresses of functions and objects by name.
+#[derive(Debug, Default)]
+struct Symbols {
+    /// By mangled name.
+    raw: BTreeMap<String, u32>,
+    /// Functions by demangled name, without the hash at the end.
+    plain: BTreeMap<String, Vec<u32>>,
+}
+
+impl Image {
+    /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// It is no ARM ELF for this chip's flash; the message says what is wrong.
+    pub(crate) fn read(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+        Self::parse(&bytes).with_context(|| format!("{} cannot run on an STM32F407", path.display()))
+    }
+
+    /// Reads an ELF file's bytes.
+    ///
+    /// # Errors
+    /// As [`Image::read`].
+    pub(crate) fn parse(bytes: &[u8]) -> Result<Self> {
+        let elf = ElfFile32::<Endianness>::parse(bytes).context("not a 32-bit ELF file")?;
+        let endian = elf.endian();
+        ensure!(endian == Endianness::Little, "the ELF is big-endian");
+        let machine = elf.elf_header().e_machine(endian);
+        ensure!(machine == EM_ARM, "the ELF is for machine {machine}, wanted is {EM_ARM} (ARM)");
+
+        let mut flash = Vec::new();
+        for header in elf.elf_program_headers() {
+            if header.p_type(endian) != PT_LOAD || header.p_filesz(endian) == 0 {
+                continue;
+            }
+            let data = header.data(endian, bytes).ok().context("a segment lies outside of the file")?;
+            let addr = header.p_paddr(endian);
+            let start = addr.wrapping_sub(FLASH) as usize;
+            let end = start.saturating_add(data.len());
+            ensure!(
+                end <= FLASH_SIZE as usize,
+                "a segment of {} bytes is loaded to 0x{addr:08X}; flash is 0x{FLASH:08X} to 0x{:08X}",
+                data.len(),
+                FLASH + FLASH_SIZE - 1
+            );
+            if flash.len() < end {
+                flash.resize(end, 0xFF);
+            }
+            flash[start..end].copy_from_slice(data);
+        }
+        ensure!(flash.len() >= 8, "nothing is loaded to the start of flash, where the vector table belongs");
+        let word = |at: usize| u32::from_le_bytes([flash[at], flash[at + 1], flash[at + 2], flash[at + 3]]);
+        let (sp, entry) = (word(0), word(4));
+        if !RAMS.iter().any(|&(base, size)| sp > base && sp <= base + size) {
+            bail!("the vector table's stack pointer 0x{sp:08X} is not in RAM");
+        }
+        if entry & 1 == 0 || (entry & !1).wrapping_sub(FLASH) >= FLASH_SIZE {
+            bail!("the vector table's reset vector 0x{entry:08X} is no Thumb address in flash");
+        }
+
+        let mut symbols = Symbols::default();
+        for symbol in elf.symbols() {
+            let kind = symbol.elf_symbol().st_type();
+            let (Ok(name), true) = (symbol.name(), kind == STT_FUNC || kind == STT_OBJECT) else { continue };
+            // Bit 0 of a function's address says Thumb.
+            let address = symbol.address() as u32 & if kind == STT_FUNC { !1 } else { !0 };
+            symbols.raw.insert(name.to_owned(), address);
+            if kind == STT_FUNC {
+                let plain = format!("{:#}", rustc_demangle::demangle(name));
+                let known = symbols.plain.entry(plain).or_default();
+                if !known.contains(&address) {
+                    known.push(address);
+                }
+            }
+        }
+        let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Image { flash, sha256, symbols })
+    }
+
+    /// Address of a symbol by its exact mangled name.
+    #[must_use]
+    pub(crate) fn symbol(&self, name: &str) -> Option<u32> {
+        self.symbols.raw.get(name).copied()
+    }
+
+    /// The first function whose demangled name is exactly one of `names`, with its name.
+    #[must_use]
+    pub(crate) fn first_function(&self, names: &[&'static str]) -> Option<(&'static str, u32)> {
+        names.iter().find_map(|&name| Some((name, *self.symbols.plain.get(name)?.first()?)))
+    }
+
+    /// The function that a person names: the mangled name, the whole plain name, or its last parts (`telemetry::run`).
+    ///
+    /// # Errors
+    /// No function, or several, fit; the message lists what comes close.
+    pub(crate) fn function(&self, name: &str) -> Result<u32> {
+        if let Some(address) = self.symbol(name) {
+            return Ok(address);
+        }
+        // The body of an async function is a closure in it.
+        let endings = ["", "::{{closure}}", "::{closure#0}"].map(|body| format!("::{name}{body}"));
+        let exact = self.symbols.plain.get(name);
+        let fitting: Vec<(&str, u32)> = match exact {
+            Some(addresses) => addresses.iter().map(|&address| (name, address)).collect(),
+            None => (self.symbols.plain.iter())
+                .filter(|(plain, _)| endings.iter().any(|ending| plain.ends_with(ending)))
+                .flat_map(|(plain, addresses)| addresses.iter().map(|&address| (plain.as_str(), address)))
+                .collect(),
+        };
+        let list = |names: Vec<String>| names.into_iter().take(12).collect::<Vec<_>>().join("\n  ");
+        match fitting[..] {
+            [(_, address)] => Ok(address),
+            [] => {
+                let near: Vec<String> =
+                    self.symbols.plain.keys().filter(|plain| plain.contains(name)).cloned().collect();
+                ensure!(!near.is_empty(), "the ELF has no function `{name}`, nor one with that in its name");
+                bail!("the ELF has no function `{name}`; names that contain it:\n  {}", list(near))
+            }
+            _ => {
+                let all = fitting.iter().map(|(plain, address)| format!("{plain} at 0x{address:08X}")).collect();
+                bail!("`{name}` fits several functions; give one of:\n  {}", list(all))
+            }
+        }
+    }
+
+    /// The function that holds an address in the image: the nearest one that starts at or before it.
+    #[must_use]
+    pub(crate) fn function_at(&self, addr: u32) -> Option<&str> {
+        if addr.wrapping_sub(FLASH) as usize >= self.flash.len() {
+            return None;
+        }
+        let all = self.symbols.plain.iter().flat_map(|(name, at)| at.iter().map(move |&at| (at, name.as_str())));
+        all.filter(|&(at, _)| at <= addr).max().map(|(_, name)| name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn refuses_what_is_no_program_for_this_chip() {
+        let error = |bytes: &[u8]| format!("{:#}", Image::parse(bytes).unwrap_err());
+        assert!(error(b"hello").contains("not a 32-bit ELF"));
+        assert!(error(&host_elf()).contains("not a 32-bit ELF"), "{}", error(&host_elf()));
+        for (paddr, sp, entry, words) in [
+            (0x2000_0000u32, 0x2000_1000u32, 0x0800_0009u32, "is loaded to 0x20000000"),
+            (0x0800_0000, 0x3000_0000, 0x0800_0009, "stack pointer 0x30000000 is not in RAM"),
+            (0x0800_0000, 0x2000_1000, 0x0800_0008, "reset vector 0x08000008"),
+            (0x080F_FFFC, 0x2000_1000, 0x0800_0009, "flash is 0x08000000 to 0x080FFFFF"),
+        ] {
+            let message = error(&elf(paddr, sp, entry));
+            assert!(message.contains(words), "{message}");
+        }
+    }
+
+    #[test]
+    fn places_segments_by_physical_address() {
+        let image = Image::parse(&elf(0x0800_0000, 0x2000_1000, 0x0800_0009)).unwrap();
+        assert_eq!(image.flash[..8], [0x00, 0x10, 0x00, 0x20, 0x09, 0x00, 0x00, 0x08]);
+        assert_eq!(image.sha256.len(), 64);
+        assert!(image.function("main").unwrap_err().to_string().contains("no function `main`"));
+    }
+
+    #[test]
+    fn functions_are_found_by_their_last_parts() {
+        let mut symbols = Symbols::default();
+        symbols.raw.insert("_SEGGER_RTT".into(), 0x2000_0000);
+        for (name, addresses) in [
+            ("app::tasks::telemetry::run", vec![0x0801_0000]),
+            ("app::tasks::control::run", vec![0x0801_0100, 0x0801_0200]),
+        ] {
+            symbols.plain.insert(name.into(), addresses);
+        }
+        let image = Image { flash: vec![0xFF; 0x2_0000], sha256: String::new(), symbols };
+        assert_eq!(image.function("telemetry::run").unwrap(), 0x0801_0000);
+        assert_eq!(image.function("blink").unwrap(), 0x0801_0300);
+        assert_eq!(image.function("_SEGGER_RTT").unwrap(), 0x2000_0000);
+        assert!(image.function("run").unwrap_err().to_string().contains("fits several"));
+        assert!(image.function("control::run").unwrap_err().to_string().contains("0x08010200"));
+        assert!(image.function("emetry::run").unwrap_err().to_string().contains("app::tasks::telemetry::run"));
+        assert_eq!(image.function_at(0x0801_0104), Some("app::tasks::control::run"));
+        assert_eq!(image.function_at(0xFFFF_FFF8), None);
+    }
+
+    fn host_elf() -> Vec<u8> {
+        let mut bytes = vec![0x7F, b'E', b'L', b'F', 2, 1, 1];
+        bytes.resize(64, 0);
+        bytes
+    }
+
+    /// An ELF of one segment: a vector table of two words.
+    fn elf(paddr: u32, sp: u32, entry: u32) -> Vec<u8> {
+        let mut bytes = vec![0x7F, b'E', b'L', b'F', 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+        let half = |bytes: &mut Vec<u8>, value: u16| bytes.extend(value.to_le_bytes());
+        let word = |bytes: &mut Vec<u8>, value: u32| bytes.extend(value.to_le_bytes());
+        half(&mut bytes, 2);
+        half(&mut bytes, 40);
+        // version, entry, program headers at 52, no sections, flags
+        [1, entry, 52, 0, 0].into_iter().for_each(|value| word(&mut bytes, value));
+        [52, 32, 1, 40, 0, 0].into_iter().for_each(|value| half(&mut bytes, value));
+        // PT_LOAD, offset 84, virtual and physical address, file and memory size, flags, alignment
+        [1, 84, paddr, paddr, 8, 8, 5, 4].into_iter().for_each(|value| word(&mut bytes, value));
+        [sp, entry].into_iter().for_each(|value| word(&mut bytes, value));
+        bytes
+    }
+}

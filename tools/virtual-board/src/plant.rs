@@ -1,0 +1,236 @@
+//! The world at the pins: volts from a recording, a user button, fixed levels, and the meter on the outputs.
+
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::Path;
+
+use anyhow::{Context as _, Result, bail, ensure};
+use stm32f4_model::{AdcChannel, Pin, Plant};
+
+use crate::pulses::Pulses;
+
+/// The user button: high while pressed.
+pub(crate) const BUTTON: Pin = match Pin::new('A', 0) {
+    Some(pin) => pin,
+    None => panic!("a pin of port A"),
+};
+
+/// Voltages of some pins over time, linear in between, held before the first row.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Volts {
+    times: Vec<f64>,
+    columns: BTreeMap<Pin, Vec<f64>>,
+    repeat: bool,
+}
+
+impl Volts {
+    /// Reads a CSV file with the header `time_s,PA1,...`. With `repeat` the recording starts anew where it ends: its last row is where
+    /// its first row comes again; otherwise the last row is held.
+    ///
+    /// # Errors
+    /// The file cannot be read, or a row or the header is not as it must be; the message names the line.
+    pub(crate) fn read(path: &Path, repeat: bool) -> Result<Self> {
+        let file = std::fs::File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+        Self::parse(file, repeat).with_context(|| format!("{} is no table of volts", path.display()))
+    }
+
+    /// Reads the CSV text.
+    ///
+    /// # Errors
+    /// As [`Volts::read`].
+    pub(crate) fn parse(text: impl Read, repeat: bool) -> Result<Self> {
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text);
+        let header = reader.headers()?.clone();
+        ensure!(header.get(0) == Some("time_s"), "line 1: the first column must be `time_s`, as in `time_s,PA1`");
+        let pins: Vec<Pin> = header.iter().skip(1).map(str::parse).collect::<Result<_, _>>().context("line 1")?;
+        ensure!(!pins.is_empty(), "line 1: no pin is named; wanted is for example `time_s,PA1`");
+        let mut volts = Volts { repeat, ..Volts::default() };
+        for pin in &pins {
+            if volts.columns.insert(*pin, Vec::new()).is_some() {
+                bail!("line 1: {pin} is named twice");
+            }
+        }
+        for row in reader.records() {
+            let row = row?;
+            let line = row.position().map_or(0, csv::Position::line);
+            let number = |field: &str| match field.parse::<f64>() {
+                Ok(value) if value.is_finite() => Ok(value),
+                _ => bail!("line {line}: `{field}` is no finite number"),
+            };
+            let time = number(&row[0])?;
+            if let Some(last) = volts.times.last() {
+                ensure!(time > *last, "line {line}: time {time} s does not come after {last} s");
+            }
+            volts.times.push(time);
+            for (pin, field) in pins.iter().zip(row.iter().skip(1)) {
+                volts.columns.entry(*pin).or_default().push(number(field)?);
+            }
+        }
+        ensure!(!volts.times.is_empty(), "there is no row");
+        ensure!(!repeat || volts.times.len() > 1, "a single row cannot be repeated");
+        Ok(volts)
+    }
+
+    /// Volts at a pin; 0 V at a pin that is not in the recording.
+    #[must_use]
+    pub(crate) fn at(&self, pin: Pin, seconds: f64) -> f64 {
+        let (Some(column), Some(&first), Some(&last)) = (self.columns.get(&pin), self.times.first(), self.times.last())
+        else {
+            return 0.0;
+        };
+        let time = if self.repeat && seconds > first { first + (seconds - first) % (last - first) } else { seconds };
+        let after = self.times.partition_point(|&row| row <= time);
+        if after == 0 {
+            return column[0];
+        }
+        let (Some(t1), Some(v1)) = (self.times.get(after), column.get(after)) else { return column[after - 1] };
+        let (t0, v0) = (self.times[after - 1], column[after - 1]);
+        v0 + (v1 - v0) * (time - t0) / (t1 - t0)
+    }
+}
+
+/// One press of the user button.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Press {
+    /// When it goes down, s.
+    pub(crate) at: f64,
+    /// How long it stays down, s.
+    pub(crate) hold: f64,
+}
+
+/// The plant of the board.
+#[derive(Debug, Default)]
+pub(crate) struct BoardPlant {
+    volts: Volts,
+    presses: Vec<Press>,
+    levels: BTreeMap<Pin, bool>,
+    /// The button as a person holds it now.
+    held: bool,
+    /// The person has pressed or let go since the chip last looked.
+    changed: Cell<bool>,
+    /// Meter on the output pins.
+    pub(crate) pulses: Pulses,
+}
+
+impl BoardPlant {
+    /// A plant with recorded volts, presses at given times, and pins at fixed levels.
+    #[must_use]
+    pub(crate) fn new(volts: Volts, presses: Vec<Press>, levels: BTreeMap<Pin, bool>) -> Self {
+        BoardPlant { volts, presses, levels, ..BoardPlant::default() }
+    }
+
+    /// Presses the button, or lets it go, now.
+    pub(crate) fn hold_button(&mut self, down: bool) {
+        self.held = down;
+        self.changed.set(true);
+    }
+
+    /// True when a press is still to come after a time.
+    #[must_use]
+    pub(crate) fn expects_change(&self, seconds: f64) -> bool {
+        self.presses.iter().any(|press| press.at + press.hold > seconds)
+    }
+}
+
+impl Plant for BoardPlant {
+    fn volts(&mut self, channel: AdcChannel, seconds: f64) -> f64 {
+        channel.pin().map_or(0.0, |pin| self.volts.at(pin, seconds))
+    }
+
+    fn pin(&mut self, pin: Pin, seconds: f64) -> bool {
+        if pin == BUTTON {
+            self.changed.set(false);
+            return self.held || self.presses.iter().any(|press| (press.at..press.at + press.hold).contains(&seconds));
+        }
+        self.levels.get(&pin).copied().unwrap_or(false)
+    }
+
+    fn edge(&mut self, pin: Pin, level: bool, seconds: f64) {
+        self.pulses.edge(pin, level, seconds);
+    }
+
+    fn next_pin_change(&self, seconds: f64) -> Option<f64> {
+        if self.changed.get() {
+            return Some(seconds);
+        }
+        let changes = self.presses.iter().flat_map(|press| [press.at, press.at + press.hold]);
+        Some(changes.filter(|&at| at > seconds).fold(f64::INFINITY, f64::min))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn volts(text: &str, repeat: bool) -> Result<Volts> {
+        Volts::parse(text.as_bytes(), repeat)
+    }
+
+    #[test]
+    fn interpolates_and_holds_both_ends() {
+        let volts = volts("time_s,PA1,PC2\n1,0.5,3\n2,1.5,2\n4,1.0,1\n", false).unwrap();
+        let pa1 = "PA1".parse().unwrap();
+        for (time, want) in [(0.0, 0.5), (1.0, 0.5), (1.25, 0.75), (2.0, 1.5), (3.0, 1.25), (4.0, 1.0), (9.0, 1.0)] {
+            assert!((volts.at(pa1, time) - want).abs() < 1e-12, "at {time}");
+        }
+        assert_eq!(volts.at("PC2".parse().unwrap(), 3.0), 1.5);
+        assert_eq!(volts.at("PB0".parse().unwrap(), 3.0), 0.0);
+    }
+
+    #[test]
+    fn a_repeated_recording_has_the_period_of_its_rows() {
+        let volts = volts("time_s,PA1\n0,0\n1,1\n2,0\n", true).unwrap();
+        let pa1 = "PA1".parse().unwrap();
+        for n in 0..5 {
+            let start = 2.0 * f64::from(n);
+            assert!((volts.at(pa1, start + 0.25) - 0.25).abs() < 1e-9);
+            assert!((volts.at(pa1, start + 1.75) - 0.25).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn bad_tables_are_refused_with_their_line() {
+        for (text, words) in [
+            ("", "first column"),
+            ("t,PA1\n0,1\n", "must be `time_s`"),
+            ("time_s\n0\n", "no pin is named"),
+            ("time_s,PQ1\n0,1\n", "`PQ1` names no pin"),
+            ("time_s,PA1,PA1\n0,1,1\n", "PA1 is named twice"),
+            ("time_s,PA1\n", "there is no row"),
+            ("time_s,PA1\n0,1\n0,2\n", "line 3: time 0 s does not come after 0 s"),
+            ("time_s,PA1\n0,1\n1,nan\n", "line 3: `nan` is no finite number"),
+            ("time_s,PA1\n0,1\n1,x\n", "line 3: `x` is no finite number"),
+            ("time_s,PA1\n0,1\n1\n", "line: 3"),
+        ] {
+            let message = format!("{:#}", volts(text, false).unwrap_err());
+            assert!(message.contains(words), "{text:?}: {message}");
+        }
+        assert!(volts("time_s,PA1\n0,1\n", true).is_err());
+    }
+
+    #[test]
+    fn the_button_is_down_during_presses_and_while_held() {
+        let press = Press { at: 1.0, hold: 0.1 };
+        let mut plant = BoardPlant::new(Volts::default(), vec![press], BTreeMap::new());
+        assert_eq!(plant.next_pin_change(0.0), Some(1.0));
+        assert_eq!(plant.next_pin_change(1.0), Some(1.1));
+        assert_eq!(plant.next_pin_change(1.1), Some(f64::INFINITY));
+        assert!(
+            !plant.pin(BUTTON, 0.999) && plant.pin(BUTTON, 1.0) && plant.pin(BUTTON, 1.05) && !plant.pin(BUTTON, 1.1)
+        );
+        plant.hold_button(true);
+        assert_eq!(plant.next_pin_change(5.0), Some(5.0), "the chip must look now");
+        assert!(plant.pin(BUTTON, 5.0));
+        assert_eq!(plant.next_pin_change(5.0), Some(f64::INFINITY));
+        assert!(plant.expects_change(1.05) && !plant.expects_change(1.2));
+    }
+
+    #[test]
+    fn fixed_levels_are_seen_and_other_pins_are_low() {
+        let pin: Pin = "PB12".parse().unwrap();
+        let mut plant = BoardPlant::new(Volts::default(), vec![], BTreeMap::from([(pin, true)]));
+        assert!(plant.pin(pin, 0.0));
+        assert!(!plant.pin("PB13".parse().unwrap(), 0.0));
+    }
+}

@@ -1,0 +1,220 @@
+//! What the servos see: the width of each pulse on PA8 to PA11, every edge counted, and edges that should not be there.
+//!
+//! Armed means that TIM1's main output enable (BDTR.MOE) is set. An edge of a servo pin while it is not is counted as before arming or as
+//! after disarming, by whether MOE has been set since the last reset. The one falling edge that disarming itself causes is not counted.
+
+use std::collections::BTreeMap;
+
+use stm32f4_model::Pin;
+
+/// The servo pins in the order of joints: left hip, right hip, left knee, right knee.
+pub(crate) const SERVOS: [Pin; 4] = match (Pin::new('A', 8), Pin::new('A', 9), Pin::new('A', 10), Pin::new('A', 11)) {
+    (Some(lh), Some(rh), Some(lk), Some(rk)) => [lh, rh, lk, rk],
+    _ => panic!("pins of port A"),
+};
+
+/// How long after disarming a falling edge still counts as its effect, s.
+const DISARM_EDGE: f64 = 1e-6;
+
+/// The pulses of one period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Period {
+    /// Time of the first rising edge, s.
+    pub(crate) seconds: f64,
+    /// Width of each servo's pulse, us; `None` where there was none.
+    pub(crate) us: [Option<f64>; 4],
+}
+
+/// Something that matters to whoever watches for the outputs to be off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Change {
+    /// The last servo pin went low (false), or the first one high (true).
+    High(bool),
+    /// The main output enable was cleared or set.
+    Armed(bool),
+}
+
+/// A change with its moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Activity {
+    /// When, s.
+    pub(crate) seconds: f64,
+    /// Instructions executed by then.
+    pub(crate) instructions: u64,
+    /// What.
+    pub(crate) change: Change,
+}
+
+/// Measures the servo pins, and counts the edges of all.
+#[derive(Debug, Default)]
+pub(crate) struct Pulses {
+    rise: [Option<f64>; 4],
+    done: [Option<f64>; 4],
+    period: Option<f64>,
+    armed: bool,
+    armed_since_reset: bool,
+    disarmed_at: f64,
+    edges: BTreeMap<Pin, u64>,
+    /// Shortest and longest pulse of each servo, us.
+    pub(crate) extremes: [Option<(f64, f64)>; 4],
+    /// Edges of servo pins since a reset and before the first arming.
+    pub(crate) before_arming: u64,
+    /// Edges of servo pins after disarming.
+    pub(crate) after_disarming: u64,
+    /// Instructions executed so far; the board keeps it up to date.
+    pub(crate) instructions: u64,
+    periods: Vec<Period>,
+    activity: Vec<Activity>,
+}
+
+impl Pulses {
+    /// Tells that the main output enable has changed.
+    pub(crate) fn set_armed(&mut self, armed: bool, seconds: f64) {
+        if self.armed && !armed {
+            self.disarmed_at = seconds;
+        }
+        if self.armed != armed {
+            self.note(seconds, Change::Armed(armed));
+        }
+        self.armed = armed;
+        self.armed_since_reset |= armed;
+    }
+
+    /// Tells that the chip was reset.
+    pub(crate) fn reset(&mut self, seconds: f64) {
+        self.set_armed(false, seconds);
+        self.armed_since_reset = false;
+    }
+
+    /// True while the main output enable is set.
+    #[must_use]
+    pub(crate) const fn armed(&self) -> bool {
+        self.armed
+    }
+
+    /// True while a servo pin is high.
+    #[must_use]
+    pub(crate) fn any_high(&self) -> bool {
+        self.rise.iter().any(Option::is_some)
+    }
+
+    fn note(&mut self, seconds: f64, change: Change) {
+        self.activity.push(Activity { seconds, instructions: self.instructions, change });
+    }
+
+    /// Takes an edge of any pin.
+    pub(crate) fn edge(&mut self, pin: Pin, level: bool, seconds: f64) {
+        *self.edges.entry(pin).or_default() += 1;
+        let Some(servo) = SERVOS.iter().position(|&servo| servo == pin) else { return };
+        let ends_by_disarming = !level && seconds - self.disarmed_at <= DISARM_EDGE;
+        if !self.armed && !ends_by_disarming {
+            let count = if self.armed_since_reset { &mut self.after_disarming } else { &mut self.before_arming };
+            *count += 1;
+        }
+        let was_high = self.any_high();
+        if level {
+            self.rise[servo] = Some(seconds);
+            self.period.get_or_insert(seconds);
+        } else if let Some(rise) = self.rise[servo].take() {
+            let us = (seconds - rise) * 1e6;
+            self.done[servo] = Some(us);
+            let (min, max) = self.extremes[servo].unwrap_or((us, us));
+            self.extremes[servo] = Some((min.min(us), max.max(us)));
+        }
+        let high = self.any_high();
+        if high != was_high {
+            self.note(seconds, Change::High(high));
+        }
+        // All low again: the period's pulses are complete.
+        if !high && let Some(start) = self.period.take() {
+            self.periods.push(Period { seconds: start, us: std::mem::take(&mut self.done) });
+        }
+    }
+
+    /// The periods that have become complete since the last call.
+    pub(crate) fn take_periods(&mut self) -> Vec<Period> {
+        std::mem::take(&mut self.periods)
+    }
+
+    /// The changes since the last call, in the order of time.
+    pub(crate) fn take_activity(&mut self) -> Vec<Activity> {
+        std::mem::take(&mut self.activity)
+    }
+
+    /// Number of edges of each pin that had any.
+    #[must_use]
+    pub(crate) const fn edges(&self) -> &BTreeMap<Pin, u64> {
+        &self.edges
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pulse(pulses: &mut Pulses, at: f64, us: [f64; 4]) {
+        SERVOS.iter().for_each(|&pin| pulses.edge(pin, true, at));
+        let mut order: Vec<usize> = (0..4).collect();
+        order.sort_by(|&a, &b| us[a].total_cmp(&us[b]));
+        order.into_iter().for_each(|n| pulses.edge(SERVOS[n], false, at + us[n] * 1e-6));
+    }
+
+    #[test]
+    fn measures_each_period_and_the_extremes() {
+        let mut pulses = Pulses::default();
+        pulses.set_armed(true, 0.0);
+        pulse(&mut pulses, 0.02, [1500.0, 1400.0, 1600.0, 1500.0]);
+        pulse(&mut pulses, 0.04, [1510.0, 1390.0, 1600.0, 1500.0]);
+        let periods = pulses.take_periods();
+        assert_eq!(periods.len(), 2);
+        assert_eq!(periods[1].seconds, 0.04);
+        for (got, want) in periods[1].us.iter().zip([1510.0, 1390.0, 1600.0, 1500.0]) {
+            assert!((got.unwrap() - want).abs() < 1e-6);
+        }
+        let (min, max) = pulses.extremes[1].unwrap();
+        assert!((min - 1390.0).abs() < 1e-6 && (max - 1400.0).abs() < 1e-6);
+        assert_eq!((pulses.before_arming, pulses.after_disarming), (0, 0));
+        assert_eq!(pulses.edges()[&SERVOS[0]], 4);
+        assert!(pulses.take_periods().is_empty());
+    }
+
+    #[test]
+    fn a_servo_without_a_pulse_has_none() {
+        let mut pulses = Pulses::default();
+        pulses.set_armed(true, 0.0);
+        pulses.edge(SERVOS[2], true, 0.0);
+        pulses.edge(SERVOS[2], false, 0.001);
+        let us = pulses.take_periods()[0].us;
+        assert_eq!((us[0], us[1], us[3]), (None, None, None));
+        assert!((us[2].unwrap() - 1000.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn edges_without_the_output_enable_are_told_apart() {
+        let mut pulses = Pulses::default();
+        pulses.edge(SERVOS[0], true, 0.1);
+        pulses.edge(SERVOS[0], false, 0.2);
+        pulses.set_armed(true, 1.0);
+        pulses.edge(SERVOS[0], true, 1.5);
+        // The high pulse is cut by disarming: its falling edge comes at the same moment.
+        pulses.set_armed(false, 1.5005);
+        pulses.edge(SERVOS[0], false, 1.5005);
+        assert_eq!((pulses.before_arming, pulses.after_disarming), (2, 0));
+        pulses.edge(SERVOS[1], true, 2.0);
+        pulses.edge(SERVOS[1], false, 2.001);
+        assert_eq!((pulses.before_arming, pulses.after_disarming), (2, 2));
+        pulses.reset(3.0);
+        pulses.edge(SERVOS[1], true, 3.0);
+        assert_eq!((pulses.before_arming, pulses.after_disarming), (3, 2), "a rising edge is never the reset's effect");
+    }
+
+    #[test]
+    fn other_pins_are_only_counted() {
+        let mut pulses = Pulses::default();
+        let led = Pin::new('D', 12).unwrap();
+        pulses.edge(led, true, 0.0);
+        assert_eq!(pulses.edges()[&led], 1);
+        assert_eq!(pulses.before_arming, 0);
+        assert!(pulses.take_activity().is_empty());
+    }
+}

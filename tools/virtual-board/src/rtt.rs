@@ -1,0 +1,126 @@
+//! The debugger's end of RTT: finds the control block in RAM and takes what the program wrote to up channel 0.
+//!
+//! Layout (SEGGER RTT, as defmt-rtt writes it): 16 bytes `SEGGER RTT`, number of up and of down channels, then 24 bytes for each
+//! channel: name, buffer, size, write offset, read offset, flags. Bits 0 and 1 of the flags say what a full buffer does to the writer:
+//! 0 drop the message, 1 keep what fits, 2 wait for the reader.
+
+use crate::cpu::Cpu;
+
+const MAGIC: &[u8; 16] = b"SEGGER RTT\0\0\0\0\0\0";
+const CHANNEL: u32 = 24;
+const SIZE: u32 = 8;
+const WRITE: u32 = 12;
+const READ: u32 = 16;
+const FLAGS: u32 = 20;
+
+/// Reader of up channel 0 of one control block.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rtt {
+    /// Address of `_SEGGER_RTT`.
+    pub(crate) address: u32,
+    /// The mode that the attached debugger sets; `None` leaves what the program chose.
+    pub(crate) mode: Option<u32>,
+    /// False: a debugger that is attached but reads nothing.
+    pub(crate) drain: bool,
+}
+
+impl Rtt {
+    /// Sets the mode, and takes the bytes written since the last call. Nothing before the program has filled in the control block, or
+    /// when its numbers make no sense.
+    pub(crate) fn poll(&self, cpu: &mut impl Cpu) -> Vec<u8> {
+        let mut magic = [0; 16];
+        if !cpu.read_memory(self.address, &mut magic) || &magic != MAGIC {
+            return Vec::new();
+        }
+        let channel = self.address + CHANNEL;
+        let field = |cpu: &_, offset| Cpu::read_word(cpu, channel + offset);
+        if let (Some(mode), Some(flags)) = (self.mode, field(cpu, FLAGS))
+            && flags & 3 != mode
+        {
+            cpu.write_ram(channel + FLAGS, &(flags & !3 | mode).to_le_bytes());
+        }
+        if !self.drain {
+            return Vec::new();
+        }
+        let (Some(buffer), Some(size), Some(write), Some(read)) =
+            (field(cpu, 4), field(cpu, SIZE), field(cpu, WRITE), field(cpu, READ))
+        else {
+            return Vec::new();
+        };
+        if size > 0x1_0000 || write >= size || read >= size || write == read {
+            return Vec::new();
+        }
+        let mut bytes = vec![0; size as usize];
+        if !cpu.read_memory(buffer, &mut bytes) {
+            return Vec::new();
+        }
+        cpu.write_ram(channel + READ, &write.to_le_bytes());
+        let (write, read) = (write as usize, read as usize);
+        if write > read { bytes[read..write].to_vec() } else { [&bytes[read..], &bytes[..write]].concat() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cpu::{Reg, Stop};
+
+    struct Ram(Vec<u8>);
+
+    impl Cpu for Ram {
+        fn reg(&self, _: Reg) -> u32 {
+            0
+        }
+        fn set_reg(&mut self, _: Reg, _: u32) {}
+        fn set_mode(&mut self, _: u32, _: u32) {}
+        fn clear_exclusive(&mut self) {}
+        fn read_memory(&self, addr: u32, into: &mut [u8]) -> bool {
+            self.0.get(addr as usize..addr as usize + into.len()).map(|from| into.copy_from_slice(from)).is_some()
+        }
+        fn write_ram(&mut self, addr: u32, bytes: &[u8]) -> bool {
+            self.0.get_mut(addr as usize..addr as usize + bytes.len()).map(|to| to.copy_from_slice(bytes)).is_some()
+        }
+        fn run(&mut self) -> Stop {
+            Stop::Requested
+        }
+    }
+
+    /// A control block at 16 with an 8 byte buffer at 128 that holds `abcdefgh`.
+    fn ram(write: u32, read: u32) -> Ram {
+        let mut ram = Ram(vec![0; 256]);
+        ram.write_ram(16, MAGIC);
+        for (offset, word) in [(16, 1), (20, 0), (24, 0), (28, 128), (32, 8), (36, write), (40, read), (44, 1)] {
+            ram.write_ram(16 + offset, &u32::to_le_bytes(word));
+        }
+        ram.write_ram(128, b"abcdefgh");
+        ram
+    }
+
+    #[test]
+    fn takes_what_was_written_once_and_around_the_end() {
+        let rtt = Rtt { address: 16, mode: None, drain: true };
+        for (write, read, text) in [(3, 0, "abc"), (2, 6, "ghab"), (0, 6, "gh"), (5, 5, "")] {
+            let mut ram = ram(write, read);
+            assert_eq!(rtt.poll(&mut ram), text.as_bytes(), "write {write} read {read}");
+            assert_eq!(rtt.poll(&mut ram), b"");
+            assert_eq!(ram.read_word(16 + 40), Some(write));
+        }
+    }
+
+    #[test]
+    fn sets_the_mode_and_leaves_the_bytes_when_not_draining() {
+        let rtt = Rtt { address: 16, mode: Some(2), drain: false };
+        let mut ram = ram(3, 0);
+        assert_eq!(rtt.poll(&mut ram), b"");
+        assert_eq!(ram.read_word(16 + 44), Some(2));
+        assert_eq!(ram.read_word(16 + 40), Some(0));
+    }
+
+    #[test]
+    fn a_block_that_makes_no_sense_gives_nothing() {
+        let rtt = Rtt { address: 16, mode: None, drain: true };
+        assert_eq!(rtt.poll(&mut ram(8, 0)), b"", "offset beyond the buffer");
+        assert_eq!(rtt.poll(&mut Ram(vec![0; 256])), b"", "before start-up has filled it in");
+        assert_eq!(rtt.poll(&mut Ram(vec![0; 4])), b"", "outside of memory");
+    }
+}

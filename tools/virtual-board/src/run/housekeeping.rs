@@ -1,0 +1,206 @@
+//! What a run does besides executing: tells what the pins did, takes RTT and commands each virtual millisecond, and sums up at the end.
+
+use std::io::Write;
+use std::time::Duration;
+
+use anyhow::Result;
+use stm32f4_model::{Conversion, Lint};
+
+use super::{HOUSEKEEPING_S, Idle, Run};
+use crate::console::Command;
+use crate::inject::{Injection, Kind, Stamp};
+use crate::pulses::{Activity, SERVOS};
+use crate::report::{self, End, Line, LintCount};
+
+/// Housekeeping periods between status lines.
+const STATUS_EVERY: u64 = 100;
+
+impl<W: Write> Run<'_, W> {
+    /// Passes on what the pins have done, and what that means for injected faults.
+    pub(super) fn observe(&mut self) {
+        let now = self.stamp();
+        let mut board = self.cpu.machine();
+        let periods = board.plant.pulses.take_periods();
+        let activity = board.plant.pulses.take_activity();
+        let armed = board.plant.pulses.armed();
+        let reached = board.reached.take();
+        drop(board);
+        for period in periods {
+            let us = period.us.map(|us| us.map(report::micros));
+            self.report.line(&Line::Pulses { t_s: report::seconds(period.seconds), us });
+        }
+        let high = self.outputs().1;
+        for injection in &mut self.injections {
+            if reached.is_some_and(|address| injection.kind == Kind::Hang(address)) && injection.expected() {
+                injection.show(now, armed, high);
+            }
+            for &Activity { seconds, instructions, change } in &activity {
+                if injection.outputs(change, Stamp { seconds, instructions }) {
+                    self.report.line(&Line::Reaction(injection.reaction(seconds)));
+                }
+            }
+        }
+    }
+
+    /// What is due each virtual millisecond. A reason to end, if there is one.
+    pub(super) fn housekeeping(&mut self) -> Result<Option<&'static str>> {
+        let seconds = self.cpu.machine().seconds();
+        if seconds + 1e-9 < (self.periods + 1) as f64 * HOUSEKEEPING_S {
+            // Stopped for an injection.
+            return Ok(None);
+        }
+        self.periods += 1;
+        self.cpu.machine().check_outputs();
+        self.drain_rtt();
+        self.record_conversions()?;
+        self.tell_lints();
+        while let Some(command) = self.console.poll() {
+            match command {
+                Command::Press => self.cpu.machine().plant.hold_button(true),
+                Command::Release => self.cpu.machine().plant.hold_button(false),
+                Command::Quit => return Ok(Some("killed")),
+                Command::Unknown(line) => eprintln!("virtual-board: `{line}` is none of press, release, quit"),
+            }
+        }
+        if self.periods.is_multiple_of(STATUS_EVERY) {
+            self.tell_status();
+        }
+        if self.options.pace {
+            let ahead = Duration::from_secs_f64(seconds).saturating_sub(self.started.elapsed());
+            self.report.flush();
+            std::thread::sleep(ahead);
+        }
+        self.report.flush();
+        if self.report.closed() {
+            return Ok(Some("killed"));
+        }
+        if self.options.stop_on_lint && self.told_lints != [0; 2] {
+            return Ok(Some("lint"));
+        }
+        let dead =
+            self.idle != Idle::No && !self.cpu.machine().can_wake() && !self.injections.iter().any(Injection::waits);
+        let over = self.options.secs.is_some_and(|secs| seconds + 1e-9 >= secs);
+        if over || dead && self.options.secs.is_none() && !self.console.is_open() {
+            let locked = self.idle == Idle::LockedUp;
+            return Ok(Some(if locked {
+                "lockup"
+            } else if dead {
+                "asleep"
+            } else {
+                "time"
+            }));
+        }
+        Ok(None)
+    }
+
+    pub(super) fn drain_rtt(&mut self) {
+        let Some(rtt) = self.rtt else { return };
+        let bytes = rtt.poll(&mut self.cpu);
+        if !bytes.is_empty() {
+            self.rtt_bytes += bytes.len() as u64;
+            let hex = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+            self.report.line(&Line::Rtt { t_s: self.now_s(), hex });
+        }
+    }
+
+    pub(super) fn record_conversions(&mut self) -> Result<()> {
+        let rows: Vec<(f64, Conversion)> = {
+            let mut board = self.cpu.machine();
+            let conversions: Vec<_> = board.soc.conversions().collect();
+            conversions.into_iter().map(|one| (board.soc.seconds(one.cycle), one)).collect()
+        };
+        let Some(recorder) = &mut self.recorder else { return Ok(()) };
+        for (seconds, one) in rows {
+            let group = if one.injected { "injected" } else { "regular" };
+            let time = report::seconds(seconds).to_string();
+            recorder.write_record([&time, group, &one.channel.to_string(), &one.code.to_string()])?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn tell_lints(&mut self) {
+        let mut lines = Vec::new();
+        let board = self.cpu.machine();
+        for (source, lints) in board.lints().into_iter().enumerate() {
+            for (n, lint) in lints.iter().enumerate().skip(self.told_lints[source]) {
+                lines.push(Line::Lint {
+                    t_s: report::seconds(board.soc.seconds(lint.cycle)),
+                    text: lint.to_string(),
+                    function: self.image.function_at(board.lint_block(source, n)).map(str::to_owned),
+                });
+            }
+            self.told_lints[source] = lints.len();
+        }
+        drop(board);
+        lines.iter().for_each(|line| self.report.line(line));
+    }
+
+    pub(super) fn tell_status(&mut self) {
+        let board = self.cpu.machine();
+        let cycles = board.now() - self.last_status;
+        let line = Line::Status {
+            t_s: report::seconds(board.seconds()),
+            hclk_hz: board.soc.hclk_hz(),
+            instructions: board.instructions,
+            exceptions: self.exceptions,
+            asleep: (self.slept_cycles as f64 / cycles.max(1) as f64 * 1e4).round() / 1e4,
+            armed: board.plant.pulses.armed(),
+        };
+        self.last_status = board.now();
+        drop(board);
+        self.slept_cycles = 0;
+        self.report.line(&line);
+    }
+
+    pub(super) fn end(mut self, reason: &'static str) -> Result<u8> {
+        self.observe();
+        self.drain_rtt();
+        self.record_conversions()?;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.flush()?;
+        }
+        self.tell_lints();
+        let now = self.stamp().seconds;
+        let injections: Vec<_> = self.injections.iter().map(|injection| injection.reaction(now)).collect();
+        let end = {
+            let board = self.cpu.machine();
+            let all: Vec<&Lint> = board.lints().into_iter().flatten().collect();
+            let count = |lint: &&Lint| LintCount {
+                text: lint.to_string(),
+                count: lint.count,
+                unmodelled: lint.kind.is_unmodelled(),
+            };
+            let pulses = &board.plant.pulses;
+            End {
+                t_s: report::seconds(board.seconds()),
+                reason,
+                status: self.status,
+                unmodelled: all.iter().filter(|lint| lint.kind.is_unmodelled()).map(|lint| lint.count).sum(),
+                lints: all.iter().map(count).collect(),
+                resets: std::mem::take(&mut self.resets),
+                faults: self.faults,
+                unexpected_faults: self.unexpected_faults,
+                edges: pulses.edges().iter().map(|(pin, count)| (pin.to_string(), *count)).collect(),
+                edges_before_arming: pulses.before_arming,
+                edges_after_disarming: pulses.after_disarming,
+                pulse_us: pulses.extremes.map(|both| both.map(|(min, max)| [report::micros(min), report::micros(max)])),
+                high_at_end: SERVOS.map(|pin| board.soc.output_level(pin)),
+                instructions: board.instructions,
+                exceptions: self.exceptions,
+                rtt_bytes: self.rtt_bytes,
+                injections,
+            }
+        };
+        let good = end.lints.is_empty() && !self.locked_up;
+        let code = match self.status {
+            Some(status) if status != 0 => status.min(255) as u8,
+            Some(_) => u8::from(!good),
+            // A self-test that has not ended by itself has not passed.
+            None if self.options.semihosting => 1,
+            None => u8::from(!(good && end.unexpected_faults == 0 && matches!(reason, "time" | "killed"))),
+        };
+        self.report.line(&Line::End(Box::new(end)));
+        self.report.flush();
+        Ok(code)
+    }
+}

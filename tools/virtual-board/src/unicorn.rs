@@ -1,0 +1,456 @@
+//! The processor on Unicorn 2.1.5, with the ways around what Unicorn's Cortex-M lacks.
+//!
+//! Unicorn has no NVIC, no SCB and no exception entry, so it only runs straight code here. What must be done by hand, and why:
+//! - `Mode::THUMB` with the Cortex-M4 model: `Mode::MCLASS` silently gives a Cortex-M33.
+//! - After any write to xPSR or CONTROL the translator's cached flags are stale until `APSR_NZCV` is written; else a handler that only
+//!   says `bx lr` jumps to 0xFFFFFFF8.
+//! - The exclusive monitor has no register: a stub of two instructions clears it.
+//! - WFE and YIELD stop the emulation as invalid, SEV does nothing: each place in flash that may hold one gets a hook.
+//! - Instructions are counted from the flash image in the block hook: Unicorn's own counter slows everything down.
+//! - RAM is not executable: stores to executable memory take the slow path.
+
+use std::cell::{Cell, RefCell, RefMut};
+use std::rc::Rc;
+
+use anyhow::{Context as _, Result};
+use stm32f4_model::{DmaMemory, Width};
+use unicorn_engine::{Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterARM, TlbEntry, TlbType, Unicorn};
+
+use crate::cpu::{Cpu, Machine, Reg, Stop, Trap, XPSR_IT, XPSR_T, count_instructions, is_wide};
+use crate::nvic::Masks;
+
+/// Start of flash.
+pub(crate) const FLASH: u32 = 0x0800_0000;
+/// Size of flash.
+pub(crate) const FLASH_SIZE: u32 = 0x10_0000;
+/// The regions of RAM: SRAM1 with SRAM2, and the core-coupled memory.
+pub(crate) const RAMS: [(u32, u32); 2] = [(0x2000_0000, 0x2_0000), (0x1000_0000, 0x1_0000)];
+/// Regions whose accesses go to the machine: system memory, APB and AHB1, AHB2, FSMC, private peripheral bus.
+const DEVICES: [(u32, u32); 5] = [
+    (0x1FFF_7000, 0x1000),
+    (0x4000_0000, 0x8_0000),
+    (0x5000_0000, 0x6_1000),
+    (0xA000_0000, 0x1000),
+    (0xE000_0000, 0x10_0000),
+];
+/// A page that the chip does not have, for the stub.
+const STUB: u32 = 0x1E00_0000;
+/// `clrex; svc 0`
+const STUB_CODE: [u8; 6] = [0xBF, 0xF3, 0x2F, 0x8F, 0x00, 0xDF];
+
+const INTERRUPT_SVC: u32 = 2;
+const INTERRUPT_PREFETCH_ABORT: u32 = 3;
+const INTERRUPT_BREAKPOINT: u32 = 7;
+const INTERRUPT_EXCEPTION_RETURN: u32 = 8;
+
+type Uc<'a> = Unicorn<'a, ()>;
+
+/// What the hooks tell the caller of [`UnicornCpu::run`].
+#[derive(Default)]
+struct Mailbox {
+    stop: Cell<Option<Stop>>,
+    /// Address of the wait instruction that stopped the run.
+    wait_at: Cell<u32>,
+    bad_access: Cell<Option<(MemType, u32)>>,
+}
+
+/// Number of instructions of each block in flash, found once.
+struct BlockCounts {
+    image: Vec<u8>,
+    /// By half-word of flash: size of the block last seen there, and its number of instructions.
+    seen: Vec<(u16, u16)>,
+}
+
+impl BlockCounts {
+    fn instructions(&mut self, addr: u32, size: u32) -> u32 {
+        let offset = (addr & (FLASH_SIZE - 1)) as usize;
+        let Some(entry) = self.seen.get_mut(offset / 2) else { return 0 };
+        if u32::from(entry.0) != size {
+            let code = self.image.get(offset..offset + size as usize).unwrap_or(&[]);
+            *entry = (size as u16, count_instructions(code) as u16);
+        }
+        u32::from(entry.1)
+    }
+}
+
+/// The processor.
+pub(crate) struct UnicornCpu<M> {
+    uc: Uc<'static>,
+    machine: Rc<RefCell<M>>,
+    mail: Rc<Mailbox>,
+    counts: Rc<RefCell<BlockCounts>>,
+    stale_flags: bool,
+}
+
+/// RAM and flash for DMA, from inside of a hook.
+pub(crate) struct UcMemory<'a, 'b>(pub(crate) &'a mut Uc<'b>);
+
+fn in_ram(addr: u32, size: usize) -> bool {
+    RAMS.iter()
+        .any(|&(base, length)| addr >= base && u64::from(addr) + size as u64 <= u64::from(base) + u64::from(length))
+}
+
+fn in_flash(addr: u32, size: usize) -> bool {
+    [0, FLASH]
+        .iter()
+        .any(|&base| addr >= base && u64::from(addr) + size as u64 <= u64::from(base) + u64::from(FLASH_SIZE))
+}
+
+impl DmaMemory for UcMemory<'_, '_> {
+    fn read(&mut self, addr: u32, width: Width) -> Option<u32> {
+        let size = width.bytes() as usize;
+        // The core-coupled memory hangs on the core alone: DMA does not reach it.
+        if addr & (width.bytes() - 1) != 0 || !(in_flash(addr, size) || in_ram(addr, size) && addr >= 0x2000_0000) {
+            return None;
+        }
+        let mut bytes = [0; 4];
+        self.0.mem_read(addr.into(), &mut bytes[..size]).ok()?;
+        Some(u32::from_le_bytes(bytes))
+    }
+
+    fn write(&mut self, addr: u32, width: Width, value: u32) -> bool {
+        let size = width.bytes() as usize;
+        addr & (width.bytes() - 1) == 0
+            && in_ram(addr, size)
+            && addr >= 0x2000_0000
+            && self.0.mem_write(addr.into(), &value.to_le_bytes()[..size]).is_ok()
+    }
+}
+
+fn register(reg: Reg) -> i32 {
+    let id = match reg {
+        Reg::R(n) => return RegisterARM::R0 as i32 + i32::from(n),
+        Reg::S(n) => return RegisterARM::S0 as i32 + i32::from(n),
+        Reg::Sp => RegisterARM::SP,
+        Reg::Lr => RegisterARM::LR,
+        Reg::Pc => RegisterARM::PC,
+        Reg::Xpsr => RegisterARM::XPSR,
+        Reg::Psp => RegisterARM::PSP,
+        Reg::Msp => RegisterARM::MSP,
+        Reg::Control => RegisterARM::CONTROL,
+        Reg::Primask => RegisterARM::PRIMASK,
+        Reg::Faultmask => RegisterARM::FAULTMASK,
+        Reg::Basepri => RegisterARM::BASEPRI,
+        Reg::Fpscr => RegisterARM::FPSCR,
+    };
+    id as i32
+}
+
+fn get(uc: &Uc<'_>, reg: Reg) -> u32 {
+    // Every identifier comes from `register`, and Unicorn knows them all.
+    uc.reg_read(register(reg)).map_or(0, |value| value as u32)
+}
+
+fn read_masks(uc: &Uc<'_>) -> Masks {
+    Masks {
+        primask: get(uc, Reg::Primask) & 1 != 0,
+        faultmask: get(uc, Reg::Faultmask) & 1 != 0,
+        basepri: get(uc, Reg::Basepri) as u8,
+    }
+}
+
+/// Unicorn's error as one of ours: `uc_error` implements no `Error`.
+fn told<T>(result: Result<T, unicorn_engine::uc_error>, what: &'static str) -> Result<T> {
+    result.map_err(|error| anyhow::anyhow!("unicorn: {error:?}")).context(what)
+}
+
+impl<M: Machine + 'static> UnicornCpu<M> {
+    /// A processor with `image` in flash (padded with 0xFF) and `machine` around it. `stale_flags` leaves out the refresh of the
+    /// translator's flags, for the negative control.
+    ///
+    /// # Errors
+    /// Unicorn refuses a mapping or a hook.
+    pub(crate) fn new(image: &[u8], machine: M, stale_flags: bool) -> Result<Self> {
+        let mut uc = told(Unicorn::new(Arch::ARM, Mode::THUMB), "opening")?;
+        told(uc.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32), "choosing the Cortex-M4")?;
+        let mut flash = image.to_vec();
+        flash.resize(FLASH_SIZE as usize, 0xFF);
+        for base in [0, FLASH] {
+            told(uc.mem_map(base.into(), FLASH_SIZE.into(), Prot::READ | Prot::EXEC), "mapping flash")?;
+            told(uc.mem_write(base.into(), &flash), "filling flash")?;
+        }
+        for (base, size) in RAMS {
+            told(uc.mem_map(base.into(), size.into(), Prot::READ | Prot::WRITE), "mapping RAM")?;
+        }
+        told(uc.mem_map(STUB.into(), 0x1000, Prot::READ | Prot::EXEC), "mapping the stub")?;
+        told(uc.mem_write(STUB.into(), &STUB_CODE), "filling the stub")?;
+
+        let mut cpu = UnicornCpu {
+            uc,
+            machine: Rc::new(RefCell::new(machine)),
+            mail: Rc::default(),
+            counts: Rc::new(RefCell::new(BlockCounts { image: flash, seen: vec![(0, 0); FLASH_SIZE as usize / 2] })),
+            stale_flags,
+        };
+        cpu.hook_translation()?;
+        cpu.map_devices()?;
+        cpu.hook_blocks()?;
+        cpu.hook_traps()?;
+        cpu.hook_hints(image)?;
+        Ok(cpu)
+    }
+
+    /// Takes address translation over from the Cortex-M4's default map, in which RAM may hold code: Unicorn then sends every store to RAM the
+    /// slow way, in case it changes code.
+    fn hook_translation(&mut self) -> Result<()> {
+        told(self.uc.ctl_set_tlb_type(TlbType::VIRTUAL), "choosing the translation")?;
+        let translate = |_: &mut Uc<'_>, addr: u64, kind: MemType| {
+            let data = in_ram(addr as u32, 1) && kind != MemType::FETCH;
+            Some(TlbEntry { paddr: addr, perms: if data { Prot::READ | Prot::WRITE } else { Prot::ALL } })
+        };
+        told(self.uc.add_tlb_hook(0, u64::from(u32::MAX), translate), "hooking the translation")?;
+        Ok(())
+    }
+
+    fn map_devices(&mut self) -> Result<()> {
+        for (base, size) in DEVICES {
+            let (reader, writer) = (Rc::clone(&self.machine), Rc::clone(&self.machine));
+            let load = move |uc: &mut Uc<'_>, offset: u64, size: usize| {
+                let Some(width) = Width::from_bytes(size) else { return 0 };
+                u64::from(reader.borrow_mut().load(base + offset as u32, width, &mut UcMemory(uc)))
+            };
+            let store = move |uc: &mut Uc<'_>, offset: u64, size: usize, value: u64| {
+                let Some(width) = Width::from_bytes(size) else { return };
+                writer.borrow_mut().store(base + offset as u32, width, value as u32, &mut UcMemory(uc));
+            };
+            told(self.uc.mmio_map(base.into(), size.into(), Some(load), Some(store)), "mapping the peripherals")?;
+        }
+        Ok(())
+    }
+
+    fn hook_blocks(&mut self) -> Result<()> {
+        for base in [FLASH, 0] {
+            let (machine, counts, mail) = (Rc::clone(&self.machine), Rc::clone(&self.counts), Rc::clone(&self.mail));
+            let hook = move |uc: &mut Uc<'_>, addr: u64, size: u32| {
+                let mut machine = machine.borrow_mut();
+                // Decide first, count after: a block that was stopped comes again.
+                if machine.before_block(|| read_masks(uc)) {
+                    mail.stop.set(Some(Stop::Requested));
+                    let _ = uc.emu_stop();
+                } else {
+                    machine.charge(addr as u32, counts.borrow_mut().instructions(addr as u32, size));
+                }
+            };
+            told(self.uc.add_block_hook(base.into(), u64::from(base + FLASH_SIZE - 1), hook), "hooking blocks")?;
+        }
+        Ok(())
+    }
+
+    fn hook_traps(&mut self) -> Result<()> {
+        let mail = Rc::clone(&self.mail);
+        let interrupts = move |uc: &mut Uc<'_>, number: u32| {
+            let pc = get(uc, Reg::Pc);
+            let stop = match number {
+                INTERRUPT_SVC => Stop::Supervisor,
+                INTERRUPT_EXCEPTION_RETURN => Stop::ExceptionReturn(pc | 1),
+                INTERRUPT_BREAKPOINT => {
+                    let mut code = [0; 2];
+                    let _ = uc.mem_read(pc.into(), &mut code);
+                    Stop::Breakpoint(code[0])
+                }
+                INTERRUPT_PREFETCH_ABORT => Stop::Trap(Trap::FetchNever),
+                _ => Stop::Trap(Trap::Other),
+            };
+            mail.stop.set(Some(stop));
+            let _ = uc.emu_stop();
+        };
+        told(self.uc.add_intr_hook(interrupts), "hooking exceptions")?;
+        // Not over RAM: with any such hook in reach, Unicorn sends every store the slow way.
+        for (begin, end) in [(0, 0x0FFF_FFFF), (0x1001_0000, 0x1FFF_FFFF), (0x2002_0000, 0xFFFF_FFFF)] {
+            self.hook_bad_accesses(begin, end)?;
+        }
+        Ok(())
+    }
+
+    fn hook_bad_accesses(&mut self, begin: u64, end: u64) -> Result<()> {
+        let mail = Rc::clone(&self.mail);
+        let access = move |_: &mut Uc<'_>, kind: MemType, addr: u64, _: usize, _: i64| {
+            mail.bad_access.set(Some((kind, addr as u32)));
+            false
+        };
+        let kinds = HookType::MEM_UNMAPPED | HookType::MEM_PROT;
+        told(self.uc.add_mem_hook(kinds, begin, end, access), "hooking bad accesses")?;
+        Ok(())
+    }
+
+    /// Hooks each half-word of the image that reads as a hint. One that is data, or half of a wide instruction, never fires.
+    fn hook_hints(&mut self, image: &[u8]) -> Result<()> {
+        let halves: Vec<u16> = image.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect();
+        for (n, &half) in halves.iter().enumerate() {
+            let wide = half == 0xF3AF && halves.get(n + 1).is_some_and(|second| second >> 4 == 0x800);
+            let hint = match (half, wide) {
+                (_, true) => (halves[n + 1] & 0xF) as u8,
+                (0xBF10 | 0xBF20 | 0xBF30 | 0xBF40, _) => (half >> 4 & 0xF) as u8,
+                _ => continue,
+            };
+            if !(1..=4).contains(&hint) {
+                continue;
+            }
+            for base in [0, FLASH] {
+                self.hook_hint(base + 2 * n as u32, hint, if wide { 4 } else { 2 })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn hook_hint(&mut self, addr: u32, hint: u8, length: u32) -> Result<()> {
+        let (machine, mail) = (Rc::clone(&self.machine), Rc::clone(&self.mail));
+        let hook = move |uc: &mut Uc<'_>, _: u64, _: u32| {
+            let stop = match hint {
+                // YIELD: nothing else could run.
+                1 => {
+                    let _ = uc.set_pc(u64::from(addr + length) | 1);
+                    return;
+                }
+                2 => Stop::WaitForEvent,
+                3 => Stop::WaitForInterrupt,
+                // SEV: Unicorn executes it as a NOP.
+                _ => return machine.borrow_mut().send_event(),
+            };
+            mail.wait_at.set(addr + length);
+            mail.stop.set(Some(stop));
+            let _ = uc.emu_stop();
+        };
+        told(self.uc.add_code_hook(addr.into(), addr.into(), hook), "hooking a hint instruction")?;
+        Ok(())
+    }
+
+    /// The machine around the processor.
+    pub(crate) fn machine(&self) -> RefMut<'_, M> {
+        self.machine.borrow_mut()
+    }
+
+    /// The machine, and the memory for its DMA.
+    pub(crate) fn machine_and_memory(&mut self) -> (RefMut<'_, M>, UcMemory<'_, 'static>) {
+        (self.machine.borrow_mut(), UcMemory(&mut self.uc))
+    }
+
+    /// Replaces one half-word of flash, as fault injection does. Gives back what was there.
+    ///
+    /// # Errors
+    /// The address is not an even one in flash, or Unicorn refuses.
+    pub(crate) fn patch_flash(&mut self, addr: u32, half: u16) -> Result<u16> {
+        let offset = addr.wrapping_sub(FLASH);
+        anyhow::ensure!(offset < FLASH_SIZE && offset.is_multiple_of(2), "0x{addr:08X} is no half-word of flash");
+        let at = offset as usize;
+        let mut counts = self.counts.borrow_mut();
+        let old = u16::from_le_bytes([counts.image[at], counts.image[at + 1]]);
+        counts.image[at..at + 2].copy_from_slice(&half.to_le_bytes());
+        // Any block over the place may now end elsewhere.
+        counts.seen.fill((0, 0));
+        for base in [0, FLASH] {
+            told(self.uc.mem_write(u64::from(base + offset), &half.to_le_bytes()), "patching flash")?;
+        }
+        told(self.uc.ctl_flush_tb(), "dropping translated code")?;
+        Ok(old)
+    }
+
+    fn write(&mut self, reg: RegisterARM, value: u32) {
+        // Every identifier used here is one that Unicorn writes.
+        let _ = self.uc.reg_write(reg, value.into());
+    }
+
+    /// Registers as after a reset: xPSR with T alone, CONTROL and masks 0, floating-point registers and general registers 0.
+    pub(crate) fn reset(&mut self, sp: u32, pc: u32) {
+        self.set_mode(XPSR_T, 0);
+        for reg in [Reg::Primask, Reg::Faultmask, Reg::Basepri, Reg::Fpscr, Reg::Psp] {
+            self.set_reg(reg, 0);
+        }
+        (0..13).for_each(|n| self.set_reg(Reg::R(n), 0));
+        (0..32).for_each(|n| self.set_reg(Reg::S(n), 0));
+        self.set_reg(Reg::Sp, sp & !3);
+        self.set_reg(Reg::Lr, 0xFFFF_FFFF);
+        self.clear_exclusive();
+        self.set_reg(Reg::Pc, pc & !1);
+    }
+
+    fn stopped(&mut self, result: Result<(), unicorn_engine::uc_error>) -> Stop {
+        use unicorn_engine::uc_error;
+        let bad = self.mail.bad_access.take();
+        match (self.mail.stop.take(), result) {
+            (Some(stop @ (Stop::WaitForEvent | Stop::WaitForInterrupt)), _) => {
+                self.set_reg(Reg::Pc, self.mail.wait_at.get());
+                stop
+            }
+            (Some(stop), _) => stop,
+            // Without the T bit, what stands there was read as code of another instruction set.
+            (None, Err(uc_error::INSN_INVALID)) if get(&self.uc, Reg::Xpsr) & XPSR_T == 0 => {
+                Stop::Trap(Trap::InvalidState)
+            }
+            (None, Err(uc_error::INSN_INVALID)) => Stop::Trap(Trap::Undefined),
+            (None, Err(uc_error::EXCEPTION)) if bad.is_none() => Stop::Trap(Trap::InvalidState),
+            (None, Err(uc_error::FETCH_PROT)) => Stop::Trap(Trap::FetchNever),
+            (None, Err(_)) => Stop::Trap(match bad {
+                // Devices and the private peripheral bus never hold code.
+                Some((MemType::FETCH_UNMAPPED, 0x4000_0000..0x6000_0000 | 0xA000_0000..)) => Trap::FetchNever,
+                Some((MemType::FETCH_UNMAPPED, _)) => Trap::FetchUnmapped,
+                Some((MemType::FETCH_PROT, _)) => Trap::FetchNever,
+                Some((MemType::READ_UNMAPPED | MemType::READ_PROT, addr)) => Trap::ReadUnmapped(addr),
+                Some((MemType::WRITE_UNMAPPED, addr)) => Trap::WriteUnmapped(addr),
+                Some((MemType::WRITE_PROT, addr)) => Trap::WriteFlash(addr),
+                _ => Trap::Other,
+            }),
+            (None, Ok(())) => Stop::Trap(Trap::Other),
+        }
+    }
+}
+
+impl<M: Machine + 'static> Cpu for UnicornCpu<M> {
+    fn reg(&self, reg: Reg) -> u32 {
+        get(&self.uc, reg)
+    }
+
+    fn set_reg(&mut self, reg: Reg, value: u32) {
+        // A program counter with bit 0 clear would select the ARM instruction set.
+        let value = if reg == Reg::Pc { value | 1 } else { value };
+        // As for `get`.
+        let _ = self.uc.reg_write(register(reg), value.into());
+    }
+
+    fn set_mode(&mut self, xpsr: u32, control: u32) {
+        // Unicorn obeys the rules of MSR: CONTROL needs privilege, SPSEL needs thread mode. Handler mode is privileged; from there to
+        // privileged thread mode, where both can be written; then to where the caller wants to be.
+        self.write(RegisterARM::XPSR_NZCVQG, XPSR_T | 3);
+        self.write(RegisterARM::CONTROL, 0);
+        self.write(RegisterARM::XPSR_NZCVQG, XPSR_T);
+        self.write(RegisterARM::CONTROL, control);
+        self.write(RegisterARM::XPSR_NZCVQG, xpsr | XPSR_T);
+        if !self.stale_flags {
+            // Writing the flags with their own value makes Unicorn recompute what it cached of the mode.
+            self.write(RegisterARM::APSR_NZCV, xpsr & 0xF000_0000);
+        }
+    }
+
+    fn clear_exclusive(&mut self) {
+        let (pc, xpsr) = (get(&self.uc, Reg::Pc), get(&self.uc, Reg::Xpsr));
+        // The stub must not run as part of an IT block.
+        let in_it = xpsr & XPSR_IT != 0;
+        if in_it {
+            self.write(RegisterARM::XPSR_NZCVQG, xpsr & !XPSR_IT | XPSR_T);
+        }
+        let _ = self.uc.emu_start(u64::from(STUB | 1), 0, 0, 0);
+        self.mail.stop.set(None);
+        if in_it {
+            self.write(RegisterARM::XPSR_NZCVQG, xpsr | XPSR_T);
+        }
+        self.set_reg(Reg::Pc, pc);
+    }
+
+    fn read_memory(&self, addr: u32, into: &mut [u8]) -> bool {
+        (in_ram(addr, into.len()) || in_flash(addr, into.len())) && self.uc.mem_read(addr.into(), into).is_ok()
+    }
+
+    fn write_ram(&mut self, addr: u32, bytes: &[u8]) -> bool {
+        in_ram(addr, bytes.len()) && self.uc.mem_write(addr.into(), bytes).is_ok()
+    }
+
+    fn run(&mut self) -> Stop {
+        self.mail.stop.set(None);
+        self.mail.bad_access.set(None);
+        let pc = get(&self.uc, Reg::Pc);
+        let result = self.uc.emu_start(u64::from(pc | 1), 0, 0, 0);
+        self.stopped(result)
+    }
+}
+
+const _: () = assert!(is_wide(0xF3BF), "the stub's CLREX is a wide instruction");

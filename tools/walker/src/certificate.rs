@@ -1,0 +1,559 @@
+//! The certificate of a parameter set: what the generator does, measured, not assumed.
+//!
+//! | question | how it is measured |
+//! |---|---|
+//! | does it oscillate; period, amplitudes | 100 strides from the built state, then 20 by upward crossings of the first joint |
+//! | from how many starts | random states within ±[`START_BOX`] amplitudes: how many are on the orbit after [`START_STRIDES`] strides |
+//! | does it come back | 100 starts on the orbit, each state off by up to 8 percent, left and right differently: none may diverge |
+//! | settling time | velocity of the first joint pushed by half its amplitude; until it stays within 5 percent of the orbit |
+//! | contraction | Floquet multipliers: eigenvalues of the differential of the map over one period |
+//! | entrainment | first joint pulled towards a sinusoid at [`PULL_PER_CYCLE`] per cycle; frequencies at which it is carried along |
+//! | largest stable step | longest control period in f32 at which the period is right within 1 percent |
+//! | peaks | largest rate and acceleration of each joint over five strides in f32 at 1 ms, against the gate's limits |
+//!
+//! A distance is the largest difference of a state from the nearest point of the orbit, in amplitudes of that state.
+
+use joint_loop::LoopConfig;
+use joint_units::{Joint, Period};
+use nalgebra::DMatrix;
+use serde::Serialize;
+
+use crate::generator_file::GeneratorSet;
+
+/// Size of the box of random starts, in amplitudes.
+pub const START_BOX: f64 = 1.5;
+/// Strides that a random start is given.
+pub const START_STRIDES: u32 = 60;
+/// Strength of the pull of the entrainment test, per cycle: that of a link of R1 at kap = 0.5.
+pub const PULL_PER_CYCLE: f64 = 0.5 * std::f64::consts::TAU;
+/// Strides after which a perturbed start must be near the orbit's size.
+const RETURN_STRIDES: u32 = 100;
+/// Points of the orbit that distances are taken to.
+const ORBIT_POINTS: usize = 400;
+/// Step of the certificate's own simulations, in microseconds.
+const STEP_MICROS: u32 = 5_000;
+
+/// A generator in f64 whose states can be read and set, each in parts of its amplitude.
+pub trait Specimen {
+    /// One step.
+    fn step(&mut self);
+    /// Every state, displacements first, in amplitudes.
+    fn state(&self) -> Vec<f64>;
+    /// Sets every state; `false` and no change where one is out of bounds.
+    fn set_state(&mut self, state: &[f64]) -> bool;
+    /// Whether every state is finite and off its bound.
+    fn sound(&self) -> bool;
+    /// A copy.
+    fn copy(&self) -> Box<dyn Specimen>;
+}
+
+/// What was measured of a joint.
+#[derive(Debug, Clone, Serialize)]
+pub struct JointPeaks {
+    /// `left_hip` ...
+    pub name: &'static str,
+    /// Half the distance of the extremes, degrees.
+    pub amplitude_deg: f64,
+    /// Largest rate, degrees per second.
+    pub peak_velocity_deg_s: f64,
+    /// Largest acceleration, degrees per second squared.
+    pub peak_acceleration_deg_s2: f64,
+    /// Whether both are below the gate's limits.
+    pub inside_gate: bool,
+}
+
+/// A start that did not come back.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Diverged {
+    /// Its number.
+    pub start: u32,
+    /// The state that it began in, in amplitudes.
+    pub state: Vec<f64>,
+}
+
+/// The certificate.
+#[derive(Debug, Clone, Serialize)]
+pub struct Certificate {
+    /// Kind of the generator.
+    pub generator: &'static str,
+    /// Settles on an oscillation.
+    pub oscillates: bool,
+    /// Period on the limit cycle, seconds.
+    pub period_s: f64,
+    /// Random starts that were tried.
+    pub starts: u32,
+    /// Those on the orbit after [`START_STRIDES`] strides.
+    pub converged: u32,
+    /// Those that reached their bound or lost the rhythm.
+    pub diverged: u32,
+    /// Perturbed starts near the orbit that were tried.
+    pub perturbed: u32,
+    /// The perturbed starts that diverged: one is enough to refuse the set.
+    pub perturbed_diverged: Vec<Diverged>,
+    /// Perturbed starts that came back to the orbit with every phase, not only the amplitudes.
+    pub perturbed_locked: u32,
+    /// Seconds until a push is within 5 percent for good; none if it is not within the strides that it was given.
+    pub settling_s: Option<f64>,
+    /// Absolute values of the Floquet multipliers without the trivial one, largest first.
+    pub multipliers: Vec<f64>,
+    /// Lowest and highest frequency that the generator is carried along with, Hz.
+    pub entrainment_hz: Option<[f64; 2]>,
+    /// Longest control period in f32, milliseconds.
+    pub largest_step_ms: f64,
+    /// The joints.
+    pub joints: Vec<JointPeaks>,
+    /// Oscillates, and no perturbed start diverged.
+    pub accepted: bool,
+    /// Why it was not.
+    pub refused_because: Option<String>,
+}
+
+/// Splitmix64: the same starts on every machine.
+struct Random(u64);
+
+impl Random {
+    fn within(&mut self, size: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        let unit = ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64;
+        size * (2.0 * unit - 1.0)
+    }
+}
+
+/// The orbit as points in time.
+struct Orbit {
+    points: Vec<Vec<f64>>,
+    period_s: f64,
+    steps: f64,
+}
+
+impl Orbit {
+    /// Largest difference from the nearest point.
+    fn distance(&self, state: &[f64]) -> f64 {
+        let to = |point: &Vec<f64>| point.iter().zip(state).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        self.points.iter().map(to).fold(f64::MAX, f64::min)
+    }
+
+    fn size(&self, index: usize) -> f64 {
+        self.points.iter().map(|p| p[index].abs()).fold(0.0, f64::max)
+    }
+}
+
+/// Measures a set. `starts` random starts (1000 for a certificate); `progress` is told what is being measured.
+///
+/// # Errors
+/// The set cannot be built at the certificate's own step; the text says why.
+pub fn certify(
+    set: &GeneratorSet,
+    starts: u32,
+    gate: &LoopConfig,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Certificate, String> {
+    let step = Period::from_micros(STEP_MICROS).ok_or("no such step")?;
+    progress("limit cycle");
+    let (peaks, f32_sound) = peaks(set, gate)?;
+    let mut certificate = Certificate {
+        generator: set.kind(),
+        oscillates: false,
+        period_s: f64::NAN,
+        starts,
+        converged: 0,
+        diverged: 0,
+        perturbed: 0,
+        perturbed_diverged: vec![],
+        perturbed_locked: 0,
+        settling_s: None,
+        multipliers: vec![],
+        entrainment_hz: None,
+        largest_step_ms: 0.0,
+        joints: peaks,
+        accepted: false,
+        refused_because: None,
+    };
+    let Some(specimen) = set.specimen(step)? else {
+        // One phase that advances by a constant: every start is on the cycle, and a push to a joint does not reach the phase.
+        certificate.oscillates = f32_sound;
+        certificate.period_s = set.stride_guess_s();
+        certificate.converged = starts;
+        certificate.settling_s = Some(0.0);
+        progress("largest step");
+        certificate.largest_step_ms = largest_step(set, certificate.period_s);
+        certificate.accepted = certificate.oscillates;
+        return Ok(certificate);
+    };
+    let Some(orbit) = limit_cycle(specimen.as_ref(), set.stride_guess_s()) else {
+        certificate.refused_because = Some("it does not oscillate from its own start".into());
+        return Ok(certificate);
+    };
+    certificate.oscillates = f32_sound;
+    certificate.period_s = orbit.period_s;
+
+    progress("perturbed starts");
+    perturb(specimen.as_ref(), &orbit, &mut certificate);
+    progress("random starts");
+    scatter(specimen.as_ref(), &orbit, &mut certificate);
+    progress("push");
+    certificate.settling_s = settle(specimen.as_ref(), &orbit);
+    progress("Floquet multipliers");
+    certificate.multipliers = multipliers(specimen.as_ref(), &orbit);
+    progress("entrainment");
+    certificate.entrainment_hz = entrainment(specimen.as_ref(), &orbit);
+    progress("largest step");
+    certificate.largest_step_ms = largest_step(set, orbit.period_s);
+
+    certificate.refused_because = if !certificate.oscillates {
+        Some("in f32 at 1 ms it leaves its bound".into())
+    } else {
+        certificate.perturbed_diverged.first().map(|first| {
+            let all = certificate.perturbed_diverged.len();
+            format!("{all} of {} perturbed starts diverge, the first is start {}", certificate.perturbed, first.start)
+        })
+    };
+    certificate.accepted = certificate.refused_because.is_none();
+    Ok(certificate)
+}
+
+fn steps_per(seconds: f64) -> u32 {
+    (seconds * 1e6 / f64::from(STEP_MICROS)).ceil() as u32
+}
+
+/// Upward zero crossings of the first displacement, in steps, over so many steps.
+fn crossings(specimen: &mut dyn Specimen, steps: u32) -> Vec<f64> {
+    let mut marks = vec![];
+    let mut before = specimen.state()[0];
+    for step in 0..steps {
+        specimen.step();
+        let now = specimen.state()[0];
+        if before < 0.0 && now >= 0.0 {
+            marks.push(f64::from(step) - before / (now - before));
+        }
+        before = now;
+    }
+    marks
+}
+
+fn limit_cycle(built: &dyn Specimen, guess_s: f64) -> Option<Orbit> {
+    let mut specimen = built.copy();
+    let stride = steps_per(guess_s);
+    for _ in 0..stride * 100 {
+        specimen.step();
+    }
+    let mut follower = specimen.copy();
+    let marks = crossings(follower.as_mut(), stride * 25);
+    let cycles = marks.len().checked_sub(1).filter(|&n| n >= 10)?;
+    let steps = (marks[cycles] - marks[0]) / cycles as f64;
+    let even = marks.windows(2).all(|w| (w[1] - w[0] - steps).abs() < 0.05 * steps);
+    let mut points = vec![];
+    let stride = (steps / ORBIT_POINTS as f64).max(1.0);
+    let mut next = 0.0;
+    for step in 0..steps.ceil() as u32 {
+        if f64::from(step) >= next {
+            points.push(specimen.state());
+            next += stride;
+        }
+        specimen.step();
+    }
+    let orbit = Orbit { points, period_s: steps * f64::from(STEP_MICROS) * 1e-6, steps };
+    let swings = (0..4).all(|joint| orbit.size(joint) > 0.05);
+    (even && swings && specimen.sound()).then_some(orbit)
+}
+
+/// Largest displacement of each joint over one period.
+fn sizes(specimen: &mut dyn Specimen, orbit: &Orbit) -> Vec<f64> {
+    let mut sizes = vec![0.0f64; 4];
+    for _ in 0..orbit.steps.ceil() as u32 {
+        specimen.step();
+        for (size, x) in sizes.iter_mut().zip(specimen.state()) {
+            *size = size.max(x.abs());
+        }
+    }
+    sizes
+}
+
+/// Whether each joint still swings between half and one and a half times as far as on the orbit.
+fn keeps_size(specimen: &mut dyn Specimen, orbit: &Orbit) -> bool {
+    let sizes = sizes(specimen, orbit);
+    specimen.sound() && sizes.iter().enumerate().all(|(joint, s)| (0.5..1.5).contains(&(s / orbit.size(joint))))
+}
+
+fn run(specimen: &mut dyn Specimen, steps: f64) {
+    for _ in 0..steps as u32 {
+        specimen.step();
+    }
+}
+
+fn perturb(built: &dyn Specimen, orbit: &Orbit, certificate: &mut Certificate) {
+    let mut random = Random(8);
+    for start in 0..100u32 {
+        let point = &orbit.points[start as usize * orbit.points.len() / 100];
+        let state: Vec<f64> = point.iter().map(|x| x + random.within(0.08)).collect();
+        let mut specimen = built.copy();
+        if !specimen.set_state(&state) {
+            continue;
+        }
+        certificate.perturbed += 1;
+        run(specimen.as_mut(), orbit.steps * f64::from(RETURN_STRIDES));
+        certificate.perturbed_locked += u32::from(orbit.distance(&specimen.state()) < 0.05);
+        if !keeps_size(specimen.as_mut(), orbit) {
+            certificate.perturbed_diverged.push(Diverged { start, state });
+        }
+    }
+}
+
+fn scatter(built: &dyn Specimen, orbit: &Orbit, certificate: &mut Certificate) {
+    let mut random = Random(1);
+    let dimensions = built.state().len();
+    for _ in 0..certificate.starts {
+        let state: Vec<f64> = (0..dimensions).map(|_| random.within(START_BOX)).collect();
+        let mut specimen = built.copy();
+        if !specimen.set_state(&state) {
+            certificate.diverged += 1;
+            continue;
+        }
+        run(specimen.as_mut(), orbit.steps * f64::from(START_STRIDES));
+        if orbit.distance(&specimen.state()) < 0.05 {
+            certificate.converged += 1;
+        } else if !keeps_size(specimen.as_mut(), orbit) {
+            certificate.diverged += 1;
+        }
+    }
+}
+
+fn settle(built: &dyn Specimen, orbit: &Orbit) -> Option<f64> {
+    let mut specimen = built.copy();
+    let mut state = orbit.points[0].clone();
+    let velocity = state.len() / 2;
+    *state.get_mut(velocity)? += 0.5;
+    if !specimen.set_state(&state) {
+        return None;
+    }
+    let steps = orbit.steps as u32 * RETURN_STRIDES;
+    let mut last_outside = 0;
+    for step in 0..steps {
+        if orbit.distance(&specimen.state()) > 0.05 {
+            last_outside = step + 1;
+        }
+        specimen.step();
+    }
+    (last_outside < steps).then_some(f64::from(last_outside) * f64::from(STEP_MICROS) * 1e-6)
+}
+
+/// Eigenvalues of the map over one period. The fraction of a step that a period leaves is bridged linearly, on both sides alike.
+fn multipliers(built: &dyn Specimen, orbit: &Orbit) -> Vec<f64> {
+    let n = built.state().len();
+    let after = |state: &[f64]| {
+        let mut specimen = built.copy();
+        specimen.set_state(state);
+        run(specimen.as_mut(), orbit.steps.floor());
+        let low = specimen.state();
+        specimen.step();
+        let part = orbit.steps.fract();
+        low.iter().zip(specimen.state()).map(|(a, b)| a + part * (b - a)).collect::<Vec<_>>()
+    };
+    let size = 1e-5;
+    let base = &orbit.points[0];
+    let mut map = DMatrix::<f64>::zeros(n, n);
+    for column in 0..n {
+        let (mut plus, mut minus) = (base.clone(), base.clone());
+        plus[column] += size;
+        minus[column] -= size;
+        for (row, (a, b)) in after(&plus).iter().zip(after(&minus)).enumerate() {
+            map[(row, column)] = (a - b) / (2.0 * size);
+        }
+    }
+    let mut values: Vec<_> = map.complex_eigenvalues().iter().copied().collect();
+    // The trivial multiplier is the one nearest to 1: along the orbit nothing contracts.
+    let nearest = |a: &nalgebra::Complex<f64>| (a - nalgebra::Complex::new(1.0, 0.0)).norm();
+    if let Some(trivial) = (0..values.len()).min_by(|&a, &b| nearest(&values[a]).total_cmp(&nearest(&values[b]))) {
+        values.remove(trivial);
+    }
+    let mut sizes: Vec<f64> = values.into_iter().map(nalgebra::Complex::norm).collect();
+    sizes.sort_by(|a, b| b.total_cmp(a));
+    sizes
+}
+
+/// The band of frequencies around its own in which the generator runs at the frequency of a pull on its first joint.
+fn entrainment(built: &dyn Specimen, orbit: &Orbit) -> Option<[f64; 2]> {
+    let own = 1.0 / orbit.period_s;
+    let carried = |ratio: f64| {
+        let mut specimen = built.copy();
+        specimen.set_state(&orbit.points[0]);
+        let per_step = ratio / orbit.steps;
+        let pull = PULL_PER_CYCLE / orbit.steps;
+        let mut marks = vec![];
+        let total = (orbit.steps * 80.0) as u32;
+        for step in 0..total {
+            let mut state = specimen.state();
+            let before = state[0];
+            let target = orbit.size(0) * (std::f64::consts::TAU * per_step * f64::from(step)).cos();
+            state[0] += pull * (target - state[0]);
+            specimen.set_state(&state);
+            specimen.step();
+            let now = specimen.state()[0];
+            if step > total / 2 && before < 0.0 && now >= 0.0 {
+                marks.push(f64::from(step) - before / (now - before));
+            }
+        }
+        let Some(cycles) = marks.len().checked_sub(1).filter(|&n| n > 5) else { return false };
+        let found = cycles as f64 / (marks[cycles] - marks[0]);
+        (found / per_step - 1.0).abs() < 2e-3 && specimen.sound()
+    };
+    if !carried(1.0) {
+        return None;
+    }
+    let edge = |towards: f64| {
+        let (mut inside, mut outside) = (1.0, 1.0);
+        while carried(outside) && (0.25..4.0).contains(&outside) {
+            inside = outside;
+            outside *= towards;
+        }
+        for _ in 0..8 {
+            let middle = 0.5 * (inside + outside);
+            if carried(middle) { inside = middle } else { outside = middle }
+        }
+        inside
+    };
+    Some([edge(1.0 / 1.1) * own, edge(1.1) * own])
+}
+
+fn largest_step(set: &GeneratorSet, period_s: f64) -> f64 {
+    let right = |micros: u32| {
+        let Some(mut generator) = Period::from_micros(micros).and_then(|period| set.generator(period).ok()) else {
+            return false;
+        };
+        let ticks = |strides: f64| (strides * period_s * 1e6 / f64::from(micros)) as u32;
+        for _ in 0..ticks(20.0) {
+            generator.step();
+        }
+        let (mut cycles, mut before) = (0.0, f64::from(generator.phase().cycles()));
+        let count = ticks(20.0);
+        for _ in 0..count {
+            generator.step();
+            let now = f64::from(generator.phase().cycles());
+            cycles += (now - before + 0.5).rem_euclid(1.0) - 0.5;
+            before = now;
+        }
+        let measured = f64::from(count) * f64::from(micros) * 1e-6 / cycles;
+        generator.check().is_ok() && (measured / period_s - 1.0).abs() < 0.01
+    };
+    let (mut good, mut bad) = (0, Period::MAX_MICROS);
+    for micros in [100, 500, 1000, 2000, 5000, 10_000, 15_000, 20_000, 30_000, 50_000, Period::MAX_MICROS] {
+        if right(micros) {
+            good = micros;
+        } else {
+            bad = micros;
+            break;
+        }
+    }
+    while bad.saturating_sub(good) > 100 {
+        let middle = good + (bad - good) / 2;
+        if right(middle) { good = middle } else { bad = middle }
+    }
+    f64::from(good) * 1e-3
+}
+
+/// Peaks over five strides after twenty, in f32 at 1 ms, and whether the state stayed sound.
+fn peaks(set: &GeneratorSet, gate: &LoopConfig) -> Result<(Vec<JointPeaks>, bool), String> {
+    let mut generator = set.generator(Period::MILLISECOND)?;
+    let stride = (set.stride_guess_s() * 1e3) as u32;
+    for _ in 0..20 * stride {
+        generator.step();
+    }
+    let (mut low, mut high, mut rate, mut acceleration) = ([f32::MAX; 4], [f32::MIN; 4], [0.0f32; 4], [0.0f32; 4]);
+    let mut before = generator.rates();
+    for _ in 0..5 * stride {
+        generator.step();
+        let (angles, rates) = (generator.angles(), generator.rates());
+        for joint in 0..4 {
+            low[joint] = low[joint].min(angles[joint].0);
+            high[joint] = high[joint].max(angles[joint].0);
+            rate[joint] = rate[joint].max(rates[joint].0.abs());
+            acceleration[joint] = acceleration[joint].max((rates[joint].0 - before[joint].0).abs() * 1e3);
+        }
+        before = rates;
+    }
+    let peaks = Joint::ALL.map(|joint| {
+        let j = joint as usize;
+        JointPeaks {
+            name: joint.name(),
+            amplitude_deg: f64::from((high[j] - low[j]) / 2.0).to_degrees(),
+            peak_velocity_deg_s: f64::from(rate[j]).to_degrees(),
+            peak_acceleration_deg_s2: f64::from(acceleration[j]).to_degrees(),
+            inside_gate: rate[j] <= gate.gate.rate.0 && acceleration[j] <= gate.gate.acceleration.0,
+        }
+    });
+    Ok((peaks.to_vec(), generator.check().is_ok()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generator_file::WalkerFile;
+
+    fn certificate(set: &GeneratorSet, starts: u32) -> Certificate {
+        certify(set, starts, &LoopConfig::default_biped(), &mut |_| ()).expect("built")
+    }
+
+    /// The default walk: the numbers that the literature table of R1 at eps = kap = 0.5 gives.
+    #[test]
+    fn the_default_walk_is_certified() {
+        let got = certificate(&WalkerFile::shipped("robust").unwrap().set, 200);
+        assert!(got.accepted && got.oscillates);
+        assert_eq!((got.converged, got.diverged, got.perturbed, got.perturbed_locked), (200, 0, 100, 100));
+        assert!((got.period_s - 1.1).abs() < 1e-4, "{}", got.period_s);
+        assert!((got.multipliers[0] - 0.054).abs() < 0.002, "{:?}", got.multipliers);
+        assert_eq!(got.multipliers.len(), 7);
+        assert!(got.settling_s.unwrap() < 3.0);
+        let [low, high] = got.entrainment_hz.unwrap();
+        assert!(low < 0.88 && high > 0.94, "{low} to {high}");
+        assert!(got.joints.iter().all(|joint| joint.inside_gate));
+        assert!((got.joints[0].amplitude_deg - 20.8).abs() < 0.2 && (got.joints[3].amplitude_deg - 31.2).abs() < 0.2);
+        assert!(got.largest_step_ms >= 10.0);
+    }
+
+    /// The thesis' network oscillates and keeps its size, but its hip-knee phase is not locked: few starts end on the orbit.
+    #[test]
+    fn the_thesis_network_shows_its_small_basin() {
+        let got = certificate(&WalkerFile::shipped("thesis").unwrap().set, 50);
+        assert!(got.oscillates);
+        assert!(got.converged < 10, "{}", got.converged);
+        assert!(got.perturbed_locked < 60, "{}", got.perturbed_locked);
+        assert!((got.period_s - 1.1).abs() < 0.01);
+        assert!(got.multipliers[0] > 0.99, "{:?}", got.multipliers);
+    }
+
+    /// Difference links that pull into phase, under a start in antiphase: the antiphase orbit is there, but any asymmetry leaves it.
+    #[test]
+    fn a_set_whose_perturbed_starts_diverge_is_refused_with_the_start() {
+        let GeneratorSet::Thesis(mut set) = WalkerFile::shipped("thesis").unwrap().set else { panic!("the thesis") };
+        set.product_per_deg_s = [[0.0; 2]; 2];
+        set.difference_per_s = [[-0.1; 2]; 2];
+        for joint in &mut set.joints {
+            joint.alpha_per_s = 0.3;
+        }
+        let set = GeneratorSet::Thesis(set);
+        let got = certificate(&set, 5);
+        assert!(!got.accepted && got.oscillates);
+        let first = got.perturbed_diverged.first().expect("a start");
+        assert!(got.refused_because.unwrap().contains(&format!("start {}", first.start)));
+        // The start that was named does diverge, in a run of its own.
+        let mut specimen = set.specimen(Period::from_micros(STEP_MICROS).unwrap()).unwrap().unwrap();
+        assert!(specimen.set_state(&first.state));
+        let sizes = |specimen: &mut dyn Specimen| {
+            let mut sizes = [0.0f64; 4];
+            for _ in 0..300 {
+                specimen.step();
+                for (size, x) in sizes.iter_mut().zip(specimen.state()) {
+                    *size = size.max(x.abs());
+                }
+            }
+            sizes
+        };
+        let before = sizes(specimen.as_mut());
+        run(specimen.as_mut(), 100.0 * 220.0);
+        let after = sizes(specimen.as_mut());
+        assert!(before.iter().zip(after).any(|(a, b)| b > 1.4 * a || b < 0.6 * a), "{before:?} {after:?}");
+    }
+}

@@ -1,0 +1,572 @@
+//! The parameter file of a walker: which generator, its numbers with their units in the names, and where they came from.
+//!
+//! Three kinds: `robust` (R1), `thesis` (eqs 13-16) and `shape` (one phase, a Fourier series a joint). Numbers are written in the
+//! shortest form that reads back to the same bits, so a file makes an exact round trip. Every field has to be there.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use cpg_core::Generator;
+use cpg_core::Rk4;
+use cpg_core::graph::{Biped, HipKnee, LeftRight};
+use cpg_core::rayleigh::RayleighConfig;
+use cpg_core::robust::RobustConfig;
+use cpg_core::shape::{FourierShape, PhaseShape};
+use cpg_core::thesis::ThesisConfig;
+use cpg_core::walking::default_config;
+use joint_units::{Joint, Period, Phase, Radians};
+
+use crate::certificate::Specimen;
+use crate::specimen::Orbiting;
+use crate::toml_table::{Document, FileError, Problem, Section};
+
+/// Version of the layout.
+pub const SCHEMA: u32 = 1;
+
+/// Harmonics that a shape can hold.
+pub const HARMONICS: usize = 8;
+
+/// One joint of R1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RobustJoint {
+    /// Amplitude A, degrees.
+    pub amplitude_deg: f32,
+    /// Offset a0, degrees.
+    pub offset_deg: f32,
+    /// Phase lead, degrees of the cycle.
+    pub phase_deg: f32,
+}
+
+/// R1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RobustSet {
+    /// Period of the linear part, seconds.
+    pub natural_period_s: f32,
+    /// eps.
+    pub nonlinearity: f32,
+    /// kap of the links hip-hip, knee-knee, left leg, right leg.
+    pub coupling: [f32; 4],
+    /// The joints.
+    pub joints: [RobustJoint; 4],
+}
+
+/// One joint of the thesis' network.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ThesisJoint {
+    /// alpha, 1/s.
+    pub alpha_per_s: f32,
+    /// p, s^2/deg^2.
+    pub p_s2_per_deg2: f32,
+    /// mu, rad/s.
+    pub mu_rad_per_s: f32,
+    /// a0, degrees.
+    pub offset_deg: f32,
+    /// Phase lead of the start, degrees of the cycle.
+    pub start_phase_deg: f32,
+}
+
+/// The thesis' network.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ThesisSet {
+    /// [k12, k21] of the hips and [k34, k43] of the knees, 1/s.
+    pub difference_per_s: [[f32; 2]; 2],
+    /// [k13, k31] of the left leg and [k24, k42] of the right, 1/(deg s).
+    pub product_per_deg_s: [[f32; 2]; 2],
+    /// The joints.
+    pub joints: [ThesisJoint; 4],
+}
+
+/// One joint of the programmable generator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShapeJoint {
+    /// Mean, degrees.
+    pub mean_deg: f32,
+    /// Cosine coefficients from the first harmonic on, degrees; up to [`HARMONICS`].
+    pub cos_deg: Vec<f32>,
+    /// Sine coefficients, as many.
+    pub sin_deg: Vec<f32>,
+}
+
+/// The programmable generator.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShapeSet {
+    /// Stride, seconds.
+    pub stride_s: f32,
+    /// The joints.
+    pub joints: [ShapeJoint; 4],
+}
+
+/// A generator with its numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub enum GeneratorSet {
+    /// R1.
+    Robust(RobustSet),
+    /// The thesis' network.
+    Thesis(ThesisSet),
+    /// Phase and shape.
+    Shape(ShapeSet),
+}
+
+/// Where a set came from. All texts may be empty.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Provenance {
+    /// The recording, or `shipped`.
+    pub source: String,
+    /// SHA-256 of the recording, in hex.
+    pub source_sha256: String,
+    /// Program and version.
+    pub made_by: String,
+    /// What was asked of it: method, seed.
+    pub settings: String,
+}
+
+/// A file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WalkerFile {
+    /// Where the numbers came from.
+    pub provenance: Provenance,
+    /// The numbers.
+    pub set: GeneratorSet,
+}
+
+impl GeneratorSet {
+    /// `robust`, `thesis` or `shape`.
+    #[must_use]
+    pub const fn kind(&self) -> &'static str {
+        match self {
+            GeneratorSet::Robust(_) => "robust",
+            GeneratorSet::Thesis(_) => "thesis",
+            GeneratorSet::Shape(_) => "shape",
+        }
+    }
+
+    /// About how long a stride is, seconds.
+    #[must_use]
+    pub fn stride_guess_s(&self) -> f64 {
+        match self {
+            GeneratorSet::Robust(set) => f64::from(set.natural_period_s),
+            GeneratorSet::Thesis(set) => std::f64::consts::TAU / f64::from(set.joints[0].mu_rad_per_s),
+            GeneratorSet::Shape(set) => f64::from(set.stride_s),
+        }
+    }
+
+    /// The generator as the board runs it.
+    ///
+    /// # Errors
+    /// The rule that a number breaks.
+    pub fn generator(&self, period: Period) -> Result<Box<dyn Generator<4>>, String> {
+        Ok(match self {
+            GeneratorSet::Robust(set) => Box::new(set.config().build::<Biped, Rk4>(period).map_err(|e| e.to_string())?),
+            GeneratorSet::Thesis(set) => {
+                Box::new(set.config::<f32>().build::<LeftRight, HipKnee, Rk4>(period).map_err(|e| e.to_string())?)
+            }
+            GeneratorSet::Shape(set) => Box::new(set.build(period)?),
+        })
+    }
+
+    /// The generator in f64, for the certificate; none where the only state is a phase, which nothing can push off its cycle.
+    ///
+    /// # Errors
+    /// The rule that a number breaks.
+    pub fn specimen(&self, period: Period) -> Result<Option<Box<dyn Specimen>>, String> {
+        let specimen: Box<dyn Specimen> = match self {
+            GeneratorSet::Robust(set) => {
+                let config = set.config();
+                let config = RobustConfig {
+                    natural_period: f64::from(config.natural_period),
+                    nonlinearity: f64::from(config.nonlinearity),
+                    coupling: config.coupling.map(f64::from),
+                    phases: config.phases,
+                    amplitudes: config.amplitudes,
+                    offsets: config.offsets,
+                };
+                Box::new(Orbiting(config.build::<Biped, Rk4>(period).map_err(|e| e.to_string())?))
+            }
+            GeneratorSet::Thesis(set) => Box::new(Orbiting(
+                set.config::<f64>().build::<LeftRight, HipKnee, Rk4>(period).map_err(|e| e.to_string())?,
+            )),
+            GeneratorSet::Shape(_) => return Ok(None),
+        };
+        Ok(Some(specimen))
+    }
+}
+
+impl RobustSet {
+    /// The core's configuration.
+    #[must_use]
+    pub fn config(&self) -> RobustConfig<4, 4> {
+        RobustConfig {
+            natural_period: self.natural_period_s,
+            nonlinearity: self.nonlinearity,
+            coupling: self.coupling,
+            phases: self.joints.map(|joint| phase(joint.phase_deg)),
+            amplitudes: self.joints.map(|joint| Radians::from_degrees(joint.amplitude_deg)),
+            offsets: self.joints.map(|joint| Radians::from_degrees(joint.offset_deg)),
+        }
+    }
+}
+
+impl ThesisSet {
+    /// The core's configuration.
+    #[must_use]
+    pub fn config<T: cpg_core::Scalar>(&self) -> ThesisConfig<T> {
+        let of = T::from_f32;
+        ThesisConfig {
+            joints: self.joints.map(|joint| RayleighConfig {
+                alpha: of(joint.alpha_per_s),
+                p: of(joint.p_s2_per_deg2),
+                mu: of(joint.mu_rad_per_s),
+                offset: of(joint.offset_deg),
+            }),
+            difference: self.difference_per_s.map(|pair| pair.map(of)),
+            product: self.product_per_deg_s.map(|pair| pair.map(of)),
+            phases: self.joints.map(|joint| phase(joint.start_phase_deg)),
+        }
+    }
+}
+
+impl ShapeSet {
+    /// The generator.
+    ///
+    /// # Errors
+    /// The rule that a number breaks.
+    pub fn build(&self, period: Period) -> Result<PhaseShape<FourierShape<HARMONICS>, 4>, String> {
+        let mut shapes = vec![];
+        for joint in &self.joints {
+            let (mut cos, mut sin) = ([0.0; HARMONICS], [0.0; HARMONICS]);
+            for (k, (c, s)) in joint.cos_deg.iter().zip(&joint.sin_deg).enumerate().take(HARMONICS) {
+                cos[k] = Radians::from_degrees(*c).0;
+                sin[k] = Radians::from_degrees(*s).0;
+            }
+            shapes
+                .push(FourierShape::build(Radians::from_degrees(joint.mean_deg), cos, sin).map_err(|e| e.to_string())?);
+        }
+        let shapes: [FourierShape<HARMONICS>; 4] = [shapes[0], shapes[1], shapes[2], shapes[3]];
+        PhaseShape::build(shapes, self.stride_s, period).map_err(|e| e.to_string())
+    }
+}
+
+/// The nearest phase to a lead in degrees of the cycle.
+fn phase(degrees: f32) -> Phase {
+    let cycles = (f64::from(degrees) / 360.0).rem_euclid(1.0);
+    Phase((cycles * 4_294_967_296.0).round() as u64 as u32)
+}
+
+const PROVENANCE: [&str; 4] = ["source", "source_sha256", "made_by", "settings"];
+const ROBUST: [&str; 7] =
+    ["natural_period_s", "nonlinearity", "coupling", "left_hip", "right_hip", "left_knee", "right_knee"];
+const THESIS: [&str; 6] = ["difference_per_s", "product_per_deg_s", "left_hip", "right_hip", "left_knee", "right_knee"];
+const SHAPE: [&str; 5] = ["stride_s", "left_hip", "right_hip", "left_knee", "right_knee"];
+const LINKS: [&str; 4] = ["hips", "knees", "left_leg", "right_leg"];
+
+impl WalkerFile {
+    /// A set that ships: `robust` (the default walk), `thesis` (Table 1, set S), `thesis-double` (set D).
+    #[must_use]
+    pub fn shipped(name: &str) -> Option<Self> {
+        let set = match name {
+            "robust" => {
+                let config = default_config();
+                GeneratorSet::Robust(RobustSet {
+                    natural_period_s: config.natural_period,
+                    nonlinearity: config.nonlinearity,
+                    coupling: config.coupling,
+                    joints: std::array::from_fn(|joint| RobustJoint {
+                        amplitude_deg: config.amplitudes[joint].degrees().round(),
+                        offset_deg: config.offsets[joint].degrees().round(),
+                        phase_deg: (config.phases[joint].cycles() * 360.0).round(),
+                    }),
+                })
+            }
+            "thesis" => thesis(&ThesisConfig::set_s()),
+            "thesis-double" => thesis(&ThesisConfig::set_d()),
+            _ => return None,
+        };
+        let made_by = format!("footfall {}", env!("CARGO_PKG_VERSION"));
+        Some(Self { provenance: Provenance { source: "shipped".into(), made_by, ..Provenance::default() }, set })
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// The first thing that is wrong with it, with line and field.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        Self::of(&Document::read(path)?)
+    }
+
+    /// Reads a text; `name` is what errors call it.
+    ///
+    /// # Errors
+    /// As [`WalkerFile::read`].
+    pub fn parse(name: &str, text: &str) -> Result<Self, FileError> {
+        Self::of(&Document::of_text(name, text.into()))
+    }
+
+    fn of(document: &Document) -> Result<Self, FileError> {
+        let tree = document.parse()?;
+        let kinds = ["robust", "thesis", "shape"];
+        let all = ["schema", "generator", "provenance", "robust", "thesis", "shape"];
+        let top = document.top(tree.get_ref(), &all)?;
+        top.schema(SCHEMA)?;
+        let kind = top.word("generator", &kinds.map(|kind| (kind, kind)))?;
+        // Numbers of a generator that is not asked for are a mistake, not a reserve.
+        let top = document.top(tree.get_ref(), &["schema", "generator", "provenance", kind])?;
+        let from = top.table("provenance", &PROVENANCE)?;
+        let provenance = Provenance {
+            source: from.text("source")?,
+            source_sha256: from.text("source_sha256")?,
+            made_by: from.text("made_by")?,
+            settings: from.text("settings")?,
+        };
+        let set = match kind {
+            "robust" => GeneratorSet::Robust(robust(&top)?),
+            "thesis" => GeneratorSet::Thesis(read_thesis(&top)?),
+            _ => GeneratorSet::Shape(shape(&top)?),
+        };
+        // The core has the last word: relations between numbers are its rules.
+        match set.generator(Period::MILLISECOND) {
+            Ok(_) => Ok(Self { provenance, set }),
+            Err(rule) => Err(document.at(kind, Problem::Rule(rule))),
+        }
+    }
+
+    /// As a file's text.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        let mut out = String::new();
+        let Provenance { source, source_sha256, made_by, settings } = &self.provenance;
+        // Writing to a String cannot fail.
+        let _ = writeln!(out, "schema = {SCHEMA}\ngenerator = \"{}\"\n\n[provenance]", self.set.kind());
+        for (key, value) in PROVENANCE.into_iter().zip([source, source_sha256, made_by, settings]) {
+            let _ = writeln!(out, "{key} = {}", quoted(value));
+        }
+        let _ = match &self.set {
+            GeneratorSet::Robust(set) => write_robust(&mut out, set),
+            GeneratorSet::Thesis(set) => write_thesis(&mut out, set),
+            GeneratorSet::Shape(set) => write_shape(&mut out, set),
+        };
+        out
+    }
+}
+
+fn thesis(config: &ThesisConfig) -> GeneratorSet {
+    GeneratorSet::Thesis(ThesisSet {
+        difference_per_s: config.difference,
+        product_per_deg_s: config.product,
+        joints: std::array::from_fn(|joint| ThesisJoint {
+            alpha_per_s: config.joints[joint].alpha,
+            p_s2_per_deg2: config.joints[joint].p,
+            mu_rad_per_s: config.joints[joint].mu,
+            offset_deg: config.joints[joint].offset,
+            start_phase_deg: (config.phases[joint].cycles() * 360.0).round(),
+        }),
+    })
+}
+
+/// Reads each joint's table.
+fn joints<T: Clone>(
+    section: &Section<'_>,
+    fields: &[&str],
+    read: impl Fn(&Section<'_>) -> Result<T, FileError>,
+) -> Result<[T; 4], FileError> {
+    let mut all = vec![];
+    for joint in Joint::ALL {
+        all.push(read(&section.table(joint.name(), fields)?)?);
+    }
+    Ok([all[0].clone(), all[1].clone(), all[2].clone(), all[3].clone()])
+}
+
+fn robust(top: &Section<'_>) -> Result<RobustSet, FileError> {
+    let section = top.table("robust", &ROBUST)?;
+    let links = section.table("coupling", &LINKS)?;
+    let mut coupling = [0.0; 4];
+    for (kap, name) in coupling.iter_mut().zip(LINKS) {
+        *kap = links.number(name, 0.0, 2.0, "")?;
+    }
+    Ok(RobustSet {
+        natural_period_s: section.number("natural_period_s", 0.1, 100.0, " s")?,
+        nonlinearity: section.number("nonlinearity", 0.01, 2.0, "")?,
+        coupling,
+        joints: joints(&section, &["amplitude_deg", "offset_deg", "phase_deg"], |joint| {
+            Ok(RobustJoint {
+                amplitude_deg: joint.number("amplitude_deg", 0.0, 180.0, " degrees")?,
+                offset_deg: joint.number("offset_deg", -180.0, 180.0, " degrees")?,
+                phase_deg: joint.number("phase_deg", -360.0, 360.0, " degrees")?,
+            })
+        })?,
+    })
+}
+
+fn read_thesis(top: &Section<'_>) -> Result<ThesisSet, FileError> {
+    let section = top.table("thesis", &THESIS)?;
+    let gains = |table: &str, names: [&str; 2], unit: &str| {
+        let table = section.table(table, &names)?;
+        let pair = |name: &str| table.pair(name, -10.0, 10.0, unit).map(|(a, b)| [a, b]);
+        Ok::<_, FileError>([pair(names[0])?, pair(names[1])?])
+    };
+    let fields = ["alpha_per_s", "p_s2_per_deg2", "mu_rad_per_s", "offset_deg", "start_phase_deg"];
+    Ok(ThesisSet {
+        difference_per_s: gains("difference_per_s", ["hips", "knees"], " 1/s")?,
+        product_per_deg_s: gains("product_per_deg_s", ["left_leg", "right_leg"], " 1/(deg s)")?,
+        joints: joints(&section, &fields, |joint| {
+            Ok(ThesisJoint {
+                alpha_per_s: joint.number("alpha_per_s", 1e-6, 1000.0, " 1/s")?,
+                p_s2_per_deg2: joint.number("p_s2_per_deg2", 1e-12, 1e6, " s^2/deg^2")?,
+                mu_rad_per_s: joint.number("mu_rad_per_s", 0.3, 32.0, " rad/s")?,
+                offset_deg: joint.number("offset_deg", -180.0, 180.0, " degrees")?,
+                start_phase_deg: joint.number("start_phase_deg", -360.0, 360.0, " degrees")?,
+            })
+        })?,
+    })
+}
+
+fn shape(top: &Section<'_>) -> Result<ShapeSet, FileError> {
+    let section = top.table("shape", &SHAPE)?;
+    Ok(ShapeSet {
+        stride_s: section.number("stride_s", 0.2, 20.0, " s")?,
+        joints: joints(&section, &["mean_deg", "cos_deg", "sin_deg"], |joint| {
+            let coefficients = |key: &str| joint.numbers(key, (1, HARMONICS), (-180.0, 180.0), " degrees");
+            let read = ShapeJoint {
+                mean_deg: joint.number("mean_deg", -180.0, 180.0, " degrees")?,
+                cos_deg: coefficients("cos_deg")?,
+                sin_deg: coefficients("sin_deg")?,
+            };
+            if read.cos_deg.len() != read.sin_deg.len() {
+                let rule = format!(
+                    "has {} numbers; allowed is as many as `cos_deg`, {}",
+                    read.sin_deg.len(),
+                    read.cos_deg.len()
+                );
+                return Err(joint.error_at("sin_deg", Problem::Rule(rule)));
+            }
+            Ok(read)
+        })?,
+    })
+}
+
+/// As a basic string on one line.
+fn quoted(text: &str) -> String {
+    let mut out = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => out.extend(['\\', c]),
+            c if c.is_control() => out += &format!("\\u{:04X}", u32::from(c)),
+            c => out.push(c),
+        }
+    }
+    out + "\""
+}
+
+fn list(numbers: &[f32]) -> String {
+    let numbers: Vec<String> = numbers.iter().map(|number| format!("{number:?}")).collect();
+    format!("[{}]", numbers.join(", "))
+}
+
+fn write_robust(out: &mut String, set: &RobustSet) -> std::fmt::Result {
+    writeln!(out, "\n[robust]\nnatural_period_s = {:?}\nnonlinearity = {:?}", set.natural_period_s, set.nonlinearity)?;
+    writeln!(out, "\n[robust.coupling]")?;
+    for (name, kap) in LINKS.into_iter().zip(set.coupling) {
+        writeln!(out, "{name} = {kap:?}")?;
+    }
+    for (name, joint) in Joint::ALL.map(Joint::name).into_iter().zip(&set.joints) {
+        writeln!(
+            out,
+            "\n[robust.{name}]\namplitude_deg = {:?}\noffset_deg = {:?}\nphase_deg = {:?}",
+            joint.amplitude_deg, joint.offset_deg, joint.phase_deg
+        )?;
+    }
+    Ok(())
+}
+
+fn write_thesis(out: &mut String, set: &ThesisSet) -> std::fmt::Result {
+    writeln!(out, "\n[thesis.difference_per_s]")?;
+    for (name, pair) in ["hips", "knees"].into_iter().zip(&set.difference_per_s) {
+        writeln!(out, "{name} = {}", list(pair))?;
+    }
+    writeln!(out, "\n[thesis.product_per_deg_s]")?;
+    for (name, pair) in ["left_leg", "right_leg"].into_iter().zip(&set.product_per_deg_s) {
+        writeln!(out, "{name} = {}", list(pair))?;
+    }
+    for (name, joint) in Joint::ALL.map(Joint::name).into_iter().zip(&set.joints) {
+        writeln!(
+            out,
+            "\n[thesis.{name}]\nalpha_per_s = {:?}\np_s2_per_deg2 = {:?}\nmu_rad_per_s = {:?}\noffset_deg = {:?}\nstart_phase_deg = {:?}",
+            joint.alpha_per_s, joint.p_s2_per_deg2, joint.mu_rad_per_s, joint.offset_deg, joint.start_phase_deg
+        )?;
+    }
+    Ok(())
+}
+
+fn write_shape(out: &mut String, set: &ShapeSet) -> std::fmt::Result {
+    writeln!(out, "\n[shape]\nstride_s = {:?}", set.stride_s)?;
+    for (name, joint) in Joint::ALL.map(Joint::name).into_iter().zip(&set.joints) {
+        let (cos, sin) = (list(&joint.cos_deg), list(&joint.sin_deg));
+        writeln!(out, "\n[shape.{name}]\nmean_deg = {:?}\ncos_deg = {cos}\nsin_deg = {sin}", joint.mean_deg)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shape() -> WalkerFile {
+        let joint =
+            |mean_deg| ShapeJoint { mean_deg, cos_deg: vec![20.1, 0.3, -1.25], sin_deg: vec![1e-7, -3.3333333, 0.1] };
+        let set = GeneratorSet::Shape(ShapeSet {
+            stride_s: 1.123_456_7,
+            joints: [joint(1.0), joint(2.0), joint(30.0), joint(31.5)],
+        });
+        let source = "a \"quoted\" name\\with\nnewline".to_string();
+        WalkerFile { provenance: Provenance { source, ..Provenance::default() }, set }
+    }
+
+    fn files() -> Vec<WalkerFile> {
+        let mut files: Vec<_> =
+            ["robust", "thesis", "thesis-double"].map(|name| WalkerFile::shipped(name).unwrap()).into();
+        files.push(shape());
+        files
+    }
+
+    #[test]
+    fn every_kind_makes_an_exact_round_trip() {
+        for file in files() {
+            let text = file.to_toml();
+            assert_eq!(WalkerFile::parse("x.toml", &text).unwrap_or_else(|e| panic!("{e}\n{text}")), file);
+        }
+    }
+
+    /// The shipped robust file builds the very walk that the board ships: same bits for a minute.
+    #[test]
+    fn the_shipped_file_is_the_shipped_walk() {
+        let mut from_file = WalkerFile::shipped("robust").unwrap().set.generator(Period::MILLISECOND).unwrap();
+        let mut shipped = cpg_core::walking::default_walk(Period::MILLISECOND).unwrap();
+        for _ in 0..60_000 {
+            from_file.step();
+            shipped.step();
+        }
+        assert_eq!(from_file.angles(), shipped.angles());
+    }
+
+    /// Every numeric field broken in turn: the error names file, line and field, and says what is allowed.
+    #[test]
+    fn each_broken_field_is_named_with_its_line() {
+        for file in files() {
+            let text = file.to_toml();
+            for (index, line) in text.lines().enumerate() {
+                let Some((key, _)) = line.split_once(" = ") else { continue };
+                for (broken, wanted) in [
+                    (format!("{key} = nan"), "allowed"),
+                    (format!("{key}x = 1"), "unknown field"),
+                    (format!("{key} = @"), "TOML"),
+                ] {
+                    let mut lines: Vec<&str> = text.lines().collect();
+                    lines[index] = &broken;
+                    let error = WalkerFile::parse("walker.toml", &lines.join("\n")).expect_err(&broken).to_string();
+                    assert!(error.starts_with(&format!("walker.toml:{}: ", index + 1)), "{broken}: {error}");
+                    assert!(error.contains(wanted) && error.contains("allowed"), "{broken}: {error}");
+                    assert!(wanted == "TOML" || error.contains(key), "{broken}: {error}");
+                }
+            }
+        }
+    }
+}

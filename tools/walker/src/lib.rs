@@ -1,0 +1,14 @@
+//! A walker: a generator's parameters as a file that says where they came from, and the certificate that goes with them.
+//!
+//! ```
+//! use walker::generator_file::{GeneratorSet, WalkerFile};
+//! let file = WalkerFile::shipped("robust").expect("the default walk");
+//! let text = file.to_toml();
+//! assert_eq!(WalkerFile::parse("walker.toml", &text).expect("what was written can be read"), file);
+//! assert!(matches!(file.set, GeneratorSet::Robust(_)));
+//! ```
+
+pub mod certificate;
+pub mod generator_file;
+mod specimen;
+pub mod toml_table;

@@ -1,0 +1,49 @@
+//! The boards that have an image: what cargo calls them and what probe-rs calls their chip.
+
+use clap::ValueEnum;
+
+/// A board with a file of its own in `firmware/src/board`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(crate) enum Board {
+    /// STM32F4 Discovery, the board that the virtual board models.
+    #[default]
+    #[value(name = "f4-discovery")]
+    F4Discovery,
+    /// Nucleo-F446RE.
+    #[value(name = "nucleo-f446re")]
+    NucleoF446re,
+}
+
+impl Board {
+    /// Every board, the default one last: a build leaves its image in the target folder, and that should be the usual one.
+    pub(crate) const ALL: [Board; 2] = [Board::NucleoF446re, Board::F4Discovery];
+
+    /// The feature of the package `firmware`.
+    pub(crate) fn feature(self) -> &'static str {
+        match self {
+            Board::F4Discovery => "f4-discovery",
+            Board::NucleoF446re => "nucleo-f446re",
+        }
+    }
+
+    /// The name that `probe-rs run --chip` wants.
+    pub(crate) fn chip(self) -> &'static str {
+        match self {
+            Board::F4Discovery => "STM32F407VGTx",
+            Board::NucleoF446re => "STM32F446RETx",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_option_and_the_feature_have_one_name() {
+        for board in Board::ALL {
+            assert_eq!(board.to_possible_value().unwrap().get_name(), board.feature());
+        }
+        assert_eq!(Board::ALL.len(), Board::value_variants().len());
+    }
+}

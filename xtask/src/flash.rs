@@ -1,0 +1,65 @@
+//! `cargo xtask flash`: the firmware onto a board, by probe-rs; its log then runs in the terminal until Ctrl-C.
+
+use std::process::{ExitCode, Stdio};
+
+use anyhow::{Context, Result};
+
+use crate::board::Board;
+use crate::build::Workshop;
+use crate::setup::{Incomplete, Need};
+use crate::shell;
+
+/// Looks for a probe first: without one there is no need to build.
+pub(crate) fn flash(shop: &mut Workshop, board: Board) -> Result<ExitCode> {
+    if shell::on_path("probe-rs").is_none() {
+        return Err(Incomplete(
+            "probe-rs is missing: install it with `cargo install probe-rs-tools --locked` (or see probe.rs), then plug the board in".to_owned(),
+        )
+        .into());
+    }
+    let output = shell::command("probe-rs").arg("list").stdin(Stdio::null()).output().context("starting probe-rs")?;
+    let said = format!("{}\n{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    if let Some(trouble) = no_probe(output.status.success(), &said) {
+        return Err(Incomplete(trouble).into());
+    }
+    shop.set_up(&[Need::Thumb])?;
+    let image = shop.firmware(board)?;
+    eprintln!("image: {}, {}", image.elf.display(), image.footprint);
+    shell::hand_over(shell::command("probe-rs").args(["run", "--chip", board.chip()]).arg(image.elf))
+}
+
+/// What `probe-rs list` says when there is nothing to flash with, in one line.
+fn no_probe(succeeded: bool, said: &str) -> Option<String> {
+    let first = said.lines().map(str::trim).find(|line| !line.is_empty());
+    match (succeeded, first) {
+        (true, Some(line)) if !line.to_ascii_lowercase().starts_with("no debug probes were found") => None,
+        (true, _) => Some(
+            "no probe found: plug the board's ST-LINK socket in (on Linux, probe-rs also wants its udev rules: see probe.rs)".to_owned(),
+        ),
+        (false, line) => Some(format!("probe-rs cannot list the probes: {}", line.unwrap_or("it said nothing"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_listed_probe_is_enough() {
+        let said = "The following debug probes were found:\n[0]: STLink V2 -- 0483:3748:0668FF (ST-LINK)\n";
+        assert_eq!(no_probe(true, said), None);
+    }
+
+    #[test]
+    fn no_probe_and_a_broken_probe_rs_are_told_in_one_line() {
+        for (succeeded, said, word) in [
+            (true, "No debug probes were found.\n", "plug"),
+            (true, "", "plug"),
+            (false, "\nError: cannot open libusb\n  caused by: more\n", "cannot open libusb"),
+            (false, "", "said nothing"),
+        ] {
+            let line = no_probe(succeeded, said).unwrap();
+            assert!(line.contains(word) && !line.contains('\n'), "{line}");
+        }
+    }
+}

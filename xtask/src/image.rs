@@ -1,0 +1,217 @@
+//! What an image holds, read from its ELF file (32 bit, little-endian): what it takes in flash and RAM, and whether it computes
+//! in double precision.
+
+use std::fmt;
+
+/// Bytes in flash and in RAM.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Footprint {
+    /// Code, constants, vector table and the first values of variables.
+    pub(crate) flash: u32,
+    /// Variables and buffers, without the stack.
+    pub(crate) ram: u32,
+}
+
+impl fmt::Display for Footprint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kibi = |bytes: u32| f64::from(bytes) / 1024.0;
+        write!(f, "flash {:.1} KiB, static RAM {:.1} KiB", kibi(self.flash), kibi(self.ram))
+    }
+}
+
+// Of the ELF specification.
+const SHT_SYMTAB: u32 = 2;
+const SHT_NOBITS: u32 = 8;
+const SHF_ALLOC: u32 = 2;
+const SYMBOL_SIZE: usize = 16;
+/// Where an STM32's RAM starts; flash lies below (RM0090, memory map).
+const RAM_START: u32 = 0x2000_0000;
+
+const CUT: &str = "the ELF file is cut short";
+
+fn half(elf: &[u8], at: usize) -> Result<u16, &'static str> {
+    let bytes = at.checked_add(2).and_then(|end| elf.get(at..end)).ok_or(CUT)?;
+    bytes.try_into().map(u16::from_le_bytes).map_err(|_| CUT)
+}
+
+fn word(elf: &[u8], at: usize) -> Result<u32, &'static str> {
+    let bytes = at.checked_add(4).and_then(|end| elf.get(at..end)).ok_or(CUT)?;
+    bytes.try_into().map(u32::from_le_bytes).map_err(|_| CUT)
+}
+
+/// A section header, as far as it is needed.
+struct Section {
+    kind: u32,
+    flags: u32,
+    address: u32,
+    offset: u32,
+    size: u32,
+    link: u32,
+}
+
+fn sections(elf: &[u8]) -> Result<Vec<Section>, &'static str> {
+    if elf.get(..6) != Some(b"\x7fELF\x01\x01") {
+        return Err("not a 32 bit little-endian ELF file");
+    }
+    let table = word(elf, 0x20)? as usize;
+    let entry = usize::from(half(elf, 0x2e)?);
+    let count = usize::from(half(elf, 0x30)?);
+    let section = |index: usize| {
+        let field = |number: usize| word(elf, table.saturating_add(index * entry + 4 * number));
+        Ok(Section {
+            kind: field(1)?,
+            flags: field(2)?,
+            address: field(3)?,
+            offset: field(4)?,
+            size: field(5)?,
+            link: field(6)?,
+        })
+    };
+    (0..count).map(section).collect()
+}
+
+/// Adds the loaded sections up; the error says what is wrong with the file.
+pub(crate) fn footprint(elf: &[u8]) -> Result<Footprint, &'static str> {
+    let mut footprint = Footprint { flash: 0, ram: 0 };
+    for section in sections(elf)?.iter().filter(|section| section.flags & SHF_ALLOC != 0) {
+        if section.address >= RAM_START {
+            footprint.ram = footprint.ram.saturating_add(section.size);
+        }
+        // A variable with a first value is in both: the value waits in flash.
+        if section.kind != SHT_NOBITS {
+            footprint.flash = footprint.flash.saturating_add(section.size);
+        }
+    }
+    if footprint.flash == 0 {
+        // What a build leaves when the linker script was not applied: it links, and holds nothing.
+        return Err("the image is empty: no section is loaded");
+    }
+    Ok(footprint)
+}
+
+/// The names in the symbol table.
+fn symbols(elf: &[u8]) -> Result<Vec<String>, &'static str> {
+    let sections = sections(elf)?;
+    let table = sections.iter().find(|section| section.kind == SHT_SYMTAB).ok_or("the ELF file has no symbol table")?;
+    let names = sections.get(table.link as usize).ok_or(CUT)?;
+    let count = table.size as usize / SYMBOL_SIZE;
+    let name = |index: usize| {
+        let start = word(elf, table.offset as usize + index * SYMBOL_SIZE)? as usize;
+        let rest = elf.get((names.offset as usize).saturating_add(start)..).ok_or(CUT)?;
+        let end = rest.iter().position(|&byte| byte == 0).ok_or(CUT)?;
+        Ok(String::from_utf8_lossy(&rest[..end]).into_owned())
+    };
+    (0..count).map(name).collect()
+}
+
+/// Routines that compute in double precision: the Cortex-M4F does that in software, fifty times slower than in single precision.
+pub(crate) fn double_precision(elf: &[u8]) -> Result<Vec<String>, &'static str> {
+    let mut found: Vec<String> = symbols(elf)?.into_iter().filter(|name| is_double_precision(name)).collect();
+    found.sort();
+    found.dedup();
+    Ok(found)
+}
+
+/// By the names of the run-time ABI for the Arm architecture (`__aeabi_dmul`) and of the compiler's library (`__muldf3`).
+fn is_double_precision(symbol: &str) -> bool {
+    let arm = [
+        "dadd", "dsub", "drsub", "dmul", "ddiv", "f2d", "d2f", "i2d", "ui2d", "l2d", "ul2d", "d2iz", "d2uiz", "d2lz",
+        "d2ulz",
+    ];
+    let compiler =
+        ["adddf3", "subdf3", "muldf3", "divdf3", "extendsfdf2", "truncdfsf2", "floatsidf", "floatunsidf", "powidf2"];
+    let within = |prefix: &str, names: &[&str]| symbol.strip_prefix(prefix).is_some_and(|rest| names.contains(&rest));
+    symbol.starts_with("__aeabi_dcmp") || within("__aeabi_", &arm) || within("__", &compiler)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An ELF file of only a header and section headers: (type, flags, address, size) each.
+    fn elf(sections: &[(u32, u32, u32, u32)]) -> Vec<u8> {
+        let mut file = b"\x7fELF\x01\x01".to_vec();
+        file.resize(52, 0);
+        file[0x20..0x24].copy_from_slice(&52_u32.to_le_bytes());
+        file[0x2e..0x30].copy_from_slice(&40_u16.to_le_bytes());
+        file[0x30..0x32].copy_from_slice(&(sections.len() as u16).to_le_bytes());
+        for &(kind, flags, address, size) in sections {
+            for field in [0, kind, flags, address, 0, size, 0, 0, 0, 0] {
+                file.extend_from_slice(&u32::to_le_bytes(field));
+            }
+        }
+        file
+    }
+
+    #[test]
+    fn sections_count_where_they_live() {
+        let file = elf(&[
+            (0, 0, 0, 0),
+            (1, 2, 0x0800_0000, 0x188),  // vector table
+            (1, 6, 0x0801_0000, 10_000), // .text
+            (1, 3, 0x2000_0000, 64),     // .data: flash and RAM
+            (8, 3, 0x2000_0040, 2_000),  // .bss
+            (1, 0, 0, 500_000),          // debug information: neither
+        ]);
+        assert_eq!(footprint(&file), Ok(Footprint { flash: 0x188 + 10_000 + 64, ram: 2_064 }));
+    }
+
+    #[test]
+    fn an_image_without_content_is_an_error() {
+        assert!(footprint(&elf(&[(1, 0, 0, 500)])).unwrap_err().contains("empty"));
+    }
+
+    #[test]
+    fn every_cut_of_a_file_is_refused_or_read_without_a_panic() {
+        let file = elf(&[(1, 6, 0x0801_0000, 10_000)]);
+        for length in 0..file.len() {
+            // The last fields of a header are not needed.
+            if length < 52 + 24 {
+                assert!(footprint(&file[..length]).is_err(), "{length}");
+            }
+        }
+        assert!(footprint(b"#!/bin/sh\n").unwrap_err().contains("ELF"));
+    }
+
+    /// A file with a symbol table of the given names, at the end.
+    fn with_symbols(names: &[&str]) -> Vec<u8> {
+        let headers = 52 + 2 * 40;
+        let mut file = elf(&[(2, 0, 0, (names.len() * 16) as u32), (3, 0, 0, 0)]);
+        let strings_at = headers + names.len() * 16;
+        let mut strings = vec![0_u8];
+        for name in names {
+            file.extend_from_slice(&(strings.len() as u32).to_le_bytes());
+            file.extend_from_slice(&[0; 12]);
+            strings.extend_from_slice(name.as_bytes());
+            strings.push(0);
+        }
+        file.extend_from_slice(&strings);
+        for (section, field, value) in [(0, 4, headers), (0, 6, 1), (1, 4, strings_at)] {
+            let at = 52 + 40 * section + 4 * field;
+            file[at..at + 4].copy_from_slice(&(value as u32).to_le_bytes());
+        }
+        file
+    }
+
+    #[test]
+    fn double_precision_is_found_by_its_routines() {
+        let file =
+            with_symbols(&["main", "__aeabi_dmul", "__muldf3", "__aeabi_dcmpgt", "__aeabi_fcmpgt", "__aeabi_uldivmod"]);
+        assert_eq!(double_precision(&file).unwrap(), ["__aeabi_dcmpgt", "__aeabi_dmul", "__muldf3"]);
+        assert_eq!(double_precision(&with_symbols(&["step", "__divsf3"])).unwrap(), Vec::<String>::new());
+        assert!(double_precision(&elf(&[(1, 2, 0, 8)])).unwrap_err().contains("no symbol table"));
+    }
+
+    #[test]
+    fn a_cut_symbol_table_is_refused() {
+        let file = with_symbols(&["__aeabi_dmul"]);
+        for length in 0..file.len() {
+            assert!(double_precision(&file[..length]).is_err(), "{length}");
+        }
+    }
+
+    #[test]
+    fn sizes_are_told_in_kibibytes() {
+        assert_eq!(Footprint { flash: 20_480, ram: 1_536 }.to_string(), "flash 20.0 KiB, static RAM 1.5 KiB");
+    }
+}

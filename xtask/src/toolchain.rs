@@ -1,0 +1,390 @@
+//! Which compiler builds for the board, decided in one place and said in one line.
+//!
+//! 1. The target is in the active toolchain's sysroot: plain cargo.
+//! 2. Else, where rustup must not install by itself (`RUSTUP_AUTO_INSTALL=0`) or is absent, and the system is Debian: Debian's
+//!    compiler, cargo and library source, which compiles `core` and `alloc` along with the firmware.
+//! 3. Else `rustup target add`.
+//!
+//! `FOOTFALL_TOOLCHAIN=debian` or `=rustup` forces the second way, or the first and third. Nothing here lets rustup download
+//! where `RUSTUP_AUTO_INSTALL=0`.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+
+use crate::setup::Incomplete;
+use crate::shell;
+
+/// The Cortex-M4F with its floating-point registers, no operating system.
+pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// What `FOOTFALL_TOOLCHAIN` asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Force {
+    /// Debian's packages.
+    Debian,
+    /// The active toolchain, with rustup adding the target where it may.
+    Rustup,
+}
+
+/// All that the decision depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Facts {
+    /// `FOOTFALL_TOOLCHAIN`.
+    pub(crate) forced: Option<Force>,
+    /// The active toolchain can build for [`TARGET`] as it is.
+    pub(crate) target_in_sysroot: bool,
+    /// `RUSTUP_AUTO_INSTALL=0`: rustup must not download.
+    pub(crate) auto_install_off: bool,
+    /// There is a `rustup`.
+    pub(crate) rustup: bool,
+    /// The system is Debian.
+    pub(crate) debian: bool,
+}
+
+/// How the firmware is built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Way {
+    /// The active toolchain has the target.
+    Plain,
+    /// Debian's compiler with its own library source.
+    Debian,
+    /// The active toolchain, after `rustup target add`.
+    RustupAdd,
+}
+
+/// The way, and the reason for it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Decision {
+    pub(crate) way: Way,
+    pub(crate) why: &'static str,
+}
+
+/// Reads `FOOTFALL_TOOLCHAIN`; an empty value counts as none.
+pub(crate) fn parse_force(value: Option<&str>) -> Result<Option<Force>> {
+    match value {
+        None | Some("") => Ok(None),
+        Some("debian") => Ok(Some(Force::Debian)),
+        Some("rustup") => Ok(Some(Force::Rustup)),
+        Some(other) => bail!("FOOTFALL_TOOLCHAIN is `{other}`; allowed: `debian`, `rustup`, or not set"),
+    }
+}
+
+/// The decision itself, a pure function; an `Err` says what the person can do.
+pub(crate) fn decide(facts: &Facts) -> Result<Decision, &'static str> {
+    let take = |way, why| Ok(Decision { way, why });
+    match facts.forced {
+        Some(Force::Debian) if !facts.debian => {
+            Err("FOOTFALL_TOOLCHAIN=debian, but this system is not Debian: unset it and use rustup")
+        }
+        Some(Force::Debian) => take(Way::Debian, "FOOTFALL_TOOLCHAIN=debian"),
+        Some(Force::Rustup) if facts.target_in_sysroot => take(Way::Plain, "FOOTFALL_TOOLCHAIN=rustup"),
+        Some(Force::Rustup) if !facts.rustup => {
+            Err("FOOTFALL_TOOLCHAIN=rustup, but there is no rustup and the active toolchain lacks the target")
+        }
+        Some(Force::Rustup) if facts.auto_install_off => Err(
+            "FOOTFALL_TOOLCHAIN=rustup, but the active toolchain lacks the target and RUSTUP_AUTO_INSTALL=0 forbids to download it: \
+             unset one of the two",
+        ),
+        Some(Force::Rustup) => take(Way::RustupAdd, "FOOTFALL_TOOLCHAIN=rustup"),
+        None if facts.target_in_sysroot => take(Way::Plain, "the active toolchain has the target"),
+        None if facts.auto_install_off && facts.debian => {
+            take(Way::Debian, "the active toolchain lacks the target and RUSTUP_AUTO_INSTALL=0 forbids to download it")
+        }
+        None if facts.auto_install_off && facts.rustup => {
+            Err("the active toolchain lacks the target and RUSTUP_AUTO_INSTALL=0 forbids to download it: \
+             run `rustup target add thumbv7em-none-eabihf` yourself, or unset the variable")
+        }
+        None if !facts.rustup && facts.debian => {
+            take(Way::Debian, "the active toolchain lacks the target and there is no rustup")
+        }
+        None if !facts.rustup => Err(
+            "the active toolchain lacks the target and there is no rustup to add it: install rustup, or your system's package \
+             of Rust's library for thumbv7em-none-eabihf",
+        ),
+        None => take(Way::RustupAdd, "the active toolchain lacks the target"),
+    }
+}
+
+/// Looks at this computer.
+pub(crate) fn facts() -> Result<Facts> {
+    Ok(Facts {
+        forced: parse_force(std::env::var("FOOTFALL_TOOLCHAIN").ok().as_deref())?,
+        target_in_sysroot: target_in_sysroot()?,
+        auto_install_off: std::env::var_os("RUSTUP_AUTO_INSTALL").is_some_and(|value| value == "0"),
+        rustup: shell::on_path("rustup").is_some(),
+        debian: is_debian(&std::fs::read_to_string("/etc/os-release").unwrap_or_default()),
+    })
+}
+
+/// Debian itself: its derivatives do not carry the packages of [`DEBIAN_PACKAGES`].
+fn is_debian(os_release: &str) -> bool {
+    os_release.lines().any(|line| matches!(line.trim(), "ID=debian" | "ID=\"debian\""))
+}
+
+fn target_in_sysroot() -> Result<bool> {
+    let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let libraries = shell::stdout_of(shell::command(&rustc).args(["--print", "target-libdir", "--target", TARGET]))
+        .context("asking rustc where the libraries of the target are")?;
+    Ok(Path::new(libraries.trim()).is_dir())
+}
+
+/// A toolchain that is ready to build for the board.
+#[derive(Debug)]
+pub(crate) enum Toolchain {
+    /// The cargo that runs us.
+    Active,
+    /// Debian's, with its own target folder and a folder for PATH that holds `rust-lld`.
+    Debian {
+        /// Its builds: they would evict the other toolchain's, and the other way round.
+        target_dir: PathBuf,
+        /// Goes to the front of PATH.
+        links: PathBuf,
+    },
+}
+
+/// Debian's packages for the second way: one version of compiler, cargo and library source, and the linker.
+pub(crate) const DEBIAN_PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld-22"];
+const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
+const DEBIAN_RUSTDOC: &str = "/usr/bin/rustdoc";
+const DEBIAN_CARGO: &str = "/usr/bin/cargo";
+const DEBIAN_LLD: &str = "/usr/lib/llvm-22/bin/lld";
+/// Where rustc looks for the library source: a link to `rustc-1.96.0` or the like.
+const DEBIAN_SOURCE: &str = "/usr/lib/rustlib/src/rust";
+
+impl Toolchain {
+    /// The cargo that runs us, with the target in its sysroot; on [`Way::RustupAdd`] rustup adds it now.
+    pub(crate) fn active(way: Way) -> Result<Toolchain> {
+        if way == Way::RustupAdd {
+            eprintln!("set-up: rustup target add {TARGET}");
+            let done = shell::command("rustup").args(["target", "add", TARGET]).status().context("starting rustup")?;
+            if !done.success() {
+                return Err(Incomplete(format!(
+                    "rustup could not add {TARGET} (its message is above). With a network that reaches rustup's server, run \
+                     `rustup target add {TARGET}`; on Debian, FOOTFALL_TOOLCHAIN=debian needs only Debian's packages"
+                ))
+                .into());
+            }
+        }
+        Ok(Toolchain::Active)
+    }
+
+    /// Debian's tools, once [`DEBIAN_PACKAGES`] are installed. `target_dir` is the workspace's.
+    pub(crate) fn debian(target_dir: &Path) -> Result<Toolchain> {
+        let release = debian_release()?;
+        let source = std::fs::canonicalize(DEBIAN_SOURCE).with_context(|| format!("reading {DEBIAN_SOURCE}"))?;
+        check_debian(&release, &source.to_string_lossy(), env!("CARGO_PKG_RUST_VERSION")).map_err(Incomplete)?;
+        let links = target_dir.join("tool-links");
+        link_lld(&links)?;
+        Ok(Toolchain::Debian { target_dir: target_dir.join("thumb-debian"), links })
+    }
+
+    /// In words, for the one line that tells the way.
+    pub(crate) fn describe(&self) -> String {
+        match self {
+            Toolchain::Active => format!("the active toolchain, target {TARGET}"),
+            Toolchain::Debian { .. } => {
+                let release = debian_release().unwrap_or_default();
+                format!("Debian's rustc {release} with its own library source, target {TARGET}")
+            }
+        }
+    }
+
+    /// A `cargo` that builds for the board; subcommand, package and target are up to the caller.
+    pub(crate) fn cargo(&self) -> Command {
+        match self {
+            Toolchain::Active => shell::cargo(),
+            Toolchain::Debian { target_dir, links } => {
+                let mut cargo = shell::command(DEBIAN_CARGO);
+                // What rustup's proxy and `cargo run` left for their own children would send Debian's cargo to the other compiler.
+                cargo.env_remove("RUSTUP_TOOLCHAIN").env_remove("LD_LIBRARY_PATH").env_remove("CARGO");
+                cargo.env("RUSTC", DEBIAN_RUSTC).env("RUSTDOC", DEBIAN_RUSTDOC);
+                // Compiling the library is still an unstable option of cargo; on an ordinary compiler this variable allows it.
+                cargo.env("RUSTC_BOOTSTRAP", "1").env("CARGO_UNSTABLE_BUILD_STD", "core,alloc");
+                cargo.env("CARGO_TARGET_DIR", target_dir).env("PATH", shell::path_with(links));
+                cargo
+            }
+        }
+    }
+
+    /// Makes warnings of this workspace's own code fail the build, where the toolchain can do so without building
+    /// everything anew (`RUSTFLAGS=-Dwarnings` would).
+    pub(crate) fn deny_warnings(&self, cargo: &mut Command) {
+        if let Toolchain::Debian { .. } = self {
+            cargo.env("CARGO_UNSTABLE_WARNINGS", "true").env("CARGO_BUILD_WARNINGS", "deny");
+        }
+    }
+}
+
+/// The packages of the second way that are absent or not of one version with the rest.
+pub(crate) fn missing_debian_packages() -> Vec<&'static str> {
+    let versions = DEBIAN_PACKAGES.map(shell::debian_version);
+    if versions.iter().all(Option::is_some) && one_version(&versions[..3]) {
+        return Vec::new();
+    }
+    // Naming all of them brings all of them to the archive's one version.
+    DEBIAN_PACKAGES.to_vec()
+}
+
+fn one_version(versions: &[Option<String>]) -> bool {
+    versions.windows(2).all(|pair| pair[0] == pair[1])
+}
+
+fn debian_release() -> Result<String> {
+    let told = shell::stdout_of(shell::command(DEBIAN_RUSTC).arg("-vV").env_remove("LD_LIBRARY_PATH"))?;
+    let release = told.lines().find_map(|line| line.strip_prefix("release: ")).context("rustc -vV names no release")?;
+    Ok(release.to_owned())
+}
+
+/// Compiler and library source must be one version, and not older than the workspace's `rust-version`.
+fn check_debian(release: &str, source: &str, minimum: &str) -> Result<(), String> {
+    if !source.ends_with(&format!("rustc-{release}")) {
+        return Err(format!(
+            "Debian's compiler is {release} but its library source is in {source}: bring them to one version with \
+             `apt-get install {}`",
+            DEBIAN_PACKAGES.join(" ")
+        ));
+    }
+    let number = |version: &str| {
+        let mut parts = version.split(['.', '-']).map(|part| part.parse::<u32>().unwrap_or(0));
+        (parts.next().unwrap_or(0), parts.next().unwrap_or(0))
+    };
+    if number(release) < number(minimum) {
+        return Err(format!(
+            "Debian's rustc-web is {release}, Footfall needs {minimum} or newer: enable Debian's security archive, then \
+             `apt-get update` and `apt-get install {}`",
+            DEBIAN_PACKAGES.join(" ")
+        ));
+    }
+    Ok(())
+}
+
+/// rustc calls the linker `rust-lld`, Debian calls it `lld`; changing the `linker` setting would rebuild everything.
+fn link_lld(links: &Path) -> Result<()> {
+    std::fs::create_dir_all(links).with_context(|| format!("making {}", links.display()))?;
+    let link = links.join("rust-lld");
+    if std::fs::read_link(&link).is_ok_and(|to| to == Path::new(DEBIAN_LLD)) {
+        return Ok(());
+    }
+    // Absent, or from another version of Debian's LLVM.
+    let _ = std::fs::remove_file(&link);
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(DEBIAN_LLD, &link).with_context(|| format!("linking {}", link.display()))?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn any() -> Vec<Facts> {
+        let bools = [false, true];
+        let mut all = Vec::new();
+        for forced in [None, Some(Force::Debian), Some(Force::Rustup)] {
+            for target_in_sysroot in bools {
+                for auto_install_off in bools {
+                    for rustup in bools {
+                        for debian in bools {
+                            all.push(Facts { forced, target_in_sysroot, auto_install_off, rustup, debian });
+                        }
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    fn way(facts: Facts) -> Option<Way> {
+        decide(&facts).ok().map(|decision| decision.way)
+    }
+
+    const BARE: Facts =
+        Facts { forced: None, target_in_sysroot: false, auto_install_off: false, rustup: true, debian: false };
+
+    #[test]
+    fn rustup_never_downloads_where_it_must_not() {
+        for facts in any().into_iter().filter(|facts| facts.auto_install_off || !facts.rustup) {
+            assert_ne!(way(facts), Some(Way::RustupAdd), "{facts:?}");
+        }
+    }
+
+    #[test]
+    fn debian_packages_are_for_debian_only() {
+        for facts in any().into_iter().filter(|facts| !facts.debian) {
+            assert_ne!(way(facts), Some(Way::Debian), "{facts:?}");
+        }
+    }
+
+    #[test]
+    fn a_present_target_needs_nothing_else() {
+        for facts in any().into_iter().filter(|facts| facts.target_in_sysroot && facts.forced != Some(Force::Debian)) {
+            assert_eq!(way(facts), Some(Way::Plain), "{facts:?}");
+        }
+        for facts in any().into_iter().filter(|facts| !facts.target_in_sysroot) {
+            assert_ne!(way(facts), Some(Way::Plain), "{facts:?}");
+        }
+    }
+
+    #[test]
+    fn a_forced_way_is_taken_or_refused() {
+        for facts in any() {
+            let refused = matches!(
+                (facts.forced, way(facts)),
+                (Some(Force::Debian), Some(Way::Plain | Way::RustupAdd)) | (Some(Force::Rustup), Some(Way::Debian))
+            );
+            assert!(!refused, "{facts:?} took {:?}", way(facts));
+        }
+    }
+
+    #[test]
+    fn the_three_ways_in_their_order() {
+        assert_eq!(way(BARE), Some(Way::RustupAdd));
+        assert_eq!(way(Facts { debian: true, ..BARE }), Some(Way::RustupAdd));
+        assert_eq!(way(Facts { debian: true, auto_install_off: true, ..BARE }), Some(Way::Debian));
+        assert_eq!(way(Facts { debian: true, rustup: false, ..BARE }), Some(Way::Debian));
+        assert_eq!(way(Facts { auto_install_off: true, ..BARE }), None);
+        assert_eq!(way(Facts { rustup: false, ..BARE }), None);
+    }
+
+    #[test]
+    fn force_is_one_of_two_words() {
+        assert_eq!(parse_force(None).unwrap(), None);
+        assert_eq!(parse_force(Some("")).unwrap(), None);
+        assert_eq!(parse_force(Some("debian")).unwrap(), Some(Force::Debian));
+        assert_eq!(parse_force(Some("rustup")).unwrap(), Some(Force::Rustup));
+        let message = parse_force(Some("Debian")).unwrap_err().to_string();
+        assert!(message.contains("`Debian`") && message.contains("allowed: `debian`, `rustup`"), "{message}");
+    }
+
+    #[test]
+    fn derivatives_are_not_debian() {
+        assert!(is_debian("NAME=\"Debian GNU/Linux\"\nID=debian\n"));
+        assert!(!is_debian("NAME=\"Ubuntu\"\nID=ubuntu\nID_LIKE=debian\n"));
+        assert!(!is_debian(""));
+    }
+
+    #[test]
+    fn compiler_and_library_source_are_one_version() {
+        assert_eq!(check_debian("1.96.0", "/usr/src/rustc-1.96.0", "1.95"), Ok(()));
+        assert!(check_debian("1.96.0", "/usr/src/rustc-1.95.0", "1.95").unwrap_err().contains("one version"));
+        assert!(check_debian("1.85.0", "/usr/src/rustc-1.85.0", "1.95").unwrap_err().contains("1.95 or newer"));
+        assert_eq!(check_debian("1.100.0", "/usr/src/rustc-1.100.0", "1.95"), Ok(()));
+        assert!(one_version(&[Some("1".into()), Some("1".into())]));
+        assert!(!one_version(&[Some("1".into()), Some("2".into())]));
+    }
+
+    #[test]
+    fn debian_builds_are_kept_from_the_other_toolchain() {
+        let toolchain = Toolchain::Debian { target_dir: "t/thumb-debian".into(), links: "t/tool-links".into() };
+        let cargo = toolchain.cargo();
+        let env: Vec<_> = cargo.get_envs().collect();
+        let value = |name: &str| env.iter().find(|(key, _)| *key == name).map(|(_, value)| value.map(|v| v.to_owned()));
+        assert_eq!(value("RUSTC"), Some(Some("/usr/bin/rustc".into())));
+        assert_eq!(value("CARGO_TARGET_DIR"), Some(Some("t/thumb-debian".into())));
+        assert_eq!(value("RUSTUP_TOOLCHAIN"), Some(None));
+        assert_eq!(value("LD_LIBRARY_PATH"), Some(None));
+        assert_eq!(value("CARGO_HOME"), None, "the registry cache is shared");
+        assert!(value("PATH").unwrap().unwrap().to_string_lossy().starts_with("t/tool-links"));
+    }
+}
