@@ -193,7 +193,7 @@ fn without_a_press_no_pin_ever_moves() {
     let ran = board.run(options(3.0, &[], &[]));
     assert_regular(&ran);
     assert!(ran.pulses.is_empty());
-    for pin in ["PA8", "PA9", "PA10", "PA11"] {
+    for pin in ["PE9", "PE11", "PE13", "PE14"] {
         assert_eq!(ran.end.edges.get(pin), None, "{pin}");
     }
     assert!(only(&ran).ticks.iter().skip(1).all(|tick| tick.state == State::Disarmed && tick.pulse_us == [0; 4]));

@@ -137,6 +137,26 @@ fn longest_period_leaves_room_for_the_links() {
 }
 
 #[test]
+fn longest_period_is_that_of_the_joint_with_most_links() {
+    #[derive(Debug)]
+    struct Star;
+    impl cpg_core::Graph<3, 2> for Star {
+        const EDGES: [(usize, usize); 2] = [(0, 1), (0, 2)];
+    }
+    let config = RobustConfig {
+        natural_period: 1.1_f32,
+        nonlinearity: 2.0,
+        coupling: [2.0; 2],
+        phases: [joint_units::Phase(0); 3],
+        amplitudes: [Radians(0.3); 3],
+        offsets: [Radians(0.0); 3],
+    };
+    let built: Result<Robust<Star, 3, 2>, _> = config.build(micros(Period::MAX_MICROS));
+    let Err(BuildError::PeriodTooLong { max_micros }) = built else { panic!("{built:?}") };
+    assert!((f64::from(max_micros) * 1e-6 * common::W - 2.5 / 78.0).abs() < 1e-5, "{max_micros}");
+}
+
+#[test]
 fn a_state_that_leaves_is_reported_and_comes_back() {
     // Weakly damped, so that a corner inside every bound turns out of one.
     let mut net: R1<Rk4> = r1_single(0.02, 0.02).build(Period::MILLISECOND).unwrap();

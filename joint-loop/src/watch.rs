@@ -225,6 +225,17 @@ mod tests {
         assert!(stops(&[1_500, 1_700, 2_500, 2_600, 3_500], 4_000).is_empty());
     }
 
+    /// 254 periods of 0.1 ms: what lies beyond could not be told from it.
+    #[test]
+    fn a_gap_must_fit_into_what_is_counted() {
+        let build = |fault_gap_s| {
+            WatchConfig { fault_gap_s, ..WatchConfig::DEFAULT }.build(Period::from_micros(100).expect("valid"))
+        };
+        assert_eq!(build(0.025).map(|watch| (watch.stop_gap, watch.fault_gap)), Ok((50, 250)));
+        let error = build(0.026).expect_err("too long").to_string();
+        assert_eq!(error, "watch.fault_gap_s is 0.026 s; allowed are 0.0001 to 0.025 s");
+    }
+
     #[test]
     fn a_tolerance_is_exact_and_recovers_as_fast_as_it_went() {
         let (watch, mut watched) = (watch(), Watched::default());

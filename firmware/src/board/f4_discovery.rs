@@ -11,8 +11,8 @@ pub(crate) const BOARD: Board = Board {
     hse: Hse::Crystal,
     // 3.3 V less the diode D3.
     min_supply: Volts(2.7),
-    // PA9 is also VBUS of the micro-USB connector, with 4.7 uF to ground: that capacitor has to come off before a servo works on it.
-    servos: [Pin::new(pac::GPIOA, 8), Pin::new(pac::GPIOA, 9), Pin::new(pac::GPIOA, 10), Pin::new(pac::GPIOA, 11)],
+    // Not PA8 to PA11, TIM1's other pins: PA9 is VBUS of the micro-USB connector, with 4.7 uF to ground.
+    servos: [Pin::new(pac::GPIOE, 9), Pin::new(pac::GPIOE, 11), Pin::new(pac::GPIOE, 13), Pin::new(pac::GPIOE, 14)],
     // B1, with a pull-down on the board.
     button: Pin::new(pac::GPIOA, 0),
     button_pressed: true,

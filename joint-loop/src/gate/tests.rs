@@ -447,6 +447,10 @@ fn a_period_too_short_for_the_resolution_is_refused() {
     assert_eq!(build(10).map(|gate| gate.acceleration.get()), Ok(9));
     let error = build(5).expect_err("too short").to_string();
     assert!(error.starts_with("gate.acceleration is 20000 deg/s^2; allowed are 68301."), "{error}");
+
+    let slow = GateConfig { rate: RadPerSec(rad_per_s(1.5)), ..config() };
+    let error = Gate::build(&slow, Period::from_micros(1).expect("valid")).expect_err("too short").to_string();
+    assert!(error.starts_with("gate.rate is 1.5 deg/s; allowed are 1.708 to 1000 deg/s"), "{error}");
 }
 
 fn rad_per_s(degrees: f32) -> f32 {

@@ -183,7 +183,7 @@ mod tests {
         );
         let end = line(
             r#"{"type":"end","t_s":2.5,"reason":"time","status":null,"unmodelled":0,"lints":[],"resets":[{"t_s":1.5,"cause":"iwdg"}],
-            "edges":{"PA8":10},"edges_before_arming":0,"edges_after_disarming":0,"pulse_us":[[1000.5,2000],null,null,[1,2]],"instructions":5}"#,
+            "edges":{"PE9":10},"edges_before_arming":0,"edges_after_disarming":0,"pulse_us":[[1000.5,2000],null,null,[1,2]],"instructions":5}"#,
         );
         let BoardLine::End(end) = end else { panic!("{end:?}") };
         assert_eq!(

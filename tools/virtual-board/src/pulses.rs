@@ -1,4 +1,4 @@
-//! What the servos see: the width of each pulse on PA8 to PA11, every edge counted, and edges that should not be there.
+//! What the servos see: the width of each pulse on PE9, PE11, PE13 and PE14, every edge counted, and edges that should not be there.
 //!
 //! Armed means that TIM1's main output enable (BDTR.MOE) is set. An edge of a servo pin while it is not is counted as before arming or as
 //! after disarming, by whether MOE has been set since the last reset. The one falling edge that disarming itself causes is not counted.
@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 
 use stm32f4_model::Pin;
 
-/// The servo pins in the order of joints: left hip, right hip, left knee, right knee.
-pub(crate) const SERVOS: [Pin; 4] = match (Pin::new('A', 8), Pin::new('A', 9), Pin::new('A', 10), Pin::new('A', 11)) {
+/// The servo pins of the STM32F4 Discovery in the order of joints: left hip, right hip, left knee, right knee.
+pub(crate) const SERVOS: [Pin; 4] = match (Pin::new('E', 9), Pin::new('E', 11), Pin::new('E', 13), Pin::new('E', 14)) {
     (Some(lh), Some(rh), Some(lk), Some(rk)) => [lh, rh, lk, rk],
-    _ => panic!("pins of port A"),
+    _ => panic!("pins of port E"),
 };
 
 /// How long after disarming a falling edge still counts as its effect, s.

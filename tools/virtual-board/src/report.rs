@@ -36,7 +36,7 @@ pub(crate) enum Line {
     Pulses {
         /// Time of the first rising edge.
         t_s: f64,
-        /// Widths on PA8 to PA11, us; null where there was none.
+        /// Widths on the four servo pins, us; null where there was none.
         us: [Option<f64>; 4],
     },
     /// Each 100 ms.

@@ -176,7 +176,7 @@ impl Walker {
 
     pub(crate) fn end_as(&mut self, reason: &str, other: serde_json::Value) {
         let mut end = json!({
-            "type": "end", "t_s": self.t_s(), "reason": reason, "unmodelled": 0, "lints": [], "resets": [], "edges": { "PA8": 4 },
+            "type": "end", "t_s": self.t_s(), "reason": reason, "unmodelled": 0, "lints": [], "resets": [], "edges": { "PE9": 4 },
             "edges_before_arming": 0, "edges_after_disarming": 0,
             "pulse_us": [[1300.5, 1800.0], [1200.0, 1700.0], [900.0, 1600.0], null], "instructions": 5,
         });

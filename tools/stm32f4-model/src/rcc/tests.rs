@@ -194,7 +194,7 @@ fn clock_security_with_the_crystal_as_the_system_clock() {
     write(&mut rcc, CFGR, SW_HSE);
     assert_eq!(rcc.lose_hse(), HseLoss::Secured);
     assert_eq!((rcc.source(), rcc.clocks().hclk), (SW_HSI, 16e6));
-    assert_eq!(rcc.peek(CIR), Some(1 << 11 | CSSF | 1 << 3), "the flags before stay");
+    assert_eq!(rcc.peek(CIR), Some(1 << 11 | 1 << 7 | 1 << 3), "the flags before stay");
     let mut rcc = Rcc::new(8_000_000, true, false);
     write(&mut rcc, CR, 0x83 | HSEON);
     write(&mut rcc, CFGR, SW_HSE);
