@@ -356,7 +356,7 @@ fn image_tests(bench: &Bench) -> Result<String> {
         .env("FOOTFALL_BIN", footfall)
         .env("FOOTFALL_REQUIRE_VIRTUAL_BOARD", "1")
         // Without `--package`, the features are those of the host tests and nothing is compiled anew.
-        .args(["test", "--test", "virtual_board"]);
+        .args(["test", "--test", "virtual_board", "--test", "bad_input"]);
     cargo_test(&mut tests)
 }
 

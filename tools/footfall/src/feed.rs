@@ -11,7 +11,7 @@ use std::path::Path;
 pub const SHIPPED_TRACE: &str = include_str!("../../../tests/traces/gaitkit_fukuchi_healthy.csv");
 
 /// Its name.
-pub const SHIPPED_NAME: &str = "gaitkit_fukuchi_healthy.csv (shipped)";
+pub const SHIPPED_NAME: &str = "gaitkit_fukuchi_healthy.csv";
 
 /// Rate of the volts.
 pub const RATE_HZ: f64 = 1000.0;
@@ -87,19 +87,15 @@ pub fn feed(name: &str, recording: &Recording, sensor: &WiredSensor, secs: Optio
             .semi_synthetic_volts(channel, &sensor.calibration, sensor.divider, SENSOR_PIN)
             .map_err(|error| input(error.to_string()))?,
     };
-    let title = format!(
-        "{} of {name}, {} {}",
-        channel.column(),
-        if repeat { "looped," } else { "once," },
-        kind(channel.quantity())
-    );
+    let how = if repeat { "looped" } else { "once" };
+    let title = format!("{} of {name}, {how}, {}", channel.name(), kind(channel.quantity()));
     Ok(Feed { volts, repeat, title, about, notes })
 }
 
 const fn kind(quantity: Quantity) -> &'static str {
     match quantity {
-        Quantity::Angle => "as semi-synthetic volts",
-        Quantity::PinVolts => "as recorded volts",
+        Quantity::Angle => "semi-synthetic volts",
+        Quantity::PinVolts => "recorded volts",
     }
 }
 

@@ -12,7 +12,7 @@ pub fn line(view: &View) -> String {
     let t_s = view.t_s;
     let Some(tick) = &view.last else { return format!("{t_s:8.3} s  no telemetry yet") };
     let Tick { tick: n, state, sensor_deg, verdict, set_deg: [s0, s1, s2, s3], late, missed, .. } = tick;
-    let rate = view.tick_rate_hz().map_or("     -".into(), |rate| format!("{rate:6.1}"));
+    let rate = view.tick_rate_hz().map_or("   -".into(), |rate| format!("{rate:4.0}"));
     let pulse = |us: Option<f64>| us.map_or("   -".into(), |us| format!("{us:4.0}"));
     let [p0, p1, p2, p3] = view.pins_us.map(pulse);
     format!(

@@ -61,7 +61,7 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
         Some(State::Fault) => Color::Red,
         _ => Color::Gray,
     };
-    let rate = view.tick_rate_hz().map_or("-".into(), |rate| format!("{rate:.1}"));
+    let rate = view.tick_rate_hz().map_or("-".into(), |rate| format!("{rate:.0}"));
     let counted = |of: fn(&crate::telemetry::Tick) -> u32| tick.map_or("-".into(), |tick| of(tick).to_string());
     let first = Line::from(vec![
         Span::raw(" "),
@@ -79,7 +79,7 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
             view.boot_cause,
         )),
     ]);
-    let cost = view.cost.map_or(String::new(), |cost| format!("   longest tick {} cycles", cost.longest_cycles));
+    let cost = view.cost.map_or(String::new(), |cost| format!("   tick {} cycles", cost.longest_cycles));
     let margin = view
         .margin
         .map_or(String::new(), |margin| format!("   stack {} of {} bytes", margin.stack_used, margin.stack_size));
@@ -180,7 +180,7 @@ mod tests {
             "1602 us",
             "1703 us",
             "1804 us",
-            "1000.0 Hz",
+            "1000 Hz",
             "tick 2000",
             "late 3",
             "missed 7",

@@ -61,7 +61,7 @@ fn without_a_terminal_there_is_a_line_every_100_ms_and_a_summary() {
     let text = String::from_utf8(output.stdout).unwrap();
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines.iter().filter(|line| line.contains(" sensor ")).count(), 20, "{text}");
-    assert!(lines[19].contains("arming") && lines[19].contains("tick   2000  1000.0 Hz  late 0  missed 0"), "{text}");
+    assert!(lines[19].contains("arming") && lines[19].contains("tick   2000  1000 Hz  late 0  missed 0"), "{text}");
     assert!(text.contains("ticks 2000, late 0, missed 0; unmodelled accesses 0"), "{text}");
     assert!(text.contains(": equal; 200 lines and 2000 calls replayed, 0 lines lost"), "{text}");
 }

@@ -192,6 +192,7 @@ mod tests {
         for (name, addresses) in [
             ("app::tasks::telemetry::run", vec![0x0801_0000]),
             ("app::tasks::control::run", vec![0x0801_0100, 0x0801_0200]),
+            ("app::blink::{{closure}}", vec![0x0801_0300]),
         ] {
             symbols.plain.insert(name.into(), addresses);
         }

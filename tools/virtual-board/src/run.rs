@@ -270,7 +270,11 @@ impl<'a, W: Write> Run<'a, W> {
                     self.injections[n].show(now, armed, high);
                 }
                 Kind::Crystal => {
-                    self.cpu.machine().soc.fail_hse();
+                    let (mut board, mut memory) = self.cpu.machine_and_memory();
+                    board.soc.fail_hse();
+                    // The clock, and with it the deadline, is another one from here on.
+                    board.sync(&mut memory);
+                    drop(board);
                     self.injections[n].inject(now);
                     self.injections[n].show(now, armed, high);
                 }

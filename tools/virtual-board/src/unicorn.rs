@@ -454,3 +454,118 @@ impl<M: Machine + 'static> Cpu for UnicornCpu<M> {
 }
 
 const _: () = assert!(is_wide(0xF3BF), "the stub's CLREX is a wide instruction");
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Stops after a number of blocks, and keeps what it is told.
+    #[derive(Default)]
+    struct Tape {
+        blocks_left: u32,
+        charged: Vec<(u32, u32)>,
+        stores: Vec<(u32, Width, u32)>,
+        events: u32,
+    }
+
+    impl Machine for Tape {
+        fn before_block(&mut self, _: impl FnOnce() -> Masks) -> bool {
+            let stop = self.blocks_left == 0;
+            self.blocks_left = self.blocks_left.saturating_sub(1);
+            stop
+        }
+        fn charge(&mut self, pc: u32, instructions: u32) {
+            self.charged.push((pc, instructions));
+        }
+        fn send_event(&mut self) {
+            self.events += 1;
+        }
+        fn load(&mut self, addr: u32, _: Width, _: &mut dyn DmaMemory) -> u32 {
+            addr ^ 0xFFFF_FFFF
+        }
+        fn store(&mut self, addr: u32, width: Width, value: u32, _: &mut dyn DmaMemory) {
+            self.stores.push((addr, width, value));
+        }
+    }
+
+    fn cpu(code: &[u16], blocks: u32) -> UnicornCpu<Tape> {
+        let image: Vec<u8> = code.iter().flat_map(|half| half.to_le_bytes()).collect();
+        let mut cpu = UnicornCpu::new(&image, Tape { blocks_left: blocks, ..Tape::default() }, false).unwrap();
+        cpu.reset(0x2000_1000, FLASH);
+        cpu
+    }
+
+    #[test]
+    fn blocks_are_charged_once_and_stop_before_they_run() {
+        // movs r0, #0; adds r0, #1; b .-2
+        let mut cpu = cpu(&[0x2000, 0x3001, 0xE7FD], 3);
+        assert_eq!(cpu.run(), Stop::Requested);
+        assert_eq!(cpu.machine().charged, [(FLASH, 3), (FLASH + 2, 2), (FLASH + 2, 2)]);
+        assert_eq!((cpu.reg(Reg::R(0)), cpu.reg(Reg::Pc)), (3, FLASH + 2));
+        cpu.machine().blocks_left = 1;
+        assert_eq!(cpu.run(), Stop::Requested);
+        assert_eq!(cpu.reg(Reg::R(0)), 4);
+    }
+
+    #[test]
+    fn hints_stop_the_run_behind_themselves() {
+        // sev; yield; wfe; wfi; udf #0
+        let mut cpu = cpu(&[0xBF40, 0xBF10, 0xBF20, 0xBF30, 0xDE00], 100);
+        assert_eq!((cpu.run(), cpu.reg(Reg::Pc)), (Stop::WaitForEvent, FLASH + 6));
+        assert_eq!(cpu.machine().events, 1);
+        assert_eq!((cpu.run(), cpu.reg(Reg::Pc)), (Stop::WaitForInterrupt, FLASH + 8));
+        assert_eq!((cpu.run(), cpu.reg(Reg::Pc)), (Stop::Trap(Trap::Undefined), FLASH + 8));
+    }
+
+    #[test]
+    fn devices_are_the_machines_and_nothing_else_is_there() {
+        // ldr r0, [r1]; str r0, [r1]; strb r0, [r1]; ldr r0, [r2]
+        let mut cpu = cpu(&[0x6808, 0x6008, 0x7008, 0x6810], 100);
+        cpu.set_reg(Reg::R(1), 0x4001_0044);
+        cpu.set_reg(Reg::R(2), 0x3000_0000);
+        assert_eq!((cpu.run(), cpu.reg(Reg::Pc)), (Stop::Trap(Trap::ReadUnmapped(0x3000_0000)), FLASH + 6));
+        let stores = [(0x4001_0044, Width::Word, 0xBFFE_FFBB), (0x4001_0044, Width::Byte, 0xBB)];
+        assert_eq!(cpu.machine().stores, stores);
+    }
+
+    #[test]
+    fn flash_and_code_in_ram_are_refused() {
+        // str r0, [r1]
+        let mut writes = cpu(&[0x6008], 100);
+        writes.set_reg(Reg::R(1), FLASH + 0x100);
+        assert_eq!(writes.run(), Stop::Trap(Trap::WriteFlash(FLASH + 0x100)));
+        // bx r1, to RAM, to an even address
+        for (to, trap) in [(0x2000_0001, Trap::FetchNever), (FLASH + 0x100, Trap::InvalidState)] {
+            let mut jumps = cpu(&[0x4708], 100);
+            jumps.set_reg(Reg::R(1), to);
+            assert_eq!(jumps.run(), Stop::Trap(trap));
+        }
+    }
+
+    #[test]
+    fn a_patch_changes_what_runs_in_both_places_of_flash() {
+        // nop; nop; adds r0, #1; b .-2
+        let mut cpu = cpu(&[0xBF00, 0xBF00, 0x3001, 0xE7FD], 4);
+        assert_eq!(cpu.run(), Stop::Requested);
+        assert_eq!(cpu.patch_flash(FLASH + 4, 0xE7FE).unwrap(), 0x3001);
+        for start in [FLASH + 4, 4] {
+            cpu.machine().blocks_left = 5;
+            cpu.set_reg(Reg::Pc, start);
+            assert_eq!((cpu.run(), cpu.reg(Reg::R(0)), cpu.reg(Reg::Pc)), (Stop::Requested, 4, start));
+        }
+        assert_eq!(cpu.machine().charged.last(), Some(&(4, 1)));
+        assert!(cpu.patch_flash(FLASH + 1, 0).is_err() && cpu.patch_flash(0x2000_0000, 0).is_err());
+    }
+
+    #[test]
+    fn dma_reaches_sram_and_flash_but_not_the_core_coupled_memory() {
+        let mut cpu = cpu(&[0x1234, 0x5678], 0);
+        let (_, mut memory) = cpu.machine_and_memory();
+        assert!(memory.write(0x2001_FFFC, Width::Word, 0xCAFE_F00D));
+        assert_eq!(memory.read(0x2001_FFFE, Width::Half), Some(0xCAFE));
+        assert_eq!(memory.read(FLASH, Width::Word), Some(0x5678_1234));
+        assert!(!memory.write(FLASH, Width::Word, 0) && !memory.write(0x1000_0000, Width::Word, 0));
+        assert!(!memory.write(0x2002_0000, Width::Byte, 0) && !memory.write(0x2000_0002, Width::Word, 0));
+        assert_eq!(memory.read(0x1000_0000, Width::Word), None);
+    }
+}

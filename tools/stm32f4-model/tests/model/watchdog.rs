@@ -75,6 +75,22 @@ fn a_reset_stops_it_and_is_remembered() {
 }
 
 #[test]
+fn only_a_power_on_takes_back_debug_and_backup_registers() {
+    // 6.1.1, 6.1.3, 38.16.3.
+    let (debug, bdcr) = (0xE004_2004, RCC + 0x70);
+    let mut bench = Bench::clocked();
+    bench.set(0x4000_7000, 1 << 8);
+    bench.set(bdcr, 0x8100);
+    bench.set(debug, 7);
+    for cause in [ResetCause::Software, ResetCause::Pin, ResetCause::IndependentWatchdog] {
+        bench.soc.reset(cause);
+        assert_eq!((bench.get(debug), bench.get(bdcr)), (7, 0x8100), "{cause}");
+    }
+    bench.soc.reset(ResetCause::PowerOn);
+    assert_eq!((bench.get(debug), bench.get(bdcr), bench.get(CSR)), (0, 0, 0x0E00_0000));
+}
+
+#[test]
 fn a_reset_takes_everything_back() {
     let mut bench = Bench::clocked();
     bench.run_at_168_mhz();

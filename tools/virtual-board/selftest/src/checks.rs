@@ -349,7 +349,8 @@ fn wait_for_event() {
     write(NVIC_ISER, 1);
 }
 
-/// 15: an exception in thread mode on PSP leaves its frame there, runs on MSP with SPSEL clear, and returns to PSP.
+/// 15: an exception in thread mode on PSP leaves its frame there, runs on MSP with SPSEL clear, and returns to PSP; the
+/// floating-point context is active afterwards when it was before.
 fn process_stack() {
     let (base, top) = handlers::process_stack();
     // SAFETY: the stack is large enough for a frame of either size.
@@ -362,7 +363,7 @@ fn process_stack() {
     expect(r3 == 0x1234);
     // SAFETY: as above.
     let after = unsafe { context::line0_from_process_stack_with_fp(top) };
-    expect(after == top && WITNESS.exc_return[0].load(Ordering::SeqCst) == 0xFFFF_FFED);
+    expect(after == top + 1 && WITNESS.exc_return[0].load(Ordering::SeqCst) == 0xFFFF_FFED);
     expect(WITNESS.stacks[1].load(Ordering::SeqCst) == top - 0x68);
 }
 

@@ -176,7 +176,8 @@ pub(crate) unsafe extern "C" fn exclusive_add(word: *mut u32, line: i32) -> u32 
     )
 }
 
-/// Runs on the process stack at `top`, with the floating-point context inactive, pends line 0 and gives back PSP afterwards.
+/// Runs on the process stack at `top`, with the floating-point context inactive, pends line 0 and gives back PSP afterwards, plus 1 when
+/// the floating-point context is active then.
 #[unsafe(naked)]
 pub(crate) unsafe extern "C" fn line0_from_process_stack(top: u32) -> u32 {
     naked_asm!(
@@ -193,6 +194,9 @@ pub(crate) unsafe extern "C" fn line0_from_process_stack(top: u32) -> u32 {
         "dsb",
         "isb",
         "mrs r4, psp",
+        "mrs r0, control",
+        "ubfx r0, r0, #2, #1",
+        "adds r4, r4, r0",
         "movs r0, #0",
         "msr control, r0",
         "isb",
@@ -218,6 +222,9 @@ pub(crate) unsafe extern "C" fn line0_from_process_stack_with_fp(top: u32) -> u3
         "dsb",
         "isb",
         "mrs r4, psp",
+        "mrs r0, control",
+        "ubfx r0, r0, #2, #1",
+        "adds r4, r4, r0",
         "movs r0, #0",
         "msr control, r0",
         "isb",
