@@ -3,7 +3,7 @@
 use crate::calibration_file::WiredSensor;
 use crate::failure::Failure;
 use crate::shipped::{SENSOR_JOINT, SENSOR_PIN};
-use gait_trace::{LoopError, Quantity, Recording, TraceError, csv_file};
+use gait_trace::{Channel, LoopError, Quantity, Recording, TraceError, csv_file};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -62,6 +62,14 @@ pub fn feed(name: &str, recording: &Recording, sensor: &WiredSensor, secs: Optio
         "start_s": 0.0,
         "semi_synthetic": channel.quantity() == Quantity::Angle,
     });
+    let volts_of = |recording: &Recording, channel: &Channel| match channel.quantity() {
+        Quantity::PinVolts => Ok(recording.clone()),
+        Quantity::Angle => recording
+            .semi_synthetic_volts(channel, &sensor.calibration, sensor.divider, SENSOR_PIN)
+            .map_err(|error| input(error.to_string())),
+    };
+    // Before it is cut, so that an angle out of reach is told with the file's own time.
+    volts_of(recording, channel)?;
     let one = recording.only(channel.name()).map_err(|error| input(error.to_string()))?;
     let long_enough = secs.is_some_and(|secs| secs <= one.duration_s());
     // The cut is chosen by all channels: two poses are alike when all joints are.
@@ -81,12 +89,7 @@ pub fn feed(name: &str, recording: &Recording, sensor: &WiredSensor, secs: Optio
     about["repeated"] = json!(repeat);
     about["duration_s"] = json!(played.duration_s());
     let channel = &played.channels()[0];
-    let volts = match channel.quantity() {
-        Quantity::PinVolts => from_zero(&played),
-        Quantity::Angle => from_zero(&played)
-            .semi_synthetic_volts(channel, &sensor.calibration, sensor.divider, SENSOR_PIN)
-            .map_err(|error| input(error.to_string()))?,
-    };
+    let volts = volts_of(&from_zero(&played), channel)?;
     let how = if repeat { "looped" } else { "once" };
     let title = format!("{} of {name}, {how}, {}", channel.name(), kind(channel.quantity()));
     Ok(Feed { volts, repeat, title, about, notes })

@@ -80,9 +80,7 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
         )),
     ]);
     let cost = view.cost.map_or(String::new(), |cost| format!("   tick {} cycles", cost.longest_cycles));
-    let margin = view
-        .margin
-        .map_or(String::new(), |margin| format!("   stack {} of {} bytes", margin.stack_used, margin.stack_size));
+    let margin = view.margin.map_or(String::new(), |margin| format!("   stack {} B", margin.stack_used));
     let second =
         Line::from(format!(" host replay: {}   lines lost {}{cost}{margin}", view.replay(), view.books.lost_lines));
     let title = Line::from(format!(" {}", view.title)).style(Style::new().add_modifier(Modifier::BOLD));

@@ -39,7 +39,7 @@ impl Recording {
             return Err(ResampleError::Rate { rate_hz });
         }
         let duration_s = self.duration_s();
-        // A millionth of a sample more: 0.3 s at 10 Hz ends with sample 3, although 0.3 * 10 is a little less in binary.
+        // A millionth of a sample more: 0.29 s at 100 Hz end with sample 29, although 0.29 * 100 is a little less in binary.
         let samples = (duration_s * rate_hz + 1e-6).floor() + 1.0;
         if !(2.0..=MAX_SAMPLES as f64).contains(&samples) {
             return Err(ResampleError::Samples { samples, duration_s, rate_hz });
@@ -71,6 +71,8 @@ mod tests {
     fn the_last_sample_is_the_last_that_is_covered() {
         assert_eq!(ramp(&[0.0, 0.3]).resample(10.0).unwrap().time_s(), [0.0, 0.1, 0.2, 0.3]);
         assert_eq!(ramp(&[0.0, 0.29]).resample(10.0).unwrap().time_s(), [0.0, 0.1, 0.2]);
+        // 0.29 * 100 is a little less than 29 in binary.
+        assert_eq!(ramp(&[0.0, 0.29]).resample(100.0).unwrap().time_s().len(), 30);
     }
 
     #[test]

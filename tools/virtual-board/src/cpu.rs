@@ -102,7 +102,7 @@ pub(crate) trait Machine {
     /// The program executed SEV.
     fn send_event(&mut self);
 
-    /// A load from the peripherals or the private peripheral bus; `None`: the access gives a bus error, and reads as 0.
+    /// A load from the peripherals or the private peripheral bus; what is not modelled reads as 0.
     fn load(&mut self, addr: u32, width: Width, memory: &mut dyn DmaMemory) -> u32;
 
     /// A store to the peripherals or the private peripheral bus.

@@ -6,6 +6,7 @@
 //!
 //! Not cycle-accurate, and no evidence about hardware: an instruction costs a constant number of cycles, and no electrical behaviour,
 //! wait states, bus contention or errata are modelled.
+#![forbid(unsafe_code)]
 
 mod board;
 mod console;
