@@ -162,3 +162,69 @@ pub fn line_of(frame: &Frame<1>) -> Tick {
         hash: frame.setpoint_hash,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shipped::{BOARDS, TYPICAL_VREFINT_CAL, walk_loop};
+    use hgod_adc::Verdict;
+    use joint_loop::State;
+    use joint_units::AdcCode;
+
+    fn call(code: u16) -> Call {
+        Call { sensor: AdcCode(code), vrefint: AdcCode(1652), elapsed: 1, flags: 0 }
+    }
+
+    fn replay() -> Replay {
+        let mut replay = Replay::new(walk_loop(TYPICAL_VREFINT_CAL, &BOARDS[0]).unwrap());
+        let calls = (0..50).map(|n| call(2100 + n)).collect();
+        assert_eq!(replay.feed(&Inputs { first_tick: 1, calls }), Ok(()));
+        replay
+    }
+
+    #[test]
+    fn each_field_that_differs_is_named() {
+        let replay = replay();
+        let (_, frame) = replay.at(50).unwrap();
+        let same = line_of(frame);
+        assert_eq!(differences(&same, frame), []);
+        let flip = |x: f32| f32::from_bits(x.to_bits() ^ 1);
+        let changes: [(&str, fn(&mut Tick, fn(f32) -> f32)); 10] = [
+            ("sensor", |tick, flip| tick.sensor_deg = flip(tick.sensor_deg)),
+            ("verdict", |tick, _| tick.verdict = Verdict::Rate),
+            ("state", |tick, _| tick.state = State::Walking),
+            ("set", |tick, flip| tick.set_deg[3] = flip(tick.set_deg[3])),
+            ("pulse", |tick, _| tick.pulse_us[0] ^= 1),
+            ("late", |tick, _| tick.late ^= 1),
+            ("missed", |tick, _| tick.missed ^= 1),
+            ("limited", |tick, _| tick.limited ^= 1),
+            ("seq", |tick, _| tick.seq ^= 1),
+            ("hash", |tick, _| tick.hash ^= 1),
+        ];
+        for (field, change) in changes {
+            let mut other = same;
+            change(&mut other, flip);
+            let found = differences(&other, frame);
+            assert_eq!(found.iter().map(|d| (d.tick, d.field)).collect::<Vec<_>>(), [(50, field)]);
+        }
+    }
+
+    #[test]
+    fn a_line_that_does_not_follow_ends_the_replay_for_good() {
+        let mut replay = replay();
+        let line = |first_tick| Inputs { first_tick, calls: vec![call(2200)] };
+        let gap = Gap { after: 50, found: 61 };
+        assert_eq!(replay.feed(&line(61)), Err(gap));
+        assert_eq!((replay.tick(), replay.gap()), (50, Some(gap)));
+        assert_eq!(replay.feed(&line(51)), Err(gap), "what comes later does not mend it");
+        assert_eq!(gap.to_string(), "inputs of ticks 51 to 60 were lost");
+    }
+
+    #[test]
+    fn a_missed_period_is_no_gap() {
+        let mut replay = replay();
+        let late = Call { elapsed: 3, ..call(2200) };
+        assert_eq!(replay.feed(&Inputs { first_tick: 53, calls: vec![late] }), Ok(()));
+        assert_eq!((replay.tick(), replay.calls(), replay.at(51).is_none()), (53, 51, true));
+    }
+}

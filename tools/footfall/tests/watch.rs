@@ -255,6 +255,9 @@ fn after_a_reset_the_books_begin_anew_and_time_goes_on() {
     let mut walker = Walker::new();
     walker.walk(1);
     walker.tick(7, false);
+    // The reset comes in the middle of a frame.
+    let cut = frame("tick 1010 walk");
+    walker.line(serde_json::json!({ "type": "rtt", "t_s": walker.t_s(), "hex": hex(&cut[..cut.len() / 2]) }));
     walker.reset();
     walker.walk(1);
     walker.end_as("time", serde_json::json!({ "resets": [{ "t_s": 1.012, "cause": "iwdg" }] }));

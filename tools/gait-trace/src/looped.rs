@@ -186,6 +186,17 @@ mod tests {
         assert!(most > 1.0, "some of the drift of 3.3 degrees over two strides is left to spread: {most}");
     }
 
+    /// Up and down in straight lines: slopes are alike over half a stride, so that only values tell equal phases apart.
+    #[test]
+    fn equal_slopes_are_no_equal_phase() {
+        let times: Vec<f64> = (0..400).map(|n| f64::from(n) * 0.01).collect();
+        let triangle = times.iter().map(|t| 80.0 * ((t / 1.1).rem_euclid(1.0) - 0.5).abs()).collect();
+        let walk = Recording::build(times, vec![Channel::new("knee", Quantity::Angle, triangle)]).unwrap();
+        let looped = walk.looped(1000.0).unwrap();
+        assert!(looped.mismatch[0].abs() < 0.1, "{:?}", looped.mismatch);
+        assert!((looped.recording.duration_s() / looped.strides as f64 - 1.1).abs() < 0.002);
+    }
+
     /// Largest step and largest bend (second difference) inside a loop, and those over its seam.
     fn steps_and_bends(y: &[f64]) -> [(f64, f64); 2] {
         let step = |w: &[f64]| (w[1] - w[0]).abs();

@@ -217,6 +217,15 @@ fn clock_security_switches_to_hsi_and_raises_nmi() {
 }
 
 #[test]
+fn clock_security_watches_a_crystal_that_runs() {
+    // RM0090 7.2.7: enabled after HSE is ready.
+    let mut rcc = Rcc::new(8_000_000, false, false);
+    write(&mut rcc, CR, 0x83 | HSEON | CSSON);
+    assert_eq!(rcc.lose_hse(), HseLoss::Unused);
+    assert!(!rcc.nmi());
+}
+
+#[test]
 fn without_clock_security_the_core_stops() {
     let mut rcc = rcc();
     to_168_mhz(&mut rcc);

@@ -78,6 +78,22 @@ fn one_conversion_takes_sampling_plus_twelve_cycles() {
 }
 
 #[test]
+fn every_channel_has_a_sampling_time_of_its_own() {
+    // 13.13.4, 13.13.5: channels 0 to 9 in SMPR2, 10 to 18 in SMPR1, three bits each.
+    for channel in 0..19 {
+        for other in 0..19 {
+            let mut bench = adc();
+            let (register, place) = if other < 10 { (SMPR2, other) } else { (SMPR1, other - 10) };
+            bench.set(register, 7 << (3 * place));
+            bench.set(SQR3, channel);
+            bench.set(CR2, ADON | SWSTART);
+            bench.to(15 * K);
+            assert_eq!(bench.get(SR) & EOC == 0, channel == other, "channel {channel}, SMP{other}");
+        }
+    }
+}
+
+#[test]
 fn resolution_shortens_the_conversion_and_the_code() {
     // 13.7: 12, 10, 8 or 6 cycles.
     for (res, bits) in [(0, 12), (1, 10), (2, 8), (3, 6)] {
@@ -381,6 +397,20 @@ fn trigger_edges() {
         bench.to(2040);
         let starts: Vec<u64> = delivered(&mut bench).iter().map(|&(end, ..)| end - 15 * K).collect();
         assert_eq!(starts, wanted, "EXTEN = {exten}");
+    }
+}
+
+#[test]
+fn an_update_is_a_pulse_with_two_edges() {
+    // 18.4.2: MMS = 2; either edge starts a conversion.
+    for exten in 1..=3 {
+        let mut bench = adc();
+        bench.set(TIM2 + ARR, 999);
+        bench.set(TIM2 + crate::bench::CR2, 2 << 4);
+        bench.set(CR2, ADON | 6 << 24 | exten << 28);
+        bench.set(TIM2 + crate::bench::CR1, 1);
+        bench.to(2500);
+        assert_eq!(delivered(&mut bench).len(), 2, "EXTEN = {exten}");
     }
 }
 

@@ -224,6 +224,21 @@ fn complementary_output() {
 }
 
 #[test]
+fn ossr_holds_the_partner_inactive() {
+    // Table 94: CCxE = 0, CCxNE = 1, MOE = 1: with OSSR OCx is driven at its inactive level CCxP, else it is let go.
+    for (ossr, held) in [(1 << 11, true), (0, false)] {
+        let (mut bench, _) = servos(MOE | ossr);
+        bench.set(TIM1 + CCER, 0x6);
+        assert_eq!(bench.soc.output_level(pin("PA8")), held);
+        bench.set(TIM1 + CCER, 0x2);
+        assert!(!bench.soc.output_level(pin("PA8")), "with both off it is let go in any case");
+        bench.function("PA7", 2, 1);
+        bench.set(TIM1 + CCER, 0x9);
+        assert_eq!(bench.soc.output_level(pin("PA7")), held, "the other way round too");
+    }
+}
+
+#[test]
 fn lock_levels_freeze_the_configuration() {
     // 17.4.18: level 1 break and idle bits, level 2 polarities, level 3 modes; LOCK is written once.
     let (mut bench, _) = servos(0);

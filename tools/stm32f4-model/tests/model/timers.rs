@@ -326,3 +326,14 @@ fn a_long_silence_keeps_the_repetition_counter_in_step() {
         assert_eq!(bench.soc.output_level(pin("PA8")), flips % 2 == 1, "RCR = {rcr}");
     }
 }
+
+#[test]
+fn dead_time_says_so_where_it_would_act() {
+    // 17.3.11: between OCx and OCxN, when both are on.
+    for (ccer, dead_time, complaints) in [(5 << 4, 10, 1), (5 << 4, 0, 0), (1 << 4, 10, 0)] {
+        let mut bench = Bench::clocked();
+        bench.set(TIM1 + BDTR, dead_time);
+        bench.set(TIM1 + CCER, ccer);
+        assert_eq!(bench.complaints().iter().filter(|text| text.contains("dead time")).count(), complaints);
+    }
+}
