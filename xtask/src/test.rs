@@ -39,12 +39,13 @@ struct Step {
     run: fn(&Bench) -> Result<String>,
 }
 
-const STEPS: [Step; 13] = [
+const STEPS: [Step; 14] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], run: format },
     Step { name: "lints", claim: "clippy finds nothing on the host", needs: &[], run: lints },
     Step { name: "docs", claim: "the documentation builds without a warning", needs: &[], run: docs },
     Step { name: "cores-alone", claim: "each core compiles by itself", needs: &[], run: cores_alone },
     Step { name: "host-tests", claim: "unit, property and replay tests pass", needs: &[], run: host_tests },
+    Step { name: "endurance", claim: "72 h of ticks lose no stride and keep the rate", needs: &[], run: endurance },
     Step { name: "firmware-host", claim: "the firmware's rules pass on the host", needs: &[], run: firmware_host },
     Step {
         name: "virtual-board",
@@ -283,6 +284,11 @@ fn host_tests(_: &Bench) -> Result<String> {
 
 fn firmware_host(_: &Bench) -> Result<String> {
     cargo_test(shell::cargo().args(["test", "--package", "firmware", "--lib"]))
+}
+
+fn endurance(_: &Bench) -> Result<String> {
+    cargo(&["run", "--package", "cpg-core", "--profile", "host", "--example", "endurance", "--", "72"])?;
+    Ok(String::new())
 }
 
 fn virtual_board(bench: &Bench) -> Result<String> {

@@ -189,7 +189,8 @@ mod tests {
         let same = line_of(frame);
         assert_eq!(differences(&same, frame), []);
         let flip = |x: f32| f32::from_bits(x.to_bits() ^ 1);
-        let changes: [(&str, fn(&mut Tick, fn(f32) -> f32)); 10] = [
+        type Change = fn(&mut Tick, fn(f32) -> f32);
+        let changes: [(&str, Change); 10] = [
             ("sensor", |tick, flip| tick.sensor_deg = flip(tick.sensor_deg)),
             ("verdict", |tick, _| tick.verdict = Verdict::Rate),
             ("state", |tick, _| tick.state = State::Walking),
