@@ -187,6 +187,10 @@ mod tests {
             "host replay: equal in 200 lines",
             "hello from the board",
             "q: end",
+            // The upper ends of the axes of the two knees, the lower one of the right hip: each curve is its own.
+            "40│",
+            "50│",
+            "-20│",
         ] {
             assert!(screen.contains(words), "no `{words}` in\n{screen}");
         }
