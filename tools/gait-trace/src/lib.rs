@@ -6,7 +6,9 @@
 //! | module | what it is for |
 //! |---|---|
 //! | [`csv_file`] | CSV in and out: header `time_s,left_hip_deg,...`; every fault of a file has an error that names line and column |
+//! | [`raw`] | the four joints as a file has them, before repair |
 //! | [`recording`] | the table and its rules |
+//! | [`cycle`] | one stride, stretched to a fixed number of points |
 //! | [`resample`] | linear interpolation to a fixed rate |
 //! | [`stride`] | the stride period of a periodic recording |
 //! | [`looped`] | a whole number of strides that can be played end to end without a jump |
@@ -31,19 +33,23 @@
 #![forbid(unsafe_code)]
 
 pub mod csv_file;
+pub mod cycle;
 mod fault;
 pub mod looped;
 pub mod metrics;
+pub mod raw;
 pub mod recording;
 pub mod resample;
 pub mod stride;
 pub mod volts;
 pub mod whole_file;
 
+pub use cycle::Cycle;
 pub use fault::{Fault, TraceError};
 pub use looped::{LoopError, Looped};
 pub use recording::{
     Channel, MAX_ANGLE_DEG, MAX_PIN_VOLTS, MIN_PIN_VOLTS, NoChannel, Quantity, Recording, RecordingError,
 };
+pub use raw::{RawJoint, RawJoints};
 pub use resample::ResampleError;
 pub use volts::VoltsError;

@@ -1,0 +1,34 @@
+//! One stride of four joints, stretched to a fixed number of points: what fits aim at and are judged against.
+
+use joint_units::Joint;
+
+/// Points of a cycle; point `k` stands at the cycle fraction `k / POINTS`, and the cycle closes: point `POINTS` is point 0.
+pub const POINTS: usize = 200;
+
+/// Four joints over one stride, degrees, in the order of [`Joint::ALL`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cycle(pub [[f64; POINTS]; Joint::COUNT]);
+
+impl Cycle {
+    /// Root mean square difference of each joint, degrees.
+    #[must_use]
+    pub fn rmse_deg(&self, other: &Self) -> [f64; Joint::COUNT] {
+        std::array::from_fn(|joint| {
+            let sum: f64 = self.0[joint].iter().zip(&other.0[joint]).map(|(a, b)| (a - b).powi(2)).sum();
+            (sum / POINTS as f64).sqrt()
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_of_three_degrees_in_one_joint_is_that() {
+        let flat = Cycle([[1.0; POINTS]; 4]);
+        let mut other = flat.clone();
+        other.0[2] = [-2.0; POINTS];
+        assert_eq!(flat.rmse_deg(&other), [0.0, 0.0, 3.0, 0.0]);
+    }
+}
