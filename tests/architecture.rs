@@ -18,7 +18,7 @@ const CORES: [(&str, &[&str]); 4] = [
 ];
 
 /// Libraries that a core may use: no allocation, no input or output, no hardware.
-const CORE_LIBRARIES: [&str; 5] = ["defmt", "fixed", "heapless", "libm", "micromath"];
+const CORE_LIBRARIES: [&str; 6] = ["crc", "defmt", "fixed", "heapless", "libm", "micromath"];
 
 /// Packages that nothing may depend on: programs, chores and tests. The virtual board is one for its licence too (GPL-2.0-only).
 const ENDS: [&str; 6] = ["core-selftest", "firmware", "footfall-tests", "link-proof", "virtual-board", "xtask"];

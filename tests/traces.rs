@@ -4,7 +4,7 @@
 //! double precision; no verdict other than good falls on a sample that a leg can have made; stride periods are those of
 //! the table beside the recordings; the shipped volts are what the documented command makes.
 
-use footfall::shipped::{BOARDS, SENSOR_JOINT, TYPICAL_VREFINT_CAL, gait_sensor, wired_sensor};
+use footfall::shipped::{SENSOR_JOINT, TYPICAL_VREFINT_CAL, typical_sensor, wired_sensor};
 use footfall::{cli, feed};
 use footfall_tests::traces::{csv_files, many, shipped, shipped_folder, shipped_volts, shipped_volts_file};
 use gait_trace::{Channel, Fault, Recording, csv_file, stride};
@@ -143,7 +143,7 @@ fn check(name: &str, recording: &Recording, sensor: &Sensor, channels: &[&Channe
 
 #[test]
 fn the_shipped_recording_passes_the_shipped_sensor() {
-    let (recording, sensor) = (shipped(), gait_sensor(TYPICAL_VREFINT_CAL, &BOARDS[0]).unwrap());
+    let (recording, sensor) = (shipped(), typical_sensor().unwrap());
     let channels: Vec<&Channel> = recording.channels().iter().collect();
     assert_eq!(channels.len(), 4);
     let (samples, artefacts) = check("shipped", &recording, &sensor, &channels);
@@ -153,7 +153,7 @@ fn the_shipped_recording_passes_the_shipped_sensor() {
 #[test]
 fn every_recording_passes_without_a_false_verdict() {
     let Some(folder) = many("replay of the recordings beside the workspace") else { return };
-    let (shipped, wide) = (gait_sensor(TYPICAL_VREFINT_CAL, &BOARDS[0]).unwrap(), wide_sensor());
+    let (shipped, wide) = (typical_sensor().unwrap(), wide_sensor());
     let (mut samples, mut files, mut by_shipped) = (0, 0, 0);
     let mut with_artefacts = BTreeMap::new();
     for path in csv_files(&folder) {

@@ -2,16 +2,18 @@
 //!
 //! What this shows is shown on models of the chip's peripherals, not on hardware.
 
-use footfall::shipped::{BOARDS, gait_sensor};
+use footfall::shipped::gait_sensor;
 use footfall_tests::board::{Board, Booted, Ran};
 use footfall_tests::traces::shipped_volts_file;
 use hgod_adc::SensorState;
-use joint_loop::{LoopConfig, State};
+use joint_loop::walker_record::{ADDRESS, Record};
+use joint_loop::{LoopConfig, State, WalkerConfig};
 use joint_units::Joint;
 use serde_json::Value;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
+use walker::generator_file::{GeneratorSet, WalkerFile};
 
 /// The tasks that move the outputs, by the functions that each round of them calls.
 const TASKS: [&str; 4] = ["sensor_step", "control_step", "telemetry_step", "watchdog_step"];
@@ -57,7 +59,7 @@ fn ten_seconds_of_walking() {
     let ran = ten_seconds(&board);
     assert_regular(&ran);
     let boot = only(&ran);
-    let frames = boot.replay();
+    let frames = boot.replay(&WalkerConfig::default_walk());
 
     let walking = frames.iter().filter(|frame| frame.state == State::Walking).count();
     assert!(walking >= 10_000, "{walking} ticks of walking");
@@ -117,9 +119,8 @@ fn the_angles_that_the_board_logs_are_those_of_the_host_for_the_same_codes() {
     let ran = ten_seconds(&board);
     let boot = only(&ran);
     let words = boot.boot.as_ref().unwrap();
-    let wiring = BOARDS.iter().find(|board| board.name == words.board).unwrap();
     // The sensor alone, without the loop around it.
-    let sensor = gait_sensor(words.vrefint_cal, wiring).unwrap();
+    let sensor = gait_sensor(words.vrefint_cal, words.min_supply).unwrap();
     let mut state = SensorState::default();
     let mut ticks = boot.ticks.iter().peekable();
     let mut compared = 0;
@@ -290,7 +291,7 @@ fn an_open_wire_stops_the_walk_and_is_named() {
     let ran = board.run(arguments);
     assert_regular(&ran);
     let boot = only(&ran);
-    let frames = boot.replay();
+    let frames = boot.replay(&WalkerConfig::default_walk());
     let left = frames.iter().rposition(|frame| frame.state == State::Walking).unwrap();
     let open = frames.iter().position(|frame| frame.verdict[0] == hgod_adc::Verdict::Open).unwrap();
     let off = boot.calls.iter().position(|(_, call)| call.sensor.0 < 81).unwrap();
@@ -302,6 +303,57 @@ fn an_open_wire_stops_the_walk_and_is_named() {
     assert!(rest <= 400, "at rest after {rest} ms");
     assert_eq!(frames[frames.len() - 1].state, State::Disarmed);
     assert_eq!(ran.books.different, 0, "{:?}", ran.books.differences);
+}
+
+/// Options that write these bytes into the parameter sector.
+fn sector(bytes: &[u8]) -> (tempfile::NamedTempFile, String) {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), bytes).unwrap();
+    let option = format!("{ADDRESS:#010x}={}", file.path().display());
+    (file, option)
+}
+
+#[test]
+fn the_board_walks_with_whichever_walker_its_parameter_sector_holds() {
+    let Some(board) = Board::find("walkers from the parameter sector") else { return };
+    for name in ["robust", "thesis"] {
+        let mut file = WalkerFile::shipped(name).unwrap();
+        if let GeneratorSet::Robust(set) = &mut file.set {
+            // Not the built-in one.
+            set.natural_period_s *= 0.9;
+            set.joints[2].amplitude_deg = 25.0;
+        }
+        let config = file.set.config();
+        let (_file, download) = sector(Record::of(&config).bytes());
+        let ran = board.run_with(&config, options(6.0, &[0.3], &["--flash", &download]));
+        assert_regular(&ran);
+        let frames = only(&ran).replay(&config);
+        assert_eq!((ran.books.different, ran.books.not_compared), (0, 0), "{name}: {:?}", ran.books.differences);
+        assert!(ran.books.compared > 550, "{name}: {} lines compared", ran.books.compared);
+        assert_eq!(frames[frames.len() - 1].state, State::Walking, "{name}");
+        let built_in = only(&ran).replay(&WalkerConfig::default_walk());
+        assert_ne!(frames[5_000].setpoints, built_in[5_000].setpoints, "{name} walks as the built-in one");
+    }
+}
+
+/// Half a record, one flipped bit, someone else's bytes: no guess, no pulse, and the log says what is wrong.
+#[test]
+fn a_broken_parameter_sector_keeps_the_board_dark() {
+    let Some(board) = Board::find("broken parameter sectors") else { return };
+    let record = Record::of(&WalkerConfig::default_walk());
+    let mut flipped = record.bytes().to_vec();
+    flipped[40] ^= 4;
+    for (bytes, words) in [
+        (&record.bytes()[..30], "check sum"),
+        (&flipped[..], "check sum"),
+        (b"#!/bin/sh", "allowed is a walker or erased flash"),
+    ] {
+        let (_file, download) = sector(bytes);
+        let ran = board.run(options(1.5, &[0.3], &["--flash", &download]));
+        assert!(ran.boots[0].log.iter().any(|line| line.contains(words)), "{words}: {:?}", ran.boots[0].log);
+        assert!(ran.pulses.is_empty() && ran.boots[0].ticks.is_empty(), "{words}");
+        assert_eq!((ran.end.edges_before_arming, ran.end.edges_after_disarming), (0, 0), "{words}");
+    }
 }
 
 /// A debugger that attached, asked for a log that waits, and then reads nothing: the tick must not notice.

@@ -9,6 +9,7 @@
 mod board;
 mod clocks;
 mod faults;
+mod parameters;
 mod sampling;
 mod servo_pwm;
 #[cfg(target_os = "none")]
@@ -39,7 +40,7 @@ mod boot {
     use crate::tasks::control::{self, Control, FRAMES_QUEUED, INPUTS_QUEUED, TICKS_A_FRAME, TickInputs};
     use crate::tasks::telemetry::{self, Telemetry, wire};
     use crate::tasks::{sensor, watchdog as feeding};
-    use crate::{SENSOR_REQUIRED, clocks, faults, sampling, stopwatch, watchdog};
+    use crate::{SENSOR_REQUIRED, clocks, faults, parameters, sampling, stopwatch, watchdog};
 
     /// Priorities, high to low. The clock of the tasks is below the ticks: a tick never waits for a timer of telemetry.
     const CONVERSION: Priority = Priority::P4;
@@ -65,7 +66,14 @@ mod boot {
         servo_pwm::drive_pins_low();
         let last_run = faults::last_run();
         let vrefint_cal = sampling::vrefint_calibration();
-        wire::boot(&last_run, vrefint_cal);
+        let walker = match parameters::walker() {
+            Ok(walker) => walker,
+            Err(error) => {
+                wire::refused(error);
+                stay_dark()
+            }
+        };
+        wire::boot(&last_run, vrefint_cal, &walker);
         let Ok(chip) = clocks::start() else {
             wire::no_hse();
             stay_dark()
@@ -75,7 +83,7 @@ mod boot {
         }
 
         // Everything that can be refused is refused here, before anything can move.
-        let walk = match walk_loop(vrefint_cal, BOARD.min_supply, SENSOR_REQUIRED) {
+        let walk = match walk_loop(&walker.config, vrefint_cal, BOARD.min_supply, SENSOR_REQUIRED) {
             Ok(walk) => walk,
             Err(refusal) => {
                 wire::refused(refusal);

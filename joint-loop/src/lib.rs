@@ -75,6 +75,8 @@ mod servo;
 pub mod shipped;
 pub mod supervisor;
 mod tick;
+mod walker;
+pub mod walker_record;
 mod watch;
 
 pub use blend::{Blend, BlendConfig, Weight};
@@ -87,4 +89,5 @@ pub use params::{GateConfig, JointRange, LoopConfig, POSE_LIMITS, PoseLimit, Pos
 pub use servo::{Direction, ServoConfig, ServoMap};
 pub use supervisor::{Cause, State};
 pub use tick::JointLoop;
+pub use walker::{HARMONICS, SeriesConfig, ShapeConfig, Walker, WalkerConfig};
 pub use watch::{Seen, Watch, WatchConfig, Watched};

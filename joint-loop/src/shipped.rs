@@ -1,20 +1,19 @@
-//! The loop that ships: the gait sensor's curve, the walk and the servos. The firmware and every host replay build it here, so that the
+//! The loop that ships: the gait sensor's curve, a walker and the servos. The firmware and every host replay build it here, so that the
 //! same inputs give the same bits.
 
 use core::fmt;
 
 use cpg_core::BuildError;
-use cpg_core::walking::{Walk, default_walk};
 use hgod_adc::{
     Calibration, CalibrationError, FilterConfig, HealthConfig, Interpolation, ReferenceConfig, Sensor, SensorConfig,
     SensorError, rk09k,
 };
 use joint_units::{AdcCode, Joint, Period, Volts};
 
-use crate::{JointLoop, LoopConfig, LoopError};
+use crate::{JointLoop, LoopConfig, LoopError, Walker, WalkerConfig};
 
-/// The loop that the firmware runs: the default walk, one gait sensor.
-pub type WalkLoop = JointLoop<Walk, 1>;
+/// The loop that the firmware runs: whichever walker its parameters name, one gait sensor.
+pub type WalkLoop = JointLoop<Walker, 1>;
 
 /// The joint that the gait sensor is worn on.
 pub const SENSOR_JOINT: Joint = Joint::LeftKnee;
@@ -76,9 +75,10 @@ pub fn gait_sensor(vrefint_cal: AdcCode, min_supply: Volts) -> Result<Sensor, Re
 ///
 /// ```
 /// use joint_loop::shipped::walk_loop;
-/// use joint_loop::{Sample, State};
+/// use joint_loop::{Sample, State, WalkerConfig};
 /// use joint_units::{AdcCode, Volts};
-/// let mut walk = walk_loop(AdcCode(1501), Volts(2.7), true)?;
+/// let default = WalkerConfig::default_walk();
+/// let mut walk = walk_loop(&default, AdcCode(1501), Volts(2.7), true)?;
 /// // 1.5 V at a supply of 3.0 V: the middle of the potentiometer.
 /// let sample = Sample { codes: [AdcCode(2048)], vrefint: AdcCode(1651), ..Sample::default() };
 /// for _ in 0..100 {
@@ -87,25 +87,35 @@ pub fn gait_sensor(vrefint_cal: AdcCode, min_supply: Volts) -> Result<Sensor, Re
 /// assert_eq!(walk.frame().state, State::Disarmed);
 /// assert!(walk.frame().measured[0].degrees().abs() < 0.5);
 ///
-/// let refusal = walk_loop(AdcCode(0xFFFF), Volts(2.7), true).unwrap_err();
+/// let refusal = walk_loop(&default, AdcCode(0xFFFF), Volts(2.7), true).unwrap_err();
 /// assert_eq!(refusal.to_string(), "sensor: reference.vrefint_cal = 65535: allowed is 1365 to 1613");
 /// # Ok::<(), joint_loop::shipped::Refusal>(())
 /// ```
 ///
 /// # Errors
 /// [`Refusal`] says what does not fit.
-pub fn walk_loop(vrefint_cal: AdcCode, min_supply: Volts, sensor_required: bool) -> Result<WalkLoop, Refusal> {
+pub fn walk_loop(
+    walker: &WalkerConfig,
+    vrefint_cal: AdcCode,
+    min_supply: Volts,
+    sensor_required: bool,
+) -> Result<WalkLoop, Refusal> {
     let mut config = LoopConfig::default_biped();
     config.watch.sensor_required = sensor_required;
-    walk_loop_with(&config, vrefint_cal, min_supply)
+    walk_loop_with(&config, walker, vrefint_cal, min_supply)
 }
 
-/// The same walk and sensor with other parameters of the loop.
+/// The same with other parameters of the loop.
 ///
 /// # Errors
 /// [`Refusal`] says what does not fit.
-pub fn walk_loop_with(config: &LoopConfig, vrefint_cal: AdcCode, min_supply: Volts) -> Result<WalkLoop, Refusal> {
-    let walk = default_walk(Period::MILLISECOND).map_err(Refusal::Walk)?;
+pub fn walk_loop_with(
+    config: &LoopConfig,
+    walker: &WalkerConfig,
+    vrefint_cal: AdcCode,
+    min_supply: Volts,
+) -> Result<WalkLoop, Refusal> {
+    let walk = walker.build(Period::MILLISECOND).map_err(Refusal::Walk)?;
     let sensors = [gait_sensor(vrefint_cal, min_supply)?];
     config.build(Period::MILLISECOND, walk, sensors).map_err(Refusal::Loop)
 }

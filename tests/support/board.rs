@@ -7,9 +7,9 @@ use crate::left_out;
 use footfall::board_lines::{self, BoardLine, End};
 use footfall::image::Image;
 use footfall::session::{Books, Session};
-use footfall::shipped::{BOARDS, WalkLoop, walk_loop};
 use footfall::telemetry::{self, Boot, Call, Inputs, Line, Tick};
-use joint_loop::Frame;
+use joint_loop::shipped::walk_loop;
+use joint_loop::{Frame, WalkerConfig};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -60,15 +60,14 @@ pub struct Booted {
 }
 
 impl Booted {
-    /// The loop that ships, run again on the host: a frame for every call.
+    /// The board's loop with this walker, run again on the host: a frame for every call.
     ///
     /// # Panics
     /// The board did not say which chip it is on, or inputs were lost.
     #[must_use]
-    pub fn replay(&self) -> Vec<Frame<1>> {
+    pub fn replay(&self, walker: &WalkerConfig) -> Vec<Frame<1>> {
         let boot = self.boot.as_ref().expect("the board says what it is");
-        let board = BOARDS.iter().find(|board| board.name == boot.board).expect("a known board");
-        let mut joints: WalkLoop = walk_loop(boot.vrefint_cal, board).expect("the shipped loop");
+        let mut joints = walk_loop(walker, boot.vrefint_cal, boot.min_supply, boot.sensor_required).expect("the loop");
         let frames = self.calls.iter().map(|(tick, call)| {
             joints.tick(&call.sample());
             assert_eq!(joints.frame().tick, *tick, "inputs were lost");
@@ -105,6 +104,15 @@ impl Board {
     /// The board cannot be started, or does not write what was agreed.
     #[must_use]
     pub fn run<A: AsRef<OsStr>>(&self, options: impl IntoIterator<Item = A>) -> Ran {
+        self.run_with(&WalkerConfig::default_walk(), options)
+    }
+
+    /// The same on a board whose parameter sector was given this walker by one of the options.
+    ///
+    /// # Panics
+    /// As [`Board::run`].
+    #[must_use]
+    pub fn run_with<A: AsRef<OsStr>>(&self, walker: &WalkerConfig, options: impl IntoIterator<Item = A>) -> Ran {
         let output = Command::new(&self.program)
             .arg(&self.elf)
             .args(options)
@@ -113,11 +121,11 @@ impl Board {
             .output()
             .unwrap_or_else(|error| panic!("{}: {error}", self.program.display()));
         let text = String::from_utf8(output.stdout).expect("JSON is text");
-        self.read(text, output.status.code())
+        self.read(walker, text, output.status.code())
     }
 
-    fn read(&self, output: String, code: Option<i32>) -> Ran {
-        let mut session = Session::new(&self.image);
+    fn read(&self, walker: &WalkerConfig, output: String, code: Option<i32>) -> Ran {
+        let mut session = Session::new(&self.image, *walker);
         let mut decoder = self.image.decoder();
         let (mut boots, mut pulses, mut remarks, mut end) = (Vec::<Booted>::new(), vec![], vec![], None);
         for text in output.lines() {

@@ -2,7 +2,7 @@
 
 use crate::degraded::{Degraded, Stream};
 use crate::traces::shipped_volts;
-use footfall::shipped::{BOARDS, TYPICAL_VREFINT_CAL, WalkLoop, gait_sensor, walk_loop};
+use footfall::shipped::{WalkLoop, typical_loop, typical_sensor};
 use gait_trace::Recording;
 use hgod_adc::{Reference, Supply};
 use joint_loop::{Command, Frame, Sample};
@@ -37,14 +37,14 @@ impl Walk {
     /// The shipped loop cannot be built.
     #[must_use]
     pub fn new(condition: Degraded) -> Self {
-        let sensor = gait_sensor(TYPICAL_VREFINT_CAL, &BOARDS[0]).expect("the shipped sensor");
+        let sensor = typical_sensor().expect("the shipped sensor");
         Self {
             volts: shipped_volts(),
             reference: *sensor.reference(),
             supply: Supply::new(Volts(3.0)).expect("3 V"),
             stream: Stream::new(condition),
             tick: 0,
-            joints: walk_loop(TYPICAL_VREFINT_CAL, &BOARDS[0]).expect("the shipped loop"),
+            joints: typical_loop().expect("the shipped loop"),
         }
     }
 

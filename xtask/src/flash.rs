@@ -1,16 +1,20 @@
 //! `cargo xtask flash`: the firmware onto a board, by probe-rs; its log then runs in the terminal until Ctrl-C.
 
-use std::process::{ExitCode, Stdio};
+use std::path::Path;
+use std::process::{Command, ExitCode, Stdio};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 
 use crate::board::Board;
 use crate::build::Workshop;
 use crate::setup::{Incomplete, Need};
 use crate::shell;
 
+/// `joint_loop::walker_record::ADDRESS`; `footfall pack` says it too.
+const PARAMETER_SECTOR: &str = "0x08004000";
+
 /// Looks for a probe first: without one there is no need to build.
-pub(crate) fn flash(shop: &mut Workshop, board: Board) -> Result<ExitCode> {
+pub(crate) fn flash(shop: &mut Workshop, board: Board, params: Option<&Path>) -> Result<ExitCode> {
     if shell::on_path("probe-rs").is_none() {
         return Err(Incomplete(
             "probe-rs is missing: install it with `cargo install probe-rs-tools --locked` (or see probe.rs), then plug the board in".to_owned(),
@@ -25,7 +29,31 @@ pub(crate) fn flash(shop: &mut Workshop, board: Board) -> Result<ExitCode> {
     shop.set_up(&[Need::Thumb])?;
     let image = shop.firmware(board)?;
     eprintln!("image: {}, {}", image.elf.display(), image.footprint);
+    if let Some(params) = params {
+        // The sector is its own download: the program's leaves it alone, so that parameters outlive a new program.
+        let packed = shop.target_dir.join("images").join("walker.bin");
+        let mut pack = shell::command(shop.footfall()?);
+        pack.current_dir(&shop.started_in).arg("pack").arg(params).arg("--out").arg(&packed);
+        done(&mut pack, "footfall pack")?;
+        let mut download = shell::command("probe-rs");
+        download.args([
+            "download",
+            "--chip",
+            board.chip(),
+            "--binary-format",
+            "bin",
+            "--base-address",
+            PARAMETER_SECTOR,
+        ]);
+        done(download.arg(packed), "probe-rs download")?;
+    }
     shell::hand_over(shell::command("probe-rs").args(["run", "--chip", board.chip()]).arg(image.elf))
+}
+
+fn done(command: &mut Command, name: &str) -> Result<()> {
+    let status = command.status().with_context(|| format!("starting {name}"))?;
+    ensure!(status.success(), "{name} ended with {status}");
+    Ok(())
 }
 
 /// What `probe-rs list` says when there is nothing to flash with, in one line.

@@ -16,6 +16,7 @@ mod shell;
 mod test;
 mod toolchain;
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -48,6 +49,9 @@ enum Chore {
         /// The board on the desk
         #[arg(long, value_enum, default_value_t)]
         board: Board,
+        /// Write a walker's parameters into the board's parameter sector first
+        #[arg(long, value_name = "TOML")]
+        params: Option<PathBuf>,
     },
     /// Build the firmware and print where the image is and what it takes
     Build {
@@ -74,7 +78,7 @@ fn chore(chore: Chore) -> anyhow::Result<ExitCode> {
     match chore {
         Chore::Run { options } => run::run(&mut shop, &options),
         Chore::Test(options) => test::test(shop, &options),
-        Chore::Flash { board } => flash::flash(&mut shop, board),
+        Chore::Flash { board, params } => flash::flash(&mut shop, board, params.as_deref()),
         Chore::Build { board } => {
             shop.set_up(&[Need::Thumb])?;
             let built = shop.firmware(board)?;

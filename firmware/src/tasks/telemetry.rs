@@ -2,7 +2,7 @@
 //! a change here is a change there.
 //!
 //! ```text
-//! boot {board} {chip} reset {cause} streak {n} vrefint_cal {code}     once
+//! boot {board} {chip} reset {cause} streak {n} vrefint_cal {code} min_supply {volts} sensor {required|ignored} walker {crc}    once
 //! state {tick} {state} cause {cause}                            at every change that a reported frame shows
 //! inputs {first tick} {count} {sensor} {vrefint} {elapsed} {flags} {sensor} ...    every tick's inputs, ten a line
 //! tick {n} {state} sensor {} deg {verdict} set {} {} {} {} deg pulse {} {} {} {} us late {} missed {} limited {} seq {} hash {}
@@ -95,6 +95,7 @@ pub(crate) mod wire {
     use firmware::liveness::Part;
     use firmware::post_mortem::{Cause as CrashCause, LOCKOUT_STREAK};
     use joint_loop::Frame;
+    use joint_loop::walker_record::Stored;
     use joint_units::AdcCode;
 
     use super::TickInputs;
@@ -105,18 +106,19 @@ pub(crate) mod wire {
     // Seconds of ticks: this clock exists before the hardware ones do.
     defmt::timestamp!("{=u32:ms}", crate::tasks::ticks());
 
-    pub(crate) fn boot(last: &LastRun, vrefint_cal: AdcCode) {
+    pub(crate) fn boot(last: &LastRun, vrefint_cal: AdcCode, walker: &Stored) {
+        let sensor = if SENSOR_REQUIRED { intern!("required") } else { intern!("ignored") };
         defmt::info!(
-            "boot {=str} {=str} reset {=istr} streak {=u32} vrefint_cal {=u16}",
+            "boot {=str} {=str} reset {=istr} streak {=u32} vrefint_cal {=u16} min_supply {=f32} sensor {=istr} walker {=u32:08x}",
             BOARD.name,
             BOARD.chip,
             reset(last.reset),
             last.streak,
-            vrefint_cal.0
+            vrefint_cal.0,
+            BOARD.min_supply.0,
+            sensor,
+            walker.crc
         );
-        if !SENSOR_REQUIRED {
-            defmt::warn!("the gait sensor is ignored");
-        }
         crash(last);
         if crate::clocks::brown_out_reset_is_off() {
             // An option byte, which only a person with a probe should write.

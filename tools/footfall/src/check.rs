@@ -5,6 +5,7 @@ use crate::{calibration_file, parameter_file};
 use clap::Args;
 use gait_trace::csv_file;
 use std::path::PathBuf;
+use walker::generator_file::WalkerFile;
 
 /// Options of `footfall check`.
 #[derive(Debug, Clone, Args)]
@@ -18,6 +19,9 @@ pub struct Options {
     /// The loop's parameters
     #[arg(long, value_name = "TOML")]
     pub parameters: Vec<PathBuf>,
+    /// A walker's parameters
+    #[arg(long, value_name = "TOML")]
+    pub walker: Vec<PathBuf>,
 }
 
 /// Runs the command: one line on standard output for each good file.
@@ -25,9 +29,9 @@ pub struct Options {
 /// # Errors
 /// The faults of all bad files, a line each.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    if options.trace.is_empty() && options.calibration.is_empty() && options.parameters.is_empty() {
+    if [&options.trace, &options.calibration, &options.parameters, &options.walker].into_iter().all(Vec::is_empty) {
         return Err(Failure::input(
-            "no file named: allowed are --trace, --calibration and --parameters, each any number of times",
+            "no file named: allowed are --trace, --calibration, --parameters and --walker, each any number of times",
         ));
     }
     let (mut good, mut faults) = (String::new(), Vec::new());
@@ -57,6 +61,13 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     for path in &options.parameters {
         told(
             parameter_file::read(path).map_err(|error| error.to_string()).map(|_| format!("{}: good", path.display())),
+        );
+    }
+    for path in &options.walker {
+        told(
+            WalkerFile::read(path)
+                .map_err(|error| error.to_string())
+                .map(|file| format!("{}: good: a {} walker", path.display(), file.set.kind())),
         );
     }
     crate::cli::print(&good)?;

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::rhythm::{certify, hexapod, obb, walk};
-use crate::{calibration_file, check, parameter_file, shipped, volts, watch};
+use crate::{calibration_file, check, pack, parameter_file, shipped, volts, watch};
 use clap::{Parser, Subcommand, ValueEnum};
 use joint_loop::LoopConfig;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -41,6 +41,8 @@ enum Command {
     Hexapod(hexapod::Options),
     /// Measure what a parameter set does and write its certificate; refuse it if perturbed starts diverge
     Certify(certify::Options),
+    /// Turn a walker's parameters into the bytes of the board's parameter sector, or into a constant in Rust
+    Pack(pack::Options),
     /// Print a file with the defaults, to begin a file of one's own with
     Defaults {
         /// Which file
@@ -99,6 +101,7 @@ fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Obb(options) => obb::run(&options),
         Command::Hexapod(options) => hexapod::run(&options),
         Command::Certify(options) => certify::run(&options),
+        Command::Pack(options) => pack::run(&options),
         Command::Defaults { file: Defaults::Calibration } => {
             print(&calibration_file::to_text(&shipped::wired_sensor().map_err(Failure::run)?))
         }

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`cli`] | the command line, and how a call ends |
 //! | [`watch`] | the command that runs an image on the virtual board and shows it live |
+//! | [`pack`] | a walker's parameters for the board's flash, or for Rust |
 //! | [`volts`], [`check`] | the commands that turn a recording into volts, and that check files |
 //! | [`board_process`], [`board_lines`] | the virtual board as a process, and what it writes |
 //! | [`image`], [`telemetry`] | the log of the board: bytes to text, text to numbers |
@@ -28,6 +29,7 @@ pub mod degrees;
 pub mod failure;
 pub mod feed;
 pub mod image;
+pub mod pack;
 pub mod parameter_file;
 pub mod plain;
 pub mod record;

@@ -166,7 +166,7 @@ pub fn line_of(frame: &Frame<1>) -> Tick {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shipped::{BOARDS, TYPICAL_VREFINT_CAL, walk_loop};
+    use crate::shipped::typical_loop;
     use hgod_adc::Verdict;
     use joint_loop::State;
     use joint_units::AdcCode;
@@ -176,7 +176,7 @@ mod tests {
     }
 
     fn replay() -> Replay {
-        let mut replay = Replay::new(walk_loop(TYPICAL_VREFINT_CAL, &BOARDS[0]).unwrap());
+        let mut replay = Replay::new(typical_loop().unwrap());
         let calls = (0..50).map(|n| call(2100 + n)).collect();
         assert_eq!(replay.feed(&Inputs { first_tick: 1, calls }), Ok(()));
         replay

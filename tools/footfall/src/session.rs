@@ -9,9 +9,10 @@
 use crate::board_lines::{BoardLine, End};
 use crate::image::{Decoder, Image};
 use crate::replay::{Difference, Gap, Replay, differences};
-use crate::shipped::{BOARDS, walk_loop};
 use crate::telemetry::{self, Boot, Cost, Inputs, Line, LineError, Margin, Tick};
-use joint_loop::Cause;
+use joint_loop::shipped::walk_loop;
+use joint_loop::walker_record::Record;
+use joint_loop::{Cause, WalkerConfig};
 use joint_units::AdcCode;
 use std::collections::VecDeque;
 
@@ -146,6 +147,7 @@ pub struct Books {
 pub struct Session<'t> {
     decoder: Decoder<'t>,
     sha256: &'t str,
+    walker: WalkerConfig,
     books: Books,
     /// Any frame of the log made sense.
     heard: bool,
@@ -157,12 +159,13 @@ pub struct Session<'t> {
 }
 
 impl<'t> Session<'t> {
-    /// A run of an image.
+    /// A run of an image on a board that was given these parameters.
     #[must_use]
-    pub fn new(image: &'t Image) -> Self {
+    pub fn new(image: &'t Image, walker: WalkerConfig) -> Self {
         Self {
             decoder: image.decoder(),
             sha256: &image.sha256,
+            walker,
             books: Books::default(),
             heard: false,
             began_s: 0.0,
@@ -253,10 +256,12 @@ impl<'t> Session<'t> {
     }
 
     fn begin_replay(&mut self, boot: &Boot) {
-        let board = BOARDS.iter().find(|board| board.name == boot.board);
-        let built = match board {
-            None => Err(format!("the board `{}` is not known here", boot.board)),
-            Some(board) => walk_loop(boot.vrefint_cal, board).map_err(|error| error.to_string()),
+        let here = Record::of(&self.walker).crc();
+        let built = if boot.walker_crc == here {
+            walk_loop(&self.walker, boot.vrefint_cal, boot.min_supply, boot.sensor_required)
+                .map_err(|error| error.to_string())
+        } else {
+            Err(format!("the board walks with the parameters {:08x}, known here are {here:08x}", boot.walker_crc))
         };
         match built {
             Ok(joints) => self.replay = Some(Replay::new(joints)),

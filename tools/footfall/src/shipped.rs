@@ -1,9 +1,8 @@
-//! The loop that the firmware ships, built on the host: the same sensor, walk and servos, so that a replay gives the same bits.
+//! The loop that the firmware ships, on the host: what it takes for granted where there is no board to ask.
 
 use hgod_adc::Sensor;
-use joint_loop::LoopConfig;
-use joint_loop::shipped;
-pub use joint_loop::shipped::{Refusal, SENSOR_JOINT, WalkLoop};
+pub use joint_loop::shipped::{Refusal, SENSOR_JOINT, WalkLoop, gait_sensor};
+use joint_loop::{LoopConfig, WalkerConfig, shipped};
 use joint_units::{AdcCode, Volts};
 
 use crate::calibration_file::WiredSensor;
@@ -14,25 +13,15 @@ pub const SENSOR_PIN: &str = "PA1";
 /// The factory's reading of the internal reference on a chip whose reference is 1.21 V, at 3.3 V.
 pub const TYPICAL_VREFINT_CAL: AdcCode = AdcCode(1502);
 
-/// What differs between boards.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Board {
-    /// Name in the board's log.
-    pub name: &'static str,
-    /// Supply below which no sample is good.
-    pub min_supply: Volts,
-}
+/// Supply below which no sample is good on the default board, the STM32F4 Discovery.
+pub const TYPICAL_MIN_SUPPLY: Volts = Volts(2.7);
 
-/// The boards that the firmware knows, the default one first.
-pub const BOARDS: [Board; 2] =
-    [Board { name: "f4-discovery", min_supply: Volts(2.7) }, Board { name: "nucleo-f446re", min_supply: Volts(3.0) }];
-
-/// The gait sensor.
+/// The gait sensor of a typical chip.
 ///
 /// # Errors
-/// The factory's reading of the internal reference cannot be true.
-pub fn gait_sensor(vrefint_cal: AdcCode, board: &Board) -> Result<Sensor, Refusal> {
-    shipped::gait_sensor(vrefint_cal, board.min_supply)
+/// None in a program that passes its tests.
+pub fn typical_sensor() -> Result<Sensor, Refusal> {
+    gait_sensor(TYPICAL_VREFINT_CAL, TYPICAL_MIN_SUPPLY)
 }
 
 /// The gait sensor's calibration and divider.
@@ -40,16 +29,15 @@ pub fn gait_sensor(vrefint_cal: AdcCode, board: &Board) -> Result<Sensor, Refusa
 /// # Errors
 /// None in a program that passes its tests.
 pub fn wired_sensor() -> Result<WiredSensor, Refusal> {
-    let sensor = gait_sensor(TYPICAL_VREFINT_CAL, &BOARDS[0])?;
-    Ok(WiredSensor { calibration: sensor.calibration().clone(), divider: 1.0 })
+    Ok(WiredSensor { calibration: typical_sensor()?.calibration().clone(), divider: 1.0 })
 }
 
-/// The loop as it boots: disarmed.
+/// The loop of a typical chip as it boots: disarmed, the default walk, the sensor required.
 ///
 /// # Errors
-/// The factory's reading of the internal reference cannot be true.
-pub fn walk_loop(vrefint_cal: AdcCode, board: &Board) -> Result<WalkLoop, Refusal> {
-    shipped::walk_loop(vrefint_cal, board.min_supply, LoopConfig::default_biped().watch.sensor_required)
+/// None in a program that passes its tests.
+pub fn typical_loop() -> Result<WalkLoop, Refusal> {
+    loop_with(&LoopConfig::default_biped())
 }
 
 /// The shipped walk and sensor in a loop with other parameters.
@@ -57,5 +45,5 @@ pub fn walk_loop(vrefint_cal: AdcCode, board: &Board) -> Result<WalkLoop, Refusa
 /// # Errors
 /// The rule that the parameters break.
 pub fn loop_with(config: &LoopConfig) -> Result<WalkLoop, Refusal> {
-    shipped::walk_loop_with(config, TYPICAL_VREFINT_CAL, BOARDS[0].min_supply)
+    shipped::walk_loop_with(config, &WalkerConfig::default_walk(), TYPICAL_VREFINT_CAL, TYPICAL_MIN_SUPPLY)
 }

@@ -1,7 +1,7 @@
 //! The lines of the board's log that carry numbers, as text, exactly as `defmt` prints them.
 //!
 //! ```text
-//! boot BOARD CHIP reset CAUSE streak N vrefint_cal CODE
+//! boot BOARD CHIP reset CAUSE streak N vrefint_cal CODE min_supply VOLTS sensor required|ignored walker CRC
 //! state N STATE cause CAUSE
 //! tick N STATE sensor DEG deg VERDICT set DEG DEG DEG DEG deg pulse US US US US us late N missed N limited BITS seq N hash HEX
 //! inputs FIRST COUNT {SENSOR VREFINT ELAPSED FLAGS} x COUNT
@@ -14,7 +14,7 @@
 
 use hgod_adc::Verdict;
 use joint_loop::{BoardFaults, Cause, Sample, State};
-use joint_units::{AdcCode, Joint};
+use joint_units::{AdcCode, Joint, Volts};
 use std::str::{FromStr, SplitWhitespace};
 
 /// A line of the log, understood as far as it can be.
@@ -37,7 +37,7 @@ pub enum Line {
 }
 
 /// `boot ...`
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Boot {
     /// Name of the board.
     pub board: String,
@@ -49,6 +49,12 @@ pub struct Boot {
     pub streak: u32,
     /// The factory's reading of the internal reference.
     pub vrefint_cal: AdcCode,
+    /// Supply below which no sample is good.
+    pub min_supply: Volts,
+    /// Whether it walks only while the gait sensor is good.
+    pub sensor_required: bool,
+    /// The check sum that names the walker's parameters, see [`joint_loop::walker_record`].
+    pub walker_crc: u32,
 }
 
 /// `state ...`
@@ -200,7 +206,14 @@ fn boot(words: &mut Words<'_>) -> Result<Option<Boot>, LineError> {
     }
     let streak = words.after("streak")?.number()?;
     let vrefint_cal = AdcCode(words.after("vrefint_cal")?.number()?);
-    Ok(Some(Boot { board, chip, reset, streak, vrefint_cal }))
+    let min_supply = Volts(words.after("min_supply")?.number()?);
+    let sensor_required = words.after("sensor")?.name("`required` or `ignored`", |word| match word {
+        "required" => Some(true),
+        "ignored" => Some(false),
+        _ => None,
+    })?;
+    let walker_crc = words.after("walker")?.hexadecimal(8, |word| u32::from_str_radix(word, 16).ok())?;
+    Ok(Some(Boot { board, chip, reset, streak, vrefint_cal, min_supply, sensor_required, walker_crc }))
 }
 
 fn change(words: &mut Words<'_>) -> Result<Change, LineError> {
@@ -221,9 +234,7 @@ fn tick(words: &mut Words<'_>) -> Result<Tick, LineError> {
         missed: words.after("missed")?.number()?,
         limited: words.after("limited")?.number()?,
         seq: words.after("seq")?.number()?,
-        hash: words.after("hash")?.name("16 hexadecimal digits", |word| {
-            (word.len() == 16).then(|| u64::from_str_radix(word, 16).ok()).flatten()
-        })?,
+        hash: words.after("hash")?.hexadecimal(16, |word| u64::from_str_radix(word, 16).ok())?,
     })
 }
 
@@ -291,6 +302,10 @@ impl<'a> Words<'a> {
         of(self.next()).ok_or_else(|| self.wanted(wanted))
     }
 
+    fn hexadecimal<T>(&mut self, digits: usize, of: impl Fn(&str) -> Option<T>) -> Result<T, LineError> {
+        self.name(&format!("{digits} hexadecimal digits"), |word| (word.len() == digits).then(|| of(word)).flatten())
+    }
+
     fn end(&mut self) -> Result<(), LineError> {
         if self.next().is_empty() { Ok(()) } else { Err(self.wanted("the end of the line")) }
     }
@@ -325,9 +340,11 @@ mod tests {
 
     #[test]
     fn each_line_is_read() {
-        let boot = parse("boot f4-discovery STM32F407VGTx reset power_on streak 0 vrefint_cal 1502");
+        let boot = "boot f4-discovery STM32F407VGTx reset power_on streak 0 vrefint_cal 1502 min_supply 2.7 sensor required walker 00c0ffee";
+        let boot = parse(boot);
         let Ok(Line::Boot(boot)) = boot else { panic!("{boot:?}") };
-        assert_eq!((boot.vrefint_cal, boot.streak), (AdcCode(1502), 0));
+        assert_eq!((boot.vrefint_cal, boot.streak, boot.min_supply), (AdcCode(1502), 0, Volts(2.7)));
+        assert_eq!((boot.sensor_required, boot.walker_crc), (true, 0x00c0_ffee));
         let dark = parse("boot f4-discovery STM32F407VGTx reset power_on: no 8 MHz from HSE; staying dark");
         assert_eq!(dark, Ok(Line::Text));
         let change = Change { tick: 1230, state: State::Stopping, cause: Cause::Button };
@@ -348,6 +365,11 @@ mod tests {
         for (line, wanted, found) in [
             ("boot f4-discovery", "a word", ""),
             ("boot a b reset power_on streak x", "a number", "x"),
+            (
+                "boot a b reset pin streak 0 vrefint_cal 1502 min_supply 2.7 sensor maybe",
+                "`required` or `ignored`",
+                "maybe",
+            ),
             ("tick 1 running sensor 0 deg good", "a state", "running"),
             ("tick 1 walking sensor 0 deg fine", "a verdict", "fine"),
             ("tick 1 walking sensor 0 rad good", "`deg`", "rad"),

@@ -17,6 +17,8 @@ use crate::summary::Summary;
 use crate::view::View;
 use clap::Args;
 use gait_trace::csv_file;
+use joint_loop::WalkerConfig;
+use joint_loop::walker_record::{ADDRESS, Record};
 use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use serde_json::{Value, json};
 use std::ffi::OsString;
@@ -26,6 +28,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+use walker::generator_file::WalkerFile;
 
 /// When `--press auto` presses the button, in virtual seconds.
 pub const ARM_AT_S: f64 = 0.3;
@@ -62,6 +65,9 @@ pub struct Options {
     /// as much as the two differ [default: the image's]
     #[arg(long, value_name = "TOML")]
     pub calibration: Option<PathBuf>,
+    /// Walk with a walker's parameters: they are written into the board's parameter sector [default: the built-in walk]
+    #[arg(long, value_name = "TOML")]
+    pub params: Option<PathBuf>,
     /// Virtual seconds to run [default: until q or Ctrl-C on a terminal, else 10]
     #[arg(long, value_name = "N", value_parser = seconds)]
     pub secs: Option<f64>,
@@ -132,6 +138,7 @@ enum Show {
 struct Prepared {
     image: Image,
     feed: Feed,
+    walker: WalkerConfig,
     secs: Option<f64>,
     presses: Vec<f64>,
     notes: Vec<String>,
@@ -152,14 +159,19 @@ pub fn run(options: &Options, interrupt: &Arc<AtomicBool>) -> Result<(), Failure
         eprintln!("note: {note}");
     }
     let volts = volts_file(&prepared.feed)?;
-    let arguments = arguments(options, &prepared, volts.path(), show);
+    let sector = match &options.params {
+        Some(_) => Some(sector_file(&prepared.walker)?),
+        None => None,
+    };
+    let arguments = arguments(options, &prepared, volts.path(), sector.as_ref().map(|file| file.path()), show);
     let mut board = BoardProcess::start(&options.virtual_board, &arguments).map_err(Failure::input)?;
     let recorder = match &options.record {
         Some(path) => Some(Recorder::begin(path, about(options, &prepared)).map_err(|error| writing(path, error))?),
         None => None,
     };
     let view = View::titled(format!("footfall watch: {}", prepared.feed.title));
-    let mut run = Run { session: Session::new(&prepared.image), view, recorder, summary: None, trouble: None };
+    let mut run =
+        Run { session: Session::new(&prepared.image, prepared.walker), view, recorder, summary: None, trouble: None };
     let quitting = match show {
         Show::Screen => on_screen(&mut run, &mut board, interrupt),
         Show::Plain | Show::Json => in_lines(&mut run, &mut board, interrupt, show),
@@ -181,6 +193,10 @@ fn prepare(options: &Options, show: Show) -> Result<Prepared, Failure> {
     if sensor != shipped {
         notes.push("the image measures by its own calibration, not by the one of the worn sensor".into());
     }
+    let walker = match &options.params {
+        Some(path) => WalkerFile::read(path).map_err(Failure::input)?.set.config(),
+        None => WalkerConfig::default_walk(),
+    };
     let secs = options.secs.or((show != Show::Screen).then_some(DEFAULT_SECS));
     let (name, recording) = feed::recording(options.trace.as_deref()).map_err(Failure::input)?;
     let feed = feed::feed(&name, &recording, &sensor, secs)?;
@@ -203,7 +219,7 @@ fn prepare(options: &Options, show: Show) -> Result<Prepared, Failure> {
         return Err(Failure::input(format!("{}: is a folder; allowed is the name of a file", path.display())));
     }
     notes.extend(feed.notes.iter().cloned());
-    Ok(Prepared { image, feed, secs, presses, notes })
+    Ok(Prepared { image, feed, walker, secs, presses, notes })
 }
 
 fn volts_file(feed: &Feed) -> Result<tempfile::NamedTempFile, Failure> {
@@ -214,10 +230,22 @@ fn volts_file(feed: &Feed) -> Result<tempfile::NamedTempFile, Failure> {
     Ok(file)
 }
 
-fn arguments(options: &Options, prepared: &Prepared, volts: &Path, show: Show) -> Vec<OsString> {
+/// What the parameter sector is to hold.
+fn sector_file(walker: &WalkerConfig) -> Result<tempfile::NamedTempFile, Failure> {
+    let mut file = tempfile::Builder::new().prefix("footfall-").suffix(".bin").tempfile().map_err(Failure::run)?;
+    file.write_all(Record::of(walker).bytes()).and_then(|()| file.flush()).map_err(Failure::run)?;
+    Ok(file)
+}
+
+fn arguments(options: &Options, prepared: &Prepared, volts: &Path, sector: Option<&Path>, show: Show) -> Vec<OsString> {
     let mut arguments: Vec<OsString> = vec![options.elf.clone().into(), "--volts".into(), volts.into()];
     if prepared.feed.repeat {
         arguments.push("--loop".into());
+    }
+    if let Some(sector) = sector {
+        let mut download = OsString::from(format!("{ADDRESS:#010x}="));
+        download.push(sector);
+        arguments.extend(["--flash".into(), download]);
     }
     if let Some(secs) = prepared.secs {
         arguments.extend(["--secs".into(), secs.to_string().into()]);
@@ -239,6 +267,9 @@ fn about(options: &Options, prepared: &Prepared) -> Value {
         "elf_sha256": prepared.image.sha256,
         "virtual_board": options.virtual_board,
         "trace": prepared.feed.about,
+        "params": options.params,
+        "walker": prepared.walker.name(),
+        "walker_crc": format!("{:08x}", Record::of(&prepared.walker).crc()),
         "calibration": options.calibration.as_ref().map_or("the image's".into(), |path| path.display().to_string()),
         "secs": prepared.secs,
         "presses_s": prepared.presses,

@@ -47,9 +47,9 @@ pub mod whole_file;
 pub use cycle::Cycle;
 pub use fault::{Fault, TraceError};
 pub use looped::{LoopError, Looped};
+pub use raw::{RawJoint, RawJoints};
 pub use recording::{
     Channel, MAX_ANGLE_DEG, MAX_PIN_VOLTS, MIN_PIN_VOLTS, NoChannel, Quantity, Recording, RecordingError,
 };
-pub use raw::{RawJoint, RawJoints};
 pub use resample::ResampleError;
 pub use volts::VoltsError;

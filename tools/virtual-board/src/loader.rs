@@ -100,6 +100,31 @@ impl Image {
         Ok(Image { flash, sha256, symbols })
     }
 
+    /// Writes bytes into flash that the program leaves erased, as a second download would.
+    ///
+    /// # Errors
+    /// They do not fit, or something is there.
+    pub(crate) fn download(&mut self, addr: u32, bytes: &[u8]) -> Result<()> {
+        let start = addr.wrapping_sub(FLASH) as usize;
+        let end = start.saturating_add(bytes.len());
+        ensure!(
+            end <= FLASH_SIZE as usize,
+            "{} bytes at 0x{addr:08X} do not fit; flash is 0x{FLASH:08X} to 0x{:08X}",
+            bytes.len(),
+            FLASH + FLASH_SIZE - 1
+        );
+        if self.flash.len() < end {
+            self.flash.resize(end, 0xFF);
+        }
+        ensure!(
+            self.flash[start..end].iter().all(|&byte| byte == 0xFF),
+            "the program itself lies in the {} bytes at 0x{addr:08X}; allowed is flash that it leaves erased",
+            bytes.len()
+        );
+        self.flash[start..end].copy_from_slice(bytes);
+        Ok(())
+    }
+
     /// Address of a symbol by its exact mangled name.
     #[must_use]
     pub(crate) fn symbol(&self, name: &str) -> Option<u32> {
@@ -181,6 +206,13 @@ mod tests {
     fn places_segments_by_physical_address() {
         let image = Image::parse(&elf(0x0800_0000, 0x2000_1000, 0x0800_0009)).unwrap();
         assert_eq!(image.flash[..8], [0x00, 0x10, 0x00, 0x20, 0x09, 0x00, 0x00, 0x08]);
+        let mut image = image;
+        image.download(FLASH + 0x4000, &[1, 2]).unwrap();
+        assert_eq!(image.flash[0x3FFF..0x4003], [0xFF, 1, 2, 0xFF][..image.flash.len().min(0x4003) - 0x3FFF]);
+        let message = |result: Result<()>| result.unwrap_err().to_string();
+        assert!(message(image.download(FLASH + 4, &[0])).contains("leaves erased"));
+        assert!(message(image.download(FLASH + FLASH_SIZE - 1, &[0, 0])).contains("do not fit"));
+        assert!(message(image.download(0x2000_0000, &[0])).contains("do not fit"));
         assert_eq!(image.sha256.len(), 64);
         assert!(image.function("main").unwrap_err().to_string().contains("no function `main`"));
     }

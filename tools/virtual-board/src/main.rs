@@ -49,6 +49,9 @@ use crate::run::{Options, Run};
 struct Cli {
     /// The ELF file that would be flashed
     elf: PathBuf,
+    /// Write a file's bytes into flash that the program leaves erased, as in 0x08004000=walker.bin
+    #[arg(long, value_name = "ADDRESS=FILE", value_parser = download)]
+    flash: Vec<Download>,
     /// Virtual seconds to run; otherwise until quit or a signal
     #[arg(long, value_parser = positive)]
     secs: Option<f64>,
@@ -126,6 +129,20 @@ enum Break {
     StaleFlags,
 }
 
+/// Bytes for flash beside the program.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Download {
+    addr: u32,
+    file: PathBuf,
+}
+
+fn download(text: &str) -> Result<Download, String> {
+    let wanted = || format!("`{text}` is not ADDRESS=FILE, as in 0x08004000=walker.bin");
+    let (addr, file) = text.split_once('=').ok_or_else(wanted)?;
+    let digits = addr.strip_prefix("0x").ok_or_else(wanted)?;
+    Ok(Download { addr: u32::from_str_radix(digits, 16).map_err(|_| wanted())?, file: file.into() })
+}
+
 fn number(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| format!("`{text}` is no finite number"))
 }
@@ -180,7 +197,11 @@ fn injections(cli: &Cli, image: &Image) -> Result<Vec<Injection>> {
 }
 
 fn run(cli: &Cli) -> Result<u8> {
-    let image = Image::read(&cli.elf)?;
+    let mut image = Image::read(&cli.elf)?;
+    for Download { addr, file } in &cli.flash {
+        let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
+        image.download(*addr, &bytes).with_context(|| format!("cannot write {} to flash", file.display()))?;
+    }
     let volts = match &cli.volts {
         Some(path) => Volts::read(path, cli.repeat)?,
         None => Volts::default(),
@@ -264,6 +285,8 @@ mod tests {
             (&["fw.elf", "--level", "PB12=2"], "PB12=1"),
             (&["fw.elf", "--level", "PX1=1"], "names no pin"),
             (&["fw.elf", "--hang", "tick"], "SYMBOL@SECONDS"),
+            (&["fw.elf", "--flash", "4000=x"], "ADDRESS=FILE"),
+            (&["fw.elf", "--flash", "0x4000"], "ADDRESS=FILE"),
             (&["fw.elf", "--rtt-mode", "3"], "3"),
             (&["fw.elf", "--loop"], "--volts"),
             (&[], "ELF"),

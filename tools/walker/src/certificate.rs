@@ -13,6 +13,7 @@
 //!
 //! A distance is the largest difference of a state from the nearest point of the orbit, in amplitudes of that state.
 
+use cpg_core::Generator;
 use joint_loop::LoopConfig;
 use joint_units::{Joint, Period};
 use nalgebra::DMatrix;

@@ -6,14 +6,14 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use cpg_core::Generator;
 use cpg_core::Rk4;
 use cpg_core::graph::{Biped, HipKnee, LeftRight};
 use cpg_core::rayleigh::RayleighConfig;
 use cpg_core::robust::RobustConfig;
-use cpg_core::shape::{FourierShape, PhaseShape};
 use cpg_core::thesis::ThesisConfig;
 use cpg_core::walking::default_config;
+pub use joint_loop::HARMONICS;
+use joint_loop::{SeriesConfig, ShapeConfig, Walker, WalkerConfig};
 use joint_units::{Joint, Period, Phase, Radians};
 
 use crate::certificate::Specimen;
@@ -22,9 +22,6 @@ use crate::toml_table::{Document, FileError, Problem, Section};
 
 /// Version of the layout.
 pub const SCHEMA: u32 = 1;
-
-/// Harmonics that a shape can hold.
-pub const HARMONICS: usize = 8;
 
 /// One joint of R1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -150,18 +147,22 @@ impl GeneratorSet {
         }
     }
 
+    /// What the board is given, see [`joint_loop::walker_record`].
+    #[must_use]
+    pub fn config(&self) -> WalkerConfig {
+        match self {
+            GeneratorSet::Robust(set) => WalkerConfig::Robust(set.config()),
+            GeneratorSet::Thesis(set) => WalkerConfig::Thesis(set.config()),
+            GeneratorSet::Shape(set) => WalkerConfig::Shape(set.config()),
+        }
+    }
+
     /// The generator as the board runs it.
     ///
     /// # Errors
     /// The rule that a number breaks.
-    pub fn generator(&self, period: Period) -> Result<Box<dyn Generator<4>>, String> {
-        Ok(match self {
-            GeneratorSet::Robust(set) => Box::new(set.config().build::<Biped, Rk4>(period).map_err(|e| e.to_string())?),
-            GeneratorSet::Thesis(set) => {
-                Box::new(set.config::<f32>().build::<LeftRight, HipKnee, Rk4>(period).map_err(|e| e.to_string())?)
-            }
-            GeneratorSet::Shape(set) => Box::new(set.build(period)?),
-        })
+    pub fn generator(&self, period: Period) -> Result<Walker, String> {
+        self.config().build(period).map_err(|error| error.to_string())
     }
 
     /// The generator in f64, for the certificate; none where the only state is a phase, which nothing can push off its cycle.
@@ -226,23 +227,22 @@ impl ThesisSet {
 }
 
 impl ShapeSet {
-    /// The generator.
-    ///
-    /// # Errors
-    /// The rule that a number breaks.
-    pub fn build(&self, period: Period) -> Result<PhaseShape<FourierShape<HARMONICS>, 4>, String> {
-        let mut shapes = vec![];
-        for joint in &self.joints {
-            let (mut cos, mut sin) = ([0.0; HARMONICS], [0.0; HARMONICS]);
-            for (k, (c, s)) in joint.cos_deg.iter().zip(&joint.sin_deg).enumerate().take(HARMONICS) {
-                cos[k] = Radians::from_degrees(*c).0;
-                sin[k] = Radians::from_degrees(*s).0;
+    /// The core's configuration: harmonics that the set does not have are zero.
+    #[must_use]
+    pub fn config(&self) -> ShapeConfig {
+        let radians = |degrees: &[f32]| {
+            let mut all = [0.0; HARMONICS];
+            for (place, degrees) in all.iter_mut().zip(degrees) {
+                *place = Radians::from_degrees(*degrees).0;
             }
-            shapes
-                .push(FourierShape::build(Radians::from_degrees(joint.mean_deg), cos, sin).map_err(|e| e.to_string())?);
-        }
-        let shapes: [FourierShape<HARMONICS>; 4] = [shapes[0], shapes[1], shapes[2], shapes[3]];
-        PhaseShape::build(shapes, self.stride_s, period).map_err(|e| e.to_string())
+            all
+        };
+        let series = |joint: &ShapeJoint| SeriesConfig {
+            mean: Radians::from_degrees(joint.mean_deg),
+            cos: radians(&joint.cos_deg),
+            sin: radians(&joint.sin_deg),
+        };
+        ShapeConfig { stride_s: self.stride_s, joints: self.joints.each_ref().map(series) }
     }
 }
 
@@ -508,6 +508,7 @@ fn write_shape(out: &mut String, set: &ShapeSet) -> std::fmt::Result {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cpg_core::Generator;
 
     fn shape() -> WalkerFile {
         let joint =

@@ -4,8 +4,10 @@
 
 use footfall::image::sha256;
 use footfall::replay::line_of;
-use footfall::shipped::{BOARDS, TYPICAL_VREFINT_CAL, WalkLoop, walk_loop};
+use footfall::shipped::{TYPICAL_VREFINT_CAL, WalkLoop, typical_loop};
 use footfall::telemetry::{Call, Inputs};
+use joint_loop::WalkerConfig;
+use joint_loop::walker_record::Record;
 use joint_units::AdcCode;
 use object::write::{Object, StandardSegment, Symbol, SymbolSection};
 use object::{Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope};
@@ -102,12 +104,8 @@ pub(crate) struct Walker {
 impl Walker {
     pub(crate) fn new() -> Self {
         let start = json!({ "type": "start", "elf_sha256": sha256(&elf()), "hclk_hz": 16_000_000 });
-        let mut walker = Self {
-            joints: walk_loop(TYPICAL_VREFINT_CAL, &BOARDS[0]).unwrap(),
-            calls: vec![],
-            lines: vec![start.to_string()],
-            t_ms: 0,
-        };
+        let mut walker =
+            Self { joints: typical_loop().unwrap(), calls: vec![], lines: vec![start.to_string()], t_ms: 0 };
         walker.boot("power_on");
         walker
     }
@@ -115,12 +113,15 @@ impl Walker {
     fn boot(&mut self, cause: &str) {
         self.line(json!({ "type": "boot", "t_s": self.t_s(), "cause": cause }));
         let cal = TYPICAL_VREFINT_CAL.0;
-        self.log(&format!("boot f4-discovery STM32F407VGTx reset {cause} streak 0 vrefint_cal {cal}"));
+        let walker = Record::of(&WalkerConfig::default_walk()).crc();
+        self.log(&format!(
+            "boot f4-discovery STM32F407VGTx reset {cause} streak 0 vrefint_cal {cal} min_supply 2.7 sensor required walker {walker:08x}"
+        ));
     }
 
     /// A reset: the loop begins anew, what was not sent is lost.
     pub(crate) fn reset(&mut self) {
-        self.joints = walk_loop(TYPICAL_VREFINT_CAL, &BOARDS[0]).unwrap();
+        self.joints = typical_loop().unwrap();
         self.calls.clear();
         self.t_ms += 5;
         self.boot("iwdg");

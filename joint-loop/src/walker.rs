@@ -1,0 +1,148 @@
+//! The generators that a board can walk with, chosen by parameters and not by the compiler.
+//!
+//! A loop that is compiled for one generator walks with that one only. [`WalkerConfig`] holds the parameters of any of three, and
+//! [`Walker`] is the one that was built: R1, the thesis' network, or a phase with a Fourier series a joint. The same file that a fit
+//! wrote builds the same bits here on the host and on the board ([`crate::walker_record`] is how it gets there).
+
+use cpg_core::graph::{Biped, HipKnee, LeftRight};
+use cpg_core::robust::{Robust, RobustConfig};
+use cpg_core::shape::{FourierShape, PhaseShape};
+use cpg_core::thesis::{Thesis, ThesisConfig};
+use cpg_core::walking::default_config;
+use cpg_core::{BuildError, Generator, Rk4, StateFault};
+use joint_units::{Joint, Period, Phase, RadPerSec, Radians};
+
+/// Harmonics of a joint's Fourier series. A fit of fewer has zeros above.
+pub const HARMONICS: usize = 8;
+
+/// One joint's Fourier series, see [`FourierShape`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeriesConfig {
+    /// Mean angle, within ±[`cpg_core::shape::MAX_COEFFICIENT`] rad, as all coefficients.
+    pub mean: Radians,
+    /// Coefficients of the cosines of harmonic 1, 2, ..., rad.
+    pub cos: [f32; HARMONICS],
+    /// Coefficients of the sines, rad.
+    pub sin: [f32; HARMONICS],
+}
+
+/// One phase, and a Fourier series a joint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShapeConfig {
+    /// Stride time, within [`cpg_core::shape::STRIDE_RANGE_S`] seconds.
+    pub stride_s: f32,
+    /// The joints, in the order of [`Joint::ALL`].
+    pub joints: [SeriesConfig; Joint::COUNT],
+}
+
+/// Parameters of a walker.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum WalkerConfig {
+    /// R1, see [`cpg_core::robust`].
+    Robust(RobustConfig<4, 4>),
+    /// The thesis' network, see [`cpg_core::thesis`].
+    Thesis(ThesisConfig),
+    /// Phase and shape, see [`cpg_core::shape`].
+    Shape(ShapeConfig),
+}
+
+/// A built walker.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Walker {
+    /// R1.
+    Robust(Robust<Biped, 4, 4>),
+    /// The thesis' network.
+    Thesis(Thesis),
+    /// Phase and shape.
+    Shape(PhaseShape<FourierShape<HARMONICS>, { Joint::COUNT }>),
+}
+
+impl WalkerConfig {
+    /// The walk that ships, see [`cpg_core::walking`].
+    #[must_use]
+    pub const fn default_walk() -> Self {
+        Self::Robust(default_config())
+    }
+
+    /// `robust`, `thesis` or `shape`.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Robust(_) => "robust",
+            Self::Thesis(_) => "thesis",
+            Self::Shape(_) => "shape",
+        }
+    }
+
+    /// Checks every parameter and makes the walker for one control period.
+    ///
+    /// ```
+    /// use cpg_core::{Generator, walking::default_walk};
+    /// use joint_loop::WalkerConfig;
+    /// use joint_units::Period;
+    /// let mut walker = WalkerConfig::default_walk().build(Period::MILLISECOND)?;
+    /// let mut walk = default_walk(Period::MILLISECOND)?;
+    /// for _ in 0..5_000 {
+    ///     walker.step();
+    ///     walk.step();
+    /// }
+    /// assert_eq!(walker.angles(), walk.angles());
+    /// # Ok::<(), cpg_core::BuildError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`BuildError`] naming the first parameter that is not allowed.
+    pub fn build(&self, period: Period) -> Result<Walker, BuildError> {
+        Ok(match self {
+            Self::Robust(config) => Walker::Robust(config.build::<Biped, Rk4>(period)?),
+            Self::Thesis(config) => Walker::Thesis(config.build::<LeftRight, HipKnee, Rk4>(period)?),
+            Self::Shape(config) => {
+                let series = |joint: &SeriesConfig| FourierShape::build(joint.mean, joint.cos, joint.sin);
+                let [left_hip, right_hip, left_knee, right_knee] = &config.joints;
+                let shapes = [series(left_hip)?, series(right_hip)?, series(left_knee)?, series(right_knee)?];
+                Walker::Shape(PhaseShape::build(shapes, config.stride_s, period)?)
+            }
+        })
+    }
+}
+
+/// Runs the same expression on whichever generator it is.
+macro_rules! whichever {
+    ($walker:expr, $generator:ident => $what:expr) => {
+        match $walker {
+            Walker::Robust($generator) => $what,
+            Walker::Thesis($generator) => $what,
+            Walker::Shape($generator) => $what,
+        }
+    };
+}
+
+impl Generator<{ Joint::COUNT }> for Walker {
+    fn step(&mut self) {
+        whichever!(self, generator => generator.step());
+    }
+
+    fn angles(&self) -> [Radians; Joint::COUNT] {
+        whichever!(self, generator => generator.angles())
+    }
+
+    fn rates(&self) -> [RadPerSec; Joint::COUNT] {
+        whichever!(self, generator => generator.rates())
+    }
+
+    fn phase(&self) -> Phase {
+        whichever!(self, generator => generator.phase())
+    }
+
+    fn amplitude(&self) -> f32 {
+        whichever!(self, generator => generator.amplitude())
+    }
+
+    fn check(&self) -> Result<(), StateFault> {
+        whichever!(self, generator => generator.check())
+    }
+
+    fn reset(&mut self) {
+        whichever!(self, generator => generator.reset());
+    }
+}

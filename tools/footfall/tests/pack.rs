@@ -1,0 +1,62 @@
+//! A walker's parameters leave the file unchanged: as bytes for the board, as a constant for a Rust program.
+
+// The constants are written for crates that export them.
+#![allow(unreachable_pub)]
+
+use footfall::pack::constant;
+use joint_loop::walker_record::{Record, read};
+use joint_loop::{SeriesConfig, ShapeConfig, WalkerConfig};
+use joint_units::Radians;
+use std::ffi::OsString;
+use walker::generator_file::WalkerFile;
+
+#[path = "constants/robust.rs"]
+mod robust;
+#[path = "constants/shape.rs"]
+mod shape;
+#[path = "constants/thesis.rs"]
+mod thesis;
+
+/// Numbers that are awkward to print.
+fn awkward() -> WalkerConfig {
+    let series = |mean| SeriesConfig {
+        mean: Radians(mean),
+        cos: [1.0, -0.1, 1e-7, -1.0e-12, 0.333_333_34, 0.0, -0.0, 5e-45],
+        sin: [0.5, 0.25, 0.125, 1.0 / 3.0, -2.0 / 3.0, 6.25, -6.25, 1e-30],
+    };
+    WalkerConfig::Shape(ShapeConfig { stride_s: 1.1, joints: [0.0, -0.5, 1.0 / 3.0, 2.0].map(series) })
+}
+
+/// The files are what `pack` writes today, the compiler takes them, and their constants are the very parameters.
+#[test]
+fn a_constant_in_rust_is_the_file_bit_for_bit() {
+    let shipped = |name| WalkerFile::shipped(name).unwrap().set.config();
+    for (name, config, text, compiled) in [
+        ("robust", shipped("robust"), include_str!("constants/robust.rs"), robust::WALKER),
+        ("thesis", shipped("thesis"), include_str!("constants/thesis.rs"), thesis::WALKER),
+        ("shape", awkward(), include_str!("constants/shape.rs"), shape::WALKER),
+    ] {
+        let written = constant(&config, "a test");
+        assert_eq!(text, written, "{name}");
+        assert_eq!(Record::of(&compiled).bytes(), Record::of(&config).bytes(), "{name}");
+    }
+}
+
+#[test]
+fn packed_bytes_are_read_as_the_board_reads_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let (params, packed) = (folder.path().join("walker.toml"), folder.path().join("walker.bin"));
+    let file = WalkerFile::shipped("thesis").unwrap();
+    std::fs::write(&params, file.to_toml()).unwrap();
+    let call =
+        |arguments: &[OsString]| footfall::cli::call(std::iter::once("footfall".into()).chain(arguments.to_vec()));
+    call(&["pack".into(), params.clone().into(), "--out".into(), packed.clone().into()]).unwrap();
+    let stored = read(&std::fs::read(&packed).unwrap()).unwrap().unwrap();
+    assert_eq!(stored.config, file.set.config());
+
+    std::fs::remove_file(&packed).unwrap();
+    std::fs::write(&params, file.to_toml().replace("alpha_per_s = 0.0014", "alpha_per_s = -1")).unwrap();
+    let failure = call(&["pack".into(), params.into(), "--out".into(), packed.clone().into()]).unwrap_err();
+    assert!(failure.exit_code() == 2 && failure.to_string().contains("alpha_per_s"), "{failure}");
+    assert!(!packed.exists());
+}
