@@ -90,6 +90,183 @@ pub enum Fault {
         /// The time of the row before.
         before: f64,
     },
+    /// Bytes that are no text, with their place in the file.
+    #[error("byte {byte:#04x} at offset {offset} is not text{hint}; allowed is UTF-8 text")]
+    Bytes {
+        /// The first such byte.
+        byte: u8,
+        /// Where it is, counted from 0.
+        offset: usize,
+        /// What the file may be instead.
+        hint: &'static str,
+    },
+    /// Content that no reader knows.
+    #[error(
+        "is of no known format: {why}; allowed are CSV, OpenSim .mot and .sto, C3D, and CSV exports of Rigol, Siglent, Tektronix and Keysight oscilloscopes"
+    )]
+    UnknownFormat {
+        /// What was seen.
+        why: String,
+    },
+    /// A header announces something that is not what follows.
+    #[error(
+        "`{field}` promises {promised}, found {found}: truncated, or two files in one? allowed is what is promised"
+    )]
+    Promised {
+        /// The header's word.
+        field: String,
+        /// What it says.
+        promised: String,
+        /// What there is.
+        found: String,
+    },
+    /// A field of a header that cannot be used.
+    #[error("`{field}` is {found}; allowed is {allowed}")]
+    HeaderField {
+        /// The field.
+        field: String,
+        /// What it says.
+        found: String,
+        /// What it may say.
+        allowed: String,
+    },
+    /// A field of a binary file that cannot be used.
+    #[error("byte {offset}: {field} is {found}; allowed is {allowed}")]
+    Binary {
+        /// Where, counted from 0.
+        offset: usize,
+        /// The field.
+        field: String,
+        /// What it says.
+        found: String,
+        /// What it may say.
+        allowed: String,
+    },
+    /// A quote that opens and does not close on its line.
+    #[error("a quote opens and does not close on this line; allowed are pairs of \"")]
+    OpenQuote,
+    /// A line that no table has.
+    #[error("a line of {bytes} bytes; allowed are up to {most}")]
+    LongLine {
+        /// Its length.
+        bytes: usize,
+        /// The limit.
+        most: usize,
+    },
+    /// More rows than any recording has.
+    #[error("more than {most} rows; allowed are up to that: cut the recording, or thin it out")]
+    TooManyRows {
+        /// The limit.
+        most: usize,
+    },
+    /// More columns than any recording has.
+    #[error("{found} columns; allowed are up to {most}")]
+    TooManyColumns {
+        /// How many there are.
+        found: usize,
+        /// The limit.
+        most: usize,
+    },
+    /// The header again, below rows of numbers.
+    #[error("a second header; allowed is one, at the top: are these two recordings in one file?")]
+    SecondHeader,
+    /// No column can be taken for the time.
+    #[error(
+        "no column is the time{hint}; the columns are {have}; allowed is one called `time`, `time_s`, `t`, `Time (s)` or `time_ms`, or `--map time=COLUMN`"
+    )]
+    NoTime {
+        /// What there is.
+        have: String,
+        /// What may be the cause.
+        hint: &'static str,
+    },
+    /// No column can be taken for a joint.
+    #[error(
+        "no column is a joint; there are {have}; allowed are names such as `left_hip_deg`, `hip_flexion_l`, `LKneeAngles`, or `--map left_hip=COLUMN,...`"
+    )]
+    NoJoints {
+        /// What there is.
+        have: String,
+    },
+    /// The map names a column that is not there.
+    #[error(
+        "the map takes `{joint}` from `{wanted}`; the file has {have}; allowed is one of these, or its number from 1"
+    )]
+    MapColumn {
+        /// The joint, or `time`.
+        joint: &'static str,
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        have: String,
+    },
+    /// Two columns for one joint.
+    #[error("`{first}` and `{second}` both look like `{joint}`; allowed is one: choose with `--map {joint}=COLUMN`")]
+    TwoColumns {
+        /// The joint, or `time`.
+        joint: &'static str,
+        /// The one.
+        first: String,
+        /// The other.
+        second: String,
+    },
+    /// Nothing says whether the angles are degrees or radians.
+    #[error(
+        "the unit of the angles is not said{why}; allowed are a suffix `_deg` or `_rad`, `[deg]` or `(rad)`, or `--unit degrees|radians`"
+    )]
+    NoUnit {
+        /// Why the numbers do not tell.
+        why: String,
+    },
+    /// The unit that the file names does not fit its numbers.
+    #[error(
+        "the file says {said}, but no angle in {values} values is beyond {largest:.3}: radians? allowed is `--unit degrees|radians` to say which"
+    )]
+    UnitDoubt {
+        /// What the file says.
+        said: &'static str,
+        /// How many numbers there are.
+        values: usize,
+        /// The largest of them.
+        largest: f64,
+    },
+    /// The time's steps are those of another unit.
+    #[error("the time's median step is {step}: milliseconds? allowed is to name the column `time_ms` or `time_s`")]
+    TimeUnit {
+        /// The median step.
+        step: f64,
+    },
+    /// Volts without a table that makes angles of them.
+    #[error("`{channel}` is in volts; allowed is with a calibration table (`--calibration`) that makes angles of them")]
+    NoCalibration {
+        /// The channel.
+        channel: String,
+    },
+    /// Channels of an oscilloscope of which nothing says which joint they are.
+    #[error("nothing says which joint a channel is; the file has {have}; allowed is `--map left_knee=CHANNEL,...`")]
+    NoChannelMap {
+        /// What there is.
+        have: String,
+    },
+    /// A column without a single number.
+    #[error("no row has a number; allowed are some gaps, not nothing but gaps")]
+    NoValues,
+    /// A C3D file without what angles can be made of.
+    #[error(
+        "neither joint angles nor joint centres: the points are {have}; allowed are angles such as `LHipAngles`, `LKneeAngles`, or trajectories of hip, knee and ankle such as `LHJC`, `LKJC`, `LAJC`"
+    )]
+    NoTrajectories {
+        /// What there is.
+        have: String,
+    },
+    /// Trajectories from which up or forward cannot be told.
+    #[error("{what} cannot be told from the trajectories; allowed are {allowed}")]
+    NoFrameOfReference {
+        /// Up, or forward.
+        what: &'static str,
+        /// What would do.
+        allowed: &'static str,
+    },
 }
 
 /// A [`Fault`] and where it is.
@@ -111,7 +288,8 @@ impl TraceError {
     }
 
     pub(crate) fn in_column(mut self, index: usize, heading: &str) -> Self {
-        self.column = Some((index + 1, heading.into()));
+        // A heading may be as long as its line; an error is for reading.
+        self.column = Some((index + 1, heading.chars().take(80).collect()));
         self
     }
 }

@@ -6,9 +6,21 @@
 //! | module | what it is for |
 //! |---|---|
 //! | [`csv_file`] | CSV in and out: header `time_s,left_hip_deg,...`; every fault of a file has an error that names line and column |
+//! | [`open`] | any file: recognises its format and reads its joints |
+//! | [`mapped_csv`] | CSV with any header, delimiter and unit; columns by name or by map |
+//! | [`opensim`] | OpenSim .mot and .sto, in and out |
+//! | [`c3d`] | C3D: joint angles, or hips and knees from joint centres |
+//! | [`scope`] | exports of oscilloscopes: volts to angles through a calibration |
+//! | [`joint_names`] | which joint a column is by its name |
 //! | [`raw`] | the four joints as a file has them, before repair |
 //! | [`recording`] | the table and its rules |
 //! | [`cycle`] | one stride, stretched to a fixed number of points |
+//! | [`mod@condition`] | from what a file has to what can be fitted: even times, no gaps, no jumps, flexion positive |
+//! | [`convention`] | signs and exchanged columns, read off the shape of gait |
+//! | [`repair`] | interpolation, bridges, and what a leg cannot have done |
+//! | [`strides`] | the strides, what is none and why, and the mean cycle |
+//! | [`mod@cut`] | from the beat to strides, with a reason for all that is in none |
+//! | [`segment`] | the beat that strides are counted by |
 //! | [`resample`] | linear interpolation to a fixed rate |
 //! | [`stride`] | the stride period of a periodic recording |
 //! | [`looped`] | a whole number of strides that can be played end to end without a jump |
@@ -32,18 +44,35 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod angle_columns;
+pub mod c3d;
+mod clock;
+pub mod condition;
+pub mod convention;
 pub mod csv_file;
+pub mod cut;
 pub mod cycle;
 mod fault;
+mod finding;
+pub mod joint_names;
 pub mod looped;
+pub mod mapped_csv;
 pub mod metrics;
+pub mod open;
+pub mod opensim;
 pub mod raw;
 pub mod recording;
+pub mod repair;
 pub mod resample;
+pub mod scope;
+pub mod segment;
 pub mod stride;
+pub mod strides;
+mod text_table;
 pub mod volts;
 pub mod whole_file;
 
+pub use condition::{ConditionError, Conditioned, Done, Finding, FindingKind, LowPass, Rules, condition};
 pub use cycle::Cycle;
 pub use fault::{Fault, TraceError};
 pub use looped::{LoopError, Looped};
@@ -52,4 +81,5 @@ pub use recording::{
     Channel, MAX_ANGLE_DEG, MAX_PIN_VOLTS, MIN_PIN_VOLTS, NoChannel, Quantity, Recording, RecordingError,
 };
 pub use resample::ResampleError;
+pub use strides::{LeftOut, Span, StrideError, Strides, WhyLeftOut};
 pub use volts::VoltsError;

@@ -1,0 +1,519 @@
+//! Damaged files, one of each kind of damage: a clear error that says where and what is allowed, no panic, no hang, and no
+//! more memory than a few times the file's own size. Those of C3D are in `damaged_c3d.rs`.
+//!
+//! What the readers pass on, because those behind them can tell more, is at the end: times that stand still or run
+//! backwards, gaps, legs that are swapped.
+
+mod support;
+
+#[path = "support/damage.rs"]
+mod damage;
+
+use damage::{ROOM, check, damage, held};
+use gait_trace::csv_file;
+use gait_trace::open::{self, ReadOptions};
+use support::c3d_writer::Format;
+use support::{c3d_of_angles, calibration, mot, walk};
+
+const HEADER: &str = "time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg";
+
+/// The header and rows of equal numbers.
+fn table(header: &str, rows: usize, row: impl Fn(usize) -> String) -> String {
+    (0..rows).fold(format!("{header}\n"), |text, n| text + &row(n) + "\n")
+}
+
+fn csv() -> String {
+    let mut bytes = Vec::new();
+    csv_file::write_to(&mut bytes, &walk()).unwrap();
+    String::from_utf8(bytes).unwrap()
+}
+
+#[test]
+fn tables_of_text() {
+    let good = csv();
+    let cut = |upto: &str| good[..good.find(upto).unwrap() + upto.len()].to_owned();
+    let row = |n: usize| format!("{},20,21,3,4", n as f64 / 100.0);
+    let with = |line: usize, text: &str| {
+        let mut rows: Vec<&str> = good.lines().collect();
+        rows[line - 1] = text;
+        rows.join("\n")
+    };
+    let small = |scale: f64| {
+        table(HEADER, 30, |n| {
+            let v = |k: usize| (((n * k) as f64 / 5.0).sin() * scale).to_string();
+            format!("{},{},{},{},{}", n as f64 / 100.0, v(1), v(2), v(3), v(4))
+        })
+    };
+    let latin = [b"time_s,left_knee_deg,note\n0,1,a\n0.01,2,".as_slice(), &[0xb0], b"\n"].concat();
+    let mut garbage = good.clone().into_bytes();
+    garbage[400..420].copy_from_slice(&[0, 1, 2, 3, 255, 254, 0, 0, 7, 9, 200, 1, 0, 0, 0, 0, 1, 2, 3, 4]);
+    let utf16: Vec<u8> = [0xff, 0xfe].into_iter().chain(good.bytes().flat_map(|byte| [byte, 0])).collect();
+    check(
+        vec![
+            damage("nothing", "a.csv", "", &["a.csv: is empty", "time_s"]),
+            damage("blank lines", "a.csv", "\n \n\r\n\t\n", &["is empty"]),
+            damage("comments alone", "a.csv", "# one\n# two\n", &["is empty"]),
+            damage("a byte order mark alone", "a.csv", "\u{feff}", &["is empty"]),
+            damage("a header alone", "a.csv", HEADER, &["a.csv:1: 0 rows", "2 or more"]),
+            damage("one row", "a.csv", table(HEADER, 1, row), &["a.csv:2: 1 rows", "2 or more"]),
+            damage(
+                "cut within a row",
+                "a.csv",
+                cut("\n0.2,").trim_end_matches(','),
+                &["a.csv:32: 1 fields", "are 5, as in the header"],
+            ),
+            damage(
+                "cut after a sign",
+                "a.csv",
+                table(HEADER, 2, row) + "0.5,1,2,3,-",
+                &["a.csv:4: column 5 `right_knee_deg`: `-` is not a number"],
+            ),
+            damage("time NaN", "a.csv", with(9, "NaN,1,2,3,4"), &["a.csv:9: column 1 `time_s`: `NaN` is not finite"]),
+            damage("time empty", "a.csv", with(9, ",1,2,3,4"), &["a.csv:9: column 1 `time_s`: `` is not a number"]),
+            damage(
+                "infinite",
+                "a.csv",
+                with(10, "0.05,1,inf,3,4"),
+                &["a.csv:10: column 3 `right_hip_deg`: `inf` is not finite"],
+            ),
+            damage(
+                "too large for a number",
+                "a.csv",
+                with(10, "0.05,1,1e999,3,4"),
+                &["a.csv:10: column 3", "`1e999` is not finite"],
+            ),
+            damage(
+                "a word",
+                "a.csv",
+                with(11, "0.06,1,2,oops,4"),
+                &["a.csv:11: column 4 `left_knee_deg`: `oops` is not a number", "such as -12.5"],
+            ),
+            damage(
+                "decimal commas between commas",
+                "a.csv",
+                with(2, "0,0,20,5,1,5,2,5,3,5"),
+                &["a.csv:2: 10 fields", "are 5"],
+            ),
+            damage(
+                "nothing but gaps",
+                "a.csv",
+                table(HEADER, 30, |n| format!("{n},nan,,NaN,")),
+                &["a.csv:1: no row has a number"],
+            ),
+            damage(
+                "degrees called radians",
+                "a.csv",
+                good.replace("_deg", "_rad"),
+                &["a.csv:2: column 2 `left_hip_rad`", "wrong unit? allowed is -200 to 200 degrees"],
+            ),
+            damage(
+                "radians called degrees",
+                "a.csv",
+                small(1.2),
+                &[
+                    "a.csv:1: column 2 `left_hip_deg`: the file says degrees, but no angle in 120 values",
+                    "--unit degrees|radians",
+                ],
+            ),
+            damage(
+                "a unit that is not said and not to be told",
+                "a.csv",
+                small(5.0).replace("_deg", ""),
+                &[
+                    "a.csv:1: column 2 `left_hip`: the unit of the angles is not said",
+                    "may be either",
+                    "`_deg` or `_rad`",
+                ],
+            ),
+            damage(
+                "milliseconds called time",
+                "a.csv",
+                table("time,left_hip_deg", 30, |n| format!("{},20", n * 10)),
+                &["a.csv:1: column 1 `time`: the time's median step is 10: milliseconds?", "`time_ms`"],
+            ),
+            damage(
+                "two files in one",
+                "a.csv",
+                format!("{good}{good}"),
+                &["a.csv:376: a second header; allowed is one"],
+            ),
+            damage(
+                "a joint twice",
+                "a.csv",
+                "time_s,left_hip_deg,hip_flexion_l\n0,1,2\n1,2,3\n",
+                &["a.csv:1: column 3 `hip_flexion_l`", "both look like `left_hip`", "--map left_hip=COLUMN"],
+            ),
+            damage(
+                "two times",
+                "a.csv",
+                "time,t,left_hip_deg\n0,1,2\n1,2,3\n",
+                &["column 2 `t`", "both look like `time`"],
+            ),
+            damage(
+                "no header",
+                "a.csv",
+                "0,1,2\n1,2,3\n",
+                &["a.csv:1: no column is the time (the first line is a row of numbers, not a header)"],
+            ),
+            damage(
+                "no time",
+                "a.csv",
+                "left_hip_deg,x\n1,2\n3,4\n",
+                &["the columns are `left_hip_deg`, `x`", "--map time=COLUMN"],
+            ),
+            damage(
+                "no joint",
+                "a.csv",
+                "time_s,ankle,x\n1,2,3\n3,4,5\n",
+                &["a.csv:1: no column is a joint; there are `time_s`, `ankle`, `x`", "--map left_hip=COLUMN"],
+            ),
+            damage(
+                "blanks between fields",
+                "a.csv",
+                "time_s left_hip_deg\n0 1\n1 2\n",
+                &["there is one column", "`,`, `;` or tabs"],
+            ),
+            damage(
+                "a quote that never closes",
+                "a.csv",
+                with(12, "\"0.07,1,2,3,4"),
+                &["a.csv:12: a quote opens and does not close"],
+            ),
+            damage(
+                "a quote in the header that never closes",
+                "a.csv",
+                "time_s,\"left_hip_deg\n0,1\n1,2\n",
+                &["a.csv:1: a quote opens"],
+            ),
+            damage(
+                "100,000 columns",
+                "a.csv",
+                format!("time_s{}\n", ",x".repeat(100_000)),
+                &["a.csv:1: 100001 columns; allowed are up to 4096"],
+            ),
+            damage(
+                "a row of 100,000 fields",
+                "a.csv",
+                format!("{HEADER}\n0{}\n", ",1".repeat(100_000)),
+                &["a.csv:2: 100001 columns"],
+            ),
+            damage(
+                "a line of 10 MB",
+                "a.csv",
+                format!("{HEADER}\n0,{}\n", "9".repeat(10_000_000)),
+                &["a.csv:2: a line of 10000002 bytes", "up to 1048576"],
+            ),
+            damage(
+                "a number of a million digits",
+                "a.csv",
+                format!("{HEADER}\n0,{}x,1,1,1\n", "9".repeat(1_000_000)),
+                &["a.csv:2: column 2", "is not a number"],
+            ),
+            damage(
+                "a heading as long as a book",
+                "a.csv",
+                format!("t,{}left_ankle_deg\n0,x\n1,2\n", "/".repeat(900_000)),
+                &["a.csv:1: no column is a joint"],
+            ),
+            damage(
+                "a path as long as a book",
+                "a.csv",
+                format!("t,{}hip_flexion_l/value\n0,x\n1,2\n", "/".repeat(900_000)),
+                &["a.csv:2: column 2 `////", "`x` is not a number"],
+            ),
+            damage(
+                "another character set",
+                "a.csv",
+                latin,
+                &["a.csv:3: byte 0xb0 at offset 39 is not text (another character set", "UTF-8"],
+            ),
+            damage("garbage in the middle", "a.csv", garbage, &["byte 0x00 at offset 400 is not text", "UTF-8"]),
+            damage("UTF-16", "a.csv", utf16, &["byte 0xff at offset 0 is not text (UTF-16: save it as UTF-8)"]),
+            damage(
+                "a spreadsheet",
+                "a.csv",
+                b"PK\x03\x04\x14\x00\x06\x00".as_slice(),
+                &["a zip file, perhaps a spreadsheet"],
+            ),
+            damage("compressed", "a.csv", b"\x1f\x8b\x08\x00".as_slice(), &["compressed: unpack it first"]),
+            damage("zeros", "a.csv", vec![0; 1 << 20], &["byte 0x00 at offset 0 is not text"]),
+        ],
+        &ReadOptions::default(),
+    );
+
+    let mut how = ReadOptions::default();
+    how.add_map("left_hip=nowhere").unwrap();
+    check(
+        vec![
+            damage(
+                "a map to no column",
+                "a.csv",
+                csv(),
+                &["the map takes `left_hip` from `nowhere`; the file has `time_s`, `left_hip_deg`"],
+            ),
+            damage(
+                "a map to no column",
+                "a.mot",
+                mot(&walk(), 1, "\t", true),
+                &["the map takes `left_hip` from `nowhere`", "`hip_flexion_l`"],
+            ),
+            damage(
+                "a map to no point",
+                "a.c3d",
+                c3d_of_angles(Format::Intel, None).bytes(),
+                &["from `nowhere`; the file has `LASI`"],
+            ),
+        ],
+        &how,
+    );
+}
+
+#[test]
+fn opensim_files() {
+    let good = mot(&walk(), 1, "\t", true);
+    let rows = walk().time_s().len();
+    let header = |from: &str, to: &str| {
+        assert!(good.contains(from), "{from}");
+        good.replacen(from, to, 1)
+    };
+    let lines: Vec<&str> = good.lines().collect();
+    let promise = format!("nRows={rows}");
+    check(
+        vec![
+            damage(
+                "cut between rows",
+                "a.mot",
+                lines[..200].join("\n"),
+                &["a.mot:200: `nRows` promises 374 rows, found 190"],
+            ),
+            damage(
+                "cut within a row",
+                "a.mot",
+                good[..good.len() - 10].to_owned(),
+                &["a.mot:384: ", "fields; allowed are 6"],
+            ),
+            damage("cut within the header", "a.mot", lines[..4].join("\n"), &["a.mot:4: `endheader` is missing"]),
+            damage(
+                "cut behind the header",
+                "a.mot",
+                lines[..9].join("\n"),
+                &["`names of columns below `endheader`` is missing"],
+            ),
+            damage(
+                "cut behind the names",
+                "a.mot",
+                lines[..10].join("\n"),
+                &["a.mot:10: `nRows` promises 374 rows, found 0"],
+            ),
+            damage(
+                "rows behind the last",
+                "a.mot",
+                format!("{good}{}\n", lines[20]),
+                &["promises 374 rows, found 375"],
+            ),
+            damage("two files in one", "a.mot", format!("{good}{good}"), &["a.mot:385: a second header"]),
+            damage(
+                "4 GB of rows announced",
+                "a.mot",
+                header(&promise, "nRows=4294967296"),
+                &["`nRows` promises 4294967296 rows, found 374"],
+            ),
+            damage(
+                "rows beyond any number",
+                "a.mot",
+                header(&promise, "nRows=99999999999999999999999"),
+                &["a.mot:3: `nRows` is `99999999999999999999999`; allowed is a whole number"],
+            ),
+            damage(
+                "rows that are no number",
+                "a.mot",
+                header(&promise, "nRows=many"),
+                &["a.mot:3: `nRows` is `many`; allowed is a whole number"],
+            ),
+            damage(
+                "columns that are not there",
+                "a.mot",
+                header("nColumns=6", "nColumns=24"),
+                &["a.mot:4: `nColumns` promises 24 columns, found 6"],
+            ),
+            damage(
+                "neither degrees nor radians",
+                "a.mot",
+                header("inDegrees=yes", "inDegrees=maybe"),
+                &["a.mot:5: `inDegrees` is `maybe`; allowed is yes or no"],
+            ),
+            damage(
+                "radians called degrees",
+                "a.mot",
+                mot(&walk(), 1, "\t", false).replace("inDegrees=no", "inDegrees=yes"),
+                &["a.mot:10: column 3 `hip_flexion_l`: the file says degrees, but no angle in 1496 values"],
+            ),
+            damage(
+                "degrees called radians",
+                "a.mot",
+                header("inDegrees=yes", "inDegrees=no"),
+                &["a.mot:11: column 3 `hip_flexion_l`: ", "wrong unit?"],
+            ),
+            damage(
+                "a version to come",
+                "a.sto",
+                header("version=1", "version=9"),
+                &["a.sto:2: `version` is `9`; allowed is 1, 2 or 3"],
+            ),
+            damage(
+                "vectors",
+                "a.sto",
+                mot(&walk(), 3, "\t", true).replace("=double", "=Vec3"),
+                &["a.sto:4: `DataType` is `Vec3`; allowed is double"],
+            ),
+            damage(
+                "no coordinate of a joint",
+                "a.mot",
+                good.replace("hip_", "toe_").replace("knee_", "toe_"),
+                &["a.mot:10: no column is a joint"],
+            ),
+            damage(
+                "a joint twice",
+                "a.mot",
+                header("hip_flexion_r", "hip_flexion_l"),
+                &["a.mot:10: `hip_flexion_l` and `hip_flexion_l` both look like `left_hip`"],
+            ),
+            damage(
+                "a number that is none",
+                "a.mot",
+                good.replacen("\t0.25\t", "\t0.25\t0x", 1),
+                &["a.mot:11: column 3 `hip_flexion_l`: `0x"],
+            ),
+            damage("garbage", "a.mot", good.replacen("0.25", "\u{0}", 1), &["a.mot:11: byte 0x00 at offset"]),
+            damage("nothing of it", "a.mot", "hello\n", &["a.mot:1: `endheader` is missing"]),
+            damage(
+                "a header without end",
+                "a.mot",
+                "x=1\n".repeat(100_000),
+                &["a.mot:1000: `endheader` is missing; allowed is a line `endheader` within the first 1000"],
+            ),
+        ],
+        &ReadOptions::default(),
+    );
+}
+
+#[test]
+fn exports_of_oscilloscopes() {
+    let calibration = calibration();
+    let mut how = ReadOptions { calibration: Some(&calibration), ..ReadOptions::default() };
+    how.add_map("left_knee=CH1").unwrap();
+    let rigol =
+        |start: &str, unit: &str| format!("X,CH1,Start,Increment\nSequence,{unit},0,{start}\n0,1.5\n1,1.6\n2,1.7\n");
+    check(
+        vec![
+            damage(
+                "cut",
+                "a.csv",
+                "Record Length,Analog:7\nSource,CH1\nSecond,Volt\n0,1\n1,1\n2,1\n",
+                &["a.csv:1: `Record Length` promises 7 rows, found 3"],
+            ),
+            damage(
+                "a length that is no number",
+                "a.csv",
+                "Record Length,Analog:lots\nSource,CH1\nSecond,Volt\n0,1\n1,1\n",
+                &["a.csv:1: `Record Length` is `Analog:lots`"],
+            ),
+            damage(
+                "4 GB of rows announced",
+                "a.csv",
+                "Model,MDO\nRecord Length,4294967296\nTIME,CH1\n0,1\n1,1\n",
+                &["promises 4294967296 rows, found 2"],
+            ),
+            damage(
+                "no increment",
+                "a.csv",
+                rigol("0", "Volt"),
+                &["a.csv:2: `Increment` is `0`; allowed is a number of seconds above 0"],
+            ),
+            damage(
+                "an increment that is no number",
+                "a.csv",
+                rigol("fast", "Volt"),
+                &["a.csv:2: `Increment` is `fast`"],
+            ),
+            damage("amperes", "a.csv", rigol("0.01", "Amp"), &["a.csv:2: `CH1` is `Amp`; allowed is Volt or mV"]),
+            damage(
+                "another time",
+                "a.csv",
+                "x-axis,1\nhertz,Volt\n0,1\n1,2\n",
+                &["a.csv:2: `the time's unit` is `hertz`; allowed is s or second"],
+            ),
+            damage("a header alone", "a.csv", "x-axis,1\nsecond,Volt\n", &["a.csv:2: 0 rows"]),
+            damage(
+                "a row cut short",
+                "a.csv",
+                "x-axis,1,2\nsecond,Volt,Volt\n0,1,1\n1\n",
+                &["a.csv:4: 1 fields; allowed are 2"],
+            ),
+            damage("no channel", "a.csv", "x-axis,\nsecond,\n0,1\n1,2\n", &["a.csv:2: no channel"]),
+            damage(
+                "a word",
+                "a.csv",
+                "x-axis,1\nsecond,Volt\n0,1\n1,clipped\n",
+                &["a.csv:4: column 2 `CH1`: `clipped` is not a number"],
+            ),
+            damage(
+                "infinite",
+                "a.csv",
+                "x-axis,1\nsecond,Volt\n0,1\n1,9.9E+370\n",
+                &["a.csv:4: column 2 `CH1`: `9.9E+370` is not finite"],
+            ),
+            damage(
+                "all out of the table",
+                "a.csv",
+                rigol("0.01", "mV"),
+                &["`CH1` is 0.002 to 0.002 V, all of it outside of the calibration table; allowed is 0.500 to 2.500 V"],
+            ),
+            damage(
+                "another channel",
+                "a.csv",
+                rigol("0.01", "Volt").replace("CH1", "CH3"),
+                &["the map takes `left_knee` from `CH1`; the file has `CH3`"],
+            ),
+        ],
+        &how,
+    );
+}
+
+#[test]
+fn what_is_no_file_and_what_is_too_large_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |name: &str| open::read(&folder.path().join(name), &ReadOptions::default()).unwrap_err().to_string();
+    assert!(read("nowhere.csv").contains("nowhere.csv: cannot be read: "));
+    assert!(read("").contains("cannot be read: "));
+    // 4 GB that take no room on the disk.
+    std::fs::File::create(folder.path().join("large.c3d")).unwrap().set_len(4 << 30).unwrap();
+    let (error, held) = held(|| read("large.c3d"));
+    assert!(error.ends_with("large.c3d: is larger than 268435456 bytes; allowed is up to that"), "{error}");
+    assert!(held < ROOM, "refused before it is read: {held} bytes");
+}
+
+#[test]
+fn what_is_passed_on_to_those_who_can_tell_more() {
+    let read = |text: &str| open::of_bytes("a.csv", text.as_bytes(), &ReadOptions::default()).unwrap();
+    // Times that stand still, run backwards and leap: whoever repairs them names them.
+    let raw = read("time_s,left_hip_deg\n0,20\n0.01,21\n0.01,21\n0.005,22\n9,23\n");
+    assert_eq!(raw.time_s, [0.0, 0.01, 0.01, 0.005, 9.0]);
+    // Left and right swapped: a name cannot tell, the walk can.
+    let swapped = csv().replace("left_", "x_").replace("right_", "left_").replace("x_", "right_");
+    let (raw, good) = (read(&swapped), read(&csv()));
+    assert_eq!(raw.joints[0].as_ref().unwrap().angle_deg, good.joints[1].as_ref().unwrap().angle_deg);
+    // Two joints are missing: whoever fits them says what it needs.
+    let raw = read("time_s,left_hip_deg,left_knee_deg\n0,20,\n0.01,21,5\n");
+    assert!(raw.joints[1].is_none() && raw.joints[3].is_none());
+    assert!(raw.joints[2].as_ref().unwrap().angle_deg[0].is_nan());
+    // A row in a hundred that no leg can do is a glitch, not a unit; it is missing, and a note says so.
+    let text = table(HEADER, 200, |n| format!("{},20,21,3,{}", n as f64 / 100.0, if n == 7 { 9e5 } else { 4.0 }));
+    let raw = read(&text);
+    assert!(raw.joints[3].as_ref().unwrap().angle_deg[7].is_nan());
+    assert!(
+        raw.notes[0].contains("1 of 200 values are beyond 200 degrees") && raw.notes[0].contains("line 9"),
+        "{:?}",
+        raw.notes
+    );
+}

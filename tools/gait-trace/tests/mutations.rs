@@ -1,0 +1,180 @@
+//! Every file of the corpus, and thousands of damaged copies of each, through every reader: no panic, and whatever is read
+//! keeps the promises of `RawJoints`. The same seeds, the same files, each time.
+
+mod support;
+
+use gait_trace::joint_names::AngleUnit;
+use gait_trace::open::{self, ReadOptions};
+use gait_trace::{RawJoints, TraceError, c3d, mapped_csv, opensim, scope};
+use std::path::{Path, PathBuf};
+
+/// Damaged copies of each file of the corpus.
+const COPIES: u64 = 300;
+
+type Reader = fn(&str, &[u8], &ReadOptions<'_>) -> Result<RawJoints, TraceError>;
+const READERS: [(&str, Reader); 5] = [
+    ("a", open::of_bytes),
+    ("a.csv", mapped_csv::parse),
+    ("a.mot", opensim::parse),
+    ("a.c3d", c3d::parse),
+    ("a.csv", scope::parse),
+];
+
+fn corpus() -> Vec<(PathBuf, Vec<u8>)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus");
+    let inside = |folder: &Path| -> Vec<PathBuf> {
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
+    };
+    let folders = inside(&folder).into_iter().filter(|path| path.is_dir());
+    let mut files: Vec<PathBuf> = folders.flat_map(|folder| inside(&folder)).collect();
+    files.sort();
+    files.into_iter().map(|path| (path.clone(), std::fs::read(&path).unwrap())).collect()
+}
+
+/// What holds of all that is read.
+fn check(raw: &RawJoints) {
+    assert!(raw.time_s.len() >= 2 && raw.time_s.iter().all(|time| time.is_finite()));
+    assert!(raw.joints.iter().any(Option::is_some));
+    for joint in raw.joints.iter().flatten() {
+        assert_eq!(joint.angle_deg.len(), raw.time_s.len());
+        assert!(joint.angle_deg.iter().any(|angle| !angle.is_nan()));
+        assert!(joint.angle_deg.iter().all(|angle| angle.is_nan() || angle.abs() <= 200.0));
+    }
+}
+
+/// All ways to ask.
+fn ways<'a>(calibration: &'a hgod_adc::Calibration) -> [ReadOptions<'a>; 4] {
+    let mut channel = ReadOptions { calibration: Some(calibration), ..ReadOptions::default() };
+    channel.add_map("left_knee=CH1,right_knee=2").unwrap();
+    let mut alone = ReadOptions { calibration: Some(calibration), ..ReadOptions::default() };
+    alone.add_map("left_knee=CH1").unwrap();
+    let mut numbers =
+        ReadOptions { unit: Some(AngleUnit::Degrees), calibration: Some(calibration), ..ReadOptions::default() };
+    numbers.add_map("time=1,left_hip=2,left_knee=2").unwrap();
+    [ReadOptions::default(), channel, alone, numbers]
+}
+
+/// Marsaglia's xorshift64*: the same numbers everywhere.
+struct Dice(u64);
+
+impl Dice {
+    fn below(&mut self, end: usize) -> usize {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 33) as usize % end.max(1)
+    }
+}
+
+/// Pieces that parsers trip over.
+const PIECES: [&[u8]; 16] = [
+    b"nan",
+    b"-inf",
+    b"1e999",
+    b"99999999999999999999",
+    b"\"",
+    b"\"\"",
+    b",,,,,,",
+    b"\n\n",
+    b"\r",
+    b"\t",
+    b"endheader\n",
+    b"=",
+    b"\xff\xfe",
+    b"\0\0\0\0",
+    b"nRows=4294967296\n",
+    b"#",
+];
+
+fn damaged(dice: &mut Dice, good: &[u8], other: &[u8]) -> Vec<u8> {
+    let mut bytes = good.to_vec();
+    for _ in 0..=dice.below(3) {
+        let at = dice.below(bytes.len());
+        match dice.below(7) {
+            0 => bytes.truncate(at),
+            1 => (0..=dice.below(8)).for_each(|_| {
+                let at = dice.below(bytes.len());
+                if let Some(byte) = bytes.get_mut(at) {
+                    *byte ^= 1 << dice.below(8);
+                }
+            }),
+            2 => {
+                let piece = PIECES[dice.below(PIECES.len())];
+                bytes.splice(at..at, piece.iter().copied());
+            }
+            3 => {
+                let from = dice.below(other.len());
+                let end = (from + dice.below(600)).min(other.len());
+                let until = (at + dice.below(600)).min(bytes.len());
+                bytes.splice(at..until, other[from..end].iter().copied());
+            }
+            4 => {
+                let until = (at + 1 + dice.below(64)).min(bytes.len());
+                let value = [0, 0xff, 0x7f, 0x80, b'9'][dice.below(5)];
+                bytes.get_mut(at..until).unwrap_or_default().fill(value);
+            }
+            // The first kilobyte is where the headers are.
+            5 => {
+                let at = dice.below(bytes.len().min(1024));
+                if let Some(byte) = bytes.get_mut(at) {
+                    *byte = dice.below(256) as u8;
+                }
+            }
+            _ => {
+                let until = (at + dice.below(200)).min(bytes.len());
+                bytes.drain(at.min(until)..until);
+            }
+        }
+    }
+    bytes
+}
+
+#[test]
+fn the_corpus_is_read_by_the_reader_that_it_is_for() {
+    let calibration = support::calibration();
+    let files = corpus();
+    assert!(files.len() >= 30, "{} files", files.len());
+    for (path, bytes) in &files {
+        let read = ways(&calibration).iter().any(|how| match open::of_bytes(&path.to_string_lossy(), bytes, how) {
+            Ok(raw) => {
+                check(&raw);
+                true
+            }
+            Err(_) => false,
+        });
+        let found = path.file_name().unwrap().to_string_lossy().starts_with("found_");
+        assert!(read || found, "{} was not read", path.display());
+    }
+}
+
+#[test]
+fn no_damage_makes_a_reader_panic() {
+    let calibration = support::calibration();
+    let ways = ways(&calibration);
+    let files = corpus();
+    let (mut read, mut refused) = (0, 0);
+    for (index, (_, good)) in files.iter().enumerate() {
+        for copy in 0..COPIES {
+            let mut dice = Dice(0x9e37_79b9_7f4a_7c15 ^ ((index as u64) << 32 | (copy + 1)));
+            let other = &files[dice.below(files.len())].1;
+            let bytes = damaged(&mut dice, good, other);
+            for how in &ways {
+                for (name, reader) in READERS {
+                    match reader(name, &bytes, how) {
+                        Ok(raw) => {
+                            check(&raw);
+                            read += 1;
+                        }
+                        Err(error) => {
+                            assert!(error.to_string().starts_with(name));
+                            refused += 1;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    println!("{read} read, {refused} refused");
+    // Damage of all kinds: some of it leaves a file that can be read, most of it does not.
+    assert!(read > 1000 && refused > 10_000, "{read} read, {refused} refused");
+}
