@@ -21,10 +21,11 @@ const CORES: [(&str, &[&str]); 4] = [
 const CORE_LIBRARIES: [&str; 6] = ["crc", "defmt", "fixed", "heapless", "libm", "micromath"];
 
 /// Packages that nothing may depend on: programs, chores and tests. The virtual board is one for its licence too (GPL-2.0-only).
-const ENDS: [&str; 6] = ["core-selftest", "firmware", "footfall-tests", "link-proof", "virtual-board", "xtask"];
+const ENDS: [&str; 7] =
+    ["core-selftest", "firmware", "footfall-tests", "link-proof", "step-cost", "virtual-board", "xtask"];
 
 /// Packages that need a second target or system packages, so that plain `cargo test` leaves them out.
-const NOT_DEFAULT: [&str; 4] = ["core-selftest", "firmware", "link-proof", "virtual-board"];
+const NOT_DEFAULT: [&str; 5] = ["core-selftest", "firmware", "link-proof", "step-cost", "virtual-board"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("tests/ is in the workspace")

@@ -9,11 +9,13 @@
 //! strides. Freeze it with a learning rate of 0: it plays the learned signal for ever.
 //! Source: the adaptive-oscillator-with-Fourier-series form of Petric, Gams and Ijspeert 2011 (from memory of the literature).
 
-use joint_units::{Period, Phase};
+use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::error::in_range;
+use crate::features::{Features, fill, harmonics};
+use crate::shape::FourierShape;
 use crate::trig::sin_cos;
-use crate::{BuildError, Field};
+use crate::{BuildError, Field, Generator, StateFault};
 
 /// Gains and start.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -109,6 +111,19 @@ impl<const H: usize> AdaptiveFourier<H> {
         q
     }
 
+    /// Its slope per radian of phase now.
+    #[must_use]
+    pub fn slope(&self) -> f32 {
+        let (s1, c1) = sin_cos(self.phase);
+        let (mut s, mut c, mut order, mut slope) = (s1, c1, 1.0, 0.0);
+        for (&a, &b) in self.cos.iter().zip(&self.sin) {
+            slope += order * (b * c - a * s);
+            order += 1.0;
+            (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
+        }
+        slope
+    }
+
     /// The phase now.
     #[must_use]
     pub const fn phase(&self) -> Phase {
@@ -119,6 +134,126 @@ impl<const H: usize> AdaptiveFourier<H> {
     #[must_use]
     pub fn frequency_hz(&self) -> f32 {
         self.frequency * (1.0 / core::f32::consts::TAU)
+    }
+}
+
+/// N joints that share one phase: the first teaches frequency and phase, all learn their own series. A walker that is taught by walking.
+///
+/// ```
+/// use cpg_core::{Generator, adaptive_fourier::{AdaptiveFourierConfig, AdaptiveWalk}, gaits::Gait};
+/// use joint_units::Period;
+/// // A person walks at a stride of 1.084 s; the walker starts from silence, a tenth too slow.
+/// let mut person = Gait::NaturalWalk.build(1.0, Period::MILLISECOND)?;
+/// let config = AdaptiveFourierConfig { frequency_hz: 0.83, ..AdaptiveFourierConfig::default() };
+/// let mut walk = AdaptiveWalk::<6, 4>::build(config, 0.5, Period::MILLISECOND)?;
+/// for _ in 0..60_000 {
+///     walk.learn(person.angles());
+///     person.step();
+/// }
+/// for _ in 0..5000 {
+///     person.step();
+///     walk.step();
+///     let [_, _, knee, _] = walk.angles();
+///     assert!((knee.0 - person.angles()[2].0).abs() < 0.04);
+/// }
+/// # Ok::<(), cpg_core::BuildError>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AdaptiveWalk<const H: usize, const N: usize> {
+    joints: [AdaptiveFourier<H>; N],
+    start: [AdaptiveFourier<H>; N],
+    /// rad per unit of the series.
+    unit: f32,
+}
+
+impl<const H: usize, const N: usize> AdaptiveWalk<H, N> {
+    /// From silence; `unit` is the amplitude in rad, 0.01 to 3, that learns at the rates of the configuration.
+    ///
+    /// # Errors
+    /// Names the field that is out of range.
+    pub fn build(config: AdaptiveFourierConfig, unit: f32, period: Period) -> Result<Self, BuildError> {
+        in_range(unit, Field::of("unit"), 0.01, 3.0)?;
+        let joints = [AdaptiveFourier::build(config, period)?; N];
+        Ok(Self { joints, start: joints, unit })
+    }
+
+    /// Begins with these series as if it had learned them; a reset returns here.
+    #[must_use]
+    pub fn taught(mut self, shapes: &[FourierShape<H>; N]) -> Self {
+        let per_unit = 1.0 / self.unit;
+        for (joint, shape) in self.joints.iter_mut().zip(shapes) {
+            let (mean, cos, sin) = shape.coefficients();
+            (joint.mean, joint.cos, joint.sin) =
+                (mean * per_unit, cos.map(|a| a * per_unit), sin.map(|b| b * per_unit));
+        }
+        self.start = self.joints;
+        self
+    }
+
+    /// One control period with the taught joints.
+    pub fn learn(&mut self, taught: [Radians; N]) {
+        let per_unit = 1.0 / self.unit;
+        for (joint, angle) in self.joints.iter_mut().zip(taught) {
+            joint.learn(angle.0 * per_unit);
+        }
+        // A joint that is not the first goes where the first leads, whatever it made of its own error.
+        if let Some(first) = self.joints.first().copied() {
+            for joint in &mut self.joints {
+                (joint.phase, joint.frequency) = (first.phase, first.frequency);
+            }
+        }
+    }
+
+    /// The learned frequency in cycles per second.
+    #[must_use]
+    pub fn frequency_hz(&self) -> f32 {
+        self.joints.first().map_or(0.0, AdaptiveFourier::frequency_hz)
+    }
+}
+
+impl<const H: usize, const N: usize> Generator<N> for AdaptiveWalk<H, N> {
+    fn step(&mut self) {
+        for joint in &mut self.joints {
+            joint.play();
+        }
+    }
+
+    fn angles(&self) -> [Radians; N] {
+        self.joints.map(|joint| Radians(self.unit * joint.value()))
+    }
+
+    fn rates(&self) -> [RadPerSec; N] {
+        self.joints.map(|joint| RadPerSec(self.unit * joint.frequency * joint.slope()))
+    }
+
+    /// That of the series: 0 where the first joint is most flexed if it was taught so, anywhere if it began from silence.
+    fn phase(&self) -> Phase {
+        self.joints.first().map_or(Phase(0), AdaptiveFourier::phase)
+    }
+
+    fn amplitude(&self) -> f32 {
+        1.0
+    }
+
+    fn check(&self) -> Result<(), StateFault> {
+        let finite = |joint: &AdaptiveFourier<H>| joint.value().is_finite() && joint.slope().is_finite();
+        match self.joints.iter().position(|joint| !finite(joint)) {
+            Some(joint) => Err(StateFault::NotFinite { joint }),
+            None => Ok(()),
+        }
+    }
+
+    fn reset(&mut self) {
+        self.joints = self.start;
+    }
+}
+
+/// As those of a [`FourierShape`].
+impl<const H: usize, const N: usize> Features for AdaptiveWalk<H, N> {
+    const COUNT: usize = 2 * H;
+
+    fn features(&self, out: &mut [f32]) {
+        fill(out, harmonics(self.phase(), H as u32));
     }
 }
 

@@ -36,6 +36,15 @@ impl core::fmt::Display for Field {
 }
 
 /// Why `build` refused a configuration.
+///
+/// ```
+/// use cpg_core::{BuildError, graph::Biped, robust::Robust, walking::default_config};
+/// use joint_units::Period;
+/// let mut config = default_config();
+/// config.coupling[2] = 3.0;
+/// let refused = config.build(Period::MILLISECOND).map(|_: Robust<Biped, 4, 4>| ()).unwrap_err();
+/// assert_eq!(refused.to_string(), "coupling[2]: must be from 0 to 2");
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BuildError {

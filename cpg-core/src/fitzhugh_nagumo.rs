@@ -2,6 +2,16 @@
 //!
 //! Dimensionless membrane potential v and recovery w. With eps = 0.08, a = 0.7, b = 0.8 it fires repeatedly for I from about 0.33
 //! to 1.42. Source: FitzHugh 1961, Nagumo et al. 1962.
+//!
+//! ```
+//! use cpg_core::{fitzhugh_nagumo::FitzHughNagumo, flow::rk4};
+//! let (neuron, mut state, mut highest) = (FitzHughNagumo::standard(0.5), [1.0, 0.0], 0.0f32);
+//! for _ in 0..10_000 {
+//!     rk4(&neuron, &mut state, 0.02);
+//!     highest = highest.max(state[0]);
+//! }
+//! assert!((highest - 1.852_117).abs() < 1e-3, "{highest}");
+//! ```
 
 use crate::Scalar;
 use crate::flow::Flow;

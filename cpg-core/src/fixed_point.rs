@@ -20,6 +20,21 @@
 //!
 //! Read-outs come twice: those of [`Generator`] convert to `f32`, which such a chip does in software; those in [`I16F16`], an angle in
 //! units of 2^-16 rad, do not. The building-block rhythms ([`crate::obb`]) are integers already.
+//!
+//! ```
+//! use cpg_core::{Generator, graph::Biped, walking::{default_config, default_walk}};
+//! use joint_units::Period;
+//! let mut fixed = default_config().build_fixed::<Biped>(Period::MILLISECOND)?;
+//! let mut float = default_walk(Period::MILLISECOND)?;
+//! for _ in 0..11_000 {
+//!     fixed.step();
+//!     float.step();
+//! }
+//! for (a, b) in fixed.angles().iter().zip(float.angles()) {
+//!     assert!((a.degrees() - b.degrees()).abs() < 0.02);
+//! }
+//! # Ok::<(), cpg_core::BuildError>(())
+//! ```
 
 use core::marker::PhantomData;
 

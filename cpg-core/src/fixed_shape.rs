@@ -1,28 +1,63 @@
 //! One phase and a Fourier series per joint in fixed point, for chips without a floating-point unit.
 //!
-//! The equations are those of [`crate::shape`]: `a_j = S_j(phi + lead_j)`. The phase is an integer, 2^-64 of a cycle, and so is its
-//! step: the period is exact to 2^-32. Coefficients are [`I4F28`], sines [`I2F30`], products 64 bits; an angle comes out in units of
-//! 2^-16 rad, within one such unit (0.9 millidegrees) of the series.
+//! The equations are those of [`crate::shape`]: `a_j = offset_j + mean_j + gain_j (S_j(phi + lead_j) - mean_j)`. The phase is an integer,
+//! 2^-64 of a cycle, and so is its step: the period is exact to 2^-32. Coefficients and offsets are [`I4F28`], gains [`I8F24`], sines
+//! [`I2F30`], products 64 bits; an angle comes out in units of 2^-16 rad, within one such unit (0.9 millidegrees) of the series.
+//!
+//! ```
+//! use cpg_core::{fixed_shape::FixedPhaseShape, shape::{Adjustment, FourierShape}};
+//! use joint_units::{Period, Phase, Radians};
+//! let hip = FourierShape::build(Radians(0.1), [0.4], [0.0])?;
+//! let mut walk = FixedPhaseShape::build(&[hip; 2], [Phase(0), Phase(1 << 31)], 1.1, Period::MILLISECOND)?;
+//! // 0.5 and -0.3 rad, in units of 2^-16.
+//! assert_eq!(walk.fixed_angles().map(|angle| angle.to_bits()), [32_768, -19_661]);
+//! walk.adjust(0, Adjustment { gain: 0.5, offset: Radians(0.2), lead: Phase(0) })?;
+//! assert_eq!(walk.fixed_angles()[0].to_bits(), 32_768);
+//! # Ok::<(), cpg_core::BuildError>(())
+//! ```
 
-use fixed::types::{I2F30, I4F28, I16F16};
+use fixed::types::{I2F30, I4F28, I8F24, I16F16};
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::error::in_range;
 use crate::fixed_trig::sin_cos;
-use crate::shape::{FourierShape, STRIDE_RANGE_S};
+use crate::shape::{Adjustment, FourierShape, MAX_COEFFICIENT, STRIDE_RANGE_S};
 use crate::{BuildError, Field, Generator, StateFault};
+
+/// A full turn in 2^-24 rad, times the microseconds of a second.
+const TURN: i64 = (core::f64::consts::TAU * 1e6 * 16_777_216.0) as i64;
 
 /// N joints on Fourier series of H harmonics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedPhaseShape<const H: usize, const N: usize> {
     shapes: [Coefficients<H>; N],
-    leads: [Phase; N],
+    uses: [Use; N],
     /// 2^-64 cycles.
     phase: u64,
     /// 2^-64 cycles a tick.
     step: u64,
     /// 2 pi over the stride time, rad/s in 2^-24.
     turn_rate: i64,
+    period: Period,
+}
+
+/// How one joint uses its shape: [`Adjustment`] in fixed point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Use {
+    gain: I8F24,
+    offset: I4F28,
+    lead: Phase,
+}
+
+impl Use {
+    /// A number in 2^-44 times the gain; exact for a gain of 1.
+    #[inline]
+    fn scale(&self, value: i64) -> i64 {
+        let gain = i64::from(self.gain.to_bits());
+        // In two parts: 45 bits of an angle and 26 of a gain have no room in 64.
+        let (high, low) = (value >> 20, value & 0xf_ffff);
+        (high.wrapping_mul(gain) >> 4).wrapping_add(low.wrapping_mul(gain) >> 24)
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,12 +121,42 @@ impl<const H: usize, const N: usize> FixedPhaseShape<H, N> {
         stride_s: f32,
         period: Period,
     ) -> Result<Self, BuildError> {
+        let uses = leads.map(|lead| Use { gain: I8F24::ONE, offset: I4F28::ZERO, lead });
+        let shapes = shapes.each_ref().map(Coefficients::of);
+        let mut built = Self { shapes, uses, phase: 0, step: 0, turn_rate: 0, period };
+        built.set_stride(stride_s)?;
+        Ok(built)
+    }
+
+    /// Sets the stride time in seconds, to the microsecond. Converts from `f32`, once a change.
+    ///
+    /// # Errors
+    /// `stride_s` outside [`STRIDE_RANGE_S`]; the old one then stays.
+    pub fn set_stride(&mut self, stride_s: f32) -> Result<(), BuildError> {
         in_range(stride_s, Field::of("stride_s"), STRIDE_RANGE_S.0, STRIDE_RANGE_S.1)?;
-        let stride_us = u128::from((stride_s * 1e6 + 0.5) as u32);
+        let stride_us = (stride_s * 1e6 + 0.5) as u32;
         // Below 2^64: the longest period (0.1 s) is half of the shortest stride.
-        let step = (u128::from(period.micros()) << 64).checked_div(stride_us).unwrap_or(0) as u64;
-        let turn_rate = (core::f32::consts::TAU / stride_s * 16_777_216.0) as i64;
-        Ok(Self { shapes: shapes.each_ref().map(Coefficients::of), leads, phase: 0, step, turn_rate })
+        self.step = (u128::from(self.period.micros()) << 64).checked_div(stride_us.into()).unwrap_or(0) as u64;
+        self.turn_rate = TURN.checked_div(stride_us.into()).unwrap_or(0);
+        Ok(())
+    }
+
+    /// Sets gain, offset and lead of a joint, as [`crate::shape::PhaseShape::adjust`] does; joints that do not exist are ignored.
+    /// Converts from `f32`, once a change.
+    ///
+    /// # Errors
+    /// `gain` or `offset` out of range; the old adjustment then stays.
+    pub fn adjust(&mut self, joint: usize, adjustment: Adjustment) -> Result<(), BuildError> {
+        in_range(adjustment.gain, Field::of("gain"), 0.0, 2.0)?;
+        in_range(adjustment.offset.0, Field::of("offset"), -MAX_COEFFICIENT, MAX_COEFFICIENT)?;
+        if let Some(place) = self.uses.get_mut(joint) {
+            *place = Use {
+                gain: I8F24::checked_from_num(adjustment.gain).unwrap_or(I8F24::ONE),
+                offset: I4F28::checked_from_num(adjustment.offset.0).unwrap_or(I4F28::ZERO),
+                lead: adjustment.lead,
+            };
+        }
+        Ok(())
     }
 
     /// Sets the phase.
@@ -121,8 +186,11 @@ impl<const H: usize, const N: usize> FixedPhaseShape<H, N> {
     fn each(&self, read: impl Fn((i64, i64)) -> i64) -> [I16F16; N] {
         let mut out = [I16F16::ZERO; N];
         let phase = self.phase().0;
-        for ((out, shape), lead) in out.iter_mut().zip(&self.shapes).zip(&self.leads) {
-            let value = read(shape.at(Phase(phase.wrapping_add(lead.0))));
+        for ((out, shape), adjusted) in out.iter_mut().zip(&self.shapes).zip(&self.uses) {
+            let (angle, slope) = shape.at(Phase(phase.wrapping_add(adjusted.lead.0)));
+            let mean = i64::from(shape.mean.to_bits()) << 16;
+            let rest = mean.wrapping_add(i64::from(adjusted.offset.to_bits()) << 16);
+            let value = read((rest.wrapping_add(adjusted.scale(angle.wrapping_sub(mean))), adjusted.scale(slope)));
             *out = I16F16::from_bits(value.clamp(i32::MIN.into(), i32::MAX.into()) as i32);
         }
         out

@@ -2,6 +2,22 @@
 //!
 //! The models of neurons (van der Pol, Hopf, Matsuoka, FitzHugh-Nagumo, Morris-Lecar, Terman-Wang) and the cell networks are of this
 //! form; the second-order joint networks have the cheaper [`crate::Integrator`].
+//!
+//! ```
+//! use cpg_core::flow::{Flow, rk4};
+//! /// x' = -x.
+//! struct Decay;
+//! impl Flow<f32, 1> for Decay {
+//!     fn derivative(&self, &[x]: &[f32; 1]) -> [f32; 1] {
+//!         [-x]
+//!     }
+//! }
+//! let mut state = [1.0];
+//! for _ in 0..10 {
+//!     rk4(&Decay, &mut state, 0.1);
+//! }
+//! assert!((state[0] - (-1.0f32).exp()).abs() < 1e-6);
+//! ```
 
 use crate::Scalar;
 

@@ -175,7 +175,7 @@ const NATURAL: [Harmonics; 4] = [
     (26.73, [-16.94, -1.11, 0.37, 2.26, -1.44, 0.21], [16.43, -17.19, 5.50, 0.48, -0.82, 0.17]),
 ];
 
-fn natural_shapes() -> Result<[FourierShape<6>; 4], BuildError> {
+pub(crate) fn natural_shapes() -> Result<[FourierShape<6>; 4], BuildError> {
     let shape = |(mean, cos, sin): Harmonics| {
         let radians = |degrees: f32| Radians::from_degrees(degrees).0;
         FourierShape::build(Radians::from_degrees(mean), cos.map(radians), sin.map(radians))

@@ -6,6 +6,30 @@ use joint_units::{Phase, RadPerSec, Radians};
 ///
 /// A generator is made by the `build(period)` of its own configuration, which validates it; from then on nothing can fail.
 /// It takes no clock: the caller calls `step` once a tick. Read-outs change nothing, and may be left out.
+///
+/// ```
+/// use cpg_core::{Generator, gaits::Gait, walkers};
+/// use joint_units::Period;
+/// /// Ticks of the first full cycle of the gait phase, of whatever walks.
+/// fn stride(mut walk: impl Generator<4>) -> u32 {
+///     let mut wrapped = None;
+///     for tick in 0..5000 {
+///         let before = walk.phase();
+///         walk.step();
+///         if walk.phase().0 < before.0 {
+///             match wrapped {
+///                 None => wrapped = Some(tick),
+///                 Some(first) => return tick - first,
+///             }
+///         }
+///     }
+///     0
+/// }
+/// assert!((1099..=1101).contains(&stride(walkers::robust(Period::MILLISECOND)?)));
+/// assert!((1099..=1101).contains(&stride(walkers::matsuoka(Period::MILLISECOND)?)));
+/// assert_eq!(stride(Gait::NaturalWalk.build(1.0, Period::MILLISECOND)?), 1084);
+/// # Ok::<(), cpg_core::BuildError>(())
+/// ```
 pub trait Generator<const N: usize> {
     /// Advances by one control period.
     fn step(&mut self);
@@ -30,6 +54,12 @@ pub trait Generator<const N: usize> {
 
     /// Back to the state it was built with.
     fn reset(&mut self);
+
+    /// What the gait sensor says for the coming step; `None` where it is not to be believed. A generator that follows nobody does not
+    /// listen.
+    fn sense(&mut self, angle: Option<Radians>) {
+        let _ = angle;
+    }
 }
 
 /// What is wrong with the state of a generator.

@@ -15,6 +15,17 @@
 //!
 //! **Eight cells**: two rings of four, 1-3-5-7 left and 2-4-6-8 right, each cell driven by the one before it with a lead of m quarter
 //! cycles, and pairs across with a sign: pronk, pace, bound, trot, jump and two walks. Amplitude `sqrt(lambda + ring + pair)`.
+//!
+//! ```
+//! use cpg_core::{flow::rk4, golubitsky::{LegGait, LegNetwork}};
+//! let (walk, mut z) = (LegNetwork::of(LegGait::Walk), [0.3f32, 0.1, -0.2, 0.4, 0.1, -0.5, 0.2, 0.2]);
+//! for _ in 0..20_000 {
+//!     rk4(&walk, &mut z, 2e-3);
+//! }
+//! // On the circle of sqrt(1.9), the legs in antiphase, the muscles of a leg too.
+//! assert!((z[0].hypot(z[1]) - 1.378_405).abs() < 1e-4);
+//! assert!((z[0] + z[2]).abs() < 1e-3 && (z[0] + z[4]).abs() < 1e-3 && (z[0] - z[6]).abs() < 1e-3);
+//! ```
 
 use crate::Scalar;
 use crate::flow::Flow;

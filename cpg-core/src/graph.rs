@@ -14,6 +14,11 @@ use crate::Scalar;
 ///     const EDGES: [(usize, usize); 7] = [(0, 1), (2, 3), (4, 5), (0, 2), (1, 3), (2, 4), (3, 5)];
 /// }
 /// let () = SixJoints::VALID;
+/// // Every joint is linked: the ends of the links name all six.
+/// let mut named: Vec<_> = SixJoints::EDGES.iter().flat_map(|&(a, b)| [a, b]).collect();
+/// named.sort_unstable();
+/// named.dedup();
+/// assert_eq!(named, [0, 1, 2, 3, 4, 5]);
 /// ```
 pub trait Graph<const N: usize, const E: usize> {
     /// The pairs. Each is one link; what runs along it in either direction is for the model to say.

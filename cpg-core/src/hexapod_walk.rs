@@ -5,6 +5,21 @@
 //! cubic (Hermite) that meets position and rate at both ends, so both are continuous through every step and every change of gait, and
 //! the acceleration is at most [`HexapodWalk::acceleration_bound`]. A leg that must wait for its neighbours after a change waits at the
 //! rear.
+//!
+//! ```
+//! use cpg_core::{Generator, hexapod_walk::{HexapodWalk, HexapodWalkConfig}};
+//! use joint_units::Period;
+//! let mut walk = HexapodWalk::build(1, HexapodWalkConfig::default(), Period::MILLISECOND)?;
+//! // The tripod: in each half second three legs come forward by 40 degrees while three are drawn back.
+//! let before = walk.angles();
+//! for _ in 0..500 {
+//!     walk.step();
+//! }
+//! let moved: Vec<i32> = walk.angles().iter().zip(before).map(|(a, b)| (a.degrees() - b.degrees()).round() as i32).collect();
+//! assert_eq!(moved.iter().filter(|&&degrees| degrees == 40).count(), 3, "{moved:?}");
+//! assert_eq!(moved.iter().filter(|&&degrees| degrees == -40).count(), 3, "{moved:?}");
+//! # Ok::<(), cpg_core::BuildError>(())
+//! ```
 
 use joint_units::{Period, Phase, RadPerSec, RadPerSec2, Radians};
 

@@ -16,6 +16,20 @@
 //!
 //! Times in s, angles in rad. Sources: Matsuoka 1985 for the pair; Williamson 1998 for it on a joint; Hu, Williamson and Pratt for the
 //! compensator.
+//!
+//! ```
+//! use cpg_core::hu::HuConfig;
+//! let mut joint = HuConfig::<f32>::standard(1.5, 1.0).build(joint_units::Period::MILLISECOND)?;
+//! let (mut upward, mut before) = (0, 0.0);
+//! for tick in 0..60_000 {
+//!     joint.step();
+//!     // After ten seconds to settle, fifty of counting.
+//!     upward += u32::from(tick >= 10_000 && before < 0.0 && joint.angle() >= 0.0);
+//!     before = joint.angle();
+//! }
+//! assert!((f64::from(upward) / 50.0 - 1.576).abs() < 0.03, "{upward} cycles: the joint's 1.5 Hz, not the pair's 1.12");
+//! # Ok::<(), cpg_core::BuildError>(())
+//! ```
 
 use joint_units::Period;
 

@@ -21,6 +21,18 @@
 //! [`Measurement`] says whether it is valid, and one that is not sets L to zero for the tick: the observer runs on as a clock.
 //!
 //! Angles are in units of the caller's choice (the model is linear), times in 1/(natural angular frequency).
+//!
+//! ```
+//! use cpg_core::kuo::{Drive, KuoConfig, Measurement, Pendulum};
+//! let cycle = Pendulum::<f32>::build(0.1)?.cycle(1.0);
+//! assert!((cycle.impulse - 0.887_899_5).abs() < 1e-5 && (cycle.half_period - 2.383_610).abs() < 1e-5);
+//! // A clock needs no sensor: an impulse every half period, for a hundred time units.
+//! let mut clock = KuoConfig::<f32> { damping: 0.1, amplitude: 1.0, drive: Drive::FeedForward }.build(0.01)?;
+//! let lost = Measurement { angle: 0.0, rate: 0.0, valid: false };
+//! let kicks = (0..10_000).filter(|_| clock.step(&lost).is_some()).count();
+//! assert_eq!(kicks, 41);
+//! # Ok::<(), cpg_core::BuildError>(())
+//! ```
 
 use crate::error::in_range;
 use crate::flow::{Flow, rk4};

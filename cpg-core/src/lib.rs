@@ -32,10 +32,14 @@
 //! | [`golubitsky`] | four and eight symmetric cells: the gaits of two and four legs | Golubitsky et al. 1998, 2006 |
 //! | [`obb`], [`smer`], [`hexapod`], [`hexapod_walk`] | edge reversal in integers, the six-legged ladder | Yang et al. 2014 |
 //! | [`adaptive_fourier`], [`programmable`] | learn a signal on line | Petric et al. 2011; Righetti, Ijspeert 2006 |
-//! | [`readout`] | any flow as joint angles | - |
+//! | [`half_centre`] | two alike cells that push each other apart; flexor and extensor | Brown 1911 |
+//! | [`readout`], [`joint_walker`], [`bank_walk`], [`obb_walk`] | any flow, the bank and the building block as joint angles | - |
+//! | [`walkers`], [`features`] | all of them as walkers of four joints at one stride, and what a read-out can use | - |
 //! | [`kuo`], [`hu`] | clock, feedback and their hybrid on a pendulum; an oscillator that finds a joint's resonance | Kuo 2002; Hu, Williamson, Pratt |
 //! | [`fixed_point`], [`fixed_shape`], [`fixed_trig`] | R1, phase and shape without a floating-point unit | - |
 //! | [`gaits`] | the gaits that ship, by name | - |
+//! | [`entrainment`] | four joints follow a walking person, from one worn joint sensor | - |
+//! | [`phase_lock`], [`sogi`], [`stride_event`] | the walker's phase and cadence: loop, quadrature filter, events | Rodriguez et al. 2006 (the filter) |
 //! | [`transition`] | any of them, changed at any tick without a jump | - |
 //!
 //! The thesis is "Designing CPG for Biped Locomotion Control using Nonlinear Dynamical Theory" (IIITA Allahabad).
@@ -53,8 +57,11 @@
 #![forbid(unsafe_code)]
 
 pub mod adaptive_fourier;
+pub mod bank_walk;
 pub mod bipeds;
+pub mod entrainment;
 mod error;
+pub mod features;
 pub mod fitzhugh_nagumo;
 pub mod fixed_point;
 pub mod fixed_shape;
@@ -64,16 +71,20 @@ pub mod gaits;
 mod generator;
 pub mod golubitsky;
 pub mod graph;
+pub mod half_centre;
 pub mod hexapod;
 pub mod hexapod_walk;
 pub mod hopf;
 pub mod hu;
 mod integrator;
+pub mod joint_walker;
 pub mod kuo;
 pub mod matsuoka;
 pub mod morris_lecar;
 pub mod obb;
+pub mod obb_walk;
 mod oscillators;
+pub mod phase_lock;
 pub mod programmable;
 pub mod rayleigh;
 pub mod readout;
@@ -81,11 +92,14 @@ pub mod robust;
 mod scalar;
 pub mod shape;
 pub mod smer;
+pub mod sogi;
+pub mod stride_event;
 pub mod terman_wang;
 pub mod thesis;
 pub mod transition;
 pub mod trig;
 pub mod van_der_pol;
+pub mod walkers;
 pub mod walking;
 
 pub use error::{BuildError, Field};

@@ -6,6 +6,16 @@
 //! x membrane potential, v adaptation, y firing rate, s tonic input; Tr, Ta in the model's unit of time. Two neurons with weight a
 //! oscillate iff `a > 1 + Tr/Ta` and `a < 1 + b`. The period scales with (Tr, Ta) together; s scales the amplitude and leaves the
 //! period alone. Source: Matsuoka 1985, 1987.
+//!
+//! ```
+//! use cpg_core::{flow::rk4, matsuoka::Matsuoka};
+//! let (pair, mut state, mut highest) = (Matsuoka::standard([[0.0, 2.5], [2.5, 0.0]]), [0.1, 0.0, 0.0, 0.0], 0.0f32);
+//! for tick in 0..20_000 {
+//!     rk4(&pair, &mut state, 0.02);
+//!     highest = if tick < 10_000 { 0.0 } else { highest.max(state[0]) };
+//! }
+//! assert!((highest - 0.612_69).abs() < 1e-4, "{highest}");
+//! ```
 
 use crate::Scalar;
 use crate::flow::Flow;

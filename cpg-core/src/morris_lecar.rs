@@ -5,6 +5,17 @@
 //! m(V) = (1 + tanh((V - V1)/V2)) / 2,   n_inf(V) = (1 + tanh((V - V3)/V4)) / 2
 //! ```
 //! Source: Morris and Lecar 1981; the constants are the set in which firing begins by a Hopf bifurcation (Rinzel and Ermentrout).
+//!
+//! ```
+//! use cpg_core::{flow::rk4, morris_lecar::MorrisLecar};
+//! let (neuron, mut state, mut highest) = (MorrisLecar { current: 100.0 }, [-20.0, 0.3], -100.0f32);
+//! // Half a second, and then a quarter.
+//! for tick in 0..15_000 {
+//!     rk4(&neuron, &mut state, 0.05);
+//!     highest = if tick < 10_000 { state[0] } else { highest.max(state[0]) };
+//! }
+//! assert!((highest - 33.3258).abs() < 0.01, "{highest} mV");
+//! ```
 
 use crate::flow::{Flow, Hyperbolic};
 

@@ -11,12 +11,24 @@
 //! Oscillators may waste themselves (two on one harmonic), small harmonics take minutes, and after freezing the small errors of w_i/w_0
 //! remain: the single-phase [`crate::adaptive_fourier`] reaches the Fourier floor in seconds and is what to use; this is the
 //! comparison that the field knows.
+//!
+//! ```
+//! use cpg_core::programmable::{ProgrammableConfig, ProgrammableCpg};
+//! // Taught a sinusoid of 1 Hz from a first guess of 0.9.
+//! let config = ProgrammableConfig::<1>::harmonics_of(0.9);
+//! let mut bank = ProgrammableCpg::build(&config, joint_units::Period::MILLISECOND)?;
+//! for tick in 0..60_000 {
+//!     bank.learn((core::f32::consts::TAU * 1e-3 * (tick % 1000) as f32).sin());
+//! }
+//! assert!((bank.frequencies_hz()[0] - 1.0).abs() < 0.01 && (bank.amplitudes()[0] - 1.0).abs() < 0.05);
+//! # Ok::<(), cpg_core::BuildError>(())
+//! ```
 
 use joint_units::{Period, Phase};
 
 use crate::error::{all_in_range, in_range};
 use crate::trig::{atan2, sin_cos};
-use crate::{BuildError, Field};
+use crate::{BuildError, Field, Scalar};
 
 /// Gains and start of a bank of N oscillators.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -124,6 +136,25 @@ impl<const N: usize> ProgrammableCpg<N> {
     #[must_use]
     pub fn frequencies_hz(&self) -> [f32; N] {
         self.cells.map(|cell| cell.frequency * (1.0 / core::f32::consts::TAU))
+    }
+
+    /// The point (x, y) of each oscillator.
+    #[must_use]
+    pub fn points(&self) -> [[f32; 2]; N] {
+        self.cells.map(|cell| [cell.x, cell.y])
+    }
+
+    /// Places each oscillator at a point, held within ±2; the circle has radius 1.
+    pub fn set_points(&mut self, points: [[f32; 2]; N]) {
+        for (cell, point) in self.cells.iter_mut().zip(points) {
+            [cell.x, cell.y] = point.map(|coordinate| coordinate.clamp_to(2.0));
+        }
+    }
+
+    /// How fast each point moves while it plays, per second.
+    #[must_use]
+    pub fn velocities(&self) -> [[f32; 2]; N] {
+        self.slopes(&self.cells, None).map(|slope| [slope.x, slope.y])
     }
 
     /// The learned amplitudes.

@@ -5,6 +5,29 @@
 //! ```
 //! The weights are what fits a model's own waveform to a walker (linear least squares, `footfall` does it); the model's own time is
 //! stretched so that its cycle is one stride. A network whose cells run in the phases of a gait needs no more than one weight a joint.
+//!
+//! ```
+//! use cpg_core::{Generator, hopf::Hopf, readout::{PhasePlane, Readout, ReadoutConfig}};
+//! use joint_units::{Period, Radians};
+//! // A hip and a knee on the circle of a Hopf oscillator, the knee a quarter behind.
+//! let flow = Hopf { gain: 8.0, square_radius: 1.0, frequency: core::f32::consts::TAU };
+//! let config = ReadoutConfig {
+//!     start: [1.0, 0.0],
+//!     cycle: 1.0,
+//!     stride_s: 1.2,
+//!     weights: [[0.3, 0.0], [0.0, 0.4]],
+//!     offsets: [Radians(0.1), Radians(0.5)],
+//!     plane: PhasePlane { x: 0, y: 1, centre: (0.0, 0.0), radius: (1.0, 1.0) },
+//!     bound: 5.0,
+//! };
+//! let mut walk = Readout::build(flow, config, Period::MILLISECOND)?;
+//! for _ in 0..300 {
+//!     walk.step();
+//! }
+//! assert!((walk.angles()[0].0 - 0.1).abs() < 1e-4 && (walk.angles()[1].0 - 0.9).abs() < 1e-4);
+//! assert!((walk.phase().cycles() - 0.25).abs() < 1e-4);
+//! # Ok::<(), cpg_core::BuildError>(())
+//! ```
 
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
@@ -23,7 +46,7 @@ pub struct ReadoutConfig<const D: usize, const N: usize> {
     pub stride_s: f32,
     /// Weight of each state for each joint, in radians per unit of the state; up to ±100. Errors count them row by row.
     pub weights: [[f32; D]; N],
-    /// Offset of each joint; up to ±2 pi.
+    /// Angle of each joint where all states are 0; up to ±100 rad, as the states' means count into it.
     pub offsets: [Radians; N],
     /// The two states whose plane shows the phase, and the point in it that the cycle goes round, anticlockwise.
     pub plane: PhasePlane,
@@ -66,7 +89,7 @@ impl<F: Flow<f32, D>, const D: usize, const N: usize> Readout<F, D, N> {
         in_range(config.cycle, Field::of("cycle"), 1e-3, 1e6)?;
         in_range(config.stride_s, Field::of("stride_s"), 0.2, 20.0)?;
         all_in_range(config.weights.into_iter().flatten(), "weights", -100.0, 100.0)?;
-        all_in_range(config.offsets.map(|o| o.0), "offsets", -core::f32::consts::TAU, core::f32::consts::TAU)?;
+        all_in_range(config.offsets.map(|o| o.0), "offsets", -100.0, 100.0)?;
         let PhasePlane { x, y, centre, radius } = config.plane;
         let last = D.saturating_sub(1) as f32;
         in_range(x as f32, Field::of("plane.x"), 0.0, last)?;
@@ -86,6 +109,11 @@ impl<F: Flow<f32, D>, const D: usize, const N: usize> Readout<F, D, N> {
     #[must_use]
     pub const fn state(&self) -> &[f32; D] {
         &self.state
+    }
+
+    /// The model, to change its inputs between two ticks.
+    pub const fn flow_mut(&mut self) -> &mut F {
+        &mut self.flow
     }
 
     /// Places the model in a state; values beyond the bound are held at it.

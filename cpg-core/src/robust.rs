@@ -17,6 +17,21 @@
 //!   eps^2/16: by a factor of 1.014033 at eps = kap = 0.5.
 //! - [`State`] is normalised: displacement u and velocity v. Both are held within [`HEADROOM`]; the limit cycle reaches 1.0 to 1.1.
 //!   `build` refuses a period at which explicit integration could diverge inside of that.
+//!
+//! ```
+//! use cpg_core::{Generator, State, graph::Biped, robust::Robust, walking::default_config};
+//! use joint_units::Period;
+//! let mut walk: Robust<Biped, 4, 4> = default_config().build(Period::MILLISECOND)?;
+//! // Nearly at rest, and out of phase.
+//! walk.set_state(&State { displacement: [0.1, 0.0, 0.0, 0.0], velocity: [0.0, 0.1, -0.1, 0.05] }).expect("inside the bound");
+//! for _ in 0..10_000 {
+//!     walk.step();
+//! }
+//! let State { displacement: u, velocity: v } = walk.state();
+//! assert!((walk.amplitude() - 1.0).abs() < 0.05);
+//! assert!((u[0] + u[1]).abs() < 1e-3 && (v[2] + v[3]).abs() < 1e-3, "left against right");
+//! # Ok::<(), cpg_core::BuildError>(())
+//! ```
 
 use core::marker::PhantomData;
 

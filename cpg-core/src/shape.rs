@@ -5,10 +5,37 @@
 //! ```
 //! The phase is a fraction of 2^64 of a cycle with an integer step, so the period is exact: over 72 h at 1 kHz (2.6e8 ticks) the
 //! rounding of the step adds up to less than 1e-10 cycles. The only error left is the template's. Changes of speed, gain, offset or
-//! lead take effect at once here; wrap the generator in [`crate::transition::Smooth`] and every change is smooth.
+//! lead take effect at once here, as a jump. They are smooth inputs, at any tick and within one another, through
+//! [`crate::transition::Smooth::change`]: angle and rate then go on without a jump, and the acceleration stays within that of the motion
+//! asked for plus the stated bound of the transition, as below.
 //!
 //! A [`FourierShape`] of 6 harmonics follows the mean stride of a walker within half a degree (least squares on real recordings), a
 //! [`SplineShape`] trades harmonics for knots.
+//!
+//! ```
+//! use cpg_core::{Generator, shape::{Adjustment, FourierShape, PhaseShape}, transition::{Smooth, TransitionConfig}};
+//! use joint_units::{Period, Phase, Radians};
+//! let hip = FourierShape::build(Radians(0.1), [0.35], [0.0])?;
+//! let walk = PhaseShape::build([hip; 2], 1.1, Period::MILLISECOND)?;
+//! let mut walk = Smooth::build(walk, TransitionConfig::default(), Period::MILLISECOND)?;
+//! for _ in 0..400 {
+//!     walk.step();
+//! }
+//! let before = (walk.angles()[0], walk.rates()[0]);
+//! // Speed, amplitude, offset and lead of the left hip, all on one tick.
+//! walk.change(|walk| {
+//!     walk.set_stride(0.8)?;
+//!     walk.adjust(0, Adjustment { gain: 1.5, offset: Radians(0.2), lead: Phase::from_cycles(0.1) })
+//! })?;
+//! let jump = (walk.angles()[0].0 - before.0.0, walk.rates()[0].0 - before.1.0);
+//! assert!(jump.0.abs() < 1e-6 && jump.1.abs() < 1e-5, "{jump:?}");
+//! // A second later it is the adjusted walk and nothing else.
+//! for _ in 0..1000 {
+//!     walk.step();
+//! }
+//! assert_eq!(walk.angles(), walk.generator().angles());
+//! # Ok::<(), cpg_core::BuildError>(())
+//! ```
 
 use joint_units::{Period, Phase, RadPerSec, Radians};
 

@@ -2,6 +2,16 @@
 //!
 //! Dimensionless. With eps = 0.02, g = 6, b = 0.1 it oscillates for I > 0; the stronger I, the longer the active phase.
 //! Source: Terman and Wang 1995 (LEGION).
+//!
+//! ```
+//! use cpg_core::{flow::rk4, terman_wang::TermanWang};
+//! let (flow, mut state, mut highest) = (TermanWang::standard(0.8), [-1.5, 1.0], 0.0f32);
+//! for _ in 0..20_000 {
+//!     rk4(&flow, &mut state, 0.02);
+//!     highest = highest.max(state[0]);
+//! }
+//! assert!((highest - 1.983_731).abs() < 1e-3, "{highest}");
+//! ```
 
 use crate::Scalar;
 use crate::flow::{Flow, Hyperbolic};

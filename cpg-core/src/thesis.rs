@@ -21,6 +21,22 @@
 //!   bound in [`Oscillators::limit`], and `build` refuses a gain at which the limit cycle itself would come there.
 //!
 //! For walking use [`crate::robust`].
+//!
+//! ```
+//! use cpg_core::{Generator, thesis::{Thesis, ThesisConfig, harmonic_balance_p}};
+//! use joint_units::Period;
+//! // p of the left hip of set S: k12 = 0.2010 makes its amplitude 17 times that of the oscillator alone.
+//! let p = harmonic_balance_p(0.0014f64, 0.2010, core::f64::consts::TAU / 1.1, 20.0);
+//! assert!((p - 0.029_438_266_8).abs() < 1e-9, "{p}");
+//! let mut walk: Thesis = ThesisConfig::set_s().build(Period::MILLISECOND)?;
+//! let mut highest = 0.0f32;
+//! for _ in 0..5000 {
+//!     walk.step();
+//!     highest = highest.max(walk.angles()[0].degrees());
+//! }
+//! assert!((highest - 25.0).abs() < 0.3, "{highest}: 20 degrees about 5");
+//! # Ok::<(), cpg_core::BuildError>(())
+//! ```
 
 use core::marker::PhantomData;
 

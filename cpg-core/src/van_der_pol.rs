@@ -4,6 +4,16 @@
 //! 2.0235 and its period 2 pi (1 + mu^2/16 ...) for small mu, (3 - 2 ln 2) mu for large.
 //! Source: van der Pol 1926. The thesis (eq 2) prints `y'' - mu (y^2 - 1) y' + y0`, whose cycle repels; the sign is mended here. The
 //! velocity of a Rayleigh oscillator ([`crate::rayleigh`]) times the square root of 3 obeys this equation.
+//!
+//! ```
+//! use cpg_core::{flow::rk4, van_der_pol::VanDerPol};
+//! let (flow, mut state, mut highest) = (VanDerPol { mu: 1.0 }, [0.1, 0.0], 0.0f32);
+//! for _ in 0..10_000 {
+//!     rk4(&flow, &mut state, 0.01);
+//!     highest = highest.max(state[0]);
+//! }
+//! assert!((highest - 2.008_62).abs() < 1e-3, "{highest}");
+//! ```
 
 use crate::Scalar;
 use crate::flow::Flow;

@@ -7,7 +7,7 @@ use cpg_core::fixed_point::FixedRobust;
 use cpg_core::fixed_shape::FixedPhaseShape;
 use cpg_core::graph::Biped;
 use cpg_core::robust::{Robust, RobustConfig};
-use cpg_core::shape::{FourierShape, PhaseShape, Shape};
+use cpg_core::shape::{Adjustment, FourierShape, PhaseShape, Shape};
 use cpg_core::walking::default_config;
 use cpg_core::{Generator, Rk4, State, StateFault, fixed_trig};
 use fixed::types::I16F16;
@@ -267,6 +267,53 @@ fn shape_error_is_one_place() {
     }
     println!("{worst:.4} {worst_rate:.4}");
     assert!(worst < 0.51 && worst_rate < 0.53, "{worst} {worst_rate}");
+}
+
+proptest! {
+    /// Any gain, offset and lead on a joint, at any stride: angle and rate are those of the f32 generator, and the joints beside it stay.
+    #[test]
+    fn adjusted_like_the_f32_generator(
+        gain in 0.0f32..=2.0,
+        offset in -6.3f32..=6.3,
+        lead in any::<u32>(),
+        stride in 0.2f32..20.0,
+        joint in 0usize..2,
+        phase in any::<u32>(),
+    ) {
+        let mut ours = FixedPhaseShape::build(&shapes(), [Phase(0); 2], 1.1, Period::MILLISECOND).unwrap();
+        let mut single = PhaseShape::build(shapes(), 1.1, Period::MILLISECOND).unwrap();
+        let adjustment = Adjustment { gain, offset: Radians(offset), lead: Phase(lead) };
+        ours.adjust(joint, adjustment).unwrap();
+        single.adjust(joint, adjustment).unwrap();
+        ours.set_stride(stride).unwrap();
+        single.set_stride(stride).unwrap();
+        ours.set_phase(Phase(phase));
+        single.set_phase(Phase(phase));
+        for _ in 0..50 {
+            prop_assert_eq!(ours.phase(), single.phase());
+            for (a, b) in ours.angles().iter().zip(single.angles()) {
+                // One place of 2^-16, and what f32 has at 8 rad.
+                prop_assert!((a.0 - b.0).abs() < 1.7e-5, "{} {}", a.0, b.0);
+            }
+            for (a, b) in ours.rates().iter().zip(single.rates()) {
+                prop_assert!((a.0 - b.0).abs() < 2e-5 + 4e-7 * b.0.abs().max(20.0 / stride), "{} {}", a.0, b.0);
+            }
+            ours.step();
+            single.step();
+        }
+    }
+}
+
+#[test]
+fn a_bad_adjustment_is_refused_and_changes_nothing() {
+    let mut ours = FixedPhaseShape::build(&shapes(), [Phase(5); 2], 1.1, Period::MILLISECOND).unwrap();
+    let before = ours;
+    let bad = |gain, offset| Adjustment { gain, offset: Radians(offset), lead: Phase(0) };
+    assert!(ours.adjust(0, bad(2.1, 0.0)).unwrap_err().to_string().contains("gain"));
+    assert!(ours.adjust(0, bad(1.0, f32::NAN)).unwrap_err().to_string().contains("offset"));
+    assert!(ours.set_stride(0.1).unwrap_err().to_string().contains("stride_s"));
+    assert_eq!(ours.adjust(2, bad(0.5, 0.0)), Ok(()));
+    assert_eq!(ours, before);
 }
 
 /// The phase is that of the f32 generator to the last bit, tick by tick, and the step that of the exact quotient: 72 h at 1 kHz are

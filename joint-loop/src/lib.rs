@@ -89,5 +89,5 @@ pub use params::{GateConfig, JointRange, LoopConfig, POSE_LIMITS, PoseLimit, Pos
 pub use servo::{Direction, ServoConfig, ServoMap};
 pub use supervisor::{Cause, State};
 pub use tick::JointLoop;
-pub use walker::{HARMONICS, SeriesConfig, ShapeConfig, Walker, WalkerConfig};
+pub use walker::{FollowConfig, HARMONICS, SeriesConfig, ShapeConfig, Walker, WalkerConfig};
 pub use watch::{Seen, Watch, WatchConfig, Watched};

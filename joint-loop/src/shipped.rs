@@ -102,6 +102,10 @@ pub fn walk_loop(
 ) -> Result<WalkLoop, Refusal> {
     let mut config = LoopConfig::default_biped();
     config.watch.sensor_required = sensor_required;
+    if let WalkerConfig::Follow(_) = walker {
+        // It goes on without a sensor for two seconds, then stands, and walks again when the sensor is back.
+        config.watch.sensor_tolerance_s = f32::INFINITY;
+    }
     walk_loop_with(&config, walker, vrefint_cal, min_supply)
 }
 

@@ -180,6 +180,9 @@ impl<G: Generator<{ Joint::COUNT }>, const S: usize> JointLoop<G, S> {
     /// One step of the generator. Angles that do not pass its check are never used: a moving joint ramps down from the last
     /// ones that did. At rest a generator that does not pass starts afresh.
     fn generate(&mut self, state: State) {
+        // The first sensor is the gait sensor. Only a good sample pulls.
+        let good = |(angle, verdict): (&Radians, &Verdict)| (*verdict == Verdict::Good).then_some(*angle);
+        self.generator.sense(self.frame.measured.iter().zip(&self.frame.verdict).next().and_then(good));
         if self.sound {
             self.generator.step();
         } else if !state.moving() {

@@ -1,10 +1,12 @@
 //! The generators that a board can walk with, chosen by parameters and not by the compiler.
 //!
-//! A loop that is compiled for one generator walks with that one only. [`WalkerConfig`] holds the parameters of any of three, and
-//! [`Walker`] is the one that was built: R1, the thesis' network, or a phase with a Fourier series a joint. The same file that a fit
-//! wrote builds the same bits here on the host and on the board ([`crate::walker_record`] is how it gets there).
+//! A loop that is compiled for one generator walks with that one only. [`WalkerConfig`] holds the parameters of any of four, and
+//! [`Walker`] is the one that was built: R1, the thesis' network, a phase with a Fourier series a joint, or the same led by the gait
+//! sensor. The same file that a fit wrote builds the same bits here on the host and on the board ([`crate::walker_record`] is how it gets there).
 
+use cpg_core::entrainment::{Entrained, EntrainedConfig};
 use cpg_core::graph::{Biped, HipKnee, LeftRight};
+use cpg_core::phase_lock::PhaseLockConfig;
 use cpg_core::robust::{Robust, RobustConfig};
 use cpg_core::shape::{FourierShape, PhaseShape};
 use cpg_core::thesis::{Thesis, ThesisConfig};
@@ -35,6 +37,24 @@ pub struct ShapeConfig {
     pub joints: [SeriesConfig; Joint::COUNT],
 }
 
+/// A walker that is followed: the shapes of its joints, and the one joint that the gait sensor is worn on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FollowConfig {
+    /// The joint that is measured.
+    pub sensor: Joint,
+    /// What the walker does when nobody disturbs him; the stride within the range of [`PhaseLockConfig::stride_s`].
+    pub shape: ShapeConfig,
+}
+
+impl FollowConfig {
+    /// What it becomes: everything else as [`EntrainedConfig::default`] has it.
+    #[must_use]
+    pub fn entrained(&self) -> EntrainedConfig {
+        let lock = PhaseLockConfig { stride_s: self.shape.stride_s, ..PhaseLockConfig::default() };
+        EntrainedConfig { lock, ..EntrainedConfig::default() }
+    }
+}
+
 /// Parameters of a walker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum WalkerConfig {
@@ -44,9 +64,13 @@ pub enum WalkerConfig {
     Thesis(ThesisConfig),
     /// Phase and shape, see [`cpg_core::shape`].
     Shape(ShapeConfig),
+    /// Phase and shape that follow the gait sensor, see [`cpg_core::entrainment`].
+    Follow(FollowConfig),
 }
 
 /// A built walker.
+// There is one of it, and no heap to box the largest on.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Walker {
     /// R1.
@@ -55,6 +79,16 @@ pub enum Walker {
     Thesis(Thesis),
     /// Phase and shape.
     Shape(PhaseShape<FourierShape<HARMONICS>, { Joint::COUNT }>),
+    /// Phase and shape that follow the gait sensor.
+    Follow(Entrained),
+}
+
+impl ShapeConfig {
+    fn shapes(&self) -> Result<[FourierShape<HARMONICS>; Joint::COUNT], BuildError> {
+        let series = |joint: &SeriesConfig| FourierShape::build(joint.mean, joint.cos, joint.sin);
+        let [left_hip, right_hip, left_knee, right_knee] = &self.joints;
+        Ok([series(left_hip)?, series(right_hip)?, series(left_knee)?, series(right_knee)?])
+    }
 }
 
 impl WalkerConfig {
@@ -64,13 +98,14 @@ impl WalkerConfig {
         Self::Robust(default_config())
     }
 
-    /// `robust`, `thesis` or `shape`.
+    /// `robust`, `thesis`, `shape` or `follow`.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Robust(_) => "robust",
             Self::Thesis(_) => "thesis",
             Self::Shape(_) => "shape",
+            Self::Follow(_) => "follow",
         }
     }
 
@@ -96,11 +131,9 @@ impl WalkerConfig {
         Ok(match self {
             Self::Robust(config) => Walker::Robust(config.build::<Biped, Rk4>(period)?),
             Self::Thesis(config) => Walker::Thesis(config.build::<LeftRight, HipKnee, Rk4>(period)?),
-            Self::Shape(config) => {
-                let series = |joint: &SeriesConfig| FourierShape::build(joint.mean, joint.cos, joint.sin);
-                let [left_hip, right_hip, left_knee, right_knee] = &config.joints;
-                let shapes = [series(left_hip)?, series(right_hip)?, series(left_knee)?, series(right_knee)?];
-                Walker::Shape(PhaseShape::build(shapes, config.stride_s, period)?)
+            Self::Shape(config) => Walker::Shape(PhaseShape::build(config.shapes()?, config.stride_s, period)?),
+            Self::Follow(config) => {
+                Walker::Follow(Entrained::build(config.shape.shapes()?, config.sensor, config.entrained(), period)?)
             }
         })
     }
@@ -113,6 +146,7 @@ macro_rules! whichever {
             Walker::Robust($generator) => $what,
             Walker::Thesis($generator) => $what,
             Walker::Shape($generator) => $what,
+            Walker::Follow($generator) => $what,
         }
     };
 }
@@ -144,5 +178,11 @@ impl Generator<{ Joint::COUNT }> for Walker {
 
     fn reset(&mut self) {
         whichever!(self, generator => generator.reset());
+    }
+
+    fn sense(&mut self, angle: Option<Radians>) {
+        if let Walker::Follow(follower) = self {
+            follower.sense(angle);
+        }
     }
 }

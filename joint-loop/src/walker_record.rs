@@ -4,14 +4,14 @@
 //! ```text
 //! 0    magic "FFWK"
 //! 4    schema, u16, 1            another schema is refused, never guessed at
-//! 6    kind, u16                 1 robust, 2 thesis, 3 shape
+//! 6    kind, u16                 1 robust, 2 thesis, 3 shape, 4 follow
 //! 8    number of words, u32      fixed by the kind
 //! 12   the words, u32            bits of f32, or a phase in 2^-32 of a cycle
 //! ...  CRC-32 (ISO-HDLC) of everything before it
 //! ```
 //! Words, in this order: **robust** natural period, nonlinearity, couplings, phases, amplitudes, offsets; **thesis** alpha, p, mu,
-//! offset of each joint, difference gains, product gains, phases; **shape** stride, then mean, cosines, sines of each joint. Units as
-//! in the configurations themselves.
+//! offset of each joint, difference gains, product gains, phases; **shape** stride, then mean, cosines, sines of each joint; **follow**
+//! the sensor's joint as its place in [`Joint::ALL`], then as shape. Units as in the configurations themselves.
 
 use core::fmt;
 
@@ -20,9 +20,9 @@ use cpg_core::rayleigh::RayleighConfig;
 use cpg_core::robust::RobustConfig;
 use cpg_core::thesis::ThesisConfig;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-use joint_units::{Period, Phase, Radians};
+use joint_units::{Joint, Period, Phase, Radians};
 
-use crate::walker::{HARMONICS, SeriesConfig, ShapeConfig, WalkerConfig};
+use crate::walker::{FollowConfig, HARMONICS, SeriesConfig, ShapeConfig, WalkerConfig};
 
 /// First address of the board's parameter sector (16 KiB that the program leaves free, see `memory.x`).
 pub const ADDRESS: u32 = 0x0800_4000;
@@ -36,8 +36,10 @@ const SCHEMA: u16 = 1;
 const HEAD: usize = 12;
 const ROBUST: (u16, usize) = (1, 18);
 const THESIS: (u16, usize) = (2, 28);
-const SHAPE: (u16, usize) = (3, MAX_WORDS);
-const MAX_WORDS: usize = 1 + 4 * (1 + 2 * HARMONICS);
+const SHAPE: (u16, usize) = (3, 1 + 4 * (1 + 2 * HARMONICS));
+const FOLLOW: (u16, usize) = (4, MAX_WORDS);
+const MAX_WORDS: usize = 1 + SHAPE.1;
+const KINDS: [(u16, usize); 4] = [ROBUST, THESIS, SHAPE, FOLLOW];
 
 /// Without a table: 300 bytes are read once a boot.
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
@@ -65,6 +67,8 @@ pub enum RecordError {
         /// Of the record.
         computed: u32,
     },
+    /// There is no joint of this number.
+    Joint(u32),
     /// A parameter is not allowed.
     Walker(BuildError),
 }
@@ -77,10 +81,11 @@ impl fmt::Display for RecordError {
             Self::Schema(schema) => write!(f, "schema {schema}; allowed is {SCHEMA}"),
             Self::Kind { kind, words } => write!(
                 f,
-                "kind {kind} with {words} words; allowed is {} with {}, {} with {} or {} with {}",
-                ROBUST.0, ROBUST.1, THESIS.0, THESIS.1, SHAPE.0, SHAPE.1
+                "kind {kind} with {words} words; allowed is {} with {}, {} with {}, {} with {} or {} with {}",
+                ROBUST.0, ROBUST.1, THESIS.0, THESIS.1, SHAPE.0, SHAPE.1, FOLLOW.0, FOLLOW.1
             ),
             Self::Crc { written, computed } => write!(f, "check sum {computed:08x}, written is {written:08x}"),
+            Self::Joint(place) => write!(f, "the sensor is on joint {place}; allowed is 0 to 3"),
             Self::Walker(error) => write!(f, "{error}"),
         }
     }
@@ -113,6 +118,7 @@ impl Record {
             WalkerConfig::Robust(_) => ROBUST,
             WalkerConfig::Thesis(_) => THESIS,
             WalkerConfig::Shape(_) => SHAPE,
+            WalkerConfig::Follow(_) => FOLLOW,
         };
         record.push(MAGIC);
         record.push(u32::from(SCHEMA) | u32::from(kind) << 16);
@@ -132,13 +138,10 @@ impl Record {
                 thesis.difference.iter().chain(&thesis.product).for_each(|pair| record.floats(pair));
                 record.phases(&thesis.phases);
             }
-            WalkerConfig::Shape(shape) => {
-                record.floats(&[shape.stride_s]);
-                for joint in &shape.joints {
-                    record.floats(&[joint.mean.0]);
-                    record.floats(&joint.cos);
-                    record.floats(&joint.sin);
-                }
+            WalkerConfig::Shape(shape) => record.shape(shape),
+            WalkerConfig::Follow(follow) => {
+                record.push(follow.sensor as u32);
+                record.shape(&follow.shape);
             }
         }
         record.push(CRC.checksum(record.bytes()));
@@ -167,6 +170,15 @@ impl Record {
 
     fn floats(&mut self, values: &[f32]) {
         values.iter().for_each(|value| self.push(value.to_bits()));
+    }
+
+    fn shape(&mut self, shape: &ShapeConfig) {
+        self.floats(&[shape.stride_s]);
+        for joint in &shape.joints {
+            self.floats(&[joint.mean.0]);
+            self.floats(&joint.cos);
+            self.floats(&joint.sin);
+        }
     }
 
     fn phases(&mut self, values: &[Phase]) {
@@ -204,7 +216,7 @@ pub fn read(bytes: &[u8]) -> Result<Option<Stored>, RecordError> {
         return Err(RecordError::Schema(schema));
     }
     let words = head.word()?;
-    let known = [ROBUST, THESIS, SHAPE].into_iter().find(|known| (known.0, known.1 as u32) == (kind, words));
+    let known = KINDS.into_iter().find(|known| (known.0, known.1 as u32) == (kind, words));
     let Some((_, count)) = known else { return Err(RecordError::Kind { kind, words }) };
     let checked = bytes.get(..HEAD + 4 * count).ok_or(RecordError::Short)?;
     let written = Words(bytes.get(HEAD + 4 * count..).ok_or(RecordError::Short)?).word()?;
@@ -215,7 +227,12 @@ pub fn read(bytes: &[u8]) -> Result<Option<Stored>, RecordError> {
     let config = match kind {
         kind if kind == ROBUST.0 => head.robust()?,
         kind if kind == THESIS.0 => head.thesis()?,
-        _ => head.shape()?,
+        kind if kind == SHAPE.0 => WalkerConfig::Shape(head.shape()?),
+        _ => {
+            let place = head.word()?;
+            let sensor = Joint::ALL.get(place as usize).copied().ok_or(RecordError::Joint(place))?;
+            WalkerConfig::Follow(FollowConfig { sensor, shape: head.shape()? })
+        }
     };
     config.build(Period::MILLISECOND).map_err(RecordError::Walker)?;
     Ok(Some(Stored { config, crc: written }))
@@ -276,13 +293,13 @@ impl Words<'_> {
         }))
     }
 
-    fn shape(&mut self) -> Result<WalkerConfig, RecordError> {
+    fn shape(&mut self) -> Result<ShapeConfig, RecordError> {
         let stride_s = self.float()?;
         let mut joints = [SeriesConfig { mean: Radians(0.0), cos: [0.0; HARMONICS], sin: [0.0; HARMONICS] }; 4];
         for joint in &mut joints {
             *joint = SeriesConfig { mean: Radians(self.float()?), cos: self.floats()?, sin: self.floats()? };
         }
-        Ok(WalkerConfig::Shape(ShapeConfig { stride_s, joints }))
+        Ok(ShapeConfig { stride_s, joints })
     }
 }
 
@@ -297,8 +314,10 @@ mod tests {
         WalkerConfig::Shape(ShapeConfig { stride_s: 1.234_567, joints: [0.1, 0.2, 0.3, 0.4].map(series) })
     }
 
-    fn all() -> [WalkerConfig; 3] {
-        [WalkerConfig::default_walk(), WalkerConfig::Thesis(ThesisConfig::set_s()), shape()]
+    fn all() -> [WalkerConfig; 4] {
+        let WalkerConfig::Shape(inner) = shape() else { unreachable!() };
+        let follow = WalkerConfig::Follow(FollowConfig { sensor: Joint::RightHip, shape: inner });
+        [WalkerConfig::default_walk(), WalkerConfig::Thesis(ThesisConfig::set_s()), shape(), follow]
     }
 
     #[test]
@@ -312,6 +331,17 @@ mod tests {
         }
         // The check value of CRC-32/ISO-HDLC.
         assert_eq!(CRC.checksum(b"123456789"), 0xCBF4_3926);
+    }
+
+    #[test]
+    fn a_sensor_on_no_joint_is_refused() {
+        let [.., follow] = all();
+        let mut record = Record::of(&follow);
+        record.bytes[HEAD] = 4;
+        let end = record.length - 4;
+        let sum = CRC.checksum(&record.bytes[..end]);
+        record.bytes[end..end + 4].copy_from_slice(&sum.to_le_bytes());
+        assert_eq!(read(record.bytes()), Err(RecordError::Joint(4)));
     }
 
     #[test]

@@ -25,7 +25,8 @@ pub struct WatchConfig {
     /// Whether the gait sensors must be good to move. Set it to false to walk from the generator's own rhythm, with no sensor
     /// worn: verdicts and angles are then still reported, and nothing follows from them.
     pub sensor_required: bool,
-    /// How long a required sensor may be not good while moving. s, 0 to 1.
+    /// How long a required sensor may be not good while moving. s, 0 to 1; or infinite for a generator that itself goes on without a
+    /// sensor for a while and then comes to rest: the sensor is then only required to arm.
     pub sensor_tolerance_s: f32,
     /// How long the pose envelope may hold the setpoints back. s, 0 to 1.
     pub pose_tolerance_s: f32,
@@ -71,7 +72,10 @@ impl WatchConfig {
         inside("watch.overruns_per_s", None, self.overruns_per_s as f32, 0.0, 100.0, "1/s")?;
         Ok(Watch {
             sensor_required: self.sensor_required,
-            sensor_tolerance: tolerance("watch.sensor_tolerance_s", self.sensor_tolerance_s)?,
+            sensor_tolerance: match self.sensor_tolerance_s {
+                f32::INFINITY => None,
+                seconds => Some(tolerance("watch.sensor_tolerance_s", seconds)?),
+            },
             pose_tolerance: tolerance("watch.pose_tolerance_s", self.pose_tolerance_s)?,
             stop_gap,
             fault_gap,
@@ -93,7 +97,8 @@ impl WatchConfig {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Watch {
     sensor_required: bool,
-    sensor_tolerance: u32,
+    /// None tolerates everything while moving.
+    sensor_tolerance: Option<u32>,
     pose_tolerance: u32,
     stop_gap: u32,
     fault_gap: u32,
@@ -135,7 +140,7 @@ impl Watch {
     /// Takes what one tick saw, and says what follows.
     pub fn judge(&self, watched: &mut Watched, seen: &Seen) -> Demand {
         // Spells are held at just above the tolerance, so that they are over as long after their end as they lasted to count.
-        spell(&mut watched.sensor, !seen.sensors_good, seen.elapsed, self.sensor_tolerance);
+        spell(&mut watched.sensor, !seen.sensors_good, seen.elapsed, self.sensor_tolerance.unwrap_or(0));
         spell(&mut watched.pose, seen.pose_limited, 1, self.pose_tolerance);
         watched.window = watched.window.saturating_add(seen.elapsed);
         if seen.faults.contains(BoardFaults::ADC_OVERRUN) {
@@ -147,7 +152,10 @@ impl Watch {
             watched.overruns = 0;
         }
 
-        let sensor_tolerance = if seen.moving { self.sensor_tolerance } else { 0 };
+        let sensor_bad = match self.sensor_tolerance {
+            None if seen.moving => false,
+            tolerance => watched.sensor > if seen.moving { tolerance.unwrap_or(0) } else { 0 },
+        };
         if let Some(cause) = named(seen.faults) {
             Demand::Fault(cause)
         } else if seen.elapsed > self.fault_gap {
@@ -158,7 +166,7 @@ impl Watch {
             Demand::Stop(Cause::Generator)
         } else if watched.overruns > self.overruns {
             Demand::Stop(Cause::AdcOverrun)
-        } else if self.sensor_required && watched.sensor > sensor_tolerance {
+        } else if self.sensor_required && sensor_bad {
             Demand::Stop(Cause::Sensor)
         } else if watched.pose > self.pose_tolerance {
             Demand::Stop(Cause::Pose)

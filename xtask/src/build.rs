@@ -65,9 +65,19 @@ impl Workshop {
 
     /// A `cargo build` of one package for the board.
     pub(crate) fn thumb_build(&self, package: &str, options: &[&str]) -> Result<Command> {
+        self.thumb_cargo("build", package, TARGET, options)
+    }
+
+    /// A `cargo check` of one package for a target without an operating system, which the toolchain must be
+    /// [ready for](Toolchain::ready_for).
+    pub(crate) fn thumb_check(&self, package: &str, target: &str, options: &[&str]) -> Result<Command> {
+        self.thumb_cargo("check", package, target, options)
+    }
+
+    fn thumb_cargo(&self, command: &str, package: &str, target: &str, options: &[&str]) -> Result<Command> {
         let toolchain = self.toolchain()?;
         let mut cargo = toolchain.cargo();
-        cargo.args(["build", "--package", package, "--release", "--target", TARGET]).args(options);
+        cargo.args([command, "--package", package, "--release", "--target", target]).args(options);
         if self.strict {
             toolchain.deny_warnings(&mut cargo);
         }
@@ -98,6 +108,12 @@ impl Workshop {
     pub(crate) fn core_selftest(&self) -> Result<PathBuf> {
         eprintln!("build: core-selftest");
         executable(&mut self.thumb_build("core-selftest", &[])?, "core-selftest")
+    }
+
+    /// The program that counts the instructions of every generator's step.
+    pub(crate) fn step_cost(&self) -> Result<PathBuf> {
+        eprintln!("build: step-cost");
+        executable(&mut self.thumb_build("step-cost", &[])?, "step-cost")
     }
 
     /// The program that runs an image without a board.

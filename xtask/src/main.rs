@@ -5,6 +5,7 @@
 //!
 //! Exit codes: 0 done, 1 something failed, 2 something is missing on this computer (the message says what to do).
 
+mod bench;
 mod board;
 mod build;
 mod core_selftest;
@@ -59,6 +60,11 @@ enum Chore {
         #[arg(long, value_enum, default_value_t)]
         board: Board,
     },
+    /// Measure and print a table
+    Bench {
+        #[command(subcommand)]
+        bench: bench::Bench,
+    },
     /// Install what the other commands need, or say what to install
     Setup,
 }
@@ -85,6 +91,7 @@ fn chore(chore: Chore) -> anyhow::Result<ExitCode> {
             println!("{}: {}, {}", board.feature(), built.elf.display(), built.footprint);
             Ok(ExitCode::SUCCESS)
         }
+        Chore::Bench { bench } => bench::bench(&mut shop, &bench),
         Chore::Setup => {
             shop.set_up(&Need::ALL)?;
             eprintln!("set-up: complete");

@@ -17,6 +17,7 @@ use crate::build::Workshop;
 use crate::core_selftest::{self, SelfTest};
 use crate::setup::Need;
 use crate::shell;
+use crate::toolchain::{SMALLEST_TARGET, TARGET};
 
 /// Options of `cargo xtask test`.
 #[derive(Debug, Default, clap::Args)]
@@ -39,7 +40,7 @@ struct Step {
     run: fn(&Bench) -> Result<String>,
 }
 
-const STEPS: [Step; 14] = [
+const STEPS: [Step; 15] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], run: format },
     Step { name: "lints", claim: "clippy finds nothing on the host", needs: &[], run: lints },
     Step { name: "docs", claim: "the documentation builds without a warning", needs: &[], run: docs },
@@ -58,6 +59,12 @@ const STEPS: [Step; 14] = [
         claim: "the firmware builds for every board, in single precision",
         needs: &[Need::Thumb],
         run: images,
+    },
+    Step {
+        name: "cores-thumb",
+        claim: "each core compiles by itself for Cortex-M4F and Cortex-M0",
+        needs: &[Need::Thumb],
+        run: cores_thumb,
     },
     Step { name: "panic-free", claim: "no panic is reachable from the cores", needs: &[Need::Thumb], run: panic_free },
     Step {
@@ -269,13 +276,28 @@ fn docs(_: &Bench) -> Result<String> {
     Ok(String::new())
 }
 
+/// What is compiled for every chip, from the dictionary up.
+const CORES: [&str; 4] = ["joint-units", "hgod-adc", "cpg-core", "joint-loop"];
+
 /// In one workspace build the features of all packages add up, which hides what a core lacks by itself.
 fn cores_alone(_: &Bench) -> Result<String> {
-    let cores = ["joint-units", "hgod-adc", "cpg-core", "joint-loop"];
-    for core in cores {
+    for core in CORES {
         cargo(&["check", "--package", core, "--no-default-features"])?;
     }
-    Ok(format!("{} crates", cores.len()))
+    Ok(format!("{} crates", CORES.len()))
+}
+
+/// The host has a standard library, 64 bits and every atomic operation to fall back on; the smallest chip has none of them.
+fn cores_thumb(bench: &Bench) -> Result<String> {
+    let targets = [TARGET, SMALLEST_TARGET];
+    for target in targets {
+        bench.shop.toolchain()?.ready_for(target)?;
+        for core in CORES {
+            let mut check = bench.shop.thumb_check(core, target, &["--no-default-features"])?;
+            shell::must_succeed(&mut check, &format!("checking {core} alone for {target}"))?;
+        }
+    }
+    Ok(format!("{} crates, {}", CORES.len(), targets.join(" and ")))
 }
 
 fn host_tests(_: &Bench) -> Result<String> {
@@ -362,7 +384,7 @@ fn image_tests(bench: &Bench) -> Result<String> {
         .env("FOOTFALL_BIN", footfall)
         .env("FOOTFALL_REQUIRE_VIRTUAL_BOARD", "1")
         // Without `--package`, the features are those of the host tests and nothing is compiled anew.
-        .args(["test", "--test", "virtual_board", "--test", "bad_input"]);
+        .args(["test", "--test", "virtual_board", "--test", "bad_input", "--test", "fits", "--test", "follow"]);
     cargo_test(&mut tests)
 }
 

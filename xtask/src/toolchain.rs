@@ -19,6 +19,9 @@ use crate::shell;
 /// The Cortex-M4F with its floating-point registers, no operating system.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
+/// The Cortex-M0: no floating-point unit, no atomic exchange. The cores promise to compile for it; the firmware is not built for it.
+pub(crate) const SMALLEST_TARGET: &str = "thumbv6m-none-eabi";
+
 /// What `FOOTFALL_TOOLCHAIN` asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Force {
@@ -111,7 +114,7 @@ pub(crate) fn decide(facts: &Facts) -> Result<Decision, &'static str> {
 pub(crate) fn facts() -> Result<Facts> {
     Ok(Facts {
         forced: parse_force(std::env::var("FOOTFALL_TOOLCHAIN").ok().as_deref())?,
-        target_in_sysroot: target_in_sysroot()?,
+        target_in_sysroot: target_in_sysroot(TARGET)?,
         auto_install_off: std::env::var_os("RUSTUP_AUTO_INSTALL").is_some_and(|value| value == "0"),
         rustup: shell::on_path("rustup").is_some(),
         debian: is_debian(&std::fs::read_to_string("/etc/os-release").unwrap_or_default()),
@@ -123,9 +126,9 @@ fn is_debian(os_release: &str) -> bool {
     os_release.lines().any(|line| matches!(line.trim(), "ID=debian" | "ID=\"debian\""))
 }
 
-fn target_in_sysroot() -> Result<bool> {
+fn target_in_sysroot(target: &str) -> Result<bool> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let libraries = shell::stdout_of(shell::command(&rustc).args(["--print", "target-libdir", "--target", TARGET]))
+    let libraries = shell::stdout_of(shell::command(&rustc).args(["--print", "target-libdir", "--target", target]))
         .context("asking rustc where the libraries of the target are")?;
     Ok(Path::new(libraries.trim()).is_dir())
 }
@@ -157,17 +160,27 @@ impl Toolchain {
     /// The cargo that runs us, with the target in its sysroot; on [`Way::RustupAdd`] rustup adds it now.
     pub(crate) fn active(way: Way) -> Result<Toolchain> {
         if way == Way::RustupAdd {
-            eprintln!("set-up: rustup target add {TARGET}");
-            let done = shell::command("rustup").args(["target", "add", TARGET]).status().context("starting rustup")?;
-            if !done.success() {
-                return Err(Incomplete(format!(
-                    "rustup could not add {TARGET} (its message is above). With a network that reaches rustup's server, run \
-                     `rustup target add {TARGET}`; on Debian, FOOTFALL_TOOLCHAIN=debian needs only Debian's packages"
-                ))
-                .into());
-            }
+            rustup_add(TARGET)?;
         }
         Ok(Toolchain::Active)
+    }
+
+    /// Makes sure that a target other than [`TARGET`] can be built for: rustup adds it where it is missing and may be added.
+    pub(crate) fn ready_for(&self, target: &str) -> Result<()> {
+        // Debian's compiles its library for any target.
+        let missing = matches!(self, Toolchain::Active) && !target_in_sysroot(target)?;
+        if !missing {
+            return Ok(());
+        }
+        let facts = facts()?;
+        if facts.auto_install_off || !facts.rustup {
+            return Err(Incomplete(format!(
+                "the active toolchain lacks {target} and must not or cannot download it: run `rustup target add {target}` \
+                 yourself; on Debian, FOOTFALL_TOOLCHAIN=debian needs only Debian's packages"
+            ))
+            .into());
+        }
+        rustup_add(target)
     }
 
     /// Debian's tools, once [`DEBIAN_PACKAGES`] are installed. `target_dir` is the workspace's.
@@ -215,6 +228,19 @@ impl Toolchain {
             cargo.env("CARGO_UNSTABLE_WARNINGS", "true").env("CARGO_BUILD_WARNINGS", "deny");
         }
     }
+}
+
+fn rustup_add(target: &str) -> Result<()> {
+    eprintln!("set-up: rustup target add {target}");
+    let done = shell::command("rustup").args(["target", "add", target]).status().context("starting rustup")?;
+    if !done.success() {
+        return Err(Incomplete(format!(
+            "rustup could not add {target} (its message is above). With a network that reaches rustup's server, run \
+             `rustup target add {target}`; on Debian, FOOTFALL_TOOLCHAIN=debian needs only Debian's packages"
+        ))
+        .into());
+    }
+    Ok(())
 }
 
 /// The packages of the second way that are absent or not of one version with the rest.
@@ -372,6 +398,13 @@ mod tests {
         assert_eq!(check_debian("1.100.0", "/usr/src/rustc-1.100.0", "1.95"), Ok(()));
         assert!(one_version(&[Some("1".into()), Some("1".into())]));
         assert!(!one_version(&[Some("1".into()), Some("2".into())]));
+    }
+
+    /// Debian's compiler brings its library along: nothing to look for, nothing to add.
+    #[test]
+    fn debian_is_ready_for_every_target() {
+        let toolchain = Toolchain::Debian { target_dir: "t/thumb-debian".into(), links: "t/tool-links".into() };
+        assert!(toolchain.ready_for(SMALLEST_TARGET).is_ok());
     }
 
     #[test]

@@ -21,12 +21,12 @@ mod proof {
     use core::hint::black_box;
     use core::panic::PanicInfo;
 
-    use cpg_core::walking::{Walk, default_walk};
     use hgod_adc::{
         Calibration, CalibrationPoint, FilterConfig, HealthConfig, Interpolation, ReferenceConfig, Sensor,
         SensorConfig, SensorState,
     };
-    use joint_loop::{BoardFaults, JointLoop, LoopConfig, Sample};
+    use joint_loop::walker_record::{Record, read};
+    use joint_loop::{BoardFaults, JointLoop, LoopConfig, Sample, Walker};
     use joint_units::{AdcCode, Period};
 
     unsafe extern "C" {
@@ -67,12 +67,16 @@ mod proof {
         black_box(state);
     }
 
-    /// The loop: build with any configuration, then a tick from any state with any sample, and what the board reads after it.
+    /// The loop: any bytes of the parameter sector, any configuration, then a tick from any state with any sample, and what the board
+    /// reads after it.
     fn joint_loop(period: Period) {
-        let Ok(walk) = default_walk(period) else { return };
+        let bytes: &[u8] = black_box(&[]);
+        let Ok(Some(stored)) = read(bytes) else { return };
+        black_box(Record::of(black_box(&stored.config)).bytes());
+        let Ok(walker) = black_box(stored.config).build(period) else { return };
         let Some(sensor) = black_box(None::<Sensor>) else { return };
-        let Ok(built) = black_box(LoopConfig::default_biped()).build(period, walk, [sensor]) else { return };
-        let mut joints: JointLoop<Walk, 1> = black_box(built);
+        let Ok(built) = black_box(LoopConfig::default_biped()).build(period, walker, [sensor]) else { return };
+        let mut joints: JointLoop<Walker, 1> = black_box(built);
         let sample = Sample {
             elapsed: black_box(1),
             codes: black_box([AdcCode(0)]),

@@ -4,31 +4,34 @@
 //! |---|---|
 //! | does it oscillate; period, amplitudes | 100 strides from the built state, then 20 by upward crossings of the first joint |
 //! | from how many starts | random states within ±[`START_BOX`] amplitudes: how many are on the orbit after [`START_STRIDES`] strides |
-//! | does it come back | 100 starts on the orbit, each state off by up to 8 percent, left and right differently: none may diverge |
+//! | does it come back | 100 starts on the orbit, each state off by up to 8 percent, left and right differently: none may diverge, and [`RETURN_SHARE`] of them must be back on the orbit after [`RETURN_STRIDES`] strides |
 //! | settling time | velocity of the first joint pushed by half its amplitude; until it stays within 5 percent of the orbit |
 //! | contraction | Floquet multipliers: eigenvalues of the differential of the map over one period |
-//! | entrainment | first joint pulled towards a sinusoid at [`PULL_PER_CYCLE`] per cycle; frequencies at which it is carried along |
+//! | entrainment | a link from a master oscillator at three strengths; frequencies of the master that lock it 1:1 (see [`crate::entrainment`]) |
 //! | largest stable step | longest control period in f32 at which the period is right within 1 percent |
 //! | peaks | largest rate and acceleration of each joint over five strides in f32 at 1 ms, against the gate's limits |
 //!
 //! A distance is the largest difference of a state from the nearest point of the orbit, in amplitudes of that state.
+//!
+//! A set is accepted if it oscillates, no perturbed start diverges, and enough of them come back; [`Status`] names what it lacks first.
 
-use cpg_core::Generator;
 use joint_loop::LoopConfig;
-use joint_units::{Joint, Period};
+use joint_units::Period;
 use nalgebra::DMatrix;
 use serde::Serialize;
 
+use crate::entrainment::{self, Tongue};
 use crate::generator_file::GeneratorSet;
+use crate::in_single::{largest_step, peaks};
 
 /// Size of the box of random starts, in amplitudes.
 pub const START_BOX: f64 = 1.5;
 /// Strides that a random start is given.
 pub const START_STRIDES: u32 = 60;
-/// Strength of the pull of the entrainment test, per cycle: that of a link of R1 at kap = 0.5.
-pub const PULL_PER_CYCLE: f64 = 0.5 * std::f64::consts::TAU;
-/// Strides after which a perturbed start must be near the orbit's size.
-const RETURN_STRIDES: u32 = 100;
+/// Strides after which a perturbed start must be back.
+pub const RETURN_STRIDES: u32 = 100;
+/// Share of the perturbed starts that must be back on the orbit, every phase included.
+pub const RETURN_SHARE: f64 = 0.95;
 /// Points of the orbit that distances are taken to.
 const ORBIT_POINTS: usize = 400;
 /// Step of the certificate's own simulations, in microseconds.
@@ -63,12 +66,42 @@ pub struct JointPeaks {
     pub inside_gate: bool,
 }
 
-/// A start that did not come back.
+/// The verdict in a word, as in the JSON.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// It oscillates, no perturbed start diverges, and [`RETURN_SHARE`] of them come back.
+    Accepted,
+    /// From its own start it settles on no oscillation.
+    DoesNotOscillate,
+    /// In f32 at 1 ms a state reaches its bound.
+    LeavesItsBound,
+    /// A perturbed start reaches its bound or loses the size of the orbit.
+    PerturbedStartsDiverge,
+    /// No perturbed start diverges, but too few come back to the orbit: the phases between joints are not held.
+    PerturbedStartsDoNotComeBack,
+}
+
+impl Status {
+    /// As words for a person.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Accepted => "accepted",
+            Self::DoesNotOscillate => "it does not oscillate from its own start",
+            Self::LeavesItsBound => "in f32 at 1 ms it leaves its bound",
+            Self::PerturbedStartsDiverge => "perturbed starts diverge",
+            Self::PerturbedStartsDoNotComeBack => "perturbed starts do not come back",
+        }
+    }
+}
+
+/// A start that diverged.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diverged {
     /// Its number.
     pub start: u32,
-    /// The state that it began in, in amplitudes.
+    /// The state that it began in, in amplitudes: displacement of each joint, then velocity of each.
     pub state: Vec<f64>,
 }
 
@@ -97,13 +130,19 @@ pub struct Certificate {
     pub settling_s: Option<f64>,
     /// Absolute values of the Floquet multipliers without the trivial one, largest first.
     pub multipliers: Vec<f64>,
-    /// Lowest and highest frequency that the generator is carried along with, Hz.
+    /// Lowest and highest frequency of a master that locks it 1:1 at the strongest forcing, Hz; none where nothing locks it.
     pub entrainment_hz: Option<[f64; 2]>,
+    /// The same for every strength of forcing, the weakest first: an Arnold tongue. Empty where the phase itself is the input.
+    pub entrainment: Vec<Tongue>,
+    /// What the master does, in words.
+    pub entrainment_by: String,
     /// Longest control period in f32, milliseconds.
     pub largest_step_ms: f64,
     /// The joints.
     pub joints: Vec<JointPeaks>,
-    /// Oscillates, and no perturbed start diverged.
+    /// What it lacks first, if anything.
+    pub status: Status,
+    /// Whether the status is [`Status::Accepted`].
     pub accepted: bool,
     /// Why it was not.
     pub refused_because: Option<String>,
@@ -124,10 +163,11 @@ impl Random {
 }
 
 /// The orbit as points in time.
-struct Orbit {
-    points: Vec<Vec<f64>>,
-    period_s: f64,
-    steps: f64,
+pub(crate) struct Orbit {
+    pub(crate) points: Vec<Vec<f64>>,
+    pub(crate) period_s: f64,
+    /// Length in steps.
+    pub(crate) steps: f64,
 }
 
 impl Orbit {
@@ -137,7 +177,8 @@ impl Orbit {
         self.points.iter().map(to).fold(f64::MAX, f64::min)
     }
 
-    fn size(&self, index: usize) -> f64 {
+    /// Largest size of a state on it.
+    pub(crate) fn size(&self, index: usize) -> f64 {
         self.points.iter().map(|p| p[index].abs()).fold(0.0, f64::max)
     }
 }
@@ -168,8 +209,11 @@ pub fn certify(
         settling_s: None,
         multipliers: vec![],
         entrainment_hz: None,
+        entrainment: vec![],
+        entrainment_by: "not measured: no oscillation to lock".into(),
         largest_step_ms: 0.0,
         joints: peaks,
+        status: Status::DoesNotOscillate,
         accepted: false,
         refused_because: None,
     };
@@ -179,14 +223,15 @@ pub fn certify(
         certificate.period_s = set.stride_guess_s();
         certificate.converged = starts;
         certificate.settling_s = Some(0.0);
+        certificate.entrainment_hz = Some(entrainment::BY_PHASE_HZ);
+        certificate.entrainment_by = entrainment::by_phase();
         progress("largest step");
         certificate.largest_step_ms = largest_step(set, certificate.period_s);
-        certificate.accepted = certificate.oscillates;
-        return Ok(certificate);
+        certificate.status = if f32_sound { Status::Accepted } else { Status::LeavesItsBound };
+        return Ok(certificate.judged(None));
     };
     let Some(orbit) = limit_cycle(specimen.as_ref(), set.stride_guess_s()) else {
-        certificate.refused_because = Some("it does not oscillate from its own start".into());
-        return Ok(certificate);
+        return Ok(certificate.judged(None));
     };
     certificate.oscillates = f32_sound;
     certificate.period_s = orbit.period_s;
@@ -200,20 +245,44 @@ pub fn certify(
     progress("Floquet multipliers");
     certificate.multipliers = multipliers(specimen.as_ref(), &orbit);
     progress("entrainment");
-    certificate.entrainment_hz = entrainment(specimen.as_ref(), &orbit);
+    certificate.entrainment = entrainment::tongues(specimen.as_ref(), &orbit);
+    certificate.entrainment_hz = certificate.entrainment.last().and_then(Tongue::range_hz);
+    certificate.entrainment_by = entrainment::by_link();
     progress("largest step");
     certificate.largest_step_ms = largest_step(set, orbit.period_s);
 
-    certificate.refused_because = if !certificate.oscillates {
-        Some("in f32 at 1 ms it leaves its bound".into())
+    let tried = certificate.perturbed;
+    let (status, why) = if !certificate.oscillates {
+        (Status::LeavesItsBound, None)
+    } else if let Some(first) = certificate.perturbed_diverged.first() {
+        let all = certificate.perturbed_diverged.len();
+        let state: Vec<String> = first.state.iter().map(|x| format!("{x:.4}")).collect();
+        let why = format!("{all} of {tried}, the first is start {} at {} amplitudes", first.start, state.join(" "));
+        (Status::PerturbedStartsDiverge, Some(why))
+    } else if f64::from(certificate.perturbed_locked) < RETURN_SHARE * f64::from(tried) {
+        let why = format!(
+            "{} of {tried} are on the orbit after {RETURN_STRIDES} strides; allowed is {:.0} or more",
+            certificate.perturbed_locked,
+            (RETURN_SHARE * f64::from(tried)).ceil()
+        );
+        (Status::PerturbedStartsDoNotComeBack, Some(why))
     } else {
-        certificate.perturbed_diverged.first().map(|first| {
-            let all = certificate.perturbed_diverged.len();
-            format!("{all} of {} perturbed starts diverge, the first is start {}", certificate.perturbed, first.start)
-        })
+        (Status::Accepted, None)
     };
-    certificate.accepted = certificate.refused_because.is_none();
-    Ok(certificate)
+    certificate.status = status;
+    Ok(certificate.judged(why))
+}
+
+impl Certificate {
+    /// Draws the conclusions from the status.
+    fn judged(mut self, why: Option<String>) -> Self {
+        self.accepted = self.status == Status::Accepted;
+        self.refused_because = (!self.accepted).then(|| match why {
+            Some(why) => format!("{}: {why}", self.status.words()),
+            None => self.status.words().into(),
+        });
+        self
+    }
 }
 
 fn steps_per(seconds: f64) -> u32 {
@@ -375,123 +444,10 @@ fn multipliers(built: &dyn Specimen, orbit: &Orbit) -> Vec<f64> {
     sizes
 }
 
-/// The band of frequencies around its own in which the generator runs at the frequency of a pull on its first joint.
-fn entrainment(built: &dyn Specimen, orbit: &Orbit) -> Option<[f64; 2]> {
-    let own = 1.0 / orbit.period_s;
-    let carried = |ratio: f64| {
-        let mut specimen = built.copy();
-        specimen.set_state(&orbit.points[0]);
-        let per_step = ratio / orbit.steps;
-        let pull = PULL_PER_CYCLE / orbit.steps;
-        let mut marks = vec![];
-        let total = (orbit.steps * 80.0) as u32;
-        for step in 0..total {
-            let mut state = specimen.state();
-            let before = state[0];
-            let target = orbit.size(0) * (std::f64::consts::TAU * per_step * f64::from(step)).cos();
-            state[0] += pull * (target - state[0]);
-            specimen.set_state(&state);
-            specimen.step();
-            let now = specimen.state()[0];
-            if step > total / 2 && before < 0.0 && now >= 0.0 {
-                marks.push(f64::from(step) - before / (now - before));
-            }
-        }
-        let Some(cycles) = marks.len().checked_sub(1).filter(|&n| n > 5) else { return false };
-        let found = cycles as f64 / (marks[cycles] - marks[0]);
-        (found / per_step - 1.0).abs() < 2e-3 && specimen.sound()
-    };
-    if !carried(1.0) {
-        return None;
-    }
-    let edge = |towards: f64| {
-        let (mut inside, mut outside) = (1.0, 1.0);
-        while carried(outside) && (0.25..4.0).contains(&outside) {
-            inside = outside;
-            outside *= towards;
-        }
-        for _ in 0..8 {
-            let middle = 0.5 * (inside + outside);
-            if carried(middle) { inside = middle } else { outside = middle }
-        }
-        inside
-    };
-    Some([edge(1.0 / 1.1) * own, edge(1.1) * own])
-}
-
-fn largest_step(set: &GeneratorSet, period_s: f64) -> f64 {
-    let right = |micros: u32| {
-        let Some(mut generator) = Period::from_micros(micros).and_then(|period| set.generator(period).ok()) else {
-            return false;
-        };
-        let ticks = |strides: f64| (strides * period_s * 1e6 / f64::from(micros)) as u32;
-        for _ in 0..ticks(20.0) {
-            generator.step();
-        }
-        let (mut cycles, mut before) = (0.0, f64::from(generator.phase().cycles()));
-        let count = ticks(20.0);
-        for _ in 0..count {
-            generator.step();
-            let now = f64::from(generator.phase().cycles());
-            cycles += (now - before + 0.5).rem_euclid(1.0) - 0.5;
-            before = now;
-        }
-        let measured = f64::from(count) * f64::from(micros) * 1e-6 / cycles;
-        generator.check().is_ok() && (measured / period_s - 1.0).abs() < 0.01
-    };
-    let (mut good, mut bad) = (0, Period::MAX_MICROS);
-    for micros in [100, 500, 1000, 2000, 5000, 10_000, 15_000, 20_000, 30_000, 50_000, Period::MAX_MICROS] {
-        if right(micros) {
-            good = micros;
-        } else {
-            bad = micros;
-            break;
-        }
-    }
-    while bad.saturating_sub(good) > 100 {
-        let middle = good + (bad - good) / 2;
-        if right(middle) { good = middle } else { bad = middle }
-    }
-    f64::from(good) * 1e-3
-}
-
-/// Peaks over five strides after twenty, in f32 at 1 ms, and whether the state stayed sound.
-fn peaks(set: &GeneratorSet, gate: &LoopConfig) -> Result<(Vec<JointPeaks>, bool), String> {
-    let mut generator = set.generator(Period::MILLISECOND)?;
-    let stride = (set.stride_guess_s() * 1e3) as u32;
-    for _ in 0..20 * stride {
-        generator.step();
-    }
-    let (mut low, mut high, mut rate, mut acceleration) = ([f32::MAX; 4], [f32::MIN; 4], [0.0f32; 4], [0.0f32; 4]);
-    let mut before = generator.rates();
-    for _ in 0..5 * stride {
-        generator.step();
-        let (angles, rates) = (generator.angles(), generator.rates());
-        for joint in 0..4 {
-            low[joint] = low[joint].min(angles[joint].0);
-            high[joint] = high[joint].max(angles[joint].0);
-            rate[joint] = rate[joint].max(rates[joint].0.abs());
-            acceleration[joint] = acceleration[joint].max((rates[joint].0 - before[joint].0).abs() * 1e3);
-        }
-        before = rates;
-    }
-    let peaks = Joint::ALL.map(|joint| {
-        let j = joint as usize;
-        JointPeaks {
-            name: joint.name(),
-            amplitude_deg: f64::from((high[j] - low[j]) / 2.0).to_degrees(),
-            peak_velocity_deg_s: f64::from(rate[j]).to_degrees(),
-            peak_acceleration_deg_s2: f64::from(acceleration[j]).to_degrees(),
-            inside_gate: rate[j] <= gate.gate.rate.0 && acceleration[j] <= gate.gate.acceleration.0,
-        }
-    });
-    Ok((peaks.to_vec(), generator.check().is_ok()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generator_file::WalkerFile;
+    use crate::generator_file::{ShapeJoint, ShapeSet, WalkerFile};
 
     fn certificate(set: &GeneratorSet, starts: u32) -> Certificate {
         certify(set, starts, &LoopConfig::default_biped(), &mut |_| ()).expect("built")
@@ -507,8 +463,6 @@ mod tests {
         assert!((got.multipliers[0] - 0.054).abs() < 0.002, "{:?}", got.multipliers);
         assert_eq!(got.multipliers.len(), 7);
         assert!(got.settling_s.unwrap() < 3.0);
-        let [low, high] = got.entrainment_hz.unwrap();
-        assert!(low < 0.88 && high > 0.94, "{low} to {high}");
         assert!(got.joints.iter().all(|joint| joint.inside_gate));
         assert!((got.joints[0].amplitude_deg - 20.8).abs() < 0.2 && (got.joints[3].amplitude_deg - 31.2).abs() < 0.2);
         assert!(got.largest_step_ms >= 10.0);
@@ -523,6 +477,43 @@ mod tests {
         assert!(got.perturbed_locked < 60, "{}", got.perturbed_locked);
         assert!((got.period_s - 1.1).abs() < 0.01);
         assert!(got.multipliers[0] > 0.99, "{:?}", got.multipliers);
+        // Nothing grows, but hip and knee do not find each other again: no walk to accept.
+        assert!(got.perturbed_diverged.is_empty());
+        assert_eq!((got.status, got.accepted), (Status::PerturbedStartsDoNotComeBack, false));
+        let because = got.refused_because.unwrap();
+        assert!(because.starts_with("perturbed starts do not come back: 0 of 100"), "{because}");
+    }
+
+    /// The table of R1 at w = 2 pi/1.1: period and leading multiplier, from an integration of other make.
+    #[test]
+    fn period_and_contraction_of_r1_are_those_of_the_table() {
+        for (nonlinearity, coupling, period_s, multiplier) in [
+            (0.2, 0.1, 1.102_732_28, 0.531),
+            (0.2, 0.2, 1.102_703_34, 0.288),
+            (0.5, 0.2, 1.116_638_80, 0.268),
+            (0.5, 0.5, 1.115_436_42, 0.054),
+            (1.0, 0.5, 1.157_577_24, 0.024),
+        ] {
+            let GeneratorSet::Robust(mut set) = WalkerFile::shipped("robust").unwrap().set else { panic!("R1") };
+            (set.natural_period_s, set.nonlinearity, set.coupling) = (1.1, nonlinearity, [coupling; 4]);
+            let step = Period::from_micros(STEP_MICROS).unwrap();
+            let specimen = GeneratorSet::Robust(set).specimen(step).unwrap().unwrap();
+            let orbit = limit_cycle(specimen.as_ref(), 1.1).unwrap();
+            assert!((orbit.period_s - period_s).abs() < 3e-6, "{nonlinearity}, {coupling}: {}", orbit.period_s);
+            let found = multipliers(specimen.as_ref(), &orbit)[0];
+            assert!((found - multiplier).abs() < 1.5e-3, "{nonlinearity}, {coupling}: {found}");
+        }
+    }
+
+    /// One phase: nothing to perturb, and it follows any stride that it can be set to.
+    #[test]
+    fn a_shape_is_accepted_and_says_how_it_is_led() {
+        let joint = ShapeJoint { mean_deg: 10.0, cos_deg: vec![20.0], sin_deg: vec![0.0] };
+        let joints = std::array::from_fn(|_| joint.clone());
+        let got = certificate(&GeneratorSet::Shape(ShapeSet { stride_s: 1.1, joints }), 10);
+        assert!(got.accepted && got.perturbed == 0 && got.entrainment.is_empty());
+        assert_eq!(got.entrainment_hz, Some([0.05, 5.0]));
+        assert!(got.entrainment_by.contains("0.050 to 5.000 Hz"), "{}", got.entrainment_by);
     }
 
     /// Difference links that pull into phase, under a start in antiphase: the antiphase orbit is there, but any asymmetry leaves it.
@@ -538,7 +529,10 @@ mod tests {
         let got = certificate(&set, 5);
         assert!(!got.accepted && got.oscillates);
         let first = got.perturbed_diverged.first().expect("a start");
-        assert!(got.refused_because.unwrap().contains(&format!("start {}", first.start)));
+        assert_eq!(got.status, Status::PerturbedStartsDiverge);
+        let named = format!("start {} at {:.4} ", first.start, first.state[0]);
+        let because = got.refused_because.unwrap();
+        assert!(because.contains(&named), "{because}");
         // The start that was named does diverge, in a run of its own.
         let mut specimen = set.specimen(Period::from_micros(STEP_MICROS).unwrap()).unwrap().unwrap();
         assert!(specimen.set_state(&first.state));

@@ -1,6 +1,7 @@
 //! The parameter file of a walker: which generator, its numbers with their units in the names, and where they came from.
 //!
-//! Three kinds: `robust` (R1), `thesis` (eqs 13-16) and `shape` (one phase, a Fourier series a joint). Numbers are written in the
+//! Four kinds: `robust` (R1), `thesis` (eqs 13-16), `shape` (one phase, a Fourier series a joint) and `follow` (the same, led by the gait
+//! sensor). Numbers are written in the
 //! shortest form that reads back to the same bits, so a file makes an exact round trip. Every field has to be there.
 
 use std::fmt::Write as _;
@@ -13,7 +14,7 @@ use cpg_core::robust::RobustConfig;
 use cpg_core::thesis::ThesisConfig;
 use cpg_core::walking::default_config;
 pub use joint_loop::HARMONICS;
-use joint_loop::{SeriesConfig, ShapeConfig, Walker, WalkerConfig};
+use joint_loop::{FollowConfig, SeriesConfig, ShapeConfig, Walker, WalkerConfig};
 use joint_units::{Joint, Period, Phase, Radians};
 
 use crate::certificate::Specimen;
@@ -102,6 +103,8 @@ pub enum GeneratorSet {
     Thesis(ThesisSet),
     /// Phase and shape.
     Shape(ShapeSet),
+    /// Phase and shape that follow the gait sensor.
+    Follow(FollowSet),
 }
 
 /// Where a set came from. All texts may be empty.
@@ -117,6 +120,15 @@ pub struct Provenance {
     pub settings: String,
 }
 
+/// Phase and shape that follow the gait sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FollowSet {
+    /// The joint that the sensor is worn on.
+    pub sensor: Joint,
+    /// What the walker does.
+    pub shape: ShapeSet,
+}
+
 /// A file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WalkerFile {
@@ -127,13 +139,14 @@ pub struct WalkerFile {
 }
 
 impl GeneratorSet {
-    /// `robust`, `thesis` or `shape`.
+    /// `robust`, `thesis`, `shape` or `follow`.
     #[must_use]
     pub const fn kind(&self) -> &'static str {
         match self {
             GeneratorSet::Robust(_) => "robust",
             GeneratorSet::Thesis(_) => "thesis",
             GeneratorSet::Shape(_) => "shape",
+            GeneratorSet::Follow(_) => "follow",
         }
     }
 
@@ -143,7 +156,7 @@ impl GeneratorSet {
         match self {
             GeneratorSet::Robust(set) => f64::from(set.natural_period_s),
             GeneratorSet::Thesis(set) => std::f64::consts::TAU / f64::from(set.joints[0].mu_rad_per_s),
-            GeneratorSet::Shape(set) => f64::from(set.stride_s),
+            GeneratorSet::Shape(set) | GeneratorSet::Follow(FollowSet { shape: set, .. }) => f64::from(set.stride_s),
         }
     }
 
@@ -154,6 +167,9 @@ impl GeneratorSet {
             GeneratorSet::Robust(set) => WalkerConfig::Robust(set.config()),
             GeneratorSet::Thesis(set) => WalkerConfig::Thesis(set.config()),
             GeneratorSet::Shape(set) => WalkerConfig::Shape(set.config()),
+            GeneratorSet::Follow(set) => {
+                WalkerConfig::Follow(FollowConfig { sensor: set.sensor, shape: set.shape.config() })
+            }
         }
     }
 
@@ -186,7 +202,7 @@ impl GeneratorSet {
             GeneratorSet::Thesis(set) => Box::new(Orbiting(
                 set.config::<f64>().build::<LeftRight, HipKnee, Rk4>(period).map_err(|e| e.to_string())?,
             )),
-            GeneratorSet::Shape(_) => return Ok(None),
+            GeneratorSet::Shape(_) | GeneratorSet::Follow(_) => return Ok(None),
         };
         Ok(Some(specimen))
     }
@@ -257,6 +273,7 @@ const ROBUST: [&str; 7] =
     ["natural_period_s", "nonlinearity", "coupling", "left_hip", "right_hip", "left_knee", "right_knee"];
 const THESIS: [&str; 6] = ["difference_per_s", "product_per_deg_s", "left_hip", "right_hip", "left_knee", "right_knee"];
 const SHAPE: [&str; 5] = ["stride_s", "left_hip", "right_hip", "left_knee", "right_knee"];
+const FOLLOW: [&str; 6] = ["sensor", "stride_s", "left_hip", "right_hip", "left_knee", "right_knee"];
 const LINKS: [&str; 4] = ["hips", "knees", "left_leg", "right_leg"];
 
 impl WalkerFile {
@@ -303,8 +320,8 @@ impl WalkerFile {
 
     fn of(document: &Document) -> Result<Self, FileError> {
         let tree = document.parse()?;
-        let kinds = ["robust", "thesis", "shape"];
-        let all = ["schema", "generator", "provenance", "robust", "thesis", "shape"];
+        let kinds = ["robust", "thesis", "shape", "follow"];
+        let all = ["schema", "generator", "provenance", "robust", "thesis", "shape", "follow"];
         let top = document.top(tree.get_ref(), &all)?;
         top.schema(SCHEMA)?;
         let kind = top.word("generator", &kinds.map(|kind| (kind, kind)))?;
@@ -320,7 +337,12 @@ impl WalkerFile {
         let set = match kind {
             "robust" => GeneratorSet::Robust(robust(&top)?),
             "thesis" => GeneratorSet::Thesis(read_thesis(&top)?),
-            _ => GeneratorSet::Shape(shape(&top)?),
+            "shape" => GeneratorSet::Shape(shape(&top.table("shape", &SHAPE)?)?),
+            _ => {
+                let section = top.table("follow", &FOLLOW)?;
+                let sensor = section.word("sensor", &Joint::ALL.map(|joint| (joint.name(), joint)))?;
+                GeneratorSet::Follow(FollowSet { sensor, shape: shape(&section)? })
+            }
         };
         // The core has the last word: relations between numbers are its rules.
         match set.generator(Period::MILLISECOND) {
@@ -342,7 +364,10 @@ impl WalkerFile {
         let _ = match &self.set {
             GeneratorSet::Robust(set) => write_robust(&mut out, set),
             GeneratorSet::Thesis(set) => write_thesis(&mut out, set),
-            GeneratorSet::Shape(set) => write_shape(&mut out, set),
+            GeneratorSet::Shape(set) => write_shape(&mut out, "shape", "", set),
+            GeneratorSet::Follow(set) => {
+                write_shape(&mut out, "follow", &format!("sensor = \"{}\"\n", set.sensor.name()), &set.shape)
+            }
         };
         out
     }
@@ -419,11 +444,10 @@ fn read_thesis(top: &Section<'_>) -> Result<ThesisSet, FileError> {
     })
 }
 
-fn shape(top: &Section<'_>) -> Result<ShapeSet, FileError> {
-    let section = top.table("shape", &SHAPE)?;
+fn shape(section: &Section<'_>) -> Result<ShapeSet, FileError> {
     Ok(ShapeSet {
         stride_s: section.number("stride_s", 0.2, 20.0, " s")?,
-        joints: joints(&section, &["mean_deg", "cos_deg", "sin_deg"], |joint| {
+        joints: joints(section, &["mean_deg", "cos_deg", "sin_deg"], |joint| {
             let coefficients = |key: &str| joint.numbers(key, (1, HARMONICS), (-180.0, 180.0), " degrees");
             let read = ShapeJoint {
                 mean_deg: joint.number("mean_deg", -180.0, 180.0, " degrees")?,
@@ -496,11 +520,11 @@ fn write_thesis(out: &mut String, set: &ThesisSet) -> std::fmt::Result {
     Ok(())
 }
 
-fn write_shape(out: &mut String, set: &ShapeSet) -> std::fmt::Result {
-    writeln!(out, "\n[shape]\nstride_s = {:?}", set.stride_s)?;
+fn write_shape(out: &mut String, kind: &str, first: &str, set: &ShapeSet) -> std::fmt::Result {
+    writeln!(out, "\n[{kind}]\n{first}stride_s = {:?}", set.stride_s)?;
     for (name, joint) in Joint::ALL.map(Joint::name).into_iter().zip(&set.joints) {
         let (cos, sin) = (list(&joint.cos_deg), list(&joint.sin_deg));
-        writeln!(out, "\n[shape.{name}]\nmean_deg = {:?}\ncos_deg = {cos}\nsin_deg = {sin}", joint.mean_deg)?;
+        writeln!(out, "\n[{kind}.{name}]\nmean_deg = {:?}\ncos_deg = {cos}\nsin_deg = {sin}", joint.mean_deg)?;
     }
     Ok(())
 }
@@ -525,6 +549,11 @@ mod tests {
         let mut files: Vec<_> =
             ["robust", "thesis", "thesis-double"].map(|name| WalkerFile::shipped(name).unwrap()).into();
         files.push(shape());
+        let GeneratorSet::Shape(inner) = shape().set else { unreachable!() };
+        files.push(WalkerFile {
+            set: GeneratorSet::Follow(FollowSet { sensor: Joint::RightKnee, shape: inner }),
+            ..shape()
+        });
         files
     }
 

@@ -9,6 +9,9 @@
 //! ```
 
 pub mod certificate;
+pub mod entrainment;
+pub mod gait_error;
 pub mod generator_file;
+mod in_single;
 mod specimen;
 pub mod toml_table;

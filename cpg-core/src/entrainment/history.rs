@@ -1,0 +1,105 @@
+//! What the estimator held a while ago: where a hold goes back to, before the fault had any influence.
+//!
+//! A ring of fixed size with an entry every 50 ms, so that a fault that takes 0.4 s to be told, and the cadence of 2.4 s ago, are both in it.
+
+use joint_units::{Period, Phase};
+
+/// Entries: 2.4 s and the one that is being replaced.
+const ENTRIES: usize = 49;
+/// Time between entries, s.
+const STEP_S: f32 = 0.05;
+/// Time constant of the slow average of the frequency, s.
+const SLOW_S: f32 = 1.0;
+
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Entry {
+    phase: Phase,
+    slow: f32,
+}
+
+/// The ring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct History {
+    entries: [Entry; ENTRIES],
+    /// Place of the newest entry, and how many there are.
+    newest: usize,
+    count: usize,
+    /// Ticks since the newest, and from one to the next: counted, as a sum of periods would be a tick late or early.
+    since: u32,
+    every: u32,
+    period_s: f32,
+    slow: f32,
+}
+
+impl History {
+    pub(super) const fn new(frequency: f32, period: Period) -> Self {
+        let none = Entry { phase: Phase(0), slow: frequency };
+        // Rounded; at least one tick.
+        let ticks = (STEP_S / period.seconds() + 0.5) as u32;
+        let every = if ticks == 0 { 1 } else { ticks };
+        let (since, period_s) = (every, period.seconds());
+        Self { entries: [none; ENTRIES], newest: 0, count: 0, since, every, period_s, slow: frequency }
+    }
+
+    /// Forgets all but the cadence.
+    pub(super) const fn clear(&mut self, frequency: f32) {
+        self.count = 0;
+        self.since = self.every;
+        self.slow = frequency;
+    }
+
+    /// One tick of a locked estimator.
+    pub(super) fn keep(&mut self, phase: Phase, frequency: f32) {
+        self.slow += (frequency - self.slow) * (self.period_s / SLOW_S).min(1.0);
+        self.since = self.since.saturating_add(1);
+        if self.since < self.every {
+            return;
+        }
+        self.since = 0;
+        self.newest = if self.newest + 1 < ENTRIES { self.newest + 1 } else { 0 };
+        if let Some(entry) = self.entries.get_mut(self.newest) {
+            *entry = Entry { phase, slow: self.slow };
+        }
+        self.count = (self.count + 1).min(ENTRIES);
+    }
+
+    /// The entry so many steps back, or the oldest, and its age in seconds; `None` before the first.
+    fn back(&self, steps: usize) -> Option<(Entry, f32)> {
+        let steps = steps.min(self.count.checked_sub(1)?);
+        let place =
+            if self.newest >= steps { self.newest - steps } else { (self.newest + ENTRIES).checked_sub(steps)? };
+        let entry = self.entries.get(place)?;
+        Some((*entry, (self.since + steps as u32 * self.every) as f32 * self.period_s))
+    }
+
+    /// The slow frequency of 2.4 s ago.
+    pub(super) fn cadence(&self) -> Option<f32> {
+        self.back(48).map(|(entry, _)| entry.slow)
+    }
+
+    /// The phase of 0.6 s ago and its age.
+    pub(super) fn phase(&self) -> Option<(Phase, f32)> {
+        self.back(12).map(|(entry, age)| (entry.phase, age))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_gives_back_what_was_there_at_that_age() {
+        let mut history = History::new(6.0, Period::MILLISECOND);
+        assert_eq!((history.cadence(), history.phase()), (None, None));
+        for tick in 0..10_000u32 {
+            history.keep(Phase(tick), 6.0 + tick as f32 * 1e-3);
+            let (phase, age) = history.phase().unwrap();
+            let expected = tick as f32 * 1e-3 - phase.0 as f32 * 1e-3;
+            assert!((age - expected).abs() < 1e-5, "tick {tick}: {age} for {expected}");
+            assert!(tick < 700 || (0.599..0.651).contains(&age), "tick {tick}: {age}");
+        }
+        // A ramp of 1 rad/s^2 behind a lag of 1 s, 2.4 s ago: 6 + 9.999 - 1 - 2.4.
+        let cadence = history.cadence().unwrap();
+        assert!((cadence - 12.6).abs() < 0.06, "{cadence}");
+    }
+}

@@ -1,0 +1,386 @@
+//! Entrainment on synthetic walkers: what must hold whatever the sensor says.
+
+use core::f32::consts::TAU;
+
+use cpg_core::entrainment::{Entrained, EntrainedConfig, Lock, SensorFault, phase_difference};
+use cpg_core::phase_lock::{PhaseLockConfig, Template};
+use cpg_core::shape::Shape;
+use cpg_core::{BuildError, Generator};
+use joint_units::{Joint, Period, Phase, RadPerSec, RadPerSec2, Radians};
+use proptest::prelude::*;
+
+/// A hip like a walker's, degrees of harmonics 1 to 4.
+fn hip(lead: f32) -> Template {
+    series(5.0, [20.0, -4.5, 0.8, 0.3], lead)
+}
+
+/// A knee: the second harmonic is two thirds of the first.
+fn knee(lead: f32) -> Template {
+    series(24.0, [18.0, -12.0, 3.0, 0.8], lead)
+}
+
+/// `mean + sum_n a_n cos n (phi + lead)`, degrees and cycles.
+fn series(mean: f32, amplitudes: [f32; 4], lead: f32) -> Template {
+    let (mut cos, mut sin) = ([0.0; 8], [0.0; 8]);
+    for (n, amplitude) in amplitudes.into_iter().enumerate() {
+        let turn = TAU * lead * (n + 1) as f32;
+        (cos[n], sin[n]) = ((amplitude * turn.cos()).to_radians(), (-amplitude * turn.sin()).to_radians());
+    }
+    Template::build(Radians::from_degrees(mean), cos, sin).unwrap()
+}
+
+fn templates() -> [Template; 4] {
+    [hip(0.0), hip(0.5), knee(0.25), knee(0.75)]
+}
+
+fn legs(sensor: Joint) -> Entrained {
+    Entrained::build(templates(), sensor, EntrainedConfig::default(), Period::MILLISECOND).unwrap()
+}
+
+/// A walker whose stride can be changed, stopped and begun again; the rate of the phase follows within `haste_s`.
+struct Walker {
+    template: Template,
+    cycles: f64,
+    rate: f64,
+    wanted: f64,
+    haste_s: f64,
+}
+
+impl Walker {
+    fn new(sensor: Joint, stride_s: f64) -> Self {
+        Self {
+            template: templates()[sensor as usize],
+            cycles: 0.0,
+            rate: 1.0 / stride_s,
+            wanted: 1.0 / stride_s,
+            haste_s: 0.0,
+        }
+    }
+
+    fn tick(&mut self) -> Radians {
+        let step = if self.haste_s > 0.0 { 1e-3 / self.haste_s } else { f64::MAX };
+        self.rate += (self.wanted - self.rate).clamp(-step, step);
+        self.cycles += self.rate * 1e-3;
+        Radians(self.template.at(self.phase()).angle)
+    }
+
+    fn phase(&self) -> Phase {
+        Phase::from_cycles(self.cycles.rem_euclid(1.0) as f32)
+    }
+
+    /// Phase error of an estimate in degrees.
+    fn off(&self, phase: Phase) -> f32 {
+        phase_difference(phase, self.phase()).0.to_degrees()
+    }
+}
+
+fn walk(legs: &mut Entrained, walker: &mut Walker, ticks: u32) {
+    for _ in 0..ticks {
+        legs.sense(Some(walker.tick()));
+        legs.step();
+    }
+}
+
+/// From any start phase and 40 % of mismatch either way to 18 degrees and 3 % for good: hips in 4 s, knees, whose second harmonic is
+/// large, in 6.5.
+#[test]
+fn it_locks_from_anywhere() {
+    for (sensor, limit) in [(Joint::RightHip, 4000), (Joint::LeftKnee, 6500)] {
+        for mismatch in [0.6, 0.8, 1.0, 1.2, 1.4] {
+            for start in 0..12 {
+                let config = PhaseLockConfig { stride_s: 1.1 / mismatch, ..PhaseLockConfig::default() };
+                let config = EntrainedConfig { lock: config, ..EntrainedConfig::default() };
+                let mut legs = Entrained::build(templates(), sensor, config, Period::MILLISECOND).unwrap();
+                let mut walker = Walker::new(sensor, 1.1);
+                walker.cycles = f64::from(start) / 12.0;
+                let mut last_bad = 0;
+                for tick in 0..10_000 {
+                    walk(&mut legs, &mut walker, 1);
+                    let off = walker.off(legs.phase_lock().phase()).abs();
+                    let slow = (legs.phase_lock().frequency().0 * 1.1 / TAU - 1.0).abs();
+                    if off > 18.0 || slow > 0.03 {
+                        last_bad = tick;
+                    }
+                }
+                assert!(last_bad < limit, "{sensor:?}, {mismatch}, start {start}: {last_bad} ms");
+                assert_eq!(legs.status().state, Lock::Locked);
+                let off = walker.off(legs.phase());
+                assert!(off.abs() < 4.0, "{sensor:?}, {mismatch}, start {start}: {off} degrees");
+                for (joint, angle) in legs.angles().into_iter().enumerate() {
+                    let wanted = templates()[joint].at(walker.phase()).angle;
+                    assert!((angle.0 - wanted).to_degrees().abs() < 3.0, "joint {joint}");
+                }
+            }
+        }
+    }
+}
+
+/// Strides of 1.1 s become strides of 0.9 s, at any phase: within 18 degrees and 3 % again after 1.5 s, without a hold or a stop.
+#[test]
+fn a_step_of_cadence_is_followed() {
+    let mut worst = 0;
+    for start in 0..24 {
+        let mut legs = legs(Joint::LeftHip);
+        let mut walker = Walker::new(Joint::LeftHip, 1.1);
+        walk(&mut legs, &mut walker, 10_000 + 46 * start);
+        walker.wanted = 1.0 / 0.9;
+        walker.rate = walker.wanted;
+        let mut last_bad = 0;
+        for tick in 0..6000 {
+            walk(&mut legs, &mut walker, 1);
+            assert_eq!(legs.status().state, Lock::Locked, "start {start}, {tick} ms");
+            let off = walker.off(legs.phase_lock().phase()).abs();
+            let slow = (legs.phase_lock().frequency().0 * 0.9 / TAU - 1.0).abs();
+            if off > 18.0 || slow > 0.03 {
+                last_bad = tick;
+            }
+        }
+        worst = worst.max(last_bad);
+    }
+    assert!(worst < 1500, "{worst} ms");
+}
+
+/// The walker stops within 0.2 s, at any phase: every setpoint stands 0.7 s after that (a knee's sensor: 1 s), through no hold, and stays
+/// so; when it walks again, it is followed again.
+#[test]
+fn the_joints_stop_with_the_walker_and_walk_again() {
+    for (sensor, limit) in [(Joint::LeftHip, 700), (Joint::RightKnee, 1000)] {
+        for start in 0..24 {
+            let mut legs = legs(sensor);
+            let mut walker = Walker::new(sensor, 1.1);
+            walk(&mut legs, &mut walker, 8000 + 46 * start);
+            (walker.wanted, walker.haste_s) = (0.0, 0.2);
+            walk(&mut legs, &mut walker, 182);
+            let mut last_move = 0;
+            for tick in 0..6000 {
+                walk(&mut legs, &mut walker, 1);
+                assert_ne!(legs.status().state, Lock::Holding, "a stop is no fault");
+                if legs.rates().iter().any(|rate| rate.0.abs() > 5f32.to_radians()) {
+                    last_move = tick;
+                }
+            }
+            assert!(last_move < limit, "{sensor:?}, start {start}: still after {last_move} ms");
+            assert_eq!((legs.status().state, legs.amplitude()), (Lock::Stopped, 0.0));
+            assert_eq!(legs.angles(), EntrainedConfig::default().stand);
+            walker.wanted = 1.0 / 1.1;
+            walk(&mut legs, &mut walker, 6000);
+            assert_eq!(legs.status().state, Lock::Locked, "{sensor:?}, start {start}");
+            assert!(walker.off(legs.phase()).abs() < 6.0);
+        }
+    }
+}
+
+/// A sensor that is flagged invalid: the walk goes on for 2 s, then stands; a sensor that comes back is followed again, from a hold
+/// as from standing.
+#[test]
+fn a_lost_sensor_is_walked_through_for_two_seconds() {
+    for lost_for in [30, 500, 1900, 3000, 20_000] {
+        let mut legs = legs(Joint::LeftHip);
+        let mut walker = Walker::new(Joint::LeftHip, 1.05);
+        walk(&mut legs, &mut walker, 9321);
+        for tick in 0..lost_for {
+            walker.tick();
+            legs.sense(None);
+            legs.step();
+            let status = legs.status();
+            match tick {
+                0..19 => assert_eq!(status.state, Lock::Locked, "{tick} ms is bridged"),
+                22..=2000 => {
+                    assert_eq!((status.state, status.fault), (Lock::Holding, Some(SensorFault::Missing)), "{tick} ms");
+                    assert!(walker.off(legs.phase()).abs() < 5.0 && legs.amplitude() == 1.0, "{tick} ms");
+                }
+                2700.. => assert_eq!((status.state, legs.amplitude()), (Lock::Stopped, 0.0), "{tick} ms"),
+                _ => {}
+            }
+        }
+        walk(&mut legs, &mut walker, 5000);
+        assert_eq!((legs.status().state, legs.status().fault), (Lock::Locked, None), "lost for {lost_for} ms");
+        assert!(walker.off(legs.phase()).abs() < 4.0, "lost for {lost_for} ms");
+    }
+}
+
+/// A sensor that sticks while the hip swings is told within 0.1 s, and the phase stays within what the hold promises.
+#[test]
+fn a_stuck_sensor_is_told() {
+    for start in 0..24 {
+        let mut legs = legs(Joint::LeftHip);
+        let mut walker = Walker::new(Joint::LeftHip, 1.1);
+        walk(&mut legs, &mut walker, 9000 + 46 * start);
+        let stuck = walker.tick();
+        let next = walker.tick();
+        let speed = (next.0 - stuck.0).abs().to_degrees() / 1e-3;
+        let mut told = None;
+        for tick in 0..1500u32 {
+            walker.tick();
+            legs.sense(Some(next));
+            legs.step();
+            if legs.status().state != Lock::Locked {
+                told = told.or(Some((tick, legs.status().state)));
+            }
+        }
+        let (tick, state) = told.expect("told");
+        if speed > 70.0 {
+            assert!(tick <= 100 && state == Lock::Holding, "start {start}, {speed} deg/s: {state:?} after {tick} ms");
+            assert_eq!(legs.status().fault, Some(SensorFault::Stuck));
+            assert!(walker.off(legs.phase()).abs() < 6.0);
+        } else {
+            assert!(tick <= 450, "start {start}, {speed} deg/s: {state:?} after {tick} ms");
+        }
+    }
+}
+
+/// What is not a number is a missing sample, to the bit.
+#[test]
+fn what_is_not_a_number_is_a_missing_sample() {
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -4.0] {
+        let (mut flagged, mut raw) = (legs(Joint::LeftKnee), legs(Joint::LeftKnee));
+        let mut walker = Walker::new(Joint::LeftKnee, 1.1);
+        for tick in 0..12_000u32 {
+            let angle = walker.tick();
+            let lost = tick % 1700 < 3 || (6000..6500).contains(&tick);
+            flagged.sense(if lost { None } else { Some(angle) });
+            raw.sense(Some(if lost { Radians(bad) } else { angle }));
+            flagged.step();
+            raw.step();
+            assert_eq!(flagged, raw, "tick {tick}");
+        }
+        assert_eq!(raw.check(), Ok(()));
+    }
+}
+
+/// The period is a parameter: the same walk at 0.5, 2 and 4 ms.
+#[test]
+fn other_periods_walk_as_well() {
+    for micros in [500, 2000, 4000] {
+        let period = Period::from_micros(micros).unwrap();
+        let mut legs = Entrained::build(templates(), Joint::LeftHip, EntrainedConfig::default(), period).unwrap();
+        let mut cycles = 0.37;
+        for _ in 0..10_000_000 / micros {
+            cycles += f64::from(period.seconds()) / 1.2;
+            legs.sense(Some(Radians(hip(0.0).at(Phase::from_cycles(cycles.fract() as f32)).angle)));
+            legs.step();
+        }
+        assert_eq!(legs.status().state, Lock::Locked, "{micros} us");
+        let off = phase_difference(legs.phase(), Phase::from_cycles(cycles.fract() as f32)).0.to_degrees();
+        assert!(off.abs() < 4.0, "{micros} us: {off} degrees");
+        let before = legs;
+        legs.reset();
+        assert_ne!(legs, before);
+        let fresh = Entrained::build(templates(), Joint::LeftHip, EntrainedConfig::default(), period).unwrap();
+        assert_eq!(legs, fresh);
+    }
+    let slow = Period::from_micros(20_000).unwrap();
+    let error = Entrained::build(templates(), Joint::LeftHip, EntrainedConfig::default(), slow).unwrap_err();
+    assert!(matches!(error, BuildError::PeriodTooLong { max_micros: 4000..5000 }), "{error}");
+}
+
+#[test]
+fn bad_fields_are_named() {
+    type Break = fn(&mut EntrainedConfig);
+    let broken: [(Break, &str); 13] = [
+        (|c| c.lock.stride_s = f32::NAN, "stride_s"),
+        (|c| c.gate.fastest = RadPerSec(0.0), "gate.fastest"),
+        (|c| c.gate.noise = Radians(1.0), "gate.noise"),
+        (|c| c.gate.bridge_s = -0.1, "gate.bridge_s"),
+        (|c| c.gate.stuck_s = 0.0, "gate.stuck_s"),
+        (|c| c.gate.abrupt = RadPerSec(f32::INFINITY), "gate.abrupt"),
+        (|c| c.gate.amplitude.0 = 1.5, "gate.amplitude[0]"),
+        (|c| c.gate.innovation = 0.0, "gate.innovation"),
+        (|c| c.stand[3] = Radians(f32::NAN), "stand[3]"),
+        (|c| c.freewheel_s = 2.5, "freewheel_s"),
+        (|c| c.good_s = 0.0, "good_s"),
+        (|c| c.phase_acceleration = RadPerSec2(1e6), "phase_acceleration"),
+        (|c| c.amplitude_acceleration = 0.0, "amplitude_acceleration"),
+    ];
+    for (broken, name) in broken {
+        let mut config = EntrainedConfig::default();
+        broken(&mut config);
+        let error = Entrained::build(templates(), Joint::LeftHip, config, Period::MILLISECOND).unwrap_err().to_string();
+        assert!(error.contains(name), "{error} does not name {name}");
+    }
+}
+
+/// Half a second or so of something.
+#[derive(Debug, Clone, Copy)]
+enum Piece {
+    Walk(f64),
+    Stand,
+    Lost,
+    NotANumber,
+    Noise(f32),
+    Jump(f32),
+    Inverted,
+    Huge(f32),
+}
+
+fn piece() -> impl Strategy<Value = (Piece, u32)> {
+    let kind = prop_oneof![
+        4 => (0.5..2.5).prop_map(Piece::Walk),
+        1 => Just(Piece::Stand),
+        1 => Just(Piece::Lost),
+        1 => Just(Piece::NotANumber),
+        1 => (0.0f32..1.0).prop_map(Piece::Noise),
+        1 => (-3.0f32..3.0).prop_map(Piece::Jump),
+        1 => Just(Piece::Inverted),
+        1 => (0.5f32..1e6).prop_map(Piece::Huge),
+    ];
+    (kind, 1u32..3000)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 96, ..ProptestConfig::default() })]
+
+    /// Whatever is sensed in whatever order: setpoints are finite, their rates are the derivatives of the angles, their accelerations stay
+    /// within the bound that is stated, and the driven phase never runs backwards or faster than allowed.
+    #[test]
+    fn no_sensor_makes_the_joints_jump(
+        pieces in proptest::collection::vec(piece(), 1..12),
+        place in 0usize..4,
+        seed: u32,
+    ) {
+        let sensor = Joint::ALL[place];
+        let mut legs = legs(sensor);
+        let bounds = Joint::ALL.map(|joint| legs.acceleration_bound(joint).0);
+        let fastest = 2.5 * TAU / 1.1;
+        let mut walker = Walker::new(sensor, 1.1);
+        let mut seed = seed;
+        let mut before = (legs.angles(), legs.rates(), legs.phase());
+        // One that walks first, so that there is something to lose.
+        let pieces = core::iter::once((Piece::Walk(1.1), 4000)).chain(pieces);
+        for (piece, ticks) in pieces {
+            walker.wanted = match piece {
+                Piece::Walk(stride_s) => 1.0 / stride_s,
+                Piece::Stand => 0.0,
+                _ => walker.wanted,
+            };
+            for _ in 0..ticks {
+                seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                let random = (seed >> 8) as f32 / 8_388_608.0 - 1.0;
+                let angle = walker.tick().0;
+                legs.sense(match piece {
+                    Piece::Walk(_) | Piece::Stand => Some(Radians(angle)),
+                    Piece::Lost => None,
+                    Piece::NotANumber => Some(Radians(if random > 0.0 { f32::NAN } else { f32::NEG_INFINITY })),
+                    Piece::Noise(size) => Some(Radians(angle + size * random)),
+                    Piece::Jump(by) => Some(Radians(angle + by)),
+                    Piece::Inverted => Some(Radians(-angle)),
+                    Piece::Huge(size) => Some(Radians(size * random)),
+                });
+                legs.step();
+                let now = (legs.angles(), legs.rates(), legs.phase());
+                prop_assert_eq!(legs.check(), Ok(()));
+                for (joint, bound) in bounds.iter().enumerate() {
+                    let (a0, a1) = (before.0[joint].0, now.0[joint].0);
+                    let (r0, r1) = (before.1[joint].0, now.1[joint].0);
+                    prop_assert!(a1.is_finite() && r1.is_finite());
+                    // Angles of a radian round to 1.2e-7: 2.4e-4 rad/s over a tick.
+                    prop_assert!(((a1 - a0) / 1e-3 - 0.5 * (r0 + r1)).abs() < 3e-3, "joint {joint}: {a0} {a1}, {r0} {r1}");
+                    prop_assert!((r1 - r0).abs() / 1e-3 <= bound + 0.5, "joint {joint}: {} rad/s^2", (r1 - r0) / 1e-3);
+                }
+                let turned = phase_difference(before.2, now.2).0 / 1e-3;
+                prop_assert!(legs.amplitude() == 0.0 || (-1e-3..fastest + 1e-2).contains(&turned) || before.0 == EntrainedConfig::default().stand, "{turned} rad/s");
+                before = now;
+            }
+        }
+    }
+}

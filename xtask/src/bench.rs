@@ -1,0 +1,231 @@
+//! `cargo xtask bench oscillators`: what each generator can do and what it costs, in one table.
+//!
+//! Two programs give the numbers: `footfall gait-error` the error on the shipped recording, on the host; `step-cost` the instructions of
+//! a step, on the virtual board, which counts one cycle an instruction. Nothing here is a time: only a chip can tell cycles.
+
+use std::fmt::Write as _;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::{Value, json};
+
+use crate::build::Workshop;
+use crate::setup::Need;
+use crate::shell;
+
+/// What to measure.
+#[derive(Debug, clap::Subcommand)]
+pub(crate) enum Bench {
+    /// Every generator: gait error on the shipped recording, instructions a step on the emulated Cortex-M4F
+    Oscillators {
+        /// One JSON object instead of the table
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// A generator takes a few thousand steps of some hundred instructions: a second or two in all.
+const DEADLINE: Duration = Duration::from_secs(120);
+
+/// Steps that `step-cost` counts.
+const STEPS: f64 = 1000.0;
+
+/// Instructions of a call.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Count {
+    least: u64,
+    mean: f64,
+    most: u64,
+}
+
+impl std::fmt::Display for Count {
+    /// The mean, and the extremes where there are any.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Count { least, mean, most } = self;
+        if least == most { write!(f, "{mean:.0}") } else { write!(f, "{mean:.1} ({least} to {most})") }
+    }
+}
+
+/// What `step-cost` tells of a generator.
+#[derive(Debug, Clone, PartialEq)]
+struct Cost {
+    name: String,
+    step: Count,
+    /// Step and four angles.
+    tick: Count,
+}
+
+/// A line of the table.
+#[derive(Debug, Clone, PartialEq)]
+struct Row {
+    name: String,
+    hip_deg: f64,
+    knee_deg: f64,
+    /// What 1 % of noise on each state adds.
+    noise_deg: f64,
+    as_built_deg: [f64; 2],
+    /// Numbers that the read-out fits for each joint.
+    weights: u64,
+    cost: Cost,
+}
+
+/// Runs the bench.
+pub(crate) fn bench(shop: &mut Workshop, bench: &Bench) -> Result<ExitCode> {
+    let Bench::Oscillators { json } = bench;
+    shop.set_up(&[Need::Thumb, Need::VirtualBoard])?;
+    let costs = costs(shop)?;
+    let footfall = shop.footfall()?;
+    let errors = shell::stdout_of(shell::command(footfall).args(["gait-error", "--json"]))?;
+    let errors: Value = serde_json::from_str(&errors).context("reading what footfall gait-error says")?;
+    // A line with a plus is of something that has no gait error of its own.
+    let (also, models): (Vec<Cost>, Vec<Cost>) = costs.into_iter().partition(|cost| cost.name.starts_with('+'));
+    let rows = rows(&errors, &models)?;
+    print!("{}", if *json { object(&rows, &also) + "\n" } else { table(&rows) + "\n" + &also_table(&also) });
+    Ok(ExitCode::SUCCESS)
+}
+
+fn costs(shop: &Workshop) -> Result<Vec<Cost>> {
+    let board = shop.virtual_board()?;
+    let elf = shop.step_cost()?;
+    let mut command = shell::command(&board);
+    command.args(["--self-test-exit", "semihosting", "--secs", "60"]).arg(&elf);
+    let ended = shell::with_deadline(&mut command, DEADLINE, &shop.target_dir.join("xtask-logs/step-cost.log"))?;
+    ensure!(ended.success(), "step-cost fails on the virtual board ({})\n{}", ended.how(), ended.tail(20));
+    let lines = ended.said.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let told = lines.filter(|line| line["type"] == "semihosting");
+    told.map(|line| cost(line["text"].as_str().unwrap_or_default())).collect()
+}
+
+/// Reads `name least sum most least sum most`.
+fn cost(text: &str) -> Result<Cost> {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let [name, numbers @ ..] = words.as_slice() else { bail!("step-cost told an empty line") };
+    let numbers: Vec<u64> = numbers.iter().map_while(|word| word.parse().ok()).collect();
+    let &[a, b, c, d, e, f] = numbers.as_slice() else {
+        bail!("step-cost told `{text}`; wanted a name and six numbers")
+    };
+    let count = |least, sum: u64, most| Count { least, mean: sum as f64 / STEPS, most };
+    Ok(Cost { name: (*name).to_owned(), step: count(a, b, c), tick: count(d, e, f) })
+}
+
+/// Both halves of each generator: one that has only one of them is a mistake in a list.
+fn rows(errors: &Value, costs: &[Cost]) -> Result<Vec<Row>> {
+    let all = errors["generators"].as_array().context("footfall gait-error lists no generators")?;
+    let row = |of: &Value| {
+        let name = of["name"].as_str().context("a generator without a name")?;
+        let number = |key: &str| of[key].as_f64().with_context(|| format!("{name} has no {key}"));
+        let cost = costs.iter().find(|cost| cost.name == name);
+        Ok(Row {
+            name: name.to_owned(),
+            hip_deg: number("hip_deg")?,
+            knee_deg: number("knee_deg")?,
+            noise_deg: number("noise_deg")?,
+            as_built_deg: [number("as_built_hip_deg")?, number("as_built_knee_deg")?],
+            weights: of["weights"].as_u64().with_context(|| format!("{name} has no weights"))?,
+            cost: cost.with_context(|| format!("{name} was not counted on the board"))?.clone(),
+        })
+    };
+    let rows = all.iter().map(row).collect::<Result<Vec<_>>>()?;
+    if let Some(cost) = costs.iter().find(|cost| !rows.iter().any(|row| row.name == cost.name)) {
+        bail!("{} was counted on the board, but footfall knows no gait error of it", cost.name);
+    }
+    Ok(rows)
+}
+
+/// Markdown.
+fn table(rows: &[Row]) -> String {
+    let mut text = String::from(
+        "| generator | hip / knee, best read-out | 1 % noise adds | weights a joint | hip / knee, as built | instructions a step | step and four angles |\n\
+         |---|---|---|---|---|---|---|\n",
+    );
+    for row in rows {
+        // Writing to a String cannot fail.
+        let _ = writeln!(
+            text,
+            "| {} | {:.2} / {:.2} | {:.2} | {} | {:.2} / {:.2} | {} | {} |",
+            row.name,
+            row.hip_deg,
+            row.knee_deg,
+            row.noise_deg,
+            row.weights,
+            row.as_built_deg[0],
+            row.as_built_deg[1],
+            row.cost.step,
+            row.cost.tick
+        );
+    }
+    text
+}
+
+/// Markdown.
+fn also_table(costs: &[Cost]) -> String {
+    let mut text = String::from("| also | instructions a step | step and all angles |\n|---|---|---|\n");
+    for Cost { name, step, tick } in costs {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "| {} | {step} | {tick} |", name.trim_start_matches('+'));
+    }
+    text
+}
+
+fn object(rows: &[Row], also: &[Cost]) -> String {
+    let count = |count: Count| json!({ "min": count.least, "mean": count.mean, "max": count.most });
+    let row = |row: &Row| {
+        json!({
+            "name": row.name,
+            "hip_rmse_deg": row.hip_deg,
+            "knee_rmse_deg": row.knee_deg,
+            "noise_adds_deg": row.noise_deg,
+            "weights_per_joint": row.weights,
+            "as_built_hip_rmse_deg": row.as_built_deg[0],
+            "as_built_knee_rmse_deg": row.as_built_deg[1],
+            "step_instructions": count(row.cost.step),
+            "step_and_angles_instructions": count(row.cost.tick),
+        })
+    };
+    let cost = |cost: &Cost| {
+        json!({
+            "name": cost.name.trim_start_matches('+'),
+            "step_instructions": count(cost.step),
+            "step_and_angles_instructions": count(cost.tick),
+        })
+    };
+    let also: Vec<Value> = also.iter().map(cost).collect();
+    json!({ "generators": rows.iter().map(row).collect::<Vec<_>>(), "also": also }).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn costs() -> Vec<Cost> {
+        vec![cost("walk 296 296000 296 350 351500 360").unwrap()]
+    }
+
+    #[test]
+    fn a_line_of_the_board_is_read_or_refused() {
+        let [walk] = costs().try_into().unwrap();
+        assert_eq!((walk.step.least, walk.step.mean, walk.tick.mean, walk.tick.most), (296, 296.0, 351.5, 360));
+        for bad in ["", "walk", "walk 1 2 3", "walk 1 2 3 4 5 x", "walk 1 2 3 4 5 6 7"] {
+            assert!(cost(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn both_halves_meet_in_one_row_and_a_missing_half_is_told() {
+        let walk = json!({
+            "name": "walk", "hip_deg": 4.25, "knee_deg": 12.5, "noise_deg": 0.5, "weights": 3,
+            "as_built_hip_deg": 5.0, "as_built_knee_deg": 13.0,
+        });
+        let errors = json!({ "generators": [walk] });
+        let rows = rows(&errors, &costs()).unwrap();
+        let wanted = "| walk | 4.25 / 12.50 | 0.50 | 3 | 5.00 / 13.00 | 296 | 351.5 (350 to 360) |";
+        assert!(table(&rows).contains(wanted), "{}", table(&rows));
+        assert!(also_table(&costs()).contains("| walk | 296 | 351.5 (350 to 360) |"));
+        assert!(object(&rows, &costs()).contains(r#""step_instructions":{"max":296,"mean":296.0,"min":296}"#));
+        let message = super::rows(&errors, &[]).unwrap_err().to_string();
+        assert!(message.contains("walk was not counted"), "{message}");
+        let message = super::rows(&json!({ "generators": [] }), &costs()).unwrap_err().to_string();
+        assert!(message.contains("walk was counted"), "{message}");
+    }
+}
