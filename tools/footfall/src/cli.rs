@@ -1,14 +1,15 @@
 //! The command line: what there is to call, and how a call ends.
 
 use crate::failure::Failure;
-use crate::rhythm::{certify, hexapod, obb, walk};
-use crate::{calibration_file, check, pack, parameter_file, shipped, volts, watch};
+use crate::rhythm::{certify, figures, gait_error, hexapod, obb, walk};
+use crate::{calibration_file, check, entrain, fit, pack, parameter_file, shipped, volts, watch};
 use clap::{Parser, Subcommand, ValueEnum};
 use joint_loop::LoopConfig;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 use std::ffi::OsString;
 use std::io::{self, Write};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use walker::generator_file::WalkerFile;
@@ -33,14 +34,28 @@ enum Command {
     Volts(volts::Options),
     /// Check files: every fault is told with file, line, field and what is allowed
     Check(check::Options),
-    /// Show a shipped gait on the host core, with changes on the way: CSV, JSON or a picture
+    /// Show a shipped gait on the host core, with changes on the way: live on a terminal, else CSV, JSON or a picture
     Walk(walk::Options),
     /// Print the firing word of an oscillatory building block, a letter a step: F flexor, E extensor
     Obb(obb::Options),
-    /// Print which legs of the hexapod swing at each step
+    /// Draw what the two papers show, as pictures of ours
+    Figures(figures::Options),
+    /// Print how near each generator comes to a healthy adult's mean stride
+    GaitError(gait_error::Options),
+    /// Print which legs of the hexapod swing at each step, or the angles of its legs
     Hexapod(hexapod::Options),
-    /// Measure what a parameter set does and write its certificate; refuse it if perturbed starts diverge
+    /// Measure what a parameter set does and write its certificate; refuse it if perturbed starts diverge or do not come back
     Certify(certify::Options),
+    /// Fit a walker to recorded gait: parameters, a report, and how good they are on strides that were not fitted
+    Fit(Box<fit::Options>),
+    /// Make one summary of a folder of fits, wherever their shares were made
+    Merge {
+        /// The folder
+        #[arg(value_name = "FOLDER")]
+        folder: PathBuf,
+    },
+    /// Let the host core follow one sensor of a recorded walker with four joints, and say how well it does
+    Entrain(entrain::Options),
     /// Turn a walker's parameters into the bytes of the board's parameter sector, or into a constant in Rust
     Pack(pack::Options),
     /// Print a file with the defaults, to begin a file of one's own with
@@ -96,11 +111,16 @@ fn execute(cli: Cli) -> Result<(), Failure> {
     match cli.command {
         Command::Watch(options) => watch::run(&options, &interrupt()?),
         Command::Volts(options) => volts::run(&options),
+        Command::Entrain(options) => entrain::run(&options),
         Command::Check(options) => check::run(&options),
-        Command::Walk(options) => walk::run(&options),
+        Command::Walk(options) => walk::run(&options, interrupt),
+        Command::Figures(options) => figures::run(&options),
+        Command::GaitError(options) => gait_error::run(&options),
         Command::Obb(options) => obb::run(&options),
         Command::Hexapod(options) => hexapod::run(&options),
         Command::Certify(options) => certify::run(&options),
+        Command::Fit(options) => fit::run(&options),
+        Command::Merge { folder } => fit::merge(&folder),
         Command::Pack(options) => pack::run(&options),
         Command::Defaults { file: Defaults::Calibration } => {
             print(&calibration_file::to_text(&shipped::wired_sensor().map_err(Failure::run)?))

@@ -2,8 +2,9 @@
 
 use crate::calibration_file::WiredSensor;
 use crate::failure::Failure;
-use crate::shipped::{SENSOR_JOINT, SENSOR_PIN};
+use crate::shipped::SENSOR_PIN;
 use gait_trace::{Channel, LoopError, Quantity, Recording, TraceError, csv_file};
+use joint_units::Joint;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -42,18 +43,24 @@ pub fn recording(file: Option<&Path>) -> Result<(String, Recording), TraceError>
     }
 }
 
-/// Turns a recording into volts for a run of so many seconds, or for one without end.
+/// Turns a recording of a joint into volts for a run of so many seconds, or for one without end.
 ///
 /// A recording that lasts as long as the run is played as it is; a shorter one is cut to whole strides and repeated. One that
 /// does not repeat itself is played once, and its last angle held. A recording of volts at the sensor's pin is taken as it is.
 ///
 /// # Errors
 /// The recording has no channel of the sensor's joint, or angles that the calibration does not reach.
-pub fn feed(name: &str, recording: &Recording, sensor: &WiredSensor, secs: Option<f64>) -> Result<Feed, Failure> {
+pub fn feed(
+    name: &str,
+    recording: &Recording,
+    joint: Joint,
+    sensor: &WiredSensor,
+    secs: Option<f64>,
+) -> Result<Feed, Failure> {
     let input = |why: String| Failure::input(format!("{name}: {why}"));
     let channel = match recording.channel(SENSOR_PIN) {
         Ok(pin) => pin,
-        Err(_) => recording.of_joint(SENSOR_JOINT).map_err(|error| input(error.to_string()))?,
+        Err(_) => recording.of_joint(joint).map_err(|error| input(error.to_string()))?,
     };
     let mut notes = Vec::new();
     let mut about = json!({

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`cli`] | the command line, and how a call ends |
 //! | [`watch`] | the command that runs an image on the virtual board and shows it live |
+//! | [`fit`] | the commands that fit recordings |
 //! | [`pack`] | a walker's parameters for the board's flash, or for Rust |
 //! | [`volts`], [`check`] | the commands that turn a recording into volts, and that check files |
 //! | [`board_process`], [`board_lines`] | the virtual board as a process, and what it writes |
@@ -13,6 +14,7 @@
 //! | [`view`], [`screen`], [`plain`] | what there is to see, on a screen and in lines of text |
 //! | [`record`] | a run as a file |
 //! | [`rhythm`] | the commands that show generators: walk, obb, hexapod, certify |
+//! | [`entrain`] | the command that lets the core follow one sensor of a recorded walker |
 //! | [`feed`] | a recording as volts at the sensor's pin |
 //! | [`calibration_file`], [`parameter_file`], [`degrees`] | files that people write |
 //! | [`failure`] | how a command ends when it does not end well |
@@ -26,8 +28,10 @@ pub mod calibration_file;
 pub mod check;
 pub mod cli;
 pub mod degrees;
+pub mod entrain;
 pub mod failure;
 pub mod feed;
+pub mod fit;
 pub mod image;
 pub mod pack;
 pub mod parameter_file;

@@ -6,7 +6,7 @@
 
 use crate::shipped::WalkLoop;
 use crate::telemetry::{Call, Inputs, Tick};
-use joint_loop::Frame;
+use joint_loop::{Frame, Walker};
 use std::collections::VecDeque;
 
 /// How many frames are kept to compare with: the board is never further behind than its queue of 64 calls.
@@ -83,6 +83,12 @@ impl Replay {
     #[must_use]
     pub fn tick(&self) -> u32 {
         self.joints.frame().tick
+    }
+
+    /// The generator of the copy: where it stands, to look at.
+    #[must_use]
+    pub fn walker(&self) -> &Walker {
+        self.joints.generator()
     }
 
     /// Calls of the loop so far.

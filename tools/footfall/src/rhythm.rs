@@ -1,7 +1,10 @@
-//! The commands that show generators on the host core: `walk`, `obb`, `hexapod`, `certify`.
+//! The commands that show generators on the host core: `walk`, `obb`, `hexapod`, `certify`, `figures`, `gait-error`.
 
 pub mod certify;
+pub mod figures;
+pub mod gait_error;
 pub mod hexapod;
+mod live;
 pub mod obb;
 pub mod svg;
 pub mod walk;
@@ -27,4 +30,12 @@ fn switches<T>(text: &str, value: impl Fn(&str) -> Option<T>, allowed: &str) -> 
         all.push((step, to));
     }
     Ok(all)
+}
+
+/// Seconds of a step of edge reversal.
+fn step_seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if (0.05..=60.0).contains(&seconds) => Ok(seconds),
+        _ => Err("allowed is a number of seconds from 0.05 to 60".into()),
+    }
 }

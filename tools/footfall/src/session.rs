@@ -10,10 +10,12 @@ use crate::board_lines::{BoardLine, End};
 use crate::image::{Decoder, Image};
 use crate::replay::{Difference, Gap, Replay, differences};
 use crate::telemetry::{self, Boot, Cost, Inputs, Line, LineError, Margin, Tick};
+use cpg_core::entrainment::Lock;
 use joint_loop::shipped::walk_loop;
 use joint_loop::walker_record::Record;
-use joint_loop::{Cause, WalkerConfig};
+use joint_loop::{Cause, Walker, WalkerConfig};
 use joint_units::AdcCode;
+use serde::Serialize;
 use std::collections::VecDeque;
 
 /// Calls of the loop between two `tick` lines.
@@ -114,6 +116,19 @@ pub struct Row {
     pub equal: Option<bool>,
 }
 
+/// How a walker that follows the gait sensor stands, by the host's copy.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Following {
+    /// `stopped`, `seeking`, `locked` or `holding`.
+    pub state: &'static str,
+    /// The person's stride time as estimated, seconds.
+    pub stride_s: f32,
+    /// Phase of the person less the estimated one, degrees of the cycle.
+    pub phase_error_deg: f32,
+    /// When it first locked, in seconds since the boot.
+    pub locked_at_s: Option<f64>,
+}
+
 /// The books of a run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Books {
@@ -139,6 +154,8 @@ pub struct Books {
     pub last: Option<Tick>,
     /// Why the supervisor last changed its state.
     pub cause: Cause,
+    /// Of a walker that follows the gait sensor.
+    pub following: Option<Following>,
     /// Setpoint hashes of board and host at the last row that was compared.
     pub hashes: Option<(u64, u64)>,
 }
@@ -288,6 +305,16 @@ impl<'t> Session<'t> {
                 self.books.why_not.get_or_insert_with(|| gap.to_string());
             }
             self.books.calls += replay.calls() - before;
+            if let Walker::Follow(follower) = replay.walker() {
+                let status = follower.status();
+                let now = (status.state == Lock::Locked).then(|| f64::from(replay.tick()) / 1000.0);
+                self.books.following = Some(Following {
+                    state: status.state.name(),
+                    stride_s: status.stride_s,
+                    phase_error_deg: status.phase_error.degrees(),
+                    locked_at_s: self.books.following.and_then(|known| known.locked_at_s).or(now),
+                });
+            }
         }
         self.settle(WAITING, events);
     }

@@ -1,7 +1,7 @@
 //! What a run comes to: the object that ends the output, and whether anything was wrong.
 
 use crate::board_lines::{End, Reset};
-use crate::session::Books;
+use crate::session::{Books, Following};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -56,6 +56,8 @@ pub struct Summary {
     pub differences: Vec<String>,
     /// Calls of the loop that the host ran again.
     pub replayed_calls: u64,
+    /// How a walker that follows the gait sensor stood at the end.
+    pub following: Option<Following>,
     /// Lines of telemetry that were lost on the way.
     pub lost_lines: u64,
     /// Frames of the log that made no sense.
@@ -104,6 +106,7 @@ impl Summary {
             different_lines: books.different,
             differences: books.differences.iter().map(ToString::to_string).collect(),
             replayed_calls: books.calls,
+            following: books.following,
             lost_lines: books.lost_lines,
             malformed_frames: books.malformed,
             elf_sha256: elf_sha256.into(),

@@ -3,7 +3,7 @@
 use crate::calibration_file;
 use crate::failure::Failure;
 use crate::feed;
-use crate::shipped;
+use crate::shipped::{self, SENSOR_JOINT};
 use clap::Args;
 use gait_trace::csv_file;
 use std::path::PathBuf;
@@ -32,7 +32,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Some(path) => calibration_file::read(path).map_err(Failure::input)?,
         None => shipped::wired_sensor().map_err(Failure::run)?,
     };
-    let feed = feed::feed(&name, &recording, &sensor, None)?;
+    let feed = feed::feed(&name, &recording, SENSOR_JOINT, &sensor, None)?;
     for note in &feed.notes {
         eprintln!("note: {note}");
     }

@@ -12,7 +12,7 @@ use crate::plain;
 use crate::record::Recorder;
 use crate::screen;
 use crate::session::{Event, Session};
-use crate::shipped;
+use crate::shipped::{self, SENSOR_JOINT};
 use crate::summary::Summary;
 use crate::view::View;
 use clap::Args;
@@ -199,7 +199,11 @@ fn prepare(options: &Options, show: Show) -> Result<Prepared, Failure> {
     };
     let secs = options.secs.or((show != Show::Screen).then_some(DEFAULT_SECS));
     let (name, recording) = feed::recording(options.trace.as_deref()).map_err(Failure::input)?;
-    let feed = feed::feed(&name, &recording, &sensor, secs)?;
+    let joint = match walker {
+        WalkerConfig::Follow(follow) => follow.sensor,
+        _ => SENSOR_JOINT,
+    };
+    let feed = feed::feed(&name, &recording, joint, &sensor, secs)?;
     let mut presses = match &options.press {
         Press::Auto => vec![ARM_AT_S],
         Press::At(times) => times.clone(),

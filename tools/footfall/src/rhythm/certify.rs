@@ -1,9 +1,10 @@
-//! `footfall certify`: what a parameter set does, measured; refuses a set whose perturbed starts diverge.
+//! `footfall certify`: what a parameter set does, measured; refuses a set whose perturbed starts diverge or do not come back.
 
 use clap::Args;
 use joint_loop::LoopConfig;
 use std::path::PathBuf;
-use walker::certificate::{Certificate, certify};
+use walker::certificate::{Certificate, RETURN_STRIDES, certify};
+use walker::entrainment::Tongue;
 use walker::generator_file::WalkerFile;
 
 use crate::failure::Failure;
@@ -62,23 +63,13 @@ fn table(c: &Certificate) -> String {
             "random starts",
             format!("{} of {} on the orbit after 60 strides, {} diverged", c.converged, c.starts, c.diverged),
         ),
-        (
-            "perturbed starts",
-            format!(
-                "{} of {} back with every phase, {} diverged",
-                c.perturbed_locked,
-                c.perturbed,
-                c.perturbed_diverged.len()
-            ),
-        ),
+        ("perturbed starts", perturbed(c)),
         ("settling after a push", c.settling_s.map_or("not within 100 strides".into(), |s| format!("{s:.2} s"))),
         ("Floquet multipliers", c.multipliers.iter().map(|m| format!("{m:.4}")).collect::<Vec<_>>().join(" ")),
-        (
-            "entrained from",
-            c.entrainment_hz.map_or("not measured or none".into(), |[low, high]| format!("{low:.3} to {high:.3} Hz")),
-        ),
-        ("largest f32 step", format!("{:.1} ms", c.largest_step_ms)),
+        ("entrained by", c.entrainment_by.clone()),
     ];
+    rows.extend(c.entrainment.iter().map(|tongue| ("", entrained(tongue))));
+    rows.extend([("largest f32 step", format!("{:.1} ms", c.largest_step_ms))]);
     for joint in &c.joints {
         let inside = if joint.inside_gate { "inside the gate" } else { "BEYOND THE GATE" };
         rows.push((
@@ -89,6 +80,24 @@ fn table(c: &Certificate) -> String {
             ),
         ));
     }
-    rows.push(("accepted", if c.accepted { "yes" } else { "no" }.to_string()));
+    let verdict = if c.accepted { "yes".into() } else { format!("no; {}", c.status.words()) };
+    rows.push(("accepted", verdict));
     rows.into_iter().map(|(name, value)| format!("{name:<22} {value}\n")).collect()
+}
+
+fn perturbed(c: &Certificate) -> String {
+    if c.perturbed == 0 {
+        return "none: nothing but the phase can be off".into();
+    }
+    let (back, all, diverged) = (c.perturbed_locked, c.perturbed, c.perturbed_diverged.len());
+    format!("{back} of {all} back with every phase after {RETURN_STRIDES} strides, {diverged} diverged")
+}
+
+fn entrained(tongue: &Tongue) -> String {
+    match (tongue.range_hz(), tongue.low.zip(tongue.high)) {
+        (Some([low_hz, high_hz]), Some((low, high))) => {
+            format!("kap {:.2}: {low_hz:.3} to {high_hz:.3} Hz ({low:.3} to {high:.3} of its own)", tongue.strength)
+        }
+        _ => format!("kap {:.2}: not even at its own frequency", tongue.strength),
+    }
 }

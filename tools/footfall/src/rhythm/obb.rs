@@ -1,10 +1,10 @@
 //! `footfall obb`: the firing word of an oscillatory building block.
 
 use clap::{Args, ValueEnum};
-use cpg_core::obb::{Neuron, Obb, PAPER_POTENTIAL, Reversibilities};
+use cpg_core::obb::{Obb, PAPER_POTENTIAL, Reversibilities};
 use std::path::PathBuf;
 
-use super::svg::{Curve, Panel};
+use super::svg::{Bars, Curve, Panel};
 use crate::failure::Failure;
 
 /// Options of `footfall obb`.
@@ -25,9 +25,12 @@ pub struct Options {
     /// One JSON object instead of the word
     #[arg(long)]
     pub json: bool,
-    /// Draw potentials and firing
+    /// Draw membrane potentials, outputs and duty
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+    /// Seconds of a step, for the picture's axis: the paper's
+    #[arg(long, value_name = "S", default_value_t = 3.0, value_parser = super::step_seconds)]
+    pub step_s: f64,
 }
 
 /// Where a block begins.
@@ -39,9 +42,81 @@ pub enum Start {
     Full,
 }
 
+/// Most steps of a picture.
+const MOST_DRAWN: u64 = 10_000;
+
 fn pair(text: &str) -> Option<Reversibilities> {
     let (flexor, extensor) = text.split_once(',')?;
     Reversibilities::build(flexor.trim().parse().ok()?, extensor.trim().parse().ok()?).ok()
+}
+
+/// A block stepped through its changes.
+pub(super) struct Course {
+    /// A letter a step.
+    pub(super) word: String,
+    /// Potentials of flexor and extensor at the beginning of each step, where a picture is wanted.
+    potentials: Vec<[f64; 2]>,
+    /// Steps of the period that the block has at each step.
+    periods: Vec<u32>,
+    obb: Obb,
+}
+
+impl Course {
+    pub(super) fn of(mut obb: Obb, switches: &[(u64, Reversibilities)], steps: u64, drawn: bool) -> Self {
+        let mut course = Self { word: String::new(), potentials: vec![], periods: vec![], obb };
+        let mut switches = switches.iter().copied().peekable();
+        for step in 0..steps {
+            while let Some((_, to)) = switches.next_if(|(at, _)| *at == step) {
+                obb.set(to);
+            }
+            let (flexor, extensor) = obb.potentials();
+            if drawn {
+                course.potentials.push([f64::from(flexor), f64::from(extensor)]);
+                course.periods.push(obb.reversibilities().period());
+            }
+            course.word.push(obb.step().letter());
+        }
+        course.obb = obb;
+        course
+    }
+
+    /// The potentials as the steps that they are.
+    pub(super) fn potentials(&self, step_s: f64, marks: &[(f64, String)]) -> Panel {
+        let curve = |name, neuron: usize| {
+            let held = self.potentials.iter().enumerate();
+            let points = held.flat_map(|(step, m)| [step, step + 1].map(|at| (at as f64 * step_s, m[neuron])));
+            Curve::new(name, points.collect())
+        };
+        let curves = vec![curve("flexor", 0), curve("extensor", 1)];
+        Panel::curves("membrane potentials", "time, s", "potential M", curves).marked(marks)
+    }
+
+    /// When each neuron is on.
+    pub(super) fn outputs(&self, step_s: f64, marks: &[(f64, String)]) -> Panel {
+        let row = |name: &str, letter: char| {
+            let on = self.word.chars().enumerate().filter(|(_, fired)| *fired == letter);
+            let spans = on.map(|(step, _)| (step as f64 * step_s, (step + 1) as f64 * step_s));
+            Bars { name: name.into(), spans: spans.collect() }
+        };
+        let rows = vec![row("flexor", 'F'), row("extensor", 'E')];
+        Panel::bars("outputs: on where a bar is", "time, s", "", rows).marked(marks)
+    }
+
+    /// The share of the last period that each neuron was on.
+    pub(super) fn duty(&self, step_s: f64, marks: &[(f64, String)]) -> Panel {
+        let letters: Vec<char> = self.word.chars().collect();
+        let curve = |name, letter: char| {
+            let ends = (1..=letters.len()).filter(|&end| end >= self.periods[end - 1] as usize);
+            let points = ends.map(|end| {
+                let last = &letters[end - self.periods[end - 1] as usize..end];
+                let on = last.iter().filter(|fired| **fired == letter).count();
+                (end as f64 * step_s, on as f64 / last.len() as f64)
+            });
+            Curve::new(name, points.collect())
+        };
+        let curves = vec![curve("flexor", 'F'), curve("extensor", 'E')];
+        Panel::curves("duty over the last period", "time, s", "duty factor", curves).marked(marks)
+    }
 }
 
 /// Runs the command.
@@ -56,40 +131,34 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             options.reversibility
         )));
     };
-    let mut switches = super::switches(&options.switch, pair, allowed)?.into_iter().peekable();
-    let mut obb = match options.start {
+    let switches = super::switches(&options.switch, pair, allowed)?;
+    if options.svg.is_some() && options.steps > MOST_DRAWN {
+        return Err(Failure::input(format!("--steps {}: allowed with --svg is up to {MOST_DRAWN}", options.steps)));
+    }
+    let obb = match options.start {
         Start::Paper => Obb::from_potential(reversibilities, PAPER_POTENTIAL).map_err(Failure::input)?,
         Start::Full => Obb::new(reversibilities),
     };
-    let mut word = String::new();
-    let mut curves = [vec![], vec![], vec![], vec![]];
-    for step in 0..options.steps {
-        while let Some((_, to)) = switches.next_if(|(at, _)| *at == step) {
-            obb.set(to);
-        }
-        let (flexor, extensor) = obb.potentials();
-        let fired = obb.step();
-        word.push(fired.letter());
-        if options.svg.is_some() {
-            let on = |neuron| if fired == neuron { 1.0 } else { 0.0 };
-            let values = [f64::from(flexor), f64::from(extensor), on(Neuron::Flexor), on(Neuron::Extensor)];
-            for (curve, value) in curves.iter_mut().zip(values) {
-                curve.extend([(step as f64, value), (step as f64 + 1.0, value)]);
-            }
-        }
-    }
+    let course = Course::of(obb, &switches, options.steps, options.svg.is_some());
     if let Some(path) = &options.svg {
-        let [flexor, extensor, flexor_on, extensor_on] = curves;
-        let panel = |title: &str, a, b| Panel {
-            title: title.into(),
-            x: "step".into(),
-            curves: vec![Curve::new("flexor", a), Curve::new("extensor", b)],
-        };
-        let panels = [panel("membrane potential", flexor, extensor), panel("firing", flexor_on, extensor_on)];
-        super::svg::write(path, "Oscillatory building block", &panels)?;
+        let entries = options.switch.split_whitespace().filter_map(|entry| entry.split_once(':'));
+        let marks: Vec<(f64, String)> = switches
+            .iter()
+            .zip(entries)
+            .filter(|((at, _), _)| *at < options.steps)
+            .map(|((at, _), (_, to))| (*at as f64 * options.step_s, format!("({to})")))
+            .collect();
+        let panels = [
+            course.potentials(options.step_s, &marks),
+            course.outputs(options.step_s, &marks),
+            course.duty(options.step_s, &marks),
+        ];
+        let title = format!("Oscillatory building block ({}), a step is {} s", options.reversibility, options.step_s);
+        super::svg::write(path, &title, &panels)?;
     }
+    let word = course.word;
     if options.json {
-        let now = obb.reversibilities();
+        let now = course.obb.reversibilities();
         let flexor = word.matches('F').count();
         let object = serde_json::json!({
             "word": word,

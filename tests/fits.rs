@@ -1,0 +1,134 @@
+//! Fits of real recordings: how near phase and shape comes, on what it saw and on what it did not; and that the board walks a fit.
+
+use footfall_tests::board::Board;
+use footfall_tests::traces::{self, shipped_volts_file};
+use gait_fit::fit::{Fit, Settings, Source, fit};
+use gait_fit::judge::HeldOut;
+use gait_trace::condition::{LowPass, Rules};
+use gait_trace::open::{self, ReadOptions};
+use joint_loop::State;
+use joint_loop::walker_record::{ADDRESS, Record};
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+/// Errors against the mean stride that 6 harmonics must reach, hip and knee, degrees.
+const GOAL_DEG: [f64; 2] = [0.4, 0.5];
+
+/// How much worse than the walker's own mean the generator may be on strides that it did not fit.
+const LOSS: f64 = 1.15;
+
+fn fitted(path: &Path, settings: &Settings) -> Fit {
+    let name = path.file_name().unwrap().to_string_lossy().into_owned();
+    let raw = open::read(path, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+    let source = Source { name, sha256: String::new() };
+    fit(&source, &raw, settings, &mut |_| ()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Certificates are their own tests' business.
+fn settings() -> Settings {
+    Settings { harmonics: Some(6), starts: 10, ..Settings::default() }
+}
+
+/// Every bilateral recording in the folder of traces, and the two cycles of the OpenSim tutorial.
+fn bilateral(folder: &Path) -> Vec<PathBuf> {
+    let mut all: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    all.extend(
+        ["osim_crouch_gait_cp_normalised.csv", "osim_normal_gait_mean_normalised.csv"]
+            .map(|name| folder.join("normalised").join(name)),
+    );
+    all.retain(|path| path.extension().is_some_and(|ending| ending == "csv"));
+    all.sort();
+    assert!(all.len() >= 23, "{} recordings", all.len());
+    all
+}
+
+#[test]
+fn six_harmonics_follow_every_walker_and_runner_within_half_a_degree() {
+    let Some(folder) = traces::many("fits of all recordings") else { return };
+    println!("| recording | strides | hip | knee | hip, unfiltered | knee, unfiltered | loss on held-out strides |");
+    for path in bilateral(&folder) {
+        let fit = fitted(&path, &settings());
+        let raw = Settings { rules: Rules { low_pass: LowPass::Off, ..Rules::default() }, ..settings() };
+        let unfiltered = fitted(&path, &raw);
+        // Left and right together, as models are compared in the literature.
+        let both = |fit: &Fit, joints: [usize; 2]| {
+            (joints.map(|j| fit.joints[j].rmse_mean_stride_deg.powi(2)).iter().sum::<f64>() / 2.0).sqrt()
+        };
+        let errors = [both(&fit, [0, 1]), both(&fit, [2, 3])];
+        let losses: Vec<f64> =
+            fit.joints.iter().filter_map(|joint| Some(joint.rmse_heldout_deg? / joint.heldout_floor_deg?)).collect();
+        let loss = losses.iter().copied().fold(0.0, f64::max);
+        println!(
+            "| {} | {} | {:.2} | {:.2} | {:.2} | {:.2} | {} |",
+            fit.source.name,
+            fit.strides.cycles().len(),
+            errors[0],
+            errors[1],
+            both(&unfiltered, [0, 1]),
+            both(&unfiltered, [2, 3]),
+            if losses.is_empty() { "-".into() } else { format!("{loss:.3}") }
+        );
+        assert!(errors[0] <= GOAL_DEG[0] && errors[1] <= GOAL_DEG[1], "{}: {errors:?}", fit.source.name);
+        assert!(loss <= LOSS, "{}: {losses:?}", fit.source.name);
+        assert_eq!(fit.held_out, HeldOut::of(fit.strides.cycles().len()));
+        assert!(fit.certificate.accepted, "{}", fit.source.name);
+        assert!(
+            (fit.period_s - if fit.conditioned.normalised_cycle { 1.0 } else { fit.strides.period_s }).abs() < 1e-3
+        );
+    }
+}
+
+#[test]
+fn crouch_gait_is_fitted_and_called_asymmetric_and_healthy_gait_is_not() {
+    let Some(folder) = traces::many("the asymmetry of crouch gait") else { return };
+    for path in bilateral(&folder) {
+        let fit = fitted(&path, &settings());
+        let crouch = fit.source.name.contains("crouch");
+        assert_eq!(fit.asymmetric, crouch, "{}: {:?}", fit.source.name, fit.strides.asymmetry_deg());
+        assert_eq!(fit.notes.iter().any(|note| note.starts_with("asymmetric")), crouch);
+    }
+}
+
+/// A walker fitted to the shipped recording, packed, in the parameter sector of the flashed image: its setpoints are the host's.
+#[test]
+fn the_board_walks_a_fit_to_the_bit() {
+    let Some(board) = Board::find("a fitted walker on the virtual board") else { return };
+    let fit = fitted(&traces::shipped_folder().join("gaitkit_fukuchi_healthy.csv"), &Settings::default());
+    let config = fit.file.set.config();
+    let sector = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(sector.path(), Record::of(&config).bytes()).unwrap();
+    let options: Vec<OsString> = [
+        "--secs".into(),
+        "8".into(),
+        "--volts".into(),
+        shipped_volts_file().into(),
+        "--loop".into(),
+        "--press".into(),
+        "0.3".into(),
+        "--flash".into(),
+        OsString::from(format!("{ADDRESS:#010x}={}", sector.path().display())),
+    ]
+    .into();
+    let ran = board.run_with(&config, options);
+    assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (Some(0), 0, 0, 1));
+    assert_eq!((ran.books.different, ran.books.not_compared), (0, 0), "{:?}", ran.books.differences);
+    assert!(ran.books.compared > 750, "{}", ran.books.compared);
+    let frames = ran.boots[0].replay(&config);
+    assert_eq!(frames[frames.len() - 1].state, State::Walking);
+    let last = ran.boots[0].ticks.last().unwrap();
+    let same = frames.iter().find(|frame| frame.tick == last.tick).unwrap();
+    assert_eq!(same.setpoint_hash, last.hash);
+    // It is the fitted gait that was walked: over the last strides each joint's range is the mean stride's, within two degrees.
+    let mean = fit.strides.mean();
+    for joint in 0..4 {
+        let range = |values: &mut dyn Iterator<Item = f64>| {
+            values.fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(x), high.max(x)))
+        };
+        let walked = range(&mut frames[5_000..].iter().map(|frame| f64::from(frame.setpoints[joint].degrees())));
+        let wanted = range(&mut mean.0[joint].iter().copied());
+        assert!(
+            (walked.0 - wanted.0).abs() < 2.0 && (walked.1 - wanted.1).abs() < 2.0,
+            "{joint}: {walked:?}, {wanted:?}"
+        );
+    }
+}

@@ -1,0 +1,215 @@
+//! `footfall fit` and `merge` as a person calls them: what is printed, what is written, what is left alone.
+
+use joint_units::Joint;
+use serde_json::Value;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use walker::generator_file::WalkerFile;
+
+const SHIPPED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/traces/gaitkit_fukuchi_healthy.csv");
+
+fn footfall<A: Into<OsString>>(arguments: impl IntoIterator<Item = A>) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_footfall"))
+        .args(arguments.into_iter().map(Into::into))
+        .output()
+        .expect("footfall runs")
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {}", said(output)))
+}
+
+/// A walk of so many strides that differ a little, as CSV.
+fn walk(stride_s: f64, strides: usize) -> String {
+    let mut csv = String::from("time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg\n");
+    let rows = (stride_s * (strides as f64 + 0.6) * 100.0) as usize;
+    for row in 0..rows {
+        let t = row as f64 * 0.01;
+        let size = 1.0 + 0.03 * (t * 0.9).sin();
+        let angle = |mean: f64, one: f64, two: f64, turn: f64, lead: f64| {
+            let p = std::f64::consts::TAU * (t / stride_s + lead);
+            mean + size * (one * p.cos() + two * (2.0 * p + turn).cos())
+        };
+        let (hip, knee) = (|lead| angle(8.0, 21.0, -4.0, 0.0, lead), |lead| angle(24.0, 20.0, 15.0, 1.5, lead + 0.2));
+        csv += &format!("{t:.3},{:.4},{:.4},{:.4},{:.4}\n", hip(0.0), hip(0.5), knee(0.0), knee(0.5));
+    }
+    csv
+}
+
+#[test]
+fn one_recording_gives_parameters_a_report_and_an_object() {
+    let folder = tempfile::tempdir().unwrap();
+    let (params, page) = (folder.path().join("walker.toml"), folder.path().join("walker.html"));
+    let output = footfall([
+        "fit".into(),
+        SHIPPED.into(),
+        "-o".into(),
+        OsString::from(&params),
+        "--report".into(),
+        OsString::from(&page),
+        "--evaluations".into(),
+        "2000".into(),
+        "--json".into(),
+    ]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let value = json(&output);
+    assert_eq!(value["generator"], "shape");
+    assert!((value["period_s"].as_f64().unwrap() - 1.09).abs() < 0.02, "{}", value["period_s"]);
+    assert!(value["strides"].as_u64().unwrap() >= 1);
+    for (joint, known) in value["joints"].as_array().unwrap().iter().zip(Joint::ALL) {
+        assert_eq!(joint["name"], known.name());
+        for key in ["rmse_mean_stride_deg", "rmse_heldout_deg", "stride_sd_deg"] {
+            assert!(joint[key].as_f64().is_some_and(|deg| deg > 0.0 && deg < 5.0), "{key}: {joint}");
+        }
+    }
+    assert_eq!(value["certificate"]["accepted"], true);
+
+    // The file builds the walker whose errors were printed, and says where it comes from.
+    let file = WalkerFile::read(&params).unwrap();
+    assert_eq!(file.provenance.source, "gaitkit_fukuchi_healthy.csv");
+    assert_eq!(file.provenance.source_sha256, value["sha256"].as_str().unwrap());
+    assert!(file.provenance.settings.contains("harmonics"), "{}", file.provenance.settings);
+    // The page needs nothing else.
+    let page = std::fs::read_to_string(&page).unwrap();
+    assert!(page.matches("<svg").count() >= 4 && page.contains(value["sha256"].as_str().unwrap()));
+    for elsewhere in ["src=", "href=", "@import", "<script"] {
+        assert!(!page.contains(elsewhere), "{elsewhere}");
+    }
+}
+
+#[test]
+fn the_same_file_and_seed_give_the_same_bytes_whatever_the_generator() {
+    for generator in ["shape", "robust", "thesis"] {
+        let run = || footfall(["fit", SHIPPED, "--generator", generator, "--evaluations", "2000", "--seed", "3"]);
+        let (one, two) = (run(), run());
+        assert_eq!(one.status.code(), Some(0), "{generator}: {}", said(&one));
+        assert_eq!(one.stdout, two.stdout, "{generator}");
+        let file = WalkerFile::parse("x", &String::from_utf8_lossy(&one.stdout)).unwrap();
+        // A thesis network that perturbed starts do not come back to is not what gets out.
+        let refused = said(&one).contains("was refused");
+        assert_eq!(file.set.kind(), if refused { "shape" } else { generator }, "{}", said(&one));
+    }
+}
+
+#[test]
+fn bad_input_writes_nothing_and_says_what_and_where() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.toml");
+    let call = |file: &Path, more: &[&str]| {
+        let mut arguments: Vec<OsString> = vec!["fit".into(), file.into(), "-o".into(), out.clone().into()];
+        arguments.extend(more.iter().map(Into::into));
+        let output = footfall(arguments);
+        assert!(!out.exists());
+        (output.status.code(), said(&output))
+    };
+    let bad = folder.path().join("bad.csv");
+    std::fs::write(&bad, walk(1.1, 4).replace("\n0.500,", "\n0.500,x")).unwrap();
+    let (code, words) = call(&bad, &[]);
+    assert!(code == Some(2) && words.contains("bad.csv:52: column 2"), "{words}");
+    std::fs::write(&bad, "time_s,left_hip_deg\n0,1\n0.01,2\n").unwrap();
+    let (code, words) = call(&bad, &[]);
+    assert!(code == Some(2) && words.contains("bad.csv"), "{words}");
+    let (code, words) = call(&folder.path().join("nowhere.csv"), &[]);
+    assert!(code == Some(2) && words.contains("nowhere.csv"), "{words}");
+    let (code, words) = call(Path::new(SHIPPED), &["--map", "left_hip=nothing"]);
+    assert!(code == Some(2) && words.contains("nothing"), "{words}");
+    let (code, words) = call(Path::new(SHIPPED), &["--harmonics", "40"]);
+    assert!(code == Some(2) && words.contains("allowed is 1 to 8"), "{words}");
+}
+
+/// Three walkers, one of them in a folder of its own, and one file that is none.
+fn laboratory() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("day2")).unwrap();
+    for (name, stride_s) in [("a.csv", 1.0), ("b.csv", 1.2), ("day2/a.csv", 0.9)] {
+        std::fs::write(folder.path().join(name), walk(stride_s, 12)).unwrap();
+    }
+    std::fs::write(folder.path().join("broken.csv"), "time_s,left_hip_deg\n0,1\n").unwrap();
+    std::fs::write(folder.path().join("notes.md"), "not a recording").unwrap();
+    folder
+}
+
+fn batch(from: &Path, to: &Path, more: &[&str]) -> Output {
+    let mut arguments: Vec<OsString> = vec!["fit".into(), from.into(), "-o".into(), to.into()];
+    arguments.extend(more.iter().map(Into::into));
+    footfall(arguments)
+}
+
+/// Everything that a run wrote, but for how long it took.
+fn written(folder: &Path) -> Vec<(PathBuf, String)> {
+    let mut all: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .map(|path| {
+            let mut text = std::fs::read_to_string(&path).unwrap();
+            if path.to_string_lossy().ends_with(".fit.json") {
+                let mut value: Value = serde_json::from_str(&text).unwrap();
+                value["seconds"] = Value::Null;
+                text = value.to_string();
+            }
+            (path.strip_prefix(folder).unwrap().to_owned(), text)
+        })
+        .collect();
+    all.sort();
+    all
+}
+
+#[test]
+fn a_bad_file_does_not_stop_the_rest_and_a_second_run_fits_nothing_again() {
+    let (from, to) = (laboratory(), tempfile::tempdir().unwrap());
+    let first = batch(from.path(), to.path(), &["--jobs", "2"]);
+    assert_eq!(first.status.code(), Some(1), "one of four failed");
+    assert!(said(&first).contains("3 fitted, 0 already known, 1 failed"), "{}", said(&first));
+    assert!(said(&first).contains("broken.csv"), "{}", said(&first));
+    let names: Vec<String> = written(to.path()).iter().map(|(path, _)| path.display().to_string()).collect();
+    for name in [
+        "a.csv.toml",
+        "b.csv.toml",
+        "day2__a.csv.toml",
+        "broken.csv.fit.json",
+        "summary.csv",
+        "summary.json",
+        "summary.html",
+    ] {
+        assert!(names.iter().any(|there| there == name), "{name} in {names:?}");
+    }
+    let table = std::fs::read_to_string(to.path().join("summary.csv")).unwrap();
+    assert_eq!(table.lines().count(), 5);
+    assert!(table.lines().any(|line| line.starts_with("broken.csv,") && line.contains("broken.csv:")), "{table}");
+    assert!(table.contains("day2__a.csv,shape,0.9"), "{table}");
+
+    let before = written(to.path());
+    let second = batch(from.path(), to.path(), &["--jobs", "2"]);
+    assert!(said(&second).contains("0 fitted, 3 already known, 1 failed"), "{}", said(&second));
+    assert_eq!(written(to.path()), before);
+
+    // As after an interruption: one outcome is missing, one recording has changed since.
+    std::fs::remove_file(to.path().join("b.csv.fit.json")).unwrap();
+    std::fs::write(from.path().join("a.csv"), walk(1.05, 12)).unwrap();
+    let third = batch(from.path(), to.path(), &[]);
+    assert!(said(&third).contains("2 fitted, 1 already known, 1 failed"), "{}", said(&third));
+    // Other wishes are other fits.
+    let fourth = batch(from.path(), to.path(), &["--harmonics", "3"]);
+    assert!(said(&fourth).contains("3 fitted, 0 already known, 1 failed"), "{}", said(&fourth));
+}
+
+#[test]
+fn shares_on_several_computers_merge_to_what_one_computer_makes() {
+    let (from, whole, shared) = (laboratory(), tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    batch(from.path(), whole.path(), &["--jobs", "1"]);
+    for share in ["1/3", "2/3", "3/3"] {
+        batch(from.path(), shared.path(), &["--shard", share]);
+    }
+    assert!(!shared.path().join("summary.csv").exists(), "no share makes the summary");
+    let merged = footfall(["merge".into(), OsString::from(shared.path())]);
+    assert_eq!(merged.status.code(), Some(0), "{}", said(&merged));
+    assert_eq!(written(shared.path()), written(whole.path()));
+    let empty = tempfile::tempdir().unwrap();
+    let nothing = footfall(["merge".into(), OsString::from(empty.path())]);
+    assert!(nothing.status.code() == Some(2) && said(&nothing).contains("no outcome"), "{}", said(&nothing));
+}

@@ -1,0 +1,469 @@
+//! From a recording as read to a walker's file: conditioned, cut into strides, fitted, judged, certified.
+//!
+//! ```text
+//! RawJoints --condition--> joints --segment--> strides --fit--> set --walk a stride--> judge beside the strides
+//!                                                         \--certify--> accepted, or phase and shape instead
+//! ```
+//! The parameters are fitted to the mean of all kept strides. What is said about strides that were not fitted comes from separate fits
+//! to some of them ([`crate::judge::HeldOut`]), by the same method.
+
+use std::fmt;
+
+use gait_trace::condition::{ConditionError, Conditioned, LowPass, Rules, condition};
+use gait_trace::cycle::{Cycle, POINTS};
+use gait_trace::raw::RawJoints;
+use gait_trace::strides::{StrideError, Strides, segment};
+use joint_loop::{HARMONICS, LoopConfig};
+use joint_units::Joint;
+use serde::Serialize;
+use walker::certificate::{Certificate, certify};
+use walker::generator_file::{FollowSet, GeneratorSet, Provenance, WalkerFile};
+
+use crate::judge::{HeldOut, JointFit, held_out, judge};
+use crate::search::{SearchSettings, Shape, fit_robust, fit_thesis};
+use crate::series::{self, Series};
+use crate::walk_cycle::{aligned, walk_cycle};
+
+/// Difference of the legs, in parts of the range of motion, from which on a walker is called asymmetric.
+pub const ASYMMETRIC: f64 = 0.15;
+
+/// Harmonics of phase and shape where nobody asks for another number: enough for nearly every walker.
+pub const LEAST_HARMONICS: usize = 6;
+
+/// What the error of a hip and of a knee against the mean stride should not exceed, degrees.
+pub const GOAL_DEG: [f64; 2] = [0.4, 0.5];
+
+/// Nonlinearity and coupling of R1: those of the shipped walk, which returns to its gait within a few strides.
+const LINKED: Shape = Shape::Fixed(0.5, 0.5);
+
+/// Which generator is fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Phase and shape: one phase, a Fourier series a joint.
+    Shape,
+    /// R1: four oscillators that cannot run away, near to sinusoids.
+    Robust,
+    /// The thesis' network.
+    Thesis,
+}
+
+impl Kind {
+    /// All kinds, the most exact first.
+    pub const ALL: [Self; 3] = [Self::Shape, Self::Robust, Self::Thesis];
+
+    /// As in a walker's file.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Shape => "shape",
+            Self::Robust => "robust",
+            Self::Thesis => "thesis",
+        }
+    }
+}
+
+/// What to fit, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// The generator.
+    pub kind: Kind,
+    /// Harmonics of phase and shape, 1 to [`joint_loop::HARMONICS`]; none takes [`LEAST_HARMONICS`] or as many more as it takes to
+    /// come within [`GOAL_DEG`] of the mean stride.
+    pub harmonics: Option<usize>,
+    /// Seed of whatever searches.
+    pub seed: u64,
+    /// Networks that a search for the thesis' parameters may simulate.
+    pub evaluations: usize,
+    /// Random starts of the certificate.
+    pub starts: u32,
+    /// Stride time for a recording whose time axis is a cycle, seconds.
+    pub stride_s: f64,
+    /// Thresholds of the conditioning.
+    pub rules: Rules,
+    /// Fit the other generators too, to compare.
+    pub compare: bool,
+    /// Phase and shape are to follow a gait sensor that is worn on this joint.
+    pub follow: Option<Joint>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            kind: Kind::Shape,
+            harmonics: None,
+            seed: 1,
+            evaluations: 60_000,
+            starts: 1000,
+            stride_s: 1.0,
+            // What gait laboratories do to the trajectories of markers; every fit says that it was done.
+            rules: Rules { low_pass: LowPass::Customary, ..Rules::default() },
+            compare: false,
+            follow: None,
+        }
+    }
+}
+
+impl fmt::Display for Settings {
+    /// What it takes to do the same again.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "generator {}", self.kind.name())?;
+        match self.kind {
+            Kind::Shape => match self.harmonics {
+                Some(harmonics) => write!(f, ", {harmonics} harmonics, least squares"),
+                None => write!(f, ", as many harmonics as it takes, least squares"),
+            },
+            Kind::Robust => write!(f, ", Levenberg-Marquardt"),
+            Kind::Thesis => write!(f, ", CMA-ES, {} evaluations, seed {}", self.evaluations, self.seed),
+        }
+    }
+}
+
+/// The file that a recording came from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// Its name, without the way to it.
+    pub name: String,
+    /// SHA-256 of its bytes, in hex.
+    pub sha256: String,
+}
+
+/// Why there is no fit.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum FitError {
+    /// The joints cannot be used.
+    #[error("{file}: {why}")]
+    Condition {
+        /// The recording.
+        file: String,
+        /// What is wrong with it.
+        why: ConditionError,
+    },
+    /// There is no stride to fit.
+    #[error("{file}: {why}")]
+    Strides {
+        /// The recording.
+        file: String,
+        /// What is wrong with it.
+        why: StrideError,
+    },
+    /// What was fitted is no walker: a stride beyond what a generator takes, for instance.
+    #[error("{file}: the fit is no walker: {why}")]
+    Walker {
+        /// The recording.
+        file: String,
+        /// The rule that it breaks.
+        why: String,
+    },
+}
+
+/// A generator that was fitted and then not used.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Refused {
+    /// Which.
+    pub generator: &'static str,
+    /// Why.
+    pub because: String,
+}
+
+/// Another generator on the same strides.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Compared {
+    /// Which, in words.
+    pub name: String,
+    /// Root mean square error against the mean stride, degrees, in the order of the joints.
+    pub rmse_deg: [f64; 4],
+    /// Whether perturbed starts come back; none where that is no question.
+    pub holds: Option<bool>,
+}
+
+/// A fit.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The recording.
+    pub source: Source,
+    /// What kind of file it was.
+    pub format: String,
+    /// The settings.
+    pub settings: Settings,
+    /// The joints, and what was found in them.
+    pub conditioned: Conditioned,
+    /// The strides.
+    pub strides: Strides,
+    /// The parameters, ready to be written.
+    pub file: WalkerFile,
+    /// Stride time on the generator's own cycle, seconds.
+    pub period_s: f64,
+    /// The generator's cycle, aligned with the mean stride.
+    pub cycle: Cycle,
+    /// The point of that cycle at which the generator's phase is 0: the left hip is most flexed.
+    pub origin: usize,
+    /// The joints.
+    pub joints: [JointFit; 4],
+    /// How the strides that were not fitted were chosen.
+    pub held_out: HeldOut,
+    /// The certificate of the set that is in the file.
+    pub certificate: Certificate,
+    /// What was wanted and could not be used.
+    pub refused: Option<Refused>,
+    /// Other generators.
+    pub compared: Vec<Compared>,
+    /// Evaluations at which a search for the thesis' parameters became better, and how good it was, degrees; empty where nothing was
+    /// searched.
+    pub history: Vec<(usize, f64)>,
+    /// Difference of the legs beyond [`ASYMMETRIC`].
+    pub asymmetric: bool,
+    /// What a person should know, a sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Fits a recording. `progress` is told what is being done.
+///
+/// ```
+/// use gait_fit::fit::{Settings, Source, fit};
+/// use gait_trace::open::{ReadOptions, of_bytes};
+/// let mut csv = String::from("time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg\n");
+/// for row in 0..700 {
+///     let t = f64::from(row) * 0.01;
+///     let hip = |lead: f64| { let p = std::f64::consts::TAU * (t / 1.1 + lead); 8.0 + 21.0 * p.cos() - 4.0 * (2.0 * p).cos() };
+///     let knee = |lead: f64| { let p = std::f64::consts::TAU * (t / 1.1 + lead) + 1.5; 24.0 + 20.0 * p.cos() + 15.0 * (2.0 * p).cos() };
+///     csv += &format!("{t},{},{},{},{}\n", hip(0.0), hip(0.5), knee(0.0), knee(0.5));
+/// }
+/// let raw = of_bytes("walk.csv", csv.as_bytes(), &ReadOptions::default())?;
+/// let source = Source { name: "walk.csv".into(), sha256: String::new() };
+/// let fit = fit(&source, &raw, &Settings::default(), &mut |_| ())?;
+/// assert!((fit.period_s - 1.1).abs() < 1e-3);
+/// assert!(fit.joints.iter().all(|joint| joint.rmse_mean_stride_deg < 0.05));
+/// assert!(fit.certificate.accepted && !fit.asymmetric);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// Nothing in the recording can be fitted; the error names the file and what is wrong.
+pub fn fit(
+    source: &Source,
+    raw: &RawJoints,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Fit, FitError> {
+    let file = || source.name.clone();
+    progress("strides");
+    let conditioned = condition(raw, &settings.rules).map_err(|why| FitError::Condition { file: file(), why })?;
+    let strides = segment(&conditioned).map_err(|why| FitError::Strides { file: file(), why })?;
+    let mut notes: Vec<String> = raw.notes.clone();
+    let period_s = if conditioned.normalised_cycle {
+        notes.push(format!("the time axis is a cycle, not seconds: a stride of {} s was assumed", settings.stride_s));
+        settings.stride_s
+    } else {
+        strides.period_s
+    };
+
+    let mean = strides.mean();
+    let mut refused = None;
+    let mut found = of_kind(settings.kind, &mean, period_s, settings, progress);
+    let mut checked = check(&found.set, settings, progress);
+    if let Some(because) = found.refused_because.take().or_else(|| not_accepted(&checked)) {
+        if settings.kind == Kind::Shape {
+            return Err(FitError::Walker { file: file(), why: because });
+        }
+        notes.push(format!(
+            "the {} generator was refused ({because}); phase and shape is used instead",
+            settings.kind.name()
+        ));
+        refused = Some(Refused { generator: settings.kind.name(), because });
+        let used = Settings { kind: Kind::Shape, ..settings.clone() };
+        found = of_kind(Kind::Shape, &mean, period_s, &used, progress);
+        checked = check(&found.set, &used, progress);
+    }
+    let Found { set, history, .. } = found;
+    let certificate = checked.map_err(|why| FitError::Walker { file: file(), why })?;
+    let walked = walk_cycle(&set).map_err(|why| FitError::Walker { file: file(), why })?;
+    let (cycle, ahead) = aligned(&walked.cycle, &mean);
+    let origin = ((1.0 - ahead) * POINTS as f64).round() as usize % POINTS;
+
+    progress("held-out strides");
+    let (way, errors, floor) = held_out(&strides, |some| refitted(&set, some, period_s));
+    let joints = judge(&strides, &cycle, errors, floor);
+    let asymmetric = is_asymmetric(&strides);
+    if asymmetric {
+        let [hip, knee] = strides.asymmetry_deg();
+        notes.push(format!(
+            "asymmetric: left and right differ by {hip:.1} degrees at the hip and {knee:.1} at the knee once half a stride apart"
+        ));
+    }
+    for peaks in certificate.joints.iter().filter(|joint| !joint.inside_gate) {
+        notes.push(format!(
+            "{}: {:.0} deg/s and {:.0} deg/s^2 at most, beyond the default gate: the board will hold it back",
+            peaks.name, peaks.peak_velocity_deg_s, peaks.peak_acceleration_deg_s2
+        ));
+    }
+    if let GeneratorSet::Shape(shape) = &set
+        && settings.harmonics.is_none()
+        && shape.joints[0].cos_deg.len() > LEAST_HARMONICS
+    {
+        let [hip, knee] = GOAL_DEG;
+        notes.push(format!(
+            "{} harmonics: with {LEAST_HARMONICS} a hip would be off by more than {hip} degrees or a knee by more than {knee}",
+            shape.joints[0].cos_deg.len()
+        ));
+    }
+    let (compared, others) =
+        if settings.compare { compare(&mean, period_s, settings, progress) } else { Default::default() };
+    let history = if history.is_empty() { others } else { history };
+    let used = match &set {
+        GeneratorSet::Shape(shape) => {
+            Settings { kind: Kind::Shape, harmonics: Some(shape.joints[0].cos_deg.len()), ..settings.clone() }
+        }
+        other => Settings { kind: kind_of(other), ..settings.clone() },
+    };
+    // What was judged is the walker's own shape: led by a sensor it is as good as its phase.
+    let set = match (set, settings.follow) {
+        (GeneratorSet::Shape(shape), Some(sensor)) => GeneratorSet::Follow(FollowSet { sensor, shape }),
+        (set, _) => set,
+    };
+    let provenance = Provenance {
+        source: source.name.clone(),
+        source_sha256: source.sha256.clone(),
+        made_by: concat!("footfall ", env!("CARGO_PKG_VERSION")).into(),
+        settings: format!("{used}; {} strides", strides.cycles().len()),
+    };
+    Ok(Fit {
+        source: source.clone(),
+        format: raw.format.clone(),
+        settings: settings.clone(),
+        conditioned,
+        strides,
+        file: WalkerFile { provenance, set },
+        period_s: walked.period_s,
+        cycle,
+        origin,
+        joints,
+        held_out: way,
+        certificate,
+        refused,
+        compared,
+        history,
+        asymmetric,
+        notes,
+    })
+}
+
+struct Found {
+    set: GeneratorSet,
+    history: Vec<(usize, f64)>,
+    refused_because: Option<String>,
+}
+
+fn of_kind(kind: Kind, mean: &Cycle, period_s: f64, settings: &Settings, progress: &mut dyn FnMut(&str)) -> Found {
+    progress(kind.name());
+    match kind {
+        Kind::Shape => {
+            let set = GeneratorSet::Shape(series::fit(mean, period_s, harmonics(mean, settings)));
+            Found { set, history: vec![], refused_because: None }
+        }
+        Kind::Robust => {
+            let fitted = fit_robust(mean, period_s, LINKED, &mut |_| ());
+            Found { set: GeneratorSet::Robust(fitted.set), history: vec![], refused_because: None }
+        }
+        Kind::Thesis => {
+            let search =
+                SearchSettings { seed: settings.seed, evaluations: settings.evaluations, ..SearchSettings::default() };
+            let fitted = fit_thesis(mean, period_s, &search, &mut |step| {
+                progress(&format!(
+                    "thesis: {} of {} networks, {:.2} degrees",
+                    step.evaluations, step.budget, step.best
+                ));
+            });
+            Found {
+                set: GeneratorSet::Thesis(fitted.set),
+                history: fitted.history,
+                refused_because: fitted.refused_because,
+            }
+        }
+    }
+}
+
+/// The number that was asked for, or the least that comes within the goal, or the most.
+fn harmonics(mean: &Cycle, settings: &Settings) -> usize {
+    let reaches = |harmonics: &usize| {
+        let within = |joint: Joint| {
+            let points = &mean.0[joint as usize];
+            let goal = if matches!(joint, Joint::LeftHip | Joint::RightHip) { GOAL_DEG[0] } else { GOAL_DEG[1] };
+            Series::through(points, *harmonics).rmse(points) <= goal
+        };
+        Joint::ALL.into_iter().all(within)
+    };
+    settings.harmonics.unwrap_or_else(|| (LEAST_HARMONICS..HARMONICS).find(reaches).unwrap_or(HARMONICS))
+}
+
+fn kind_of(set: &GeneratorSet) -> Kind {
+    match set {
+        GeneratorSet::Shape(_) | GeneratorSet::Follow(_) => Kind::Shape,
+        GeneratorSet::Robust(_) => Kind::Robust,
+        GeneratorSet::Thesis(_) => Kind::Thesis,
+    }
+}
+
+fn check(set: &GeneratorSet, settings: &Settings, progress: &mut dyn FnMut(&str)) -> Result<Certificate, String> {
+    let mut told = |what: &str| progress(&format!("certificate: {what}"));
+    certify(set, settings.starts, &LoopConfig::default_biped(), &mut told)
+}
+
+fn not_accepted(checked: &Result<Certificate, String>) -> Option<String> {
+    match checked {
+        Err(why) => Some(why.clone()),
+        Ok(certificate) if certificate.accepted => None,
+        Ok(certificate) => Some(certificate.refused_because.clone().unwrap_or_default()),
+    }
+}
+
+/// A template from other strides by the method that made the set. A network of oscillators is not searched for anew: its waveform is
+/// what the equations can do and hardly depends on which strides it saw, so the same one is judged.
+fn refitted(set: &GeneratorSet, some: &Cycle, period_s: f64) -> Cycle {
+    let again = match set {
+        GeneratorSet::Shape(fitted) => GeneratorSet::Shape(series::fit(some, period_s, fitted.joints[0].cos_deg.len())),
+        GeneratorSet::Robust(_) => GeneratorSet::Robust(fit_robust(some, period_s, LINKED, &mut |_| ()).set),
+        GeneratorSet::Thesis(_) | GeneratorSet::Follow(_) => set.clone(),
+    };
+    // A set that was fitted once can be walked; the strides' own mean stands in for one that cannot.
+    walk_cycle(&again).map_or_else(|_| some.clone(), |walked| aligned(&walked.cycle, some).0)
+}
+
+/// The legs differ by more than [`ASYMMETRIC`] of the range of motion, hips or knees.
+fn is_asymmetric(strides: &Strides) -> bool {
+    let mean = strides.mean();
+    let range = |points: &[f64]| {
+        points.iter().copied().fold(f64::MIN, f64::max) - points.iter().copied().fold(f64::MAX, f64::min)
+    };
+    let ranges = [0, 2].map(|left| range(&mean.0[left]).max(range(&mean.0[left + 1])));
+    strides.asymmetry_deg().iter().zip(ranges).any(|(difference, range)| *difference > ASYMMETRIC * range)
+}
+
+/// The other generators on the same mean stride, and how the search for the thesis' parameters went.
+fn compare(
+    mean: &Cycle,
+    period_s: f64,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&str),
+) -> (Vec<Compared>, Vec<(usize, f64)>) {
+    let mut all = vec![];
+    let mut add = |name: String, set: &GeneratorSet, holds| {
+        if let Ok(walked) = walk_cycle(set) {
+            let rmse_deg = aligned(&walked.cycle, mean).0.rmse_deg(mean);
+            all.push(Compared { name, rmse_deg, holds });
+        }
+    };
+    for harmonics in [1, 2, 3, 4, 5, 6, 8] {
+        let set = GeneratorSet::Shape(series::fit(mean, period_s, harmonics));
+        let name = match harmonics {
+            1 => "one sinusoid a joint".into(),
+            _ => format!("phase and shape, {harmonics} harmonics"),
+        };
+        add(name, &set, None);
+    }
+    let robust = of_kind(Kind::Robust, mean, period_s, settings, progress);
+    add("R1, the robust network".into(), &robust.set, Some(true));
+    let thesis = of_kind(Kind::Thesis, mean, period_s, settings, progress);
+    add("the thesis' network".into(), &thesis.set, Some(thesis.refused_because.is_none()));
+    (all, thesis.history)
+}

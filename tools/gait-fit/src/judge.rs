@@ -1,0 +1,173 @@
+//! How near a fit comes to the walker, beside how near the walker comes to himself.
+
+use gait_trace::cycle::{Cycle, POINTS};
+use gait_trace::strides::Strides;
+use joint_units::Joint;
+use serde::Serialize;
+use std::ops::Range;
+
+use crate::series::Series;
+
+/// From this many strides on, a fit to the first half is judged on the second half; with fewer, each stride is judged by a fit to the
+/// others.
+pub const HALVES_FROM: usize = 10;
+
+/// One joint of a fit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JointFit {
+    /// Name of the joint.
+    pub name: &'static str,
+    /// Root mean square error of the generator against the walker's mean stride, degrees.
+    pub rmse_mean_stride_deg: f64,
+    /// Root mean square error on strides that were not fitted, each at its own time; none where there is one stride only.
+    pub rmse_heldout_deg: Option<f64>,
+    /// What the mean of the fitted strides itself scores on those held-out strides: the walker's own variability, which a generator
+    /// that was fitted to that mean cannot be expected to beat.
+    pub heldout_floor_deg: Option<f64>,
+    /// Deviation of all strides from the mean stride; none where there is one stride only.
+    pub stride_sd_deg: Option<f64>,
+    /// Largest angle of the fit less that of the mean stride, degrees.
+    pub peak_error_deg: f64,
+    /// How much later the fit has it, in percent of the gait cycle.
+    pub peak_timing_percent: f64,
+    /// Phase of the fit's first harmonic less that of the mean stride, degrees of the cycle; positive is early.
+    pub phase_error_deg: f64,
+    /// Range of motion of the mean stride, degrees.
+    pub range_deg: f64,
+}
+
+/// How the strides that were not fitted were chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HeldOut {
+    /// Fitted to the first half, judged on the second.
+    SecondHalf,
+    /// Each judged by a fit to all the others.
+    EachByTheOthers,
+    /// There is one stride only.
+    None,
+}
+
+impl HeldOut {
+    /// The way for so many strides.
+    #[must_use]
+    pub const fn of(strides: usize) -> Self {
+        match strides {
+            0 | 1 => Self::None,
+            _ if strides < HALVES_FROM => Self::EachByTheOthers,
+            _ => Self::SecondHalf,
+        }
+    }
+
+    /// In words.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::SecondHalf => "fitted to the first half of the strides, judged on the second",
+            Self::EachByTheOthers => "each stride judged by a fit to all the others",
+            Self::None => "one stride only: nothing is left to judge on",
+        }
+    }
+}
+
+/// Errors on held-out strides and their floor, a joint each. `refit` makes a template of the mean of some strides.
+#[must_use]
+pub fn held_out(strides: &Strides, refit: impl Fn(&Cycle) -> Cycle) -> (HeldOut, Option<[f64; 4]>, Option<[f64; 4]>) {
+    let (n, way) = (strides.cycles().len(), HeldOut::of(strides.cycles().len()));
+    match way {
+        HeldOut::None => (way, None, None),
+        HeldOut::SecondHalf => {
+            let (first, second) = (0..n / 2, n / 2..n);
+            let own = strides.mean_of(first);
+            let template = refit(&own);
+            let errors = spread(strides, second.clone(), |_| template.clone());
+            (way, Some(errors), Some(spread(strides, second, |_| own.clone())))
+        }
+        HeldOut::EachByTheOthers => {
+            let mean = strides.mean();
+            let others = |k: usize| {
+                let one = &strides.cycles()[k];
+                let (count, rest) = (n as f64, n as f64 - 1.0);
+                Cycle(std::array::from_fn(|j| std::array::from_fn(|i| (mean.0[j][i] * count - one.0[j][i]) / rest)))
+            };
+            let errors = spread(strides, 0..n, |k| refit(&others(k)));
+            (way, Some(errors), Some(spread(strides, 0..n, others)))
+        }
+    }
+}
+
+/// Root mean square difference of some strides from what is expected of each.
+fn spread(strides: &Strides, which: Range<usize>, expected: impl Fn(usize) -> Cycle) -> [f64; Joint::COUNT] {
+    let count = which.len() as f64;
+    let mut squares = [0.0; Joint::COUNT];
+    for k in which {
+        for (sum, rmse) in squares.iter_mut().zip(strides.cycles()[k].rmse_deg(&expected(k))) {
+            *sum += rmse * rmse;
+        }
+    }
+    squares.map(|sum| (sum / count).sqrt())
+}
+
+/// All joints of a fit: its own cycle, aligned, beside the strides.
+#[must_use]
+pub fn judge(strides: &Strides, fitted: &Cycle, errors: Option<[f64; 4]>, floor: Option<[f64; 4]>) -> [JointFit; 4] {
+    let mean = strides.mean();
+    let rmse = fitted.rmse_deg(&mean);
+    let several = strides.cycles().len() > 1;
+    let sd = strides.sd_deg();
+    Joint::ALL.map(|joint| {
+        let j = joint as usize;
+        let (peak, at) = largest(&mean.0[j]);
+        let (fit_peak, fit_at) = largest(&fitted.0[j]);
+        let least = mean.0[j].iter().copied().fold(f64::MAX, f64::min);
+        JointFit {
+            name: joint.name(),
+            rmse_mean_stride_deg: rmse[j],
+            rmse_heldout_deg: errors.map(|errors| errors[j]),
+            heldout_floor_deg: floor.map(|floor| floor[j]),
+            stride_sd_deg: several.then_some(sd[j]),
+            peak_error_deg: fit_peak - peak,
+            peak_timing_percent: 100.0 * wrapped(fit_at - at),
+            phase_error_deg: 360.0 * wrapped(fundamental(&mean.0[j]) - fundamental(&fitted.0[j])),
+            range_deg: peak - least,
+        }
+    })
+}
+
+/// The largest value and its place in cycles, between the points by a parabola.
+fn largest(points: &[f64; POINTS]) -> (f64, f64) {
+    let k = (0..POINTS).max_by(|a, b| points[*a].total_cmp(&points[*b])).unwrap_or(0);
+    let [before, top, after] = [POINTS - 1, 0, 1].map(|by| points[(k + by) % POINTS]);
+    let bend = before - 2.0 * top + after;
+    let part = if bend < 0.0 { 0.5 * (before - after) / bend } else { 0.0 };
+    (top - 0.25 * (before - after) * part, (k as f64 + part) / POINTS as f64)
+}
+
+/// Where the first harmonic is largest, in cycles.
+fn fundamental(points: &[f64; POINTS]) -> f64 {
+    let (cos, sin) = Series::through(points, 1).terms[0];
+    sin.atan2(cos) / std::f64::consts::TAU
+}
+
+/// A difference of phases in -1/2 to 1/2 cycles.
+fn wrapped(cycles: f64) -> f64 {
+    cycles - cycles.round()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn a_peak_that_comes_late_and_low_is_told_so() {
+        let bump = |lead: f64, size: f64| -> [f64; POINTS] {
+            std::array::from_fn(|k| size * (TAU * (k as f64 / POINTS as f64 - lead)).cos())
+        };
+        let ((peak, at), (late, later)) = (largest(&bump(0.3, 40.0)), largest(&bump(0.3333, 38.0)));
+        assert!((peak - 40.0).abs() < 1e-3 && (late - 38.0).abs() < 1e-3);
+        assert!((wrapped(later - at) - 0.0333).abs() < 1e-4);
+        assert!((fundamental(&bump(0.3, 40.0)) - 0.3).abs() < 1e-9);
+        assert!((wrapped(0.95 - 0.05) + 0.1).abs() < 1e-12);
+    }
+}

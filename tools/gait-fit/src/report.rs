@@ -1,0 +1,276 @@
+//! A fit as one self-contained HTML page: numbers, pictures, and what it takes to do it again.
+
+use std::fmt::Write as _;
+
+use gait_trace::cycle::{Cycle, POINTS};
+use joint_units::Joint;
+use picture::{Band, Curve, Panel, draw};
+
+use crate::fit::{Fit, Kind};
+use crate::judge::HeldOut;
+
+/// The page. `command` is the line that makes it again.
+///
+/// # Errors
+/// A picture cannot be drawn; the text is the drawing library's own.
+pub fn html(fit: &Fit, command: &str) -> Result<String, String> {
+    let mut page = String::from(HEAD);
+    let title = escape(&fit.source.name);
+    // Writing to a String cannot fail.
+    let _ = write!(page, "<title>Footfall: {title}</title></head><body><h1>{title}</h1>");
+    summary(&mut page, fit);
+    joints(&mut page, fit);
+    page += "<h2>Mean stride, its variability, and the fit</h2>";
+    page += "<p>Band: the mean stride plus and minus one standard deviation over the strides. 0 % is where the left hip is most flexed: phase 0 of the generator.</p>";
+    page += &draw("Joint angles over the gait cycle", &stride_panels(fit), 2)?;
+    page += "<h2>Phase portraits</h2>";
+    page += &draw("Angular velocity over angle", &portraits(fit), 2)?;
+    page += "<h2>The recording</h2>";
+    page += &draw("What was used; grey was left out", &timeline(fit), 1)?;
+    findings(&mut page, fit);
+    compared(&mut page, fit)?;
+    certificate(&mut page, fit);
+    again(&mut page, fit, command);
+    page += "</body></html>\n";
+    Ok(page)
+}
+
+const HEAD: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><style>\
+body{font:15px/1.5 sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;color:#222}\
+table{border-collapse:collapse;margin:1em 0}td,th{border:1px solid #ccc;padding:.25em .7em;text-align:right}\
+th:first-child,td:first-child{text-align:left}th{background:#f3f3f3}svg{max-width:100%;height:auto}\
+.note{background:#fff6df;padding:.4em .8em;margin:.4em 0}code,pre{background:#f3f3f3;padding:.1em .3em}pre{overflow-x:auto}\
+</style>";
+
+/// Text as HTML shows it.
+pub(crate) fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+fn row<'a>(page: &mut String, cell: &str, cells: impl IntoIterator<Item = &'a str>) {
+    *page += "<tr>";
+    for text in cells {
+        let _ = write!(page, "<{cell}>{}</{cell}>", escape(text));
+    }
+    *page += "</tr>";
+}
+
+fn summary(page: &mut String, fit: &Fit) {
+    let [hip, knee] = fit.strides.asymmetry_deg();
+    *page += "<table>";
+    for (name, value) in [
+        ("generator", fit.file.set.kind().to_owned()),
+        ("stride time", format!("{:.4} s", fit.period_s)),
+        (
+            "strides",
+            format!(
+                "{} used, stride time {:.3} ± {:.3} s",
+                fit.strides.cycles().len(),
+                fit.strides.period_s,
+                fit.strides.period_sd_s()
+            ),
+        ),
+        ("left against right, half a stride apart", format!("hip {hip:.1} deg, knee {knee:.1} deg")),
+        ("certificate", fit.certificate.status.words().to_owned()),
+        ("recording", fit.format.clone()),
+    ] {
+        let _ = write!(page, "<tr><td>{}</td><td>{}</td></tr>", escape(name), escape(&value));
+    }
+    *page += "</table>";
+    for note in &fit.notes {
+        let _ = write!(page, "<p class=\"note\">{}</p>", escape(note));
+    }
+}
+
+fn joints(page: &mut String, fit: &Fit) {
+    let _ = write!(page, "<h2>Errors</h2><p>Held-out strides: {}.</p><table>", fit.held_out.words());
+    row(
+        page,
+        "th",
+        [
+            "joint",
+            "RMSE to the mean stride, deg",
+            "RMSE on held-out strides, deg",
+            "their own floor, deg",
+            "stride-to-stride SD, deg",
+            "peak error, deg",
+            "peak timing, % of cycle",
+            "phase error, deg",
+            "range of motion, deg",
+        ],
+    );
+    let number = |value: Option<f64>| value.map_or("–".into(), |value| format!("{value:.2}"));
+    for joint in &fit.joints {
+        let cells = [
+            joint.name.replace('_', " "),
+            number(Some(joint.rmse_mean_stride_deg)),
+            number(joint.rmse_heldout_deg),
+            number(joint.heldout_floor_deg),
+            number(joint.stride_sd_deg),
+            number(Some(joint.peak_error_deg)),
+            number(Some(joint.peak_timing_percent)),
+            number(Some(joint.phase_error_deg)),
+            number(Some(joint.range_deg)),
+        ];
+        row(page, "td", cells.iter().map(String::as_str));
+    }
+    *page += "</table>";
+    if fit.held_out != HeldOut::None {
+        *page += "<p>The floor is what the mean of the fitted strides itself scores on the held-out ones: the walker's own variability.</p>";
+    }
+}
+
+fn percent(k: usize) -> f64 {
+    100.0 * k as f64 / POINTS as f64
+}
+
+fn joint_title(joint: Joint) -> String {
+    joint.name().replace('_', " ")
+}
+
+/// From `origin` on. The cycle closes: its first point is drawn once more at 100 %.
+fn curve(name: &str, points: &[f64; POINTS], origin: usize) -> Curve {
+    Curve::new(name, (0..=POINTS).map(|k| (percent(k), points[(k + origin) % POINTS])).collect())
+}
+
+fn stride_panels(fit: &Fit) -> Vec<Panel> {
+    let (mean, strides) = (fit.strides.mean(), fit.strides.cycles());
+    let panel = |joint: Joint| {
+        let j = joint as usize;
+        let sd = |k: usize| {
+            let squares: f64 = strides.iter().map(|stride| (stride.0[j][k] - mean.0[j][k]).powi(2)).sum();
+            (squares / strides.len() as f64).sqrt()
+        };
+        let edge = |k: usize| {
+            let at = (k + fit.origin) % POINTS;
+            (percent(k), mean.0[j][at] - sd(at), mean.0[j][at] + sd(at))
+        };
+        let curves = vec![curve("mean", &mean.0[j], fit.origin), curve("fit", &fit.cycle.0[j], fit.origin)];
+        let panel = Panel::curves(&joint_title(joint), "gait cycle, %", "angle, deg", curves);
+        if strides.len() > 1 { panel.banded(vec![Band((0..=POINTS).map(edge).collect())]) } else { panel }
+    };
+    Joint::ALL.map(panel).into()
+}
+
+fn portraits(fit: &Fit) -> Vec<Panel> {
+    let mean = fit.strides.mean();
+    let portrait = |cycle: &Cycle, j: usize| -> Vec<(f64, f64)> {
+        let at = |k: usize| cycle.0[j][k % POINTS];
+        let rate = POINTS as f64 / (2.0 * fit.period_s);
+        (0..=POINTS).map(|k| (at(k), (at(k + 1) - at(k + POINTS - 1)) * rate)).collect()
+    };
+    let panel = |joint: Joint| {
+        let j = joint as usize;
+        let curves = vec![Curve::new("mean", portrait(&mean, j)), Curve::new("fit", portrait(&fit.cycle, j))];
+        Panel::curves(&joint_title(joint), "angle, deg", "deg/s", curves)
+    };
+    Joint::ALL.map(panel).into()
+}
+
+fn timeline(fit: &Fit) -> Vec<Panel> {
+    let recording = &fit.conditioned.recording;
+    let mut shades: Vec<(f64, f64)> = fit.strides.left_out.iter().map(|part| (part.from_s, part.to_s)).collect();
+    shades.extend(fit.conditioned.unusable.iter().copied());
+    // No screen shows more points than this.
+    let every = recording.time_s().len().div_ceil(2000).max(1);
+    let x = if fit.conditioned.normalised_cycle { "cycle" } else { "time, s" };
+    let panel = |part: &str| {
+        let of = |channel: &gait_trace::Channel| {
+            let points = recording.time_s().iter().zip(channel.values()).step_by(every).map(|(t, v)| (*t, *v));
+            Curve::new(&channel.name().replace('_', " "), points.collect())
+        };
+        let curves = recording.channels().iter().filter(|channel| channel.name().ends_with(part)).map(of).collect();
+        Panel::curves(&format!("{part}s"), x, "angle, deg", curves).shaded(&shades)
+    };
+    vec![panel("hip"), panel("knee")]
+}
+
+fn findings(page: &mut String, fit: &Fit) {
+    if fit.conditioned.findings.is_empty() && fit.strides.left_out.is_empty() {
+        *page += "<p>Nothing was repaired and nothing left out.</p>";
+        return;
+    }
+    *page += "<ul>";
+    for finding in &fit.conditioned.findings {
+        let _ = write!(page, "<li>{}</li>", escape(&finding.to_string()));
+    }
+    for part in &fit.strides.left_out {
+        let _ = write!(page, "<li>{}</li>", escape(&part.to_string()));
+    }
+    *page += "</ul>";
+}
+
+fn compared(page: &mut String, fit: &Fit) -> Result<(), String> {
+    if fit.compared.is_empty() {
+        return Ok(());
+    }
+    *page += "<h2>Other generators on the same mean stride</h2><table>";
+    row(page, "th", ["generator", "left hip", "right hip", "left knee", "right knee", "perturbed starts come back"]);
+    for other in &fit.compared {
+        let mut cells = vec![other.name.clone()];
+        cells.extend(other.rmse_deg.map(|rmse| format!("{rmse:.2}")));
+        cells.push(match other.holds {
+            None => "no state but the phase".into(),
+            Some(true) => "yes".into(),
+            Some(false) => "no".into(),
+        });
+        row(page, "td", cells.iter().map(String::as_str));
+    }
+    *page += "</table><p>Root mean square errors in degrees.</p><h2>Convergence</h2>";
+    let all = |rmse: [f64; 4]| (rmse.iter().map(|e| e * e).sum::<f64>() / 4.0).sqrt();
+    let harmonics = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0].into_iter().zip(&fit.compared);
+    let series = Curve::new("", harmonics.map(|(n, other)| (n, all(other.rmse_deg))).collect());
+    let mut panels = vec![Panel::curves("phase and shape", "harmonics", "RMSE of all joints, deg", vec![series])];
+    if !fit.history.is_empty() {
+        let steps = fit.history.iter().map(|(n, best)| (*n as f64, *best)).collect();
+        panels.push(Panel::curves(
+            "the thesis' network, CMA-ES",
+            "evaluations",
+            "RMSE of all joints, deg",
+            vec![Curve::new("", steps)],
+        ));
+    }
+    *page += &draw("Error over effort", &panels, 2)?;
+    Ok(())
+}
+
+fn certificate(page: &mut String, fit: &Fit) {
+    let certificate = &fit.certificate;
+    *page += "<h2>Certificate</h2><table>";
+    let settling =
+        certificate.settling_s.map_or("not within the strides that it was given".into(), |s| format!("{s:.2} s"));
+    let multiplier = certificate.multipliers.first().map_or("none".into(), |largest| format!("{largest:.3}"));
+    for (name, value) in [
+        ("verdict", certificate.status.words().to_owned()),
+        ("random starts on the orbit", format!("{} of {}", certificate.converged, certificate.starts)),
+        (
+            "perturbed starts back on the orbit",
+            format!("{} of {}", certificate.perturbed_locked, certificate.perturbed),
+        ),
+        ("settling after a push", settling),
+        ("largest Floquet multiplier", multiplier),
+        ("largest stable step in f32", format!("{:.1} ms", certificate.largest_step_ms)),
+    ] {
+        let _ = write!(page, "<tr><td>{}</td><td>{}</td></tr>", escape(name), escape(&value));
+    }
+    *page += "</table>";
+}
+
+fn again(page: &mut String, fit: &Fit, command: &str) {
+    let search = if fit.settings.kind == Kind::Thesis || fit.settings.compare {
+        format!("seed {}, {} evaluations", fit.settings.seed, fit.settings.evaluations)
+    } else {
+        "no random numbers".into()
+    };
+    let _ = write!(
+        page,
+        "<h2>To do it again</h2><pre>{}</pre><table><tr><td>recording, SHA-256</td><td><code>{}</code></td></tr>\
+         <tr><td>program</td><td>{}</td></tr><tr><td>settings</td><td>{}; {}</td></tr></table><h2>Parameters</h2><pre>{}</pre>",
+        escape(command),
+        escape(&fit.source.sha256),
+        escape(&fit.file.provenance.made_by),
+        escape(&fit.settings.to_string()),
+        search,
+        escape(&fit.file.to_toml())
+    );
+}

@@ -1,0 +1,121 @@
+//! What every search asks for costs, and what is kept of it: how many points were asked for, the best, and when it was found.
+//!
+//! All searches live in the unit box; what a coordinate means is for [`super::genes`] or another decoding to say.
+
+/// How far a search is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Points evaluated so far.
+    pub evaluations: usize,
+    /// The most that will be evaluated.
+    pub budget: usize,
+    /// Lowest cost so far.
+    pub best: f64,
+}
+
+/// Costs of points in batches, counted, until a budget is spent or a goal is reached.
+///
+/// ```
+/// use gait_fit::search::Evaluator;
+/// let mut bowl = |points: &[Vec<f64>]| points.iter().map(|x| (x[0] - 0.25).powi(2)).collect();
+/// let mut quiet = |_| ();
+/// let mut evaluator = Evaluator::new(1, &mut bowl, &mut quiet).with_budget(3);
+/// assert_eq!(evaluator.costs(&[vec![0.5], vec![0.25]]), [0.0625, 0.0]);
+/// assert_eq!((evaluator.evaluations(), evaluator.best_cost(), evaluator.done()), (2, 0.0, true));
+/// assert_eq!(evaluator.history(), [(1, 0.0625), (2, 0.0)]);
+/// ```
+pub struct Evaluator<'a> {
+    dimensions: usize,
+    of: &'a mut dyn FnMut(&[Vec<f64>]) -> Vec<f64>,
+    progress: &'a mut dyn FnMut(Progress),
+    budget: usize,
+    goal: f64,
+    evaluations: usize,
+    best: Option<(Vec<f64>, f64)>,
+    history: Vec<(usize, f64)>,
+}
+
+impl<'a> Evaluator<'a> {
+    /// Asks `of` for the costs of a batch of points; a cost that is not a number counts as +infinity.
+    pub fn new(
+        dimensions: usize,
+        of: &'a mut dyn FnMut(&[Vec<f64>]) -> Vec<f64>,
+        progress: &'a mut dyn FnMut(Progress),
+    ) -> Self {
+        let (budget, goal) = (usize::MAX, 0.0);
+        Self { dimensions, of, progress, budget, goal, evaluations: 0, best: None, history: vec![] }
+    }
+
+    /// No new batch is begun once so many points have been evaluated.
+    #[must_use]
+    pub fn with_budget(mut self, evaluations: usize) -> Self {
+        self.budget = evaluations;
+        self
+    }
+
+    /// No new batch is begun once a cost is this low.
+    #[must_use]
+    pub fn with_goal(mut self, cost: f64) -> Self {
+        self.goal = cost;
+        self
+    }
+
+    /// How many coordinates a point has.
+    #[must_use]
+    pub fn dimensions(&self) -> usize {
+        self.dimensions
+    }
+
+    /// The costs of a batch.
+    pub fn costs(&mut self, points: &[Vec<f64>]) -> Vec<f64> {
+        let mut costs = (self.of)(points);
+        for cost in costs.iter_mut().filter(|cost| cost.is_nan()) {
+            *cost = f64::INFINITY;
+        }
+        self.note(points, &costs);
+        costs
+    }
+
+    /// Counts points whose costs came by another way, as residuals do.
+    pub(crate) fn note(&mut self, points: &[Vec<f64>], costs: &[f64]) {
+        for (point, &cost) in points.iter().zip(costs) {
+            self.evaluations += 1;
+            if cost < self.best_cost() {
+                self.best = Some((point.clone(), cost));
+                self.history.push((self.evaluations, cost));
+            }
+        }
+        let now = Progress { evaluations: self.evaluations, budget: self.budget, best: self.best_cost() };
+        (self.progress)(now);
+    }
+
+    /// Whether the budget is spent or the goal reached.
+    #[must_use]
+    pub fn done(&self) -> bool {
+        self.evaluations >= self.budget || self.best_cost() <= self.goal
+    }
+
+    /// Points evaluated so far.
+    #[must_use]
+    pub fn evaluations(&self) -> usize {
+        self.evaluations
+    }
+
+    /// Lowest cost so far; +infinity before the first finite one.
+    #[must_use]
+    pub fn best_cost(&self) -> f64 {
+        self.best.as_ref().map_or(f64::INFINITY, |(_, cost)| *cost)
+    }
+
+    /// The point of the lowest cost.
+    #[must_use]
+    pub fn best(&self) -> Option<&[f64]> {
+        self.best.as_ref().map(|(point, _)| &point[..])
+    }
+
+    /// Evaluations at which the best became better, and that cost.
+    #[must_use]
+    pub fn history(&self) -> &[(usize, f64)] {
+        &self.history
+    }
+}

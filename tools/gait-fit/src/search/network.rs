@@ -1,0 +1,245 @@
+//! The thesis' network (eqs 13-16 of "Designing CPG for Biped Locomotion Control using Nonlinear Dynamical Theory", IIITA Allahabad)
+//! as the searches see it: all 32 numbers of one individual, and its fourth-order Runge-Kutta step on [`Lanes`].
+//!
+//! ```text
+//! a_i'' - alpha_i (1 - p_i a_i'^2) a_i' + mu_i^2 (a_i - a_i0) - d_i (a_i' - a_l') - c_i a_m' (a_m - a_m0) = 0
+//! ```
+//!
+//! where l is the same joint of the other side and m the other joint of the same leg. Degrees and seconds.
+//!
+//! Same equations as `cpg_core::thesis`, without the bounds that hold the states there: an individual that runs away shall be seen
+//! to. As in `cpg_core::integrator`, the time unit is half a step and the stages of displacement collapse into sums of accelerations
+//! (Nystrom), which leaves 164 operations a step, 28 for each of four accelerations and 13 a joint for the stages.
+
+use super::lanes::Lanes;
+
+/// Left to right of hips and knees: the neighbour of the difference link.
+const OTHER_SIDE: [usize; 4] = [1, 0, 3, 2];
+/// Hip to knee and back: the neighbour of the product link.
+const SAME_LEG: [usize; 4] = [2, 3, 0, 1];
+
+/// One joint of an individual.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Oscillator {
+    /// alpha, 1/s.
+    pub alpha: f64,
+    /// p, (s/deg)^2.
+    pub p: f64,
+    /// mu, rad/s.
+    pub mu: f64,
+    /// a0, degrees.
+    pub offset: f64,
+    /// Gain of the difference link that acts on this joint, 1/s: k12, k21, k34, k43.
+    pub difference: f64,
+    /// Gain of the product link that acts on this joint, 1/(deg s): k13, k24, k31, k42.
+    pub product: f64,
+}
+
+/// Displacement from the offset in degrees and velocity in deg/s of each joint.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct NetworkState {
+    /// a - a0.
+    pub displacement: [f64; 4],
+    /// a'.
+    pub velocity: [f64; 4],
+}
+
+/// One individual: a network and the state it starts in.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Network {
+    /// The joints.
+    pub joints: [Oscillator; 4],
+    /// Where it starts.
+    pub start: NetworkState,
+}
+
+impl Network {
+    /// Set S: Table 1 of the thesis with what it leaves out (p, mu, a0) as in [`cpg_core::thesis::ThesisConfig::set_s`], started at
+    /// angles of 25, -15, 45, 15 degrees and velocities of 0, 0, 100, -100 degrees per second, which is off its cycle.
+    #[must_use]
+    pub fn set_s() -> Self {
+        let config = cpg_core::thesis::ThesisConfig::<f64>::set_s();
+        let mut network = Self::from_config(&config);
+        let angles = [25.0, -15.0, 45.0, 15.0];
+        network.start.displacement = std::array::from_fn(|i| angles[i] - network.joints[i].offset);
+        network.start.velocity = [0.0, 0.0, 100.0, -100.0];
+        network
+    }
+
+    /// The network of a configuration of the core, at rest.
+    #[must_use]
+    pub fn from_config(config: &cpg_core::thesis::ThesisConfig<f64>) -> Self {
+        let difference =
+            [config.difference[0][0], config.difference[0][1], config.difference[1][0], config.difference[1][1]];
+        let product = [config.product[0][0], config.product[1][0], config.product[0][1], config.product[1][1]];
+        let joints = std::array::from_fn(|i| {
+            let cpg_core::rayleigh::RayleighConfig { alpha, p, mu, offset } = config.joints[i];
+            Oscillator { alpha, p, mu, offset, difference: difference[i], product: product[i] }
+        });
+        Self { joints, start: NetworkState::default() }
+    }
+
+    /// Velocity amplitude of each joint by harmonic balance, neighbours in antiphase: where `cpg_core::thesis` starts.
+    #[must_use]
+    pub fn cycle_velocity(&self) -> [f64; 4] {
+        self.joints.map(|j| 2.0 * ((j.alpha + 2.0 * j.difference.max(0.0)) / (3.0 * j.alpha * j.p)).sqrt())
+    }
+
+    /// Starts on the cycle of harmonic balance, joint i ahead by `cycles[i]`, as `cpg_core::thesis` does.
+    pub fn start_at(&mut self, cycles: [f64; 4]) {
+        let velocity = self.cycle_velocity();
+        for i in 0..4 {
+            let angle = std::f64::consts::TAU * cycles[i];
+            self.start.displacement[i] = velocity[i] / self.joints[i].mu * libm::cos(angle);
+            self.start.velocity[i] = -velocity[i] * libm::sin(angle);
+        }
+    }
+
+    /// The state after `steps` steps of `step_s` seconds in f64.
+    ///
+    /// ```
+    /// use gait_fit::search::Network;
+    /// // Set S after one second (the values of an integration at a relative tolerance of 1e-13).
+    /// let set_s = Network::set_s();
+    /// let state = set_s.run(1e-3, 1000);
+    /// assert!((state.displacement[0] + set_s.joints[0].offset - 21.829_929_48).abs() < 1e-6);
+    /// assert!((state.velocity[3] + 143.895_546_7).abs() < 1e-5);
+    /// ```
+    #[must_use]
+    pub fn run(&self, step_s: f64, steps: usize) -> NetworkState {
+        let mut now = self.start;
+        self.walk(step_s, steps, |state| now = *state);
+        now
+    }
+
+    /// Shows each of `steps` states after the start.
+    pub fn walk(&self, step_s: f64, steps: usize, mut see: impl FnMut(&NetworkState)) {
+        let plain = super::lanes::Plain;
+        let field = Field::new(plain, &[self], step_s);
+        let mut state = Pair::new(plain, &[self], step_s);
+        for _ in 0..steps {
+            state.step(plain, &field);
+            see(&state.lane(plain, 0, step_s));
+        }
+    }
+}
+
+/// The constants of the equations, folded for a time unit c of half a step, for one individual a lane.
+///
+/// Aligned, because the vectors themselves are not: a stack that begins inside of a cache line costs 40 percent of the speed.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+pub(crate) struct Field<V> {
+    /// c (alpha + d).
+    damping: [V; 4],
+    /// alpha p / c.
+    cubic: [V; 4],
+    /// (c mu)^2.
+    spring: [V; 4],
+    /// c d.
+    difference: [V; 4],
+    /// c k of the product link.
+    product: [V; 4],
+    third: V,
+    two_thirds: V,
+    two: V,
+}
+
+impl<V: Copy> Field<V> {
+    /// Lanes beyond the individuals repeat the last.
+    #[inline(always)]
+    pub(crate) fn new<L: Lanes<Vector = V>>(l: L, individuals: &[&Network], step_s: f64) -> Self {
+        let c = 0.5 * step_s;
+        let last = individuals.len() - 1;
+        let each = |of: &dyn Fn(&Oscillator) -> f64| -> [V; 4] {
+            std::array::from_fn(|joint| l.each(|lane| of(&individuals[lane.min(last)].joints[joint])))
+        };
+        Self {
+            damping: each(&|j| c * (j.alpha + j.difference)),
+            cubic: each(&|j| j.alpha * j.p / c),
+            spring: each(&|j| (c * j.mu) * (c * j.mu)),
+            difference: each(&|j| c * j.difference),
+            product: each(&|j| c * j.product),
+            third: l.splat(L::scalar(1.0 / 3.0)),
+            two_thirds: l.splat(L::scalar(2.0 / 3.0)),
+            two: l.splat(L::scalar(2.0)),
+        }
+    }
+
+    #[inline(always)]
+    fn acceleration<L: Lanes<Vector = V>>(&self, l: L, x: &[V; 4], v: &[V; 4]) -> [V; 4] {
+        let mut a = *x;
+        for i in 0..4 {
+            let damping = l.sub_mul(self.damping[i], l.mul(v[i], v[i]), self.cubic[i]);
+            let mut sum = l.sub_mul(l.mul(damping, v[i]), x[i], self.spring[i]);
+            sum = l.sub_mul(sum, v[OTHER_SIDE[i]], self.difference[i]);
+            let m = SAME_LEG[i];
+            a[i] = l.mul_add(l.mul(v[m], x[m]), self.product[i], sum);
+        }
+        a
+    }
+}
+
+/// Displacement in degrees and velocity in degrees per half a step.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+pub(crate) struct Pair<V> {
+    pub(crate) x: [V; 4],
+    pub(crate) v: [V; 4],
+}
+
+impl<V: Copy> Pair<V> {
+    #[inline(always)]
+    pub(crate) fn new<L: Lanes<Vector = V>>(l: L, individuals: &[&Network], step_s: f64) -> Self {
+        let last = individuals.len() - 1;
+        let start = |lane: usize| &individuals[lane.min(last)].start;
+        Self {
+            x: std::array::from_fn(|i| l.each(|lane| start(lane).displacement[i])),
+            v: std::array::from_fn(|i| l.each(|lane| 0.5 * step_s * start(lane).velocity[i])),
+        }
+    }
+
+    pub(crate) fn lane<L: Lanes<Vector = V>>(&self, l: L, lane: usize, step_s: f64) -> NetworkState {
+        NetworkState {
+            displacement: self.x.map(|x| l.lane(x, lane)),
+            velocity: self.v.map(|v| l.lane(v, lane) / (0.5 * step_s)),
+        }
+    }
+
+    /// One step. In units of half a step, with k the acceleration at each stage:
+    ///
+    /// ```text
+    /// stage 2: x + v, v + k1;   3: x + v + k1, v + k2;   4: x + 2 (v + k2), v + 2 k3
+    /// x <- x + 2 v + (k1 + k2 + k3) 2/3,   v <- v + (k1 + 2 k2 + 2 k3 + k4) / 3
+    /// ```
+    #[inline(always)]
+    pub(crate) fn step<L: Lanes<Vector = V>>(&mut self, l: L, field: &Field<V>) {
+        let Pair { x, v } = *self;
+        let k1 = field.acceleration(l, &x, &v);
+        let (mut x2, mut v2) = (x, v);
+        for i in 0..4 {
+            x2[i] = l.add(x[i], v[i]);
+            v2[i] = l.add(v[i], k1[i]);
+        }
+        let k2 = field.acceleration(l, &x2, &v2);
+        let (mut x3, mut v3) = (x, v);
+        for i in 0..4 {
+            x3[i] = l.add(x2[i], k1[i]);
+            v3[i] = l.add(v[i], k2[i]);
+        }
+        let k3 = field.acceleration(l, &x3, &v3);
+        let (mut x4, mut v4) = (x, v);
+        for i in 0..4 {
+            x4[i] = l.mul_add(field.two, v3[i], x[i]);
+            v4[i] = l.mul_add(field.two, k3[i], v[i]);
+        }
+        let k4 = field.acceleration(l, &x4, &v4);
+        for i in 0..4 {
+            let middle = l.add(k2[i], k3[i]);
+            let first = l.add(k1[i], middle);
+            let all = l.add(l.add(first, middle), k4[i]);
+            self.x[i] = l.mul_add(first, field.two_thirds, l.mul_add(field.two, v[i], x[i]));
+            self.v[i] = l.mul_add(all, field.third, v[i]);
+        }
+    }
+}
