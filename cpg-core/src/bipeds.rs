@@ -31,7 +31,7 @@ impl Graph<8, 10> for WithArms {
 type Part = (u16, f32, f32);
 
 const LEFT_HIP: Part = (0, 20.0, 5.0);
-const LEFT_KNEE: Part = (260, 30.0, 30.0);
+const LEFT_KNEE: Part = (80, 30.0, 30.0);
 const LEFT_ANKLE: Part = (140, 12.0, 0.0);
 const LEFT_ARM: Part = (180, 15.0, 0.0);
 

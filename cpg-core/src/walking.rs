@@ -1,7 +1,9 @@
 //! The walking set that ships: four joints on R1, stable from any sane start.
 //!
-//! Left hip, right hip, left knee, right knee at phases 0, 180, -100, 80 degrees; amplitudes 20 and 30 degrees about offsets of 5
-//! and 30; eps = kap = 0.5; a stride of 1.1 s. On the limit cycle:
+//! Left hip, right hip, left knee, right knee at phases 0, 180, 80, -100 degrees: a knee leads its hip by 80 degrees, as the fundamentals
+//! of recorded walkers do (the other way round, 100 degrees behind, it would bend in stance). Turning both knees by half a stride is a
+//! symmetry of R1, so nothing else depends on it. Amplitudes 20 and 30 degrees about offsets of 5 and 30; eps = kap = 0.5; a stride of
+//! 1.1 s. On the limit cycle:
 //!
 //! - the angles overshoot their amplitudes by 3.9 percent, and [`Generator::amplitude`] reads 1.00 to 1.05;
 //! - [`Generator::phase`] leads and lags a phase that is even in time by 2.5 degrees;
@@ -84,7 +86,7 @@ pub const fn default_config() -> RobustConfig<4, 4> {
         natural_period: STRIDE_SECONDS / PERIOD_FACTOR,
         nonlinearity: 0.5,
         coupling: [0.5; 4],
-        phases: [degrees(0), degrees(180), degrees(260), degrees(80)],
+        phases: [degrees(0), degrees(180), degrees(80), degrees(260)],
         amplitudes: [hip, hip, knee, knee],
         offsets: [
             Radians::from_degrees(5.0),
