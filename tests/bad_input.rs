@@ -81,7 +81,7 @@ fn calibration_files() {
         ("\u{1}".into(), 1, vec!["not TOML"]),
         ("schema = 1\npoints = [\n".into(), 2, vec!["not TOML"]),
         ("schema = 1\nschema = 1\n".into(), 2, vec!["not TOML", "duplicate"]),
-        (good.replace("schema = 1", "schema = 2"), 2, vec!["field `schema`", "is 2", "allowed is 1"]),
+        (good.replace("schema = 1", "schema = 3"), 2, vec!["field `schema`", "is 3", "from 1 to 2"]),
         (good.replace("schema = 1\n", ""), 1, vec!["field `schema`", "is missing"]),
         (good.replace("divider = 1", "divider = 0"), 4, vec!["field `divider`", "is 0", "0.05 to 20"]),
         (good.replace("divider = 1", "divider = nan"), 4, vec!["field `divider`", "is nan"]),

@@ -401,7 +401,7 @@ fn the_program_ends_with_the_whole_run_and_two_equal_hashes() {
     assert_eq!((&last["state"], &last["setpoint_hash"]), (&"disarmed".into(), &last["host_replay_hash"]));
     assert!(last["pulse_us"].as_array().unwrap().iter().all(Value::is_array));
     let rows = std::fs::read_to_string(record).unwrap().lines().count() as u64 - 1;
-    assert_eq!(rows, last["compared_lines"].as_u64().unwrap());
+    assert_eq!(rows, last["replayed_calls"].as_u64().unwrap());
 }
 
 #[test]

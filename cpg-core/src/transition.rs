@@ -24,9 +24,10 @@ pub struct TransitionConfig {
 }
 
 impl Default for TransitionConfig {
-    /// 30 rad/s^2 (of the order of walking itself) and a quarter of a second.
+    /// A quarter of a second, and 150 rad/s^2: about what a running knee does by itself. Less would be softer in acceleration and go
+    /// further astray: two gaits whose knees differ by 400 deg/s are braked within 10 degrees by this, by 30 rad/s^2 within 47.
     fn default() -> Self {
-        Self { acceleration: RadPerSec2(30.0), settling_s: 0.25 }
+        Self { acceleration: RadPerSec2(150.0), settling_s: 0.25 }
     }
 }
 

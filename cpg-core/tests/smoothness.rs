@@ -29,6 +29,24 @@ fn own(gait: Gait) -> (f32, f32) {
     (rate, acceleration)
 }
 
+/// Least and largest angle of each joint in a gait, rad; the pose that stops lead to is inside.
+fn reach(gait: Gait) -> [(f32, f32); 4] {
+    let mut generator = build(gait, 1.0);
+    let mut reach = STAND.map(|angle| (angle.0, angle.0));
+    for _ in 0..5000 {
+        generator.step();
+        for (reach, angle) in reach.iter_mut().zip(generator.angles()) {
+            *reach = (reach.0.min(angle.0), reach.1.max(angle.0));
+        }
+    }
+    reach
+}
+
+const STAND: [Radians; 4] = [Radians(0.0), Radians(0.0), Radians(0.1), Radians(0.1)];
+
+/// How far a change may lead a joint beyond what either gait does by itself, degrees.
+const ASTRAY_DEG: f32 = 10.0;
+
 /// A gait running at one speed, at 64 phases of its cycle.
 fn around(gait: Gait, speed: f32) -> Vec<ShippedGait> {
     (0..64u32).map(|k| build(gait, speed).aligned(Phase(k << 26), Period::MILLISECOND)).collect()
@@ -51,7 +69,8 @@ impl Random {
 #[test]
 fn no_change_between_any_two_gaits_steps_a_setpoint() {
     let config = TransitionConfig::default();
-    let alone = Gait::ALL.map(own);
+    let (alone, reaches) = (Gait::ALL.map(own), Gait::ALL.map(reach));
+    let mut astray = 0.0f32;
     let running = Gait::ALL.map(|gait| [0.8, 1.0, 1.2].map(|speed| around(gait, speed)));
     let mut random = Random(20);
     let (mut largest_step, mut largest_acceleration, mut closest) = (0.0f32, 0.0f32, 0.0f32);
@@ -64,7 +83,7 @@ fn no_change_between_any_two_gaits_steps_a_setpoint() {
             }
             for change in 0..CHANGES_A_PAIR {
                 match random.below(8) {
-                    0 => smooth.stop([Radians(0.0), Radians(0.0), Radians(0.1), Radians(0.1)]),
+                    0 => smooth.stop(STAND),
                     1 => smooth.resume(),
                     2 => {
                         let faster_or_slower = &running[j][random.below(3) as usize];
@@ -87,6 +106,9 @@ fn no_change_between_any_two_gaits_steps_a_setpoint() {
                         largest_step = largest_step.max(step.abs());
                         largest_acceleration = largest_acceleration.max(acceleration);
                         closest = closest.max(acceleration / bound);
+                        let (a, b) = (reaches[i][joint], reaches[j][joint]);
+                        let angle = angles1[joint].0;
+                        astray = astray.max(a.0.min(b.0) - angle).max(angle - a.1.max(b.1));
                         // 0.5 rad/s^2 and 3e-3 rad/s are roundings of f32 over one tick.
                         assert!(
                             acceleration <= bound + 0.5,
@@ -108,11 +130,13 @@ fn no_change_between_any_two_gaits_steps_a_setpoint() {
     }
     println!(
         "{} pairs, {CHANGES_A_PAIR} changes each: largest step {:.3} deg/ms, largest acceleration {largest_acceleration:.1} rad/s^2, \
-         {:.0} % of its bound, 0 violations",
+         {:.0} % of its bound, 0 violations; at most {:.1} deg beyond what either gait reaches",
         Gait::ALL.len() * Gait::ALL.len(),
         largest_step.to_degrees(),
-        closest * 100.0
+        closest * 100.0,
+        astray.to_degrees()
     );
+    assert!(astray.to_degrees() < ASTRAY_DEG, "{} degrees astray", astray.to_degrees());
     assert!(closest > 0.5, "the bound says something");
     assert!(largest_step.to_degrees() < 2.0, "far from the 60 degrees of an uncoupled sine");
 }

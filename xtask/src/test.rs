@@ -384,7 +384,19 @@ fn image_tests(bench: &Bench) -> Result<String> {
         .env("FOOTFALL_BIN", footfall)
         .env("FOOTFALL_REQUIRE_VIRTUAL_BOARD", "1")
         // Without `--package`, the features are those of the host tests and nothing is compiled anew.
-        .args(["test", "--test", "virtual_board", "--test", "bad_input", "--test", "fits", "--test", "follow"]);
+        .args([
+            "test",
+            "--test",
+            "virtual_board",
+            "--test",
+            "bad_input",
+            "--test",
+            "fits",
+            "--test",
+            "follow",
+            "--test",
+            "capture",
+        ]);
     cargo_test(&mut tests)
 }
 

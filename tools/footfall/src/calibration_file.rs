@@ -360,6 +360,7 @@ mod tests {
     fn a_file_that_was_changed_is_refused() {
         let good = text(&measured_file());
         let line = |part: &str| 1 + good[..good.find(part).unwrap()].matches('\n').count();
+        let long = "3".repeat(100);
         for (from, to, field, words) in [
             ("angle_deg = 35.5", "angle_deg = 35.6", "crc", &["as written", "as computed", "calibrate again"][..]),
             ("sensor_v = 1.25", "sensor_v = 1.26", "crc", &["as written"]),
@@ -369,7 +370,7 @@ mod tests {
             ("[1.5, 0.75]", "[1.5]", "hysteresis_deg", &["[largest, mean]", "or none"]),
             ("[1.5, 0.75]", "[0.75, 1.5]", "hysteresis_deg", &["the largest first"]),
             ("rms_deg = 0.0625", "rms_deg = -1", "rms_deg", &["-1", "0 to 360 degrees"]),
-            ("Nr. 3", "\\n", "sensor", &["1 to 100 characters on one line"]),
+            ("Nr. 3", long.as_str(), "sensor", &["1 to 100 characters on one line"]),
         ] {
             let error = whole(&good.replacen(from, to, 1)).unwrap_err();
             let field_line = line(&format!("{field} = "));

@@ -2,7 +2,9 @@
 
 use crate::failure::Failure;
 use crate::rhythm::{certify, figures, gait_error, hexapod, obb, walk};
-use crate::{calibration_file, check, entrain, fit, pack, parameter_file, shipped, volts, watch};
+use crate::{
+    calibrate, calibration_file, check, convert, entrain, fit, pack, parameter_file, record, shipped, volts, watch,
+};
 use clap::{Parser, Subcommand, ValueEnum};
 use joint_loop::LoopConfig;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -30,6 +32,8 @@ struct Cli {
 enum Command {
     /// Run the firmware's image on the virtual board, fed with a recorded gait, and watch it
     Watch(Box<watch::Options>),
+    /// Record what a board measures, every tick of it, as CSV or MCAP: of the virtual board, or of a real one's RTT bytes
+    Record(Box<record::Options>),
     /// Turn a recorded gait into the semi-synthetic volts of a sensor: CSV with the header time_s,PA1
     Volts(volts::Options),
     /// Check files: every fault is told with file, line, field and what is allowed
@@ -48,6 +52,8 @@ enum Command {
     Certify(certify::Options),
     /// Fit a walker to recorded gait: parameters, a report, and how good they are on strides that were not fitted
     Fit(Box<fit::Options>),
+    /// Write any recording as CSV or as an OpenSim .mot: degrees, flexion positive, even steps
+    Convert(convert::Options),
     /// Make one summary of a folder of fits, wherever their shares were made
     Merge {
         /// The folder
@@ -56,6 +62,8 @@ enum Command {
     },
     /// Let the host core follow one sensor of a recorded walker with four joints, and say how well it does
     Entrain(entrain::Options),
+    /// Make a sensor's calibration from known angles and what the sensor said there
+    Calibrate(Box<calibrate::Options>),
     /// Turn a walker's parameters into the bytes of the board's parameter sector, or into a constant in Rust
     Pack(pack::Options),
     /// Print a file with the defaults, to begin a file of one's own with
@@ -110,6 +118,7 @@ pub fn call(arguments: impl Iterator<Item = OsString>) -> Result<(), Failure> {
 fn execute(cli: Cli) -> Result<(), Failure> {
     match cli.command {
         Command::Watch(options) => watch::run(&options, &interrupt()?),
+        Command::Record(options) => record::run(&options, &interrupt()?),
         Command::Volts(options) => volts::run(&options),
         Command::Entrain(options) => entrain::run(&options),
         Command::Check(options) => check::run(&options),
@@ -120,7 +129,9 @@ fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Hexapod(options) => hexapod::run(&options),
         Command::Certify(options) => certify::run(&options),
         Command::Fit(options) => fit::run(&options),
+        Command::Convert(options) => convert::run(&options),
         Command::Merge { folder } => fit::merge(&folder),
+        Command::Calibrate(options) => calibrate::run(&options),
         Command::Pack(options) => pack::run(&options),
         Command::Defaults { file: Defaults::Calibration } => {
             print(&calibration_file::to_text(&shipped::wired_sensor().map_err(Failure::run)?))

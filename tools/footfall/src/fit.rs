@@ -10,6 +10,7 @@ mod summary;
 use clap::Args;
 use gait_fit::fit::{Fit, Kind, Settings, Source, fit};
 use gait_fit::report;
+use gait_trace::RawJoints;
 use gait_trace::condition::{LowPass, Rules};
 use gait_trace::joint_names::AngleUnit;
 use gait_trace::open::{ReadOptions, of_bytes};
@@ -29,7 +30,7 @@ use outcome::Outcome;
 /// Options of `footfall fit`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// Recordings: CSV, OpenSim .mot and .sto, C3D, oscilloscope CSV; or folders of them
+    /// Recordings: CSV, OpenSim .mot and .sto, C3D, oscilloscope CSV, a capture in MCAP; or folders of them
     #[arg(required = true, value_name = "RECORDING")]
     pub recordings: Vec<PathBuf>,
     /// Where the walker's parameters go; of several recordings, the folder where everything goes [default: standard output; `fits`]
@@ -181,10 +182,20 @@ fn spinner() -> ProgressBar {
 }
 
 fn single(options: &Options, path: &Path) -> Result<(), Failure> {
-    for file in [&options.out, &options.report].into_iter().flatten() {
+    let outputs: Vec<&PathBuf> = [&options.out, &options.report].into_iter().flatten().collect();
+    for (n, file) in outputs.iter().enumerate() {
+        let wrong = |why: &str| Err(Failure::input(format!("{}: {why}", file.display())));
         if file.is_dir() {
-            let why = "is a folder; allowed is the name of a file, or several recordings";
-            return Err(Failure::input(format!("{}: {why}", file.display())));
+            return wrong("is a folder; allowed is the name of a file, or several recordings");
+        }
+        if file.parent().is_some_and(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+            return wrong("there is no such folder");
+        }
+        if same_file(file, path) || options.reading.calibration.as_ref().is_some_and(|input| same_file(file, input)) {
+            return wrong("is what is read; allowed is another file");
+        }
+        if outputs[..n].iter().any(|other| same_file(file, other) || other == file) {
+            return wrong("is named twice; allowed are different files for parameters and report");
         }
     }
     let bar = spinner();
@@ -217,6 +228,11 @@ fn single(options: &Options, path: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Both are there, and are one.
+fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
 fn write(file: &Path, text: &str) -> Result<(), Failure> {
     whole_file::write(file, |out| out.write_all(text.as_bytes()))
         .map_err(|error| Failure::run(format!("{}: cannot be written: {error}", file.display())))
@@ -229,6 +245,10 @@ fn name_of(path: &Path) -> String {
 /// The bytes of a file, as far as a recording may be long.
 fn bytes_of(path: &Path) -> Result<Vec<u8>, Failure> {
     let wrong = |error: std::io::Error| Failure::input(format!("{}: cannot be read: {error}", path.display()));
+    // Opening a pipe would wait for somebody to write into it.
+    if !std::fs::metadata(path).map_err(wrong)?.is_file() {
+        return Err(Failure::input(format!("{}: is no regular file; allowed is a recording on disk", path.display())));
+    }
     let file = std::fs::File::open(path).map_err(wrong)?;
     let most = gait_trace::csv_file::MAX_BYTES;
     let too_large =
@@ -252,15 +272,12 @@ fn of_file(
     of_read(path, &bytes_of(path)?, name, reading, settings, progress)
 }
 
-fn of_read(
-    path: &Path,
-    bytes: &[u8],
-    name: &str,
-    reading: &Reading,
-    settings: &Settings,
-    progress: &mut dyn FnMut(&str),
-) -> Result<Fit, Failure> {
-    progress("reading");
+/// Reads a recording as it is.
+pub(crate) fn raw(path: &Path, reading: &Reading) -> Result<RawJoints, Failure> {
+    raw_of(path, &bytes_of(path)?, reading)
+}
+
+fn raw_of(path: &Path, bytes: &[u8], reading: &Reading) -> Result<RawJoints, Failure> {
     let sensor = match &reading.calibration {
         Some(file) => Some(calibration_file::read(file).map_err(Failure::input)?),
         None => None,
@@ -270,33 +287,69 @@ fn of_read(
     for map in &reading.map {
         how.add_map(map).map_err(Failure::input)?;
     }
-    let raw = of_bytes(&path.display().to_string(), bytes, &how).map_err(Failure::input)?;
+    of_bytes(&path.display().to_string(), bytes, &how).map_err(Failure::input)
+}
+
+fn of_read(
+    path: &Path,
+    bytes: &[u8],
+    name: &str,
+    reading: &Reading,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Fit, Failure> {
+    progress("reading");
+    let raw = raw_of(path, bytes, reading)?;
     let source = Source { name: name.into(), sha256: sha256(bytes) };
     fit(&source, &raw, settings, progress).map_err(Failure::input)
 }
 
 fn page(fitted: &Fit, method: &Method, reading: &Reading, path: &Path) -> Result<String, Failure> {
-    let harmonics = method.harmonics.map_or(String::new(), |harmonics| format!(" --harmonics {harmonics}"));
-    let follow = method.follow.map_or(String::new(), |joint| format!(" --follow {}", joint.name()));
-    let low_pass = match reading.low_pass {
-        LowPass::Customary => String::new(),
-        LowPass::Off => " --low-pass off".into(),
-        LowPass::At(hz) => format!(" --low-pass {hz}"),
-    };
-    let command = format!(
-        "footfall fit {} --generator {}{harmonics}{low_pass}{follow} --seed {} --evaluations {} --stride {} -o walker.toml --report walker.html",
-        name_of(path),
-        method.generator.name(),
-        method.seed,
-        method.evaluations,
-        method.stride
-    );
+    let mut words: Vec<String> =
+        vec!["footfall fit".into(), quoted(&name_of(path)), "--generator".into(), method.generator.name().into()];
+    let mut option = |name: &str, value: String| words.extend([format!("--{name}"), quoted(&value)]);
+    if let Some(harmonics) = method.harmonics {
+        option("harmonics", harmonics.to_string());
+    }
+    if let Some(joint) = method.follow {
+        option("follow", joint.name().into());
+    }
+    match reading.low_pass {
+        LowPass::Customary => {}
+        LowPass::Off => option("low-pass", "off".into()),
+        LowPass::At(hz) => option("low-pass", hz.to_string()),
+    }
+    reading.map.iter().for_each(|map| option("map", map.clone()));
+    if let Some(unit) = reading.unit {
+        option("unit", unit.words().into());
+    }
+    if let Some(calibration) = &reading.calibration {
+        option("calibration", name_of(calibration));
+    }
+    option("seed", method.seed.to_string());
+    option("evaluations", method.evaluations.to_string());
+    option("stride", method.stride.to_string());
+    let command = words.join(" ") + " -o walker.toml --report walker.html";
     report::html(fitted, &command).map_err(Failure::run)
+}
+
+/// As a shell takes it for one word.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,".contains(c);
+    if !word.is_empty() && word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', r"'\''")) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn words_are_quoted_where_a_shell_would_split_them() {
+        assert_eq!(quoted("left_hip=3,time=1"), "left_hip=3,time=1");
+        assert_eq!(quoted("my walk.csv"), "'my walk.csv'");
+        assert_eq!(quoted("it's"), r"'it'\''s'");
+        assert_eq!(quoted(""), "''");
+    }
 
     #[test]
     fn options_that_make_no_sense_are_refused_by_what_is_allowed() {

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`cli`] | the command line, and how a call ends |
 //! | [`watch`] | the command that runs an image on the virtual board and shows it live |
-//! | [`fit`] | the commands that fit recordings |
+//! | [`fit`], [`convert`] | the commands that fit recordings, and that turn one kind of file into another |
 //! | [`pack`] | a walker's parameters for the board's flash, or for Rust |
 //! | [`volts`], [`check`] | the commands that turn a recording into volts, and that check files |
 //! | [`board_process`], [`board_lines`] | the virtual board as a process, and what it writes |
@@ -12,10 +12,11 @@
 //! | [`replay`], [`shipped`] | the host's copy of the board's loop, fed with what the board was fed |
 //! | [`session`], [`summary`] | the books of a run, and what it comes to |
 //! | [`view`], [`screen`], [`plain`] | what there is to see, on a screen and in lines of text |
-//! | [`record`] | a run as a file |
+//! | [`record`], [`capture`] | the command that records what a board measures, and captures as files: CSV, MCAP |
 //! | [`rhythm`] | the commands that show generators: walk, obb, hexapod, certify |
 //! | [`entrain`] | the command that lets the core follow one sensor of a recorded walker |
 //! | [`feed`] | a recording as volts at the sensor's pin |
+//! | [`calibrate`](mod@calibrate) | the command that makes a sensor's calibration from known angles |
 //! | [`calibration_file`], [`parameter_file`], [`degrees`] | files that people write |
 //! | [`failure`] | how a command ends when it does not end well |
 //!
@@ -24,9 +25,12 @@
 
 pub mod board_lines;
 pub mod board_process;
+pub mod calibrate;
 pub mod calibration_file;
+pub mod capture;
 pub mod check;
 pub mod cli;
+pub mod convert;
 pub mod degrees;
 pub mod entrain;
 pub mod failure;

@@ -1,164 +1,154 @@
-//! A run as a file: one row a telemetry line, 100 a second, in the layout of recordings.
+//! `footfall record`: what a board measures, every tick of it, as CSV or MCAP.
 //!
-//! ```text
-//! time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg,      board's time, setpoints
-//! measured_deg,verdict,state,                                          sensor, supervisor
-//! left_hip_us,right_hip_us,left_knee_us,right_knee_us,                 commanded pulses, 0 is none
-//! code,tick,seq,late,missed,limited                                    converter's code (empty: lost on the way), counters
-//! ```
-//! Every row is written whole, at once, so that whatever ends the program leaves whole lines. What belongs to the run as a
-//! whole is in a file beside it (`out.csv` has `out.csv.json`), first with `"finished": false`, at the end with `true`.
+//! The board is the virtual one, or a real one whose RTT bytes a debug probe's program hands on.
 
-use crate::session::Row;
-use gait_trace::whole_file;
-use joint_units::Joint;
-use serde_json::{Value, json};
-use std::ffi::OsString;
-use std::fmt::Write as _;
-use std::fs::File;
-use std::io::{self, Write};
+use crate::capture::rtt::{Came, Source, Stream};
+use crate::capture::samples::Counts;
+use crate::capture::{Capture, about_sensor};
+use crate::failure::Failure;
+use crate::image::Image;
+use crate::watch::{self, Played, output_file};
+use crate::{cli, shipped};
+use clap::Args;
+use joint_loop::walker_record::Record;
+use serde_json::json;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
-/// Version of the layout of both files.
-pub const SCHEMA: u32 = 1;
-
-/// A recording under way.
-#[derive(Debug)]
-pub struct Recorder {
-    path: PathBuf,
-    out: File,
-    about: Value,
-    rows: u64,
-    line: String,
+/// Options of `footfall record`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// Where it goes: a name that ends in .csv or .mcap; what belongs to the whole run goes to FILE.json
+    #[arg(short, long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// The firmware's ELF file: the one that runs on the board
+    #[arg(long, value_name = "FILE")]
+    pub elf: PathBuf,
+    /// Record the virtual board: its program
+    #[arg(long, value_name = "PROGRAM", required_unless_present = "rtt")]
+    pub virtual_board: Option<PathBuf>,
+    /// Record a real board: the raw bytes of its RTT up channel 0, from a file, `-` (standard input) or tcp:HOST:PORT. Reset the
+    /// board after this has begun: what it says at its boot makes volts of codes
+    #[arg(
+        long,
+        value_name = "SOURCE",
+        conflicts_with_all = ["virtual_board", "trace", "calibration", "press", "disarm", "pace", "plain", "board"]
+    )]
+    pub rtt: Option<Source>,
+    /// What is played, and how it is shown
+    #[command(flatten)]
+    pub played: Played,
 }
 
-impl Recorder {
-    /// Begins a recording; `about` says what runs.
-    ///
-    /// # Errors
-    /// A file cannot be written.
-    pub fn begin(path: &Path, about: Value) -> io::Result<Self> {
-        let mut out = File::create(path)?;
-        out.write_all(header().as_bytes())?;
-        let recorder = Self { path: path.into(), out, about, rows: 0, line: String::new() };
-        recorder.write_about(false, &Value::Null)?;
-        Ok(recorder)
+/// Runs the command. `interrupt` is set by a signal that asks it to end.
+///
+/// # Errors
+/// Bad input, a board or a source that cannot be reached, a file that cannot be written, or a run that was not sound.
+pub fn run(options: &Options, interrupt: &Arc<AtomicBool>) -> Result<(), Failure> {
+    match (&options.rtt, &options.virtual_board) {
+        (Some(source), _) => from_rtt(options, source, interrupt),
+        (None, Some(board)) => {
+            let watched = watch::Options {
+                elf: options.elf.clone(),
+                virtual_board: board.clone(),
+                record: Some(options.out.clone()),
+                played: options.played.clone(),
+            };
+            watch::run(&watched, interrupt)
+        }
+        (None, None) => Err(Failure::input("nothing to record; allowed is --virtual-board or --rtt")),
     }
+}
 
-    /// Writes a row.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub fn row(&mut self, row: &Row) -> io::Result<()> {
-        self.line.clear();
-        // Writing to a string cannot fail.
-        let _ = write_row(&mut self.line, row);
-        self.out.write_all(self.line.as_bytes())?;
-        self.rows += 1;
-        Ok(())
-    }
-
-    /// Ends the recording; `summary` is what the run came to.
-    ///
-    /// # Errors
-    /// A file cannot be written.
-    pub fn finish(self, summary: &Value) -> io::Result<u64> {
-        self.out.sync_all()?;
-        self.write_about(true, summary)?;
-        Ok(self.rows)
-    }
-
-    fn write_about(&self, finished: bool, summary: &Value) -> io::Result<()> {
-        let about = json!({
-            "schema": SCHEMA,
-            "recording": self.path.file_name().map(|name| name.to_string_lossy()),
-            "finished": finished,
-            "rows": self.rows,
-            "footfall": env!("CARGO_PKG_VERSION"),
-            "about": self.about,
-            "summary": summary,
+fn from_rtt(options: &Options, source: &Source, interrupt: &AtomicBool) -> Result<(), Failure> {
+    let image = Image::read(&options.elf).map_err(Failure::input)?;
+    let walker = options.played.walker()?;
+    output_file(&options.out)?;
+    let stream =
+        Stream::open(source).map_err(|error| Failure::input(format!("{source}: cannot be opened: {error}")))?;
+    let sensor = shipped::wired_sensor().map_err(Failure::run)?;
+    let joint = options.played.joint_of(&walker);
+    let about = json!({
+        "elf": options.elf,
+        "elf_sha256": image.sha256,
+        "rtt": source.to_string(),
+        "params": options.played.params,
+        "walker": walker.name(),
+        "walker_crc": format!("{:08x}", Record::of(&walker).crc()),
+        "sensor": about_sensor(joint, &sensor),
+        "secs": options.played.secs,
+    });
+    let writing = |error| Failure::run(format!("{}: cannot be written: {error}", options.out.display()));
+    let mut capture = Capture::begin(&options.out, joint, about, &image, walker).map_err(writing)?;
+    let ended = listen(&mut capture, &stream, source, options.played.secs, interrupt);
+    // Whatever happened, what has come is a finished file.
+    let counts =
+        capture.finish(&json!({ "ended": ended.as_ref().map_or_else(ToString::to_string, ToString::to_string) }));
+    let counts = counts.map_err(writing)?;
+    if options.played.json {
+        let object = json!({
+            "type": "end", "samples": counts.samples, "lost_samples": counts.lost, "missed_periods": counts.missed,
+            "dropped_by_the_board": counts.board_dropped, "confirmed_ticks": counts.confirmed,
+            "different_ticks": counts.different, "malformed_frames": counts.malformed, "no_replay": counts.why_no_replay,
         });
-        whole_file::write(&beside(&self.path), |out| {
-            serde_json::to_writer_pretty(&mut *out, &about)?;
-            writeln!(out)
-        })
+        cli::print(&format!("{object}\n"))?;
+    }
+    ended?;
+    sound(&options.out, &counts)
+}
+
+/// Takes what comes until it ends, enough has come, or somebody asks for the end. Gives the reason.
+fn listen(
+    capture: &mut Capture<'_>,
+    stream: &Stream,
+    source: &Source,
+    secs: Option<f64>,
+    interrupt: &AtomicBool,
+) -> Result<&'static str, Failure> {
+    loop {
+        if interrupt.load(Ordering::Relaxed) {
+            return Ok("asked to end");
+        }
+        if secs.is_some_and(|secs| capture.counts().samples as f64 >= secs * 1000.0) {
+            return Ok("enough seconds");
+        }
+        match stream.next(Duration::from_millis(50)) {
+            Came::Bytes(bytes) => capture.bytes(&bytes).map_err(Failure::run)?,
+            Came::Nothing => {}
+            Came::End => return Ok("the source ended"),
+            Came::Broken(error) => return Err(Failure::run(format!("{source}: broke off: {error}"))),
+        }
+        for line in capture.talk() {
+            eprintln!("board: {line}");
+        }
     }
 }
 
-/// The file beside a recording.
+/// What the capture came to in a line; a failure if board and host differ or nothing came.
+fn sound(out: &Path, counts: &Counts) -> Result<(), Failure> {
+    eprintln!("{}", told(out, counts));
+    if counts.samples == 0 {
+        return Err(Failure::run("no sample came: does the board run, and is this its RTT channel 0?"));
+    }
+    if counts.different > 0 {
+        let words: Vec<String> = counts.differences.iter().map(ToString::to_string).collect();
+        return Err(Failure::run(format!("board and host differ: {}", words.join("; "))));
+    }
+    Ok(())
+}
+
+/// What a capture came to, in a line.
 #[must_use]
-pub fn beside(recording: &Path) -> PathBuf {
-    let mut name = OsString::from(recording);
-    name.push(".json");
-    name.into()
-}
-
-fn header() -> String {
-    let of = |suffix: &str| Joint::ALL.map(|joint| format!("{}_{suffix}", joint.name())).join(",");
-    format!("time_s,{},measured_deg,verdict,state,{},code,tick,seq,late,missed,limited\n", of("deg"), of("us"))
-}
-
-fn write_row(out: &mut String, row: &Row) -> std::fmt::Result {
-    let tick = &row.tick;
-    // Microseconds: the sum of a boot's time and whole milliseconds carries binary dust beyond them.
-    write!(out, "{}", (row.time_s * 1e6).round() / 1e6)?;
-    for angle in tick.set_deg {
-        write!(out, ",{angle}")?;
+pub fn told(out: &Path, counts: &Counts) -> String {
+    let Counts { samples, lost, missed, malformed, .. } = counts;
+    let mut text = format!("{}: {samples} samples, {lost} lost, {missed} periods missed by the board", out.display());
+    if *malformed > 0 {
+        text += &format!(", {malformed} frames without sense");
     }
-    write!(out, ",{},{},{}", tick.sensor_deg, tick.verdict, tick.state.name())?;
-    for pulse in tick.pulse_us {
-        write!(out, ",{pulse}")?;
+    if let Some(why) = &counts.why_no_replay {
+        text += &format!("; setpoints are not known throughout: {why}");
     }
-    out.push(',');
-    if let Some(code) = row.code {
-        write!(out, "{}", code.0)?;
-    }
-    writeln!(out, ",{},{},{},{},{}", tick.tick, tick.seq, tick.late, tick.missed, tick.limited)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::telemetry::{Line, parse};
-    use joint_units::AdcCode;
-
-    fn row() -> Row {
-        let line = "tick 20 walking sensor 12.25 deg good set 1.5 -2 30.1 4 deg pulse 1500 1520 0 1944 us late 1 missed 2 \
-                    limited 3 seq 18 hash 00000000deadbeef";
-        let Ok(Line::Tick(tick)) = parse(line) else { panic!() };
-        Row { time_s: 0.1 + 0.02, tick, code: Some(AdcCode(2048)), equal: Some(true) }
-    }
-
-    #[test]
-    fn a_recording_is_whole_lines_at_any_time_and_says_when_it_is_finished() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("out.csv");
-        let about = |key: &str| {
-            let text = std::fs::read_to_string(folder.path().join("out.csv.json")).unwrap();
-            serde_json::from_str::<Value>(&text).unwrap()[key].clone()
-        };
-        let mut recorder = Recorder::begin(&path, json!({ "elf_sha256": "ab" })).unwrap();
-        assert_eq!(about("finished"), json!(false));
-        recorder.row(&row()).unwrap();
-        recorder.row(&Row { code: None, ..row() }).unwrap();
-        // Not finished, not closed: what is there is whole.
-        let text = std::fs::read_to_string(&path).unwrap();
-        let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(
-            lines,
-            [
-                "time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg,measured_deg,verdict,state,\
-                 left_hip_us,right_hip_us,left_knee_us,right_knee_us,code,tick,seq,late,missed,limited",
-                "0.12,1.5,-2,30.1,4,12.25,good,walking,1500,1520,0,1944,2048,20,18,1,2,3",
-                "0.12,1.5,-2,30.1,4,12.25,good,walking,1500,1520,0,1944,,20,18,1,2,3",
-            ]
-        );
-        assert!(text.ends_with('\n'));
-        assert_eq!(recorder.finish(&json!({ "ticks": 20 })).unwrap(), 2);
-        assert_eq!(
-            (about("finished"), about("rows"), about("about")["elf_sha256"].clone()),
-            (json!(true), json!(2), json!("ab"))
-        );
-        assert_eq!(about("summary")["ticks"], json!(20));
-    }
+    text
 }

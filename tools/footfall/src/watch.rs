@@ -5,11 +5,12 @@
 
 use crate::board_process::{BoardProcess, Output};
 use crate::calibration_file;
+use crate::capture::{Capture, Format, about_sensor};
 use crate::failure::Failure;
 use crate::feed::{self, Feed};
 use crate::image::Image;
 use crate::plain;
-use crate::record::Recorder;
+use crate::record;
 use crate::screen;
 use crate::session::{Event, Session};
 use crate::shipped::{self, SENSOR_JOINT};
@@ -19,6 +20,7 @@ use clap::Args;
 use gait_trace::csv_file;
 use joint_loop::WalkerConfig;
 use joint_loop::walker_record::{ADDRESS, Record};
+use joint_units::Joint;
 use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use serde_json::{Value, json};
 use std::ffi::OsString;
@@ -57,6 +59,17 @@ pub struct Options {
     /// The virtual board's program
     #[arg(long, value_name = "PROGRAM")]
     pub virtual_board: PathBuf,
+    /// Record every tick: a name that ends in .csv or .mcap; what belongs to the whole run goes to FILE.json
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// What is played, and how it is shown
+    #[command(flatten)]
+    pub played: Played,
+}
+
+/// What is played on the virtual board, and how it is shown.
+#[derive(Debug, Clone, Args)]
+pub struct Played {
     /// A recording to feed the sensor with: angles in degrees (its left knee, or its only channel) or volts at PA1
     /// [default: the shipped recording of a healthy adult]
     #[arg(long, value_name = "CSV")]
@@ -68,12 +81,13 @@ pub struct Options {
     /// Walk with a walker's parameters: they are written into the board's parameter sector [default: the built-in walk]
     #[arg(long, value_name = "TOML")]
     pub params: Option<PathBuf>,
+    /// The joint that the sensor is worn on: the recording's column that feeds it, and its name in what is recorded [default: the
+    /// one that the walker follows, or left_knee]
+    #[arg(long, value_name = "JOINT", value_parser = joint)]
+    pub joint: Option<Joint>,
     /// Virtual seconds to run [default: until q or Ctrl-C on a terminal, else 10]
     #[arg(long, value_name = "N", value_parser = seconds)]
     pub secs: Option<f64>,
-    /// Write every telemetry line to a CSV file, and what belongs to the whole run to FILE.json
-    #[arg(long, value_name = "FILE")]
-    pub record: Option<PathBuf>,
     /// Print one JSON object a line; the last one is the whole run
     #[arg(long)]
     pub json: bool,
@@ -119,6 +133,32 @@ impl FromStr for Press {
     }
 }
 
+impl Played {
+    /// Where the sensor is worn.
+    pub(crate) fn joint_of(&self, walker: &WalkerConfig) -> Joint {
+        self.joint.unwrap_or(match walker {
+            WalkerConfig::Follow(follow) => follow.sensor,
+            _ => SENSOR_JOINT,
+        })
+    }
+
+    /// The walker whose parameters the board has.
+    ///
+    /// # Errors
+    /// The file of them is not as it must be.
+    pub(crate) fn walker(&self) -> Result<WalkerConfig, Failure> {
+        match &self.params {
+            Some(path) => Ok(WalkerFile::read(path).map_err(Failure::input)?.set.config()),
+            None => Ok(WalkerConfig::default_walk()),
+        }
+    }
+}
+
+fn joint(text: &str) -> Result<Joint, String> {
+    let all = Joint::ALL.map(Joint::name).join(", ");
+    Joint::ALL.into_iter().find(|joint| joint.name() == text).ok_or(format!("allowed is one of {all}"))
+}
+
 fn seconds(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(secs) if (0.1..=86_400.0).contains(&secs) => Ok(secs),
@@ -139,6 +179,7 @@ struct Prepared {
     image: Image,
     feed: Feed,
     walker: WalkerConfig,
+    joint: Joint,
     secs: Option<f64>,
     presses: Vec<f64>,
     notes: Vec<String>,
@@ -149,29 +190,34 @@ struct Prepared {
 /// # Errors
 /// Bad input, a board that cannot be started or talked to, a file that cannot be written, or a run that was not sound.
 pub fn run(options: &Options, interrupt: &Arc<AtomicBool>) -> Result<(), Failure> {
-    let show = match (options.json, options.plain, io::stdout().is_terminal() && io::stdin().is_terminal()) {
-        (true, ..) => Show::Json,
-        (false, false, true) => Show::Screen,
-        (false, ..) => Show::Plain,
-    };
+    let show =
+        match (options.played.json, options.played.plain, io::stdout().is_terminal() && io::stdin().is_terminal()) {
+            (true, ..) => Show::Json,
+            (false, false, true) => Show::Screen,
+            (false, ..) => Show::Plain,
+        };
     let prepared = prepare(options, show)?;
     for note in &prepared.notes {
         eprintln!("note: {note}");
     }
     let volts = volts_file(&prepared.feed)?;
-    let sector = match &options.params {
+    let sector = match &options.played.params {
         Some(_) => Some(sector_file(&prepared.walker)?),
         None => None,
     };
     let arguments = arguments(options, &prepared, volts.path(), sector.as_ref().map(|file| file.path()), show);
     let mut board = BoardProcess::start(&options.virtual_board, &arguments).map_err(Failure::input)?;
-    let recorder = match &options.record {
-        Some(path) => Some(Recorder::begin(path, about(options, &prepared)).map_err(|error| writing(path, error))?),
+    let capture = match &options.record {
+        Some(path) => {
+            let about = about(options, &prepared)?;
+            let begun = Capture::begin(path, prepared.joint, about, &prepared.image, prepared.walker);
+            Some(begun.map_err(|error| writing(path, error))?)
+        }
         None => None,
     };
     let view = View::titled(format!("footfall watch: {}", prepared.feed.title));
     let mut run =
-        Run { session: Session::new(&prepared.image, prepared.walker), view, recorder, summary: None, trouble: None };
+        Run { session: Session::new(&prepared.image, prepared.walker), view, capture, summary: None, trouble: None };
     let quitting = match show {
         Show::Screen => on_screen(&mut run, &mut board, interrupt),
         Show::Plain | Show::Json => in_lines(&mut run, &mut board, interrupt, show),
@@ -186,29 +232,23 @@ fn prepare(options: &Options, show: Show) -> Result<Prepared, Failure> {
     let image = Image::read(&options.elf).map_err(Failure::input)?;
     let mut notes = Vec::new();
     let shipped = shipped::wired_sensor().map_err(Failure::run)?;
-    let sensor = match &options.calibration {
+    let sensor = match &options.played.calibration {
         Some(path) => calibration_file::read(path).map_err(Failure::input)?,
         None => shipped.clone(),
     };
     if sensor != shipped {
         notes.push("the image measures by its own calibration, not by the one of the worn sensor".into());
     }
-    let walker = match &options.params {
-        Some(path) => WalkerFile::read(path).map_err(Failure::input)?.set.config(),
-        None => WalkerConfig::default_walk(),
-    };
-    let secs = options.secs.or((show != Show::Screen).then_some(DEFAULT_SECS));
-    let (name, recording) = feed::recording(options.trace.as_deref()).map_err(Failure::input)?;
-    let joint = match walker {
-        WalkerConfig::Follow(follow) => follow.sensor,
-        _ => SENSOR_JOINT,
-    };
+    let walker = options.played.walker()?;
+    let secs = options.played.secs.or((show != Show::Screen).then_some(DEFAULT_SECS));
+    let (name, recording) = feed::recording(options.played.trace.as_deref()).map_err(Failure::input)?;
+    let joint = options.played.joint_of(&walker);
     let feed = feed::feed(&name, &recording, joint, &sensor, secs)?;
-    let mut presses = match &options.press {
+    let mut presses = match &options.played.press {
         Press::Auto => vec![ARM_AT_S],
         Press::At(times) => times.clone(),
     };
-    if options.disarm {
+    if options.played.disarm {
         let at = secs.unwrap_or(DEFAULT_SECS) - DISARM_BEFORE_END_S;
         let last = presses.iter().copied().fold(0.0, f64::max);
         if at < last + 2.0 * PRESS_S {
@@ -217,13 +257,19 @@ fn prepare(options: &Options, show: Show) -> Result<Prepared, Failure> {
         }
         presses.push(at);
     }
-    if let Some(path) = &options.record
-        && path.is_dir()
-    {
-        return Err(Failure::input(format!("{}: is a folder; allowed is the name of a file", path.display())));
+    if let Some(path) = &options.record {
+        output_file(path)?;
     }
     notes.extend(feed.notes.iter().cloned());
-    Ok(Prepared { image, feed, walker, secs, presses, notes })
+    Ok(Prepared { image, feed, walker, joint, secs, presses, notes })
+}
+
+/// Refuses a name that no recording can have.
+pub(crate) fn output_file(path: &Path) -> Result<(), Failure> {
+    if path.is_dir() {
+        return Err(Failure::input(format!("{}: is a folder; allowed is the name of a file", path.display())));
+    }
+    Format::of(path).map(|_| ()).map_err(Failure::input)
 }
 
 fn volts_file(feed: &Feed) -> Result<tempfile::NamedTempFile, Failure> {
@@ -257,27 +303,29 @@ fn arguments(options: &Options, prepared: &Prepared, volts: &Path, sector: Optio
     for press in &prepared.presses {
         arguments.extend(["--press".into(), format!("{press}:{PRESS_S}").into()]);
     }
-    if options.pace || show == Show::Screen {
+    if options.played.pace || show == Show::Screen {
         arguments.push("--pace".into());
     }
-    arguments.extend(options.board.iter().cloned());
+    arguments.extend(options.played.board.iter().cloned());
     arguments
 }
 
 /// What runs, for the file beside a recording.
-fn about(options: &Options, prepared: &Prepared) -> Value {
-    json!({
+fn about(options: &Options, prepared: &Prepared) -> Result<Value, Failure> {
+    let sensor = shipped::wired_sensor().map_err(Failure::run)?;
+    Ok(json!({
         "elf": options.elf,
         "elf_sha256": prepared.image.sha256,
         "virtual_board": options.virtual_board,
         "trace": prepared.feed.about,
-        "params": options.params,
+        "params": options.played.params,
         "walker": prepared.walker.name(),
         "walker_crc": format!("{:08x}", Record::of(&prepared.walker).crc()),
-        "calibration": options.calibration.as_ref().map_or("the image's".into(), |path| path.display().to_string()),
+        "worn_calibration": options.played.calibration.as_ref().map_or("the image's".into(), |path| path.display().to_string()),
+        "sensor": about_sensor(prepared.joint, &sensor),
         "secs": prepared.secs,
         "presses_s": prepared.presses,
-    })
+    }))
 }
 
 fn writing(path: &Path, error: io::Error) -> Failure {
@@ -288,7 +336,7 @@ fn writing(path: &Path, error: io::Error) -> Failure {
 struct Run<'t> {
     session: Session<'t>,
     view: View,
-    recorder: Option<Recorder>,
+    capture: Option<Capture<'t>>,
     summary: Option<Summary>,
     /// What made the run stop early.
     trouble: Option<Failure>,
@@ -298,13 +346,21 @@ impl Run<'_> {
     /// Takes one output of the board; gives what happened, and `None` once nothing more will come.
     fn take(&mut self, output: Output) -> Option<Vec<Event>> {
         let events = match output {
-            Output::Line(line) => match self.session.take(line) {
-                Ok(events) => events,
-                Err(error) => {
-                    self.trouble = Some(Failure::run(error));
-                    return None;
+            Output::Line(line) => {
+                let captured = self.capture.as_mut().map_or(Ok(()), |capture| capture.board_line(&line));
+                match self.session.take(line) {
+                    Ok(events) => {
+                        if let Err(error) = captured {
+                            self.trouble = Some(Failure::run(format!("the recording: {error}")));
+                        }
+                        events
+                    }
+                    Err(error) => {
+                        self.trouble = Some(Failure::run(error));
+                        return None;
+                    }
                 }
-            },
+            }
             Output::Strange(error) => {
                 self.trouble = Some(Failure::run(error));
                 return None;
@@ -320,12 +376,6 @@ impl Run<'_> {
 
     fn account(&mut self, event: &Event) {
         self.view.take(event, self.session.books());
-        if let (Event::Row(row), Some(recorder)) = (event, &mut self.recorder)
-            && let Err(error) = recorder.row(row)
-        {
-            self.recorder = None;
-            self.trouble = Some(Failure::run(format!("the recording cannot be written: {error}")));
-        }
         if let Event::Ended(end) = event {
             self.summary = Some(Summary::new(Some(end), self.session.books(), "", Value::Null));
         }
@@ -340,9 +390,10 @@ impl Run<'_> {
             self.summary.take().unwrap_or_else(|| Summary::new(None, self.session.books(), "", Value::Null));
         summary.elf_sha256.clone_from(&prepared.image.sha256);
         summary.trace.clone_from(&prepared.feed.about);
-        if let (Some(recorder), Some(path)) = (self.recorder.take(), &options.record) {
+        if let (Some(capture), Some(path)) = (self.capture.take(), &options.record) {
             let value = serde_json::to_value(&summary).map_err(Failure::run)?;
-            recorder.finish(&value).map_err(|error| writing(path, error))?;
+            let counts = capture.finish(&value).map_err(|error| writing(path, error))?;
+            eprintln!("{}", record::told(path, &counts));
         }
         self.summary = Some(summary);
         let status = board.wait().map_err(Failure::run)?;

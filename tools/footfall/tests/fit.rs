@@ -122,6 +122,61 @@ fn bad_input_writes_nothing_and_says_what_and_where() {
     assert!(code == Some(2) && words.contains("allowed is 1 to 8"), "{words}");
 }
 
+/// There and back through OpenSim's format: the fit is the same within the rounding of a printed degree.
+#[test]
+fn a_recording_converted_to_mot_fits_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mot, csv) = (folder.path().join("walk.mot"), folder.path().join("back.csv"));
+    let convert = |from: &OsString, to: &Path| {
+        footfall(["convert".into(), from.clone(), "--low-pass".into(), "off".into(), "-o".into(), OsString::from(to)])
+    };
+    assert_eq!(convert(&SHIPPED.into(), &mot).status.code(), Some(0));
+    assert_eq!(convert(&OsString::from(&mot), &csv).status.code(), Some(0));
+    let errors = |file: OsString| {
+        let value = json(&footfall(["fit".into(), file, "--json".into()]));
+        [0, 1, 2, 3].map(|joint| value["joints"][joint]["rmse_mean_stride_deg"].as_f64().unwrap())
+    };
+    let (direct, through) = (errors(SHIPPED.into()), errors(OsString::from(&csv)));
+    for (a, b) in direct.iter().zip(through) {
+        assert!((a - b).abs() < 0.01, "{direct:?} {through:?}");
+    }
+    let odd = convert(&SHIPPED.into(), &folder.path().join("walk.xlsx"));
+    assert!(odd.status.code() == Some(2) && said(&odd).contains(".csv and .mot"), "{}", said(&odd));
+}
+
+/// What is read is never written over, and what is written first is not written over by what comes next.
+#[test]
+fn outputs_that_would_destroy_something_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let own = folder.path().join("own.csv");
+    let text = walk(1.1, 4);
+    std::fs::write(&own, &text).unwrap();
+    let (here, other) = (OsString::from(&own), OsString::from(folder.path().join("w.toml")));
+    for (arguments, words) in [
+        (vec!["-o".into(), here.clone()], "is what is read"),
+        (vec!["--report".into(), here.clone()], "is what is read"),
+        (vec!["-o".into(), other.clone(), "--report".into(), other.clone()], "is named twice"),
+        (vec!["-o".into(), folder.path().join("no/where.toml").into()], "no such folder"),
+    ] {
+        let output = footfall(["fit".into(), here.clone()].into_iter().chain(arguments));
+        assert!(output.status.code() == Some(2) && said(&output).contains(words), "{words}: {}", said(&output));
+        assert_eq!(std::fs::read_to_string(&own).unwrap(), text);
+        assert!(!folder.path().join("w.toml").exists());
+    }
+}
+
+/// A pipe that nobody writes into, and a link that leads back to where it stands.
+#[cfg(unix)]
+#[test]
+fn neither_pipes_nor_links_in_a_circle_hold_a_batch_up() {
+    let (from, to) = (laboratory(), tempfile::tempdir().unwrap());
+    assert!(Command::new("mkfifo").arg(from.path().join("pipe.csv")).status().unwrap().success());
+    std::os::unix::fs::symlink(from.path(), from.path().join("day2/up")).unwrap();
+    let output = batch(from.path(), to.path(), &[]);
+    assert!(said(&output).contains("3 fitted, 0 already known, 2 failed"), "{}", said(&output));
+    assert!(said(&output).contains("pipe.csv: is no regular file"), "{}", said(&output));
+}
+
 /// Three walkers, one of them in a folder of its own, and one file that is none.
 fn laboratory() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -209,6 +264,13 @@ fn shares_on_several_computers_merge_to_what_one_computer_makes() {
     let merged = footfall(["merge".into(), OsString::from(shared.path())]);
     assert_eq!(merged.status.code(), Some(0), "{}", said(&merged));
     assert_eq!(written(shared.path()), written(whole.path()));
+    std::fs::write(shared.path().join("x.fit.json"), "{\"a\":1}").unwrap();
+    let strange = footfall(["merge".into(), OsString::from(shared.path())]);
+    assert!(
+        strange.status.code() == Some(2) && said(&strange).contains("x.fit.json: is no outcome"),
+        "{}",
+        said(&strange)
+    );
     let empty = tempfile::tempdir().unwrap();
     let nothing = footfall(["merge".into(), OsString::from(empty.path())]);
     assert!(nothing.status.code() == Some(2) && said(&nothing).contains("no outcome"), "{}", said(&nothing));

@@ -116,7 +116,7 @@ fn joints(page: &mut String, fit: &Fit) {
     }
     *page += "</table>";
     if fit.held_out != HeldOut::None {
-        *page += "<p>The floor is what the mean of the fitted strides itself scores on the held-out ones: the walker's own variability.</p>";
+        *page += "<p>Standard deviations are root mean squares over all strides, each closed. The floor is what the mean of the fitted strides itself scores on the held-out ones: the walker's own variability.</p>";
     }
 }
 
@@ -162,7 +162,7 @@ fn portraits(fit: &Fit) -> Vec<Panel> {
     let panel = |joint: Joint| {
         let j = joint as usize;
         let curves = vec![Curve::new("mean", portrait(&mean, j)), Curve::new("fit", portrait(&fit.cycle, j))];
-        Panel::curves(&joint_title(joint), "angle, deg", "deg/s", curves)
+        Panel::curves(&joint_title(joint), "angle, deg", "angular velocity, deg/s", curves)
     };
     Joint::ALL.map(panel).into()
 }
@@ -222,7 +222,8 @@ fn compared(page: &mut String, fit: &Fit) -> Result<(), String> {
     let series = Curve::new("", harmonics.map(|(n, other)| (n, all(other.rmse_deg))).collect());
     let mut panels = vec![Panel::curves("phase and shape", "harmonics", "RMSE of all joints, deg", vec![series])];
     if !fit.history.is_empty() {
-        let steps = fit.history.iter().map(|(n, best)| (*n as f64, *best)).collect();
+        // The first few are anything; from where it is a gait at all it is worth looking at.
+        let steps = fit.history.iter().filter(|(_, best)| *best < 30.0).map(|(n, best)| (*n as f64, *best)).collect();
         panels.push(Panel::curves(
             "the thesis' network, CMA-ES",
             "evaluations",
@@ -240,14 +241,19 @@ fn certificate(page: &mut String, fit: &Fit) {
     let settling =
         certificate.settling_s.map_or("not within the strides that it was given".into(), |s| format!("{s:.2} s"));
     let multiplier = certificate.multipliers.first().map_or("none".into(), |largest| format!("{largest:.3}"));
+    let no_state = certificate.starts == 0;
+    let of = |some: u32, all: u32| {
+        if no_state {
+            "no state but the phase: nothing can be pushed off the cycle".into()
+        } else {
+            format!("{some} of {all}")
+        }
+    };
     for (name, value) in [
         ("verdict", certificate.status.words().to_owned()),
-        ("random starts on the orbit", format!("{} of {}", certificate.converged, certificate.starts)),
-        (
-            "perturbed starts back on the orbit",
-            format!("{} of {}", certificate.perturbed_locked, certificate.perturbed),
-        ),
-        ("settling after a push", settling),
+        ("random starts on the orbit", of(certificate.converged, certificate.starts)),
+        ("perturbed starts back on the orbit", of(certificate.perturbed_locked, certificate.perturbed)),
+        ("settling after a push", if no_state { "none needed".into() } else { settling }),
         ("largest Floquet multiplier", multiplier),
         ("largest stable step in f32", format!("{:.1} ms", certificate.largest_step_ms)),
     ] {

@@ -102,7 +102,7 @@ pub enum Fault {
     },
     /// Content that no reader knows.
     #[error(
-        "is of no known format: {why}; allowed are CSV, OpenSim .mot and .sto, C3D, and CSV exports of Rigol, Siglent, Tektronix and Keysight oscilloscopes"
+        "is of no known format: {why}; allowed are CSV, OpenSim .mot and .sto, C3D, MCAP, and CSV exports of Rigol, Siglent, Tektronix and Keysight oscilloscopes"
     )]
     UnknownFormat {
         /// What was seen.
@@ -141,6 +141,14 @@ pub enum Fault {
         found: String,
         /// What it may say.
         allowed: String,
+    },
+    /// A record of an MCAP file that cannot be used.
+    #[error("up to byte {offset}: {what}")]
+    Mcap {
+        /// How far the file was read.
+        offset: u64,
+        /// What is wrong, and what is allowed.
+        what: String,
     },
     /// A quote that opens and does not close on its line.
     #[error("a quote opens and does not close on this line; allowed are pairs of \"")]

@@ -109,7 +109,7 @@ impl fmt::Display for Finding {
             FindingKind::NormalisedCycle => {
                 write!(f, "the time axis runs over one cycle whose ends meet: a normalised cycle, not seconds")?;
             }
-            FindingKind::Unfiltered => write!(f, "all joints: taken for unfiltered, as asked")?,
+            FindingKind::Unfiltered => write!(f, "all joints: taken for unfiltered")?,
             FindingKind::Gap => write!(f, "{joint}, {from:.3} s to {to:.3} s: values are missing")?,
             FindingKind::Jump { deg } => {
                 write!(f, "{joint}, {from:.3} s to {to:.3} s: a jump of {deg:.1} deg that no leg makes")?;

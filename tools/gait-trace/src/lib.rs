@@ -10,6 +10,7 @@
 //! | [`mapped_csv`] | CSV with any header, delimiter and unit; columns by name or by map |
 //! | [`opensim`] | OpenSim .mot and .sto, in and out |
 //! | [`c3d`] | C3D: joint angles, or hips and knees from joint centres |
+//! | [`mcap_file`] | MCAP: joint angles in JSON messages, such as a capture's |
 //! | [`scope`] | exports of oscilloscopes: volts to angles through a calibration |
 //! | [`joint_names`] | which joint a column is by its name |
 //! | [`raw`] | the four joints as a file has them, before repair |
@@ -57,6 +58,7 @@ mod finding;
 pub mod joint_names;
 pub mod looped;
 pub mod mapped_csv;
+pub mod mcap_file;
 pub mod metrics;
 pub mod open;
 pub mod opensim;

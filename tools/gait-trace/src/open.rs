@@ -2,6 +2,7 @@
 //!
 //! | what is seen | reader |
 //! |---|---|
+//! | the magic bytes of MCAP | [`mcap_file`] |
 //! | second byte 0x50 and bytes that are no text | [`c3d`] |
 //! | a line `endheader` | [`opensim`] |
 //! | the header of an oscilloscope's export | [`scope`] |
@@ -29,7 +30,7 @@ use crate::csv_file::MAX_BYTES;
 use crate::fault::{Fault, TraceError};
 use crate::joint_names::AngleUnit;
 use crate::raw::RawJoints;
-use crate::{c3d, mapped_csv, opensim, scope, text_table};
+use crate::{c3d, mapped_csv, mcap_file, opensim, scope, text_table};
 use hgod_adc::Calibration;
 use joint_units::Joint;
 use std::io::Read;
@@ -137,6 +138,9 @@ pub fn of_bytes(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJo
     let extension = Path::new(name).extension().and_then(|text| text.to_str()).unwrap_or_default().to_ascii_lowercase();
     if bytes.is_empty() {
         return Err(TraceError::new(name, None, Fault::Empty));
+    }
+    if mcap_file::looks_like(bytes) {
+        return mcap_file::parse(name, bytes, how);
     }
     if c3d::looks_like(bytes) {
         return c3d::parse(name, bytes, how);

@@ -81,11 +81,11 @@ impl fmt::Display for LeftOut {
 /// Why there are no strides.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StrideError {
-    /// A joint is missing.
-    #[error("no {joint}; allowed for a cycle are both hips and both knees", joint = .joint.name())]
+    /// Joints are missing.
+    #[error("no {}; allowed for a cycle are both hips and both knees", .missing.join(", no "))]
     NoJoint {
-        /// The first that is missing.
-        joint: Joint,
+        /// Their names.
+        missing: Vec<&'static str>,
     },
     /// Nothing repeats.
     #[error(
@@ -158,8 +158,10 @@ pub struct Strides {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn segment(conditioned: &Conditioned) -> Result<Strides, StrideError> {
-    if let Some(joint) = Joint::ALL.into_iter().find(|&joint| conditioned.joint(joint).is_none()) {
-        return Err(StrideError::NoJoint { joint });
+    let missing = Joint::ALL.into_iter().filter(|&joint| conditioned.joint(joint).is_none());
+    let missing: Vec<&str> = missing.map(Joint::name).collect();
+    if !missing.is_empty() {
+        return Err(StrideError::NoJoint { missing });
     }
     let joints = Joint::ALL.map(|joint| conditioned.joint(joint));
     let Cuts { spans, left_out } = cut(conditioned)?;

@@ -114,7 +114,7 @@ pub struct Certificate {
     pub oscillates: bool,
     /// Period on the limit cycle, seconds.
     pub period_s: f64,
-    /// Random starts that were tried.
+    /// Random starts that were tried; 0 where the only state is a phase, which every start is on.
     pub starts: u32,
     /// Those on the orbit after [`START_STRIDES`] strides.
     pub converged: u32,
@@ -221,8 +221,7 @@ pub fn certify(
         // One phase that advances by a constant: every start is on the cycle, and a push to a joint does not reach the phase.
         certificate.oscillates = f32_sound;
         certificate.period_s = set.stride_guess_s();
-        certificate.converged = starts;
-        certificate.settling_s = Some(0.0);
+        certificate.starts = 0;
         certificate.entrainment_hz = Some(entrainment::BY_PHASE_HZ);
         certificate.entrainment_by = entrainment::by_phase();
         progress("largest step");
@@ -511,7 +510,7 @@ mod tests {
         let joint = ShapeJoint { mean_deg: 10.0, cos_deg: vec![20.0], sin_deg: vec![0.0] };
         let joints = std::array::from_fn(|_| joint.clone());
         let got = certificate(&GeneratorSet::Shape(ShapeSet { stride_s: 1.1, joints }), 10);
-        assert!(got.accepted && got.perturbed == 0 && got.entrainment.is_empty());
+        assert!(got.accepted && (got.starts, got.perturbed) == (0, 0) && got.entrainment.is_empty());
         assert_eq!(got.entrainment_hz, Some([0.05, 5.0]));
         assert!(got.entrainment_by.contains("0.050 to 5.000 Hz"), "{}", got.entrainment_by);
     }

@@ -16,7 +16,7 @@ use crate::failure::Failure;
 use crate::image::sha256;
 
 /// Endings of files that may be recordings.
-const ENDINGS: [&str; 5] = ["csv", "mot", "sto", "c3d", "txt"];
+const ENDINGS: [&str; 6] = ["csv", "mot", "sto", "c3d", "mcap", "txt"];
 
 /// Who made an outcome: another version may fit otherwise.
 const MADE_BY: &str = concat!("footfall ", env!("CARGO_PKG_VERSION"));
@@ -119,7 +119,12 @@ fn recordings(paths: &[PathBuf], out: &Path) -> Result<Vec<Recording>, Failure> 
 fn walk(folder: &Path, top: &Path, out: &Path, all: &mut Vec<Recording>) -> Result<(), Failure> {
     let wrong = |error: std::io::Error| Failure::input(format!("{}: cannot be read: {error}", folder.display()));
     for entry in std::fs::read_dir(folder).map_err(wrong)? {
-        let path = entry.map_err(wrong)?.path();
+        let entry = entry.map_err(wrong)?;
+        let path = entry.path();
+        // A link to a folder may lead back to where it stands; a link to a file is a recording by another name.
+        if entry.file_type().map_err(wrong)?.is_symlink() && path.is_dir() {
+            continue;
+        }
         if path.is_dir() {
             // What an earlier run wrote is no recording.
             if path.canonicalize().ok() != out.canonicalize().ok() || !out.exists() {

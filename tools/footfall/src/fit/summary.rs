@@ -39,9 +39,11 @@ fn outcomes(folder: &Path) -> Result<Vec<Value>, Failure> {
     }
     let read = |path: &std::path::PathBuf| {
         let bytes = std::fs::read(path).map_err(wrong)?;
-        serde_json::from_slice(&bytes).map_err(|error| {
-            Failure::input(format!("{}: {error}; allowed is what `footfall fit` wrote", path.display()))
-        })
+        let strange =
+            |why: String| Failure::input(format!("{}: {why}; allowed is what `footfall fit` wrote", path.display()));
+        let outcome: Value = serde_json::from_slice(&bytes).map_err(|error| strange(error.to_string()))?;
+        let ended = outcome["error"].is_string() || outcome["generator"].is_string();
+        if outcome["recording"].is_string() && ended { Ok(outcome) } else { Err(strange("is no outcome".into())) }
     };
     names.iter().map(read).collect()
 }

@@ -1,0 +1,105 @@
+//! A capture as CSV: one row a sample.
+//!
+//! ```text
+//! time_s,boot,tick,                                                    board's own clock: seconds, boots, ticks of this boot
+//! left_knee_deg,verdict,code,vrefint,volts,                            sensor: angle (empty unless good), codes as they came
+//! state,set_left_hip_deg,...,left_hip_us,...,known,                    loop: setpoints, pulses (0 is none), where these are from
+//! seq,elapsed,flags,late,missed,limited,lost                           counters; lost: samples gone before this row, in all
+//! ```
+//! The angle's column is called after the joint that the sensor is worn on, as recordings are. Rows are written whole, so
+//! that whatever ends the program leaves whole lines.
+
+use super::samples::Sample;
+use hgod_adc::Verdict;
+use joint_units::Joint;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::Path;
+
+#[derive(Debug)]
+pub(super) struct Rows {
+    out: File,
+    lines: String,
+}
+
+impl Rows {
+    pub(super) fn begin(path: &Path, joint: Joint) -> io::Result<Self> {
+        let mut out = File::create(path)?;
+        out.write_all(header(joint).as_bytes())?;
+        Ok(Self { out, lines: String::new() })
+    }
+
+    pub(super) fn write(&mut self, samples: &[Sample]) -> io::Result<()> {
+        self.lines.clear();
+        for sample in samples {
+            // Writing to a string cannot fail.
+            let _ = row(&mut self.lines, sample);
+        }
+        self.out.write_all(self.lines.as_bytes())
+    }
+
+    pub(super) fn finish(&mut self) -> io::Result<()> {
+        self.out.sync_all()
+    }
+}
+
+fn header(joint: Joint) -> String {
+    let of =
+        |prefix: &str, suffix: &str| Joint::ALL.map(|joint| format!("{prefix}{}_{suffix}", joint.name())).join(",");
+    format!(
+        "time_s,boot,tick,{}_deg,verdict,code,vrefint,volts,state,{},{},known,seq,elapsed,flags,late,missed,limited,lost\n",
+        joint.name(),
+        of("set_", "deg"),
+        of("", "us")
+    )
+}
+
+fn row(out: &mut String, sample: &Sample) -> std::fmt::Result {
+    let Sample { call, reading, output, .. } = sample;
+    write!(out, "{},{},{},", seconds(sample.time_ns), sample.boot, sample.tick)?;
+    if let Some(reading) = reading.filter(|reading| reading.verdict == Verdict::Good) {
+        write!(out, "{}", reading.angle.degrees())?;
+    }
+    out.push(',');
+    if let Some(reading) = reading {
+        write!(out, "{}", reading.verdict)?;
+    }
+    write!(out, ",{},{},", call.sensor.0, call.vrefint.0)?;
+    if let Some(reading) = reading {
+        write!(out, "{}", reading.volts.0)?;
+    }
+    out.push(',');
+    match output {
+        Some(tick) => {
+            out.push_str(tick.state.name());
+            for angle in tick.set_deg {
+                write!(out, ",{angle}")?;
+            }
+            for pulse in tick.pulse_us {
+                write!(out, ",{pulse}")?;
+            }
+            write!(out, ",{},{},{},{}", sample.known.name(), tick.seq, call.elapsed, call.flags)?;
+            write!(out, ",{},{},{}", tick.late, tick.missed, tick.limited)?;
+        }
+        None => write!(out, ",,,,,,,,,,,{},{},,,", call.elapsed, call.flags)?,
+    }
+    writeln!(out, ",{}", sample.lost)
+}
+
+/// Whole nanoseconds as seconds, exactly, without zeros at the end.
+fn seconds(ns: u64) -> String {
+    let text = format!("{}.{:09}", ns / 1_000_000_000, ns % 1_000_000_000);
+    text.trim_end_matches('0').trim_end_matches('.').into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_exact() {
+        let texts = [0, 1_000_000, 120_000_000, 1_000_000_000, 20_000_000_000, 4_294_967_295_000_000_001].map(seconds);
+        assert_eq!(texts, ["0", "0.001", "0.12", "1", "20", "4294967295.000000001"]);
+    }
+}

@@ -1,0 +1,142 @@
+//! Where the raw bytes of a board's log come from: RTT up channel 0, as a debug probe's program hands it on.
+//!
+//! | source | what it is |
+//! |---|---|
+//! | a file or a named pipe | bytes that were saved before, by `nc` from a server or by J-Link's RTT Logger |
+//! | `-` | standard input |
+//! | `tcp:HOST:PORT` | a server of raw bytes: OpenOCD's `rtt server start PORT 0`, J-Link's on port 19021 |
+//!
+//! A thread reads, so that nothing waits for the disk; what waits in its queue is bounded, and then the source has to wait. A
+//! board whose source waits drops whole frames, which the gaps of its log show.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::net::TcpStream;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::thread;
+use std::time::Duration;
+
+/// Reads that wait in the queue.
+const QUEUE: usize = 1024;
+
+/// Bytes of one read.
+const BLOCK: usize = 4096;
+
+/// Where the bytes come from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Source {
+    /// A file or a named pipe.
+    File(PathBuf),
+    /// Standard input.
+    Stdin,
+    /// A server: `HOST:PORT`.
+    Tcp(String),
+}
+
+impl FromStr for Source {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wanted = || format!("`{text}`: allowed are a file, `-` for standard input, and tcp:HOST:PORT");
+        match text.strip_prefix("tcp:") {
+            Some(address) => match address.rsplit_once(':') {
+                Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok_and(|port| port > 0) => {
+                    Ok(Self::Tcp(address.into()))
+                }
+                _ => Err(wanted()),
+            },
+            None if text == "-" => Ok(Self::Stdin),
+            None if text.is_empty() => Err(wanted()),
+            None => Ok(Self::File(text.into())),
+        }
+    }
+}
+
+impl std::fmt::Display for Source {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::File(path) => path.display().fmt(f),
+            Self::Stdin => f.write_str("standard input"),
+            Self::Tcp(address) => write!(f, "tcp:{address}"),
+        }
+    }
+}
+
+/// What came.
+#[derive(Debug)]
+pub enum Came {
+    /// Bytes.
+    Bytes(Vec<u8>),
+    /// Nothing yet.
+    Nothing,
+    /// The source has ended.
+    End,
+    /// The source broke off.
+    Broken(io::Error),
+}
+
+/// Bytes as they come.
+#[derive(Debug)]
+pub struct Stream {
+    receiver: Receiver<io::Result<Vec<u8>>>,
+}
+
+impl Stream {
+    /// Opens a source.
+    ///
+    /// # Errors
+    /// There is no such file or server.
+    pub fn open(source: &Source) -> io::Result<Self> {
+        let mut reader: Box<dyn Read + Send> = match source {
+            Source::File(path) => Box::new(File::open(path)?),
+            Source::Stdin => Box::new(io::stdin()),
+            Source::Tcp(address) => Box::new(TcpStream::connect(address)?),
+        };
+        let (sender, receiver) = sync_channel(QUEUE);
+        thread::spawn(move || {
+            let mut block = vec![0; BLOCK];
+            loop {
+                let came = match reader.read(&mut block) {
+                    Ok(0) => return,
+                    Ok(bytes) => Ok(block[..bytes].to_vec()),
+                    Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                    Err(error) => Err(error),
+                };
+                let last = came.is_err();
+                if sender.send(came).is_err() || last {
+                    return;
+                }
+            }
+        });
+        Ok(Self { receiver })
+    }
+
+    /// Waits for bytes, at most so long.
+    #[must_use]
+    pub fn next(&self, patience: Duration) -> Came {
+        match self.receiver.recv_timeout(patience) {
+            Ok(Ok(bytes)) => Came::Bytes(bytes),
+            Ok(Err(error)) => Came::Broken(error),
+            Err(RecvTimeoutError::Timeout) => Came::Nothing,
+            Err(RecvTimeoutError::Disconnected) => Came::End,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sources_are_named() {
+        assert_eq!("-".parse(), Ok(Source::Stdin));
+        assert_eq!("walk.rtt".parse(), Ok(Source::File("walk.rtt".into())));
+        assert_eq!("tcp:localhost:9090".parse(), Ok(Source::Tcp("localhost:9090".into())));
+        for bad in ["", "tcp:", "tcp:localhost", "tcp::9090", "tcp:localhost:0", "tcp:localhost:port"] {
+            let error = bad.parse::<Source>().unwrap_err();
+            assert!(error.contains("allowed are"), "{bad}: {error}");
+        }
+    }
+}

@@ -1,0 +1,407 @@
+//! Captures: what the board measured is what the file holds, sample by sample; what was lost is counted; and `footfall fit` and
+//! `gait_trace::open` take the file as it is.
+
+mod support;
+
+use footfall::image::Image;
+use gait_trace::RawJoints;
+use gait_trace::open::{self, ReadOptions};
+use joint_units::Joint;
+use serde_json::Value;
+use std::io::Write;
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use support::{Bench, Walker, frame};
+
+fn walked(secs: u32) -> Walker {
+    let mut walker = Walker::new();
+    walker.walk(secs);
+    walker.end();
+    walker
+}
+
+/// The code that [`Walker::tick`] measures in its n-th millisecond, counted from 0.
+fn code(ms: u32) -> u16 {
+    (2200.0 + 500.0 * (f64::from(ms) * 0.0057).sin()) as u16
+}
+
+fn footfall(arguments: &[&str], paths: &[&Path]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_footfall"));
+    command.args(arguments).args(paths).stdin(Stdio::null()).output().unwrap()
+}
+
+fn complaints(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// `footfall record` of the board that plays lines.
+fn record(bench: &Bench, out: &str, more: &[&str]) -> (PathBuf, Output) {
+    let file = bench.path(out);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_footfall"));
+    command.arg("record").arg("--elf").arg(bench.path("fw.elf")).arg("--virtual-board").arg(bench.path("board"));
+    let output = command.arg("--out").arg(&file).args(more).stdin(Stdio::null()).output().unwrap();
+    (file, output)
+}
+
+/// The bytes of the log that a board's lines carry.
+fn log_bytes(lines: &[String]) -> Vec<u8> {
+    let objects = lines.iter().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    objects
+        .filter(|object| object["type"] == "rtt")
+        .flat_map(|object| {
+            let hex = object["hex"].as_str().unwrap().to_owned();
+            (0..hex.len()).step_by(2).map(move |i| u8::from_str_radix(&hex[i..i + 2], 16).unwrap()).collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// `footfall record` of raw bytes in a file.
+fn record_rtt(bench: &Bench, bytes: &[u8], out: &str, more: &[&str]) -> (PathBuf, Output) {
+    let (raw, file) = (bench.path("log.rtt"), bench.path(out));
+    std::fs::write(&raw, bytes).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_footfall"));
+    command.arg("record").arg("--elf").arg(bench.path("fw.elf")).arg("--rtt").arg(&raw).arg("--out").arg(&file);
+    let output = command.args(more).stdin(Stdio::null()).output().unwrap();
+    (file, output)
+}
+
+fn open(file: &Path) -> RawJoints {
+    open::read(file, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn about(file: &Path) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(footfall::capture::beside(file)).unwrap()).unwrap()
+}
+
+/// A column of a capture, as text.
+fn column(file: &Path, name: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(file).unwrap();
+    let mut rows = text.lines().map(|row| row.split(',').collect::<Vec<_>>());
+    let header = rows.next().unwrap();
+    let index = header.iter().position(|heading| *heading == name).unwrap_or_else(|| panic!("no {name}: {header:?}"));
+    rows.map(|row| {
+        assert_eq!(row.len(), header.len());
+        row[index].to_owned()
+    })
+    .collect()
+}
+
+fn numbers(file: &Path, name: &str) -> Vec<f64> {
+    column(file, name).iter().map(|text| text.parse().unwrap_or(f64::NAN)).collect()
+}
+
+#[test]
+fn every_tick_is_there_with_the_code_that_was_measured_and_both_formats_hold_the_same() {
+    let bench = Bench::plays(&walked(10).lines);
+    let (csv, output) = record(&bench, "walk.csv", &["--secs", "10"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+    assert!(complaints(&output).contains("10000 samples, 0 lost, 0 periods missed"), "{}", complaints(&output));
+    let codes: Vec<u16> = column(&csv, "code").iter().map(|text| text.parse().unwrap()).collect();
+    assert_eq!(codes, (0..10_000).map(code).collect::<Vec<_>>());
+    assert!(numbers(&csv, "time_s").iter().enumerate().all(|(n, t)| *t == (n + 1) as f64 / 1000.0));
+    assert!(column(&csv, "known").iter().all(|known| known == "replay"));
+    let said = about(&csv);
+    assert_eq!((&said["finished"], &said["rows"]), (&true.into(), &10_000.into()));
+    let counts = &said["counts"];
+    assert_eq!((&counts["lost_samples"], &counts["confirmed_ticks"]), (&0.into(), &1000.into()));
+    assert_eq!((&counts["different_ticks"], &counts["malformed_frames"]), (&0.into(), &0.into()));
+    assert_eq!(said["about"]["elf_sha256"], footfall::image::sha256(&support::elf()).as_str());
+    assert_eq!(said["about"]["sensor"]["joint"], "left_knee");
+    assert!(said["about"]["sensor"]["points_v_deg"].as_array().unwrap().len() > 2);
+    assert_eq!((&said["boots"][0]["reset"], &said["boots"][0]["vrefint_cal"]), (&"power_on".into(), &1502.into()));
+
+    let (mcap, output) = record(&bench, "walk.mcap", &["--secs", "10"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+    let (one, two) = (open(&csv), open(&mcap));
+    assert_eq!(one.time_s, two.time_s);
+    let knee = |raw: &RawJoints| raw.joints[Joint::LeftKnee as usize].as_ref().unwrap().angle_deg.clone();
+    assert!(knee(&one).iter().zip(knee(&two)).all(|(a, b)| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())));
+    assert!(knee(&one).iter().filter(|angle| angle.is_nan()).count() < 10);
+    assert_eq!((one.joints.iter().flatten().count(), two.joints.iter().flatten().count()), (1, 1));
+    assert_eq!(two.notes, Vec::<String>::new());
+}
+
+#[test]
+fn watch_records_mcap_too_and_other_names_are_refused() {
+    let bench = Bench::plays(&walked(2).lines);
+    let file = bench.path("out.mcap");
+    let output = bench.watch().args(["--secs", "2", "--record"]).arg(&file).stdin(Stdio::null()).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+    assert_eq!(open(&file).time_s.len(), 2000);
+    let (file, output) = record(&bench, "out.txt", &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(complaints(&output).contains("out.txt: which format? allowed is a name that ends in .csv or .mcap"));
+    assert!(!file.exists());
+}
+
+/// The joint's angle is the same as the loop's own, bit for bit, where the board's line of that tick says it.
+#[test]
+fn angles_are_the_boards_own() {
+    let walker = walked(3);
+    let bench = Bench::plays(&walker.lines);
+    let (csv, _) = record(&bench, "walk.csv", &["--secs", "3"]);
+    let image = Image::read(&bench.path("fw.elf")).unwrap();
+    let mut decoder = image.decoder();
+    decoder.push(&log_bytes(&walker.lines));
+    let (angles, hips) = (column(&csv, "left_knee_deg"), column(&csv, "set_right_hip_deg"));
+    let mut compared = 0;
+    while let Some(message) = decoder.message() {
+        let line = footfall::telemetry::parse(&message.unwrap().text).unwrap();
+        let footfall::telemetry::Line::Tick(tick) = line else { continue };
+        let row = tick.tick as usize - 1;
+        assert_eq!(angles[row].parse::<f32>().unwrap().to_bits(), tick.sensor_deg.to_bits());
+        assert_eq!(hips[row].parse::<f32>().unwrap().to_bits(), tick.set_deg[1].to_bits());
+        compared += 1;
+    }
+    assert_eq!(compared, 300);
+}
+
+/// A reader that stalls makes the board drop whole frames: they are missing, counted, and nothing is put in their place.
+#[test]
+fn what_a_stalled_reader_misses_is_counted_and_not_filled_in() {
+    let mut walker = walked(4);
+    // 250 ms of the log, lines of both kinds.
+    let of_time = |line: &String| {
+        let object: Value = serde_json::from_str(line).unwrap();
+        object["type"] == "rtt" && (2.0005..2.2505).contains(&object["t_s"].as_f64().unwrap())
+    };
+    let before = walker.lines.len();
+    walker.lines.retain(|line| !of_time(line));
+    assert_eq!(before - walker.lines.len(), 50);
+    let bench = Bench::plays(&walker.lines);
+    for out in ["walk.csv", "walk.mcap"] {
+        let (file, output) = record(&bench, out, &["--secs", "4"]);
+        assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+        assert!(complaints(&output).contains("3750 samples, 250 lost"), "{}", complaints(&output));
+        let said = about(&file);
+        assert_eq!(said["counts"]["lost_samples"], 250);
+        assert_eq!(said["counts"]["gaps"], serde_json::json!([{ "boot": 1, "after_tick": 2000, "next_tick": 2251 }]));
+        let raw = open(&file);
+        assert_eq!(raw.time_s.len(), 3750);
+        assert_eq!((raw.time_s[1999], raw.time_s[2000]), (2.0, 2.251));
+    }
+    let csv = bench.path("walk.csv");
+    let codes: Vec<u16> = column(&csv, "code").iter().map(|text| text.parse().unwrap()).collect();
+    assert_eq!(codes, (0..2000).chain(2250..4000).map(code).collect::<Vec<_>>());
+    let lost = numbers(&csv, "lost");
+    assert_eq!((lost[1999], lost[2000], lost[3749]), (0.0, 250.0, 250.0));
+    // Behind the gap the loop's outputs are known from the board's own lines alone, every tenth tick.
+    let known = column(&csv, "known");
+    assert!(known[..2000].iter().all(|known| known == "replay"));
+    let lines = known[2000..].iter().filter(|known| *known == "line").count();
+    assert_eq!((lines, known[2000..].iter().filter(|known| known.is_empty()).count()), (175, 1575));
+    // The angle is known all the same, and soon the board's own again: a host that lost nothing measures the same.
+    let whole = Bench::plays(&walked(4).lines);
+    let (reference, _) = record(&whole, "walk.csv", &["--secs", "4"]);
+    let (angles, all) = (numbers(&csv, "left_knee_deg"), numbers(&reference, "left_knee_deg"));
+    let off: Vec<f64> = angles[2000..].iter().zip(&all[2250..]).map(|(a, b)| (a - b).abs()).collect();
+    assert!(off[100..].iter().all(|off| *off < 0.05), "{:?}", &off[..110]);
+}
+
+#[test]
+fn raw_bytes_of_a_real_board_make_the_same_capture() {
+    let walker = walked(3);
+    let bench = Bench::plays(&walker.lines);
+    let (of_board, _) = record(&bench, "board.csv", &["--secs", "3"]);
+    let bytes = log_bytes(&walker.lines);
+    let (of_rtt, output) = record_rtt(&bench, &bytes, "rtt.csv", &["--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+    assert_eq!(std::fs::read_to_string(&of_board).unwrap(), std::fs::read_to_string(&of_rtt).unwrap());
+    let end: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(
+        (&end["samples"], &end["confirmed_ticks"], &end["no_replay"]),
+        (&3000.into(), &300.into(), &Value::Null)
+    );
+
+    // From a server, cut into pieces that are no frames.
+    let server = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = format!("tcp:{}", server.local_addr().unwrap());
+    let serving = std::thread::spawn(move || {
+        let (mut peer, _) = server.accept().unwrap();
+        bytes.chunks(37).for_each(|piece| peer.write_all(piece).unwrap());
+    });
+    let (elf, out) = (bench.path("fw.elf"), bench.path("tcp.mcap"));
+    let output = footfall(&["record", "--rtt", &address, "--elf"], &[&elf, Path::new("--out"), &out]);
+    serving.join().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+    assert_eq!(open(&out).time_s, open(&of_rtt).time_s);
+}
+
+/// Somebody attaches to a board that runs: its factory values are not known, so there are codes, and the angles of its lines.
+#[test]
+fn attaching_late_records_codes_and_says_what_is_missing() {
+    let bytes = log_bytes(&walked(3).lines);
+    let bench = Bench::plays(&["{}".into()]);
+    let (csv, output) = record_rtt(&bench, &bytes[bytes.len() / 2..], "late.csv", &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+    assert!(complaints(&output).contains("the board's boot was not heard"), "{}", complaints(&output));
+    let codes = numbers(&csv, "code");
+    let ticks = numbers(&csv, "tick");
+    assert!((1400..1600).contains(&codes.len()), "{}", codes.len());
+    assert!(codes.iter().zip(&ticks).all(|(found, tick)| *found == f64::from(code(*tick as u32 - 1))));
+    assert!(column(&csv, "volts").iter().all(String::is_empty));
+    assert_eq!(about(&csv)["boots"][0]["heard"], false);
+    assert_eq!(about(&csv)["counts"]["lost_samples"], 0);
+}
+
+#[test]
+fn a_reset_begins_the_ticks_anew_and_time_goes_on() {
+    let mut walker = Walker::new();
+    walker.walk(1);
+    walker.reset();
+    walker.walk(1);
+    walker.end_as("time", serde_json::json!({ "resets": [{ "t_s": 1.005, "cause": "iwdg" }] }));
+    let bench = Bench::plays(&walker.lines);
+    let (csv, output) = record(&bench, "walk.csv", &["--secs", "2"]);
+    assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+    let times = numbers(&csv, "time_s");
+    assert!(times.is_sorted_by(|a, b| a < b) && times.len() == 2000);
+    assert_eq!((times[999], times[1000]), (1.0, 1.006));
+    let (boots, ticks) = (numbers(&csv, "boot"), numbers(&csv, "tick"));
+    assert_eq!((boots[999], boots[1000], ticks[1000]), (1.0, 2.0, 1.0));
+    assert_eq!(about(&csv)["boots"][1]["reset"], "iwdg");
+    assert_eq!(about(&csv)["counts"]["lost_samples"], 0);
+}
+
+#[test]
+fn bytes_that_are_no_log_are_refused_and_missing_sources_too() {
+    let bench = Bench::plays(&["{}".into()]);
+    let noise: Vec<u8> = (0..20_000_u32).map(|n| (n.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    let (_, output) = record_rtt(&bench, &noise, "noise.csv", &[]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(complaints(&output).contains("the board runs another image"), "{}", complaints(&output));
+    let (_, output) = record_rtt(&bench, &frame("ready"), "silent.mcap", &[]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(complaints(&output).contains("no sample came"), "{}", complaints(&output));
+    let elf = bench.path("fw.elf");
+    let refused = |source: &str| footfall(&["record", "--out", "x.csv", "--rtt", source, "--elf"], &[&elf]);
+    for (source, words) in [("/no/such/file", "/no/such/file: cannot be opened"), ("tcp:nowhere", "tcp:HOST:PORT")] {
+        let output = refused(source);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(complaints(&output).contains(words), "{}", complaints(&output));
+    }
+}
+
+/// The recorder is killed: what has been written is whole.
+#[test]
+fn a_killed_recorder_leaves_a_file_that_can_be_read() {
+    let mut walker = walked(3);
+    walker.lines.truncate(walker.lines.len() - 1);
+    walker.end_as("killed", serde_json::json!({}));
+    for out in ["walk.csv", "walk.mcap"] {
+        let bench = Bench::waits(&walker.lines);
+        let file = bench.path(out);
+        let mut command = bench.watch();
+        command.args(["--json", "--secs", "60", "--record"]).arg(&file);
+        let mut child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let began = std::time::Instant::now();
+        // Two whole chunks are written while the board waits for a word.
+        while std::fs::metadata(&file).map_or(0, |file| file.len()) < 300_000 {
+            assert!(began.elapsed().as_secs() < 30 && child.try_wait().unwrap().is_none());
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let raw = open(&file);
+        assert!(raw.time_s.len() >= 1000, "{out}: {}", raw.time_s.len());
+        assert_eq!(raw.notes.iter().any(|note| note.contains("The file has no end")), out == "walk.mcap");
+        assert_eq!(about(&file)["finished"], false);
+    }
+}
+
+/// A capture of one joint says which joints it lacks.
+#[test]
+fn fit_of_one_joint_names_the_missing_ones() {
+    let bench = Bench::plays(&walked(4).lines);
+    for joint in Joint::ALL {
+        let (file, output) = record(&bench, "one.mcap", &["--secs", "4", "--joint", joint.name()]);
+        assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+        assert!(Joint::ALL.into_iter().all(|other| open(&file).joints[other as usize].is_some() == (other == joint)));
+        let fitted = footfall(&["fit"], &[&file]);
+        assert_eq!(fitted.status.code(), Some(2));
+        let said = complaints(&fitted);
+        let missing: Vec<String> = Joint::ALL
+            .into_iter()
+            .filter(|other| *other != joint)
+            .map(|other| format!("no {}", other.name()))
+            .collect();
+        assert!(said.contains(&missing.join(", ")), "{said}");
+    }
+}
+
+/// Image and virtual board as `cargo xtask test` names them; without them these tests are left out, and say so.
+fn virtual_board(what: &str) -> Option<(PathBuf, PathBuf)> {
+    let (elf, board) = (std::env::var_os("FOOTFALL_ELF"), std::env::var_os("FOOTFALL_VIRTUAL_BOARD"));
+    let (Some(elf), Some(board)) = (elf, board) else {
+        let required = std::env::var_os("FOOTFALL_REQUIRE_VIRTUAL_BOARD").is_some_and(|value| value == "1");
+        assert!(!required, "{what}: FOOTFALL_ELF and FOOTFALL_VIRTUAL_BOARD are not set");
+        // `eprintln!` in a test that passes is captured; the stream itself is not.
+        let _ = writeln!(
+            std::io::stderr(),
+            "\n*** LEFT OUT: {what}: FOOTFALL_ELF and FOOTFALL_VIRTUAL_BOARD are not set ***"
+        );
+        return None;
+    };
+    Some((elf.into(), board.into()))
+}
+
+/// `footfall record` of the flashed image on the virtual board.
+fn record_image(of: &(PathBuf, PathBuf), out: &Path, more: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_footfall"));
+    command.arg("record").arg("--out").arg(out).arg("--elf").arg(&of.0).arg("--virtual-board").arg(&of.1);
+    let output = command.args(more).stdin(Stdio::null()).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+    output
+}
+
+#[test]
+fn the_virtual_boards_conversions_are_the_codes_of_the_capture() {
+    let Some(board) = virtual_board("a capture of ten seconds of the virtual board") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let (out, conversions) = (folder.path().join("walk.csv"), folder.path().join("conversions.csv"));
+    record_image(&board, &out, &["--secs", "10.1", "--", "--record-conversions", conversions.to_str().unwrap()]);
+    let counts = about(&out)["counts"].clone();
+    assert!(counts["samples"].as_u64().unwrap() >= 10_000, "{counts}");
+    for none in ["lost_samples", "missed_periods", "dropped_by_the_board", "different_ticks", "malformed_frames"] {
+        assert_eq!(counts[none], 0, "{none}");
+    }
+    assert_eq!(counts["no_replay"], Value::Null);
+    assert!(counts["confirmed_ticks"].as_u64().unwrap() >= 1000, "{counts}");
+    let channels = column(&conversions, "channel");
+    let delivered: Vec<String> = column(&conversions, "code")
+        .into_iter()
+        .zip(channels)
+        .filter(|(_, channel)| matches!(channel.as_str(), "1" | "ADC1_IN1" | "PA1"))
+        .map(|(code, _)| code)
+        .collect();
+    let codes = column(&out, "code");
+    // Before the first tick a conversion or two may go by.
+    assert!((0..40).any(|skipped| delivered.get(skipped..).is_some_and(|rest| rest.starts_with(&codes))));
+}
+
+/// One sensor worn on each joint in turn, the same walk each time: the four captures side by side are fitted.
+#[test]
+fn four_captures_side_by_side_are_fitted() {
+    let Some(board) = virtual_board("a fit of four captures of the virtual board") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mut columns: Vec<Vec<String>> = Vec::new();
+    for joint in Joint::ALL {
+        let out = folder.path().join(format!("{}.csv", joint.name()));
+        record_image(&board, &out, &["--secs", "8", "--press", "none", "--joint", joint.name()]);
+        if columns.is_empty() {
+            columns.push(column(&out, "time_s"));
+        }
+        columns.push(column(&out, &format!("{}_deg", joint.name())));
+    }
+    let rows = columns.iter().map(Vec::len).min().unwrap();
+    let mut text = String::from("time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg\n");
+    for row in 0..rows {
+        text += &(columns.iter().map(|column| column[row].as_str()).collect::<Vec<_>>().join(",") + "\n");
+    }
+    let (merged, walker) = (folder.path().join("merged.csv"), folder.path().join("walker.toml"));
+    std::fs::write(&merged, text).unwrap();
+    let fitted = footfall(&["fit"], &[&merged, Path::new("--out"), &walker]);
+    assert_eq!(fitted.status.code(), Some(0), "{}", complaints(&fitted));
+    assert!(walker.exists());
+}
