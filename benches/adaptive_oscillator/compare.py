@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Footfall's entrainment side by side with the Python package adaptive-oscillator 0.2.1, as one table in Markdown.
 
-    python3 -m venv /tmp/ao && /tmp/ao/bin/pip install adaptive-oscillator==0.2.1
+    python3 -m venv venv && venv/bin/pip install adaptive-oscillator==0.2.1
     cargo build --profile host -p footfall --example entrain_stream
-    /tmp/ao/bin/python benches/adaptive_oscillator/compare.py target/host/examples/entrain_stream
+    venv/bin/python benches/adaptive_oscillator/compare.py target/host/examples/entrain_stream
 
 Both are given the same left hip: the two strides of the recording that ships (tests/traces), their mean as a Fourier series of eight
 harmonics, played at a stride of 1.1 s whose length wanders by 4 % over 10 s. The package is run at 100 Hz (1 kHz for the time of an update), with
