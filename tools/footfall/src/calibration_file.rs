@@ -14,7 +14,7 @@
 //! sensor_v = 2.5
 //! angle_deg = -20.0
 //! ```
-//! Measured by `footfall calibrate`, schema 2: the same, and how it was measured, see [`Measured`], and a check sum, see [`crc`].
+//! Measured by `footfall calibrate`, schema 2: the same, and how it was measured, see [`Measured`], and a check sum, see [`crc()`].
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use hgod_adc::{ANATOMY, Calibration, CalibrationPoint, Interpolation, MAX_VOLTS};

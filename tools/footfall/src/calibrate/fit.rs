@@ -1,12 +1,12 @@
 //! Poses to a table that the board accepts, or a fault with a name.
 //!
-//! 1. Poses of rows of the same angle ([`poses`](super::poses)).
+//! 1. Poses of rows of the same angle ([`poses`]).
 //! 2. The sensor moves at all, and holds still in a pose; else [`What::Stuck`], [`What::Unsteady`].
-//! 3. By rising volts, what falls by no more than the spread is pooled ([`monotone`](super::monotone)); more is
+//! 3. By rising volts, what falls by no more than the spread is pooled ([`monotone`]); more is
 //!    [`What::NotMonotone`]: such a sensor has two angles for the same volts.
 //! 4. From either end, poses at the converter's end, and poses where the sensor hardly moves any more, are left out, and so are
 //!    those that noise could take for them: a reading there is out of the table, not a wrong angle.
-//! 5. Up to 32 poses become points ([`knots`](super::knots)).
+//! 5. Up to 32 poses become points ([`knots`]).
 
 use super::knots::{self, Extended};
 use super::monotone;

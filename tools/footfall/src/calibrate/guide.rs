@@ -89,7 +89,7 @@ pub fn name(options: &Options) -> String {
 /// Asks, and gives the rows as the text of a file. Of a live source, what came before an answer is passed over.
 ///
 /// # Errors
-/// As [`rows`].
+/// As [`rows()`].
 pub fn ask(
     plan: &Plan,
     codes: impl BufRead + Send + 'static,
