@@ -5,10 +5,10 @@
 use footfall::shipped::gait_sensor;
 use footfall_tests::board::{Board, Booted, Ran};
 use footfall_tests::traces::shipped_volts_file;
-use hgod_adc::SensorState;
+use hgod_adc::{OVERSAMPLING, SensorState, trimmed_mean};
 use joint_loop::walker_record::{ADDRESS, Record};
 use joint_loop::{LoopConfig, State, WalkerConfig};
-use joint_units::Joint;
+use joint_units::{AdcCode, Joint};
 use serde_json::Value;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
@@ -160,7 +160,7 @@ fn the_setpoints_of_the_whole_run_are_those_of_a_host_replay() {
     assert_eq!((last.hash, last.seq as usize), (on_board, boot.calls.len()));
 }
 
-/// The codes in the log are the ones that the converter's model delivered, in order.
+/// The codes in the log are trimmed means of the ones that the converter's model delivered, four a tick, in order.
 #[test]
 fn the_codes_that_the_board_logs_are_those_of_the_converter() {
     let Some(board) = Board::find("the logged codes against the converter") else { return };
@@ -174,18 +174,47 @@ fn the_codes_that_the_board_logs_are_those_of_the_converter() {
     let header: Vec<&str> = rows.next().unwrap().split(',').collect();
     let column =
         |name: &str| header.iter().position(|heading| *heading == name).unwrap_or_else(|| panic!("{header:?}"));
-    let (channel, code) = (column("channel"), column("code"));
-    let delivered: Vec<u16> = rows
-        .map(|row| row.split(',').collect::<Vec<&str>>())
-        .filter(|fields| matches!(fields[channel], "1" | "ADC1_IN1" | "PA1"))
-        .map(|fields| fields[code].parse().unwrap())
-        .collect();
-    let logged: Vec<u16> = only(&ran).calls.iter().map(|(_, call)| call.sensor.0).collect();
+    let (time, channel, code) = (column("time_s"), column("channel"), column("code"));
+    let rows: Vec<Vec<&str>> = rows.map(|row| row.split(',').collect()).collect();
+    let codes_of = |name: &str| -> Vec<AdcCode> {
+        let of_channel = rows.iter().filter(|fields| fields[channel] == name);
+        let codes: Vec<AdcCode> = of_channel.map(|fields| AdcCode(fields[code].parse().unwrap())).collect();
+        let (fours, _) = codes.as_chunks::<OVERSAMPLING>();
+        fours.iter().map(|four| trimmed_mean(*four)).collect()
+    };
+    let calls = &only(&ran).calls;
+    let logged: Vec<AdcCode> = calls.iter().map(|(_, call)| call.sensor).collect();
     assert!(logged.len() > 1_900);
-    // Before the first tick a conversion or two may go by.
-    let skipped = delivered.len() - logged.len();
-    let starts: Vec<usize> = (0..=skipped.min(40)).filter(|start| delivered[*start..].starts_with(&logged)).collect();
-    assert!(!starts.is_empty(), "{skipped} more were delivered than logged, and no stretch of them is what was logged");
+    assert!(codes_of("ADC1_IN1").starts_with(&logged), "the sensor's codes are others");
+    let references: Vec<AdcCode> = calls.iter().map(|(_, call)| call.vrefint).collect();
+    assert!(codes_of("ADC1_IN17").starts_with(&references), "the reference's codes are others");
+
+    // Four scans a tick, 250 us apart to the cycle: sensor, reference, temperature.
+    let scans: Vec<&[Vec<&str>]> = rows.chunks_exact(3).collect();
+    let seconds = |scan: &[Vec<&str>]| scan[0][time].parse::<f64>().unwrap();
+    for two in scans.windows(2) {
+        assert_eq!([0, 1, 2].map(|n| two[0][n][channel]), ["ADC1_IN1", "ADC1_IN17", "ADC1_IN16"]);
+        assert!((seconds(two[1]) - seconds(two[0]) - 250e-6).abs() < 1e-8, "at {} s", seconds(two[0]));
+    }
+    let took = scans[0][2][time].parse::<f64>().unwrap() - seconds(scans[0]);
+    // From the end of the sensor's conversion: two of 480 + 12 cycles of 21 MHz.
+    assert!((took - 2.0 * 492.0 / 21e6).abs() < 1e-8, "{took} s");
+}
+
+/// Die of 25 degrees by the model's own curve, at each supply.
+#[test]
+fn the_board_tells_its_temperature_and_supply() {
+    let Some(board) = Board::find("temperature and supply on the virtual board") else { return };
+    for vdda in ["2.8", "3.0", "3.3"] {
+        let ran = board.run(options(3.2, &[], &["--vdda", vdda]));
+        let told = &only(&ran).env;
+        assert!(told.len() >= 3, "{told:?}");
+        for env in told {
+            let (die, supply) = (env.die.unwrap().0, env.supply.unwrap().0);
+            assert!((die - 25.0).abs() < 0.5, "{die} degrees at {vdda} V");
+            assert!((supply - vdda.parse::<f32>().unwrap()).abs() < 0.003, "{supply} V instead of {vdda} V");
+        }
+    }
 }
 
 #[test]

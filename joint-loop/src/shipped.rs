@@ -12,8 +12,12 @@ use joint_units::{AdcCode, Joint, Period, Volts};
 
 use crate::{JointLoop, LoopConfig, LoopError, Walker, WalkerConfig};
 
-/// The loop that the firmware runs: whichever walker its parameters name, one gait sensor.
-pub type WalkLoop = JointLoop<Walker, 1>;
+/// Sensor channels: the one place that says how many there are, for firmware, log and host alike. 1 to 4; the first is the gait
+/// sensor that the walker follows.
+pub const SENSORS: usize = 1;
+
+/// The loop that the firmware runs: whichever walker its parameters name, and the sensors.
+pub type WalkLoop = JointLoop<Walker, SENSORS>;
 
 /// The joint that the gait sensor is worn on.
 pub const SENSOR_JOINT: Joint = Joint::LeftKnee;

@@ -7,7 +7,7 @@ use crate::left_out;
 use footfall::board_lines::{self, BoardLine, End};
 use footfall::image::Image;
 use footfall::session::{Books, Session};
-use footfall::telemetry::{self, Boot, Call, Inputs, Line, Tick};
+use footfall::telemetry::{self, Boot, Call, Env, Inputs, Line, Tick};
 use joint_loop::shipped::walk_loop;
 use joint_loop::{Frame, WalkerConfig};
 use serde_json::Value;
@@ -55,6 +55,8 @@ pub struct Booted {
     pub ticks: Vec<Tick>,
     /// What every call of the loop was given, in order, each with its tick.
     pub calls: Vec<(u32, Call)>,
+    /// Temperature and supply, once a second.
+    pub env: Vec<Env>,
     /// Lines for people.
     pub log: Vec<String>,
 }
@@ -165,6 +167,7 @@ fn take(boot: &mut Booted, text: &str) {
                 boot.calls.push((tick, call));
             }
         }
+        Line::Env(env) => boot.env.push(env),
         Line::State(_) | Line::Cost(_) | Line::Margin(_) => {}
         Line::Text => boot.log.push(text.into()),
     }

@@ -9,7 +9,7 @@
 use crate::board_lines::{BoardLine, End};
 use crate::image::{Decoder, Image};
 use crate::replay::{Difference, Gap, Replay, differences};
-use crate::telemetry::{self, Boot, Cost, Inputs, Line, LineError, Margin, Tick};
+use crate::telemetry::{self, Boot, Cost, Env, Inputs, Line, LineError, Margin, Tick};
 use cpg_core::entrainment::Lock;
 use joint_loop::shipped::walk_loop;
 use joint_loop::walker_record::Record;
@@ -80,6 +80,8 @@ pub enum Event {
     Cost(Cost),
     /// What was left to spare.
     Margin(Margin),
+    /// See [`Env`].
+    Env(Env),
     /// Pulses at the pins.
     Pulses {
         /// When.
@@ -266,6 +268,7 @@ impl<'t> Session<'t> {
                 Line::Inputs(inputs) => self.inputs(&inputs, events),
                 Line::Cost(cost) => events.push(Event::Cost(cost)),
                 Line::Margin(margin) => events.push(Event::Margin(margin)),
+                Line::Env(env) => events.push(Event::Env(env)),
                 Line::Text => events.push(Event::Log { t_s, level: message.level, text: message.text }),
             }
         }

@@ -7,14 +7,15 @@
 //! inputs FIRST COUNT {SENSOR VREFINT ELAPSED FLAGS} x COUNT
 //! cost CYCLES cycles dropped N
 //! margin start US us stack BYTES of BYTES bytes
+//! env CELSIUS C supply VOLTS V
 //! ```
 //! `tick` is a [`joint_loop::Frame`], ten calls of the loop apart; `inputs` is what every call was given. Numbers of type `f32`
 //! are printed with as many digits as it takes to tell them from their neighbours, so that their bits come back.
-//! A pulse of 0 is no pulse. Flags: bit 0 the button, bit 1 late, bits 2 to 7 [`joint_loop::BoardFaults`].
+//! `env` is the mean of a second, `NaN` where the chip has no factory values to tell by. A pulse of 0 is no pulse. Flags: bit 0 the button, bit 1 late, bits 2 to 7 [`joint_loop::BoardFaults`].
 
 use hgod_adc::Verdict;
 use joint_loop::{BoardFaults, Cause, Sample, State};
-use joint_units::{AdcCode, Joint, Volts};
+use joint_units::{AdcCode, Celsius, Joint, Volts};
 use std::str::{FromStr, SplitWhitespace};
 
 /// A line of the log, understood as far as it can be.
@@ -32,6 +33,8 @@ pub enum Line {
     Cost(Cost),
     /// What it left to spare.
     Margin(Margin),
+    /// How warm and how well supplied it is.
+    Env(Env),
     /// For people.
     Text,
 }
@@ -152,6 +155,15 @@ pub struct Margin {
     pub stack_size: u32,
 }
 
+/// `env ...`
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Env {
+    /// Temperature of the die; `None`: the board cannot tell.
+    pub die: Option<Celsius>,
+    /// Supply of the converter; `None`: the board cannot tell.
+    pub supply: Option<Volts>,
+}
+
 /// A line that begins as one of these but goes on otherwise: board and host are of different versions.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{line}`: {wanted} expected at `{found}`")]
@@ -191,6 +203,7 @@ pub fn parse(line: &str) -> Result<Line, LineError> {
         "inputs" => Line::Inputs(inputs(&mut words)?),
         "cost" => Line::Cost(cost(&mut words)?),
         "margin" => Line::Margin(margin(&mut words)?),
+        "env" => Line::Env(env(&mut words)?),
         _ => return Ok(Line::Text),
     };
     words.end()?;
@@ -259,6 +272,14 @@ fn margin(words: &mut Words<'_>) -> Result<Margin, LineError> {
     let stack_size = words.after("of")?.number()?;
     words.after("bytes")?;
     Ok(Margin { latest_start_us, stack_used, stack_size })
+}
+
+fn env(words: &mut Words<'_>) -> Result<Env, LineError> {
+    let told = |number: f32| number.is_finite().then_some(number);
+    let die = told(words.number()?).map(Celsius);
+    let supply = told(words.after("C")?.after("supply")?.number()?).map(Volts);
+    words.after("V")?;
+    Ok(Env { die, supply })
 }
 
 /// The words of a line, taken one by one.
@@ -352,6 +373,9 @@ mod tests {
         assert_eq!(parse("cost 9100 cycles dropped 2"), Ok(Line::Cost(Cost { longest_cycles: 9100, dropped: 2 })));
         let margin = Margin { latest_start_us: 38, stack_used: 900, stack_size: 9000 };
         assert_eq!(parse("margin start 38 us stack 900 of 9000 bytes"), Ok(Line::Margin(margin)));
+        let env = Env { die: Some(Celsius(31.25)), supply: Some(Volts(2.998)) };
+        assert_eq!(parse("env 31.25 C supply 2.998 V"), Ok(Line::Env(env)));
+        assert_eq!(parse("env NaN C supply NaN V"), Ok(Line::Env(Env { die: None, supply: None })));
         let Line::Inputs(inputs) = parse("inputs 7 2 2048 1502 1 1 2049 1503 3 34").unwrap() else { panic!() };
         assert_eq!(inputs.first_tick, 7);
         let sample = inputs.calls[1].sample();
@@ -377,6 +401,7 @@ mod tests {
             ("inputs 1 1 5 5 256 0", "a number", "256"),
             ("cost 1 cycles dropped 2 3", "the end of the line", "3"),
             ("margin 1", "`start`", "1"),
+            ("env 31 F", "`C`", "F"),
             ("state 5 walking because", "`cause`", "because"),
         ] {
             let error = parse(line).unwrap_err();
