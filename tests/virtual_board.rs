@@ -201,6 +201,41 @@ fn the_codes_that_the_board_logs_are_those_of_the_converter() {
     assert!((took - 2.0 * 492.0 / 21e6).abs() < 1e-8, "{took} s");
 }
 
+/// The converter's model makes a single conversion wrong or lost; the ticks go on, and each loss is a fault of one tick.
+#[test]
+fn a_lost_result_and_a_failed_transfer_are_faults_of_a_tick_and_nothing_more() {
+    let Some(board) = Board::find("overruns on the virtual board") else { return };
+    let undisturbed = board.run(options(6.0, &[0.3], &[]));
+    let ticks = only(&undisturbed).calls.last().unwrap().0;
+    for option in ["--adc-overrun", "--dma-error"] {
+        // Anywhere in the millisecond: between scans, in a scan, before and after the tick.
+        let times = ["2", "2.60001", "3.20026", "3.80028", "4.40051", "5.00079"];
+        let more: Vec<&str> = times.into_iter().flat_map(|time| [option, time]).collect();
+        let ran = board.run(options(6.0, &[0.3], &more));
+        assert_regular(&ran);
+        assert_eq!(ran.end.injections.len(), times.len());
+        let boot = only(&ran);
+        let frames = boot.replay(&WalkerConfig::default_walk());
+        let last = frames[frames.len() - 1];
+        assert_eq!((last.state, last.overruns, last.late), (State::Walking, 6, 0), "{option}");
+        // The count of ticks stays that of the clock; the log comes in lines of ten.
+        assert!(last.tick.abs_diff(ticks) <= 10, "{option}: {} ticks in 6 s, undisturbed {ticks}", last.tick);
+        println!("{option}: {} ticks missed of {}", last.missed, last.tick);
+        let faulty: Vec<u32> =
+            boot.calls.iter().filter(|(_, call)| !call.sample().faults.is_empty()).map(|(tick, _)| *tick).collect();
+        for (tick, time) in faulty.iter().zip(times) {
+            let at = time.parse::<f64>().unwrap() * 1e3;
+            assert!((f64::from(*tick) - at).abs() < 20.0, "{option}: a fault in tick {tick}, injected at {at} ms");
+        }
+        // The sensor's codes are still the sensor's: after a restart no channel has changed its place.
+        let code = |call: &footfall::telemetry::Call| (call.sensor.0, call.vrefint.0);
+        for (tick, call) in &boot.calls {
+            let (sensor, vrefint) = code(call);
+            assert!((1640..=1665).contains(&vrefint) && sensor > 1000, "{option}: {sensor} {vrefint} in tick {tick}");
+        }
+    }
+}
+
 /// Die of 25 degrees by the model's own curve, at each supply.
 #[test]
 fn the_board_tells_its_temperature_and_supply() {

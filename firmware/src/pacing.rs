@@ -52,16 +52,24 @@ pub const fn since(now_us: u32, then_us: u32) -> u32 {
     if passed > u32::MAX / 2 { 0 } else { passed }
 }
 
+/// The count of periods is corrected when it is this far from the clock. No multiple of [`TRIGGER_US`] is near, so a converter that
+/// began anew at another quarter of the period cannot make it waver.
+const ASTRAY_US: i32 = 800;
+const _: () = assert!(ASTRAY_US % TRIGGER_US as i32 > 10 && ASTRAY_US < PERIOD_US as i32, "between two quarters");
+
 /// Turns the stamps of successive samples into whole periods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Pacer {
     last_us: Option<u32>,
+    /// Time that passed and was not counted as periods, us; below zero: counted too early.
+    uncounted_us: i32,
 }
 
 impl Pacer {
     /// Periods since the sample before: 1 normally, n when n - 1 ticks were missed, 0 for a sample that was seen already.
     ///
-    /// The first sample counts as one period. Stamps may be off by a microsecond or two, so the quotient is rounded to the nearest.
+    /// The first sample counts as one period. Stamps may be off by a microsecond or two, so the quotient is rounded to the nearest. What
+    /// rounding leaves over adds up, so that after any number of samples the count is less than a period away from the clock.
     ///
     /// ```
     /// use firmware::pacing::Pacer;
@@ -72,9 +80,19 @@ impl Pacer {
     #[must_use]
     pub fn elapsed(&mut self, triggered_us: u32) -> u32 {
         let passed = self.last_us.map_or(PERIOD_US, |last_us| since(triggered_us, last_us));
-        let periods = (passed + PERIOD_US / 2) / PERIOD_US;
-        if periods > 0 {
-            self.last_us = Some(triggered_us);
+        let mut periods = (passed + PERIOD_US / 2) / PERIOD_US;
+        if periods == 0 {
+            return 0;
+        }
+        self.last_us = Some(triggered_us);
+        // Half a period at most, either way.
+        self.uncounted_us += passed.wrapping_sub(periods * PERIOD_US).cast_signed();
+        if self.uncounted_us > ASTRAY_US {
+            periods += 1;
+            self.uncounted_us -= PERIOD_US as i32;
+        } else if self.uncounted_us < -ASTRAY_US && periods > 1 {
+            periods -= 1;
+            self.uncounted_us += PERIOD_US as i32;
         }
         periods
     }
@@ -116,6 +134,25 @@ mod tests {
             total += pacer.elapsed(tick * PERIOD_US + noise);
         }
         assert_eq!(total, 10_000);
+    }
+
+    #[test]
+    fn the_count_follows_the_clock_through_changes_of_the_quarter() {
+        // The converter begins anew at every hundredth tick, after any number of quarters; stamps are off by up to 2 us.
+        let mut pacer = Pacer::default();
+        let (mut quarters, mut total, mut seed) = (0_u32, 0_u32, 1_u32);
+        let mut random = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            seed >> 16
+        };
+        for n in 0..20_000_u32 {
+            let elapsed = pacer.elapsed((quarters * TRIGGER_US).wrapping_add(random() % 3));
+            assert!((1..=3).contains(&elapsed), "{elapsed} periods at sample {n}");
+            total += elapsed;
+            let passed_us = quarters * TRIGGER_US + PERIOD_US;
+            assert!((total * PERIOD_US).abs_diff(passed_us) < 1_100, "{total} periods after {passed_us} us");
+            quarters += 4 + if n % 100 == 99 { random() % 5 } else { 0 };
+        }
     }
 
     #[test]

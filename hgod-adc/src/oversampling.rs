@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! c(1) <= c(2) <= c(3) <= c(4)        the conversions in the order of their size
-//! code = (c(2) + c(3) + 1) / 2        rounded half up
+//! code = (c(2) + c(3)) / 2            rounded half up
 //! ```
 //! Why not the plain mean: a servo's switching disturbs a single conversion, and the mean would carry a quarter of such a spike
 //! on, small enough to pass for an angle. One wild conversion of four, whatever its size, moves the trimmed mean by no more than
@@ -32,7 +32,7 @@ pub fn trimmed_mean(conversions: [AdcCode; OVERSAMPLING]) -> AdcCode {
     // The greater of the two lesser ones and the lesser of the two greater ones are the middle two.
     let (low, high) = (a.min(b).max(c.min(d)), a.max(b).min(c.max(d)));
     // The mean of two 16 bit numbers has 16 bits.
-    AdcCode(((u32::from(low.0) + u32::from(high.0) + 1) / 2) as u16)
+    AdcCode((u32::from(low.0) + u32::from(high.0)).div_ceil(2) as u16)
 }
 
 #[cfg(test)]
