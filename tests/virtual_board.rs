@@ -126,10 +126,10 @@ fn the_angles_that_the_board_logs_are_those_of_the_host_for_the_same_codes() {
     let mut compared = 0;
     for (tick, call) in &boot.calls {
         state.missed(u32::from(call.elapsed) - 1);
-        let reading = sensor.sample(&mut state, call.sensor, call.vrefint);
+        let reading = sensor.sample(&mut state, call.sensors[0], call.vrefint);
         if let Some(line) = ticks.next_if(|line| line.tick == *tick) {
-            assert_eq!(line.sensor_deg.to_bits(), reading.angle.degrees().to_bits(), "tick {tick}");
-            assert_eq!(line.verdict, reading.verdict, "tick {tick}");
+            assert_eq!(line.sensor_deg[0].to_bits(), reading.angle.degrees().to_bits(), "tick {tick}");
+            assert_eq!(line.verdict[0], reading.verdict, "tick {tick}");
             compared += 1;
         }
     }
@@ -183,7 +183,7 @@ fn the_codes_that_the_board_logs_are_those_of_the_converter() {
         fours.iter().map(|four| trimmed_mean(*four)).collect()
     };
     let calls = &only(&ran).calls;
-    let logged: Vec<AdcCode> = calls.iter().map(|(_, call)| call.sensor).collect();
+    let logged: Vec<AdcCode> = calls.iter().map(|(_, call)| call.sensors[0]).collect();
     assert!(logged.len() > 1_900);
     assert!(codes_of("ADC1_IN1").starts_with(&logged), "the sensor's codes are others");
     let references: Vec<AdcCode> = calls.iter().map(|(_, call)| call.vrefint).collect();
@@ -228,7 +228,7 @@ fn a_lost_result_and_a_failed_transfer_are_faults_of_a_tick_and_nothing_more() {
             assert!((f64::from(*tick) - at).abs() < 20.0, "{option}: a fault in tick {tick}, injected at {at} ms");
         }
         // The sensor's codes are still the sensor's: after a restart no channel has changed its place.
-        let code = |call: &footfall::telemetry::Call| (call.sensor.0, call.vrefint.0);
+        let code = |call: &footfall::telemetry::Call| (call.sensors[0].0, call.vrefint.0);
         for (tick, call) in &boot.calls {
             let (sensor, vrefint) = code(call);
             assert!((1640..=1665).contains(&vrefint) && sensor > 1000, "{option}: {sensor} {vrefint} in tick {tick}");
@@ -358,7 +358,7 @@ fn an_open_wire_stops_the_walk_and_is_named() {
     let frames = boot.replay(&WalkerConfig::default_walk());
     let left = frames.iter().rposition(|frame| frame.state == State::Walking).unwrap();
     let open = frames.iter().position(|frame| frame.verdict[0] == hgod_adc::Verdict::Open).unwrap();
-    let off = boot.calls.iter().position(|(_, call)| call.sensor.0 < 81).unwrap();
+    let off = boot.calls.iter().position(|(_, call)| call.sensors[0].0 < 81).unwrap();
     assert!(open - off <= 50, "named after {} ms", open - off);
     assert!(left - off <= 55, "the walk goes on for {} ms", left - off);
     assert_eq!(frames[left + 1].cause, joint_loop::Cause::Sensor);

@@ -8,7 +8,7 @@ use footfall::board_lines::{self, BoardLine, End};
 use footfall::image::Image;
 use footfall::session::{Books, Session};
 use footfall::telemetry::{self, Boot, Call, Env, Inputs, Line, Tick};
-use joint_loop::shipped::walk_loop;
+use joint_loop::shipped::{SENSORS, walk_loop};
 use joint_loop::{Frame, WalkerConfig};
 use serde_json::Value;
 use std::ffi::OsStr;
@@ -67,7 +67,7 @@ impl Booted {
     /// # Panics
     /// The board did not say which chip it is on, or inputs were lost.
     #[must_use]
-    pub fn replay(&self, walker: &WalkerConfig) -> Vec<Frame<1>> {
+    pub fn replay(&self, walker: &WalkerConfig) -> Vec<Frame<SENSORS>> {
         let boot = self.boot.as_ref().expect("the board says what it is");
         let mut joints = walk_loop(walker, boot.vrefint_cal, boot.min_supply, boot.sensor_required).expect("the loop");
         let frames = self.calls.iter().map(|(tick, call)| {

@@ -5,12 +5,14 @@
 //! measured_deg,verdict,state,                                          sensor, supervisor
 //! left_hip_us,right_hip_us,left_knee_us,right_knee_us,                 commanded pulses, 0 is none
 //! code,tick,seq,late,missed,limited                                    converter's code (empty: lost on the way), counters
+//! sensor2_deg,sensor2_verdict,sensor2_code,...                         further sensors, where the board has them
 //! ```
 //! Every row is written whole, at once, so that whatever ends the program leaves whole lines. What belongs to the run as a
 //! whole is in a file beside it (`out.csv` has `out.csv.json`), first with `"finished": false`, at the end with `true`.
 
 use crate::session::Row;
 use gait_trace::whole_file;
+use joint_loop::shipped::SENSORS;
 use joint_units::Joint;
 use serde_json::{Value, json};
 use std::ffi::OsString;
@@ -95,7 +97,12 @@ pub fn beside(recording: &Path) -> PathBuf {
 
 fn header() -> String {
     let of = |suffix: &str| Joint::ALL.map(|joint| format!("{}_{suffix}", joint.name())).join(",");
-    format!("time_s,{},measured_deg,verdict,state,{},code,tick,seq,late,missed,limited\n", of("deg"), of("us"))
+    let further: String = (0..SENSORS)
+        .skip(1)
+        .map(|n| n + 1)
+        .map(|n| format!(",sensor{n}_deg,sensor{n}_verdict,sensor{n}_code"))
+        .collect();
+    format!("time_s,{},measured_deg,verdict,state,{},code,tick,seq,late,missed,limited{further}\n", of("deg"), of("us"))
 }
 
 fn write_row(out: &mut String, row: &Row) -> std::fmt::Result {
@@ -105,15 +112,17 @@ fn write_row(out: &mut String, row: &Row) -> std::fmt::Result {
     for angle in tick.set_deg {
         write!(out, ",{angle}")?;
     }
-    write!(out, ",{},{},{}", tick.sensor_deg, tick.verdict, tick.state.name())?;
+    write!(out, ",{},{},{}", tick.sensor_deg[0], tick.verdict[0], tick.state.name())?;
     for pulse in tick.pulse_us {
         write!(out, ",{pulse}")?;
     }
     out.push(',');
-    if let Some(code) = row.code {
-        write!(out, "{}", code.0)?;
+    let code = |n: usize| row.codes.map_or(String::new(), |codes| codes[n].0.to_string());
+    write!(out, "{},{},{},{},{},{}", code(0), tick.tick, tick.seq, tick.late, tick.missed, tick.limited)?;
+    for n in (0..SENSORS).skip(1) {
+        write!(out, ",{},{},{}", tick.sensor_deg[n], tick.verdict[n], code(n))?;
     }
-    writeln!(out, ",{},{},{},{},{}", tick.tick, tick.seq, tick.late, tick.missed, tick.limited)
+    writeln!(out)
 }
 
 #[cfg(test)]
@@ -126,7 +135,7 @@ mod tests {
         let line = "tick 20 walking sensor 12.25 deg good set 1.5 -2 30.1 4 deg pulse 1500 1520 0 1944 us late 1 missed 2 \
                     limited 3 seq 18 hash 00000000deadbeef";
         let Ok(Line::Tick(tick)) = parse(line) else { panic!() };
-        Row { time_s: 0.1 + 0.02, tick, code: Some(AdcCode(2048)), equal: Some(true) }
+        Row { time_s: 0.1 + 0.02, tick, codes: Some([AdcCode(2048); SENSORS]), equal: Some(true) }
     }
 
     #[test]
@@ -140,7 +149,7 @@ mod tests {
         let mut recorder = Recorder::begin(&path, json!({ "elf_sha256": "ab" })).unwrap();
         assert_eq!(about("finished"), json!(false));
         recorder.row(&row()).unwrap();
-        recorder.row(&Row { code: None, ..row() }).unwrap();
+        recorder.row(&Row { codes: None, ..row() }).unwrap();
         // Not finished, not closed: what is there is whole.
         let text = std::fs::read_to_string(&path).unwrap();
         let lines: Vec<&str> = text.lines().collect();

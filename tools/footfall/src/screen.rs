@@ -94,7 +94,7 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
 
 fn measured_angle(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let now = view.last.as_ref().map_or(" measured joint angle ".into(), |tick| {
-        format!(" measured joint angle {:.1} deg ({}) ", tick.sensor_deg, tick.verdict)
+        format!(" measured joint angle {:.1} deg ({}) ", tick.sensor_deg[0], tick.verdict[0])
     });
     chart(frame, area, view, now, Color::Cyan, |point| point.measured);
 }

@@ -20,7 +20,7 @@ pub struct Point {
     pub t_s: f64,
     /// The counter of ticks.
     pub tick: u32,
-    /// Measured angle, in degrees.
+    /// Measured angle of the gait sensor, in degrees.
     pub measured: f32,
     /// Setpoints, in degrees.
     pub set: [f32; 4],
@@ -77,7 +77,7 @@ impl View {
             Event::Tick { t_s, tick } => {
                 self.advance(*t_s);
                 self.last = Some(*tick);
-                let (measured, set) = (tick.sensor_deg, tick.set_deg);
+                let (measured, set) = (tick.sensor_deg[0], tick.set_deg);
                 self.past.push_back(Point { t_s: *t_s, tick: tick.tick, measured, set });
                 while self.past.front().is_some_and(|first| first.t_s < t_s - PAST_S) {
                     self.past.pop_front();
