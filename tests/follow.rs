@@ -8,6 +8,7 @@ use footfall_tests::traces;
 use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::open::{self, ReadOptions};
 use gait_trace::{Channel, Looped, Quantity, Recording, csv_file};
+use joint_loop::shipped::SENSORS;
 use joint_loop::walker_record::{ADDRESS, Record};
 use joint_loop::{Frame, State, Walker, WalkerConfig};
 use joint_units::{Joint, Radians};
@@ -62,7 +63,7 @@ fn run(board: &Board, config: &WalkerConfig, volts: &Recording, secs: f64) -> Ra
 }
 
 /// Root mean square difference of setpoints and the recorded leg, degrees, over some ticks.
-fn rmse(frames: &[Frame<1>], walk: &Looped, joint: Joint) -> f64 {
+fn rmse(frames: &[Frame<SENSORS>], walk: &Looped, joint: Joint) -> f64 {
     let (period, channel) = (walk.recording.duration_s(), walk.recording.of_joint(joint).unwrap());
     let squares = frames.iter().map(|frame| {
         let wanted = walk.recording.at(channel, f64::from(frame.tick) * 1e-3 % period);

@@ -5,10 +5,10 @@
 use footfall::shipped::gait_sensor;
 use footfall_tests::board::{Board, Booted, Ran};
 use footfall_tests::traces::shipped_volts_file;
-use hgod_adc::SensorState;
+use hgod_adc::{OVERSAMPLING, SensorState, trimmed_mean};
 use joint_loop::walker_record::{ADDRESS, Record};
 use joint_loop::{LoopConfig, State, WalkerConfig};
-use joint_units::Joint;
+use joint_units::{AdcCode, Joint};
 use serde_json::Value;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
@@ -126,10 +126,10 @@ fn the_angles_that_the_board_logs_are_those_of_the_host_for_the_same_codes() {
     let mut compared = 0;
     for (tick, call) in &boot.calls {
         state.missed(u32::from(call.elapsed) - 1);
-        let reading = sensor.sample(&mut state, call.sensor, call.vrefint);
+        let reading = sensor.sample(&mut state, call.sensors[0], call.vrefint);
         if let Some(line) = ticks.next_if(|line| line.tick == *tick) {
-            assert_eq!(line.sensor_deg.to_bits(), reading.angle.degrees().to_bits(), "tick {tick}");
-            assert_eq!(line.verdict, reading.verdict, "tick {tick}");
+            assert_eq!(line.sensor_deg[0].to_bits(), reading.angle.degrees().to_bits(), "tick {tick}");
+            assert_eq!(line.verdict[0], reading.verdict, "tick {tick}");
             compared += 1;
         }
     }
@@ -160,7 +160,7 @@ fn the_setpoints_of_the_whole_run_are_those_of_a_host_replay() {
     assert_eq!((last.hash, last.seq as usize), (on_board, boot.calls.len()));
 }
 
-/// The codes in the log are the ones that the converter's model delivered, in order.
+/// The codes in the log are trimmed means of the ones that the converter's model delivered, four a tick, in order.
 #[test]
 fn the_codes_that_the_board_logs_are_those_of_the_converter() {
     let Some(board) = Board::find("the logged codes against the converter") else { return };
@@ -174,18 +174,82 @@ fn the_codes_that_the_board_logs_are_those_of_the_converter() {
     let header: Vec<&str> = rows.next().unwrap().split(',').collect();
     let column =
         |name: &str| header.iter().position(|heading| *heading == name).unwrap_or_else(|| panic!("{header:?}"));
-    let (channel, code) = (column("channel"), column("code"));
-    let delivered: Vec<u16> = rows
-        .map(|row| row.split(',').collect::<Vec<&str>>())
-        .filter(|fields| matches!(fields[channel], "1" | "ADC1_IN1" | "PA1"))
-        .map(|fields| fields[code].parse().unwrap())
-        .collect();
-    let logged: Vec<u16> = only(&ran).calls.iter().map(|(_, call)| call.sensor.0).collect();
+    let (time, channel, code) = (column("time_s"), column("channel"), column("code"));
+    let rows: Vec<Vec<&str>> = rows.map(|row| row.split(',').collect()).collect();
+    let codes_of = |name: &str| -> Vec<AdcCode> {
+        let of_channel = rows.iter().filter(|fields| fields[channel] == name);
+        let codes: Vec<AdcCode> = of_channel.map(|fields| AdcCode(fields[code].parse().unwrap())).collect();
+        let (fours, _) = codes.as_chunks::<OVERSAMPLING>();
+        fours.iter().map(|four| trimmed_mean(*four)).collect()
+    };
+    let calls = &only(&ran).calls;
+    let logged: Vec<AdcCode> = calls.iter().map(|(_, call)| call.sensors[0]).collect();
     assert!(logged.len() > 1_900);
-    // Before the first tick a conversion or two may go by.
-    let skipped = delivered.len() - logged.len();
-    let starts: Vec<usize> = (0..=skipped.min(40)).filter(|start| delivered[*start..].starts_with(&logged)).collect();
-    assert!(!starts.is_empty(), "{skipped} more were delivered than logged, and no stretch of them is what was logged");
+    assert!(codes_of("ADC1_IN1").starts_with(&logged), "the sensor's codes are others");
+    let references: Vec<AdcCode> = calls.iter().map(|(_, call)| call.vrefint).collect();
+    assert!(codes_of("ADC1_IN17").starts_with(&references), "the reference's codes are others");
+
+    // Four scans a tick, 250 us apart to the cycle: sensor, reference, temperature.
+    let scans: Vec<&[Vec<&str>]> = rows.chunks_exact(3).collect();
+    let seconds = |scan: &[Vec<&str>]| scan[0][time].parse::<f64>().unwrap();
+    for two in scans.windows(2) {
+        assert_eq!([0, 1, 2].map(|n| two[0][n][channel]), ["ADC1_IN1", "ADC1_IN17", "ADC1_IN16"]);
+        assert!((seconds(two[1]) - seconds(two[0]) - 250e-6).abs() < 1e-8, "at {} s", seconds(two[0]));
+    }
+    let took = scans[0][2][time].parse::<f64>().unwrap() - seconds(scans[0]);
+    // From the end of the sensor's conversion: two of 480 + 12 cycles of 21 MHz.
+    assert!((took - 2.0 * 492.0 / 21e6).abs() < 1e-8, "{took} s");
+}
+
+/// The converter's model makes a single conversion wrong or lost; the ticks go on, and each loss is a fault of one tick.
+#[test]
+fn a_lost_result_and_a_failed_transfer_are_faults_of_a_tick_and_nothing_more() {
+    let Some(board) = Board::find("overruns on the virtual board") else { return };
+    let undisturbed = board.run(options(6.0, &[0.3], &[]));
+    let ticks = only(&undisturbed).calls.last().unwrap().0;
+    for option in ["--adc-overrun", "--dma-error"] {
+        // Anywhere in the millisecond: between scans, in a scan, before and after the tick.
+        let times = ["2", "2.60001", "3.20026", "3.80028", "4.40051", "5.00079"];
+        let more: Vec<&str> = times.into_iter().flat_map(|time| [option, time]).collect();
+        let ran = board.run(options(6.0, &[0.3], &more));
+        assert_regular(&ran);
+        assert_eq!(ran.end.injections.len(), times.len());
+        let boot = only(&ran);
+        let frames = boot.replay(&WalkerConfig::default_walk());
+        let last = frames[frames.len() - 1];
+        assert_eq!((last.state, last.overruns, last.late), (State::Walking, 6, 0), "{option}");
+        // The count of ticks stays that of the clock; the log comes in lines of ten.
+        assert!(last.tick.abs_diff(ticks) <= 10, "{option}: {} ticks in 6 s, undisturbed {ticks}", last.tick);
+        println!("{option}: {} ticks missed of {}", last.missed, last.tick);
+        let faulty: Vec<u32> =
+            boot.calls.iter().filter(|(_, call)| !call.sample().faults.is_empty()).map(|(tick, _)| *tick).collect();
+        for (tick, time) in faulty.iter().zip(times) {
+            let at = time.parse::<f64>().unwrap() * 1e3;
+            assert!((f64::from(*tick) - at).abs() < 20.0, "{option}: a fault in tick {tick}, injected at {at} ms");
+        }
+        // The sensor's codes are still the sensor's: after a restart no channel has changed its place.
+        let code = |call: &footfall::telemetry::Call| (call.sensors[0].0, call.vrefint.0);
+        for (tick, call) in &boot.calls {
+            let (sensor, vrefint) = code(call);
+            assert!((1640..=1665).contains(&vrefint) && sensor > 1000, "{option}: {sensor} {vrefint} in tick {tick}");
+        }
+    }
+}
+
+/// Die of 25 degrees by the model's own curve, at each supply.
+#[test]
+fn the_board_tells_its_temperature_and_supply() {
+    let Some(board) = Board::find("temperature and supply on the virtual board") else { return };
+    for vdda in ["2.8", "3.0", "3.3"] {
+        let ran = board.run(options(3.2, &[], &["--vdda", vdda]));
+        let told = &only(&ran).env;
+        assert!(told.len() >= 3, "{told:?}");
+        for env in told {
+            let (die, supply) = (env.die.unwrap().0, env.supply.unwrap().0);
+            assert!((die - 25.0).abs() < 0.5, "{die} degrees at {vdda} V");
+            assert!((supply - vdda.parse::<f32>().unwrap()).abs() < 0.003, "{supply} V instead of {vdda} V");
+        }
+    }
 }
 
 #[test]
@@ -294,7 +358,7 @@ fn an_open_wire_stops_the_walk_and_is_named() {
     let frames = boot.replay(&WalkerConfig::default_walk());
     let left = frames.iter().rposition(|frame| frame.state == State::Walking).unwrap();
     let open = frames.iter().position(|frame| frame.verdict[0] == hgod_adc::Verdict::Open).unwrap();
-    let off = boot.calls.iter().position(|(_, call)| call.sensor.0 < 81).unwrap();
+    let off = boot.calls.iter().position(|(_, call)| call.sensors[0].0 < 81).unwrap();
     assert!(open - off <= 50, "named after {} ms", open - off);
     assert!(left - off <= 55, "the walk goes on for {} ms", left - off);
     assert_eq!(frames[left + 1].cause, joint_loop::Cause::Sensor);

@@ -7,6 +7,7 @@
 #![cfg_attr(not(target_os = "none"), allow(dead_code, unused_imports))]
 
 mod board;
+mod climate;
 mod clocks;
 mod faults;
 mod parameters;
@@ -33,14 +34,14 @@ mod boot {
     use heapless::Vec;
     use heapless::spsc::Queue;
     use joint_loop::Frame;
-    use joint_loop::shipped::walk_loop;
+    use joint_loop::shipped::{SENSORS, walk_loop};
 
     use crate::board::{self, BOARD};
     use crate::servo_pwm::{self, Outputs};
     use crate::tasks::control::{self, Control, FRAMES_QUEUED, INPUTS_QUEUED, TICKS_A_FRAME, TickInputs};
     use crate::tasks::telemetry::{self, Telemetry, wire};
     use crate::tasks::{sensor, watchdog as feeding};
-    use crate::{SENSOR_REQUIRED, clocks, faults, parameters, sampling, stopwatch, watchdog};
+    use crate::{SENSOR_REQUIRED, climate, clocks, faults, parameters, sampling, stopwatch, watchdog};
 
     /// Priorities, high to low. The clock of the tasks is below the ticks: a tick never waits for a timer of telemetry.
     const CONVERSION: Priority = Priority::P4;
@@ -59,13 +60,14 @@ mod boot {
     #[cortex_m_rt::entry]
     fn main() -> ! {
         static mut INPUTS: Queue<TickInputs, INPUTS_QUEUED> = Queue::new();
-        static mut FRAMES: Queue<Frame<1>, FRAMES_QUEUED> = Queue::new();
+        static mut FRAMES: Queue<Frame<SENSORS>, FRAMES_QUEUED> = Queue::new();
         static mut THREAD: Option<Executor> = None;
 
         // Dark first, then why we are here, then a clock that is worth the name.
         servo_pwm::drive_pins_low();
         let last_run = faults::last_run();
         let vrefint_cal = sampling::vrefint_calibration();
+        let climate = climate::Climate::new(vrefint_cal, sampling::temperature_calibration());
         let walker = match parameters::walker() {
             Ok(walker) => walker,
             Err(error) => {
@@ -111,9 +113,10 @@ mod boot {
         let ticks = TICKS.start(interrupt::CAN1_TX);
         ticks.spawn(only(sensor::sensor_task()));
         ticks.spawn(only(control::control_task(control)));
-        sampling::start(chip.ADC1, chip.TIM2, CONVERSION);
+        sampling::start(chip.ADC1, chip.TIM2, chip.DMA2_CH0, CONVERSION);
 
-        let telemetry = Telemetry { inputs: inputs_out, frames: frames_out, line: Vec::new(), rounds: 0, shown: None };
+        let telemetry =
+            Telemetry { inputs: inputs_out, frames: frames_out, climate, line: Vec::new(), rounds: 0, shown: None };
         THREAD.insert(Executor::new()).run(|thread| {
             thread.spawn(only(telemetry::telemetry_task(telemetry)));
             thread.spawn(only(feeding::watchdog_task()));

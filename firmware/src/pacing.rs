@@ -1,7 +1,7 @@
 //! Counting control periods by a free-running hardware clock, never by how often a task was woken.
 //!
-//! The timer triggers the converter every [`PERIOD_US`]; the interrupt at the end of the conversion stamps its sample with the time of
-//! the trigger. Whatever held the processor up in between (an interrupt mask, a flash stall, a long log), the difference of two stamps
+//! The timer triggers the converter every [`TRIGGER_US`]; the interrupt at the end of a period's last scan stamps its sample with the
+//! time of that scan's trigger. Whatever held the processor up in between (an interrupt mask, a flash stall, a long log), the difference of two stamps
 //! is the number of periods that passed: missed ticks are counted, and are not run one after the other to catch up.
 //!
 //! All times are microseconds of one 32 bit counter that wraps after 71 minutes, so that only differences mean anything.
@@ -9,26 +9,34 @@
 /// The control period, 1 kHz.
 pub const PERIOD_US: u32 = 1_000;
 
-/// A tick that starts later than this after its trigger counts as late. The conversion takes 31 us of it.
+/// The converter is triggered four times a period.
+pub const TRIGGER_US: u32 = PERIOD_US / hgod_adc::OVERSAMPLING as u32;
+const _: () = assert!(PERIOD_US.is_multiple_of(TRIGGER_US), "a whole number of triggers a period");
+
+/// A tick that starts later than this after its trigger counts as late. The scan takes 54 us of it with one sensor, 77 us with four.
 pub const LATE_US: u32 = 100;
 
 /// A sample older than this is no longer a measurement of now.
 pub const STALE_US: u32 = 5_000;
 
-/// When the conversion that has just been read was triggered.
+/// When the last scan of the block that has just been read was triggered.
 ///
-/// `since_trigger_us` is the time since the newest trigger. A conversion takes at least `conversion_us`, so a result that is there
-/// sooner after the newest trigger belongs to the one before: the interrupt was held off for a whole period.
+/// `since_trigger_us` is the time since the newest trigger, `scans_since` the number of scans that have ended since the block did: none,
+/// unless the interrupt was held off. A scan takes at least `scan_us`, so sooner than that after the newest trigger there is one more
+/// trigger than there are scans.
 ///
 /// ```
 /// use firmware::pacing::trigger_us;
-/// assert_eq!(trigger_us(50_031, 31, 25), 50_000);
-/// assert_eq!(trigger_us(50_005, 5, 25), 49_000);
+/// assert_eq!(trigger_us(50_054, 54, 0, 54), 50_000);
+/// // Held off until the next scan was under way, and until it had ended.
+/// assert_eq!(trigger_us(50_255, 5, 0, 54), 50_000);
+/// assert_eq!(trigger_us(50_355, 105, 1, 54), 50_000);
 /// ```
 #[must_use]
-pub const fn trigger_us(now_us: u32, since_trigger_us: u32, conversion_us: u32) -> u32 {
+pub const fn trigger_us(now_us: u32, since_trigger_us: u32, scans_since: u32, scan_us: u32) -> u32 {
     let newest = now_us.wrapping_sub(since_trigger_us);
-    if since_trigger_us < conversion_us { newest.wrapping_sub(PERIOD_US) } else { newest }
+    let under_way = (since_trigger_us < scan_us) as u32;
+    newest.wrapping_sub((scans_since + under_way).wrapping_mul(TRIGGER_US))
 }
 
 /// Time that passed from one moment to a later one. A `now_us` before `then_us` (two counters that are read one after the other may
@@ -44,16 +52,24 @@ pub const fn since(now_us: u32, then_us: u32) -> u32 {
     if passed > u32::MAX / 2 { 0 } else { passed }
 }
 
+/// The count of periods is corrected when it is this far from the clock. No multiple of [`TRIGGER_US`] is near, so a converter that
+/// began anew at another quarter of the period cannot make it waver.
+const ASTRAY_US: i32 = 800;
+const _: () = assert!(ASTRAY_US % TRIGGER_US as i32 > 10 && ASTRAY_US < PERIOD_US as i32, "between two quarters");
+
 /// Turns the stamps of successive samples into whole periods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Pacer {
     last_us: Option<u32>,
+    /// Time that passed and was not counted as periods, us; below zero: counted too early.
+    uncounted_us: i32,
 }
 
 impl Pacer {
     /// Periods since the sample before: 1 normally, n when n - 1 ticks were missed, 0 for a sample that was seen already.
     ///
-    /// The first sample counts as one period. Stamps may be off by a microsecond or two, so the quotient is rounded to the nearest.
+    /// The first sample counts as one period. Stamps may be off by a microsecond or two, so the quotient is rounded to the nearest. What
+    /// rounding leaves over adds up, so that after any number of samples the count is less than a period away from the clock.
     ///
     /// ```
     /// use firmware::pacing::Pacer;
@@ -64,9 +80,19 @@ impl Pacer {
     #[must_use]
     pub fn elapsed(&mut self, triggered_us: u32) -> u32 {
         let passed = self.last_us.map_or(PERIOD_US, |last_us| since(triggered_us, last_us));
-        let periods = (passed + PERIOD_US / 2) / PERIOD_US;
-        if periods > 0 {
-            self.last_us = Some(triggered_us);
+        let mut periods = (passed + PERIOD_US / 2) / PERIOD_US;
+        if periods == 0 {
+            return 0;
+        }
+        self.last_us = Some(triggered_us);
+        // Half a period at most, either way.
+        self.uncounted_us += passed.wrapping_sub(periods * PERIOD_US).cast_signed();
+        if self.uncounted_us > ASTRAY_US {
+            periods += 1;
+            self.uncounted_us -= PERIOD_US as i32;
+        } else if self.uncounted_us < -ASTRAY_US && periods > 1 {
+            periods -= 1;
+            self.uncounted_us += PERIOD_US as i32;
         }
         periods
     }
@@ -111,6 +137,25 @@ mod tests {
     }
 
     #[test]
+    fn the_count_follows_the_clock_through_changes_of_the_quarter() {
+        // The converter begins anew at every hundredth tick, after any number of quarters; stamps are off by up to 2 us.
+        let mut pacer = Pacer::default();
+        let (mut quarters, mut total, mut seed) = (0_u32, 0_u32, 1_u32);
+        let mut random = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            seed >> 16
+        };
+        for n in 0..20_000_u32 {
+            let elapsed = pacer.elapsed((quarters * TRIGGER_US).wrapping_add(random() % 3));
+            assert!((1..=3).contains(&elapsed), "{elapsed} periods at sample {n}");
+            total += elapsed;
+            let passed_us = quarters * TRIGGER_US + PERIOD_US;
+            assert!((total * PERIOD_US).abs_diff(passed_us) < 1_100, "{total} periods after {passed_us} us");
+            quarters += 4 + if n % 100 == 99 { random() % 5 } else { 0 };
+        }
+    }
+
+    #[test]
     fn a_sample_seen_twice_or_out_of_order_is_no_period() {
         let mut pacer = Pacer::default();
         assert_eq!(pacer.elapsed(5_000), 1);
@@ -120,12 +165,21 @@ mod tests {
     }
 
     #[test]
-    fn an_interrupt_held_off_for_a_period_is_stamped_with_its_own_trigger() {
-        // The conversion of the trigger at 7 000 is read at 8 010, ten microseconds after the next trigger: its own stamp is 7 000, and
-        // the conversion of 8 000 that follows is a tick of its own.
+    fn an_interrupt_held_off_is_stamped_with_its_own_trigger() {
+        // Scans end 54 us after triggers at multiples of 250 us, blocks at multiples of 1 000 us; the counters wrap in between. Whenever
+        // the block of 7 000 is read before the next one ends, its stamp is 7 000.
+        const SCAN_US: u32 = 54;
+        let base = u32::MAX - 7_500;
+        for held_off in SCAN_US..PERIOD_US + SCAN_US {
+            let since_trigger = held_off % TRIGGER_US;
+            let ended = (held_off - SCAN_US) / TRIGGER_US;
+            let stamp = trigger_us(base.wrapping_add(7_000 + held_off), since_trigger, ended, SCAN_US);
+            assert_eq!(stamp, base.wrapping_add(7_000), "held off until {held_off} us after the trigger");
+        }
+        // Read at 8 010, ten microseconds after the next trigger, it is a tick, and so is the one that follows.
         let mut pacer = Pacer::default();
-        assert_eq!(pacer.elapsed(trigger_us(6_031, 31, 25)), 1);
-        assert_eq!(pacer.elapsed(trigger_us(8_010, 10, 25)), 1);
-        assert_eq!(pacer.elapsed(trigger_us(8_031, 31, 25)), 1);
+        assert_eq!(pacer.elapsed(trigger_us(6_054, 54, 0, SCAN_US)), 1);
+        assert_eq!(pacer.elapsed(trigger_us(8_010, 10, 3, SCAN_US)), 1);
+        assert_eq!(pacer.elapsed(trigger_us(8_054, 54, 0, SCAN_US)), 1);
     }
 }

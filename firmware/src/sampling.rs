@@ -1,58 +1,125 @@
-//! The hardware that paces everything: TIM2 triggers ADC1 every millisecond, and the end of its two conversions is the interrupt that
-//! starts a tick.
+//! The hardware that paces everything: TIM2 triggers ADC1 four times a millisecond, DMA2 collects the scans, and the end of the fourth
+//! is the interrupt that starts a tick.
 //!
-//! One injected sequence a tick, sensor first, then the internal reference that tells the supply. Injected results have a register each
-//! and need no DMA, so there is no ring to overrun. What can still happen is that the interrupt comes so late that the next sequence has
-//! begun: the set is then marked as torn.
+//! ```text
+//! TIM2, 4 kHz     |         |         |         |
+//! ADC1 scan       [s v t]   [s v t]   [s v t]   [s v t]        sensors, VREFINT, temperature
+//! DMA2 stream 0   -> block 0 or block 1, in turn        ^ transfer complete: the tick of this trigger
+//! ```
+//! A block is read while the other is filled, so there is a whole millisecond for it. Each channel's four conversions become one code
+//! by [`hgod_adc::trimmed_mean`]. What can go wrong, and is a fault of the tick that it falls into:
+//! - the interrupt comes more than a millisecond late: the block may be written while it is read, and the set is marked as torn;
+//! - a result is lost (overrun of the converter) or the transfer fails: both stop the hardware, which [`restart`] puts in step again.
+
+use core::cell::UnsafeCell;
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use embassy_stm32::Peri;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::adc::regs::Sr;
-use embassy_stm32::pac::adc::vals::{Exten, SampleTime};
+use embassy_stm32::pac::adc::vals::{Dds, Exten, SampleTime};
 use embassy_stm32::pac::adccommon::vals::Adcpre;
+use embassy_stm32::pac::dma::regs::Ixr;
+use embassy_stm32::pac::dma::vals::{Ct, Pl, Size};
 use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::pac::timer::vals::Mms;
-use embassy_stm32::pac::{ADC1, ADC123_COMMON, GPIOA, RCC, TIM2};
+use embassy_stm32::pac::{ADC1, ADC123_COMMON, DMA2, GPIOA, GPIOB, GPIOC, RCC, TIM2};
 use embassy_stm32::peripherals;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
-use firmware::pacing::{PERIOD_US, trigger_us};
+use firmware::pacing::{TRIGGER_US, trigger_us};
+use hgod_adc::{OVERSAMPLING, trimmed_mean};
+use joint_loop::shipped::SENSORS;
 use joint_units::AdcCode;
 
-use crate::board::Pin;
+use crate::board::{BOARD, Pin};
 use crate::clocks::{self, APB1_TIMER_MHZ};
 use crate::stopwatch;
 
-const SENSOR_PIN: Pin = Pin { port: GPIOA, number: 1 };
-const SENSOR_CHANNEL: u8 = 1;
+/// Pin and channel of each sensor: pins that neither board uses for anything else.
+const SENSOR_INPUTS: [(Pin, u8); 4] = [
+    (Pin { port: GPIOA, number: 1 }, 1),
+    (Pin { port: GPIOC, number: 1 }, 11),
+    (Pin { port: GPIOB, number: 0 }, 8),
+    (Pin { port: GPIOB, number: 1 }, 9),
+];
+const _: () = assert!(SENSORS >= 1 && SENSORS <= SENSOR_INPUTS.len(), "one to four sensors");
+
 const VREFINT_CHANNEL: u8 = 17;
-/// TIM2_TRGO as the trigger of the injected group (RM0090 table 70, RM0390 table 62).
-const INJECTED_TRIGGER_TIM2: u8 = 3;
+/// Conversions of one trigger: the sensors, VREFINT, temperature.
+const SCAN: usize = SENSORS + 2;
+/// Items of one transfer.
+const BLOCK: usize = SCAN * OVERSAMPLING;
 
-/// The two conversions take (144 + 12) + (480 + 12) cycles of 21 MHz, 30.9 us; a result cannot be there before this.
-const SHORTEST_CONVERSION_US: u32 = 25;
+/// TIM2_TRGO as the trigger of the regular group (RM0090 table 69, RM0390 table 61).
+const REGULAR_TRIGGER_TIM2: u8 = 6;
 
-/// Factory reading of the internal reference at 3.3 V and 30 degrees Celsius, in system memory (data sheets, "Embedded reference
-/// voltage").
+/// 84 MHz / 4; 36 MHz are allowed.
+const ADC_MHZ: u32 = 21;
+/// A conversion is its sampling time and 12 cycles. Sensors 144 + 12 cycles, 7.4 us each; the two internal channels want 10 us of
+/// sampling at least and get 480 cycles, 22.9 us: 54 us for one sensor, 77 us for four.
+const SCAN_CYCLES: u32 = SENSORS as u32 * (144 + 12) + 2 * (480 + 12);
+/// Whole microseconds from a trigger to the end of its scan, no more than it takes.
+const SCAN_US: u32 = SCAN_CYCLES / ADC_MHZ;
+const _: () = assert!(2 * SCAN_US < TRIGGER_US, "a scan is over long before the next trigger");
+
+/// Where the stream is found: DMA2, stream 0, channel 0 is ADC1 (RM0090 table 43, RM0390 table 29).
+const STREAM: usize = 0;
+const CHANNEL: u8 = 0;
+
+/// Factory readings at 3.3 V, in system memory (data sheets, "Embedded reference voltage", "Temperature sensor characteristics").
 const VREFINT_CAL: *const u16 = 0x1FFF_7A2A as *const u16;
+const TEMPERATURE_CAL_30: *const u16 = 0x1FFF_7A2C as *const u16;
+const TEMPERATURE_CAL_110: *const u16 = 0x1FFF_7A2E as *const u16;
 
-/// What one trigger delivered.
+/// What the four scans of a millisecond delivered.
 #[derive(Clone, Copy)]
 pub(crate) struct SampleSet {
     /// Counts the sets.
     pub(crate) sequence: u32,
-    /// Gait sensor.
-    pub(crate) sensor: AdcCode,
+    /// The sensors.
+    pub(crate) sensors: [AdcCode; SENSORS],
     /// Internal reference.
     pub(crate) vrefint: AdcCode,
-    /// When it was triggered, in [`stopwatch`] microseconds.
+    /// Temperature of the die.
+    pub(crate) temperature: AdcCode,
+    /// When the last of the four was triggered, in [`stopwatch`] microseconds.
     pub(crate) triggered_us: u32,
-    /// The next sequence had begun before this one was read, or a conversion was lost: the two codes may not belong together.
+    /// The block was written while it was read, or conversions were lost before it: the codes may not belong together.
     pub(crate) torn: bool,
 }
 
 /// The newest set, from the interrupt to the sensor task.
 pub(crate) static NEWEST: Signal<CriticalSectionRawMutex, SampleSet> = Signal::new();
+
+type Block = [[u16; SCAN]; OVERSAMPLING];
+
+/// Written by DMA, read by the interrupt.
+#[repr(transparent)]
+struct Blocks(UnsafeCell<[Block; 2]>);
+
+// SAFETY: the program only reads, volatile, in one interrupt; any half-word is a valid value.
+unsafe impl Sync for Blocks {}
+
+static BLOCKS: Blocks = Blocks(UnsafeCell::new([[[0; SCAN]; OVERSAMPLING]; 2]));
+
+impl Blocks {
+    fn address(&self, block: usize) -> *const [u16; SCAN] {
+        self.0.get().cast::<Block>().wrapping_add(block).cast()
+    }
+
+    /// The four conversions of a channel, by its place in the scan.
+    fn conversions(&self, block: usize, rank: usize) -> [AdcCode; OVERSAMPLING] {
+        core::array::from_fn(|scan| {
+            let code = self.address(block).wrapping_add(scan).cast::<u16>().wrapping_add(rank);
+            // SAFETY: `block` is 0 or 1, `scan` and `rank` lie in a block; aligned.
+            AdcCode(unsafe { code.read_volatile() })
+        })
+    }
+}
+
+/// Conversions were lost since the last set.
+static LOST: AtomicBool = AtomicBool::new(false);
 
 /// The factory's reading of the internal reference.
 pub(crate) fn vrefint_calibration() -> AdcCode {
@@ -60,83 +127,182 @@ pub(crate) fn vrefint_calibration() -> AdcCode {
     AdcCode(unsafe { VREFINT_CAL.read_volatile() })
 }
 
-/// Sets up trigger and converter, and lets the ticks begin.
+/// The factory's readings of the temperature sensor, at 30 and 110 degrees.
+pub(crate) fn temperature_calibration() -> [AdcCode; 2] {
+    // SAFETY: as above.
+    [TEMPERATURE_CAL_30, TEMPERATURE_CAL_110].map(|word| AdcCode(unsafe { word.read_volatile() }))
+}
+
+/// Sets up trigger, converter and transfer, and lets the ticks begin.
 pub(crate) fn start(
     _converter: Peri<'static, peripherals::ADC1>,
     _pacer: Peri<'static, peripherals::TIM2>,
+    _transfer: Peri<'static, peripherals::DMA2_CH0>,
     priority: Priority,
 ) {
     RCC.apb1enr().modify(|w| w.set_tim2en(true));
     RCC.apb2enr().modify(|w| w.set_adc1en(true));
+    RCC.ahb1enr().modify(|w| w.set_dma2en(true));
     clocks::settle();
 
     // The update that loads the divider is a trigger too, so it comes before the converter listens.
     TIM2.psc().write_value(APB1_TIMER_MHZ - 1);
-    TIM2.arr().write_value(PERIOD_US - 1);
+    TIM2.arr().write_value(TRIGGER_US - 1);
     TIM2.egr().write(|w| w.set_ug(true));
     TIM2.cr2().write(|w| w.set_mms(Mms::UPDATE));
 
-    SENSOR_PIN.set_mode(Moder::ANALOG);
     ADC123_COMMON.ccr().write(|w| {
-        // 84 MHz / 4 = 21 MHz; 36 MHz are allowed.
         w.set_adcpre(Adcpre::DIV4);
         w.set_tsvrefe(true);
     });
-    ADC1.smpr2().write(|w| w.set_smp(SENSOR_CHANNEL as usize, SampleTime::CYCLES144));
-    // The reference wants 10 us at least: 480 / 21 MHz = 22.9 us.
-    ADC1.smpr1().write(|w| w.set_smp(VREFINT_CHANNEL as usize - 10, SampleTime::CYCLES480));
-    ADC1.jsqr().write(|w| {
-        // A sequence of two is taken from the upper end: JSQ3, JSQ4 (RM0090 13.13.12), results in JDR1, JDR2.
-        w.set_jl(1);
-        w.set_jsq(2, SENSOR_CHANNEL);
-        w.set_jsq(3, VREFINT_CHANNEL);
-    });
+    ADC1.sqr1().write(|w| w.set_l(SCAN as u8 - 1));
+    for (rank, (pin, channel)) in SENSOR_INPUTS.into_iter().take(SENSORS).enumerate() {
+        pin.set_mode(Moder::ANALOG);
+        put_in_scan(rank, channel, SampleTime::CYCLES144);
+    }
+    put_in_scan(SENSORS, VREFINT_CHANNEL, SampleTime::CYCLES480);
+    put_in_scan(SENSORS + 1, BOARD.temperature_channel, SampleTime::CYCLES480);
     ADC1.cr1().write(|w| {
         w.set_scan(true);
-        w.set_jeocie(true);
+        w.set_ovrie(true);
     });
-    ADC1.cr2().write(|w| {
-        w.set_jextsel(INJECTED_TRIGGER_TIM2);
-        w.set_jexten(Exten::RISING_EDGE);
-        w.set_adon(true);
-    });
+    let stream = DMA2.st(STREAM);
+    stream.par().write_value(ADC1.dr().as_ptr() as u32);
+    stream.m0ar().write_value(BLOCKS.address(0) as u32);
+    stream.m1ar().write_value(BLOCKS.address(1) as u32);
+    listen();
 
-    interrupt::ADC.set_priority(priority);
-    // SAFETY: everything that the handler touches is ready, and nothing masks this interrupt by itself.
-    unsafe { interrupt::ADC.enable() };
+    for interrupt in [interrupt::ADC, interrupt::DMA2_STREAM0] {
+        interrupt.set_priority(priority);
+        // SAFETY: everything that the handlers touch is ready, and nothing masks these interrupts by itself.
+        unsafe { interrupt.enable() };
+    }
 
-    // The first trigger comes a period from here: the converter wants 3 us to wake up, the reference 10.
+    // The first trigger comes a quarter of a period from here: the converter wants 3 us to wake up, the internal channels 10.
     TIM2.cr1().write(|w| w.set_cen(true));
 }
 
-/// End of an injected sequence. Reads, stamps, hands over; everything else is the sensor task's.
+/// Puts a channel at a place of the scan, the first is 0.
+fn put_in_scan(rank: usize, channel: u8, sampling: SampleTime) {
+    // SQ1 to SQ6 are in SQR3: no scan here is longer.
+    ADC1.sqr3().modify(|w| w.set_sq(rank, channel));
+    let channel = usize::from(channel);
+    if channel < 10 {
+        ADC1.smpr2().modify(|w| w.set_smp(channel, sampling));
+    } else {
+        ADC1.smpr1().modify(|w| w.set_smp(channel - 10, sampling));
+    }
+}
+
+/// Stream and converter begin, with the first channel into block 0, at the next trigger.
+fn listen() {
+    let stream = DMA2.st(STREAM);
+    stream.ndtr().write(|w| w.set_ndt(BLOCK as u16));
+    clear(all_flags());
+    stream.cr().write(|w| {
+        w.set_chsel(CHANNEL);
+        w.set_dbm(true);
+        w.set_circ(true);
+        w.set_minc(true);
+        w.set_psize(Size::BITS16);
+        w.set_msize(Size::BITS16);
+        w.set_pl(Pl::VERY_HIGH);
+        w.set_tcie(true);
+        w.set_teie(true);
+        w.set_dmeie(true);
+        w.set_en(true);
+    });
+    ADC1.cr2().write(|w| {
+        w.set_extsel(REGULAR_TRIGGER_TIM2);
+        w.set_exten(Exten::RISING_EDGE);
+        w.set_dma(true);
+        w.set_dds(Dds::CONTINUOUS);
+        w.set_adon(true);
+    });
+}
+
+/// After a lost result or a failed transfer both sides have stopped, perhaps in the middle of a scan: both begin anew, in step
+/// (RM0090 13.8.1). The ticks then come at another quarter of the millisecond, which their time stamps say.
+fn restart() {
+    /// A stream finishes the transfer under way before it is off: some bus cycles.
+    const ROUNDS: u32 = 100;
+    LOST.store(true, Ordering::Relaxed);
+    ADC1.cr2().write(|_| {});
+    ADC1.sr().write_value(Sr(0));
+    let stream = DMA2.st(STREAM);
+    stream.cr().modify(|w| w.set_en(false));
+    // Should it not get there, no ticks come, and the watchdog's task names the sensor task.
+    if (0..ROUNDS).any(|_| !stream.cr().read().en()) {
+        listen();
+    }
+}
+
+/// The flags of the stream.
+fn all_flags() -> Ixr {
+    let mut flags = Ixr(0);
+    flags.set_tcif(STREAM, true);
+    flags.set_htif(STREAM, true);
+    flags.set_teif(STREAM, true);
+    flags.set_dmeif(STREAM, true);
+    flags.set_feif(STREAM, true);
+    flags
+}
+
+fn clear(flags: Ixr) {
+    DMA2.ifcr(STREAM / 4).write_value(flags);
+}
+
+/// A block is full, or the transfer has failed. Reads, stamps, hands over; everything else is the sensor task's.
+#[cfg(target_os = "none")]
+#[embassy_stm32::interrupt]
+fn DMA2_STREAM0() {
+    on_block_end();
+}
+
+/// A result was lost.
 #[cfg(target_os = "none")]
 #[embassy_stm32::interrupt]
 fn ADC() {
-    on_sequence_end();
+    on_overrun();
 }
 
-fn on_sequence_end() {
-    use core::sync::atomic::{AtomicU32, Ordering};
-    /// The flags of the status register; the rest is reserved.
-    const FLAGS: u32 = 0x3F;
+fn on_overrun() {
+    if ADC1.sr().read().ovr() {
+        restart();
+    }
+}
+
+fn on_block_end() {
     static SEQUENCE: AtomicU32 = AtomicU32::new(0);
 
     let since_trigger_us = TIM2.cnt().read();
     let now_us = stopwatch::now_us();
-    let status = ADC1.sr().read();
-    // Cleared by writing 0, before the results are read: whatever is set afterwards is of the next sequence.
-    ADC1.sr().write_value(Sr(!status.0 & FLAGS));
-    if !status.jeoc() {
+    let stream = DMA2.st(STREAM);
+    let status = DMA2.isr(STREAM / 4).read();
+    clear(all_flags());
+    if status.teif(STREAM) || status.dmeif(STREAM) {
+        restart();
         return;
     }
-    let sensor = AdcCode(ADC1.jdr(0).read().jdata());
-    let vrefint = AdcCode(ADC1.jdr(1).read().jdata());
-    let torn = ADC1.sr().read().jstrt() || status.ovr();
+    if !status.tcif(STREAM) {
+        return;
+    }
+    // The target now is the block that is not full.
+    let full = match stream.cr().read().ct() {
+        Ct::MEMORY0 => 1,
+        Ct::MEMORY1 => 0,
+    };
+    // Scans of the next block that are in memory already: none, unless this interrupt was held off.
+    let scans_since = (BLOCK as u32).saturating_sub(stream.ndtr().read().ndt().into()) / SCAN as u32;
+    let code = |rank| trimmed_mean(BLOCKS.conversions(full, rank));
+    let sensors = core::array::from_fn(code);
+    let (vrefint, temperature) = (code(SENSORS), code(SENSORS + 1));
+    // After the results: a block that has become full by now was written to while it was read.
+    let torn = DMA2.isr(STREAM / 4).read().tcif(STREAM) || LOST.swap(false, Ordering::Relaxed);
 
     // The only writer is this handler: load and store need not be one.
     let sequence = SEQUENCE.load(Ordering::Relaxed).wrapping_add(1);
     SEQUENCE.store(sequence, Ordering::Relaxed);
-    let triggered_us = trigger_us(now_us, since_trigger_us, SHORTEST_CONVERSION_US);
-    NEWEST.signal(SampleSet { sequence, sensor, vrefint, triggered_us, torn });
+    let triggered_us = trigger_us(now_us, since_trigger_us, scans_since, SCAN_US);
+    NEWEST.signal(SampleSet { sequence, sensors, vrefint, temperature, triggered_us, torn });
 }

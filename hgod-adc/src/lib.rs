@@ -57,9 +57,11 @@ mod code;
 mod filter;
 mod health;
 mod interpolation;
+mod oversampling;
 mod range;
 pub mod rk09k;
 mod sensor;
+mod temperature;
 
 pub use calibration::{
     ANATOMY, Calibration, CalibrationError, CalibrationPoint, MAX_POINTS, MAX_SLOPE, MAX_VOLTS, MIN_ANGLE_STEP,
@@ -69,5 +71,7 @@ pub use code::{Excitation, MAX_SUPPLY, Reference, ReferenceConfig, ReferenceErro
 pub use filter::{Filter, FilterConfig, FilterState};
 pub use health::{Health, HealthConfig, HealthState, Pull, STUCK_MS, Verdict, WIRE_FAULT_MAX_MS, WIRE_FAULT_MS};
 pub use interpolation::Interpolation;
+pub use oversampling::{OVERSAMPLING, trimmed_mean};
 pub use range::RangeError;
 pub use sensor::{Reading, Sensor, SensorConfig, SensorError, SensorState};
+pub use temperature::DieTemperature;

@@ -12,8 +12,12 @@ use joint_units::{AdcCode, Joint, Period, Volts};
 
 use crate::{JointLoop, LoopConfig, LoopError, Walker, WalkerConfig};
 
-/// The loop that the firmware runs: whichever walker its parameters name, one gait sensor.
-pub type WalkLoop = JointLoop<Walker, 1>;
+/// Sensor channels: the one place that says how many there are, for firmware, log and host alike. 1 to 4; the first is the gait
+/// sensor that the walker follows.
+pub const SENSORS: usize = 1;
+
+/// The loop that the firmware runs: whichever walker its parameters name, and the sensors.
+pub type WalkLoop = JointLoop<Walker, SENSORS>;
 
 /// The joint that the gait sensor is worn on.
 pub const SENSOR_JOINT: Joint = Joint::LeftKnee;
@@ -74,13 +78,13 @@ pub fn gait_sensor(vrefint_cal: AdcCode, min_supply: Volts) -> Result<Sensor, Re
 /// The loop, disarmed. Without `sensor_required` it walks whatever the sensor says.
 ///
 /// ```
-/// use joint_loop::shipped::walk_loop;
+/// use joint_loop::shipped::{SENSORS, walk_loop};
 /// use joint_loop::{Sample, State, WalkerConfig};
 /// use joint_units::{AdcCode, Volts};
 /// let default = WalkerConfig::default_walk();
 /// let mut walk = walk_loop(&default, AdcCode(1501), Volts(2.7), true)?;
 /// // 1.5 V at a supply of 3.0 V: the middle of the potentiometer.
-/// let sample = Sample { codes: [AdcCode(2048)], vrefint: AdcCode(1651), ..Sample::default() };
+/// let sample = Sample { codes: [AdcCode(2048); SENSORS], vrefint: AdcCode(1651), ..Sample::default() };
 /// for _ in 0..100 {
 ///     assert_eq!(walk.tick(&sample).pulses, None);
 /// }
@@ -120,7 +124,8 @@ pub fn walk_loop_with(
     min_supply: Volts,
 ) -> Result<WalkLoop, Refusal> {
     let walk = walker.build(Period::MILLISECOND).map_err(Refusal::Walk)?;
-    let sensors = [gait_sensor(vrefint_cal, min_supply)?];
+    let sensor = gait_sensor(vrefint_cal, min_supply)?;
+    let sensors = core::array::from_fn(|_| sensor.clone());
     config.build(Period::MILLISECOND, walk, sensors).map_err(Refusal::Loop)
 }
 

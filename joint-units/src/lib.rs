@@ -36,6 +36,11 @@ impl AdcCode {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Volts(pub f32);
 
+/// Temperature in degrees Celsius.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Celsius(pub f32);
+
 /// Joint angle in radians, flexion positive.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

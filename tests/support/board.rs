@@ -7,8 +7,8 @@ use crate::left_out;
 use footfall::board_lines::{self, BoardLine, End};
 use footfall::image::Image;
 use footfall::session::{Books, Session};
-use footfall::telemetry::{self, Boot, Call, Inputs, Line, Tick};
-use joint_loop::shipped::walk_loop;
+use footfall::telemetry::{self, Boot, Call, Env, Inputs, Line, Tick};
+use joint_loop::shipped::{SENSORS, walk_loop};
 use joint_loop::{Frame, WalkerConfig};
 use serde_json::Value;
 use std::ffi::OsStr;
@@ -55,6 +55,8 @@ pub struct Booted {
     pub ticks: Vec<Tick>,
     /// What every call of the loop was given, in order, each with its tick.
     pub calls: Vec<(u32, Call)>,
+    /// Temperature and supply, once a second.
+    pub env: Vec<Env>,
     /// Lines for people.
     pub log: Vec<String>,
 }
@@ -65,7 +67,7 @@ impl Booted {
     /// # Panics
     /// The board did not say which chip it is on, or inputs were lost.
     #[must_use]
-    pub fn replay(&self, walker: &WalkerConfig) -> Vec<Frame<1>> {
+    pub fn replay(&self, walker: &WalkerConfig) -> Vec<Frame<SENSORS>> {
         let boot = self.boot.as_ref().expect("the board says what it is");
         let mut joints = walk_loop(walker, boot.vrefint_cal, boot.min_supply, boot.sensor_required).expect("the loop");
         let frames = self.calls.iter().map(|(tick, call)| {
@@ -165,6 +167,7 @@ fn take(boot: &mut Booted, text: &str) {
                 boot.calls.push((tick, call));
             }
         }
+        Line::Env(env) => boot.env.push(env),
         Line::State(_) | Line::Cost(_) | Line::Margin(_) => {}
         Line::Text => boot.log.push(text.into()),
     }

@@ -5,6 +5,7 @@ use crate::traces::shipped_volts;
 use footfall::shipped::{WalkLoop, typical_loop, typical_sensor};
 use gait_trace::Recording;
 use hgod_adc::{Reference, Supply};
+use joint_loop::shipped::SENSORS;
 use joint_loop::{Command, Frame, Sample};
 use joint_units::{AdcCode, Volts};
 
@@ -23,11 +24,11 @@ pub struct Walk {
 #[derive(Debug, Clone, Copy)]
 pub struct Ticked {
     /// What it was given.
-    pub sample: Sample<1>,
+    pub sample: Sample<SENSORS>,
     /// What it told the servos.
     pub command: Command,
     /// What it saw and did.
-    pub frame: Frame<1>,
+    pub frame: Frame<SENSORS>,
 }
 
 impl Walk {
@@ -69,7 +70,7 @@ impl Walk {
         self.tick += elapsed;
         let code = self.stream.code(self.code(self.tick));
         let vrefint = self.reference.vrefint(self.supply);
-        let sample = Sample { elapsed, codes: [code], vrefint, button, ..Sample::default() };
+        let sample = Sample { elapsed, codes: [code; SENSORS], vrefint, button, ..Sample::default() };
         let command = self.joints.tick(&sample);
         Ticked { sample, command, frame: self.joints.frame() }
     }

@@ -9,6 +9,8 @@ pub(crate) const BOARD: Board = Board {
     name: "f4-discovery",
     chip: "STM32F407VGTx",
     hse: Hse::Crystal,
+    // RM0090 13.10.
+    temperature_channel: 16,
     // 3.3 V less the diode D3.
     min_supply: Volts(2.7),
     // Not PA8 to PA11, TIM1's other pins: PA9 is VBUS of the micro-USB connector, with 4.7 uF to ground.

@@ -6,8 +6,8 @@
 //! |---|---|
 //! | servos, left hip, right hip, left knee, right knee | TIM1 channels 1 to 4, pins of the board's choice among those of TIM1 |
 //! | emergency stop, high stops | TIM1 break input on PB12 |
-//! | gait sensor | PA1, channel 1 of ADC1 |
-//! | control period | TIM2 |
+//! | sensors 1 to 4 (of which the shipped loop has one) | PA1, PC1, PB0, PB1: channels 1, 11, 8, 9 of ADC1 |
+//! | conversions, four to a control period | TIM2, DMA2 stream 0 |
 //! | clock of the tasks that wait | TIM4 |
 //! | free-running microseconds | TIM5 |
 //!
@@ -68,6 +68,8 @@ pub(crate) struct Board {
     pub(crate) hse: Hse,
     /// Supply below which no sample is believed: under what the board's own regulator delivers.
     pub(crate) min_supply: Volts,
+    /// Channel of ADC1 that the temperature sensor of the chip is on: 16, or 18 on the chips where it shares that with VBAT.
+    pub(crate) temperature_channel: u8,
     /// Pins of TIM1 channels 1 to 4, all by alternate function 1: PA8 to PA11, or PE9, PE11, PE13, PE14 where the package has them.
     pub(crate) servos: [Pin; 4],
     /// User button; the board holds the line at its level when released.

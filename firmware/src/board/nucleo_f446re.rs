@@ -1,5 +1,5 @@
 //! Nucleo-F446RE (STM32F446RE, user manual UM1724). Servo and sensor pins are on the Arduino and morpho headers:
-//! PA8 D7, PA9 D8, PA10 D2, PA11 CN10-14, PA1 A1, PB12 CN10-16.
+//! PA8 D7, PA9 D8, PA10 D2, PA11 CN10-14, PA1 A1, PC1 A4, PB0 A3, PB1 CN10-24, PB12 CN10-16.
 
 use embassy_stm32::pac;
 use joint_units::Volts;
@@ -11,6 +11,8 @@ pub(crate) const BOARD: Board = Board {
     chip: "STM32F446RETx",
     // MCO of the ST-LINK, 8 MHz (solder bridge SB50 on, as delivered).
     hse: Hse::External,
+    // RM0390 13.10.
+    temperature_channel: 18,
     // 3.3 V.
     min_supply: Volts(3.0),
     servos: [Pin::new(pac::GPIOA, 8), Pin::new(pac::GPIOA, 9), Pin::new(pac::GPIOA, 10), Pin::new(pac::GPIOA, 11)],

@@ -4,7 +4,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use firmware::pacing::{LATE_US, Pacer, since};
 use heapless::spsc::Producer;
-use joint_loop::shipped::WalkLoop;
+use joint_loop::shipped::{SENSORS, WalkLoop};
 use joint_loop::{BoardFaults, Frame, MAX_ELAPSED, Sample, State};
 use joint_units::AdcCode;
 
@@ -18,7 +18,7 @@ use crate::stopwatch;
 #[derive(Clone, Copy)]
 pub(crate) struct TickInputs {
     pub(crate) tick: u32,
-    pub(crate) sensor: AdcCode,
+    pub(crate) sensors: [AdcCode; SENSORS],
     pub(crate) vrefint: AdcCode,
     pub(crate) elapsed: u8,
     pub(crate) flags: u8,
@@ -59,7 +59,7 @@ pub(crate) struct Control {
     pub(crate) walk: WalkLoop,
     pub(crate) outputs: Outputs,
     pub(crate) inputs: Producer<'static, TickInputs>,
-    pub(crate) frames: Producer<'static, Frame<1>>,
+    pub(crate) frames: Producer<'static, Frame<SENSORS>>,
     /// Too many crashes in a row: the button is not passed on.
     pub(crate) locked_out: bool,
     pub(crate) pacer: Pacer,
@@ -96,7 +96,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     let start_us = since(stopwatch::now_us(), measured.triggered_us);
     let sample = Sample {
         elapsed,
-        codes: [measured.sensor],
+        codes: measured.sensors,
         vrefint: measured.vrefint,
         button: measured.button && !control.locked_out,
         late: start_us > LATE_US,
@@ -122,7 +122,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
 }
 
 impl Control {
-    fn report(&mut self, sample: &Sample<1>, frame: Frame<1>) {
+    fn report(&mut self, sample: &Sample<SENSORS>, frame: Frame<SENSORS>) {
         let mut flags = sample.faults.bits() << TickInputs::FAULTS_SHIFT;
         if sample.button {
             flags |= TickInputs::BUTTON;
@@ -130,10 +130,9 @@ impl Control {
         if sample.late {
             flags |= TickInputs::LATE;
         }
-        let [sensor] = sample.codes;
         let inputs = TickInputs {
             tick: frame.tick,
-            sensor,
+            sensors: sample.codes,
             vrefint: sample.vrefint,
             // At most MAX_ELAPSED, see `control_step`.
             elapsed: sample.elapsed as u8,

@@ -4,7 +4,7 @@
 //!  interrupt executor                                   thread executor
 //!  (above everything that logs)
 //!
-//!  ADC interrupt --> sensor --> control --> queues ---> telemetry --> RTT
+//!  DMA interrupt --> sensor --> control --> queues ---> telemetry --> RTT
 //!                       |          |                        |
 //!                       +----------+------ progress --------+-------> watchdog --> IWDG
 //! ```

@@ -4,17 +4,19 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use firmware::pacing::{STALE_US, since};
 use joint_loop::BoardFaults;
+use joint_loop::shipped::SENSORS;
 use joint_units::AdcCode;
 
 use super::SENSOR;
 use crate::board::BOARD;
+use crate::climate;
 use crate::sampling::{NEWEST, SampleSet};
 use crate::stopwatch;
 
 /// What the control task works on.
 #[derive(Clone, Copy)]
 pub(crate) struct Measurement {
-    pub(crate) sensor: AdcCode,
+    pub(crate) sensors: [AdcCode; SENSORS],
     pub(crate) vrefint: AdcCode,
     /// Raw level of the user button.
     pub(crate) button: bool,
@@ -47,9 +49,10 @@ fn sensor_step(last_sequence: &mut Option<u32>, set: &SampleSet) -> Measurement 
 
     let sound = in_order && !stale && !set.torn;
     let faults = if sound { BoardFaults::NONE } else { BoardFaults::ADC_OVERRUN };
+    climate::add(set.vrefint, set.temperature);
     SENSOR.count();
     Measurement {
-        sensor: set.sensor,
+        sensors: set.sensors,
         vrefint: set.vrefint,
         button: BOARD.button.is_high() == BOARD.button_pressed,
         triggered_us: set.triggered_us,

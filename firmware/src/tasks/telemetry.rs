@@ -4,10 +4,11 @@
 //! ```text
 //! boot {board} {chip} reset {cause} streak {n} vrefint_cal {code} min_supply {volts} sensor {required|ignored} walker {crc}    once
 //! state {tick} {state} cause {cause}                            at every change that a reported frame shows
-//! inputs {first tick} {count} {sensor} {vrefint} {elapsed} {flags} {sensor} ...    every tick's inputs, ten a line
-//! tick {n} {state} sensor {} deg {verdict} set {} {} {} {} deg pulse {} {} {} {} us late {} missed {} limited {} seq {} hash {}
+//! inputs {first tick} {count} {sensor} ... {vrefint} {elapsed} {flags} {sensor} ...    every tick's inputs, ten a line
+//! tick {n} {state} sensor {} deg {verdict} ... set {} {} {} {} deg pulse {} {} {} {} us late {} missed {} limited {} seq {} hash {}
 //! cost {longest tick} cycles dropped {records}                once a second
 //! margin start {latest} us stack {deepest} of {size} bytes      once a second
+//! env {die} C supply {volts} V                                  once a second, the means of the second
 //! ```
 //!
 //! The log is written without waiting: a frame that does not fit into the ring is dropped whole. A drop shows as a gap of `seq` (one
@@ -17,10 +18,12 @@ use embassy_time::Timer;
 use firmware::liveness::FEED_US;
 use heapless::Vec;
 use heapless::spsc::Consumer;
+use joint_loop::shipped::SENSORS;
 use joint_loop::{Cause, Frame, State};
 
 use super::TELEMETRY;
 use super::control::{TICKS_A_FRAME, TickInputs, dropped, take_worst};
+use crate::climate::Climate;
 
 /// How often the queues are looked at. Well inside the watchdog's question, which wants progress each time.
 const ROUND_US: u32 = 2_000;
@@ -29,8 +32,9 @@ const ROUNDS_A_SECOND: u32 = 1_000_000 / ROUND_US;
 
 pub(crate) struct Telemetry {
     pub(crate) inputs: Consumer<'static, TickInputs>,
-    pub(crate) frames: Consumer<'static, Frame<1>>,
+    pub(crate) frames: Consumer<'static, Frame<SENSORS>>,
     pub(crate) line: Vec<TickInputs, { TICKS_A_FRAME as usize }>,
+    pub(crate) climate: Climate,
     pub(crate) rounds: u32,
     /// State and cause of the last frame.
     pub(crate) shown: Option<(State, Cause)>,
@@ -62,6 +66,7 @@ fn telemetry_step(telemetry: &mut Telemetry) {
     if telemetry.rounds == ROUNDS_A_SECOND {
         telemetry.rounds = 0;
         wire::cost(take_worst(), dropped());
+        wire::env(telemetry.climate.take());
     }
     TELEMETRY.count();
 }
@@ -95,8 +100,9 @@ pub(crate) mod wire {
     use firmware::liveness::Part;
     use firmware::post_mortem::{Cause as CrashCause, LOCKOUT_STREAK};
     use joint_loop::Frame;
+    use joint_loop::shipped::SENSORS;
     use joint_loop::walker_record::Stored;
-    use joint_units::AdcCode;
+    use joint_units::{AdcCode, Celsius, Volts};
 
     use super::TickInputs;
     use crate::SENSOR_REQUIRED;
@@ -166,18 +172,15 @@ pub(crate) mod wire {
         defmt::error!("configuration refused: {}; staying dark", defmt::Display2Format(&why));
     }
 
-    pub(super) fn tick(frame: &Frame<1>) {
-        let [measured] = frame.measured;
-        let [sensor_verdict] = frame.verdict;
+    pub(super) fn tick(frame: &Frame<SENSORS>) {
         let [set_lh, set_rh, set_lk, set_rk] = frame.setpoints;
         let [pulse_lh, pulse_rh, pulse_lk, pulse_rk] = frame.pulses;
         defmt::info!(
-            "tick {=u32} {=str} sensor {=f32} deg {=str} set {=f32} {=f32} {=f32} {=f32} deg \
+            "tick {=u32} {=str}{} set {=f32} {=f32} {=f32} {=f32} deg \
              pulse {=u16} {=u16} {=u16} {=u16} us late {=u32} missed {=u32} limited {=u8} seq {=u32} hash {=u64:016x}",
             frame.tick,
             frame.state.name(),
-            measured.degrees(),
-            sensor_verdict.name(),
+            Ears(frame),
             set_lh.degrees(),
             set_rh.degrees(),
             set_lk.degrees(),
@@ -194,7 +197,7 @@ pub(crate) mod wire {
         );
     }
 
-    pub(super) fn state(frame: &Frame<1>) {
+    pub(super) fn state(frame: &Frame<SENSORS>) {
         defmt::info!("state {=u32} {=str} cause {=str}", frame.tick, frame.state.name(), frame.cause.name());
     }
 
@@ -209,19 +212,29 @@ pub(crate) mod wire {
         defmt::info!("margin start {=u32} us stack {=usize} of {=usize} bytes", latest_start_us, used, size);
     }
 
+    pub(super) fn env((die, supply): (Celsius, Volts)) {
+        defmt::info!("env {=f32} C supply {=f32} V", die.0, supply.0);
+    }
+
+    struct Ears<'a>(&'a Frame<SENSORS>);
+
+    impl Format for Ears<'_> {
+        fn format(&self, to: Formatter<'_>) {
+            for (measured, verdict) in self.0.measured.iter().zip(&self.0.verdict) {
+                defmt::write!(to, " sensor {=f32} deg {=str}", measured.degrees(), verdict.name());
+            }
+        }
+    }
+
     struct Groups<'a>(&'a [TickInputs]);
 
     impl Format for Groups<'_> {
         fn format(&self, to: Formatter<'_>) {
             for tick in self.0 {
-                defmt::write!(
-                    to,
-                    " {=u16} {=u16} {=u8} {=u8}",
-                    tick.sensor.0,
-                    tick.vrefint.0,
-                    tick.elapsed,
-                    tick.flags
-                );
+                for sensor in &tick.sensors {
+                    defmt::write!(to, " {=u16}", sensor.0);
+                }
+                defmt::write!(to, " {=u16} {=u8} {=u8}", tick.vrefint.0, tick.elapsed, tick.flags);
             }
         }
     }
@@ -243,11 +256,14 @@ pub(crate) mod wire {
 #[cfg(not(target_os = "none"))]
 pub(crate) mod wire {
     use joint_loop::Frame;
+    use joint_loop::shipped::SENSORS;
+    use joint_units::{Celsius, Volts};
 
     use super::TickInputs;
 
-    pub(super) fn tick(_frame: &Frame<1>) {}
-    pub(super) fn state(_frame: &Frame<1>) {}
+    pub(super) fn tick(_frame: &Frame<SENSORS>) {}
+    pub(super) fn state(_frame: &Frame<SENSORS>) {}
     pub(super) fn inputs(_first_tick: u32, _line: &[TickInputs]) {}
     pub(super) fn cost(_worst: (u32, u32), _dropped: u32) {}
+    pub(super) fn env(_means: (Celsius, Volts)) {}
 }

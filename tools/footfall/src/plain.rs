@@ -11,7 +11,16 @@ use serde_json::{Value, json};
 pub fn line(view: &View) -> String {
     let t_s = view.t_s;
     let Some(tick) = &view.last else { return format!("{t_s:8.3} s  no telemetry yet") };
-    let Tick { tick: n, state, sensor_deg, verdict, set_deg: [s0, s1, s2, s3], late, missed, .. } = tick;
+    let Tick {
+        tick: n,
+        state,
+        sensor_deg: [sensor_deg, ..],
+        verdict: [verdict, ..],
+        set_deg: [s0, s1, s2, s3],
+        late,
+        missed,
+        ..
+    } = tick;
     let rate = view.tick_rate_hz().map_or("   -".into(), |rate| format!("{rate:4.0}"));
     let pulse = |us: Option<f64>| us.map_or("   -".into(), |us| format!("{us:4.0}"));
     let [p0, p1, p2, p3] = view.pins_us.map(pulse);
@@ -34,8 +43,9 @@ pub fn object(view: &View) -> Value {
         "tick_rate_hz": view.tick_rate_hz(),
         "late_ticks": tick.late,
         "missed_ticks": tick.missed,
-        "measured_deg": tick.sensor_deg,
-        "verdict": tick.verdict.name(),
+        "measured_deg": tick.sensor_deg[0],
+        "verdict": tick.verdict[0].name(),
+        "further_deg": tick.sensor_deg[1..],
         "setpoint_deg": tick.set_deg,
         "pulse_us": view.pins_us,
         "limited": tick.limited,

@@ -6,6 +6,7 @@
 
 use crate::shipped::WalkLoop;
 use crate::telemetry::{Call, Inputs, Tick};
+use joint_loop::shipped::SENSORS;
 use joint_loop::{Frame, Walker};
 use std::collections::VecDeque;
 
@@ -40,7 +41,7 @@ pub struct Difference {
 #[derive(Debug, Clone)]
 pub struct Replay {
     joints: WalkLoop,
-    frames: VecDeque<(Call, Frame<1>)>,
+    frames: VecDeque<(Call, Frame<SENSORS>)>,
     gap: Option<Gap>,
     calls: u64,
 }
@@ -105,14 +106,14 @@ impl Replay {
 
     /// Input and frame of a tick, if it is one of the last.
     #[must_use]
-    pub fn at(&self, tick: u32) -> Option<(Call, &Frame<1>)> {
+    pub fn at(&self, tick: u32) -> Option<(Call, &Frame<SENSORS>)> {
         self.frames.iter().rev().find(|(_, frame)| frame.tick == tick).map(|(call, frame)| (*call, frame))
     }
 }
 
 /// The fields in which a line of the board differs from the host's frame of the same tick. Numbers are compared by their bits.
 #[must_use]
-pub fn differences(board: &Tick, host: &Frame<1>) -> Vec<Difference> {
+pub fn differences(board: &Tick, host: &Frame<SENSORS>) -> Vec<Difference> {
     let mut found = Vec::new();
     let tick = host.tick;
     let mut compare = |field, same: bool, board: String, host: String| {
@@ -120,16 +121,11 @@ pub fn differences(board: &Tick, host: &Frame<1>) -> Vec<Difference> {
             found.push(Difference { tick, field, board, host });
         }
     };
-    let [measured] = host.measured;
-    let [verdict] = host.verdict;
-    let degrees = measured.degrees();
-    compare(
-        "sensor",
-        board.sensor_deg.to_bits() == degrees.to_bits(),
-        board.sensor_deg.to_string(),
-        degrees.to_string(),
-    );
-    compare("verdict", board.verdict == verdict, board.verdict.to_string(), verdict.to_string());
+    let degrees = host.measured.map(|angle| angle.degrees());
+    let same = board.sensor_deg.map(f32::to_bits) == degrees.map(f32::to_bits);
+    compare("sensor", same, format!("{:?}", board.sensor_deg), format!("{degrees:?}"));
+    let verdicts = |of: [hgod_adc::Verdict; SENSORS]| of.map(|verdict| verdict.to_string()).join(", ");
+    compare("verdict", board.verdict == host.verdict, verdicts(board.verdict), verdicts(host.verdict));
     compare("state", board.state == host.state, board.state.name().into(), host.state.name().into());
     let set = host.setpoints.map(|angle| angle.degrees());
     let same = board.set_deg.map(f32::to_bits) == set.map(f32::to_bits);
@@ -151,14 +147,12 @@ pub fn differences(board: &Tick, host: &Frame<1>) -> Vec<Difference> {
 
 /// A line as a board with this frame would print it.
 #[must_use]
-pub fn line_of(frame: &Frame<1>) -> Tick {
-    let [measured] = frame.measured;
-    let [verdict] = frame.verdict;
+pub fn line_of(frame: &Frame<SENSORS>) -> Tick {
     Tick {
         tick: frame.tick,
         state: frame.state,
-        sensor_deg: measured.degrees(),
-        verdict,
+        sensor_deg: frame.measured.map(|angle| angle.degrees()),
+        verdict: frame.verdict,
         set_deg: frame.setpoints.map(|angle| angle.degrees()),
         pulse_us: frame.pulses.map(|pulse| pulse.0),
         late: frame.late,
@@ -178,7 +172,7 @@ mod tests {
     use joint_units::AdcCode;
 
     fn call(code: u16) -> Call {
-        Call { sensor: AdcCode(code), vrefint: AdcCode(1652), elapsed: 1, flags: 0 }
+        Call { sensors: [AdcCode(code); SENSORS], vrefint: AdcCode(1652), elapsed: 1, flags: 0 }
     }
 
     fn replay() -> Replay {
@@ -197,8 +191,8 @@ mod tests {
         let flip = |x: f32| f32::from_bits(x.to_bits() ^ 1);
         type Change = fn(&mut Tick, fn(f32) -> f32);
         let changes: [(&str, Change); 10] = [
-            ("sensor", |tick, flip| tick.sensor_deg = flip(tick.sensor_deg)),
-            ("verdict", |tick, _| tick.verdict = Verdict::Rate),
+            ("sensor", |tick, flip| tick.sensor_deg[SENSORS - 1] = flip(tick.sensor_deg[SENSORS - 1])),
+            ("verdict", |tick, _| tick.verdict[SENSORS - 1] = Verdict::Rate),
             ("state", |tick, _| tick.state = State::Walking),
             ("set", |tick, flip| tick.set_deg[3] = flip(tick.set_deg[3])),
             ("pulse", |tick, _| tick.pulse_us[0] ^= 1),

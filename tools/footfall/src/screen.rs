@@ -81,15 +81,20 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
     ]);
     let cost = view.cost.map_or(String::new(), |cost| format!("   tick {} cycles", cost.longest_cycles));
     let margin = view.margin.map_or(String::new(), |margin| format!("   stack {} B", margin.stack_used));
-    let second =
-        Line::from(format!(" host replay: {}   lines lost {}{cost}{margin}", view.replay(), view.books.lost_lines));
+    let die = view.env.and_then(|env| env.die).map_or(String::new(), |die| format!("   die {:.0} °C", die.0));
+    let supply = view.env.and_then(|env| env.supply).map_or(String::new(), |supply| format!("   {:.2} V", supply.0));
+    let second = Line::from(format!(
+        " host replay: {}   lines lost {}{cost}{margin}{die}{supply}",
+        view.replay(),
+        view.books.lost_lines
+    ));
     let title = Line::from(format!(" {}", view.title)).style(Style::new().add_modifier(Modifier::BOLD));
     frame.render_widget(Paragraph::new(vec![title, first, second]), area);
 }
 
 fn measured_angle(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let now = view.last.as_ref().map_or(" measured joint angle ".into(), |tick| {
-        format!(" measured joint angle {:.1} deg ({}) ", tick.sensor_deg, tick.verdict)
+        format!(" measured joint angle {:.1} deg ({}) ", tick.sensor_deg[0], tick.verdict[0])
     });
     chart(frame, area, view, now, Color::Cyan, |point| point.measured);
 }

@@ -9,9 +9,9 @@
 use crate::board_lines::{BoardLine, End};
 use crate::image::{Decoder, Image};
 use crate::replay::{Difference, Gap, Replay, differences};
-use crate::telemetry::{self, Boot, Cost, Inputs, Line, LineError, Margin, Tick};
+use crate::telemetry::{self, Boot, Cost, Env, Inputs, Line, LineError, Margin, Tick};
 use cpg_core::entrainment::Lock;
-use joint_loop::shipped::walk_loop;
+use joint_loop::shipped::{SENSORS, walk_loop};
 use joint_loop::walker_record::Record;
 use joint_loop::{Cause, Walker, WalkerConfig};
 use joint_units::AdcCode;
@@ -80,6 +80,8 @@ pub enum Event {
     Cost(Cost),
     /// What was left to spare.
     Margin(Margin),
+    /// See [`Env`].
+    Env(Env),
     /// Pulses at the pins.
     Pulses {
         /// When.
@@ -110,8 +112,8 @@ pub struct Row {
     pub time_s: f64,
     /// The line.
     pub tick: Tick,
-    /// Code of the gait sensor; `None` when the line with it was lost.
-    pub code: Option<AdcCode>,
+    /// Codes of the sensors; `None` when the line with them was lost.
+    pub codes: Option<[AdcCode; SENSORS]>,
     /// Whether the host's copy did the same, bit for bit; `None` when it cannot tell.
     pub equal: Option<bool>,
 }
@@ -266,6 +268,7 @@ impl<'t> Session<'t> {
                 Line::Inputs(inputs) => self.inputs(&inputs, events),
                 Line::Cost(cost) => events.push(Event::Cost(cost)),
                 Line::Margin(margin) => events.push(Event::Margin(margin)),
+                Line::Env(env) => events.push(Event::Env(env)),
                 Line::Text => events.push(Event::Log { t_s, level: message.level, text: message.text }),
             }
         }
@@ -334,7 +337,7 @@ impl<'t> Session<'t> {
                 self.waiting.pop_front();
                 self.books.not_compared += 1;
                 self.books.why_not.get_or_insert_with(|| "the log holds no inputs of these ticks".into());
-                events.push(Event::Row(Row { time_s: self.time_s(&tick), tick, code: None, equal: None }));
+                events.push(Event::Row(Row { time_s: self.time_s(&tick), tick, codes: None, equal: None }));
                 continue;
             };
             let found = differences(&tick, frame);
@@ -346,7 +349,7 @@ impl<'t> Session<'t> {
             let room = KEPT_DIFFERENCES.saturating_sub(self.books.differences.len());
             self.books.differences.extend(found.into_iter().take(room));
             let time_s = self.time_s(&tick);
-            events.push(Event::Row(Row { time_s, tick, code: Some(call.sensor), equal: Some(equal) }));
+            events.push(Event::Row(Row { time_s, tick, codes: Some(call.sensors), equal: Some(equal) }));
         }
     }
 

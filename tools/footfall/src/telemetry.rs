@@ -3,18 +3,20 @@
 //! ```text
 //! boot BOARD CHIP reset CAUSE streak N vrefint_cal CODE min_supply VOLTS sensor required|ignored walker CRC
 //! state N STATE cause CAUSE
-//! tick N STATE sensor DEG deg VERDICT set DEG DEG DEG DEG deg pulse US US US US us late N missed N limited BITS seq N hash HEX
-//! inputs FIRST COUNT {SENSOR VREFINT ELAPSED FLAGS} x COUNT
+//! tick N STATE {sensor DEG deg VERDICT} x SENSORS set DEG DEG DEG DEG deg pulse US US US US us late N missed N limited BITS seq N hash HEX
+//! inputs FIRST COUNT {CODE x SENSORS VREFINT ELAPSED FLAGS} x COUNT
 //! cost CYCLES cycles dropped N
 //! margin start US us stack BYTES of BYTES bytes
+//! env CELSIUS C supply VOLTS V
 //! ```
-//! `tick` is a [`joint_loop::Frame`], ten calls of the loop apart; `inputs` is what every call was given. Numbers of type `f32`
+//! SENSORS is [`joint_loop::shipped::SENSORS`]; the first is the gait sensor. `tick` is a [`joint_loop::Frame`], ten calls of the loop apart; `inputs` is what every call was given. Numbers of type `f32`
 //! are printed with as many digits as it takes to tell them from their neighbours, so that their bits come back.
-//! A pulse of 0 is no pulse. Flags: bit 0 the button, bit 1 late, bits 2 to 7 [`joint_loop::BoardFaults`].
+//! `env` is the mean of a second, `NaN` where the chip has no factory values to tell by. A pulse of 0 is no pulse. Flags: bit 0 the button, bit 1 late, bits 2 to 7 [`joint_loop::BoardFaults`].
 
 use hgod_adc::Verdict;
+use joint_loop::shipped::SENSORS;
 use joint_loop::{BoardFaults, Cause, Sample, State};
-use joint_units::{AdcCode, Joint, Volts};
+use joint_units::{AdcCode, Celsius, Joint, Volts};
 use std::str::{FromStr, SplitWhitespace};
 
 /// A line of the log, understood as far as it can be.
@@ -32,6 +34,8 @@ pub enum Line {
     Cost(Cost),
     /// What it left to spare.
     Margin(Margin),
+    /// How warm and how well supplied it is.
+    Env(Env),
     /// For people.
     Text,
 }
@@ -75,10 +79,10 @@ pub struct Tick {
     pub tick: u32,
     /// State of the supervisor.
     pub state: State,
-    /// Measured angle, in degrees.
-    pub sensor_deg: f32,
-    /// Verdict on the sensor's sample.
-    pub verdict: Verdict,
+    /// Measured angles, in degrees.
+    pub sensor_deg: [f32; SENSORS],
+    /// Verdicts on the sensors' samples.
+    pub verdict: [Verdict; SENSORS],
     /// The four setpoints, in degrees.
     pub set_deg: [f32; Joint::COUNT],
     /// The four commanded pulse widths in microseconds; 0 is no pulse.
@@ -107,8 +111,8 @@ pub struct Inputs {
 /// What one call of the loop was given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Call {
-    /// Code of the gait sensor.
-    pub sensor: AdcCode,
+    /// Codes of the sensors.
+    pub sensors: [AdcCode; SENSORS],
     /// Code of the internal reference.
     pub vrefint: AdcCode,
     /// Control periods since the call before.
@@ -120,10 +124,10 @@ pub struct Call {
 impl Call {
     /// As the loop takes it.
     #[must_use]
-    pub const fn sample(self) -> Sample<1> {
+    pub const fn sample(self) -> Sample<SENSORS> {
         Sample {
             elapsed: self.elapsed as u32,
-            codes: [self.sensor],
+            codes: self.sensors,
             vrefint: self.vrefint,
             button: self.flags & 1 != 0,
             late: self.flags & 2 != 0,
@@ -150,6 +154,15 @@ pub struct Margin {
     pub stack_used: u32,
     /// The stack, in bytes.
     pub stack_size: u32,
+}
+
+/// `env ...`
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Env {
+    /// Temperature of the die; `None`: the board cannot tell.
+    pub die: Option<Celsius>,
+    /// Supply of the converter; `None`: the board cannot tell.
+    pub supply: Option<Volts>,
 }
 
 /// A line that begins as one of these but goes on otherwise: board and host are of different versions.
@@ -191,6 +204,7 @@ pub fn parse(line: &str) -> Result<Line, LineError> {
         "inputs" => Line::Inputs(inputs(&mut words)?),
         "cost" => Line::Cost(cost(&mut words)?),
         "margin" => Line::Margin(margin(&mut words)?),
+        "env" => Line::Env(env(&mut words)?),
         _ => return Ok(Line::Text),
     };
     words.end()?;
@@ -223,11 +237,17 @@ fn change(words: &mut Words<'_>) -> Result<Change, LineError> {
 }
 
 fn tick(words: &mut Words<'_>) -> Result<Tick, LineError> {
+    let (tick, state) = (words.number()?, words.name("a state", State::from_name)?);
+    let (mut sensor_deg, mut verdict) = ([0.0; SENSORS], [Verdict::Good; SENSORS]);
+    for (deg, verdict) in sensor_deg.iter_mut().zip(&mut verdict) {
+        *deg = words.after("sensor")?.number()?;
+        *verdict = words.after("deg")?.name("a verdict", Verdict::from_name)?;
+    }
     Ok(Tick {
-        tick: words.number()?,
-        state: words.name("a state", State::from_name)?,
-        sensor_deg: words.after("sensor")?.number()?,
-        verdict: words.after("deg")?.name("a verdict", Verdict::from_name)?,
+        tick,
+        state,
+        sensor_deg,
+        verdict,
         set_deg: words.after("set")?.four()?,
         pulse_us: words.after("deg")?.after("pulse")?.four()?,
         late: words.after("us")?.after("late")?.number()?,
@@ -242,8 +262,12 @@ fn inputs(words: &mut Words<'_>) -> Result<Inputs, LineError> {
     let (first_tick, count): (u32, u8) = (words.number()?, words.number()?);
     let mut calls = Vec::with_capacity(count.into());
     for _ in 0..count {
-        let (sensor, vrefint) = (AdcCode(words.number()?), AdcCode(words.number()?));
-        calls.push(Call { sensor, vrefint, elapsed: words.number()?, flags: words.number()? });
+        let mut sensors = [AdcCode(0); SENSORS];
+        for sensor in &mut sensors {
+            *sensor = AdcCode(words.number()?);
+        }
+        let vrefint = AdcCode(words.number()?);
+        calls.push(Call { sensors, vrefint, elapsed: words.number()?, flags: words.number()? });
     }
     Ok(Inputs { first_tick, calls })
 }
@@ -259,6 +283,14 @@ fn margin(words: &mut Words<'_>) -> Result<Margin, LineError> {
     let stack_size = words.after("of")?.number()?;
     words.after("bytes")?;
     Ok(Margin { latest_start_us, stack_used, stack_size })
+}
+
+fn env(words: &mut Words<'_>) -> Result<Env, LineError> {
+    let told = |number: f32| number.is_finite().then_some(number);
+    let die = told(words.number()?).map(Celsius);
+    let supply = told(words.after("C")?.after("supply")?.number()?).map(Volts);
+    words.after("V")?;
+    Ok(Env { die, supply })
 }
 
 /// The words of a line, taken one by one.
@@ -316,7 +348,10 @@ impl std::fmt::Display for Tick {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let [s0, s1, s2, s3] = self.set_deg;
         let [p0, p1, p2, p3] = self.pulse_us;
-        write!(f, "tick {} {} sensor {} deg {}", self.tick, self.state.name(), self.sensor_deg, self.verdict)?;
+        write!(f, "tick {} {}", self.tick, self.state.name())?;
+        for (deg, verdict) in self.sensor_deg.iter().zip(&self.verdict) {
+            write!(f, " sensor {deg} deg {verdict}")?;
+        }
         write!(f, " set {s0} {s1} {s2} {s3} deg pulse {p0} {p1} {p2} {p3} us late {}", self.late)?;
         write!(f, " missed {} limited {} seq {} hash {:016x}", self.missed, self.limited, self.seq, self.hash)
     }
@@ -327,7 +362,10 @@ impl std::fmt::Display for Inputs {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "inputs {} {}", self.first_tick, self.calls.len())?;
         for call in &self.calls {
-            write!(f, " {} {} {} {}", call.sensor.0, call.vrefint.0, call.elapsed, call.flags)?;
+            for sensor in call.sensors {
+                write!(f, " {}", sensor.0)?;
+            }
+            write!(f, " {} {} {}", call.vrefint.0, call.elapsed, call.flags)?;
         }
         Ok(())
     }
@@ -352,7 +390,12 @@ mod tests {
         assert_eq!(parse("cost 9100 cycles dropped 2"), Ok(Line::Cost(Cost { longest_cycles: 9100, dropped: 2 })));
         let margin = Margin { latest_start_us: 38, stack_used: 900, stack_size: 9000 };
         assert_eq!(parse("margin start 38 us stack 900 of 9000 bytes"), Ok(Line::Margin(margin)));
-        let Line::Inputs(inputs) = parse("inputs 7 2 2048 1502 1 1 2049 1503 3 34").unwrap() else { panic!() };
+        let env = Env { die: Some(Celsius(31.25)), supply: Some(Volts(2.998)) };
+        assert_eq!(parse("env 31.25 C supply 2.998 V"), Ok(Line::Env(env)));
+        assert_eq!(parse("env NaN C supply NaN V"), Ok(Line::Env(Env { die: None, supply: None })));
+        let codes = |code: &str| [code; SENSORS].join(" ");
+        let line = format!("inputs 7 2 {} 1502 1 1 {} 1503 3 34", codes("2048"), codes("2049"));
+        let Line::Inputs(inputs) = parse(&line).unwrap() else { panic!() };
         assert_eq!(inputs.first_tick, 7);
         let sample = inputs.calls[1].sample();
         assert_eq!((sample.elapsed, sample.codes[0].0, sample.vrefint.0), (3, 2049, 1503));
@@ -377,6 +420,7 @@ mod tests {
             ("inputs 1 1 5 5 256 0", "a number", "256"),
             ("cost 1 cycles dropped 2 3", "the end of the line", "3"),
             ("margin 1", "`start`", "1"),
+            ("env 31 F", "`C`", "F"),
             ("state 5 walking because", "`cause`", "because"),
         ] {
             let error = parse(line).unwrap_err();
@@ -386,12 +430,15 @@ mod tests {
 
     fn any_tick() -> impl Strategy<Value = Tick> {
         let number = || any::<f32>().prop_filter("finite", |x| x.is_finite());
-        let head = (any::<u32>(), 0..State::ALL.len(), number(), 0..Verdict::ALL.len());
+        let sensors = prop::collection::vec((number(), 0..Verdict::ALL.len()), SENSORS);
+        let head = (any::<u32>(), 0..State::ALL.len(), sensors);
         let body = (prop::array::uniform4(number()), prop::array::uniform4(any::<u16>()));
         let tail = (any::<u32>(), any::<u32>(), any::<u8>(), any::<u32>(), any::<u64>());
-        (head, body, tail).prop_map(|((tick, state, sensor_deg, verdict), (set_deg, pulse_us), tail)| {
+        (head, body, tail).prop_map(|((tick, state, sensors), (set_deg, pulse_us), tail)| {
             let (late, missed, limited, seq, hash) = tail;
-            let (state, verdict) = (State::ALL[state], Verdict::ALL[verdict]);
+            let state = State::ALL[state];
+            let sensor_deg = std::array::from_fn(|n| sensors[n].0);
+            let verdict = std::array::from_fn(|n| Verdict::ALL[sensors[n].1]);
             Tick { tick, state, sensor_deg, verdict, set_deg, pulse_us, late, missed, limited, seq, hash }
         })
     }
@@ -401,7 +448,7 @@ mod tests {
         fn a_printed_tick_is_read_back_bit_for_bit(tick in any_tick()) {
             let Line::Tick(back) = parse(&tick.to_string()).unwrap() else { panic!() };
             prop_assert_eq!(back.set_deg.map(f32::to_bits), tick.set_deg.map(f32::to_bits));
-            prop_assert_eq!(back.sensor_deg.to_bits(), tick.sensor_deg.to_bits());
+            prop_assert_eq!(back.sensor_deg.map(f32::to_bits), tick.sensor_deg.map(f32::to_bits));
             prop_assert_eq!(back, tick);
         }
 

@@ -1,7 +1,7 @@
 //! What there is to see of a run at this moment, for a screen or a line of text.
 
 use crate::session::{Books, Event};
-use crate::telemetry::{Cost, Margin, Tick};
+use crate::telemetry::{Cost, Env, Margin, Tick};
 use std::collections::VecDeque;
 
 /// How much of the past the charts show, in virtual seconds.
@@ -20,7 +20,7 @@ pub struct Point {
     pub t_s: f64,
     /// The counter of ticks.
     pub tick: u32,
-    /// Measured angle, in degrees.
+    /// Measured angle of the gait sensor, in degrees.
     pub measured: f32,
     /// Setpoints, in degrees.
     pub set: [f32; 4],
@@ -51,6 +51,8 @@ pub struct View {
     pub cost: Option<Cost>,
     /// What it leaves to spare.
     pub margin: Option<Margin>,
+    /// How warm and how well supplied the board is.
+    pub env: Option<Env>,
     /// The books.
     pub books: Books,
 }
@@ -68,14 +70,14 @@ impl View {
             Event::Booted { t_s, cause } => {
                 self.advance(*t_s);
                 (self.boots, self.boot_cause) = (self.boots + 1, cause.clone());
-                (self.last, self.cost, self.margin) = (None, None, None);
+                (self.last, self.cost, self.margin, self.env) = (None, None, None, None);
                 self.past.clear();
                 self.note(format!("{t_s:9.3} s  boot: {cause}"));
             }
             Event::Tick { t_s, tick } => {
                 self.advance(*t_s);
                 self.last = Some(*tick);
-                let (measured, set) = (tick.sensor_deg, tick.set_deg);
+                let (measured, set) = (tick.sensor_deg[0], tick.set_deg);
                 self.past.push_back(Point { t_s: *t_s, tick: tick.tick, measured, set });
                 while self.past.front().is_some_and(|first| first.t_s < t_s - PAST_S) {
                     self.past.pop_front();
@@ -88,6 +90,7 @@ impl View {
             }
             Event::Cost(cost) => self.cost = Some(*cost),
             Event::Margin(margin) => self.margin = Some(*margin),
+            Event::Env(env) => self.env = Some(*env),
             Event::Pulses { t_s, us } => {
                 self.advance(*t_s);
                 (self.pins_us, self.pulses_at_s) = (*us, *t_s);

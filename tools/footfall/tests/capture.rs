@@ -150,7 +150,7 @@ fn angles_are_the_boards_own() {
         let line = footfall::telemetry::parse(&message.unwrap().text).unwrap();
         let footfall::telemetry::Line::Tick(tick) = line else { continue };
         let row = tick.tick as usize - 1;
-        assert_eq!(angles[row].parse::<f32>().unwrap().to_bits(), tick.sensor_deg.to_bits());
+        assert_eq!(angles[row].parse::<f32>().unwrap().to_bits(), tick.sensor_deg[0].to_bits());
         assert_eq!(hips[row].parse::<f32>().unwrap().to_bits(), tick.set_deg[1].to_bits());
         compared += 1;
     }

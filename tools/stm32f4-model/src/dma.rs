@@ -85,6 +85,8 @@ struct Stream {
     total: u32,
     /// Items moved since then.
     moved: u32,
+    /// The next transfer meets a bus error.
+    cut: bool,
 }
 
 /// One controller.
@@ -180,7 +182,7 @@ impl Dma {
     /// The transfer has been made, or has failed at an address without memory. True where it was the last of the buffer.
     pub(crate) fn transferred(&mut self, stream: usize, good: bool) -> bool {
         let stream = &mut self.streams[stream];
-        if !good {
+        if std::mem::take(&mut stream.cut) || !good {
             // 10.3.19: a transfer error switches the stream off.
             stream.flags |= TEIF;
             stream.cr &= !EN;
@@ -204,6 +206,11 @@ impl Dma {
             stream.cr &= !EN;
         }
         true
+    }
+
+    /// The next transfer of a stream fails.
+    pub(crate) fn cut(&mut self, stream: usize) {
+        self.streams[stream].cut = true;
     }
 
     /// Interrupt line of a stream.

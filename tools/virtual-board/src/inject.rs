@@ -7,6 +7,8 @@
 //!   the function expects them: for `core::panicking::panic` R0 and R1 the message, R2 the `&Location`. A build whose optimiser has removed
 //!   unused arguments sees other text; the way to the handler is the same.
 //! - hse: the crystal stops.
+//! - overrun: a result of ADC1 is lost because the one before was not taken in time.
+//! - dma: a transfer of ADC1's stream, the first of DMA2, meets a bus error.
 //!
 //! Changes to flash are undone when the chip resets: a task that hung once runs again after the watchdog.
 
@@ -75,6 +77,10 @@ pub(crate) enum Kind {
     Panic(u32, PanicArguments),
     /// The crystal stops.
     Crystal,
+    /// A result of ADC1 is lost.
+    Overrun,
+    /// A transfer of stream 0 of DMA2 fails.
+    Transfer,
 }
 
 impl Kind {
@@ -86,6 +92,8 @@ impl Kind {
             Kind::Fault(_) => "fault",
             Kind::Panic(..) => "panic",
             Kind::Crystal => "hse",
+            Kind::Overrun => "overrun",
+            Kind::Transfer => "dma",
         }
     }
 }

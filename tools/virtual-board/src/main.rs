@@ -79,6 +79,12 @@ struct Cli {
     /// Stop the crystal at a time, s
     #[arg(long, value_name = "T", value_parser = time)]
     hse_fail: Vec<f64>,
+    /// Make ADC1 lose a result to an overrun at these times, s
+    #[arg(long, value_name = "T", value_parser = time)]
+    adc_overrun: Vec<f64>,
+    /// Make a transfer of stream 0 of DMA2 fail at these times, s
+    #[arg(long, value_name = "T", value_parser = time)]
+    dma_error: Vec<f64>,
     /// The crystal never starts
     #[arg(long)]
     hse_dead: bool,
@@ -193,6 +199,8 @@ fn injections(cli: &Cli, image: &Image) -> Result<Vec<Injection>> {
         all.extend(cli.panic.iter().map(|&at| Injection::new(Kind::Panic(address, arguments), name.into(), at)));
     }
     all.extend(cli.hse_fail.iter().map(|&at| Injection::new(Kind::Crystal, "HSE".into(), at)));
+    all.extend(cli.adc_overrun.iter().map(|&at| Injection::new(Kind::Overrun, "ADC1".into(), at)));
+    all.extend(cli.dma_error.iter().map(|&at| Injection::new(Kind::Transfer, "DMA2 stream 0".into(), at)));
     Ok(all)
 }
 

@@ -278,6 +278,16 @@ impl<'a, W: Write> Run<'a, W> {
                     self.injections[n].inject(now);
                     self.injections[n].show(now, armed, high);
                 }
+                Kind::Overrun | Kind::Transfer => {
+                    let mut board = self.cpu.machine();
+                    match kind {
+                        Kind::Overrun => board.soc.hold_up_converter(0),
+                        _ => board.soc.cut_transfer(1, 0),
+                    }
+                    drop(board);
+                    self.injections[n].inject(now);
+                    self.injections[n].show(now, armed, high);
+                }
             }
             let line = Line::Injected {
                 t_s: report::seconds(now.seconds),

@@ -185,7 +185,7 @@ fn understand_codes(line: &str) -> Result<Vec<Sample>, String> {
         (_, true) => None,
         _ => match telemetry::parse(line) {
             Ok(Line::Inputs(inputs)) => {
-                Some(inputs.calls.iter().map(|call| (call.sensor.0, Some(call.vrefint.0))).collect())
+                Some(inputs.calls.iter().map(|call| (call.sensors[0].0, Some(call.vrefint.0))).collect())
             }
             Ok(_) => Some(Vec::new()),
             Err(error) => return Err(error.to_string()),

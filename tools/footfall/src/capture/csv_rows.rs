@@ -65,7 +65,7 @@ fn row(out: &mut String, sample: &Sample) -> std::fmt::Result {
     if let Some(reading) = reading {
         write!(out, "{}", reading.verdict)?;
     }
-    write!(out, ",{},{},", call.sensor.0, call.vrefint.0)?;
+    write!(out, ",{},{},", call.sensors[0].0, call.vrefint.0)?;
     if let Some(reading) = reading {
         write!(out, "{}", reading.volts.0)?;
     }

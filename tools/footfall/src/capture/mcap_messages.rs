@@ -92,7 +92,7 @@ impl Messages {
         let mut sensor = Map::new();
         sensor.insert("boot".into(), sample.boot.into());
         sensor.insert("tick".into(), sample.tick.into());
-        sensor.insert("code".into(), sample.call.sensor.0.into());
+        sensor.insert("code".into(), sample.call.sensors[0].0.into());
         sensor.insert("vrefint".into(), sample.call.vrefint.0.into());
         sensor.insert("volts".into(), number(reading.map(|reading| reading.volts.0)));
         sensor.insert(self.angle.clone(), number(good.map(|reading| reading.angle.degrees())));

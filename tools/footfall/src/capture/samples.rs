@@ -180,7 +180,7 @@ impl Sampler {
                 self.counts.board_dropped += u64::from(more);
                 self.dropped_this_boot = cost.dropped;
             }
-            Line::State(_) | Line::Margin(_) | Line::Text => {}
+            Line::State(_) | Line::Env(_) | Line::Margin(_) | Line::Text => {}
         }
         Ok(None)
     }
@@ -272,7 +272,7 @@ impl Sampler {
         let Self { sensor, state, .. } = self;
         let reading = sensor.as_ref().map(|sensor| {
             state.missed(u32::from(call.elapsed.max(1)) - 1);
-            sensor.sample(state, call.sensor, call.vrefint)
+            sensor.sample(state, call.sensors[0], call.vrefint)
         });
         let replayed = self.replay.as_ref().and_then(|replay| replay.at(tick)).map(|(_, frame)| line_of(frame));
         Sample {

@@ -7,6 +7,7 @@ use footfall::replay::line_of;
 use footfall::shipped::{TYPICAL_VREFINT_CAL, WalkLoop, typical_loop};
 use footfall::telemetry::{Call, Inputs};
 use joint_loop::WalkerConfig;
+use joint_loop::shipped::SENSORS;
 use joint_loop::walker_record::Record;
 use joint_units::AdcCode;
 use object::write::{Object, StandardSegment, Symbol, SymbolSection};
@@ -144,7 +145,7 @@ impl Walker {
         for _ in 0..ticks {
             let knee = 2200.0 + 500.0 * (f64::from(self.t_ms) * 0.0057).sin();
             let vrefint = AdcCode(1652);
-            let call = Call { sensor: AdcCode(knee as u16), vrefint, elapsed: 1, flags: u8::from(button) };
+            let call = Call { sensors: [AdcCode(knee as u16); SENSORS], vrefint, elapsed: 1, flags: u8::from(button) };
             let command = self.joints.tick(&call.sample());
             self.calls.push(call);
             self.t_ms += 1;

@@ -144,6 +144,8 @@ pub(crate) struct Adc {
     dma_waits: bool,
     /// The stream has reported its last transfer with DDS = 0: no request until DMA is set anew.
     dma_over: bool,
+    /// The next regular result finds the last one not taken.
+    held_up: bool,
     /// HCLK cycles per ADCCLK cycle; `None`: no clock.
     clock: Option<u64>,
     running: Option<Running>,
@@ -168,6 +170,7 @@ impl Adc {
             dr: 0,
             dma_waits: false,
             dma_over: false,
+            held_up: false,
             clock: None,
             running: None,
             regular_waits: None,
@@ -195,6 +198,11 @@ impl Adc {
     pub(crate) fn next_visible(&self) -> u64 {
         let seen = self.cr1 & (EOCIE | JEOCIE | AWDIE | OVRIE) != 0 || self.cr2 & DMA != 0;
         if seen { self.next_event() } else { u64::MAX }
+    }
+
+    /// The next regular result is lost, where the mode detects an overrun.
+    pub(crate) fn hold_up(&mut self) {
+        self.held_up = true;
     }
 
     /// What is due at [`Adc::next_event`].
@@ -341,10 +349,11 @@ impl Adc {
     fn store_regular(&mut self, code: u16, resolution: u32, last: bool) -> bool {
         // 13.8.1, 13.8.2, 13.13.3: an overrun is detected with DMA, where the last request has not been served, or with EOC after
         // each conversion, where the flag still stands.
+        let held_up = std::mem::take(&mut self.held_up);
         let lost = match self.cr2 & (DMA | EOCS) {
             0 => false,
-            EOCS => self.sr & EOC != 0,
-            _ => self.dma_waits,
+            EOCS => held_up || self.sr & EOC != 0,
+            _ => held_up || self.dma_waits,
         };
         if lost {
             self.sr |= OVR;

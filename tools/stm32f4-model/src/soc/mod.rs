@@ -248,6 +248,20 @@ impl Soc {
         self.refresh();
     }
 
+    /// The next regular result of a converter (0 to 2) finds the last one not yet taken, as after a bus that was held up: an overrun.
+    pub fn hold_up_converter(&mut self, index: usize) {
+        if let Some(adc) = self.adcs.get_mut(index) {
+            adc.hold_up();
+        }
+    }
+
+    /// The next transfer of a stream (0 to 7) of a DMA controller (0 or 1) meets a bus error: a transfer error.
+    pub fn cut_transfer(&mut self, controller: usize, stream: usize) {
+        if let Some(dma) = self.dma.get_mut(controller).filter(|_| stream < 8) {
+            dma.cut(stream);
+        }
+    }
+
     /// Records an access.
     fn lint(&mut self, addr: u32, width: Width, kind: LintKind, write: Option<u32>) {
         let key = (addr, width, kind, write.is_some());

@@ -316,3 +316,59 @@ fn both_ends_step_as_configured() {
         }
     }
 }
+
+#[test]
+fn double_buffer_mode_changes_targets_at_each_end() {
+    // 10.3.9: CT is the target now; it changes when NDTR has run down, which sets TCIF; NDTR starts anew.
+    const DBM: u32 = 1 << 18;
+    const CT: u32 = 1 << 19;
+    let mut bench = ring(0, 4, DBM | CIRC | TCIE, DDS);
+    bench.set(ADC1 + 8, 0);
+    bench.set(stream(0), 0);
+    bench.set(LIFCR, 0x3D);
+    bench.set(stream(0) + M1AR, BUFFER + 8);
+    bench.set(stream(0) + NDTR, 4);
+    bench.set(stream(0), HALF | MINC | DBM | CIRC | TCIE | EN);
+    bench.set(ADC1 + 8, 1 | DMA | DDS | 6 << 24 | 1 << 28);
+    bench.to(4500);
+    assert_eq!((bench.get(LISR) & TCIF, bench.get(stream(0)) & CT), (TCIF, CT));
+    assert_eq!(bench.get(stream(0) + NDTR), 4);
+    bench.set(LIFCR, 0x3D);
+    bench.to(6500);
+    assert_eq!(buffer(&mut bench, 8), [10, 20, 30, 40, 50, 60, 0, 0]);
+    assert_eq!((bench.get(LISR) & TCIF, bench.get(stream(0) + NDTR)), (0, 2));
+    bench.to(8500);
+    assert_eq!((bench.get(LISR) & TCIF, bench.get(stream(0)) & CT), (TCIF, 0));
+    bench.to(12_500);
+    assert_eq!(buffer(&mut bench, 8), [90, 100, 110, 120, 50, 60, 70, 80]);
+    assert_eq!(bench.complaints(), [] as [String; 0]);
+}
+
+#[test]
+fn a_converter_that_is_held_up_overruns_and_recovers_as_stated() {
+    // 13.8.1: OVR is set, no request comes and triggers are ignored, until the stream is set up anew and OVR is cleared.
+    let mut bench = ring(0, 4, CIRC, DDS);
+    bench.to(2500);
+    bench.soc.hold_up_converter(0);
+    bench.to(9500);
+    assert_eq!(bench.get(ADC1) & OVR, OVR);
+    assert_eq!(buffer(&mut bench, 4), [10, 20, 0, 0]);
+    bench.set(stream(0), 0);
+    bench.set(LIFCR, 0x3D);
+    bench.set(stream(0) + NDTR, 4);
+    bench.set(stream(0), HALF | MINC | CIRC | EN);
+    bench.set(ADC1, !OVR);
+    bench.to(11_500);
+    assert_eq!(buffer(&mut bench, 4), [100, 110, 0, 0]);
+}
+
+#[test]
+fn a_transfer_that_is_cut_is_a_transfer_error() {
+    // 10.3.19: TEIF, and the stream is off.
+    let mut bench = ring(0, 4, CIRC | TEIE, DDS);
+    bench.to(2500);
+    bench.soc.cut_transfer(1, 0);
+    bench.to(3500);
+    assert_eq!((bench.get(LISR), bench.get(stream(0)) & EN), (TEIF | HTIF, 0));
+    assert!(bench.irq(56));
+}
