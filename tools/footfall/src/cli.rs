@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::rhythm::{certify, figures, gait_error, hexapod, obb, walk};
-use crate::{calibration_file, check, entrain, fit, pack, parameter_file, shipped, volts, watch};
+use crate::{calibration_file, check, entrain, fit, pack, parameter_file, shipped, sync, volts, watch};
 use clap::{Parser, Subcommand, ValueEnum};
 use joint_loop::LoopConfig;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -56,6 +56,8 @@ enum Command {
     },
     /// Let the host core follow one sensor of a recorded walker with four joints, and say how well it does
     Entrain(entrain::Options),
+    /// Fit another recorder's clock to the board's, from the edges of the board's synchronisation output
+    Sync(sync::Options),
     /// Turn a walker's parameters into the bytes of the board's parameter sector, or into a constant in Rust
     Pack(pack::Options),
     /// Print a file with the defaults, to begin a file of one's own with
@@ -112,6 +114,7 @@ fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Watch(options) => watch::run(&options, &interrupt()?),
         Command::Volts(options) => volts::run(&options),
         Command::Entrain(options) => entrain::run(&options),
+        Command::Sync(options) => sync::run(&options),
         Command::Check(options) => check::run(&options),
         Command::Walk(options) => walk::run(&options, interrupt),
         Command::Figures(options) => figures::run(&options),
