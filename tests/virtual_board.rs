@@ -6,6 +6,7 @@ use footfall::shipped::gait_sensor;
 use footfall_tests::board::{Board, Booted, Ran};
 use footfall_tests::traces::shipped_volts_file;
 use hgod_adc::{OVERSAMPLING, SensorState, trimmed_mean};
+use joint_loop::sync::level;
 use joint_loop::walker_record::{ADDRESS, Record};
 use joint_loop::{LoopConfig, State, WalkerConfig};
 use joint_units::{AdcCode, Joint};
@@ -234,6 +235,19 @@ fn a_lost_result_and_a_failed_transfer_are_faults_of_a_tick_and_nothing_more() {
             assert!((1640..=1665).contains(&vrefint) && sensor > 1000, "{option}: {sensor} {vrefint} in tick {tick}");
         }
     }
+}
+
+/// As many edges as the code has.
+#[test]
+fn the_synchronisation_output_has_the_edges_of_its_code() {
+    let Some(board) = Board::find("the synchronisation output on the virtual board") else { return };
+    let ran = board.run(options(7.0, &[], &[]));
+    assert_regular(&ran);
+    let last = only(&ran).calls.last().unwrap().0;
+    let edges = |to: u32| (1..=to).filter(|tick| level(*tick) != level(tick - 1)).count() as u64;
+    // Tick 1 finds the level of its slot already up: an edge more. The log may be ten ticks behind.
+    let (seen, least, most) = (ran.end.edges["PB5"], edges(last) + 1, edges(last + 12) + 1);
+    assert!((least..=most).contains(&seen), "{seen} edges, by the code {least} to {most}");
 }
 
 /// Die of 25 degrees by the model's own curve, at each supply.

@@ -93,6 +93,8 @@ mod boot {
             }
         };
         let outputs = Outputs::new(chip.TIM1);
+        BOARD.sync.set(false);
+        BOARD.sync.set_mode(Moder::OUTPUT);
         board::lamps().for_each(|lamp| lamp.set_mode(Moder::OUTPUT));
         let (inputs_in, inputs_out) = INPUTS.split();
         let (frames_in, frames_out) = FRAMES.split();

@@ -74,6 +74,7 @@ mod params;
 mod servo;
 pub mod shipped;
 pub mod supervisor;
+pub mod sync;
 mod tick;
 mod walker;
 pub mod walker_record;

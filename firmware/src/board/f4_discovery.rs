@@ -18,6 +18,7 @@ pub(crate) const BOARD: Board = Board {
     // B1, with a pull-down on the board.
     button: Pin::new(pac::GPIOA, 0),
     button_pressed: true,
+    sync: Pin::new(pac::GPIOB, 5),
     // LD4, green.
     led_pulses: Some(Pin::new(pac::GPIOD, 12)),
     // LD5, red.

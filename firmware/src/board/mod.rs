@@ -76,6 +76,8 @@ pub(crate) struct Board {
     pub(crate) button: Pin,
     /// Level of a pressed button.
     pub(crate) button_pressed: bool,
+    /// Synchronisation output, see [`joint_loop::sync`].
+    pub(crate) sync: Pin,
     /// Lit while the servos get pulses; lit when the level is high.
     pub(crate) led_pulses: Option<Pin>,
     /// Lit in a fault; lit when the level is high.

@@ -19,6 +19,7 @@ pub(crate) const BOARD: Board = Board {
     // B1, with a pull-up on the board.
     button: Pin::new(pac::GPIOC, 13),
     button_pressed: false,
+    sync: Pin::new(pac::GPIOB, 5),
     // LD2, green: the only one.
     led_pulses: Some(Pin::new(pac::GPIOA, 5)),
     led_fault: None,

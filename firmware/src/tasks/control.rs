@@ -5,7 +5,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use firmware::pacing::{LATE_US, Pacer, since};
 use heapless::spsc::Producer;
 use joint_loop::shipped::{SENSORS, WalkLoop};
-use joint_loop::{BoardFaults, Frame, MAX_ELAPSED, Sample, State};
+use joint_loop::{BoardFaults, Frame, MAX_ELAPSED, Sample, State, sync};
 use joint_units::AdcCode;
 
 use super::CONTROL;
@@ -112,6 +112,8 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         None => control.outputs.release(),
     }
 
+    // After what matters more. Its edges come some 10 us after the tick has begun, always about the same.
+    BOARD.sync.set(sync::level(frame.tick));
     show(BOARD.led_pulses, command.pulses.is_some());
     show(BOARD.led_fault, frame.state == State::Fault);
     control.report(&sample, frame);

@@ -3,7 +3,8 @@
 use crate::failure::Failure;
 use crate::rhythm::{certify, figures, gait_error, hexapod, obb, walk};
 use crate::{
-    calibrate, calibration_file, check, convert, entrain, fit, pack, parameter_file, record, shipped, volts, watch,
+    calibrate, calibration_file, check, convert, entrain, fit, pack, parameter_file, record, shipped, sync, volts,
+    watch,
 };
 use clap::{Parser, Subcommand, ValueEnum};
 use joint_loop::LoopConfig;
@@ -64,6 +65,8 @@ enum Command {
     Entrain(entrain::Options),
     /// Make a sensor's calibration from known angles and what the sensor said there
     Calibrate(Box<calibrate::Options>),
+    /// Fit another recorder's clock to the board's, from the edges of the board's synchronisation output
+    Sync(sync::Options),
     /// Turn a walker's parameters into the bytes of the board's parameter sector, or into a constant in Rust
     Pack(pack::Options),
     /// Print a file with the defaults, to begin a file of one's own with
@@ -121,6 +124,7 @@ fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Record(options) => record::run(&options, &interrupt()?),
         Command::Volts(options) => volts::run(&options),
         Command::Entrain(options) => entrain::run(&options),
+        Command::Sync(options) => sync::run(&options),
         Command::Check(options) => check::run(&options),
         Command::Walk(options) => walk::run(&options, interrupt),
         Command::Figures(options) => figures::run(&options),

@@ -47,6 +47,7 @@ pub mod screen;
 pub mod session;
 pub mod shipped;
 pub mod summary;
+pub mod sync;
 pub mod telemetry;
 pub mod view;
 pub mod volts;
