@@ -80,7 +80,7 @@ fn the_walk_has_its_period_and_its_phases() {
         // 1.1 s by construction; the models' text states it to four figures.
         assert!((stride - 1100.0).abs() < 1.0, "a stride of {stride} ms");
     }
-    // Phase of each joint behind the left hip, by its fundamental: 180, -100 and 80 degrees.
+    // Phase of each joint behind the left hip, by its fundamental: 180, 80 and -100 degrees.
     let period = strides.iter().sum::<f64>() / strides.len() as f64;
     let whole = (period * strides.len() as f64) as usize;
     let phase = |joint: usize| {
@@ -92,7 +92,7 @@ fn the_walk_has_its_period_and_its_phases() {
         }
         im.atan2(re)
     };
-    for (joint, ahead) in [(1, 180.0), (2, -100.0), (3, 80.0)] {
+    for (joint, ahead) in [(1, 180.0), (2, 80.0), (3, -100.0)] {
         let found = (phase(0) - phase(joint)).to_degrees();
         let off = (found - ahead + 540.0_f64).rem_euclid(360.0) - 180.0;
         assert!(off.abs() < 12.0, "joint {joint}: {found} degrees ahead of the left hip, {ahead} wanted");

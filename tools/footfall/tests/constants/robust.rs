@@ -24,10 +24,10 @@ pub const WALKER: WalkerConfig = WalkerConfig::Robust(
                 2147483648,
             ),
             Phase(
-                3101920825,
+                954437177,
             ),
             Phase(
-                954437177,
+                3101920825,
             ),
         ],
         amplitudes: [
