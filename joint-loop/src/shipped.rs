@@ -13,7 +13,8 @@ use joint_units::{AdcCode, Joint, Period, Volts};
 use crate::{JointLoop, LoopConfig, LoopError, Walker, WalkerConfig};
 
 /// Sensor channels: the one place that says how many there are, for firmware, log and host alike. 1 to 4; the first is the gait
-/// sensor that the walker follows.
+/// sensor that the walker follows. All have the shipped calibration, and all must be good. With four the image needs more stack than the
+/// 16 KiB of `memory.x` while it boots; 32 are enough.
 pub const SENSORS: usize = 1;
 
 /// The loop that the firmware runs: whichever walker its parameters name, and the sensors.
