@@ -7,7 +7,7 @@ use gait_fit::judge::HeldOut;
 use gait_trace::condition::{LowPass, Rules};
 use gait_trace::open::{self, ReadOptions};
 use joint_loop::State;
-use joint_loop::walker_record::{ADDRESS, Record};
+use joint_loop::walker_record::{ADDRESS, record_of};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -96,7 +96,7 @@ fn the_board_walks_a_fit_to_the_bit() {
     let fit = fitted(&traces::shipped_folder().join("gaitkit_fukuchi_healthy.csv"), &Settings::default());
     let config = fit.file.set.config();
     let sector = tempfile::NamedTempFile::new().unwrap();
-    std::fs::write(sector.path(), Record::of(&config).bytes()).unwrap();
+    std::fs::write(sector.path(), record_of(&config).bytes()).unwrap();
     let options: Vec<OsString> = [
         "--secs".into(),
         "8".into(),

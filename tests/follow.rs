@@ -8,9 +8,8 @@ use footfall_tests::traces;
 use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::open::{self, ReadOptions};
 use gait_trace::{Channel, Looped, Quantity, Recording, csv_file};
-use joint_loop::shipped::SENSORS;
-use joint_loop::walker_record::{ADDRESS, Record};
-use joint_loop::{Frame, State, Walker, WalkerConfig};
+use joint_loop::walker_record::{ADDRESS, record_of};
+use joint_loop::{Frame, SENSORS, State, Walker, WalkerConfig};
 use joint_units::{Joint, Radians};
 use std::ffi::OsString;
 
@@ -45,7 +44,7 @@ fn run(board: &Board, config: &WalkerConfig, volts: &Recording, secs: f64) -> Ra
     let folder = tempfile::tempdir().unwrap();
     let (feed, sector) = (folder.path().join("volts.csv"), folder.path().join("walker.bin"));
     csv_file::write(&feed, volts).unwrap();
-    std::fs::write(&sector, Record::of(config).bytes()).unwrap();
+    std::fs::write(&sector, record_of(config).bytes()).unwrap();
     let options: [OsString; 8] = [
         "--secs".into(),
         secs.to_string().into(),
@@ -106,7 +105,7 @@ fn a_broken_wire_is_walked_through_for_two_seconds_then_stands_and_walks_again_w
 
     // The follower's own account, tick by tick.
     let mut again = joint_loop::shipped::walk_loop(
-        &config,
+        &joint_loop::shipped::Parameters::or_default(Some(config), None).unwrap(),
         ran.boots[0].boot.as_ref().unwrap().vrefint_cal,
         ran.boots[0].boot.as_ref().unwrap().min_supply,
         true,

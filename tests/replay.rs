@@ -4,7 +4,7 @@ use footfall_tests::degraded::Degraded;
 use footfall_tests::traces::shipped;
 use footfall_tests::walk::{Ticked, Walk};
 use hgod_adc::Verdict;
-use joint_loop::{Cause, LoopConfig, State, anatomy};
+use joint_loop::{Cause, LoopConfig, SENSORS, State, anatomy};
 use joint_units::{AdcCode, Joint};
 use std::f64::consts::TAU;
 
@@ -24,7 +24,7 @@ fn a_minute_of_walking_keeps_every_limit_of_the_gate() {
     for (n, ticked) in all.iter().enumerate() {
         let frame = &ticked.frame;
         assert_eq!((frame.tick, frame.missed, frame.late), (n as u32 + 1, 0, 0));
-        assert_eq!(frame.verdict, [Verdict::Good], "tick {n}");
+        assert_eq!(frame.verdict[0], Some(Verdict::Good), "tick {n}");
         for ((joint, angle), range) in Joint::ALL.into_iter().zip(degrees(ticked)).zip(gate.range) {
             let (least, most) = (f64::from(range.least.0).to_degrees(), f64::from(range.most.0).to_degrees());
             assert!((least - 1e-4..=most + 1e-4).contains(&angle), "tick {n}: {} at {angle}", joint.name());
@@ -227,8 +227,9 @@ fn any_code_in_any_order_never_moves_a_joint_that_is_not_armed() {
         noise ^= noise << 17;
         let sample = joint_loop::Sample {
             elapsed: (noise >> 40) as u32 & 3,
-            codes: [AdcCode(noise as u16)],
+            codes: [AdcCode(noise as u16); SENSORS],
             vrefint: AdcCode((noise >> 16) as u16),
+            foot: noise & 0x100 != 0,
             ..joint_loop::Sample::default()
         };
         let command = walk.joints.tick(&sample);

@@ -2,13 +2,13 @@
 //!
 //! What this shows is shown on models of the chip's peripherals, not on hardware.
 
-use footfall::shipped::gait_sensor;
+use footfall::shipped::SENSOR_JOINT;
 use footfall_tests::board::{Board, Booted, Ran};
 use footfall_tests::traces::shipped_volts_file;
 use hgod_adc::{OVERSAMPLING, SensorState, trimmed_mean};
 use joint_loop::sync::level;
-use joint_loop::walker_record::{ADDRESS, Record};
-use joint_loop::{LoopConfig, State, WalkerConfig};
+use joint_loop::walker_record::{ADDRESS, record_of};
+use joint_loop::{LoopConfig, State, WalkerConfig, WornSensor};
 use joint_units::{AdcCode, Joint};
 use serde_json::Value;
 use std::ffi::OsString;
@@ -121,7 +121,8 @@ fn the_angles_that_the_board_logs_are_those_of_the_host_for_the_same_codes() {
     let boot = only(&ran);
     let words = boot.boot.as_ref().unwrap();
     // The sensor alone, without the loop around it.
-    let sensor = gait_sensor(words.vrefint_cal, words.min_supply).unwrap();
+    let worn = WornSensor::uncalibrated(SENSOR_JOINT).unwrap();
+    let sensor = worn.build(words.vrefint_cal, words.min_supply).unwrap();
     let mut state = SensorState::default();
     let mut ticks = boot.ticks.iter().peekable();
     let mut compared = 0;
@@ -130,7 +131,7 @@ fn the_angles_that_the_board_logs_are_those_of_the_host_for_the_same_codes() {
         let reading = sensor.sample(&mut state, call.sensors[0], call.vrefint);
         if let Some(line) = ticks.next_if(|line| line.tick == *tick) {
             assert_eq!(line.sensor_deg[0].to_bits(), reading.angle.degrees().to_bits(), "tick {tick}");
-            assert_eq!(line.verdict[0], reading.verdict, "tick {tick}");
+            assert_eq!(line.verdict[0], Some(reading.verdict), "tick {tick}");
             compared += 1;
         }
     }
@@ -371,7 +372,7 @@ fn an_open_wire_stops_the_walk_and_is_named() {
     let boot = only(&ran);
     let frames = boot.replay(&WalkerConfig::default_walk());
     let left = frames.iter().rposition(|frame| frame.state == State::Walking).unwrap();
-    let open = frames.iter().position(|frame| frame.verdict[0] == hgod_adc::Verdict::Open).unwrap();
+    let open = frames.iter().position(|frame| frame.verdict[0] == Some(hgod_adc::Verdict::Open)).unwrap();
     let off = boot.calls.iter().position(|(_, call)| call.sensors[0].0 < 81).unwrap();
     assert!(open - off <= 50, "named after {} ms", open - off);
     assert!(left - off <= 55, "the walk goes on for {} ms", left - off);
@@ -402,7 +403,7 @@ fn the_board_walks_with_whichever_walker_its_parameter_sector_holds() {
             set.joints[2].amplitude_deg = 25.0;
         }
         let config = file.set.config();
-        let (_file, download) = sector(Record::of(&config).bytes());
+        let (_file, download) = sector(record_of(&config).bytes());
         let ran = board.run_with(&config, options(6.0, &[0.3], &["--flash", &download]));
         assert_regular(&ran);
         let frames = only(&ran).replay(&config);
@@ -418,7 +419,7 @@ fn the_board_walks_with_whichever_walker_its_parameter_sector_holds() {
 #[test]
 fn a_broken_parameter_sector_keeps_the_board_dark() {
     let Some(board) = Board::find("broken parameter sectors") else { return };
-    let record = Record::of(&WalkerConfig::default_walk());
+    let record = record_of(&WalkerConfig::default_walk());
     let mut flipped = record.bytes().to_vec();
     flipped[40] ^= 4;
     for (bytes, words) in [

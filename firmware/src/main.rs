@@ -16,11 +16,15 @@ mod servo_pwm;
 #[cfg(target_os = "none")]
 mod stack;
 mod stopwatch;
+mod sync_input;
 mod tasks;
 mod watchdog;
 
 /// The feature `no-sensor` lets the legs walk without a sensor worn: its verdicts are reported and nothing follows from them.
 const SENSOR_REQUIRED: bool = cfg!(not(feature = "no-sensor"));
+
+/// The feature `shadow` runs everything and drives nothing: the servo pins stay low, the timer's main output is never switched on.
+const SHADOW: bool = cfg!(feature = "shadow");
 
 #[cfg(target_os = "none")]
 mod boot {
@@ -28,22 +32,26 @@ mod boot {
     use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};
     use embassy_stm32::interrupt::{self, InterruptExt, Priority};
     use embassy_stm32::pac::DBGMCU;
-    use embassy_stm32::pac::gpio::vals::Moder;
+    use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
     use firmware::pacing::Pacer;
     use firmware::post_mortem::LOCKOUT_STREAK;
     use heapless::Vec;
     use heapless::spsc::Queue;
     use joint_loop::Frame;
-    use joint_loop::shipped::{SENSORS, walk_loop};
+    use joint_loop::SENSORS;
+    use joint_loop::shipped::walk_loop;
 
-    use crate::board::{self, BOARD};
+    use crate::board::{self, BOARD, FOOT_SWITCH};
     use crate::servo_pwm::{self, Outputs};
-    use crate::tasks::control::{self, Control, FRAMES_QUEUED, INPUTS_QUEUED, TICKS_A_FRAME, TickInputs};
+    use crate::tasks::control::{
+        self, Control, EDGES_QUEUED, FRAMES_QUEUED, INPUTS_QUEUED, SyncEdge, TICKS_A_FRAME, TickInputs,
+    };
     use crate::tasks::telemetry::{self, Telemetry, wire};
     use crate::tasks::{sensor, watchdog as feeding};
-    use crate::{SENSOR_REQUIRED, climate, clocks, faults, parameters, sampling, stopwatch, watchdog};
+    use crate::{SENSOR_REQUIRED, climate, clocks, faults, parameters, sampling, stopwatch, sync_input, watchdog};
 
     /// Priorities, high to low. The clock of the tasks is below the ticks: a tick never waits for a timer of telemetry.
+    const EDGE: Priority = Priority::P2;
     const CONVERSION: Priority = Priority::P4;
     const TICK: Priority = Priority::P6;
     const TASK_CLOCK: Priority = Priority::P10;
@@ -61,6 +69,7 @@ mod boot {
     fn main() -> ! {
         static mut INPUTS: Queue<TickInputs, INPUTS_QUEUED> = Queue::new();
         static mut FRAMES: Queue<Frame<SENSORS>, FRAMES_QUEUED> = Queue::new();
+        static mut EDGES: Queue<SyncEdge, EDGES_QUEUED> = Queue::new();
         static mut THREAD: Option<Executor> = None;
 
         // Dark first, then why we are here, then a clock that is worth the name.
@@ -68,14 +77,14 @@ mod boot {
         let last_run = faults::last_run();
         let vrefint_cal = sampling::vrefint_calibration();
         let climate = climate::Climate::new(vrefint_cal, sampling::temperature_calibration());
-        let walker = match parameters::walker() {
-            Ok(walker) => walker,
+        let parameters = match parameters::read() {
+            Ok(parameters) => parameters,
             Err(error) => {
                 wire::refused(error);
                 stay_dark()
             }
         };
-        wire::boot(&last_run, vrefint_cal, &walker);
+        wire::boot(&last_run, vrefint_cal, &parameters);
         let Ok(chip) = clocks::start() else {
             wire::no_hse();
             stay_dark()
@@ -85,7 +94,7 @@ mod boot {
         }
 
         // Everything that can be refused is refused here, before anything can move.
-        let walk = match walk_loop(&walker.config, vrefint_cal, BOARD.min_supply, SENSOR_REQUIRED) {
+        let walk = match walk_loop(&parameters, vrefint_cal, BOARD.min_supply, SENSOR_REQUIRED) {
             Ok(walk) => walk,
             Err(refusal) => {
                 wire::refused(refusal);
@@ -95,17 +104,22 @@ mod boot {
         let outputs = Outputs::new(chip.TIM1);
         BOARD.sync.set(false);
         BOARD.sync.set_mode(Moder::OUTPUT);
+        FOOT_SWITCH.set_pull(Pupdr::PULL_UP);
+        FOOT_SWITCH.set_mode(Moder::INPUT);
         board::lamps().for_each(|lamp| lamp.set_mode(Moder::OUTPUT));
         let (inputs_in, inputs_out) = INPUTS.split();
         let (frames_in, frames_out) = FRAMES.split();
+        let (edges_in, edges_out) = EDGES.split();
         let control = Control {
             walk,
             outputs,
             inputs: inputs_in,
             frames: frames_in,
+            edges: edges_in,
             locked_out: last_run.streak >= LOCKOUT_STREAK,
             pacer: Pacer::default(),
             ticks_to_frame: TICKS_A_FRAME,
+            flooded: false,
         };
 
         // From here on every hang ends in a reset. The ticks begin disarmed.
@@ -115,10 +129,19 @@ mod boot {
         let ticks = TICKS.start(interrupt::CAN1_TX);
         ticks.spawn(only(sensor::sensor_task()));
         ticks.spawn(only(control::control_task(control)));
+        sync_input::start(EDGE);
         sampling::start(chip.ADC1, chip.TIM2, chip.DMA2_CH0, CONVERSION);
 
-        let telemetry =
-            Telemetry { inputs: inputs_out, frames: frames_out, climate, line: Vec::new(), rounds: 0, shown: None };
+        let telemetry = Telemetry {
+            inputs: inputs_out,
+            frames: frames_out,
+            edges: edges_out,
+            worn: parameters.worn.count(),
+            climate,
+            line: Vec::new(),
+            rounds: 0,
+            shown: None,
+        };
         THREAD.insert(Executor::new()).run(|thread| {
             thread.spawn(only(telemetry::telemetry_task(telemetry)));
             thread.spawn(only(feeding::watchdog_task()));

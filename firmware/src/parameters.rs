@@ -1,26 +1,48 @@
-//! The walker's parameters: from the first parameter sector, or built in where that is erased.
+//! The board's parameters: walker and sensors, each from a flash sector of its own, or built in where that is erased.
 
-use joint_loop::WalkerConfig;
-use joint_loop::walker_record::{self, Record, RecordError, Stored};
+use joint_loop::shipped::{Parameters, Refusal};
+use joint_loop::{sensors_record, walker_record};
 
-/// What to walk with. A sector that holds something else than a walker is an error, not a reason for the built-in one: somebody
-/// meant this board to walk another way.
-pub(crate) fn walker() -> Result<Stored, RecordError> {
-    Ok(walker_record::read(sector())?.unwrap_or_else(|| {
-        let config = WalkerConfig::default_walk();
-        Stored { config, crc: Record::of(&config).crc() }
-    }))
+/// Why the board has no parameters.
+pub(crate) enum NoParameters {
+    /// The first sector holds something else than a walker.
+    Walker(walker_record::RecordError),
+    /// The second sector holds something else than sensors.
+    Sensors(sensors_record::RecordError),
+    /// What is built in is refused.
+    BuiltIn(Refusal),
 }
 
-/// The start of the sector.
+impl core::fmt::Display for NoParameters {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Walker(error) => write!(f, "walker: {error}"),
+            Self::Sensors(error) => write!(f, "sensors: {error}"),
+            Self::BuiltIn(refusal) => write!(f, "{refusal}"),
+        }
+    }
+}
+
+/// What to walk with, and with which sensors. A sector that holds something else is an error, not a reason for what is built in: somebody
+/// meant this board to do another thing.
+pub(crate) fn read() -> Result<Parameters, NoParameters> {
+    let walker = walker_record::read(sector(walker_record::ADDRESS, walker_record::MAX_BYTES));
+    let worn = sensors_record::read(sector(sensors_record::ADDRESS, sensors_record::MAX_BYTES));
+    let walker = walker.map_err(NoParameters::Walker)?.map(|stored| stored.config);
+    let worn = worn.map_err(NoParameters::Sensors)?.map(|stored| stored.worn);
+    Parameters::or_default(walker, worn).map_err(NoParameters::BuiltIn)
+}
+
+/// The start of a sector.
 #[cfg(target_os = "none")]
-fn sector() -> &'static [u8] {
-    // SAFETY: flash, mapped and readable from reset on (RM0090 table 5); the program is linked around it (memory.x) and writes no flash.
-    unsafe { core::slice::from_raw_parts(walker_record::ADDRESS as *const u8, walker_record::MAX_BYTES) }
+fn sector(address: u32, bytes: usize) -> &'static [u8] {
+    // SAFETY: flash, mapped and readable from reset on (RM0090 table 5); both records are shorter than their sector of 16 KiB; the program
+    // is linked around them (memory.x) and writes no flash.
+    unsafe { core::slice::from_raw_parts(address as *const u8, bytes) }
 }
 
 /// The host has no flash.
 #[cfg(not(target_os = "none"))]
-fn sector() -> &'static [u8] {
-    &[0xFF; walker_record::MAX_BYTES]
+fn sector(_address: u32, _bytes: usize) -> &'static [u8] {
+    &[0xFF; 4]
 }

@@ -29,21 +29,20 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use firmware::pacing::{TRIGGER_US, trigger_us};
 use hgod_adc::{OVERSAMPLING, trimmed_mean};
-use joint_loop::shipped::SENSORS;
+use joint_loop::SENSORS;
 use joint_units::AdcCode;
 
 use crate::board::{BOARD, Pin};
 use crate::clocks::{self, APB1_TIMER_MHZ};
 use crate::stopwatch;
 
-/// Pin and channel of each sensor: pins that neither board uses for anything else.
-const SENSOR_INPUTS: [(Pin, u8); 4] = [
+/// Pin and channel of each sensor: pins that neither board uses for anything else. All are converted, whether a sensor is worn or not.
+const SENSOR_INPUTS: [(Pin, u8); SENSORS] = [
     (Pin { port: GPIOA, number: 1 }, 1),
     (Pin { port: GPIOC, number: 1 }, 11),
     (Pin { port: GPIOB, number: 0 }, 8),
     (Pin { port: GPIOB, number: 1 }, 9),
 ];
-const _: () = assert!(SENSORS >= 1 && SENSORS <= SENSOR_INPUTS.len(), "one to four sensors");
 
 const VREFINT_CHANNEL: u8 = 17;
 /// Conversions of one trigger: the sensors, VREFINT, temperature.
@@ -57,7 +56,7 @@ const REGULAR_TRIGGER_TIM2: u8 = 6;
 /// 84 MHz / 4; 36 MHz are allowed.
 const ADC_MHZ: u32 = 21;
 /// A conversion is its sampling time and 12 cycles. Sensors 144 + 12 cycles, 7.4 us each; the two internal channels want 10 us of
-/// sampling at least and get 480 cycles, 22.9 us: 54 us for one sensor, 77 us for four.
+/// sampling at least and get 480 cycles, 22.9 us: 77 us in all.
 const SCAN_CYCLES: u32 = SENSORS as u32 * (144 + 12) + 2 * (480 + 12);
 /// Whole microseconds from a trigger to the end of its scan, no more than it takes.
 const SCAN_US: u32 = SCAN_CYCLES / ADC_MHZ;
@@ -156,7 +155,7 @@ pub(crate) fn start(
         w.set_tsvrefe(true);
     });
     ADC1.sqr1().write(|w| w.set_l(SCAN as u8 - 1));
-    for (rank, (pin, channel)) in SENSOR_INPUTS.into_iter().take(SENSORS).enumerate() {
+    for (rank, (pin, channel)) in SENSOR_INPUTS.into_iter().enumerate() {
         pin.set_mode(Moder::ANALOG);
         put_in_scan(rank, channel, SampleTime::CYCLES144);
     }

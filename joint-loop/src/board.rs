@@ -16,13 +16,16 @@ pub struct Sample<const S: usize> {
     /// running hardware timer and calls **once**, however many periods went by: missed ticks are dropped, never caught up.
     /// Values are taken as 1 to [`MAX_ELAPSED`].
     pub elapsed: u32,
-    /// Raw code of each gait sensor. When the converter delivered nothing new, the board repeats the last code and sets
+    /// Raw code of each gait sensor; whatever it is where none is worn. When the converter delivered nothing new, the board repeats the last code and sets
     /// [`BoardFaults::ADC_OVERRUN`].
     pub codes: [AdcCode; S],
     /// Raw code of the internal reference, converted in the same sequence.
     pub vrefint: AdcCode,
     /// Raw level of the user button, true while it is held; the loop debounces it.
     pub button: bool,
+    /// Raw level of the foot switch, true while the foot is on the floor; false where none is wired. Its rising edge is a heel strike, and
+    /// a bounce is none: whoever takes it looks at the interval.
+    pub foot: bool,
     /// The previous tick ended after its deadline. Counted, nothing else.
     pub late: bool,
     /// Faults that the board found since the previous call; it repeats one for as long as it lasts.
@@ -30,20 +33,21 @@ pub struct Sample<const S: usize> {
 }
 
 impl<const S: usize> Default for Sample<S> {
-    /// One period later, nothing pressed, no fault, all codes 0 (which any sensor calls a short).
+    /// One period later, nothing pressed, no foot on the floor, no fault, all codes 0 (which any sensor calls a short).
     fn default() -> Self {
         Self {
             elapsed: 1,
             codes: [AdcCode(0); S],
             vrefint: AdcCode(0),
             button: false,
+            foot: false,
             late: false,
             faults: BoardFaults::NONE,
         }
     }
 }
 
-/// What the board found wrong: a set of bits, six at most (the wire format keeps two of the byte for the button and `late`).
+/// What the board found wrong: a set of bits, six at most (the wire format has room for no more).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BoardFaults(u8);

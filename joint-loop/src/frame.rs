@@ -4,6 +4,7 @@
 //! `tick` grow faster than `seq` knows that the loop has lost periods. Both wrap at 2^32 (50 days at 1 kHz).
 
 use crate::{Cause, GateStatus, State};
+use cpg_core::entrainment;
 use hgod_adc::Verdict;
 use joint_units::{Joint, PulseMicros, Radians};
 
@@ -19,10 +20,12 @@ pub struct Frame<const S: usize> {
     pub state: State,
     /// Why the last motion ended or was refused; `None` again from the next arming on.
     pub cause: Cause,
-    /// Angle of each gait sensor, filtered; the last good one where the verdict is not good.
+    /// Angle of each gait sensor, filtered; the last good one where the verdict is not good; 0 where none is worn.
     pub measured: [Radians; S],
-    /// Verdict on each gait sensor's sample.
-    pub verdict: [Verdict; S],
+    /// Verdict on each gait sensor's sample; `None` where none is worn.
+    pub verdict: [Option<Verdict>; S],
+    /// How a generator that follows the gait sensor stands; `None` of any other.
+    pub following: Option<entrainment::Status>,
     /// The four angles that the gate let pass; the park pose while disarmed, the last ones after a fault.
     pub setpoints: [Radians; Joint::COUNT],
     /// The four pulse widths; 0 while the outputs are off.

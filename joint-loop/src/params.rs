@@ -105,6 +105,8 @@ pub struct LoopConfig {
     pub blend: BlendConfig,
     /// What is watched, and how much of it is tolerated.
     pub watch: WatchConfig,
+    /// Channel of the sensor that the generator listens to, counted from 0. Where none is worn there, it hears nothing.
+    pub gait_sensor: usize,
 }
 
 impl LoopConfig {
@@ -147,10 +149,12 @@ impl LoopConfig {
             ],
             blend: BlendConfig::DEFAULT,
             watch: WatchConfig::DEFAULT,
+            gait_sensor: 0,
         }
     }
 
-    /// Checks everything and makes the loop, before its first tick, for one control period.
+    /// Checks everything and makes the loop, before its first tick, for one control period. `sensors` are the channels; `None` where
+    /// no sensor is worn.
     ///
     /// # Errors
     /// The first rule that the configuration breaks, with the field, the joint, and what is allowed.
@@ -158,7 +162,7 @@ impl LoopConfig {
         &self,
         period: Period,
         generator: G,
-        sensors: [Sensor; S],
+        sensors: [Option<Sensor>; S],
     ) -> Result<JointLoop<G, S>, LoopError> {
         let gate = Gate::build(&self.gate, period)?;
         let [left_hip, right_hip, left_knee, right_knee] = &self.servos;
@@ -174,14 +178,18 @@ impl LoopConfig {
         let blend = self.blend.build(period, &self.gate)?;
         let watch = self.watch.build(period)?;
         let button = self.watch.button(period)?;
-        if self.watch.sensor_required && S == 0 {
+        if self.watch.sensor_required && sensors.iter().all(Option::is_none) {
             return Err(LoopError::NoSensor);
         }
         if generator.check().is_err() {
             return Err(LoopError::Generator);
         }
         let parked = gate.rest(blend.park()).ok_or(LoopError::Park)?;
-        Ok(JointLoop::new(Stages { gate, servos, blend, watch, button, sensors }, generator, parked))
+        Ok(JointLoop::new(
+            Stages { gate, servos, blend, watch, button, sensors, gait_sensor: self.gait_sensor },
+            generator,
+            parked,
+        ))
     }
 }
 

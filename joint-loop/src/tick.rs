@@ -17,7 +17,10 @@ pub(crate) struct Stages<const S: usize> {
     pub(crate) blend: Blend,
     pub(crate) watch: Watch,
     pub(crate) button: Button,
-    pub(crate) sensors: [Sensor; S],
+    /// `None` where no sensor is worn.
+    pub(crate) sensors: [Option<Sensor>; S],
+    /// Channel that the generator listens to.
+    pub(crate) gait_sensor: usize,
 }
 
 /// The loop: configuration and state of everything between the sample and the command. [`crate::LoopConfig::build`] makes it.
@@ -29,6 +32,8 @@ pub struct JointLoop<G: Generator<{ Joint::COUNT }>, const S: usize> {
     wanted: [Radians; Joint::COUNT],
     /// The generator passes its check.
     sound: bool,
+    /// The foot was on the floor.
+    foot: bool,
     listening: [SensorState; S],
     press: Press,
     watched: Watched,
@@ -56,7 +61,7 @@ impl<G: Generator<{ Joint::COUNT }>, const S: usize> JointLoop<G, S> {
         let (mut status, mut actions) = next(self.status, inputs);
 
         // Generate: one step a call, in every state, so that each tick costs the same and missed ones are not run after.
-        self.generate(status.state);
+        self.generate(sample, status.state);
 
         // Blend.
         self.weight = self.stages.blend.advance(self.weight, actions.motion);
@@ -97,9 +102,12 @@ impl<G: Generator<{ Joint::COUNT }>, const S: usize> JointLoop<G, S> {
 
     pub(crate) fn new(stages: Stages<S>, generator: G, parked: GateState) -> Self {
         let park = stages.blend.park();
+        let following = generator.following();
         Self {
             wanted: generator.angles(),
             sound: true,
+            // Standing on it while the board boots is no strike.
+            foot: true,
             generator,
             listening: [SensorState::default(); S],
             press: Press::default(),
@@ -114,7 +122,8 @@ impl<G: Generator<{ Joint::COUNT }>, const S: usize> JointLoop<G, S> {
                 state: State::Boot,
                 cause: Cause::None,
                 measured: [Radians(0.0); S],
-                verdict: [Verdict::Good; S],
+                verdict: [None; S],
+                following,
                 setpoints: park,
                 pulses: [PulseMicros(0); Joint::COUNT],
                 late: 0,
@@ -141,15 +150,16 @@ impl<G: Generator<{ Joint::COUNT }>, const S: usize> JointLoop<G, S> {
         elapsed
     }
 
-    /// Codes to angles; true if every one is good and of this tick.
+    /// Codes to angles; true if every worn sensor's is good and of this tick.
     fn measure(&mut self, sample: &Sample<S>, elapsed: u32) -> bool {
         let mut good = !sample.faults.contains(BoardFaults::ADC_OVERRUN);
         let channels = self.stages.sensors.iter().zip(&mut self.listening).zip(sample.codes);
         let seen = self.frame.measured.iter_mut().zip(&mut self.frame.verdict);
         for (((sensor, state), code), (angle, verdict)) in channels.zip(seen) {
+            let Some(sensor) = sensor else { continue };
             state.missed(elapsed - 1);
             let reading = sensor.sample(state, code, sample.vrefint);
-            (*angle, *verdict) = (reading.angle, reading.verdict);
+            (*angle, *verdict) = (reading.angle, Some(reading.verdict));
             good &= reading.verdict == Verdict::Good;
         }
         good
@@ -179,10 +189,15 @@ impl<G: Generator<{ Joint::COUNT }>, const S: usize> JointLoop<G, S> {
 
     /// One step of the generator. Angles that do not pass its check are never used: a moving joint ramps down from the last
     /// ones that did. At rest a generator that does not pass starts afresh.
-    fn generate(&mut self, state: State) {
-        // The first sensor is the gait sensor. Only a good sample pulls.
-        let good = |(angle, verdict): (&Radians, &Verdict)| (*verdict == Verdict::Good).then_some(*angle);
-        self.generator.sense(self.frame.measured.iter().zip(&self.frame.verdict).next().and_then(good));
+    fn generate(&mut self, sample: &Sample<S>, state: State) {
+        // Only a good sample pulls.
+        let gait = self.stages.gait_sensor;
+        let good = self.frame.verdict.get(gait) == Some(&Some(Verdict::Good));
+        self.generator.sense(self.frame.measured.get(gait).copied().filter(|_| good));
+        if sample.foot && !self.foot {
+            self.generator.heel_strike();
+        }
+        self.foot = sample.foot;
         if self.sound {
             self.generator.step();
         } else if !state.moving() {
@@ -221,6 +236,7 @@ impl<G: Generator<{ Joint::COUNT }>, const S: usize> JointLoop<G, S> {
     fn record(&mut self, command: Command) {
         let frame = &mut self.frame;
         (frame.state, frame.cause) = (self.status.state, self.status.cause);
+        frame.following = self.generator.following();
         frame.pulses = command.pulses.unwrap_or_default();
         let hash = SetpointHash::resumed(frame.setpoint_hash);
         frame.setpoint_hash = hash.then(frame.tick, frame.state, &frame.setpoints).value();

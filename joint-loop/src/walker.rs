@@ -109,6 +109,15 @@ impl WalkerConfig {
         }
     }
 
+    /// The joint whose sensor it follows, if it follows one.
+    #[must_use]
+    pub const fn follows(&self) -> Option<Joint> {
+        match self {
+            Self::Follow(follow) => Some(follow.sensor),
+            Self::Robust(_) | Self::Thesis(_) | Self::Shape(_) => None,
+        }
+    }
+
     /// Checks every parameter and makes the walker for one control period.
     ///
     /// ```

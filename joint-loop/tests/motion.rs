@@ -168,7 +168,11 @@ fn a_jumping_generator_is_bounded() {
     let wild = [[60.0, -30.0, 120.0, 0.0], [-30.0, 60.0, 0.0, 120.0], [400.0, -400.0, 400.0, 400.0], [0.0; 4]];
     for period_of_jumps in [1, 7, 50, 130, 400] {
         let mut joints = config
-            .build(Period::MILLISECOND, Jumper { poses: wild, every: period_of_jumps, steps: 0 }, [support::sensor()])
+            .build(
+                Period::MILLISECOND,
+                Jumper { poses: wild, every: period_of_jumps, steps: 0 },
+                [Some(support::sensor())],
+            )
             .expect("valid");
         idle(&mut joints, 40);
         press(&mut joints);

@@ -108,7 +108,7 @@ fn without_a_required_sensor_the_rhythm_goes_on() {
     run(&mut joints, 60_000, open);
     assert_eq!(joints.state(), State::Walking);
     // And still every verdict is reported.
-    assert_eq!(joints.frame().verdict, [hgod_adc::Verdict::SupplyLow]);
+    assert_eq!(joints.frame().verdict, [Some(hgod_adc::Verdict::SupplyLow)]);
     assert_eq!(joints.frame().limited_ticks, 0);
 }
 
@@ -265,7 +265,11 @@ fn a_configuration_that_cannot_work_is_refused_by_name() {
     let refused = |change: Change| {
         let mut config = LoopConfig::default_biped();
         change(&mut config);
-        config.build(Period::MILLISECOND, Puppet::at([0.0; 4]), [sensor()]).map(|_| ()).expect_err("broken").to_string()
+        config
+            .build(Period::MILLISECOND, Puppet::at([0.0; 4]), [Some(sensor())])
+            .map(|_| ())
+            .expect_err("broken")
+            .to_string()
     };
     let cases: [(&str, Change); 16] = [
         ("gate.rate is", |c| c.gate.rate.0 = -1.0),
@@ -298,7 +302,7 @@ fn a_configuration_that_cannot_work_is_refused_by_name() {
 
     let broken = Puppet { health: Err(StateFault::NotFinite { joint: 0 }), ..Puppet::at([0.0; 4]) };
     let config = LoopConfig::default_biped();
-    let error = config.build(Period::MILLISECOND, broken, [sensor()]).map(|_| ()).expect_err("broken");
+    let error = config.build(Period::MILLISECOND, broken, [Some(sensor())]).map(|_| ()).expect_err("broken");
     assert_eq!(error, joint_loop::LoopError::Generator);
     let error = config.build(Period::MILLISECOND, Puppet::at([0.0; 4]), []).map(|_| ()).expect_err("broken");
     assert_eq!(error, joint_loop::LoopError::NoSensor);

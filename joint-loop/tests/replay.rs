@@ -34,7 +34,7 @@ fn every_code_in_every_state() {
                 assert_eq!((frame.state, command.pulses.is_some()), (after, after.moving()), "{code} {state:?}");
                 assert!(frame.measured[0].0.is_finite() && (0.0..=120.1).contains(&frame.measured[0].degrees()));
                 let reading = alone.sample(&mut listening.clone(), sample.codes[0], sample.vrefint);
-                assert_eq!(frame.verdict, [reading.verdict], "{code} {state:?}");
+                assert_eq!(frame.verdict, [Some(reading.verdict)], "{code} {state:?}");
                 assert_eq!(frame.measured[0].0.to_bits(), reading.angle.0.to_bits(), "{code} {state:?}");
                 for tick in 0..if code % 64 == 0 { 60 } else { 1 } {
                     let before = joints.frame();
@@ -86,7 +86,15 @@ fn anything() -> impl Strategy<Value = (Sample<1>, u16)> {
     (elapsed, faults, codes, vrefint, any::<bool>(), any::<bool>(), held).prop_map(
         |(elapsed, faults, code, vrefint, button, late, held)| {
             let faults = BoardFaults::from_bits(faults);
-            let sample = Sample { elapsed, codes: [AdcCode(code)], vrefint: AdcCode(vrefint), button, late, faults };
+            let sample = Sample {
+                elapsed,
+                codes: [AdcCode(code)],
+                vrefint: AdcCode(vrefint),
+                button,
+                foot: false,
+                late,
+                faults,
+            };
             (sample, held)
         },
     )
@@ -118,7 +126,7 @@ proptest! {
                 prop_assert_eq!(command.pulses.is_some(), after.state.moving());
                 if !before.state.moving() && after.state.moving() {
                     prop_assert!(before.state == State::Disarmed && held_for >= 20);
-                    prop_assert!(after.verdict == [Verdict::Good] && sample.faults.is_empty());
+                    prop_assert!(after.verdict == [Some(Verdict::Good)] && sample.faults.is_empty());
                 }
                 recorded.push((sample, after));
             }

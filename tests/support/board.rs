@@ -7,9 +7,9 @@ use crate::left_out;
 use footfall::board_lines::{self, BoardLine, End};
 use footfall::image::Image;
 use footfall::session::{Books, Session};
-use footfall::telemetry::{self, Boot, Call, Env, Inputs, Line, Tick};
-use joint_loop::shipped::{SENSORS, walk_loop};
-use joint_loop::{Frame, WalkerConfig};
+use footfall::telemetry::{self, Boot, Call, Edge, Env, Follow, Inputs, Line, Tick};
+use joint_loop::shipped::{Parameters, walk_loop};
+use joint_loop::{Frame, SENSORS, WalkerConfig};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -55,6 +55,10 @@ pub struct Booted {
     pub ticks: Vec<Tick>,
     /// What every call of the loop was given, in order, each with its tick.
     pub calls: Vec<(u32, Call)>,
+    /// How a walker that follows stands, by the board's own account.
+    pub follows: Vec<Follow>,
+    /// Edges at the synchronisation input.
+    pub edges: Vec<Edge>,
     /// Temperature and supply, once a second.
     pub env: Vec<Env>,
     /// Lines for people.
@@ -68,8 +72,18 @@ impl Booted {
     /// The board did not say which chip it is on, or inputs were lost.
     #[must_use]
     pub fn replay(&self, walker: &WalkerConfig) -> Vec<Frame<SENSORS>> {
+        self.replay_as(&with_walker(walker))
+    }
+
+    /// The same of a board with these parameters.
+    ///
+    /// # Panics
+    /// As [`Booted::replay`].
+    #[must_use]
+    pub fn replay_as(&self, parameters: &Parameters) -> Vec<Frame<SENSORS>> {
         let boot = self.boot.as_ref().expect("the board says what it is");
-        let mut joints = walk_loop(walker, boot.vrefint_cal, boot.min_supply, boot.sensor_required).expect("the loop");
+        let mut joints =
+            walk_loop(parameters, boot.vrefint_cal, boot.min_supply, boot.sensor_required).expect("the loop");
         let frames = self.calls.iter().map(|(tick, call)| {
             joints.tick(&call.sample());
             assert_eq!(joints.frame().tick, *tick, "inputs were lost");
@@ -115,6 +129,15 @@ impl Board {
     /// As [`Board::run`].
     #[must_use]
     pub fn run_with<A: AsRef<OsStr>>(&self, walker: &WalkerConfig, options: impl IntoIterator<Item = A>) -> Ran {
+        self.run_as(&with_walker(walker), options)
+    }
+
+    /// The same on a board whose parameter sectors were given these by some of the options.
+    ///
+    /// # Panics
+    /// As [`Board::run`].
+    #[must_use]
+    pub fn run_as<A: AsRef<OsStr>>(&self, parameters: &Parameters, options: impl IntoIterator<Item = A>) -> Ran {
         let output = Command::new(&self.program)
             .arg(&self.elf)
             .args(options)
@@ -123,11 +146,11 @@ impl Board {
             .output()
             .unwrap_or_else(|error| panic!("{}: {error}", self.program.display()));
         let text = String::from_utf8(output.stdout).expect("JSON is text");
-        self.read(walker, text, output.status.code())
+        self.read(parameters, text, output.status.code())
     }
 
-    fn read(&self, walker: &WalkerConfig, output: String, code: Option<i32>) -> Ran {
-        let mut session = Session::new(&self.image, *walker);
+    fn read(&self, parameters: &Parameters, output: String, code: Option<i32>) -> Ran {
+        let mut session = Session::new(&self.image, parameters.clone());
         let mut decoder = self.image.decoder();
         let (mut boots, mut pulses, mut remarks, mut end) = (Vec::<Booted>::new(), vec![], vec![], None);
         for text in output.lines() {
@@ -156,11 +179,16 @@ impl Board {
     }
 }
 
+/// A board with this walker, and the sensors that it has if nothing is said.
+fn with_walker(walker: &WalkerConfig) -> Parameters {
+    Parameters::or_default(Some(*walker), None).expect("what ships is sound")
+}
+
 fn take(boot: &mut Booted, text: &str) {
     match telemetry::parse(text).unwrap_or_else(|error| panic!("{error}")) {
         Line::Boot(words) => boot.boot = Some(words),
         Line::Tick(tick) => boot.ticks.push(tick),
-        Line::Inputs(Inputs { first_tick, calls }) => {
+        Line::Inputs(Inputs { first_tick, calls, .. }) => {
             let mut tick = first_tick;
             for (n, call) in calls.into_iter().enumerate() {
                 tick = if n == 0 { first_tick } else { tick.wrapping_add(call.elapsed.into()) };
@@ -168,6 +196,8 @@ fn take(boot: &mut Booted, text: &str) {
             }
         }
         Line::Env(env) => boot.env.push(env),
+        Line::Follow(follow) => boot.follows.push(follow),
+        Line::Edge(edge) => boot.edges.push(edge),
         Line::State(_) | Line::Cost(_) | Line::Margin(_) => {}
         Line::Text => boot.log.push(text.into()),
     }

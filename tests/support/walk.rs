@@ -5,8 +5,7 @@ use crate::traces::shipped_volts;
 use footfall::shipped::{WalkLoop, typical_loop, typical_sensor};
 use gait_trace::Recording;
 use hgod_adc::{Reference, Supply};
-use joint_loop::shipped::SENSORS;
-use joint_loop::{Command, Frame, Sample};
+use joint_loop::{Command, Frame, SENSORS, Sample};
 use joint_units::{AdcCode, Volts};
 
 /// A leg with a sensor, a converter and the loop.

@@ -2,6 +2,22 @@
 
 use clap::ValueEnum;
 
+/// What an image does with the servos.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Drive {
+    /// Drives them.
+    Servos,
+    /// Shadow mode: runs everything and drives nothing.
+    Nothing,
+}
+
+impl Drive {
+    /// Of the option `--shadow`.
+    pub(crate) fn unless(shadow: bool) -> Self {
+        if shadow { Self::Nothing } else { Self::Servos }
+    }
+}
+
 /// A board with a file of its own in `firmware/src/board`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub(crate) enum Board {

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail};
 
-use crate::board::Board;
+use crate::board::{Board, Drive};
 use crate::image::{self, Footprint};
 use crate::setup::{self, Need};
 use crate::shell;
@@ -89,9 +89,13 @@ impl Workshop {
     }
 
     /// The firmware for a board.
-    pub(crate) fn firmware(&self, board: Board) -> Result<Image> {
-        eprintln!("build: firmware for {}", board.feature());
-        let options = ["--no-default-features", "--features", board.feature()];
+    pub(crate) fn firmware(&self, board: Board, drive: Drive) -> Result<Image> {
+        let features = match drive {
+            Drive::Servos => board.feature().to_owned(),
+            Drive::Nothing => format!("{},shadow", board.feature()),
+        };
+        eprintln!("build: firmware for {features}");
+        let options = ["--no-default-features", "--features", &features];
         let built = executable(&mut self.thumb_build("firmware", &options)?, "firmware")?;
         let elf = std::fs::read(&built).with_context(|| format!("reading {}", built.display()))?;
         let wrong = |wrong: &'static str| anyhow::anyhow!("{}: {wrong}", built.display());
@@ -99,7 +103,7 @@ impl Workshop {
         let double_precision = image::double_precision(&elf).map_err(wrong)?;
         let images = self.target_dir.join("images");
         std::fs::create_dir_all(&images).with_context(|| format!("making {}", images.display()))?;
-        let copy = images.join(format!("firmware-{}.elf", board.feature()));
+        let copy = images.join(format!("firmware-{}.elf", features.replace(',', "-")));
         std::fs::write(&copy, elf).with_context(|| format!("writing {}", copy.display()))?;
         Ok(Image { elf: copy, footprint, double_precision })
     }

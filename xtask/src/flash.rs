@@ -1,20 +1,41 @@
 //! `cargo xtask flash`: the firmware onto a board, by probe-rs; its log then runs in the terminal until Ctrl-C.
 
-use std::path::Path;
+use std::ffi::OsString;
+use std::path::PathBuf;
 use std::process::{Command, ExitCode, Stdio};
 
 use anyhow::{Context, Result, ensure};
 
-use crate::board::Board;
+use crate::board::{Board, Drive};
 use crate::build::Workshop;
 use crate::setup::{Incomplete, Need};
 use crate::shell;
 
 /// `joint_loop::walker_record::ADDRESS`; `footfall pack` says it too.
-const PARAMETER_SECTOR: &str = "0x08004000";
+const WALKER_SECTOR: &str = "0x08004000";
+/// `joint_loop::sensors_record::ADDRESS`.
+const SENSORS_SECTOR: &str = "0x08008000";
+
+/// What goes onto the board.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Options {
+    /// The board on the desk
+    #[arg(long, value_enum, default_value_t)]
+    board: Board,
+    /// Write a walker's parameters into the board's first parameter sector first
+    #[arg(long, value_name = "TOML")]
+    params: Option<PathBuf>,
+    /// Write the worn sensors into the second: each its joint and its calibration, from channel 1 on, up to four
+    #[arg(long, value_name = "JOINT[=TOML]")]
+    sensor: Vec<String>,
+    /// Shadow mode: run everything, drive nothing
+    #[arg(long)]
+    shadow: bool,
+}
 
 /// Looks for a probe first: without one there is no need to build.
-pub(crate) fn flash(shop: &mut Workshop, board: Board, params: Option<&Path>) -> Result<ExitCode> {
+pub(crate) fn flash(shop: &mut Workshop, options: &Options) -> Result<ExitCode> {
+    let board = options.board;
     if shell::on_path("probe-rs").is_none() {
         return Err(Incomplete(
             "probe-rs is missing: install it with `cargo install probe-rs-tools --locked` (or see probe.rs), then plug the board in".to_owned(),
@@ -27,27 +48,29 @@ pub(crate) fn flash(shop: &mut Workshop, board: Board, params: Option<&Path>) ->
         return Err(Incomplete(trouble).into());
     }
     shop.set_up(&[Need::Thumb])?;
-    let image = shop.firmware(board)?;
+    let image = shop.firmware(board, Drive::unless(options.shadow))?;
     eprintln!("image: {}, {}", image.elf.display(), image.footprint);
-    if let Some(params) = params {
-        // The sector is its own download: the program's leaves it alone, so that parameters outlive a new program.
-        let packed = shop.target_dir.join("images").join("walker.bin");
-        let mut pack = shell::command(shop.footfall()?);
-        pack.current_dir(&shop.started_in).arg("pack").arg(params).arg("--out").arg(&packed);
-        done(&mut pack, "footfall pack")?;
-        let mut download = shell::command("probe-rs");
-        download.args([
-            "download",
-            "--chip",
-            board.chip(),
-            "--binary-format",
-            "bin",
-            "--base-address",
-            PARAMETER_SECTOR,
-        ]);
-        done(download.arg(packed), "probe-rs download")?;
+    // Each sector is its own download: the program's leaves them alone, so that parameters outlive a new program.
+    if let Some(params) = &options.params {
+        download(shop, board, &[params.into()], "walker.bin", WALKER_SECTOR)?;
+    }
+    if !options.sensor.is_empty() {
+        let sensors: Vec<OsString> =
+            options.sensor.iter().flat_map(|sensor| ["--sensor".into(), sensor.into()]).collect();
+        download(shop, board, &sensors, "sensors.bin", SENSORS_SECTOR)?;
     }
     shell::hand_over(shell::command("probe-rs").args(["run", "--chip", board.chip()]).arg(image.elf))
+}
+
+/// Packs parameters and writes them into their sector.
+fn download(shop: &Workshop, board: Board, pack: &[OsString], name: &str, sector: &str) -> Result<()> {
+    let packed = shop.target_dir.join("images").join(name);
+    let mut footfall = shell::command(shop.footfall()?);
+    footfall.current_dir(&shop.started_in).arg("pack").args(pack).arg("--out").arg(&packed);
+    done(&mut footfall, "footfall pack")?;
+    let mut download = shell::command("probe-rs");
+    download.args(["download", "--chip", board.chip(), "--binary-format", "bin", "--base-address", sector]);
+    done(download.arg(packed), "probe-rs download")
 }
 
 fn done(command: &mut Command, name: &str) -> Result<()> {

@@ -17,12 +17,11 @@ mod shell;
 mod test;
 mod toolchain;
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use board::Board;
+use board::{Board, Drive};
 use build::Workshop;
 use setup::Need;
 
@@ -36,29 +35,25 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Chore {
-    /// Run the firmware on the virtual board and watch it; every option goes to `footfall watch`
+    /// Run the firmware on the virtual board and watch it; every option but --shadow goes to `footfall watch`
     #[command(disable_help_flag = true)]
     Run {
-        /// Options of `footfall watch`, such as --secs N, --trace FILE, --record FILE, --json
+        /// --shadow for the image that drives nothing, and options of `footfall watch`, such as --secs N, --trace FILE, --json
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },
     /// Check everything: format, lints, docs, host tests, both firmware images, the virtual board
     Test(test::Options),
     /// Build the firmware and hand it to probe-rs
-    Flash {
-        /// The board on the desk
-        #[arg(long, value_enum, default_value_t)]
-        board: Board,
-        /// Write a walker's parameters into the board's parameter sector first
-        #[arg(long, value_name = "TOML")]
-        params: Option<PathBuf>,
-    },
+    Flash(flash::Options),
     /// Build the firmware and print where the image is and what it takes
     Build {
         /// The board to build for
         #[arg(long, value_enum, default_value_t)]
         board: Board,
+        /// Shadow mode: run everything, drive nothing
+        #[arg(long)]
+        shadow: bool,
     },
     /// Measure and print a table
     Bench {
@@ -84,10 +79,10 @@ fn chore(chore: Chore) -> anyhow::Result<ExitCode> {
     match chore {
         Chore::Run { options } => run::run(&mut shop, &options),
         Chore::Test(options) => test::test(shop, &options),
-        Chore::Flash { board, params } => flash::flash(&mut shop, board, params.as_deref()),
-        Chore::Build { board } => {
+        Chore::Flash(options) => flash::flash(&mut shop, &options),
+        Chore::Build { board, shadow } => {
             shop.set_up(&[Need::Thumb])?;
-            let built = shop.firmware(board)?;
+            let built = shop.firmware(board, Drive::unless(shadow))?;
             println!("{}: {}, {}", board.feature(), built.elf.display(), built.footprint);
             Ok(ExitCode::SUCCESS)
         }

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::board::Board;
+use crate::board::{Board, Drive};
 use crate::build::Workshop;
 use crate::core_selftest::{self, SelfTest};
 use crate::setup::Need;
@@ -97,13 +97,18 @@ const STEPS: [Step; 15] = [
 struct Bench {
     shop: Workshop,
     image: OnceCell<PathBuf>,
+    shadow: OnceCell<PathBuf>,
     virtual_board: OnceCell<PathBuf>,
     selftest: OnceCell<PathBuf>,
 }
 
 impl Bench {
     fn image(&self) -> Result<&Path> {
-        kept(&self.image, || Ok(self.shop.firmware(Board::F4Discovery)?.elf))
+        kept(&self.image, || Ok(self.shop.firmware(Board::F4Discovery, Drive::Servos)?.elf))
+    }
+
+    fn shadow(&self) -> Result<&Path> {
+        kept(&self.shadow, || Ok(self.shop.firmware(Board::F4Discovery, Drive::Nothing)?.elf))
     }
 
     fn virtual_board(&self) -> Result<&Path> {
@@ -160,7 +165,13 @@ pub(crate) fn test(mut shop: Workshop, options: &Options) -> Result<ExitCode> {
     }
     shop.set_up(&needs)?;
     shop.strict = true;
-    let bench = Bench { shop, image: OnceCell::new(), virtual_board: OnceCell::new(), selftest: OnceCell::new() };
+    let bench = Bench {
+        shop,
+        image: OnceCell::new(),
+        shadow: OnceCell::new(),
+        virtual_board: OnceCell::new(),
+        selftest: OnceCell::new(),
+    };
 
     let mut rows: Vec<Row> = Vec::new();
     let mut failed = false;
@@ -325,8 +336,10 @@ fn virtual_board(bench: &Bench) -> Result<String> {
 
 fn images(bench: &Bench) -> Result<String> {
     let mut told = Vec::new();
+    let shadow = bench.shop.firmware(Board::F4Discovery, Drive::Nothing)?;
+    let _ = bench.shadow.set(shadow.elf);
     for board in Board::ALL {
-        let image = bench.shop.firmware(board)?;
+        let image = bench.shop.firmware(board, Drive::Servos)?;
         // One such routine in a tick costs as much as fifty in single precision, and nothing else would tell.
         ensure!(
             image.double_precision.is_empty(),
@@ -380,6 +393,7 @@ fn image_tests(bench: &Bench) -> Result<String> {
     let mut tests = shell::cargo();
     tests
         .env("FOOTFALL_ELF", bench.image()?)
+        .env("FOOTFALL_SHADOW_ELF", bench.shadow()?)
         .env("FOOTFALL_VIRTUAL_BOARD", bench.virtual_board()?)
         .env("FOOTFALL_BIN", footfall)
         .env("FOOTFALL_REQUIRE_VIRTUAL_BOARD", "1")

@@ -77,6 +77,9 @@ pub enum Lock {
 }
 
 impl Lock {
+    /// Every state.
+    pub const ALL: [Self; 4] = [Self::Stopped, Self::Seeking, Self::Locked, Self::Holding];
+
     /// A word for people.
     #[must_use]
     pub const fn name(self) -> &'static str {

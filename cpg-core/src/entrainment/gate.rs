@@ -86,6 +86,9 @@ pub enum SensorFault {
 }
 
 impl SensorFault {
+    /// Every fault.
+    pub const ALL: [Self; 5] = [Self::Missing, Self::Erratic, Self::Stuck, Self::Amplitude, Self::Innovation];
+
     /// A word for people.
     #[must_use]
     pub const fn name(self) -> &'static str {

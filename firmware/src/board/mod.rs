@@ -6,7 +6,9 @@
 //! |---|---|
 //! | servos, left hip, right hip, left knee, right knee | TIM1 channels 1 to 4, pins of the board's choice among those of TIM1 |
 //! | emergency stop, high stops | TIM1 break input on PB12 |
-//! | sensors 1 to 4 (of which the shipped loop has one) | PA1, PC1, PB0, PB1: channels 1, 11, 8, 9 of ADC1 |
+//! | sensors 1 to 4 | PA1, PC1, PB0, PB1: channels 1, 11, 8, 9 of ADC1 |
+//! | foot switch, a contact to ground that closes on the floor | PC5, with the chip's pull-up |
+//! | synchronisation input, 3.3 V | PC6, EXTI line 6, with the chip's pull-down |
 //! | conversions, four to a control period | TIM2, DMA2 stream 0 |
 //! | clock of the tasks that wait | TIM4 |
 //! | free-running microseconds | TIM5 |
@@ -18,6 +20,7 @@
 //! - The servos have a supply of their own. No pulse is not no torque: what must go limp needs its supply switched.
 //! - HSE is 8 MHz within 500 ppm. A wrong crystal scales every pulse and is not detected.
 
+use embassy_stm32::pac::GPIOC;
 use embassy_stm32::pac::gpio::Gpio;
 use embassy_stm32::pac::gpio::vals::{Idr, Moder, Pupdr};
 use joint_units::Volts;
@@ -47,6 +50,12 @@ pub(crate) struct Pin {
     /// 0 to 15.
     pub(crate) number: usize,
 }
+
+/// Foot switch: low while the foot is on the floor. A wire that is off never strikes.
+pub(crate) const FOOT_SWITCH: Pin = Pin::new(GPIOC, 5);
+
+/// Synchronisation input, see [`crate::sync_input`].
+pub(crate) const SYNC_INPUT: Pin = Pin::new(GPIOC, 6);
 
 /// Where the 8 MHz come from.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -4,15 +4,17 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use firmware::pacing::{LATE_US, Pacer, since};
 use heapless::spsc::Producer;
-use joint_loop::shipped::{SENSORS, WalkLoop};
-use joint_loop::{BoardFaults, Frame, MAX_ELAPSED, Sample, State, sync};
+use joint_loop::shipped::WalkLoop;
+use joint_loop::{BoardFaults, Frame, MAX_ELAPSED, SENSORS, Sample, State, sync};
 use joint_units::AdcCode;
 
 use super::CONTROL;
 use super::sensor::{MEASURED, Measurement};
+use crate::SHADOW;
 use crate::board::{BOARD, Pin};
 use crate::servo_pwm::Outputs;
 use crate::stopwatch;
+use crate::sync_input;
 
 /// What one tick was given: with these a host runs the same loop to the same bits.
 #[derive(Clone, Copy)]
@@ -21,19 +23,35 @@ pub(crate) struct TickInputs {
     pub(crate) sensors: [AdcCode; SENSORS],
     pub(crate) vrefint: AdcCode,
     pub(crate) elapsed: u8,
-    pub(crate) flags: u8,
+    pub(crate) flags: u16,
 }
 
 impl TickInputs {
-    const BUTTON: u8 = 1 << 0;
-    const LATE: u8 = 1 << 1;
+    const BUTTON: u16 = 1 << 0;
+    const LATE: u16 = 1 << 1;
     const FAULTS_SHIFT: u32 = 2;
+    const FOOT: u16 = 1 << 8;
+}
+
+/// An edge at the synchronisation input, on the board's clock.
+#[derive(Clone, Copy)]
+pub(crate) struct SyncEdge {
+    /// The tick that took it.
+    pub(crate) tick: u32,
+    /// When it was after that tick's trigger, us; before it, as a rule.
+    pub(crate) offset_us: i32,
+    /// The level after it.
+    pub(crate) high: bool,
+    /// More came before it than could be taken.
+    pub(crate) flooded: bool,
 }
 
 /// One frame in this many ticks goes to telemetry: 100 Hz.
 pub(crate) const TICKS_A_FRAME: u8 = 10;
 /// Room for half a frame period more than the watchdog would let telemetry sleep.
 pub(crate) const INPUTS_QUEUED: usize = 64;
+/// Edges of a line of 1 kHz over half a frame period more than the watchdog would let telemetry sleep.
+pub(crate) const EDGES_QUEUED: usize = 128;
 /// As many frames as inputs, and one to spare.
 pub(crate) const FRAMES_QUEUED: usize = 8;
 
@@ -60,10 +78,13 @@ pub(crate) struct Control {
     pub(crate) outputs: Outputs,
     pub(crate) inputs: Producer<'static, TickInputs>,
     pub(crate) frames: Producer<'static, Frame<SENSORS>>,
+    pub(crate) edges: Producer<'static, SyncEdge>,
     /// Too many crashes in a row: the button is not passed on.
     pub(crate) locked_out: bool,
     pub(crate) pacer: Pacer,
     pub(crate) ticks_to_frame: u8,
+    /// More edges came before the last tick than could be taken.
+    pub(crate) flooded: bool,
 }
 
 /// Woken by the sensor task, once a millisecond.
@@ -99,6 +120,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         codes: measured.sensors,
         vrefint: measured.vrefint,
         button: measured.button && !control.locked_out,
+        foot: measured.foot,
         late: start_us > LATE_US,
         faults,
     };
@@ -106,6 +128,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     let command = control.walk.tick(&sample);
     let frame = control.walk.frame();
     match command.pulses {
+        Some(_) if SHADOW => {}
         Some(widths) => control.outputs.drive(widths),
         // A fault does not wait for the end of a pulse.
         None if frame.state == State::Fault => control.outputs.cut(),
@@ -114,9 +137,10 @@ fn control_step(control: &mut Control, measured: &Measurement) {
 
     // After what matters more. Its edges come some 10 us after the tick has begun, always about the same.
     BOARD.sync.set(sync::level(frame.tick));
-    show(BOARD.led_pulses, command.pulses.is_some());
+    show(BOARD.led_pulses, command.pulses.is_some() && !SHADOW);
     show(BOARD.led_fault, frame.state == State::Fault);
     control.report(&sample, frame);
+    control.report_edges(frame.tick, measured.triggered_us);
     CONTROL.count();
     let cycles = stopwatch::cycles().wrapping_sub(started);
     LONGEST_CYCLES.fetch_max(cycles, Ordering::Relaxed);
@@ -125,12 +149,15 @@ fn control_step(control: &mut Control, measured: &Measurement) {
 
 impl Control {
     fn report(&mut self, sample: &Sample<SENSORS>, frame: Frame<SENSORS>) {
-        let mut flags = sample.faults.bits() << TickInputs::FAULTS_SHIFT;
+        let mut flags = u16::from(sample.faults.bits()) << TickInputs::FAULTS_SHIFT;
         if sample.button {
             flags |= TickInputs::BUTTON;
         }
         if sample.late {
             flags |= TickInputs::LATE;
+        }
+        if sample.foot {
+            flags |= TickInputs::FOOT;
         }
         let inputs = TickInputs {
             tick: frame.tick,
@@ -146,6 +173,20 @@ impl Control {
             self.ticks_to_frame = TICKS_A_FRAME;
             dropped += u32::from(self.frames.enqueue(frame).is_err());
         }
+        if dropped > 0 {
+            DROPPED.fetch_add(dropped, Ordering::Relaxed);
+        }
+    }
+
+    fn report_edges(&mut self, tick: u32, triggered_us: u32) {
+        let mut dropped = 0;
+        let mut flooded = self.flooded;
+        self.flooded = sync_input::take(|edge| {
+            let offset_us = edge.at_us.wrapping_sub(triggered_us) as i32;
+            let edge = SyncEdge { tick, offset_us, high: edge.high, flooded };
+            flooded = false;
+            dropped += u32::from(self.edges.enqueue(edge).is_err());
+        });
         if dropped > 0 {
             DROPPED.fetch_add(dropped, Ordering::Relaxed);
         }

@@ -3,12 +3,11 @@
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use firmware::pacing::{STALE_US, since};
-use joint_loop::BoardFaults;
-use joint_loop::shipped::SENSORS;
+use joint_loop::{BoardFaults, SENSORS};
 use joint_units::AdcCode;
 
 use super::SENSOR;
-use crate::board::BOARD;
+use crate::board::{BOARD, FOOT_SWITCH};
 use crate::climate;
 use crate::sampling::{NEWEST, SampleSet};
 use crate::stopwatch;
@@ -20,6 +19,8 @@ pub(crate) struct Measurement {
     pub(crate) vrefint: AdcCode,
     /// Raw level of the user button.
     pub(crate) button: bool,
+    /// The foot is on the floor.
+    pub(crate) foot: bool,
     /// Time of the trigger, in [`stopwatch`] microseconds.
     pub(crate) triggered_us: u32,
     pub(crate) faults: BoardFaults,
@@ -55,6 +56,7 @@ fn sensor_step(last_sequence: &mut Option<u32>, set: &SampleSet) -> Measurement 
         sensors: set.sensors,
         vrefint: set.vrefint,
         button: BOARD.button.is_high() == BOARD.button_pressed,
+        foot: !FOOT_SWITCH.is_high(),
         triggered_us: set.triggered_us,
         faults,
     }

@@ -2,9 +2,11 @@
 //! a change here is a change there.
 //!
 //! ```text
-//! boot {board} {chip} reset {cause} streak {n} vrefint_cal {code} min_supply {volts} sensor {required|ignored} walker {crc}    once
+//! boot {board} {chip} reset {cause} streak {n} vrefint_cal {code} min_supply {volts} sensor {required|ignored} walker {crc} sensors {crc} outputs {servos|shadow}    once
 //! state {tick} {state} cause {cause}                            at every change that a reported frame shows
 //! inputs {first tick} {count} {sensor} ... {vrefint} {elapsed} {flags} {sensor} ...    every tick's inputs, ten a line
+//! follow {tick} {state} fault {fault} stride {} s off {} deg confidence {}       after every tick line of a walker that follows a sensor
+//! edge {tick} {offset} us {level}                               each edge at the synchronisation input; `edges lost {tick}` before one if so
 //! tick {n} {state} sensor {} deg {verdict} ... set {} {} {} {} deg pulse {} {} {} {} us late {} missed {} limited {} seq {} hash {}
 //! cost {longest tick} cycles dropped {records}                once a second
 //! margin start {latest} us stack {deepest} of {size} bytes      once a second
@@ -18,11 +20,10 @@ use embassy_time::Timer;
 use firmware::liveness::FEED_US;
 use heapless::Vec;
 use heapless::spsc::Consumer;
-use joint_loop::shipped::SENSORS;
-use joint_loop::{Cause, Frame, State};
+use joint_loop::{Cause, Frame, SENSORS, State};
 
 use super::TELEMETRY;
-use super::control::{TICKS_A_FRAME, TickInputs, dropped, take_worst};
+use super::control::{SyncEdge, TICKS_A_FRAME, TickInputs, dropped, take_worst};
 use crate::climate::Climate;
 
 /// How often the queues are looked at. Well inside the watchdog's question, which wants progress each time.
@@ -33,6 +34,9 @@ const ROUNDS_A_SECOND: u32 = 1_000_000 / ROUND_US;
 pub(crate) struct Telemetry {
     pub(crate) inputs: Consumer<'static, TickInputs>,
     pub(crate) frames: Consumer<'static, Frame<SENSORS>>,
+    pub(crate) edges: Consumer<'static, SyncEdge>,
+    /// Sensors that are worn: the first channels.
+    pub(crate) worn: usize,
     pub(crate) line: Vec<TickInputs, { TICKS_A_FRAME as usize }>,
     pub(crate) climate: Climate,
     pub(crate) rounds: u32,
@@ -61,6 +65,12 @@ fn telemetry_step(telemetry: &mut Telemetry) {
             wire::state(&frame);
         }
         wire::tick(&frame);
+        if let Some(following) = &frame.following {
+            wire::follow(frame.tick, following);
+        }
+    }
+    while let Some(edge) = telemetry.edges.dequeue() {
+        wire::edge(&edge);
     }
     telemetry.rounds += 1;
     if telemetry.rounds == ROUNDS_A_SECOND {
@@ -87,7 +97,7 @@ impl Telemetry {
 
     fn flush(&mut self) {
         if let Some(first) = self.line.first() {
-            wire::inputs(first.tick, &self.line);
+            wire::inputs(first.tick, &self.line, self.worn);
         }
         self.line.clear();
     }
@@ -96,26 +106,28 @@ impl Telemetry {
 /// The lines themselves.
 #[cfg(target_os = "none")]
 pub(crate) mod wire {
+    use cpg_core::entrainment::Status;
     use defmt::{Format, Formatter, Str, intern};
     use firmware::liveness::Part;
     use firmware::post_mortem::{Cause as CrashCause, LOCKOUT_STREAK};
-    use joint_loop::Frame;
-    use joint_loop::shipped::SENSORS;
-    use joint_loop::walker_record::Stored;
+    use joint_loop::shipped::Parameters;
+    use joint_loop::{Frame, SENSORS, sensors_record, walker_record};
     use joint_units::{AdcCode, Celsius, Volts};
 
-    use super::TickInputs;
-    use crate::SENSOR_REQUIRED;
+    use super::{SyncEdge, TickInputs};
     use crate::board::BOARD;
     use crate::faults::{LastRun, Reset};
+    use crate::{SENSOR_REQUIRED, SHADOW};
 
     // Seconds of ticks: this clock exists before the hardware ones do.
     defmt::timestamp!("{=u32:ms}", crate::tasks::ticks());
 
-    pub(crate) fn boot(last: &LastRun, vrefint_cal: AdcCode, walker: &Stored) {
+    pub(crate) fn boot(last: &LastRun, vrefint_cal: AdcCode, parameters: &Parameters) {
         let sensor = if SENSOR_REQUIRED { intern!("required") } else { intern!("ignored") };
+        let outputs = if SHADOW { intern!("shadow") } else { intern!("servos") };
         defmt::info!(
-            "boot {=str} {=str} reset {=istr} streak {=u32} vrefint_cal {=u16} min_supply {=f32} sensor {=istr} walker {=u32:08x}",
+            "boot {=str} {=str} reset {=istr} streak {=u32} vrefint_cal {=u16} min_supply {=f32} sensor {=istr} walker {=u32:08x} \
+             sensors {=u32:08x} outputs {=istr}",
             BOARD.name,
             BOARD.chip,
             reset(last.reset),
@@ -123,7 +135,9 @@ pub(crate) mod wire {
             vrefint_cal.0,
             BOARD.min_supply.0,
             sensor,
-            walker.crc
+            walker_record::record_of(&parameters.walker).crc(),
+            sensors_record::record_of(&parameters.worn).crc(),
+            outputs
         );
         crash(last);
         if crate::clocks::brown_out_reset_is_off() {
@@ -201,9 +215,28 @@ pub(crate) mod wire {
         defmt::info!("state {=u32} {=str} cause {=str}", frame.tick, frame.state.name(), frame.cause.name());
     }
 
-    pub(super) fn inputs(first_tick: u32, line: &[TickInputs]) {
+    pub(super) fn follow(tick: u32, status: &Status) {
+        defmt::info!(
+            "follow {=u32} {=str} fault {=str} stride {=f32} s off {=f32} deg confidence {=f32}",
+            tick,
+            status.state.name(),
+            status.fault.map_or("none", |fault| fault.name()),
+            status.stride_s,
+            status.phase_error.degrees(),
+            status.confidence
+        );
+    }
+
+    pub(super) fn edge(edge: &SyncEdge) {
+        if edge.flooded {
+            defmt::warn!("edges lost {=u32}", edge.tick);
+        }
+        defmt::info!("edge {=u32} {=i32} us {=u8}", edge.tick, edge.offset_us, u8::from(edge.high));
+    }
+
+    pub(super) fn inputs(first_tick: u32, line: &[TickInputs], worn: usize) {
         // The line holds ten at most.
-        defmt::info!("inputs {=u32} {=u8}{}", first_tick, line.len() as u8, Groups(line));
+        defmt::info!("inputs {=u32} {=u8}{}", first_tick, line.len() as u8, Groups(line, worn));
     }
 
     pub(super) fn cost((longest_cycles, latest_start_us): (u32, u32), dropped: u32) {
@@ -221,20 +254,22 @@ pub(crate) mod wire {
     impl Format for Ears<'_> {
         fn format(&self, to: Formatter<'_>) {
             for (measured, verdict) in self.0.measured.iter().zip(&self.0.verdict) {
-                defmt::write!(to, " sensor {=f32} deg {=str}", measured.degrees(), verdict.name());
+                if let Some(verdict) = verdict {
+                    defmt::write!(to, " sensor {=f32} deg {=str}", measured.degrees(), verdict.name());
+                }
             }
         }
     }
 
-    struct Groups<'a>(&'a [TickInputs]);
+    struct Groups<'a>(&'a [TickInputs], usize);
 
     impl Format for Groups<'_> {
         fn format(&self, to: Formatter<'_>) {
             for tick in self.0 {
-                for sensor in &tick.sensors {
+                for sensor in tick.sensors.iter().take(self.1) {
                     defmt::write!(to, " {=u16}", sensor.0);
                 }
-                defmt::write!(to, " {=u16} {=u8} {=u8}", tick.vrefint.0, tick.elapsed, tick.flags);
+                defmt::write!(to, " {=u16} {=u8} {=u16}", tick.vrefint.0, tick.elapsed, tick.flags);
             }
         }
     }
@@ -255,15 +290,17 @@ pub(crate) mod wire {
 /// The host has no wire: it only checks the types.
 #[cfg(not(target_os = "none"))]
 pub(crate) mod wire {
-    use joint_loop::Frame;
-    use joint_loop::shipped::SENSORS;
+    use cpg_core::entrainment::Status;
+    use joint_loop::{Frame, SENSORS};
     use joint_units::{Celsius, Volts};
 
-    use super::TickInputs;
+    use super::{SyncEdge, TickInputs};
 
     pub(super) fn tick(_frame: &Frame<SENSORS>) {}
+    pub(super) fn follow(_tick: u32, _status: &Status) {}
+    pub(super) fn edge(_edge: &SyncEdge) {}
     pub(super) fn state(_frame: &Frame<SENSORS>) {}
-    pub(super) fn inputs(_first_tick: u32, _line: &[TickInputs]) {}
+    pub(super) fn inputs(_first_tick: u32, _line: &[TickInputs], _worn: usize) {}
     pub(super) fn cost(_worst: (u32, u32), _dropped: u32) {}
     pub(super) fn env(_means: (Celsius, Volts)) {}
 }

@@ -38,7 +38,7 @@ pub fn walker() -> JointLoop<Walk, 1> {
 /// The default walk with one sensor, configured.
 pub fn walker_with(config: &LoopConfig) -> JointLoop<Walk, 1> {
     let walk = default_walk(Period::MILLISECOND).expect("valid");
-    config.build(Period::MILLISECOND, walk, [sensor()]).expect("valid")
+    config.build(Period::MILLISECOND, walk, [Some(sensor())]).expect("valid")
 }
 
 /// A good sample, tick after tick.
@@ -168,5 +168,5 @@ impl Generator<4> for Puppet {
 
 /// A puppet with one sensor, configured by default.
 pub fn puppet(puppet: Puppet) -> JointLoop<Puppet, 1> {
-    LoopConfig::default_biped().build(Period::MILLISECOND, puppet, [sensor()]).expect("valid")
+    LoopConfig::default_biped().build(Period::MILLISECOND, puppet, [Some(sensor())]).expect("valid")
 }

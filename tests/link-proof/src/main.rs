@@ -25,9 +25,9 @@ mod proof {
         Calibration, CalibrationPoint, FilterConfig, HealthConfig, Interpolation, ReferenceConfig, Sensor,
         SensorConfig, SensorState,
     };
-    use joint_loop::walker_record::{Record, read};
-    use joint_loop::{BoardFaults, JointLoop, LoopConfig, Sample, Walker};
-    use joint_units::{AdcCode, Period};
+    use joint_loop::shipped::{Parameters, WalkLoop, walk_loop_with};
+    use joint_loop::{BoardFaults, LoopConfig, SENSORS, Sample, sensors_record, walker_record};
+    use joint_units::{AdcCode, Period, Volts};
 
     unsafe extern "C" {
         /// Defined nowhere.
@@ -67,21 +67,26 @@ mod proof {
         black_box(state);
     }
 
-    /// The loop: any bytes of the parameter sector, any configuration, then a tick from any state with any sample, and what the board
+    /// The loop: any bytes of the parameter sectors, any configuration, then a tick from any state with any sample, and what the board
     /// reads after it.
     fn joint_loop(period: Period) {
         let bytes: &[u8] = black_box(&[]);
-        let Ok(Some(stored)) = read(bytes) else { return };
-        black_box(Record::of(black_box(&stored.config)).bytes());
-        let Ok(walker) = black_box(stored.config).build(period) else { return };
-        let Some(sensor) = black_box(None::<Sensor>) else { return };
-        let Ok(built) = black_box(LoopConfig::default_biped()).build(period, walker, [sensor]) else { return };
-        let mut joints: JointLoop<Walker, 1> = black_box(built);
+        let (Ok(walker), Ok(worn)) = (walker_record::read(bytes), sensors_record::read(bytes)) else { return };
+        let parameters = Parameters::or_default(walker.map(|stored| stored.config), worn.map(|stored| stored.worn));
+        let Ok(parameters) = parameters else { return };
+        black_box(walker_record::record_of(black_box(&parameters.walker)).bytes());
+        black_box(sensors_record::record_of(black_box(&parameters.worn)).bytes());
+        let cal = AdcCode(black_box(1502));
+        let config = black_box(LoopConfig::default_biped());
+        let built = walk_loop_with(&config, black_box(&parameters), cal, Volts(black_box(2.7)));
+        let Ok(built) = built else { return };
+        let mut joints: WalkLoop = black_box(built);
         let sample = Sample {
             elapsed: black_box(1),
-            codes: black_box([AdcCode(0)]),
+            codes: black_box([AdcCode(0); SENSORS]),
             vrefint: black_box(AdcCode(0)),
             button: black_box(false),
+            foot: black_box(false),
             late: black_box(false),
             faults: BoardFaults::from_bits(black_box(0)),
         };

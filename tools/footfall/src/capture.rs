@@ -15,19 +15,21 @@ pub mod samples;
 
 use crate::board_lines::BoardLine;
 use crate::image::{Decoder, Image};
+use crate::worn::joints;
 use gait_trace::whole_file;
-use joint_loop::WalkerConfig;
+use joint_loop::shipped::Parameters;
 use joint_units::Joint;
-use samples::{Booted, Counts, Sample, Sampler};
+use samples::{Booted, Counts, EdgeAt, Sample, Sampler};
 use serde_json::{Value, json};
 use std::ffi::OsString;
-use std::io;
+use std::fs::File;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-pub use header::about_sensor;
+pub use header::about_sensors;
 
 /// Version of the layout of captures and of the file beside them.
-pub const SCHEMA: u32 = 2;
+pub const SCHEMA: u32 = 3;
 
 /// Frames without sense, at least, before a log is said to be of another image.
 const ENOUGH_MALFORMED: u64 = 16;
@@ -81,8 +83,8 @@ pub struct Listener<'t> {
 impl<'t> Listener<'t> {
     /// For the log of an image that walks with these parameters.
     #[must_use]
-    pub fn new(image: &'t Image, walker: WalkerConfig) -> Self {
-        Self { decoder: image.decoder(), sampler: Sampler::new(walker), reset_ns: None, talk: Vec::new() }
+    pub fn new(image: &'t Image, parameters: Parameters) -> Self {
+        Self { decoder: image.decoder(), sampler: Sampler::new(parameters), reset_ns: None, talk: Vec::new() }
     }
 
     /// The chip came out of reset; what has come of an unfinished frame is void.
@@ -137,6 +139,11 @@ impl<'t> Listener<'t> {
     pub fn talk(&mut self) -> Vec<String> {
         std::mem::take(&mut self.talk)
     }
+
+    /// Edges at the synchronisation input since they were last taken.
+    pub fn edges(&mut self) -> Vec<EdgeAt> {
+        self.sampler.edges()
+    }
 }
 
 enum Sink {
@@ -148,22 +155,29 @@ enum Sink {
 pub struct Recorder {
     path: PathBuf,
     sink: Sink,
+    /// Where the synchronisation input's edges go; made with the first one.
+    edges: Option<File>,
     about: Value,
     boots: Vec<Value>,
     rows: u64,
 }
 
 impl Recorder {
-    /// Begins a file; `about` says what runs, `joint` where the sensor is worn.
+    /// Begins a file; `about` says what runs, `joints` where the sensors are worn.
     ///
     /// # Errors
     /// A file cannot be written, or its name does not say in which format.
-    pub fn begin(path: &Path, joint: Joint, about: Value) -> io::Result<Self> {
+    pub fn begin(path: &Path, joints: &[Joint], about: Value) -> io::Result<Self> {
         let sink = match Format::of(path).map_err(io::Error::other)? {
-            Format::Csv => Sink::Csv(csv_rows::Rows::begin(path, joint)?),
-            Format::Mcap => Sink::Mcap(Box::new(mcap_messages::Messages::begin(path, joint, &about)?)),
+            Format::Csv => Sink::Csv(csv_rows::Rows::begin(path, joints)?),
+            Format::Mcap => Sink::Mcap(Box::new(mcap_messages::Messages::begin(path, joints, &about)?)),
         };
-        let recorder = Self { path: path.into(), sink, about, boots: Vec::new(), rows: 0 };
+        // Those of another recording must not be taken for this one's.
+        match std::fs::remove_file(edges_beside(path)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        let recorder = Self { path: path.into(), sink, edges: None, about, boots: Vec::new(), rows: 0 };
         recorder.write_about(false, &Value::Null, &Value::Null)?;
         Ok(recorder)
     }
@@ -191,6 +205,33 @@ impl Recorder {
             Sink::Mcap(messages) => messages.write(samples)?,
         }
         self.rows += samples.len() as u64;
+        Ok(())
+    }
+
+    /// Writes edges at the synchronisation input, whole ones, at once.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn edges(&mut self, edges: &[EdgeAt]) -> io::Result<()> {
+        if edges.is_empty() {
+            return Ok(());
+        }
+        if let Sink::Mcap(messages) = &mut self.sink {
+            edges.iter().try_for_each(|edge| messages.edge(edge))?;
+        }
+        let mut text = String::new();
+        let mut file = match self.edges.take() {
+            Some(file) => file,
+            None => {
+                text.push_str("time_s,level\n");
+                File::create(edges_beside(&self.path))?
+            }
+        };
+        for edge in edges {
+            text.push_str(&format!("{},{}\n", csv_rows::seconds(edge.time_ns), u8::from(edge.high)));
+        }
+        file.write_all(text.as_bytes())?;
+        self.edges = Some(file);
         Ok(())
     }
 
@@ -235,6 +276,15 @@ pub fn beside(capture: &Path) -> PathBuf {
     name.into()
 }
 
+/// The file of the edges at the synchronisation input, beside a capture: the header `time_s,level`, as `footfall sync` reads it. There is
+/// none where no edge came.
+#[must_use]
+pub fn edges_beside(capture: &Path) -> PathBuf {
+    let mut name = capture.file_stem().map_or_else(OsString::new, OsString::from);
+    name.push(".edges.csv");
+    capture.with_file_name(name)
+}
+
 /// Why a capture cannot go on.
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
@@ -258,9 +308,9 @@ impl<'t> Capture<'t> {
     ///
     /// # Errors
     /// A file cannot be written.
-    pub fn begin(path: &Path, joint: Joint, about: Value, image: &'t Image, walker: WalkerConfig) -> io::Result<Self> {
-        let recorder = Recorder::begin(path, joint, about)?;
-        Ok(Self { listener: Listener::new(image, walker), recorder, samples: Vec::new() })
+    pub fn begin(path: &Path, about: Value, image: &'t Image, parameters: Parameters) -> io::Result<Self> {
+        let recorder = Recorder::begin(path, &joints(&parameters.worn), about)?;
+        Ok(Self { listener: Listener::new(image, parameters), recorder, samples: Vec::new() })
     }
 
     /// Takes a line of the virtual board.
@@ -286,6 +336,7 @@ impl<'t> Capture<'t> {
         self.samples.clear();
         let heard = self.listener.bytes(bytes, &mut self.samples);
         self.recorder.samples(&self.samples)?;
+        self.recorder.edges(&self.listener.edges())?;
         for booted in heard? {
             self.recorder.boot(&booted)?;
         }

@@ -1,10 +1,9 @@
-//! What the board's converter is fed with: a recorded gait as volts at the sensor's pin.
+//! What the board's converter is fed with: a recorded gait as volts at the sensors' pins.
 
-use crate::calibration_file::WiredSensor;
 use crate::failure::Failure;
-use crate::shipped::SENSOR_PIN;
+use crate::shipped::SENSOR_PINS;
 use gait_trace::{Channel, LoopError, Quantity, Recording, TraceError, csv_file};
-use joint_units::Joint;
+use joint_loop::{WornSensor, WornSensors};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -20,7 +19,7 @@ pub const RATE_HZ: f64 = 1000.0;
 /// Volts, and how to play them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Feed {
-    /// Volts at the pin.
+    /// Volts at the pins.
     pub volts: Recording,
     /// They are a loop.
     pub repeat: bool,
@@ -43,70 +42,82 @@ pub fn recording(file: Option<&Path>) -> Result<(String, Recording), TraceError>
     }
 }
 
-/// Turns a recording of a joint into volts for a run of so many seconds, or for one without end.
+/// Turns a recording into volts for a run of so many seconds, or for one without end: of the joint of each worn sensor, at its pin.
 ///
 /// A recording that lasts as long as the run is played as it is; a shorter one is cut to whole strides and repeated. One that
-/// does not repeat itself is played once, and its last angle held. A recording of volts at the sensor's pin is taken as it is.
+/// does not repeat itself is played once, and its last angles held. Volts that were recorded at a sensor's pin are taken as they are.
 ///
 /// # Errors
-/// The recording has no channel of the sensor's joint, or angles that the calibration does not reach.
-pub fn feed(
-    name: &str,
-    recording: &Recording,
-    joint: Joint,
-    sensor: &WiredSensor,
-    secs: Option<f64>,
-) -> Result<Feed, Failure> {
+/// The recording has no channel of a sensor's joint, or angles that its calibration does not reach.
+pub fn feed(name: &str, recording: &Recording, worn: &WornSensors, secs: Option<f64>) -> Result<Feed, Failure> {
     let input = |why: String| Failure::input(format!("{name}: {why}"));
-    let channel = match recording.channel(SENSOR_PIN) {
-        Ok(pin) => pin,
-        Err(_) => recording.of_joint(joint).map_err(|error| input(error.to_string()))?,
+    let one = |(sensor, pin): (&WornSensor, &'static str)| match recording.channel(pin) {
+        Ok(channel) => Ok(Source { channel: channel.clone(), sensor: sensor.clone(), pin }),
+        Err(_) => match recording.of_joint(sensor.joint) {
+            Ok(channel) => Ok(Source { channel: channel.clone(), sensor: sensor.clone(), pin }),
+            Err(error) => Err(input(error.to_string())),
+        },
     };
+    let sources = worn.iter().zip(SENSOR_PINS).map(one).collect::<Result<Vec<_>, _>>()?;
+    let columns: Vec<String> = sources.iter().map(|source| source.channel.column()).collect();
+    let is_semi_synthetic = sources.iter().any(|source| source.channel.quantity() == Quantity::Angle);
     let mut notes = Vec::new();
     let mut about = json!({
         "file": name,
-        "channel": channel.column(),
+        "channels": columns,
+        "pins": sources.iter().map(|source| source.pin).collect::<Vec<_>>(),
         "start_s": 0.0,
-        "semi_synthetic": channel.quantity() == Quantity::Angle,
+        "semi_synthetic": is_semi_synthetic,
     });
-    let volts_of = |recording: &Recording, channel: &Channel| match channel.quantity() {
-        Quantity::PinVolts => Ok(recording.clone()),
-        Quantity::Angle => recording
-            .semi_synthetic_volts(channel, &sensor.calibration, sensor.divider, SENSOR_PIN)
-            .map_err(|error| input(error.to_string())),
-    };
+    let volts_of = |recording: &Recording| volts_of(recording, &sources).map_err(input);
     // Before it is cut, so that an angle out of reach is told with the file's own time.
-    volts_of(recording, channel)?;
-    let one = recording.only(channel.name()).map_err(|error| input(error.to_string()))?;
-    let long_enough = secs.is_some_and(|secs| secs <= one.duration_s());
+    volts_of(recording)?;
+    let long_enough = secs.is_some_and(|secs| secs <= recording.duration_s());
     // The cut is chosen by all channels: two poses are alike when all joints are.
     let (played, repeat) = match if long_enough { None } else { Some(recording.looped(RATE_HZ)) } {
         Some(Ok(looped)) => {
             about["strides"] = json!(looped.strides);
             about["start_s"] = json!(looped.start_s);
-            (looped.recording.only(channel.name()).map_err(|error| input(error.to_string()))?, true)
+            (looped.recording, true)
         }
         Some(Err(error @ (LoopError::NoStride { .. } | LoopError::TooShort { .. }))) => {
             notes.push(format!("{name} cannot be repeated ({error}): it is played once and its last value held"));
-            (one, false)
+            (recording.clone(), false)
         }
         Some(Err(error @ LoopError::Rate(_))) => return Err(input(error.to_string())),
-        None => (one, false),
+        None => (recording.clone(), false),
     };
     about["repeated"] = json!(repeat);
     about["duration_s"] = json!(played.duration_s());
-    let channel = &played.channels()[0];
-    let volts = volts_of(&from_zero(&played), channel)?;
+    let volts = volts_of(&from_zero(&played))?;
     let how = if repeat { "looped" } else { "once" };
-    let title = format!("{} of {name}, {how}, {}", channel.name(), kind(channel.quantity()));
+    let kind = if is_semi_synthetic { "semi-synthetic volts" } else { "recorded volts" };
+    let names: Vec<&str> = sources.iter().map(|source| source.channel.name()).collect();
+    let title = format!("{} of {name}, {how}, {kind}", names.join(", "));
     Ok(Feed { volts, repeat, title, about, notes })
 }
 
-const fn kind(quantity: Quantity) -> &'static str {
-    match quantity {
-        Quantity::Angle => "semi-synthetic volts",
-        Quantity::PinVolts => "recorded volts",
+/// Where a sensor's volts come from.
+struct Source {
+    channel: Channel,
+    sensor: WornSensor,
+    pin: &'static str,
+}
+
+/// The volts at every sensor's pin while a recording with the sources' channels is played.
+fn volts_of(recording: &Recording, sources: &[Source]) -> Result<Recording, String> {
+    let mut channels = Vec::new();
+    for Source { channel, sensor, pin } in sources {
+        let channel = recording.channel(channel.name()).map_err(|error| error.to_string())?;
+        channels.push(match channel.quantity() {
+            Quantity::PinVolts => channel.clone(),
+            Quantity::Angle => {
+                let volts = recording.semi_synthetic_volts(channel, &sensor.calibration, sensor.divider, pin);
+                volts.map_err(|error| error.to_string())?.channels()[0].clone()
+            }
+        });
     }
+    Recording::build(recording.time_s().to_vec(), channels).map_err(|error| error.to_string())
 }
 
 /// The recording with its first row at time 0, where the board begins.

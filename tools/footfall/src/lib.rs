@@ -5,7 +5,7 @@
 //! | [`cli`] | the command line, and how a call ends |
 //! | [`watch`] | the command that runs an image on the virtual board and shows it live |
 //! | [`fit`], [`convert`] | the commands that fit recordings, and that turn one kind of file into another |
-//! | [`pack`] | a walker's parameters for the board's flash, or for Rust |
+//! | [`pack`] | a walker's parameters or the worn sensors for the board's flash, or a walker for Rust |
 //! | [`volts`], [`check`] | the commands that turn a recording into volts, and that check files |
 //! | [`board_process`], [`board_lines`] | the virtual board as a process, and what it writes |
 //! | [`image`], [`telemetry`] | the log of the board: bytes to text, text to numbers |
@@ -15,7 +15,7 @@
 //! | [`record`], [`capture`] | the command that records what a board measures, and captures as files: CSV, MCAP |
 //! | [`rhythm`] | the commands that show generators: walk, obb, hexapod, certify |
 //! | [`entrain`] | the command that lets the core follow one sensor of a recorded walker |
-//! | [`feed`] | a recording as volts at the sensor's pin |
+//! | [`feed`], [`worn`] | a recording as volts at the sensors' pins, and which sensors are worn |
 //! | [`calibrate`](mod@calibrate) | the command that makes a sensor's calibration from known angles |
 //! | [`calibration_file`], [`parameter_file`], [`degrees`] | files that people write |
 //! | [`failure`] | how a command ends when it does not end well |
@@ -52,3 +52,4 @@ pub mod telemetry;
 pub mod view;
 pub mod volts;
 pub mod watch;
+pub mod worn;

@@ -1,19 +1,23 @@
-//! `footfall pack`: a walker's parameters as the bytes of the board's parameter sector, or as a constant in Rust.
+//! `footfall pack`: a walker's parameters, or the worn sensors, as the bytes of a parameter sector of the board; or a walker as a
+//! constant in Rust.
 
 use clap::Args;
-use joint_loop::WalkerConfig;
-use joint_loop::walker_record::{ADDRESS, Record};
-use std::path::PathBuf;
+use joint_loop::{WalkerConfig, sensors_record, walker_record};
+use std::path::{Path, PathBuf};
 use walker::generator_file::WalkerFile;
 
 use crate::failure::Failure;
+use crate::worn::SensorArgument;
 
 /// Options of `footfall pack`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
     /// A walker's parameters
-    #[arg(value_name = "PARAMS")]
-    pub params: PathBuf,
+    #[arg(value_name = "PARAMS", required_unless_present = "sensor", conflicts_with = "sensor")]
+    pub params: Option<PathBuf>,
+    /// A worn sensor instead, from channel 1 on, up to four: its joint, and its calibration [default: the published curve]
+    #[arg(long, value_name = "JOINT[=TOML]", requires = "out")]
+    pub sensor: Vec<SensorArgument>,
     /// Print a constant in Rust for programs that use `joint-loop`, instead
     #[arg(long, conflicts_with = "out", required_unless_present = "out")]
     pub rust: bool,
@@ -27,22 +31,29 @@ pub struct Options {
 /// # Errors
 /// Bad input, or the file cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let file = WalkerFile::read(&options.params).map_err(Failure::input)?;
+    let write = |path: &Path, what: &str, bytes: &[u8], crc: u32, address: u32| {
+        gait_trace::whole_file::write(path, |out| out.write_all(bytes))
+            .map_err(|error| Failure::run(format!("{}: cannot be written: {error}", path.display())))?;
+        let (path, length) = (path.display(), bytes.len());
+        eprintln!("{path}: {what}, {length} bytes, check sum {crc:08x}, for {address:#010x}");
+        Ok(())
+    };
+    let Some(params) = &options.params else {
+        let (worn, path) = (SensorArgument::read_all(&options.sensor)?, options.out.as_ref());
+        let record = sensors_record::record_of(&worn);
+        let joints: Vec<&str> = worn.iter().map(|sensor| sensor.joint.name()).collect();
+        let what = format!("sensors on {}", joints.join(", "));
+        let path = path.ok_or_else(|| Failure::input("--out is missing"))?;
+        return write(path, &what, record.bytes(), record.crc(), sensors_record::ADDRESS);
+    };
+    let file = WalkerFile::read(params).map_err(Failure::input)?;
     let config = file.set.config();
     let Some(path) = &options.out else {
         return crate::cli::print(&constant(&config, &file.provenance.source));
     };
-    let record = Record::of(&config);
-    gait_trace::whole_file::write(path, |out| out.write_all(record.bytes()))
-        .map_err(|error| Failure::run(format!("{}: cannot be written: {error}", path.display())))?;
-    eprintln!(
-        "{}: a {} walker, {} bytes, check sum {:08x}, for {ADDRESS:#010x}",
-        path.display(),
-        config.name(),
-        record.bytes().len(),
-        record.crc()
-    );
-    Ok(())
+    let record = walker_record::record_of(&config);
+    let what = format!("a {} walker", config.name());
+    write(path, &what, record.bytes(), record.crc(), walker_record::ADDRESS)
 }
 
 /// The configuration as a Rust file: what `Debug` prints is the expression itself, and its numbers read back to the same bits.

@@ -50,7 +50,13 @@ pub fn parse(document: &Document) -> Result<LoopConfig, FileError> {
     let tree = document.parse()?;
     let top = document.top(tree.get_ref(), &["schema", "gate", "servos", "blend", "watch"])?;
     top.schema(SCHEMA)?;
-    let config = LoopConfig { gate: gate(&top)?, servos: servos(&top)?, blend: blend(&top)?, watch: watch(&top)? };
+    let config = LoopConfig {
+        gate: gate(&top)?,
+        servos: servos(&top)?,
+        blend: blend(&top)?,
+        watch: watch(&top)?,
+        ..LoopConfig::default_biped()
+    };
     match crate::shipped::loop_with(&config) {
         Ok(_) => Ok(config),
         Err(Refusal::Loop(error)) => Err(document.at(&field_of(&error), Problem::Rule(error.to_string()))),
@@ -180,7 +186,8 @@ pub fn to_text(config: &LoopConfig) -> String {
 }
 
 fn write_to(out: &mut String, config: &LoopConfig) -> std::fmt::Result {
-    let LoopConfig { gate, servos, blend, watch } = config;
+    // The channel that is listened to belongs to the worn sensors.
+    let LoopConfig { gate, servos, blend, watch, gait_sensor: _ } = config;
     let deg = degrees::shortest;
     writeln!(
         out,

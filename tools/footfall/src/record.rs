@@ -4,13 +4,14 @@
 
 use crate::capture::rtt::{Came, Source, Stream};
 use crate::capture::samples::Counts;
-use crate::capture::{Capture, about_sensor};
+use crate::capture::{Capture, about_sensors};
 use crate::failure::Failure;
 use crate::image::Image;
 use crate::watch::{self, Played, output_file};
-use crate::{cli, shipped};
+use crate::{capture, cli};
 use clap::Args;
-use joint_loop::walker_record::Record;
+use joint_loop::shipped::Parameters;
+use joint_loop::{sensors_record, walker_record};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -34,7 +35,7 @@ pub struct Options {
     #[arg(
         long,
         value_name = "SOURCE",
-        conflicts_with_all = ["virtual_board", "trace", "calibration", "press", "disarm", "pace", "plain", "board"]
+        conflicts_with_all = ["virtual_board", "trace", "press", "disarm", "pace", "plain", "board"]
     )]
     pub rtt: Option<Source>,
     /// What is played, and how it is shown
@@ -64,24 +65,24 @@ pub fn run(options: &Options, interrupt: &Arc<AtomicBool>) -> Result<(), Failure
 
 fn from_rtt(options: &Options, source: &Source, interrupt: &AtomicBool) -> Result<(), Failure> {
     let image = Image::read(&options.elf).map_err(Failure::input)?;
-    let walker = options.played.walker()?;
+    let parameters = options.played.parameters()?;
+    let Parameters { walker, worn } = &parameters;
     output_file(&options.out)?;
     let stream =
         Stream::open(source).map_err(|error| Failure::input(format!("{source}: cannot be opened: {error}")))?;
-    let sensor = shipped::wired_sensor().map_err(Failure::run)?;
-    let joint = options.played.joint_of(&walker);
     let about = json!({
         "elf": options.elf,
         "elf_sha256": image.sha256,
         "rtt": source.to_string(),
         "params": options.played.params,
         "walker": walker.name(),
-        "walker_crc": format!("{:08x}", Record::of(&walker).crc()),
-        "sensor": about_sensor(joint, &sensor),
+        "walker_crc": format!("{:08x}", walker_record::record_of(walker).crc()),
+        "sensors": about_sensors(worn),
+        "sensors_crc": format!("{:08x}", sensors_record::record_of(worn).crc()),
         "secs": options.played.secs,
     });
     let writing = |error| Failure::run(format!("{}: cannot be written: {error}", options.out.display()));
-    let mut capture = Capture::begin(&options.out, joint, about, &image, walker).map_err(writing)?;
+    let mut capture = Capture::begin(&options.out, about, &image, parameters.clone()).map_err(writing)?;
     let ended = listen(&mut capture, &stream, source, options.played.secs, interrupt);
     // Whatever happened, what has come is a finished file.
     let counts =
@@ -142,8 +143,11 @@ fn sound(out: &Path, counts: &Counts) -> Result<(), Failure> {
 /// What a capture came to, in a line.
 #[must_use]
 pub fn told(out: &Path, counts: &Counts) -> String {
-    let Counts { samples, lost, missed, malformed, .. } = counts;
+    let Counts { samples, lost, missed, malformed, edges, .. } = counts;
     let mut text = format!("{}: {samples} samples, {lost} lost, {missed} periods missed by the board", out.display());
+    if *edges > 0 {
+        text += &format!(", {edges} edges at the synchronisation input in {}", capture::edges_beside(out).display());
+    }
     if *malformed > 0 {
         text += &format!(", {malformed} frames without sense");
     }

@@ -5,9 +5,8 @@
 //! nothing is compared, which is not the same as equal.
 
 use crate::shipped::WalkLoop;
-use crate::telemetry::{Call, Inputs, Tick};
-use joint_loop::shipped::SENSORS;
-use joint_loop::{Frame, Walker};
+use crate::telemetry::{Call, Follow, Inputs, Tick};
+use joint_loop::{Frame, SENSORS};
 use std::collections::VecDeque;
 
 /// How many frames are kept to compare with: the board is never further behind than its queue of 64 calls.
@@ -86,12 +85,6 @@ impl Replay {
         self.joints.frame().tick
     }
 
-    /// The generator of the copy: where it stands, to look at.
-    #[must_use]
-    pub fn walker(&self) -> &Walker {
-        self.joints.generator()
-    }
-
     /// Calls of the loop so far.
     #[must_use]
     pub const fn calls(&self) -> u64 {
@@ -124,7 +117,8 @@ pub fn differences(board: &Tick, host: &Frame<SENSORS>) -> Vec<Difference> {
     let degrees = host.measured.map(|angle| angle.degrees());
     let same = board.sensor_deg.map(f32::to_bits) == degrees.map(f32::to_bits);
     compare("sensor", same, format!("{:?}", board.sensor_deg), format!("{degrees:?}"));
-    let verdicts = |of: [hgod_adc::Verdict; SENSORS]| of.map(|verdict| verdict.to_string()).join(", ");
+    let verdicts =
+        |of: [Option<hgod_adc::Verdict>; SENSORS]| of.map(|verdict| verdict.map_or("none", |v| v.name())).join(", ");
     compare("verdict", board.verdict == host.verdict, verdicts(board.verdict), verdicts(host.verdict));
     compare("state", board.state == host.state, board.state.name().into(), host.state.name().into());
     let set = host.setpoints.map(|angle| angle.degrees());
@@ -143,6 +137,34 @@ pub fn differences(board: &Tick, host: &Frame<SENSORS>) -> Vec<Difference> {
     let (board, host) = (format!("{:016x}", board.hash), format!("{:016x}", host.setpoint_hash));
     compare("hash", board == host, board.clone(), host.clone());
     found
+}
+
+/// The fields in which a `follow` line of the board differs from the host's frame of the same tick, by their bits.
+#[must_use]
+pub fn follow_differences(board: &Follow, host: &Frame<SENSORS>) -> Vec<Difference> {
+    let bits = |line: &Follow| {
+        let Follow { tick, state, fault, stride_s, phase_error_deg, confidence } = *line;
+        (tick, state, fault, [stride_s, phase_error_deg, confidence].map(f32::to_bits))
+    };
+    let here = follow_line_of(host);
+    if here.as_ref().map(bits) == Some(bits(board)) {
+        return vec![];
+    }
+    let host_words = here.map_or("nothing".into(), |line| line.to_string());
+    vec![Difference { tick: host.tick, field: "follow", board: board.to_string(), host: host_words }]
+}
+
+/// The `follow` line as a board with this frame would print it.
+#[must_use]
+pub fn follow_line_of(frame: &Frame<SENSORS>) -> Option<Follow> {
+    frame.following.map(|status| Follow {
+        tick: frame.tick,
+        state: status.state,
+        fault: status.fault,
+        stride_s: status.stride_s,
+        phase_error_deg: status.phase_error.degrees(),
+        confidence: status.confidence,
+    })
 }
 
 /// A line as a board with this frame would print it.
@@ -178,7 +200,7 @@ mod tests {
     fn replay() -> Replay {
         let mut replay = Replay::new(typical_loop().unwrap());
         let calls = (0..50).map(|n| call(2100 + n)).collect();
-        assert_eq!(replay.feed(&Inputs { first_tick: 1, calls }), Ok(()));
+        assert_eq!(replay.feed(&Inputs { first_tick: 1, worn: 1, calls }), Ok(()));
         replay
     }
 
@@ -191,8 +213,8 @@ mod tests {
         let flip = |x: f32| f32::from_bits(x.to_bits() ^ 1);
         type Change = fn(&mut Tick, fn(f32) -> f32);
         let changes: [(&str, Change); 10] = [
-            ("sensor", |tick, flip| tick.sensor_deg[SENSORS - 1] = flip(tick.sensor_deg[SENSORS - 1])),
-            ("verdict", |tick, _| tick.verdict[SENSORS - 1] = Verdict::Rate),
+            ("sensor", |tick, flip| tick.sensor_deg[0] = flip(tick.sensor_deg[0])),
+            ("verdict", |tick, _| tick.verdict[0] = Some(Verdict::Rate)),
             ("state", |tick, _| tick.state = State::Walking),
             ("set", |tick, flip| tick.set_deg[3] = flip(tick.set_deg[3])),
             ("pulse", |tick, _| tick.pulse_us[0] ^= 1),
@@ -213,7 +235,7 @@ mod tests {
     #[test]
     fn a_line_that_does_not_follow_ends_the_replay_for_good() {
         let mut replay = replay();
-        let line = |first_tick| Inputs { first_tick, calls: vec![call(2200)] };
+        let line = |first_tick| Inputs { first_tick, worn: 1, calls: vec![call(2200)] };
         let gap = Gap { after: 50, found: 61 };
         assert_eq!(replay.feed(&line(61)), Err(gap));
         assert_eq!((replay.tick(), replay.gap()), (50, Some(gap)));
@@ -225,7 +247,7 @@ mod tests {
     fn a_missed_period_is_no_gap() {
         let mut replay = replay();
         let late = Call { elapsed: 3, ..call(2200) };
-        assert_eq!(replay.feed(&Inputs { first_tick: 53, calls: vec![late] }), Ok(()));
+        assert_eq!(replay.feed(&Inputs { first_tick: 53, worn: 1, calls: vec![late] }), Ok(()));
         assert_eq!((replay.tick(), replay.calls(), replay.at(51).is_none()), (53, 51, true));
     }
 }

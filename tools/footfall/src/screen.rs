@@ -1,7 +1,7 @@
 //! The live screen: measured angle, four setpoints, four pulses, the state of the loop, and the log.
 
 use crate::view::{PAST_S, Point, View};
-use joint_loop::State;
+use joint_loop::{SENSORS, State};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -26,7 +26,7 @@ pub fn draw(frame: &mut Frame<'_>, view: &View) {
         return;
     }
     let [head, measured, setpoints, pulses, log, keys] = Layout::vertical([
-        Constraint::Length(3),
+        Constraint::Length(if view.books.following.is_some() { 4 } else { 3 }),
         Constraint::Fill(2),
         Constraint::Fill(2),
         Constraint::Length(4),
@@ -49,6 +49,8 @@ pub fn draw(frame: &mut Frame<'_>, view: &View) {
     frame.render_widget(Paragraph::new(lines).block(block), log);
     frame.render_widget(Line::from(KEYS).style(Style::new().add_modifier(Modifier::DIM)), keys);
 }
+
+const SHADOW: &str = " SHADOW: nothing is driven, pulses are what they would be ";
 
 const KEYS: &str = " space: press the button (arms, stops)   q: end";
 
@@ -88,37 +90,62 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
         view.replay(),
         view.books.lost_lines
     ));
-    let title = Line::from(format!(" {}", view.title)).style(Style::new().add_modifier(Modifier::BOLD));
-    frame.render_widget(Paragraph::new(vec![title, first, second]), area);
+    let shadow = if view.books.shadow { SHADOW } else { "" };
+    let title = Line::from(vec![
+        Span::styled(shadow, Style::new().fg(Color::Black).bg(Color::Cyan)),
+        Span::raw(format!(" {}", view.title)),
+    ]);
+    let third = view.following().map(|words| Line::from(format!(" following: {words}")));
+    let lines = [Some(title.style(Style::new().add_modifier(Modifier::BOLD))), Some(first), Some(second), third];
+    frame.render_widget(Paragraph::new(lines.into_iter().flatten().collect::<Vec<_>>()), area);
 }
 
 fn measured_angle(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let now = view.last.as_ref().map_or(" measured joint angle ".into(), |tick| {
-        format!(" measured joint angle {:.1} deg ({}) ", tick.sensor_deg[0], tick.verdict[0])
+        let readings = tick.sensor_deg.iter().zip(&tick.verdict).zip(0..);
+        let words = readings.filter_map(|((deg, verdict), channel): (_, usize)| {
+            let name = view.worn.get(channel).map_or("joint", |joint| joint.name()).replace('_', " ");
+            verdict.map(|verdict| format!("{name} {deg:.1} deg ({verdict})"))
+        });
+        format!(" measured {} ", words.collect::<Vec<_>>().join(", "))
     });
-    chart(frame, area, view, now, Color::Cyan, |point| point.measured);
+    let count = view.worn.len().max(1);
+    chart(frame, area, view, now, &SENSOR_COLOURS[..count], |point| point.measured[..count].to_vec());
 }
 
 fn setpoint(frame: &mut Frame<'_>, area: Rect, view: &View, joint: usize) {
     let name = SERVOS[joint];
     let now = view.last.as_ref().map_or(format!(" {name} "), |tick| format!(" {name} {:.1} deg ", tick.set_deg[joint]));
-    chart(frame, area, view, now, Color::Magenta, |point| point.set[joint]);
+    chart(frame, area, view, now, &[Color::Magenta], |point| vec![point.set[joint]]);
 }
 
-/// One series over the last seconds.
-fn chart(frame: &mut Frame<'_>, area: Rect, view: &View, title: String, colour: Color, of: impl Fn(&Point) -> f32) {
-    let series: Vec<(f64, f64)> = view.past.iter().map(|point| (point.t_s, f64::from(of(point)))).collect();
-    let least = series.iter().map(|(_, y)| *y).fold(0.0, f64::min);
-    let most = series.iter().map(|(_, y)| *y).fold(10.0, f64::max);
+const SENSOR_COLOURS: [Color; SENSORS] = [Color::Cyan, Color::Yellow, Color::Green, Color::Red];
+
+/// A series for each colour over the last seconds.
+fn chart(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    view: &View,
+    title: String,
+    colours: &[Color],
+    of: impl Fn(&Point) -> Vec<f32>,
+) {
+    let mut all: Vec<Vec<(f64, f64)>> = vec![Vec::with_capacity(view.past.len()); colours.len()];
+    for point in &view.past {
+        for (series, y) in all.iter_mut().zip(of(point)) {
+            series.push((point.t_s, f64::from(y)));
+        }
+    }
+    let least = all.iter().flatten().map(|(_, y)| *y).fold(0.0, f64::min);
+    let most = all.iter().flatten().map(|(_, y)| *y).fold(10.0, f64::max);
     // Whole tens, so that the axis does not creep along with the curve.
     let (least, most) = ((least / 10.0).floor() * 10.0, (most / 10.0).ceil() * 10.0);
     let end = view.past.back().map_or(PAST_S, |point| point.t_s.max(PAST_S));
-    let data = Dataset::default()
-        .marker(Marker::Braille)
-        .graph_type(GraphType::Line)
-        .style(Style::new().fg(colour))
-        .data(&series);
-    let chart = Chart::new(vec![data])
+    let line = |(series, colour): (_, &Color)| {
+        let line = Dataset::default().marker(Marker::Braille).graph_type(GraphType::Line);
+        line.style(Style::new().fg(*colour)).data(series)
+    };
+    let chart = Chart::new(all.iter().map(Vec::as_slice).zip(colours).map(line).collect())
         .block(Block::bordered().title(title))
         .x_axis(Axis::default().bounds([end - PAST_S, end]))
         .y_axis(Axis::default().bounds([least, most]).labels([format!("{least:.0}"), format!("{most:.0}")]));
@@ -128,7 +155,8 @@ fn chart(frame: &mut Frame<'_>, area: Rect, view: &View, title: String, colour: 
 fn pulse(frame: &mut Frame<'_>, area: Rect, view: &View, servo: usize) {
     let [name, bar] = Layout::horizontal([Constraint::Length(12), Constraint::Fill(1)]).areas(area);
     frame.render_widget(Line::from(format!(" {}", SERVOS[servo])), name);
-    let us = view.pins_us[servo];
+    let would_be = || view.last.map(|tick| f64::from(tick.pulse_us[servo])).filter(|us| *us > 0.0);
+    let us = if view.books.shadow { would_be() } else { view.pins_us[servo] };
     let (least, most) = PULSE_RANGE;
     let ratio = us.map_or(0.0, |us| ((us - least) / (most - least)).clamp(0.0, 1.0));
     let label = us.map_or("no pulse".into(), |us| format!("{us:.0} us"));
@@ -138,13 +166,15 @@ fn pulse(frame: &mut Frame<'_>, area: Rect, view: &View, servo: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::session::Following;
     use crate::session::{Books, Event};
     use crate::telemetry;
+    use joint_units::Joint;
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
 
     fn view(ticks: u32) -> View {
-        let mut view = View::titled("footfall watch".into());
+        let mut view = View::titled("footfall watch".into(), vec![Joint::LeftKnee]);
         let books = Books { compared: u64::from(ticks), ..Books::default() };
         view.take(&Event::Booted { t_s: 0.0, cause: "power_on".into() }, &books);
         for n in 1..=ticks {
@@ -174,7 +204,7 @@ mod tests {
     fn everything_that_is_promised_is_on_the_screen() {
         let screen = shown(&view(200), 100, 30);
         for words in [
-            "measured joint angle 20.5 deg (good)",
+            "measured left knee 20.5 deg (good)",
             "left hip 11.5 deg",
             "right hip -12.5 deg",
             "left knee 33.5 deg",
@@ -207,7 +237,7 @@ mod tests {
     fn the_smallest_full_screen_and_smaller_ones_hold() {
         let (width, height) = LEAST;
         let screen = shown(&view(50), width, height);
-        assert!(screen.contains("measured joint angle") && screen.contains("right knee 44.5"), "{screen}");
+        assert!(screen.contains("measured left knee") && screen.contains("right knee 44.5"), "{screen}");
         for (width, height) in [(79, 24), (40, 10), (10, 3), (1, 1)] {
             shown(&view(50), width, height);
         }
@@ -218,6 +248,46 @@ mod tests {
     fn a_board_that_says_nothing_yet_is_shown_as_such() {
         let screen = shown(&View::default(), 100, 30);
         assert!(screen.contains("no telemetry yet") && screen.contains("no pulse"), "{screen}");
+    }
+
+    #[test]
+    fn in_shadow_the_would_be_pulses_and_the_phase_error_are_shown() {
+        let mut view = view(200);
+        let following = Following {
+            state: "locked",
+            fault: None,
+            confidence: 0.875,
+            stride_s: 1.125,
+            phase_error_deg: -3.25,
+            locked_at_s: Some(1.5),
+        };
+        view.books.shadow = true;
+        view.books.following = Some(following);
+        view.pins_us = [None; 4];
+        let screen = shown(&view, 100, 30);
+        for words in
+            ["SHADOW: nothing is driven", "following: locked", "phase error -3.2 deg", "1600 us", "footfall watch"]
+        {
+            assert!(screen.contains(words), "no `{words}` in\n{screen}");
+        }
+        assert!(!screen.contains("no pulse"), "{screen}");
+    }
+
+    #[test]
+    fn four_sensors_are_four_curves_with_their_names() {
+        let mut view = View::titled("four".into(), Joint::ALL.to_vec());
+        for n in 1..=100 {
+            let line = format!(
+                "tick {n} walking sensor 11 deg good sensor 22 deg good sensor 33 deg open sensor 44 deg good set 1 2 3 4 deg \
+                 pulse 1 2 3 4 us late 0 missed 0 limited 0 seq {n} hash 0123456789abcdef"
+            );
+            let Ok(telemetry::Line::Tick(tick)) = telemetry::parse(&line) else { panic!() };
+            view.take(&Event::Tick { t_s: f64::from(n) * 0.01, tick }, &Books::default());
+        }
+        let screen = shown(&view, 140, 40);
+        for words in ["left hip 11.0 deg (good)", "left knee 33.0 deg (open)", "right knee 44.0 deg (good)", "50│"] {
+            assert!(screen.contains(words), "no `{words}` in\n{screen}");
+        }
     }
 
     #[test]

@@ -8,12 +8,11 @@
 
 use crate::board_lines::{BoardLine, End};
 use crate::image::{Decoder, Image};
-use crate::replay::{Difference, Gap, Replay, differences};
-use crate::telemetry::{self, Boot, Cost, Env, Inputs, Line, LineError, Margin, Tick};
-use cpg_core::entrainment::Lock;
-use joint_loop::shipped::{SENSORS, walk_loop};
-use joint_loop::walker_record::Record;
-use joint_loop::{Cause, Walker, WalkerConfig};
+use crate::replay::{Difference, Gap, Replay, differences, follow_differences};
+use crate::telemetry::{self, Boot, Cost, Edge, Env, Follow, Inputs, Line, LineError, Margin, Tick};
+use cpg_core::entrainment::{Lock, SensorFault};
+use joint_loop::shipped::{Parameters, WalkLoop, walk_loop};
+use joint_loop::{Cause, SENSORS, sensors_record, walker_record};
 use joint_units::AdcCode;
 use serde::Serialize;
 use std::collections::VecDeque;
@@ -82,6 +81,10 @@ pub enum Event {
     Margin(Margin),
     /// See [`Env`].
     Env(Env),
+    /// How a walker that follows stands.
+    Follow(Follow),
+    /// An edge at the synchronisation input.
+    Edge(Edge),
     /// Pulses at the pins.
     Pulses {
         /// When.
@@ -118,11 +121,15 @@ pub struct Row {
     pub equal: Option<bool>,
 }
 
-/// How a walker that follows the gait sensor stands, by the host's copy.
+/// How a walker that follows the gait sensor stands.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Following {
     /// `stopped`, `seeking`, `locked` or `holding`.
     pub state: &'static str,
+    /// What is wrong with the sensor.
+    pub fault: Option<&'static str>,
+    /// 1 where the sensor says what was foretold, 0 where nothing can be told.
+    pub confidence: f32,
     /// The person's stride time as estimated, seconds.
     pub stride_s: f32,
     /// Phase of the person less the estimated one, degrees of the cycle.
@@ -156,6 +163,8 @@ pub struct Books {
     pub last: Option<Tick>,
     /// Why the supervisor last changed its state.
     pub cause: Cause,
+    /// The board says that it drives nothing.
+    pub shadow: bool,
     /// Of a walker that follows the gait sensor.
     pub following: Option<Following>,
     /// Setpoint hashes of board and host at the last row that was compared.
@@ -166,7 +175,7 @@ pub struct Books {
 pub struct Session<'t> {
     decoder: Decoder<'t>,
     sha256: &'t str,
-    walker: WalkerConfig,
+    parameters: Parameters,
     books: Books,
     /// Any frame of the log made sense.
     heard: bool,
@@ -174,22 +183,24 @@ pub struct Session<'t> {
     began_s: f64,
     replay: Option<Replay>,
     waiting: VecDeque<Tick>,
+    waiting_follows: VecDeque<Follow>,
     last_seq: u32,
 }
 
 impl<'t> Session<'t> {
     /// A run of an image on a board that was given these parameters.
     #[must_use]
-    pub fn new(image: &'t Image, walker: WalkerConfig) -> Self {
+    pub fn new(image: &'t Image, parameters: Parameters) -> Self {
         Self {
             decoder: image.decoder(),
             sha256: &image.sha256,
-            walker,
+            parameters,
             books: Books::default(),
             heard: false,
             began_s: 0.0,
             replay: None,
             waiting: VecDeque::new(),
+            waiting_follows: VecDeque::new(),
             last_seq: 0,
         }
     }
@@ -257,6 +268,7 @@ impl<'t> Session<'t> {
             self.heard = true;
             match telemetry::parse(&message.text)? {
                 Line::Boot(boot) => {
+                    self.books.shadow = boot.shadow;
                     self.begin_replay(&boot);
                     events.push(Event::Log { t_s, level: message.level, text: message.text });
                 }
@@ -266,6 +278,8 @@ impl<'t> Session<'t> {
                 }
                 Line::Tick(tick) => self.tick(t_s, tick, events),
                 Line::Inputs(inputs) => self.inputs(&inputs, events),
+                Line::Follow(follow) => self.follow(follow, events),
+                Line::Edge(edge) => events.push(Event::Edge(edge)),
                 Line::Cost(cost) => events.push(Event::Cost(cost)),
                 Line::Margin(margin) => events.push(Event::Margin(margin)),
                 Line::Env(env) => events.push(Event::Env(env)),
@@ -276,19 +290,27 @@ impl<'t> Session<'t> {
     }
 
     fn begin_replay(&mut self, boot: &Boot) {
-        let here = Record::of(&self.walker).crc();
-        let built = if boot.walker_crc == here {
-            walk_loop(&self.walker, boot.vrefint_cal, boot.min_supply, boot.sensor_required)
-                .map_err(|error| error.to_string())
-        } else {
-            Err(format!("the board walks with the parameters {:08x}, known here are {here:08x}", boot.walker_crc))
-        };
-        match built {
+        match loop_of(&self.parameters, boot) {
             Ok(joints) => self.replay = Some(Replay::new(joints)),
             Err(why) => {
                 self.books.why_not.get_or_insert(why);
             }
         }
+    }
+
+    fn follow(&mut self, follow: Follow, events: &mut Vec<Event>) {
+        let locked = (follow.state == Lock::Locked).then(|| f64::from(follow.tick) / 1000.0);
+        self.books.following = Some(Following {
+            state: follow.state.name(),
+            fault: follow.fault.map(SensorFault::name),
+            confidence: follow.confidence,
+            stride_s: follow.stride_s,
+            phase_error_deg: follow.phase_error_deg,
+            locked_at_s: self.books.following.and_then(|known| known.locked_at_s).or(locked),
+        });
+        events.push(Event::Follow(follow));
+        self.waiting_follows.push_back(follow);
+        self.settle(WAITING, events);
     }
 
     fn tick(&mut self, t_s: f64, tick: Tick, events: &mut Vec<Event>) {
@@ -308,16 +330,6 @@ impl<'t> Session<'t> {
                 self.books.why_not.get_or_insert_with(|| gap.to_string());
             }
             self.books.calls += replay.calls() - before;
-            if let Walker::Follow(follower) = replay.walker() {
-                let status = follower.status();
-                let now = (status.state == Lock::Locked).then(|| f64::from(replay.tick()) / 1000.0);
-                self.books.following = Some(Following {
-                    state: status.state.name(),
-                    stride_s: status.stride_s,
-                    phase_error_deg: status.phase_error.degrees(),
-                    locked_at_s: self.books.following.and_then(|known| known.locked_at_s).or(now),
-                });
-            }
         }
         self.settle(WAITING, events);
     }
@@ -328,6 +340,16 @@ impl<'t> Session<'t> {
 
     /// Settles the rows whose inputs have come, and the oldest ones beyond `keep` even without.
     fn settle(&mut self, keep: usize, events: &mut Vec<Event>) {
+        while let Some(&follow) = self.waiting_follows.front() {
+            let frame = self.replay.as_ref().and_then(|replay| replay.at(follow.tick));
+            if frame.is_none() && self.waiting_follows.len() <= keep && self.may_still_come() {
+                break;
+            }
+            self.waiting_follows.pop_front();
+            // What cannot be compared is told by its `tick` line.
+            let found = frame.map_or(vec![], |(_, frame)| follow_differences(&follow, frame));
+            self.differ(found);
+        }
         while let Some(&tick) = self.waiting.front() {
             let at = self.replay.as_ref().and_then(|replay| replay.at(tick.tick));
             let Some((call, frame)) = at else {
@@ -344,13 +366,19 @@ impl<'t> Session<'t> {
             self.waiting.pop_front();
             self.books.compared += 1;
             self.books.hashes = Some((tick.hash, frame.setpoint_hash));
-            let equal = found.is_empty();
-            self.books.different += u64::from(!equal);
-            let room = KEPT_DIFFERENCES.saturating_sub(self.books.differences.len());
-            self.books.differences.extend(found.into_iter().take(room));
+            let equal = self.differ(found);
             let time_s = self.time_s(&tick);
             events.push(Event::Row(Row { time_s, tick, codes: Some(call.sensors), equal: Some(equal) }));
         }
+    }
+
+    /// Enters what differs in a line into the books; true if nothing does.
+    fn differ(&mut self, found: Vec<Difference>) -> bool {
+        let equal = found.is_empty();
+        self.books.different += u64::from(!equal);
+        let room = KEPT_DIFFERENCES.saturating_sub(self.books.differences.len());
+        self.books.differences.extend(found.into_iter().take(room));
+        equal
     }
 
     fn may_still_come(&self) -> bool {
@@ -362,4 +390,23 @@ impl<'t> Session<'t> {
     fn time_s(&self, tick: &Tick) -> f64 {
         self.began_s + f64::from(tick.tick) / 1000.0
     }
+}
+
+/// The host's copy of the loop of a board that said these first words; an error says why there is none.
+pub(crate) fn loop_of(parameters: &Parameters, boot: &Boot) -> Result<WalkLoop, String> {
+    let walker = walker_record::record_of(&parameters.walker).crc();
+    let sensors = sensors_record::record_of(&parameters.worn).crc();
+    if boot.walker_crc != walker {
+        return Err(format!(
+            "the board walks with the parameters {:08x}, known here are {walker:08x}; allowed is the file they were made of, by --params",
+            boot.walker_crc
+        ));
+    }
+    if boot.sensors_crc != sensors {
+        return Err(format!(
+            "the board has the sensors {:08x}, known here are {sensors:08x}; allowed are those that it was given, by --sensor",
+            boot.sensors_crc
+        ));
+    }
+    walk_loop(parameters, boot.vrefint_cal, boot.min_supply, boot.sensor_required).map_err(|error| error.to_string())
 }

@@ -1,14 +1,18 @@
 //! The loop that the firmware ships, on the host: what it takes for granted where there is no board to ask.
 
 use hgod_adc::Sensor;
-pub use joint_loop::shipped::{Refusal, SENSOR_JOINT, WalkLoop, gait_sensor};
-use joint_loop::{LoopConfig, WalkerConfig, shipped};
+pub use joint_loop::SENSOR_JOINT;
+pub use joint_loop::shipped::{Parameters, Refusal, WalkLoop};
+use joint_loop::{LoopConfig, SENSORS, WornSensor, shipped};
 use joint_units::{AdcCode, Volts};
 
 use crate::calibration_file::WiredSensor;
 
-/// The pin that the gait sensor is wired to, straight.
-pub const SENSOR_PIN: &str = "PA1";
+/// The pins that the sensors are wired to, straight, from channel 1 on.
+pub const SENSOR_PINS: [&str; SENSORS] = ["PA1", "PC1", "PB0", "PB1"];
+
+/// The first of them.
+pub const SENSOR_PIN: &str = SENSOR_PINS[0];
 
 /// The factory's reading of the internal reference on a chip whose reference is 1.21 V, at 3.3 V.
 pub const TYPICAL_VREFINT_CAL: AdcCode = AdcCode(1502);
@@ -16,20 +20,24 @@ pub const TYPICAL_VREFINT_CAL: AdcCode = AdcCode(1502);
 /// Supply below which no sample is good on the default board, the STM32F4 Discovery.
 pub const TYPICAL_MIN_SUPPLY: Volts = Volts(2.7);
 
-/// The gait sensor of a typical chip.
+/// The sensor that a typical chip has where nothing else is said.
 ///
 /// # Errors
 /// None in a program that passes its tests.
 pub fn typical_sensor() -> Result<Sensor, Refusal> {
-    gait_sensor(TYPICAL_VREFINT_CAL, TYPICAL_MIN_SUPPLY)
+    let worn = WornSensor::uncalibrated(SENSOR_JOINT).map_err(Refusal::Calibration)?;
+    let built = worn.build(TYPICAL_VREFINT_CAL, TYPICAL_MIN_SUPPLY);
+    built.map_err(|error| Refusal::Sensor { joint: SENSOR_JOINT, error })
 }
 
-/// The gait sensor's calibration and divider.
+/// Its calibration and divider.
 ///
 /// # Errors
 /// None in a program that passes its tests.
 pub fn wired_sensor() -> Result<WiredSensor, Refusal> {
-    Ok(WiredSensor { calibration: typical_sensor()?.calibration().clone(), divider: 1.0 })
+    let WornSensor { calibration, divider, .. } =
+        WornSensor::uncalibrated(SENSOR_JOINT).map_err(Refusal::Calibration)?;
+    Ok(WiredSensor { calibration, divider })
 }
 
 /// The loop of a typical chip as it boots: disarmed, the default walk, the sensor required.
@@ -45,5 +53,5 @@ pub fn typical_loop() -> Result<WalkLoop, Refusal> {
 /// # Errors
 /// The rule that the parameters break.
 pub fn loop_with(config: &LoopConfig) -> Result<WalkLoop, Refusal> {
-    shipped::walk_loop_with(config, &WalkerConfig::default_walk(), TYPICAL_VREFINT_CAL, TYPICAL_MIN_SUPPLY)
+    shipped::walk_loop_with(config, &Parameters::or_default(None, None)?, TYPICAL_VREFINT_CAL, TYPICAL_MIN_SUPPLY)
 }

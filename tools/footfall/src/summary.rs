@@ -56,6 +56,8 @@ pub struct Summary {
     pub differences: Vec<String>,
     /// Calls of the loop that the host ran again.
     pub replayed_calls: u64,
+    /// The board drove nothing.
+    pub shadow: bool,
     /// How a walker that follows the gait sensor stood at the end.
     pub following: Option<Following>,
     /// Lines of telemetry that were lost on the way.
@@ -106,6 +108,7 @@ impl Summary {
             different_lines: books.different,
             differences: books.differences.iter().map(ToString::to_string).collect(),
             replayed_calls: books.calls,
+            shadow: books.shadow,
             following: books.following,
             lost_lines: books.lost_lines,
             malformed_frames: books.malformed,

@@ -1,21 +1,25 @@
 //! The lines of the board's log that carry numbers, as text, exactly as `defmt` prints them.
 //!
 //! ```text
-//! boot BOARD CHIP reset CAUSE streak N vrefint_cal CODE min_supply VOLTS sensor required|ignored walker CRC
+//! boot BOARD CHIP reset CAUSE streak N vrefint_cal CODE min_supply VOLTS sensor required|ignored walker CRC sensors CRC
+//!      outputs servos|shadow                                                                     (one line)
 //! state N STATE cause CAUSE
-//! tick N STATE {sensor DEG deg VERDICT} x SENSORS set DEG DEG DEG DEG deg pulse US US US US us late N missed N limited BITS seq N hash HEX
-//! inputs FIRST COUNT {CODE x SENSORS VREFINT ELAPSED FLAGS} x COUNT
+//! tick N STATE {sensor DEG deg VERDICT} x WORN set DEG DEG DEG DEG deg pulse US US US US us late N missed N limited BITS seq N
+//!      hash HEX                                                                                  (one line)
+//! inputs FIRST COUNT {CODE x WORN VREFINT ELAPSED FLAGS} x COUNT
+//! follow N LOCK fault FAULT stride S s off DEG deg confidence C
+//! edge N US us LEVEL
 //! cost CYCLES cycles dropped N
 //! margin start US us stack BYTES of BYTES bytes
 //! env CELSIUS C supply VOLTS V
 //! ```
-//! SENSORS is [`joint_loop::shipped::SENSORS`]; the first is the gait sensor. `tick` is a [`joint_loop::Frame`], ten calls of the loop apart; `inputs` is what every call was given. Numbers of type `f32`
-//! are printed with as many digits as it takes to tell them from their neighbours, so that their bits come back.
-//! `env` is the mean of a second, `NaN` where the chip has no factory values to tell by. A pulse of 0 is no pulse. Flags: bit 0 the button, bit 1 late, bits 2 to 7 [`joint_loop::BoardFaults`].
+//! WORN is how many sensors are worn, 1 to [`SENSORS`]. `tick` is a [`joint_loop::Frame`], ten calls of the loop apart; `inputs` is what
+//! every call was given. Numbers of type `f32` are printed with as many digits as it takes to tell them from their neighbours, so that
+//! their bits come back. `env` is the mean of a second, `NaN` where the chip has no factory values to tell by. A pulse of 0 is no pulse.
 
+use cpg_core::entrainment::{Lock, SensorFault};
 use hgod_adc::Verdict;
-use joint_loop::shipped::SENSORS;
-use joint_loop::{BoardFaults, Cause, Sample, State};
+use joint_loop::{BoardFaults, Cause, SENSORS, Sample, State};
 use joint_units::{AdcCode, Celsius, Joint, Volts};
 use std::str::{FromStr, SplitWhitespace};
 
@@ -30,6 +34,10 @@ pub enum Line {
     Tick(Tick),
     /// What the loop was given.
     Inputs(Inputs),
+    /// How a walker that follows stands.
+    Follow(Follow),
+    /// An edge at the synchronisation input.
+    Edge(Edge),
     /// What it cost.
     Cost(Cost),
     /// What it left to spare.
@@ -59,6 +67,10 @@ pub struct Boot {
     pub sensor_required: bool,
     /// The check sum that names the walker's parameters, see [`joint_loop::walker_record`].
     pub walker_crc: u32,
+    /// The check sum that names the worn sensors, see [`joint_loop::sensors_record`].
+    pub sensors_crc: u32,
+    /// Nothing is driven.
+    pub shadow: bool,
 }
 
 /// `state ...`
@@ -79,10 +91,10 @@ pub struct Tick {
     pub tick: u32,
     /// State of the supervisor.
     pub state: State,
-    /// Measured angles, in degrees.
+    /// Measured angles, in degrees; 0 where no sensor is worn.
     pub sensor_deg: [f32; SENSORS],
-    /// Verdicts on the sensors' samples.
-    pub verdict: [Verdict; SENSORS],
+    /// Verdicts on the sensors' samples; `None` where none is worn.
+    pub verdict: [Option<Verdict>; SENSORS],
     /// The four setpoints, in degrees.
     pub set_deg: [f32; Joint::COUNT],
     /// The four commanded pulse widths in microseconds; 0 is no pulse.
@@ -104,6 +116,8 @@ pub struct Tick {
 pub struct Inputs {
     /// The tick of the first call.
     pub first_tick: u32,
+    /// Sensors that are worn: the first ones of each call.
+    pub worn: usize,
     /// What each call was given, in order.
     pub calls: Vec<Call>,
 }
@@ -111,14 +125,14 @@ pub struct Inputs {
 /// What one call of the loop was given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Call {
-    /// Codes of the sensors.
+    /// Codes of the sensors; 0 where none is worn.
     pub sensors: [AdcCode; SENSORS],
     /// Code of the internal reference.
     pub vrefint: AdcCode,
     /// Control periods since the call before.
     pub elapsed: u8,
-    /// Button, late and faults.
-    pub flags: u8,
+    /// Bit 0 button, bit 1 late, bits 2 to 7 faults of the board, bit 8 foot on the floor.
+    pub flags: u16,
 }
 
 impl Call {
@@ -131,8 +145,45 @@ impl Call {
             vrefint: self.vrefint,
             button: self.flags & 1 != 0,
             late: self.flags & 2 != 0,
-            faults: BoardFaults::from_bits(self.flags >> 2),
+            foot: self.flags & 0x100 != 0,
+            faults: BoardFaults::from_bits((self.flags >> 2) as u8),
         }
+    }
+}
+
+/// `follow ...`: how a walker that follows the gait sensor stands, after the `tick` line of the same tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Follow {
+    /// Control periods since the boot.
+    pub tick: u32,
+    /// The state.
+    pub state: Lock,
+    /// What is wrong with the sensor, if something is.
+    pub fault: Option<SensorFault>,
+    /// The person's stride time as estimated, s.
+    pub stride_s: f32,
+    /// Phase of the person less the estimated one, degrees of the cycle.
+    pub phase_error_deg: f32,
+    /// 1 where the sensor says what was foretold, 0 where nothing can be told.
+    pub confidence: f32,
+}
+
+/// `edge ...`: an edge at the synchronisation input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Edge {
+    /// The tick that took it.
+    pub tick: u32,
+    /// When it was after that tick's beginning, us; before it, as a rule.
+    pub offset_us: i32,
+    /// The level after it.
+    pub high: bool,
+}
+
+impl Edge {
+    /// Seconds since the boot, by the board's clock.
+    #[must_use]
+    pub fn time_s(&self) -> f64 {
+        f64::from(self.tick) * 1e-3 + f64::from(self.offset_us) * 1e-6
     }
 }
 
@@ -202,6 +253,8 @@ pub fn parse(line: &str) -> Result<Line, LineError> {
         "state" => Line::State(change(&mut words)?),
         "tick" => Line::Tick(tick(&mut words)?),
         "inputs" => Line::Inputs(inputs(&mut words)?),
+        "follow" => Line::Follow(follow(&mut words)?),
+        "edge" => Line::Edge(edge(&mut words)?),
         "cost" => Line::Cost(cost(&mut words)?),
         "margin" => Line::Margin(margin(&mut words)?),
         "env" => Line::Env(env(&mut words)?),
@@ -227,7 +280,24 @@ fn boot(words: &mut Words<'_>) -> Result<Option<Boot>, LineError> {
         _ => None,
     })?;
     let walker_crc = words.after("walker")?.hexadecimal(8, |word| u32::from_str_radix(word, 16).ok())?;
-    Ok(Some(Boot { board, chip, reset, streak, vrefint_cal, min_supply, sensor_required, walker_crc }))
+    let sensors_crc = words.after("sensors")?.hexadecimal(8, |word| u32::from_str_radix(word, 16).ok())?;
+    let shadow = words.after("outputs")?.name("`servos` or `shadow`", |word| match word {
+        "servos" => Some(false),
+        "shadow" => Some(true),
+        _ => None,
+    })?;
+    Ok(Some(Boot {
+        board,
+        chip,
+        reset,
+        streak,
+        vrefint_cal,
+        min_supply,
+        sensor_required,
+        walker_crc,
+        sensors_crc,
+        shadow,
+    }))
 }
 
 fn change(words: &mut Words<'_>) -> Result<Change, LineError> {
@@ -238,10 +308,14 @@ fn change(words: &mut Words<'_>) -> Result<Change, LineError> {
 
 fn tick(words: &mut Words<'_>) -> Result<Tick, LineError> {
     let (tick, state) = (words.number()?, words.name("a state", State::from_name)?);
-    let (mut sensor_deg, mut verdict) = ([0.0; SENSORS], [Verdict::Good; SENSORS]);
-    for (deg, verdict) in sensor_deg.iter_mut().zip(&mut verdict) {
+    let (mut sensor_deg, mut verdict) = ([0.0; SENSORS], [None; SENSORS]);
+    for (n, (deg, verdict)) in sensor_deg.iter_mut().zip(&mut verdict).enumerate() {
+        // One at least.
+        if n > 0 && words.peek() != "sensor" {
+            break;
+        }
         *deg = words.after("sensor")?.number()?;
-        *verdict = words.after("deg")?.name("a verdict", Verdict::from_name)?;
+        *verdict = Some(words.after("deg")?.name("a verdict", Verdict::from_name)?);
     }
     Ok(Tick {
         tick,
@@ -260,16 +334,42 @@ fn tick(words: &mut Words<'_>) -> Result<Tick, LineError> {
 
 fn inputs(words: &mut Words<'_>) -> Result<Inputs, LineError> {
     let (first_tick, count): (u32, u8) = (words.number()?, words.number()?);
+    // Of each call: the codes, VREFINT, elapsed, flags.
+    let groups = words.rest.clone().count().checked_div(count.into()).unwrap_or(0);
+    let worn = groups.saturating_sub(3).clamp(1, SENSORS);
     let mut calls = Vec::with_capacity(count.into());
     for _ in 0..count {
         let mut sensors = [AdcCode(0); SENSORS];
-        for sensor in &mut sensors {
+        for sensor in sensors.iter_mut().take(worn) {
             *sensor = AdcCode(words.number()?);
         }
         let vrefint = AdcCode(words.number()?);
         calls.push(Call { sensors, vrefint, elapsed: words.number()?, flags: words.number()? });
     }
-    Ok(Inputs { first_tick, calls })
+    Ok(Inputs { first_tick, worn, calls })
+}
+
+fn follow(words: &mut Words<'_>) -> Result<Follow, LineError> {
+    let tick = words.number()?;
+    let state = words.name("a state of the lock", |word| Lock::ALL.into_iter().find(|lock| lock.name() == word))?;
+    let fault = words.after("fault")?.name("a fault of the sensor, or `none`", |word| {
+        let found = SensorFault::ALL.into_iter().find(|fault| fault.name() == word);
+        if word == "none" { Some(None) } else { found.map(Some) }
+    })?;
+    let stride_s = words.after("stride")?.number()?;
+    let phase_error_deg = words.after("s")?.after("off")?.number()?;
+    let confidence = words.after("deg")?.after("confidence")?.number()?;
+    Ok(Follow { tick, state, fault, stride_s, phase_error_deg, confidence })
+}
+
+fn edge(words: &mut Words<'_>) -> Result<Edge, LineError> {
+    let (tick, offset_us) = (words.number()?, words.number()?);
+    let high = words.after("us")?.name("0 or 1", |word| match word {
+        "0" => Some(false),
+        "1" => Some(true),
+        _ => None,
+    })?;
+    Ok(Edge { tick, offset_us, high })
 }
 
 fn cost(words: &mut Words<'_>) -> Result<Cost, LineError> {
@@ -305,6 +405,11 @@ impl<'a> Words<'a> {
     fn next(&mut self) -> &'a str {
         self.word = self.rest.next().unwrap_or_default();
         self.word
+    }
+
+    /// The next one, left where it is.
+    fn peek(&self) -> &'a str {
+        self.rest.clone().next().unwrap_or_default()
     }
 
     fn wanted(&self, wanted: &str) -> LineError {
@@ -350,10 +455,32 @@ impl std::fmt::Display for Tick {
         let [p0, p1, p2, p3] = self.pulse_us;
         write!(f, "tick {} {}", self.tick, self.state.name())?;
         for (deg, verdict) in self.sensor_deg.iter().zip(&self.verdict) {
-            write!(f, " sensor {deg} deg {verdict}")?;
+            if let Some(verdict) = verdict {
+                write!(f, " sensor {deg} deg {verdict}")?;
+            }
         }
         write!(f, " set {s0} {s1} {s2} {s3} deg pulse {p0} {p1} {p2} {p3} us late {}", self.late)?;
         write!(f, " missed {} limited {} seq {} hash {:016x}", self.missed, self.limited, self.seq, self.hash)
+    }
+}
+
+impl std::fmt::Display for Follow {
+    /// As the board prints it.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { tick, state, fault, stride_s, phase_error_deg, confidence } = self;
+        let fault = fault.map_or("none", SensorFault::name);
+        let state = state.name();
+        write!(
+            f,
+            "follow {tick} {state} fault {fault} stride {stride_s} s off {phase_error_deg} deg confidence {confidence}"
+        )
+    }
+}
+
+impl std::fmt::Display for Edge {
+    /// As the board prints it.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "edge {} {} us {}", self.tick, self.offset_us, u8::from(self.high))
     }
 }
 
@@ -362,7 +489,7 @@ impl std::fmt::Display for Inputs {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "inputs {} {}", self.first_tick, self.calls.len())?;
         for call in &self.calls {
-            for sensor in call.sensors {
+            for sensor in call.sensors.iter().take(self.worn) {
                 write!(f, " {}", sensor.0)?;
             }
             write!(f, " {} {} {}", call.vrefint.0, call.elapsed, call.flags)?;
@@ -378,11 +505,13 @@ mod tests {
 
     #[test]
     fn each_line_is_read() {
-        let boot = "boot f4-discovery STM32F407VGTx reset power_on streak 0 vrefint_cal 1502 min_supply 2.7 sensor required walker 00c0ffee";
+        let boot = "boot f4-discovery STM32F407VGTx reset power_on streak 0 vrefint_cal 1502 min_supply 2.7 sensor required walker 00c0ffee \
+             sensors 0000beef outputs shadow";
         let boot = parse(boot);
         let Ok(Line::Boot(boot)) = boot else { panic!("{boot:?}") };
         assert_eq!((boot.vrefint_cal, boot.streak, boot.min_supply), (AdcCode(1502), 0, Volts(2.7)));
         assert_eq!((boot.sensor_required, boot.walker_crc), (true, 0x00c0_ffee));
+        assert_eq!((boot.sensors_crc, boot.shadow), (0xbeef, true));
         let dark = parse("boot f4-discovery STM32F407VGTx reset power_on: no 8 MHz from HSE; staying dark");
         assert_eq!(dark, Ok(Line::Text));
         let change = Change { tick: 1230, state: State::Stopping, cause: Cause::Button };
@@ -393,14 +522,26 @@ mod tests {
         let env = Env { die: Some(Celsius(31.25)), supply: Some(Volts(2.998)) };
         assert_eq!(parse("env 31.25 C supply 2.998 V"), Ok(Line::Env(env)));
         assert_eq!(parse("env NaN C supply NaN V"), Ok(Line::Env(Env { die: None, supply: None })));
-        let codes = |code: &str| [code; SENSORS].join(" ");
-        let line = format!("inputs 7 2 {} 1502 1 1 {} 1503 3 34", codes("2048"), codes("2049"));
-        let Line::Inputs(inputs) = parse(&line).unwrap() else { panic!() };
-        assert_eq!(inputs.first_tick, 7);
-        let sample = inputs.calls[1].sample();
-        assert_eq!((sample.elapsed, sample.codes[0].0, sample.vrefint.0), (3, 2049, 1503));
-        assert!(!sample.button && sample.late && sample.faults.bits() == 8);
-        assert!(inputs.calls[0].sample().button);
+        // However many sensors are worn.
+        for worn in 1..=SENSORS {
+            let codes = |code: &str| vec![code; worn].join(" ");
+            let line = format!("inputs 7 2 {} 1502 1 1 {} 1503 3 290", codes("2048"), codes("2049"));
+            let Line::Inputs(inputs) = parse(&line).unwrap() else { panic!() };
+            assert_eq!((inputs.first_tick, inputs.worn, inputs.to_string()), (7, worn, line));
+            let sample = inputs.calls[1].sample();
+            assert_eq!((sample.elapsed, sample.codes[worn - 1].0, sample.vrefint.0), (3, 2049, 1503));
+            assert!(!sample.button && sample.late && sample.foot && sample.faults.bits() == 8);
+            assert!(inputs.calls[0].sample().button && !inputs.calls[0].sample().foot);
+        }
+        let follow = "follow 120 holding fault stuck stride 1.125 s off -3.5 deg confidence 0.75";
+        let Line::Follow(found) = parse(follow).unwrap() else { panic!() };
+        assert_eq!((found.to_string().as_str(), found.fault), (follow, Some(SensorFault::Stuck)));
+        let Line::Follow(sound) = parse(&follow.replace("stuck", "none")).unwrap() else { panic!() };
+        assert_eq!((sound.state, sound.fault), (Lock::Holding, None));
+        let Line::Edge(edge) = parse("edge 1200 -250 us 1").unwrap() else { panic!() };
+        assert!((edge.time_s() - 1.19975).abs() < 1e-9);
+        assert_eq!((edge.high, edge.to_string().as_str()), (true, "edge 1200 -250 us 1"));
+        assert_eq!(parse("edges lost 1200"), Ok(Line::Text));
     }
 
     #[test]
@@ -422,6 +563,9 @@ mod tests {
             ("margin 1", "`start`", "1"),
             ("env 31 F", "`C`", "F"),
             ("state 5 walking because", "`cause`", "because"),
+            ("follow 5 lost", "a state of the lock", "lost"),
+            ("follow 5 locked fault bad", "a fault of the sensor, or `none`", "bad"),
+            ("edge 5 6 us up", "0 or 1", "up"),
         ] {
             let error = parse(line).unwrap_err();
             assert_eq!((error.wanted.as_str(), error.found.as_str()), (wanted, found), "{line}");
@@ -430,15 +574,15 @@ mod tests {
 
     fn any_tick() -> impl Strategy<Value = Tick> {
         let number = || any::<f32>().prop_filter("finite", |x| x.is_finite());
-        let sensors = prop::collection::vec((number(), 0..Verdict::ALL.len()), SENSORS);
+        let sensors = prop::collection::vec((number(), 0..Verdict::ALL.len()), 1..=SENSORS);
         let head = (any::<u32>(), 0..State::ALL.len(), sensors);
         let body = (prop::array::uniform4(number()), prop::array::uniform4(any::<u16>()));
         let tail = (any::<u32>(), any::<u32>(), any::<u8>(), any::<u32>(), any::<u64>());
         (head, body, tail).prop_map(|((tick, state, sensors), (set_deg, pulse_us), tail)| {
             let (late, missed, limited, seq, hash) = tail;
             let state = State::ALL[state];
-            let sensor_deg = std::array::from_fn(|n| sensors[n].0);
-            let verdict = std::array::from_fn(|n| Verdict::ALL[sensors[n].1]);
+            let sensor_deg = std::array::from_fn(|n| sensors.get(n).map_or(0.0, |sensor| sensor.0));
+            let verdict = std::array::from_fn(|n| sensors.get(n).map(|sensor| Verdict::ALL[sensor.1]));
             Tick { tick, state, sensor_deg, verdict, set_deg, pulse_us, late, missed, limited, seq, hash }
         })
     }
@@ -453,7 +597,7 @@ mod tests {
         }
 
         #[test]
-        fn no_line_panics(line in "(boot|tick|inputs|cost|state|margin|[0-9]{1,12}|walking|good|deg|set|-1.5|[a-z]{1,6}| ){0,40}") {
+        fn no_line_panics(line in "(boot|tick|inputs|follow|edge|cost|state|margin|[0-9]{1,12}|walking|good|deg|set|-1.5|[a-z]{1,6}| ){0,40}") {
             let _ = parse(&line);
         }
     }

@@ -2,6 +2,8 @@
 
 use crate::session::{Books, Event};
 use crate::telemetry::{Cost, Env, Margin, Tick};
+use joint_loop::SENSORS;
+use joint_units::Joint;
 use std::collections::VecDeque;
 
 /// How much of the past the charts show, in virtual seconds.
@@ -20,8 +22,8 @@ pub struct Point {
     pub t_s: f64,
     /// The counter of ticks.
     pub tick: u32,
-    /// Measured angle of the gait sensor, in degrees.
-    pub measured: f32,
+    /// Measured angles, in degrees; 0 where no sensor is worn.
+    pub measured: [f32; SENSORS],
     /// Setpoints, in degrees.
     pub set: [f32; 4],
 }
@@ -31,6 +33,8 @@ pub struct Point {
 pub struct View {
     /// What runs, in words.
     pub title: String,
+    /// Where the sensors are worn, from channel 1 on.
+    pub worn: Vec<Joint>,
     /// Virtual time.
     pub t_s: f64,
     /// The last line of telemetry of this boot.
@@ -60,8 +64,8 @@ pub struct View {
 impl View {
     /// The view before anything has happened.
     #[must_use]
-    pub fn titled(title: String) -> Self {
-        Self { title, ..Self::default() }
+    pub fn titled(title: String, worn: Vec<Joint>) -> Self {
+        Self { title, worn, ..Self::default() }
     }
 
     /// Takes what happened.
@@ -77,13 +81,13 @@ impl View {
             Event::Tick { t_s, tick } => {
                 self.advance(*t_s);
                 self.last = Some(*tick);
-                let (measured, set) = (tick.sensor_deg[0], tick.set_deg);
+                let (measured, set) = (tick.sensor_deg, tick.set_deg);
                 self.past.push_back(Point { t_s: *t_s, tick: tick.tick, measured, set });
                 while self.past.front().is_some_and(|first| first.t_s < t_s - PAST_S) {
                     self.past.pop_front();
                 }
             }
-            Event::Row(_) => {}
+            Event::Row(_) | Event::Follow(_) | Event::Edge(_) => {}
             Event::Log { t_s, level, text } => {
                 self.advance(*t_s);
                 self.note(format!("{t_s:9.3} s  {level:<5} {text}"));
@@ -100,6 +104,18 @@ impl View {
             Event::Ended(end) => self.advance(end.t_s),
         }
         self.books.clone_from(books);
+    }
+
+    /// How it stands with the person who is followed, in a few words; `None` where nobody is.
+    #[must_use]
+    pub fn following(&self) -> Option<String> {
+        self.books.following.map(|following| {
+            let fault = following.fault.map_or(String::new(), |fault| format!(" ({fault} sensor)"));
+            format!(
+                "{}{fault}   stride {:.2} s   phase error {:.1} deg   confidence {:.2}",
+                following.state, following.stride_s, following.phase_error_deg, following.confidence
+            )
+        })
     }
 
     /// Adds a line to the log.

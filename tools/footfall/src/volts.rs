@@ -6,6 +6,7 @@ use crate::feed;
 use crate::shipped::{self, SENSOR_JOINT};
 use clap::Args;
 use gait_trace::csv_file;
+use joint_loop::{WornSensor, WornSensors};
 use std::path::PathBuf;
 
 /// Options of `footfall volts`.
@@ -32,7 +33,9 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Some(path) => calibration_file::read(path).map_err(Failure::input)?,
         None => shipped::wired_sensor().map_err(Failure::run)?,
     };
-    let feed = feed::feed(&name, &recording, SENSOR_JOINT, &sensor, None)?;
+    let worn = WornSensor { joint: SENSOR_JOINT, divider: sensor.divider, calibration: sensor.calibration };
+    let worn = WornSensors::build([worn]).map_err(Failure::run)?;
+    let feed = feed::feed(&name, &recording, &worn, None)?;
     for note in &feed.notes {
         eprintln!("note: {note}");
     }

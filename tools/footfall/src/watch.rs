@@ -4,8 +4,7 @@
 //! lines are three ways to show the same [`View`].
 
 use crate::board_process::{BoardProcess, Output};
-use crate::calibration_file;
-use crate::capture::{Capture, Format, about_sensor};
+use crate::capture::{Capture, Format, about_sensors};
 use crate::failure::Failure;
 use crate::feed::{self, Feed};
 use crate::image::Image;
@@ -13,14 +12,13 @@ use crate::plain;
 use crate::record;
 use crate::screen;
 use crate::session::{Event, Session};
-use crate::shipped::{self, SENSOR_JOINT};
 use crate::summary::Summary;
 use crate::view::View;
+use crate::worn::{SensorArgument, joints};
 use clap::Args;
 use gait_trace::csv_file;
-use joint_loop::WalkerConfig;
-use joint_loop::walker_record::{ADDRESS, Record};
-use joint_units::Joint;
+use joint_loop::shipped::Parameters;
+use joint_loop::{sensors_record, walker_record};
 use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use serde_json::{Value, json};
 use std::ffi::OsString;
@@ -70,21 +68,18 @@ pub struct Options {
 /// What is played on the virtual board, and how it is shown.
 #[derive(Debug, Clone, Args)]
 pub struct Played {
-    /// A recording to feed the sensor with: angles in degrees (its left knee, or its only channel) or volts at PA1
-    /// [default: the shipped recording of a healthy adult]
+    /// A recording to feed the sensors with: angles in degrees (of the joints that they are worn on, or its only channel) or volts at
+    /// their pins (PA1, PC1, PB0, PB1) [default: the shipped recording of a healthy adult]
     #[arg(long, value_name = "CSV")]
     pub trace: Option<PathBuf>,
-    /// The calibration of the worn sensor, which turns the recording into volts; the image keeps its own, and measures wrong by
-    /// as much as the two differ [default: the image's]
-    #[arg(long, value_name = "TOML")]
-    pub calibration: Option<PathBuf>,
+    /// A sensor that is worn, from channel 1 on, up to four: its joint, and its calibration, which `footfall calibrate` makes. They are
+    /// written into the board's second parameter sector [default: one, with the published curve, on the joint that the walker follows or
+    /// on left_knee]
+    #[arg(long, value_name = "JOINT[=TOML]")]
+    pub sensor: Vec<SensorArgument>,
     /// Walk with a walker's parameters: they are written into the board's parameter sector [default: the built-in walk]
     #[arg(long, value_name = "TOML")]
     pub params: Option<PathBuf>,
-    /// The joint that the sensor is worn on: the recording's column that feeds it, and its name in what is recorded [default: the
-    /// one that the walker follows, or left_knee]
-    #[arg(long, value_name = "JOINT", value_parser = joint)]
-    pub joint: Option<Joint>,
     /// Virtual seconds to run [default: until q or Ctrl-C on a terminal, else 10]
     #[arg(long, value_name = "N", value_parser = seconds)]
     pub secs: Option<f64>,
@@ -134,29 +129,25 @@ impl FromStr for Press {
 }
 
 impl Played {
-    /// Where the sensor is worn.
-    pub(crate) fn joint_of(&self, walker: &WalkerConfig) -> Joint {
-        self.joint.unwrap_or(match walker {
-            WalkerConfig::Follow(follow) => follow.sensor,
-            _ => SENSOR_JOINT,
-        })
-    }
-
-    /// The walker whose parameters the board has.
+    /// What the board's two parameter sectors hold, or what is built in where nothing is said.
     ///
     /// # Errors
-    /// The file of them is not as it must be.
-    pub(crate) fn walker(&self) -> Result<WalkerConfig, Failure> {
-        match &self.params {
-            Some(path) => Ok(WalkerFile::read(path).map_err(Failure::input)?.set.config()),
-            None => Ok(WalkerConfig::default_walk()),
+    /// A file is not as it must be, or the sensors do not go together.
+    pub(crate) fn parameters(&self) -> Result<Parameters, Failure> {
+        let walker = match &self.params {
+            Some(path) => Some(WalkerFile::read(path).map_err(Failure::input)?.set.config()),
+            None => None,
+        };
+        let worn = if self.sensor.is_empty() { None } else { Some(SensorArgument::read_all(&self.sensor)?) };
+        let parameters = Parameters::or_default(walker, worn).map_err(Failure::run)?;
+        match parameters.walker.follows() {
+            Some(joint) if parameters.worn.channel_of(joint).is_none() => {
+                let joint = joint.name();
+                Err(Failure::input(format!("the walker follows {joint}, and no --sensor is worn on it")))
+            }
+            _ => Ok(parameters),
         }
     }
-}
-
-fn joint(text: &str) -> Result<Joint, String> {
-    let all = Joint::ALL.map(Joint::name).join(", ");
-    Joint::ALL.into_iter().find(|joint| joint.name() == text).ok_or(format!("allowed is one of {all}"))
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
@@ -178,8 +169,7 @@ enum Show {
 struct Prepared {
     image: Image,
     feed: Feed,
-    walker: WalkerConfig,
-    joint: Joint,
+    parameters: Parameters,
     secs: Option<f64>,
     presses: Vec<f64>,
     notes: Vec<String>,
@@ -201,23 +191,21 @@ pub fn run(options: &Options, interrupt: &Arc<AtomicBool>) -> Result<(), Failure
         eprintln!("note: {note}");
     }
     let volts = volts_file(&prepared.feed)?;
-    let sector = match &options.played.params {
-        Some(_) => Some(sector_file(&prepared.walker)?),
-        None => None,
-    };
-    let arguments = arguments(options, &prepared, volts.path(), sector.as_ref().map(|file| file.path()), show);
+    let sectors = sectors(&options.played, &prepared.parameters)?;
+    let arguments = arguments(options, &prepared, volts.path(), &sectors, show);
     let mut board = BoardProcess::start(&options.virtual_board, &arguments).map_err(Failure::input)?;
     let capture = match &options.record {
         Some(path) => {
             let about = about(options, &prepared)?;
-            let begun = Capture::begin(path, prepared.joint, about, &prepared.image, prepared.walker);
+            let begun = Capture::begin(path, about, &prepared.image, prepared.parameters.clone());
             Some(begun.map_err(|error| writing(path, error))?)
         }
         None => None,
     };
-    let view = View::titled(format!("footfall watch: {}", prepared.feed.title));
-    let mut run =
-        Run { session: Session::new(&prepared.image, prepared.walker), view, capture, summary: None, trouble: None };
+    let title = format!("footfall watch: {}", prepared.feed.title);
+    let view = View::titled(title, joints(&prepared.parameters.worn));
+    let session = Session::new(&prepared.image, prepared.parameters.clone());
+    let mut run = Run { session, view, capture, summary: None, trouble: None };
     let quitting = match show {
         Show::Screen => on_screen(&mut run, &mut board, interrupt),
         Show::Plain | Show::Json => in_lines(&mut run, &mut board, interrupt, show),
@@ -231,19 +219,10 @@ pub fn run(options: &Options, interrupt: &Arc<AtomicBool>) -> Result<(), Failure
 fn prepare(options: &Options, show: Show) -> Result<Prepared, Failure> {
     let image = Image::read(&options.elf).map_err(Failure::input)?;
     let mut notes = Vec::new();
-    let shipped = shipped::wired_sensor().map_err(Failure::run)?;
-    let sensor = match &options.played.calibration {
-        Some(path) => calibration_file::read(path).map_err(Failure::input)?,
-        None => shipped.clone(),
-    };
-    if sensor != shipped {
-        notes.push("the image measures by its own calibration, not by the one of the worn sensor".into());
-    }
-    let walker = options.played.walker()?;
+    let parameters = options.played.parameters()?;
     let secs = options.played.secs.or((show != Show::Screen).then_some(DEFAULT_SECS));
     let (name, recording) = feed::recording(options.played.trace.as_deref()).map_err(Failure::input)?;
-    let joint = options.played.joint_of(&walker);
-    let feed = feed::feed(&name, &recording, joint, &sensor, secs)?;
+    let feed = feed::feed(&name, &recording, &parameters.worn, secs)?;
     let mut presses = match &options.played.press {
         Press::Auto => vec![ARM_AT_S],
         Press::At(times) => times.clone(),
@@ -261,7 +240,7 @@ fn prepare(options: &Options, show: Show) -> Result<Prepared, Failure> {
         output_file(path)?;
     }
     notes.extend(feed.notes.iter().cloned());
-    Ok(Prepared { image, feed, walker, joint, secs, presses, notes })
+    Ok(Prepared { image, feed, parameters, secs, presses, notes })
 }
 
 /// Refuses a name that no recording can have.
@@ -280,21 +259,37 @@ fn volts_file(feed: &Feed) -> Result<tempfile::NamedTempFile, Failure> {
     Ok(file)
 }
 
-/// What the parameter sector is to hold.
-fn sector_file(walker: &WalkerConfig) -> Result<tempfile::NamedTempFile, Failure> {
-    let mut file = tempfile::Builder::new().prefix("footfall-").suffix(".bin").tempfile().map_err(Failure::run)?;
-    file.write_all(Record::of(walker).bytes()).and_then(|()| file.flush()).map_err(Failure::run)?;
-    Ok(file)
+/// Bytes for the board's flash.
+struct Sector {
+    address: u32,
+    file: tempfile::NamedTempFile,
 }
 
-fn arguments(options: &Options, prepared: &Prepared, volts: &Path, sector: Option<&Path>, show: Show) -> Vec<OsString> {
+/// What the parameter sectors are to hold; those of which nothing is said stay erased.
+fn sectors(played: &Played, parameters: &Parameters) -> Result<Vec<Sector>, Failure> {
+    let walker = walker_record::record_of(&parameters.walker);
+    let worn = sensors_record::record_of(&parameters.worn);
+    let said = [
+        (played.params.is_some(), walker_record::ADDRESS, walker.bytes()),
+        (!played.sensor.is_empty(), sensors_record::ADDRESS, worn.bytes()),
+    ];
+    let mut sectors = Vec::new();
+    for (_, address, bytes) in said.into_iter().filter(|(said, ..)| *said) {
+        let mut file = tempfile::Builder::new().prefix("footfall-").suffix(".bin").tempfile().map_err(Failure::run)?;
+        file.write_all(bytes).and_then(|()| file.flush()).map_err(Failure::run)?;
+        sectors.push(Sector { address, file });
+    }
+    Ok(sectors)
+}
+
+fn arguments(options: &Options, prepared: &Prepared, volts: &Path, sectors: &[Sector], show: Show) -> Vec<OsString> {
     let mut arguments: Vec<OsString> = vec![options.elf.clone().into(), "--volts".into(), volts.into()];
     if prepared.feed.repeat {
         arguments.push("--loop".into());
     }
-    if let Some(sector) = sector {
-        let mut download = OsString::from(format!("{ADDRESS:#010x}="));
-        download.push(sector);
+    for Sector { address, file } in sectors {
+        let mut download = OsString::from(format!("{address:#010x}="));
+        download.push(file.path());
         arguments.extend(["--flash".into(), download]);
     }
     if let Some(secs) = prepared.secs {
@@ -312,17 +307,17 @@ fn arguments(options: &Options, prepared: &Prepared, volts: &Path, sector: Optio
 
 /// What runs, for the file beside a recording.
 fn about(options: &Options, prepared: &Prepared) -> Result<Value, Failure> {
-    let sensor = shipped::wired_sensor().map_err(Failure::run)?;
+    let Parameters { walker, worn } = &prepared.parameters;
     Ok(json!({
         "elf": options.elf,
         "elf_sha256": prepared.image.sha256,
         "virtual_board": options.virtual_board,
         "trace": prepared.feed.about,
         "params": options.played.params,
-        "walker": prepared.walker.name(),
-        "walker_crc": format!("{:08x}", Record::of(&prepared.walker).crc()),
-        "worn_calibration": options.played.calibration.as_ref().map_or("the image's".into(), |path| path.display().to_string()),
-        "sensor": about_sensor(prepared.joint, &sensor),
+        "walker": walker.name(),
+        "walker_crc": format!("{:08x}", walker_record::record_of(walker).crc()),
+        "sensors": about_sensors(worn),
+        "sensors_crc": format!("{:08x}", sensors_record::record_of(worn).crc()),
         "secs": prepared.secs,
         "presses_s": prepared.presses,
     }))

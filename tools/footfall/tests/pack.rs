@@ -4,7 +4,7 @@
 #![allow(unreachable_pub)]
 
 use footfall::pack::constant;
-use joint_loop::walker_record::{Record, read};
+use joint_loop::walker_record::{read, record_of};
 use joint_loop::{SeriesConfig, ShapeConfig, WalkerConfig};
 use joint_units::Radians;
 use std::ffi::OsString;
@@ -38,7 +38,7 @@ fn a_constant_in_rust_is_the_file_bit_for_bit() {
     ] {
         let written = constant(&config, "a test");
         assert_eq!(text, written, "{name}");
-        assert_eq!(Record::of(&compiled).bytes(), Record::of(&config).bytes(), "{name}");
+        assert_eq!(record_of(&compiled).bytes(), record_of(&config).bytes(), "{name}");
     }
 }
 

@@ -2,11 +2,12 @@
 //!
 //! ```text
 //! time_s,boot,tick,                                                    board's own clock: seconds, boots, ticks of this boot
-//! left_knee_deg,verdict,code,vrefint,volts,                            sensor: angle (empty unless good), codes as they came
+//! vrefint,                                                             code of the internal reference
+//! left_knee_deg,left_knee_verdict,left_knee_code,left_knee_volts,      each sensor: angle (empty unless good), code as it came
 //! state,set_left_hip_deg,...,left_hip_us,...,known,                    loop: setpoints, pulses (0 is none), where these are from
 //! seq,elapsed,flags,late,missed,limited,lost                           counters; lost: samples gone before this row, in all
 //! ```
-//! The angle's column is called after the joint that the sensor is worn on, as recordings are. Rows are written whole, so
+//! A sensor's columns are called after the joint that it is worn on, as those of recordings are. Rows are written whole, so
 //! that whatever ends the program leaves whole lines.
 
 use super::samples::Sample;
@@ -21,20 +22,22 @@ use std::path::Path;
 pub(super) struct Rows {
     out: File,
     lines: String,
+    /// Sensors that have columns.
+    columns: usize,
 }
 
 impl Rows {
-    pub(super) fn begin(path: &Path, joint: Joint) -> io::Result<Self> {
+    pub(super) fn begin(path: &Path, joints: &[Joint]) -> io::Result<Self> {
         let mut out = File::create(path)?;
-        out.write_all(header(joint).as_bytes())?;
-        Ok(Self { out, lines: String::new() })
+        out.write_all(header(joints).as_bytes())?;
+        Ok(Self { out, lines: String::new(), columns: joints.len() })
     }
 
     pub(super) fn write(&mut self, samples: &[Sample]) -> io::Result<()> {
         self.lines.clear();
         for sample in samples {
             // Writing to a string cannot fail.
-            let _ = row(&mut self.lines, sample);
+            let _ = row(&mut self.lines, sample, self.columns);
         }
         self.out.write_all(self.lines.as_bytes())
     }
@@ -44,32 +47,32 @@ impl Rows {
     }
 }
 
-fn header(joint: Joint) -> String {
+fn header(joints: &[Joint]) -> String {
     let of =
         |prefix: &str, suffix: &str| Joint::ALL.map(|joint| format!("{prefix}{}_{suffix}", joint.name())).join(",");
+    let sensor = |joint: &Joint| ["deg", "verdict", "code", "volts"].map(|what| format!("{}_{what}", joint.name()));
+    let sensors: Vec<String> = joints.iter().flat_map(sensor).collect();
     format!(
-        "time_s,boot,tick,{}_deg,verdict,code,vrefint,volts,state,{},{},known,seq,elapsed,flags,late,missed,limited,lost\n",
-        joint.name(),
+        "time_s,boot,tick,vrefint,{},state,{},{},known,seq,elapsed,flags,late,missed,limited,lost\n",
+        sensors.join(","),
         of("set_", "deg"),
         of("", "us")
     )
 }
 
-fn row(out: &mut String, sample: &Sample) -> std::fmt::Result {
-    let Sample { call, reading, output, .. } = sample;
+fn row(out: &mut String, sample: &Sample, columns: usize) -> std::fmt::Result {
+    let Sample { call, readings, output, .. } = sample;
     write!(out, "{},{},{},", seconds(sample.time_ns), sample.boot, sample.tick)?;
-    if let Some(reading) = reading.filter(|reading| reading.verdict == Verdict::Good) {
-        write!(out, "{}", reading.angle.degrees())?;
+    write!(out, "{},", call.vrefint.0)?;
+    for (reading, code) in readings.iter().zip(call.sensors).take(columns) {
+        if let Some(reading) = reading.filter(|reading| reading.verdict == Verdict::Good) {
+            write!(out, "{}", reading.angle.degrees())?;
+        }
+        match reading {
+            Some(reading) => write!(out, ",{},{},{},", reading.verdict, code.0, reading.volts.0)?,
+            None => write!(out, ",,{},,", code.0)?,
+        }
     }
-    out.push(',');
-    if let Some(reading) = reading {
-        write!(out, "{}", reading.verdict)?;
-    }
-    write!(out, ",{},{},", call.sensors[0].0, call.vrefint.0)?;
-    if let Some(reading) = reading {
-        write!(out, "{}", reading.volts.0)?;
-    }
-    out.push(',');
     match output {
         Some(tick) => {
             out.push_str(tick.state.name());
@@ -88,7 +91,7 @@ fn row(out: &mut String, sample: &Sample) -> std::fmt::Result {
 }
 
 /// Whole nanoseconds as seconds, exactly, without zeros at the end.
-fn seconds(ns: u64) -> String {
+pub(super) fn seconds(ns: u64) -> String {
     let text = format!("{}.{:09}", ns / 1_000_000_000, ns % 1_000_000_000);
     text.trim_end_matches('0').trim_end_matches('.').into()
 }

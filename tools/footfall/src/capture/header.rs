@@ -1,23 +1,26 @@
 //! What belongs to a capture as a whole, as JSON: in `FILE.json`, and in the metadata of an MCAP file.
 
 use super::samples::{Booted, Counts};
-use crate::calibration_file::WiredSensor;
 use crate::degrees::shortest;
-use crate::shipped::SENSOR_PIN;
+use crate::shipped::SENSOR_PINS;
 use hgod_adc::Interpolation;
-use joint_units::Joint;
+use joint_loop::{WornSensor, WornSensors};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
-/// The sensor by which the board measures: where it is worn, its pin, and the whole of its calibration.
+/// The sensors by which the board measures: where each is worn, its pin, and the whole of its calibration.
 #[must_use]
-pub fn about_sensor(joint: Joint, sensor: &WiredSensor) -> Value {
+pub fn about_sensors(worn: &WornSensors) -> Value {
+    worn.iter().zip(SENSOR_PINS).map(|(sensor, pin)| about_sensor(sensor, pin)).collect()
+}
+
+fn about_sensor(sensor: &WornSensor, pin: &str) -> Value {
     let calibration = &sensor.calibration;
     let points: Vec<Value> =
         calibration.points().iter().map(|point| json!([point.volts.0, shortest(point.angle)])).collect();
     json!({
-        "joint": joint.name(),
-        "pin": SENSOR_PIN,
+        "joint": sensor.joint.name(),
+        "pin": pin,
         "divider": sensor.divider,
         "interpolation": match calibration.interpolation() {
             Interpolation::Linear => "linear",
@@ -43,6 +46,8 @@ pub(super) fn boot(booted: &Booted) -> Value {
         "min_supply_v": boot.min_supply.0,
         "sensor_required": boot.sensor_required,
         "walker_crc": format!("{:08x}", boot.walker_crc),
+        "sensors_crc": format!("{:08x}", boot.sensors_crc),
+        "shadow": boot.shadow,
     })
 }
 
@@ -59,6 +64,8 @@ pub(super) fn counts(counts: &Counts) -> Value {
         "confirmed_ticks": counts.confirmed,
         "different_ticks": counts.different,
         "differences": counts.differences.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "sync_edges": counts.edges,
+        "sync_edges_lost": counts.edges_lost,
         "malformed_frames": counts.malformed,
         "no_replay": counts.why_no_replay,
     })

@@ -3,15 +3,16 @@
 //!
 //! | topic | a message for | what |
 //! |---|---|---|
-//! | `/sensor` | every sample | codes, volts, angle of the joint (null unless good), verdict, samples lost so far |
+//! | `/sensor` | every sample | of each sensor: code, volts, angle of its joint (null unless good), verdict; samples lost so far |
 //! | `/joints` | every sample with known outputs | four setpoints, four pulses, and where they are from |
+//! | `/sync` | every edge at the synchronisation input | the level after it |
 //! | `/state` | every change | state of the supervisor, late and missed ticks |
 //!
 //! Metadata: `footfall` (what runs, the calibration), `boot 1`, `boot 2`, ... (chip, factory values), `end` (the counts).
 //! A chunk is written whole once a second: a file whose end is missing is whole up to the last one.
 
 use super::header::flat;
-use super::samples::Sample;
+use super::samples::{EdgeAt, Sample};
 use hgod_adc::Verdict;
 use joint_units::Joint;
 use mcap::records::{MessageHeader, Metadata};
@@ -27,17 +28,17 @@ const CHUNK: u32 = 1000;
 
 pub(super) struct Messages {
     writer: Writer<BufWriter<File>>,
-    angle: String,
-    /// Channels `/sensor`, `/joints`, `/state`.
-    channels: [u16; 3],
-    sequences: [u32; 3],
+    joints: Vec<Joint>,
+    /// Channels `/sensor`, `/joints`, `/state`, `/sync`.
+    channels: [u16; 4],
+    sequences: [u32; 4],
     in_chunk: u32,
     boots: u32,
     state: Option<(u32, &'static str, u32, u32)>,
 }
 
 impl Messages {
-    pub(super) fn begin(path: &Path, joint: Joint, about: &Value) -> io::Result<Self> {
+    pub(super) fn begin(path: &Path, joints: &[Joint], about: &Value) -> io::Result<Self> {
         let options = WriteOptions::new()
             .compression(None)
             .profile("")
@@ -46,22 +47,22 @@ impl Messages {
             // A chunk is then written in one piece, with its length: what comes after a kill is a whole chunk or none.
             .disable_seeking(true);
         let mut writer = options.create(BufWriter::new(File::create(path)?)).map_err(io)?;
-        let angle = format!("{}_deg", joint.name());
         let mut channel = |topic: &str, name: &str, schema: Value| -> io::Result<u16> {
             let schema = writer.add_schema(name, "jsonschema", schema.to_string().as_bytes()).map_err(io)?;
             writer.add_channel(schema, topic, "json", &BTreeMap::new()).map_err(io)
         };
         let channels = [
-            channel("/sensor", "footfall.Sensor", sensor_schema(&angle))?,
+            channel("/sensor", "footfall.Sensor", sensor_schema(joints))?,
             channel("/joints", "footfall.Joints", joints_schema())?,
             channel("/state", "footfall.State", state_schema())?,
+            channel("/sync", "footfall.Sync", sync_schema())?,
         ];
         let mut metadata = flat(about);
         metadata.insert("footfall".into(), env!("CARGO_PKG_VERSION").into());
         metadata.insert("schema".into(), super::SCHEMA.to_string());
         writer.write_metadata(&Metadata { name: "footfall".into(), metadata }).map_err(io)?;
         writer.flush().map_err(io)?;
-        Ok(Self { writer, angle, channels, sequences: [0; 3], in_chunk: 0, boots: 0, state: None })
+        Ok(Self { writer, joints: joints.to_vec(), channels, sequences: [0; 4], in_chunk: 0, boots: 0, state: None })
     }
 
     pub(super) fn boot(&mut self, boot: &Value) -> io::Result<()> {
@@ -87,16 +88,18 @@ impl Messages {
 
     fn sample(&mut self, sample: &Sample) -> io::Result<()> {
         let at = sample.time_ns;
-        let reading = sample.reading.as_ref();
-        let good = reading.filter(|reading| reading.verdict == Verdict::Good);
         let mut sensor = Map::new();
         sensor.insert("boot".into(), sample.boot.into());
         sensor.insert("tick".into(), sample.tick.into());
-        sensor.insert("code".into(), sample.call.sensors[0].0.into());
         sensor.insert("vrefint".into(), sample.call.vrefint.0.into());
-        sensor.insert("volts".into(), number(reading.map(|reading| reading.volts.0)));
-        sensor.insert(self.angle.clone(), number(good.map(|reading| reading.angle.degrees())));
-        sensor.insert("verdict".into(), reading.map(|reading| reading.verdict.name()).into());
+        for ((joint, reading), code) in self.joints.iter().zip(&sample.readings).zip(sample.call.sensors) {
+            let good = reading.filter(|reading| reading.verdict == Verdict::Good);
+            let mut insert = |what: &str, value: Value| sensor.insert(format!("{}_{what}", joint.name()), value);
+            insert("deg", number(good.map(|reading| reading.angle.degrees())));
+            insert("verdict", reading.map(|reading| reading.verdict.name()).into());
+            insert("code", code.0.into());
+            insert("volts", number(reading.map(|reading| reading.volts.0)));
+        }
         sensor.insert("elapsed".into(), sample.call.elapsed.into());
         sensor.insert("flags".into(), sample.call.flags.into());
         sensor.insert("lost".into(), sample.lost.into());
@@ -124,6 +127,10 @@ impl Messages {
         let (boot, name, late, missed) = state;
         let state = json!({ "boot": boot, "tick": sample.tick, "state": name, "late": late, "missed": missed });
         self.message(2, at, &state)
+    }
+
+    pub(super) fn edge(&mut self, edge: &EdgeAt) -> io::Result<()> {
+        self.message(3, edge.time_ns, &json!({ "level": u8::from(edge.high) }))
     }
 
     fn message(&mut self, channel: usize, at: u64, value: &Value) -> io::Result<()> {
@@ -160,19 +167,46 @@ fn object(properties: &[(&str, &str, &str)]) -> Value {
     json!({ "type": "object", "properties": properties.iter().map(property).collect::<Map<_, _>>() })
 }
 
-fn sensor_schema(angle: &str) -> Value {
-    object(&[
-        ("boot", "integer", "boots that the recording has heard of, this one included"),
-        ("tick", "integer", "control periods of 1 ms since the boot"),
-        ("code", "integer", "code of the gait sensor, 12 bit, as it came"),
-        ("vrefint", "integer", "code of the internal reference in the same tick"),
-        ("volts", "number|null", "V at the sensor"),
-        (angle, "number|null", "angle in degrees, flexion positive; null unless the verdict is good"),
-        ("verdict", "string|null", "verdict on the sample"),
-        ("elapsed", "integer", "control periods since the call before"),
-        ("flags", "integer", "bit 0 button, bit 1 late, bits 2 to 7 faults of the board"),
-        ("lost", "integer", "samples lost since the recording began"),
-    ])
+fn sensor_schema(joints: &[Joint]) -> Value {
+    let mut fields: Vec<(String, &str, &str)> = vec![
+        ("boot".into(), "integer", "boots that the recording has heard of, this one included"),
+        ("tick".into(), "integer", "control periods of 1 ms since the boot"),
+        ("vrefint".into(), "integer", "code of the internal reference in the same tick"),
+    ];
+    for joint in joints {
+        let name = joint.name();
+        fields.extend([
+            (
+                format!("{name}_deg"),
+                "number|null",
+                "angle in degrees, flexion positive; null unless the verdict is good",
+            ),
+            (format!("{name}_verdict"), "string|null", "verdict on the sample"),
+            (format!("{name}_code"), "integer", "code of the sensor, 12 bit, as it came"),
+            (format!("{name}_volts"), "number|null", "V at the sensor"),
+        ]);
+    }
+    fields.extend([
+        ("elapsed".into(), "integer", "control periods since the call before"),
+        (
+            "flags".into(),
+            "integer",
+            "bit 0 button, bit 1 late, bits 2 to 7 faults of the board, bit 8 foot on the floor",
+        ),
+        ("lost".into(), "integer", "samples lost since the recording began"),
+    ]);
+    object_of(&fields)
+}
+
+fn sync_schema() -> Value {
+    object(&[("level", "integer", "level of the synchronisation input after the edge: 0 or 1")])
+}
+
+/// The same of names that were made.
+fn object_of(fields: &[(String, &str, &str)]) -> Value {
+    let fields: Vec<(&str, &str, &str)> =
+        fields.iter().map(|(name, kind, about)| (name.as_str(), *kind, *about)).collect();
+    object(&fields)
 }
 
 fn joints_schema() -> Value {
@@ -192,9 +226,7 @@ fn joints_schema() -> Value {
         ("seq".into(), "integer", "calls of the loop since the boot"),
         ("limited".into(), "integer", "what held the setpoints back, bits"),
     ]);
-    let fields: Vec<(&str, &str, &str)> =
-        fields.iter().map(|(name, kind, about)| (name.as_str(), *kind, *about)).collect();
-    object(&fields)
+    object_of(&fields)
 }
 
 fn state_schema() -> Value {

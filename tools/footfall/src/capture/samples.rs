@@ -11,11 +11,11 @@
 //! limits of belief have forgotten.
 
 use crate::replay::{Difference, Replay, differences, line_of};
-use crate::telemetry::{self, Boot, Call, Inputs, Line, Tick};
+use crate::session::loop_of;
+use crate::telemetry::{self, Boot, Call, Edge, Inputs, Line, Tick};
 use hgod_adc::{Reading, Sensor, SensorState};
-use joint_loop::WalkerConfig;
-use joint_loop::shipped::{gait_sensor, walk_loop};
-use joint_loop::walker_record::Record;
+use joint_loop::SENSORS;
+use joint_loop::shipped::Parameters;
 use std::collections::VecDeque;
 
 /// Samples that wait for their `tick` line: more than the board's queues hold.
@@ -61,14 +61,23 @@ pub struct Sample {
     pub time_ns: u64,
     /// What the loop was given.
     pub call: Call,
-    /// What the sensor chain makes of it; `None` where the chip's reference is not known, since its boot was not heard.
-    pub reading: Option<Reading>,
+    /// What the sensor chain makes of each; `None` where none is worn, or the chip's reference is not known, since its boot was not heard.
+    pub readings: [Option<Reading>; SENSORS],
     /// What the loop did.
     pub output: Option<Tick>,
     /// Where that is from.
     pub known: Known,
     /// Samples lost since the recording began, in all.
     pub lost: u64,
+}
+
+/// An edge at the synchronisation input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EdgeAt {
+    /// When, on the recording's time axis.
+    pub time_ns: u64,
+    /// The level after it.
+    pub high: bool,
 }
 
 /// A boot that was heard.
@@ -99,6 +108,10 @@ pub struct Counts {
     pub different: u64,
     /// The first differences.
     pub differences: Vec<Difference>,
+    /// Edges at the synchronisation input.
+    pub edges: u64,
+    /// Ticks before which more edges came than the board could take.
+    pub edges_lost: u64,
     /// Frames of the log that made no sense.
     pub malformed: u64,
     /// Why the host's copy could not follow, the first time it could not.
@@ -111,7 +124,7 @@ const KEPT_GAPS: usize = 1000;
 /// From lines of the log to samples.
 #[derive(Debug)]
 pub struct Sampler {
-    walker: WalkerConfig,
+    parameters: Parameters,
     counts: Counts,
     boot: u32,
     /// Where tick 0 of the present boot lies on the time axis.
@@ -121,8 +134,9 @@ pub struct Sampler {
     last: Option<u32>,
     last_ns: u64,
     dropped_this_boot: u32,
-    sensor: Option<Sensor>,
-    state: SensorState,
+    sensors: [Option<Sensor>; SENSORS],
+    states: [SensorState; SENSORS],
+    edges: Vec<EdgeAt>,
     replay: Option<Replay>,
     waiting: VecDeque<Sample>,
     lines: VecDeque<Tick>,
@@ -131,9 +145,9 @@ pub struct Sampler {
 impl Sampler {
     /// Of a board that walks with these parameters.
     #[must_use]
-    pub fn new(walker: WalkerConfig) -> Self {
+    pub fn new(parameters: Parameters) -> Self {
         Self {
-            walker,
+            parameters,
             counts: Counts::default(),
             boot: 0,
             began_ns: 0,
@@ -141,8 +155,9 @@ impl Sampler {
             last: None,
             last_ns: 0,
             dropped_this_boot: 0,
-            sensor: None,
-            state: SensorState::default(),
+            sensors: [const { None }; SENSORS],
+            states: [SensorState::default(); SENSORS],
+            edges: Vec::new(),
             replay: None,
             waiting: VecDeque::new(),
             lines: VecDeque::new(),
@@ -180,7 +195,9 @@ impl Sampler {
                 self.counts.board_dropped += u64::from(more);
                 self.dropped_this_boot = cost.dropped;
             }
-            Line::State(_) | Line::Env(_) | Line::Margin(_) | Line::Text => {}
+            Line::Edge(edge) => self.edge(&edge),
+            Line::Text if text.starts_with("edges lost ") => self.counts.edges_lost += 1,
+            Line::State(_) | Line::Follow(_) | Line::Env(_) | Line::Margin(_) | Line::Text => {}
         }
         Ok(None)
     }
@@ -198,26 +215,21 @@ impl Sampler {
         let after = if self.boot == 1 { 0 } else { self.last_ns };
         self.began_ns = reset_ns.map_or(after, |at| at.max(after));
         (self.turns, self.dropped_this_boot) = (0, 0);
-        self.state = SensorState::default();
+        self.states = [SensorState::default(); SENSORS];
         self.replay = None;
         self.last = boot.as_ref().map(|_| 0);
         if let Some(boot) = &boot {
-            self.sensor = gait_sensor(boot.vrefint_cal, boot.min_supply).ok();
+            let channels = self.parameters.worn.channels().iter();
+            for (sensor, worn) in self.sensors.iter_mut().zip(channels) {
+                *sensor = worn.as_ref().and_then(|worn| worn.build(boot.vrefint_cal, boot.min_supply).ok());
+            }
             self.begin_replay(boot);
         }
         Booted { boot, time_ns: self.began_ns }
     }
 
     fn begin_replay(&mut self, boot: &Boot) {
-        let here = Record::of(&self.walker).crc();
-        let built = if boot.walker_crc == here {
-            walk_loop(&self.walker, boot.vrefint_cal, boot.min_supply, boot.sensor_required)
-                .map_err(|error| error.to_string())
-        } else {
-            let there = boot.walker_crc;
-            Err(format!("the board walks with the parameters {there:08x}, known here are {here:08x}"))
-        };
-        match built {
+        match loop_of(&self.parameters, boot) {
             Ok(joints) => self.replay = Some(Replay::new(joints)),
             Err(why) => {
                 self.counts.why_no_replay.get_or_insert(why);
@@ -244,7 +256,7 @@ impl Sampler {
             if self.counts.gaps.len() < KEPT_GAPS {
                 self.counts.gaps.push((self.boot, self.last.unwrap_or(0), inputs.first_tick));
             }
-            self.state = SensorState::default();
+            self.states = [SensorState::default(); SENSORS];
         }
         if let Some(replay) = &mut self.replay
             && let Err(gap) = replay.feed(inputs)
@@ -269,22 +281,37 @@ impl Sampler {
     }
 
     fn sample(&mut self, tick: u32, call: Call) -> Sample {
-        let Self { sensor, state, .. } = self;
-        let reading = sensor.as_ref().map(|sensor| {
-            state.missed(u32::from(call.elapsed.max(1)) - 1);
-            sensor.sample(state, call.sensors[0], call.vrefint)
-        });
+        let mut readings = [None; SENSORS];
+        let channels = self.sensors.iter().zip(&mut self.states).zip(call.sensors);
+        for (reading, ((sensor, state), code)) in readings.iter_mut().zip(channels) {
+            *reading = sensor.as_ref().map(|sensor| {
+                state.missed(u32::from(call.elapsed.max(1)) - 1);
+                sensor.sample(state, code, call.vrefint)
+            });
+        }
         let replayed = self.replay.as_ref().and_then(|replay| replay.at(tick)).map(|(_, frame)| line_of(frame));
         Sample {
             boot: self.boot,
             tick,
             time_ns: self.began_ns.saturating_add((self.turns + u64::from(tick)).saturating_mul(1_000_000)),
             call,
-            reading,
+            readings,
             known: if replayed.is_some() { Known::Replayed } else { Known::Nothing },
             output: replayed,
             lost: self.counts.lost,
         }
+    }
+
+    /// Edges since they were last taken.
+    pub fn edges(&mut self) -> Vec<EdgeAt> {
+        std::mem::take(&mut self.edges)
+    }
+
+    fn edge(&mut self, edge: &Edge) {
+        self.counts.edges += 1;
+        let tick_ns = (self.turns + u64::from(edge.tick)).saturating_mul(1_000_000);
+        let time_ns = self.began_ns.saturating_add(tick_ns).saturating_add_signed(i64::from(edge.offset_us) * 1000);
+        self.edges.push(EdgeAt { time_ns, high: edge.high });
     }
 
     fn tick(&mut self, tick: Tick, out: &mut Vec<Sample>) {

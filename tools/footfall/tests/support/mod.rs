@@ -6,9 +6,9 @@ use footfall::image::sha256;
 use footfall::replay::line_of;
 use footfall::shipped::{TYPICAL_VREFINT_CAL, WalkLoop, typical_loop};
 use footfall::telemetry::{Call, Inputs};
-use joint_loop::WalkerConfig;
-use joint_loop::shipped::SENSORS;
-use joint_loop::walker_record::Record;
+use joint_loop::shipped::Parameters;
+use joint_loop::walker_record::record_of;
+use joint_loop::{SENSORS, sensors_record};
 use joint_units::AdcCode;
 use object::write::{Object, StandardSegment, Symbol, SymbolSection};
 use object::{Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope};
@@ -114,9 +114,11 @@ impl Walker {
     fn boot(&mut self, cause: &str) {
         self.line(json!({ "type": "boot", "t_s": self.t_s(), "cause": cause }));
         let cal = TYPICAL_VREFINT_CAL.0;
-        let walker = Record::of(&WalkerConfig::default_walk()).crc();
+        let default = Parameters::or_default(None, None).unwrap();
+        let (walker, sensors) = (record_of(&default.walker).crc(), sensors_record::record_of(&default.worn).crc());
         self.log(&format!(
-            "boot f4-discovery STM32F407VGTx reset {cause} streak 0 vrefint_cal {cal} min_supply 2.7 sensor required walker {walker:08x}"
+            "boot f4-discovery STM32F407VGTx reset {cause} streak 0 vrefint_cal {cal} min_supply 2.7 sensor required \
+             walker {walker:08x} sensors {sensors:08x} outputs servos"
         ));
     }
 
@@ -145,14 +147,14 @@ impl Walker {
         for _ in 0..ticks {
             let knee = 2200.0 + 500.0 * (f64::from(self.t_ms) * 0.0057).sin();
             let vrefint = AdcCode(1652);
-            let call = Call { sensors: [AdcCode(knee as u16); SENSORS], vrefint, elapsed: 1, flags: u8::from(button) };
+            let call = Call { sensors: [AdcCode(knee as u16); SENSORS], vrefint, elapsed: 1, flags: u16::from(button) };
             let command = self.joints.tick(&call.sample());
             self.calls.push(call);
             self.t_ms += 1;
             if self.calls.len() == 10 {
                 let frame = self.joints.frame();
                 let calls = std::mem::take(&mut self.calls);
-                self.log(&Inputs { first_tick: frame.tick - 9, calls }.to_string());
+                self.log(&Inputs { first_tick: frame.tick - 9, worn: 1, calls }.to_string());
                 self.log(&line_of(&frame).to_string());
             }
             if self.t_ms.is_multiple_of(20) && command.pulses.is_some() {

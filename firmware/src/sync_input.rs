@@ -1,0 +1,84 @@
+//! The synchronisation input: edges of another system's TTL line on the board's own clock.
+//!
+//! An edge interrupts everything but itself, so that its time is [`stopwatch`] microseconds, some late for the entry into the handler. A
+//! line that is not wired or that rings must not hold the ticks up: after [`EDGES_A_TICK`] edges the interrupt stays off until the next
+//! tick, which says that it was.
+
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
+use embassy_stm32::pac::{EXTI, RCC, SYSCFG};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+
+use crate::board::SYNC_INPUT;
+use crate::clocks;
+use crate::stopwatch;
+
+/// Edges that are taken between two ticks: of a line of 1 kHz two come.
+pub(crate) const EDGES_A_TICK: usize = 8;
+
+/// An edge.
+#[derive(Clone, Copy)]
+pub(crate) struct Edge {
+    /// When, in [`stopwatch`] microseconds.
+    pub(crate) at_us: u32,
+    /// The level after it.
+    pub(crate) high: bool,
+}
+
+/// From the interrupt to the tick.
+static EDGES: Channel<CriticalSectionRawMutex, Edge, EDGES_A_TICK> = Channel::new();
+
+/// The interrupt is off because too many edges came.
+static FLOODED: AtomicBool = AtomicBool::new(false);
+
+/// SYSCFG's number of port C.
+const PORT_C: u8 = 2;
+
+const LINE: usize = SYNC_INPUT.number;
+
+/// Begins to listen. A line that is not wired is low.
+pub(crate) fn start(priority: Priority) {
+    RCC.apb2enr().modify(|w| w.set_syscfgen(true));
+    clocks::settle();
+    SYNC_INPUT.set_pull(Pupdr::PULL_DOWN);
+    SYNC_INPUT.set_mode(Moder::INPUT);
+    SYSCFG.exticr(LINE / 4).modify(|w| w.set_exti(LINE % 4, PORT_C));
+    EXTI.rtsr(0).modify(|w| w.set_line(LINE, true));
+    EXTI.ftsr(0).modify(|w| w.set_line(LINE, true));
+    EXTI.imr(0).modify(|w| w.set_line(LINE, true));
+    interrupt::EXTI9_5.set_priority(priority);
+    // SAFETY: all that the handler touches is ready, and nothing masks this interrupt by itself.
+    unsafe { interrupt::EXTI9_5.enable() };
+}
+
+/// The edges since the last call, oldest first, and whether there were more than fit. Once a tick.
+pub(crate) fn take(mut each: impl FnMut(Edge)) -> bool {
+    while let Ok(edge) = EDGES.try_receive() {
+        each(edge);
+    }
+    let flooded = FLOODED.swap(false, Ordering::Relaxed);
+    if flooded {
+        EXTI.pr(0).write(|w| w.set_line(LINE, true));
+        EXTI.imr(0).modify(|w| w.set_line(LINE, true));
+    }
+    flooded
+}
+
+/// An edge.
+#[cfg(target_os = "none")]
+#[embassy_stm32::interrupt]
+fn EXTI9_5() {
+    on_edge();
+}
+
+fn on_edge() {
+    let at_us = stopwatch::now_us();
+    EXTI.pr(0).write(|w| w.set_line(LINE, true));
+    if EDGES.try_send(Edge { at_us, high: SYNC_INPUT.is_high() }).is_err() {
+        EXTI.imr(0).modify(|w| w.set_line(LINE, false));
+        FLOODED.store(true, Ordering::Relaxed);
+    }
+}

@@ -1,0 +1,219 @@
+//! The frame around whatever a host writes into a parameter sector of the board: magic word, schema, length, words, check sum.
+//!
+//! Little-endian, as the chip is:
+//! ```text
+//! 0    magic word, four letters      erased flash instead: there is no record
+//! 4    schema, u16                   another schema is refused, never guessed at
+//! 6    kind, u16                     what the words mean
+//! 8    number of words, u32
+//! 12   the words, u32
+//! ...  CRC-32 (ISO-HDLC) of everything before it
+//! ```
+
+use core::fmt;
+
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+
+/// Bytes before the words.
+const HEAD: usize = 12;
+
+const ERASED: u32 = 0xFFFF_FFFF;
+
+/// Without a table: some hundred bytes are read once a boot.
+const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+
+/// Bytes of a record of so many words.
+pub(crate) const fn bytes_of(words: usize) -> usize {
+    HEAD + 4 * words + 4
+}
+
+/// Why bytes are no whole record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrameError {
+    /// They do not begin with the magic word, and are not erased either.
+    Magic {
+        /// The magic word of what was looked for.
+        wanted: [u8; 4],
+    },
+    /// They end before the record does.
+    Short,
+    /// The schema is another one.
+    Schema {
+        /// In the record.
+        found: u16,
+        /// The one that is known.
+        known: u16,
+    },
+    /// There is no such kind, or it has another number of words.
+    Kind {
+        /// The kind.
+        kind: u16,
+        /// Its number of words.
+        words: u32,
+    },
+    /// The check sum is wrong: the record was not written to its end, or has changed since.
+    Crc {
+        /// In the record.
+        written: u32,
+        /// Of the record.
+        computed: u32,
+    },
+}
+
+impl fmt::Display for FrameError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Magic { wanted } => {
+                let word = core::str::from_utf8(wanted).unwrap_or("");
+                write!(f, "begins with something else; allowed is a record that begins with {word}, or erased flash")
+            }
+            Self::Short => f.write_str("ends before its check sum"),
+            Self::Schema { found, known } => write!(f, "schema {found}; allowed is {known}"),
+            Self::Kind { kind, words } => write!(f, "kind {kind} with {words} words, which is not known"),
+            Self::Crc { written, computed } => write!(f, "check sum {computed:08x}, written is {written:08x}"),
+        }
+    }
+}
+
+impl core::error::Error for FrameError {}
+
+/// A record of at most `BYTES` bytes, ready to be written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Framed<const BYTES: usize> {
+    bytes: [u8; BYTES],
+    length: usize,
+}
+
+impl<const BYTES: usize> Framed<BYTES> {
+    /// A record whose words `fill` writes. There is room for them: `BYTES` is [`bytes_of`] the most that it writes.
+    pub(crate) fn new(magic: [u8; 4], schema: u16, kind: u16, fill: impl FnOnce(&mut Self)) -> Self {
+        let mut record = Self { bytes: [0; BYTES], length: 0 };
+        record.push(u32::from_le_bytes(magic));
+        record.push(u32::from(schema) | u32::from(kind) << 16);
+        record.push(0);
+        fill(&mut record);
+        let words = (record.length.saturating_sub(HEAD) / 4) as u32;
+        if let Some(place) = record.bytes.get_mut(8..).and_then(|rest| rest.first_chunk_mut::<4>()) {
+            *place = words.to_le_bytes();
+        }
+        record.push(CRC.checksum(record.bytes()));
+        record
+    }
+
+    /// The bytes.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        self.bytes.get(..self.length).unwrap_or(&[])
+    }
+
+    /// The check sum, which names the record in the board's log.
+    #[must_use]
+    pub fn crc(&self) -> u32 {
+        let end = self.bytes().last_chunk::<4>();
+        end.map_or(0, |bytes| u32::from_le_bytes(*bytes))
+    }
+
+    pub(crate) fn push(&mut self, word: u32) {
+        if let Some(place) = self.bytes.get_mut(self.length..).and_then(|rest| rest.first_chunk_mut::<4>()) {
+            *place = word.to_le_bytes();
+            self.length += 4;
+        }
+    }
+
+    pub(crate) fn floats(&mut self, values: &[f32]) {
+        values.iter().for_each(|value| self.push(value.to_bits()));
+    }
+}
+
+/// A record that was found whole.
+pub(crate) struct Found<'a> {
+    pub(crate) kind: u16,
+    pub(crate) words: Words<'a>,
+    pub(crate) crc: u32,
+}
+
+/// Opens the record at the start of `bytes`; `None` when they are erased flash. What follows it is not looked at. `is_known` says which
+/// numbers of words a kind may have: it bounds how far a broken length can lead.
+pub(crate) fn open(
+    bytes: &[u8],
+    magic: [u8; 4],
+    known: u16,
+    is_known: impl FnOnce(u16, u32) -> bool,
+) -> Result<Option<Found<'_>>, FrameError> {
+    let mut head = Words(bytes);
+    match head.word()? {
+        ERASED => return Ok(None),
+        word if word == u32::from_le_bytes(magic) => {}
+        _ => return Err(FrameError::Magic { wanted: magic }),
+    }
+    let schema_kind = head.word()?;
+    let (found, kind) = (schema_kind as u16, (schema_kind >> 16) as u16);
+    if found != known {
+        return Err(FrameError::Schema { found, known });
+    }
+    let count = head.word()?;
+    if !is_known(kind, count) {
+        return Err(FrameError::Kind { kind, words: count });
+    }
+    let (words, rest) =
+        (count as usize).checked_mul(4).and_then(|end| head.0.split_at_checked(end)).ok_or(FrameError::Short)?;
+    let written = Words(rest).word()?;
+    let covered = bytes.get(..HEAD.saturating_add(words.len())).ok_or(FrameError::Short)?;
+    let computed = CRC.checksum(covered);
+    if written != computed {
+        return Err(FrameError::Crc { written, computed });
+    }
+    Ok(Some(Found { kind, words: Words(words), crc: written }))
+}
+
+/// The words that are left.
+pub(crate) struct Words<'a>(&'a [u8]);
+
+impl Words<'_> {
+    pub(crate) fn word(&mut self) -> Result<u32, FrameError> {
+        let (word, rest) = self.0.split_first_chunk::<4>().ok_or(FrameError::Short)?;
+        self.0 = rest;
+        Ok(u32::from_le_bytes(*word))
+    }
+
+    pub(crate) fn float(&mut self) -> Result<f32, FrameError> {
+        self.word().map(f32::from_bits)
+    }
+
+    pub(crate) fn floats<const N: usize>(&mut self) -> Result<[f32; N], FrameError> {
+        let mut all = [0.0; N];
+        for value in &mut all {
+            *value = self.float()?;
+        }
+        Ok(all)
+    }
+
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_check_sum_is_the_standard_one() {
+        // The check value of CRC-32/ISO-HDLC.
+        assert_eq!(CRC.checksum(b"123456789"), 0xCBF4_3926);
+    }
+
+    #[test]
+    fn words_come_back_and_a_length_that_leads_nowhere_is_short() {
+        let record = Framed::<{ bytes_of(2) }>::new(*b"FFXX", 3, 7, |record| record.floats(&[1.5, -0.0]));
+        assert_eq!(record.bytes().len(), bytes_of(2));
+        let mut found = open(record.bytes(), *b"FFXX", 3, |kind, words| (kind, words) == (7, 2)).unwrap().unwrap();
+        assert_eq!((found.kind, found.crc, found.words.floats().unwrap()), (7, record.crc(), [1.5, -0.0]));
+        assert!(found.words.is_empty());
+        let mut long = record.bytes().to_vec();
+        long[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
+        assert!(matches!(open(&long, *b"FFXX", 3, |_, _| true), Err(FrameError::Short)));
+        let known = open(record.bytes(), *b"FFXX", 2, |_, _| true).map(|_| ());
+        assert_eq!(known, Err(FrameError::Schema { found: 3, known: 2 }));
+    }
+}
