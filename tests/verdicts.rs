@@ -6,15 +6,23 @@
 //! The frames are those of a replay of the board's own inputs, which is equal to the board's log bit for bit: that is asserted too.
 //! What this shows is shown on models of the chip's peripherals, not on hardware.
 
+use cpg_core::Generator;
+use cpg_core::entrainment::Lock;
+use footfall::feed;
 use footfall::shipped::typical_sensor;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::degraded::Random;
-use footfall_tests::traces::shipped_volts;
+use footfall_tests::traces::{shipped_folder, shipped_volts};
+use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::Recording;
+use gait_trace::open::{self, ReadOptions};
 use hgod_adc::{Sensor, Supply, Verdict};
-use joint_loop::shipped::SENSORS;
-use joint_loop::{Answer, Cause, Frame, PARK_MS, Reaction, SENSOR_TOLERANCE_MS, State, WalkerConfig, reaction};
-use joint_units::{AdcCode, Volts};
+use joint_loop::shipped::{SENSORS, walk_loop};
+use joint_loop::walker_record::{ADDRESS, Record};
+use joint_loop::{
+    Answer, Cause, FREEWHEEL_MS, Frame, PARK_MS, Reaction, SENSOR_TOLERANCE_MS, State, Walker, WalkerConfig, reaction,
+};
+use joint_units::{AdcCode, Joint, Volts};
 use std::ffi::OsString;
 use std::path::Path;
 use std::sync::Mutex;
@@ -169,10 +177,61 @@ fn table(knee: &Knee, faults: &[(Fault, f64)], secs: f64) -> String {
     text
 }
 
-fn options(file: &Path, secs: f64) -> Vec<OsString> {
-    let words =
-        ["--secs".into(), secs.to_string().into(), "--press".into(), "0.3".into(), "--volts".into(), file.into()];
-    words.into()
+/// A board with a walker, in its parameter sector unless it is the built-in one.
+struct Rig<'a> {
+    board: &'a Board,
+    walker: WalkerConfig,
+    sector: Option<tempfile::NamedTempFile>,
+    clock: Clock,
+}
+
+impl<'a> Rig<'a> {
+    fn new(board: &'a Board, walker: WalkerConfig, built_in: bool) -> Self {
+        let sector = (!built_in).then(|| {
+            let file = tempfile::NamedTempFile::new().unwrap();
+            std::fs::write(file.path(), Record::of(&walker).bytes()).unwrap();
+            file
+        });
+        let mut rig = Self { board, walker, sector, clock: Clock { first_s: 0.0 } };
+        // Four conversions a tick, 0.25 ms apart, from tick 1 on: by the converter's model itself.
+        let folder = tempfile::tempdir().unwrap();
+        let (feed, file) = (folder.path().join("volts.csv"), folder.path().join("conversions.csv"));
+        std::fs::write(&feed, "time_s,PA1\n0,1.5\n").unwrap();
+        let mut options = rig.options(&feed, 0.1);
+        options.extend(["--record-conversions".into(), file.clone().into()]);
+        let _ = board.run_with(&rig.walker, options);
+        let text = std::fs::read_to_string(file).unwrap();
+        let row = text.lines().find(|line| line.contains("ADC1_IN1,")).expect("a conversion");
+        // The result is there 12 cycles of 21 MHz after the end of the sampling.
+        rig.clock.first_s = row.split(',').next().unwrap().parse::<f64>().unwrap() - 12.0 / 21e6;
+        rig
+    }
+
+    fn options(&self, feed: &Path, secs: f64) -> Vec<OsString> {
+        let press = ["--press".into(), "0.3".into()];
+        let mut options: Vec<OsString> = ["--secs".into(), secs.to_string().into()].into();
+        options.extend(press.into_iter().chain(["--volts".into(), feed.into()]));
+        if let Some(sector) = &self.sector {
+            options.extend(["--flash".into(), format!("{ADDRESS:#010x}={}", sector.path().display()).into()]);
+        }
+        options
+    }
+
+    /// Runs the board; every line of its log is equal to the host's replay, and the chip's models were enough.
+    fn run(&self, text: &str, secs: f64) -> (Ran, Vec<Frame<SENSORS>>) {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("volts.csv");
+        std::fs::write(&file, text).unwrap();
+        let ran = self.board.run_with(&self.walker, self.options(&file, secs));
+        assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (Some(0), 0, 0, 1));
+        let books = &ran.books;
+        let all = (books.different, books.not_compared, books.lost_lines, books.malformed);
+        assert_eq!(all, (0, 0, 0, 0), "{:?}", books.differences);
+        assert!(books.compared > 200 && books.hashes.is_some_and(|(board, host)| board == host));
+        let frames = ran.boots[0].replay(&self.walker);
+        assert!(frames.iter().zip(1..).all(|(frame, tick)| frame.tick == tick), "a tick is missing");
+        (ran, frames)
+    }
 }
 
 /// When the converter looks at the pin.
@@ -182,20 +241,6 @@ struct Clock {
 }
 
 impl Clock {
-    /// By the converter's model itself: four conversions a tick, 0.25 ms apart, from tick 1 on.
-    fn of(board: &Board) -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        let (feed, file) = (folder.path().join("volts.csv"), folder.path().join("conversions.csv"));
-        std::fs::write(&feed, "time_s,PA1\n0,1.5\n").unwrap();
-        let mut options = options(&feed, 0.1);
-        options.extend(["--record-conversions".into(), file.clone().into()]);
-        let _ = board.run(options);
-        let text = std::fs::read_to_string(file).unwrap();
-        let row = text.lines().find(|line| line.contains("ADC1_IN1,")).expect("a conversion");
-        // The result is there 12 cycles of 21 MHz after the end of the sampling.
-        Self { first_s: row.split(',').next().unwrap().parse::<f64>().unwrap() - 12.0 / 21e6 }
-    }
-
     /// One of the four conversions of a tick, s.
     fn conversion(&self, tick: u32, which: u32) -> f64 {
         self.first_s + (f64::from(tick) - 1.0) * 1e-3 + f64::from(which) * 250e-6
@@ -230,22 +275,6 @@ struct Measured {
     off_ms: Option<f64>,
 }
 
-/// Runs the board; every line of its log is equal to the host's replay, and the chip's models were enough.
-fn run(board: &Board, text: &str, secs: f64) -> (Ran, Vec<Frame<SENSORS>>) {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("volts.csv");
-    std::fs::write(&file, text).unwrap();
-    let ran = board.run(options(&file, secs));
-    assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (Some(0), 0, 0, 1));
-    let books = &ran.books;
-    let all = (books.different, books.not_compared, books.lost_lines, books.malformed);
-    assert_eq!(all, (0, 0, 0, 0), "{:?}", books.differences);
-    assert!(books.compared > 200 && books.hashes.is_some_and(|(board, host)| board == host));
-    let frames = ran.boots[0].replay(&WalkerConfig::default_walk());
-    assert!(frames.iter().zip(1..).all(|(frame, tick)| frame.tick == tick), "a tick is missing");
-    (ran, frames)
-}
-
 /// Index of a tick's frame.
 fn index(tick: u32) -> usize {
     tick as usize - 1
@@ -268,13 +297,14 @@ fn used_up(frames: &[Frame<SENSORS>], from: u32) -> Option<u32> {
 }
 
 /// One fault that lasts.
-fn measure(board: &Board, clock: &Clock, sensor: &Sensor, fault: Fault, phase: u32, noise: f64) -> Measured {
+fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64) -> Measured {
+    let clock = &rig.clock;
     let is = fault.reaction();
     let longest = f64::from(is.stops_ms()) * 1e-3 + 0.1 + f64::from(PARK_MS) * 1e-3 + 0.05;
     let knee = Knee::new(noise, 5.5, phase + 100);
     let at = clock.moment(WALKING_S + f64::from(phase) / f64::from(PHASES) * knee.stride_s(), phase);
     let secs = ((at + longest) * 1e3).ceil() * 1e-3;
-    let (ran, frames) = run(board, &table(&knee, &[(fault, at)], secs), secs);
+    let (ran, frames) = rig.run(&table(&knee, &[(fault, at)], secs), secs);
     let of = format!("{fault:?} at phase {phase} of {PHASES}, noise {noise}");
 
     // The first sample that is wrong: where the code sticks, the first that repeats.
@@ -351,14 +381,15 @@ fn measure(board: &Board, clock: &Clock, sensor: &Sensor, fault: Fault, phase: u
 }
 
 /// Faults that are over before anything follows, all phases in one run: 5 of 24 of a stride apart.
-fn measure_brief(board: &Board, clock: &Clock, fault: Fault, noise: f64) -> Vec<Measured> {
+fn measure_brief(rig: &Rig<'_>, fault: Fault, noise: f64) -> Vec<Measured> {
+    let clock = &rig.clock;
     let is = fault.reaction();
     let knee = Knee::new(noise, 10.0, 7);
     let apart = knee.stride_s() * 5.0 / f64::from(PHASES);
     let faults: Vec<_> =
         (0..PHASES).map(|n| (fault, clock.moment(WALKING_S + 0.05 + f64::from(n) * apart, n))).collect();
     let secs = ((faults[faults.len() - 1].1 + 0.2) * 1e3).ceil() * 1e-3;
-    let (ran, frames) = run(board, &table(&knee, &faults, secs), secs);
+    let (ran, frames) = rig.run(&table(&knee, &faults, secs), secs);
     let walking = first(&frames, 1, |frame| frame.state == State::Walking).expect("it walks");
     assert!(frames[index(walking)..].iter().all(|frame| frame.state == State::Walking), "{fault:?} stops the walk");
     assert_eq!(ran.books.cause, Cause::None);
@@ -412,7 +443,7 @@ fn spread(values: impl Iterator<Item = f64>) -> String {
 #[test]
 fn every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride() {
     let Some(board) = Board::find("every verdict at every phase on the virtual board") else { return };
-    let (clock, sensor) = (Clock::of(&board), typical_sensor().unwrap());
+    let (rig, sensor) = (Rig::new(&board, WalkerConfig::default_walk(), true), typical_sensor().unwrap());
     let lasting = [Fault::Open, Fault::Short, Fault::Stuck, Fault::Jump, Fault::Loose, Fault::Outside, Fault::Supply];
     let brief = [Fault::Brief, Fault::Spike];
     let mut jobs: Vec<(Fault, u32, f64)> = vec![];
@@ -426,9 +457,9 @@ fn every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride() 
     jobs.extend(brief.iter().flat_map(|&fault| [0.0, 1.0, 2.0].map(|noise| (fault, 0, noise))));
     let done = two_at_a_time(&jobs, |(fault, phase, noise)| {
         if brief.contains(&fault) {
-            measure_brief(&board, &clock, fault, noise)
+            measure_brief(&rig, fault, noise)
         } else {
-            vec![measure(&board, &clock, &sensor, fault, phase, noise)]
+            vec![measure(&rig, &sensor, fault, phase, noise)]
         }
     });
     assert_eq!(done.len(), jobs.len());
@@ -461,5 +492,96 @@ fn every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride() 
         if fault == Fault::Jump {
             assert!(stops > 4 && all.len() - stops > 4, "a jump of either kind: {stops} of {}", all.len());
         }
+    }
+}
+
+/// The shipped walker, fitted, led by the knee that the volts are of.
+fn follower() -> WalkerConfig {
+    let raw = open::read(&shipped_folder().join(feed::SHIPPED_NAME), &ReadOptions::default()).unwrap();
+    let source = Source { name: feed::SHIPPED_NAME.into(), sha256: String::new() };
+    let settings = Settings { follow: Some(Joint::LeftKnee), starts: 10, ..Settings::default() };
+    fit(&source, &raw, &settings, &mut |_| ()).unwrap().file.set.config()
+}
+
+/// How the follower stands in each tick, and its amplitude.
+fn following(ran: &Ran, walker: &WalkerConfig) -> Vec<(Lock, f32)> {
+    let boot = ran.boots[0].boot.as_ref().unwrap();
+    let mut again = walk_loop(walker, boot.vrefint_cal, boot.min_supply, boot.sensor_required).unwrap();
+    let ticks = ran.boots[0].calls.iter().map(|(_, call)| {
+        again.tick(&call.sample());
+        let Walker::Follow(follower) = again.generator() else { panic!("not a follower") };
+        (follower.status().state, follower.amplitude())
+    });
+    ticks.collect()
+}
+
+/// A follower that has locked, and a fault that lasts: from the fault to the hold, to the first fading, to the stand, ms.
+fn loses(rig: &Rig<'_>, fault: Fault, phase: u32) -> [f64; 3] {
+    let (clock, is) = (&rig.clock, fault.reaction());
+    let knee = Knee::new(if fault == Fault::Stuck { 0.0 } else { 1.0 }, 13.0, phase + 300);
+    let at = clock.moment(6.0 + f64::from(phase) / f64::from(PHASES) * knee.stride_s(), phase);
+    let secs = ((at + f64::from(is.freewheels_ms()) * 1e-3 + 3.0) * 1e3).ceil() * 1e-3;
+    let (ran, frames) = rig.run(&table(&knee, &[(fault, at)], secs), secs);
+    let ticks = following(&ran, &rig.walker);
+    let of = format!("{fault:?} at phase {phase} of {PHASES}");
+    let wrong = clock.first_wrong(at);
+    assert!(frames[..index(wrong - 1)].iter().all(|frame| frame.verdict == [Verdict::Good]), "{of}");
+    assert_eq!((ticks[index(wrong - 1)].0, ticks[index(wrong - 1)].1), (Lock::Locked, 1.0), "{of}: before the fault");
+
+    // It holds at once: no good sample for 20 ms, or sooner by what a moving leg does not do.
+    let after = |from: u32, holds: &dyn Fn(&(Lock, f32)) -> bool| {
+        let found = ticks[index(from)..].iter().position(holds);
+        found.map(|n| from + n as u32).unwrap_or_else(|| panic!("{of}: never"))
+    };
+    let held = after(wrong - 1, &|tick| tick.0 != Lock::Locked);
+    // A sensor that sticks where the leg hardly moves looks like a leg that stands.
+    let stood = fault == Fault::Stuck && ticks[index(held)].0 == Lock::Stopped;
+    assert!(stood || ticks[index(held)].0 == Lock::Holding, "{of}: {:?}", ticks[index(held)]);
+    assert!(held < wrong + u32::from(is.freewheels_ms()), "{of}: holds in tick {held}, wrong from {wrong}");
+    // It walks on, for 2 s and no longer, and stands 0.4 s later; the outputs stay on and the supervisor keeps out of it.
+    let fades = after(held, &|tick| tick.1 < 1.0);
+    assert!(fades - held <= u32::from(FREEWHEEL_MS) + 1, "{of}: fades after {} ms", fades - held);
+    let stands = after(fades, &|tick| tick.1 < 0.02);
+    assert!(stands - fades <= 400, "{of}: stands after {} ms", stands - fades);
+    let walking = first(&frames, 1, |frame| frame.state == State::Walking).expect("it walks");
+    assert!(frames[index(walking)..].iter().all(|frame| frame.state == State::Walking), "{of}");
+    assert_eq!(ran.books.cause, Cause::None, "{of}");
+    let last = &frames[frames.len() - 1];
+    let stand = last.setpoints.iter().zip([0.0, 0.0, 5.0, 5.0]);
+    assert!(stand.clone().all(|(angle, stand)| (angle.degrees() - stand).abs() < 1.0), "{of}: {last:?}");
+    [held, fades, stands].map(|tick| clock.ms(at, tick))
+}
+
+#[test]
+fn a_follower_freewheels_at_once_and_stands_after_two_seconds_whatever_the_verdict() {
+    let Some(board) = Board::find("a follower and every verdict on the virtual board") else { return };
+    let rig = Rig::new(&board, follower(), false);
+    let lasting = [Fault::Open, Fault::Short, Fault::Stuck, Fault::Jump, Fault::Outside, Fault::Supply];
+    let jobs: Vec<(Fault, u32)> =
+        lasting.into_iter().flat_map(|fault| (0..4).map(move |n| (fault, n * PHASES / 4 + n))).collect();
+    let done = two_at_a_time(&jobs, |(fault, phase)| loses(&rig, fault, phase));
+    assert_eq!(done.len(), jobs.len());
+    println!("| verdict | fault | n | at most, ms | holds, ms: min / median / max | fades, ms | stands, ms |");
+    println!("|---|---|---|---|---|---|---|");
+    for fault in lasting {
+        let of = |which: usize| spread(done.iter().filter(|((of, _), _)| *of == fault).map(|(_, ms)| ms[which]));
+        let (verdict, most) = (fault.verdict(), fault.reaction().freewheels_ms());
+        println!("| {verdict} | {fault:?} | 4 | {most} | {} | {} | {} |", of(0), of(1), of(2));
+    }
+}
+
+/// What ends by itself is bridged: the follower stays locked.
+#[test]
+fn a_follower_walks_through_spikes_and_short_interruptions() {
+    let Some(board) = Board::find("a follower and brief faults on the virtual board") else { return };
+    let rig = Rig::new(&board, follower(), false);
+    for fault in [Fault::Spike, Fault::Brief] {
+        assert_eq!(fault.reaction().follower, Answer::CarryOn);
+        let knee = Knee::new(1.0, 13.0, 11);
+        let apart = knee.stride_s() * 5.0 / f64::from(PHASES);
+        let faults: Vec<_> = (0..PHASES).map(|n| (fault, rig.clock.moment(6.0 + f64::from(n) * apart, n))).collect();
+        let (ran, _) = rig.run(&table(&knee, &faults, 12.0), 12.0);
+        let ticks = following(&ran, &rig.walker);
+        assert!(ticks[5_900..].iter().all(|tick| *tick == (Lock::Locked, 1.0)), "{fault:?}");
     }
 }

@@ -21,6 +21,7 @@
 //! - *follower*: a walker that the sensor leads. The supervisor leaves it to the follower, which *freewheels* after [`FOLLOWER_BRIDGE_MS`] without
 //!   a good sample: it goes on in its last cadence for [`FREEWHEEL_MS`] at most, then comes to a stand with the outputs on, and follows again when
 //!   the sensor is back. What a moving leg does not do it notices by itself too, and sooner: a sensor that sticks in mid swing after some 0.1 s.
+//!   One that sticks where the leg hardly moves looks like a leg that stands, and then the joints stand without freewheeling first.
 //! - *carry on*: the verdict ends or gets a graver name before anything acts. A spike is a rate from its 5th ms on, a saturated code an open
 //!   or shorted wire from its 20th. *acts* is then the time from which something would.
 //! - A *rate* acts only where the jump stays impossible for so long: one of more than 78 degrees, or of more than 33 for a follower.
