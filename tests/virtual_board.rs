@@ -376,7 +376,7 @@ fn an_open_wire_stops_the_walk_and_is_named() {
     let off = boot.calls.iter().position(|(_, call)| call.sensors[0].0 < 81).unwrap();
     assert!(open - off <= 50, "named after {} ms", open - off);
     assert!(left - off <= 55, "the walk goes on for {} ms", left - off);
-    assert_eq!(frames[left + 1].cause, joint_loop::Cause::Sensor);
+    assert_eq!(frames[left + 1].cause, joint_loop::Cause::SensorOpen);
     // A hurried stop: at rest within 0.3 s and the gate's settling.
     let rest = frames[left..].iter().position(|frame| !frame.state.moving()).unwrap();
     assert!(rest <= 400, "at rest after {rest} ms");

@@ -1,15 +1,23 @@
 //! Whether a sample can be believed.
 //!
-//! | verdict | rule | after |
+//! | verdict | rule | said after |
 //! |---|---|---|
-//! | supply low | the supply by VREFINT is below the configured least, above 3.6 V, or has no reading | 1 sample |
-//! | saturated | the code lies in an end band (outside 2 to 98 % of full scale by default) | 1 sample |
-//! | open, short | it has been there for [`HealthConfig::wire_ms`]: which of the two, [`Pull`] says | 20 ms |
+//! | supply_low | the supply by VREFINT is below the configured least, above 3.6 V, or has no reading | 1 ms |
+//! | open, short | in an end band for [`HealthConfig::wire_ms`]: which of the two, [`Pull`] says | 20 ms |
+//! | saturated | the code lies in an end band (outside 2 to 98 % of full scale by default) | 1 ms |
 //! | stuck | the code has not left a band (of zero width by default) for [`HealthConfig::stuck_ms`] | 1000 ms |
-//! | out of table | the volts lie outside the calibration table | 1 sample |
-//! | rate | the angle is further from the last good one than a joint can have turned since | 1 sample |
+//! | out_of_table | the volts lie outside the calibration table | 1 ms |
+//! | rate | an impossible jump that has lasted for [`HealthConfig::spike_ms`] | 5 ms |
+//! | spike | an impossible jump: the angle is further from the last good one than a joint can have turned since | 1 ms |
 //!
-//! The first rule of this order that holds gives the verdict.
+//! The first rule of this order that holds gives the verdict. It is also the order of [`Verdict::graver`]: each can be the reason for
+//! those below it.
+//!
+//! *Said after*, [`Verdict::detection_ms`], is the time from the last right sample to the one that gets the verdict, at the default
+//! limits and at 1 kHz: with `n` ms it is the n-th wrong sample. The fault itself lies between the last right sample and the first wrong
+//! one, so it is named no later than that after it happened. Before a verdict that takes its time there is another: an open wire is
+//! saturated for 19 ms, a jump that stays is a spike for 4 ms; no sample of it is taken for an angle. Only a code that sticks is good
+//! until it is called stuck.
 //!
 //! *Intermittent wires*: the time in an end band counts up, the time out of it counts down, so that a wire that is open for
 //! more than half of the time is found too; and a wire that was open is believed again after as much time as it took to be
@@ -20,8 +28,11 @@
 //! 475 s of walking, running and standing). A sensor that is mechanically stuck but noisy looks like a leg at rest here;
 //! only someone who knows that the leg walks can tell.
 //!
-//! *Impossible rate*: the allowance is `max_rate` times the time since the last good sample, plus `rate_noise`. It grows with
-//! time, so a true jump (a strap that slipped) is believed again as soon as a joint could have made it; nothing locks out.
+//! *Impossible jumps*: the allowance is `max_rate` times the time since the last good sample, plus `rate_noise`. It grows with
+//! time, so a true jump (a strap that slipped) is believed again as soon as a joint could have made it; nothing locks out. At the
+//! default limits a jump of d degrees is believed after (d - 3) / 1.5 ms: what is over within 5 ms, as noise from the servos is, was a
+//! *spike*; a *rate* is a jump of more than 10 degrees that stayed, or spikes on more than half of the samples. They are counted as
+//! intermittent wires are.
 
 use crate::range::{RangeError, within};
 use core::fmt;
@@ -36,6 +47,13 @@ pub const WIRE_FAULT_MAX_MS: u16 = 50;
 /// Default of [`HealthConfig::stuck_ms`]: less than a walking stride (1.0 to 1.5 s), and five times the longest run of one
 /// code in noise-free recordings.
 pub const STUCK_MS: u16 = 1000;
+
+/// Default of [`HealthConfig::spike_ms`]: longer than a servo's commutation disturbs a wire, and short enough to tell before a jump of
+/// more than 10 degrees is believed.
+pub const SPIKE_MS: u16 = 5;
+
+/// What is told from a single sample, at 1 kHz.
+const AT_ONCE_MS: u16 = 1;
 
 /// What is to be thought of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -53,22 +71,25 @@ pub enum Verdict {
     Saturated = 3,
     /// The code has stopped changing.
     Stuck = 4,
-    /// The angle changed faster than a joint can.
-    Rate = 5,
+    /// The angle jumped farther than a joint can turn, less than [`HealthConfig::spike_ms`] ago.
+    Spike = 5,
+    /// The angle jumped farther than a joint can turn, and stays there or goes on jumping.
+    Rate = 6,
     /// The volts lie outside the calibration table.
-    OutOfTable = 6,
+    OutOfTable = 7,
     /// The converter's supply is too low, or its reading cannot be true: no volts can be had.
-    SupplyLow = 7,
+    SupplyLow = 8,
 }
 
 impl Verdict {
     /// Every verdict, in order of its number.
-    pub const ALL: [Verdict; 8] = [
+    pub const ALL: [Verdict; 9] = [
         Verdict::Good,
         Verdict::Open,
         Verdict::Short,
         Verdict::Saturated,
         Verdict::Stuck,
+        Verdict::Spike,
         Verdict::Rate,
         Verdict::OutOfTable,
         Verdict::SupplyLow,
@@ -83,6 +104,7 @@ impl Verdict {
             Self::Short => "short",
             Self::Saturated => "saturated",
             Self::Stuck => "stuck",
+            Self::Spike => "spike",
             Self::Rate => "rate",
             Self::OutOfTable => "out_of_table",
             Self::SupplyLow => "supply_low",
@@ -93,6 +115,59 @@ impl Verdict {
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|verdict| verdict.name() == name)
+    }
+
+    /// Time from the last right sample to the one that gets this verdict, at the default [`HealthConfig`] and 1 kHz, in ms; 0 for good.
+    ///
+    /// ```
+    /// use hgod_adc::Verdict;
+    /// let found = Verdict::ALL.map(|verdict| (verdict.name(), verdict.detection_ms()));
+    /// assert_eq!(found[1..], [
+    ///     ("open", 20),
+    ///     ("short", 20),
+    ///     ("saturated", 1),
+    ///     ("stuck", 1000),
+    ///     ("spike", 1),
+    ///     ("rate", 5),
+    ///     ("out_of_table", 1),
+    ///     ("supply_low", 1),
+    /// ]);
+    /// ```
+    #[must_use]
+    pub const fn detection_ms(self) -> u16 {
+        match self {
+            Self::Good => 0,
+            Self::Open | Self::Short => WIRE_FAULT_MS,
+            Self::Stuck => STUCK_MS,
+            Self::Rate => SPIKE_MS,
+            Self::Saturated | Self::Spike | Self::OutOfTable | Self::SupplyLow => AT_ONCE_MS,
+        }
+    }
+
+    /// The graver of two: of several sensors, or of several samples. The order is that of the module's table.
+    ///
+    /// ```
+    /// use hgod_adc::Verdict;
+    /// assert_eq!(Verdict::Saturated.graver(Verdict::Open), Verdict::Open);
+    /// assert_eq!(Verdict::Good.graver(Verdict::Spike), Verdict::Spike);
+    /// ```
+    #[must_use]
+    pub const fn graver(self, other: Self) -> Self {
+        if other.gravity() > self.gravity() { other } else { self }
+    }
+
+    const fn gravity(self) -> u8 {
+        match self {
+            Self::Good => 0,
+            Self::Spike => 1,
+            Self::Rate => 2,
+            Self::OutOfTable => 3,
+            Self::Stuck => 4,
+            Self::Saturated => 5,
+            Self::Short => 6,
+            Self::Open => 7,
+            Self::SupplyLow => 8,
+        }
     }
 }
 
@@ -129,6 +204,8 @@ pub struct HealthConfig {
     pub stuck_ms: u16,
     /// How far from the first one a code may be to count as unchanged; 0 to 8. Default 0: no noise at all.
     pub stuck_band: u16,
+    /// How long an impossible jump is taken for a spike, in ms; 1 to 50. Default 5.
+    pub spike_ms: u16,
     /// Fastest that the joint turns; 100 to 10,000 degrees a second (here in radians). Default 1500: the knees of runners and
     /// sprinters turn at up to 720 to 1060 in the recordings that this was set from, artefacts of markers at 1800 to 6200.
     pub max_rate: RadPerSec,
@@ -146,6 +223,7 @@ impl Default for HealthConfig {
             wire_ms: WIRE_FAULT_MS,
             stuck_ms: STUCK_MS,
             stuck_band: 0,
+            spike_ms: SPIKE_MS,
             max_rate: RadPerSec(Radians::from_degrees(1500.0).0),
             rate_noise: Radians::from_degrees(3.0),
         }
@@ -164,6 +242,7 @@ impl HealthConfig {
         whole("health.wire_ms", self.wire_ms, 1.0, f32::from(WIRE_FAULT_MAX_MS))?;
         whole("health.stuck_ms", self.stuck_ms, 200.0, 5000.0)?;
         whole("health.stuck_band", self.stuck_band, 0.0, 8.0)?;
+        whole("health.spike_ms", self.spike_ms, 1.0, 50.0)?;
         let rad = |degrees| Radians::from_degrees(degrees).0;
         let max_rate = within("health.max_rate", self.max_rate.0, rad(100.0), rad(10_000.0))?;
         let rate_noise = within("health.rate_noise", self.rate_noise.0, rad(0.05), rad(30.0))?;
@@ -174,6 +253,7 @@ impl HealthConfig {
             wire_ticks: ticks(self.wire_ms, period),
             stuck_ticks: ticks(self.stuck_ms, period),
             stuck_band: self.stuck_band,
+            spike_ticks: ticks(self.spike_ms, period),
             turn_per_tick: max_rate * period.seconds(),
             rate_noise,
         })
@@ -197,12 +277,13 @@ pub struct Health {
     wire_ticks: u16,
     stuck_ticks: u16,
     stuck_band: u16,
+    spike_ticks: u16,
     /// Radians that the joint turns in one period at most.
     turn_per_tick: f32,
     rate_noise: f32,
 }
 
-/// What the rules remember of the codes so far.
+/// What the rules remember of the samples so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct HealthState {
     low: Persistence,
@@ -211,6 +292,7 @@ pub struct HealthState {
     anchor: AdcCode,
     /// Length of that run in samples.
     run: u16,
+    jump: Persistence,
 }
 
 /// A condition that counts after it has held for a time, and no longer after it has been away as long.
@@ -261,6 +343,16 @@ impl Health {
     #[must_use]
     pub fn can_turn(&self, from: Radians, to: Radians, ticks: u32) -> bool {
         (to.0 - from.0).abs() <= self.turn_per_tick * ticks as f32 + self.rate_noise
+    }
+
+    /// What an impossible jump is called, if this sample is one. Call it once a sample, whatever else is wrong.
+    pub fn jump(&self, state: &mut HealthState, jumped: bool) -> Verdict {
+        state.jump.update(jumped, self.spike_ticks);
+        match (jumped, state.jump.holds) {
+            (false, _) => Verdict::Good,
+            (true, false) => Verdict::Spike,
+            (true, true) => Verdict::Rate,
+        }
     }
 
     /// The longest gap between good samples, in periods, over which a filter may carry on as if there had been none.

@@ -3,7 +3,7 @@
 //! ```text
 //!  AdcCode, VREFINT --[code]--> Volts --[calibration]--> Radians --[filter]--> Radians
 //!         |                        |                        |
-//!         +---- open, short,       +---- out of table       +---- impossible rate
+//!         +---- open, short,       +---- out of table       +---- spike, rate
 //!               saturated, stuck, supply low                      [health]
 //! ```
 //!
@@ -69,7 +69,9 @@ pub use calibration::{
 };
 pub use code::{Excitation, MAX_SUPPLY, Reference, ReferenceConfig, ReferenceError, Supply, SupplyFault};
 pub use filter::{Filter, FilterConfig, FilterState};
-pub use health::{Health, HealthConfig, HealthState, Pull, STUCK_MS, Verdict, WIRE_FAULT_MAX_MS, WIRE_FAULT_MS};
+pub use health::{
+    Health, HealthConfig, HealthState, Pull, SPIKE_MS, STUCK_MS, Verdict, WIRE_FAULT_MAX_MS, WIRE_FAULT_MS,
+};
 pub use interpolation::Interpolation;
 pub use oversampling::{OVERSAMPLING, trimmed_mean};
 pub use range::RangeError;

@@ -150,18 +150,21 @@ impl Sensor {
         state.supply = supply.or(state.supply);
         let volts = self.reference.volts(code, state.supply.unwrap_or(self.reference.supply_at_cal()));
 
-        let verdict = if supply.is_none() {
-            Verdict::SupplyLow
+        let seen = if supply.is_none() {
+            Err(Verdict::SupplyLow)
         } else if of_code != Verdict::Good {
-            of_code
+            Err(of_code)
         } else {
-            match self.calibration.angle(volts) {
-                Err(_) => Verdict::OutOfTable,
-                Ok(angle) if self.too_fast(state, angle) => Verdict::Rate,
-                Ok(angle) => {
-                    self.accept(state, angle);
-                    Verdict::Good
-                }
+            self.calibration.angle(volts).map_err(|_| Verdict::OutOfTable)
+        };
+        let jumped = seen.is_ok_and(|angle| self.too_fast(state, angle));
+        let of_jump = self.health.jump(&mut state.health, jumped);
+        let verdict = match seen {
+            Err(verdict) => verdict,
+            Ok(_) if jumped => of_jump,
+            Ok(angle) => {
+                self.accept(state, angle);
+                Verdict::Good
             }
         };
         let angle = state.good.map_or_else(|| self.resting(), |good| good.filtered);

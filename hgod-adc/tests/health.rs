@@ -2,7 +2,9 @@
 
 mod support;
 
-use hgod_adc::{HealthConfig, Pull, Sensor, SensorState, Verdict, WIRE_FAULT_MAX_MS};
+use hgod_adc::{
+    HealthConfig, Pull, SPIKE_MS, STUCK_MS, Sensor, SensorState, Verdict, WIRE_FAULT_MAX_MS, WIRE_FAULT_MS,
+};
 use joint_units::{AdcCode, Period, RadPerSec, Radians};
 use support::{CAL, Noise, config, knee_degrees, nominal, sensor};
 
@@ -148,12 +150,125 @@ fn a_jump_is_an_impossible_rate_until_a_joint_could_have_made_it() {
         if reading.verdict == Verdict::Good {
             break reading;
         }
-        assert_eq!((reading.verdict, reading.angle), (Verdict::Rate, last.angle));
+        // For less than 5 ms it may be a spike.
+        let name = if rejected < 4 { Verdict::Spike } else { Verdict::Rate };
+        assert_eq!((reading.verdict, reading.angle), (name, last.angle));
         rejected += 1;
     };
     assert_eq!(rejected, 37);
     // A gap this long is not bridged: the filter starts afresh, it does not glide for 60 degrees.
     assert!((accepted.angle.degrees() - 70.0).abs() < 0.1);
+}
+
+/// What a wrong sample of each fault is, where a sound one would have this code: the code, and that of VREFINT.
+fn wrong(verdict: Verdict, sensor: &Sensor, sound: AdcCode) -> (AdcCode, AdcCode) {
+    // 50 degrees away, which takes a joint 32 ms.
+    let angle = sensor.calibration().angle(sensor.reference().volts(sound, nominal())).unwrap().degrees();
+    let to = if angle < 20.0 { angle + 50.0 } else { angle - 50.0 };
+    let away = sensor.code(Radians::from_degrees(to), nominal()).unwrap();
+    match verdict {
+        Verdict::Good => (sound, CAL),
+        Verdict::Open | Verdict::Saturated => (AdcCode(3), CAL),
+        Verdict::Short => (AdcCode(4090), CAL),
+        Verdict::Stuck => unreachable!("the code of the last right sample"),
+        Verdict::Spike | Verdict::Rate => (away, CAL),
+        Verdict::OutOfTable => (AdcCode(500), CAL),
+        // 2.99 V: 3.3 V is 1501.
+        Verdict::SupplyLow => (sound, AdcCode(1657)),
+    }
+}
+
+/// The constant of each verdict is exact: said with the n-th wrong sample, not with the one before; at phases all over the stride.
+#[test]
+fn each_verdict_is_said_after_its_time_and_not_a_millisecond_before() {
+    let sensor = sensor();
+    let knee = |tick: u32| {
+        let angle = Radians::from_degrees(knee_degrees(f64::from(tick) * 1e-3 / 1.1));
+        sensor.code(angle, nominal()).unwrap()
+    };
+    for fault in Verdict::ALL.into_iter().filter(|&verdict| verdict != Verdict::Good) {
+        for start in (500..1600).step_by(11) {
+            let mut state = SensorState::default();
+            let last = knee(start - 1);
+            for tick in 0..start {
+                // A leg that happens to be at rest would begin the count of unchanged codes before the fault.
+                let code = if tick == start - 2 { AdcCode(last.0 + 1) } else { knee(tick) };
+                assert_eq!(sensor.sample(&mut state, code, CAL).verdict, Verdict::Good);
+            }
+            let mut verdict = |n: u32| {
+                let (code, vrefint) = match fault {
+                    Verdict::Stuck => (last, CAL),
+                    _ => wrong(fault, &sensor, knee(start + n)),
+                };
+                sensor.sample(&mut state, code, vrefint).verdict
+            };
+            let said = (1..=2000).find(|&n| verdict(n) == fault);
+            assert_eq!(said, Some(u32::from(fault.detection_ms())), "{fault} from tick {start}");
+        }
+    }
+}
+
+#[test]
+fn the_constants_are_those_of_the_default_limits() {
+    let config = HealthConfig::default();
+    assert_eq!((config.wire_ms, config.stuck_ms, config.spike_ms), (WIRE_FAULT_MS, STUCK_MS, SPIKE_MS));
+}
+
+/// Impossible samples are counted as an intermittent wire is: spikes on more than half of the samples are a rate, fewer are spikes for
+/// ever, and after as many good ones a new jump is a spike again.
+#[test]
+fn spikes_are_spikes_until_they_are_more_than_half_of_the_samples() {
+    let sensor = sensor();
+    let codes = |degrees| sensor.code(Radians::from_degrees(degrees), nominal()).unwrap().0;
+    let (rest, away) = (codes(10.0), codes(80.0));
+    let bad = |of: usize| {
+        let seen = verdicts(&sensor, (0..990).map(|n| if n > 0 && n % 5 < of { away } else { rest + (n % 2) as u16 }));
+        let count = |verdict| seen.iter().filter(|&&given| given == verdict).count();
+        (count(Verdict::Spike), count(Verdict::Rate), count(Verdict::Good))
+    };
+    // Not those of the very first tick.
+    assert_eq!(bad(2), (198 * 2 - 1, 0, 990 - 198 * 2 + 1));
+    let (spikes, rates, good) = bad(3);
+    assert_eq!((spikes + rates, good), (198 * 3 - 1, 990 - 198 * 3 + 1));
+    assert!((5..20).contains(&spikes), "{spikes}");
+    let again = [vec![rest], vec![away; 10], vec![rest; 4], vec![away], vec![rest; 6], vec![away]].concat();
+    let seen = verdicts(&sensor, again);
+    let jumps: Vec<_> = seen.into_iter().filter(|&verdict| verdict != Verdict::Good).collect();
+    let (first, rest) = jumps.split_at(4);
+    assert_eq!(first, [Verdict::Spike; 4]);
+    assert_eq!(rest[..7], [Verdict::Rate; 7]);
+    assert_eq!(rest[7..], [Verdict::Spike]);
+}
+
+#[test]
+fn of_two_verdicts_the_graver_is_the_one_that_can_be_the_others_reason() {
+    use Verdict::{Good, Open, OutOfTable, Rate, Saturated, Short, Spike, Stuck, SupplyLow};
+    let order = [Good, Spike, Rate, OutOfTable, Stuck, Saturated, Short, Open, SupplyLow];
+    assert_eq!(order.len(), Verdict::ALL.len());
+    for (n, lesser) in order.into_iter().enumerate() {
+        for graver in order.into_iter().skip(n) {
+            assert_eq!((lesser.graver(graver), graver.graver(lesser)), (graver, graver));
+        }
+    }
+}
+
+/// The column *said after* of the module's table is what the function says.
+#[test]
+fn the_documented_times_are_those_of_the_constants() {
+    let doc = include_str!("../src/health.rs");
+    let rows: Vec<Vec<&str>> = doc
+        .lines()
+        .filter_map(|line| line.strip_prefix("//! | "))
+        .map(|line| line.trim_end_matches('|').split('|').map(str::trim).collect())
+        .collect();
+    let mut found = 0;
+    for row in &rows {
+        for verdict in row[0].split(", ").filter_map(Verdict::from_name) {
+            assert_eq!(row[2], format!("{} ms", verdict.detection_ms()), "{verdict}");
+            found += 1;
+        }
+    }
+    assert_eq!(found, Verdict::ALL.len() - 1);
 }
 
 /// The filter lags such a knee by 9 degrees: the rate is judged from what was measured, not from what was filtered.
@@ -188,7 +303,7 @@ fn missed_ticks_give_a_joint_the_time_that_they_took() {
         sensor.sample(&mut state, code(22.0), CAL).verdict
     };
     // 12 degrees need (12 - 3) / 1.5 = 6 ms, the sample's own tick included.
-    assert_eq!((after(&[]), after(&[4])), (Verdict::Rate, Verdict::Rate));
+    assert_eq!((after(&[]), after(&[4])), (Verdict::Spike, Verdict::Spike));
     assert_eq!((after(&[6]), after(&[2, 4]), after(&[u32::MAX, 2])), (Verdict::Good, Verdict::Good, Verdict::Good));
 }
 
@@ -208,6 +323,8 @@ fn each_bad_limit_is_named() {
     assert_eq!(with(&|c| c.stuck_ms = 199), "health.stuck_ms");
     assert_eq!(with(&|c| c.stuck_ms = 5001), "health.stuck_ms");
     assert_eq!(with(&|c| c.stuck_band = 9), "health.stuck_band");
+    assert_eq!(with(&|c| c.spike_ms = 0), "health.spike_ms");
+    assert_eq!(with(&|c| c.spike_ms = 51), "health.spike_ms");
     for bad in [f32::NAN, f32::INFINITY, 0.0, -26.0, 175.0] {
         assert_eq!(with(&|c| c.max_rate = RadPerSec(bad)), "health.max_rate", "{bad}");
         assert_eq!(with(&|c| c.rate_noise = Radians(bad)), "health.rate_noise", "{bad}");
@@ -216,7 +333,7 @@ fn each_bad_limit_is_named() {
 
 #[test]
 fn a_verdict_and_its_word_are_one() {
-    let words = ["good", "open", "short", "saturated", "stuck", "rate", "out_of_table", "supply_low"];
+    let words = ["good", "open", "short", "saturated", "stuck", "spike", "rate", "out_of_table", "supply_low"];
     for (number, (verdict, word)) in Verdict::ALL.into_iter().zip(words).enumerate() {
         assert_eq!((verdict as usize, verdict.to_string().as_str()), (number, word));
         assert_eq!(Verdict::from_name(word), Some(verdict));

@@ -15,7 +15,7 @@ fn every_code_at_every_supply_has_its_verdict_and_is_kept() {
     let sensor = sensor();
     let (low, high) = sensor.calibration().span();
     let (least, greatest) = sensor.calibration().volts_span();
-    let mut seen = [0_u32; 8];
+    let mut seen = [0_u32; Verdict::ALL.len()];
     for vrefint in [0, 1, 1375, 1376, 1400, 1501, 1579, 1651, 1652, 4095, 4096, u16::MAX] {
         let supply = 3.3 * 1501.0 / f64::from(vrefint);
         for code in (0..=4095).chain([4096, u16::MAX]) {

@@ -18,7 +18,10 @@
 //! - **No motion without a press**: arming has one entry, from disarmed, by a press, and only while nothing is wrong.
 //! - **A fault is latched**: when its condition is gone, one press acknowledges it (to disarmed), and only another one arms.
 //!   A press while the condition lasts does nothing. The first cause stays.
+//! - **A sensor's verdict** comes as a demand to stop whose cause has its name; [`crate::reaction`] tells after how many ms.
 //! - **Boot always leads to disarmed**, whatever is pressed; a condition that persists is met there.
+
+use hgod_adc::Verdict;
 
 /// Where the machine is. The numbers are part of the telemetry's hash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -80,36 +83,57 @@ pub enum Cause {
     None = 0,
     /// The button was pressed.
     Button = 1,
-    /// A sensor that is required was not good for longer than tolerated.
-    Sensor = 2,
+    /// A sensor that is required was not good for longer than tolerated: its wire is open. [`crate::reaction`] has the times.
+    SensorOpen = 2,
+    /// The same: its wire is shorted.
+    SensorShort = 3,
+    /// The same: at an end of the converter's range.
+    SensorSaturated = 4,
+    /// The same: its code has stopped changing.
+    SensorStuck = 5,
+    /// The same: a spike.
+    SensorSpike = 6,
+    /// The same: faster than a joint.
+    SensorRate = 7,
+    /// The same: outside of the calibration table.
+    SensorOutOfTable = 8,
+    /// The same: the converter's supply is too low or has no reading.
+    SensorSupplyLow = 9,
     /// The converter lost more samples than tolerated.
-    AdcOverrun = 3,
+    AdcOverrun = 10,
     /// The gate held the pose back for longer than tolerated.
-    Pose = 4,
+    Pose = 11,
     /// The generator's state is not finite or not bounded.
-    Generator = 5,
+    Generator = 12,
     /// Control periods went by without a tick.
-    Gap = 6,
+    Gap = 13,
     /// An angle at the gate was not finite.
-    NonFinite = 7,
+    NonFinite = 14,
     /// The break input is active.
-    BreakInput = 8,
+    BreakInput = 15,
     /// The clock failed.
-    Clock = 9,
+    Clock = 16,
     /// A task of the board makes no progress.
-    Watchdog = 10,
+    Watchdog = 17,
     /// The outputs were not as commanded.
-    Outputs = 11,
+    Outputs = 18,
     /// The board reported a fault that has no name here.
-    Board = 12,
+    Board = 19,
 }
 
 impl Cause {
     /// Every cause, in the order of its number.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 20] = [
         Self::None,
         Self::Button,
-        Self::Sensor,
+        Self::SensorOpen,
+        Self::SensorShort,
+        Self::SensorSaturated,
+        Self::SensorStuck,
+        Self::SensorSpike,
+        Self::SensorRate,
+        Self::SensorOutOfTable,
+        Self::SensorSupplyLow,
         Self::AdcOverrun,
         Self::Pose,
         Self::Generator,
@@ -128,7 +152,14 @@ impl Cause {
         match self {
             Self::None => "none",
             Self::Button => "button",
-            Self::Sensor => "sensor",
+            Self::SensorOpen => "sensor_open",
+            Self::SensorShort => "sensor_short",
+            Self::SensorSaturated => "sensor_saturated",
+            Self::SensorStuck => "sensor_stuck",
+            Self::SensorSpike => "sensor_spike",
+            Self::SensorRate => "sensor_rate",
+            Self::SensorOutOfTable => "sensor_out_of_table",
+            Self::SensorSupplyLow => "sensor_supply_low",
             Self::AdcOverrun => "adc_overrun",
             Self::Pose => "pose",
             Self::Generator => "generator",
@@ -146,6 +177,22 @@ impl Cause {
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|cause| cause.name() == name)
+    }
+
+    /// The cause that names a sensor's verdict; none for good.
+    #[must_use]
+    pub const fn of_sensor(verdict: Verdict) -> Self {
+        match verdict {
+            Verdict::Good => Self::None,
+            Verdict::Open => Self::SensorOpen,
+            Verdict::Short => Self::SensorShort,
+            Verdict::Saturated => Self::SensorSaturated,
+            Verdict::Stuck => Self::SensorStuck,
+            Verdict::Spike => Self::SensorSpike,
+            Verdict::Rate => Self::SensorRate,
+            Verdict::OutOfTable => Self::SensorOutOfTable,
+            Verdict::SupplyLow => Self::SensorSupplyLow,
+        }
     }
 }
 
@@ -300,7 +347,7 @@ mod tests {
             assert_eq!(actions.outputs, ["arming", "walking", "stopping"].contains(&state), "{given}");
             checked += 1;
         }
-        assert_eq!(checked, 6 * 13 * 27 * 4);
+        assert_eq!(checked, 6 * 20 * 41 * 4);
     }
 
     #[test]
@@ -357,6 +404,11 @@ mod tests {
         }
         for (index, cause) in Cause::ALL.into_iter().enumerate() {
             assert_eq!((cause as usize, Cause::from_name(cause.name())), (index, Some(cause)));
+        }
+        for verdict in Verdict::ALL {
+            let cause = Cause::of_sensor(verdict);
+            let name = if verdict == Verdict::Good { "none".into() } else { format!("sensor_{verdict}") };
+            assert_eq!(cause.name(), name);
         }
         assert_eq!((State::from_name("boots"), Cause::from_name("")), (None, None));
     }

@@ -52,10 +52,10 @@ impl<G: Generator<{ Joint::COUNT }>, const S: usize> JointLoop<G, S> {
         let press = self.stages.button.sample(&mut self.press, sample.button);
 
         // Measure.
-        let sensors_good = self.measure(sample, elapsed);
+        let sensors = self.measure(sample, elapsed);
 
         // Supervise, before anything moves: a fault of this sample switches off in this tick.
-        let seen = self.seen(sample, elapsed, sensors_good);
+        let seen = self.seen(sample, elapsed, sensors);
         let demand = self.stages.watch.judge(&mut self.watched, &seen);
         let inputs = Inputs { press, settled: self.settled(), demand };
         let (mut status, mut actions) = next(self.status, inputs);
@@ -150,9 +150,9 @@ impl<G: Generator<{ Joint::COUNT }>, const S: usize> JointLoop<G, S> {
         elapsed
     }
 
-    /// Codes to angles; true if every worn sensor's is good and of this tick.
-    fn measure(&mut self, sample: &Sample<S>, elapsed: u32) -> bool {
-        let mut good = !sample.faults.contains(BoardFaults::ADC_OVERRUN);
+    /// Codes to angles; the gravest verdict of the worn sensors.
+    fn measure(&mut self, sample: &Sample<S>, elapsed: u32) -> Verdict {
+        let mut gravest = Verdict::Good;
         let channels = self.stages.sensors.iter().zip(&mut self.listening).zip(sample.codes);
         let seen = self.frame.measured.iter_mut().zip(&mut self.frame.verdict);
         for (((sensor, state), code), (angle, verdict)) in channels.zip(seen) {
@@ -160,17 +160,17 @@ impl<G: Generator<{ Joint::COUNT }>, const S: usize> JointLoop<G, S> {
             state.missed(elapsed - 1);
             let reading = sensor.sample(state, code, sample.vrefint);
             (*angle, *verdict) = (reading.angle, Some(reading.verdict));
-            good &= reading.verdict == Verdict::Good;
+            gravest = gravest.graver(reading.verdict);
         }
-        good
+        gravest
     }
 
-    fn seen(&self, sample: &Sample<S>, elapsed: u32, sensors_good: bool) -> Seen {
+    fn seen(&self, sample: &Sample<S>, elapsed: u32, sensors: Verdict) -> Seen {
         Seen {
             moving: self.status.state.moving(),
             elapsed,
             faults: sample.faults,
-            sensors_good,
+            sensors,
             generator_sound: self.sound,
             pose_limited: self.frame.limited.contains(GateStatus::POSE),
         }

@@ -12,11 +12,17 @@
 //!
 //! Below its tolerance a condition is only counted. Tolerated times run down as fast as they run up: a sensor that is bad more
 //! often than it is good uses its tolerance up too, however short each spell is.
+//!
+//! The cause of a sensor's stop is the name of its verdict. Where verdicts alternate it is the gravest ([`Verdict::graver`]) of the last
+//! `sensor_tolerance_s`, so at the end of the tolerance the gravest of all that used it up: an open wire that touches now and then, with
+//! spikes and impossible rates in between, is an open wire. Of several sensors it is the gravest of each tick. [`crate::reaction`] is the table
+//! of verdicts, times and what follows.
 
 use crate::error::inside;
 use crate::params::ticks;
 use crate::supervisor::{Cause, Demand};
 use crate::{BoardFaults, Button, LoopError, MAX_ELAPSED};
+use hgod_adc::Verdict;
 use joint_units::Period;
 
 /// What is tolerated.
@@ -115,8 +121,8 @@ pub struct Seen {
     pub elapsed: u32,
     /// What the board reports.
     pub faults: BoardFaults,
-    /// Every sensor's verdict is good.
-    pub sensors_good: bool,
+    /// The gravest verdict of all sensors. Where the board reports an overrun of the converter they count as not good all the same.
+    pub sensors: Verdict,
     /// The generator passes its check.
     pub generator_sound: bool,
     /// The pose envelope held the setpoints back in the last tick.
@@ -128,6 +134,10 @@ pub struct Seen {
 pub struct Watched {
     /// Periods that the sensors were not good, less those that they were.
     sensor: u32,
+    /// The gravest verdict of late: good where the spell above is over, or where it was all overruns.
+    gravest: Verdict,
+    /// Periods since there was one as grave.
+    since_gravest: u32,
     /// Ticks that the pose was held back, less those that it was not.
     pose: u32,
     /// Overruns since the one that opened the window, with it.
@@ -140,10 +150,13 @@ impl Watch {
     /// Takes what one tick saw, and says what follows.
     pub fn judge(&self, watched: &mut Watched, seen: &Seen) -> Demand {
         // Spells are held at just above the tolerance, so that they are over as long after their end as they lasted to count.
-        spell(&mut watched.sensor, !seen.sensors_good, seen.elapsed, self.sensor_tolerance.unwrap_or(0));
+        let overrun = seen.faults.contains(BoardFaults::ADC_OVERRUN);
+        let tolerance = self.sensor_tolerance.unwrap_or(0);
+        spell(&mut watched.sensor, overrun || seen.sensors != Verdict::Good, seen.elapsed, tolerance);
+        watched.remember(seen.sensors, seen.elapsed, tolerance);
         spell(&mut watched.pose, seen.pose_limited, 1, self.pose_tolerance);
         watched.window = watched.window.saturating_add(seen.elapsed);
-        if seen.faults.contains(BoardFaults::ADC_OVERRUN) {
+        if overrun {
             if watched.overruns == 0 || watched.window >= self.second {
                 (watched.overruns, watched.window) = (0, 0);
             }
@@ -167,11 +180,27 @@ impl Watch {
         } else if watched.overruns > self.overruns {
             Demand::Stop(Cause::AdcOverrun)
         } else if self.sensor_required && sensor_bad {
-            Demand::Stop(Cause::Sensor)
+            Demand::Stop(match Cause::of_sensor(watched.gravest) {
+                Cause::None => Cause::AdcOverrun,
+                cause => cause,
+            })
         } else if watched.pose > self.pose_tolerance {
             Demand::Stop(Cause::Pose)
         } else {
             Demand::Go
+        }
+    }
+}
+
+impl Watched {
+    /// Keeps the gravest verdict of a spell; one of longer ago than `window` periods gives way to any other.
+    fn remember(&mut self, verdict: Verdict, elapsed: u32, window: u32) {
+        self.since_gravest = self.since_gravest.saturating_add(elapsed);
+        let newer = verdict.graver(self.gravest) == verdict || self.since_gravest > window;
+        if self.sensor == 0 {
+            self.gravest = Verdict::Good;
+        } else if verdict != Verdict::Good && newer {
+            (self.gravest, self.since_gravest) = (verdict, 0);
         }
     }
 }
@@ -201,7 +230,7 @@ mod tests {
         moving: true,
         elapsed: 1,
         faults: BoardFaults::NONE,
-        sensors_good: true,
+        sensors: Verdict::Good,
         generator_sound: true,
         pose_limited: false,
     };
@@ -247,23 +276,24 @@ mod tests {
     #[test]
     fn a_tolerance_is_exact_and_recovers_as_fast_as_it_went() {
         let (watch, mut watched) = (watch(), Watched::default());
-        let mut see = |ticks: u32, sensors_good, moving| {
-            let seen = Seen { sensors_good, moving, ..WELL };
+        let mut see = |ticks: u32, good, moving| {
+            let sensors = if good { Verdict::Good } else { Verdict::OutOfTable };
+            let seen = Seen { sensors, moving, ..WELL };
             (0..ticks).map(|_| watch.judge(&mut watched, &seen)).last().expect("some")
         };
         assert_eq!(see(50, false, true), Demand::Go);
-        assert_eq!(see(1, false, true), Demand::Stop(Cause::Sensor));
+        assert_eq!(see(1, false, true), Demand::Stop(Cause::SensorOutOfTable));
         // However long it was: 51 ticks to be wholly good again, which is what arming wants; moving wants less.
         see(10_000, false, true);
         assert_eq!(see(1, true, true), Demand::Go);
-        assert_eq!(see(49, true, false), Demand::Stop(Cause::Sensor));
+        assert_eq!(see(49, true, false), Demand::Stop(Cause::SensorOutOfTable));
         assert_eq!(see(1, true, false), Demand::Go);
-        assert_eq!(see(1, false, false), Demand::Stop(Cause::Sensor));
+        assert_eq!(see(1, false, false), Demand::Stop(Cause::SensorOutOfTable));
         // Periods that were missed count as the tick that follows them.
         see(100, true, true);
-        let seen = Seen { sensors_good: false, elapsed: 5, ..WELL };
+        let seen = Seen { sensors: Verdict::OutOfTable, elapsed: 5, ..WELL };
         let demands: Vec<_> = (0..11).map(|_| watch.judge(&mut watched, &seen)).collect();
-        assert_eq!(demands[9..], [Demand::Go, Demand::Stop(Cause::Sensor)]);
+        assert_eq!(demands[9..], [Demand::Go, Demand::Stop(Cause::SensorOutOfTable)]);
     }
 
     #[test]
@@ -271,12 +301,14 @@ mod tests {
         let all = Seen {
             elapsed: 255,
             faults: BoardFaults::from_bits(0x3f),
-            sensors_good: false,
+            sensors: Verdict::OutOfTable,
             generator_sound: false,
             pose_limited: true,
             moving: true,
         };
-        let judge = |seen: Seen| watch().judge(&mut Watched { sensor: 51, pose: 51, overruns: 9, window: 1 }, &seen);
+        let judge = |seen: Seen| {
+            watch().judge(&mut Watched { sensor: 51, pose: 51, overruns: 9, window: 1, ..Watched::default() }, &seen)
+        };
         let faults = |bits| Seen { faults: BoardFaults::from_bits(bits), ..all };
         assert_eq!(judge(all), Demand::Fault(Cause::BreakInput));
         assert_eq!(judge(faults(0x3d)), Demand::Fault(Cause::Clock));
@@ -292,7 +324,61 @@ mod tests {
         assert_eq!(judge(none), Demand::Stop(Cause::AdcOverrun));
         let later = Seen { elapsed: 1, ..none };
         let judge = |seen: Seen, sensor| watch().judge(&mut Watched { sensor, pose: 51, ..Watched::default() }, &seen);
-        assert_eq!(judge(later, 51), Demand::Stop(Cause::Sensor));
-        assert_eq!(judge(Seen { sensors_good: true, ..later }, 0), Demand::Stop(Cause::Pose));
+        assert_eq!(judge(later, 51), Demand::Stop(Cause::SensorOutOfTable));
+        assert_eq!(judge(Seen { sensors: Verdict::Good, ..later }, 0), Demand::Stop(Cause::Pose));
+    }
+
+    /// The cause at the end of the tolerance, for a course of verdicts that begins anew when it is over.
+    fn cause_of(course: &[Verdict]) -> Cause {
+        let (watch, mut watched) = (watch(), Watched::default());
+        let demands = course.iter().cycle().take(10_000).map(|&sensors| {
+            let demand = watch.judge(&mut watched, &Seen { sensors, ..WELL });
+            if let Demand::Stop(cause) = demand { Some(cause) } else { None }
+        });
+        demands.flatten().next().expect("it stops")
+    }
+
+    #[test]
+    fn each_verdict_names_its_cause_and_the_gravest_of_several_wins() {
+        for verdict in Verdict::ALL.into_iter().filter(|&verdict| verdict != Verdict::Good) {
+            assert_eq!(cause_of(&[verdict]), Cause::of_sensor(verdict));
+            for other in Verdict::ALL {
+                let gravest = Cause::of_sensor(verdict.graver(other));
+                // Turn and turn about, in either order, and one of the graver among many.
+                for course in [vec![verdict, verdict, other], vec![other, verdict, verdict]] {
+                    assert_eq!(cause_of(&course), gravest, "{verdict} and {other}");
+                }
+                let one = [vec![other], vec![verdict; 50]].concat();
+                if other != Verdict::Good {
+                    assert_eq!(cause_of(&one), gravest, "one {other} among {verdict}");
+                }
+            }
+        }
+    }
+
+    /// What is over is not told for ever: 50 ms after the last of a graver verdict the cause is the one that there is now.
+    #[test]
+    fn a_graver_verdict_is_forgotten_after_the_tolerance() {
+        let (watch, mut watched) = (watch(), Watched::default());
+        let mut see = |sensors: Verdict, ticks: u32| {
+            let seen = Seen { sensors, moving: false, ..WELL };
+            (0..ticks).map(|_| watch.judge(&mut watched, &seen)).last().expect("some")
+        };
+        assert_eq!(see(Verdict::SupplyLow, 200), Demand::Stop(Cause::SensorSupplyLow));
+        assert_eq!(see(Verdict::Open, 50), Demand::Stop(Cause::SensorSupplyLow));
+        assert_eq!(see(Verdict::Open, 1), Demand::Stop(Cause::SensorOpen));
+        // Good again: until the spell is over it has the same name; the next one begins afresh.
+        assert_eq!(see(Verdict::Good, 50), Demand::Stop(Cause::SensorOpen));
+        assert_eq!(see(Verdict::Good, 1), Demand::Go);
+        assert_eq!(see(Verdict::Spike, 1), Demand::Stop(Cause::SensorSpike));
+    }
+
+    /// An overrun leaves no sample to be judged: until it is forgotten a press does not arm, and the cause is its own.
+    #[test]
+    fn samples_that_were_lost_are_not_good() {
+        let (watch, mut watched) = (watch(), Watched::default());
+        let lost = Seen { faults: BoardFaults::ADC_OVERRUN, moving: false, ..WELL };
+        assert_eq!(watch.judge(&mut watched, &lost), Demand::Stop(Cause::AdcOverrun));
+        assert_eq!(watch.judge(&mut watched, &Seen { moving: false, ..WELL }), Demand::Go);
     }
 }

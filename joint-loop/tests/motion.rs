@@ -151,7 +151,7 @@ fn a_hurried_stop_is_smooth_from_every_tick() {
             moved += 1;
         }
         assert!((350..=354).contains(&moved), "{moved}");
-        assert_eq!((stopping.state(), stopping.frame().cause), (State::Disarmed, Cause::Sensor));
+        assert_eq!((stopping.state(), stopping.frame().cause), (State::Disarmed, Cause::SensorOpen));
         assert_eq!(stopping.frame().setpoints, PARK);
         stop.assert_bounded();
         (rate, acceleration) = (rate.max(stop.rate), acceleration.max(stop.acceleration));

@@ -3,8 +3,9 @@
 mod support;
 
 use cpg_core::StateFault;
-use joint_loop::{BoardFaults, Cause, Command, LoopConfig, Sample, State};
-use joint_units::{Period, Radians};
+use hgod_adc::Verdict;
+use joint_loop::{BoardFaults, Cause, Command, LoopConfig, PARK_MS, Sample, State, reaction};
+use joint_units::{AdcCode, Period, Radians};
 use support::{Puppet, fault, good, idle, press, puppet, reach, run, sensor, walker, walker_with};
 
 type Change = fn(&mut LoopConfig);
@@ -64,7 +65,7 @@ fn a_sensor_may_be_bad_for_50_ms_and_no_longer() {
     for state in [State::Arming, State::Walking] {
         let joints = reach(&walker(), state);
         // 50 bad ticks: nothing. From the 51st on: a hurried stop.
-        for (bad, after, cause) in [(50, state, Cause::None), (51, State::Stopping, Cause::Sensor)] {
+        for (bad, after, cause) in [(50, state, Cause::None), (51, State::Stopping, Cause::SensorOpen)] {
             let mut joints = joints.clone();
             run(&mut joints, bad, |s| Sample { codes: [support::OPEN], ..s });
             assert_eq!((joints.state(), joints.frame().cause), (after, cause), "{bad} ticks");
@@ -74,11 +75,128 @@ fn a_sensor_may_be_bad_for_50_ms_and_no_longer() {
         assert_eq!((joints.state(), command), (State::Disarmed, Command::OFF));
         // It does not move again by itself, nor by a press while the wire is off; the frame says why.
         run(&mut joints, 40, |s| Sample { codes: [support::OPEN], button: true, ..s });
-        assert_eq!((joints.state(), joints.frame().cause), (State::Disarmed, Cause::Sensor));
+        assert_eq!((joints.state(), joints.frame().cause), (State::Disarmed, Cause::SensorOpen));
         idle(&mut joints, 1_000);
         assert_eq!(joints.state(), State::Disarmed);
         press(&mut joints);
         assert_eq!(joints.state(), State::Arming);
+    }
+}
+
+/// What comes in a sound tick: for jumps a knee that is bent by 116 degrees, so that there is somewhere to jump to.
+fn sound(verdict: Verdict, tick: u32) -> Sample<1> {
+    match verdict {
+        Verdict::Spike | Verdict::Rate => Sample { codes: [AdcCode(700 + (tick & 1) as u16)], ..good(tick) },
+        _ => good(tick),
+    }
+}
+
+/// A loop in this state whose leg is where [`sound`] has it.
+fn sound_in(state: State, verdict: Verdict) -> joint_loop::JointLoop<cpg_core::walking::Walk, 1> {
+    let mut joints = reach(&walker(), state);
+    let [from, to] = [good(0), sound(verdict, 0)].map(|sample| u32::from(sample.codes[0].0));
+    for tick in 0..400 {
+        let code = from - (from - to) * tick / 399 + (tick & 1);
+        joints.tick(&Sample { codes: [AdcCode(code as u16)], ..good(0) });
+        assert_eq!(joints.frame().verdict, [Verdict::Good], "{tick}");
+    }
+    joints
+}
+
+/// What comes in the `n`th wrong tick of a fault, 1 the first.
+fn wrong(verdict: Verdict, n: u32) -> Sample<1> {
+    let sound = sound(verdict, n);
+    let code = |code| Sample { codes: [AdcCode(code)], ..sound };
+    match verdict {
+        Verdict::Good => sound,
+        Verdict::Open => code(3),
+        Verdict::Short => code(4_090),
+        // From one end to the other, so that neither wire is at fault.
+        Verdict::Saturated => code(if n % 20 < 10 { 3 } else { 4_090 }),
+        // The last good code was 1801.
+        Verdict::Stuck => code(1_801),
+        // To 5 degrees: a knee takes 72 ms for that.
+        Verdict::Spike | Verdict::Rate => code(3_000),
+        Verdict::OutOfTable => code(3_500),
+        Verdict::SupplyLow => Sample { vrefint: AdcCode(0), ..sound },
+    }
+}
+
+/// The table of [`joint_loop::reaction`], walked through: the verdict has its name in its ms and not before, the walk is left in the ms
+/// that is stated, with the cause that is stated, and the outputs are off in time.
+#[test]
+fn every_verdict_has_the_reaction_of_the_table() {
+    for verdict in Verdict::ALL {
+        let Some(is) = reaction(verdict) else { continue };
+        let mut joints = sound_in(State::Walking, verdict);
+        let (mut said, mut stops, mut off) = (None, None, None);
+        // A rate is one for 72 ms, and then believed.
+        for n in 1..=if is.said_ms < 1_000 { 400 } else { 1_400 } {
+            let command = joints.tick(&wrong(verdict, n));
+            let frame = joints.frame();
+            if frame.verdict == [verdict] && said.is_none() {
+                said = Some(n);
+            }
+            if frame.state != State::Walking && stops.is_none() {
+                stops = Some(n);
+                assert_eq!(frame.state, State::Stopping);
+                // A spike that goes on is a rate.
+                let cause = if verdict == Verdict::Spike { Cause::SensorRate } else { is.cause };
+                assert_eq!(frame.cause, cause, "{verdict}");
+            }
+            if command.pulses.is_none() && off.is_none() {
+                off = Some(n);
+            }
+        }
+        assert_eq!(said, Some(u32::from(is.said_ms)), "{verdict}");
+        assert_eq!(stops, Some(u32::from(is.stops_ms())), "{verdict}");
+        let last = u32::from(is.stops_ms() + PARK_MS);
+        assert!(off.is_some_and(|off| (last - 4..=last).contains(&off)), "{verdict}: {off:?}, {last} stated");
+        assert_eq!(joints.state(), State::Disarmed);
+    }
+}
+
+/// What ends before the tolerance does is walked through: a spike until it would be a rate, a saturated code until it would be a wire, and
+/// a wire that was open for 31 ms, as it is doubted for 19 more.
+#[test]
+fn what_the_table_says_is_carried_through_is() {
+    for (verdict, ticks) in [(Verdict::Spike, 4), (Verdict::Saturated, 19), (Verdict::Rate, 50), (Verdict::Open, 31)] {
+        let mut joints = sound_in(State::Walking, verdict);
+        let mut other = joints.clone();
+        let mut last = Verdict::Good;
+        for n in 1..=ticks {
+            let held = joints.frame().measured;
+            joints.tick(&if verdict == Verdict::Saturated { wrong(Verdict::Open, n) } else { wrong(verdict, n) });
+            other.tick(&sound(verdict, n));
+            last = joints.frame().verdict[0];
+            assert_eq!(joints.frame().measured, held, "the last good angle is kept");
+        }
+        assert_eq!(last, verdict);
+        for n in 0..1_000 {
+            joints.tick(&sound(verdict, n));
+            other.tick(&sound(verdict, n));
+            assert_eq!((joints.state(), joints.frame().cause), (State::Walking, Cause::None), "{verdict}");
+        }
+        assert_eq!(joints.frame().setpoint_hash, other.frame().setpoint_hash, "the rhythm does not notice");
+    }
+}
+
+/// At rest there is no tolerance, and the frame says why a press did nothing.
+#[test]
+fn with_any_verdict_but_good_a_press_does_not_arm_and_the_cause_says_which() {
+    for verdict in Verdict::ALL {
+        let Some(is) = reaction(verdict) else { continue };
+        let mut joints = sound_in(State::Disarmed, verdict);
+        let said = u32::from(is.said_ms);
+        // 20 ms of the button are a press; the sensor's trouble begins so that its name comes with the last of them.
+        for tick in 0..1_200 {
+            let button = (1_180..1_200).contains(&tick);
+            let begins = 1_200 - said;
+            let sample = if tick >= begins { wrong(verdict, tick + 1 - begins) } else { sound(verdict, tick) };
+            joints.tick(&Sample { button, ..sample });
+        }
+        assert_eq!(joints.frame().verdict, [verdict]);
+        assert_eq!((joints.state(), joints.frame().cause), (State::Disarmed, is.cause), "{verdict}");
     }
 }
 
@@ -94,7 +212,7 @@ fn a_flickering_wire_uses_the_tolerance_up() {
         ticks += 1;
         assert!(ticks < 260, "{ticks}");
     }
-    assert_eq!((joints.state(), joints.frame().cause), (State::Stopping, Cause::Sensor));
+    assert_eq!((joints.state(), joints.frame().cause), (State::Stopping, Cause::SensorOpen));
 }
 
 #[test]

@@ -55,7 +55,7 @@ struct Cli {
     /// Virtual seconds to run; otherwise until quit or a signal
     #[arg(long, value_parser = positive)]
     secs: Option<f64>,
-    /// Volts at ADC pins over time: CSV with the header time_s,PA1,...
+    /// Volts over time at ADC pins, and of the analogue supply: CSV with the header time_s,PA1,... or time_s,PA1,VDDA,...
     #[arg(long, value_name = "FILE")]
     volts: Option<PathBuf>,
     /// Repeat the volts instead of holding the last row
@@ -91,9 +91,9 @@ struct Cli {
     /// Frequency of the low speed oscillator, which clocks the watchdog, Hz
     #[arg(long, default_value_t = 32_000.0, value_parser = positive)]
     lsi_hz: f64,
-    /// Analogue supply and ADC reference, V
-    #[arg(long, default_value_t = 3.0, value_parser = positive)]
-    vdda: f64,
+    /// Analogue supply and ADC reference, V, unless the volts have a column VDDA [default: 3]
+    #[arg(long, value_parser = positive)]
+    vdda: Option<f64>,
     /// RTT mode that the attached debugger sets: 0 skip, 1 trim, 2 wait
     #[arg(long, value_parser = clap::value_parser!(u32).range(0..=2))]
     rtt_mode: Option<u32>,
@@ -214,6 +214,10 @@ fn run(cli: &Cli) -> Result<u8> {
         Some(path) => Volts::read(path, cli.repeat)?,
         None => Volts::default(),
     };
+    ensure!(
+        cli.vdda.is_none() || !volts.has_vdda(),
+        "--vdda and a column VDDA of the volts both say what the supply is"
+    );
     let mut levels = BTreeMap::new();
     for &(pin, level) in &cli.level {
         ensure!(levels.insert(pin, level).is_none(), "--level names {pin} twice");
@@ -229,7 +233,9 @@ fn run(cli: &Cli) -> Result<u8> {
             Some(open().with_context(|| format!("cannot write {}", path.display()))?)
         }
     };
-    let config = SocConfig { lsi_hz: cli.lsi_hz, vdda: cli.vdda, hse_ready: !cli.hse_dead, ..SocConfig::default() };
+    let default = SocConfig::default();
+    let vdda = cli.vdda.unwrap_or(default.vdda);
+    let config = SocConfig { lsi_hz: cli.lsi_hz, vdda, hse_ready: !cli.hse_dead, ..default };
     let options = Options {
         secs: cli.secs,
         cpi: cli.cpi,
@@ -295,6 +301,7 @@ mod tests {
             (&["fw.elf", "--hang", "tick"], "SYMBOL@SECONDS"),
             (&["fw.elf", "--flash", "4000=x"], "ADDRESS=FILE"),
             (&["fw.elf", "--flash", "0x4000"], "ADDRESS=FILE"),
+            (&["fw.elf", "--vdda", "0"], "greater than 0"),
             (&["fw.elf", "--rtt-mode", "3"], "3"),
             (&["fw.elf", "--loop"], "--volts"),
             (&[], "ELF"),

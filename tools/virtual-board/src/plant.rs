@@ -16,16 +16,39 @@ pub(crate) const BUTTON: Pin = match Pin::new('A', 0) {
     None => panic!("a pin of port A"),
 };
 
-/// Voltages of some pins over time, linear in between, held before the first row.
+/// The column of the analogue supply.
+const VDDA: &str = "VDDA";
+
+/// Where a column of volts belongs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Node {
+    Pin(Pin),
+    Vdda,
+}
+
+impl Node {
+    fn parse(name: &str) -> Result<Self> {
+        if name == VDDA { Ok(Node::Vdda) } else { Ok(Node::Pin(name.parse()?)) }
+    }
+
+    fn name(self) -> String {
+        match self {
+            Node::Pin(pin) => pin.to_string(),
+            Node::Vdda => VDDA.into(),
+        }
+    }
+}
+
+/// Voltages of some pins, and of the analogue supply, over time, linear in between, held before the first row.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Volts {
     times: Vec<f64>,
-    columns: BTreeMap<Pin, Vec<f64>>,
+    columns: BTreeMap<Node, Vec<f64>>,
     repeat: bool,
 }
 
 impl Volts {
-    /// Reads a CSV file with the header `time_s,PA1,...`. With `repeat` the recording starts anew where it ends: its last row is where
+    /// Reads a CSV file with the header `time_s,PA1,...`; a column `VDDA` is the analogue supply. With `repeat` the recording starts anew where it ends: its last row is where
     /// its first row comes again; otherwise the last row is held.
     ///
     /// # Errors
@@ -43,12 +66,12 @@ impl Volts {
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text);
         let header = reader.headers()?.clone();
         ensure!(header.get(0) == Some("time_s"), "line 1: the first column must be `time_s`, as in `time_s,PA1`");
-        let pins: Vec<Pin> = header.iter().skip(1).map(str::parse).collect::<Result<_, _>>().context("line 1")?;
-        ensure!(!pins.is_empty(), "line 1: no pin is named; wanted is for example `time_s,PA1`");
+        let nodes: Vec<Node> = header.iter().skip(1).map(Node::parse).collect::<Result<_>>().context("line 1")?;
+        ensure!(!nodes.is_empty(), "line 1: no pin is named; wanted is for example `time_s,PA1`");
         let mut volts = Volts { repeat, ..Volts::default() };
-        for pin in &pins {
-            if volts.columns.insert(*pin, Vec::new()).is_some() {
-                bail!("line 1: {pin} is named twice");
+        for node in &nodes {
+            if volts.columns.insert(*node, Vec::new()).is_some() {
+                bail!("line 1: {} is named twice", node.name());
             }
         }
         for row in reader.records() {
@@ -63,8 +86,13 @@ impl Volts {
                 ensure!(time > *last, "line {line}: time {time} s does not come after {last} s");
             }
             volts.times.push(time);
-            for (pin, field) in pins.iter().zip(row.iter().skip(1)) {
-                volts.columns.entry(*pin).or_default().push(number(field)?);
+            for (node, field) in nodes.iter().zip(row.iter().skip(1)) {
+                let value = number(field)?;
+                ensure!(
+                    *node != Node::Vdda || value > 0.0,
+                    "line {line}: {VDDA} of {value} V; the converter divides by it, so it must be greater than 0"
+                );
+                volts.columns.entry(*node).or_default().push(value);
             }
         }
         ensure!(!volts.times.is_empty(), "there is no row");
@@ -72,21 +100,34 @@ impl Volts {
         Ok(volts)
     }
 
+    /// True when the table says what the analogue supply is.
+    #[must_use]
+    pub(crate) fn has_vdda(&self) -> bool {
+        self.columns.contains_key(&Node::Vdda)
+    }
+
     /// Volts at a pin; 0 V at a pin that is not in the recording.
     #[must_use]
     pub(crate) fn at(&self, pin: Pin, seconds: f64) -> f64 {
-        let (Some(column), Some(&first), Some(&last)) = (self.columns.get(&pin), self.times.first(), self.times.last())
-        else {
-            return 0.0;
-        };
+        self.of(Node::Pin(pin), seconds).unwrap_or(0.0)
+    }
+
+    /// The analogue supply, V, where the table has it.
+    #[must_use]
+    pub(crate) fn vdda(&self, seconds: f64) -> Option<f64> {
+        self.of(Node::Vdda, seconds)
+    }
+
+    fn of(&self, node: Node, seconds: f64) -> Option<f64> {
+        let (column, &first, &last) = (self.columns.get(&node)?, self.times.first()?, self.times.last()?);
         let time = if self.repeat && seconds > first { first + (seconds - first) % (last - first) } else { seconds };
         let after = self.times.partition_point(|&row| row <= time);
         if after == 0 {
-            return column[0];
+            return Some(column[0]);
         }
-        let (Some(t1), Some(v1)) = (self.times.get(after), column.get(after)) else { return column[after - 1] };
+        let (Some(t1), Some(v1)) = (self.times.get(after), column.get(after)) else { return Some(column[after - 1]) };
         let (t0, v0) = (self.times[after - 1], column[after - 1]);
-        v0 + (v1 - v0) * (time - t0) / (t1 - t0)
+        Some(v0 + (v1 - v0) * (time - t0) / (t1 - t0))
     }
 }
 
@@ -138,6 +179,10 @@ impl Plant for BoardPlant {
         channel.pin().map_or(0.0, |pin| self.volts.at(pin, seconds))
     }
 
+    fn vdda(&mut self, seconds: f64) -> Option<f64> {
+        self.volts.vdda(seconds)
+    }
+
     fn pin(&mut self, pin: Pin, seconds: f64) -> bool {
         if pin == BUTTON {
             self.changed.set(false);
@@ -179,6 +224,19 @@ mod tests {
     }
 
     #[test]
+    fn the_supply_is_a_column_like_the_pins() {
+        let table = volts("time_s,VDDA,PA1\n0,3.0,1\n1,3.0,1\n2,2.0,1\n", false).unwrap();
+        assert!(table.has_vdda());
+        let mut plant = BoardPlant::new(table, vec![], BTreeMap::new());
+        for (time, want) in [(0.5, 3.0), (1.5, 2.5), (9.0, 2.0)] {
+            assert!((plant.vdda(time).unwrap() - want).abs() < 1e-12, "at {time}");
+        }
+        let without = volts("time_s,PA1\n0,1\n", false).unwrap();
+        assert!(!without.has_vdda());
+        assert_eq!(BoardPlant::new(without, vec![], BTreeMap::new()).vdda(1.0), None);
+    }
+
+    #[test]
     fn a_repeated_recording_has_the_period_of_its_rows() {
         let volts = volts("time_s,PA1\n0,0\n1,1\n2,0\n", true).unwrap();
         let pa1 = "PA1".parse().unwrap();
@@ -202,6 +260,10 @@ mod tests {
             ("time_s,PA1\n0,1\n1,nan\n", "line 3: `nan` is no finite number"),
             ("time_s,PA1\n0,1\n1,x\n", "line 3: `x` is no finite number"),
             ("time_s,PA1\n0,1\n1\n", "line: 3"),
+            ("time_s,VDDA,VDDA\n0,3,3\n", "VDDA is named twice"),
+            ("time_s,vdda\n0,3\n", "`vdda` names no pin"),
+            ("time_s,PA1,VDDA\n0,1,3\n1,1,0\n", "line 3: VDDA of 0 V; the converter divides by it"),
+            ("time_s,VDDA\n0,-3\n", "line 2: VDDA of -3 V"),
         ] {
             let message = format!("{:#}", volts(text, false).unwrap_err());
             assert!(message.contains(words), "{text:?}: {message}");

@@ -1,0 +1,587 @@
+//! Every verdict on the gait sensor, on the virtual board: the flashed image is fed with a recorded knee as volts, the fault begins at 24
+//! phases all over the stride and between any two of the four conversions of a tick, with noise on the volts and without. Measured: when the
+//! verdict has its name, when the supervisor stops and why, when the outputs are off; asserted: the constants of
+//! [`hgod_adc::Verdict::detection_ms`] and the table of [`joint_loop::reaction`].
+//!
+//! The frames are those of a replay of the board's own inputs, which is equal to the board's log bit for bit: that is asserted too.
+//! What this shows is shown on models of the chip's peripherals, not on hardware.
+
+use cpg_core::Generator;
+use cpg_core::entrainment::Lock;
+use footfall::feed;
+use footfall::shipped::typical_sensor;
+use footfall_tests::board::{Board, Ran};
+use footfall_tests::degraded::Random;
+use footfall_tests::traces::{shipped_folder, shipped_volts};
+use gait_fit::fit::{Settings, Source, fit};
+use gait_trace::Recording;
+use gait_trace::open::{self, ReadOptions};
+use hgod_adc::{Sensor, Supply, Verdict};
+use joint_loop::shipped::{SENSORS, walk_loop};
+use joint_loop::walker_record::{ADDRESS, Record};
+use joint_loop::{
+    Answer, Cause, FREEWHEEL_MS, Frame, PARK_MS, Reaction, SENSOR_TOLERANCE_MS, State, Walker, WalkerConfig, reaction,
+};
+use joint_units::{AdcCode, Joint, Volts};
+use std::ffi::OsString;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Phases of the stride at which a fault begins.
+const PHASES: u32 = 24;
+
+/// Volts of the board's supply.
+const SUPPLY: f64 = 3.0;
+
+/// Volts of one code.
+const LSB: f64 = SUPPLY / 4095.0;
+
+/// Near the two ends of the table, -46 and 77 degrees.
+const ENDS: [f64; 2] = [0.86, 2.52];
+
+/// Walking from here on: pressed at 0.3 s, 20 ms of debounce, 2 s of ramp.
+const WALKING_S: f64 = 2.35;
+
+/// What happens at the sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Fault {
+    /// The wire comes off; the pull-down takes the pin to ground.
+    Open,
+    /// The wire touches the supply.
+    Short,
+    /// The same as open, for 15 ms.
+    Brief,
+    /// The volts stay as they are.
+    Stuck,
+    /// Half a volt for 1.25 ms, which is five conversions.
+    Spike,
+    /// To the farther end of the table, and there it stays: a strap that slips.
+    Jump,
+    /// At the farther end for 5 of 7 ms: a loose contact.
+    Loose,
+    /// Beyond the table, clear of the end bands: below it, above it.
+    Outside,
+    /// The converter's supply falls to 2.6 V, where 2.7 V are wanted.
+    Supply,
+}
+
+impl Fault {
+    fn verdict(self) -> Verdict {
+        match self {
+            Self::Open => Verdict::Open,
+            Self::Short => Verdict::Short,
+            Self::Brief => Verdict::Saturated,
+            Self::Stuck => Verdict::Stuck,
+            Self::Spike => Verdict::Spike,
+            Self::Jump | Self::Loose => Verdict::Rate,
+            Self::Outside => Verdict::OutOfTable,
+            Self::Supply => Verdict::SupplyLow,
+        }
+    }
+
+    /// How long it lasts, s.
+    fn lasts(self) -> f64 {
+        match self {
+            Self::Brief => 0.015,
+            Self::Spike => 0.00125,
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// What the verdict leads to.
+    fn reaction(self) -> Reaction {
+        reaction(self.verdict()).expect("something follows")
+    }
+
+    /// Volts at the sensor's pin, `since` seconds after the fault began, where a sound sensor gives `sound` now and gave `then` at the
+    /// beginning.
+    fn volts(self, since: f64, sound: f64, then: f64) -> f64 {
+        let middle = (ENDS[0] + ENDS[1]) / 2.0;
+        let away = if then > middle { ENDS[0] } else { ENDS[1] };
+        match self {
+            Self::Open | Self::Brief => 0.0,
+            Self::Short => SUPPLY,
+            Self::Stuck => then,
+            Self::Spike => sound + if then > middle { -0.5 } else { 0.5 },
+            Self::Jump => away,
+            Self::Loose => {
+                if (since * 1e3 + 1e-6) as u32 % 7 < 5 {
+                    away
+                } else {
+                    sound
+                }
+            }
+            Self::Outside => {
+                if then > 1.8 {
+                    2.75
+                } else {
+                    0.4
+                }
+            }
+            Self::Supply => sound,
+        }
+    }
+}
+
+/// The knee of the shipped recording as volts, for ever, with noise.
+struct Knee {
+    volts: Recording,
+    noise: Vec<f64>,
+}
+
+impl Knee {
+    /// Noise of this standard deviation in codes, a new value each millisecond.
+    fn new(noise: f64, secs: f64, seed: u32) -> Self {
+        let mut random = Random(seed);
+        let noise = (0..=(secs * 1e3) as usize + 2).map(|_| noise * LSB * random.normal()).collect();
+        Self { volts: shipped_volts(), noise }
+    }
+
+    /// Of the loop, which is two strides.
+    fn stride_s(&self) -> f64 {
+        self.volts.duration_s() / 2.0
+    }
+
+    fn at(&self, time: f64) -> f64 {
+        let (n, part) = ((time * 1e3) as usize, (time * 1e3).fract());
+        let noise = self.noise[n] + part * (self.noise[n + 1] - self.noise[n]);
+        self.volts.at(&self.volts.channels()[0], time % self.volts.duration_s()) + noise
+    }
+}
+
+/// The table that the virtual board is fed with.
+fn table(knee: &Knee, faults: &[(Fault, f64)], secs: f64) -> String {
+    // Just before: the table is linear from row to row.
+    let before = 1e-7;
+    let mut times: Vec<f64> = (0..=(secs * 1e3) as u32).map(|ms| f64::from(ms) * 1e-3).collect();
+    for &(fault, at) in faults {
+        let mut edges = vec![at];
+        match fault {
+            Fault::Loose => edges.extend((1..1000).map(|ms| at + f64::from(ms) * 1e-3).filter(|&edge| edge < secs)),
+            _ if fault.lasts().is_finite() => edges.push(at + fault.lasts()),
+            _ => {}
+        }
+        times.extend(edges.into_iter().flat_map(|edge| [edge - before, edge]));
+    }
+    times.sort_by(f64::total_cmp);
+    times.dedup_by(|later, earlier| *later - *earlier < before / 2.0);
+    let mut text = String::from("time_s,PA1,VDDA\n");
+    for time in times {
+        let on = faults.iter().rfind(|(fault, at)| (*at..at + fault.lasts()).contains(&(time + before / 4.0)));
+        let sound = knee.at(time);
+        let pin = on.map_or(sound, |(fault, at)| fault.volts(time - at, sound, knee.at(*at)));
+        let supply = if on.is_some_and(|(fault, _)| *fault == Fault::Supply) { 2.6 } else { SUPPLY };
+        text += &format!("{time:.8},{pin:.6},{supply}\n");
+    }
+    text
+}
+
+/// A board with a walker, in its parameter sector unless it is the built-in one.
+struct Rig<'a> {
+    board: &'a Board,
+    walker: WalkerConfig,
+    sector: Option<tempfile::NamedTempFile>,
+    clock: Clock,
+}
+
+impl<'a> Rig<'a> {
+    fn new(board: &'a Board, walker: WalkerConfig, built_in: bool) -> Self {
+        let sector = (!built_in).then(|| {
+            let file = tempfile::NamedTempFile::new().unwrap();
+            std::fs::write(file.path(), Record::of(&walker).bytes()).unwrap();
+            file
+        });
+        let mut rig = Self { board, walker, sector, clock: Clock { first_s: 0.0 } };
+        // Four conversions a tick, 0.25 ms apart, from tick 1 on: by the converter's model itself.
+        let folder = tempfile::tempdir().unwrap();
+        let (feed, file) = (folder.path().join("volts.csv"), folder.path().join("conversions.csv"));
+        std::fs::write(&feed, "time_s,PA1\n0,1.5\n").unwrap();
+        let mut options = rig.options(&feed, 0.1);
+        options.extend(["--record-conversions".into(), file.clone().into()]);
+        let _ = board.run_with(&rig.walker, options);
+        let text = std::fs::read_to_string(file).unwrap();
+        let row = text.lines().find(|line| line.contains("ADC1_IN1,")).expect("a conversion");
+        // The result is there 12 cycles of 21 MHz after the end of the sampling.
+        rig.clock.first_s = row.split(',').next().unwrap().parse::<f64>().unwrap() - 12.0 / 21e6;
+        rig
+    }
+
+    fn options(&self, feed: &Path, secs: f64) -> Vec<OsString> {
+        let press = ["--press".into(), "0.3".into()];
+        let mut options: Vec<OsString> = ["--secs".into(), secs.to_string().into()].into();
+        options.extend(press.into_iter().chain(["--volts".into(), feed.into()]));
+        if let Some(sector) = &self.sector {
+            options.extend(["--flash".into(), format!("{ADDRESS:#010x}={}", sector.path().display()).into()]);
+        }
+        options
+    }
+
+    /// Runs the board; every line of its log is equal to the host's replay, and the chip's models were enough.
+    fn run(&self, text: &str, secs: f64) -> (Ran, Vec<Frame<SENSORS>>) {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("volts.csv");
+        std::fs::write(&file, text).unwrap();
+        let ran = self.board.run_with(&self.walker, self.options(&file, secs));
+        assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (Some(0), 0, 0, 1));
+        let books = &ran.books;
+        let all = (books.different, books.not_compared, books.lost_lines, books.malformed);
+        assert_eq!(all, (0, 0, 0, 0), "{:?}", books.differences);
+        assert!(books.compared > 200 && books.hashes.is_some_and(|(board, host)| board == host));
+        let frames = ran.boots[0].replay(&self.walker);
+        assert!(frames.iter().zip(1..).all(|(frame, tick)| frame.tick == tick), "a tick is missing");
+        (ran, frames)
+    }
+}
+
+/// When the converter looks at the pin.
+struct Clock {
+    /// The end of the first conversion's sampling in tick 1, s.
+    first_s: f64,
+}
+
+impl Clock {
+    /// One of the four conversions of a tick, s.
+    fn conversion(&self, tick: u32, which: u32) -> f64 {
+        self.first_s + (f64::from(tick) - 1.0) * 1e-3 + f64::from(which) * 250e-6
+    }
+
+    /// The first tick whose code is wholly the fault's: at least three conversions, of which the mean leaves out the extremes.
+    fn first_wrong(&self, at: f64) -> u32 {
+        (1..).find(|&tick| self.conversion(tick, 1) >= at).expect("time goes on")
+    }
+
+    /// A moment 0.1 ms before a conversion, near a time: before the first, second, third, fourth of a tick in turn.
+    fn moment(&self, near: f64, turn: u32) -> f64 {
+        let tick = ((near - self.first_s) * 1e3) as u32 + 1;
+        self.conversion(tick, turn % 4) - 100e-6
+    }
+
+    /// Milliseconds from a moment to the last conversion of a tick, which starts it.
+    fn ms(&self, from: f64, tick: u32) -> f64 {
+        (self.conversion(tick, 3) - from) * 1e3
+    }
+}
+
+/// What a run came to.
+#[derive(Debug, Clone, Copy)]
+struct Measured {
+    noise: f64,
+    /// From the fault to the verdict, ms.
+    detected_ms: f64,
+    /// From the fault to the tick in which the supervisor stops, ms.
+    stopped_ms: Option<f64>,
+    /// From the fault to the first tick with the outputs off, ms.
+    off_ms: Option<f64>,
+}
+
+/// Index of a tick's frame.
+fn index(tick: u32) -> usize {
+    tick as usize - 1
+}
+
+/// The first tick from `from` on for which something holds.
+fn first(frames: &[Frame<SENSORS>], from: u32, holds: impl Fn(&Frame<SENSORS>) -> bool) -> Option<u32> {
+    frames[index(from)..].iter().find(|frame| holds(frame)).map(|frame| frame.tick)
+}
+
+/// The tick in which a sensor has been not good for 50 ms more than it was good, from a tick on: where the supervisor must stop.
+fn used_up(frames: &[Frame<SENSORS>], from: u32) -> Option<u32> {
+    let mut spell = 0_i32;
+    let tolerance = i32::from(SENSOR_TOLERANCE_MS);
+    first(frames, from, |_| true)?;
+    frames[index(from)..].iter().find_map(|frame| {
+        spell = if frame.verdict[0] == Verdict::Good { (spell - 1).max(0) } else { spell + 1 };
+        (spell > tolerance).then_some(frame.tick)
+    })
+}
+
+/// One fault that lasts.
+fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64) -> Measured {
+    let clock = &rig.clock;
+    let is = fault.reaction();
+    let longest = f64::from(is.stops_ms()) * 1e-3 + 0.1 + f64::from(PARK_MS) * 1e-3 + 0.05;
+    let knee = Knee::new(noise, 5.5, phase + 100);
+    let at = clock.moment(WALKING_S + f64::from(phase) / f64::from(PHASES) * knee.stride_s(), phase);
+    let secs = ((at + longest) * 1e3).ceil() * 1e-3;
+    let (ran, frames) = rig.run(&table(&knee, &[(fault, at)], secs), secs);
+    let of = format!("{fault:?} at phase {phase} of {PHASES}, noise {noise}");
+
+    // The first sample that is wrong: where the code sticks, the first that repeats.
+    let codes: Vec<AdcCode> = ran.boots[0].calls.iter().map(|(_, call)| call.sensors[0]).collect();
+    let whole = clock.first_wrong(at);
+    let repeats = fault == Fault::Stuck && codes[index(whole)] != codes[index(whole - 1)];
+    let wrong = whole + u32::from(repeats);
+
+    // Before it all is well, but for the one tick of which half is the fault's.
+    let sound = &frames[..index(whole - 1)];
+    assert!(sound.iter().all(|frame| frame.verdict == [Verdict::Good]), "{of}: a verdict without a fault");
+    assert_eq!(sound[sound.len() - 1].state, State::Walking, "{of}");
+
+    // The verdict, in time; and until then no sample is taken for an angle, if it is one of those that are doubted at once.
+    let said = first(&frames, whole - 1, |frame| frame.verdict == [fault.verdict()])
+        .unwrap_or_else(|| panic!("{of}: not said"));
+    let detection = u32::from(is.said_ms);
+    assert!(said < wrong + detection, "{of}: said in tick {said}, wrong from {wrong}");
+    let detected_ms = clock.ms(at, said);
+    // The fault may begin after the second of a tick's conversions, and a code that sticks right after a change.
+    let late = if fault == Fault::Stuck { 1.5 } else { 0.5 };
+    assert!(detected_ms <= f64::from(is.said_ms) + late, "{of}: {detected_ms} ms");
+    if is.doubted_ms == 1 && fault != Fault::Loose {
+        assert!(frames[index(wrong)..index(said)].iter().all(|frame| frame.verdict != [Verdict::Good]), "{of}");
+    }
+
+    // The reaction.
+    let left = first(&frames, whole - 1, |frame| frame.state != State::Walking);
+    assert_eq!(left, used_up(&frames, whole - 1), "{of}: the tolerance");
+    let expected = match fault {
+        // Believed again as soon as a joint could be there: before the tolerance is used up, or not.
+        Fault::Jump => {
+            let supply = Supply::new(Volts(SUPPLY as f32)).unwrap();
+            let angle = |code| sensor.calibration().angle(sensor.reference().volts(code, supply)).unwrap().degrees();
+            let good =
+                first(&frames[..index(whole + 1)], whole - 2, |frame| frame.verdict != [Verdict::Good]).unwrap() - 1;
+            let far = (angle(codes[index(wrong)]) - angle(codes[index(good)])).abs();
+            let (doubted, limit) = ((far - 3.0) / 1.5, f32::from(SENSOR_TOLERANCE_MS) + 1.0);
+            // A code of noise is a few hundredths of a degree: right at the limit either is right.
+            let either = (doubted - limit).abs() < 0.5;
+            if if either { left.is_some() } else { doubted > limit } { Answer::Park } else { Answer::CarryOn }
+        }
+        _ => is.own_rhythm,
+    };
+    let mut measured = Measured { noise, detected_ms, stopped_ms: None, off_ms: None };
+    match expected {
+        Answer::Park => {
+            let left = left.unwrap_or_else(|| panic!("{of}: the walk goes on"));
+            let frame = &frames[index(left)];
+            assert_eq!((frame.state, frame.cause), (State::Stopping, is.cause), "{of}");
+            if fault != Fault::Loose {
+                assert!(left < wrong + u32::from(is.stops_ms()), "{of}: stops in tick {left}, wrong from {wrong}");
+            }
+            let off = first(&frames, left, |frame| !frame.state.moving()).unwrap_or_else(|| panic!("{of}: not off"));
+            assert!(off <= left + u32::from(PARK_MS), "{of}: off in tick {off}, stopped in {left}");
+            let rest = &frames[index(off)];
+            assert_eq!(
+                (rest.state, rest.cause, rest.pulses.map(|us| us.0)),
+                (State::Disarmed, is.cause, [0; 4]),
+                "{of}"
+            );
+            // By the board's own words, and by the meter on its pins.
+            assert_eq!(ran.books.cause, is.cause, "{of}");
+            let last_pulse = ran.pulses.last().expect("it walked").0;
+            assert!(last_pulse <= clock.conversion(off, 3) + 1e-3, "{of}: a pulse at {last_pulse} s");
+            assert_eq!(ran.end.edges_after_disarming, 0, "{of}");
+            measured.stopped_ms = Some(clock.ms(at, left));
+            measured.off_ms = Some(clock.ms(at, off));
+        }
+        Answer::CarryOn => assert_eq!((left, ran.books.cause), (None, Cause::None), "{of}"),
+        Answer::Freewheel => unreachable!("a rhythm of its own"),
+    }
+    measured
+}
+
+/// Faults that are over before anything follows, all phases in one run: 5 of 24 of a stride apart.
+fn measure_brief(rig: &Rig<'_>, fault: Fault, noise: f64) -> Vec<Measured> {
+    let clock = &rig.clock;
+    let is = fault.reaction();
+    let knee = Knee::new(noise, 10.0, 7);
+    let apart = knee.stride_s() * 5.0 / f64::from(PHASES);
+    let faults: Vec<_> =
+        (0..PHASES).map(|n| (fault, clock.moment(WALKING_S + 0.05 + f64::from(n) * apart, n))).collect();
+    let secs = ((faults[faults.len() - 1].1 + 0.2) * 1e3).ceil() * 1e-3;
+    let (ran, frames) = rig.run(&table(&knee, &faults, secs), secs);
+    let walking = first(&frames, 1, |frame| frame.state == State::Walking).expect("it walks");
+    assert!(frames[index(walking)..].iter().all(|frame| frame.state == State::Walking), "{fault:?} stops the walk");
+    assert_eq!(ran.books.cause, Cause::None);
+    let mut bad = vec![false; frames.len()];
+    let measured = faults.iter().map(|&(_, at)| {
+        let wrong = clock.first_wrong(at);
+        let over = clock.first_wrong(at + fault.lasts()) + 1;
+        bad[index(wrong - 1)..=index(over)].fill(true);
+        let of = format!("{fault:?} in tick {wrong}, noise {noise}");
+        let said = first(&frames, wrong - 1, |frame| frame.verdict == [fault.verdict()]).expect("said");
+        assert!(said < wrong + u32::from(is.said_ms), "{of}: said in tick {said}");
+        let during = &frames[index(wrong - 1)..=index(over)];
+        let graver = during.iter().fold(Verdict::Good, |gravest, frame| gravest.graver(frame.verdict[0]));
+        assert_eq!(graver, fault.verdict(), "{of}: a graver verdict");
+        Measured { noise, detected_ms: clock.ms(at, said), stopped_ms: None, off_ms: None }
+    });
+    let measured = measured.collect();
+    let other = frames.iter().zip(&bad).find(|(frame, bad)| !**bad && frame.verdict != [Verdict::Good]);
+    assert!(other.is_none(), "{fault:?}: a verdict without a fault: {other:?}");
+    measured
+}
+
+/// Two at a time.
+fn two_at_a_time<T: Copy + Sync, R: Send>(jobs: &[T], run: impl Fn(T) -> R + Sync) -> Vec<(T, R)>
+where
+    T: Send,
+{
+    let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                while let Some(&job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let result = run(job);
+                    done.lock().expect("no job panicked").push((job, result));
+                }
+            });
+        }
+    });
+    done.into_inner().expect("no job panicked")
+}
+
+fn spread(values: impl Iterator<Item = f64>) -> String {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    match values.as_slice() {
+        [] => "-".into(),
+        all => format!("{:.1} / {:.1} / {:.1}", all[0], all[all.len() / 2], all[all.len() - 1]),
+    }
+}
+
+#[test]
+fn every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride() {
+    let Some(board) = Board::find("every verdict at every phase on the virtual board") else { return };
+    let (rig, sensor) = (Rig::new(&board, WalkerConfig::default_walk(), true), typical_sensor().unwrap());
+    let lasting = [Fault::Open, Fault::Short, Fault::Stuck, Fault::Jump, Fault::Loose, Fault::Outside, Fault::Supply];
+    let brief = [Fault::Brief, Fault::Spike];
+    let mut jobs: Vec<(Fault, u32, f64)> = vec![];
+    for fault in lasting {
+        jobs.extend((0..PHASES).map(|phase| (fault, phase, 0.0)));
+        if fault != Fault::Stuck {
+            // Noise of 1 or 2 codes, a new value each millisecond; a code that sticks has none.
+            jobs.extend((1..PHASES).step_by(2).map(|phase| (fault, phase, f64::from(1 + phase / 2 % 2))));
+        }
+    }
+    jobs.extend(brief.iter().flat_map(|&fault| [0.0, 1.0, 2.0].map(|noise| (fault, 0, noise))));
+    let done = two_at_a_time(&jobs, |(fault, phase, noise)| {
+        if brief.contains(&fault) {
+            measure_brief(&rig, fault, noise)
+        } else {
+            vec![measure(&rig, &sensor, fault, phase, noise)]
+        }
+    });
+    assert_eq!(done.len(), jobs.len());
+
+    println!(
+        "| verdict | fault | n | constant, ms | detected, ms: min / median / max | reaction | stops, ms | outputs off, ms |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    for fault in lasting.into_iter().chain(brief) {
+        let all: Vec<Measured> =
+            done.iter().filter(|((of, ..), _)| *of == fault).flat_map(|(_, measured)| measured.clone()).collect();
+        let stops = all.iter().filter(|measured| measured.stopped_ms.is_some()).count();
+        let is = fault.reaction();
+        let answer = match stops {
+            0 => "carries on".into(),
+            n if n == all.len() => format!("parks, {}", is.cause.name()),
+            n => format!("{n} park, {} carry on", all.len() - n),
+        };
+        println!(
+            "| {} | {fault:?} | {} ({} with noise) | {} | {} | {answer} | {} | {} |",
+            fault.verdict(),
+            all.len(),
+            all.iter().filter(|measured| measured.noise > 0.0).count(),
+            is.said_ms,
+            spread(all.iter().map(|measured| measured.detected_ms)),
+            spread(all.iter().filter_map(|measured| measured.stopped_ms)),
+            spread(all.iter().filter_map(|measured| measured.off_ms)),
+        );
+        assert!(all.len() >= PHASES as usize);
+        if fault == Fault::Jump {
+            assert!(stops > 4 && all.len() - stops > 4, "a jump of either kind: {stops} of {}", all.len());
+        }
+    }
+}
+
+/// The shipped walker, fitted, led by the knee that the volts are of.
+fn follower() -> WalkerConfig {
+    let raw = open::read(&shipped_folder().join(feed::SHIPPED_NAME), &ReadOptions::default()).unwrap();
+    let source = Source { name: feed::SHIPPED_NAME.into(), sha256: String::new() };
+    let settings = Settings { follow: Some(Joint::LeftKnee), starts: 10, ..Settings::default() };
+    fit(&source, &raw, &settings, &mut |_| ()).unwrap().file.set.config()
+}
+
+/// How the follower stands in each tick, and its amplitude.
+fn following(ran: &Ran, walker: &WalkerConfig) -> Vec<(Lock, f32)> {
+    let boot = ran.boots[0].boot.as_ref().unwrap();
+    let mut again = walk_loop(walker, boot.vrefint_cal, boot.min_supply, boot.sensor_required).unwrap();
+    let ticks = ran.boots[0].calls.iter().map(|(_, call)| {
+        again.tick(&call.sample());
+        let Walker::Follow(follower) = again.generator() else { panic!("not a follower") };
+        (follower.status().state, follower.amplitude())
+    });
+    ticks.collect()
+}
+
+/// A follower that has locked, and a fault that lasts: from the fault to the hold, to the first fading, to the stand, ms.
+fn loses(rig: &Rig<'_>, fault: Fault, phase: u32) -> [f64; 3] {
+    let (clock, is) = (&rig.clock, fault.reaction());
+    let knee = Knee::new(if fault == Fault::Stuck { 0.0 } else { 1.0 }, 13.0, phase + 300);
+    let at = clock.moment(6.0 + f64::from(phase) / f64::from(PHASES) * knee.stride_s(), phase);
+    let secs = ((at + f64::from(is.freewheels_ms()) * 1e-3 + 3.0) * 1e3).ceil() * 1e-3;
+    let (ran, frames) = rig.run(&table(&knee, &[(fault, at)], secs), secs);
+    let ticks = following(&ran, &rig.walker);
+    let of = format!("{fault:?} at phase {phase} of {PHASES}");
+    let wrong = clock.first_wrong(at);
+    assert!(frames[..index(wrong - 1)].iter().all(|frame| frame.verdict == [Verdict::Good]), "{of}");
+    assert_eq!((ticks[index(wrong - 1)].0, ticks[index(wrong - 1)].1), (Lock::Locked, 1.0), "{of}: before the fault");
+
+    // It holds at once: no good sample for 20 ms, or sooner by what a moving leg does not do.
+    let after = |from: u32, holds: &dyn Fn(&(Lock, f32)) -> bool| {
+        let found = ticks[index(from)..].iter().position(holds);
+        found.map(|n| from + n as u32).unwrap_or_else(|| panic!("{of}: never"))
+    };
+    let held = after(wrong - 1, &|tick| tick.0 != Lock::Locked);
+    // A sensor that sticks where the leg hardly moves looks like a leg that stands.
+    let stood = fault == Fault::Stuck && ticks[index(held)].0 == Lock::Stopped;
+    assert!(stood || ticks[index(held)].0 == Lock::Holding, "{of}: {:?}", ticks[index(held)]);
+    assert!(held < wrong + u32::from(is.freewheels_ms()), "{of}: holds in tick {held}, wrong from {wrong}");
+    // It walks on, for 2 s and no longer, and stands 0.4 s later; the outputs stay on and the supervisor keeps out of it.
+    let fades = after(held, &|tick| tick.1 < 1.0);
+    assert!(fades - held <= u32::from(FREEWHEEL_MS) + 1, "{of}: fades after {} ms", fades - held);
+    let stands = after(fades, &|tick| tick.1 < 0.02);
+    assert!(stands - fades <= 400, "{of}: stands after {} ms", stands - fades);
+    let walking = first(&frames, 1, |frame| frame.state == State::Walking).expect("it walks");
+    assert!(frames[index(walking)..].iter().all(|frame| frame.state == State::Walking), "{of}");
+    assert_eq!(ran.books.cause, Cause::None, "{of}");
+    let last = &frames[frames.len() - 1];
+    let stand = last.setpoints.iter().zip([0.0, 0.0, 5.0, 5.0]);
+    assert!(stand.clone().all(|(angle, stand)| (angle.degrees() - stand).abs() < 1.0), "{of}: {last:?}");
+    [held, fades, stands].map(|tick| clock.ms(at, tick))
+}
+
+#[test]
+fn a_follower_freewheels_at_once_and_stands_after_two_seconds_whatever_the_verdict() {
+    let Some(board) = Board::find("a follower and every verdict on the virtual board") else { return };
+    let rig = Rig::new(&board, follower(), false);
+    let lasting = [Fault::Open, Fault::Short, Fault::Stuck, Fault::Jump, Fault::Outside, Fault::Supply];
+    let jobs: Vec<(Fault, u32)> =
+        lasting.into_iter().flat_map(|fault| (0..4).map(move |n| (fault, n * PHASES / 4 + n))).collect();
+    let done = two_at_a_time(&jobs, |(fault, phase)| loses(&rig, fault, phase));
+    assert_eq!(done.len(), jobs.len());
+    println!("| verdict | fault | n | at most, ms | holds, ms: min / median / max | fades, ms | stands, ms |");
+    println!("|---|---|---|---|---|---|---|");
+    for fault in lasting {
+        let of = |which: usize| spread(done.iter().filter(|((of, _), _)| *of == fault).map(|(_, ms)| ms[which]));
+        let (verdict, most) = (fault.verdict(), fault.reaction().freewheels_ms());
+        println!("| {verdict} | {fault:?} | 4 | {most} | {} | {} | {} |", of(0), of(1), of(2));
+    }
+}
+
+/// What ends by itself is bridged: the follower stays locked.
+#[test]
+fn a_follower_walks_through_spikes_and_short_interruptions() {
+    let Some(board) = Board::find("a follower and brief faults on the virtual board") else { return };
+    let rig = Rig::new(&board, follower(), false);
+    for fault in [Fault::Spike, Fault::Brief] {
+        assert_eq!(fault.reaction().follower, Answer::CarryOn);
+        let knee = Knee::new(1.0, 13.0, 11);
+        let apart = knee.stride_s() * 5.0 / f64::from(PHASES);
+        let faults: Vec<_> = (0..PHASES).map(|n| (fault, rig.clock.moment(6.0 + f64::from(n) * apart, n))).collect();
+        let (ran, _) = rig.run(&table(&knee, &faults, 12.0), 12.0);
+        let ticks = following(&ran, &rig.walker);
+        assert!(ticks[5_900..].iter().all(|tick| *tick == (Lock::Locked, 1.0)), "{fault:?}");
+    }
+}
