@@ -60,6 +60,15 @@ pub trait Generator<const N: usize> {
     fn sense(&mut self, angle: Option<Radians>) {
         let _ = angle;
     }
+
+    /// A foot switch closed within the coming step: the heel of the leg that it is worn on has struck. A generator that follows nobody
+    /// does not listen.
+    fn heel_strike(&mut self) {}
+
+    /// How it stands with the walker that it follows; `None` of a generator that follows nobody.
+    fn following(&self) -> Option<crate::entrainment::Status> {
+        None
+    }
 }
 
 /// What is wrong with the state of a generator.

@@ -4,7 +4,7 @@
 //! [`Walker`] is the one that was built: R1, the thesis' network, a phase with a Fourier series a joint, or the same led by the gait
 //! sensor. The same file that a fit wrote builds the same bits here on the host and on the board ([`crate::walker_record`] is how it gets there).
 
-use cpg_core::entrainment::{Entrained, EntrainedConfig};
+use cpg_core::entrainment::{Entrained, EntrainedConfig, Status};
 use cpg_core::graph::{Biped, HipKnee, LeftRight};
 use cpg_core::phase_lock::PhaseLockConfig;
 use cpg_core::robust::{Robust, RobustConfig};
@@ -184,5 +184,15 @@ impl Generator<{ Joint::COUNT }> for Walker {
         if let Walker::Follow(follower) = self {
             follower.sense(angle);
         }
+    }
+
+    fn heel_strike(&mut self) {
+        if let Walker::Follow(follower) = self {
+            Generator::heel_strike(follower);
+        }
+    }
+
+    fn following(&self) -> Option<Status> {
+        if let Walker::Follow(follower) = self { follower.following() } else { None }
     }
 }

@@ -494,6 +494,14 @@ impl Generator<4> for Entrained {
         self.sensed = None;
         self.state = State::new(&self.config, &self.lock, self.period);
     }
+
+    fn sense(&mut self, angle: Option<Radians>) {
+        Self::sense(self, angle);
+    }
+
+    fn following(&self) -> Option<Status> {
+        Some(self.status())
+    }
 }
 
 /// Way in radians from one phase to another, the short way round, -pi to pi.
