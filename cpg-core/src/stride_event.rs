@@ -7,6 +7,9 @@
 //! stride are not strides: too short and the event is a bounce and is left out; too long and steps were missed, so that the phase is
 //! reset and the cadence is not. Two events are enough to lock; between them nothing is corrected.
 //!
+//! [`StrideEvents`] knows nothing else than its events. [`StrideTimer`] is the part of it that judges the intervals, and
+//! [`crate::entrainment`] uses it where there is an angle as well.
+//!
 //! [`PeakDetector`] makes events of an angle: the top of a swing, told when the angle has fallen by a part of its range, with the time
 //! that has passed since the top.
 
@@ -55,8 +58,62 @@ impl StrideEventConfig {
             period_s: period.seconds(),
             phase: Phase(0),
             frequency: TAU / self.stride_s,
-            since: None,
+            timer: StrideTimer::new(self.stride_s, self.intervals, period),
         })
+    }
+}
+
+/// The time from one event to the next, and what it is the time of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrideTimer {
+    period_s: f32,
+    /// Shortest and longest stride, s.
+    least: f32,
+    most: f32,
+    /// Time since the last event, s.
+    since: Option<f32>,
+}
+
+/// What the time since the event before is, in seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Interval {
+    /// There was no event before, or steps were missed since.
+    None,
+    /// Shorter than a stride: the event is left out, and the one before stays the last.
+    TooShort(f32),
+    /// A stride.
+    Stride(f32),
+}
+
+impl StrideTimer {
+    /// Before the first event. `intervals` are the shortest and longest that is a stride, relative to the nominal.
+    pub(crate) const fn new(stride_s: f32, intervals: (f32, f32), period: Period) -> Self {
+        let (least, most) = (intervals.0 * stride_s, intervals.1 * stride_s);
+        Self { period_s: period.seconds(), least, most, since: None }
+    }
+
+    /// Before the first event again.
+    pub(crate) const fn anew(&self) -> Self {
+        Self { since: None, ..*self }
+    }
+
+    /// One period.
+    pub fn step(&mut self) {
+        // Time is not counted on for ever: beyond the longest interval its exact value is of no use.
+        self.since = self.since.map(|since| (since + self.period_s).min(2.0 * self.most));
+    }
+
+    /// An event that happened `ago_s` before now; what is beyond the shortest interval, or no number, is taken as its limit or as now.
+    /// Returns the time that was taken too.
+    pub fn event(&mut self, ago_s: f32) -> (Interval, f32) {
+        let ago = if ago_s.is_finite() { ago_s.max(0.0).min(self.least) } else { 0.0 };
+        let interval = match self.since.map(|since| since - ago) {
+            Some(interval) if interval < self.least => return (Interval::TooShort(interval), ago),
+            Some(interval) if interval <= self.most => Interval::Stride(interval),
+            _ => Interval::None,
+        };
+        self.since = Some(ago);
+        (interval, ago)
     }
 }
 
@@ -67,8 +124,7 @@ pub struct StrideEvents {
     period_s: f32,
     phase: Phase,
     frequency: f32,
-    /// Time since the last event, s.
-    since: Option<f32>,
+    timer: StrideTimer,
 }
 
 /// What became of an event.
@@ -88,12 +144,10 @@ impl StrideEvents {
     pub fn step(&mut self) {
         let by = Phase::from_cycles(self.frequency * self.period_s * (1.0 / TAU));
         self.phase = Phase(self.phase.0.wrapping_add(by.0));
-        // Time is not counted on for ever: beyond the longest interval its exact value is of no use.
-        let longest = 2.0 * self.config.intervals.1 * self.config.stride_s;
-        self.since = self.since.map(|since| (since + self.period_s).min(longest));
+        self.timer.step();
     }
 
-    /// The event happened `ago_s` before now (0 to half the shortest interval).
+    /// The event happened `ago_s` before now (0 to the shortest interval).
     ///
     /// ```
     /// use cpg_core::stride_event::{StrideEventConfig, Taken};
@@ -106,22 +160,19 @@ impl StrideEvents {
     /// # Ok::<(), cpg_core::BuildError>(())
     /// ```
     pub fn event(&mut self, ago_s: f32) -> Taken {
-        let (least, most) =
-            (self.config.intervals.0 * self.config.stride_s, self.config.intervals.1 * self.config.stride_s);
-        let ago = if ago_s.is_finite() { ago_s.max(0.0).min(0.5 * least) } else { 0.0 };
-        let interval = self.since.map(|since| since - ago);
-        if interval.is_some_and(|interval| interval < least) {
-            return Taken::TooSoon;
-        }
-        let stride = interval.filter(|&interval| interval <= most);
-        if let Some(interval) = stride {
-            self.frequency += self.config.frequency_gain * (TAU / interval - self.frequency);
-        }
+        let (interval, ago) = self.timer.event(ago_s);
+        let taken = match interval {
+            Interval::TooShort(_) => return Taken::TooSoon,
+            Interval::Stride(interval) => {
+                self.frequency += self.config.frequency_gain * (TAU / interval - self.frequency);
+                Taken::Stride
+            }
+            Interval::None => Taken::PhaseOnly,
+        };
         let now = self.config.phase.0.wrapping_add(Phase::from_cycles(ago * self.frequency * (1.0 / TAU)).0);
         let off = now.wrapping_sub(self.phase.0) as i32 as f32 * (1.0 / 4_294_967_296.0);
         self.phase = Phase(self.phase.0.wrapping_add(Phase::from_cycles(self.config.phase_gain * off).0));
-        self.since = Some(ago);
-        if stride.is_some() { Taken::Stride } else { Taken::PhaseOnly }
+        taken
     }
 
     /// Gait phase.

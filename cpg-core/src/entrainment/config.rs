@@ -4,6 +4,7 @@ use core::f32::consts::TAU;
 
 use joint_units::{RadPerSec2, Radians};
 
+use super::events::EventSource;
 use super::gate::{GateConfig, SensorFault};
 use crate::error::{all_in_range, in_range};
 use crate::phase_lock::PhaseLockConfig;
@@ -30,10 +31,12 @@ pub struct EntrainedConfig {
     pub stiffness: f32,
     /// Acceleration of the amplitude, 1/s^2: 100 stops within 0.3 s; 2 to 200.
     pub amplitude_acceleration: f32,
+    /// What tells moments of the stride beside the angle.
+    pub events: EventSource,
 }
 
 impl Default for EntrainedConfig {
-    /// Stands straight, walks through 2 s of fault, comes back after 1 s.
+    /// Stands straight, walks through 2 s of fault, comes back after 1 s, listens to the angle only.
     fn default() -> Self {
         Self {
             lock: PhaseLockConfig::default(),
@@ -45,6 +48,7 @@ impl Default for EntrainedConfig {
             phase_acceleration: RadPerSec2(50.0),
             stiffness: 12.0,
             amplitude_acceleration: 100.0,
+            events: EventSource::None,
         }
     }
 }

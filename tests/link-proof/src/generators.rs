@@ -242,7 +242,8 @@ fn followers(period: Period) {
         let config = black_box(EntrainedConfig::default());
         if let Ok(mut walk) = Entrained::build([hip, hip, knee, knee], black_box(Joint::LeftHip), config, period) {
             walk.sense(black_box(Some(Radians(0.1))));
-            black_box((walk.status(), walk.acceleration_bound(black_box(Joint::LeftKnee))));
+            walk.heel_strike();
+            black_box((walk.following(), walk.event_phase(), walk.acceleration_bound(black_box(Joint::LeftKnee))));
             run(Ok(walk));
         }
     }

@@ -1,85 +1,17 @@
 //! Entrainment on synthetic walkers: what must hold whatever the sensor says.
 
+mod events;
+mod walker;
+
 use core::f32::consts::TAU;
 
-use cpg_core::entrainment::{Entrained, EntrainedConfig, Lock, SensorFault, phase_difference};
-use cpg_core::phase_lock::{PhaseLockConfig, Template};
+use cpg_core::entrainment::{Entrained, EntrainedConfig, EventSource, Lock, SensorFault, phase_difference};
+use cpg_core::phase_lock::PhaseLockConfig;
 use cpg_core::shape::Shape;
 use cpg_core::{BuildError, Generator};
 use joint_units::{Joint, Period, Phase, RadPerSec, RadPerSec2, Radians};
 use proptest::prelude::*;
-
-/// A hip like a walker's, degrees of harmonics 1 to 4.
-fn hip(lead: f32) -> Template {
-    series(5.0, [20.0, -4.5, 0.8, 0.3], lead)
-}
-
-/// A knee: the second harmonic is two thirds of the first.
-fn knee(lead: f32) -> Template {
-    series(24.0, [18.0, -12.0, 3.0, 0.8], lead)
-}
-
-/// `mean + sum_n a_n cos n (phi + lead)`, degrees and cycles.
-fn series(mean: f32, amplitudes: [f32; 4], lead: f32) -> Template {
-    let (mut cos, mut sin) = ([0.0; 8], [0.0; 8]);
-    for (n, amplitude) in amplitudes.into_iter().enumerate() {
-        let turn = TAU * lead * (n + 1) as f32;
-        (cos[n], sin[n]) = ((amplitude * turn.cos()).to_radians(), (-amplitude * turn.sin()).to_radians());
-    }
-    Template::build(Radians::from_degrees(mean), cos, sin).unwrap()
-}
-
-fn templates() -> [Template; 4] {
-    [hip(0.0), hip(0.5), knee(0.25), knee(0.75)]
-}
-
-fn legs(sensor: Joint) -> Entrained {
-    Entrained::build(templates(), sensor, EntrainedConfig::default(), Period::MILLISECOND).unwrap()
-}
-
-/// A walker whose stride can be changed, stopped and begun again; the rate of the phase follows within `haste_s`.
-struct Walker {
-    template: Template,
-    cycles: f64,
-    rate: f64,
-    wanted: f64,
-    haste_s: f64,
-}
-
-impl Walker {
-    fn new(sensor: Joint, stride_s: f64) -> Self {
-        Self {
-            template: templates()[sensor as usize],
-            cycles: 0.0,
-            rate: 1.0 / stride_s,
-            wanted: 1.0 / stride_s,
-            haste_s: 0.0,
-        }
-    }
-
-    fn tick(&mut self) -> Radians {
-        let step = if self.haste_s > 0.0 { 1e-3 / self.haste_s } else { f64::MAX };
-        self.rate += (self.wanted - self.rate).clamp(-step, step);
-        self.cycles += self.rate * 1e-3;
-        Radians(self.template.at(self.phase()).angle)
-    }
-
-    fn phase(&self) -> Phase {
-        Phase::from_cycles(self.cycles.rem_euclid(1.0) as f32)
-    }
-
-    /// Phase error of an estimate in degrees.
-    fn off(&self, phase: Phase) -> f32 {
-        phase_difference(phase, self.phase()).0.to_degrees()
-    }
-}
-
-fn walk(legs: &mut Entrained, walker: &mut Walker, ticks: u32) {
-    for _ in 0..ticks {
-        legs.sense(Some(walker.tick()));
-        legs.step();
-    }
-}
+use walker::{Walker, hip, legs, templates, walk};
 
 /// From any start phase and 40 % of mismatch either way to 18 degrees and 3 % for good: hips in 4 s, knees, whose second harmonic is
 /// large, in 6.5.
@@ -336,10 +268,13 @@ proptest! {
     fn no_sensor_makes_the_joints_jump(
         pieces in proptest::collection::vec(piece(), 1..12),
         place in 0usize..4,
+        source in 0usize..3,
+        strikes in 0u32..1 << 30,
         seed: u32,
     ) {
         let sensor = Joint::ALL[place];
-        let mut legs = legs(sensor);
+        let config = EntrainedConfig { events: EventSource::ALL[source], ..EntrainedConfig::default() };
+        let mut legs = Entrained::build(templates(), sensor, config, Period::MILLISECOND).unwrap();
         let bounds = Joint::ALL.map(|joint| legs.acceleration_bound(joint).0);
         let fastest = 2.5 * TAU / 1.1;
         let mut walker = Walker::new(sensor, 1.1);
@@ -356,7 +291,12 @@ proptest! {
             for _ in 0..ticks {
                 seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 let random = (seed >> 8) as f32 / 8_388_608.0 - 1.0;
+                let before_strike = walker.cycles.floor();
                 let angle = walker.tick().0;
+                // Those of the walker, and others: from none to a quarter of all ticks.
+                if walker.cycles.floor() > before_strike || seed.rotate_left(13) < strikes {
+                    legs.heel_strike();
+                }
                 legs.sense(match piece {
                     Piece::Walk(_) | Piece::Stand => Some(Radians(angle)),
                     Piece::Lost => None,
