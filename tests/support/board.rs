@@ -8,7 +8,7 @@ use footfall::board_lines::{self, BoardLine, End};
 use footfall::image::Image;
 use footfall::session::{Books, Session};
 use footfall::telemetry::{self, Boot, Call, Env, Inputs, Line, Tick};
-use joint_loop::shipped::{SENSORS, walk_loop};
+use joint_loop::shipped::{SENSORS, WalkLoop, walk_loop};
 use joint_loop::{Frame, WalkerConfig};
 use serde_json::Value;
 use std::ffi::OsStr;
@@ -53,6 +53,8 @@ pub struct Booted {
     pub boot: Option<Boot>,
     /// Lines of telemetry.
     pub ticks: Vec<Tick>,
+    /// When each of them was taken, in virtual seconds.
+    pub tick_times: Vec<f64>,
     /// What every call of the loop was given, in order, each with its tick.
     pub calls: Vec<(u32, Call)>,
     /// Temperature and supply, once a second.
@@ -68,14 +70,23 @@ impl Booted {
     /// The board did not say which chip it is on, or inputs were lost.
     #[must_use]
     pub fn replay(&self, walker: &WalkerConfig) -> Vec<Frame<SENSORS>> {
+        self.watch(walker, WalkLoop::frame)
+    }
+
+    /// The same, and what `see` makes of the loop after every call.
+    ///
+    /// # Panics
+    /// As [`Booted::replay`].
+    #[must_use]
+    pub fn watch<T>(&self, walker: &WalkerConfig, mut see: impl FnMut(&WalkLoop) -> T) -> Vec<T> {
         let boot = self.boot.as_ref().expect("the board says what it is");
         let mut joints = walk_loop(walker, boot.vrefint_cal, boot.min_supply, boot.sensor_required).expect("the loop");
-        let frames = self.calls.iter().map(|(tick, call)| {
+        let seen = self.calls.iter().map(|(tick, call)| {
             joints.tick(&call.sample());
             assert_eq!(joints.frame().tick, *tick, "inputs were lost");
-            joints.frame()
+            see(&joints)
         });
-        frames.collect()
+        seen.collect()
     }
 }
 
@@ -138,11 +149,12 @@ impl Board {
                     decoder.restart();
                     boots.push(Booted { t_s, cause, ..Booted::default() });
                 }
-                BoardLine::Rtt { bytes, .. } => {
+                BoardLine::Rtt { t_s, bytes } => {
                     decoder.push(&bytes);
                     let boot = boots.last_mut().expect("a log comes after a boot");
                     while let Some(message) = decoder.message() {
                         take(boot, &message.expect("whole frames").text);
+                        boot.tick_times.resize(boot.ticks.len(), t_s);
                     }
                 }
                 BoardLine::Pulses { t_s, us } => pulses.push((t_s, us)),

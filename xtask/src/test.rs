@@ -395,6 +395,8 @@ fn image_tests(bench: &Bench) -> Result<String> {
             "--test",
             "follow",
             "--test",
+            "board_entrainment",
+            "--test",
             "capture",
         ]);
     cargo_test(&mut tests)
