@@ -116,10 +116,10 @@ pub fn follow(board: &Board, config: &WalkerConfig, degrees: &[f64], press: bool
             frequency: f64::from(follower.phase_lock().frequency().0),
         }
     });
-    // A line is taken from the log within a millisecond of being written, and is written after its tick.
-    let after = boot.ticks.iter().zip(&boot.tick_times).map(|(tick, t_s)| t_s * 1e3 - f64::from(tick.tick));
-    let first = boot.calls.first().map_or(0, |call| call.0);
-    let first_ms = after.fold(f64::INFINITY, f64::min) as usize + first as usize - 1;
+    // The log is read each millisecond: the least delay of a line is what is left of the millisecond of its tick.
+    let after =
+        boot.ticks.iter().zip(&boot.tick_times).map(|(tick, t_s)| (t_s * 1e3).round() as usize - tick.tick as usize);
+    let first_ms = after.min().unwrap_or(0) + boot.calls.first().map_or(0, |call| call.0 as usize) - 1;
     let walking = boot.ticks.last().is_some_and(|tick| tick.state == State::Walking);
     Chain { ticks, first_ms, walking }
 }

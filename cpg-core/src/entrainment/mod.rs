@@ -386,13 +386,16 @@ impl Entrained {
         let state = &mut self.state;
         let target = if state.walk { 1.0 } else { 0.0 };
         if state.walk {
+            // The estimate is of the walker as the samples show him: so much ago.
+            let rate = self.lock.frequency().0;
+            let now = self.lock.phase().0.wrapping_add(Phase::from_cycles(config.delay_s * rate * (1.0 / TAU)).0);
             if state.amplitude == Glide::default() {
                 // Nothing moves: the phase may be taken as it is.
-                state.driven = Follower { phase: self.lock.phase(), rate: self.lock.frequency().0.min(self.fastest) };
+                state.driven = Follower { phase: Phase(now), rate: rate.min(self.fastest) };
             } else if state.waits && state.lock == Lock::Locked {
                 state.driven.halt(2.0 * a, k, t);
             } else {
-                state.driven.follow(self.lock.phase(), self.lock.frequency().0, self.fastest, a, k, t);
+                state.driven.follow(Phase(now), rate, self.fastest, a, k, t);
             }
         } else {
             state.driven.halt(2.0 * a, k, t);
