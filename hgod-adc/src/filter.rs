@@ -23,14 +23,14 @@ const MIN_CUTOFF_HZ: f32 = 0.01;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FilterConfig {
-    /// Cut-off of the pole in Hz: 0.01 to half the sampling rate. The default is 20 Hz: joint angles in walking hold nothing
-    /// above some 6 Hz, and the delay stays below 10 ms.
+    /// Cut-off of the pole in Hz: 0.01 to half the sampling rate. The default is 40 Hz, far above the 6 Hz or so of
+    /// joint angles in walking: the delay stays below 5 ms, and who follows a walker sees him change his pace as much sooner.
     pub cutoff_hz: f32,
 }
 
 impl Default for FilterConfig {
     fn default() -> Self {
-        Self { cutoff_hz: 20.0 }
+        Self { cutoff_hz: 40.0 }
     }
 }
 
