@@ -384,7 +384,7 @@ impl Entrained {
         let (t, config) = (self.period.seconds(), &self.config);
         let (a, k) = (config.phase_acceleration.0, config.stiffness);
         let state = &mut self.state;
-        let target = if state.walk { 1.0 } else { 0.0 };
+        let mut target = if state.walk { 1.0 } else { 0.0 };
         if state.walk {
             // The estimate is of the walker as the samples show him: so much ago.
             let rate = self.lock.frequency().0;
@@ -392,6 +392,10 @@ impl Entrained {
             if state.amplitude == Glide::default() {
                 // Nothing moves: the phase may be taken as it is.
                 state.driven = Follower { phase: Phase(now), rate: rate.min(self.fastest) };
+            } else if state.amplitude.value < REJOIN && way(state.driven.phase, Phase(now)).abs() > ASTRAY {
+                // Catching up would be a stride that nobody makes: stand first, or until the walker comes by.
+                target = 0.0;
+                state.driven.halt(2.0 * a, k, t);
             } else if state.waits && state.lock == Lock::Locked {
                 state.driven.halt(2.0 * a, k, t);
             } else {
@@ -431,6 +435,10 @@ const HESITATION_S: f32 = 0.25;
 const LOST_S: f32 = 1.0;
 /// k of the amplitude, 1/s.
 const AMPLITUDE_STIFFNESS: f32 = 16.0;
+/// Amplitude below which joints that are far from the walker's phase stand before they join him.
+const REJOIN: f32 = 0.5;
+/// How far that is, rad: an eighth of a stride.
+const ASTRAY: f32 = 0.125 * TAU;
 
 impl State {
     const fn new(config: &EntrainedConfig, lock: &PhaseLock, period: Period) -> Self {
