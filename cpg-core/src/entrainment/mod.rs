@@ -512,3 +512,40 @@ impl Generator<4> for Entrained {
 pub fn phase_difference(from: Phase, to: Phase) -> Radians {
     Radians(way(from, to))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Legs that walk again with this amplitude left over from before, the driven phase this part of a cycle behind the estimate: the
+    /// largest rate of the driven phase, and the phase that is left, once the amplitude is that of walking.
+    fn walks_again(amplitude: f32, behind: f32) -> (f32, f32) {
+        let hip = Template::build(Radians(0.1), [0.35, -0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 8]).unwrap();
+        let config = EntrainedConfig::default();
+        let mut legs = Entrained::build([hip; 4], Joint::LeftHip, config, Period::MILLISECOND).unwrap();
+        legs.enter(Lock::Locked);
+        legs.state.amplitude = Glide { value: amplitude, rate: -1.0 };
+        legs.state.driven = Follower { phase: Phase::from_cycles(-behind), rate: 0.0 };
+        let mut fastest = 0.0f32;
+        for tick in 0..4000u32 {
+            legs.lock.set_phase(Phase::from_cycles(tick as f32 * 1e-3 * legs.lock.frequency().0 / TAU));
+            legs.drive();
+            fastest = fastest.max(legs.state.driven.rate / legs.lock.frequency().0);
+        }
+        assert_eq!(legs.state.amplitude.value, 1.0);
+        (fastest, way(legs.state.driven.phase, legs.lock.phase()).abs())
+    }
+
+    /// With little amplitude left and far behind, they stand first, or wait for the walker: they never run after him.
+    #[test]
+    fn joints_that_have_all_but_stopped_do_not_run_after_the_walker() {
+        for tenth in 1..10 {
+            let (fastest, left) = walks_again(0.3, 0.1 * tenth as f32);
+            assert!(left < 0.01, "{tenth}: {left} rad");
+            assert!(fastest < 1.6, "{tenth}: {fastest} of the walker's rate");
+        }
+        // Joints that walk do run after him.
+        let (fastest, left) = walks_again(0.9, 0.4);
+        assert!(left < 0.01 && fastest > 1.6, "{left} rad, {fastest}");
+    }
+}
