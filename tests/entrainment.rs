@@ -5,84 +5,18 @@
 
 use cpg_core::Generator;
 use cpg_core::entrainment::{Entrained, EntrainedConfig, Lock, phase_difference};
-use cpg_core::phase_lock::Template;
 use cpg_core::shape::Shape;
-use footfall::entrain::learn::{Learned, angle_deg, learn};
-use footfall::entrain::run::{self, Tick, phase_error_deg};
-use footfall::entrain::{entrain, shipped_walker};
+use footfall::entrain::entrain;
+use footfall::entrain::run::{self, Tick};
 use footfall_tests::degraded::{self, Random, Series};
-use footfall_tests::traces::{many, shipped};
-use gait_trace::{Recording, csv_file};
+use footfall_tests::statistics::{median, rms};
+use footfall_tests::swings::{phantoms, range_deg, standing, tops};
+use footfall_tests::traces::many;
+use footfall_tests::walkers::{WALKERS, Walker, shipped_loop, walkers, walkers_of};
+use gait_trace::csv_file;
 use joint_units::{Joint, Period, Phase, Radians};
 use std::f64::consts::TAU;
 use std::path::Path;
-
-/// The two long recordings of walkers.
-const WALKERS: [&str; 2] = ["gaitprint_young_overground", "gaitprint_middle_overground"];
-
-/// A recording with its templates and its phase.
-struct Walker {
-    name: String,
-    recording: Recording,
-    learned: Learned,
-    templates: [Template; 4],
-}
-
-impl Walker {
-    fn of(name: &str, recording: Recording, sensor: Joint) -> Self {
-        let learned = learn(&recording, sensor, 12.0).expect("walks");
-        let learned = learned.completed(&shipped_walker(sensor).expect("ships"), sensor).expect("turned");
-        let templates = learned.templates.map(|template| template.expect("completed"));
-        Self { name: name.into(), recording, learned, templates }
-    }
-
-    fn samples(&self, sensor: Joint) -> Vec<f64> {
-        run::samples(&self.recording, sensor).expect("a channel")
-    }
-
-    fn legs(&self, sensor: Joint) -> Entrained {
-        run::legs(self.templates, sensor, self.learned.stride_s).expect("built")
-    }
-
-    fn off(&self, tick: &Tick, at: usize) -> f64 {
-        phase_error_deg(tick, self.learned.phase_at(at as f64 * 1e-3))
-    }
-}
-
-fn walkers(what: &str, sensor: Joint) -> Vec<Walker> {
-    walkers_of(&WALKERS, what, sensor)
-}
-
-fn walkers_of(names: &[&str], what: &str, sensor: Joint) -> Vec<Walker> {
-    let Some(folder) = many(what) else { return vec![] };
-    let read = |name: &&str| {
-        let recording = csv_file::read(&folder.join(format!("{name}.csv"))).expect("a good recording");
-        Walker::of(name, recording, sensor)
-    };
-    names.iter().map(read).collect()
-}
-
-/// The shipped recording, looped for so many seconds: the same two strides over and over.
-fn shipped_loop(sensor: Joint, secs: f64) -> Walker {
-    let looped = shipped().looped(1000.0).expect("it walks").recording;
-    let rows = (secs * 1000.0) as usize;
-    let times = (0..rows).map(|n| n as f64 * 1e-3).collect();
-    let channels = looped.channels().iter().map(|channel| {
-        let round = channel.values().len() - 1;
-        let values = (0..rows).map(|n| channel.values()[n % round]).collect();
-        gait_trace::Channel::new(channel.name(), channel.quantity(), values)
-    });
-    Walker::of("shipped", Recording::build(times, channels.collect()).expect("a table"), sensor)
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
-
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
-}
 
 /// 1,000 starts on the mean stride of the shipped walker's hips: any phase, any frequency from -40 to +40 %. Locked means within 18
 /// degrees and 3 % for good; never locked within 10 s is a false lock.
@@ -331,28 +265,8 @@ fn warped(samples: &[f64], at: f64, brake: f64, pause: f64, end: f64) -> impl It
     })
 }
 
-/// Tops of a series at least `rise` above what lies to either side: tick and height.
-fn tops(values: impl Iterator<Item = f64>, rise: f64) -> Vec<(usize, f64)> {
-    let (mut found, mut top, mut trough, mut rising) = (vec![], (0, f64::MIN), f64::MAX, true);
-    for (n, value) in values.enumerate() {
-        if rising {
-            if value > top.1 {
-                top = (n, value);
-            } else if value < top.1 - rise {
-                found.push(top);
-                (rising, trough) = (false, value);
-            }
-        } else if value < trough {
-            trough = value;
-        } else if value > trough + rise {
-            (rising, top) = (true, (n, value));
-        }
-    }
-    found
-}
-
-/// One real goniometer on one knee, 13 people, with pauses and turns. A phantom stride is a swing of the knee's setpoint of at least half
-/// the template's that the recorded knee (10 degrees or more) does not make within 0.4 s. In pauses the setpoints stand.
+/// One real goniometer on one knee, 13 people, with pauses and turns: no phantom stride, and in pauses the setpoints stand from 0.6 s on,
+/// see [`footfall_tests::swings`].
 #[test]
 fn a_real_goniometer_with_pauses_and_turns() {
     let Some(folder) = many("knee goniometers") else { return };
@@ -363,31 +277,17 @@ fn a_real_goniometer_with_pauses_and_turns() {
         let walker = Walker::of(&name, recording, Joint::LeftKnee);
         let samples = walker.samples(Joint::LeftKnee);
         let ticks = run::run(&mut walker.legs(Joint::LeftKnee), samples.iter().copied().map(Some));
-        let heights = (0..200).map(|n| angle_deg(&walker.templates[2], f64::from(n) / 200.0));
-        let range = heights.clone().fold(f64::MIN, f64::max) - heights.fold(f64::MAX, f64::min);
-        let recorded = tops(samples.iter().copied(), 10.0);
-        let driven = tops(ticks.iter().map(|tick| tick.angles[2]), 0.5 * range);
-        let is_there = |&(n, _): &(usize, f64)| recorded.iter().any(|&(m, _)| n.abs_diff(m) <= 400);
-        let phantoms: Vec<_> = driven.iter().filter(|top| !is_there(top)).collect();
-        let real = tops(samples.iter().copied(), 0.5 * range);
+        let half = 0.5 * range_deg(&walker.templates[2]);
+        let driven = tops(ticks.iter().map(|tick| tick.angles[2]), half);
+        let phantoms = phantoms(&driven, &samples);
+        let real = tops(samples.iter().copied(), half);
         println!("{name}: {} swings recorded, {} driven, phantoms {phantoms:?}", real.len(), driven.len());
         assert!(phantoms.is_empty(), "{name}: {phantoms:?}");
         followed += driven.len();
         swings += real.len();
-
-        // A pause: 1 s and longer within 12 degrees, standing. From 0.6 s on the setpoints stand.
-        let mut from = 0;
-        for n in 0..samples.len() {
-            while samples[from..=n].iter().fold(f64::MIN, |a, &b| a.max(b))
-                - samples[from..=n].iter().fold(f64::MAX, |a, &b| a.min(b))
-                > 12.0
-            {
-                from += 1;
-            }
-            if n - from > 1600 {
-                let fast = ticks[n].rates.iter().any(|rate| rate.abs() > 5.0);
-                assert!(!fast, "{name}: setpoints move {} s into a pause", (n - from) as f64 * 1e-3);
-            }
+        for (tick, stood) in ticks.iter().zip(standing(&samples)) {
+            let fast = stood > 1601 && tick.rates.iter().any(|rate| rate.abs() > 5.0);
+            assert!(!fast, "{name}: setpoints move {} s into a pause", stood as f64 * 1e-3);
         }
     }
     println!("{followed} of {swings} swings followed");

@@ -2,16 +2,13 @@
 //! joints that follow; and what happens when the wire breaks. The same core on the host gives the same bits.
 
 use footfall::feed;
-use footfall::shipped::wired_sensor;
-use footfall_tests::board::{Board, Ran};
-use footfall_tests::traces;
+use footfall_tests::board::Board;
+use footfall_tests::{chain, traces};
 use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::open::{self, ReadOptions};
-use gait_trace::{Channel, Looped, Quantity, Recording, csv_file};
-use joint_loop::walker_record::{ADDRESS, record_of};
+use gait_trace::{Channel, Looped, Quantity, Recording};
 use joint_loop::{Frame, SENSORS, State, Walker, WalkerConfig};
 use joint_units::{Joint, Radians};
-use std::ffi::OsString;
 
 /// The shipped walker, fitted, with the sensor on this joint.
 fn follower(sensor: Joint) -> WalkerConfig {
@@ -30,35 +27,12 @@ fn walk() -> Looped {
 fn volts(walk: &Looped, sensor: Joint, secs: f64, lost: (f64, f64)) -> Recording {
     let period = walk.recording.duration_s();
     let channel = walk.recording.of_joint(sensor).unwrap();
-    let times: Vec<f64> = (0..(secs * 1000.0) as u32).map(|ms| f64::from(ms) * 1e-3).collect();
-    let angles = times.iter().map(|t| walk.recording.at(channel, t % period)).collect();
-    let hip = Recording::build(times.clone(), vec![Channel::new("hip", Quantity::Angle, angles)]).unwrap();
-    let calibration = wired_sensor().unwrap().calibration;
-    let good = hip.semi_synthetic_volts(&hip.channels()[0], &calibration, 1.0, "PA1").unwrap();
+    let at = |ms: u32| walk.recording.at(channel, f64::from(ms) * 1e-3 % period);
+    let good = chain::volts(&(0..(secs * 1000.0) as u32).map(at).collect::<Vec<_>>());
+    let times = good.time_s().to_vec();
     let broken = |(t, v): (&f64, &f64)| if (lost.0..lost.1).contains(t) { 0.0 } else { *v };
     let values = times.iter().zip(good.channels()[0].values()).map(broken).collect();
     Recording::build(times, vec![Channel::new("PA1", Quantity::PinVolts, values)]).unwrap()
-}
-
-fn run(board: &Board, config: &WalkerConfig, volts: &Recording, secs: f64) -> Ran {
-    let folder = tempfile::tempdir().unwrap();
-    let (feed, sector) = (folder.path().join("volts.csv"), folder.path().join("walker.bin"));
-    csv_file::write(&feed, volts).unwrap();
-    std::fs::write(&sector, record_of(config).bytes()).unwrap();
-    let options: [OsString; 8] = [
-        "--secs".into(),
-        secs.to_string().into(),
-        "--volts".into(),
-        feed.into(),
-        "--press".into(),
-        "0.3".into(),
-        "--flash".into(),
-        format!("{ADDRESS:#010x}={}", sector.display()).into(),
-    ];
-    let ran = board.run_with(config, options);
-    assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (Some(0), 0, 0, 1));
-    assert_eq!((ran.books.different, ran.books.not_compared), (0, 0), "{:?}", ran.books.differences);
-    ran
 }
 
 /// Root mean square difference of setpoints and the recorded leg, degrees, over some ticks.
@@ -78,7 +52,7 @@ fn four_joints_follow_one_recorded_hip_or_knee_from_volts_to_setpoints() {
     println!("| sensor | locked at, s | left hip | right hip | left knee | right knee |");
     for sensor in [Joint::LeftHip, Joint::RightHip, Joint::LeftKnee] {
         let config = follower(sensor);
-        let ran = run(&board, &config, &volts(&walk, sensor, 12.0, (0.0, 0.0)), 12.0);
+        let ran = chain::run(&board, &config, &volts(&walk, sensor, 12.0, (0.0, 0.0)), 12.0, true);
         let following = ran.books.following.unwrap();
         let locked = following.locked_at_s.unwrap();
         assert!(locked < 4.0, "{sensor:?}: locked after {locked} s");
@@ -98,29 +72,17 @@ fn a_broken_wire_is_walked_through_for_two_seconds_then_stands_and_walks_again_w
     let (walk, sensor) = (walk(), Joint::LeftHip);
     let config = follower(sensor);
     let (lost, mended) = (7.0, 12.0);
-    let ran = run(&board, &config, &volts(&walk, sensor, 20.0, (lost, mended)), 20.0);
+    let ran = chain::run(&board, &config, &volts(&walk, sensor, 20.0, (lost, mended)), 20.0, true);
     let frames = ran.boots[0].replay(&config);
     // Never disarmed, never a fault: the supervisor leaves it to the follower.
     assert!(frames[2_500..].iter().all(|frame| frame.state == State::Walking));
 
     // The follower's own account, tick by tick.
-    let mut again = joint_loop::shipped::walk_loop(
-        &joint_loop::shipped::Parameters::or_default(Some(config), None).unwrap(),
-        ran.boots[0].boot.as_ref().unwrap().vrefint_cal,
-        ran.boots[0].boot.as_ref().unwrap().min_supply,
-        true,
-    )
-    .unwrap();
-    let mut amplitude = vec![];
-    for (_, call) in &ran.boots[0].calls {
-        again.tick(&call.sample());
-        let Walker::Follow(follower) = again.generator() else { panic!("not a follower") };
-        amplitude.push((
-            f64::from(again.frame().tick) * 1e-3,
-            cpg_core::Generator::amplitude(follower),
-            follower.status().state.name(),
-        ));
-    }
+    let amplitude = ran.boots[0].watch(&config, |joints| {
+        let Walker::Follow(follower) = joints.generator() else { panic!("not a follower") };
+        let time = f64::from(joints.frame().tick) * 1e-3;
+        (time, cpg_core::Generator::amplitude(follower), follower.status().state.name())
+    });
     let at = |t: f64| *amplitude.iter().find(|(time, ..)| *time >= t).unwrap();
     assert_eq!(at(6.9).2, "locked");
     assert_eq!(at(7.5).2, "holding");

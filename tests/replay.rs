@@ -106,8 +106,8 @@ fn the_measured_angle_is_the_recorded_knee_as_late_as_the_filter_is() {
     let recording = shipped();
     let looped = recording.looped(1000.0).unwrap();
     let knee = looped.recording.channel("left_knee").unwrap();
-    // One sample of the median and 1 / (2 pi 20 Hz): 9 ms.
-    let delay = 9.0;
+    // One sample of the median and 1 / (2 pi 40 Hz).
+    let delay = 5.0;
     let mut worst = 0.0_f64;
     for (n, ticked) in all.iter().enumerate().skip(200) {
         let time = ((n as f64 + 1.0 - delay) * 1e-3) % looped.recording.duration_s();
@@ -115,7 +115,7 @@ fn the_measured_angle_is_the_recorded_knee_as_late_as_the_filter_is() {
         worst = worst.max((f64::from(ticked.frame.measured[0].0).to_degrees() - recorded).abs());
     }
     // What a delay does not undo: the pole rounds off the corners of the recording.
-    assert!(worst < 2.5, "{worst} degrees");
+    assert!(worst < 1.5, "{worst} degrees");
 }
 
 #[test]

@@ -70,14 +70,14 @@ fn supply(sensor: &Sensor) -> (Supply, AdcCode) {
     (sensor.reference().supply(vrefint).unwrap(), vrefint)
 }
 
-/// Median of three, then one pole at the default 20 Hz: the equations of the sensor's filter in double precision.
+/// Median of three, then one pole at the default 40 Hz: the equations of the sensor's filter in double precision.
 struct Filter {
     last: Option<([f64; 2], f64)>,
 }
 
 impl Filter {
     fn step(&mut self, x: f64) -> f64 {
-        let gain = 1.0 - (-TAU * 20.0 * 1e-3).exp();
+        let gain = 1.0 - (-TAU * 40.0 * 1e-3).exp();
         let ([a, b], y) = self.last.unwrap_or(([x, x], x));
         let median = a.max(b).min(a.min(b).max(x));
         let y = y + gain * (median - y);

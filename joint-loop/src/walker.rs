@@ -12,6 +12,7 @@ use cpg_core::shape::{FourierShape, PhaseShape};
 use cpg_core::thesis::{Thesis, ThesisConfig};
 use cpg_core::walking::default_config;
 use cpg_core::{BuildError, Generator, Rk4, StateFault};
+use hgod_adc::FilterConfig;
 use joint_units::{Joint, Period, Phase, RadPerSec, Radians};
 
 /// Harmonics of a joint's Fourier series. A fit of fewer has zeros above.
@@ -47,11 +48,12 @@ pub struct FollowConfig {
 }
 
 impl FollowConfig {
-    /// What it becomes: everything else as [`EntrainedConfig::default`] has it.
+    /// What it becomes: the delay of the gait sensor's filter made up for, everything else as [`EntrainedConfig::default`] has it.
     #[must_use]
     pub fn entrained(&self) -> EntrainedConfig {
         let lock = PhaseLockConfig { stride_s: self.shape.stride_s, ..PhaseLockConfig::default() };
-        EntrainedConfig { lock, ..EntrainedConfig::default() }
+        let delay_s = FilterConfig::default().delay_s(Period::MILLISECOND);
+        EntrainedConfig { lock, delay_s, ..EntrainedConfig::default() }
     }
 }
 

@@ -8,7 +8,7 @@ use footfall::board_lines::{self, BoardLine, End};
 use footfall::image::Image;
 use footfall::session::{Books, Session};
 use footfall::telemetry::{self, Boot, Call, Edge, Env, Follow, Inputs, Line, Tick};
-use joint_loop::shipped::{Parameters, walk_loop};
+use joint_loop::shipped::{Parameters, WalkLoop, walk_loop};
 use joint_loop::{Frame, SENSORS, WalkerConfig};
 use serde_json::Value;
 use std::ffi::OsStr;
@@ -53,6 +53,8 @@ pub struct Booted {
     pub boot: Option<Boot>,
     /// Lines of telemetry.
     pub ticks: Vec<Tick>,
+    /// When each of them was taken, in virtual seconds.
+    pub tick_times: Vec<f64>,
     /// What every call of the loop was given, in order, each with its tick.
     pub calls: Vec<(u32, Call)>,
     /// How a walker that follows stands, by the board's own account.
@@ -72,7 +74,16 @@ impl Booted {
     /// The board did not say which chip it is on, or inputs were lost.
     #[must_use]
     pub fn replay(&self, walker: &WalkerConfig) -> Vec<Frame<SENSORS>> {
-        self.replay_as(&with_walker(walker))
+        self.watch(walker, WalkLoop::frame)
+    }
+
+    /// The same, and what `see` makes of the loop after every call.
+    ///
+    /// # Panics
+    /// As [`Booted::replay`].
+    #[must_use]
+    pub fn watch<T>(&self, walker: &WalkerConfig, see: impl FnMut(&WalkLoop) -> T) -> Vec<T> {
+        self.watch_as(&with_walker(walker), see)
     }
 
     /// The same of a board with these parameters.
@@ -80,16 +91,16 @@ impl Booted {
     /// # Panics
     /// As [`Booted::replay`].
     #[must_use]
-    pub fn replay_as(&self, parameters: &Parameters) -> Vec<Frame<SENSORS>> {
+    pub fn watch_as<T>(&self, parameters: &Parameters, mut see: impl FnMut(&WalkLoop) -> T) -> Vec<T> {
         let boot = self.boot.as_ref().expect("the board says what it is");
         let mut joints =
             walk_loop(parameters, boot.vrefint_cal, boot.min_supply, boot.sensor_required).expect("the loop");
-        let frames = self.calls.iter().map(|(tick, call)| {
+        let seen = self.calls.iter().map(|(tick, call)| {
             joints.tick(&call.sample());
             assert_eq!(joints.frame().tick, *tick, "inputs were lost");
-            joints.frame()
+            see(&joints)
         });
-        frames.collect()
+        seen.collect()
     }
 }
 
@@ -161,11 +172,12 @@ impl Board {
                     decoder.restart();
                     boots.push(Booted { t_s, cause, ..Booted::default() });
                 }
-                BoardLine::Rtt { bytes, .. } => {
+                BoardLine::Rtt { t_s, bytes } => {
                     decoder.push(&bytes);
                     let boot = boots.last_mut().expect("a log comes after a boot");
                     while let Some(message) = decoder.message() {
                         take(boot, &message.expect("whole frames").text);
+                        boot.tick_times.resize(boot.ticks.len(), t_s);
                     }
                 }
                 BoardLine::Pulses { t_s, us } => pulses.push((t_s, us)),

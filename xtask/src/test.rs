@@ -409,6 +409,8 @@ fn image_tests(bench: &Bench) -> Result<String> {
             "--test",
             "follow",
             "--test",
+            "board_entrainment",
+            "--test",
             "capture",
         ]);
     cargo_test(&mut tests)

@@ -17,6 +17,8 @@ pub struct EntrainedConfig {
     pub lock: PhaseLockConfig,
     /// What samples are believed.
     pub gate: GateConfig,
+    /// How old a sample is when it comes, s: what the sensor's filter delays. The joints are led ahead of the estimate by as much; 0 to 0.05.
+    pub delay_s: f32,
     /// Where the joints stand while the amplitude is 0; up to ±2 pi.
     pub stand: [Radians; 4],
     /// How long a fault is walked through, s; 0 to 2.
@@ -36,11 +38,12 @@ pub struct EntrainedConfig {
 }
 
 impl Default for EntrainedConfig {
-    /// Stands straight, walks through 2 s of fault, comes back after 1 s, listens to the angle only.
+    /// Samples as they are now; stands straight, walks through 2 s of fault, comes back after 1 s, listens to the angle only.
     fn default() -> Self {
         Self {
             lock: PhaseLockConfig::default(),
             gate: GateConfig::default(),
+            delay_s: 0.0,
             stand: [Radians(0.0), Radians(0.0), Radians::from_degrees(5.0), Radians::from_degrees(5.0)],
             freewheel_s: 2.0,
             good_s: 1.0,
@@ -56,6 +59,7 @@ impl Default for EntrainedConfig {
 impl EntrainedConfig {
     pub(super) fn validate(&self) -> Result<(), BuildError> {
         self.gate.validate()?;
+        in_range(self.delay_s, Field::of("delay_s"), 0.0, 0.05)?;
         all_in_range(self.stand.map(|angle| angle.0), "stand", -TAU, TAU)?;
         in_range(self.freewheel_s, Field::of("freewheel_s"), 0.0, 2.0)?;
         in_range(self.good_s, Field::of("good_s"), 0.1, 10.0)?;

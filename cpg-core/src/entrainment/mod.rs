@@ -408,15 +408,22 @@ impl Entrained {
         let (t, config) = (self.period.seconds(), &self.config);
         let (a, k) = (config.phase_acceleration.0, config.stiffness);
         let state = &mut self.state;
-        let target = if state.walk { 1.0 } else { 0.0 };
+        let mut target = if state.walk { 1.0 } else { 0.0 };
         if state.walk {
+            // The estimate is of the walker as the samples show him: so much ago.
+            let rate = self.lock.frequency().0;
+            let now = self.lock.phase().0.wrapping_add(Phase::from_cycles(config.delay_s * rate * (1.0 / TAU)).0);
             if state.amplitude == Glide::default() {
                 // Nothing moves: the phase may be taken as it is.
-                state.driven = Follower { phase: self.lock.phase(), rate: self.lock.frequency().0.min(self.fastest) };
+                state.driven = Follower { phase: Phase(now), rate: rate.min(self.fastest) };
+            } else if state.amplitude.value < REJOIN && way(state.driven.phase, Phase(now)).abs() > ASTRAY {
+                // Catching up would be a stride that nobody makes: stand first, or until the walker comes by.
+                target = 0.0;
+                state.driven.halt(2.0 * a, k, t);
             } else if state.waits && state.lock == Lock::Locked {
                 state.driven.halt(2.0 * a, k, t);
             } else {
-                state.driven.follow(self.lock.phase(), self.lock.frequency().0, self.fastest, a, k, t);
+                state.driven.follow(Phase(now), rate, self.fastest, a, k, t);
             }
         } else {
             state.driven.halt(2.0 * a, k, t);
@@ -452,6 +459,10 @@ const HESITATION_S: f32 = 0.25;
 const LOST_S: f32 = 1.0;
 /// k of the amplitude, 1/s.
 const AMPLITUDE_STIFFNESS: f32 = 16.0;
+/// Amplitude below which joints that are far from the walker's phase stand before they join him.
+const REJOIN: f32 = 0.5;
+/// How far that is, rad: an eighth of a stride.
+const ASTRAY: f32 = 0.125 * TAU;
 
 impl State {
     const fn new(config: &EntrainedConfig, lock: &PhaseLock, events: Events, period: Period) -> Self {
@@ -547,4 +558,41 @@ impl Generator<4> for Entrained {
 #[must_use]
 pub fn phase_difference(from: Phase, to: Phase) -> Radians {
     Radians(way(from, to))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Legs that walk again with this amplitude left over from before, the driven phase this part of a cycle behind the estimate: the
+    /// largest rate of the driven phase, and the phase that is left, once the amplitude is that of walking.
+    fn walks_again(amplitude: f32, behind: f32) -> (f32, f32) {
+        let hip = Template::build(Radians(0.1), [0.35, -0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 8]).unwrap();
+        let config = EntrainedConfig::default();
+        let mut legs = Entrained::build([hip; 4], Joint::LeftHip, config, Period::MILLISECOND).unwrap();
+        legs.enter(Lock::Locked);
+        legs.state.amplitude = Glide { value: amplitude, rate: -1.0 };
+        legs.state.driven = Follower { phase: Phase::from_cycles(-behind), rate: 0.0 };
+        let mut fastest = 0.0f32;
+        for tick in 0..4000u32 {
+            legs.lock.set_phase(Phase::from_cycles(tick as f32 * 1e-3 * legs.lock.frequency().0 / TAU));
+            legs.drive();
+            fastest = fastest.max(legs.state.driven.rate / legs.lock.frequency().0);
+        }
+        assert_eq!(legs.state.amplitude.value, 1.0);
+        (fastest, way(legs.state.driven.phase, legs.lock.phase()).abs())
+    }
+
+    /// With little amplitude left and far behind, they stand first, or wait for the walker: they never run after him.
+    #[test]
+    fn joints_that_have_all_but_stopped_do_not_run_after_the_walker() {
+        for tenth in 1..10 {
+            let (fastest, left) = walks_again(0.3, 0.1 * tenth as f32);
+            assert!(left < 0.01, "{tenth}: {left} rad");
+            assert!(fastest < 1.6, "{tenth}: {fastest} of the walker's rate");
+        }
+        // Joints that walk do run after him.
+        let (fastest, left) = walks_again(0.9, 0.4);
+        assert!(left < 0.01 && fastest > 1.6, "{left} rad, {fastest}");
+    }
 }

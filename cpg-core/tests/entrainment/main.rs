@@ -206,11 +206,30 @@ fn other_periods_walk_as_well() {
     assert!(matches!(error, BuildError::PeriodTooLong { max_micros: 4000..5000 }), "{error}");
 }
 
+/// Samples that come 20 ms late: joints led by as much are where the walker is, and without it 6.5 degrees behind.
+#[test]
+fn the_joints_are_led_by_the_delay_of_the_samples() {
+    for (delay_s, behind) in [(0.0, 360.0 * 0.02 / 1.1), (0.02, 0.0)] {
+        let config = EntrainedConfig { delay_s, ..EntrainedConfig::default() };
+        let mut legs = Entrained::build(templates(), Joint::LeftHip, config, Period::MILLISECOND).unwrap();
+        let mut walker = Walker::new(Joint::LeftHip, 1.1);
+        let mut late = std::collections::VecDeque::from(vec![None; 20]);
+        for tick in 0..10_000 {
+            late.push_back(Some(walker.tick()));
+            legs.sense(late.pop_front().flatten());
+            legs.step();
+            let off = walker.off(legs.phase());
+            assert!(tick < 6000 || (off - behind).abs() < 0.5, "{delay_s} s, tick {tick}: {off} degrees behind");
+        }
+    }
+}
+
 #[test]
 fn bad_fields_are_named() {
     type Break = fn(&mut EntrainedConfig);
-    let broken: [(Break, &str); 13] = [
+    let broken: [(Break, &str); 14] = [
         (|c| c.lock.stride_s = f32::NAN, "stride_s"),
+        (|c| c.delay_s = 0.06, "delay_s"),
         (|c| c.gate.fastest = RadPerSec(0.0), "gate.fastest"),
         (|c| c.gate.noise = Radians(1.0), "gate.noise"),
         (|c| c.gate.bridge_s = -0.1, "gate.bridge_s"),

@@ -1,0 +1,155 @@
+//! The whole chain on the virtual board: a recorded angle becomes volts, the image's converter reads them, and its follower drives four
+//! joints.
+//!
+//! The board logs what every call of its loop was given and, every tenth, what came of it. The same loop on the host, given the same,
+//! tells the rest: phase, frequency and state of every tick. A run in which one logged bit differs from the host's, or one line could
+//! not be compared, is refused: so these ticks are the board's.
+
+use crate::board::{Board, Ran};
+use cpg_core::Generator;
+use footfall::entrain::run::Tick;
+use footfall::shipped::{SENSOR_PIN, wired_sensor};
+use gait_trace::{Channel, Quantity, Recording, csv_file};
+use joint_loop::walker_record::{ADDRESS, Record};
+use joint_loop::{State, Walker, WalkerConfig};
+use std::ffi::OsString;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+/// When the button is pressed in a run that is to move the joints, s after power-on; they move freely [`RISE_S`] later.
+const PRESS_S: f64 = 0.3;
+
+/// From power-on until the joints of a run with the button pressed are driven by the follower alone: debouncing and a ramp of 2 s.
+pub const FREE_S: f64 = 2.5;
+
+/// What a board did with a feed.
+#[derive(Debug)]
+pub struct Chain {
+    /// Every tick of the one boot. `angles` are the setpoints that the servos were given (the park pose while disarmed), `rates` their
+    /// differences from tick to tick; the rest is the follower's.
+    pub ticks: Vec<Tick>,
+    /// Tick n was n + `first_ms` ms after power-on, when the feed began; to 1 ms.
+    pub first_ms: usize,
+    /// Whether the loop was walking at the end.
+    pub walking: bool,
+}
+
+impl Chain {
+    /// Ticks by milliseconds since power-on: those before the first are as the first.
+    #[must_use]
+    pub fn since_power_on(&self) -> Vec<Tick> {
+        std::iter::repeat_n(self.ticks[0], self.first_ms).chain(self.ticks.iter().copied()).collect()
+    }
+}
+
+/// Volts at the gait sensor's pin for angles in degrees, one a millisecond, through the shipped calibration.
+///
+/// # Panics
+/// An angle is beyond the calibration.
+#[must_use]
+pub fn volts(degrees: &[f64]) -> Recording {
+    let times = (0..degrees.len()).map(|ms| ms as f64 * 1e-3).collect();
+    let angles =
+        Recording::build(times, vec![Channel::new("joint", Quantity::Angle, degrees.to_vec())]).expect("a table");
+    let wired = wired_sensor().expect("the shipped sensor");
+    angles
+        .semi_synthetic_volts(&angles.channels()[0], &wired.calibration, wired.divider, SENSOR_PIN)
+        .expect("within the calibration")
+}
+
+/// Runs the image with a walker in its parameter sector and these volts for so many seconds; with `press` the button is pressed.
+///
+/// # Panics
+/// Something was wrong with the run, or the host cannot follow it bit for bit.
+#[must_use]
+pub fn run(board: &Board, config: &WalkerConfig, volts: &Recording, secs: f64, press: bool) -> Ran {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (feed, sector) = (folder.path().join("volts.csv"), folder.path().join("walker.bin"));
+    csv_file::write(&feed, volts).expect("written");
+    std::fs::write(&sector, Record::of(config).bytes()).expect("written");
+    let mut options: Vec<OsString> = vec![
+        "--secs".into(),
+        secs.to_string().into(),
+        "--volts".into(),
+        feed.into(),
+        "--flash".into(),
+        format!("{ADDRESS:#010x}={}", sector.display()).into(),
+    ];
+    if press {
+        options.extend(["--press".into(), PRESS_S.to_string().into()]);
+    }
+    let ran = board.run_with(config, options);
+    assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (Some(0), 0, 0, 1));
+    let books = &ran.books;
+    assert_eq!((books.different, books.not_compared, books.lost_lines), (0, 0, 0), "{:?}", books.differences);
+    assert!(books.compared as f64 >= (secs - 0.1) * 100.0, "{} lines were compared", books.compared);
+    ran
+}
+
+/// Feeds a joint's angles in degrees, one a millisecond from power-on, to the sensor of a board that follows with it, to their end.
+///
+/// # Panics
+/// As [`run`], and where a control period was missed.
+#[must_use]
+pub fn follow(board: &Board, config: &WalkerConfig, degrees: &[f64], press: bool) -> Chain {
+    let secs = degrees.len() as f64 * 1e-3;
+    let ran = run(board, config, &volts(degrees), secs, press);
+    let boot = &ran.boots[0];
+    let mut before = None;
+    let ticks = boot.watch(config, |joints| {
+        let (Walker::Follow(follower), frame) = (joints.generator(), joints.frame()) else {
+            panic!("not a follower");
+        };
+        let status = follower.status();
+        let angles = frame.setpoints.map(|angle| f64::from(angle.degrees()));
+        let last = before.replace(angles).unwrap_or(angles);
+        assert_eq!(frame.missed, 0, "a control period was missed");
+        Tick {
+            angles,
+            rates: std::array::from_fn(|joint| (angles[joint] - last[joint]) * 1e3),
+            phase: follower.phase(),
+            estimate: follower.phase_lock().phase(),
+            amplitude: follower.amplitude(),
+            state: status.state,
+            fault: status.fault,
+            frequency: f64::from(follower.phase_lock().frequency().0),
+        }
+    });
+    // The log is read each millisecond: the least delay of a line is what is left of the millisecond of its tick.
+    let after =
+        boot.ticks.iter().zip(&boot.tick_times).map(|(tick, t_s)| (t_s * 1e3).round() as usize - tick.tick as usize);
+    let first_ms = after.min().unwrap_or(0) + boot.calls.first().map_or(0, |call| call.0 as usize) - 1;
+    let walking = boot.ticks.last().is_some_and(|tick| tick.state == State::Walking);
+    Chain { ticks, first_ms, walking }
+}
+
+/// Does all jobs, as many at a time as there are cores, and tells on standard error how far it is. Results are in the order of the jobs.
+///
+/// # Panics
+/// A job does.
+pub fn all<J: Sync, R: Send>(what: &str, jobs: &[J], work: impl Fn(&J) -> R + Sync) -> Vec<R> {
+    let (next, done, began) = (AtomicUsize::new(0), Mutex::new(0), Instant::now());
+    let worker = || {
+        let mut results = vec![];
+        loop {
+            let n = next.fetch_add(1, Ordering::Relaxed);
+            let Some(job) = jobs.get(n) else { return results };
+            results.push((n, work(job)));
+            let Ok(mut done) = done.lock() else { return results };
+            *done += 1;
+            if *done % jobs.len().div_ceil(10).max(1) == 0 || *done == jobs.len() {
+                crate::tell(&format!("{what}: {done} of {} in {:.0} s", jobs.len(), began.elapsed().as_secs_f64()));
+            }
+        }
+    };
+    let cores = std::thread::available_parallelism().map_or(1, usize::from).min(jobs.len());
+    let mut results: Vec<(usize, R)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(worker)).collect();
+        let joined =
+            workers.into_iter().map(|worker| worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        joined.flatten().collect()
+    });
+    results.sort_by_key(|result| result.0);
+    results.into_iter().map(|(_, result)| result).collect()
+}
