@@ -65,7 +65,7 @@ enum Command {
     Entrain(entrain::Options),
     /// Make a sensor's calibration from known angles and what the sensor said there
     Calibrate(Box<calibrate::Options>),
-    /// Fit another recorder's clock to the board's, from the edges of the board's synchronisation output
+    /// Fit another recorder's clock to the board's, from the edges of the board's synchronisation output or of a line that both recorded
     Sync(sync::Options),
     /// Turn a walker's parameters into the bytes of the board's parameter sector, or into a constant in Rust
     Pack(pack::Options),

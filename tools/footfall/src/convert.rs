@@ -36,8 +36,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             return Err(Failure::input(format!("{}: allowed are the endings .csv and .mot", options.out.display())));
         }
     };
-    let raw = raw(&options.recording, &options.reading)?;
-    let rules = Rules { low_pass: options.reading.low_pass, ..Rules::default() };
+    let raw = raw(&options.recording, &options.reading, None)?;
+    let rules = Rules { low_pass: options.reading.low_pass_or_customary(), ..Rules::default() };
     let conditioned = condition(&raw, &rules).map_err(Failure::input)?;
     for told in raw.notes.iter().map(ToString::to_string).chain(conditioned.findings.iter().map(ToString::to_string)) {
         eprintln!("note: {told}");

@@ -1,25 +1,29 @@
 //! `footfall entrain`: one sensor of a recorded walker, the core that follows on the host, and how well it does.
 //!
-//! The recording is played to the core at 1 kHz, one joint of it; the setpoints of all four are compared with what the walker did. The
-//! templates are learned from the recording's first seconds, or read from a walker's file of the kind `shape`.
+//! The recording, of any format that `fit` takes, is played to the core at 1 kHz, one joint of it ([`trace`](mod@trace)); the setpoints of
+//! all four are compared with what the walker did. The templates are learned from the recording's first steady seconds, joints that it
+//! lacks lent by the walker that ships ([`learn`](mod@learn)), or all are read from a walker's file.
 
 pub mod learn;
 pub mod run;
+pub mod trace;
 
 use clap::{Args, ValueEnum};
 use cpg_core::phase_lock::{HARMONICS, Template};
-use gait_trace::{Recording, csv_file};
+use gait_trace::Recording;
 use joint_units::{Joint, Radians};
 use serde_json::json;
 use std::fmt::Write as _;
 use std::path::PathBuf;
-use walker::generator_file::{GeneratorSet, WalkerFile};
+use walker::generator_file::{FollowSet, GeneratorSet, WalkerFile};
 
 use crate::failure::Failure;
 use crate::feed;
+use crate::fit::{self, Reading};
 use crate::rhythm::svg::{self, Curve, Panel};
-use learn::{Learned, learn};
-use run::{Tick, Verdict};
+use learn::{Learned, learn, learn_without};
+use run::{Holes, Tick, Verdict};
+use trace::Trace;
 
 /// Seconds that templates are learned from.
 const WINDOW_S: f64 = 12.0;
@@ -27,15 +31,19 @@ const WINDOW_S: f64 = 12.0;
 /// Options of `footfall entrain`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// The recording: CSV with the header time_s,left_hip_deg,... or time_s,knee_deg
+    /// The recording: CSV, OpenSim .mot and .sto, C3D, oscilloscope CSV, a capture of `footfall record` in CSV or MCAP
     #[arg(value_name = "TRACE")]
     pub trace: PathBuf,
-    /// The joint that wears the sensor; a recording of one joint is taken for that one
-    #[arg(long, value_enum, value_name = "JOINT", default_value_t = Sensor::LeftHip)]
-    pub sensor: Sensor,
-    /// A walker's file of the kind `shape` with the templates; without it they are learned from the first 12 s
-    #[arg(long, value_name = "FILE.toml")]
-    pub template: Option<PathBuf>,
+    /// The joint that wears the sensor [default: that of the walker's file, the recording's only joint, or left_hip]
+    #[arg(long, value_enum, value_name = "JOINT")]
+    pub sensor: Option<Sensor>,
+    /// A walker's file of the kind `follow` or `shape` with the templates; without it they are learned from 12 s of the recording, and
+    /// joints that it lacks are those of the walker that ships
+    #[arg(long, alias = "template", value_name = "FILE.toml")]
+    pub walker: Option<PathBuf>,
+    /// How the recording is read
+    #[command(flatten)]
+    pub reading: Reading,
     /// One JSON object instead of lines for people
     #[arg(long)]
     pub json: bool,
@@ -96,34 +104,54 @@ pub fn shipped_walker(sensor: Joint) -> Result<Learned, Failure> {
 /// Plays a recording's sensor to the core and judges what comes.
 ///
 /// # Errors
-/// The recording has no such joint, does not walk, or the template's file is not as it must be.
-pub fn entrain(recording: &Recording, sensor: Joint, template: Option<&WalkerFile>) -> Result<Entrainment, Failure> {
-    let learned = learn(recording, sensor, WINDOW_S).map_err(Failure::input)?;
-    let learned = learned.completed(&shipped_walker(sensor)?, sensor).map_err(Failure::run)?;
-    let (templates, stride_s, source) = match template {
+/// The recording has no such joint, does not walk, or the walker's file is not as it must be.
+pub fn entrain(recording: &Recording, sensor: Joint, walker: Option<&WalkerFile>) -> Result<Entrainment, Failure> {
+    entrain_without(recording, sensor, &Holes::default(), walker)
+}
+
+/// As [`entrain`], of a recording with holes.
+///
+/// # Errors
+/// As [`entrain`].
+pub fn entrain_without(
+    recording: &Recording,
+    sensor: Joint,
+    holes: &Holes,
+    walker: Option<&WalkerFile>,
+) -> Result<Entrainment, Failure> {
+    let learned = learn_without(recording, sensor, WINDOW_S, &holes.any).map_err(Failure::input)?;
+    let mut learned = learned.completed(&shipped_walker(sensor)?, sensor).map_err(Failure::run)?;
+    let (templates, stride_s, source) = match walker {
         Some(file) => {
             let (templates, stride_s) = of_file(file)?;
+            learned.count_as(&templates[sensor as usize], sensor);
             (templates, stride_s, "file".to_owned())
         }
         None => {
             let [Some(a), Some(b), Some(c), Some(d)] = learned.templates else {
                 return Err(Failure::run("a template is missing"));
             };
-            let window = recording.duration_s().min(WINDOW_S);
-            ([a, b, c, d], learned.stride_s, format!("learned from the first {window:.1} s"))
+            let (from, to) = learned.window_s;
+            let lent =
+                Joint::ALL.into_iter().filter(|&joint| joint != sensor && recording.channel(joint.name()).is_err());
+            let lent: Vec<&str> = lent.map(Joint::name).collect();
+            let lent = if lent.is_empty() { String::new() } else { format!("; shipped {}", lent.join(", ")) };
+            ([a, b, c, d], learned.stride_s, format!("learned from {from:.1} to {to:.1} s{lent}"))
         }
     };
     let mut legs = run::legs(templates, sensor, stride_s).map_err(Failure::input)?;
-    let samples = run::samples(recording, sensor).map_err(Failure::input)?;
-    let ticks = run::run(&mut legs, samples.into_iter().map(Some));
-    let verdict = run::judge(&ticks, recording, sensor, &learned);
+    let samples = run::without(run::samples(recording, sensor).map_err(Failure::input)?, &holes.sensor);
+    let ticks = run::run(&mut legs, samples);
+    let verdict = run::judge_without(&ticks, recording, sensor, &learned, &holes.any);
     Ok(Entrainment { learned, templates, source, ticks, verdict })
 }
 
 fn of_file(file: &WalkerFile) -> Result<([Template; Joint::COUNT], f64), Failure> {
-    let GeneratorSet::Shape(set) = &file.set else {
+    let (GeneratorSet::Shape(set) | GeneratorSet::Follow(FollowSet { shape: set, .. })) = &file.set else {
         let kind = file.set.kind();
-        return Err(Failure::input(format!("generator: kind `{kind}` has no templates; allowed is `shape`")));
+        return Err(Failure::input(format!(
+            "generator: kind `{kind}` has no templates; allowed are `shape` and `follow`"
+        )));
     };
     let mut templates = Vec::with_capacity(Joint::COUNT);
     for joint in &set.joints {
@@ -143,23 +171,40 @@ fn of_file(file: &WalkerFile) -> Result<([Template; Joint::COUNT], f64), Failure
 /// Bad input; a lock that was not found, or was false; a picture that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let name = options.trace.display().to_string();
-    let recording = csv_file::read(&options.trace).map_err(Failure::input)?;
-    let template = options.template.as_deref().map(WalkerFile::read).transpose().map_err(Failure::input)?;
-    let sensor = options.sensor.joint();
-    let run = entrain(&recording, sensor, template.as_ref()).map_err(|failure| match failure {
-        Failure::Input(why) => Failure::Input(format!("{name}: {why}")),
-        other => other,
-    })?;
-    let source = options.template.as_ref().map_or(run.source.clone(), |path| path.display().to_string());
+    let walker = options.walker.as_deref().map(WalkerFile::read).transpose().map_err(Failure::input)?;
+    let worn = walker.as_ref().and_then(|file| match &file.set {
+        GeneratorSet::Follow(set) => Some(set.sensor),
+        _ => None,
+    });
+    let asked = options.sensor.map(Sensor::joint);
+    let raw = fit::raw(&options.trace, &options.reading, asked.or(worn))?;
+    let mut trace = trace::trace(&raw, asked, worn, options.reading.low_pass)?;
+    let sensor = trace.sensor;
+    if let Some(worn) = worn.filter(|worn| *worn != sensor) {
+        trace.notes.push(format!("The walker's file follows {}; played is {}.", worn.name(), sensor.name()));
+    }
+    for note in &trace.notes {
+        eprintln!("note: {note}");
+    }
+    let recording = &trace.recording;
+    let mut run =
+        entrain_without(recording, sensor, &trace.holes, walker.as_ref()).map_err(|failure| match failure {
+            Failure::Input(why) => Failure::Input(format!("{name}: {why}")),
+            other => other,
+        })?;
+    if let Some(path) = &options.walker {
+        run.source = path.display().to_string();
+    }
     let verdict = &run.verdict;
     if let Some(path) = &options.svg {
-        svg::write(path, &format!("{} of {name}, host core", sensor.name()), &panels(&run, &recording, sensor))?;
+        svg::write(path, &format!("{} of {name}, host core", sensor.name()), &panels(&run, recording, sensor))?;
     }
-    let out = if options.json {
-        format!("{}\n", as_json(&name, sensor, &source, &run))
-    } else {
-        as_text(&name, sensor, &source, &run)
-    };
+    if let (Some(lock), None) = (verdict.lock_s, verdict.steady_s) {
+        eprintln!(
+            "note: locked at {lock:.1} s, and no steady part to judge: it begins 3 s later, and in recordings of 20 s at 15 s"
+        );
+    }
+    let out = if options.json { format!("{}\n", as_json(&name, &trace, &run)) } else { as_text(&name, sensor, &run) };
     crate::cli::print(&out)?;
     match verdict.lock_s {
         None => Err(Failure::run(format!("{name}: no lock on {}", sensor.name()))),
@@ -170,7 +215,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     }
 }
 
-fn as_json(name: &str, sensor: Joint, source: &str, run: &Entrainment) -> serde_json::Value {
+fn as_json(name: &str, trace: &Trace, run: &Entrainment) -> serde_json::Value {
     let verdict = &run.verdict;
     let rmse: serde_json::Map<String, serde_json::Value> = Joint::ALL
         .into_iter()
@@ -183,9 +228,11 @@ fn as_json(name: &str, sensor: Joint, source: &str, run: &Entrainment) -> serde_
         .collect();
     json!({
         "file": name,
+        "format": trace.format,
+        "notes": trace.notes,
         "core": "host",
-        "sensor": sensor.name(),
-        "template": source,
+        "sensor": trace.sensor.name(),
+        "template": run.source,
         "stride_s": run.learned.stride_s,
         "lock_s": verdict.lock_s,
         "steady_s": verdict.steady_s.map(|(from, to)| [from, to]),
@@ -198,10 +245,10 @@ fn as_json(name: &str, sensor: Joint, source: &str, run: &Entrainment) -> serde_
     })
 }
 
-fn as_text(name: &str, sensor: Joint, source: &str, run: &Entrainment) -> String {
+fn as_text(name: &str, sensor: Joint, run: &Entrainment) -> String {
     let verdict = &run.verdict;
     let number = |value: Option<f64>, places: usize| value.map_or("-".to_owned(), |value| format!("{value:.places$}"));
-    let mut out = format!("trace {name}\nsensor {}\ntemplate {source}\n", sensor.name());
+    let mut out = format!("trace {name}\nsensor {}\ntemplate {}\n", sensor.name(), run.source);
     let _ = writeln!(out, "stride_s {:.3}", run.learned.stride_s);
     let _ = writeln!(out, "lock_s {}", number(verdict.lock_s, 3));
     let _ = write!(out, "steady_rmse_deg");
@@ -257,6 +304,6 @@ mod tests {
         let robust = WalkerFile::shipped("robust").expect("ships");
         let failure = of_file(&robust).expect_err("no templates");
         assert_eq!(failure.exit_code(), 2);
-        assert!(failure.to_string().contains("allowed is `shape`"), "{failure}");
+        assert!(failure.to_string().contains("allowed are `shape` and `follow`"), "{failure}");
     }
 }

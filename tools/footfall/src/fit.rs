@@ -89,13 +89,20 @@ pub struct Reading {
     /// Unit of the angles where the file does not say it: degrees or radians
     #[arg(long, value_name = "UNIT")]
     pub unit: Option<AngleUnit>,
-    /// Low-pass before the strides are cut: customary (zero-lag Butterworth, 6 Hz for walking, 12 Hz for running), off, or a corner in
-    /// Hz
-    #[arg(long, value_name = "HOW", default_value = "customary", value_parser = low_pass)]
-    pub low_pass: LowPass,
+    /// Low-pass before anything else is done: customary (zero-lag Butterworth, 6 Hz for walking, 12 Hz for running), off, or a corner
+    /// in Hz [default: customary; of `entrain`: off]
+    #[arg(long, value_name = "HOW", value_parser = low_pass)]
+    pub low_pass: Option<LowPass>,
     /// Calibration of the sensor, for recordings of volts
     #[arg(long, value_name = "TOML")]
     pub calibration: Option<PathBuf>,
+}
+
+impl Reading {
+    /// As asked for, else as is customary.
+    pub(crate) fn low_pass_or_customary(&self) -> LowPass {
+        self.low_pass.unwrap_or(LowPass::Customary)
+    }
 }
 
 fn kind(text: &str) -> Result<Kind, String> {
@@ -144,7 +151,7 @@ impl Method {
             seed: self.seed,
             evaluations: self.evaluations,
             stride_s: self.stride,
-            rules: Rules { low_pass: reading.low_pass, ..Rules::default() },
+            rules: Rules { low_pass: reading.low_pass_or_customary(), ..Rules::default() },
             compare,
             follow: self.follow,
             ..Settings::default()
@@ -272,18 +279,18 @@ fn of_file(
     of_read(path, &bytes_of(path)?, name, reading, settings, progress)
 }
 
-/// Reads a recording as it is.
-pub(crate) fn raw(path: &Path, reading: &Reading) -> Result<RawJoints, Failure> {
-    raw_of(path, &bytes_of(path)?, reading)
+/// Reads a recording as it is; `sideless` is the joint of one that does not say its side.
+pub(crate) fn raw(path: &Path, reading: &Reading, sideless: Option<Joint>) -> Result<RawJoints, Failure> {
+    raw_of(path, &bytes_of(path)?, reading, sideless)
 }
 
-fn raw_of(path: &Path, bytes: &[u8], reading: &Reading) -> Result<RawJoints, Failure> {
+fn raw_of(path: &Path, bytes: &[u8], reading: &Reading, sideless: Option<Joint>) -> Result<RawJoints, Failure> {
     let sensor = match &reading.calibration {
         Some(file) => Some(calibration_file::read(file).map_err(Failure::input)?),
         None => None,
     };
     let calibration = sensor.as_ref().map(|sensor| &sensor.calibration);
-    let mut how = ReadOptions { unit: reading.unit, calibration, ..ReadOptions::default() };
+    let mut how = ReadOptions { unit: reading.unit, calibration, sideless, ..ReadOptions::default() };
     for map in &reading.map {
         how.add_map(map).map_err(Failure::input)?;
     }
@@ -299,7 +306,7 @@ fn of_read(
     progress: &mut dyn FnMut(&str),
 ) -> Result<Fit, Failure> {
     progress("reading");
-    let raw = raw_of(path, bytes, reading)?;
+    let raw = raw_of(path, bytes, reading, None)?;
     let source = Source { name: name.into(), sha256: sha256(bytes) };
     fit(&source, &raw, settings, progress).map_err(Failure::input)
 }
@@ -315,9 +322,9 @@ fn page(fitted: &Fit, method: &Method, reading: &Reading, path: &Path) -> Result
         option("follow", joint.name().into());
     }
     match reading.low_pass {
-        LowPass::Customary => {}
-        LowPass::Off => option("low-pass", "off".into()),
-        LowPass::At(hz) => option("low-pass", hz.to_string()),
+        None | Some(LowPass::Customary) => {}
+        Some(LowPass::Off) => option("low-pass", "off".into()),
+        Some(LowPass::At(hz)) => option("low-pass", hz.to_string()),
     }
     reading.map.iter().for_each(|map| option("map", map.clone()));
     if let Some(unit) = reading.unit {

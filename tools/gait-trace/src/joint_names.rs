@@ -112,35 +112,68 @@ const MAX_NAME: usize = 64;
 /// ```
 #[must_use]
 pub fn joint_of(name: &str) -> Option<(Joint, Option<AngleUnit>)> {
+    let words = words_in(name)?;
+    let joint = match (one_of(&words, Word::Left, Word::Right)?, one_of(&words, Word::Hip, Word::Knee)?) {
+        (Word::Left, Word::Hip) => Joint::LeftHip,
+        (Word::Right, Word::Hip) => Joint::RightHip,
+        (Word::Left, _) => Joint::LeftKnee,
+        _ => Joint::RightKnee,
+    };
+    Some((joint, unit_among(&words)?))
+}
+
+/// The joints that a column without a side may be, left and right, and the unit if the name says it.
+///
+/// ```
+/// use gait_trace::joint_names::{AngleUnit, sideless_of};
+/// use joint_units::Joint;
+/// assert_eq!(sideless_of("knee_deg"), Some(([Joint::LeftKnee, Joint::RightKnee], Some(AngleUnit::Degrees))));
+/// assert_eq!(sideless_of("Hip flexion"), Some(([Joint::LeftHip, Joint::RightHip], None)));
+/// assert_eq!(sideless_of("left_knee_deg"), None);
+/// assert_eq!(sideless_of("knee_moment"), None);
+/// ```
+#[must_use]
+pub fn sideless_of(name: &str) -> Option<([Joint; 2], Option<AngleUnit>)> {
+    let words = words_in(name)?;
+    if words.iter().any(|word| matches!(word, Word::Left | Word::Right)) {
+        return None;
+    }
+    let joints = match one_of(&words, Word::Hip, Word::Knee)? {
+        Word::Hip => [Joint::LeftHip, Joint::RightHip],
+        _ => [Joint::LeftKnee, Joint::RightKnee],
+    };
+    Some((joints, unit_among(&words)?))
+}
+
+/// All words of a name that is an angle's; none of one that counts extension positive.
+fn words_in(name: &str) -> Option<Vec<Word>> {
     let name = coordinate_of(name)?;
     let plain: String = name.to_lowercase().chars().filter(|c| c.is_alphanumeric() || *c == '°').collect();
     if plain.len() > MAX_NAME {
         return None;
     }
     let words = words_of(&plain)?;
-    let one = |a: Word, b: Word| {
-        let mut found = words.iter().filter(|&&word| word == a || word == b);
-        let first = found.next().copied()?;
-        found.all(|&word| word == first).then_some(first)
-    };
+    let extension = words.contains(&Word::Extension) && !words.contains(&Word::Flexion);
+    (!extension).then_some(words)
+}
+
+/// Which of two words is there, if it is one of them only.
+fn one_of(words: &[Word], a: Word, b: Word) -> Option<Word> {
+    let mut found = words.iter().filter(|&&word| word == a || word == b);
+    let first = found.next().copied()?;
+    found.all(|&word| word == first).then_some(first)
+}
+
+/// The unit that words say; `None` where they say two.
+fn unit_among(words: &[Word]) -> Option<Option<AngleUnit>> {
     let has = |wanted| words.contains(&wanted);
-    if has(Word::Extension) && !has(Word::Flexion) {
-        return None;
-    }
-    let joint = match (one(Word::Left, Word::Right)?, one(Word::Hip, Word::Knee)?) {
-        (Word::Left, Word::Hip) => Joint::LeftHip,
-        (Word::Right, Word::Hip) => Joint::RightHip,
-        (Word::Left, _) => Joint::LeftKnee,
-        _ => Joint::RightKnee,
-    };
     let (degrees, radians) = (has(Word::Unit(AngleUnit::Degrees)), has(Word::Unit(AngleUnit::Radians)));
-    let unit = match (degrees, radians) {
-        (true, true) => return None,
-        (true, false) => Some(AngleUnit::Degrees),
-        (false, true) => Some(AngleUnit::Radians),
-        (false, false) => None,
-    };
-    Some((joint, unit))
+    match (degrees, radians) {
+        (true, true) => None,
+        (true, false) => Some(Some(AngleUnit::Degrees)),
+        (false, true) => Some(Some(AngleUnit::Radians)),
+        (false, false) => Some(None),
+    }
 }
 
 /// The unit that a heading names at its end, for columns that are a joint by the map alone: `hip angle [rad]`.

@@ -9,7 +9,7 @@
 
 use crate::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::fault::{Fault, TraceError};
-use crate::joint_names::{AngleUnit, joint_of, time_of, unit_of};
+use crate::joint_names::{AngleUnit, joint_of, sideless_of, time_of, unit_of};
 use crate::open::ReadOptions;
 use crate::raw::RawJoints;
 use crate::recording::{Channel, Quantity};
@@ -44,6 +44,22 @@ struct Chosen {
     said: Option<AngleUnit>,
     volts: bool,
     values: Vec<f64>,
+}
+
+impl Chosen {
+    /// The only hip or knee of a file that says of none whether it is left or right: what a single sensor recorded.
+    fn sideless(headings: &[String], how: &ReadOptions<'_>, notes: &mut Vec<String>) -> Option<Self> {
+        let all = || headings.iter().enumerate();
+        let mut found = all().filter_map(|(index, heading)| sideless_of(heading).map(|what| (index, what)));
+        let (index, (joints, said)) = found.next()?;
+        if found.next().is_some() {
+            return None;
+        }
+        let joint = how.sideless.filter(|joint| joints.contains(joint)).unwrap_or(joints[0]);
+        let heading = headings[index].clone();
+        notes.push(format!("`{heading}` does not say its side; taken as {}.", joint.name()));
+        Some(Self { joint, index, heading, said, volts: false, values: Vec::new() })
+    }
 }
 
 /// The header, understood.
@@ -84,7 +100,8 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
         _ if headless && how.time.is_some() => (first.0, (1..=first_fields.len()).map(|n| n.to_string()).collect()),
         _ => (first.0, first_fields.iter().map(|field| field.to_string()).collect()),
     };
-    let mut header = Header::understand(name, header_line, headings, headless && header_line == first.0, how)?;
+    let mut header =
+        Header::understand(name, header_line, headings, headless && header_line == first.0, how, &mut notes)?;
 
     let mut time_s = Vec::new();
     let mut row_lines: Vec<u64> = Vec::new();
@@ -155,6 +172,7 @@ impl Header {
         headings: Vec<String>,
         headless: bool,
         how: &ReadOptions<'_>,
+        notes: &mut Vec<String>,
     ) -> Result<Self, TraceError> {
         let fault = |fault| TraceError::new(name, Some(line), fault);
         let find = |joint, wanted: &str| {
@@ -210,6 +228,9 @@ impl Header {
                 let volts = is_volts(&heading);
                 chosen.push(Chosen { joint, index, heading, said, volts, values: Vec::new() });
             }
+        }
+        if chosen.is_empty() {
+            chosen.extend(Chosen::sideless(&headings, how, notes));
         }
         if chosen.is_empty() {
             let volts: Vec<&String> = headings.iter().filter(|heading| is_volts(heading)).collect();

@@ -47,6 +47,8 @@ pub struct ReadOptions<'a> {
     pub unit: Option<AngleUnit>,
     /// What makes angles of volts.
     pub calibration: Option<&'a Calibration>,
+    /// Which joint a CSV file's only one is, where its name says no side (`knee_deg`): the left one if this is another joint or none.
+    pub sideless: Option<Joint>,
 }
 
 /// A map that cannot be read.

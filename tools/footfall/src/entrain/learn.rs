@@ -14,9 +14,13 @@ use cpg_core::shape::Shape;
 use gait_trace::{Recording, stride};
 use joint_units::{Joint, Phase, Radians};
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 /// Rate of the analysis; walking has nothing above 20 Hz.
 pub const RATE_HZ: f64 = 200.0;
+
+/// Windows to learn from begin within so many seconds: whoever walks has begun to by then.
+pub const SEARCH_S: f64 = 120.0;
 
 /// Coefficients of a template: mean, cosines, sines.
 const TERMS: usize = 1 + 2 * HARMONICS;
@@ -28,6 +32,8 @@ pub struct Learned {
     pub templates: [Option<Template>; Joint::COUNT],
     /// Mean stride of the window, s.
     pub stride_s: f64,
+    /// The window that templates are from: seconds from the first row.
+    pub window_s: (f64, f64),
     /// Phase in cycles, unwrapped, at [`RATE_HZ`] from the recording's first row on.
     pub phase: Vec<f64>,
 }
@@ -66,11 +72,7 @@ impl Learned {
         if self.templates.iter().all(Option::is_some) {
             return Ok(self);
         }
-        let alike = |turn: usize| -> f64 {
-            let by = turn as f64 / 1000.0;
-            (0..100).map(|n| f64::from(n) / 100.0).map(|c| angle_deg(&mine, c + by) * angle_deg(&theirs, c)).sum()
-        };
-        let turn = (0..1000).max_by(|&a, &b| alike(a).total_cmp(&alike(b))).unwrap_or(0) as f64 / 1000.0;
+        let turn = lead(&mine, &theirs);
         for (template, other) in self.templates.iter_mut().zip(&other.templates) {
             *template = match template {
                 Some(own) => Some(turned(own, turn)?),
@@ -80,6 +82,23 @@ impl Learned {
         self.phase.iter_mut().for_each(|phase| *phase -= turn);
         Ok(self)
     }
+
+    /// The phase as another template of the measured joint counts it: 0 where that one's cycle begins.
+    pub fn count_as(&mut self, template: &Template, sensor: Joint) {
+        if let Some(mine) = &self.templates[sensor as usize] {
+            let turn = lead(mine, template);
+            self.phase.iter_mut().for_each(|phase| *phase -= turn);
+        }
+    }
+}
+
+/// The turn, in cycles, after which one template is most like another: `mine(phi + turn)` and `theirs(phi)`.
+fn lead(mine: &Template, theirs: &Template) -> f64 {
+    let alike = |turn: usize| -> f64 {
+        let by = turn as f64 / 1000.0;
+        (0..100).map(|n| f64::from(n) / 100.0).map(|c| angle_deg(mine, c + by) * angle_deg(theirs, c)).sum()
+    };
+    (0..1000).max_by(|&a, &b| alike(a).total_cmp(&alike(b))).unwrap_or(0) as f64 / 1000.0
 }
 
 /// The template a part of a cycle on: `S(phi + cycles)`.
@@ -105,10 +124,10 @@ pub enum LearnError {
     Rate(#[from] gait_trace::ResampleError),
     /// No stride period.
     #[error(
-        "the first {window_s:.1} s do not repeat themselves: no template can be learned from them; allowed is a window of steady walking of two strides or more"
+        "nothing in {window_s:.1} s repeats itself: no template can be learned from them; allowed are two strides or more of steady walking"
     )]
     NoStride {
-        /// Length of the window.
+        /// How much was looked at.
         window_s: f64,
     },
     /// The series is none.
@@ -116,20 +135,34 @@ pub enum LearnError {
     Template(#[from] BuildError),
 }
 
-/// Learns from the rows of the first `window_s` seconds; the phase is found for all rows.
+/// Learns from a window of `window_s` seconds; the phase is found for all rows. The window is the first one, or, where that does not
+/// repeat itself, the one that does so best among those that begin within [`SEARCH_S`].
 ///
 /// # Errors
 /// See [`LearnError`].
 pub fn learn(recording: &Recording, sensor: Joint, window_s: f64) -> Result<Learned, LearnError> {
+    learn_without(recording, sensor, window_s, &[])
+}
+
+/// As [`learn`], from a recording of which some spans, in seconds from the first row, hold nothing that was measured.
+///
+/// # Errors
+/// See [`LearnError`].
+pub fn learn_without(
+    recording: &Recording,
+    sensor: Joint,
+    window_s: f64,
+    left_out: &[(f64, f64)],
+) -> Result<Learned, LearnError> {
     let even = recording.resample(RATE_HZ)?;
     let measured = even.of_joint(sensor)?.values().to_vec();
     let rows = measured.len();
-    let window = rows.min((window_s * RATE_HZ) as usize + 1);
-    let none = || LearnError::NoStride { window_s: window as f64 / RATE_HZ };
-    let period_s = stride::find(&part(&even, window).ok_or_else(none)?).ok_or_else(none)?.period_s;
-    if (window as f64) < 1.5 * period_s * RATE_HZ {
-        return Err(none());
-    }
+    let known: Vec<bool> = (0..rows)
+        .map(|row| row as f64 / RATE_HZ)
+        .map(|time| !left_out.iter().any(|&(from, to)| (from..=to).contains(&time)))
+        .collect();
+    let (window, period_s) = window(&even, &known, window_s)
+        .ok_or(LearnError::NoStride { window_s: rows.saturating_sub(1) as f64 / RATE_HZ })?;
     let joints: [Option<Vec<f64>>; Joint::COUNT] = Joint::ALL.map(|joint| {
         if joint == sensor {
             return Some(measured.clone());
@@ -138,10 +171,10 @@ pub fn learn(recording: &Recording, sensor: Joint, window_s: f64) -> Result<Lear
     });
 
     let mut phase = demodulated(&measured, period_s);
-    let mut series = fitted(&joints, &phase, window);
+    let mut series = fitted(&joints, &phase, &window, &known);
     for _ in 0..6 {
-        refine(&mut phase, &joints, &series, period_s);
-        series = fitted(&joints, &phase, window);
+        refine(&mut phase, &joints, &series, &known, period_s);
+        series = fitted(&joints, &phase, &window, &known);
     }
     // Phase 0 where the first joint is most flexed.
     let first = if series[0].is_some() { 0 } else { sensor as usize };
@@ -149,21 +182,43 @@ pub fn learn(recording: &Recording, sensor: Joint, window_s: f64) -> Result<Lear
     phase.iter_mut().for_each(|phase| *phase -= top);
     let whole = phase[0].floor();
     phase.iter_mut().for_each(|phase| *phase -= whole);
-    let series = fitted(&joints, &phase, window);
+    let series = fitted(&joints, &phase, &window, &known);
     let mut templates = [None; Joint::COUNT];
     for (template, series) in templates.iter_mut().zip(&series) {
         *template = series.as_ref().map(template_of).transpose()?;
     }
-    let strides = phase[window - 1] - phase[0];
-    Ok(Learned { templates, stride_s: (window - 1) as f64 / RATE_HZ / strides, phase })
+    let strides = phase[window.end - 1] - phase[window.start];
+    let seconds = |row: usize| row as f64 / RATE_HZ;
+    let (from, to) = (seconds(window.start), seconds(window.end - 1));
+    Ok(Learned { templates, stride_s: (to - from) / strides, window_s: (from, to), phase })
 }
 
-/// The first rows of a recording.
-fn part(even: &Recording, rows: usize) -> Option<Recording> {
+/// The rows to learn from, and their stride period.
+fn window(even: &Recording, known: &[bool], window_s: f64) -> Option<(Range<usize>, f64)> {
+    let (rows, length, second) = (known.len(), (window_s * RATE_HZ) as usize + 1, RATE_HZ as usize);
+    let at = |start: usize| {
+        let window = start..rows.min(start + length);
+        let found = stride::find(&part(even, &window)?)?;
+        // What is a straight line repeats itself, too.
+        let holes = known[window.clone()].iter().filter(|known| !**known).count();
+        let long = window.len() as f64 >= 1.5 * found.period_s * RATE_HZ && 2 * window.len() >= length.min(rows);
+        let enough = long && 4 * holes <= window.len();
+        enough.then_some((window, found))
+    };
+    let first = at(0);
+    let best = || {
+        let starts = (second..rows.min((SEARCH_S * RATE_HZ) as usize)).step_by(second);
+        starts.filter_map(at).max_by(|(_, one), (_, two)| one.likeness.total_cmp(&two.likeness))
+    };
+    first.or_else(best).map(|(window, found)| (window, found.period_s))
+}
+
+/// Some rows of a recording.
+fn part(even: &Recording, rows: &Range<usize>) -> Option<Recording> {
     let channels = even.channels().iter();
     let channels =
-        channels.map(|c| gait_trace::Channel::new(c.name(), c.quantity(), c.values()[..rows].to_vec())).collect();
-    Recording::build(even.time_s()[..rows].to_vec(), channels).ok()
+        channels.map(|c| gait_trace::Channel::new(c.name(), c.quantity(), c.values()[rows.clone()].to_vec())).collect();
+    Recording::build(even.time_s()[rows.clone()].to_vec(), channels).ok()
 }
 
 /// A Hann window that reaches `half` rows to either side.
@@ -216,11 +271,17 @@ fn basis(phase: f64) -> [f64; TERMS] {
 
 type Series = [f64; TERMS];
 
-/// Least squares of each joint over the first rows.
-fn fitted(joints: &[Option<Vec<f64>>; Joint::COUNT], phase: &[f64], window: usize) -> [Option<Series>; Joint::COUNT] {
-    let rows: Vec<Series> = phase[..window].iter().map(|&phase| basis(phase)).collect();
+/// Least squares of each joint over the known rows of a window.
+fn fitted(
+    joints: &[Option<Vec<f64>>; Joint::COUNT],
+    phase: &[f64],
+    window: &Range<usize>,
+    known: &[bool],
+) -> [Option<Series>; Joint::COUNT] {
+    let rows = window.clone().filter(|&row| known[row]);
+    let rows: Vec<(usize, Series)> = rows.map(|row| (row, basis(phase[row]))).collect();
     let mut normal = [[0.0; TERMS]; TERMS];
-    for row in &rows {
+    for (_, row) in &rows {
         for (i, a) in row.iter().enumerate() {
             for (j, b) in row.iter().enumerate() {
                 normal[i][j] += a * b;
@@ -230,9 +291,9 @@ fn fitted(joints: &[Option<Vec<f64>>; Joint::COUNT], phase: &[f64], window: usiz
     std::array::from_fn(|joint| {
         joints[joint].as_ref().map(|values| {
             let mut right = [0.0; TERMS];
-            for (row, value) in rows.iter().zip(values) {
-                for (sum, term) in right.iter_mut().zip(row) {
-                    *sum += term * value;
+            for (row, terms) in &rows {
+                for (sum, term) in right.iter_mut().zip(terms) {
+                    *sum += term * values[*row];
                 }
             }
             solved(normal, right)
@@ -275,12 +336,12 @@ fn at(series: &Series, phase: f64) -> (f64, f64) {
     point
 }
 
-fn refine(phase: &mut [f64], joints: &[Option<Vec<f64>>], series: &[Option<Series>], period_s: f64) {
+fn refine(phase: &mut [f64], joints: &[Option<Vec<f64>>], series: &[Option<Series>], known: &[bool], period_s: f64) {
     let window = hann((0.3 * period_s * RATE_HZ) as usize);
     let (mut pull, mut weight) = (vec![0.0; phase.len()], vec![0.0; phase.len()]);
     for (values, series) in joints.iter().zip(series) {
         let (Some(values), Some(series)) = (values, series) else { continue };
-        for (row, (value, &phase)) in values.iter().zip(phase.iter()).enumerate() {
+        for (row, (value, &phase)) in values.iter().zip(phase.iter()).enumerate().filter(|(row, _)| known[*row]) {
             let (angle, slope) = at(series, phase);
             pull[row] += (value - angle) * slope;
             weight[row] += slope * slope;
@@ -362,12 +423,31 @@ mod tests {
         assert!((angle_deg(&own, alone.phase_at(t)) - 10.0 - 0.8 * knee(t / 1.3 + 0.3)).abs() < 1.0);
     }
 
+    /// Ten seconds of standing, then a walk of which two seconds were not measured: templates of the walk alone.
+    #[test]
+    fn standing_and_what_was_not_measured_teach_nothing() {
+        let times: Vec<f64> = (0..8000).map(|n| f64::from(n) * 0.005).collect();
+        let cycles = |t: f64| ((t - 10.0) / 1.2).max(0.0);
+        let lost = (15.0, 17.0);
+        let hip = |t: f64| 5.0 + 20.0 * (TAU * cycles(t)).cos() + 3.0 * (2.0 * TAU * cycles(t)).sin();
+        let values = times.iter().map(|&t| if (lost.0..lost.1).contains(&t) { 60.0 } else { hip(t) }).collect();
+        let recording =
+            Recording::build(times.clone(), vec![Channel::new("left_hip", Quantity::Angle, values)]).unwrap();
+        let learned = learn_without(&recording, Joint::LeftHip, 12.0, &[lost]).unwrap();
+        assert!(learned.window_s.0 >= 9.0 && (learned.stride_s - 1.2).abs() < 0.01, "{:?}", learned.window_s);
+        let template = learned.templates[0].unwrap();
+        for t in [13.3, 14.4, 18.5, 25.0, 33.3] {
+            let off = angle_deg(&template, learned.phase_at(t)) - hip(t);
+            assert!(off.abs() < 0.5, "{t} s: {off}");
+        }
+    }
+
     #[test]
     fn what_does_not_walk_is_refused() {
         let times: Vec<f64> = (0..2000).map(|n| f64::from(n) * 0.005).collect();
         let noise = times.iter().map(|t| (t * t * 7.0).sin() * 3.0).collect();
         let recording = Recording::build(times, vec![Channel::new("left_hip", Quantity::Angle, noise)]).unwrap();
         let error = learn(&recording, Joint::LeftHip, 12.0).unwrap_err();
-        assert!(error.to_string().contains("no template can be learned"), "{error}");
+        assert!(error.to_string().contains("nothing in 10.0 s repeats itself"), "{error}");
     }
 }

@@ -64,6 +64,27 @@ pub fn samples(recording: &Recording, sensor: Joint) -> Result<Vec<f64>, NoChann
     Ok((0..=ticks).map(|tick| recording.at(channel, start + tick as f64 / TICKS_PER_S)).collect())
 }
 
+/// What of a recording was not measured: spans of seconds from its first row.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Holes {
+    /// Of the joint that wears the sensor: the core gets no sample there, as on a board whose sensor is bad.
+    pub sensor: Vec<(f64, f64)>,
+    /// Of any joint: nothing is learned or judged there.
+    pub any: Vec<(f64, f64)>,
+}
+
+/// The samples without those that were not measured.
+#[must_use]
+pub fn without(samples: Vec<f64>, holes: &[(f64, f64)]) -> Vec<Option<f64>> {
+    let lost = |tick: usize| within(holes, tick as f64 / TICKS_PER_S);
+    samples.into_iter().enumerate().map(|(tick, sample)| (!lost(tick)).then_some(sample)).collect()
+}
+
+/// Strictly: at either end there is a row.
+fn within(holes: &[(f64, f64)], time_s: f64) -> bool {
+    holes.iter().any(|&(from, to)| from < time_s && time_s < to)
+}
+
 /// What a run comes to, against the recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
@@ -93,13 +114,26 @@ pub fn phase_error_deg(tick: &Tick, cycles: f64) -> f64 {
 /// Judges a run.
 #[must_use]
 pub fn judge(ticks: &[Tick], recording: &Recording, sensor: Joint, learned: &Learned) -> Verdict {
+    judge_without(ticks, recording, sensor, learned, &[])
+}
+
+/// As [`judge`], but for the holes of the recording, where nothing is judged.
+#[must_use]
+pub fn judge_without(
+    ticks: &[Tick],
+    recording: &Recording,
+    sensor: Joint,
+    learned: &Learned,
+    holes: &[(f64, f64)],
+) -> Verdict {
     let time = |tick: usize| tick as f64 / TICKS_PER_S;
+    let known = |tick: usize| !within(holes, time(tick));
     let errors: Vec<f64> =
         ticks.iter().enumerate().map(|(n, tick)| phase_error_deg(tick, learned.phase_at(time(n)))).collect();
     let second = TICKS_PER_S as usize;
     let (mut right_for, mut wrong_for, mut lock, mut false_locks) = (0, 0, None, 0);
     for (n, (tick, error)) in ticks.iter().zip(&errors).enumerate() {
-        let locked = tick.state == Lock::Locked;
+        let locked = tick.state == Lock::Locked && known(n);
         right_for = if locked && error.abs() < 18.0 { right_for + 1 } else { 0 };
         wrong_for = if locked && error.abs() >= 18.0 { wrong_for + 1 } else { 0 };
         if right_for == second && lock.is_none() {
@@ -127,21 +161,23 @@ pub fn judge(ticks: &[Tick], recording: &Recording, sensor: Joint, learned: &Lea
     };
     let Some((from, _)) = steady else { return verdict };
     let first = (from * TICKS_PER_S) as usize;
-    let count = (ticks.len() - first) as f64;
+    let rows: Vec<usize> = (first..ticks.len()).filter(|&tick| known(tick)).collect();
+    if rows.is_empty() {
+        return verdict;
+    }
+    let count = rows.len() as f64;
     let start = recording.time_s()[0];
     for joint in Joint::ALL {
         let channel = if joint == sensor { recording.of_joint(joint) } else { recording.channel(joint.name()) };
         let Ok(channel) = channel else { continue };
-        let squares = ticks.iter().enumerate().skip(first);
-        let sum: f64 = squares
-            .map(|(n, tick)| (tick.angles[joint as usize] - recording.at(channel, start + time(n))).powi(2))
-            .sum();
+        let off = |&n: &usize| ticks[n].angles[joint as usize] - recording.at(channel, start + time(n));
+        let sum: f64 = rows.iter().map(|n| off(n).powi(2)).sum();
         verdict.steady_rmse_deg[joint as usize] = Some((sum / count).sqrt());
     }
-    let mean = errors[first..].iter().sum::<f64>() / count;
-    let variance = errors[first..].iter().map(|error| (error - mean).powi(2)).sum::<f64>() / count;
+    let mean = rows.iter().map(|&n| errors[n]).sum::<f64>() / count;
+    let variance = rows.iter().map(|&n| (errors[n] - mean).powi(2)).sum::<f64>() / count;
     verdict.phase_sd_deg = Some(variance.sqrt());
-    let turning = ticks[first..].iter().map(|tick| tick.frequency).sum::<f64>() / count;
+    let turning = rows.iter().map(|&n| ticks[n].frequency).sum::<f64>() / count;
     verdict.cadence_steps_per_min = Some(turning / std::f64::consts::TAU * 120.0);
     verdict
 }

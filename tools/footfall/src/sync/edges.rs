@@ -1,0 +1,98 @@
+//! Edges of a line as somebody recorded them: CSV with the header `time_s,level`, an edge a row, in the order of time; level 1 after a
+//! rising edge, 0 after a falling one.
+
+use std::path::Path;
+
+/// A change of the line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Edge {
+    /// When, s.
+    pub time_s: f64,
+    /// True for a rising edge.
+    pub rising: bool,
+}
+
+/// A rising edge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pulse {
+    /// When, s.
+    pub time_s: f64,
+    /// How long the line was high; `None` where the falling edge is not there.
+    pub width_s: Option<f64>,
+}
+
+/// Reads a file of edges.
+///
+/// # Errors
+/// The first thing that is wrong with it, with its line.
+pub fn read(path: &Path) -> Result<Vec<Edge>, String> {
+    let at = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+    let text = std::fs::read_to_string(path).map_err(|error| at(&error))?;
+    parse(&text).map_err(|error| format!("{}:{error}", path.display()))
+}
+
+/// Reads the text of a file of edges; an error begins with the number of the line.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(text: &str) -> Result<Vec<Edge>, String> {
+    let mut lines = text.lines().enumerate();
+    let header = lines.next().map_or("", |(_, line)| line.trim());
+    if header != "time_s,level" {
+        return Err(format!("1: the header is `{header}`; allowed is `time_s,level`"));
+    }
+    let mut edges: Vec<Edge> = Vec::new();
+    for (index, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
+        let row = index + 1;
+        let (time, level) = line.split_once(',').ok_or_else(|| format!("{row}: two columns are wanted: `{line}`"))?;
+        let time_s = time.trim().parse::<f64>().ok().filter(|time| time.is_finite());
+        let time_s = time_s.ok_or_else(|| format!("{row}: field `time_s`: `{time}` is no finite number"))?;
+        let rising = match level.trim() {
+            "1" => true,
+            "0" => false,
+            other => return Err(format!("{row}: field `level`: `{other}`; allowed is 0 or 1")),
+        };
+        if let Some(before) = edges.last().filter(|before| before.time_s >= time_s) {
+            return Err(format!("{row}: field `time_s`: {time_s} does not come after {}", before.time_s));
+        }
+        edges.push(Edge { time_s, rising });
+    }
+    Ok(edges)
+}
+
+/// All rising edges.
+#[must_use]
+pub fn pulses(edges: &[Edge]) -> Vec<Pulse> {
+    let next = edges.iter().skip(1).map(Some).chain([None]);
+    let rising = edges.iter().zip(next).filter(|(edge, _)| edge.rising);
+    let width = |from: f64, next: Option<&Edge>| next.filter(|next| !next.rising).map(|next| next.time_s - from);
+    rising.map(|(edge, next)| Pulse { time_s: edge.time_s, width_s: width(edge.time_s, next) }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bad_files_are_refused_with_their_line() {
+        for (text, words) in [
+            ("", "1: the header is ``"),
+            ("time,level\n", "allowed is `time_s,level`"),
+            ("time_s,level\n1\n", "2: two columns"),
+            ("time_s,level\n1,1\nx,0\n", "3: field `time_s`: `x`"),
+            ("time_s,level\n1,2\n", "2: field `level`: `2`; allowed is 0 or 1"),
+            ("time_s,level\n1,1\n1,0\n", "3: field `time_s`: 1 does not come after 1"),
+        ] {
+            let error = parse(text).unwrap_err();
+            assert!(error.contains(words), "{text:?}: {error}");
+        }
+        assert_eq!(parse("time_s,level\n0.5,1\n").unwrap(), [Edge { time_s: 0.5, rising: true }]);
+    }
+
+    #[test]
+    fn a_pulse_whose_end_was_lost_has_no_width() {
+        let edges = parse("time_s,level\n0,0\n1,1\n1.5,0\n2,1\n3,1\n3.25,0\n4,1\n").unwrap();
+        let widths: Vec<_> = pulses(&edges).iter().map(|pulse| (pulse.time_s, pulse.width_s)).collect();
+        assert_eq!(widths, [(1.0, Some(0.5)), (2.0, None), (3.0, Some(0.25)), (4.0, None)]);
+    }
+}
