@@ -17,10 +17,10 @@ use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::Recording;
 use gait_trace::open::{self, ReadOptions};
 use hgod_adc::{Sensor, Supply, Verdict};
-use joint_loop::shipped::{SENSORS, walk_loop};
-use joint_loop::walker_record::{ADDRESS, Record};
+use joint_loop::walker_record::{ADDRESS, record_of};
 use joint_loop::{
-    Answer, Cause, FREEWHEEL_MS, Frame, PARK_MS, Reaction, SENSOR_TOLERANCE_MS, State, Walker, WalkerConfig, reaction,
+    Answer, Cause, FREEWHEEL_MS, Frame, PARK_MS, Reaction, SENSOR_TOLERANCE_MS, SENSORS, State, Walker, WalkerConfig,
+    reaction,
 };
 use joint_units::{AdcCode, Joint, Volts};
 use std::ffi::OsString;
@@ -189,7 +189,7 @@ impl<'a> Rig<'a> {
     fn new(board: &'a Board, walker: WalkerConfig, built_in: bool) -> Self {
         let sector = (!built_in).then(|| {
             let file = tempfile::NamedTempFile::new().unwrap();
-            std::fs::write(file.path(), Record::of(&walker).bytes()).unwrap();
+            std::fs::write(file.path(), record_of(&walker).bytes()).unwrap();
             file
         });
         let mut rig = Self { board, walker, sector, clock: Clock { first_s: 0.0 } };
@@ -291,7 +291,7 @@ fn used_up(frames: &[Frame<SENSORS>], from: u32) -> Option<u32> {
     let tolerance = i32::from(SENSOR_TOLERANCE_MS);
     first(frames, from, |_| true)?;
     frames[index(from)..].iter().find_map(|frame| {
-        spell = if frame.verdict[0] == Verdict::Good { (spell - 1).max(0) } else { spell + 1 };
+        spell = if frame.verdict[0] == Some(Verdict::Good) { (spell - 1).max(0) } else { spell + 1 };
         (spell > tolerance).then_some(frame.tick)
     })
 }
@@ -315,11 +315,11 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
 
     // Before it all is well, but for the one tick of which half is the fault's.
     let sound = &frames[..index(whole - 1)];
-    assert!(sound.iter().all(|frame| frame.verdict == [Verdict::Good]), "{of}: a verdict without a fault");
+    assert!(sound.iter().all(|frame| frame.verdict[0] == Some(Verdict::Good)), "{of}: a verdict without a fault");
     assert_eq!(sound[sound.len() - 1].state, State::Walking, "{of}");
 
     // The verdict, in time; and until then no sample is taken for an angle, if it is one of those that are doubted at once.
-    let said = first(&frames, whole - 1, |frame| frame.verdict == [fault.verdict()])
+    let said = first(&frames, whole - 1, |frame| frame.verdict[0] == Some(fault.verdict()))
         .unwrap_or_else(|| panic!("{of}: not said"));
     let detection = u32::from(is.said_ms);
     assert!(said < wrong + detection, "{of}: said in tick {said}, wrong from {wrong}");
@@ -328,7 +328,7 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
     let late = if fault == Fault::Stuck { 1.5 } else { 0.5 };
     assert!(detected_ms <= f64::from(is.said_ms) + late, "{of}: {detected_ms} ms");
     if is.doubted_ms == 1 && fault != Fault::Loose {
-        assert!(frames[index(wrong)..index(said)].iter().all(|frame| frame.verdict != [Verdict::Good]), "{of}");
+        assert!(frames[index(wrong)..index(said)].iter().all(|frame| frame.verdict[0] != Some(Verdict::Good)), "{of}");
     }
 
     // The reaction.
@@ -339,8 +339,9 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
         Fault::Jump => {
             let supply = Supply::new(Volts(SUPPLY as f32)).unwrap();
             let angle = |code| sensor.calibration().angle(sensor.reference().volts(code, supply)).unwrap().degrees();
-            let good =
-                first(&frames[..index(whole + 1)], whole - 2, |frame| frame.verdict != [Verdict::Good]).unwrap() - 1;
+            let good = first(&frames[..index(whole + 1)], whole - 2, |frame| frame.verdict[0] != Some(Verdict::Good))
+                .unwrap()
+                - 1;
             let far = (angle(codes[index(wrong)]) - angle(codes[index(good)])).abs();
             let (doubted, limit) = ((far - 3.0) / 1.5, f32::from(SENSOR_TOLERANCE_MS) + 1.0);
             // A code of noise is a few hundredths of a degree: right at the limit either is right.
@@ -399,15 +400,16 @@ fn measure_brief(rig: &Rig<'_>, fault: Fault, noise: f64) -> Vec<Measured> {
         let over = clock.first_wrong(at + fault.lasts()) + 1;
         bad[index(wrong - 1)..=index(over)].fill(true);
         let of = format!("{fault:?} in tick {wrong}, noise {noise}");
-        let said = first(&frames, wrong - 1, |frame| frame.verdict == [fault.verdict()]).expect("said");
+        let said = first(&frames, wrong - 1, |frame| frame.verdict[0] == Some(fault.verdict())).expect("said");
         assert!(said < wrong + u32::from(is.said_ms), "{of}: said in tick {said}");
         let during = &frames[index(wrong - 1)..=index(over)];
-        let graver = during.iter().fold(Verdict::Good, |gravest, frame| gravest.graver(frame.verdict[0]));
+        let graver =
+            during.iter().fold(Verdict::Good, |gravest, frame| gravest.graver(frame.verdict[0].unwrap_or_default()));
         assert_eq!(graver, fault.verdict(), "{of}: a graver verdict");
         Measured { noise, detected_ms: clock.ms(at, said), stopped_ms: None, off_ms: None }
     });
     let measured = measured.collect();
-    let other = frames.iter().zip(&bad).find(|(frame, bad)| !**bad && frame.verdict != [Verdict::Good]);
+    let other = frames.iter().zip(&bad).find(|(frame, bad)| !**bad && frame.verdict[0] != Some(Verdict::Good));
     assert!(other.is_none(), "{fault:?}: a verdict without a fault: {other:?}");
     measured
 }
@@ -505,14 +507,10 @@ fn follower() -> WalkerConfig {
 
 /// How the follower stands in each tick, and its amplitude.
 fn following(ran: &Ran, walker: &WalkerConfig) -> Vec<(Lock, f32)> {
-    let boot = ran.boots[0].boot.as_ref().unwrap();
-    let mut again = walk_loop(walker, boot.vrefint_cal, boot.min_supply, boot.sensor_required).unwrap();
-    let ticks = ran.boots[0].calls.iter().map(|(_, call)| {
-        again.tick(&call.sample());
-        let Walker::Follow(follower) = again.generator() else { panic!("not a follower") };
+    ran.boots[0].watch(walker, |joints| {
+        let Walker::Follow(follower) = joints.generator() else { panic!("not a follower") };
         (follower.status().state, follower.amplitude())
-    });
-    ticks.collect()
+    })
 }
 
 /// A follower that has locked, and a fault that lasts: from the fault to the hold, to the first fading, to the stand, ms.
@@ -525,7 +523,7 @@ fn loses(rig: &Rig<'_>, fault: Fault, phase: u32) -> [f64; 3] {
     let ticks = following(&ran, &rig.walker);
     let of = format!("{fault:?} at phase {phase} of {PHASES}");
     let wrong = clock.first_wrong(at);
-    assert!(frames[..index(wrong - 1)].iter().all(|frame| frame.verdict == [Verdict::Good]), "{of}");
+    assert!(frames[..index(wrong - 1)].iter().all(|frame| frame.verdict[0] == Some(Verdict::Good)), "{of}");
     assert_eq!((ticks[index(wrong - 1)].0, ticks[index(wrong - 1)].1), (Lock::Locked, 1.0), "{of}: before the fault");
 
     // It holds at once: no good sample for 20 ms, or sooner by what a moving leg does not do.

@@ -104,7 +104,7 @@ mod boot {
         let outputs = Outputs::new(chip.TIM1);
         BOARD.sync.set(false);
         BOARD.sync.set_mode(Moder::OUTPUT);
-        FOOT_SWITCH.set_pull(Pupdr::PULL_UP);
+        FOOT_SWITCH.set_pull(Pupdr::PULL_DOWN);
         FOOT_SWITCH.set_mode(Moder::INPUT);
         board::lamps().for_each(|lamp| lamp.set_mode(Moder::OUTPUT));
         let (inputs_in, inputs_out) = INPUTS.split();

@@ -10,7 +10,7 @@ use cpg_core::Generator;
 use footfall::entrain::run::Tick;
 use footfall::shipped::{SENSOR_PIN, wired_sensor};
 use gait_trace::{Channel, Quantity, Recording, csv_file};
-use joint_loop::walker_record::{ADDRESS, Record};
+use joint_loop::walker_record::{ADDRESS, record_of};
 use joint_loop::{State, Walker, WalkerConfig};
 use std::ffi::OsString;
 use std::sync::Mutex;
@@ -67,7 +67,7 @@ pub fn run(board: &Board, config: &WalkerConfig, volts: &Recording, secs: f64, p
     let folder = tempfile::tempdir().expect("a folder");
     let (feed, sector) = (folder.path().join("volts.csv"), folder.path().join("walker.bin"));
     csv_file::write(&feed, volts).expect("written");
-    std::fs::write(&sector, Record::of(config).bytes()).expect("written");
+    std::fs::write(&sector, record_of(config).bytes()).expect("written");
     let mut options: Vec<OsString> = vec![
         "--secs".into(),
         secs.to_string().into(),

@@ -7,7 +7,7 @@
 //! | servos, left hip, right hip, left knee, right knee | TIM1 channels 1 to 4, pins of the board's choice among those of TIM1 |
 //! | emergency stop, high stops | TIM1 break input on PB12 |
 //! | sensors 1 to 4 | PA1, PC1, PB0, PB1: channels 1, 11, 8, 9 of ADC1 |
-//! | foot switch, a contact to ground that closes on the floor | PC5, with the chip's pull-up |
+//! | foot switch, a contact to the 3 V supply that closes on the floor | PC5, with the chip's pull-down |
 //! | synchronisation input, 3.3 V | PC6, EXTI line 6, with the chip's pull-down |
 //! | conversions, four to a control period | TIM2, DMA2 stream 0 |
 //! | clock of the tasks that wait | TIM4 |
@@ -51,7 +51,7 @@ pub(crate) struct Pin {
     pub(crate) number: usize,
 }
 
-/// Foot switch: low while the foot is on the floor. A wire that is off never strikes.
+/// Foot switch: high while the foot is on the floor. A wire that is off never strikes.
 pub(crate) const FOOT_SWITCH: Pin = Pin::new(GPIOC, 5);
 
 /// Synchronisation input, see [`crate::sync_input`].

@@ -56,7 +56,7 @@ fn sensor_step(last_sequence: &mut Option<u32>, set: &SampleSet) -> Measurement 
         sensors: set.sensors,
         vrefint: set.vrefint,
         button: BOARD.button.is_high() == BOARD.button_pressed,
-        foot: !FOOT_SWITCH.is_high(),
+        foot: FOOT_SWITCH.is_high(),
         triggered_us: set.triggered_us,
         faults,
     }

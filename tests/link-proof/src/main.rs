@@ -22,8 +22,8 @@ mod proof {
     use core::panic::PanicInfo;
 
     use hgod_adc::{
-        Calibration, CalibrationPoint, FilterConfig, HealthConfig, Interpolation, ReferenceConfig, Sensor,
-        SensorConfig, SensorState,
+        Calibration, CalibrationPoint, FilterConfig, HealthConfig, Interpolation, ReferenceConfig, SensorConfig,
+        SensorState,
     };
     use joint_loop::shipped::{Parameters, WalkLoop, walk_loop_with};
     use joint_loop::{BoardFaults, LoopConfig, SENSORS, Sample, sensors_record, walker_record};
@@ -46,7 +46,7 @@ mod proof {
         let Some(period) = Period::from_micros(black_box(1000)) else { return };
         crate::generators::prove(period);
         sensors(period);
-        joint_loop(period);
+        joint_loop();
         #[cfg(feature = "unchecked-index")]
         unchecked_index();
     }
@@ -69,7 +69,7 @@ mod proof {
 
     /// The loop: any bytes of the parameter sectors, any configuration, then a tick from any state with any sample, and what the board
     /// reads after it.
-    fn joint_loop(period: Period) {
+    fn joint_loop() {
         let bytes: &[u8] = black_box(&[]);
         let (Ok(walker), Ok(worn)) = (walker_record::read(bytes), sensors_record::read(bytes)) else { return };
         let parameters = Parameters::or_default(walker.map(|stored| stored.config), worn.map(|stored| stored.worn));

@@ -39,7 +39,7 @@ use crate::console::Console;
 use crate::exception::Broken;
 use crate::inject::{Injection, Kind, PANIC_FUNCTIONS, SymbolAt};
 use crate::loader::Image;
-use crate::plant::{BoardPlant, Press, Volts};
+use crate::plant::{BUTTON, BoardPlant, Levels, Press, Volts};
 use crate::report::Report;
 use crate::run::{Options, Run};
 
@@ -67,6 +67,9 @@ struct Cli {
     /// Hold an input pin at a level, as in PB12=1
     #[arg(long, value_name = "PIN=0|1", value_parser = level)]
     level: Vec<(Pin, bool)>,
+    /// Drive an input pin, as in PC6=edges.csv: CSV with the header time_s,level, an edge a row; low before the first
+    #[arg(long, value_name = "PIN=FILE", value_parser = driven)]
+    edges: Vec<(Pin, PathBuf)>,
     /// Make a function hang from a time on
     #[arg(long, value_name = "SYMBOL@T")]
     hang: Vec<SymbolAt>,
@@ -182,6 +185,12 @@ fn level(text: &str) -> Result<(Pin, bool), String> {
     }
 }
 
+fn driven(text: &str) -> Result<(Pin, PathBuf), String> {
+    let wanted = || format!("`{text}` is not PIN=FILE, as in PC6=edges.csv");
+    let (pin, file) = text.split_once('=').filter(|(_, file)| !file.is_empty()).ok_or_else(wanted)?;
+    Ok((pin.parse().map_err(|error| format!("{error}"))?, file.into()))
+}
+
 fn injections(cli: &Cli, image: &Image) -> Result<Vec<Injection>> {
     let mut all = Vec::new();
     for SymbolAt { symbol, at } in &cli.hang {
@@ -218,10 +227,14 @@ fn run(cli: &Cli) -> Result<u8> {
         cli.vdda.is_none() || !volts.has_vdda(),
         "--vdda and a column VDDA of the volts both say what the supply is"
     );
-    let mut levels = BTreeMap::new();
+    let mut lines = BTreeMap::new();
     for &(pin, level) in &cli.level {
-        ensure!(levels.insert(pin, level).is_none(), "--level names {pin} twice");
+        ensure!(lines.insert(pin, Levels::fixed(level)).is_none(), "--level names {pin} twice");
     }
+    for (pin, file) in &cli.edges {
+        ensure!(lines.insert(*pin, Levels::read(file)?).is_none(), "--edges and --level name {pin} twice");
+    }
+    ensure!(!lines.contains_key(&BUTTON), "{BUTTON} is the user button; allowed is --press");
     let recorder = match &cli.record_conversions {
         None => None,
         Some(path) => {
@@ -251,7 +264,7 @@ fn run(cli: &Cli) -> Result<u8> {
         stale_flags: cli.broken.contains(&Break::StaleFlags),
     };
     let injections = injections(cli, &image)?;
-    let plant = BoardPlant::new(volts, cli.press.clone(), levels);
+    let plant = BoardPlant::new(volts, cli.press.clone(), lines);
     let report = Report::new(BufWriter::new(stdout()));
     Run::new(&image, config, plant, injections, recorder, Console::open()?, report, options)?.run()
 }
@@ -298,6 +311,8 @@ mod tests {
             (&["fw.elf", "--level", "PB12"], "PB12=1"),
             (&["fw.elf", "--level", "PB12=2"], "PB12=1"),
             (&["fw.elf", "--level", "PX1=1"], "names no pin"),
+            (&["fw.elf", "--edges", "PC6"], "PC6=edges.csv"),
+            (&["fw.elf", "--edges", "PX1=a.csv"], "names no pin"),
             (&["fw.elf", "--hang", "tick"], "SYMBOL@SECONDS"),
             (&["fw.elf", "--flash", "4000=x"], "ADDRESS=FILE"),
             (&["fw.elf", "--flash", "0x4000"], "ADDRESS=FILE"),

@@ -1,4 +1,4 @@
-//! The world at the pins: volts from a recording, a user button, fixed levels, and the meter on the outputs.
+//! The world at the pins: volts from a recording, a user button, digital lines, and the meter on the outputs.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -131,6 +131,62 @@ impl Volts {
     }
 }
 
+/// The level of a digital line over time; low before its first edge.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Levels {
+    /// Times, and the level from each of them on.
+    edges: Vec<(f64, bool)>,
+}
+
+impl Levels {
+    /// Reads a CSV file with the header `time_s,level`, an edge a row: what a logic analyser exports, and what `footfall sync` takes.
+    ///
+    /// # Errors
+    /// The file cannot be read, or a row or the header is not as it must be; the message names the line.
+    pub(crate) fn read(path: &Path) -> Result<Self> {
+        let file = std::fs::File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+        Self::parse(file).with_context(|| format!("{} is no list of edges", path.display()))
+    }
+
+    fn parse(text: impl Read) -> Result<Self> {
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text);
+        ensure!(reader.headers()? == vec!["time_s", "level"], "line 1: the header must be `time_s,level`");
+        let mut edges: Vec<(f64, bool)> = Vec::new();
+        for row in reader.records() {
+            let row = row?;
+            let line = row.position().map_or(0, csv::Position::line);
+            let time = match row[0].parse::<f64>() {
+                Ok(time) if time.is_finite() => time,
+                _ => bail!("line {line}: `{}` is no finite number", &row[0]),
+            };
+            let level = match &row[1] {
+                "0" => false,
+                "1" => true,
+                other => bail!("line {line}: the level is `{other}`; allowed is 0 or 1"),
+            };
+            if let Some((last, _)) = edges.last() {
+                ensure!(time > *last, "line {line}: time {time} s does not come after {last} s");
+            }
+            edges.push((time, level));
+        }
+        Ok(Self { edges })
+    }
+
+    /// Always the same.
+    pub(crate) fn fixed(level: bool) -> Self {
+        Self { edges: vec![(f64::NEG_INFINITY, level)] }
+    }
+
+    fn at(&self, seconds: f64) -> bool {
+        let after = self.edges.partition_point(|(time, _)| *time <= seconds);
+        after > 0 && self.edges[after - 1].1
+    }
+
+    fn next_edge(&self, seconds: f64) -> Option<f64> {
+        self.edges.get(self.edges.partition_point(|(time, _)| *time <= seconds)).map(|(time, _)| *time)
+    }
+}
+
 /// One press of the user button.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Press {
@@ -145,7 +201,7 @@ pub(crate) struct Press {
 pub(crate) struct BoardPlant {
     volts: Volts,
     presses: Vec<Press>,
-    levels: BTreeMap<Pin, bool>,
+    lines: BTreeMap<Pin, Levels>,
     /// The button as a person holds it now.
     held: bool,
     /// The person has pressed or let go since the chip last looked.
@@ -155,10 +211,10 @@ pub(crate) struct BoardPlant {
 }
 
 impl BoardPlant {
-    /// A plant with recorded volts, presses at given times, and pins at fixed levels.
+    /// A plant with recorded volts, presses at given times, and digital lines.
     #[must_use]
-    pub(crate) fn new(volts: Volts, presses: Vec<Press>, levels: BTreeMap<Pin, bool>) -> Self {
-        BoardPlant { volts, presses, levels, ..BoardPlant::default() }
+    pub(crate) fn new(volts: Volts, presses: Vec<Press>, lines: BTreeMap<Pin, Levels>) -> Self {
+        BoardPlant { volts, presses, lines, ..BoardPlant::default() }
     }
 
     /// Presses the button, or lets it go, now.
@@ -167,10 +223,11 @@ impl BoardPlant {
         self.changed.set(true);
     }
 
-    /// True when a press is still to come after a time.
+    /// True when a press or an edge is still to come after a time.
     #[must_use]
     pub(crate) fn expects_change(&self, seconds: f64) -> bool {
         self.presses.iter().any(|press| press.at + press.hold > seconds)
+            || self.lines.values().any(|line| line.next_edge(seconds).is_some())
     }
 }
 
@@ -188,7 +245,7 @@ impl Plant for BoardPlant {
             self.changed.set(false);
             return self.held || self.presses.iter().any(|press| (press.at..press.at + press.hold).contains(&seconds));
         }
-        self.levels.get(&pin).copied().unwrap_or(false)
+        self.lines.get(&pin).is_some_and(|line| line.at(seconds))
     }
 
     fn edge(&mut self, pin: Pin, level: bool, seconds: f64) {
@@ -199,8 +256,9 @@ impl Plant for BoardPlant {
         if self.changed.get() {
             return Some(seconds);
         }
-        let changes = self.presses.iter().flat_map(|press| [press.at, press.at + press.hold]);
-        Some(changes.filter(|&at| at > seconds).fold(f64::INFINITY, f64::min))
+        let presses = self.presses.iter().flat_map(|press| [press.at, press.at + press.hold]);
+        let edges = self.lines.values().filter_map(|line| line.next_edge(seconds));
+        Some(presses.chain(edges).filter(|&at| at > seconds).fold(f64::INFINITY, f64::min))
     }
 }
 
@@ -291,8 +349,29 @@ mod tests {
     #[test]
     fn fixed_levels_are_seen_and_other_pins_are_low() {
         let pin: Pin = "PB12".parse().unwrap();
-        let mut plant = BoardPlant::new(Volts::default(), vec![], BTreeMap::from([(pin, true)]));
+        let mut plant = BoardPlant::new(Volts::default(), vec![], BTreeMap::from([(pin, Levels::fixed(true))]));
         assert!(plant.pin(pin, 0.0));
         assert!(!plant.pin("PB13".parse().unwrap(), 0.0));
+    }
+
+    #[test]
+    fn a_line_has_the_edges_of_its_file() {
+        let pin: Pin = "PC6".parse().unwrap();
+        let line = Levels::parse("time_s,level\n0.5,1\n0.5001,0\n# a comment\n2,1\n".as_bytes()).unwrap();
+        let mut plant = BoardPlant::new(Volts::default(), vec![], BTreeMap::from([(pin, line)]));
+        for (time, want) in [(0.0, false), (0.5, true), (0.50005, true), (0.5001, false), (1.9, false), (9.0, true)] {
+            assert_eq!(plant.pin(pin, time), want, "at {time}");
+        }
+        assert_eq!([0.0, 0.5, 1.0, 2.0].map(|t| plant.next_pin_change(t)), [0.5, 0.5001, 2.0, f64::INFINITY].map(Some));
+        assert!(plant.expects_change(1.9) && !plant.expects_change(2.0));
+        for (text, words) in [
+            ("time,level\n", "the header must be `time_s,level`"),
+            ("time_s,level\n0,up\n", "line 2: the level is `up`; allowed is 0 or 1"),
+            ("time_s,level\n0,1\n0,0\n", "line 3: time 0 s does not come after 0 s"),
+            ("time_s,level\nx,1\n", "line 2: `x` is no finite number"),
+        ] {
+            let message = format!("{:#}", Levels::parse(text.as_bytes()).unwrap_err());
+            assert!(message.contains(words), "{message}");
+        }
     }
 }
