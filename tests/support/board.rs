@@ -111,7 +111,20 @@ impl Board {
     /// There is none although one is required, or the image is none.
     #[must_use]
     pub fn find(what: &str) -> Option<Self> {
-        let (elf, program) = (std::env::var_os("FOOTFALL_ELF"), std::env::var_os("FOOTFALL_VIRTUAL_BOARD"));
+        Self::with("FOOTFALL_ELF", what)
+    }
+
+    /// The board with the image that drives nothing.
+    ///
+    /// # Panics
+    /// As [`Board::find`].
+    #[must_use]
+    pub fn shadow(what: &str) -> Option<Self> {
+        Self::with("FOOTFALL_SHADOW_ELF", what)
+    }
+
+    fn with(image: &str, what: &str) -> Option<Self> {
+        let (elf, program) = (std::env::var_os(image), std::env::var_os("FOOTFALL_VIRTUAL_BOARD"));
         let (Some(elf), Some(program)) = (elf, program) else {
             let why = "FOOTFALL_ELF and FOOTFALL_VIRTUAL_BOARD are not set; `cargo xtask test` sets them";
             assert!(

@@ -407,6 +407,8 @@ fn image_tests(bench: &Bench) -> Result<String> {
             "--test",
             "fits",
             "--test",
+            "ears",
+            "--test",
             "follow",
             "--test",
             "board_entrainment",

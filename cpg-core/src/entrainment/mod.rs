@@ -544,14 +544,6 @@ impl Generator<4> for Entrained {
     fn following(&self) -> Option<Status> {
         Some(self.status())
     }
-
-    fn sense(&mut self, angle: Option<Radians>) {
-        Self::sense(self, angle);
-    }
-
-    fn following(&self) -> Option<Status> {
-        Some(self.status())
-    }
 }
 
 /// Way in radians from one phase to another, the short way round, -pi to pi.

@@ -1,0 +1,247 @@
+//! What the board hears beside one gait sensor, on the virtual board: four sensors with calibrations of their own, a foot switch, another
+//! system's synchronisation line; and shadow mode, in which it hears everything and drives nothing.
+
+use footfall::shipped::SENSOR_PINS;
+use footfall_tests::board::{Board, Ran};
+use footfall_tests::chain;
+use footfall_tests::degraded::Random;
+use footfall_tests::traces::{shipped, shipped_volts_file};
+use footfall_tests::walkers::Walker;
+use gait_trace::{Channel, Looped, Recording, csv_file};
+use hgod_adc::{Calibration, CalibrationPoint, Interpolation, Verdict};
+use joint_loop::shipped::Parameters;
+use joint_loop::{State, WornSensor, WornSensors, sensors_record, walker_record};
+use joint_units::{Joint, Radians, Volts};
+use std::ffi::OsString;
+use std::path::Path;
+
+/// Nothing irregular, and every line the host's to the bit.
+fn assert_equal(ran: &Ran) {
+    assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (Some(0), 0, 0, 1));
+    let books = &ran.books;
+    assert_eq!((books.different, books.not_compared, books.lost_lines), (0, 0, 0), "{:?}", books.differences);
+    assert!(books.compared > 100);
+}
+
+fn download(address: u32, bytes: &[u8], folder: &Path, name: &str) -> [OsString; 2] {
+    let file = folder.join(name);
+    std::fs::write(&file, bytes).unwrap();
+    ["--flash".into(), format!("{address:#010x}={}", file.display()).into()]
+}
+
+/// Four sensors that are not alike: volts that rise or fall with the angle, curved or straight, straight on the pin or through a divider.
+fn four() -> WornSensors {
+    let straight = |joint, from: f32, to: f32, divider: f32| {
+        let point = |part: f32| CalibrationPoint {
+            volts: Volts(divider * (0.4 + 2.1 * part)),
+            angle: Radians::from_degrees(from + (to - from) * part),
+        };
+        let points: Vec<_> = (0..8).map(|n| point(n as f32 / 7.0)).collect();
+        let calibration = Calibration::build(&points, Interpolation::Linear).unwrap();
+        WornSensor { joint, divider, calibration }
+    };
+    WornSensors::build([
+        straight(Joint::RightKnee, -20.0, 100.0, 1.0),
+        straight(Joint::LeftHip, 70.0, -50.0, 1.6),
+        WornSensor::uncalibrated(Joint::LeftKnee).unwrap(),
+        straight(Joint::RightHip, -40.0, 60.0, 0.5),
+    ])
+    .unwrap()
+}
+
+/// Volts of these joints' sensors at their pins over a walk.
+fn volts(walk: &Looped, worn: &WornSensors) -> Recording {
+    let channels = worn.iter().zip(SENSOR_PINS).map(|(sensor, pin)| {
+        let channel = walk.recording.of_joint(sensor.joint).unwrap();
+        let one = walk.recording.semi_synthetic_volts(channel, &sensor.calibration, sensor.divider, pin).unwrap();
+        one.channels()[0].clone()
+    });
+    Recording::build(walk.recording.time_s().to_vec(), channels.collect()).unwrap()
+}
+
+#[test]
+fn four_sensors_are_measured_each_by_its_own_calibration() {
+    let Some(board) = Board::find("four sensors on the virtual board") else { return };
+    let (folder, walk, worn) = (tempfile::tempdir().unwrap(), shipped().looped(1000.0).unwrap(), four());
+    let parameters = Parameters::or_default(None, Some(worn.clone())).unwrap();
+    let feed = folder.path().join("volts.csv");
+    csv_file::write(&feed, &volts(&walk, &worn)).unwrap();
+    let mut options: Vec<OsString> = ["--secs", "5", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
+    options.push(feed.into());
+    let record = sensors_record::record_of(&worn);
+    options.extend(download(sensors_record::ADDRESS, record.bytes(), folder.path(), "sensors.bin"));
+    let ran = board.run_as(&parameters, &options);
+    assert_equal(&ran);
+    let boot = &ran.boots[0];
+    assert_eq!(boot.boot.as_ref().unwrap().sensors_crc, record.crc());
+    // The board's own lines.
+    let mut worst = [0.0f64; 4];
+    for line in &boot.ticks {
+        for (channel, sensor) in worn.iter().enumerate() {
+            assert_eq!(line.verdict[channel], Some(Verdict::Good), "{} in tick {}", sensor.joint.name(), line.tick);
+            if line.tick < 200 {
+                continue;
+            }
+            // The conversions of a tick end about 9 ms after the feed's time 0, and the filter is late.
+            let joint = walk.recording.of_joint(sensor.joint).unwrap();
+            let near = |late: f64| {
+                let at = (f64::from(line.tick) * 1e-3 - late).rem_euclid(walk.recording.duration_s());
+                (f64::from(line.sensor_deg[channel]) - walk.recording.at(joint, at)).abs()
+            };
+            worst[channel] =
+                worst[channel].max((-12..=12).map(|ms| near(f64::from(ms) * 1e-3)).fold(f64::MAX, f64::min));
+        }
+    }
+    println!("four sensors: at most {worst:.2?} degrees from the recorded joints");
+    assert!(worst.iter().all(|worst| *worst < 0.6), "{worst:?}");
+    assert_eq!(boot.ticks.last().unwrap().state, State::Walking);
+    assert_eq!(ran.end.lints.len(), 0);
+}
+
+/// The gait sensor of a follower is the one on its joint, whichever channel that is.
+#[test]
+fn a_follower_listens_to_the_channel_of_its_joint() {
+    let Some(board) = Board::find("a follower with four sensors on the virtual board") else { return };
+    let (folder, walk, worn) = (tempfile::tempdir().unwrap(), shipped().looped(1000.0).unwrap(), four());
+    let walker = Walker::of("shipped", looped(&walk, 12.0), Joint::LeftHip);
+    let config = walker.follower(Joint::LeftHip, walker.learned.stride_s);
+    let feed = folder.path().join("volts.csv");
+    csv_file::write(&feed, &volts(&walk, &worn)).unwrap();
+    let mut options: Vec<OsString> = ["--secs", "6", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
+    options.push(feed.into());
+    let with = |worn: &WornSensors| {
+        let mut options = options.clone();
+        options.extend(download(walker_record::ADDRESS, walker_record::record_of(&config).bytes(), folder.path(), "w"));
+        options.extend(download(sensors_record::ADDRESS, sensors_record::record_of(worn).bytes(), folder.path(), "s"));
+        board.run_as(&Parameters::or_default(Some(config), Some(worn.clone())).unwrap(), &options)
+    };
+    let ran = with(&worn);
+    assert_equal(&ran);
+    let following = ran.books.following.unwrap();
+    assert_eq!((following.state, following.fault), ("locked", None));
+    assert!(following.locked_at_s.unwrap() < 4.0, "{following:?}");
+    // Every line of the board's own account came, each after its tick.
+    let (follows, ticks) = (&ran.boots[0].follows, &ran.boots[0].ticks);
+    assert!(follows.iter().map(|follow| follow.tick).eq(ticks.iter().map(|tick| tick.tick)));
+
+    // Without a sensor on that joint the board stays dark and says why.
+    let knees = WornSensors::build([Joint::LeftKnee, Joint::RightKnee].map(|j| WornSensor::uncalibrated(j).unwrap()));
+    let dark = with(&knees.unwrap());
+    assert_eq!(dark.boots[0].ticks.len(), 0);
+    let said = dark.boots[0].log.iter().any(|line| line.contains("follows left_hip, and no sensor is worn on it"));
+    assert!(said, "{:?}", dark.boots[0].log);
+}
+
+/// The walk as a recording that lasts.
+fn looped(walk: &Looped, secs: f64) -> Recording {
+    let rows = (secs * 1000.0) as usize;
+    let channels = walk.recording.channels().iter().map(|channel| {
+        let round = channel.values().len() - 1;
+        let values = (0..rows).map(|n| channel.values()[n % round]).collect();
+        Channel::new(channel.name(), channel.quantity(), values)
+    });
+    Recording::build((0..rows).map(|n| n as f64 * 1e-3).collect(), channels.collect()).unwrap()
+}
+
+/// A sector of sensors with one bit changed, and one of something else.
+#[test]
+fn a_broken_sensor_sector_keeps_the_board_dark() {
+    let Some(board) = Board::find("a broken sensor sector on the virtual board") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let good = sensors_record::record_of(&four());
+    let mut changed = good.bytes().to_vec();
+    changed[40] ^= 4;
+    for (bytes, words) in [(changed.as_slice(), "sensors: check sum"), (b"FFWK, not sensors", "begins with FFSN")] {
+        let mut options: Vec<OsString> = ["--secs", "0.5", "--press", "0.3"].map(Into::into).to_vec();
+        options.extend(download(sensors_record::ADDRESS, bytes, folder.path(), "sensors.bin"));
+        let ran = board.run(options);
+        assert!(ran.boots[0].ticks.is_empty() && ran.end.edges_before_arming == 0);
+        assert!(ran.boots[0].log.iter().any(|line| line.contains(words)), "{:?}", ran.boots[0].log);
+    }
+}
+
+/// Edges of a line as `time_s,level`.
+fn edges_file(path: &Path, edges: &[(f64, bool)]) {
+    let rows: String = edges.iter().map(|(time, high)| format!("{time},{}\n", u8::from(*high))).collect();
+    std::fs::write(path, format!("time_s,level\n{rows}")).unwrap();
+}
+
+/// Edges at random times are told by the board's clock: a constant after the truth, and microseconds beside it.
+#[test]
+fn edges_at_the_synchronisation_input_are_timed_by_the_boards_clock() {
+    let Some(board) = Board::find("the synchronisation input on the virtual board") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mut random = Random(7);
+    let (mut time, mut edges) = (0.1, vec![]);
+    while time < 5.8 {
+        edges.push((time, edges.len() % 2 == 0));
+        // From 60 us to 40 ms, also several in a tick.
+        time += 60e-6 * (random.unit() * 6.5).exp();
+    }
+    let file = folder.path().join("edges.csv");
+    edges_file(&file, &edges);
+    let mut options: Vec<OsString> = ["--secs", "6", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
+    options.extend([shipped_volts_file().into(), "--edges".into(), format!("PC6={}", file.display()).into()]);
+    let ran = board.run(options);
+    assert_equal(&ran);
+    let told = &ran.boots[0].edges;
+    assert_eq!(told.len(), edges.len());
+    assert!(told.iter().zip(&edges).all(|(told, (_, high))| told.high == *high));
+    let off: Vec<f64> = told.iter().zip(&edges).map(|(told, (time, _))| told.time_s() - time).collect();
+    let (least, most) = off.iter().fold((f64::MAX, f64::MIN), |(least, most), off| (least.min(*off), most.max(*off)));
+    println!(
+        "{} edges, {:.3} to {:.3} ms after the true time by the board's clock",
+        told.len(),
+        least * 1e3,
+        most * 1e3
+    );
+    // The boot's clock begins later than the feed's; what is left is the handler and the microsecond.
+    assert!(most - least < 4e-6, "{least} to {most}");
+    assert!(ran.boots[0].log.iter().all(|line| !line.contains("edges lost")), "{:?}", ran.boots[0].log);
+}
+
+/// A line that rings at 200 kHz for 50 ms: told as lost, and not one tick late for it.
+#[test]
+fn a_line_that_rings_holds_no_tick_up() {
+    let Some(board) = Board::find("a ringing synchronisation input on the virtual board") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let edges: Vec<(f64, bool)> = (0..20_000).map(|n| (1.0 + f64::from(n) * 2.5e-6, n % 2 == 0)).collect();
+    let file = folder.path().join("edges.csv");
+    edges_file(&file, &edges);
+    let mut options: Vec<OsString> = ["--secs", "2", "--loop", "--volts"].map(Into::into).to_vec();
+    options.extend([shipped_volts_file().into(), "--edges".into(), format!("PC6={}", file.display()).into()]);
+    let ran = board.run(options);
+    assert_equal(&ran);
+    let last = ran.boots[0].ticks.last().unwrap();
+    assert_eq!((last.late, last.missed), (0, 0));
+    let told = ran.boots[0].edges.len();
+    assert!((100..=500).contains(&told), "{told} edges");
+    assert!(ran.boots[0].log.iter().filter(|line| line.starts_with("edges lost")).count() >= 40);
+}
+
+/// With the shadow image: the loop arms and walks, its setpoints are the host's, and no servo pin ever moves.
+#[test]
+fn in_shadow_everything_runs_and_no_pin_moves() {
+    let Some(board) = Board::shadow("shadow mode on the virtual board") else { return };
+    let walk = shipped().looped(1000.0).unwrap();
+    let walker = Walker::of("shipped", looped(&walk, 12.0), Joint::LeftHip);
+    let config = walker.follower(Joint::LeftHip, walker.learned.stride_s);
+    let ran = chain::run(&board, &config, &chain::volts(&walker.samples(Joint::LeftHip)), 8.0, true);
+    assert_equal(&ran);
+    let boot = &ran.boots[0];
+    assert!(boot.boot.as_ref().unwrap().shadow && ran.books.shadow);
+    let last = boot.ticks.last().unwrap();
+    assert_eq!(last.state, State::Walking);
+    assert!(last.pulse_us.iter().all(|us| (500..=2500).contains(us)), "{last:?}");
+    // Of the servo pins nothing was heard; the knees' would-be setpoints walk, and the phase error is told.
+    assert!(ran.pulses.is_empty(), "{:?}", ran.pulses.first());
+    for pin in ["PE9", "PE11", "PE13", "PE14"] {
+        assert_eq!(ran.end.edges.get(pin).copied().unwrap_or(0), 0, "{pin}");
+    }
+    let knee = boot.ticks.iter().filter(|tick| tick.tick > 6000).map(|tick| tick.set_deg[2]);
+    let (least, most) = knee.fold((f32::MAX, f32::MIN), |(least, most), deg| (least.min(deg), most.max(deg)));
+    assert!(most - least > 40.0, "{least} to {most} degrees");
+    let follow = boot.follows.last().unwrap();
+    assert!(follow.phase_error_deg.abs() < 20.0 && follow.confidence > 0.3, "{follow}");
+    assert_eq!(ran.books.following.map(|following| following.state), Some("locked"));
+}
