@@ -396,6 +396,8 @@ fn image_tests(bench: &Bench) -> Result<String> {
             "follow",
             "--test",
             "capture",
+            "--test",
+            "verdicts",
         ]);
     cargo_test(&mut tests)
 }
