@@ -368,7 +368,7 @@ fn in_a_row() -> (Vec<String>, Vec<f64>) {
         }
     }
     // The shipped one is always there; alone, it is played for as long.
-    let times = if chosen.is_empty() { 55.0 } else { 1.0 };
+    let times = if chosen.is_empty() { 60.0 } else { 1.0 };
     chosen.push((feed::SHIPPED_NAME.into(), "left_knee", shipped().looped(1000.0).unwrap().recording, times));
     let mut angles: Vec<f64> = vec![];
     for (_, joint, recording, times) in &chosen {
