@@ -12,256 +12,25 @@ use footfall::feed;
 use footfall::shipped::typical_sensor;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::degraded::Random;
-use footfall_tests::traces::{shipped_folder, shipped_volts};
+use footfall_tests::faulty::{Fault, Knee, LSB, Rig, SUPPLY, table};
+use footfall_tests::traces::{many, shipped, shipped_folder};
 use gait_fit::fit::{Settings, Source, fit};
-use gait_trace::Recording;
+use gait_trace::csv_file;
 use gait_trace::open::{self, ReadOptions};
 use hgod_adc::{Sensor, Supply, Verdict};
-use joint_loop::walker_record::{ADDRESS, record_of};
 use joint_loop::{
-    Answer, Cause, FREEWHEEL_MS, Frame, PARK_MS, Reaction, SENSOR_TOLERANCE_MS, SENSORS, State, Walker, WalkerConfig,
-    reaction,
+    Answer, Cause, FREEWHEEL_MS, Frame, PARK_MS, SENSOR_TOLERANCE_MS, SENSORS, State, Walker, WalkerConfig,
 };
-use joint_units::{AdcCode, Joint, Volts};
-use std::ffi::OsString;
-use std::path::Path;
+use joint_units::{AdcCode, Joint, Radians, Volts};
+use std::f64::consts::PI;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Phases of the stride at which a fault begins.
 const PHASES: u32 = 24;
 
-/// Volts of the board's supply.
-const SUPPLY: f64 = 3.0;
-
-/// Volts of one code.
-const LSB: f64 = SUPPLY / 4095.0;
-
-/// Near the two ends of the table, -46 and 77 degrees.
-const ENDS: [f64; 2] = [0.86, 2.52];
-
 /// Walking from here on: pressed at 0.3 s, 20 ms of debounce, 2 s of ramp.
 const WALKING_S: f64 = 2.35;
-
-/// What happens at the sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Fault {
-    /// The wire comes off; the pull-down takes the pin to ground.
-    Open,
-    /// The wire touches the supply.
-    Short,
-    /// The same as open, for 15 ms.
-    Brief,
-    /// The volts stay as they are.
-    Stuck,
-    /// Half a volt for 1.25 ms, which is five conversions.
-    Spike,
-    /// To the farther end of the table, and there it stays: a strap that slips.
-    Jump,
-    /// At the farther end for 5 of 7 ms: a loose contact.
-    Loose,
-    /// Beyond the table, clear of the end bands: below it, above it.
-    Outside,
-    /// The converter's supply falls to 2.6 V, where 2.7 V are wanted.
-    Supply,
-}
-
-impl Fault {
-    fn verdict(self) -> Verdict {
-        match self {
-            Self::Open => Verdict::Open,
-            Self::Short => Verdict::Short,
-            Self::Brief => Verdict::Saturated,
-            Self::Stuck => Verdict::Stuck,
-            Self::Spike => Verdict::Spike,
-            Self::Jump | Self::Loose => Verdict::Rate,
-            Self::Outside => Verdict::OutOfTable,
-            Self::Supply => Verdict::SupplyLow,
-        }
-    }
-
-    /// How long it lasts, s.
-    fn lasts(self) -> f64 {
-        match self {
-            Self::Brief => 0.015,
-            Self::Spike => 0.00125,
-            _ => f64::INFINITY,
-        }
-    }
-
-    /// What the verdict leads to.
-    fn reaction(self) -> Reaction {
-        reaction(self.verdict()).expect("something follows")
-    }
-
-    /// Volts at the sensor's pin, `since` seconds after the fault began, where a sound sensor gives `sound` now and gave `then` at the
-    /// beginning.
-    fn volts(self, since: f64, sound: f64, then: f64) -> f64 {
-        let middle = (ENDS[0] + ENDS[1]) / 2.0;
-        let away = if then > middle { ENDS[0] } else { ENDS[1] };
-        match self {
-            Self::Open | Self::Brief => 0.0,
-            Self::Short => SUPPLY,
-            Self::Stuck => then,
-            Self::Spike => sound + if then > middle { -0.5 } else { 0.5 },
-            Self::Jump => away,
-            Self::Loose => {
-                if (since * 1e3 + 1e-6) as u32 % 7 < 5 {
-                    away
-                } else {
-                    sound
-                }
-            }
-            Self::Outside => {
-                if then > 1.8 {
-                    2.75
-                } else {
-                    0.4
-                }
-            }
-            Self::Supply => sound,
-        }
-    }
-}
-
-/// The knee of the shipped recording as volts, for ever, with noise.
-struct Knee {
-    volts: Recording,
-    noise: Vec<f64>,
-}
-
-impl Knee {
-    /// Noise of this standard deviation in codes, a new value each millisecond.
-    fn new(noise: f64, secs: f64, seed: u32) -> Self {
-        let mut random = Random(seed);
-        let noise = (0..=(secs * 1e3) as usize + 2).map(|_| noise * LSB * random.normal()).collect();
-        Self { volts: shipped_volts(), noise }
-    }
-
-    /// Of the loop, which is two strides.
-    fn stride_s(&self) -> f64 {
-        self.volts.duration_s() / 2.0
-    }
-
-    fn at(&self, time: f64) -> f64 {
-        let (n, part) = ((time * 1e3) as usize, (time * 1e3).fract());
-        let noise = self.noise[n] + part * (self.noise[n + 1] - self.noise[n]);
-        self.volts.at(&self.volts.channels()[0], time % self.volts.duration_s()) + noise
-    }
-}
-
-/// The table that the virtual board is fed with.
-fn table(knee: &Knee, faults: &[(Fault, f64)], secs: f64) -> String {
-    // Just before: the table is linear from row to row.
-    let before = 1e-7;
-    let mut times: Vec<f64> = (0..=(secs * 1e3) as u32).map(|ms| f64::from(ms) * 1e-3).collect();
-    for &(fault, at) in faults {
-        let mut edges = vec![at];
-        match fault {
-            Fault::Loose => edges.extend((1..1000).map(|ms| at + f64::from(ms) * 1e-3).filter(|&edge| edge < secs)),
-            _ if fault.lasts().is_finite() => edges.push(at + fault.lasts()),
-            _ => {}
-        }
-        times.extend(edges.into_iter().flat_map(|edge| [edge - before, edge]));
-    }
-    times.sort_by(f64::total_cmp);
-    times.dedup_by(|later, earlier| *later - *earlier < before / 2.0);
-    let mut text = String::from("time_s,PA1,VDDA\n");
-    for time in times {
-        let on = faults.iter().rfind(|(fault, at)| (*at..at + fault.lasts()).contains(&(time + before / 4.0)));
-        let sound = knee.at(time);
-        let pin = on.map_or(sound, |(fault, at)| fault.volts(time - at, sound, knee.at(*at)));
-        let supply = if on.is_some_and(|(fault, _)| *fault == Fault::Supply) { 2.6 } else { SUPPLY };
-        text += &format!("{time:.8},{pin:.6},{supply}\n");
-    }
-    text
-}
-
-/// A board with a walker, in its parameter sector unless it is the built-in one.
-struct Rig<'a> {
-    board: &'a Board,
-    walker: WalkerConfig,
-    sector: Option<tempfile::NamedTempFile>,
-    clock: Clock,
-}
-
-impl<'a> Rig<'a> {
-    fn new(board: &'a Board, walker: WalkerConfig, built_in: bool) -> Self {
-        let sector = (!built_in).then(|| {
-            let file = tempfile::NamedTempFile::new().unwrap();
-            std::fs::write(file.path(), record_of(&walker).bytes()).unwrap();
-            file
-        });
-        let mut rig = Self { board, walker, sector, clock: Clock { first_s: 0.0 } };
-        // Four conversions a tick, 0.25 ms apart, from tick 1 on: by the converter's model itself.
-        let folder = tempfile::tempdir().unwrap();
-        let (feed, file) = (folder.path().join("volts.csv"), folder.path().join("conversions.csv"));
-        std::fs::write(&feed, "time_s,PA1\n0,1.5\n").unwrap();
-        let mut options = rig.options(&feed, 0.1);
-        options.extend(["--record-conversions".into(), file.clone().into()]);
-        let _ = board.run_with(&rig.walker, options);
-        let text = std::fs::read_to_string(file).unwrap();
-        let row = text.lines().find(|line| line.contains("ADC1_IN1,")).expect("a conversion");
-        // The result is there 12 cycles of 21 MHz after the end of the sampling.
-        rig.clock.first_s = row.split(',').next().unwrap().parse::<f64>().unwrap() - 12.0 / 21e6;
-        rig
-    }
-
-    fn options(&self, feed: &Path, secs: f64) -> Vec<OsString> {
-        let press = ["--press".into(), "0.3".into()];
-        let mut options: Vec<OsString> = ["--secs".into(), secs.to_string().into()].into();
-        options.extend(press.into_iter().chain(["--volts".into(), feed.into()]));
-        if let Some(sector) = &self.sector {
-            options.extend(["--flash".into(), format!("{ADDRESS:#010x}={}", sector.path().display()).into()]);
-        }
-        options
-    }
-
-    /// Runs the board; every line of its log is equal to the host's replay, and the chip's models were enough.
-    fn run(&self, text: &str, secs: f64) -> (Ran, Vec<Frame<SENSORS>>) {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("volts.csv");
-        std::fs::write(&file, text).unwrap();
-        let ran = self.board.run_with(&self.walker, self.options(&file, secs));
-        assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (Some(0), 0, 0, 1));
-        let books = &ran.books;
-        let all = (books.different, books.not_compared, books.lost_lines, books.malformed);
-        assert_eq!(all, (0, 0, 0, 0), "{:?}", books.differences);
-        assert!(books.compared > 200 && books.hashes.is_some_and(|(board, host)| board == host));
-        let frames = ran.boots[0].replay(&self.walker);
-        assert!(frames.iter().zip(1..).all(|(frame, tick)| frame.tick == tick), "a tick is missing");
-        (ran, frames)
-    }
-}
-
-/// When the converter looks at the pin.
-struct Clock {
-    /// The end of the first conversion's sampling in tick 1, s.
-    first_s: f64,
-}
-
-impl Clock {
-    /// One of the four conversions of a tick, s.
-    fn conversion(&self, tick: u32, which: u32) -> f64 {
-        self.first_s + (f64::from(tick) - 1.0) * 1e-3 + f64::from(which) * 250e-6
-    }
-
-    /// The first tick whose code is wholly the fault's: at least three conversions, of which the mean leaves out the extremes.
-    fn first_wrong(&self, at: f64) -> u32 {
-        (1..).find(|&tick| self.conversion(tick, 1) >= at).expect("time goes on")
-    }
-
-    /// A moment 0.1 ms before a conversion, near a time: before the first, second, third, fourth of a tick in turn.
-    fn moment(&self, near: f64, turn: u32) -> f64 {
-        let tick = ((near - self.first_s) * 1e3) as u32 + 1;
-        self.conversion(tick, turn % 4) - 100e-6
-    }
-
-    /// Milliseconds from a moment to the last conversion of a tick, which starts it.
-    fn ms(&self, from: f64, tick: u32) -> f64 {
-        (self.conversion(tick, 3) - from) * 1e3
-    }
-}
 
 /// What a run came to.
 #[derive(Debug, Clone, Copy)]
@@ -415,10 +184,7 @@ fn measure_brief(rig: &Rig<'_>, fault: Fault, noise: f64) -> Vec<Measured> {
 }
 
 /// Two at a time.
-fn two_at_a_time<T: Copy + Sync, R: Send>(jobs: &[T], run: impl Fn(T) -> R + Sync) -> Vec<(T, R)>
-where
-    T: Send,
-{
+fn two_at_a_time<T: Copy + Send + Sync, R: Send>(jobs: &[T], run: impl Fn(T) -> R + Sync) -> Vec<(T, R)> {
     let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     std::thread::scope(|scope| {
         for _ in 0..2 {
@@ -582,4 +348,58 @@ fn a_follower_walks_through_spikes_and_short_interruptions() {
         let ticks = following(&ran, &rig.walker);
         assert!(ticks[5_900..].iter().all(|tick| *tick == (Lock::Locked, 1.0)), "{fault:?}");
     }
+}
+
+/// Recordings of different people, one after the other with half a second in between to get from one angle to the next, through the shipped
+/// sensor with 2 codes of noise: angles in degrees, one a millisecond.
+fn in_a_row() -> (Vec<String>, Vec<f64>) {
+    let mut chosen = Vec::new();
+    if let Some(folder) = many("a long run of other people's recordings on the virtual board") {
+        let read = |name: &str| csv_file::read(&folder.join(format!("{name}.csv"))).expect("a good recording");
+        for (name, joint) in [
+            ("gaitprint_young_overground", "left_knee"),
+            ("gaitprint_middle_overground", "right_hip"),
+            ("knee_goniometer/uci_A05_walk_knee", "knee"),
+            ("knee_goniometer/uci_A07_walk_knee", "knee"),
+            ("biomechzoo_adult_level", "right_knee"),
+        ] {
+            chosen.push((name.to_string(), joint, read(name), 1.0));
+        }
+    }
+    // The shipped one is always there; alone, it is played for as long.
+    let times = if chosen.is_empty() { 60.0 } else { 1.0 };
+    chosen.push((feed::SHIPPED_NAME.into(), "left_knee", shipped().looped(1000.0).unwrap().recording, times));
+    let mut angles: Vec<f64> = vec![];
+    for (_, joint, recording, times) in &chosen {
+        let channel = recording.channel(joint).expect("it has that joint");
+        let (start, round) = (recording.time_s()[0], recording.duration_s());
+        let at = |ms: u32| recording.at(channel, start + (f64::from(ms) * 1e-3) % round);
+        if let Some(&last) = angles.last() {
+            angles.extend((1..500).map(|ms| last + (at(0) - last) * 0.5 * (1.0 - (f64::from(ms) * PI / 500.0).cos())));
+        }
+        angles.extend((0..(round * times * 1e3) as u32).map(at));
+    }
+    (chosen.into_iter().map(|(name, ..)| name).collect(), angles)
+}
+
+#[test]
+fn two_minutes_of_recordings_in_a_row_with_noise_get_no_verdict() {
+    let Some(board) = Board::find("a long run of recordings on the virtual board") else { return };
+    let (rig, sensor) = (Rig::new(&board, WalkerConfig::default_walk(), true), typical_sensor().unwrap());
+    let (names, angles) = in_a_row();
+    let mut random = Random(2);
+    let mut text = String::from("time_s,PA1\n");
+    for (degrees, ms) in angles.iter().zip(0..) {
+        let volts = sensor.calibration().volts(Radians::from_degrees(*degrees as f32)).expect("inside of the table");
+        let noise = 2.0 * LSB * random.normal();
+        text += &format!("{:.3},{:.6}\n", f64::from(ms) * 1e-3, f64::from(volts.0) + noise);
+    }
+    let secs = angles.len() as f64 * 1e-3;
+    let (ran, frames) = rig.run(&text, secs);
+    let bad: Vec<_> = frames.iter().filter(|frame| frame.verdict[0] != Some(Verdict::Good)).collect();
+    println!("{} frames of {names:?}: {} verdicts", frames.len(), bad.len());
+    assert!(bad.is_empty(), "{:?}", bad[0]);
+    let walking = frames.iter().filter(|frame| frame.state == State::Walking).count();
+    assert!(frames.len() > 120_000 && walking + 2_400 > frames.len(), "{walking} of {}", frames.len());
+    assert_eq!(ran.books.cause, Cause::None);
 }

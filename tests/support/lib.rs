@@ -7,12 +7,14 @@
 //! - [`swings`]: swings and pauses of one joint;
 //! - [`statistics`]: what many numbers come to;
 //! - [`board`]: the flashed image on the virtual board, where there is one;
-//! - [`chain`]: a recorded angle as volts at the pin of that board, and what it made of it.
+//! - [`chain`]: a recorded angle as volts at the pin of that board, and what it made of it;
+//! - [`faulty`]: a sensor's faults as volts for it, and when its converter looks at them.
 #![forbid(unsafe_code)]
 
 pub mod board;
 pub mod chain;
 pub mod degraded;
+pub mod faulty;
 pub mod statistics;
 pub mod swings;
 pub mod traces;

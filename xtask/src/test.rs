@@ -414,6 +414,8 @@ fn image_tests(bench: &Bench) -> Result<String> {
             "board_entrainment",
             "--test",
             "capture",
+            "--test",
+            "verdicts",
         ]);
     cargo_test(&mut tests)
 }
