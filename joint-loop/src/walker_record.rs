@@ -11,11 +11,12 @@
 //! ```
 //! Words, in this order: **robust** natural period, nonlinearity, couplings, phases, amplitudes, offsets; **thesis** alpha, p, mu,
 //! offset of each joint, difference gains, product gains, phases; **shape** stride, then mean, cosines, sines of each joint; **follow**
-//! the sensor's joint as its place in [`Joint::ALL`], then as shape. Units as in the configurations themselves.
+//! the sensor's joint as its place in [`Joint::ALL`], the source of events as its place in [`EventSource::ALL`], then as shape. Units as in the configurations themselves.
 
 use core::fmt;
 
 use cpg_core::BuildError;
+use cpg_core::entrainment::EventSource;
 use cpg_core::rayleigh::RayleighConfig;
 use cpg_core::robust::RobustConfig;
 use cpg_core::thesis::ThesisConfig;
@@ -38,7 +39,7 @@ const ROBUST: (u16, usize) = (1, 18);
 const THESIS: (u16, usize) = (2, 28);
 const SHAPE: (u16, usize) = (3, 1 + 4 * (1 + 2 * HARMONICS));
 const FOLLOW: (u16, usize) = (4, MAX_WORDS);
-const MAX_WORDS: usize = 1 + SHAPE.1;
+const MAX_WORDS: usize = 2 + SHAPE.1;
 const KINDS: [(u16, usize); 4] = [ROBUST, THESIS, SHAPE, FOLLOW];
 
 /// Without a table: 300 bytes are read once a boot.
@@ -69,6 +70,8 @@ pub enum RecordError {
     },
     /// There is no joint of this number.
     Joint(u32),
+    /// There is no source of events of this number.
+    Events(u32),
     /// A parameter is not allowed.
     Walker(BuildError),
 }
@@ -86,6 +89,7 @@ impl fmt::Display for RecordError {
             ),
             Self::Crc { written, computed } => write!(f, "check sum {computed:08x}, written is {written:08x}"),
             Self::Joint(place) => write!(f, "the sensor is on joint {place}; allowed is 0 to 3"),
+            Self::Events(place) => write!(f, "the events are of source {place}; allowed is 0 to 2"),
             Self::Walker(error) => write!(f, "{error}"),
         }
     }
@@ -141,6 +145,7 @@ impl Record {
             WalkerConfig::Shape(shape) => record.shape(shape),
             WalkerConfig::Follow(follow) => {
                 record.push(follow.sensor as u32);
+                record.push(follow.events as u32);
                 record.shape(&follow.shape);
             }
         }
@@ -231,7 +236,9 @@ pub fn read(bytes: &[u8]) -> Result<Option<Stored>, RecordError> {
         _ => {
             let place = head.word()?;
             let sensor = Joint::ALL.get(place as usize).copied().ok_or(RecordError::Joint(place))?;
-            WalkerConfig::Follow(FollowConfig { sensor, shape: head.shape()? })
+            let place = head.word()?;
+            let events = EventSource::ALL.get(place as usize).copied().ok_or(RecordError::Events(place))?;
+            WalkerConfig::Follow(FollowConfig { sensor, events, shape: head.shape()? })
         }
     };
     config.build(Period::MILLISECOND).map_err(RecordError::Walker)?;
@@ -316,7 +323,11 @@ mod tests {
 
     fn all() -> [WalkerConfig; 4] {
         let WalkerConfig::Shape(inner) = shape() else { unreachable!() };
-        let follow = WalkerConfig::Follow(FollowConfig { sensor: Joint::RightHip, shape: inner });
+        let follow = WalkerConfig::Follow(FollowConfig {
+            sensor: Joint::RightHip,
+            events: EventSource::FootSwitch,
+            shape: inner,
+        });
         [WalkerConfig::default_walk(), WalkerConfig::Thesis(ThesisConfig::set_s()), shape(), follow]
     }
 
@@ -334,14 +345,30 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_on_no_joint_is_refused() {
+    fn a_sensor_on_no_joint_and_events_of_no_source_are_refused() {
+        let [.., follow] = all();
+        for (place, error) in [(HEAD, RecordError::Joint(4)), (HEAD + 4, RecordError::Events(4))] {
+            let mut record = Record::of(&follow);
+            record.bytes[place] = 4;
+            let end = record.length - 4;
+            let sum = CRC.checksum(&record.bytes[..end]);
+            record.bytes[end..end + 4].copy_from_slice(&sum.to_le_bytes());
+            assert_eq!(read(record.bytes()), Err(error));
+        }
+        for (place, source) in EventSource::ALL.into_iter().enumerate() {
+            assert_eq!(source as usize, place);
+        }
+    }
+
+    /// A follower without the word for its events, as they were before, is refused by its length.
+    #[test]
+    fn a_follower_of_the_old_length_is_refused() {
         let [.., follow] = all();
         let mut record = Record::of(&follow);
-        record.bytes[HEAD] = 4;
-        let end = record.length - 4;
-        let sum = CRC.checksum(&record.bytes[..end]);
-        record.bytes[end..end + 4].copy_from_slice(&sum.to_le_bytes());
-        assert_eq!(read(record.bytes()), Err(RecordError::Joint(4)));
+        record.bytes[8] -= 1;
+        let told = read(record.bytes()).unwrap_err();
+        assert_eq!(told, RecordError::Kind { kind: 4, words: 70 });
+        assert!(told.to_string().ends_with("or 4 with 71"), "{told}");
     }
 
     #[test]
