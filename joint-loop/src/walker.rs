@@ -4,7 +4,7 @@
 //! [`Walker`] is the one that was built: R1, the thesis' network, a phase with a Fourier series a joint, or the same led by the gait
 //! sensor. The same file that a fit wrote builds the same bits here on the host and on the board ([`crate::walker_record`] is how it gets there).
 
-use cpg_core::entrainment::{Entrained, EntrainedConfig, Status};
+use cpg_core::entrainment::{Entrained, EntrainedConfig, EventSource, Status};
 use cpg_core::graph::{Biped, HipKnee, LeftRight};
 use cpg_core::phase_lock::PhaseLockConfig;
 use cpg_core::robust::{Robust, RobustConfig};
@@ -38,11 +38,13 @@ pub struct ShapeConfig {
     pub joints: [SeriesConfig; Joint::COUNT],
 }
 
-/// A walker that is followed: the shapes of its joints, and the one joint that the gait sensor is worn on.
+/// A walker that is followed: the shapes of its joints, the one joint that the gait sensor is worn on, and the events beside its angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FollowConfig {
     /// The joint that is measured.
     pub sensor: Joint,
+    /// What tells moments of the stride beside the angle.
+    pub events: EventSource,
     /// What the walker does when nobody disturbs him; the stride within the range of [`PhaseLockConfig::stride_s`].
     pub shape: ShapeConfig,
 }
@@ -53,7 +55,7 @@ impl FollowConfig {
     pub fn entrained(&self) -> EntrainedConfig {
         let lock = PhaseLockConfig { stride_s: self.shape.stride_s, ..PhaseLockConfig::default() };
         let delay_s = FilterConfig::default().delay_s(Period::MILLISECOND);
-        EntrainedConfig { lock, delay_s, ..EntrainedConfig::default() }
+        EntrainedConfig { lock, delay_s, events: self.events, ..EntrainedConfig::default() }
     }
 }
 
@@ -205,5 +207,43 @@ impl Generator<{ Joint::COUNT }> for Walker {
 
     fn following(&self) -> Option<Status> {
         if let Walker::Follow(follower) = self { follower.following() } else { None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A follower is one with the core's own: it is sensed, told of strikes, and says how it stands; the others say nothing.
+    #[test]
+    fn a_walker_passes_on_what_its_follower_is_told() {
+        let joint = |lead: f32| {
+            let (mut cos, mut sin) = ([0.0; HARMONICS], [0.0; HARMONICS]);
+            (cos[0], sin[0]) = (0.35 * lead.cos(), 0.35 * lead.sin());
+            SeriesConfig { mean: Radians(0.1), cos, sin }
+        };
+        let shape = ShapeConfig { stride_s: 1.1, joints: [0.0_f32, 3.1, 1.5, 4.6].map(joint) };
+        let follow = FollowConfig { sensor: Joint::LeftHip, events: EventSource::FootSwitch, shape };
+        let mut walker = WalkerConfig::Follow(follow).build(Period::MILLISECOND).unwrap();
+        let mut core =
+            Entrained::build(shape.shapes().unwrap(), Joint::LeftHip, follow.entrained(), Period::MILLISECOND).unwrap();
+        for tick in 0..16_000u32 {
+            let cycles = tick as f32 * 1e-3;
+            let angle = (tick < 15_000).then(|| Radians(0.1 + 0.35 * (core::f32::consts::TAU * cycles).cos()));
+            Generator::sense(&mut core, angle);
+            walker.sense(angle);
+            if tick % 1000 == 400 {
+                core.heel_strike();
+                walker.heel_strike();
+            }
+            core.step();
+            walker.step();
+            assert_eq!((walker.angles(), walker.following()), (core.angles(), Some(core.status())), "tick {tick}");
+        }
+        let Walker::Follow(follower) = walker else { unreachable!() };
+        assert_eq!(follower, core);
+        assert!((follower.event_phase().expect("learned").cycles() - 0.4).abs() < 0.01);
+        let robust = WalkerConfig::default_walk().build(Period::MILLISECOND).unwrap();
+        assert_eq!(robust.following(), None);
     }
 }

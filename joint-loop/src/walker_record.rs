@@ -5,11 +5,13 @@
 //!
 //! Words, in this order: **robust** natural period, nonlinearity, couplings, phases, amplitudes, offsets; **thesis** alpha, p, mu,
 //! offset of each joint, difference gains, product gains, phases; **shape** stride, then mean, cosines, sines of each joint; **follow**
-//! the sensor's joint as its place in [`Joint::ALL`], then as shape. Units as in the configurations themselves.
+//! the sensor's joint as its place in [`Joint::ALL`], the source of events as its place in [`EventSource::ALL`], then as shape. Units as
+//! in the configurations themselves.
 
 use core::fmt;
 
 use cpg_core::BuildError;
+use cpg_core::entrainment::EventSource;
 use cpg_core::rayleigh::RayleighConfig;
 use cpg_core::robust::RobustConfig;
 use cpg_core::thesis::ThesisConfig;
@@ -30,7 +32,7 @@ const ROBUST: (u16, usize) = (1, 18);
 const THESIS: (u16, usize) = (2, 28);
 const SHAPE: (u16, usize) = (3, 1 + 4 * (1 + 2 * HARMONICS));
 const FOLLOW: (u16, usize) = (4, MAX_WORDS);
-const MAX_WORDS: usize = 1 + SHAPE.1;
+const MAX_WORDS: usize = 2 + SHAPE.1;
 const KINDS: [(u16, usize); 4] = [ROBUST, THESIS, SHAPE, FOLLOW];
 
 /// Why bytes are no walker.
@@ -40,6 +42,8 @@ pub enum RecordError {
     Frame(FrameError),
     /// There is no joint of this number.
     Joint(u32),
+    /// There is no source of events of this number.
+    Events(u32),
     /// A parameter is not allowed.
     Walker(BuildError),
 }
@@ -57,6 +61,7 @@ impl fmt::Display for RecordError {
             }
             Self::Frame(error) => write!(f, "{error}"),
             Self::Joint(place) => write!(f, "the sensor is on joint {place}; allowed is 0 to 3"),
+            Self::Events(place) => write!(f, "the events are of source {place}; allowed is 0 to 2"),
             Self::Walker(error) => write!(f, "{error}"),
         }
     }
@@ -109,6 +114,7 @@ pub fn record_of(config: &WalkerConfig) -> Record {
         WalkerConfig::Shape(config) => shape(record, config),
         WalkerConfig::Follow(follow) => {
             record.push(follow.sensor as u32);
+            record.push(follow.events as u32);
             shape(record, &follow.shape);
         }
     })
@@ -155,7 +161,9 @@ pub fn read(bytes: &[u8]) -> Result<Option<Stored>, RecordError> {
         _ => {
             let place = words.word()?;
             let sensor = Joint::ALL.get(place as usize).copied().ok_or(RecordError::Joint(place))?;
-            WalkerConfig::Follow(FollowConfig { sensor, shape: words.shape()? })
+            let place = words.word()?;
+            let events = EventSource::ALL.get(place as usize).copied().ok_or(RecordError::Events(place))?;
+            WalkerConfig::Follow(FollowConfig { sensor, events, shape: words.shape()? })
         }
     };
     config.build(Period::MILLISECOND).map_err(RecordError::Walker)?;
@@ -219,7 +227,11 @@ mod tests {
 
     fn all() -> [WalkerConfig; 4] {
         let WalkerConfig::Shape(inner) = shape() else { unreachable!() };
-        let follow = WalkerConfig::Follow(FollowConfig { sensor: Joint::RightHip, shape: inner });
+        let follow = WalkerConfig::Follow(FollowConfig {
+            sensor: Joint::RightHip,
+            events: EventSource::FootSwitch,
+            shape: inner,
+        });
         [WalkerConfig::default_walk(), WalkerConfig::Thesis(ThesisConfig::set_s()), shape(), follow]
     }
 
@@ -235,12 +247,28 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_on_no_joint_is_refused() {
-        let record = Record::new(MAGIC, SCHEMA, FOLLOW.0, |record| {
-            record.push(4);
-            (1..FOLLOW.1).for_each(|_| record.push(0));
-        });
-        assert_eq!(read(record.bytes()), Err(RecordError::Joint(4)));
+    fn a_sensor_on_no_joint_and_events_of_no_source_are_refused() {
+        let of = |joint, events| {
+            Record::new(MAGIC, SCHEMA, FOLLOW.0, |record| {
+                record.push(joint);
+                record.push(events);
+                (2..FOLLOW.1).for_each(|_| record.push(0));
+            })
+        };
+        assert_eq!(read(of(4, 0).bytes()), Err(RecordError::Joint(4)));
+        assert_eq!(read(of(0, 3).bytes()), Err(RecordError::Events(3)));
+        for (place, source) in EventSource::ALL.into_iter().enumerate() {
+            assert_eq!(source as usize, place);
+        }
+    }
+
+    /// A follower without the word for its events, as they were before, is refused by its length.
+    #[test]
+    fn a_follower_of_the_old_length_is_refused() {
+        let old = Record::new(MAGIC, SCHEMA, FOLLOW.0, |record| (1..FOLLOW.1).for_each(|_| record.push(0)));
+        let told = read(old.bytes()).unwrap_err();
+        assert_eq!(told, RecordError::Frame(FrameError::Kind { kind: 4, words: 70 }));
+        assert!(told.to_string().ends_with("or 4 with 71"), "{told}");
     }
 
     #[test]

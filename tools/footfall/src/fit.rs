@@ -8,6 +8,7 @@ mod outcome;
 mod summary;
 
 use clap::Args;
+use cpg_core::entrainment::EventSource;
 use gait_fit::fit::{Fit, Kind, Settings, Source, fit};
 use gait_fit::report;
 use gait_trace::RawJoints;
@@ -65,6 +66,9 @@ pub struct Method {
     /// Let the shape follow a gait sensor that is worn on this joint: left_hip, right_hip, left_knee, right_knee
     #[arg(long, value_name = "JOINT", value_parser = joint)]
     pub follow: Option<Joint>,
+    /// What tells the follower moments of the stride beside the angle: none, peak (of that joint; helps with a knee) or foot_switch
+    #[arg(long, value_name = "SOURCE", default_value = "none", requires = "follow", value_parser = events)]
+    pub events: EventSource,
     /// Harmonics of the shape [default: 6, or as many more, up to 8, as it takes to come within 0.4 degrees at the hips and 0.5 at
     /// the knees]
     #[arg(long, value_name = "N", value_parser = harmonics)]
@@ -115,6 +119,11 @@ fn joint(text: &str) -> Result<Joint, String> {
     Joint::ALL.into_iter().find(|joint| joint.name() == text).ok_or(format!("allowed is one of {all}"))
 }
 
+fn events(text: &str) -> Result<EventSource, String> {
+    let all = EventSource::ALL.map(EventSource::name).join(", ");
+    EventSource::ALL.into_iter().find(|source| source.name() == text).ok_or(format!("allowed is one of {all}"))
+}
+
 fn low_pass(text: &str) -> Result<LowPass, String> {
     match (text, text.parse()) {
         ("customary", _) => Ok(LowPass::Customary),
@@ -154,6 +163,7 @@ impl Method {
             rules: Rules { low_pass: reading.low_pass_or_customary(), ..Rules::default() },
             compare,
             follow: self.follow,
+            events: self.events,
             ..Settings::default()
         }
     }
@@ -320,6 +330,7 @@ fn page(fitted: &Fit, method: &Method, reading: &Reading, path: &Path) -> Result
     }
     if let Some(joint) = method.follow {
         option("follow", joint.name().into());
+        option("events", method.events.name().into());
     }
     match reading.low_pass {
         None | Some(LowPass::Customary) => {}
@@ -364,6 +375,7 @@ mod tests {
         for bad in ["", "0/8", "9/8", "2", "2/", "a/b", "-1/2"] {
             assert!(shard(bad).unwrap_err().contains("allowed"), "{bad}");
         }
+        assert!(events("heel").unwrap_err().contains("none, peak, foot_switch"));
         assert!(kind("fourier").unwrap_err().contains("shape, robust, thesis"));
         assert!(harmonics("0").is_err() && harmonics("9").is_err() && harmonics("6") == Ok(6));
         assert_eq!((low_pass("off"), low_pass("8")), (Ok(LowPass::Off), Ok(LowPass::At(8.0))));

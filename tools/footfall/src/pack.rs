@@ -67,7 +67,7 @@ pub fn constant(config: &WalkerConfig, source: &str) -> String {
             "use cpg_core::rayleigh::RayleighConfig;\nuse cpg_core::thesis::NetworkConfig;\nuse joint_loop::WalkerConfig;\nuse joint_units::Phase;\n"
         }
         WalkerConfig::Follow(_) => {
-            "use joint_loop::{FollowConfig, SeriesConfig, ShapeConfig, WalkerConfig};\nuse joint_units::Joint::*;\nuse joint_units::Radians;\n"
+            "use cpg_core::entrainment::EventSource::*;\nuse joint_loop::{FollowConfig, SeriesConfig, ShapeConfig, WalkerConfig};\nuse joint_units::Joint::*;\nuse joint_units::Radians;\n"
         }
         WalkerConfig::Shape(_) => {
             "use joint_loop::{SeriesConfig, ShapeConfig, WalkerConfig};\nuse joint_units::Radians;\n"

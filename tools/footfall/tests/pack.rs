@@ -3,13 +3,16 @@
 // The constants are written for crates that export them.
 #![allow(unreachable_pub)]
 
+use cpg_core::entrainment::EventSource;
 use footfall::pack::constant;
 use joint_loop::walker_record::{read, record_of};
-use joint_loop::{SeriesConfig, ShapeConfig, WalkerConfig};
-use joint_units::Radians;
+use joint_loop::{FollowConfig, SeriesConfig, ShapeConfig, WalkerConfig};
+use joint_units::{Joint, Radians};
 use std::ffi::OsString;
 use walker::generator_file::WalkerFile;
 
+#[path = "constants/follow.rs"]
+mod follow;
 #[path = "constants/robust.rs"]
 mod robust;
 #[path = "constants/shape.rs"]
@@ -18,23 +21,25 @@ mod shape;
 mod thesis;
 
 /// Numbers that are awkward to print.
-fn awkward() -> WalkerConfig {
+fn awkward() -> ShapeConfig {
     let series = |mean| SeriesConfig {
         mean: Radians(mean),
         cos: [1.0, -0.1, 1e-7, -1.0e-12, 0.333_333_34, 0.0, -0.0, 5e-45],
         sin: [0.5, 0.25, 0.125, 1.0 / 3.0, -2.0 / 3.0, 6.25, -6.25, 1e-30],
     };
-    WalkerConfig::Shape(ShapeConfig { stride_s: 1.1, joints: [0.0, -0.5, 1.0 / 3.0, 2.0].map(series) })
+    ShapeConfig { stride_s: 1.1, joints: [0.0, -0.5, 1.0 / 3.0, 2.0].map(series) }
 }
 
 /// The files are what `pack` writes today, the compiler takes them, and their constants are the very parameters.
 #[test]
 fn a_constant_in_rust_is_the_file_bit_for_bit() {
     let shipped = |name| WalkerFile::shipped(name).unwrap().set.config();
+    let followed = FollowConfig { sensor: Joint::RightKnee, events: EventSource::None, shape: awkward() };
     for (name, config, text, compiled) in [
         ("robust", shipped("robust"), include_str!("constants/robust.rs"), robust::WALKER),
         ("thesis", shipped("thesis"), include_str!("constants/thesis.rs"), thesis::WALKER),
-        ("shape", awkward(), include_str!("constants/shape.rs"), shape::WALKER),
+        ("follow", WalkerConfig::Follow(followed), include_str!("constants/follow.rs"), follow::WALKER),
+        ("shape", WalkerConfig::Shape(awkward()), include_str!("constants/shape.rs"), shape::WALKER),
     ] {
         let written = constant(&config, "a test");
         assert_eq!(text, written, "{name}");

@@ -9,6 +9,7 @@
 
 use std::fmt;
 
+use cpg_core::entrainment::EventSource;
 use gait_trace::condition::{ConditionError, Conditioned, LowPass, Rules, condition};
 use gait_trace::cycle::{Cycle, POINTS};
 use gait_trace::raw::RawJoints;
@@ -85,6 +86,8 @@ pub struct Settings {
     pub compare: bool,
     /// Phase and shape are to follow a gait sensor that is worn on this joint.
     pub follow: Option<Joint>,
+    /// What tells a follower moments of the stride beside the angle.
+    pub events: EventSource,
 }
 
 impl Default for Settings {
@@ -100,6 +103,7 @@ impl Default for Settings {
             rules: Rules { low_pass: LowPass::Customary, ..Rules::default() },
             compare: false,
             follow: None,
+            events: EventSource::None,
         }
     }
 }
@@ -115,6 +119,10 @@ impl fmt::Display for Settings {
             },
             Kind::Robust => write!(f, ", Levenberg-Marquardt"),
             Kind::Thesis => write!(f, ", CMA-ES, {} evaluations, seed {}", self.evaluations, self.seed),
+        }?;
+        match self.follow {
+            Some(joint) => write!(f, ", led by {}, events {}", joint.name(), self.events.name()),
+            None => Ok(()),
         }
     }
 }
@@ -318,7 +326,9 @@ pub fn fit(
     };
     // What was judged is the walker's own shape: led by a sensor it is as good as its phase.
     let set = match (set, settings.follow) {
-        (GeneratorSet::Shape(shape), Some(sensor)) => GeneratorSet::Follow(FollowSet { sensor, shape }),
+        (GeneratorSet::Shape(shape), Some(sensor)) => {
+            GeneratorSet::Follow(FollowSet { sensor, events: settings.events, shape })
+        }
         (set, _) => set,
     };
     let provenance = Provenance {

@@ -1,13 +1,14 @@
 //! The parameter file of a walker: which generator, its numbers with their units in the names, and where they came from.
 //!
 //! Four kinds: `robust` (R1), `thesis` (eqs 13-16), `shape` (one phase, a Fourier series a joint) and `follow` (the same, led by the gait
-//! sensor). Numbers are written in the
-//! shortest form that reads back to the same bits, so a file makes an exact round trip. Every field has to be there.
+//! sensor). Numbers are written in the shortest form that reads back to the same bits, so a file makes an exact round trip. Every field has
+//! to be there but `events` of a follower, which without a word are none.
 
-use std::fmt::Write as _;
-use std::path::Path;
+mod reading;
+mod writing;
 
 use cpg_core::Rk4;
+use cpg_core::entrainment::EventSource;
 use cpg_core::graph::{Biped, HipKnee, LeftRight};
 use cpg_core::rayleigh::RayleighConfig;
 use cpg_core::robust::RobustConfig;
@@ -19,7 +20,6 @@ use joint_units::{Joint, Period, Phase, Radians};
 
 use crate::certificate::Specimen;
 use crate::specimen::Orbiting;
-use crate::toml_table::{Document, FileError, Problem, Section};
 
 /// Version of the layout.
 pub const SCHEMA: u32 = 1;
@@ -125,6 +125,8 @@ pub struct Provenance {
 pub struct FollowSet {
     /// The joint that the sensor is worn on.
     pub sensor: Joint,
+    /// What tells moments of the stride beside the angle.
+    pub events: EventSource,
     /// What the walker does.
     pub shape: ShapeSet,
 }
@@ -168,7 +170,7 @@ impl GeneratorSet {
             GeneratorSet::Thesis(set) => WalkerConfig::Thesis(set.config()),
             GeneratorSet::Shape(set) => WalkerConfig::Shape(set.config()),
             GeneratorSet::Follow(set) => {
-                WalkerConfig::Follow(FollowConfig { sensor: set.sensor, shape: set.shape.config() })
+                WalkerConfig::Follow(FollowConfig { sensor: set.sensor, events: set.events, shape: set.shape.config() })
             }
         }
     }
@@ -273,7 +275,7 @@ const ROBUST: [&str; 7] =
     ["natural_period_s", "nonlinearity", "coupling", "left_hip", "right_hip", "left_knee", "right_knee"];
 const THESIS: [&str; 6] = ["difference_per_s", "product_per_deg_s", "left_hip", "right_hip", "left_knee", "right_knee"];
 const SHAPE: [&str; 5] = ["stride_s", "left_hip", "right_hip", "left_knee", "right_knee"];
-const FOLLOW: [&str; 6] = ["sensor", "stride_s", "left_hip", "right_hip", "left_knee", "right_knee"];
+const FOLLOW: [&str; 7] = ["sensor", "events", "stride_s", "left_hip", "right_hip", "left_knee", "right_knee"];
 const LINKS: [&str; 4] = ["hips", "knees", "left_leg", "right_leg"];
 
 impl WalkerFile {
@@ -301,76 +303,6 @@ impl WalkerFile {
         let made_by = format!("footfall {}", env!("CARGO_PKG_VERSION"));
         Some(Self { provenance: Provenance { source: "shipped".into(), made_by, ..Provenance::default() }, set })
     }
-
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// The first thing that is wrong with it, with line and field.
-    pub fn read(path: &Path) -> Result<Self, FileError> {
-        Self::of(&Document::read(path)?)
-    }
-
-    /// Reads a text; `name` is what errors call it.
-    ///
-    /// # Errors
-    /// As [`WalkerFile::read`].
-    pub fn parse(name: &str, text: &str) -> Result<Self, FileError> {
-        Self::of(&Document::of_text(name, text.into()))
-    }
-
-    fn of(document: &Document) -> Result<Self, FileError> {
-        let tree = document.parse()?;
-        let kinds = ["robust", "thesis", "shape", "follow"];
-        let all = ["schema", "generator", "provenance", "robust", "thesis", "shape", "follow"];
-        let top = document.top(tree.get_ref(), &all)?;
-        top.schema(SCHEMA)?;
-        let kind = top.word("generator", &kinds.map(|kind| (kind, kind)))?;
-        // Numbers of a generator that is not asked for are a mistake, not a reserve.
-        let top = document.top(tree.get_ref(), &["schema", "generator", "provenance", kind])?;
-        let from = top.table("provenance", &PROVENANCE)?;
-        let provenance = Provenance {
-            source: from.text("source")?,
-            source_sha256: from.text("source_sha256")?,
-            made_by: from.text("made_by")?,
-            settings: from.text("settings")?,
-        };
-        let set = match kind {
-            "robust" => GeneratorSet::Robust(robust(&top)?),
-            "thesis" => GeneratorSet::Thesis(read_thesis(&top)?),
-            "shape" => GeneratorSet::Shape(shape(&top.table("shape", &SHAPE)?)?),
-            _ => {
-                let section = top.table("follow", &FOLLOW)?;
-                let sensor = section.word("sensor", &Joint::ALL.map(|joint| (joint.name(), joint)))?;
-                GeneratorSet::Follow(FollowSet { sensor, shape: shape(&section)? })
-            }
-        };
-        // The core has the last word: relations between numbers are its rules.
-        match set.generator(Period::MILLISECOND) {
-            Ok(_) => Ok(Self { provenance, set }),
-            Err(rule) => Err(document.at(kind, Problem::Rule(rule))),
-        }
-    }
-
-    /// As a file's text.
-    #[must_use]
-    pub fn to_toml(&self) -> String {
-        let mut out = String::new();
-        let Provenance { source, source_sha256, made_by, settings } = &self.provenance;
-        // Writing to a String cannot fail.
-        let _ = writeln!(out, "schema = {SCHEMA}\ngenerator = \"{}\"\n\n[provenance]", self.set.kind());
-        for (key, value) in PROVENANCE.into_iter().zip([source, source_sha256, made_by, settings]) {
-            let _ = writeln!(out, "{key} = {}", quoted(value));
-        }
-        let _ = match &self.set {
-            GeneratorSet::Robust(set) => write_robust(&mut out, set),
-            GeneratorSet::Thesis(set) => write_thesis(&mut out, set),
-            GeneratorSet::Shape(set) => write_shape(&mut out, "shape", "", set),
-            GeneratorSet::Follow(set) => {
-                write_shape(&mut out, "follow", &format!("sensor = \"{}\"\n", set.sensor.name()), &set.shape)
-            }
-        };
-        out
-    }
 }
 
 fn thesis(config: &ThesisConfig) -> GeneratorSet {
@@ -385,148 +317,6 @@ fn thesis(config: &ThesisConfig) -> GeneratorSet {
             start_phase_deg: (config.phases[joint].cycles() * 360.0).round(),
         }),
     })
-}
-
-/// Reads each joint's table.
-fn joints<T: Clone>(
-    section: &Section<'_>,
-    fields: &[&str],
-    read: impl Fn(&Section<'_>) -> Result<T, FileError>,
-) -> Result<[T; 4], FileError> {
-    let mut all = vec![];
-    for joint in Joint::ALL {
-        all.push(read(&section.table(joint.name(), fields)?)?);
-    }
-    Ok([all[0].clone(), all[1].clone(), all[2].clone(), all[3].clone()])
-}
-
-fn robust(top: &Section<'_>) -> Result<RobustSet, FileError> {
-    let section = top.table("robust", &ROBUST)?;
-    let links = section.table("coupling", &LINKS)?;
-    let mut coupling = [0.0; 4];
-    for (kap, name) in coupling.iter_mut().zip(LINKS) {
-        *kap = links.number(name, 0.0, 2.0, "")?;
-    }
-    Ok(RobustSet {
-        natural_period_s: section.number("natural_period_s", 0.1, 100.0, " s")?,
-        nonlinearity: section.number("nonlinearity", 0.01, 2.0, "")?,
-        coupling,
-        joints: joints(&section, &["amplitude_deg", "offset_deg", "phase_deg"], |joint| {
-            Ok(RobustJoint {
-                amplitude_deg: joint.number("amplitude_deg", 0.0, 180.0, " degrees")?,
-                offset_deg: joint.number("offset_deg", -180.0, 180.0, " degrees")?,
-                phase_deg: joint.number("phase_deg", -360.0, 360.0, " degrees")?,
-            })
-        })?,
-    })
-}
-
-fn read_thesis(top: &Section<'_>) -> Result<ThesisSet, FileError> {
-    let section = top.table("thesis", &THESIS)?;
-    let gains = |table: &str, names: [&str; 2], unit: &str| {
-        let table = section.table(table, &names)?;
-        let pair = |name: &str| table.pair(name, -10.0, 10.0, unit).map(|(a, b)| [a, b]);
-        Ok::<_, FileError>([pair(names[0])?, pair(names[1])?])
-    };
-    let fields = ["alpha_per_s", "p_s2_per_deg2", "mu_rad_per_s", "offset_deg", "start_phase_deg"];
-    Ok(ThesisSet {
-        difference_per_s: gains("difference_per_s", ["hips", "knees"], " 1/s")?,
-        product_per_deg_s: gains("product_per_deg_s", ["left_leg", "right_leg"], " 1/(deg s)")?,
-        joints: joints(&section, &fields, |joint| {
-            Ok(ThesisJoint {
-                alpha_per_s: joint.number("alpha_per_s", 1e-6, 1000.0, " 1/s")?,
-                p_s2_per_deg2: joint.number("p_s2_per_deg2", 1e-12, 1e6, " s^2/deg^2")?,
-                mu_rad_per_s: joint.number("mu_rad_per_s", 0.3, 32.0, " rad/s")?,
-                offset_deg: joint.number("offset_deg", -180.0, 180.0, " degrees")?,
-                start_phase_deg: joint.number("start_phase_deg", -360.0, 360.0, " degrees")?,
-            })
-        })?,
-    })
-}
-
-fn shape(section: &Section<'_>) -> Result<ShapeSet, FileError> {
-    Ok(ShapeSet {
-        stride_s: section.number("stride_s", 0.2, 20.0, " s")?,
-        joints: joints(section, &["mean_deg", "cos_deg", "sin_deg"], |joint| {
-            let coefficients = |key: &str| joint.numbers(key, (1, HARMONICS), (-180.0, 180.0), " degrees");
-            let read = ShapeJoint {
-                mean_deg: joint.number("mean_deg", -180.0, 180.0, " degrees")?,
-                cos_deg: coefficients("cos_deg")?,
-                sin_deg: coefficients("sin_deg")?,
-            };
-            if read.cos_deg.len() != read.sin_deg.len() {
-                let rule = format!(
-                    "has {} numbers; allowed is as many as `cos_deg`, {}",
-                    read.sin_deg.len(),
-                    read.cos_deg.len()
-                );
-                return Err(joint.error_at("sin_deg", Problem::Rule(rule)));
-            }
-            Ok(read)
-        })?,
-    })
-}
-
-/// As a basic string on one line.
-fn quoted(text: &str) -> String {
-    let mut out = String::from("\"");
-    for c in text.chars() {
-        match c {
-            '"' | '\\' => out.extend(['\\', c]),
-            c if c.is_control() => out += &format!("\\u{:04X}", u32::from(c)),
-            c => out.push(c),
-        }
-    }
-    out + "\""
-}
-
-fn list(numbers: &[f32]) -> String {
-    let numbers: Vec<String> = numbers.iter().map(|number| format!("{number:?}")).collect();
-    format!("[{}]", numbers.join(", "))
-}
-
-fn write_robust(out: &mut String, set: &RobustSet) -> std::fmt::Result {
-    writeln!(out, "\n[robust]\nnatural_period_s = {:?}\nnonlinearity = {:?}", set.natural_period_s, set.nonlinearity)?;
-    writeln!(out, "\n[robust.coupling]")?;
-    for (name, kap) in LINKS.into_iter().zip(set.coupling) {
-        writeln!(out, "{name} = {kap:?}")?;
-    }
-    for (name, joint) in Joint::ALL.map(Joint::name).into_iter().zip(&set.joints) {
-        writeln!(
-            out,
-            "\n[robust.{name}]\namplitude_deg = {:?}\noffset_deg = {:?}\nphase_deg = {:?}",
-            joint.amplitude_deg, joint.offset_deg, joint.phase_deg
-        )?;
-    }
-    Ok(())
-}
-
-fn write_thesis(out: &mut String, set: &ThesisSet) -> std::fmt::Result {
-    writeln!(out, "\n[thesis.difference_per_s]")?;
-    for (name, pair) in ["hips", "knees"].into_iter().zip(&set.difference_per_s) {
-        writeln!(out, "{name} = {}", list(pair))?;
-    }
-    writeln!(out, "\n[thesis.product_per_deg_s]")?;
-    for (name, pair) in ["left_leg", "right_leg"].into_iter().zip(&set.product_per_deg_s) {
-        writeln!(out, "{name} = {}", list(pair))?;
-    }
-    for (name, joint) in Joint::ALL.map(Joint::name).into_iter().zip(&set.joints) {
-        writeln!(
-            out,
-            "\n[thesis.{name}]\nalpha_per_s = {:?}\np_s2_per_deg2 = {:?}\nmu_rad_per_s = {:?}\noffset_deg = {:?}\nstart_phase_deg = {:?}",
-            joint.alpha_per_s, joint.p_s2_per_deg2, joint.mu_rad_per_s, joint.offset_deg, joint.start_phase_deg
-        )?;
-    }
-    Ok(())
-}
-
-fn write_shape(out: &mut String, kind: &str, first: &str, set: &ShapeSet) -> std::fmt::Result {
-    writeln!(out, "\n[{kind}]\n{first}stride_s = {:?}", set.stride_s)?;
-    for (name, joint) in Joint::ALL.map(Joint::name).into_iter().zip(&set.joints) {
-        let (cos, sin) = (list(&joint.cos_deg), list(&joint.sin_deg));
-        writeln!(out, "\n[{kind}.{name}]\nmean_deg = {:?}\ncos_deg = {cos}\nsin_deg = {sin}", joint.mean_deg)?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -551,7 +341,11 @@ mod tests {
         files.push(shape());
         let GeneratorSet::Shape(inner) = shape().set else { unreachable!() };
         files.push(WalkerFile {
-            set: GeneratorSet::Follow(FollowSet { sensor: Joint::RightKnee, shape: inner }),
+            set: GeneratorSet::Follow(FollowSet {
+                sensor: Joint::RightKnee,
+                events: EventSource::FootSwitch,
+                shape: inner,
+            }),
             ..shape()
         });
         files
@@ -575,6 +369,19 @@ mod tests {
             shipped.step();
         }
         assert_eq!(from_file.angles(), shipped.angles());
+    }
+
+    /// A follower's events may be left out, and then there are none; another word is refused with those that are allowed.
+    #[test]
+    fn events_may_be_left_out_and_are_one_of_three() {
+        let file = files().pop().expect("a follower");
+        let text = file.to_toml();
+        let GeneratorSet::Follow(set) = &file.set else { unreachable!() };
+        assert_eq!(set.events, EventSource::FootSwitch);
+        let without = WalkerFile::parse("x.toml", &text.replace("events = \"foot_switch\"\n", "")).unwrap();
+        assert_eq!(without.set, GeneratorSet::Follow(FollowSet { events: EventSource::None, ..set.clone() }));
+        let error = WalkerFile::parse("x.toml", &text.replace("foot_switch", "heel")).unwrap_err().to_string();
+        assert!(error.contains("follow.events") && error.contains(r#""none", "peak", "foot_switch""#), "{error}");
     }
 
     /// Every numeric field broken in turn: the error names file, line and field, and says what is allowed.

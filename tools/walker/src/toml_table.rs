@@ -212,6 +212,12 @@ impl<'a> Section<'a> {
         self.error(key, value.span().start, problem)
     }
 
+    /// Whether the field is there: for one that may be left out.
+    #[must_use]
+    pub fn has(&self, key: &str) -> bool {
+        self.table.keys().any(|name| name.get_ref() == key)
+    }
+
     /// A number from `least` to `most`.
     ///
     /// # Errors
