@@ -18,6 +18,7 @@ mod loader;
 mod nvic;
 mod plant;
 mod pulses;
+mod recorder;
 mod report;
 mod rtt;
 mod run;
@@ -40,6 +41,7 @@ use crate::exception::Broken;
 use crate::inject::{Injection, Kind, PANIC_FUNCTIONS, SymbolAt};
 use crate::loader::Image;
 use crate::plant::{BoardPlant, Press, Volts};
+use crate::recorder::Recorder;
 use crate::report::Report;
 use crate::run::{Options, Run};
 
@@ -109,6 +111,9 @@ struct Cli {
     /// Write every ADC result that the program was given to a CSV file
     #[arg(long, value_name = "FILE")]
     record_conversions: Option<PathBuf>,
+    /// Write a pin's edges to a CSV file with the header time_s,level, as in PB5=sync.csv
+    #[arg(long, value_name = "PIN=FILE", value_parser = edge_file)]
+    record_edges: Vec<(Pin, PathBuf)>,
     /// End at the first access that is not modelled, clocked or allowed
     #[arg(long)]
     stop_on_lint: bool,
@@ -182,6 +187,12 @@ fn level(text: &str) -> Result<(Pin, bool), String> {
     }
 }
 
+fn edge_file(text: &str) -> Result<(Pin, PathBuf), String> {
+    let wanted = || format!("`{text}` is not PIN=FILE, as in PB5=sync.csv");
+    let (pin, file) = text.split_once('=').filter(|(_, file)| !file.is_empty()).ok_or_else(wanted)?;
+    Ok((pin.parse().map_err(|error| format!("{error}"))?, file.into()))
+}
+
 fn injections(cli: &Cli, image: &Image) -> Result<Vec<Injection>> {
     let mut all = Vec::new();
     for SymbolAt { symbol, at } in &cli.hang {
@@ -218,17 +229,7 @@ fn run(cli: &Cli) -> Result<u8> {
     for &(pin, level) in &cli.level {
         ensure!(levels.insert(pin, level).is_none(), "--level names {pin} twice");
     }
-    let recorder = match &cli.record_conversions {
-        None => None,
-        Some(path) => {
-            let open = || -> Result<_> {
-                let mut writer = csv::Writer::from_path(path)?;
-                writer.write_record(["time_s", "group", "channel", "code"])?;
-                Ok(writer)
-            };
-            Some(open().with_context(|| format!("cannot write {}", path.display()))?)
-        }
-    };
+    let recorder = Recorder::create(cli.record_conversions.as_deref(), &cli.record_edges)?;
     let config = SocConfig { lsi_hz: cli.lsi_hz, vdda: cli.vdda, hse_ready: !cli.hse_dead, ..SocConfig::default() };
     let options = Options {
         secs: cli.secs,
@@ -245,7 +246,8 @@ fn run(cli: &Cli) -> Result<u8> {
         stale_flags: cli.broken.contains(&Break::StaleFlags),
     };
     let injections = injections(cli, &image)?;
-    let plant = BoardPlant::new(volts, cli.press.clone(), levels);
+    let mut plant = BoardPlant::new(volts, cli.press.clone(), levels);
+    plant.pulses.watch(cli.record_edges.iter().map(|(pin, _)| *pin));
     let report = Report::new(BufWriter::new(stdout()));
     Run::new(&image, config, plant, injections, recorder, Console::open()?, report, options)?.run()
 }
@@ -295,6 +297,8 @@ mod tests {
             (&["fw.elf", "--hang", "tick"], "SYMBOL@SECONDS"),
             (&["fw.elf", "--flash", "4000=x"], "ADDRESS=FILE"),
             (&["fw.elf", "--flash", "0x4000"], "ADDRESS=FILE"),
+            (&["fw.elf", "--record-edges", "PB5"], "PIN=FILE"),
+            (&["fw.elf", "--record-edges", "P5=a.csv"], "names no pin"),
             (&["fw.elf", "--rtt-mode", "3"], "3"),
             (&["fw.elf", "--loop"], "--volts"),
             (&[], "ELF"),
