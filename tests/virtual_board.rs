@@ -3,6 +3,7 @@
 //! What this shows is shown on models of the chip's peripherals, not on hardware.
 
 use footfall::shipped::SENSOR_JOINT;
+use footfall::sync::{coded, edges};
 use footfall_tests::board::{Board, Booted, Ran};
 use footfall_tests::traces::shipped_volts_file;
 use hgod_adc::{OVERSAMPLING, SensorState, trimmed_mean};
@@ -249,6 +250,29 @@ fn the_synchronisation_output_has_the_edges_of_its_code() {
     // Tick 1 finds the level of its slot already up: an edge more. The log may be ten ticks behind.
     let (seen, least, most) = (ran.end.edges["PB5"], edges(last) + 1, edges(last + 12) + 1);
     assert!((least..=most).contains(&seen), "{seen} edges, by the code {least} to {most}");
+}
+
+/// Its pulses as another system would record them, decoded: the two clocks are one, begun when the board booted.
+#[test]
+fn the_synchronisation_output_is_decoded() {
+    let Some(board) = Board::find("the synchronisation output decoded") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("sync.csv");
+    let ran = board.run(options(11.0, &[], &["--record-edges", &format!("PB5={}", file.display())]));
+    assert_regular(&ran);
+    let edges = edges::read(&file).expect("edges");
+    assert_eq!(edges.len() as u64, ran.end.edges["PB5"], "every edge that was counted");
+    let fit = coded::fit(&edges).expect("decoded");
+    println!("synchronisation output: {fit:?}");
+    assert!(fit.frames >= 2, "whole frames: {}", fit.frames);
+    // The board's time is tick / 1 kHz, and a tick's edge comes within the tick: offset is the time from power-on to tick 0.
+    let booted = only(&ran).t_s;
+    assert!((booted..booted + 0.02).contains(&fit.clocks.offset_s), "{fit:?}, booted at {booted} s");
+    assert!(fit.clocks.drift_ppm.abs() < 0.1, "one clock drifts by {} ppm against itself", fit.clocks.drift_ppm);
+    assert!(fit.clocks.worst_s < 1e-5, "off by {} s", fit.clocks.worst_s);
+    // All pulses but the first, which tick 1 found begun.
+    let last = only(&ran).calls.last().expect("calls").0;
+    assert!(fit.unused <= 1 && fit.ticks.1.abs_diff(last) <= 110, "{fit:?}, last tick {last}");
 }
 
 /// Die of 25 degrees by the model's own curve, at each supply.

@@ -8,11 +8,12 @@
 //! | [`knots`] | which poses become points |
 //! | [`fit`](mod@fit) | all of it: the table, or a fault with a name |
 //! | [`report`] | what is told of it: text, JSON, a page, a picture |
-//! | [`guide`] | the same with live codes, one angle after the other |
+//! | [`guide`] | the same with live codes, one angle after the other, and the codes on the screen |
 
 pub mod fit;
 pub mod guide;
 pub mod knots;
+mod live;
 pub mod monotone;
 pub mod poses;
 pub mod report;

@@ -1,17 +1,17 @@
 //! `footfall check`: whether files are as they must be, without doing anything with them.
 
 use crate::failure::Failure;
+use crate::feed::{self, Opened};
 use crate::{calibration_file, parameter_file};
 use clap::Args;
-use gait_trace::csv_file;
 use std::path::PathBuf;
 use walker::generator_file::WalkerFile;
 
 /// Options of `footfall check`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A recording
-    #[arg(long, value_name = "CSV")]
+    /// A recording, in any format that `fit` reads
+    #[arg(long, value_name = "FILE")]
     pub trace: Vec<PathBuf>,
     /// A sensor's calibration
     #[arg(long, value_name = "TOML")]
@@ -40,11 +40,17 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Err(fault) => faults.push(fault),
     };
     for path in &options.trace {
-        told(csv_file::read(path).map_err(|error| error.to_string()).map(|recording| {
-            let columns: Vec<String> = recording.channels().iter().map(gait_trace::Channel::column).collect();
-            let (rows, seconds) = (recording.time_s().len(), recording.duration_s());
-            format!("{}: good: {rows} rows, {seconds:.3} s, {}", path.display(), columns.join(" "))
-        }));
+        told(feed::opened(path).map_err(|error| error.to_string()).map(
+            |Opened { recording, format, notes, .. }| {
+                for note in &notes {
+                    eprintln!("note: {}: {note}", path.display());
+                }
+                let columns: Vec<String> = recording.channels().iter().map(gait_trace::Channel::column).collect();
+                let (rows, seconds) = (recording.time_s().len(), recording.duration_s());
+                let format = format.map_or(String::new(), |format| format!("; {format}"));
+                format!("{}: good: {rows} rows, {seconds:.3} s, {}{format}", path.display(), columns.join(" "))
+            },
+        ));
     }
     for path in &options.calibration {
         told(calibration_file::read(path).map_err(|error| error.to_string()).map(|sensor| {

@@ -2,7 +2,9 @@
 
 use crate::failure::Failure;
 use crate::shipped::SENSOR_PINS;
-use gait_trace::{Channel, LoopError, Quantity, Recording, TraceError, csv_file};
+use gait_trace::condition::{LowPass, Rules, condition};
+use gait_trace::open::{self, ReadOptions};
+use gait_trace::{Channel, Fault, LoopError, Quantity, Recording, TraceError, csv_file};
 use joint_loop::{WornSensor, WornSensors};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -40,6 +42,52 @@ pub fn recording(file: Option<&Path>) -> Result<(String, Recording), TraceError>
         Some(path) => Ok((path.display().to_string(), csv_file::read(path)?)),
         None => Ok((SHIPPED_NAME.into(), csv_file::parse(SHIPPED_NAME, SHIPPED_TRACE.as_bytes())?)),
     }
+}
+
+/// A recording of any format, ready to be played.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Opened {
+    /// The file's name.
+    pub name: String,
+    /// Its channels.
+    pub recording: Recording,
+    /// What kind of file it was, where it is no plain CSV of ours.
+    pub format: Option<String>,
+    /// What the reader decided and what was done about the recording, a sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Opens a recording: plain CSV of ours as it stands, any other format by its joints, in even steps and flexion positive, short gaps
+/// bridged and long ones held as a straight line, each told.
+///
+/// # Errors
+/// The file is not as it must be, or its time axis is a cycle.
+pub fn opened(path: &Path) -> Result<Opened, Failure> {
+    let name = path.display().to_string();
+    match csv_file::read(path) {
+        Ok(recording) => return Ok(Opened { name, recording, format: None, notes: vec![] }),
+        // Its header is not ours: it is another kind of file.
+        Err(TraceError { fault, .. })
+            if matches!(
+                *fault,
+                Fault::MissingColumn { .. } | Fault::UnknownColumn | Fault::NoChannels | Fault::NotText { .. }
+            ) => {}
+        Err(error) => return Err(Failure::input(error)),
+    }
+    let raw = open::read(path, &ReadOptions::default()).map_err(|error| {
+        let text = error.to_string();
+        let asks = text.contains("--map") || text.contains("unit") || text.contains("calibration");
+        let hint =
+            if asks { "; `footfall convert` takes what a file does not say, and writes one that does" } else { "" };
+        Failure::Input(text + hint)
+    })?;
+    let rules = Rules { low_pass: LowPass::Off, jump_bend_deg: f64::INFINITY, ..Rules::default() };
+    let conditioned = condition(&raw, &rules).map_err(Failure::input)?;
+    if conditioned.normalised_cycle {
+        return Err(Failure::input(format!("{name}: the time axis is a cycle; allowed is a recording in seconds")));
+    }
+    let notes = raw.notes.into_iter().chain(conditioned.findings.iter().map(ToString::to_string)).collect();
+    Ok(Opened { name, recording: conditioned.recording, format: Some(raw.format), notes })
 }
 
 /// Turns a recording into volts for a run of so many seconds, or for one without end: of the joint of each worn sensor, at its pin.

@@ -11,11 +11,11 @@ use clap::Args;
 use cpg_core::entrainment::EventSource;
 use gait_fit::fit::{Fit, Kind, Settings, Source, fit};
 use gait_fit::report;
-use gait_trace::RawJoints;
 use gait_trace::condition::{LowPass, Rules};
 use gait_trace::joint_names::AngleUnit;
 use gait_trace::open::{ReadOptions, of_bytes};
 use gait_trace::whole_file;
+use gait_trace::{Fault, RawJoints, TraceError};
 use indicatif::{ProgressBar, ProgressStyle};
 use joint_loop::HARMONICS;
 use joint_units::Joint;
@@ -31,7 +31,8 @@ use outcome::Outcome;
 /// Options of `footfall fit`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// Recordings: CSV, OpenSim .mot and .sto, C3D, oscilloscope CSV, a capture in MCAP; or folders of them
+    /// Recordings: CSV, OpenSim .mot and .sto, C3D, oscilloscope CSV, a capture in MCAP; or folders of them, in which files that hold
+    /// no time or no joint are skipped
     #[arg(required = true, value_name = "RECORDING")]
     pub recordings: Vec<PathBuf>,
     /// Where the walker's parameters go; of several recordings, the folder where everything goes [default: standard output; `fits`]
@@ -153,6 +154,22 @@ fn shard(text: &str) -> Result<(u32, u32), String> {
 }
 
 impl Method {
+    /// Refuses what the generator would not heed.
+    fn check(&self) -> Result<(), Failure> {
+        if self.generator == Kind::Shape {
+            return Ok(());
+        }
+        let option = match (self.harmonics, self.follow) {
+            (Some(_), _) => "--harmonics",
+            (None, Some(_)) => "--follow",
+            (None, None) => return Ok(()),
+        };
+        Err(Failure::input(format!(
+            "{option} with --generator {}: allowed is {option} with --generator shape, which alone heeds it",
+            self.generator.name()
+        )))
+    }
+
     fn settings(&self, reading: &Reading, compare: bool) -> Settings {
         Settings {
             kind: self.generator,
@@ -172,8 +189,10 @@ impl Method {
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input, a file that cannot be written, or, of several recordings, some that could not be fitted.
+/// Bad input, a file that cannot be written, or, of several recordings, some that could not be fitted. A file in a folder that has no time
+/// or no joint is no recording of gait, and no failure.
 pub fn run(options: &Options) -> Result<(), Failure> {
+    options.method.check()?;
     match options.recordings.as_slice() {
         [one] if !one.is_dir() && options.shard.is_none() && options.jobs.is_none() => single(options, one),
         _ => batch::run(options),
@@ -295,6 +314,16 @@ pub(crate) fn raw(path: &Path, reading: &Reading, sideless: Option<Joint>) -> Re
 }
 
 fn raw_of(path: &Path, bytes: &[u8], reading: &Reading, sideless: Option<Joint>) -> Result<RawJoints, Failure> {
+    read_of(path, bytes, reading, sideless)?.map_err(Failure::input)
+}
+
+/// As [`raw_of`], with what is wrong with the recording apart from what is wrong with the options.
+fn read_of(
+    path: &Path,
+    bytes: &[u8],
+    reading: &Reading,
+    sideless: Option<Joint>,
+) -> Result<Result<RawJoints, TraceError>, Failure> {
     let sensor = match &reading.calibration {
         Some(file) => Some(calibration_file::read(file).map_err(Failure::input)?),
         None => None,
@@ -304,7 +333,14 @@ fn raw_of(path: &Path, bytes: &[u8], reading: &Reading, sideless: Option<Joint>)
     for map in &reading.map {
         how.add_map(map).map_err(Failure::input)?;
     }
-    of_bytes(&path.display().to_string(), bytes, &how).map_err(Failure::input)
+    Ok(of_bytes(&path.display().to_string(), bytes, &how))
+}
+
+/// Why a file is no recording of gait at all, if it is none: a table of something else, or a text.
+fn other_than_gait(path: &Path, bytes: &[u8], reading: &Reading) -> Option<String> {
+    let error = read_of(path, bytes, reading, None).ok()?.err()?;
+    let other = matches!(*error.fault, Fault::NoTime { .. } | Fault::NoJoints { .. } | Fault::NoTrajectories { .. });
+    other.then(|| error.to_string())
 }
 
 fn of_read(

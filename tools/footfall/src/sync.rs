@@ -138,3 +138,15 @@ fn line(points: &[(f64, f64)]) -> (f64, f64) {
     let slope = xy / xx;
     (y0 - slope * x0, slope)
 }
+
+/// What a pair may be off by to be one, s, by what all of them are off by a line: what is much further off than most, and than all in the mean, is
+/// another pulse, or one that began before the recording did.
+fn outlier_s(points: &[(f64, f64)], (offset, slope): (f64, f64)) -> f64 {
+    /// What a time stamp may be off by in any case, s.
+    const RESOLUTION_S: f64 = 1e-5;
+    let mut off: Vec<f64> = points.iter().map(|(x, y)| (offset + slope * x - y).abs()).collect();
+    off.sort_by(f64::total_cmp);
+    let median = off.get(off.len() / 2).copied().unwrap_or(0.0);
+    let rms = (off.iter().map(|off| off * off).sum::<f64>() / off.len().max(1) as f64).sqrt();
+    RESOLUTION_S + (6.0 * median).max(3.0 * rms)
+}

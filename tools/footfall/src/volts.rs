@@ -2,7 +2,7 @@
 
 use crate::calibration_file;
 use crate::failure::Failure;
-use crate::feed;
+use crate::feed::{self, Opened};
 use crate::shipped::{self, SENSOR_JOINT};
 use clap::Args;
 use gait_trace::csv_file;
@@ -12,8 +12,8 @@ use std::path::PathBuf;
 /// Options of `footfall volts`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A recording of angles in degrees: its left knee, or its only channel [default: the shipped recording]
-    #[arg(long, value_name = "CSV")]
+    /// A recording of angles, in any format that `fit` reads: its left knee, or its only channel [default: the shipped recording]
+    #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
     /// The sensor's calibration [default: the firmware's]
     #[arg(long, value_name = "TOML")]
@@ -28,7 +28,16 @@ pub struct Options {
 /// # Errors
 /// Bad input, or the output cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let (name, recording) = feed::recording(options.trace.as_deref()).map_err(Failure::input)?;
+    let (name, recording) = match &options.trace {
+        Some(path) => {
+            let Opened { name, recording, notes, .. } = feed::opened(path)?;
+            for note in &notes {
+                eprintln!("note: {note}");
+            }
+            (name, recording)
+        }
+        None => feed::recording(None).map_err(Failure::input)?,
+    };
     let sensor = match &options.calibration {
         Some(path) => calibration_file::read(path).map_err(Failure::input)?,
         None => shipped::wired_sensor().map_err(Failure::run)?,

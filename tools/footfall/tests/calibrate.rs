@@ -401,12 +401,43 @@ fn the_guide_ends_in_the_same_fit() {
     let codes: String = text.lines().skip(1).map(|row| format!("{}\n", row.split_once(',').unwrap().1)).collect();
     let plan = footfall::calibrate::guide::Plan { angles_deg: steps(0.0, 60.0, 10.0), samples: 20, most_sd: 8.0 };
     let (codes, answers) = (std::io::Cursor::new(codes), std::io::Cursor::new("\n".repeat(7)));
-    let guided = footfall::calibrate::guide::ask(&plan, codes, false, answers, std::io::sink()).unwrap();
+    let guided = footfall::calibrate::guide::ask(
+        &plan,
+        codes,
+        footfall::calibrate::guide::Codes::Kept,
+        answers,
+        std::io::sink(),
+    )
+    .unwrap();
     assert_eq!(guided, text);
     std::fs::write(&kept, guided).unwrap();
     let out = folder.path().join("knee.toml");
     let path = kept.to_str().unwrap();
     assert_eq!(call(&[path, "-o", out.to_str().unwrap(), "--supply", "3.3"]), (0, String::new()));
+}
+
+/// What a person reads: which way the sensor goes, what noise had turned round, and where it is saturated.
+#[test]
+fn monotonicity_and_saturation_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let (rows, out) = (folder.path().join("rows.csv"), folder.path().join("knee.toml"));
+    let told = |angles: &[f64], sd: f64, code_at: &dyn Fn(f64, usize) -> f64| {
+        std::fs::write(&rows, code_rows(angles, 40, sd, code_at)).unwrap();
+        let mut footfall = std::process::Command::new(env!("CARGO_BIN_EXE_footfall"));
+        let output = footfall.args(["calibrate", "--supply", "3.3"]).arg(&rows).arg("-o").arg(&out).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let text = told(&up_and_down(10.0, 150.0, 10.0), 1.0, &|degrees, _| saturating(degrees));
+    assert!(text.contains("monotone: volts fall with the angle, no two poses the other way round"), "{text}");
+    assert!(text.contains("saturation: left out of the table: 10, 20, 30 degrees"), "{text}");
+    // Poses that are nearer to each other than what noise leaves of their means.
+    let text = told(&steps(0.0, 60.0, 0.2), 30.0, &|degrees, _| 600.0 + 25.0 * degrees);
+    assert!(
+        text.contains("monotone: volts rise with the angle, ") && text.contains(" poses joined where noise"),
+        "{text}"
+    );
+    assert!(text.contains("saturation: none"), "{text}");
 }
 
 /// Volts of a smooth sensor: steps of random steepness, within a factor of 3, smoothed; rising or falling.

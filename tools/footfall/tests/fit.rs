@@ -253,6 +253,90 @@ fn a_bad_file_does_not_stop_the_rest_and_a_second_run_fits_nothing_again() {
     assert!(said(&fourth).contains("3 fitted, 0 already known, 1 failed"), "{}", said(&fourth));
 }
 
+/// A subjects' table, a text, and a table of forces lie between the recordings: they are no failures. Named, they are.
+#[test]
+fn what_is_no_gait_is_skipped_in_a_folder_and_told() {
+    let (from, to) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let put = |name: &str, text: &str| std::fs::write(from.path().join(name), text).unwrap();
+    put("a.csv", &walk(1.0, 12));
+    put("subjects.csv", "subject,age,height_m\n1,30,1.75\n2,41,1.8\n");
+    put("readme.txt", "Recorded on a Tuesday.\nNobody fell.\n");
+    put("forces.csv", "time_s,fz_N\n0,700\n0.01,710\n");
+    let output = batch(from.path(), to.path(), &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let words = said(&output);
+    assert!(words.contains("1 fitted, 0 already known, 0 failed, 3 skipped as no recording of gait"), "{words}");
+    assert_eq!(words.matches("skipped: ").count(), 3, "{words}");
+    assert!(words.contains("forces.csv:1: no column is a joint; there are"), "{words}");
+    assert_eq!(std::fs::read_to_string(to.path().join("summary.csv")).unwrap().lines().count(), 2);
+
+    // A damaged recording is one all the same.
+    put("forces.csv", "time_s,left_hip_deg\n0,x\n");
+    let output = batch(from.path(), to.path(), &[]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(said(&output).contains("1 already known, 1 failed, 2 skipped"), "{}", said(&output));
+    // What somebody names he means.
+    let named = footfall([
+        "fit".into(),
+        from.path().join("a.csv"),
+        from.path().join("subjects.csv"),
+        "-o".into(),
+        to.path().into(),
+    ]);
+    assert_eq!(named.status.code(), Some(1), "{}", said(&named));
+    std::fs::remove_file(from.path().join("a.csv")).unwrap();
+    std::fs::remove_file(from.path().join("forces.csv")).unwrap();
+    let none = batch(from.path(), tempfile::tempdir().unwrap().path(), &[]);
+    assert!(none.status.code() == Some(2) && said(&none).contains("none of 2 files is a recording"), "{}", said(&none));
+}
+
+/// Two files of one name: each has an outcome, and the second is told by what it is called.
+#[test]
+fn two_recordings_of_one_name_are_two() {
+    let (from, to) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    for (day, stride_s) in [("mon", 1.0), ("tue", 1.2), ("wed", 0.9)] {
+        std::fs::create_dir(from.path().join(day)).unwrap();
+        std::fs::write(from.path().join(day).join("walk.csv"), walk(stride_s, 12)).unwrap();
+    }
+    // And one that already has the name that the second would get; one file by two paths is one.
+    std::fs::write(from.path().join("tue/walk~2.csv"), walk(1.1, 12)).unwrap();
+    let file = |name: &str| OsString::from(from.path().join(name));
+    let call = || {
+        let files = ["wed/walk.csv", "mon/walk.csv", "tue/walk.csv", "tue/walk~2.csv", "tue/../mon/walk.csv"].map(file);
+        footfall(["fit".into()].into_iter().chain(files).chain(["-o".into(), to.path().into()]))
+    };
+    let output = call();
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert!(said(&output).contains("4 fitted"), "{}", said(&output));
+    assert!(
+        said(&output).contains("tue/walk.csv is called walk~3.csv: there are two of its name"),
+        "{}",
+        said(&output)
+    );
+    let period = |name: &str| {
+        let text = std::fs::read_to_string(to.path().join(format!("{name}.fit.json"))).unwrap();
+        serde_json::from_str::<Value>(&text).unwrap()["period_s"].as_f64().unwrap()
+    };
+    let found = ["walk.csv", "walk~2.csv", "walk~3.csv", "walk~4.csv"].map(period);
+    for (period, wanted) in found.iter().zip([1.0, 1.1, 1.2, 0.9]) {
+        assert!((period - wanted).abs() < 0.02, "{found:?}");
+    }
+    assert!(said(&call()).contains("0 fitted, 4 already known"));
+}
+
+/// What a generator would not heed is not taken in silence.
+#[test]
+fn options_of_the_shape_alone_are_refused_with_another_generator() {
+    for (generator, option, value) in
+        [("robust", "--harmonics", "4"), ("thesis", "--harmonics", "4"), ("robust", "--follow", "left_hip")]
+    {
+        let output = footfall(["fit", SHIPPED, "--generator", generator, option, value]);
+        let words = format!("{option} with --generator {generator}: allowed is {option} with --generator shape");
+        assert!(output.status.code() == Some(2) && said(&output).contains(&words), "{}", said(&output));
+        assert!(output.stdout.is_empty());
+    }
+}
+
 #[test]
 fn shares_on_several_computers_merge_to_what_one_computer_makes() {
     let (from, whole, shared) = (laboratory(), tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());

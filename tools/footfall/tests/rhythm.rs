@@ -49,6 +49,17 @@ fn the_transition_of_the_building_block() {
     let object = json(&[arguments.as_slice(), &["--json"]].concat());
     assert_eq!((object["word"].as_str(), object["period_steps"].as_u64()), (Some(wanted.as_str()), Some(2)));
     assert_eq!(object["flexor_fired"].as_u64(), Some(wanted.matches('F').count() as u64));
+    // At the end, like the period; and each stretch has its own.
+    assert_eq!(object["reversibility"], "1,1");
+    let stretches = object["stretches"].as_array().expect("stretches");
+    let told = |key: &str| stretches.iter().map(|one| one[key].clone()).collect::<Vec<_>>();
+    assert_eq!(told("from_step"), [0, 54, 100]);
+    assert_eq!(told("to_step"), [54, 100, 140]);
+    assert_eq!(told("reversibility"), ["1,5", "1,3", "1,1"]);
+    assert_eq!(told("period_steps"), [6, 4, 2]);
+    let fired = [&wanted[..54], &wanted[54..100], &wanted[100..]].map(|word| word.matches('F').count());
+    assert_eq!(told("flexor_fired"), fired);
+    assert_eq!(told("extensor_fired"), [54 - fired[0], 46 - fired[1], 40 - fired[2]]);
 }
 
 /// The ladder: the wave, the middle gait from step 54, the tripod from step 100.
@@ -120,6 +131,9 @@ fn bad_input_ends_with_2_and_says_what_is_allowed() {
         &["obb", "--reversibility", "0,5"],
         &["obb", "--reversibility", "1,5", "--switch", "10:1,3 9:1,1"],
         &["obb", "--reversibility", "1,5", "--svg", "x.svg", "--steps", "10001"],
+        &["obb", "--reversibility", "1,5", "--switch", "24:1,3"],
+        &["walk", "--secs", "3", "--switch", "t=3.5 run"],
+        &["walk", "--switch", "t=8 run", "--switch", "t=1 stop"],
         &["hexapod", "--switch", "x:1"],
         &["hexapod", "--switch", "5:0"],
         &["hexapod", "--walk", "--step-s", "0"],
@@ -133,6 +147,19 @@ fn bad_input_ends_with_2_and_says_what_is_allowed() {
         assert_eq!((code, out.as_str()), (2, ""), "{arguments:?}: {talk}");
         assert!(["allowed", "must be", "no-such-set"].iter().any(|word| talk.contains(word)), "{arguments:?}: {talk}");
     }
+}
+
+/// A change that would never come names itself and the end.
+#[test]
+fn a_change_after_the_end_is_refused_with_both_times() {
+    let talk = |arguments: &[&str]| footfall(arguments).2;
+    let said = talk(&["walk", "--secs", "3", "--switch", "t=1 run", "--switch", "t=3.5 stop"]);
+    assert!(said.contains("--switch at t=3.5, --secs 3: allowed are changes up to the end, or a later end"), "{said}");
+    let said = talk(&["walk", "--switch", "t=8 run"]);
+    assert!(said.contains("--switch at t=8, without --secs the end is at 5: allowed"), "{said}");
+    let said = talk(&["obb", "--reversibility", "1,5", "--steps", "54", "--switch", "54:1,3"]);
+    assert!(said.contains("--switch at step 54, --steps 54: allowed are changes at step 53 or before"), "{said}");
+    assert_eq!(footfall(&["walk", "--secs", "3", "--switch", "t=3 run"]).0, 0);
 }
 
 /// The thesis' set: a verdict of its own, on both streams, and exit code 1.

@@ -192,9 +192,10 @@ fn regular_pulses_are_refused_unless_the_first_is_the_first() {
     let fit = paired::fit(&one, &two, true).unwrap();
     assert!(off(&fit, &board, &other) < 0.1e-3 && fit.used == 500, "{fit:?}");
 
-    // It is not the first, and a pause says so.
+    // It is not the first, and two pauses say so.
     let mut line = gated_line(500, 0.02, 0, &mut random);
     line.iter_mut().skip(200).for_each(|pulse| pulse.0 += 0.2);
+    line.iter_mut().skip(300).for_each(|pulse| pulse.0 += 0.26);
     let (one, two) = (board.sees(&line, &mut random), other.sees(&line[3..], &mut random));
     let error = paired::fit(&one, &two, true).unwrap_err();
     assert!(

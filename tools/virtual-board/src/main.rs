@@ -18,6 +18,7 @@ mod loader;
 mod nvic;
 mod plant;
 mod pulses;
+mod recorder;
 mod report;
 mod rtt;
 mod run;
@@ -40,6 +41,7 @@ use crate::exception::Broken;
 use crate::inject::{Injection, Kind, PANIC_FUNCTIONS, SymbolAt};
 use crate::loader::Image;
 use crate::plant::{BUTTON, BoardPlant, Levels, Press, Volts};
+use crate::recorder::Recorder;
 use crate::report::Report;
 use crate::run::{Options, Run};
 
@@ -68,7 +70,7 @@ struct Cli {
     #[arg(long, value_name = "PIN=0|1", value_parser = level)]
     level: Vec<(Pin, bool)>,
     /// Drive an input pin, as in PC6=edges.csv: CSV with the header time_s,level, an edge a row; low before the first
-    #[arg(long, value_name = "PIN=FILE", value_parser = driven)]
+    #[arg(long, value_name = "PIN=FILE", value_parser = edge_file)]
     edges: Vec<(Pin, PathBuf)>,
     /// Make a function hang from a time on
     #[arg(long, value_name = "SYMBOL@T")]
@@ -112,6 +114,9 @@ struct Cli {
     /// Write every ADC result that the program was given to a CSV file
     #[arg(long, value_name = "FILE")]
     record_conversions: Option<PathBuf>,
+    /// Write a pin's edges to a CSV file with the header time_s,level, as in PB5=sync.csv
+    #[arg(long, value_name = "PIN=FILE", value_parser = edge_file)]
+    record_edges: Vec<(Pin, PathBuf)>,
     /// End at the first access that is not modelled, clocked or allowed
     #[arg(long)]
     stop_on_lint: bool,
@@ -185,8 +190,8 @@ fn level(text: &str) -> Result<(Pin, bool), String> {
     }
 }
 
-fn driven(text: &str) -> Result<(Pin, PathBuf), String> {
-    let wanted = || format!("`{text}` is not PIN=FILE, as in PC6=edges.csv");
+fn edge_file(text: &str) -> Result<(Pin, PathBuf), String> {
+    let wanted = || format!("`{text}` is not PIN=FILE, as in PB5=sync.csv");
     let (pin, file) = text.split_once('=').filter(|(_, file)| !file.is_empty()).ok_or_else(wanted)?;
     Ok((pin.parse().map_err(|error| format!("{error}"))?, file.into()))
 }
@@ -235,17 +240,7 @@ fn run(cli: &Cli) -> Result<u8> {
         ensure!(lines.insert(*pin, Levels::read(file)?).is_none(), "--edges and --level name {pin} twice");
     }
     ensure!(!lines.contains_key(&BUTTON), "{BUTTON} is the user button; allowed is --press");
-    let recorder = match &cli.record_conversions {
-        None => None,
-        Some(path) => {
-            let open = || -> Result<_> {
-                let mut writer = csv::Writer::from_path(path)?;
-                writer.write_record(["time_s", "group", "channel", "code"])?;
-                Ok(writer)
-            };
-            Some(open().with_context(|| format!("cannot write {}", path.display()))?)
-        }
-    };
+    let recorder = Recorder::create(cli.record_conversions.as_deref(), &cli.record_edges)?;
     let default = SocConfig::default();
     let vdda = cli.vdda.unwrap_or(default.vdda);
     let config = SocConfig { lsi_hz: cli.lsi_hz, vdda, hse_ready: !cli.hse_dead, ..default };
@@ -264,7 +259,8 @@ fn run(cli: &Cli) -> Result<u8> {
         stale_flags: cli.broken.contains(&Break::StaleFlags),
     };
     let injections = injections(cli, &image)?;
-    let plant = BoardPlant::new(volts, cli.press.clone(), lines);
+    let mut plant = BoardPlant::new(volts, cli.press.clone(), lines);
+    plant.pulses.watch(cli.record_edges.iter().map(|(pin, _)| *pin));
     let report = Report::new(BufWriter::new(stdout()));
     Run::new(&image, config, plant, injections, recorder, Console::open()?, report, options)?.run()
 }
@@ -311,12 +307,14 @@ mod tests {
             (&["fw.elf", "--level", "PB12"], "PB12=1"),
             (&["fw.elf", "--level", "PB12=2"], "PB12=1"),
             (&["fw.elf", "--level", "PX1=1"], "names no pin"),
-            (&["fw.elf", "--edges", "PC6"], "PC6=edges.csv"),
+            (&["fw.elf", "--edges", "PC6"], "PIN=FILE"),
             (&["fw.elf", "--edges", "PX1=a.csv"], "names no pin"),
             (&["fw.elf", "--hang", "tick"], "SYMBOL@SECONDS"),
             (&["fw.elf", "--flash", "4000=x"], "ADDRESS=FILE"),
             (&["fw.elf", "--flash", "0x4000"], "ADDRESS=FILE"),
             (&["fw.elf", "--vdda", "0"], "greater than 0"),
+            (&["fw.elf", "--record-edges", "PB5"], "PIN=FILE"),
+            (&["fw.elf", "--record-edges", "P5=a.csv"], "names no pin"),
             (&["fw.elf", "--rtt-mode", "3"], "3"),
             (&["fw.elf", "--loop"], "--volts"),
             (&[], "ELF"),

@@ -45,6 +45,17 @@ pub(crate) struct Activity {
     pub(crate) change: Change,
 }
 
+/// A change of a pin's level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Edge {
+    /// Which.
+    pub(crate) pin: Pin,
+    /// When, s.
+    pub(crate) seconds: f64,
+    /// The level after it.
+    pub(crate) level: bool,
+}
+
 /// Measures the servo pins, and counts the edges of all.
 #[derive(Debug, Default)]
 pub(crate) struct Pulses {
@@ -63,11 +74,24 @@ pub(crate) struct Pulses {
     pub(crate) after_disarming: u64,
     /// Instructions executed so far; the board keeps it up to date.
     pub(crate) instructions: u64,
+    /// Pins whose edges are kept, and these.
+    watched: Vec<Pin>,
+    kept: Vec<Edge>,
     periods: Vec<Period>,
     activity: Vec<Activity>,
 }
 
 impl Pulses {
+    /// Keeps the edges of some pins until they are taken.
+    pub(crate) fn watch(&mut self, pins: impl Iterator<Item = Pin>) {
+        self.watched.extend(pins);
+    }
+
+    /// The edges of watched pins since the last call, in the order of time.
+    pub(crate) fn take_edges(&mut self) -> Vec<Edge> {
+        std::mem::take(&mut self.kept)
+    }
+
     /// Tells that the main output enable has changed.
     pub(crate) fn set_armed(&mut self, armed: bool, seconds: f64) {
         if self.armed && !armed {
@@ -105,6 +129,9 @@ impl Pulses {
     /// Takes an edge of any pin.
     pub(crate) fn edge(&mut self, pin: Pin, level: bool, seconds: f64) {
         *self.edges.entry(pin).or_default() += 1;
+        if self.watched.contains(&pin) {
+            self.kept.push(Edge { pin, seconds, level });
+        }
         let Some(servo) = SERVOS.iter().position(|&servo| servo == pin) else { return };
         let ends_by_disarming = !level && seconds - self.disarmed_at <= DISARM_EDGE;
         if !self.armed && !ends_by_disarming {
@@ -209,11 +236,17 @@ mod tests {
     }
 
     #[test]
-    fn other_pins_are_only_counted() {
+    fn other_pins_are_counted_and_kept_if_watched() {
         let mut pulses = Pulses::default();
         let led = Pin::new('D', 12).unwrap();
         pulses.edge(led, true, 0.0);
         assert_eq!(pulses.edges()[&led], 1);
+        assert_eq!(pulses.take_edges(), [], "nobody watches");
+        pulses.watch([led].into_iter());
+        pulses.edge(led, false, 2.5);
+        pulses.edge(Pin::new('B', 5).unwrap(), true, 2.75);
+        assert_eq!(pulses.take_edges(), [Edge { pin: led, seconds: 2.5, level: false }]);
+        assert_eq!(pulses.take_edges(), []);
         assert_eq!(pulses.before_arming, 0);
         assert!(pulses.take_activity().is_empty());
     }

@@ -18,6 +18,7 @@ use crate::inject::{self, BRANCH_TO_SELF, Injection, Kind, PERMANENTLY_UNDEFINED
 use crate::loader::Image;
 use crate::nvic::Masks;
 use crate::plant::BoardPlant;
+use crate::recorder::Recorder;
 use crate::report::{self, Line, Report, Reset};
 use crate::rtt::Rtt;
 use crate::unicorn::UnicornCpu;
@@ -64,7 +65,7 @@ pub(crate) struct Run<'a, W: Write> {
     report: Report<W>,
     console: Console,
     rtt: Option<Rtt>,
-    recorder: Option<csv::Writer<std::fs::File>>,
+    recorder: Recorder,
     injections: Vec<Injection>,
     idle: Idle,
     periods: u64,
@@ -92,7 +93,7 @@ impl<'a, W: Write> Run<'a, W> {
         config: SocConfig,
         plant: BoardPlant,
         injections: Vec<Injection>,
-        recorder: Option<csv::Writer<std::fs::File>>,
+        recorder: Recorder,
         console: Console,
         report: Report<W>,
         options: Options,
@@ -312,7 +313,7 @@ impl<'a, W: Write> Run<'a, W> {
     fn follow_reset(&mut self, cause: ResetCause) -> Result<()> {
         // A debugger reads RAM through a reset: what the program said last is not lost.
         self.drain_rtt();
-        self.record_conversions()?;
+        self.record()?;
         let now = {
             let (mut board, mut memory) = self.cpu.machine_and_memory();
             board.restart(cause, &mut memory);

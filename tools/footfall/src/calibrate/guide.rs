@@ -1,11 +1,12 @@
-//! A calibration while the sensor is on: one angle after the other is asked for, live codes are taken at each, and what they come to
-//! is said at once, so that a bad pose is repeated while it still can be.
+//! A calibration while the sensor is on: one angle after the other is asked for, with the live codes on the screen meanwhile; codes are
+//! taken at each, and what they come to is said at once, so that a bad pose is repeated while it still can be.
 //!
 //! Live codes come as lines of `CODE` or `CODE VREFINT`, or as the `inputs` lines of the board's log; other lines of a log are passed
 //! over. An empty answer takes samples at the angle that was asked for, a number takes them at that angle instead, `skip` leaves the
-//! angle out, and `end` ends with what there is.
+//! angle out, and `end` ends with what there is. Nothing is written before the end: whoever breaks off leaves no file.
 
 use super::Options;
+use super::live::{self, Live};
 use super::rows::{self, Reading, Rows};
 use crate::failure::Failure;
 use crate::telemetry::{self, Line};
@@ -14,9 +15,9 @@ use hgod_adc::ANATOMY;
 use joint_units::AdcCode;
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Write};
+use std::io::{self, BufRead, BufReader, IsTerminal, Write};
 use std::path::Path;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel, sync_channel};
 use std::time::Duration;
 
 /// What is asked for unless said otherwise: a knee, up and down.
@@ -27,7 +28,18 @@ pub const ANGLES_DEG: [f64; 17] =
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// One live sample: a code and, where it is told, that of the internal reference.
-type Sample = (u16, Option<u16>);
+pub(super) type Sample = (u16, Option<u16>);
+
+/// How codes come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Codes {
+    /// Out of a file: the next ones are taken.
+    Kept,
+    /// As the sensor measures: what came before an answer is passed over.
+    Live,
+    /// The same, shown while an answer is waited for: `out` is a terminal.
+    LiveOnScreen,
+}
 
 /// What there is to know before the first angle.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,13 +78,18 @@ pub fn rows(options: &Options, reading: &Reading) -> Result<Rows, Failure> {
     };
     // Where codes come in by standard input, answers are the terminal's.
     let terminal = Path::new("/dev/tty");
-    let answers: Box<dyn BufRead> = if from_stdin {
+    let answers: Box<dyn BufRead + Send> = if from_stdin {
         Box::new(BufReader::new(File::open(terminal).map_err(|error| cannot(terminal, error))?))
     } else {
         Box::new(BufReader::new(io::stdin()))
     };
-    let is_live = from_stdin || !std::fs::metadata(source).is_ok_and(|file| file.is_file());
-    let text = ask(&plan, codes, is_live, answers, io::stderr())?;
+    let kept = !from_stdin && std::fs::metadata(source).is_ok_and(|file| file.is_file());
+    let how = match (kept, io::stderr().is_terminal()) {
+        (true, _) => Codes::Kept,
+        (false, false) => Codes::Live,
+        (false, true) => Codes::LiveOnScreen,
+    };
+    let text = ask(&plan, codes, how, answers, io::stderr())?;
     if let Some(path) = &options.keep_rows {
         whole_file::write(path, |out| out.write_all(text.as_bytes()))
             .map_err(|error| Failure::run(format!("{}: cannot be written: {error}", path.display())))?;
@@ -86,30 +103,30 @@ pub fn name(options: &Options) -> String {
     options.keep_rows.as_ref().map_or("guide".into(), |path| path.display().to_string())
 }
 
-/// Asks, and gives the rows as the text of a file. Of a live source, what came before an answer is passed over.
+/// Asks, and gives the rows as the text of a file.
 ///
 /// # Errors
 /// As [`rows()`].
 pub fn ask(
     plan: &Plan,
     codes: impl BufRead + Send + 'static,
-    is_live: bool,
-    mut answers: impl BufRead,
+    how: Codes,
+    answers: impl BufRead + Send + 'static,
     mut out: impl Write,
 ) -> Result<String, Failure> {
-    let samples = reader(codes);
+    let (samples, answers) = (reader(codes), lines(answers));
     let mut text = String::new();
     let mut with_vrefint = None;
     'angles: for &asked in &plan.angles_deg {
         loop {
-            let mut tell = |line: String| writeln!(out, "{line}").and_then(|()| out.flush()).map_err(Failure::run);
-            tell(format!("{asked} degrees: hold, then Enter (or another angle, skip, end)"))?;
-            let mut answer = String::new();
-            if answers.read_line(&mut answer).map_err(Failure::run)? == 0 {
+            let asks = format!("{asked} degrees: hold, then Enter (or another angle, skip, end)");
+            writeln!(out, "{asks}").and_then(|()| out.flush()).map_err(Failure::run)?;
+            let Some(answer) = answer(&answers, &samples, how, &mut out).map_err(Failure::run)? else {
                 return Err(Failure::input(format!(
                     "the answers end at {asked} degrees; allowed is `end` to end early"
                 )));
-            }
+            };
+            let mut tell = |line: String| writeln!(out, "{line}").and_then(|()| out.flush()).map_err(Failure::run);
             let angle = match understand(&answer, asked) {
                 Answer::Take(angle) => angle,
                 Answer::Skip => continue 'angles,
@@ -119,7 +136,7 @@ pub fn ask(
                     continue;
                 }
             };
-            if is_live {
+            if how != Codes::Kept {
                 samples.try_iter().for_each(drop);
             }
             let taken = take(&samples, plan.samples, &mut with_vrefint)?;
@@ -141,6 +158,43 @@ pub fn ask(
     }
     let header = if with_vrefint == Some(true) { "angle_deg,code,vrefint\n" } else { "angle_deg,code\n" };
     Ok(format!("{header}{text}"))
+}
+
+/// Lines as they are typed, from a thread of their own: the screen must not have to wait for them.
+fn lines(answers: impl BufRead + Send + 'static) -> Receiver<io::Result<String>> {
+    let (sender, receiver) = channel();
+    std::thread::spawn(move || {
+        for line in answers.lines() {
+            let failed = line.is_err();
+            if sender.send(line).is_err() || failed {
+                break;
+            }
+        }
+    });
+    receiver
+}
+
+/// The next answer, with the codes on the screen until it comes; `None` where there will be none.
+fn answer(
+    answers: &Receiver<io::Result<String>>,
+    samples: &Receiver<Result<Sample, String>>,
+    how: Codes,
+    out: &mut impl Write,
+) -> io::Result<Option<String>> {
+    if how != Codes::LiveOnScreen {
+        return answers.recv().ok().transpose();
+    }
+    let mut live = Live::begin(out)?;
+    loop {
+        match answers.recv_timeout(live::EVERY) {
+            Ok(line) => return line.map(Some),
+            Err(RecvTimeoutError::Timeout) => live.refresh(samples, out)?,
+            Err(RecvTimeoutError::Disconnected) => {
+                writeln!(out)?;
+                return Ok(None);
+            }
+        }
+    }
 }
 
 fn understand(answer: &str, asked: f64) -> Answer {
@@ -223,7 +277,7 @@ fn take(
 }
 
 /// Mean, standard deviation, and rise of the straight line from the first to the last, in codes.
-fn statistics(samples: &[Sample]) -> (f64, f64, f64) {
+pub(super) fn statistics(samples: &[Sample]) -> (f64, f64, f64) {
     let n = samples.len() as f64;
     let mean = samples.iter().map(|&(code, _)| f64::from(code)).sum::<f64>() / n;
     let (mut squares, mut cross, mut times) = (0.0, 0.0, 0.0);
@@ -247,7 +301,8 @@ mod tests {
 
     fn guided(angles: &[f64], codes: &str, answers: &str) -> (Result<String, String>, String) {
         let mut said = Vec::new();
-        let text = ask(&plan(angles), Cursor::new(codes.to_owned()), false, Cursor::new(answers), &mut said);
+        let text =
+            ask(&plan(angles), Cursor::new(codes.to_owned()), Codes::Kept, Cursor::new(answers.to_owned()), &mut said);
         (text.map_err(|failure| failure.to_string()), String::from_utf8(said).unwrap())
     }
 

@@ -54,6 +54,24 @@ fn cells(fit: &Fit) -> Vec<[String; 9]> {
     fit.poses.iter().zip(&fit.left_out).map(row).collect()
 }
 
+/// Which way the volts go with the angle, and what it took for that.
+fn monotone(fit: &Fit) -> String {
+    let rises = fit.poses.first().zip(fit.poses.last()).is_some_and(|(first, last)| first.volts < last.volts);
+    let way = if rises { "rise" } else { "fall" };
+    let joined = match fit.pooled {
+        0 => "no two poses the other way round".into(),
+        n => format!("{n} poses joined where noise had turned their order round"),
+    };
+    format!("volts {way} with the angle, {joined}")
+}
+
+/// Where the sensor says the same for different angles.
+fn saturation(fit: &Fit) -> String {
+    let there = fit.poses.iter().zip(&fit.left_out).filter(|(_, why)| why.is_some());
+    let angles: Vec<String> = there.map(|(pose, _)| short(pose.angle_deg)).collect();
+    if angles.is_empty() { "none".into() } else { format!("left out of the table: {} degrees", angles.join(", ")) }
+}
+
 /// Lines of a name and its value.
 fn summary(calibrated: &Calibrated) -> Vec<(&'static str, String)> {
     let fit = &calibrated.fit;
@@ -85,6 +103,8 @@ fn summary(calibrated: &Calibrated) -> Vec<(&'static str, String)> {
             fit.unknown_pose_deg.map_or("not known".into(), |deg| format!("{deg:.3} degrees at worst")),
         ),
         ("hysteresis", hysteresis),
+        ("monotone", monotone(fit)),
+        ("saturation", saturation(fit)),
         (
             "noise",
             fit.noise_v.map_or("not known".into(), |sd| format!("{:.2} mV standard deviation in a visit", sd * 1e3)),

@@ -5,6 +5,7 @@
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -26,6 +27,8 @@ enum End {
     Fitted,
     Known,
     Failed(String),
+    /// No recording of gait.
+    Skipped(String),
 }
 
 /// A recording and the name that its files get.
@@ -34,6 +37,8 @@ struct Recording {
     /// The way to it within the folder that was named, with `__` between the parts.
     name: String,
     path: PathBuf,
+    /// Found in a folder, not named.
+    found: bool,
 }
 
 pub(super) fn run(options: &Options) -> Result<(), Failure> {
@@ -62,6 +67,7 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
             Ok(End::Fitted) if bar.is_hidden() => eprintln!("fitted: {}", recording.name),
             Ok(End::Known) if bar.is_hidden() => eprintln!("known: {}", recording.name),
             Ok(End::Failed(why)) => bar.suspend(|| eprintln!("failed: {why}")),
+            Ok(End::Skipped(why)) => bar.suspend(|| eprintln!("skipped: {why}")),
             _ => {}
         }
         end
@@ -71,8 +77,13 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     let ends = ends?;
     let count = |of: fn(&End) -> bool| ends.iter().filter(|end| of(end)).count();
     let (fitted, known) = (count(|end| matches!(end, End::Fitted)), count(|end| matches!(end, End::Known)));
-    let failed = ends.len() - fitted - known;
-    eprintln!("{fitted} fitted, {known} already known, {failed} failed, in {}", folder.display());
+    let skipped = count(|end| matches!(end, End::Skipped(_)));
+    let failed = ends.len() - fitted - known - skipped;
+    let no_gait = if skipped == 0 { String::new() } else { format!(", {skipped} skipped as no recording of gait") };
+    eprintln!("{fitted} fitted, {known} already known, {failed} failed{no_gait}, in {}", folder.display());
+    if skipped > 0 && skipped == ends.len() && options.shard.is_none() {
+        return Err(Failure::input(format!("none of {skipped} files is a recording of gait; each says why above")));
+    }
     if options.shard.is_none() {
         summary::merge(&folder)?;
     }
@@ -82,7 +93,7 @@ pub(super) fn run(options: &Options) -> Result<(), Failure> {
     if failed == 0 {
         Ok(())
     } else {
-        Err(Failure::run(format!("{failed} of {} recordings could not be fitted", ends.len())))
+        Err(Failure::run(format!("{failed} of {} recordings could not be fitted", ends.len() - skipped)))
     }
 }
 
@@ -93,7 +104,7 @@ fn recordings(paths: &[PathBuf], out: &Path) -> Result<Vec<Recording>, Failure> 
         if path.is_dir() {
             walk(path, path, out, &mut all)?;
         } else if path.exists() {
-            all.push(Recording { name: super::name_of(path), path: path.clone() });
+            all.push(Recording { name: super::name_of(path), path: path.clone(), found: false });
         } else {
             return Err(Failure::input(format!("{}: there is no such file or folder", path.display())));
         }
@@ -105,15 +116,25 @@ fn recordings(paths: &[PathBuf], out: &Path) -> Result<Vec<Recording>, Failure> 
         let endings = ENDINGS.join(", .");
         return Err(Failure::input(format!("{}: no recording there; looked for are .{endings}", paths.join(", "))));
     }
-    if let Some(two) = all.windows(2).find(|two| two[0].name == two[1].name) {
-        return Err(Failure::input(format!(
-            "{} and {} would have one outcome, {}; allowed are recordings of different names",
-            two[0].path.display(),
-            two[1].path.display(),
-            two[0].name
-        )));
-    }
+    apart(&mut all);
     Ok(all)
+}
+
+/// Gives recordings of one name names of their own, by the order of their paths, and says so; one file by two paths is one recording.
+fn apart(all: &mut Vec<Recording>) {
+    let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    all.dedup_by(|later, first| later.name == first.name && real(&later.path) == real(&first.path));
+    let mut taken: BTreeSet<String> = all.iter().map(|recording| recording.name.clone()).collect();
+    for n in 1..all.len() {
+        if all[..n].iter().any(|before| before.name == all[n].name) {
+            let (stem, ending) = all[n].name.rsplit_once('.').unwrap_or((&all[n].name, ""));
+            let free = (2..).map(|k| format!("{stem}~{k}.{ending}")).find(|name| !taken.contains(name));
+            let name = free.unwrap_or_default();
+            eprintln!("note: {} is called {name}: there are two of its name", all[n].path.display());
+            taken.insert(name.clone());
+            all[n].name = name;
+        }
+    }
 }
 
 fn walk(folder: &Path, top: &Path, out: &Path, all: &mut Vec<Recording>) -> Result<(), Failure> {
@@ -134,7 +155,7 @@ fn walk(folder: &Path, top: &Path, out: &Path, all: &mut Vec<Recording>) -> Resu
         {
             let within = path.strip_prefix(top).unwrap_or(&path);
             let parts: Vec<_> = within.iter().map(|part| part.to_string_lossy()).collect();
-            all.push(Recording { name: parts.join("__"), path });
+            all.push(Recording { name: parts.join("__"), path, found: true });
         }
     }
     Ok(())
@@ -170,6 +191,11 @@ fn one(recording: &Recording, options: &Options, folder: &Path) -> Result<End, F
             None if walker.exists() => End::Known,
             None => return fit_and_keep(recording, options, &bytes, &asked, began, folder),
         });
+    }
+    if recording.found
+        && let Some(why) = super::other_than_gait(&recording.path, &bytes, &options.reading)
+    {
+        return Ok(End::Skipped(why));
     }
     fit_and_keep(recording, options, &bytes, &asked, began, folder)
 }

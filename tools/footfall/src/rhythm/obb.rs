@@ -22,7 +22,8 @@ pub struct Options {
     /// Changes, as `54:1,3 100:1,1`: from that step (counted from 0) on, these reversibilities
     #[arg(long, value_name = "STEP:F,E ...", default_value = "")]
     pub switch: String,
-    /// One JSON object instead of the word
+    /// One JSON object instead of the word: reversibility, period and duty are those at the end, `stretches` has those from each change
+    /// to the next
     #[arg(long)]
     pub json: bool,
     /// Draw membrane potentials, outputs and duty
@@ -132,6 +133,13 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         )));
     };
     let switches = super::switches(&options.switch, pair, allowed)?;
+    if let Some((at, _)) = switches.iter().find(|(at, _)| *at >= options.steps) {
+        let last = options.steps - 1;
+        return Err(Failure::input(format!(
+            "--switch at step {at}, --steps {}: allowed are changes at step {last} or before, or more steps",
+            options.steps
+        )));
+    }
     if options.svg.is_some() && options.steps > MOST_DRAWN {
         return Err(Failure::input(format!("--steps {}: allowed with --svg is up to {MOST_DRAWN}", options.steps)));
     }
@@ -160,14 +168,33 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if options.json {
         let now = course.obb.reversibilities();
         let flexor = word.matches('F').count();
+        let names = options.switch.split_whitespace().filter_map(|entry| entry.split_once(':'));
+        let names: Vec<&str> = std::iter::once(options.reversibility.as_str()).chain(names.map(|(_, to)| to)).collect();
+        let starts = std::iter::once((0, reversibilities)).chain(switches.iter().copied());
+        let ends = switches.iter().map(|(at, _)| *at).chain([options.steps]);
+        let stretch = |(((from, with), to), name): (((u64, Reversibilities), u64), &&str)| {
+            // A change at step 0 leaves nothing of the beginning.
+            let flexor = word.get(from as usize..to as usize).unwrap_or_default().matches('F').count() as u64;
+            serde_json::json!({
+                "from_step": from,
+                "to_step": to,
+                "reversibility": name,
+                "period_steps": with.period(),
+                "extensor_duty": with.extensor_duty(),
+                "flexor_fired": flexor,
+                "extensor_fired": to - from - flexor,
+            })
+        };
+        let stretches: Vec<_> = starts.zip(ends).zip(&names).map(stretch).collect();
         let object = serde_json::json!({
             "word": word,
             "steps": options.steps,
-            "reversibility": options.reversibility,
+            "reversibility": names.last(),
             "period_steps": now.period(),
             "extensor_duty": now.extensor_duty(),
             "flexor_fired": flexor,
             "extensor_fired": word.len() - flexor,
+            "stretches": stretches,
         });
         crate::cli::print(&format!("{object}\n"))
     } else {

@@ -170,8 +170,19 @@ pub fn run(options: &Options, interrupt: fn() -> Result<Arc<AtomicBool>, Failure
         return Err(Failure::input(format!("--secs {secs}: allowed is 0.001 to 3600")));
     }
     let walking = Walking::begin(options)?;
-    let on_screen = io::stdout().is_terminal() && io::stdin().is_terminal();
-    if on_screen && !options.csv && !options.json && options.svg.is_none() {
+    let terminal = io::stdout().is_terminal() && io::stdin().is_terminal();
+    let on_screen = terminal && !options.csv && !options.json && options.svg.is_none();
+    // On a screen it goes on until somebody ends it.
+    let end = if on_screen { options.secs } else { Some(options.secs.unwrap_or(DEFAULT_SECS)) };
+    if let (Some(end), Some(late)) = (end, walking.changes.first().map(|(at, _)| *at))
+        && late > end
+    {
+        let said = if options.secs.is_some() { "--secs" } else { "without --secs the end is at" };
+        return Err(Failure::input(format!(
+            "--switch at t={late}, {said} {end}: allowed are changes up to the end, or a later end"
+        )));
+    }
+    if on_screen {
         return live::run(walking, options.secs, &*interrupt()?);
     }
     let (out, motion) = in_lines(walking, options)?;

@@ -5,7 +5,7 @@
 //! whole frame or not, and the line through all of these is the answer.
 
 use super::edges::{Edge, pulses};
-use super::{Clocks, line};
+use super::{Clocks, line, outlier_s};
 use joint_loop::sync::{FRAME_TICKS, NUMBER_BITS, SLOT_TICKS, SLOTS, Symbol, check};
 
 /// A pulse is this near to a width, or to its place, to be taken for it, s.
@@ -85,18 +85,20 @@ pub fn fit(edges: &[Edge]) -> Result<Fit, String> {
     if numbered.iter().any(|(x, y)| (offset + slope * x - y).abs() > TOLERANCE_S) {
         return Err("the frames' numbers do not go with their times: was the board reset in between?".into());
     }
-    // From the middle of the frames outwards the line only gets better: twice is enough for what drifts by some 100 ppm.
-    let mut points = Vec::new();
-    for _ in 0..2 {
+    // From the middle of the frames outwards the line only gets better: twice is enough for what drifts by some 100 ppm. Then what is far
+    // off is left out: of a pulse that was up when the recording or the board began, the edge is that of the beginning.
+    let (mut points, mut off_s) = (Vec::new(), TOLERANCE_S);
+    for _ in 0..4 {
         points.clear();
         for pulse in pulses.iter().filter(|pulse| pulse.symbol.is_some()) {
             let slot = ((pulse.time_s - offset) / slope / SLOT_S).round();
             let board_s = slot * SLOT_S;
-            if slot >= 0.0 && (offset + slope * board_s - pulse.time_s).abs() < TOLERANCE_S {
+            if slot >= 0.0 && (offset + slope * board_s - pulse.time_s).abs() < off_s {
                 points.push((board_s, pulse.time_s));
             }
         }
         (offset, slope) = line(&points);
+        off_s = TOLERANCE_S.min(outlier_s(&points, (offset, slope)));
     }
     let tick = |point: Option<&(f64, f64)>| point.map_or(0, |(board_s, _)| (board_s * 1e3).round() as u32);
     Ok(Fit {

@@ -6,11 +6,14 @@
 //! recording was running. A pulse counts with its width where both recordings have one, so that regular pulses of changing width pair,
 //! too.
 //!
-//! The best guess is taken only if no other one could be true: another pairing of at least half as many pulses must leave so many more
-//! without a partner that as many chance losses, at the rate that the best guess shows, are less likely than [`CHANCE`].
+//! The best guess is taken only if no other one could be true: any other pairing of at least half as many pulses must leave more of them
+//! without a partner, by more than chance can. Pulses at a steady rate pair almost as well when they are shifted, and of the places where
+//! each recording lost one some then coincide: at n places, of which either recording lost a share p, Poisson(n p^2) of them. Each spares two
+//! pulses without partner, as the true pairing of one pause in the line does. So many coincidences as would be less likely than [`CHANCE`]
+//! in any of n shifts tell a pairing from all others.
 
 use super::edges::{Edge, Pulse, pulses};
-use super::{Clocks, line};
+use super::{Clocks, line, outlier_s};
 use std::ops::Range;
 
 /// Largest drift that is looked for, parts per million; twenty times what a crystal does.
@@ -26,12 +29,7 @@ pub const FEWEST: usize = 4;
 /// Least share of the pulses, in the time that both recorded, that must have a partner.
 pub const LEAST_SHARE: f64 = 0.6;
 /// How unlikely it must be that another pairing is the true one.
-pub const CHANCE: f64 = 1e-4;
-
-/// Pairs that are off by more than this times the median are none.
-const OUTLIER: f64 = 6.0;
-/// What a time stamp may be off by in any case, s.
-const RESOLUTION_S: f64 = 1e-5;
+pub const CHANCE: f64 = 1e-3;
 
 /// Pulses to either side that a first score looks at.
 const NEAR: usize = 20;
@@ -251,9 +249,22 @@ impl Search<'_> {
     }
 }
 
-/// Chance losses and glitches among the pulses of a pairing, as a share.
-fn losses(best: &Pairing) -> f64 {
-    (best.alone + 1) as f64 / (best.pairs.len() + best.alone + 2) as f64
+/// How many more pulses without a partner tell another pairing from this one.
+fn telling_of(best: &Pairing) -> usize {
+    let n = best.pairs.len() as f64;
+    let lost = (best.alone + 1) as f64 / (2.0 * (n + 1.0));
+    let mean = n * lost * lost;
+    let at_least = |least: usize| {
+        let mut term = (-mean).exp();
+        let mut tail = 0.0;
+        for k in 1..least + 60 {
+            term *= mean / k as f64;
+            tail += if k >= least { term } else { 0.0 };
+        }
+        n * tail
+    };
+    // By 3 pulses in 4 lost nothing would be taken for a pairing; far before that this is met.
+    2 * (2..=best.pairs.len()).find(|&least| at_least(least) < CHANCE).unwrap_or(best.pairs.len())
 }
 
 /// The relation of the two clocks.
@@ -279,12 +290,15 @@ pub fn fit(board: &[Edge], other: &[Edge], first_is_first: bool) -> Result<Fit, 
              with a clock drift up to {MOST_PPM} ppm"
         )
     })?;
-    // Another pairing could be true if this many more losses were chance.
-    let most = (CHANCE.ln() / losses(&best).ln()).ceil() as usize;
+    let telling = telling_of(&best);
     let rivals = |pairing: &&Pairing| {
-        2 * pairing.pairs.len() >= best.pairs.len() && pairing.alone < best.alone + most && !search.same(pairing, &best)
+        2 * pairing.pairs.len() >= best.pairs.len()
+            && pairing.alone < best.alone + telling
+            && !search.same(pairing, &best)
     };
-    let better = |pairing: &&Pairing| pairing.alone + most <= best.alone && pairing.pairs.len() > best.pairs.len();
+    let better = |pairing: &&Pairing| {
+        pairing.alone + telling_of(pairing) <= best.alone && pairing.pairs.len() > best.pairs.len()
+    };
     if first_is_first {
         if let Some(rival) = pairings.iter().find(better) {
             let by = rival.at(board.time(0)) - other.time(0);
@@ -316,10 +330,8 @@ pub fn fit(board: &[Edge], other: &[Edge], first_is_first: bool) -> Result<Fit, 
         }
         let points: Vec<_> = pairs.iter().map(|&(n, m)| (board.time(n), other.time(m))).collect();
         (offset, slope) = line(&points);
-        // A glitch beside the place of a lost pulse is no partner of it: it is further off than most pairs are.
-        let mut residuals: Vec<f64> = points.iter().map(|(x, y)| (offset + slope * x - y).abs()).collect();
-        residuals.sort_by(f64::total_cmp);
-        off_s = tolerance_s.min(OUTLIER * residuals[residuals.len() / 2] + RESOLUTION_S);
+        // A glitch beside the place of a lost pulse is no partner of it.
+        off_s = tolerance_s.min(outlier_s(&points, (offset, slope)));
     }
     if 2 * pairs.len() < best.pairs.len() {
         return Err("no straight line goes through the pairs: was one of the clocks set in between?".into());

@@ -52,7 +52,7 @@ impl<W: Write> Run<'_, W> {
         self.periods += 1;
         self.cpu.machine().check_outputs();
         self.drain_rtt();
-        self.record_conversions()?;
+        self.record()?;
         self.tell_lints();
         while let Some(command) = self.console.poll() {
             match command {
@@ -103,19 +103,17 @@ impl<W: Write> Run<'_, W> {
         }
     }
 
-    pub(super) fn record_conversions(&mut self) -> Result<()> {
-        let rows: Vec<(f64, Conversion)> = {
+    pub(super) fn record(&mut self) -> Result<()> {
+        let (rows, edges): (Vec<(f64, Conversion)>, _) = {
             let mut board = self.cpu.machine();
             let conversions: Vec<_> = board.soc.conversions().collect();
-            conversions.into_iter().map(|one| (board.soc.seconds(one.cycle), one)).collect()
+            let rows = conversions.into_iter().map(|one| (board.soc.seconds(one.cycle), one)).collect();
+            (rows, board.plant.pulses.take_edges())
         };
-        let Some(recorder) = &mut self.recorder else { return Ok(()) };
         for (seconds, one) in rows {
-            let group = if one.injected { "injected" } else { "regular" };
-            let time = report::seconds(seconds).to_string();
-            recorder.write_record([&time, group, &one.channel.to_string(), &one.code.to_string()])?;
+            self.recorder.conversion(seconds, &one)?;
         }
-        Ok(())
+        self.recorder.edges(&edges)
     }
 
     pub(super) fn tell_lints(&mut self) {
@@ -155,10 +153,8 @@ impl<W: Write> Run<'_, W> {
     pub(super) fn end(mut self, reason: &'static str) -> Result<u8> {
         self.observe();
         self.drain_rtt();
-        self.record_conversions()?;
-        if let Some(recorder) = &mut self.recorder {
-            recorder.flush()?;
-        }
+        self.record()?;
+        self.recorder.flush()?;
         self.tell_lints();
         let now = self.stamp().seconds;
         let injections: Vec<_> = self.injections.iter().map(|injection| injection.reaction(now)).collect();

@@ -1,0 +1,82 @@
+//! `footfall check` and `footfall volts` take a recording of any format.
+
+use gait_trace::{csv_file, opensim};
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const SHIPPED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/traces/gaitkit_fukuchi_healthy.csv");
+
+fn footfall(arguments: &[&str], path: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_footfall")).args(arguments).arg(OsString::from(path)).output().unwrap()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn a_recording_of_any_format_is_checked_and_made_volts() {
+    let folder = tempfile::tempdir().unwrap();
+    let shipped = csv_file::read(Path::new(SHIPPED)).unwrap();
+    let mot = folder.path().join("walk.mot");
+    opensim::write(&mot, &shipped).unwrap();
+    // A laboratory's own table: semicolons, extension positive at the knees.
+    let foreign = folder.path().join("lab.csv");
+    let column = |name: &str| shipped.channel(name).unwrap().values();
+    let mut text = "Time (s);Left Hip Flexion (deg);Left Knee Flexion (deg)\n".to_owned();
+    for ((time, hip), knee) in shipped.time_s().iter().zip(column("left_hip")).zip(column("left_knee")) {
+        text += &format!("{time};{hip};{}\n", -knee);
+    }
+    std::fs::write(&foreign, text).unwrap();
+    let plain = footfall(&["volts", "--trace"], Path::new(SHIPPED));
+    let volts = |output: &Output| csv_file::parse("volts", output.stdout.as_slice()).unwrap();
+    for (path, format, columns) in [
+        (&mot, "OpenSim motion", "left_hip_deg right_hip_deg left_knee_deg right_knee_deg"),
+        (&foreign, "CSV, semicolons", "left_hip_deg left_knee_deg"),
+    ] {
+        let checked = footfall(&["check", "--trace"], path);
+        let line = String::from_utf8(checked.stdout.clone()).unwrap();
+        assert_eq!(checked.status.code(), Some(0), "{}", said(&checked));
+        assert!(line.contains(": good: ") && line.contains(columns) && line.contains(format), "{line}");
+        let made = footfall(&["volts", "--trace"], path);
+        assert_eq!(made.status.code(), Some(0), "{}", said(&made));
+        let (one, two) = (volts(&plain), volts(&made));
+        let (one, two) = (one.channels()[0].values(), two.channels()[0].values());
+        // The cut into strides looks at all joints that there are, so that it may begin elsewhere; the volts are the same curve's.
+        let ends = |x: &[f64]| (x.iter().copied().fold(9.0, f64::min), x.iter().copied().fold(0.0, f64::max));
+        let ((a, b), (c, d)) = (ends(one), ends(two));
+        assert!((a - c).abs() < 0.01 && (b - d).abs() < 0.01, "{format}: {a} to {b} V, {c} to {d} V");
+    }
+    for command in ["check", "volts"] {
+        let told = said(&footfall(&[command, "--trace"], &foreign));
+        assert!(told.contains("left knee: extension is positive in the file"), "{command}: {told}");
+    }
+}
+
+#[test]
+fn plain_files_keep_their_strict_reader_and_others_say_where_to_go() {
+    let folder = tempfile::tempdir().unwrap();
+    let put = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let hole = put("hole.csv", "time_s,left_knee_deg\n0,1\n0.01,\n0.02,3\n");
+    let mapped = put("mapped.csv", "t,a,b\n0,1,2\n0.01,2,3\n");
+    for command in ["check", "volts"] {
+        let output = footfall(&[command, "--trace"], &hole);
+        let told = said(&output);
+        assert!(output.status.code() == Some(2) && told.contains("hole.csv:3: column 2 `left_knee_deg`"), "{told}");
+        let output = footfall(&[command, "--trace"], &mapped);
+        let told = said(&output);
+        assert!(
+            output.status.code() == Some(2) && told.contains("`footfall convert` takes what a file does not say"),
+            "{told}"
+        );
+        assert!(output.stdout.is_empty());
+    }
+    let pin = put("pin.csv", "time_s,PA1\n0,1\n0.01,1.1\n0.02,1.2\n");
+    let line = String::from_utf8(footfall(&["check", "--trace"], &pin).stdout).unwrap();
+    assert!(line.ends_with("good: 3 rows, 0.020 s, PA1\n"), "{line}");
+}
