@@ -22,7 +22,7 @@ pub fn shipped_folder() -> PathBuf {
 /// It cannot be read.
 #[must_use]
 pub fn shipped() -> Recording {
-    feed::recording(None).expect("the shipped recording is good").1
+    feed::shipped().expect("the shipped recording is good").1
 }
 
 /// The shipped recording of semi-synthetic volts: a loop.

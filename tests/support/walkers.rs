@@ -1,7 +1,7 @@
 //! Recorded walkers with their templates and their phase: who is followed, on the host and on the virtual board.
 
 use crate::traces::{many, shipped};
-use cpg_core::entrainment::Entrained;
+use cpg_core::entrainment::{Entrained, EventSource};
 use cpg_core::phase_lock::Template;
 use footfall::entrain::learn::{Learned, learn};
 use footfall::entrain::run::{self, Tick, phase_error_deg};
@@ -65,7 +65,7 @@ impl Walker {
             SeriesConfig { mean: Radians(mean), cos: *cos, sin: *sin }
         };
         let shape = ShapeConfig { stride_s: stride_s as f32, joints: self.templates.map(series) };
-        WalkerConfig::Follow(FollowConfig { sensor, shape })
+        WalkerConfig::Follow(FollowConfig { sensor, events: EventSource::None, shape })
     }
 
     /// Phase of the walker less the driven one at the tick of this number, degrees.

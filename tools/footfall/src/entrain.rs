@@ -96,7 +96,7 @@ pub struct Entrainment {
 /// # Errors
 /// The shipped recording cannot be read; a test sees to it that it can.
 pub fn shipped_walker(sensor: Joint) -> Result<Learned, Failure> {
-    let (_, recording) = feed::recording(None).map_err(Failure::run)?;
+    let (_, recording) = feed::shipped().map_err(Failure::run)?;
     let looped = recording.looped(run::TICKS_PER_S).map_err(Failure::run)?;
     learn(&looped.recording, sensor, WINDOW_S).map_err(Failure::run)
 }

@@ -36,7 +36,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             }
             (name, recording)
         }
-        None => feed::recording(None).map_err(Failure::input)?,
+        None => feed::shipped().map_err(Failure::input)?,
     };
     let sensor = match &options.calibration {
         Some(path) => calibration_file::read(path).map_err(Failure::input)?,

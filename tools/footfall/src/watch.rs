@@ -70,7 +70,7 @@ pub struct Options {
 pub struct Played {
     /// A recording to feed the sensors with: angles in degrees (of the joints that they are worn on, or its only channel) or volts at
     /// their pins (PA1, PC1, PB0, PB1) [default: the shipped recording of a healthy adult]
-    #[arg(long, value_name = "CSV")]
+    #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
     /// A sensor that is worn, from channel 1 on, up to four: its joint, and its calibration, which `footfall calibrate` makes. They are
     /// written into the board's second parameter sector [default: one, with the published curve, on the joint that the walker follows or
@@ -221,7 +221,14 @@ fn prepare(options: &Options, show: Show) -> Result<Prepared, Failure> {
     let mut notes = Vec::new();
     let parameters = options.played.parameters()?;
     let secs = options.played.secs.or((show != Show::Screen).then_some(DEFAULT_SECS));
-    let (name, recording) = feed::recording(options.played.trace.as_deref()).map_err(Failure::input)?;
+    let (name, recording) = match &options.played.trace {
+        Some(path) => {
+            let opened = feed::opened(path)?;
+            notes.extend(opened.notes);
+            (opened.name, opened.recording)
+        }
+        None => feed::shipped().map_err(Failure::input)?,
+    };
     let feed = feed::feed(&name, &recording, &parameters.worn, secs)?;
     let mut presses = match &options.played.press {
         Press::Auto => vec![ARM_AT_S],

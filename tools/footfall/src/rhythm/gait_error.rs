@@ -56,7 +56,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
 
 /// The mean stride of the recording, degrees, by joint.
 fn mean_stride() -> Result<[Vec<f64>; 4], Failure> {
-    let (_, recording) = feed::recording(None).map_err(Failure::run)?;
+    let (_, recording) = feed::shipped().map_err(Failure::run)?;
     let looped = recording.looped(feed::RATE_HZ).map_err(Failure::run)?;
     let stride_s = looped.recording.duration_s() / looped.strides as f64;
     let mut wanted: [Vec<f64>; 4] = Default::default();
