@@ -172,7 +172,7 @@ impl Method {
 
     fn settings(&self, reading: &Reading, compare: bool) -> Settings {
         Settings {
-            kind: self.generator,
+            generator: self.generator,
             harmonics: self.harmonics,
             seed: self.seed,
             evaluations: self.evaluations,

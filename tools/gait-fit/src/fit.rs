@@ -21,7 +21,7 @@ use walker::certificate::{Certificate, certify};
 use walker::generator_file::{FollowSet, GeneratorSet, Provenance, WalkerFile};
 
 use crate::judge::{HeldOut, JointFit, held_out, judge};
-use crate::search::{SearchSettings, Shape, fit_robust, fit_thesis};
+use crate::search::{Dynamics, SearchSettings, fit_robust, fit_thesis};
 use crate::series::{self, Series};
 use crate::walk_cycle::{aligned, walk_cycle};
 
@@ -35,7 +35,7 @@ pub const LEAST_HARMONICS: usize = 6;
 pub const GOAL_DEG: [f64; 2] = [0.4, 0.5];
 
 /// Nonlinearity and coupling of R1: those of the shipped walk, which returns to its gait within a few strides.
-const LINKED: Shape = Shape::Fixed(0.5, 0.5);
+const LINKED: Dynamics = Dynamics::Fixed(0.5, 0.5);
 
 /// Which generator is fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -68,7 +68,7 @@ impl Kind {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// The generator.
-    pub kind: Kind,
+    pub generator: Kind,
     /// Harmonics of phase and shape, 1 to [`joint_loop::HARMONICS`]; none takes [`LEAST_HARMONICS`] or as many more as it takes to
     /// come within [`GOAL_DEG`] of the mean stride.
     pub harmonics: Option<usize>,
@@ -93,7 +93,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            kind: Kind::Shape,
+            generator: Kind::Shape,
             harmonics: None,
             seed: 1,
             evaluations: 60_000,
@@ -111,8 +111,8 @@ impl Default for Settings {
 impl fmt::Display for Settings {
     /// What it takes to do the same again.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "generator {}", self.kind.name())?;
-        match self.kind {
+        write!(f, "generator {}", self.generator.name())?;
+        match self.generator {
             Kind::Shape => match self.harmonics {
                 Some(harmonics) => write!(f, ", {harmonics} harmonics, least squares"),
                 None => write!(f, ", as many harmonics as it takes, least squares"),
@@ -268,18 +268,18 @@ pub fn fit(
 
     let mean = strides.mean();
     let mut refused = None;
-    let mut found = of_kind(settings.kind, &mean, period_s, settings, progress);
+    let mut found = of_kind(settings.generator, &mean, period_s, settings, progress);
     let mut checked = check(&found.set, settings, progress);
     if let Some(because) = found.refused_because.take().or_else(|| not_accepted(&checked)) {
-        if settings.kind == Kind::Shape {
+        if settings.generator == Kind::Shape {
             return Err(FitError::Walker { file: file(), why: because });
         }
         notes.push(format!(
             "the {} generator was refused ({because}); phase and shape is used instead",
-            settings.kind.name()
+            settings.generator.name()
         ));
-        refused = Some(Refused { generator: settings.kind.name(), because });
-        let used = Settings { kind: Kind::Shape, ..settings.clone() };
+        refused = Some(Refused { generator: settings.generator.name(), because });
+        let used = Settings { generator: Kind::Shape, ..settings.clone() };
         found = of_kind(Kind::Shape, &mean, period_s, &used, progress);
         checked = check(&found.set, &used, progress);
     }
@@ -320,9 +320,9 @@ pub fn fit(
     let history = if history.is_empty() { others } else { history };
     let used = match &set {
         GeneratorSet::Shape(shape) => {
-            Settings { kind: Kind::Shape, harmonics: Some(shape.joints[0].cos_deg.len()), ..settings.clone() }
+            Settings { generator: Kind::Shape, harmonics: Some(shape.joints[0].cos_deg.len()), ..settings.clone() }
         }
-        other => Settings { kind: kind_of(other), ..settings.clone() },
+        other => Settings { generator: kind_of(other), ..settings.clone() },
     };
     // What was judged is the walker's own shape: led by a sensor it is as good as its phase.
     let set = match (set, settings.follow) {

@@ -263,7 +263,7 @@ fn certificate(page: &mut String, fit: &Fit) {
 }
 
 fn again(page: &mut String, fit: &Fit, command: &str) {
-    let search = if fit.settings.kind == Kind::Thesis || fit.settings.compare {
+    let search = if fit.settings.generator == Kind::Thesis || fit.settings.compare {
         format!("seed {}, {} evaluations", fit.settings.seed, fit.settings.evaluations)
     } else {
         "no random numbers".into()

@@ -7,7 +7,7 @@ use gait_fit::search::micro_ga::micro_ga;
 use gait_fit::search::thesis_ga::ThesisGa;
 use gait_fit::search::walk_check::{PERTURBED, RETURN_STRIDES};
 use gait_fit::search::{
-    Evaluator, Genes, Grid, Network, Objective, Random, SearchSettings, Shape, Target, angles, errors, fit_robust,
+    Dynamics, Evaluator, Genes, Grid, Network, Objective, Random, SearchSettings, Target, angles, errors, fit_robust,
     fit_thesis, reference_errors,
 };
 use gait_trace::cycle::{Cycle, POINTS};
@@ -157,12 +157,12 @@ fn what_cannot_be_fitted_is_refused_with_the_reason() {
 #[test]
 fn r1_is_fitted_in_a_few_limit_cycles_and_the_core_runs_what_was_promised() {
     let target = stride();
-    for shape in [Shape::Fixed(0.5, 0.5), Shape::Free] {
-        let fit = fit_robust(&target, 0.9, shape, &mut |_| ());
+    for dynamics in [Dynamics::Fixed(0.5, 0.5), Dynamics::Free] {
+        let fit = fit_robust(&target, 0.9, dynamics, &mut |_| ());
         // One sinusoid a joint leaves its second harmonic: 3/sqrt(2) and 14/sqrt(2) degrees.
         for (joint, rmse) in fit.rmse_deg.iter().enumerate() {
             let left = [3.0, 3.0, 14.0, 14.0][joint] / 2f64.sqrt();
-            assert!((rmse - left).abs() < 0.25, "{shape:?}: {:?}", fit.rmse_deg);
+            assert!((rmse - left).abs() < 0.25, "{dynamics:?}: {:?}", fit.rmse_deg);
         }
         assert!(fit.evaluations <= 410 && (fit.period_s - 0.9).abs() < 1e-6);
         let mut generator = GeneratorSet::Robust(fit.set).generator(Period::MILLISECOND).expect("in range");
@@ -178,6 +178,6 @@ fn r1_is_fitted_in_a_few_limit_cycles_and_the_core_runs_what_was_promised() {
                 *off = off.min(now);
             }
         }
-        assert!(off.iter().all(|off| *off < 0.3), "{shape:?}: {off:?}");
+        assert!(off.iter().all(|off| *off < 0.3), "{dynamics:?}: {off:?}");
     }
 }

@@ -60,5 +60,5 @@ pub use network::{Network, NetworkState, Oscillator};
 pub use objective::{Errors, Objective, Target};
 pub use population::{Grid, angles, errors, reference_errors};
 pub use random::Random;
-pub use robust::{RobustFit, Shape, fit_robust};
+pub use robust::{Dynamics, RobustFit, fit_robust};
 pub use walking::{SearchSettings, ThesisFit, fit_thesis};

@@ -21,7 +21,7 @@ use super::levenberg::levenberg;
 
 /// Whether eps and kap are searched for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Shape {
+pub enum Dynamics {
     /// As given: eps, kap of all links.
     Fixed(f64, f64),
     /// eps from 0.05 to 1, kap from 0.1 to 1.
@@ -52,25 +52,25 @@ const KAP: (f64, f64) = (0.1, 1.0);
 /// square errors in degrees.
 ///
 /// ```
-/// use gait_fit::search::{Shape, fit_robust};
+/// use gait_fit::search::{Dynamics, fit_robust};
 /// use gait_trace::cycle::Cycle;
 /// // Sinusoids: what R1 is best at.
 /// let target = Cycle(std::array::from_fn(|joint| std::array::from_fn(|k| {
 ///     let lead = [0.0, 0.5, 0.7, 0.2][joint];
 ///     25.0 + 20.0 * (std::f64::consts::TAU * (k as f64 / 200.0 + lead)).cos()
 /// })));
-/// let fit = fit_robust(&target, 1.2, Shape::Fixed(0.2, 0.2), &mut |_| ());
+/// let fit = fit_robust(&target, 1.2, Dynamics::Fixed(0.2, 0.2), &mut |_| ());
 /// assert!(fit.rmse_deg.iter().all(|rmse| *rmse < 0.3), "{:?}", fit.rmse_deg);
 /// assert!((fit.set.joints[2].amplitude_deg - 20.0).abs() < 0.2);
 /// ```
-pub fn fit_robust(target: &Cycle, period_s: f64, shape: Shape, progress: &mut dyn FnMut(Progress)) -> RobustFit {
+pub fn fit_robust(target: &Cycle, period_s: f64, dynamics: Dynamics, progress: &mut dyn FnMut(Progress)) -> RobustFit {
     let leads = target.0.each_ref().map(fundamental);
     // Coordinates: the common phase, leads of the others before the first, eps, kap; phases as +-half a cycle about the first guess.
-    let dimensions = if shape == Shape::Free { 6 } else { 4 };
+    let dimensions = if dynamics == Dynamics::Free { 6 } else { 4 };
     let decode = |point: &[f64]| -> Guess {
-        let (eps, kap) = match shape {
-            Shape::Fixed(eps, kap) => (eps, kap),
-            Shape::Free => (EPS.0 + (EPS.1 - EPS.0) * point[4], KAP.0 + (KAP.1 - KAP.0) * point[5]),
+        let (eps, kap) = match dynamics {
+            Dynamics::Fixed(eps, kap) => (eps, kap),
+            Dynamics::Free => (EPS.0 + (EPS.1 - EPS.0) * point[4], KAP.0 + (KAP.1 - KAP.0) * point[5]),
         };
         let lead = |i: usize| if i == 0 { 0.0 } else { leads[i] - leads[0] + point[i] - 0.5 };
         Guess { begin: leads[0] + point[0] - 0.5, leads: std::array::from_fn(lead), eps, kap }
