@@ -1,4 +1,5 @@
-//! `footfall certify`: what a parameter set does, measured; refuses a set whose perturbed starts diverge or do not come back.
+//! `footfall certify`: what a parameter set does, measured; refuses a set whose perturbed starts diverge or do not come back, and a follower
+//! that does not lock from every start.
 
 use clap::Args;
 use joint_loop::LoopConfig;
@@ -69,6 +70,10 @@ fn table(c: &Certificate) -> String {
         ("entrained by", c.entrainment_by.clone()),
     ];
     rows.extend(c.entrainment.iter().map(|tongue| ("", entrained(tongue))));
+    match &c.following {
+        Some(following) => rows.extend(following.in_words()),
+        None => rows.push(("lock on a walker", "not led by a sensor".into())),
+    }
     rows.extend([("largest f32 step", format!("{:.1} ms", c.largest_step_ms))]);
     for joint in &c.joints {
         let inside = if joint.inside_gate { "inside the gate" } else { "BEYOND THE GATE" };
