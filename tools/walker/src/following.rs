@@ -200,7 +200,7 @@ impl Start {
                 break;
             }
         }
-        Self { locked_s: (last_bad < ticks).then_some(f64::from(last_bad) * 1e-3), falsely }
+        Self { locked_s: (last_bad < ticks).then_some(f64::from(last_bad) / 1e3), falsely }
     }
 
     fn is_soon(&self) -> bool {
