@@ -19,10 +19,10 @@
 use fixed::types::{I2F30, I4F28, I8F24, I16F16};
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
-use crate::error::in_range;
 use crate::fixed_trig::sin_cos;
-use crate::shape::{Adjustment, FourierShape, MAX_COEFFICIENT, STRIDE_RANGE_S};
-use crate::{BuildError, Field, Generator, StateFault};
+use crate::shape::{Adjustment, FourierShape};
+use crate::stride_clock::StrideClock;
+use crate::{BuildError, Generator, StateFault};
 
 /// A full turn in 2^-24 rad, times the microseconds of a second.
 const TURN: i64 = (core::f64::consts::TAU * 1e6 * 16_777_216.0) as i64;
@@ -32,13 +32,9 @@ const TURN: i64 = (core::f64::consts::TAU * 1e6 * 16_777_216.0) as i64;
 pub struct FixedPhaseShape<const H: usize, const N: usize> {
     shapes: [Coefficients<H>; N],
     uses: [Use; N],
-    /// 2^-64 cycles.
-    phase: u64,
-    /// 2^-64 cycles a tick.
-    step: u64,
+    clock: StrideClock,
     /// 2 pi over the stride time, rad/s in 2^-24.
     turn_rate: i64,
-    period: Period,
 }
 
 /// How one joint uses its shape: [`Adjustment`] in fixed point.
@@ -110,11 +106,16 @@ fn rotate(s: I2F30, c: I2F30, s1: I2F30, c1: I2F30) -> (I2F30, I2F30) {
     (I2F30::from_bits(rounded(sin, 30) as i32), I2F30::from_bits(rounded(cos, 30) as i32))
 }
 
+/// 2 pi over the stride time, rad/s in 2^-24.
+fn turn_rate(clock: &StrideClock) -> i64 {
+    TURN.checked_div(clock.stride_us().into()).unwrap_or(0)
+}
+
 impl<const H: usize, const N: usize> FixedPhaseShape<H, N> {
     /// From phase 0, a stride of `stride_s` seconds, joint j ahead of the gait phase by `leads[j]`.
     ///
     /// # Errors
-    /// `stride_s` outside [`STRIDE_RANGE_S`].
+    /// `stride_s` outside [`crate::shape::STRIDE_RANGE_S`].
     pub fn build(
         shapes: &[FourierShape<H>; N],
         leads: [Phase; N],
@@ -123,21 +124,17 @@ impl<const H: usize, const N: usize> FixedPhaseShape<H, N> {
     ) -> Result<Self, BuildError> {
         let uses = leads.map(|lead| Use { gain: I8F24::ONE, offset: I4F28::ZERO, lead });
         let shapes = shapes.each_ref().map(Coefficients::of);
-        let mut built = Self { shapes, uses, phase: 0, step: 0, turn_rate: 0, period };
-        built.set_stride(stride_s)?;
-        Ok(built)
+        let clock = StrideClock::build(stride_s, period)?;
+        Ok(Self { shapes, uses, clock, turn_rate: turn_rate(&clock) })
     }
 
     /// Sets the stride time in seconds, to the microsecond. Converts from `f32`, once a change.
     ///
     /// # Errors
-    /// `stride_s` outside [`STRIDE_RANGE_S`]; the old one then stays.
+    /// `stride_s` outside [`crate::shape::STRIDE_RANGE_S`]; the old one then stays.
     pub fn set_stride(&mut self, stride_s: f32) -> Result<(), BuildError> {
-        in_range(stride_s, Field::of("stride_s"), STRIDE_RANGE_S.0, STRIDE_RANGE_S.1)?;
-        let stride_us = (stride_s * 1e6 + 0.5) as u32;
-        // Below 2^64: the longest period (0.1 s) is half of the shortest stride.
-        self.step = (u128::from(self.period.micros()) << 64).checked_div(stride_us.into()).unwrap_or(0) as u64;
-        self.turn_rate = TURN.checked_div(stride_us.into()).unwrap_or(0);
+        self.clock.set_stride(stride_s)?;
+        self.turn_rate = turn_rate(&self.clock);
         Ok(())
     }
 
@@ -147,8 +144,7 @@ impl<const H: usize, const N: usize> FixedPhaseShape<H, N> {
     /// # Errors
     /// `gain` or `offset` out of range; the old adjustment then stays.
     pub fn adjust(&mut self, joint: usize, adjustment: Adjustment) -> Result<(), BuildError> {
-        in_range(adjustment.gain, Field::of("gain"), 0.0, 2.0)?;
-        in_range(adjustment.offset.0, Field::of("offset"), -MAX_COEFFICIENT, MAX_COEFFICIENT)?;
+        adjustment.validate()?;
         if let Some(place) = self.uses.get_mut(joint) {
             *place = Use {
                 gain: I8F24::checked_from_num(adjustment.gain).unwrap_or(I8F24::ONE),
@@ -161,13 +157,13 @@ impl<const H: usize, const N: usize> FixedPhaseShape<H, N> {
 
     /// Sets the phase.
     pub const fn set_phase(&mut self, phase: Phase) {
-        self.phase = (phase.0 as u64) << 32;
+        self.clock.set_phase(phase);
     }
 
     /// Step of the phase in 2^-64 cycles a tick.
     #[must_use]
     pub const fn phase_step(&self) -> u64 {
-        self.step
+        self.clock.step()
     }
 
     /// Wanted joint angles now, in units of 2^-16 rad. No floating point.
@@ -199,7 +195,7 @@ impl<const H: usize, const N: usize> FixedPhaseShape<H, N> {
 
 impl<const H: usize, const N: usize> Generator<N> for FixedPhaseShape<H, N> {
     fn step(&mut self) {
-        self.phase = self.phase.wrapping_add(self.step);
+        self.clock.tick();
     }
 
     fn angles(&self) -> [Radians; N] {
@@ -211,7 +207,7 @@ impl<const H: usize, const N: usize> Generator<N> for FixedPhaseShape<H, N> {
     }
 
     fn phase(&self) -> Phase {
-        Phase((self.phase >> 32) as u32)
+        self.clock.phase()
     }
 
     fn amplitude(&self) -> f32 {
@@ -223,6 +219,6 @@ impl<const H: usize, const N: usize> Generator<N> for FixedPhaseShape<H, N> {
     }
 
     fn reset(&mut self) {
-        self.phase = 0;
+        self.clock.set_phase(Phase(0));
     }
 }

@@ -93,6 +93,7 @@ mod scalar;
 pub mod shape;
 pub mod smer;
 pub mod sogi;
+mod stride_clock;
 pub mod stride_event;
 pub mod terman_wang;
 pub mod thesis;

@@ -40,6 +40,7 @@
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::error::{all_in_range, in_range};
+use crate::stride_clock::StrideClock;
 use crate::trig::sin_cos;
 use crate::{BuildError, Field, Generator, StateFault};
 
@@ -187,6 +188,13 @@ pub struct Adjustment {
     pub lead: Phase,
 }
 
+impl Adjustment {
+    pub(crate) fn validate(&self) -> Result<(), BuildError> {
+        in_range(self.gain, Field::of("gain"), 0.0, 2.0)?;
+        in_range(self.offset.0, Field::of("offset"), -MAX_COEFFICIENT, MAX_COEFFICIENT)
+    }
+}
+
 impl Default for Adjustment {
     /// The shape as it is.
     fn default() -> Self {
@@ -199,11 +207,7 @@ impl Default for Adjustment {
 pub struct PhaseShape<S, const N: usize> {
     shapes: [S; N],
     adjustments: [Adjustment; N],
-    /// 2^-64 cycles.
-    phase: u64,
-    /// 2^-64 cycles a tick.
-    step: u64,
-    period: Period,
+    clock: StrideClock,
 }
 
 impl<S: Shape, const N: usize> PhaseShape<S, N> {
@@ -212,9 +216,7 @@ impl<S: Shape, const N: usize> PhaseShape<S, N> {
     /// # Errors
     /// `stride_s` outside [`STRIDE_RANGE_S`].
     pub fn build(shapes: [S; N], stride_s: f32, period: Period) -> Result<Self, BuildError> {
-        let mut built = Self { shapes, adjustments: [Adjustment::default(); N], phase: 0, step: 0, period };
-        built.set_stride(stride_s)?;
-        Ok(built)
+        Ok(Self { shapes, adjustments: [Adjustment::default(); N], clock: StrideClock::build(stride_s, period)? })
     }
 
     /// Sets the stride time in seconds, to the microsecond.
@@ -222,12 +224,7 @@ impl<S: Shape, const N: usize> PhaseShape<S, N> {
     /// # Errors
     /// `stride_s` outside [`STRIDE_RANGE_S`]; the old one then stays.
     pub fn set_stride(&mut self, stride_s: f32) -> Result<(), BuildError> {
-        in_range(stride_s, Field::of("stride_s"), STRIDE_RANGE_S.0, STRIDE_RANGE_S.1)?;
-        let stride_us = u128::from((stride_s * 1e6 + 0.5) as u32);
-        let cycle_per_tick = u128::from(self.period.micros()) << 64;
-        // Below 2^64: the longest period (0.1 s) is half of the shortest stride.
-        self.step = cycle_per_tick.checked_div(stride_us).unwrap_or(0) as u64;
-        Ok(())
+        self.clock.set_stride(stride_s)
     }
 
     /// Sets gain, offset and lead of a joint; joints that do not exist are ignored.
@@ -235,8 +232,7 @@ impl<S: Shape, const N: usize> PhaseShape<S, N> {
     /// # Errors
     /// `gain` or `offset` out of range; the old adjustment then stays.
     pub fn adjust(&mut self, joint: usize, adjustment: Adjustment) -> Result<(), BuildError> {
-        in_range(adjustment.gain, Field::of("gain"), 0.0, 2.0)?;
-        in_range(adjustment.offset.0, Field::of("offset"), -MAX_COEFFICIENT, MAX_COEFFICIENT)?;
+        adjustment.validate()?;
         if let Some(place) = self.adjustments.get_mut(joint) {
             *place = adjustment;
         }
@@ -245,7 +241,7 @@ impl<S: Shape, const N: usize> PhaseShape<S, N> {
 
     /// Sets the phase.
     pub const fn set_phase(&mut self, phase: Phase) {
-        self.phase = (phase.0 as u64) << 32;
+        self.clock.set_phase(phase);
     }
 
     /// The shapes.
@@ -264,7 +260,7 @@ impl<S: Shape, const N: usize> PhaseShape<S, N> {
 
 impl<S: Shape, const N: usize> Generator<N> for PhaseShape<S, N> {
     fn step(&mut self) {
-        self.phase = self.phase.wrapping_add(self.step);
+        self.clock.tick();
     }
 
     fn angles(&self) -> [Radians; N] {
@@ -276,7 +272,7 @@ impl<S: Shape, const N: usize> Generator<N> for PhaseShape<S, N> {
     }
 
     fn rates(&self) -> [RadPerSec; N] {
-        let cycles_per_second = self.step as f32 * (1.0 / 18_446_744_073_709_551_616.0) / self.period.seconds();
+        let cycles_per_second = self.clock.frequency();
         let mut rates = [RadPerSec(0.0); N];
         for (rate, (point, _, adjustment)) in rates.iter_mut().zip(self.points()) {
             rate.0 = adjustment.gain * point.slope * cycles_per_second;
@@ -285,7 +281,7 @@ impl<S: Shape, const N: usize> Generator<N> for PhaseShape<S, N> {
     }
 
     fn phase(&self) -> Phase {
-        Phase((self.phase >> 32) as u32)
+        self.clock.phase()
     }
 
     fn amplitude(&self) -> f32 {
@@ -297,7 +293,7 @@ impl<S: Shape, const N: usize> Generator<N> for PhaseShape<S, N> {
     }
 
     fn reset(&mut self) {
-        self.phase = 0;
+        self.clock.set_phase(Phase(0));
     }
 }
 
@@ -378,7 +374,7 @@ mod tests {
     fn the_period_is_exact_for_days() {
         let generator = PhaseShape::build([hip(); 1], 1.1, Period::MILLISECOND).unwrap();
         let ticks: u128 = 72 * 3600 * 1000;
-        let cycles = (u128::from(generator.step) * ticks) as f64 / 2f64.powi(64);
+        let cycles = (u128::from(generator.clock.step()) * ticks) as f64 / 2f64.powi(64);
         assert!((cycles - 72.0 * 3600.0 / 1.1).abs() < 1e-9 * cycles, "{cycles}");
         assert!((cycles - 72.0 * 3600.0 / 1.1).abs() < 1e-9 * 72.0 * 3600.0);
     }

@@ -88,7 +88,11 @@ pub enum Walker {
 }
 
 impl ShapeConfig {
-    fn shapes(&self) -> Result<[FourierShape<HARMONICS>; Joint::COUNT], BuildError> {
+    /// The waveform of each joint.
+    ///
+    /// # Errors
+    /// Names the coefficient that is out of range.
+    pub fn shapes(&self) -> Result<[FourierShape<HARMONICS>; Joint::COUNT], BuildError> {
         let series = |joint: &SeriesConfig| FourierShape::build(joint.mean, joint.cos, joint.sin);
         let [left_hip, right_hip, left_knee, right_knee] = &self.joints;
         Ok([series(left_hip)?, series(right_hip)?, series(left_knee)?, series(right_knee)?])

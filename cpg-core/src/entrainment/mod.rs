@@ -108,7 +108,8 @@ impl Entrained {
     /// Stands, and waits for the walker. `sensor` is the joint that is measured; templates in the order of [`Joint::ALL`].
     ///
     /// # Errors
-    /// Names the field that is out of range.
+    /// Names the field that is out of range; `template.range` or `template.peaks` where peaks are to tell what this template has none of, or
+    /// several.
     pub fn build(
         templates: [Template; 4],
         sensor: Joint,
@@ -130,7 +131,7 @@ impl Entrained {
             return Err(BuildError::PeriodTooLong { max_micros });
         }
         let fastest = lock.nominal().0 * config.lock.frequency_range.1;
-        let events = Events::new(config.events, &measured, &lock, period);
+        let events = Events::new(config.events, &measured, &lock, period)?;
         let state = State::new(&config, &lock, events, period);
         Ok(Self { config, templates, lock, period, fastest, sensed: None, state })
     }

@@ -2,7 +2,8 @@
 
 use cpg_core::Generator;
 use cpg_core::entrainment::{Entrained, EntrainedConfig, EventSource, Lock, SensorFault, phase_difference};
-use joint_units::{Joint, Period, Phase};
+use cpg_core::phase_lock::Template;
+use joint_units::{Joint, Period, Phase, Radians};
 
 use crate::walker::{Walker, templates, walk};
 
@@ -284,4 +285,23 @@ fn peaks_of_a_knee_find_it_sooner() {
     let with = starts(EventSource::Peak, Joint::RightHip);
     println!("hip with peaks: {} ms median, {} ms worst", with[50], with[99]);
     assert!(with[99] < 4000);
+}
+
+/// A template without one peak a stride is refused by name, with peaks as the source only.
+#[test]
+fn peaks_that_are_none_or_two_are_refused() {
+    let shape = |first: f32, second: f32| {
+        let (mut cos, sin) = ([0.0; 8], [0.0; 8]);
+        (cos[0], cos[1]) = (first, second);
+        Template::build(Radians(0.1), cos, sin).unwrap()
+    };
+    for (template, name) in [(shape(0.012, 0.0), "template.range"), (shape(0.05, 0.3), "template.peaks")] {
+        let build = |events| {
+            let config = EntrainedConfig { events, ..EntrainedConfig::default() };
+            Entrained::build([template; 4], Joint::RightHip, config, Period::MILLISECOND)
+        };
+        let error = build(EventSource::Peak).unwrap_err().to_string();
+        assert!(error.contains(name), "{error} does not name {name}");
+        assert!(build(EventSource::None).is_ok() && build(EventSource::FootSwitch).is_ok());
+    }
 }

@@ -239,10 +239,14 @@ pub struct Fit {
 /// }
 /// let raw = of_bytes("walk.csv", csv.as_bytes(), &ReadOptions::default())?;
 /// let source = Source { name: "walk.csv".into(), sha256: String::new() };
-/// let fit = fit(&source, &raw, &Settings::default(), &mut |_| ())?;
-/// assert!((fit.period_s - 1.1).abs() < 1e-3);
-/// assert!(fit.joints.iter().all(|joint| joint.rmse_mean_stride_deg < 0.05));
-/// assert!(fit.certificate.accepted && !fit.asymmetric);
+/// let walker = fit(&source, &raw, &Settings::default(), &mut |_| ())?;
+/// assert!((walker.period_s - 1.1).abs() < 1e-3);
+/// assert!(walker.joints.iter().all(|joint| joint.rmse_mean_stride_deg < 0.05));
+/// assert!(walker.certificate.accepted && !walker.asymmetric);
+/// // Led by a sensor, the certificate says how soon it locks.
+/// let settings = Settings { follow: Some(joint_units::Joint::LeftHip), ..Settings::default() };
+/// let follower = fit(&source, &raw, &settings, &mut |_| ())?;
+/// assert!(follower.certificate.following.is_some_and(|lock| lock.lock_worst_s.is_some_and(|worst| worst < 4.0)));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -284,7 +288,7 @@ pub fn fit(
         checked = check(&found.set, &used, progress);
     }
     let Found { set, history, .. } = found;
-    let certificate = checked.map_err(|why| FitError::Walker { file: file(), why })?;
+    let mut certificate = checked.map_err(|why| FitError::Walker { file: file(), why })?;
     let walked = walk_cycle(&set).map_err(|why| FitError::Walker { file: file(), why })?;
     let (cycle, ahead) = aligned(&walked.cycle, &mean);
     let origin = ((1.0 - ahead) * POINTS as f64).round() as usize % POINTS;
@@ -324,10 +328,15 @@ pub fn fit(
         }
         other => Settings { generator: kind_of(other), ..settings.clone() },
     };
-    // What was judged is the walker's own shape: led by a sensor it is as good as its phase.
+    // What was judged is the walker's own shape: led by a sensor it is as good as its phase, and how soon it has that is measured.
     let set = match (set, settings.follow) {
         (GeneratorSet::Shape(shape), Some(sensor)) => {
-            GeneratorSet::Follow(FollowSet { sensor, events: settings.events, shape })
+            let set = GeneratorSet::Follow(FollowSet { sensor, events: settings.events, shape });
+            certificate = check(&set, settings, progress).map_err(|why| FitError::Walker { file: file(), why })?;
+            notes.extend(
+                certificate.refused_because.iter().map(|because| format!("not accepted as a follower: {because}")),
+            );
+            set
         }
         (set, _) => set,
     };

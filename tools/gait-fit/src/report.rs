@@ -249,6 +249,7 @@ fn certificate(page: &mut String, fit: &Fit) {
             format!("{some} of {all}")
         }
     };
+    let following = certificate.following.iter().flat_map(walker::following::Following::in_words);
     for (name, value) in [
         ("verdict", certificate.status.words().to_owned()),
         ("random starts on the orbit", of(certificate.converged, certificate.starts)),
@@ -256,7 +257,10 @@ fn certificate(page: &mut String, fit: &Fit) {
         ("settling after a push", if no_state { "none needed".into() } else { settling }),
         ("largest Floquet multiplier", multiplier),
         ("largest stable step in f32", format!("{:.1} ms", certificate.largest_step_ms)),
-    ] {
+    ]
+    .into_iter()
+    .chain(following)
+    {
         let _ = write!(page, "<tr><td>{}</td><td>{}</td></tr>", escape(name), escape(&value));
     }
     *page += "</table>";

@@ -8,21 +8,25 @@
 //! | settling time | velocity of the first joint pushed by half its amplitude; until it stays within 5 percent of the orbit |
 //! | contraction | Floquet multipliers: eigenvalues of the differential of the map over one period |
 //! | entrainment | a link from a master oscillator at three strengths; frequencies of the master that lock it 1:1 (see [`crate::entrainment`]) |
+//! | following | of a generator that a sensor leads: lock times, lock range, steady phase error (see [`crate::following`]) |
 //! | largest stable step | longest control period in f32 at which the period is right within 1 percent |
 //! | peaks | largest rate and acceleration of each joint over five strides in f32 at 1 ms, against the gate's limits |
 //!
 //! A distance is the largest difference of a state from the nearest point of the orbit, in amplitudes of that state.
 //!
-//! A set is accepted if it oscillates, no perturbed start diverges, and enough of them come back; [`Status`] names what it lacks first.
+//! A set is accepted if it oscillates, no perturbed start diverges, and enough of them come back; one that follows if every start of its lock
+//! grid locks soon and on the right phase. [`Status`] names what it lacks first.
 
-use joint_loop::LoopConfig;
+use joint_loop::{LoopConfig, WalkerConfig};
 use joint_units::Period;
 use nalgebra::DMatrix;
 use serde::Serialize;
 
 use crate::entrainment::{self, Tongue};
+use crate::following::{Following, following};
 use crate::generator_file::GeneratorSet;
 use crate::in_single::{largest_step, peaks};
+use crate::random::Random;
 
 /// Size of the box of random starts, in amplitudes.
 pub const START_BOX: f64 = 1.5;
@@ -80,6 +84,8 @@ pub enum Status {
     PerturbedStartsDiverge,
     /// No perturbed start diverges, but too few come back to the orbit: the phases between joints are not held.
     PerturbedStartsDoNotComeBack,
+    /// It is to follow a walker, and does not lock from every start.
+    DoesNotLock,
 }
 
 impl Status {
@@ -92,6 +98,7 @@ impl Status {
             Self::LeavesItsBound => "in f32 at 1 ms it leaves its bound",
             Self::PerturbedStartsDiverge => "perturbed starts diverge",
             Self::PerturbedStartsDoNotComeBack => "perturbed starts do not come back",
+            Self::DoesNotLock => "it does not lock on its walker from every start",
         }
     }
 }
@@ -136,6 +143,8 @@ pub struct Certificate {
     pub entrainment: Vec<Tongue>,
     /// What the master does, in words.
     pub entrainment_by: String,
+    /// How it locks on a walker; none of a generator that is not led by a sensor.
+    pub following: Option<Following>,
     /// Longest control period in f32, milliseconds.
     pub largest_step_ms: f64,
     /// The joints.
@@ -146,20 +155,6 @@ pub struct Certificate {
     pub accepted: bool,
     /// Why it was not.
     pub refused_because: Option<String>,
-}
-
-/// Splitmix64: the same starts on every machine.
-struct Random(u64);
-
-impl Random {
-    fn within(&mut self, size: f64) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        let unit = ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64;
-        size * (2.0 * unit - 1.0)
-    }
 }
 
 /// The orbit as points in time.
@@ -211,6 +206,7 @@ pub fn certify(
         entrainment_hz: None,
         entrainment: vec![],
         entrainment_by: "not measured: no oscillation to lock".into(),
+        following: None,
         largest_step_ms: 0.0,
         joints: peaks,
         status: Status::DoesNotOscillate,
@@ -222,12 +218,26 @@ pub fn certify(
         certificate.oscillates = f32_sound;
         certificate.period_s = set.stride_guess_s();
         certificate.starts = 0;
-        certificate.entrainment_hz = Some(entrainment::BY_PHASE_HZ);
-        certificate.entrainment_by = entrainment::by_phase();
+        let mut why = None;
+        if let WalkerConfig::Follow(config) = set.config() {
+            progress("lock times and lock range");
+            let found = following(&config)?;
+            why = found.refused_because();
+            certificate.entrainment_hz = found.lock_range.map(|range| range.map(|ratio| ratio / certificate.period_s));
+            certificate.entrainment_by = entrainment::by_sensor(&found);
+            certificate.following = Some(found);
+        } else {
+            certificate.entrainment_hz = Some(entrainment::BY_PHASE_HZ);
+            certificate.entrainment_by = entrainment::by_phase();
+        }
         progress("largest step");
         certificate.largest_step_ms = largest_step(set, certificate.period_s);
-        certificate.status = if f32_sound { Status::Accepted } else { Status::LeavesItsBound };
-        return Ok(certificate.judged(None));
+        certificate.status = match (f32_sound, &why) {
+            (false, _) => Status::LeavesItsBound,
+            (true, Some(_)) => Status::DoesNotLock,
+            (true, None) => Status::Accepted,
+        };
+        return Ok(certificate.judged(why));
     };
     let Some(orbit) = limit_cycle(specimen.as_ref(), set.stride_guess_s()) else {
         return Ok(certificate.judged(None));
@@ -446,7 +456,9 @@ fn multipliers(built: &dyn Specimen, orbit: &Orbit) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generator_file::{ShapeJoint, ShapeSet, WalkerFile};
+    use crate::generator_file::{FollowSet, ShapeJoint, ShapeSet, WalkerFile};
+    use cpg_core::entrainment::EventSource;
+    use joint_units::Joint;
 
     fn certificate(set: &GeneratorSet, starts: u32) -> Certificate {
         certify(set, starts, &LoopConfig::default_biped(), &mut |_| ()).expect("built")
@@ -511,8 +523,29 @@ mod tests {
         let joints = std::array::from_fn(|_| joint.clone());
         let got = certificate(&GeneratorSet::Shape(ShapeSet { stride_s: 1.1, joints }), 10);
         assert!(got.accepted && (got.starts, got.perturbed) == (0, 0) && got.entrainment.is_empty());
+        assert_eq!(got.following, None);
         assert_eq!(got.entrainment_hz, Some([0.05, 5.0]));
         assert!(got.entrainment_by.contains("0.050 to 5.000 Hz"), "{}", got.entrainment_by);
+    }
+
+    /// A follower is measured while it follows its own walker; one that does not lock is refused.
+    #[test]
+    fn a_follower_is_certified_on_its_walker() {
+        let set = |cos_deg: Vec<f32>| {
+            let joint = ShapeJoint { mean_deg: 10.0, sin_deg: vec![0.0; cos_deg.len()], cos_deg };
+            let shape = ShapeSet { stride_s: 1.1, joints: std::array::from_fn(|_| joint.clone()) };
+            GeneratorSet::Follow(FollowSet { sensor: Joint::LeftHip, events: EventSource::None, shape })
+        };
+        let got = certificate(&set(vec![20.0, -4.0]), 10);
+        let found = got.following.clone().expect("a follower");
+        assert!(got.accepted && found.late == 0 && got.entrainment_by.contains("sensor on left_hip"));
+        assert_eq!(got.entrainment_hz, found.lock_range.map(|range| range.map(|ratio| ratio / got.period_s)));
+        assert!((got.joints[0].amplitude_deg - 20.0).abs() < 0.5, "{:?}", got.joints);
+        assert!((1.0..=4.2).contains(&got.largest_step_ms), "{} ms", got.largest_step_ms);
+        let got = certificate(&set(vec![1.0, 20.0]), 10);
+        assert_eq!((got.status, got.accepted), (Status::DoesNotLock, false));
+        let because = got.refused_because.unwrap();
+        assert!(because.starts_with("it does not lock on its walker from every start: "), "{because}");
     }
 
     /// Difference links that pull into phase, under a start in antiphase: the antiphase orbit is there, but any asymmetry leaves it.

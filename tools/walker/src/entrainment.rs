@@ -14,6 +14,7 @@ use serde::Serialize;
 use std::f64::consts::TAU;
 
 use crate::certificate::{Orbit, Specimen};
+use crate::following::Following;
 
 /// Strengths kap of the link. R1's own links have 0.5.
 pub const STRENGTHS: [f64; 3] = [0.1, 0.25, 0.5];
@@ -63,6 +64,11 @@ pub(crate) fn by_phase() -> String {
     format!(
         "phase and stride are inputs: it follows any frequency from {low:.3} to {high:.3} Hz at once, whatever the strength"
     )
+}
+
+/// What leads a follower, in words.
+pub(crate) fn by_sensor(found: &Following) -> String {
+    format!("the gait sensor on {}", found.sensor)
 }
 
 /// The range of each strength.

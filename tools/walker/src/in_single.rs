@@ -5,28 +5,29 @@ use joint_loop::LoopConfig;
 use joint_units::{Joint, Period};
 
 use crate::certificate::JointPeaks;
+use crate::following::Led;
 use crate::generator_file::GeneratorSet;
 
 /// Longest control period in milliseconds at which the period comes out right within 1 percent, to 0.1 ms.
 pub(crate) fn largest_step(set: &GeneratorSet, period_s: f64) -> f64 {
     let right = |micros: u32| {
-        let Some(mut generator) = Period::from_micros(micros).and_then(|period| set.generator(period).ok()) else {
+        let Some(mut led) = Period::from_micros(micros).and_then(|period| Led::new(set, period).ok()) else {
             return false;
         };
         let ticks = |strides: f64| (strides * period_s * 1e6 / f64::from(micros)) as u32;
         for _ in 0..ticks(20.0) {
-            generator.step();
+            led.step();
         }
-        let (mut cycles, mut before) = (0.0, f64::from(generator.phase().cycles()));
+        let (mut cycles, mut before) = (0.0, f64::from(led.generator.phase().cycles()));
         let count = ticks(20.0);
         for _ in 0..count {
-            generator.step();
-            let now = f64::from(generator.phase().cycles());
+            led.step();
+            let now = f64::from(led.generator.phase().cycles());
             cycles += (now - before + 0.5).rem_euclid(1.0) - 0.5;
             before = now;
         }
         let measured = f64::from(count) * f64::from(micros) * 1e-6 / cycles;
-        generator.check().is_ok() && (measured / period_s - 1.0).abs() < 0.01
+        led.generator.check().is_ok() && (measured / period_s - 1.0).abs() < 0.01
     };
     let (mut good, mut bad) = (0, Period::MAX_MICROS);
     for micros in [100, 500, 1000, 2000, 5000, 10_000, 15_000, 20_000, 30_000, 50_000, Period::MAX_MICROS] {
@@ -46,16 +47,16 @@ pub(crate) fn largest_step(set: &GeneratorSet, period_s: f64) -> f64 {
 
 /// Peaks over five strides after twenty, in f32 at 1 ms, and whether the state stayed sound.
 pub(crate) fn peaks(set: &GeneratorSet, gate: &LoopConfig) -> Result<(Vec<JointPeaks>, bool), String> {
-    let mut generator = set.generator(Period::MILLISECOND)?;
+    let mut led = Led::new(set, Period::MILLISECOND)?;
     let stride = (set.stride_guess_s() * 1e3) as u32;
     for _ in 0..20 * stride {
-        generator.step();
+        led.step();
     }
     let (mut low, mut high, mut rate, mut acceleration) = ([f32::MAX; 4], [f32::MIN; 4], [0.0f32; 4], [0.0f32; 4]);
-    let mut before = generator.rates();
+    let mut before = led.generator.rates();
     for _ in 0..5 * stride {
-        generator.step();
-        let (angles, rates) = (generator.angles(), generator.rates());
+        led.step();
+        let (angles, rates) = (led.generator.angles(), led.generator.rates());
         for joint in 0..4 {
             low[joint] = low[joint].min(angles[joint].0);
             high[joint] = high[joint].max(angles[joint].0);
@@ -74,5 +75,5 @@ pub(crate) fn peaks(set: &GeneratorSet, gate: &LoopConfig) -> Result<(Vec<JointP
             inside_gate: rate[j] <= gate.gate.rate.0 && acceleration[j] <= gate.gate.acceleration.0,
         }
     });
-    Ok((peaks.to_vec(), generator.check().is_ok()))
+    Ok((peaks.to_vec(), led.generator.check().is_ok()))
 }

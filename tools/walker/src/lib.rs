@@ -10,8 +10,10 @@
 
 pub mod certificate;
 pub mod entrainment;
+pub mod following;
 pub mod gait_error;
 pub mod generator_file;
 mod in_single;
+mod random;
 mod specimen;
 pub mod toml_table;

@@ -1,4 +1,5 @@
-//! `footfall certify`: what a parameter set does, measured; refuses a set whose perturbed starts diverge or do not come back.
+//! `footfall certify`: what a parameter set does, measured; refuses a set whose perturbed starts diverge or do not come back, and a follower
+//! that does not lock from every start.
 
 use clap::Args;
 use joint_loop::LoopConfig;
@@ -59,16 +60,26 @@ fn table(c: &Certificate) -> String {
         ("generator", c.generator.to_string()),
         ("oscillates", if c.oscillates { "yes" } else { "no" }.to_string()),
         ("period", format!("{:.6} s", c.period_s)),
-        (
-            "random starts",
-            format!("{} of {} on the orbit after 60 strides, {} diverged", c.converged, c.starts, c.diverged),
-        ),
-        ("perturbed starts", perturbed(c)),
-        ("settling after a push", c.settling_s.map_or("not within 100 strides".into(), |s| format!("{s:.2} s"))),
-        ("Floquet multipliers", c.multipliers.iter().map(|m| format!("{m:.4}")).collect::<Vec<_>>().join(" ")),
-        ("entrained by", c.entrainment_by.clone()),
     ];
+    if c.starts == 0 {
+        rows.push(("starts", "none: nothing but the phase can be off".into()));
+    } else {
+        rows.extend([
+            (
+                "random starts",
+                format!("{} of {} on the orbit after 60 strides, {} diverged", c.converged, c.starts, c.diverged),
+            ),
+            ("perturbed starts", perturbed(c)),
+            ("settling after a push", c.settling_s.map_or("not within 100 strides".into(), |s| format!("{s:.2} s"))),
+            ("Floquet multipliers", c.multipliers.iter().map(|m| format!("{m:.4}")).collect::<Vec<_>>().join(" ")),
+        ]);
+    }
+    rows.push(("entrained by", c.entrainment_by.clone()));
     rows.extend(c.entrainment.iter().map(|tongue| ("", entrained(tongue))));
+    match &c.following {
+        Some(following) => rows.extend(following.in_words()),
+        None => rows.push(("lock on a walker", "not led by a sensor".into())),
+    }
     rows.extend([("largest f32 step", format!("{:.1} ms", c.largest_step_ms))]);
     for joint in &c.joints {
         let inside = if joint.inside_gate { "inside the gate" } else { "BEYOND THE GATE" };
@@ -86,9 +97,6 @@ fn table(c: &Certificate) -> String {
 }
 
 fn perturbed(c: &Certificate) -> String {
-    if c.perturbed == 0 {
-        return "none: nothing but the phase can be off".into();
-    }
     let (back, all, diverged) = (c.perturbed_locked, c.perturbed, c.perturbed_diverged.len());
     format!("{back} of {all} back with every phase after {RETURN_STRIDES} strides, {diverged} diverged")
 }
