@@ -122,7 +122,7 @@ fn a_thousand_boards_lock_on_to_people_who_walk() {
             }
         }
     }
-    assert!(missed.is_empty(), "beyond 3 s median, 4 s worst, 5 % of frequency or no false lock: {missed:?}");
+    assert!(missed.is_empty(), "beyond 3 s median, 4 s worst or 5 % of frequency, or falsely locked: {missed:?}");
     assert_eq!(locked.len(), STARTS);
 }
 
@@ -186,7 +186,7 @@ fn a_step_of_cadence_is_followed() {
             (off_deg(tick, *cycles).abs() > 18.0 || slow.abs() > 0.03).then_some(ms)
         };
         assert!(ticks.len() > step + 2900);
-        (after.filter_map(bad).last().map_or(0, |ms| ms + 1 - step) as f64 * 1e-3, hip)
+        (after.filter_map(bad).next_back().map_or(0, |ms| ms + 1 - step) as f64 * 1e-3, hip)
     });
     tell("| worn | steps | median, s | worst, s |");
     for hip in HIPS {
