@@ -98,6 +98,7 @@ fn a_thousand_boards_lock_on_to_people_who_walk() {
     let starts: Vec<Start> = (0..STARTS).map(start).collect();
     let locked = all("starts", &starts, |start| start.run(&board));
 
+    let mut missed = vec![];
     tell("| walker | hip | starts | median, s | worst, s | frequency, % | false |");
     for name in ["shipped", WALKERS[0], WALKERS[1], ""] {
         for hip in HIPS {
@@ -116,11 +117,12 @@ fn a_thousand_boards_lock_on_to_people_who_walk() {
                 "| {who} | {which} | {} | {middle:.2} | {worst:.2} | {frequency:.1} | {wrong} |",
                 times.len()
             ));
-            assert!(middle <= 3.0 && worst <= 4.0, "{who}, {which}: median {middle} s, worst {worst} s");
-            assert_eq!(wrong, 0, "{who}, {which}: false locks");
-            assert!(frequency < 5.0, "{who}, {which}: {frequency} % off");
+            if middle > 3.0 || worst > 4.0 || wrong > 0 || frequency >= 5.0 {
+                missed.push(format!("{who}, {which}"));
+            }
         }
     }
+    assert!(missed.is_empty(), "beyond 3 s median, 4 s worst or 5 % of frequency, or falsely locked: {missed:?}");
     assert_eq!(locked.len(), STARTS);
 }
 
@@ -184,7 +186,7 @@ fn a_step_of_cadence_is_followed() {
             (off_deg(tick, *cycles).abs() > 18.0 || slow.abs() > 0.03).then_some(ms)
         };
         assert!(ticks.len() > step + 2900);
-        (after.filter_map(bad).last().map_or(0, |ms| ms + 1 - step) as f64 * 1e-3, hip)
+        (after.filter_map(bad).next_back().map_or(0, |ms| ms + 1 - step) as f64 * 1e-3, hip)
     });
     tell("| worn | steps | median, s | worst, s |");
     for hip in HIPS {
@@ -208,7 +210,7 @@ struct Knee {
 }
 
 /// One real goniometer on one knee, 13 people, with pauses and turns: the knee's setpoint makes no swing that the knee did not make
-/// ([`footfall_tests::swings`]), at every swing that it makes the phase is locked, and from 0.6 s of a pause on all setpoints stand.
+/// ([`footfall_tests::swings`]), it is driven by a locked phase, and from 0.6 s of a pause on all setpoints stand.
 /// The board is armed at 0.3 s: swings are counted from when the joints are free of the rise.
 #[test]
 fn a_real_goniometer_with_pauses_and_turns() {
@@ -240,16 +242,21 @@ fn a_real_goniometer_with_pauses_and_turns() {
         }
     });
     tell("| knee | swings | driven | locked | phantoms | s of pauses |");
-    let (mut swings, mut driven) = (0, 0);
+    let (mut swings, mut driven, mut locked, mut wrong) = (0, 0, 0, vec![]);
     for knee in knees {
         let Knee { name, phantoms, pause_s, .. } = &knee;
         let told = format!("{} | {} | {} | {}", knee.swings, knee.driven, knee.locked, phantoms.len());
         tell(&format!("| {name} | {told} | {pause_s:.1} |"));
-        assert!(phantoms.is_empty(), "{name}: {phantoms:?}");
-        assert_eq!(knee.moved, None, "{name}: setpoints move in a pause");
+        if !phantoms.is_empty() || knee.moved.is_some() {
+            wrong.push(format!("{name}: phantoms {phantoms:?}, moves in a pause at {:?} s", knee.moved));
+        }
         swings += knee.swings;
         driven += knee.driven;
+        locked += knee.locked;
     }
     tell(&format!("{driven} of {swings} swings followed"));
+    assert!(wrong.is_empty(), "{wrong:?}");
+    // At the last swing before a stop the walk may have been given up already.
+    assert!(locked * 20 >= driven * 19, "{locked} of {driven} swings are driven by a locked phase");
     assert!(driven * 10 >= swings * 7, "{driven} of {swings} swings followed");
 }
