@@ -61,22 +61,21 @@ pub struct Opened {
 /// The file is not as it must be, or its time axis is a cycle.
 pub fn opened(path: &Path) -> Result<Opened, Failure> {
     let name = path.display().to_string();
-    match csv_file::read(path) {
+    let plain = match csv_file::read(path) {
         Ok(recording) => return Ok(Opened { name, recording, format: None, notes: vec![] }),
-        // Its header is not ours: it is another kind of file.
-        Err(TraceError { fault, .. })
-            if matches!(
-                *fault,
-                Fault::MissingColumn { .. } | Fault::UnknownColumn | Fault::NoChannels | Fault::NotText { .. }
-            ) => {}
-        Err(error) => return Err(Failure::input(error)),
-    }
+        Err(error) => error,
+    };
+    // With a header that is not ours it is another kind of file.
+    let separated = match *plain.fault {
+        Fault::MissingColumn { hint, .. } => hint.contains("separated"),
+        Fault::UnknownColumn | Fault::NoChannels | Fault::NotText { .. } => false,
+        _ => return Err(Failure::input(plain)),
+    };
     let raw = open::read(path, &ReadOptions::default()).map_err(|error| {
-        let text = error.to_string();
-        let asks = text.contains("--map") || text.contains("unit") || text.contains("calibration");
-        let hint =
-            if asks { "; `footfall convert` takes what a file does not say, and writes one that does" } else { "" };
-        Failure::Input(text + hint)
+        // Of a plain table our own reader says more shortly what is amiss.
+        let is_csv = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
+        let error = if is_csv && !separated { plain } else { error };
+        Failure::Input(format!("{error}; `footfall convert` takes what a file does not say, and writes one that does"))
     })?;
     let rules = Rules { low_pass: LowPass::Off, jump_bend_deg: f64::INFINITY, ..Rules::default() };
     let conditioned = condition(&raw, &rules).map_err(Failure::input)?;

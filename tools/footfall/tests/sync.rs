@@ -186,7 +186,7 @@ fn regular_pulses_are_refused_unless_the_first_is_the_first() {
     let other = Recorder { offset_s: 55.0, ppm: -80.0, ..board };
     let (one, two) = (board.sees(&line, &mut random), other.sees(&line, &mut random));
     let error = paired::fit(&one, &two, false).unwrap_err();
-    for words in ["pair in more than one way", "--first-is-first", "pause the pulses two or three times"] {
+    for words in ["pair in more than one way", "--first-is-first", "pause the pulses three times or more"] {
         assert!(error.contains(words), "{error}");
     }
     let fit = paired::fit(&one, &two, true).unwrap();

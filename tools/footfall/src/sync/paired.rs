@@ -313,7 +313,7 @@ pub fn fit(board: &[Edge], other: &[Edge], first_is_first: bool) -> Result<Fit, 
         return Err(format!(
             "the pulses are so regular that they pair in more than one way, for one {by:.3} s apart ({} pairs and {} without a partner, or {} and {}); \
              allowed is --first-is-first, if both recordings hold the first pulse of the line, or a line that is not regular: pause the pulses \
-             two or three times, for times that differ",
+             three times or more, and the more often the more of them are lost",
             best.pairs.len(),
             best.alone,
             rival.pairs.len(),
