@@ -109,7 +109,7 @@ impl Reaction {
     }
 }
 
-/// The module's table; nothing follows from good.
+/// What follows from a verdict, the table of [`crate::reactions`]; nothing follows from good.
 #[must_use]
 pub const fn reaction(verdict: Verdict) -> Option<Reaction> {
     let cause = Cause::of_sensor(verdict);
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn the_function_is_the_documented_table() {
-        let doc = include_str!("reaction.rs");
+        let doc = include_str!("reactions.rs");
         let rows: Vec<Vec<&str>> = doc
             .lines()
             .filter_map(|line| line.strip_prefix("//! | "))
