@@ -18,7 +18,7 @@
 //! - **No motion without a press**: arming has one entry, from disarmed, by a press, and only while nothing is wrong.
 //! - **A fault is latched**: when its condition is gone, one press acknowledges it (to disarmed), and only another one arms.
 //!   A press while the condition lasts does nothing. The first cause stays.
-//! - **A sensor's verdict** comes as a demand to stop whose cause has its name; [`crate::reaction`] tells after how many ms.
+//! - **A sensor's verdict** comes as a demand to stop whose cause has its name; [`crate::reactions`] tells after how many ms.
 //! - **Boot always leads to disarmed**, whatever is pressed; a condition that persists is met there.
 
 use hgod_adc::Verdict;
@@ -83,7 +83,7 @@ pub enum Cause {
     None = 0,
     /// The button was pressed.
     Button = 1,
-    /// A sensor that is required was not good for longer than tolerated: its wire is open. [`crate::reaction`] has the times.
+    /// A sensor that is required was not good for longer than tolerated: its wire is open. [`crate::reactions`] has the times.
     SensorOpen = 2,
     /// The same: its wire is shorted.
     SensorShort = 3,

@@ -15,7 +15,7 @@
 //!
 //! The cause of a sensor's stop is the name of its verdict. Where verdicts alternate it is the gravest ([`Verdict::graver`]) of the last
 //! `sensor_tolerance_s`, so at the end of the tolerance the gravest of all that used it up: an open wire that touches now and then, with
-//! spikes and impossible rates in between, is an open wire. Of several sensors it is the gravest of each tick. [`crate::reaction`] is the table
+//! spikes and impossible rates in between, is an open wire. Of several sensors it is the gravest of each tick. [`crate::reactions`] is the table
 //! of verdicts, times and what follows.
 
 use crate::error::inside;

@@ -11,24 +11,26 @@
 //! | out_of_table | sensor_out_of_table | 1 | 1 | park | 51 | freewheel | 21 |
 //! | supply_low | sensor_supply_low | 1 | 1 | park | 51 | freewheel | 21 |
 //!
-//! All times are in ms from the last right sample, at the default configuration and 1 kHz: with `n` ms it is the n-th wrong sample.
+//! All times are in ms from the last right sample, at the default configuration and 1 kHz: with `n` ms it is the n-th wrong
+//! sample.
 //!
-//! - *said*: the verdict has its name ([`Verdict::detection_ms`]). *doubted*: the first verdict that is not good; from there on no sample is
-//!   taken for an angle, the last good angle is kept, and the tolerance of the supervisor is being used up.
+//! - *said*: the verdict has its name ([`Verdict::detection_ms`]). *doubted*: the first verdict that is not good; from there on
+//!   no sample is taken for an angle, the last good angle is kept, and the tolerance of the supervisor is being used up.
 //! - *own rhythm*: a walker that needs no sensor for its steps. It *parks* when a sensor has not been good for longer than
-//!   [`SENSOR_TOLERANCE_MS`]: [`Motion::Hurry`] to the park pose, outputs off at most [`PARK_MS`] later, and a press is needed to move again. The
-//!   cause names the verdict: the gravest ([`Verdict::graver`]) of the last [`SENSOR_TOLERANCE_MS`].
-//! - *follower*: a walker that the sensor leads. The supervisor leaves it to the follower, which *freewheels* after [`FOLLOWER_BRIDGE_MS`] without
-//!   a good sample: it goes on in its last cadence for [`FREEWHEEL_MS`] at most, then comes to a stand with the outputs on, and follows again when
-//!   the sensor is back. What a moving leg does not do it notices by itself too, and sooner: a sensor that sticks in mid swing after some 0.1 s.
-//!   One that sticks where the leg hardly moves looks like a leg that stands, and then the joints stand without freewheeling first.
-//! - *carry on*: the verdict ends or gets a graver name before anything acts. A spike is a rate from its 5th ms on, a saturated code an open
-//!   or shorted wire from its 20th. *acts* is then the time from which something would.
-//! - A *rate* acts only where the jump stays impossible for so long: one of more than 78 degrees, or of more than 33 for a follower.
-//!   A smaller one is believed before, and the joints go on.
+//!   [`SENSOR_TOLERANCE_MS`]: [`Motion::Hurry`] to the park pose, outputs off at most [`PARK_MS`] later, and a press is needed to
+//!   move again. The cause names the verdict: the gravest ([`Verdict::graver`]) of the last [`SENSOR_TOLERANCE_MS`].
+//! - *follower*: a walker that the sensor leads. The supervisor leaves it to the follower, which *freewheels* after
+//!   [`FOLLOWER_BRIDGE_MS`] without a good sample: it goes on in its last cadence for [`FREEWHEEL_MS`] at most, then comes to a
+//!   stand with the outputs on, and follows again when the sensor is back. What a moving leg does not do it notices by itself
+//!   too, and sooner: a sensor that sticks in mid swing after some 0.1 s. One that sticks where the leg hardly moves looks like a
+//!   leg that stands, and then the joints stand without freewheeling first.
+//! - *carry on*: the verdict ends or gets a graver name before anything acts. A spike is a rate from its 5th ms on, a saturated
+//!   code an open or shorted wire from its 20th. *acts* is then the time from which something would.
+//! - A *rate* acts only where the jump stays impossible for so long: one of more than 78 degrees, or of more than 33 for a
+//!   follower. A smaller one is believed before, and the joints go on.
 //!
-//! At rest there is no tolerance: with any verdict but good a press does not arm, and the cause says why. Where no sensor is required
-//! ([`crate::WatchConfig::sensor_required`]) nothing follows from a verdict but its place in the frame.
+//! At rest there is no tolerance: with any verdict but good a press does not arm, and the cause says why. Where no sensor is
+//! required ([`crate::WatchConfig::sensor_required`]) nothing follows from a verdict but its place in the frame.
 
 use crate::supervisor::Cause;
 #[cfg(doc)]
@@ -109,7 +111,7 @@ impl Reaction {
     }
 }
 
-/// The module's table; nothing follows from good.
+/// What follows from a verdict, the table of [`crate::reactions`]; nothing follows from good.
 #[must_use]
 pub const fn reaction(verdict: Verdict) -> Option<Reaction> {
     let cause = Cause::of_sensor(verdict);
@@ -137,7 +139,7 @@ mod tests {
 
     #[test]
     fn the_function_is_the_documented_table() {
-        let doc = include_str!("reaction.rs");
+        let doc = include_str!("reactions.rs");
         let rows: Vec<Vec<&str>> = doc
             .lines()
             .filter_map(|line| line.strip_prefix("//! | "))
