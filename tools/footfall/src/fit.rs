@@ -167,6 +167,12 @@ impl Method {
 /// # Errors
 /// Bad input, a file that cannot be written, or, of several recordings, some that could not be fitted.
 pub fn run(options: &Options) -> Result<(), Failure> {
+    let Method { generator, follow, .. } = options.method;
+    if follow.is_some() && generator != Kind::Shape {
+        let rule =
+            format!("--follow: the {} generator follows no sensor; allowed is --generator shape", generator.name());
+        return Err(Failure::input(rule));
+    }
     match options.recordings.as_slice() {
         [one] if !one.is_dir() && options.shard.is_none() && options.jobs.is_none() => single(options, one),
         _ => batch::run(options),
