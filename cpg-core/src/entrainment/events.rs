@@ -12,8 +12,9 @@
 //! | foot switch | learned: circular mean of the last 8 strikes while locked | holding, once 4 strikes agree | 0.7 | 0.25 |
 //!
 //! *In a lock no event acts*, so that whatever a switch does, a lock stays to the bit what it is without one. The angle tells the phase a
-//! thousand times a second, an event once a stride: a frequency gain of 0.5 would shorten the way from strides of 1.1 to 0.9 s from 1.28 to
-//! 1.16 s (hip, median of 24 phases) and make the steady phase error of recorded walkers up to 0.24 degrees worse, phase gains more.
+//! thousand times a second, an event once a stride, and little is lost: a frequency gain of 0.5 would shorten the way from strides of 1.1 to
+//! 0.9 s from 1.28 to 1.16 s (hip, median of 24 phases). The steady phase error of two recorded walkers, 2.1 to 3.1 degrees, would change by
+//! -0.06 to 0.24 with it, by -0.24 with a phase gain of 0.5 and strikes that are exact, by up to 0.43 with strikes that jitter by 10 ms.
 //!
 //! *A switch has to earn belief, and loses it at once*: strikes less than 50 ms apart are one that bounces; one that comes later than that,
 //! but sooner than half a nominal stride, and one more than a tenth of a stride from where it is foretold, make it forget what it has

@@ -359,3 +359,29 @@ fn shares_on_several_computers_merge_to_what_one_computer_makes() {
     let nothing = footfall(["merge".into(), OsString::from(empty.path())]);
     assert!(nothing.status.code() == Some(2) && said(&nothing).contains("no outcome"), "{}", said(&nothing));
 }
+
+/// A follower's events are in the file, and its certificate says how soon it locks; what cannot be led is refused, not ignored.
+#[test]
+fn a_follower_has_its_events_and_says_how_soon_it_locks() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("follower.toml");
+    let written = out.display().to_string();
+    let led =
+        |more: &[&str]| footfall([&["fit", SHIPPED, "--follow", "left_knee", "--json", "-o", &written], more].concat());
+    let output = led(&["--events", "peak"]);
+    assert!(output.status.success(), "{}", said(&output));
+    let following = &json(&output)["certificate"]["following"];
+    assert_eq!((&following["sensor"], &following["events"]), (&Value::from("left_knee"), &Value::from("peak")));
+    assert!(following["lock_worst_s"].as_f64().is_some_and(|worst| worst < 4.0), "{following}");
+    let text = std::fs::read_to_string(&out).expect("written");
+    assert!(text.contains("sensor = \"left_knee\"\nevents = \"peak\"\n"), "{text}");
+    WalkerFile::read(&out).expect("a walker");
+
+    for (more, wanted) in [
+        (&["--generator", "robust"][..], "allowed is --generator shape"),
+        (&["--events", "heel"], "none, peak, foot_switch"),
+    ] {
+        let output = led(more);
+        assert!(output.status.code() == Some(2) && said(&output).contains(wanted), "{}", said(&output));
+    }
+}
