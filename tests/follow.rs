@@ -35,11 +35,11 @@ fn volts(walk: &Looped, sensor: Joint, secs: f64, lost: (f64, f64)) -> Recording
     Recording::build(times, vec![Channel::new("PA1", Quantity::PinVolts, values)]).unwrap()
 }
 
-/// Root mean square difference of setpoints and the recorded leg, degrees, over some ticks.
-fn rmse(frames: &[Frame<SENSORS>], walk: &Looped, joint: Joint) -> f64 {
+/// Root mean square difference of setpoints and the recorded leg, degrees, over some ticks; the recording began that long before tick 0.
+fn rmse(frames: &[Frame<SENSORS>], begun_ms: usize, walk: &Looped, joint: Joint) -> f64 {
     let (period, channel) = (walk.recording.duration_s(), walk.recording.of_joint(joint).unwrap());
     let squares = frames.iter().map(|frame| {
-        let wanted = walk.recording.at(channel, f64::from(frame.tick) * 1e-3 % period);
+        let wanted = walk.recording.at(channel, (f64::from(frame.tick) + begun_ms as f64) * 1e-3 % period);
         (f64::from(frame.setpoints[joint as usize].degrees()) - wanted).powi(2)
     });
     (squares.sum::<f64>() / frames.len() as f64).sqrt()
@@ -59,7 +59,8 @@ fn four_joints_follow_one_recorded_hip_or_knee_from_volts_to_setpoints() {
         assert_eq!(following.state, "locked");
         let frames = ran.boots[0].replay(&config);
         assert_eq!(frames[frames.len() - 1].state, State::Walking);
-        let errors = Joint::ALL.map(|joint| rmse(&frames[6_000..], &walk, joint));
+        let begun_ms = chain::begun_ms(&ran.boots[0]);
+        let errors = Joint::ALL.map(|joint| rmse(&frames[6_000..], begun_ms, &walk, joint));
         println!("| {} | {locked:.2} | {} |", sensor.name(), errors.map(|e| format!("{e:.2}")).join(" | "));
         // The recording has two strides that differ; a template is their mean.
         assert!(errors.iter().all(|error| *error < 3.5), "{sensor:?}: {errors:?}");

@@ -5,7 +5,7 @@
 //! tells the rest: phase, frequency and state of every tick. A run in which one logged bit differs from the host's, or one line could
 //! not be compared, is refused: so these ticks are the board's.
 
-use crate::board::{Board, Ran};
+use crate::board::{Board, Booted, Ran};
 use cpg_core::Generator;
 use footfall::entrain::run::Tick;
 use footfall::shipped::{SENSOR_PIN, wired_sensor};
@@ -87,6 +87,15 @@ pub fn run(board: &Board, config: &WalkerConfig, volts: &Recording, secs: f64, p
     ran
 }
 
+/// Milliseconds from power-on until the tick of number 0 would have been, to 1 ms.
+#[must_use]
+pub fn begun_ms(boot: &Booted) -> usize {
+    // The log is read each millisecond: the least delay of a line is what was left of the millisecond of its tick.
+    let lines = boot.ticks.iter().zip(&boot.tick_times);
+    let after = lines.map(|(tick, t_s)| ((t_s * 1e3).round() as usize).saturating_sub(tick.tick as usize));
+    after.min().unwrap_or(0).saturating_sub(1)
+}
+
 /// Feeds a joint's angles in degrees, one a millisecond from power-on, to the sensor of a board that follows with it, to their end.
 ///
 /// # Panics
@@ -116,10 +125,7 @@ pub fn follow(board: &Board, config: &WalkerConfig, degrees: &[f64], press: bool
             frequency: f64::from(follower.phase_lock().frequency().0),
         }
     });
-    // The log is read each millisecond: the least delay of a line is what is left of the millisecond of its tick.
-    let after =
-        boot.ticks.iter().zip(&boot.tick_times).map(|(tick, t_s)| (t_s * 1e3).round() as usize - tick.tick as usize);
-    let first_ms = after.min().unwrap_or(0) + boot.calls.first().map_or(0, |call| call.0 as usize) - 1;
+    let first_ms = begun_ms(boot) + boot.calls.first().map_or(0, |call| call.0 as usize);
     let walking = boot.ticks.last().is_some_and(|tick| tick.state == State::Walking);
     Chain { ticks, first_ms, walking }
 }
