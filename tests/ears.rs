@@ -1,17 +1,20 @@
 //! What the board hears beside one gait sensor, on the virtual board: four sensors with calibrations of their own, a foot switch, another
 //! system's synchronisation line; and shadow mode, in which it hears everything and drives nothing.
 
+use cpg_core::entrainment::{EventSource, Lock, phase_difference};
+use cpg_core::shape::Shape;
 use footfall::shipped::SENSOR_PINS;
+use footfall::telemetry::Call;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::chain;
 use footfall_tests::degraded::Random;
 use footfall_tests::traces::{shipped, shipped_volts_file};
 use footfall_tests::walkers::Walker;
-use gait_trace::{Channel, Looped, Recording, csv_file};
+use gait_trace::{Channel, Looped, Quantity, Recording, csv_file};
 use hgod_adc::{Calibration, CalibrationPoint, Interpolation, Verdict};
 use joint_loop::shipped::Parameters;
-use joint_loop::{State, WornSensor, WornSensors, sensors_record, walker_record};
-use joint_units::{Joint, Radians, Volts};
+use joint_loop::{FollowConfig, State, WalkerConfig, WornSensor, WornSensors, sensors_record, walker_record};
+use joint_units::{Joint, Phase, Radians, Volts};
 use std::ffi::OsString;
 use std::path::Path;
 
@@ -130,6 +133,58 @@ fn a_follower_listens_to_the_channel_of_its_joint() {
     assert_eq!(dark.boots[0].ticks.len(), 0);
     let said = dark.boots[0].log.iter().any(|line| line.contains("follows left_hip, and no sensor is worn on it"));
     assert!(said, "{:?}", dark.boots[0].log);
+}
+
+/// A walker who takes quicker steps from the moment on in which the sensor's wire comes off: with a foot switch the phase stays his.
+#[test]
+fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
+    let Some(board) = Board::find("a foot switch on the virtual board") else { return };
+    let (folder, walk) = (tempfile::tempdir().unwrap(), shipped().looped(1000.0).unwrap());
+    let walker = Walker::of("shipped", looped(&walk, 12.0), Joint::LeftHip);
+    let (lost_s, secs) = (10.0, 11.9);
+    // Strides of 1.1 s, then of 1.02 s; the other foot strikes, late by 40 ms.
+    let cycles = |t: f64| if t < lost_s { t / 1.1 } else { lost_s / 1.1 + (t - lost_s) / 1.02 };
+    let phase = |t: f64| Phase::from_cycles(cycles(t).fract() as f32);
+    let rows: Vec<f64> = (0..(secs * 1e3) as u32).map(|ms| f64::from(ms) * 1e-3).collect();
+    let angle = |t: &f64| f64::from(Radians(walker.templates[0].at(phase(*t)).angle).degrees());
+    let sound = chain::volts(&rows.iter().map(angle).collect::<Vec<_>>());
+    let values = rows.iter().zip(sound.channels()[0].values()).map(|(t, v)| if *t < lost_s { *v } else { 0.0 });
+    let channel = Channel::new("PA1", Quantity::PinVolts, values.collect());
+    let feed = folder.path().join("volts.csv");
+    csv_file::write(&feed, &Recording::build(rows.clone(), vec![channel]).unwrap()).unwrap();
+    let on_floor = |t: f64| (cycles(t - 0.04) + 0.5).fract() < 0.6;
+    let mut edges = vec![];
+    for pair in rows.windows(2).filter(|pair| on_floor(pair[0]) != on_floor(pair[1])) {
+        edges.push((pair[1], on_floor(pair[1])));
+    }
+    let strikes = folder.path().join("strikes.csv");
+    edges_file(&strikes, &edges);
+
+    let off = |events: EventSource| {
+        let WalkerConfig::Follow(follow) = walker.follower(Joint::LeftHip, 1.1) else { panic!("not a follower") };
+        let config = WalkerConfig::Follow(FollowConfig { events, ..follow });
+        let mut options: Vec<OsString> = ["--press", "0.3", "--secs", &secs.to_string()].map(Into::into).to_vec();
+        options.extend(["--volts".into(), feed.clone().into()]);
+        options.extend(["--edges".into(), format!("PC5={}", strikes.display()).into()]);
+        options.extend(download(walker_record::ADDRESS, walker_record::record_of(&config).bytes(), folder.path(), "w"));
+        let ran = board.run_with(&config, &options);
+        assert_equal(&ran);
+        // The foot is in the inputs of every tick, and the host's copy heard the same strikes.
+        let closed = |(_, call): &&(u32, Call)| call.sample().foot;
+        assert!(ran.boots[0].calls.iter().filter(closed).count() > 5_000);
+        let estimates = ran.boots[0].watch(&config, |joints| {
+            let joint_loop::Walker::Follow(follower) = joints.generator() else { panic!("not a follower") };
+            (f64::from(joints.frame().tick) * 1e-3, follower.phase_lock().phase(), follower.status().state)
+        });
+        let late = chain::begun_ms(&ran.boots[0]) as f64 * 1e-3;
+        let (t, estimate, state) = *estimates.last().unwrap();
+        assert_eq!(state, Lock::Holding);
+        phase_difference(phase(t + late), estimate).degrees().abs()
+    };
+    let (without, with) = (off(EventSource::None), off(EventSource::FootSwitch));
+    println!("phase error after {:.1} s: {without:.1} degrees without, {with:.1} with the foot switch", secs - lost_s);
+    assert!(without > 30.0, "{without}");
+    assert!(with < 0.5 * without, "{with} of {without}");
 }
 
 /// The walk as a recording that lasts.
