@@ -183,8 +183,8 @@ fn parameter_files() {
 fn recordings() {
     for (content, line, words) in [
         (&b""[..], 0, vec!["is empty"]),
-        (b"left_knee_deg\n1\n", 1, vec!["no column is the time", "`left_knee_deg`"]),
-        (b"time_s,elbow\n0,1\n1,2\n", 1, vec!["`elbow`"]),
+        (b"left_knee_deg\n1\n", 1, vec!["column `time_s` is missing"]),
+        (b"time_s,left_knee\n0,1\n", 1, vec!["column 2 `left_knee`", "unknown heading"]),
         (b"time_s,knee_deg,knee_deg\n0,1,1\n", 1, vec!["column 3 `knee_deg`", "twice"]),
         (b"time_s,knee_deg\n0,1\n", 2, vec!["1 rows of numbers", "2 or more"]),
         (b"time_s,knee_deg\n0,1\n1,x\n", 3, vec!["column 2 `knee_deg`", "`x` is not a number"]),

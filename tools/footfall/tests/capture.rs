@@ -404,7 +404,7 @@ fn a_capture_of_four_sensors_is_fitted_as_it_is() {
             let channel = looped.of_joint(joint).unwrap();
             let angles = &raw.joints[joint as usize].as_ref().unwrap().angle_deg;
             // As late as the sensor's filter is.
-            let off = |(t, angle): (&f64, &f64)| (angle - looped.at(channel, (t - 0.0085) % looped.duration_s())).abs();
+            let off = |(t, angle): (&f64, &f64)| (angle - looped.at(channel, (t - 0.0045) % looped.duration_s())).abs();
             let worst = raw.time_s.iter().zip(angles).skip(100).map(off).fold(0.0, f64::max);
             assert!(worst < 2.0, "{}: {worst} degrees off", joint.name());
         }

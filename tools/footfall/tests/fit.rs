@@ -378,7 +378,7 @@ fn a_follower_has_its_events_and_says_how_soon_it_locks() {
     WalkerFile::read(&out).expect("a walker");
 
     for (more, wanted) in [
-        (&["--generator", "robust"][..], "allowed is --generator shape"),
+        (&["--generator", "robust"][..], "allowed is --follow with --generator shape"),
         (&["--events", "heel"], "none, peak, foot_switch"),
     ] {
         let output = led(more);
