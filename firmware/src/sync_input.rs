@@ -56,7 +56,8 @@ pub(crate) fn start(priority: Priority) {
 
 /// The edges since the last call, oldest first, and whether there were more than fit. Once a tick.
 pub(crate) fn take(mut each: impl FnMut(Edge)) -> bool {
-    while let Ok(edge) = EDGES.try_receive() {
+    // No more than there is room for: a line that rings fills the channel as fast as it is emptied.
+    for edge in (0..EDGES_A_TICK).map_while(|_| EDGES.try_receive().ok()) {
         each(edge);
     }
     let flooded = FLOODED.swap(false, Ordering::Relaxed);

@@ -2,10 +2,11 @@
 //! a change here is a change there.
 //!
 //! ```text
-//! boot {board} {chip} reset {cause} streak {n} vrefint_cal {code} min_supply {volts} sensor {required|ignored} walker {crc} sensors {crc} outputs {servos|shadow}    once
+//! boot {board} {chip} reset {cause} streak {n} vrefint_cal {code} min_supply {volts} sensor {required|ignored} walker {crc}
+//!      sensors {crc} outputs {servos|shadow}                    once, in one line
 //! state {tick} {state} cause {cause}                            at every change that a reported frame shows
 //! inputs {first tick} {count} {sensor} ... {vrefint} {elapsed} {flags} {sensor} ...    every tick's inputs, ten a line
-//! follow {tick} {state} fault {fault} stride {} s off {} deg confidence {}       after every tick line of a walker that follows a sensor
+//! follow {tick} {state} fault {fault} stride {} s off {} deg confidence {}    after each tick line of a walker that follows a sensor
 //! edge {tick} {offset} us {level}                               each edge at the synchronisation input; `edges lost {tick}` before one if so
 //! tick {n} {state} sensor {} deg {verdict} ... set {} {} {} {} deg pulse {} {} {} {} us late {} missed {} limited {} seq {} hash {}
 //! cost {longest tick} cycles dropped {records}                once a second

@@ -87,9 +87,7 @@ impl Following {
         (self.false_locks > 0)
             .then(|| format!("{} of {} starts lock on another phase than the walker's", self.false_locks, self.starts))
     }
-}
 
-impl Following {
     /// As lines of a table.
     #[must_use]
     pub fn in_words(&self) -> [(&'static str, String); 3] {
