@@ -192,16 +192,17 @@ fn the_codes_that_the_board_logs_are_those_of_the_converter() {
     let references: Vec<AdcCode> = calls.iter().map(|(_, call)| call.vrefint).collect();
     assert!(codes_of("ADC1_IN17").starts_with(&references), "the reference's codes are others");
 
-    // Four scans a tick, 250 us apart to the cycle: sensor, reference, temperature.
-    let scans: Vec<&[Vec<&str>]> = rows.chunks_exact(3).collect();
+    // Four scans a tick, 250 us apart to the cycle: four sensors, worn or not, reference, temperature.
+    let scans: Vec<&[Vec<&str>]> = rows.chunks_exact(6).collect();
+    let order = ["ADC1_IN1", "ADC1_IN11", "ADC1_IN8", "ADC1_IN9", "ADC1_IN17", "ADC1_IN16"];
     let seconds = |scan: &[Vec<&str>]| scan[0][time].parse::<f64>().unwrap();
     for two in scans.windows(2) {
-        assert_eq!([0, 1, 2].map(|n| two[0][n][channel]), ["ADC1_IN1", "ADC1_IN17", "ADC1_IN16"]);
+        assert_eq!(std::array::from_fn(|n| two[0][n][channel]), order);
         assert!((seconds(two[1]) - seconds(two[0]) - 250e-6).abs() < 1e-8, "at {} s", seconds(two[0]));
     }
-    let took = scans[0][2][time].parse::<f64>().unwrap() - seconds(scans[0]);
-    // From the end of the sensor's conversion: two of 480 + 12 cycles of 21 MHz.
-    assert!((took - 2.0 * 492.0 / 21e6).abs() < 1e-8, "{took} s");
+    let took = scans[0][5][time].parse::<f64>().unwrap() - seconds(scans[0]);
+    // From the end of the first sensor's conversion: three of 144 + 12 and two of 480 + 12 cycles of 21 MHz.
+    assert!((took - (3.0 * 156.0 + 2.0 * 492.0) / 21e6).abs() < 1e-8, "{took} s");
 }
 
 /// The converter's model makes a single conversion wrong or lost; the ticks go on, and each loss is a fault of one tick.
@@ -449,7 +450,7 @@ fn a_broken_parameter_sector_keeps_the_board_dark() {
     for (bytes, words) in [
         (&record.bytes()[..30], "check sum"),
         (&flipped[..], "check sum"),
-        (b"#!/bin/sh", "allowed is a walker or erased flash"),
+        (b"#!/bin/sh", "allowed is a record that begins with FFWK, or erased flash"),
     ] {
         let (_file, download) = sector(bytes);
         let ran = board.run(options(1.5, &[0.3], &["--flash", &download]));

@@ -380,7 +380,7 @@ fn the_virtual_boards_conversions_are_the_codes_of_the_capture() {
     // A code is what four conversions come to.
     let (fours, _) = converted.as_chunks::<OVERSAMPLING>();
     let delivered: Vec<String> = fours.iter().map(|four| trimmed_mean(*four).0.to_string()).collect();
-    let codes = column(&out, "code");
+    let codes = column(&out, "left_knee_code");
     assert!(delivered.starts_with(&codes));
 }
 
@@ -403,10 +403,15 @@ fn a_capture_of_four_sensors_is_fitted_as_it_is() {
         for joint in Joint::ALL {
             let channel = looped.of_joint(joint).unwrap();
             let angles = &raw.joints[joint as usize].as_ref().unwrap().angle_deg;
-            // As late as the sensor's filter is.
-            let off = |(t, angle): (&f64, &f64)| (angle - looped.at(channel, (t - 0.0045) % looped.duration_s())).abs();
-            let worst = raw.time_s.iter().zip(angles).skip(100).map(off).fold(0.0, f64::max);
-            assert!(worst < 2.0, "{}: {worst} degrees off", joint.name());
+            // The board's time begins with its first tick, some milliseconds after the feed's; its filter is some late.
+            let off_if_late = |late_s: f64| {
+                let off = |(t, angle): (&f64, &f64)| {
+                    (angle - looped.at(channel, (t - late_s).rem_euclid(looped.duration_s()))).abs()
+                };
+                raw.time_s.iter().zip(angles).skip(100).map(off).fold(0.0, f64::max)
+            };
+            let worst = (-10..=10).map(|ms| off_if_late(f64::from(ms) * 1e-3)).fold(f64::MAX, f64::min);
+            assert!(worst < 1.0, "{}: {worst} degrees off", joint.name());
         }
         let fitted = footfall(&["fit"], &[&out, Path::new("--out"), &walker]);
         assert_eq!(fitted.status.code(), Some(0), "{}", complaints(&fitted));
