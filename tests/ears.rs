@@ -18,12 +18,14 @@ use joint_units::{Joint, Phase, Radians, Volts};
 use std::ffi::OsString;
 use std::path::Path;
 
-/// Nothing irregular, and every line the host's to the bit.
+/// Nothing irregular, every line the host's to the bit, and of the stack, which is used most at boot, no more than six tenths.
 fn assert_equal(ran: &Ran) {
     assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (Some(0), 0, 0, 1));
     let books = &ran.books;
     assert_eq!((books.different, books.not_compared, books.lost_lines), (0, 0, 0), "{:?}", books.differences);
     assert!(books.compared > 100);
+    let margin = ran.boots[0].margins.last().unwrap();
+    assert!(10 * margin.stack_used <= 6 * margin.stack_size, "{} of {} bytes", margin.stack_used, margin.stack_size);
 }
 
 fn download(address: u32, bytes: &[u8], folder: &Path, name: &str) -> [OsString; 2] {

@@ -7,7 +7,7 @@ use crate::left_out;
 use footfall::board_lines::{self, BoardLine, End};
 use footfall::image::Image;
 use footfall::session::{Books, Session};
-use footfall::telemetry::{self, Boot, Call, Edge, Env, Follow, Inputs, Line, Tick};
+use footfall::telemetry::{self, Boot, Call, Edge, Env, Follow, Inputs, Line, Margin, Tick};
 use joint_loop::shipped::{Parameters, WalkLoop, walk_loop};
 use joint_loop::{Frame, SENSORS, WalkerConfig};
 use serde_json::Value;
@@ -61,6 +61,8 @@ pub struct Booted {
     pub follows: Vec<Follow>,
     /// Edges at the synchronisation input.
     pub edges: Vec<Edge>,
+    /// What was left to spare, once a second.
+    pub margins: Vec<Margin>,
     /// Temperature and supply, once a second.
     pub env: Vec<Env>,
     /// Lines for people.
@@ -223,7 +225,8 @@ fn take(boot: &mut Booted, text: &str) {
         Line::Env(env) => boot.env.push(env),
         Line::Follow(follow) => boot.follows.push(follow),
         Line::Edge(edge) => boot.edges.push(edge),
-        Line::State(_) | Line::Cost(_) | Line::Margin(_) => {}
+        Line::Margin(margin) => boot.margins.push(margin),
+        Line::State(_) | Line::Cost(_) => {}
         Line::Text => boot.log.push(text.into()),
     }
 }

@@ -105,7 +105,7 @@ fn hexapod_walk(period: Period) -> Result<HexapodWalk, BuildError> {
 
 /// Called after reset.
 #[unsafe(no_mangle)]
-extern "C" fn count_all() -> ! {
+extern "C" fn after_reset() -> ! {
     count::begin();
     exit(u32::from(!all()))
 }

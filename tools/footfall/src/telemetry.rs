@@ -17,11 +17,13 @@
 //! every call was given. Numbers of type `f32` are printed with as many digits as it takes to tell them from their neighbours, so that
 //! their bits come back. `env` is the mean of a second, `NaN` where the chip has no factory values to tell by. A pulse of 0 is no pulse.
 
+mod words;
+
 use cpg_core::entrainment::{Lock, SensorFault};
 use hgod_adc::Verdict;
 use joint_loop::{BoardFaults, Cause, SENSORS, Sample, State};
 use joint_units::{AdcCode, Celsius, Joint, Volts};
-use std::str::{FromStr, SplitWhitespace};
+use words::Words;
 
 /// A line of the log, understood as far as it can be.
 #[derive(Debug, Clone, PartialEq)]
@@ -244,7 +246,7 @@ pub struct LineError {
 /// # Ok::<(), footfall::telemetry::LineError>(())
 /// ```
 pub fn parse(line: &str) -> Result<Line, LineError> {
-    let mut words = Words { line, rest: line.split_whitespace(), word: "" };
+    let mut words = Words::of(line);
     let parsed = match words.next() {
         "boot" => match boot(&mut words)? {
             Some(boot) => Line::Boot(boot),
@@ -335,7 +337,7 @@ fn tick(words: &mut Words<'_>) -> Result<Tick, LineError> {
 fn inputs(words: &mut Words<'_>) -> Result<Inputs, LineError> {
     let (first_tick, count): (u32, u8) = (words.number()?, words.number()?);
     // Of each call: the codes, VREFINT, elapsed, flags.
-    let groups = words.rest.clone().count().checked_div(count.into()).unwrap_or(0);
+    let groups = words.left().checked_div(count.into()).unwrap_or(0);
     let worn = groups.saturating_sub(3).clamp(1, SENSORS);
     let mut calls = Vec::with_capacity(count.into());
     for _ in 0..count {
@@ -391,61 +393,6 @@ fn env(words: &mut Words<'_>) -> Result<Env, LineError> {
     let supply = told(words.after("C")?.after("supply")?.number()?).map(Volts);
     words.after("V")?;
     Ok(Env { die, supply })
-}
-
-/// The words of a line, taken one by one.
-struct Words<'a> {
-    line: &'a str,
-    rest: SplitWhitespace<'a>,
-    /// The last one that was taken.
-    word: &'a str,
-}
-
-impl<'a> Words<'a> {
-    fn next(&mut self) -> &'a str {
-        self.word = self.rest.next().unwrap_or_default();
-        self.word
-    }
-
-    /// The next one, left where it is.
-    fn peek(&self) -> &'a str {
-        self.rest.clone().next().unwrap_or_default()
-    }
-
-    fn wanted(&self, wanted: &str) -> LineError {
-        LineError { line: self.line.into(), wanted: wanted.into(), found: self.word.into() }
-    }
-
-    fn text(&mut self) -> Result<String, LineError> {
-        match self.next() {
-            "" => Err(self.wanted("a word")),
-            word => Ok(word.into()),
-        }
-    }
-
-    fn after(&mut self, literal: &str) -> Result<&mut Self, LineError> {
-        if self.next() == literal { Ok(self) } else { Err(self.wanted(&format!("`{literal}`"))) }
-    }
-
-    fn number<T: FromStr>(&mut self) -> Result<T, LineError> {
-        self.next().parse().map_err(|_| self.wanted("a number"))
-    }
-
-    fn four<T: FromStr + Copy>(&mut self) -> Result<[T; 4], LineError> {
-        Ok([self.number()?, self.number()?, self.number()?, self.number()?])
-    }
-
-    fn name<T>(&mut self, wanted: &str, of: impl Fn(&str) -> Option<T>) -> Result<T, LineError> {
-        of(self.next()).ok_or_else(|| self.wanted(wanted))
-    }
-
-    fn hexadecimal<T>(&mut self, digits: usize, of: impl Fn(&str) -> Option<T>) -> Result<T, LineError> {
-        self.name(&format!("{digits} hexadecimal digits"), |word| (word.len() == digits).then(|| of(word)).flatten())
-    }
-
-    fn end(&mut self) -> Result<(), LineError> {
-        if self.next().is_empty() { Ok(()) } else { Err(self.wanted("the end of the line")) }
-    }
 }
 
 impl std::fmt::Display for Tick {

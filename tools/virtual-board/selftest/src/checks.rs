@@ -9,7 +9,7 @@ use crate::handlers::{self, LINE0, LINE0_END, LINE1, NOTHING, PEND_LINE1, PEND_S
 
 /// Runs every check; ends the program.
 #[unsafe(no_mangle)]
-extern "C" fn run_checks() -> ! {
+extern "C" fn after_reset() -> ! {
     let checks: [fn(); 18] = [
         arithmetic,
         a_handler_that_only_returns,
