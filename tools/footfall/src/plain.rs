@@ -11,24 +11,18 @@ use serde_json::{Value, json};
 pub fn line(view: &View) -> String {
     let t_s = view.t_s;
     let Some(tick) = &view.last else { return format!("{t_s:8.3} s  no telemetry yet") };
-    let Tick {
-        tick: n,
-        state,
-        sensor_deg: [sensor_deg, ..],
-        verdict: [verdict, ..],
-        set_deg: [s0, s1, s2, s3],
-        late,
-        missed,
-        ..
-    } = tick;
+    let Tick { tick: n, state, sensor_deg, verdict, set_deg: [s0, s1, s2, s3], late, missed, .. } = tick;
     let rate = view.tick_rate_hz().map_or("   -".into(), |rate| format!("{rate:4.0}"));
     let pulse = |us: Option<f64>| us.map_or("   -".into(), |us| format!("{us:4.0}"));
     let [p0, p1, p2, p3] = view.pins_us.map(pulse);
-    let verdict = verdict.map_or("-", |verdict| verdict.name());
+    let readings = sensor_deg.iter().zip(verdict);
+    let sensors: String = readings
+        .filter_map(|(deg, verdict)| verdict.map(|verdict| format!("sensor {deg:6.1} deg {verdict}  ")))
+        .collect();
     let shadow = if view.books.shadow { "  shadow" } else { "" };
     let following = view.following().map_or(String::new(), |words| format!("  following {words}"));
     format!(
-        "{t_s:8.3} s  {:<8}  tick {n:>6}  {rate} Hz  late {late}  missed {missed}  sensor {sensor_deg:6.1} deg {verdict}  \
+        "{t_s:8.3} s  {:<8}  tick {n:>6}  {rate} Hz  late {late}  missed {missed}  {sensors}\
          set {s0:6.1} {s1:6.1} {s2:6.1} {s3:6.1} deg  pulse {p0} {p1} {p2} {p3} us{shadow}{following}",
         state.name()
     )
