@@ -81,8 +81,6 @@ pub enum Event {
     Margin(Margin),
     /// See [`Env`].
     Env(Env),
-    /// How a walker that follows stands.
-    Follow(Follow),
     /// An edge at the synchronisation input.
     Edge(Edge),
     /// Pulses at the pins.
@@ -308,7 +306,6 @@ impl<'t> Session<'t> {
             phase_error_deg: follow.phase_error_deg,
             locked_at_s: self.books.following.and_then(|known| known.locked_at_s).or(locked),
         });
-        events.push(Event::Follow(follow));
         self.waiting_follows.push_back(follow);
         self.settle(WAITING, events);
     }

@@ -87,7 +87,7 @@ impl View {
                     self.past.pop_front();
                 }
             }
-            Event::Row(_) | Event::Follow(_) | Event::Edge(_) => {}
+            Event::Row(_) | Event::Edge(_) => {}
             Event::Log { t_s, level, text } => {
                 self.advance(*t_s);
                 self.note(format!("{t_s:9.3} s  {level:<5} {text}"));
