@@ -1,4 +1,4 @@
-//! The programmable generator: one phase, and a periodic shape per joint.
+//! Phase and shape: one phase, and a periodic waveform for each joint.
 //!
 //! ```text
 //! phi' = 1/T,   a_j = offset_j + mean_j + gain_j (S_j(phi + lead_j) - mean_j)
@@ -9,7 +9,7 @@
 //! [`crate::transition::Smooth::change`]: angle and rate then go on without a jump, and the acceleration stays within that of the motion
 //! asked for plus the stated bound of the transition, as below.
 //!
-//! A [`FourierShape`] of 6 harmonics follows the mean stride of a walker within half a degree (least squares on real recordings), a
+//! A [`FourierShape`] of 6 harmonics follows the mean stride of a person within half a degree (least squares on real recordings), a
 //! [`SplineShape`] trades harmonics for knots.
 //!
 //! ```
