@@ -13,13 +13,13 @@ use crate::range::{RangeError, within};
 use core::fmt;
 use joint_units::{AdcCode, Volts};
 
-/// Highest supply that is believed: the greatest VDDA of the STM32F4's operating conditions.
+/// Highest accepted supply: the greatest VDDA of the STM32F4's operating conditions.
 pub const MAX_SUPPLY: Volts = Volts(3.6);
 
 /// Lowest supply that a chip of this family runs at: [`Supply::new`] takes nothing below.
 const MIN_SUPPLY: Volts = Volts(1.8);
 
-/// Volts of the internal reference that a factory value may imply: 1.18 to 1.24 in the STM32F4's datasheet, and some room.
+/// Volts of the internal reference that a factory value may imply: 1.18 to 1.24 in the STM32F4's datasheet, and a margin.
 /// An erased (0xFFFF) or unreadable (0) factory word falls outside.
 const VREFINT: (f32, f32) = (1.1, 1.3);
 

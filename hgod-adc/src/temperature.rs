@@ -4,8 +4,8 @@
 //! T = 30 + (code VDDA / 3.3 - cal_30) (110 - 30) / (cal_110 - cal_30)
 //! ```
 //! T in degrees Celsius; the factory values are codes at VDDA = 3.3 V, at 30 and 110 degrees (data sheets, "Temperature sensor
-//! calibration values"). Half a code is some 0.16 degrees. It is the die's temperature, which lies above the room's by what the
-//! chip itself heats: good to notice a board that gets hot, not to measure a room.
+//! calibration values"). Half a code is some 0.16 degrees. It is the die's temperature, which lies above that of the air by what the
+//! chip itself heats: it shows a board that gets hot, not the temperature of the air.
 
 use crate::range::{RangeError, within};
 use joint_units::{AdcCode, Celsius, Volts};
@@ -16,7 +16,7 @@ const SUPPLY_AT_CAL: Volts = Volts(3.3);
 const COOL: f32 = 30.0;
 const HOT: f32 = 110.0;
 
-/// Volts that a reading at 30 degrees may imply: 0.76 at 25 degrees in the data sheets, and some room.
+/// Volts that a reading at 30 degrees may imply: 0.76 at 25 degrees in the data sheets, and a margin.
 const VOLTS_AT_30: (f32, f32) = (0.6, 0.95);
 /// Slope in volts per degree that the two readings may imply: 2.5 mV in the data sheets, and a quarter.
 const SLOPE: (f32, f32) = (1.9e-3, 3.1e-3);

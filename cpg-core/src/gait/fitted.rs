@@ -1,4 +1,4 @@
-//! The numbers of [`crate::gait::catalogue`] and of the gait `natural-walk`: read-outs that were fitted to a recorded stride.
+//! The numbers of `gait::catalogue` and of the gait `natural-walk`: read-outs that were fitted to a recorded stride.
 //!
 //! The recording is `tests/traces/gaitkit_fukuchi_healthy.csv` of the repository ([`RECORDING_SHA256`]): a healthy adult who walks
 //! overground (Fukuchi et al. 2018, CC BY 4.0). Its two whole strides, averaged, are described by [`NATURAL_WALK`] (least squares). Each
@@ -9,7 +9,7 @@
 use joint_units::{Period, Phase, Radians};
 
 use crate::BuildError;
-use crate::gait::catalogue::STRIDE_S;
+use crate::gait::default_walk::STRIDE_SECONDS;
 use crate::joints::linear::{LinearJoints, LinearJointsConfig, PhasePlane};
 use crate::math::first_order::Flow;
 
@@ -54,7 +54,7 @@ impl<const D: usize, const M: usize> Fitted<D, M> {
         let config = LinearJointsConfig {
             start: self.start,
             cycle: self.cycle,
-            stride_s: STRIDE_S,
+            stride_s: STRIDE_SECONDS,
             states: self.states,
             weights: self.weights.map(|row| row.map(radians)),
             offsets: self.offsets.map(Radians::from_degrees),
