@@ -179,7 +179,8 @@ impl Dma {
         })
     }
 
-    /// Updates a stream after a transfer. `good`: false if it failed at an address without memory. Returns true for the last item of the buffer.
+    /// Updates a stream after a transfer; `good` is false if there was no memory at its address.
+    /// Returns true for the last item of the buffer.
     pub(crate) fn transferred(&mut self, stream: usize, good: bool) -> bool {
         let stream = &mut self.streams[stream];
         if std::mem::take(&mut stream.fail_next_transfer) || !good {

@@ -302,7 +302,8 @@ impl Adc {
         (field & 0x1F) as u8
     }
 
-    /// Ends the running conversion at `cycle`: stores the result, sets flags, starts the next conversion. Returns the result; `None` on overrun.
+    /// Ends the running conversion at `cycle`: stores the result, sets flags, starts the next conversion.
+    /// Returns the result; `None` on overrun.
     pub(crate) fn finish(&mut self, cycle: u64) -> Option<Conversion> {
         let running = self.running.take()?;
         let resolution = self.cr1 >> 24 & 3;

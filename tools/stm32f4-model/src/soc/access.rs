@@ -37,7 +37,7 @@ impl Soc {
             Ok((block, offset)) => {
                 let register = offset & !3;
                 self.advance_block(block.model);
-                // A narrow write keeps the other bytes. Registers whose bits act when written read as 0, so their other bytes have no effect.
+                // A narrow write keeps the other bytes. Registers with bits that act when written read as 0: no effect.
                 let shift = (offset & 3) * 8;
                 let lanes = width.mask() << shift;
                 let rest = if lanes == u32::MAX { 0 } else { self.peek(block.model, register).unwrap_or(0) & !lanes };

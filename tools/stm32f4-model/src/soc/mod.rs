@@ -180,7 +180,7 @@ impl Soc {
         self.reset_request.take()
     }
 
-    /// Resets all blocks at the present cycle (RM0090 6.1.1) and sets the cause in RCC_CSR; a power-on also clears the backup domain and the
+    /// Resets all blocks at the present cycle (RM0090 6.1.1) and sets the cause in RCC_CSR. A power-on also clears the backup domain and the
     /// debug registers. The chip drives no pin afterwards. Time, lints and conversions are kept.
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
@@ -215,7 +215,7 @@ impl Soc {
         self.time.seconds(cycle)
     }
 
-    /// The first cycle that is not before a time, s, with the present clock. For a time before the last clock change: the cycle of the change.
+    /// The first cycle that is not before a time, s, with the present clock. Before the last clock change: the cycle of that change.
     #[must_use]
     pub fn cycle_at(&self, seconds: f64) -> u64 {
         self.time.cycle_at(seconds)

@@ -55,7 +55,7 @@ pub(crate) struct UsedSignals {
 /// State of one timer.
 #[derive(Debug, Clone)]
 pub(crate) struct Timer {
-    pub(crate) kind: &'static TimerFeatures,
+    pub(crate) features: &'static TimerFeatures,
     counter: Counter,
     /// CR1 without CEN, which is `counter.enabled`.
     cr1: u32,
@@ -80,10 +80,10 @@ pub(crate) struct Timer {
 }
 
 impl Timer {
-    pub(crate) fn new(kind: &'static TimerFeatures, at: u64) -> Self {
+    pub(crate) fn new(features: &'static TimerFeatures, at: u64) -> Self {
         Timer {
-            kind,
-            counter: Counter::new(kind.top, at),
+            features,
+            counter: Counter::new(features.top, at),
             cr1: 0,
             cr2: 0,
             smcr: 0,
@@ -189,7 +189,7 @@ impl Timer {
             self.counter.set_reference_cycle(cycle);
             return signals;
         }
-        let all = (1 << self.kind.channels) - 1;
+        let all = (1 << self.features.channels) - 1;
         let unused = !self.used_events().1;
         let mut periods = 0;
         while self.counter.running() {
@@ -245,7 +245,9 @@ impl Timer {
     }
 
     fn channels_where(&self, wanted: impl Fn(&Self, usize) -> bool) -> u8 {
-        (0..usize::from(self.kind.channels)).filter(|&channel| wanted(self, channel)).fold(0, |mask, c| mask | 1 << c)
+        (0..usize::from(self.features.channels))
+            .filter(|&channel| wanted(self, channel))
+            .fold(0, |mask, c| mask | 1 << c)
     }
 
     /// Performs an update event: shadow registers are loaded (17.3.1), TRGO pulses, AOE sets MOE (17.4.18).
@@ -285,7 +287,7 @@ impl Timer {
     /// Updates OCxREF by OCxM (17.4.7). The PWM modes compare continuously, modes 1 to 3 act on a match.
     fn update_references(&mut self, matches: u8, signals: &mut Signals) {
         let before = self.reference;
-        for channel in 0..usize::from(self.kind.channels) {
+        for channel in 0..usize::from(self.features.channels) {
             let bit = 1 << channel;
             let below = self.counter.cnt < self.counter.ccr[channel].active;
             let high = match self.mode(channel) {
@@ -314,7 +316,7 @@ impl Timer {
     /// Interrupt numbers and levels, in the order update, compare, trigger, break.
     pub(crate) fn interrupts(&self) -> [(u8, bool); 4] {
         let pending = self.sr & self.dier;
-        let irqs = self.kind.irqs;
+        let irqs = self.features.irqs;
         [
             (irqs.update, pending & UIF != 0),
             (irqs.compare, pending & CC_IE != 0),

@@ -24,7 +24,7 @@ impl Timer {
     }
 
     fn main_outputs_enabled(&self) -> bool {
-        !self.kind.advanced || self.bdtr & MOE != 0
+        !self.features.advanced || self.bdtr & MOE != 0
     }
 
     /// Channels that drive a pin with their reference level, one bit each.
@@ -67,7 +67,7 @@ impl Timer {
     /// True while the break input, or a clock failure, forces the outputs off: BKE with the input at its active level (17.3.12).
     pub(super) fn break_active(&self) -> bool {
         let input = self.break_level == Some(self.bdtr & BKP != 0);
-        self.kind.advanced && self.bdtr & BKE != 0 && (input || self.clock_failed)
+        self.features.advanced && self.bdtr & BKE != 0 && (input || self.clock_failed)
     }
 
     /// Sets the level at BKIN; `None`: no pin is connected to it. The break needs no clock.
@@ -84,7 +84,7 @@ impl Timer {
 
     /// True if BKE is set but no pin is connected to BKIN.
     pub(crate) fn break_without_pin(&self) -> bool {
-        self.kind.advanced && self.bdtr & BKE != 0 && self.break_level.is_none()
+        self.features.advanced && self.bdtr & BKE != 0 && self.break_level.is_none()
     }
 
     /// Applies the break. It acts on the level: while it is active MOE cannot be set and BIF cannot be cleared.

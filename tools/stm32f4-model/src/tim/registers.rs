@@ -14,7 +14,7 @@ const CCMR_MODES: u32 = 0x7878;
 impl Timer {
     /// Value of a register; `None`: the timer has none at this offset. The caller must first advance the timer to the present cycle.
     pub(crate) fn peek(&self, offset: u32) -> Option<u32> {
-        if !self.kind.has(offset) {
+        if !self.features.has(offset) {
             return None;
         }
         let counter = &self.counter;
@@ -41,7 +41,7 @@ impl Timer {
     /// Writes a register at `cycle`, to which the caller must first advance the timer. Returns the resulting signals.
     pub(crate) fn write(&mut self, offset: u32, value: u32, cycle: u64, lints: &mut Vec<LintKind>) -> Signals {
         let mut signals = Signals::default();
-        if !self.kind.has(offset) {
+        if !self.features.has(offset) {
             lints.push(LintKind::Unmodelled);
             return signals;
         }
@@ -94,11 +94,11 @@ impl Timer {
     }
 
     fn write_cr1(&mut self, value: u32, cycle: u64, signals: &mut Signals, lints: &mut Vec<LintKind>) {
-        let directions = if self.kind.channels >= 4 { 0x70 } else { 0 };
+        let directions = if self.features.channels >= 4 { 0x70 } else { 0 };
         if value & 0x70 & directions != 0 {
             lints.push(LintKind::Mode("counting down or centre-aligned"));
         }
-        let mask = if self.kind.channels == 0 { 0x8E } else { 0x38E | directions };
+        let mask = if self.features.channels == 0 { 0x8E } else { 0x38E | directions };
         self.cr1 = value & mask;
         if self.cr1 & ARPE == 0 {
             self.counter.arr.transfer();
@@ -116,7 +116,7 @@ impl Timer {
     }
 
     fn write_cr2(&mut self, value: u32, lints: &mut Vec<LintKind>) {
-        let mask = match (self.kind.advanced, self.kind.channels) {
+        let mask = match (self.features.advanced, self.features.channels) {
             (true, _) => 0x7FFD,
             (_, 4) => 0x00F8,
             _ => 0x0070,
@@ -133,7 +133,7 @@ impl Timer {
     }
 
     fn dier_bits(&self) -> u32 {
-        match (self.kind.advanced, self.kind.channels) {
+        match (self.features.advanced, self.features.channels) {
             (true, _) => 0x7FFF,
             (_, 4) => 0x5F5F,
             (_, 2) => 0x0047,
@@ -162,24 +162,24 @@ impl Timer {
                 signals.pulse();
             }
         }
-        let channels = (value >> 1 & 0xF) as u8 & ((1 << self.kind.channels) - 1);
+        let channels = (value >> 1 & 0xF) as u8 & ((1 << self.features.channels) - 1);
         self.sr |= u32::from(channels) << 1;
         if self.cr2 & CCDS == 0 {
             signals.dma_cc |= channels & (self.dier >> CC_DE_SHIFT) as u8;
         }
-        if value & 1 << 5 != 0 && self.kind.advanced {
+        if value & 1 << 5 != 0 && self.features.advanced {
             self.sr |= COMIF;
         }
-        if value & 1 << 6 != 0 && self.kind.slave {
+        if value & 1 << 6 != 0 && self.features.slave {
             self.sr |= TIF;
         }
-        if value & BG != 0 && self.kind.advanced {
+        if value & BG != 0 && self.features.advanced {
             self.trip_break();
         }
     }
 
     fn write_ccmr(&mut self, which: usize, value: u32, lints: &mut Vec<LintKind>) {
-        let mask = if self.kind.channels == 1 { 0x00FF } else { 0xFFFF };
+        let mask = if self.features.channels == 1 { 0x00FF } else { 0xFFFF };
         if value & mask & 0x0303 != 0 {
             lints.push(LintKind::Mode("input capture"));
         }
@@ -200,7 +200,7 @@ impl Timer {
     }
 
     fn write_ccer(&mut self, value: u32, lints: &mut Vec<LintKind>) {
-        let mask = match (self.kind.advanced, self.kind.channels) {
+        let mask = match (self.features.advanced, self.features.channels) {
             (true, _) => 0x3FFF,
             (_, 4) => 0xBBBB,
             (_, 2) => 0x00BB,
@@ -216,7 +216,7 @@ impl Timer {
     }
 
     fn check_dead_time(&self, lints: &mut Vec<LintKind>) {
-        let both = self.kind.advanced && (0..3).any(|channel| self.ccer >> (channel * 4) & 5 == 5);
+        let both = self.features.advanced && (0..3).any(|channel| self.ccer >> (channel * 4) & 5 == 5);
         if both && self.bdtr & 0xFF != 0 {
             lints.push(LintKind::Mode("dead time between complementary outputs"));
         }

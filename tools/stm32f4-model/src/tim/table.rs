@@ -26,7 +26,7 @@ pub(crate) struct TimerFeatures {
     pub(crate) irqs: Irqs,
 }
 
-const fn kind(number: u8, top: u32, channels: u8, slave: bool, apb: usize, irq: u8) -> TimerFeatures {
+const fn basic(number: u8, top: u32, channels: u8, slave: bool, apb: usize, irq: u8) -> TimerFeatures {
     let irqs = Irqs { update: irq, compare: irq, trigger: irq, brk: irq };
     TimerFeatures { number, top, channels, advanced: false, slave, apb, irqs }
 }
@@ -37,21 +37,21 @@ const fn advanced(number: u8, irqs: Irqs) -> TimerFeatures {
 
 /// The timers by number, 1 to 14; index 0 stays unused.
 pub(crate) static TIMERS: [TimerFeatures; 15] = [
-    kind(0, 0, 0, false, 0, 0),
+    basic(0, 0, 0, false, 0, 0),
     advanced(1, Irqs { update: 25, compare: 27, trigger: 26, brk: 24 }),
-    kind(2, u32::MAX, 4, true, 0, 28),
-    kind(3, 0xFFFF, 4, true, 0, 29),
-    kind(4, 0xFFFF, 4, true, 0, 30),
-    kind(5, u32::MAX, 4, true, 0, 50),
-    kind(6, 0xFFFF, 0, false, 0, 54),
-    kind(7, 0xFFFF, 0, false, 0, 55),
+    basic(2, u32::MAX, 4, true, 0, 28),
+    basic(3, 0xFFFF, 4, true, 0, 29),
+    basic(4, 0xFFFF, 4, true, 0, 30),
+    basic(5, u32::MAX, 4, true, 0, 50),
+    basic(6, 0xFFFF, 0, false, 0, 54),
+    basic(7, 0xFFFF, 0, false, 0, 55),
     advanced(8, Irqs { update: 44, compare: 46, trigger: 45, brk: 43 }),
-    kind(9, 0xFFFF, 2, true, 1, 24),
-    kind(10, 0xFFFF, 1, false, 1, 25),
-    kind(11, 0xFFFF, 1, false, 1, 26),
-    kind(12, 0xFFFF, 2, true, 0, 43),
-    kind(13, 0xFFFF, 1, false, 0, 44),
-    kind(14, 0xFFFF, 1, false, 0, 45),
+    basic(9, 0xFFFF, 2, true, 1, 24),
+    basic(10, 0xFFFF, 1, false, 1, 25),
+    basic(11, 0xFFFF, 1, false, 1, 26),
+    basic(12, 0xFFFF, 2, true, 0, 43),
+    basic(13, 0xFFFF, 1, false, 0, 44),
+    basic(14, 0xFFFF, 1, false, 0, 45),
 ];
 
 impl TimerFeatures {
