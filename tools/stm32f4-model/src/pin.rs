@@ -67,7 +67,11 @@ pub struct UnknownPin(
 
 impl fmt::Display for UnknownPin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "`{}` names no pin; expected P, a port letter A to I and a number 0 to 15, for example PA1", self.0)
+        write!(
+            f,
+            "`{}` is not the name of a pin; expected P, a port letter A to I and a number 0 to 15, for example PA1",
+            self.0
+        )
     }
 }
 
