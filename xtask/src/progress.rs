@@ -18,8 +18,8 @@ use crate::shell::{self, Stream};
 const TERMINAL_INTERVAL: Duration = Duration::from_millis(200);
 const LOG_INTERVAL: Duration = Duration::from_secs(10);
 
-/// The line is cut at this width: a longer one would wrap, and could not be rewritten.
-const WIDTH: usize = 79;
+/// The width of a terminal that does not report its own.
+const USUAL_WIDTH: usize = 80;
 
 /// A `cargo build`, and the names of the executables that it makes.
 #[derive(Debug)]
@@ -81,11 +81,11 @@ impl Activity {
         }
     }
 
-    /// "unicorn-engine-sys, 31 crates done": the crate that has been in work for the longest time.
+    /// "unicorn-engine-sys (31)": the crate that has been in work for the longest time, and the number of those that are done.
     fn describe(&self) -> String {
         let oldest = self.running.values().next().and_then(|name| name.split(' ').next());
         match oldest {
-            Some(name) => format!("{name}, {} crates done", self.finished),
+            Some(name) => format!("{name} ({})", self.finished),
             None if self.downloading => "downloads crates".to_owned(),
             None => "starts".to_owned(),
         }
@@ -163,6 +163,7 @@ fn follow(labels: &[&str], lines: &Receiver<((usize, Stream), String)>, terminal
     let mut due = started + interval;
     // Nobody may be reading; the build goes on all the same.
     let write = |text: &str| drop(write!(std::io::stderr(), "{text}"));
+    let width = if terminal { terminal_width() - 1 } else { usize::MAX };
     let clear = if terminal { "\r\u{1b}[K" } else { "" };
     loop {
         match lines.recv_timeout(due.saturating_duration_since(Instant::now())) {
@@ -177,7 +178,7 @@ fn follow(labels: &[&str], lines: &Receiver<((usize, Stream), String)>, terminal
         }
         if Instant::now() >= due {
             due = Instant::now() + interval;
-            let status = status(labels, &activities, started.elapsed(), if terminal { WIDTH } else { usize::MAX });
+            let status = status(labels, &activities, started.elapsed(), width);
             write(&if terminal { format!("{clear}{status}") } else { format!("{status}\n") });
         }
     }
@@ -185,11 +186,21 @@ fn follow(labels: &[&str], lines: &Receiver<((usize, Stream), String)>, terminal
     activities
 }
 
-/// "build 1:05  firmware: embassy-stm32, 40 crates done; host: clap, 12 crates done".
+/// Columns of the terminal, from `stty size`, which writes "24 80".
+fn terminal_width() -> usize {
+    let size = || {
+        let terminal = std::fs::File::open("/dev/tty").ok()?;
+        let output = shell::command("stty").arg("size").stdin(terminal).output().ok()?;
+        String::from_utf8_lossy(&output.stdout).split_whitespace().nth(1)?.parse().ok()
+    };
+    size().filter(|&columns: &usize| columns > 1).unwrap_or(USUAL_WIDTH)
+}
+
+/// "build 1:05  firmware: embassy-stm32 (40), footfall: clap (12)", cut at this width: a line that wraps could not be rewritten.
 fn status(labels: &[&str], activities: &[Activity], elapsed: Duration, width: usize) -> String {
     let parts = labels.iter().zip(activities).map(|(label, activity)| format!("{label}: {}", activity.describe()));
     let seconds = elapsed.as_secs();
-    let text = format!("build {}:{:02}  {}", seconds / 60, seconds % 60, parts.collect::<Vec<_>>().join("; "));
+    let text = format!("build {}:{:02}  {}", seconds / 60, seconds % 60, parts.collect::<Vec<_>>().join(", "));
     text.chars().take(width).collect()
 }
 
@@ -215,11 +226,11 @@ mod tests {
         assert_eq!(activity.describe(), "downloads crates");
         assert!(activity.error("\u{1b}[1m\u{1b}[32m   Compiling\u{1b}[0m syn v2.0.1"));
         assert!(activity.error("   Compiling footfall v0.1.0 (/project/tools/footfall)"));
-        assert_eq!(activity.describe(), "syn, 0 crates done");
+        assert_eq!(activity.describe(), "syn (0)");
         activity.message(&artifact("build-script-build", "syn-2.0.1", "custom-build", None));
-        assert_eq!(activity.describe(), "syn, 0 crates done");
+        assert_eq!(activity.describe(), "syn (0)");
         activity.message(&artifact("syn", "syn-2.0.1", "lib", None));
-        assert_eq!(activity.describe(), "footfall, 1 crates done");
+        assert_eq!(activity.describe(), "footfall (1)");
     }
 
     #[test]
@@ -250,8 +261,8 @@ mod tests {
     #[test]
     fn the_status_fits_a_line() {
         let activities = [Activity::default(), Activity::default()];
-        let text = status(&["firmware", "host"], &activities, Duration::from_secs(65), WIDTH);
-        assert_eq!(text, "build 1:05  firmware: starts; host: starts");
+        let text = status(&["firmware", "host"], &activities, Duration::from_secs(65), USUAL_WIDTH);
+        assert_eq!(text, "build 1:05  firmware: starts, host: starts");
         assert_eq!(status(&["firmware", "host"], &activities, Duration::from_secs(65), 10).len(), 10);
     }
 

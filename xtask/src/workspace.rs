@@ -13,6 +13,9 @@ use crate::setup::{self, Need, Required};
 use crate::shell;
 use crate::toolchain::{TARGET, Toolchain};
 
+/// The virtual board has a profile, and thereby a folder, of its own: cargo builds one program at a time in a folder.
+pub(crate) const VIRTUAL_BOARD_PROFILE: &str = "virtual-board";
+
 /// The workspace and what it is built with.
 #[derive(Debug)]
 pub(crate) struct Workspace {
@@ -116,22 +119,16 @@ impl Workspace {
         self.image(&built, &features)
     }
 
-    /// What `cargo xtask run` needs, built side by side. The programs for the host are one build: they share most crates.
+    /// What `cargo xtask run` needs, built side by side: the long single-threaded stretches of each overlap with work of the others.
     pub(crate) fn image_and_host_programs(&self, board: Board, drive: Drive) -> Result<Programs> {
         let features = features(board, drive);
-        eprintln!(
-            "build: virtual-board and footfall for the host, firmware for {features} (the first time takes minutes)"
-        );
-        let mut cargo = shell::cargo();
-        cargo.args(["build", "--profile", "host", "--package", "virtual-board", "--package", "footfall"]);
-        let host = Build { label: "host", cargo, executables: &["virtual-board", "footfall"] };
-        let built = progress::build(vec![host, self.firmware_build(&features)?])?;
-        let [host, firmware] = built.as_slice() else { bail!("a build is missing") };
-        let ([virtual_board, footfall], [firmware]) = (host.as_slice(), firmware.as_slice()) else {
-            bail!("a program is missing")
+        eprintln!("build: virtual-board, firmware for {features}, footfall (the first time takes minutes)");
+        let builds = vec![virtual_board_build(), self.firmware_build(&features)?, footfall_build()];
+        let built: Vec<PathBuf> = progress::build(builds)?.into_iter().flatten().collect();
+        let Ok([virtual_board, firmware, footfall]) = <[PathBuf; 3]>::try_from(built) else {
+            bail!("cargo built another number of programs than three")
         };
-        let image = self.image(firmware, &features)?;
-        Ok(Programs { virtual_board: virtual_board.clone(), footfall: footfall.clone(), image })
+        Ok(Programs { virtual_board, footfall, image: self.image(&firmware, &features)? })
     }
 
     fn firmware_build(&self, features: &str) -> Result<Build> {
@@ -166,16 +163,12 @@ impl Workspace {
 
     /// The program that runs an image without a board.
     pub(crate) fn virtual_board(&self) -> Result<PathBuf> {
-        one_program(Build {
-            label: "virtual-board",
-            cargo: host_build("virtual-board"),
-            executables: &["virtual-board"],
-        })
+        one_program(virtual_board_build())
     }
 
     /// The command-line program.
     pub(crate) fn footfall(&self) -> Result<PathBuf> {
-        one_program(Build { label: "footfall", cargo: host_build("footfall"), executables: &["footfall"] })
+        one_program(footfall_build())
     }
 }
 
@@ -186,10 +179,16 @@ fn features(board: Board, drive: Drive) -> String {
     }
 }
 
-fn host_build(package: &str) -> Command {
+fn virtual_board_build() -> Build {
     let mut cargo = shell::cargo();
-    cargo.args(["build", "--package", package, "--profile", "host"]);
-    cargo
+    cargo.args(["build", "--package", "virtual-board", "--profile", VIRTUAL_BOARD_PROFILE]);
+    Build { label: "virtual-board", cargo, executables: &["virtual-board"] }
+}
+
+fn footfall_build() -> Build {
+    let mut cargo = shell::cargo();
+    cargo.args(["build", "--package", "footfall", "--profile", "host"]);
+    Build { label: "footfall", cargo, executables: &["footfall"] }
 }
 
 /// A build of one executable, announced by its name.
