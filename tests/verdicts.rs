@@ -419,7 +419,7 @@ fn two_minutes_of_recordings_in_a_row_with_noise_get_no_verdict() {
 /// The tables of the document are those of the crates.
 #[test]
 fn the_document_has_the_constants() {
-    let text = std::fs::read_to_string(package().join("../docs/verdicts.md")).unwrap();
+    let text = std::fs::read_to_string(package().join("../docs/sensor-faults.md")).unwrap();
     let rows = text.lines().filter_map(|line| line.strip_prefix("| `"));
     let rows: Vec<Vec<&str>> =
         rows.map(|row| row.split('|').map(|cell| cell.trim().trim_matches('`')).collect()).collect();
