@@ -39,7 +39,7 @@ mod boot {
     use heapless::spsc::Queue;
     use joint_loop::Frame;
     use joint_loop::SENSORS;
-    use joint_loop::shipped::walk_loop;
+    use joint_loop::setup::default_loop::walk_loop;
 
     use crate::board::{self, BOARD, FOOT_SWITCH};
     use crate::servo_pwm::{self, Outputs};
@@ -136,7 +136,7 @@ mod boot {
             inputs: inputs_out,
             frames: frames_out,
             edges: edges_out,
-            worn: parameters.worn.count(),
+            sensors: parameters.sensors.count(),
             climate,
             line: Vec::new(),
             rounds: 0,

@@ -1,14 +1,14 @@
 //! The board's parameters: walker and sensors, each from a flash sector of its own, or built in where that is erased.
 
-use joint_loop::shipped::{Parameters, Refusal};
-use joint_loop::{sensors_record, walker_record};
+use joint_loop::setup::default_loop::{Parameters, Refusal};
+use joint_loop::store::{generator_record, sensor_record};
 
 /// Why the board has no parameters.
 pub(crate) enum NoParameters {
     /// The first sector holds something else than a walker.
-    Walker(walker_record::RecordError),
+    Generator(generator_record::GeneratorRecordError),
     /// The second sector holds something else than sensors.
-    Sensors(sensors_record::RecordError),
+    Sensors(sensor_record::SensorRecordError),
     /// What is built in is refused.
     BuiltIn(Refusal),
 }
@@ -16,7 +16,7 @@ pub(crate) enum NoParameters {
 impl core::fmt::Display for NoParameters {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Walker(error) => write!(f, "walker: {error}"),
+            Self::Generator(error) => write!(f, "walker: {error}"),
             Self::Sensors(error) => write!(f, "sensors: {error}"),
             Self::BuiltIn(refusal) => write!(f, "{refusal}"),
         }
@@ -26,10 +26,10 @@ impl core::fmt::Display for NoParameters {
 /// What to walk with, and with which sensors. A sector that holds something else is an error, not a reason for what is built in: somebody
 /// meant this board to do another thing.
 pub(crate) fn read() -> Result<Parameters, NoParameters> {
-    let walker = walker_record::read(sector(walker_record::ADDRESS, walker_record::MAX_BYTES));
-    let worn = sensors_record::read(sector(sensors_record::ADDRESS, sensors_record::MAX_BYTES));
-    let walker = walker.map_err(NoParameters::Walker)?.map(|stored| stored.config);
-    let worn = worn.map_err(NoParameters::Sensors)?.map(|stored| stored.worn);
+    let walker = generator_record::read(sector(generator_record::ADDRESS, generator_record::MAX_BYTES));
+    let worn = sensor_record::read(sector(sensor_record::ADDRESS, sensor_record::MAX_BYTES));
+    let walker = walker.map_err(NoParameters::Generator)?.map(|stored| stored.config);
+    let worn = worn.map_err(NoParameters::Sensors)?.map(|stored| stored.sensors);
     Parameters::or_default(walker, worn).map_err(NoParameters::BuiltIn)
 }
 

@@ -85,7 +85,7 @@ pub(crate) struct Board {
     pub(crate) button: Pin,
     /// Level of a pressed button.
     pub(crate) button_pressed: bool,
-    /// Synchronisation output, see [`joint_loop::sync`].
+    /// Synchronisation output, see [`joint_loop::io::time_code`].
     pub(crate) sync: Pin,
     /// Lit while the servos get pulses; lit when the level is high.
     pub(crate) led_pulses: Option<Pin>,

@@ -21,7 +21,7 @@ use embassy_time::Timer;
 use firmware::liveness::FEED_US;
 use heapless::Vec;
 use heapless::spsc::Consumer;
-use joint_loop::{Cause, Frame, SENSORS, State};
+use joint_loop::{Cause, Frame, SENSORS, SupervisorState};
 
 use super::TELEMETRY;
 use super::control::{SyncEdge, TICKS_A_FRAME, TickInputs, dropped, take_worst};
@@ -37,12 +37,12 @@ pub(crate) struct Telemetry {
     pub(crate) frames: Consumer<'static, Frame<SENSORS>>,
     pub(crate) edges: Consumer<'static, SyncEdge>,
     /// Sensors that are worn: the first channels.
-    pub(crate) worn: usize,
+    pub(crate) sensors: usize,
     pub(crate) line: Vec<TickInputs, { TICKS_A_FRAME as usize }>,
     pub(crate) climate: Climate,
     pub(crate) rounds: u32,
-    /// State and cause of the last frame.
-    pub(crate) shown: Option<(State, Cause)>,
+    /// SupervisorState and cause of the last frame.
+    pub(crate) shown: Option<(SupervisorState, Cause)>,
 }
 
 /// Comes round every [`ROUND_US`].
@@ -98,7 +98,7 @@ impl Telemetry {
 
     fn flush(&mut self) {
         if let Some(first) = self.line.first() {
-            wire::inputs(first.tick, &self.line, self.worn);
+            wire::inputs(first.tick, &self.line, self.sensors);
         }
         self.line.clear();
     }
@@ -107,12 +107,13 @@ impl Telemetry {
 /// The lines themselves.
 #[cfg(target_os = "none")]
 pub(crate) mod wire {
-    use cpg_core::entrainment::Status;
+    use cpg_core::entrainment::FollowStatus;
     use defmt::{Format, Formatter, Str, intern};
     use firmware::liveness::Part;
     use firmware::post_mortem::{Cause as CrashCause, LOCKOUT_STREAK};
-    use joint_loop::shipped::Parameters;
-    use joint_loop::{Frame, SENSORS, sensors_record, walker_record};
+    use joint_loop::setup::default_loop::Parameters;
+    use joint_loop::store::{generator_record, sensor_record};
+    use joint_loop::{Frame, SENSORS};
     use joint_units::{AdcCode, Celsius, Volts};
 
     use super::{SyncEdge, TickInputs};
@@ -136,8 +137,8 @@ pub(crate) mod wire {
             vrefint_cal.0,
             BOARD.min_supply.0,
             sensor,
-            walker_record::record_of(&parameters.walker).crc(),
-            sensors_record::record_of(&parameters.worn).crc(),
+            generator_record::record_of(&parameters.generator).crc(),
+            sensor_record::record_of(&parameters.sensors).crc(),
             outputs
         );
         crash(last);
@@ -216,7 +217,7 @@ pub(crate) mod wire {
         defmt::info!("state {=u32} {=str} cause {=str}", frame.tick, frame.state.name(), frame.cause.name());
     }
 
-    pub(super) fn follow(tick: u32, status: &Status) {
+    pub(super) fn follow(tick: u32, status: &FollowStatus) {
         defmt::info!(
             "follow {=u32} {=str} fault {=str} stride {=f32} s off {=f32} deg confidence {=f32}",
             tick,
@@ -291,14 +292,14 @@ pub(crate) mod wire {
 /// The host has no wire: it only checks the types.
 #[cfg(not(target_os = "none"))]
 pub(crate) mod wire {
-    use cpg_core::entrainment::Status;
+    use cpg_core::entrainment::FollowStatus;
     use joint_loop::{Frame, SENSORS};
     use joint_units::{Celsius, Volts};
 
     use super::{SyncEdge, TickInputs};
 
     pub(super) fn tick(_frame: &Frame<SENSORS>) {}
-    pub(super) fn follow(_tick: u32, _status: &Status) {}
+    pub(super) fn follow(_tick: u32, _status: &FollowStatus) {}
     pub(super) fn edge(_edge: &SyncEdge) {}
     pub(super) fn state(_frame: &Frame<SENSORS>) {}
     pub(super) fn inputs(_first_tick: u32, _line: &[TickInputs], _worn: usize) {}
