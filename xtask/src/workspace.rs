@@ -101,7 +101,7 @@ impl Workspace {
         if self.strict {
             toolchain.deny_warnings(&mut cargo);
         }
-        // Without a level defmt compiles every log statement out; the configuration file says so too, but yields to the environment.
+        // Without a level defmt compiles every log statement out. The configuration file sets it too, but an empty variable overrides that.
         if std::env::var_os("DEFMT_LOG").is_none_or(|level| level.is_empty()) {
             cargo.env("DEFMT_LOG", "info");
         }
