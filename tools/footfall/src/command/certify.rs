@@ -48,7 +48,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             .map_err(|error| Failure::run(format!("{}: cannot be written: {error}", path.display())))?;
         eprintln!("written: {}", path.display());
     }
-    crate::cli::print(&if options.json { json } else { table(&certificate) })?;
+    crate::output::print(&if options.json { json } else { table(&certificate) })?;
     match &certificate.refused_because {
         Some(because) => Err(Failure::run(format!("refused: {because}"))),
         None => Ok(()),

@@ -77,6 +77,6 @@ pub fn run(options: &Options) -> Result<(), Failure> {
                 .map(|file| format!("{}: good: a {} walker", path.display(), file.set.kind())),
         );
     }
-    crate::cli::print(&good)?;
+    crate::output::print(&good)?;
     if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults.join("\n"))) }
 }

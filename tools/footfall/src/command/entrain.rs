@@ -8,21 +8,24 @@ pub mod learn;
 pub mod run;
 pub mod trace;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
 use gait_trace::Recording;
+use gait_trace::clean::condition::LowPass;
 use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet};
 use joint_units::{Joint, Radians};
 use serde_json::json;
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::board::feed;
-use crate::command::fit;
-use crate::command::fit::Reading;
 use crate::failure::Failure;
+use crate::file::recording;
 use crate::file::svg;
 use crate::file::svg::{Curve, Panel};
+use crate::options::reading::Reading;
+use crate::options::value::one_of;
+use crate::output;
 use learn::{Learned, learn, learn_without};
 use run::{Holes, Tick, Verdict};
 use trace::Trace;
@@ -36,13 +39,13 @@ pub struct Options {
     /// The recording: CSV, OpenSim .mot and .sto, C3D, oscilloscope CSV, a capture of `footfall record` in CSV or MCAP
     #[arg(value_name = "TRACE")]
     pub trace: PathBuf,
-    /// The joint that wears the sensor [default: that of the walker's file, the recording's only joint, or left_hip]
-    #[arg(long, value_enum, value_name = "JOINT")]
-    pub sensor: Option<Sensor>,
-    /// A walker's file of the kind `follow` or `shape` with the templates; without it they are learned from 12 s of the recording, and
-    /// joints that it lacks are those of the walker that ships
-    #[arg(long, alias = "template", value_name = "FILE.toml")]
-    pub walker: Option<PathBuf>,
+    /// The joint with the sensor [default: that of the generator file, the recording's only joint, or left_hip]
+    #[arg(long, value_name = "JOINT", value_parser = one_of(Joint::ALL, Joint::name))]
+    pub sensor: Option<Joint>,
+    /// A generator file of the kind `follow` or `shape` with the templates; without it they are learned from 12 s of the recording, and
+    /// joints that the recording lacks are those of the default recording
+    #[arg(long, value_name = "FILE.toml")]
+    pub generator: Option<PathBuf>,
     /// How the recording is read
     #[command(flatten)]
     pub reading: Reading,
@@ -52,30 +55,6 @@ pub struct Options {
     /// Draw recorded and driven angles, phase error, and amplitude
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
-}
-
-/// The joint that wears the sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-#[value(rename_all = "snake_case")]
-#[allow(missing_docs)]
-pub enum Sensor {
-    LeftHip,
-    RightHip,
-    LeftKnee,
-    RightKnee,
-}
-
-impl Sensor {
-    /// The joint.
-    #[must_use]
-    pub const fn joint(self) -> Joint {
-        match self {
-            Self::LeftHip => Joint::LeftHip,
-            Self::RightHip => Joint::RightHip,
-            Self::LeftKnee => Joint::LeftKnee,
-            Self::RightKnee => Joint::RightKnee,
-        }
-    }
 }
 
 /// A run with all that it was made of.
@@ -107,8 +86,12 @@ pub fn default_generator(sensor: Joint) -> Result<Learned, Failure> {
 ///
 /// # Errors
 /// The recording has no such joint, does not walk, or the walker's file is not as it must be.
-pub fn entrain(recording: &Recording, sensor: Joint, walker: Option<&GeneratorFile>) -> Result<Entrainment, Failure> {
-    entrain_without(recording, sensor, &Holes::default(), walker)
+pub fn entrain(
+    recording: &Recording,
+    sensor: Joint,
+    generator: Option<&GeneratorFile>,
+) -> Result<Entrainment, Failure> {
+    entrain_without(recording, sensor, &Holes::default(), generator)
 }
 
 /// As [`entrain`], of a recording with holes.
@@ -119,11 +102,11 @@ pub fn entrain_without(
     recording: &Recording,
     sensor: Joint,
     holes: &Holes,
-    walker: Option<&GeneratorFile>,
+    generator: Option<&GeneratorFile>,
 ) -> Result<Entrainment, Failure> {
     let learned = learn_without(recording, sensor, WINDOW_S, &holes.any).map_err(Failure::input)?;
     let mut learned = learned.completed(&default_generator(sensor)?, sensor).map_err(Failure::run)?;
-    let (templates, stride_s, source) = match walker {
+    let (templates, stride_s, source) = match generator {
         Some(file) => {
             let (templates, stride_s) = of_file(file)?;
             learned.count_as(&templates[sensor as usize], sensor);
@@ -171,49 +154,55 @@ fn of_file(file: &GeneratorFile) -> Result<([Template; Joint::COUNT], f64), Fail
 ///
 /// # Errors
 /// Bad input; a lock that was not found, or was false; a picture that cannot be written.
-pub fn run(options: &Options) -> Result<(), Failure> {
-    let name = options.trace.display().to_string();
-    let walker = options.walker.as_deref().map(GeneratorFile::read).transpose().map_err(Failure::input)?;
-    let worn = walker.as_ref().and_then(|file| match &file.set {
-        GeneratorSet::Follow(set) => Some(set.sensor),
-        _ => None,
-    });
-    let asked = options.sensor.map(Sensor::joint);
-    let raw = fit::raw(&options.trace, &options.reading, asked.or(worn))?;
-    let mut trace = trace::trace(&raw, asked, worn, options.reading.low_pass)?;
-    let sensor = trace.sensor;
-    if let Some(worn) = worn.filter(|worn| *worn != sensor) {
-        trace.notes.push(format!("The walker's file follows {}; played is {}.", worn.name(), sensor.name()));
-    }
-    for note in &trace.notes {
-        eprintln!("note: {note}");
-    }
-    let recording = &trace.recording;
-    let mut run =
-        entrain_without(recording, sensor, &trace.holes, walker.as_ref()).map_err(|failure| match failure {
-            Failure::Input(why) => Failure::Input(format!("{name}: {why}")),
-            other => other,
-        })?;
-    if let Some(path) = &options.walker {
+pub fn run(options: Options) -> Result<(), Failure> {
+    let Options { trace: path, sensor: asked, generator: generator_path, reading, json, svg } = options;
+    let generator = generator_path.as_deref().map(GeneratorFile::read).transpose().map_err(Failure::input)?;
+    let mut reading = reading.settings(LowPass::Off)?;
+    let of_file = generator.as_ref().and_then(sensor_of);
+    reading.sideless = asked.or(of_file);
+    let raw = recording::read(&path, &reading)?;
+    let trace = trace::trace(&raw, asked, of_file, reading.low_pass)?;
+    output::notes(&trace.notes);
+    let name = path.display().to_string();
+    let mut run = entrain_without(&trace.recording, trace.sensor, &trace.holes, generator.as_ref())
+        .map_err(|failure| if failure.exit_code() == 2 { failure.at(&name) } else { failure })?;
+    if let Some(path) = &generator_path {
         run.source = path.display().to_string();
     }
-    let verdict = &run.verdict;
-    if let Some(path) = &options.svg {
-        svg::write(path, &format!("{} of {name}, host core", sensor.name()), &panels(&run, recording, sensor))?;
+    write(&name, &trace, &run, svg.as_deref(), json)?;
+    check(&name, trace.sensor, &run.verdict)
+}
+
+/// The joint whose sensor a follower uses.
+fn sensor_of(file: &GeneratorFile) -> Option<Joint> {
+    match &file.set {
+        GeneratorSet::Follow(set) => Some(set.sensor),
+        _ => None,
     }
-    if let (Some(lock), None) = (verdict.lock_s, verdict.steady_s) {
+}
+
+/// Writes the picture and prints the result.
+fn write(name: &str, trace: &Trace, run: &Entrainment, svg: Option<&Path>, json: bool) -> Result<(), Failure> {
+    let sensor = trace.sensor;
+    if let Some(path) = svg {
+        let title = format!("{} of {name}, host core", sensor.name());
+        svg::write(path, &title, &panels(run, &trace.recording, sensor))?;
+    }
+    if let (Some(lock), None) = (run.verdict.lock_s, run.verdict.steady_s) {
         eprintln!(
-            "note: locked at {lock:.1} s, and no steady part to judge: it begins 3 s later, and in recordings of 20 s at 15 s"
+            "note: locked at {lock:.1} s, but the recording has no steady part: it begins 3 s after the lock, and in recordings of \
+             20 s or more at 15 s"
         );
     }
-    let out = if options.json { format!("{}\n", as_json(&name, &trace, &run)) } else { as_text(&name, sensor, &run) };
-    crate::cli::print(&out)?;
-    match verdict.lock_s {
-        None => Err(Failure::run(format!("{name}: no lock on {}", sensor.name()))),
-        Some(_) if verdict.false_locks > 0 => {
-            Err(Failure::run(format!("{name}: {} false locks; allowed is none", verdict.false_locks)))
-        }
-        Some(_) => Ok(()),
+    output::print(&if json { format!("{}\n", as_json(name, trace, run)) } else { as_text(name, sensor, run) })
+}
+
+/// Fails without a lock and with false locks.
+fn check(name: &str, sensor: Joint, verdict: &Verdict) -> Result<(), Failure> {
+    match (verdict.lock_s, verdict.false_locks) {
+        (None, _) => Err(Failure::run(format!("{name}: no lock on {}", sensor.name()))),
+        (Some(_), 0) => Ok(()),
+        (Some(_), locks) => Err(Failure::run(format!("{name}: {locks} false locks; allowed is none"))),
     }
 }
 

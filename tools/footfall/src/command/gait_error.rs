@@ -51,7 +51,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         return Err(Failure::run(trouble));
     }
     let text = if options.json { object(&rows.rows) + "\n" } else { table(&rows.rows) };
-    crate::cli::print(&text)
+    crate::output::print(&text)
 }
 
 /// The mean stride of the recording, degrees, by joint.

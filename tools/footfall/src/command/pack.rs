@@ -8,7 +8,7 @@ use joint_loop::store::{generator_record, sensor_record};
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
-use crate::file::sensors::SensorArgument;
+use crate::options::sensors::SensorArgument;
 
 /// Options of `footfall pack`.
 #[derive(Debug, Clone, Args)]
@@ -50,7 +50,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let file = GeneratorFile::read(params).map_err(Failure::input)?;
     let config = file.set.config();
     let Some(path) = &options.out else {
-        return crate::cli::print(&constant(&config, &file.provenance.source));
+        return crate::output::print(&constant(&config, &file.provenance.source));
     };
     let record = generator_record::record_of(&config);
     let what = format!("a {} walker", config.name());

@@ -56,7 +56,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         None => {
             let mut text = Vec::new();
             csv_file::write_to(&mut text, &feed.volts).map_err(Failure::run)?;
-            crate::cli::print(&String::from_utf8_lossy(&text))?;
+            crate::output::print(&String::from_utf8_lossy(&text))?;
         }
     }
     eprintln!("{} ({} rows)", feed.title, feed.volts.time_s().len());

@@ -15,7 +15,7 @@ pub mod samples;
 
 use crate::board::image::{Decoder, Image};
 use crate::board::lines::BoardLine;
-use crate::file::sensors::joints;
+use crate::options::sensors::joints;
 use gait_trace::format::whole_file;
 use joint_loop::setup::default_loop::Parameters;
 use joint_units::Joint;
@@ -26,10 +26,7 @@ use std::fs::File;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-pub use header::about_sensors;
-
-/// Version of the layout of captures and of the file beside them.
-pub const SCHEMA: u32 = 3;
+pub use header::{SCHEMA, about};
 
 /// Frames without sense, at least, before a log is said to be of another image.
 const ENOUGH_MALFORMED: u64 = 16;
@@ -68,6 +65,34 @@ impl Format {
             _ => Err(format!("{}: which format? allowed is a name that ends in .csv or .mcap", path.display())),
         }
     }
+}
+
+/// Refuses a name that no capture can have.
+///
+/// # Errors
+/// It is a folder, or its extension is not that of a format.
+pub fn check_name(path: &Path) -> Result<(), String> {
+    if path.is_dir() {
+        return Err(format!("{}: is a folder; allowed is the name of a file", path.display()));
+    }
+    Format::of(path).map(|_| ())
+}
+
+/// The counts of a capture in one line.
+#[must_use]
+pub fn counts_in_words(out: &Path, counts: &Counts) -> String {
+    let Counts { samples, lost, missed, malformed, edges, .. } = counts;
+    let mut text = format!("{}: {samples} samples, {lost} lost, {missed} periods missed by the board", out.display());
+    if *edges > 0 {
+        text += &format!(", {edges} edges at the synchronisation input in {}", edges_beside(out).display());
+    }
+    if *malformed > 0 {
+        text += &format!(", {malformed} malformed frames");
+    }
+    if let Some(why) = &counts.why_no_replay {
+        text += &format!("; some setpoints are not known: {why}");
+    }
+    text
 }
 
 /// Bytes of the log on their way to samples.

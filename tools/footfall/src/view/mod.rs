@@ -1,5 +1,6 @@
-//! What a person sees: live screens, plain lines, summaries.
+//! What the user sees: live screens, lines of text, summaries, charts.
 
+pub mod gait_charts;
 pub mod live_gait;
 pub mod plain;
 pub mod screen;

@@ -2,6 +2,7 @@
 
 use crate::board::session::{Books, Event};
 use crate::board::telemetry::{Cost, Env, Margin, Tick};
+use crate::line_fit::line_fit;
 use joint_loop::SENSORS;
 use joint_units::Joint;
 use std::collections::VecDeque;
@@ -141,21 +142,12 @@ impl View {
     #[must_use]
     pub fn tick_rate_hz(&self) -> Option<f64> {
         let last = self.past.back()?;
-        let of_late = || self.past.iter().rev().take_while(|point| point.t_s >= last.t_s - RATE_OVER_S);
-        let count = of_late().count() as f64;
-        // From the last point back: differences are small and exact.
+        // Counted from the last point back: differences are small and exact.
         let from_last = |point: &Point| (last.t_s - point.t_s, f64::from(last.tick.wrapping_sub(point.tick)));
-        let (mut t_mean, mut n_mean) = (0.0, 0.0);
-        for (t, n) in of_late().map(from_last) {
-            t_mean += t / count;
-            n_mean += n / count;
-        }
-        let (mut tt, mut tn) = (0.0, 0.0);
-        for (t, n) in of_late().map(from_last) {
-            tt += (t - t_mean) * (t - t_mean);
-            tn += (t - t_mean) * (n - n_mean);
-        }
-        (tt > 0.0).then(|| tn / tt)
+        let recent = self.past.iter().rev().take_while(|point| point.t_s >= last.t_s - RATE_OVER_S);
+        let points: Vec<(f64, f64)> = recent.map(from_last).collect();
+        let (_, slope) = line_fit(&points);
+        slope.is_finite().then_some(slope)
     }
 
     /// Whether board and host agree so far, in a few words.

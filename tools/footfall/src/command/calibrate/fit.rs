@@ -31,6 +31,13 @@ const STRETCH: f64 = 0.05;
 /// And in degrees.
 const LEAST_STRETCH_DEG: f64 = 2.0;
 
+/// A number with at most two decimals.
+#[must_use]
+pub fn short(value: f64) -> String {
+    // Adding 0 removes the sign of a rounded zero.
+    format!("{}", (value * 100.0).round() / 100.0 + 0.0)
+}
+
 /// How to fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {

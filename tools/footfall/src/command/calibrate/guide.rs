@@ -5,31 +5,21 @@
 //! over. An empty answer takes samples at the angle that was asked for, a number takes them at that angle instead, `skip` leaves the
 //! angle out, and `end` ends with what there is. Nothing is written before the end: whoever breaks off leaves no file.
 
-use super::Options;
 use super::live::{self, Live};
 use super::rows::{self, Reading, Rows};
-use crate::board::telemetry;
-use crate::board::telemetry::Line;
+use super::samples::{Sample, read_samples, statistics, take};
 use crate::failure::Failure;
-use gait_trace::format::whole_file;
+use crate::output;
 use hgod_adc::ANATOMY;
-use joint_units::AdcCode;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, IsTerminal, Write};
-use std::path::Path;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel, sync_channel};
-use std::time::Duration;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 
 /// What is asked for unless said otherwise: a knee, up and down.
 pub const ANGLES_DEG: [f64; 17] =
     [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 70.0, 60.0, 50.0, 40.0, 30.0, 20.0, 10.0, 0.0];
-
-/// How long to wait for a code.
-const PATIENCE: Duration = Duration::from_secs(5);
-
-/// One live sample: a code and, where it is told, that of the internal reference.
-pub(crate) type Sample = (u16, Option<u16>);
 
 /// How codes come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,14 +52,31 @@ enum Answer {
     Unclear,
 }
 
-/// Rows from a person and live codes.
+/// Settings of a guided calibration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Where the live codes come from: a file, a pipe, or `-` for standard input.
+    pub codes: PathBuf,
+    /// Where the rows are kept.
+    pub keep_rows: Option<PathBuf>,
+    /// What is asked for.
+    pub plan: Plan,
+}
+
+impl Settings {
+    /// The name of the rows in error texts.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.keep_rows.as_ref().map_or("guide".into(), |path| path.display().to_string())
+    }
+}
+
+/// Takes rows from live codes, with an operator who sets the angles.
 ///
 /// # Errors
-/// A source that ends, falls silent or says something else; an answer that cannot be had; too little for a calibration.
-pub fn rows(options: &Options, reading: &Reading) -> Result<Rows, Failure> {
-    let Some(source) = &options.codes else { return Err(Failure::input("--codes is missing")) };
-    let plan =
-        Plan { angles_deg: options.angles.clone(), samples: options.samples as usize, most_sd: options.most_sd_codes };
+/// A source that ends, sends nothing, or sends something else; answers that cannot be read; too few rows for a calibration.
+pub fn rows(settings: &Settings, reading: &Reading) -> Result<Rows, Failure> {
+    let source = &settings.codes;
     let from_stdin = source.as_os_str() == "-";
     let cannot = |name: &Path, error: io::Error| Failure::input(format!("{}: cannot be read: {error}", name.display()));
     let codes: Box<dyn BufRead + Send> = if from_stdin {
@@ -90,18 +97,11 @@ pub fn rows(options: &Options, reading: &Reading) -> Result<Rows, Failure> {
         (false, false) => Codes::Live,
         (false, true) => Codes::LiveOnScreen,
     };
-    let text = ask(&plan, codes, how, answers, io::stderr())?;
-    if let Some(path) = &options.keep_rows {
-        whole_file::write(path, |out| out.write_all(text.as_bytes()))
-            .map_err(|error| Failure::run(format!("{}: cannot be written: {error}", path.display())))?;
+    let text = ask(&settings.plan, codes, how, answers, io::stderr())?;
+    if let Some(path) = &settings.keep_rows {
+        output::write_text(path, &text)?;
     }
-    rows::parse(&name(options), text.as_bytes(), reading).map_err(Failure::input)
-}
-
-/// What errors call the rows.
-#[must_use]
-pub fn name(options: &Options) -> String {
-    options.keep_rows.as_ref().map_or("guide".into(), |path| path.display().to_string())
+    rows::parse(&settings.name(), text.as_bytes(), reading).map_err(Failure::input)
 }
 
 /// Asks, and gives the rows as the text of a file.
@@ -115,7 +115,7 @@ pub fn ask(
     answers: impl BufRead + Send + 'static,
     mut out: impl Write,
 ) -> Result<String, Failure> {
-    let (samples, answers) = (reader(codes), lines(answers));
+    let (samples, answers) = (read_samples(codes), lines(answers));
     let mut text = String::new();
     let mut with_vrefint = None;
     'angles: for &asked in &plan.angles_deg {
@@ -210,85 +210,6 @@ fn understand(answer: &str, asked: f64) -> Answer {
             _ => Answer::Unclear,
         },
     }
-}
-
-/// Samples as they come, from a thread of their own: a source must not have to wait while a person thinks.
-fn reader(codes: impl BufRead + Send + 'static) -> Receiver<Result<Sample, String>> {
-    let (sender, receiver) = sync_channel(1 << 16);
-    std::thread::spawn(move || {
-        for (number, line) in (1_u64..).zip(codes.lines()) {
-            let read = line.map_err(|error| error.to_string()).and_then(|line| understand_codes(&line));
-            let sent = match read {
-                Ok(samples) => samples.into_iter().try_for_each(|sample| sender.send(Ok(sample))),
-                Err(what) => sender.send(Err(format!("codes, line {number}: {what}"))),
-            };
-            if sent.is_err() {
-                break;
-            }
-        }
-    });
-    receiver
-}
-
-fn understand_codes(line: &str) -> Result<Vec<Sample>, String> {
-    let words: Vec<&str> = line.split_whitespace().collect();
-    let code = |word: &str| word.parse::<u16>().ok().filter(|code| *code <= AdcCode::MAX.0);
-    let begins_with_digit = words.first().is_some_and(|word| word.starts_with(|c: char| c.is_ascii_digit()));
-    match (&words[..], begins_with_digit) {
-        ([one], true) => code(one).map(|code| vec![(code, None)]),
-        ([one, other], true) => code(one).zip(code(other)).map(|(code, vrefint)| vec![(code, Some(vrefint))]),
-        (_, true) => None,
-        _ => match telemetry::parse(line) {
-            Ok(Line::Inputs(inputs)) => {
-                Some(inputs.calls.iter().map(|call| (call.sensors[0].0, Some(call.vrefint.0))).collect())
-            }
-            Ok(_) => Some(Vec::new()),
-            Err(error) => return Err(error.to_string()),
-        },
-    }
-    .ok_or_else(|| {
-        let short: String = line.chars().take(60).collect();
-        format!("`{short}`: allowed are `CODE`, `CODE VREFINT`, both 0 to 4095, or the board's log")
-    })
-}
-
-fn take(
-    samples: &Receiver<Result<Sample, String>>,
-    count: usize,
-    with_vrefint: &mut Option<bool>,
-) -> Result<Vec<Sample>, Failure> {
-    let mut taken = Vec::with_capacity(count);
-    while taken.len() < count {
-        let sample = samples.recv_timeout(PATIENCE).map_err(|error| {
-            let had = taken.len();
-            Failure::input(match error {
-                RecvTimeoutError::Timeout => {
-                    format!("no code came for {} s, {had} of {count} were had", PATIENCE.as_secs())
-                }
-                RecvTimeoutError::Disconnected => format!("the codes end, {had} of {count} were had"),
-            })
-        })?;
-        let sample = sample.map_err(Failure::input)?;
-        if *with_vrefint.get_or_insert(sample.1.is_some()) != sample.1.is_some() {
-            return Err(Failure::input("codes with and without VREFINT; allowed is one or the other throughout"));
-        }
-        taken.push(sample);
-    }
-    Ok(taken)
-}
-
-/// Mean, standard deviation, and rise of the straight line from the first to the last, in codes.
-pub(crate) fn statistics(samples: &[Sample]) -> (f64, f64, f64) {
-    let n = samples.len() as f64;
-    let mean = samples.iter().map(|&(code, _)| f64::from(code)).sum::<f64>() / n;
-    let (mut squares, mut cross, mut times) = (0.0, 0.0, 0.0);
-    for (k, &(code, _)) in samples.iter().enumerate() {
-        let (time, off) = (k as f64 - 0.5 * (n - 1.0), f64::from(code) - mean);
-        squares += off * off;
-        cross += time * off;
-        times += time * time;
-    }
-    (mean, (squares / (n - 1.0)).sqrt(), cross / times * (n - 1.0))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! What a person sees of the sensor while he brings the joint to an angle: the last second of its codes, on one line of the terminal above
 //! the one that he types on.
 
-use super::guide::{Sample, statistics};
+use super::samples::{Sample, statistics};
 use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::sync::mpsc::{Receiver, TryRecvError};

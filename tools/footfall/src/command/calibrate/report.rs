@@ -1,9 +1,9 @@
-//! What is told of a calibration: text for a terminal, JSON, a page, a picture.
+//! Reports of a calibration: text for a terminal, JSON, a page, a picture.
 
-use super::Calibrated;
-use super::fit::Fit;
+use super::fit::{Fit, short};
 use super::knots::Extended;
 use super::poses::Pose;
+use super::result::Calibrated;
 use crate::file::calibration_file::Hysteresis;
 use joint_units::Volts;
 use picture::{Curve, Panel, draw};
@@ -15,12 +15,6 @@ const CURVE: usize = 400;
 
 /// Rows that the page shows: all of them could be gigabytes.
 const MOST_ROWS: usize = 5000;
-
-/// A number in as few of two digits as it has.
-#[must_use]
-pub fn short(value: f64) -> String {
-    format!("{}", (value * 100.0).round() / 100.0 + 0.0)
-}
 
 /// The headings of the table of poses, with their units.
 const HEADINGS: [&str; 9] =

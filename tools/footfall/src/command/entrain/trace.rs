@@ -25,7 +25,7 @@ pub struct Trace {
     pub notes: Vec<String>,
 }
 
-/// Prepares a recording for the core. `asked` is the joint that wears the sensor by the caller, `wanted` the one that the walker's file
+/// Prepares a recording for the core. `asked` is the joint that wears the sensor by the caller, `of_file` the one that the walker's file
 /// says; with neither it is the recording's only joint, or the left hip.
 ///
 /// # Errors
@@ -33,11 +33,10 @@ pub struct Trace {
 pub fn trace(
     raw: &RawJoints,
     asked: Option<Joint>,
-    wanted: Option<Joint>,
-    low_pass: Option<LowPass>,
+    of_file: Option<Joint>,
+    low_pass: LowPass,
 ) -> Result<Trace, Failure> {
-    let sensor = sensor(raw, asked, wanted)?;
-    let low_pass = low_pass.unwrap_or(LowPass::Off);
+    let sensor = sensor(raw, asked, of_file)?;
     let rules = Rules { low_pass, jump_bend_deg: f64::INFINITY, ..Rules::default() };
     let Conditioned { recording, findings, unusable, normalised_cycle, .. } =
         condition(raw, &rules).map_err(Failure::input)?;
@@ -53,13 +52,16 @@ pub fn trace(
     };
     let holes = findings.iter().filter(is_hole).map(|finding| (finding.from_s, finding.to_s)).collect();
     let holes = Holes { sensor: holes, any: unusable };
-    let notes = raw.notes.iter().cloned().chain(findings.iter().map(ToString::to_string)).collect();
+    let mut notes: Vec<String> = raw.notes.iter().cloned().chain(findings.iter().map(ToString::to_string)).collect();
+    if let Some(of_file) = of_file.filter(|of_file| *of_file != sensor) {
+        notes.push(format!("the generator file follows {}; {} is played", of_file.name(), sensor.name()));
+    }
     Ok(Trace { recording, sensor, holes, format: raw.format.clone(), notes })
 }
 
-fn sensor(raw: &RawJoints, asked: Option<Joint>, wanted: Option<Joint>) -> Result<Joint, Failure> {
+fn sensor(raw: &RawJoints, asked: Option<Joint>, of_file: Option<Joint>) -> Result<Joint, Failure> {
     let there: Vec<Joint> = Joint::ALL.into_iter().filter(|joint| raw.joints[*joint as usize].is_some()).collect();
-    let sensor = asked.or(wanted.filter(|joint| there.contains(joint))).unwrap_or(match there[..] {
+    let sensor = asked.or(of_file.filter(|joint| there.contains(joint))).unwrap_or(match there[..] {
         [only] => only,
         _ => Joint::LeftHip,
     });

@@ -4,8 +4,9 @@
 //! Frames that came whole and pass their check number the slots; a straight line through their rising edges then numbers every other pulse,
 //! whole frame or not, and the line through all of these is the answer.
 
+use super::clocks::{Clocks, outlier_s};
 use super::edges::{Edge, pulses};
-use super::{Clocks, line, outlier_s};
+use crate::line_fit::line_fit;
 use joint_loop::io::time_code::{FRAME_TICKS, NUMBER_BITS, SLOT_TICKS, SLOTS, Symbol, check};
 
 /// A pulse is this near to a width, or to its place, to be taken for it, s.
@@ -81,7 +82,7 @@ pub fn fit(edges: &[Edge]) -> Result<Fit, String> {
     if frames == 0 {
         return Err(format!("no whole frame among {} pulses: {} s without a lost pulse are needed", pulses.len(), 6.4));
     }
-    let (mut offset, mut slope) = line(&numbered);
+    let (mut offset, mut slope) = line_fit(&numbered);
     if numbered.iter().any(|(x, y)| (offset + slope * x - y).abs() > TOLERANCE_S) {
         return Err("the frames' numbers do not go with their times: was the board reset in between?".into());
     }
@@ -97,7 +98,7 @@ pub fn fit(edges: &[Edge]) -> Result<Fit, String> {
                 points.push((board_s, pulse.time_s));
             }
         }
-        (offset, slope) = line(&points);
+        (offset, slope) = line_fit(&points);
         off_s = TOLERANCE_S.min(outlier_s(&points, (offset, slope)));
     }
     let tick = |point: Option<&(f64, f64)>| point.map_or(0, |(board_s, _)| (board_s * 1e3).round() as u32);

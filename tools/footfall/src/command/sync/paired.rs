@@ -12,8 +12,9 @@
 //! pulses without partner, as the true pairing of one pause in the line does. So many coincidences as would be less likely than [`CHANCE`]
 //! in any of n shifts tell a pairing from all others.
 
+use super::clocks::{Clocks, outlier_s};
 use super::edges::{Edge, Pulse, pulses};
-use super::{Clocks, line, outlier_s};
+use crate::line_fit::line_fit;
 use std::ops::Range;
 
 /// Largest drift that is looked for, parts per million; twenty times what a crystal does.
@@ -194,7 +195,7 @@ impl Search<'_> {
             let few = points.len() < FEWEST || span <= 0.0;
             let limit = MOST_PPM * 1e-6;
             if !few {
-                (at_x0, slope) = line(&points);
+                (at_x0, slope) = line_fit(&points);
                 slope = slope.clamp(1.0 - limit, 1.0 + limit);
             }
             if few || to - from <= covered {
@@ -329,7 +330,7 @@ pub fn fit(board: &[Edge], other: &[Edge], first_is_first: bool) -> Result<Fit, 
             return Err("no straight line goes through the pairs: was one of the clocks set in between?".into());
         }
         let points: Vec<_> = pairs.iter().map(|&(n, m)| (board.time(n), other.time(m))).collect();
-        (offset, slope) = line(&points);
+        (offset, slope) = line_fit(&points);
         // A glitch beside the place of a lost pulse is no partner of it.
         off_s = tolerance_s.min(outlier_s(&points, (offset, slope)));
     }

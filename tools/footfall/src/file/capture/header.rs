@@ -1,17 +1,43 @@
-//! What belongs to a capture as a whole, as JSON: in `FILE.json`, and in the metadata of an MCAP file.
+//! The data of a whole capture, as JSON: in `FILE.json`, and in the metadata of an MCAP file.
 
 use super::samples::{Booted, Counts};
 use crate::board::default_loop::SENSOR_PINS;
+use crate::board::image::Image;
 use crate::file::degrees::shortest;
 use hgod_adc::Interpolation;
+use joint_loop::setup::default_loop::Parameters;
+use joint_loop::store::{generator_record, sensor_record};
 use joint_loop::{JointSensor, JointSensors};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
+use std::path::Path;
 
-/// The sensors by which the board measures: where each is worn, its pin, and the whole of its calibration.
+/// Version of the layout of captures and of the file beside them.
+///
+/// Version 4 has `validity` where version 3 had `verdict`, and `generator_file` where it had `params`.
+pub const SCHEMA: u32 = 4;
+
+/// What runs on the board: image, generator, sensors; and `more` about the run.
 #[must_use]
-pub fn about_sensors(worn: &JointSensors) -> Value {
-    worn.iter().zip(SENSOR_PINS).map(|(sensor, pin)| about_sensor(sensor, pin)).collect()
+pub fn about(elf: &Path, image: &Image, generator_file: Option<&Path>, parameters: &Parameters, more: Value) -> Value {
+    let Parameters { generator, sensors } = parameters;
+    let mut about = json!({
+        "elf": elf,
+        "elf_sha256": image.sha256,
+        "generator_file": generator_file,
+        "generator": generator.name(),
+        "generator_crc": format!("{:08x}", generator_record::record_of(generator).crc()),
+        "sensors": about_sensors(sensors),
+        "sensors_crc": format!("{:08x}", sensor_record::record_of(sensors).crc()),
+    });
+    if let (Some(about), Value::Object(more)) = (about.as_object_mut(), more) {
+        about.extend(more);
+    }
+    about
+}
+
+fn about_sensors(sensors: &JointSensors) -> Value {
+    sensors.iter().zip(SENSOR_PINS).map(|(sensor, pin)| about_sensor(sensor, pin)).collect()
 }
 
 fn about_sensor(sensor: &JointSensor, pin: &str) -> Value {

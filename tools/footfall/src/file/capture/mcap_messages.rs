@@ -11,7 +11,7 @@
 //! Metadata: `footfall` (what runs, the calibration), `boot 1`, `boot 2`, ... (chip, factory values), `end` (the counts).
 //! A chunk is written whole once a second: a file whose end is missing is whole up to the last one.
 
-use super::header::flat;
+use super::header::{SCHEMA, flat};
 use super::samples::{EdgeAt, Sample};
 use hgod_adc::Validity;
 use joint_units::Joint;
@@ -59,7 +59,7 @@ impl Messages {
         ];
         let mut metadata = flat(about);
         metadata.insert("footfall".into(), env!("CARGO_PKG_VERSION").into());
-        metadata.insert("schema".into(), super::SCHEMA.to_string());
+        metadata.insert("schema".into(), SCHEMA.to_string());
         writer.write_metadata(&Metadata { name: "footfall".into(), metadata }).map_err(io)?;
         writer.flush().map_err(io)?;
         Ok(Self { writer, joints: joints.to_vec(), channels, sequences: [0; 4], in_chunk: 0, boots: 0, state: None })

@@ -1,0 +1,313 @@
+//! Runs an image on the virtual board until it ends, shows it, and reports the result.
+//!
+//! Screen, plain lines and JSON lines show the same [`View`].
+
+use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use serde_json::Value;
+use std::io::{self, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use super::prepare::{Prepared, about, arguments, prepare};
+use super::settings::{PRESS_S, Settings, Show};
+use crate::board::process::{BoardProcess, Output};
+use crate::board::session::{Event, Session};
+use crate::failure::Failure;
+use crate::file::capture::{Capture, counts_in_words};
+use crate::options::sensors::joints;
+use crate::output;
+use crate::view::plain;
+use crate::view::screen;
+use crate::view::state::View;
+use crate::view::summary::Summary;
+
+/// Time between two frames of the screen.
+const FRAME: Duration = Duration::from_millis(33);
+
+/// How long the board may take for its last line after it was asked to end.
+const LAST_LINE: Duration = Duration::from_secs(10);
+
+/// Runs the image. `interrupt` is set by a signal that asks the run to end.
+///
+/// # Errors
+/// Wrong input, a board that cannot be started or reached, a file that cannot be written, or a run that was not sound.
+pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
+    let prepared = prepare(settings)?;
+    output::notes(&prepared.notes);
+    let arguments = arguments(settings, &prepared)?;
+    let mut board = BoardProcess::start(&settings.virtual_board, &arguments.all).map_err(Failure::input)?;
+    let mut run = Run::begin(settings, &prepared)?;
+    let shown = match settings.show {
+        Show::Screen => on_screen(&mut run, &mut board, interrupt),
+        Show::Plain | Show::Json => in_lines(&mut run, &mut board, interrupt, settings.show),
+    };
+    // Even after an error the capture is finished, and the board has ended.
+    run.finish(settings, &prepared, &mut board)?;
+    shown?;
+    run.report(settings.show)
+}
+
+/// A run under way.
+struct Run<'t> {
+    session: Session<'t>,
+    view: View,
+    capture: Option<Capture<'t>>,
+    summary: Option<Summary>,
+    /// What made the run stop early.
+    trouble: Option<Failure>,
+}
+
+impl<'t> Run<'t> {
+    fn begin(settings: &Settings, prepared: &'t Prepared) -> Result<Self, Failure> {
+        let parameters = &settings.parameters;
+        let capture = match &settings.record {
+            Some(path) => {
+                let begun = Capture::begin(path, about(settings, prepared), &prepared.image, parameters.clone());
+                Some(begun.map_err(|error| output::cannot_write(path, error))?)
+            }
+            None => None,
+        };
+        let view = View::titled(format!("footfall watch: {}", prepared.feed.title), joints(&parameters.sensors));
+        let session = Session::new(&prepared.image, parameters.clone());
+        Ok(Self { session, view, capture, summary: None, trouble: None })
+    }
+
+    /// Takes one output of the board; gives what happened, and `None` once nothing more will come.
+    fn take(&mut self, output: Output) -> Option<Vec<Event>> {
+        let events = match output {
+            Output::Line(line) => {
+                let captured = self.capture.as_mut().map_or(Ok(()), |capture| capture.board_line(&line));
+                match self.session.take(line) {
+                    Ok(events) => {
+                        if let Err(error) = captured {
+                            self.trouble = Some(Failure::run(format!("the recording: {error}")));
+                        }
+                        events
+                    }
+                    Err(error) => {
+                        self.trouble = Some(Failure::run(error));
+                        return None;
+                    }
+                }
+            }
+            Output::Strange(error) => {
+                self.trouble = Some(Failure::run(error));
+                return None;
+            }
+            Output::Complaint(text) => vec![Event::Remark { kind: "says".into(), text }],
+            Output::Closed => return None,
+        };
+        for event in &events {
+            self.account(event);
+        }
+        Some(events)
+    }
+
+    fn account(&mut self, event: &Event) {
+        self.view.take(event, self.session.books());
+        if let Event::Ended(end) = event {
+            self.summary = Some(Summary::new(Some(end), self.session.books(), "", Value::Null));
+        }
+    }
+
+    fn finish(&mut self, settings: &Settings, prepared: &Prepared, board: &mut BoardProcess) -> Result<(), Failure> {
+        for event in self.session.finish() {
+            self.account(&event);
+        }
+        let complete = self.summary.is_some();
+        let mut summary =
+            self.summary.take().unwrap_or_else(|| Summary::new(None, self.session.books(), "", Value::Null));
+        summary.elf_sha256.clone_from(&prepared.image.sha256);
+        summary.trace.clone_from(&prepared.feed.about);
+        if let (Some(capture), Some(path)) = (self.capture.take(), &settings.record) {
+            let value = serde_json::to_value(&summary).map_err(Failure::run)?;
+            let counts = capture.finish(&value).map_err(|error| output::cannot_write(path, error))?;
+            eprintln!("{}", counts_in_words(path, &counts));
+        }
+        self.summary = Some(summary);
+        let status = board.wait().map_err(Failure::run)?;
+        if !complete && self.trouble.is_none() {
+            let words = format!("the virtual board ended without its last line ({status}); {}", self.last_words());
+            self.trouble = Some(Failure::run(words));
+        }
+        Ok(())
+    }
+
+    /// The last thing that the board said, which is often why it ended.
+    fn last_words(&self) -> String {
+        self.view.log.back().map_or("it said nothing".into(), |line| format!("the last that came was: {line}"))
+    }
+
+    fn report(mut self, show: Show) -> Result<(), Failure> {
+        if let Some(trouble) = self.trouble.take() {
+            return Err(trouble);
+        }
+        let Some(summary) = &self.summary else { return Ok(()) };
+        let text = match show {
+            Show::Json => serde_json::to_string(summary).map_err(Failure::run)? + "\n",
+            Show::Plain | Show::Screen => plain::summary(summary),
+        };
+        // A reader that has left does not want it.
+        let _ = io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush());
+        let faults = summary.faults();
+        if faults.is_empty() {
+            Ok(())
+        } else {
+            Err(Failure::run(format!("the run was not sound: {}", faults.join("; "))))
+        }
+    }
+}
+
+/// The wish to end, and what follows from it.
+struct Ending<'a> {
+    interrupt: &'a AtomicBool,
+    /// Set by a key or by a reader that left.
+    wished: bool,
+    asked: Option<Instant>,
+}
+
+impl<'a> Ending<'a> {
+    fn new(interrupt: &'a AtomicBool) -> Self {
+        Self { interrupt, wished: false, asked: None }
+    }
+
+    /// Asks the board to end once somebody wishes it; true when waiting any longer is senseless.
+    fn see_to_it(&mut self, board: &mut BoardProcess) -> bool {
+        match self.asked {
+            None if self.wished || self.interrupt.load(Ordering::Relaxed) => {
+                board.quit();
+                self.asked = Some(Instant::now());
+                false
+            }
+            None => false,
+            Some(asked) => asked.elapsed() > LAST_LINE,
+        }
+    }
+}
+
+fn in_lines(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool, show: Show) -> Result<(), Failure> {
+    let mut ending = Ending::new(interrupt);
+    while run.trouble.is_none() && !ending.see_to_it(board) {
+        let Some(output) = board.next(Duration::from_millis(50)) else { continue };
+        let Some(events) = run.take(output) else { break };
+        for event in &events {
+            match say(event, &run.view, show) {
+                Ok(()) => {}
+                // Nobody reads on: as good as Ctrl-C.
+                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => ending.wished = true,
+                Err(error) => return Err(Failure::run(error)),
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Prints what is worth a line. Data go to standard output; in plain text, talk goes to standard error.
+fn say(event: &Event, view: &View, show: Show) -> io::Result<()> {
+    let status = matches!(event, Event::Status { .. });
+    let mut out = io::stdout().lock();
+    match show {
+        Show::Json => {
+            let object = if status { Some(plain::object(view)) } else { plain::news_object(event) };
+            let Some(object) = object else { return Ok(()) };
+            writeln!(out, "{object}")?;
+        }
+        Show::Plain | Show::Screen => {
+            if let Some(news) = plain::news(event) {
+                eprintln!("{news}");
+            }
+            if !status {
+                return Ok(());
+            }
+            writeln!(out, "{}", plain::line(view))?;
+        }
+    }
+    out.flush()
+}
+
+fn on_screen(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool) -> Result<(), Failure> {
+    let mut terminal = ratatui::try_init().map_err(|error| Failure::run(format!("no screen: {error}")))?;
+    let mut ending = Ending::new(interrupt);
+    let mut released_at: Option<f64> = None;
+    let mut drawn = Instant::now();
+    let shown = loop {
+        if run.trouble.is_some() || ending.see_to_it(board) {
+            break Ok(());
+        }
+        if let Some(output) = board.next(FRAME / 4)
+            && run.take(output).is_none()
+        {
+            break Ok(());
+        }
+        if released_at.is_some_and(|at| run.view.t_s >= at) {
+            board.hold_button(false);
+            released_at = None;
+        }
+        if drawn.elapsed() < FRAME {
+            continue;
+        }
+        drawn = Instant::now();
+        let key = match terminal.draw(|frame| screen::draw(frame, &run.view)).and_then(|_| key()) {
+            Ok(key) => key,
+            Err(error) => break Err(Failure::run(error)),
+        };
+        match key {
+            Some(Key::Button) if released_at.is_none() => {
+                board.hold_button(true);
+                released_at = Some(run.view.t_s + PRESS_S);
+            }
+            Some(Key::End) => ending.wished = true,
+            Some(Key::Button) | None => {}
+        }
+    };
+    let restored = ratatui::try_restore().map_err(Failure::run);
+    shown.and(restored)
+}
+
+/// What a key means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Key {
+    Button,
+    End,
+}
+
+/// The meaning of the next key that was pressed, if one was.
+fn key() -> io::Result<Option<Key>> {
+    while event::poll(Duration::ZERO)? {
+        if let event::Event::Key(key) = event::read()?
+            && let Some(meaning) = meaning(&key)
+        {
+            return Ok(Some(meaning));
+        }
+    }
+    Ok(None)
+}
+
+fn meaning(key: &KeyEvent) -> Option<Key> {
+    if key.kind != KeyEventKind::Press {
+        return None;
+    }
+    match key.code {
+        KeyCode::Char(' ') => Some(Key::Button),
+        KeyCode::Char('q') | KeyCode::Esc => Some(Key::End),
+        // In raw mode the terminal sends no signal.
+        KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => Some(Key::End),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_mean_what_the_last_line_of_the_screen_says() {
+        let pressed = |code, modifiers| meaning(&KeyEvent::new(code, modifiers));
+        assert_eq!(pressed(KeyCode::Char(' '), KeyModifiers::NONE), Some(Key::Button));
+        assert_eq!(pressed(KeyCode::Char('q'), KeyModifiers::NONE), Some(Key::End));
+        assert_eq!(pressed(KeyCode::Char('c'), KeyModifiers::CONTROL), Some(Key::End));
+        assert_eq!(pressed(KeyCode::Char('c'), KeyModifiers::NONE), None);
+        let released = KeyEvent::new_with_kind(KeyCode::Char('q'), KeyModifiers::NONE, KeyEventKind::Release);
+        assert_eq!(meaning(&released), None);
+    }
+}
