@@ -42,19 +42,19 @@ pub struct Options {
     /// Rows of known angles: CSV with `angle_deg` or `angle_rad`, `volts` or `code`, and perhaps `vrefint` and `direction`
     #[arg(value_name = "ROWS", required_unless_present = "guide", conflicts_with = "guide")]
     pub rows: Option<PathBuf>,
-    /// Where to write the calibration
+    /// The sensor file to write
     #[arg(short, long, value_name = "TOML")]
     pub out: PathBuf,
-    /// What the sensor is called
+    /// Name of the sensor
     #[arg(long, value_name = "NAME", default_value = "gait sensor", value_parser = calibration_file::name_argument)]
     pub sensor: String,
     /// The day of the measurement [default: today, in UTC]
     #[arg(long, value_name = "YYYY-MM-DD", value_parser = calibration_file::date_argument)]
     pub date: Option<String>,
-    /// Between the points
+    /// Interpolation between the points
     #[arg(long, value_enum, default_value = "monotone_cubic")]
     pub interpolation: Between,
-    /// Most points of the table, 2 to 32
+    /// Largest number of points in the table, 2 to 32
     #[arg(long, value_name = "N", default_value_t = MAX_POINTS as u8, value_parser = clap::value_parser!(u8).range(2..=MAX_POINTS as i64))]
     pub points: u8,
     /// Volts at the sensor for one volt at the pin, 0.05 to 20
@@ -63,10 +63,10 @@ pub struct Options {
     /// Supply of the converter when the codes were taken, 1.8 to 3.6 V
     #[arg(long, value_name = "VOLTS", conflicts_with = "vrefint_cal", value_parser = number(1.8..=3.6, ""))]
     pub supply: Option<f64>,
-    /// The factory's reading of the internal reference: the supply is then that of each row's `vrefint`
+    /// The factory code of the internal reference: the supply is then computed from each row's `vrefint`
     #[arg(long, value_name = "CODE")]
     pub vrefint_cal: Option<u16>,
-    /// The supply at which the factory read it, 1.8 to 3.6 V
+    /// The supply at the factory's measurement, 1.8 to 3.6 V
     #[arg(long, value_name = "VOLTS", default_value_t = 3.3, requires = "vrefint_cal", value_parser = number(1.8..=3.6, ""))]
     pub vdda_at_cal: f64,
     /// The column of angles; its name ends in _deg or _rad
@@ -84,13 +84,13 @@ pub struct Options {
     /// Largest standard deviation of a visit to a pose, 0.01 to 20 degrees
     #[arg(long, value_name = "DEG", default_value_t = 2.0, value_parser = number(0.01..=20.0, ""))]
     pub most_sd_deg: f64,
-    /// An end is saturated where the volts move by less than this share of what they do in the middle, 0 to 0.9
+    /// An end is saturated where the volts change by less than this share of their change in the middle, 0 to 0.9
     #[arg(long, value_name = "SHARE", default_value_t = 0.2, value_parser = number(0.0..=0.9, ""))]
     pub saturated_share: f64,
     /// Write a page with numbers and pictures
     #[arg(long, value_name = "HTML")]
     pub report: Option<PathBuf>,
-    /// Write the pictures alone
+    /// Write the pictures only
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
     /// Print everything as JSON
@@ -109,15 +109,15 @@ pub struct Options {
     /// With --guide, how many samples to take at an angle, 10 to 100000: 2000 are 2 s of the board
     #[arg(long, value_name = "N", requires = "guide", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(10..=100_000))]
     pub samples: u32,
-    /// With --guide, the largest standard deviation of an angle's codes, 0.1 to 500; above, the angle is asked for again
+    /// With --guide, the largest standard deviation of an angle's codes, 0.1 to 500; above it the angle is asked for again
     #[arg(long, value_name = "CODES", requires = "guide", default_value_t = 8.0, value_parser = number(0.1..=500.0, ""))]
     pub most_sd_codes: f64,
-    /// With --guide, keep the rows here, to calibrate from them again
+    /// With --guide, keep the rows in this file, to calibrate from them again
     #[arg(long, value_name = "CSV", requires = "guide")]
     pub keep_rows: Option<PathBuf>,
 }
 
-/// How the angle runs between the points.
+/// Interpolation between the points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 #[value(rename_all = "snake_case")]
 pub enum Between {
@@ -136,13 +136,13 @@ struct Plan {
     outputs: Outputs,
 }
 
-/// Where the rows come from.
+/// Source of the rows.
 enum Source {
     File(PathBuf),
     Guide(guide::Settings),
 }
 
-/// What is written.
+/// The files to write.
 struct Outputs {
     toml: PathBuf,
     report: Option<PathBuf>,
@@ -191,7 +191,7 @@ impl Options {
         })
     }
 
-    /// How codes become volts.
+    /// Conversion of codes to volts.
     fn scale(&self) -> Result<Scale, Failure> {
         match (self.supply, self.vrefint_cal) {
             (Some(supply), _) => {

@@ -1,5 +1,5 @@
-//! `footfall certify`: what a parameter set does, measured; refuses a set whose perturbed starts diverge or do not come back, and a follower
-//! that does not lock from every start.
+//! `footfall certify`: measures a generator and writes its certificate; refuses one whose perturbed starts diverge or do not return, and a
+//! follower that does not lock from every start.
 
 use clap::Args;
 use generator_file::certificate::{Certificate, RETURN_STRIDES, certify};
@@ -13,16 +13,16 @@ use crate::failure::Failure;
 /// Options of `footfall certify`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A walker's parameters, or the name of a shipped set: robust, thesis, thesis-double
+    /// A generator file, or the name of a default: robust, thesis, thesis-double
     #[arg(value_name = "PARAMS")]
     pub params: PathBuf,
-    /// Random starts to try
+    /// Number of random starts
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub starts: u32,
-    /// Where to write the certificate [default: PARAMS with the ending .certificate.json, for a file]
+    /// The certificate to write [default: PARAMS with the extension .certificate.json, for a file]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// One JSON object instead of the table
+    /// Print one JSON object instead of the table
     #[arg(long)]
     pub json: bool,
 }
@@ -30,7 +30,7 @@ pub struct Options {
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input; a set that is refused; the certificate cannot be written.
+/// Wrong input, a generator that is refused, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let shipped = options.params.to_str().filter(|_| !options.params.exists()).and_then(GeneratorFile::default_of);
     let is_file = shipped.is_none();

@@ -1,4 +1,4 @@
-//! `footfall check`: whether files are as they must be, without doing anything with them.
+//! `footfall check`: reads files and reports their errors.
 
 use crate::board::feed;
 use crate::board::feed::Opened;
@@ -14,21 +14,21 @@ pub struct Options {
     /// A recording, in any format that `fit` reads
     #[arg(long, value_name = "FILE")]
     pub trace: Vec<PathBuf>,
-    /// A sensor's calibration
+    /// A sensor file: the calibration of a sensor
     #[arg(long, value_name = "TOML")]
     pub calibration: Vec<PathBuf>,
-    /// The loop's parameters
+    /// A parameter file of the control loop
     #[arg(long, value_name = "TOML")]
     pub parameters: Vec<PathBuf>,
-    /// A walker's parameters
+    /// A generator file
     #[arg(long, value_name = "TOML")]
     pub walker: Vec<PathBuf>,
 }
 
-/// Runs the command: one line on standard output for each good file.
+/// Runs the command: prints one line for each correct file.
 ///
 /// # Errors
-/// The faults of all bad files, a line each.
+/// The errors of all wrong files, one a line.
 pub fn run(options: &Options) -> Result<(), Failure> {
     if [&options.trace, &options.calibration, &options.parameters, &options.walker].into_iter().all(Vec::is_empty) {
         return Err(Failure::input(

@@ -1,8 +1,8 @@
-//! `footfall entrain`: one sensor of a recorded walker, the core that follows on the host, and how well it does.
+//! `footfall entrain`: plays one sensor of a recorded person to a follower on the host core, and reports how well it follows.
 //!
-//! The recording, of any format that `fit` takes, is played to the core at 1 kHz, one joint of it ([`trace`](mod@trace)); the setpoints of
-//! all four are compared with what the walker did. The templates are learned from the recording's first steady seconds, joints that it
-//! lacks lent by the walker that ships ([`learn`](mod@learn)), or all are read from a walker's file.
+//! One joint of the recording, of any format that `fit` reads, is played at 1 kHz ([`trace`](mod@trace)); the setpoints of all four joints
+//! are compared with the recording. The templates are learned from the first steady seconds of the recording, with joints that it lacks
+//! taken from the default recording ([`learn`](mod@learn)), or all are read from a generator file.
 
 pub mod learn;
 pub mod run;
@@ -30,7 +30,7 @@ use learn::{Learned, learn, learn_without};
 use run::{Holes, Tick, Verdict};
 use trace::Trace;
 
-/// Seconds that templates are learned from.
+/// Length of the window that templates are learned from, s.
 const WINDOW_S: f64 = 12.0;
 
 /// Options of `footfall entrain`.
@@ -49,43 +49,43 @@ pub struct Options {
     /// How the recording is read
     #[command(flatten)]
     pub reading: Reading,
-    /// One JSON object instead of lines for people
+    /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
-    /// Draw recorded and driven angles, phase error, and amplitude
+    /// Draw recorded and generated angles, phase error, and amplitude
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
 }
 
-/// A run with all that it was made of.
+/// A run of a follower over a recording.
 #[derive(Debug, Clone)]
 pub struct Entrainment {
-    /// What was learned from the recording: the phase that is judged against.
+    /// What was learned from the recording: its phase is the reference.
     pub learned: Learned,
-    /// The templates that drove.
+    /// The templates of the follower.
     pub templates: [Template; Joint::COUNT],
-    /// Where they are from.
+    /// Source of the templates, in words.
     pub source: String,
     /// Every tick.
     pub ticks: Vec<Tick>,
-    /// What it came to.
+    /// How well it follows.
     pub verdict: Verdict,
 }
 
-/// The walker that lends joints that a recording lacks: the one that ships.
+/// What is learned from the default recording; it supplies joints that a recording lacks.
 ///
 /// # Errors
-/// The shipped recording cannot be read; a test sees to it that it can.
+/// None; a test reads the recording.
 pub fn default_generator(sensor: Joint) -> Result<Learned, Failure> {
     let (_, recording) = feed::default_trace().map_err(Failure::run)?;
     let looped = recording.looped(run::TICKS_PER_S).map_err(Failure::run)?;
     learn(&looped.recording, sensor, WINDOW_S).map_err(Failure::run)
 }
 
-/// Plays a recording's sensor to the core and judges what comes.
+/// Plays the sensor of a recording to a follower, and compares its setpoints with the recording.
 ///
 /// # Errors
-/// The recording has no such joint, does not walk, or the walker's file is not as it must be.
+/// The recording has no such joint or no gait, or the generator file is wrong.
 pub fn entrain(
     recording: &Recording,
     sensor: Joint,
@@ -94,7 +94,7 @@ pub fn entrain(
     entrain_without(recording, sensor, &Holes::default(), generator)
 }
 
-/// As [`entrain`], of a recording with holes.
+/// As [`entrain`], for a recording with gaps.
 ///
 /// # Errors
 /// As [`entrain`].
@@ -153,7 +153,7 @@ fn of_file(file: &GeneratorFile) -> Result<([Template; Joint::COUNT], f64), Fail
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input; a lock that was not found, or was false; a picture that cannot be written.
+/// Wrong input, no lock, a false lock, or a file that cannot be written.
 pub fn run(options: Options) -> Result<(), Failure> {
     let Options { trace: path, sensor: asked, generator: generator_path, reading, json, svg } = options;
     let generator = generator_path.as_deref().map(GeneratorFile::read).transpose().map_err(Failure::input)?;
@@ -253,7 +253,7 @@ fn as_text(name: &str, sensor: Joint, run: &Entrainment) -> String {
     out
 }
 
-/// Recorded against driven for each joint, phase error, amplitude.
+/// Charts: recorded and generated angle of each joint, phase error, amplitude.
 fn panels(run: &Entrainment, recording: &Recording, sensor: Joint) -> Vec<Panel> {
     let every = 10;
     let time = |tick: usize| tick as f64 / run::TICKS_PER_S;

@@ -21,30 +21,30 @@ pub struct Options {
     /// Reversibility of the flexors: 5 wave, 3 middle gait, 1 tripod
     #[arg(long, value_name = "R", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub reversibility: u32,
-    /// How many steps
+    /// Number of steps
     #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     pub steps: u64,
-    /// Changes, as `54:3 100:1`: from that step (counted from 0) on, this reversibility
+    /// Changes, as `54:3 100:1`: a step, counted from 0, and the reversibility from this step on
     #[arg(long, value_name = "STEP:R ...", default_value = "")]
     pub switch: String,
-    /// One JSON object instead of the words
+    /// Print one JSON object instead of the words
     #[arg(long)]
     pub json: bool,
     /// Draw the step diagram
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
-    /// The angles of the six legs instead of the words: CSV, or with --json an object a line
+    /// Print the angles of the six legs instead of the words: CSV, or with --json one object a line
     #[arg(long)]
     pub walk: bool,
     /// Seconds of a step, for --walk
     #[arg(long, value_name = "S", default_value_t = 0.5, value_parser = number(0.05..=60.0, " seconds"), requires = "walk")]
     pub step_s: f64,
-    /// A line every so many milliseconds, for --walk
+    /// Milliseconds from one line to the next, for --walk
     #[arg(long, value_name = "MS", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1000), requires = "walk")]
     pub every_ms: u32,
 }
 
-/// Most steps of a picture, and of a walk.
+/// Largest number of steps for a picture or for --walk.
 const MOST_SHOWN: u64 = 10_000;
 
 /// Columns of the setpoints, in the order of [`Leg::ALL`].
@@ -54,7 +54,7 @@ const COLUMNS: [&str; 6] =
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input, or the picture cannot be written.
+/// Wrong input, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let reversibility = |text: &str| text.parse().ok().filter(|r| (1..=1_000_000).contains(r));
     let switches = switches(&options.switch, reversibility, "R with a whole number from 1 to 1000000")?;

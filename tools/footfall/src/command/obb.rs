@@ -17,13 +17,13 @@ pub struct Options {
     /// Reversibilities of flexor and extensor, as `1,5`
     #[arg(long, value_name = "F,E")]
     pub reversibility: String,
-    /// How many steps
+    /// Number of steps
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     pub steps: u64,
     /// The start
     #[arg(long, value_enum, default_value_t = Start::Paper)]
     pub start: Start,
-    /// Changes, as `54:1,3 100:1,1`: from that step (counted from 0) on, these reversibilities
+    /// Changes, as `54:1,3 100:1,1`: a step, counted from 0, and the reversibilities from this step on
     #[arg(long, value_name = "STEP:F,E ...", default_value = "")]
     pub switch: String,
     /// Print one JSON object instead of the word: reversibility, period and duty at the end, and in `stretches` from each change to the
@@ -58,7 +58,7 @@ fn pair(text: &str) -> Option<Reversibilities> {
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input, or the picture cannot be written.
+/// Wrong input, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let allowed = "F,E with whole numbers from 1 to 1000000";
     let Some(reversibilities) = pair(&options.reversibility) else {

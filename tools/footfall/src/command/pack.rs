@@ -1,4 +1,4 @@
-//! `footfall pack`: a walker's parameters, or the worn sensors, as the bytes of a parameter sector of the board; or a walker as a
+//! `footfall pack`: writes a generator or the sensors as a flash record of the board, or a generator as a Rust constant.
 //! constant in Rust.
 
 use clap::Args;
@@ -13,16 +13,16 @@ use crate::options::sensors::SensorArgument;
 /// Options of `footfall pack`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A walker's parameters
+    /// A generator file
     #[arg(value_name = "PARAMS", required_unless_present = "sensor", conflicts_with = "sensor")]
     pub params: Option<PathBuf>,
-    /// A worn sensor instead, from channel 1 on, up to four: its joint, and its calibration [default: the published curve]
+    /// A sensor instead, from channel 1 on, up to four: its joint, and its sensor file [default: the published curve]
     #[arg(long, value_name = "JOINT[=TOML]", requires = "out")]
     pub sensor: Vec<SensorArgument>,
-    /// Print a constant in Rust for programs that use `joint-loop`, instead
+    /// Print a Rust constant for programs that use `joint-loop` instead
     #[arg(long, conflicts_with = "out", required_unless_present = "out")]
     pub rust: bool,
-    /// Write the bytes here
+    /// The record to write
     #[arg(short, long, value_name = "FILE")]
     pub out: Option<PathBuf>,
 }
@@ -30,7 +30,7 @@ pub struct Options {
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input, or the file cannot be written.
+/// Wrong input, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let write = |path: &Path, what: &str, bytes: &[u8], crc: u32, address: u32| {
         gait_trace::format::whole_file::write(path, |out| out.write_all(bytes))
@@ -57,7 +57,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     write(path, &what, record.bytes(), record.crc(), generator_record::ADDRESS)
 }
 
-/// The configuration as a Rust file: what `Debug` prints is the expression itself, and its numbers read back to the same bits.
+/// The configuration as Rust source: the output of `Debug` is the expression, and its numbers read back to the same bits.
 #[must_use]
 pub fn constant(config: &GeneratorConfig, source: &str) -> String {
     let uses = match config {

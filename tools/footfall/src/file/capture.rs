@@ -1,11 +1,11 @@
-//! Captures: everything that the board's log says of a run, every tick of it, as a file that other programs read.
+//! Captures: every tick of a run, from the board's log, as a file for other programs.
 //!
 //! ```text
 //! bytes of the log --[image]--> text --[samples]--> samples --[csv_rows | mcap_messages]--> file
 //! ```
-//! A capture holds what was measured: the codes of the converter as they came, and what the sensor chain of the same core crates
-//! makes of them. A lost sample is a missing row, and is counted; nothing is filled in. [`Recorder`] writes the file and, beside
-//! it, `FILE.json` with what belongs to the run as a whole.
+//! A capture has the measured data: the codes of the converter, and what the sensor chain of the same core crates computes from
+//! them. A lost sample is a missing row, and is counted; nothing is filled in. [`Recorder`] writes the file and, beside it,
+//! `FILE.json` with the data of the whole run.
 
 mod csv_rows;
 mod header;
@@ -28,22 +28,22 @@ use std::path::{Path, PathBuf};
 
 pub use header::{SCHEMA, about};
 
-/// Frames without sense, at least, before a log is said to be of another image.
+/// Fewest malformed frames for the error that the log is of another image.
 const ENOUGH_MALFORMED: u64 = 16;
 
-/// The log makes no sense.
+/// The log is not of this image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{malformed} frames of the log made no sense, and {samples} samples came: the board runs another image than the ELF file's, or the bytes are not those of RTT channel 0"
 )]
 pub struct OtherLog {
-    /// Frames that made no sense.
+    /// Malformed frames.
     pub malformed: u64,
-    /// Samples that came.
+    /// Samples so far.
     pub samples: u64,
 }
 
-/// What a file is, by its name.
+/// The format of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Comma-separated values.
@@ -53,7 +53,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// Of a file's name.
+    /// From the extension of a file's name.
     ///
     /// # Errors
     /// Another extension, or none.
@@ -95,30 +95,30 @@ pub fn counts_in_words(out: &Path, counts: &Counts) -> String {
     text
 }
 
-/// Bytes of the log on their way to samples.
+/// Converts bytes of the log to samples.
 pub struct Listener<'t> {
     decoder: Decoder<'t>,
     sampler: Sampler,
-    /// When the last reset was, if somebody outside of the board said so.
+    /// Time of the last reset, if known from outside of the board.
     reset_ns: Option<u64>,
-    /// Lines for people, since they were last taken.
+    /// Warnings and errors of the board, not taken yet.
     talk: Vec<String>,
 }
 
 impl<'t> Listener<'t> {
-    /// For the log of an image that walks with these parameters.
+    /// For the log of an image that runs with these parameters.
     #[must_use]
     pub fn new(image: &'t Image, parameters: Parameters) -> Self {
         Self { decoder: image.decoder(), sampler: Sampler::new(parameters), reset_ns: None, talk: Vec::new() }
     }
 
-    /// The chip came out of reset; what has come of an unfinished frame is void.
+    /// The chip left reset; an unfinished frame is discarded.
     pub fn reset(&mut self, t_s: f64) {
         self.decoder.restart();
         self.reset_ns = Some((t_s * 1e9).round().max(0.0) as u64);
     }
 
-    /// Takes bytes; gives boots as they are heard, and puts samples into `out`.
+    /// Takes bytes; returns boots, and appends samples to `out`.
     ///
     /// # Errors
     /// The bytes are not of this image's log.
@@ -149,7 +149,7 @@ impl<'t> Listener<'t> {
         Ok(boots)
     }
 
-    /// Nothing more will come: the samples that still waited.
+    /// Appends the samples that are still waiting, at the end of the log.
     pub fn finish(&mut self, out: &mut Vec<Sample>) {
         self.sampler.finish(out);
     }
@@ -160,12 +160,12 @@ impl<'t> Listener<'t> {
         self.sampler.counts()
     }
 
-    /// Warnings and errors of the board since they were last taken.
+    /// Warnings and errors of the board since the last call.
     pub fn talk(&mut self) -> Vec<String> {
         std::mem::take(&mut self.talk)
     }
 
-    /// Edges at the synchronisation input since they were last taken.
+    /// Edges at the synchronisation input since the last call.
     pub fn edges(&mut self) -> Vec<EdgeAt> {
         self.sampler.edges()
     }
@@ -176,11 +176,11 @@ enum Sink {
     Mcap(Box<mcap_messages::Messages>),
 }
 
-/// A capture under way.
+/// A capture that is being written.
 pub struct Recorder {
     path: PathBuf,
     sink: Sink,
-    /// Where the synchronisation input's edges go; made with the first one.
+    /// The file of the edges at the synchronisation input; made with the first edge.
     edges: Option<File>,
     about: Value,
     boots: Vec<Value>,
@@ -188,16 +188,16 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a file; `about` says what runs, `joints` where the sensors are worn.
+    /// Begins a file; `about` is what runs, `joints` are the joints with a sensor.
     ///
     /// # Errors
-    /// A file cannot be written, or its name does not say in which format.
+    /// A file cannot be written, or its name has no known extension.
     pub fn begin(path: &Path, joints: &[Joint], about: Value) -> io::Result<Self> {
         let sink = match Format::of(path).map_err(io::Error::other)? {
             Format::Csv => Sink::Csv(csv_rows::Rows::begin(path, joints)?),
             Format::Mcap => Sink::Mcap(Box::new(mcap_messages::Messages::begin(path, joints, &about)?)),
         };
-        // Those of another recording must not be taken for this one's.
+        // The edges of an earlier capture must not remain.
         match std::fs::remove_file(edges_beside(path)) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
             _ => {}
@@ -220,7 +220,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Writes samples, whole ones, at once.
+    /// Writes samples.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -233,7 +233,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Writes edges at the synchronisation input, whole ones, at once.
+    /// Writes edges at the synchronisation input.
     ///
     /// # Errors
     /// A file cannot be written.
@@ -260,7 +260,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Ends the file; `summary` is what the run came to.
+    /// Ends the file; `summary` is the result of the run.
     ///
     /// # Errors
     /// A file cannot be written.
@@ -301,8 +301,8 @@ pub fn beside(capture: &Path) -> PathBuf {
     name.into()
 }
 
-/// The file of the edges at the synchronisation input, beside a capture: the header `time_s,level`, as `footfall sync` reads it. There is
-/// none where no edge came.
+/// The file of the edges at the synchronisation input, beside a capture: the header `time_s,level`, as `footfall sync` reads it. It does not
+/// exist without edges.
 #[must_use]
 pub fn edges_beside(capture: &Path) -> PathBuf {
     let mut name = capture.file_stem().map_or_else(OsString::new, OsString::from);
@@ -310,10 +310,10 @@ pub fn edges_beside(capture: &Path) -> PathBuf {
     capture.with_file_name(name)
 }
 
-/// Why a capture cannot go on.
+/// Why a capture cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
-    /// The log makes no sense.
+    /// The log is not of this image.
     #[error(transparent)]
     Log(#[from] OtherLog),
     /// The file cannot be written.
@@ -321,7 +321,7 @@ pub enum CaptureError {
     Io(#[from] io::Error),
 }
 
-/// A log on its way to a file.
+/// Writes a log to a file.
 pub struct Capture<'t> {
     listener: Listener<'t>,
     recorder: Recorder,
@@ -374,12 +374,12 @@ impl<'t> Capture<'t> {
         self.listener.counts()
     }
 
-    /// Warnings and errors of the board since they were last taken.
+    /// Warnings and errors of the board since the last call.
     pub fn talk(&mut self) -> Vec<String> {
         self.listener.talk()
     }
 
-    /// Ends the file; `summary` is what the run came to.
+    /// Ends the file; `summary` is the result of the run.
     ///
     /// # Errors
     /// A file cannot be written.

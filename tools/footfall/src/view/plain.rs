@@ -1,4 +1,4 @@
-//! A run as lines of text: for people without a terminal, and as JSON for programs.
+//! A run as lines of text for terminals and logs, and as JSON for programs.
 
 use crate::board::session::Event;
 use crate::board::telemetry::Tick;
@@ -6,7 +6,7 @@ use crate::view::state::View;
 use crate::view::summary::Summary;
 use serde_json::{Value, json};
 
-/// The present in one line.
+/// The present state in one line.
 #[must_use]
 pub fn line(view: &View) -> String {
     let t_s = view.t_s;
@@ -28,7 +28,7 @@ pub fn line(view: &View) -> String {
     )
 }
 
-/// The present as an object.
+/// The present state as an object.
 #[must_use]
 pub fn object(view: &View) -> Value {
     let Some(tick) = &view.last else { return json!({ "type": "tick", "t_s": view.t_s, "state": null }) };
@@ -54,7 +54,7 @@ pub fn object(view: &View) -> Value {
     })
 }
 
-/// Every worn sensor.
+/// All sensors.
 fn sensors(view: &View, tick: &Tick) -> Vec<Value> {
     let readings = view.sensors.iter().zip(tick.sensor_deg.iter().zip(&tick.verdict));
     readings
@@ -64,7 +64,7 @@ fn sensors(view: &View, tick: &Tick) -> Vec<Value> {
         .collect()
 }
 
-/// What is worth a line of its own as soon as it happens.
+/// An event that is printed at once, as a line.
 #[must_use]
 pub fn news(event: &Event) -> Option<String> {
     match event {
@@ -87,7 +87,7 @@ pub fn news_object(event: &Event) -> Option<Value> {
     }
 }
 
-/// The whole run in a few lines.
+/// The result of a run in a few lines.
 #[must_use]
 pub fn summary(summary: &Summary) -> String {
     let servo =

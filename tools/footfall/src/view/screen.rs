@@ -9,12 +9,12 @@ use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Block, Chart, Dataset, Gauge, GraphType, Paragraph, Wrap};
 
-/// Smallest terminal that shows everything; on a smaller one there is text only.
+/// Smallest terminal with charts; on a smaller one there is text only.
 pub const LEAST: (u16, u16) = (80, 24);
 
 const SERVOS: [&str; 4] = ["left hip", "right hip", "left knee", "right knee"];
 
-/// Pulses that a hobby servo can be given, in microseconds.
+/// Range of the pulses of a hobby servo, in microseconds.
 const PULSE_RANGE: (f64, f64) = (500.0, 2500.0);
 
 /// Draws the view.
@@ -121,7 +121,7 @@ fn setpoint(frame: &mut Frame<'_>, area: Rect, view: &View, joint: usize) {
 
 const SENSOR_COLOURS: [Color; SENSORS] = [Color::Cyan, Color::Yellow, Color::Green, Color::Red];
 
-/// A series for each colour over the last seconds.
+/// One series for each colour over the last seconds.
 fn chart(
     frame: &mut Frame<'_>,
     area: Rect,
@@ -138,7 +138,7 @@ fn chart(
     }
     let least = all.iter().flatten().map(|(_, y)| *y).fold(0.0, f64::min);
     let most = all.iter().flatten().map(|(_, y)| *y).fold(10.0, f64::max);
-    // Whole tens, so that the axis does not creep along with the curve.
+    // Whole tens, so that the axis changes seldom.
     let (least, most) = ((least / 10.0).floor() * 10.0, (most / 10.0).ceil() * 10.0);
     let end = view.past.back().map_or(PAST_S, |point| point.t_s.max(PAST_S));
     let line = |(series, colour): (_, &Color)| {
@@ -222,7 +222,7 @@ mod tests {
             "host replay: equal in 200 lines",
             "hello from the board",
             "q: end",
-            // The upper ends of the axes of the two knees, the lower one of the right hip: each curve is its own.
+            // The upper ends of the axes of the two knees, and the lower one of the right hip: each chart has its own curve.
             "40│",
             "50│",
             "-20│",

@@ -1,4 +1,4 @@
-//! What there is to see of a run at this moment, for a screen or a line of text.
+//! The present state of a run, for a screen or a line of text.
 
 use crate::board::session::{Books, Event};
 use crate::board::telemetry::{Cost, Env, Margin, Tick};
@@ -7,69 +7,69 @@ use joint_loop::SENSORS;
 use joint_units::Joint;
 use std::collections::VecDeque;
 
-/// How much of the past the charts show, in virtual seconds.
+/// Length of the charts, in virtual seconds.
 pub const PAST_S: f64 = 4.0;
 
-/// Over how long the tick rate is taken, in virtual seconds.
+/// Averaging time of the tick rate, in virtual seconds.
 const RATE_OVER_S: f64 = 1.0;
 
-/// Lines of the log that are kept.
+/// Number of log lines that are kept.
 const LOG_LINES: usize = 50;
 
-/// What the charts are drawn from.
+/// A point of the charts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
-    /// When, in virtual seconds.
+    /// Virtual time, s.
     pub t_s: f64,
     /// The counter of ticks.
     pub tick: u32,
-    /// Measured angles, in degrees; 0 where no sensor is worn.
+    /// Measured angles, in degrees; 0 without a sensor.
     pub measured: [f32; SENSORS],
     /// Setpoints, in degrees.
     pub set: [f32; 4],
 }
 
-/// The present, and a little of the past.
+/// The present state and the recent past.
 #[derive(Debug, Clone, Default)]
 pub struct View {
-    /// What runs, in words.
+    /// Title of the run.
     pub title: String,
-    /// Where the sensors are worn, from channel 1 on.
+    /// The joints with a sensor, from channel 1 on.
     pub sensors: Vec<Joint>,
-    /// Virtual time.
+    /// Virtual time, s.
     pub t_s: f64,
-    /// The last line of telemetry of this boot.
+    /// The last tick record of this boot.
     pub last: Option<Tick>,
-    /// Its past.
+    /// The points of the charts.
     pub past: VecDeque<Point>,
-    /// Pulses at the pins in the last servo period; none while the outputs are off.
+    /// Pulses at the pins in the last servo period, in microseconds; `None` while the outputs are off.
     pub pins_us: [Option<f64>; 4],
-    /// When the last pulses came.
+    /// Time of the last pulses, s.
     pulses_at_s: f64,
-    /// Boots so far, and the cause of the last.
+    /// Boots so far.
     pub boots: u32,
-    /// See `boots`.
+    /// Cause of the last boot.
     pub boot_cause: String,
     /// The last lines of the log.
     pub log: VecDeque<String>,
-    /// What a tick costs.
+    /// Execution time of a tick.
     pub cost: Option<Cost>,
-    /// What it leaves to spare.
+    /// Reserves of time and stack.
     pub margin: Option<Margin>,
-    /// How warm and how well supplied the board is.
+    /// Temperature and supply of the chip.
     pub env: Option<Env>,
-    /// The books.
+    /// Counters of the run.
     pub books: Books,
 }
 
 impl View {
-    /// The view before anything has happened.
+    /// The state before the first event.
     #[must_use]
     pub fn titled(title: String, sensors: Vec<Joint>) -> Self {
         Self { title, sensors, ..Self::default() }
     }
 
-    /// Takes what happened.
+    /// Takes an event.
     pub fn take(&mut self, event: &Event, books: &Books) {
         match event {
             Event::Booted { t_s, cause } => {
@@ -107,7 +107,7 @@ impl View {
         self.books.clone_from(books);
     }
 
-    /// How it stands with the person who is followed, in a few words; `None` where nobody is.
+    /// State of the follower in a few words; `None` for other generators.
     #[must_use]
     pub fn following(&self) -> Option<String> {
         self.books.following.map(|following| {
@@ -129,16 +129,16 @@ impl View {
 
     fn advance(&mut self, t_s: f64) {
         self.t_s = self.t_s.max(t_s);
-        // Two servo periods and a half without a pulse: there is none.
+        // More than two servo periods without a pulse: the outputs are off.
         if self.t_s - self.pulses_at_s > 0.05 {
             self.pins_us = [None; 4];
         }
     }
 
-    /// Ticks a virtual second over the last second; `None` until there are enough lines to tell by.
+    /// Ticks a virtual second over the last second; `None` until there are enough points.
     ///
-    /// The slope of the straight line through all points: a line of telemetry leaves the board up to 2 ms after its tick, and
-    /// the two end points alone would be off by 2 in 1000.
+    /// The slope of the straight line through all points: a record leaves the board up to 2 ms after its tick, and the two end points alone
+    /// would have an error of 2 in 1000.
     #[must_use]
     pub fn tick_rate_hz(&self) -> Option<f64> {
         let last = self.past.back()?;
@@ -150,7 +150,7 @@ impl View {
         slope.is_finite().then_some(slope)
     }
 
-    /// Whether board and host agree so far, in a few words.
+    /// Comparison of board and host so far, in a few words.
     #[must_use]
     pub fn replay(&self) -> String {
         match (self.books.different, self.books.compared, &self.books.why_not) {

@@ -47,13 +47,13 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     run.report(settings.show)
 }
 
-/// A run under way.
+/// A run in progress.
 struct Run<'t> {
     session: Session<'t>,
     view: View,
     capture: Option<Capture<'t>>,
     summary: Option<Summary>,
-    /// What made the run stop early.
+    /// The error that ended the run early.
     trouble: Option<Failure>,
 }
 
@@ -72,7 +72,7 @@ impl<'t> Run<'t> {
         Ok(Self { session, view, capture, summary: None, trouble: None })
     }
 
-    /// Takes one output of the board; gives what happened, and `None` once nothing more will come.
+    /// Takes one output of the board; returns the events, or `None` after the last output.
     fn take(&mut self, output: Output) -> Option<Vec<Event>> {
         let events = match output {
             Output::Line(line) => {
@@ -133,7 +133,7 @@ impl<'t> Run<'t> {
         Ok(())
     }
 
-    /// The last thing that the board said, which is often why it ended.
+    /// The last log line, which often has the reason of the end.
     fn last_words(&self) -> String {
         self.view.log.back().map_or("it said nothing".into(), |line| format!("the last that came was: {line}"))
     }
@@ -147,7 +147,7 @@ impl<'t> Run<'t> {
             Show::Json => serde_json::to_string(summary).map_err(Failure::run)? + "\n",
             Show::Plain | Show::Screen => plain::summary(summary),
         };
-        // A reader that has left does not want it.
+        // A closed pipe is no error here.
         let _ = io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush());
         let faults = summary.faults();
         if faults.is_empty() {
@@ -158,10 +158,10 @@ impl<'t> Run<'t> {
     }
 }
 
-/// The wish to end, and what follows from it.
+/// The request to end the run.
 struct Ending<'a> {
     interrupt: &'a AtomicBool,
-    /// Set by a key or by a reader that left.
+    /// Set by a key or a closed pipe.
     wished: bool,
     asked: Option<Instant>,
 }
@@ -171,7 +171,7 @@ impl<'a> Ending<'a> {
         Self { interrupt, wished: false, asked: None }
     }
 
-    /// Asks the board to end once somebody wishes it; true when waiting any longer is senseless.
+    /// Asks the board to end once requested; true when the time limit for its end is over.
     fn see_to_it(&mut self, board: &mut BoardProcess) -> bool {
         match self.asked {
             None if self.wished || self.interrupt.load(Ordering::Relaxed) => {
@@ -193,7 +193,7 @@ fn in_lines(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool,
         for event in &events {
             match say(event, &run.view, show) {
                 Ok(()) => {}
-                // Nobody reads on: as good as Ctrl-C.
+                // A closed pipe ends the run like Ctrl-C.
                 Err(error) if error.kind() == io::ErrorKind::BrokenPipe => ending.wished = true,
                 Err(error) => return Err(Failure::run(error)),
             }
@@ -202,7 +202,7 @@ fn in_lines(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool,
     Ok(())
 }
 
-/// Prints what is worth a line. Data go to standard output; in plain text, talk goes to standard error.
+/// Prints an event. Data go to standard output; in plain text, messages go to standard error.
 fn say(event: &Event, view: &View, show: Show) -> io::Result<()> {
     let status = matches!(event, Event::Status { .. });
     let mut out = io::stdout().lock();
@@ -264,14 +264,14 @@ fn on_screen(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool
     shown.and(restored)
 }
 
-/// What a key means.
+/// Meaning of a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Key {
     Button,
     End,
 }
 
-/// The meaning of the next key that was pressed, if one was.
+/// The meaning of the next key in the queue.
 fn key() -> io::Result<Option<Key>> {
     while event::poll(Duration::ZERO)? {
         if let event::Event::Key(key) = event::read()?

@@ -1,9 +1,9 @@
-//! A calibration while the sensor is on: one angle after the other is asked for, with the live codes on the screen meanwhile; codes are
-//! taken at each, and what they come to is said at once, so that a bad pose is repeated while it still can be.
+//! A guided calibration: asks the operator for one angle after the other, takes live codes at each, and reports their statistics at once, so
+//! that a bad pose is repeated while the sensor is still in place.
 //!
-//! Live codes come as lines of `CODE` or `CODE VREFINT`, or as the `inputs` lines of the board's log; other lines of a log are passed
-//! over. An empty answer takes samples at the angle that was asked for, a number takes them at that angle instead, `skip` leaves the
-//! angle out, and `end` ends with what there is. Nothing is written before the end: whoever breaks off leaves no file.
+//! Live codes are lines of `CODE` or `CODE VREFINT`, or the `inputs` lines of the board's log; other lines of a log are skipped. An empty
+//! answer takes samples at the requested angle, a number takes them at that angle instead, `skip` omits the angle, and `end` ends the
+//! session with the rows so far. Nothing is written before the end, so an aborted session leaves no file.
 
 use super::live::{self, Live};
 use super::rows::{self, Reading, Rows};
@@ -17,22 +17,22 @@ use std::io::{self, BufRead, BufReader, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 
-/// What is asked for unless said otherwise: a knee, up and down.
+/// The default angles: a knee, up and down.
 pub const ANGLES_DEG: [f64; 17] =
     [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 70.0, 60.0, 50.0, 40.0, 30.0, 20.0, 10.0, 0.0];
 
-/// How codes come.
+/// The source of the codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Codes {
-    /// Out of a file: the next ones are taken.
+    /// A file: codes are taken one after the other.
     Kept,
-    /// As the sensor measures: what came before an answer is passed over.
+    /// A live source: codes before an answer are discarded.
     Live,
-    /// The same, shown while an answer is waited for: `out` is a terminal.
+    /// The same, with the codes shown until the answer: `out` is a terminal.
     LiveOnScreen,
 }
 
-/// What there is to know before the first angle.
+/// What is asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// Angles in degrees, in the order in which they are asked for.
@@ -43,7 +43,7 @@ pub struct Plan {
     pub most_sd: f64,
 }
 
-/// What a person says to an angle that is asked for.
+/// The operator's answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Answer {
     Take(f64),
@@ -74,7 +74,7 @@ impl Settings {
 /// Takes rows from live codes, with an operator who sets the angles.
 ///
 /// # Errors
-/// A source that ends, sends nothing, or sends something else; answers that cannot be read; too few rows for a calibration.
+/// A source that ends, sends nothing, or sends other text; answers that cannot be read; too few rows for a calibration.
 pub fn rows(settings: &Settings, reading: &Reading) -> Result<Rows, Failure> {
     let source = &settings.codes;
     let from_stdin = source.as_os_str() == "-";
@@ -84,7 +84,7 @@ pub fn rows(settings: &Settings, reading: &Reading) -> Result<Rows, Failure> {
     } else {
         Box::new(BufReader::new(File::open(source).map_err(|error| cannot(source, error))?))
     };
-    // Where codes come in by standard input, answers are the terminal's.
+    // If codes come from standard input, answers come from the terminal.
     let terminal = Path::new("/dev/tty");
     let answers: Box<dyn BufRead + Send> = if from_stdin {
         Box::new(BufReader::new(File::open(terminal).map_err(|error| cannot(terminal, error))?))
@@ -104,7 +104,7 @@ pub fn rows(settings: &Settings, reading: &Reading) -> Result<Rows, Failure> {
     rows::parse(&settings.name(), text.as_bytes(), reading).map_err(Failure::input)
 }
 
-/// Asks, and gives the rows as the text of a file.
+/// Asks for the angles, and gives the rows as the text of a file.
 ///
 /// # Errors
 /// As [`rows()`].
@@ -161,7 +161,7 @@ pub fn ask(
     Ok(format!("{header}{text}"))
 }
 
-/// Lines as they are typed, from a thread of their own: the screen must not have to wait for them.
+/// Reads lines in a thread of its own, so that the screen does not block.
 fn lines(answers: impl BufRead + Send + 'static) -> Receiver<io::Result<String>> {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {
@@ -175,7 +175,7 @@ fn lines(answers: impl BufRead + Send + 'static) -> Receiver<io::Result<String>>
     receiver
 }
 
-/// The next answer, with the codes on the screen until it comes; `None` where there will be none.
+/// The next answer, with the codes on the screen until then; `None` at the end of the answers.
 fn answer(
     answers: &Receiver<io::Result<String>>,
     samples: &Receiver<Result<Sample, String>>,

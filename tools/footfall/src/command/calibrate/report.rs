@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 /// Points of the drawn curve.
 const CURVE: usize = 400;
 
-/// Rows that the page shows: all of them could be gigabytes.
+/// Largest number of rows on the page, which limits its size.
 const MOST_ROWS: usize = 5000;
 
 /// The headings of the table of poses, with their units.
@@ -25,11 +25,11 @@ fn cells(fit: &Fit) -> Vec<[String; 9]> {
     let table = Extended::new(&fit.calibration);
     let row = |(pose, why): (&Pose, &Option<super::fit::LeftOut>)| {
         let maybe = |value: Option<f64>, digits: usize| {
-            // Adding 0 takes the sign from a rounded zero.
+            // Adding 0 removes the sign of a rounded zero.
             let scale = 10_f64.powi(digits as i32);
             value.map_or("-".into(), |value| format!("{:.digits$}", (value * scale).round() / scale + 0.0))
         };
-        // Where the sensor is saturated, millivolts say nothing about degrees.
+        // Where the sensor is saturated, volts do not convert to degrees.
         let kept = |value: Option<f64>| value.filter(|_| why.is_none());
         let slope = table.slope(pose.volts);
         let apart = pose.up_v.zip(pose.down_v).map(|(up, down)| table.degrees(up) - table.degrees(down));
@@ -48,7 +48,7 @@ fn cells(fit: &Fit) -> Vec<[String; 9]> {
     fit.poses.iter().zip(&fit.left_out).map(row).collect()
 }
 
-/// Which way the volts go with the angle, and what it took for that.
+/// Direction of the volts with the angle, and the number of joined poses.
 fn monotone(fit: &Fit) -> String {
     let rises = fit.poses.first().zip(fit.poses.last()).is_some_and(|(first, last)| first.volts < last.volts);
     let way = if rises { "rise" } else { "fall" };
@@ -59,14 +59,14 @@ fn monotone(fit: &Fit) -> String {
     format!("volts {way} with the angle, {joined}")
 }
 
-/// Where the sensor says the same for different angles.
+/// The angles that are left out of the table.
 fn saturation(fit: &Fit) -> String {
     let there = fit.poses.iter().zip(&fit.left_out).filter(|(_, why)| why.is_some());
     let angles: Vec<String> = there.map(|(pose, _)| short(pose.angle_deg)).collect();
     if angles.is_empty() { "none".into() } else { format!("left out of the table: {} degrees", angles.join(", ")) }
 }
 
-/// Lines of a name and its value.
+/// Name and value of each result.
 fn summary(calibrated: &Calibrated) -> Vec<(&'static str, String)> {
     let fit = &calibrated.fit;
     let (low, high) = fit.calibration.span();
@@ -107,7 +107,7 @@ fn summary(calibrated: &Calibrated) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// For a terminal.
+/// Text for a terminal.
 #[must_use]
 pub fn text(calibrated: &Calibrated) -> String {
     let rows = cells(&calibrated.fit);
@@ -135,7 +135,7 @@ pub fn text(calibrated: &Calibrated) -> String {
     text
 }
 
-/// Everything, for programs.
+/// All results as JSON.
 #[must_use]
 pub fn json(calibrated: &Calibrated) -> Value {
     let (fit, measured) = (&calibrated.fit, &calibrated.measured);
@@ -178,7 +178,7 @@ pub fn json(calibrated: &Calibrated) -> Value {
     })
 }
 
-/// The curve with its points, and the residuals.
+/// Charts: the curve with its points, and the residuals.
 fn panels(calibrated: &Calibrated) -> Vec<Panel> {
     let fit = &calibrated.fit;
     let table = Extended::new(&fit.calibration);
@@ -224,10 +224,10 @@ fn panels(calibrated: &Calibrated) -> Vec<Panel> {
     vec![sensor, residuals]
 }
 
-/// The pictures.
+/// The charts as SVG.
 ///
 /// # Errors
-/// The drawing library's own.
+/// The error of the drawing library.
 pub fn svg(calibrated: &Calibrated) -> Result<String, String> {
     let title = format!("{}, {}", calibrated.measured.sensor, calibrated.measured.date);
     draw(&title, &panels(calibrated), 1)
@@ -239,7 +239,7 @@ table{border-collapse:collapse;margin:1em 0}td,th{border:1px solid #ccc;padding:
 th{background:#f3f3f3}svg{max-width:100%;height:auto}.note{background:#fff6df;padding:.4em .8em;margin:.4em 0}\
 </style>";
 
-/// Text as HTML shows it.
+/// Text with the special characters of HTML escaped.
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -259,7 +259,7 @@ fn table<'a>(page: &mut String, head: &[&str], rows: impl Iterator<Item = Vec<&'
     *page += "</table>";
 }
 
-/// One self-contained page.
+/// One self-contained HTML page.
 ///
 /// # Errors
 /// A picture cannot be drawn.

@@ -1,7 +1,7 @@
-//! What is played to the core, from a file of any format: the joints as `fit` reads them, without what only hindsight could mend.
+//! The input of a follower from a recording of any format: the joints as `fit` reads them, without corrections that need later samples.
 //!
-//! Times are made even, short gaps are bridged and signs turned as `fit` does it, each told. Not mended are jumps, since a sensor that
-//! jumps is what the core must live with, and longer gaps: there the core gets no sample.
+//! Time steps are made equal, short gaps are bridged and signs turned as in `fit`, each with a note. Jumps are kept, since a follower must
+//! handle a sensor that jumps; in longer gaps it gets no sample.
 
 use gait_trace::clean::condition::{Conditioned, Done, Finding, FindingKind, LowPass, Rules, condition};
 use gait_trace::{RawJoints, Recording};
@@ -10,26 +10,26 @@ use joint_units::Joint;
 use super::run::Holes;
 use crate::failure::Failure;
 
-/// A recording and the joint that wears the sensor.
+/// A recording and the joint with the sensor.
 #[derive(Debug, Clone)]
 pub struct Trace {
     /// The joints.
     pub recording: Recording,
-    /// The joint that wears the sensor.
+    /// The joint with the sensor.
     pub sensor: Joint,
-    /// What was not measured.
+    /// The spans that were not measured.
     pub holes: Holes,
-    /// What kind of file it was.
+    /// The kind of file.
     pub format: String,
-    /// What the reader decided and what was done about the recording, a sentence each.
+    /// Decisions of the reader and changes to the recording, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// Prepares a recording for the core. `asked` is the joint that wears the sensor by the caller, `of_file` the one that the walker's file
-/// says; with neither it is the recording's only joint, or the left hip.
+/// Prepares a recording. `asked` is the joint with the sensor by the caller, `of_file` the one of the generator file; with neither it is the
+/// recording's only joint, or the left hip.
 ///
 /// # Errors
-/// The recording has no such joint, is a cycle and no time, or cannot be conditioned.
+/// The recording has no such joint, its time axis is a cycle, or it cannot be conditioned.
 pub fn trace(
     raw: &RawJoints,
     asked: Option<Joint>,

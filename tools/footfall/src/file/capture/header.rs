@@ -77,7 +77,7 @@ pub(crate) fn boot(booted: &Booted) -> Value {
     })
 }
 
-/// What a capture came to.
+/// The counts of a capture.
 pub(crate) fn counts(counts: &Counts) -> Value {
     let gap =
         |&(boot, after, found): &(u32, u32, u32)| json!({ "boot": boot, "after_tick": after, "next_tick": found });
@@ -97,7 +97,7 @@ pub(crate) fn counts(counts: &Counts) -> Value {
     })
 }
 
-/// An object as the text-to-text map that MCAP's metadata is.
+/// An object as the text-to-text map of MCAP metadata.
 pub(crate) fn flat(value: &Value) -> BTreeMap<String, String> {
     let none = Map::new();
     let object = value.as_object().unwrap_or(&none);

@@ -1,15 +1,15 @@
 //! A capture as MCAP (<https://mcap.dev/spec>): messages in JSON with JSON Schema, time stamps in nanoseconds of the board's own
 //! clock. Opens in Foxglove and PlotJuggler.
 //!
-//! | topic | a message for | what |
+//! | topic | a message for | content |
 //! |---|---|---|
-//! | `/sensor` | every sample | of each sensor: code, volts, angle of its joint (null unless good), verdict; samples lost so far |
-//! | `/joints` | every sample with known outputs | four setpoints, four pulses, and where they are from |
+//! | `/sensor` | every sample | for each sensor: code, volts, angle of its joint (null unless good), validity; samples lost so far |
+//! | `/joints` | every sample with known outputs | four setpoints, four pulses, and their source |
 //! | `/sync` | every edge at the synchronisation input | the level after it |
 //! | `/state` | every change | state of the supervisor, late and missed ticks |
 //!
 //! Metadata: `footfall` (what runs, the calibration), `boot 1`, `boot 2`, ... (chip, factory values), `end` (the counts).
-//! A chunk is written whole once a second: a file whose end is missing is whole up to the last one.
+//! A chunk is written at once every second: a file without an end is complete up to its last chunk.
 
 use super::header::{SCHEMA, flat};
 use super::samples::{EdgeAt, Sample};
@@ -44,7 +44,7 @@ impl Messages {
             .profile("")
             .library(concat!("footfall ", env!("CARGO_PKG_VERSION")))
             .chunk_size(None)
-            // A chunk is then written in one piece, with its length: what comes after a kill is a whole chunk or none.
+            // A chunk is then written in one piece, with its length: a killed program leaves whole chunks.
             .disable_seeking(true);
         let mut writer = options.create(BufWriter::new(File::create(path)?)).map_err(io)?;
         let mut channel = |topic: &str, name: &str, schema: Value| -> io::Result<u16> {
@@ -147,7 +147,7 @@ impl Messages {
     }
 }
 
-/// With as many digits as tell it from its neighbours, as the board prints it: not the longer ones of its double.
+/// With as many digits as its neighbours require, as the board prints it, not the longer ones of its double.
 fn number(value: Option<f32>) -> Value {
     value.and_then(|value| value.to_string().parse::<f64>().ok()).map_or(Value::Null, Value::from)
 }
@@ -202,7 +202,7 @@ fn sync_schema() -> Value {
     object(&[("level", "integer", "level of the synchronisation input after the edge: 0 or 1")])
 }
 
-/// The same of names that were made.
+/// The same for names that are made.
 fn object_of(fields: &[(String, &str, &str)]) -> Value {
     let fields: Vec<(&str, &str, &str)> =
         fields.iter().map(|(name, kind, about)| (name.as_str(), *kind, *about)).collect();
