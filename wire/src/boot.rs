@@ -3,7 +3,7 @@
 use heapless::String;
 use serde::{Deserialize, Serialize};
 
-/// The board, its image and its parameters: the first record after a reset, unless the parameters are refused.
+/// The board, its image and its parameters: the first record after a reset.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Boot {
     /// [`crate::VERSION`] of the image. It is the first field in every version, so that any reader can read it.
@@ -17,15 +17,15 @@ pub struct Boot {
     /// Crashes in a row before this boot.
     pub streak: u32,
     /// The factory's code of the internal voltage reference.
-    pub vrefint_cal: u16,
+    pub reference_cal: u16,
     /// Supply below which no sample is good, V.
     pub min_supply_v: f32,
     /// Whether the robot walks only while the sensors are good.
     pub sensor_required: bool,
-    /// Check sum of the generator record that the board runs.
-    pub generator_crc: u32,
-    /// Check sum of the sensor record that the board runs.
-    pub sensors_crc: u32,
+    /// Check sum of the generator record that the board runs; `None` where the parameters are refused, see [`Refused`].
+    pub generator_crc: Option<u32>,
+    /// Check sum of the sensor record that the board runs; `None` as above.
+    pub sensors_crc: Option<u32>,
     /// Whether the outputs stay off: the image is built with the feature `shadow`.
     pub shadow: bool,
 }

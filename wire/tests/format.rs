@@ -21,11 +21,11 @@ fn examples() -> [(Record, Vec<u8>); 8] {
         chip: "STM32F407VGTx".try_into().expect("it fits"),
         reset: Reset::IndependentWatchdog,
         streak: 2,
-        vrefint_cal: 1502,
+        reference_cal: 1502,
         min_supply_v: 2.75,
         sensor_required: true,
-        generator_crc: 0x00c0_ffee,
-        sensors_crc: 7,
+        generator_crc: Some(0x00c0_ffee),
+        sensors_crc: None,
         shadow: false,
     };
     let frame = Frame {
@@ -64,7 +64,7 @@ fn examples() -> [(Record, Vec<u8>); 8] {
                 b"f4-discovery",
                 &[13],
                 b"STM32F407VGTx",
-                &[2, 2, 0xde, 0x0b, 0, 0, 0x30, 0x40, 1, 0xee, 0xff, 0x83, 0x06, 7, 0],
+                &[2, 2, 0xde, 0x0b, 0, 0, 0x30, 0x40, 1, 1, 0xee, 0xff, 0x83, 0x06, 0, 0],
             ]
             .concat(),
         ),

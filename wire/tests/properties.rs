@@ -24,16 +24,16 @@ fn text<const N: usize>() -> impl Strategy<Value = heapless::String<N>> {
 
 fn boot() -> impl Strategy<Value = Record> {
     let names = (text(), text(), select(&Reset::ALL[..]));
-    let numbers = (any::<u32>(), any::<u16>(), float(), any::<u32>(), any::<u32>());
+    let numbers = (any::<u32>(), any::<u16>(), float(), any::<Option<u32>>(), any::<Option<u32>>());
     (names, numbers, any::<bool>(), any::<bool>()).prop_map(|(names, numbers, sensor_required, shadow)| {
-        let ((board, chip, reset), (streak, vrefint_cal, min_supply_v, generator_crc, sensors_crc)) = (names, numbers);
+        let ((board, chip, reset), (streak, reference_cal, min_supply_v, generator_crc, sensors_crc)) = (names, numbers);
         Record::Boot(Boot {
             version: VERSION,
             board,
             chip,
             reset,
             streak,
-            vrefint_cal,
+            reference_cal,
             min_supply_v,
             sensor_required,
             generator_crc,
