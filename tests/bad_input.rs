@@ -2,7 +2,9 @@
 //!
 //! In the process itself, and, where `FOOTFALL_BIN` names the program, through that too.
 
-use footfall::{calibration_file, cli, parameter_file, shipped};
+use footfall::board::default_loop;
+use footfall::cli;
+use footfall::file::{calibration_file, parameter_file};
 use joint_loop::LoopConfig;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -65,7 +67,7 @@ fn assert_refused(option: &str, bad: &Bad, line: usize, words: &[&str]) {
 
 #[test]
 fn calibration_files() {
-    let good = calibration_file::to_text(&shipped::wired_sensor().unwrap());
+    let good = calibration_file::to_text(&default_loop::wired_sensor().unwrap());
     let head = "schema = 1\ninterpolation = \"linear\"\ndivider = 1\n";
     let points = |rows: &[&str]| {
         let rows: String = rows.iter().map(|row| format!("  {{ {row} }},\n")).collect();

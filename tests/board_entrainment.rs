@@ -5,17 +5,18 @@
 //! evidence about hardware.
 
 use cpg_core::entrainment::{Lock, phase_difference};
-use cpg_core::shape::Shape;
-use footfall::entrain::run::{self, Tick};
+use cpg_core::waveform::shape::Shape;
+use footfall::command::entrain::run;
+use footfall::command::entrain::run::Tick;
 use footfall_tests::board::Board;
 use footfall_tests::chain::{self, FREE_S, all};
 use footfall_tests::degraded::Random;
+use footfall_tests::people::{PEOPLE, Person, default_loop, people};
 use footfall_tests::statistics::median;
 use footfall_tests::swings::{Top, phantoms, range_deg, standing, tops};
 use footfall_tests::tell;
 use footfall_tests::traces::{csv_files, many};
-use footfall_tests::walkers::{WALKERS, Walker, shipped_loop, walkers};
-use gait_trace::csv_file;
+use gait_trace::format::csv_file;
 use joint_units::{Joint, Phase};
 use std::f64::consts::TAU;
 
@@ -29,7 +30,7 @@ const START_S: f64 = 4.5;
 
 /// A board that is switched on beside a person who walks.
 struct Start<'a> {
-    walker: &'a Walker,
+    walker: &'a Person,
     sensor: Joint,
     /// Where in the recording, ms.
     from: usize,
@@ -82,9 +83,9 @@ impl Start<'_> {
 fn a_thousand_boards_lock_on_to_people_who_walk() {
     let Some(board) = Board::find("1,000 starts on the virtual board") else { return };
     let people = HIPS.map(|hip| {
-        let mut people = vec![shipped_loop(hip, 12.0)];
-        people.extend(walkers("1,000 starts on recorded walkers", hip));
-        people
+        let mut all = vec![default_loop(hip, 12.0)];
+        all.extend(people("1,000 starts on recorded walkers", hip));
+        all
     });
     let mut random = Random(20_261_121);
     let start = |n: usize| {
@@ -93,7 +94,7 @@ fn a_thousand_boards_lock_on_to_people_who_walk() {
         let walker = &people[hip][if count == 1 { 0 } else { [0, 1, 2, 0, 1, 2, 0, 1, 2, 0][n / 2 % 10] }];
         // The shipped one comes again every two strides; of the others, what the templates were not learned from.
         let length = (walker.recording.duration_s() * 1e3) as usize;
-        let (first, last) = if walker.name == "shipped" { (1000, 3200) } else { (15_000, length - 5001) };
+        let (first, last) = if walker.name == "default" { (1000, 3200) } else { (15_000, length - 5001) };
         let from = first + (random.unit() * (last - first) as f64) as usize;
         Start { walker, sensor: HIPS[hip], from, factor: 0.6 + 0.8 * random.unit() }
     };
@@ -102,7 +103,7 @@ fn a_thousand_boards_lock_on_to_people_who_walk() {
 
     let mut missed = vec![];
     tell("| walker | hip | starts | median, s | worst, s | frequency, % | false |");
-    for name in ["shipped", WALKERS[0], WALKERS[1], ""] {
+    for name in ["default", PEOPLE[0], PEOPLE[1], ""] {
         for hip in HIPS {
             let chosen = |start: &Start| name.is_empty() || start.walker.name == name && start.sensor == hip;
             let these: Vec<_> =
@@ -132,7 +133,7 @@ fn a_thousand_boards_lock_on_to_people_who_walk() {
 #[test]
 fn one_worn_hip_drives_four_joints() {
     let Some(board) = Board::find("one worn hip on the virtual board") else { return };
-    let people = HIPS.map(|hip| walkers("one worn hip on the virtual board", hip));
+    let people = HIPS.map(|hip| people("one worn hip on the virtual board", hip));
     let jobs: Vec<_> =
         HIPS.iter().zip(&people).flat_map(|(hip, people)| people.iter().map(|walker| (*hip, walker))).collect();
     if jobs.is_empty() {
@@ -164,7 +165,7 @@ fn one_worn_hip_drives_four_joints() {
 fn a_step_of_cadence_is_followed() {
     let Some(board) = Board::find("a step of cadence on the virtual board") else { return };
     let (step, end) = (6_000, 9_000);
-    let walker = shipped_loop(Joint::LeftHip, 12.0);
+    let walker = default_loop(Joint::LeftHip, 12.0);
     let jobs: Vec<(Joint, u32)> = HIPS.iter().flat_map(|hip| (0..12).map(|start| (*hip, start))).collect();
     let stride_s = |ms: usize| if ms < step { 1.1 } else { 0.9 };
     let relocks = all("steps of cadence", &jobs, |&(hip, start)| {
@@ -220,7 +221,7 @@ fn a_real_goniometer_with_pauses_and_turns() {
     let Some(folder) = many("knee goniometers on the virtual board") else { return };
     let knees = all("knee goniometers", &csv_files(&folder.join("knee_goniometer")), |path| {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let walker = Walker::of(&name, csv_file::read(path).expect("a good recording"), Joint::LeftKnee);
+        let walker = Person::of(&name, csv_file::read(path).expect("a good recording"), Joint::LeftKnee);
         let samples = walker.samples(Joint::LeftKnee);
         let config = walker.follower(Joint::LeftKnee, walker.learned.stride_s);
         let ticks = chain::follow(&board, &config, &samples, true).since_power_on();

@@ -2,18 +2,20 @@
 //! system's synchronisation line; and shadow mode, in which it hears everything and drives nothing.
 
 use cpg_core::entrainment::{EventSource, Lock, phase_difference};
-use cpg_core::shape::Shape;
-use footfall::shipped::SENSOR_PINS;
-use footfall::telemetry::Call;
+use cpg_core::waveform::shape::Shape;
+use footfall::board::default_loop::SENSOR_PINS;
+use footfall::board::telemetry::Call;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::chain;
 use footfall_tests::degraded::Random;
-use footfall_tests::traces::{shipped, shipped_volts_file};
-use footfall_tests::walkers::Walker;
-use gait_trace::{Channel, Looped, Quantity, Recording, csv_file};
-use hgod_adc::{Calibration, CalibrationPoint, Interpolation, Verdict};
-use joint_loop::shipped::Parameters;
-use joint_loop::{FollowConfig, State, WalkerConfig, WornSensor, WornSensors, sensors_record, walker_record};
+use footfall_tests::people::Person;
+use footfall_tests::traces::{default_trace, default_volts_file};
+use gait_trace::format::csv_file;
+use gait_trace::{Channel, Looped, Quantity, Recording};
+use hgod_adc::{Calibration, CalibrationPoint, Interpolation, Validity};
+use joint_loop::setup::default_loop::Parameters;
+use joint_loop::store::{generator_record, sensor_record};
+use joint_loop::{FollowConfig, GeneratorConfig, JointSensor, JointSensors, SupervisorState};
 use joint_units::{Joint, Phase, Radians, Volts};
 use std::ffi::OsString;
 use std::path::Path;
@@ -35,7 +37,7 @@ fn download(address: u32, bytes: &[u8], folder: &Path, name: &str) -> [OsString;
 }
 
 /// Four sensors that are not alike: volts that rise or fall with the angle, curved or straight, straight on the pin or through a divider.
-fn four() -> WornSensors {
+fn four() -> JointSensors {
     let straight = |joint, from: f32, to: f32, divider: f32| {
         let point = |part: f32| CalibrationPoint {
             volts: Volts(divider * (0.4 + 2.1 * part)),
@@ -43,19 +45,19 @@ fn four() -> WornSensors {
         };
         let points: Vec<_> = (0..8).map(|n| point(n as f32 / 7.0)).collect();
         let calibration = Calibration::build(&points, Interpolation::Linear).unwrap();
-        WornSensor { joint, divider, calibration }
+        JointSensor { joint, divider, calibration }
     };
-    WornSensors::build([
+    JointSensors::build([
         straight(Joint::RightKnee, -20.0, 100.0, 1.0),
         straight(Joint::LeftHip, 70.0, -50.0, 1.6),
-        WornSensor::uncalibrated(Joint::LeftKnee).unwrap(),
+        JointSensor::uncalibrated(Joint::LeftKnee).unwrap(),
         straight(Joint::RightHip, -40.0, 60.0, 0.5),
     ])
     .unwrap()
 }
 
 /// Volts of these joints' sensors at their pins over a walk.
-fn volts(walk: &Looped, worn: &WornSensors) -> Recording {
+fn volts(walk: &Looped, worn: &JointSensors) -> Recording {
     let channels = worn.iter().zip(SENSOR_PINS).map(|(sensor, pin)| {
         let channel = walk.recording.of_joint(sensor.joint).unwrap();
         let one = walk.recording.semi_synthetic_volts(channel, &sensor.calibration, sensor.divider, pin).unwrap();
@@ -67,14 +69,14 @@ fn volts(walk: &Looped, worn: &WornSensors) -> Recording {
 #[test]
 fn four_sensors_are_measured_each_by_its_own_calibration() {
     let Some(board) = Board::find("four sensors on the virtual board") else { return };
-    let (folder, walk, worn) = (tempfile::tempdir().unwrap(), shipped().looped(1000.0).unwrap(), four());
+    let (folder, walk, worn) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap(), four());
     let parameters = Parameters::or_default(None, Some(worn.clone())).unwrap();
     let feed = folder.path().join("volts.csv");
     csv_file::write(&feed, &volts(&walk, &worn)).unwrap();
     let mut options: Vec<OsString> = ["--secs", "5", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
     options.push(feed.into());
-    let record = sensors_record::record_of(&worn);
-    options.extend(download(sensors_record::ADDRESS, record.bytes(), folder.path(), "sensors.bin"));
+    let record = sensor_record::record_of(&worn);
+    options.extend(download(sensor_record::ADDRESS, record.bytes(), folder.path(), "sensors.bin"));
     let ran = board.run_as(&parameters, &options);
     assert_equal(&ran);
     let boot = &ran.boots[0];
@@ -83,7 +85,7 @@ fn four_sensors_are_measured_each_by_its_own_calibration() {
     let mut worst = [0.0f64; 4];
     for line in &boot.ticks {
         for (channel, sensor) in worn.iter().enumerate() {
-            assert_eq!(line.verdict[channel], Some(Verdict::Good), "{} in tick {}", sensor.joint.name(), line.tick);
+            assert_eq!(line.verdict[channel], Some(Validity::Good), "{} in tick {}", sensor.joint.name(), line.tick);
             if line.tick < 200 {
                 continue;
             }
@@ -99,7 +101,7 @@ fn four_sensors_are_measured_each_by_its_own_calibration() {
     }
     println!("four sensors: at most {worst:.2?} degrees from the recorded joints");
     assert!(worst.iter().all(|worst| *worst < 0.6), "{worst:?}");
-    assert_eq!(boot.ticks.last().unwrap().state, State::Walking);
+    assert_eq!(boot.ticks.last().unwrap().state, SupervisorState::Walking);
     assert_eq!(ran.end.lints.len(), 0);
 }
 
@@ -107,17 +109,22 @@ fn four_sensors_are_measured_each_by_its_own_calibration() {
 #[test]
 fn a_follower_listens_to_the_channel_of_its_joint() {
     let Some(board) = Board::find("a follower with four sensors on the virtual board") else { return };
-    let (folder, walk, worn) = (tempfile::tempdir().unwrap(), shipped().looped(1000.0).unwrap(), four());
-    let walker = Walker::of("shipped", looped(&walk, 12.0), Joint::LeftHip);
+    let (folder, walk, worn) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap(), four());
+    let walker = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
     let config = walker.follower(Joint::LeftHip, walker.learned.stride_s);
     let feed = folder.path().join("volts.csv");
     csv_file::write(&feed, &volts(&walk, &worn)).unwrap();
     let mut options: Vec<OsString> = ["--secs", "6", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
     options.push(feed.into());
-    let with = |worn: &WornSensors| {
+    let with = |worn: &JointSensors| {
         let mut options = options.clone();
-        options.extend(download(walker_record::ADDRESS, walker_record::record_of(&config).bytes(), folder.path(), "w"));
-        options.extend(download(sensors_record::ADDRESS, sensors_record::record_of(worn).bytes(), folder.path(), "s"));
+        options.extend(download(
+            generator_record::ADDRESS,
+            generator_record::record_of(&config).bytes(),
+            folder.path(),
+            "w",
+        ));
+        options.extend(download(sensor_record::ADDRESS, sensor_record::record_of(worn).bytes(), folder.path(), "s"));
         board.run_as(&Parameters::or_default(Some(config), Some(worn.clone())).unwrap(), &options)
     };
     let ran = with(&worn);
@@ -130,7 +137,7 @@ fn a_follower_listens_to_the_channel_of_its_joint() {
     assert!(follows.iter().map(|follow| follow.tick).eq(ticks.iter().map(|tick| tick.tick)));
 
     // Without a sensor on that joint the board stays dark and says why.
-    let knees = WornSensors::build([Joint::LeftKnee, Joint::RightKnee].map(|j| WornSensor::uncalibrated(j).unwrap()));
+    let knees = JointSensors::build([Joint::LeftKnee, Joint::RightKnee].map(|j| JointSensor::uncalibrated(j).unwrap()));
     let dark = with(&knees.unwrap());
     assert_eq!(dark.boots[0].ticks.len(), 0);
     let said = dark.boots[0].log.iter().any(|line| line.contains("follows left_hip, and no sensor is worn on it"));
@@ -141,8 +148,8 @@ fn a_follower_listens_to_the_channel_of_its_joint() {
 #[test]
 fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
     let Some(board) = Board::find("a foot switch on the virtual board") else { return };
-    let (folder, walk) = (tempfile::tempdir().unwrap(), shipped().looped(1000.0).unwrap());
-    let walker = Walker::of("shipped", looped(&walk, 12.0), Joint::LeftHip);
+    let (folder, walk) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap());
+    let walker = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
     let (lost_s, secs) = (10.0, 11.9);
     // Strides of 1.1 s, then of 1.02 s; the other foot strikes, late by 40 ms.
     let cycles = |t: f64| if t < lost_s { t / 1.1 } else { lost_s / 1.1 + (t - lost_s) / 1.02 };
@@ -163,19 +170,24 @@ fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
     edges_file(&strikes, &edges);
 
     let off = |events: EventSource| {
-        let WalkerConfig::Follow(follow) = walker.follower(Joint::LeftHip, 1.1) else { panic!("not a follower") };
-        let config = WalkerConfig::Follow(FollowConfig { events, ..follow });
+        let GeneratorConfig::Follow(follow) = walker.follower(Joint::LeftHip, 1.1) else { panic!("not a follower") };
+        let config = GeneratorConfig::Follow(FollowConfig { events, ..follow });
         let mut options: Vec<OsString> = ["--press", "0.3", "--secs", &secs.to_string()].map(Into::into).to_vec();
         options.extend(["--volts".into(), feed.clone().into()]);
         options.extend(["--edges".into(), format!("PC5={}", strikes.display()).into()]);
-        options.extend(download(walker_record::ADDRESS, walker_record::record_of(&config).bytes(), folder.path(), "w"));
+        options.extend(download(
+            generator_record::ADDRESS,
+            generator_record::record_of(&config).bytes(),
+            folder.path(),
+            "w",
+        ));
         let ran = board.run_with(&config, &options);
         assert_equal(&ran);
         // The foot is in the inputs of every tick, and the host's copy heard the same strikes.
         let closed = |(_, call): &&(u32, Call)| call.sample().foot;
         assert!(ran.boots[0].calls.iter().filter(closed).count() > 5_000);
         let estimates = ran.boots[0].watch(&config, |joints| {
-            let joint_loop::Walker::Follow(follower) = joints.generator() else { panic!("not a follower") };
+            let joint_loop::BoardGenerator::Follow(follower) = joints.generator() else { panic!("not a follower") };
             (f64::from(joints.frame().tick) * 1e-3, follower.phase_lock().phase(), follower.status().state)
         });
         let late = chain::begun_ms(&ran.boots[0]) as f64 * 1e-3;
@@ -205,12 +217,12 @@ fn looped(walk: &Looped, secs: f64) -> Recording {
 fn a_broken_sensor_sector_keeps_the_board_dark() {
     let Some(board) = Board::find("a broken sensor sector on the virtual board") else { return };
     let folder = tempfile::tempdir().unwrap();
-    let good = sensors_record::record_of(&four());
+    let good = sensor_record::record_of(&four());
     let mut changed = good.bytes().to_vec();
     changed[40] ^= 4;
     for (bytes, words) in [(changed.as_slice(), "sensors: check sum"), (b"FFWK, not sensors", "begins with FFSN")] {
         let mut options: Vec<OsString> = ["--secs", "0.5", "--press", "0.3"].map(Into::into).to_vec();
-        options.extend(download(sensors_record::ADDRESS, bytes, folder.path(), "sensors.bin"));
+        options.extend(download(sensor_record::ADDRESS, bytes, folder.path(), "sensors.bin"));
         let ran = board.run(options);
         assert!(ran.boots[0].ticks.is_empty() && ran.end.edges_before_arming == 0);
         assert!(ran.boots[0].log.iter().any(|line| line.contains(words)), "{:?}", ran.boots[0].log);
@@ -238,7 +250,7 @@ fn edges_at_the_synchronisation_input_are_timed_by_the_boards_clock() {
     let file = folder.path().join("edges.csv");
     edges_file(&file, &edges);
     let mut options: Vec<OsString> = ["--secs", "6", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
-    options.extend([shipped_volts_file().into(), "--edges".into(), format!("PC6={}", file.display()).into()]);
+    options.extend([default_volts_file().into(), "--edges".into(), format!("PC6={}", file.display()).into()]);
     let ran = board.run(options);
     assert_equal(&ran);
     let told = &ran.boots[0].edges;
@@ -266,7 +278,7 @@ fn a_line_that_rings_holds_no_tick_up() {
     let file = folder.path().join("edges.csv");
     edges_file(&file, &edges);
     let mut options: Vec<OsString> = ["--secs", "2", "--loop", "--volts"].map(Into::into).to_vec();
-    options.extend([shipped_volts_file().into(), "--edges".into(), format!("PC6={}", file.display()).into()]);
+    options.extend([default_volts_file().into(), "--edges".into(), format!("PC6={}", file.display()).into()]);
     let ran = board.run(options);
     assert_equal(&ran);
     let last = ran.boots[0].ticks.last().unwrap();
@@ -280,15 +292,15 @@ fn a_line_that_rings_holds_no_tick_up() {
 #[test]
 fn in_shadow_everything_runs_and_no_pin_moves() {
     let Some(board) = Board::shadow("shadow mode on the virtual board") else { return };
-    let walk = shipped().looped(1000.0).unwrap();
-    let walker = Walker::of("shipped", looped(&walk, 12.0), Joint::LeftHip);
+    let walk = default_trace().looped(1000.0).unwrap();
+    let walker = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
     let config = walker.follower(Joint::LeftHip, walker.learned.stride_s);
     let ran = chain::run(&board, &config, &chain::volts(&walker.samples(Joint::LeftHip)), 8.0, true);
     assert_equal(&ran);
     let boot = &ran.boots[0];
     assert!(boot.boot.as_ref().unwrap().shadow && ran.books.shadow);
     let last = boot.ticks.last().unwrap();
-    assert_eq!(last.state, State::Walking);
+    assert_eq!(last.state, SupervisorState::Walking);
     assert!(last.pulse_us.iter().all(|us| (500..=2500).contains(us)), "{last:?}");
     // Of the servo pins nothing was heard; the knees' would-be setpoints walk, and the phase error is told.
     assert!(ran.pulses.is_empty(), "{:?}", ran.pulses.first());

@@ -5,15 +5,16 @@
 
 use cpg_core::Generator;
 use cpg_core::entrainment::{Entrained, EntrainedConfig, EventSource, Lock, phase_difference};
-use cpg_core::shape::Shape;
-use footfall::entrain::entrain;
-use footfall::entrain::run::{self, Tick};
+use cpg_core::waveform::shape::Shape;
+use footfall::command::entrain::entrain;
+use footfall::command::entrain::run;
+use footfall::command::entrain::run::Tick;
 use footfall_tests::degraded::{self, Random, Series};
+use footfall_tests::people::{PEOPLE, Person, default_loop, people, people_of};
 use footfall_tests::statistics::{median, rms};
 use footfall_tests::swings::{phantoms, range_deg, standing, tops};
 use footfall_tests::traces::many;
-use footfall_tests::walkers::{WALKERS, Walker, shipped_loop, walkers, walkers_of};
-use gait_trace::csv_file;
+use gait_trace::format::csv_file;
 use joint_units::{Joint, Period, Phase, Radians};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -22,7 +23,7 @@ use std::path::Path;
 /// degrees and 3 % for good; never locked within 10 s is a false lock.
 #[test]
 fn a_thousand_starts() {
-    let walker = shipped_loop(Joint::LeftHip, 12.0);
+    let walker = default_loop(Joint::LeftHip, 12.0);
     let mut random = Random(20_240_607);
     let (mut locks, mut never) = (vec![], 0);
     for start in 0..1000 {
@@ -57,7 +58,7 @@ fn a_thousand_starts() {
 #[test]
 fn one_hip_drives_four_joints() {
     for sensor in [Joint::LeftHip, Joint::RightHip] {
-        for walker in walkers("one hip drives four joints", sensor) {
+        for walker in people("one hip drives four joints", sensor) {
             let run = entrain(&walker.recording, sensor, None).expect("entrained");
             let verdict = run.verdict;
             let rmse = verdict.steady_rmse_deg.map(|rmse| rmse.expect("all joints"));
@@ -74,7 +75,7 @@ fn one_hip_drives_four_joints() {
     }
     // The recording that ships is two strides: templates and trace are the same, so that only tracking is left.
     for sensor in Joint::ALL {
-        let walker = shipped_loop(sensor, 25.0);
+        let walker = default_loop(sensor, 25.0);
         let verdict = entrain(&walker.recording, sensor, None).expect("entrained").verdict;
         println!("shipped {}: {:.2?}", sensor.name(), verdict.steady_rmse_deg.map(Option::unwrap));
         assert!(verdict.steady_rmse_deg.iter().all(|rmse| rmse.is_some_and(|rmse| rmse < 3.0)), "{verdict:?}");
@@ -86,10 +87,10 @@ fn one_hip_drives_four_joints() {
 /// false lock in 7 minutes.
 #[test]
 fn sound_sensors_are_believed() {
-    let names = [WALKERS[0], WALKERS[1], "welker_007_run_natural", "welker_007_run_exotendon"];
+    let names = [PEOPLE[0], PEOPLE[1], "welker_007_run_natural", "welker_007_run_exotendon"];
     let mut total = 0;
     for sensor in [Joint::RightHip, Joint::LeftKnee] {
-        for walker in walkers_of(&names, "sound sensors", sensor) {
+        for walker in people_of(&names, "sound sensors", sensor) {
             let noisy: Vec<f64> = degraded::noise(&walker.samples(sensor), 0.1, 5).into_iter().flatten().collect();
             let ticks = run::run(&mut walker.legs(sensor), degraded::quantised(&noisy, 300.0));
             let locked = ticks.iter().position(|tick| tick.state == Lock::Locked).expect("locked");
@@ -108,7 +109,7 @@ fn sound_sensors_are_believed() {
 /// Recorded walkers, starts 12 phases apart, 40 % too slow to 40 % too fast: within 18 degrees for good.
 #[test]
 fn recorded_walkers_are_locked_on_from_anywhere() {
-    for walker in walkers("starts on recorded walkers", Joint::LeftHip) {
+    for walker in people("starts on recorded walkers", Joint::LeftHip) {
         let samples = walker.samples(Joint::LeftHip);
         let mut all = vec![];
         for factor in [0.6, 0.8, 1.2, 1.4] {
@@ -133,7 +134,7 @@ fn recorded_walkers_are_locked_on_from_anywhere() {
 /// Cadence steps from 1.1 to 0.9 s of stride at 24 phases: within 18 degrees and 3 % again in 1.5 s, locked all the while.
 #[test]
 fn a_step_of_cadence() {
-    let walker = shipped_loop(Joint::LeftHip, 12.0);
+    let walker = default_loop(Joint::LeftHip, 12.0);
     for sensor in [Joint::LeftHip, Joint::RightHip] {
         let mut worst = 0.0f64;
         for start in 0..24 {
@@ -163,7 +164,7 @@ fn a_step_of_cadence() {
 /// The sensor is lost at 16 times of the walk, in four ways: how soon that is told, and how far the phase is off 1 and 2 s later.
 #[test]
 fn a_lost_sensor_on_recorded_walkers() {
-    for walker in walkers("sensor loss on recorded walkers", Joint::LeftHip) {
+    for walker in people("sensor loss on recorded walkers", Joint::LeftHip) {
         let samples = walker.samples(Joint::LeftHip);
         for (kind, soon, after) in [
             ("invalid", 0.02, [10.0, 13.0]),
@@ -208,7 +209,7 @@ fn a_lost_sensor_on_recorded_walkers() {
 
 /// Ticks in which the heel strikes, as the recording itself tells it without an angle of the hip: the left knee, extending at the end of its
 /// swing, passes a third of its range. No recording has strikes of a switch.
-fn strikes_of_the_knee(walker: &Walker) -> Vec<bool> {
+fn strikes_of_the_knee(walker: &Person) -> Vec<bool> {
     let knee = walker.samples(Joint::LeftKnee);
     let (low, high) = knee.iter().fold((f64::MAX, f64::MIN), |(low, high), &y| (low.min(y), high.max(y)));
     let part = |part: f64| low + part * (high - low);
@@ -224,7 +225,7 @@ fn strikes_of_the_knee(walker: &Walker) -> Vec<bool> {
 
 /// Ticks in which the learned phase passes 0.86 cycles, a place of the strike that nobody is told, each 10 ms early or late (standard
 /// deviation), as switches are.
-fn strikes_of_the_phase(walker: &Walker) -> Vec<bool> {
+fn strikes_of_the_phase(walker: &Person) -> Vec<bool> {
     let rows = walker.samples(Joint::LeftHip).len();
     let (mut random, mut strikes) = (Random(3), vec![false; rows]);
     let place = |n: usize| (walker.learned.phase_at(n as f64 * 1e-3) - 0.86).floor();
@@ -243,7 +244,7 @@ fn strikes_of_the_phase(walker: &Walker) -> Vec<bool> {
 /// and with one, whose place in the stride is learned before.
 #[test]
 fn a_foot_switch_keeps_the_phase_of_recorded_walkers() {
-    for walker in walkers("a foot switch on recorded walkers", Joint::LeftHip) {
+    for walker in people("a foot switch on recorded walkers", Joint::LeftHip) {
         let samples = walker.samples(Joint::LeftHip);
         let (knee, phase) = (strikes_of_the_knee(&walker), strikes_of_the_phase(&walker));
         for kind in ["invalid", "stuck"] {
@@ -292,7 +293,7 @@ fn a_foot_switch_keeps_the_phase_of_recorded_walkers() {
 /// The peaks of recorded knees find phase and cadence sooner: 24 start phases, cadences that are off by up to 40 %.
 #[test]
 fn peaks_of_recorded_knees() {
-    for walker in walkers("peaks of recorded knees", Joint::LeftKnee) {
+    for walker in people("peaks of recorded knees", Joint::LeftKnee) {
         let samples = walker.samples(Joint::LeftKnee);
         let locks = |events: EventSource| {
             let mut all = vec![];
@@ -322,7 +323,7 @@ fn peaks_of_recorded_knees() {
 #[test]
 fn a_walker_who_stops() {
     for (sensor, limit) in [(Joint::LeftHip, 0.7), (Joint::LeftKnee, 0.75)] {
-        for walker in walkers("a walker who stops", sensor) {
+        for walker in people("a walker who stops", sensor) {
             let samples = walker.samples(sensor);
             let (mut still, mut again) = (vec![], vec![]);
             for n in 0..24 {
@@ -385,7 +386,7 @@ fn a_real_goniometer_with_pauses_and_turns() {
     for path in footfall_tests::traces::csv_files(&folder.join("knee_goniometer")) {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let recording = csv_file::read(&path).expect("a good recording");
-        let walker = Walker::of(&name, recording, Joint::LeftKnee);
+        let walker = Person::of(&name, recording, Joint::LeftKnee);
         let samples = walker.samples(Joint::LeftKnee);
         let ticks = run::run(&mut walker.legs(Joint::LeftKnee), samples.iter().copied().map(Some));
         let half = 0.5 * range_deg(&walker.templates[2]);
@@ -409,8 +410,8 @@ fn a_real_goniometer_with_pauses_and_turns() {
 /// the last 5 s, or not walking on a sensor that is not believed.
 #[test]
 fn degraded_sensors() {
-    let mut all = walkers("degraded copies of recorded walkers", Joint::LeftHip);
-    all.push(shipped_loop(Joint::LeftHip, 30.0));
+    let mut all = people("degraded copies of recorded walkers", Joint::LeftHip);
+    all.push(default_loop(Joint::LeftHip, 30.0));
     for walker in all {
         let hip: Vec<f64> = walker.samples(Joint::LeftHip).into_iter().take(30_000).collect();
         let knee: Vec<f64> = walker.samples(Joint::LeftKnee).into_iter().take(30_000).collect();
@@ -469,7 +470,7 @@ fn degraded_sensors() {
 fn the_command_says_how_it_ended() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("loop.csv");
-    csv_file::write(&path, &shipped_loop(Joint::LeftHip, 20.0).recording).expect("written");
+    csv_file::write(&path, &default_loop(Joint::LeftHip, 20.0).recording).expect("written");
     let call = |path: &Path, more: &[&str]| {
         let arguments = ["footfall", "entrain"].iter().map(std::ffi::OsString::from);
         let more = more.iter().map(std::ffi::OsString::from);

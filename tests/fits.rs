@@ -1,13 +1,14 @@
 //! Fits of real recordings: how near phase and shape comes, on what it saw and on what it did not; and that the board walks a fit.
 
 use footfall_tests::board::Board;
-use footfall_tests::traces::{self, shipped_volts_file};
+use footfall_tests::traces::{self, default_volts_file};
 use gait_fit::fit::{Fit, Settings, Source, fit};
 use gait_fit::judge::HeldOut;
-use gait_trace::condition::{LowPass, Rules};
-use gait_trace::open::{self, ReadOptions};
-use joint_loop::State;
-use joint_loop::walker_record::{ADDRESS, record_of};
+use gait_trace::clean::condition::{LowPass, Rules};
+use gait_trace::format::open;
+use gait_trace::format::open::ReadOptions;
+use joint_loop::SupervisorState;
+use joint_loop::store::generator_record::{ADDRESS, record_of};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -93,7 +94,7 @@ fn crouch_gait_is_fitted_and_called_asymmetric_and_healthy_gait_is_not() {
 #[test]
 fn the_board_walks_a_fit_to_the_bit() {
     let Some(board) = Board::find("a fitted walker on the virtual board") else { return };
-    let fit = fitted(&traces::shipped_folder().join("gaitkit_fukuchi_healthy.csv"), &Settings::default());
+    let fit = fitted(&traces::default_traces_folder().join("gaitkit_fukuchi_healthy.csv"), &Settings::default());
     let config = fit.file.set.config();
     let sector = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(sector.path(), record_of(&config).bytes()).unwrap();
@@ -101,7 +102,7 @@ fn the_board_walks_a_fit_to_the_bit() {
         "--secs".into(),
         "8".into(),
         "--volts".into(),
-        shipped_volts_file().into(),
+        default_volts_file().into(),
         "--loop".into(),
         "--press".into(),
         "0.3".into(),
@@ -114,7 +115,7 @@ fn the_board_walks_a_fit_to_the_bit() {
     assert_eq!((ran.books.different, ran.books.not_compared), (0, 0), "{:?}", ran.books.differences);
     assert!(ran.books.compared > 750, "{}", ran.books.compared);
     let frames = ran.boots[0].replay(&config);
-    assert_eq!(frames[frames.len() - 1].state, State::Walking);
+    assert_eq!(frames[frames.len() - 1].state, SupervisorState::Walking);
     let last = ran.boots[0].ticks.last().unwrap();
     let same = frames.iter().find(|frame| frame.tick == last.tick).unwrap();
     assert_eq!(same.setpoint_hash, last.hash);

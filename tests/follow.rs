@@ -1,26 +1,28 @@
 //! The whole chain on the virtual board with a walker that follows: a recorded hip as volts, converted, measured, locked to, and four
 //! joints that follow; and what happens when the wire breaks. The same core on the host gives the same bits.
 
-use footfall::feed;
+use footfall::board::feed;
 use footfall_tests::board::Board;
 use footfall_tests::{chain, traces};
 use gait_fit::fit::{Settings, Source, fit};
-use gait_trace::open::{self, ReadOptions};
+use gait_trace::format::open;
+use gait_trace::format::open::ReadOptions;
 use gait_trace::{Channel, Looped, Quantity, Recording};
-use joint_loop::{Frame, SENSORS, State, Walker, WalkerConfig};
+use joint_loop::{BoardGenerator, Frame, GeneratorConfig, SENSORS, SupervisorState};
 use joint_units::{Joint, Radians};
 
 /// The shipped walker, fitted, with the sensor on this joint.
-fn follower(sensor: Joint) -> WalkerConfig {
-    let raw = open::read(&traces::shipped_folder().join(feed::SHIPPED_NAME), &ReadOptions::default()).unwrap();
-    let source = Source { name: feed::SHIPPED_NAME.into(), sha256: String::new() };
+fn follower(sensor: Joint) -> GeneratorConfig {
+    let raw =
+        open::read(&traces::default_traces_folder().join(feed::DEFAULT_TRACE_NAME), &ReadOptions::default()).unwrap();
+    let source = Source { name: feed::DEFAULT_TRACE_NAME.into(), sha256: String::new() };
     let settings = Settings { follow: Some(sensor), starts: 10, ..Settings::default() };
     fit(&source, &raw, &settings, &mut |_| ()).unwrap().file.set.config()
 }
 
 /// The shipped recording as a loop at 1 kHz.
 fn walk() -> Looped {
-    traces::shipped().looped(1000.0).unwrap()
+    traces::default_trace().looped(1000.0).unwrap()
 }
 
 /// Volts of a joint's sensor for so many seconds of walking; between `lost` the wire is broken.
@@ -58,7 +60,7 @@ fn four_joints_follow_one_recorded_hip_or_knee_from_volts_to_setpoints() {
         assert!(locked < 4.0, "{sensor:?}: locked after {locked} s");
         assert_eq!(following.state, "locked");
         let frames = ran.boots[0].replay(&config);
-        assert_eq!(frames[frames.len() - 1].state, State::Walking);
+        assert_eq!(frames[frames.len() - 1].state, SupervisorState::Walking);
         let begun_ms = chain::begun_ms(&ran.boots[0]);
         let errors = Joint::ALL.map(|joint| rmse(&frames[6_000..], begun_ms, &walk, joint));
         println!("| {} | {locked:.2} | {} |", sensor.name(), errors.map(|e| format!("{e:.2}")).join(" | "));
@@ -76,11 +78,11 @@ fn a_broken_wire_is_walked_through_for_two_seconds_then_stands_and_walks_again_w
     let ran = chain::run(&board, &config, &volts(&walk, sensor, 20.0, (lost, mended)), 20.0, true);
     let frames = ran.boots[0].replay(&config);
     // Never disarmed, never a fault: the supervisor leaves it to the follower.
-    assert!(frames[2_500..].iter().all(|frame| frame.state == State::Walking));
+    assert!(frames[2_500..].iter().all(|frame| frame.state == SupervisorState::Walking));
 
     // The follower's own account, tick by tick.
     let amplitude = ran.boots[0].watch(&config, |joints| {
-        let Walker::Follow(follower) = joints.generator() else { panic!("not a follower") };
+        let BoardGenerator::Follow(follower) = joints.generator() else { panic!("not a follower") };
         let time = f64::from(joints.frame().tick) * 1e-3;
         (time, cpg_core::Generator::amplitude(follower), follower.status().state.name())
     });

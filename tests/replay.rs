@@ -1,10 +1,10 @@
 //! The loop that ships, on the host, on the shipped recording: what holds at every tick, and what a broken sensor leads to.
 
 use footfall_tests::degraded::Degraded;
-use footfall_tests::traces::shipped;
+use footfall_tests::traces::default_trace;
 use footfall_tests::walk::{Ticked, Walk};
-use hgod_adc::Verdict;
-use joint_loop::{Cause, LoopConfig, SENSORS, State, anatomy, reaction};
+use hgod_adc::Validity;
+use joint_loop::{Cause, LoopConfig, SENSORS, SupervisorState, anatomy, reaction};
 use joint_units::{AdcCode, Joint};
 use std::f64::consts::TAU;
 
@@ -24,7 +24,7 @@ fn a_minute_of_walking_keeps_every_limit_of_the_gate() {
     for (n, ticked) in all.iter().enumerate() {
         let frame = &ticked.frame;
         assert_eq!((frame.tick, frame.missed, frame.late), (n as u32 + 1, 0, 0));
-        assert_eq!(frame.verdict[0], Some(Verdict::Good), "tick {n}");
+        assert_eq!(frame.verdict[0], Some(Validity::Good), "tick {n}");
         for ((joint, angle), range) in Joint::ALL.into_iter().zip(degrees(ticked)).zip(gate.range) {
             let (least, most) = (f64::from(range.least.0).to_degrees(), f64::from(range.most.0).to_degrees());
             assert!((least - 1e-4..=most + 1e-4).contains(&angle), "tick {n}: {} at {angle}", joint.name());
@@ -55,7 +55,7 @@ fn a_minute_of_walking_keeps_every_limit_of_the_gate() {
             assert!(change.abs() <= acceleration + acceleration_noise, "tick {n}: {change} deg/s^2");
         }
     }
-    let walking = all.iter().filter(|ticked| ticked.frame.state == State::Walking).count();
+    let walking = all.iter().filter(|ticked| ticked.frame.state == SupervisorState::Walking).count();
     assert!(walking > 57_000, "{walking} ticks of walking");
     assert!(all.iter().all(|ticked| !ticked.frame.limited.any()), "the gate has to hold nothing back in a plain walk");
 }
@@ -103,7 +103,7 @@ fn the_walk_has_its_period_and_its_phases() {
 fn the_measured_angle_is_the_recorded_knee_as_late_as_the_filter_is() {
     let mut walk = Walk::new(Degraded::Sound);
     let all = walk.ticks(10_000, false);
-    let recording = shipped();
+    let recording = default_trace();
     let looped = recording.looped(1000.0).unwrap();
     let knee = looped.recording.channel("left_knee").unwrap();
     // One sample of the median and 1 / (2 pi 40 Hz).
@@ -138,10 +138,10 @@ fn a_second_press_comes_to_rest_in_the_park_pose_without_a_jump() {
     let mut all = walk.arm_and_walk(6_000);
     all.extend(walk.ticks(100, true));
     all.extend(walk.ticks(2_000, false));
-    let stopping = all.iter().filter(|ticked| ticked.frame.state == State::Stopping).count();
+    let stopping = all.iter().filter(|ticked| ticked.frame.state == SupervisorState::Stopping).count();
     assert!((990..=1_100).contains(&stopping), "{stopping} ms");
     let last = &all[all.len() - 1];
-    assert_eq!((last.frame.state, last.command.pulses), (State::Disarmed, None));
+    assert_eq!((last.frame.state, last.command.pulses), (SupervisorState::Disarmed, None));
     let moving: Vec<&Ticked> = all.iter().filter(|ticked| ticked.command.pulses.is_some()).collect();
     for end in [moving[0], moving[moving.len() - 1]] {
         for (angle, park) in degrees(end).into_iter().zip([0.0, 0.0, 5.0, 5.0]) {
@@ -153,8 +153,8 @@ fn a_second_press_comes_to_rest_in_the_park_pose_without_a_jump() {
 /// When the loop first leaves the walk, in ticks after the fault, and why.
 fn leaves(condition: Degraded, at: u32) -> Option<(u32, Cause)> {
     let all = Walk::new(condition).arm_and_walk(12_000);
-    assert_eq!(all[at as usize - 2].frame.state, State::Walking);
-    let left = all.iter().find(|ticked| ticked.frame.tick >= at && ticked.frame.state != State::Walking)?;
+    assert_eq!(all[at as usize - 2].frame.state, SupervisorState::Walking);
+    let left = all.iter().find(|ticked| ticked.frame.tick >= at && ticked.frame.state != SupervisorState::Walking)?;
     Some((left.frame.tick - at, left.frame.cause))
 }
 
@@ -162,9 +162,9 @@ fn leaves(condition: Degraded, at: u32) -> Option<(u32, Cause)> {
 fn a_broken_sensor_stops_the_walk_in_time() {
     let at = 6_000;
     for (condition, verdict) in [
-        (Degraded::Open(at), Verdict::Open),
-        (Degraded::Short(at), Verdict::Short),
-        (Degraded::Stuck(at), Verdict::Stuck),
+        (Degraded::Open(at), Validity::Open),
+        (Degraded::Short(at), Validity::Short),
+        (Degraded::Stuck(at), Validity::Stuck),
     ] {
         let is = reaction(verdict).expect("something follows");
         let within = u32::from(is.stops_ms());
@@ -182,7 +182,7 @@ fn noise_and_short_drop_outs_do_not_stop_the_walk() {
     for condition in [Degraded::Spikes(97), Degraded::Spikes(13), Degraded::DropOuts { off: 5, every: 50 }] {
         let all = Walk::new(condition).arm_and_walk(12_000);
         let last = &all[all.len() - 1].frame;
-        assert_eq!(last.state, State::Walking, "{condition:?}: {}", last.cause.name());
+        assert_eq!(last.state, SupervisorState::Walking, "{condition:?}: {}", last.cause.name());
         // And the spikes do not reach the angle: no more than the sound sensor's fastest motion and the gap that a spike leaves.
         let sound = Walk::new(Degraded::Sound).arm_and_walk(12_000);
         let off = all
@@ -202,14 +202,14 @@ fn missed_ticks_are_counted_and_not_made_up_for() {
     let before = walk.joints.frame();
     let after = walk.tick_after(4, false).frame;
     assert_eq!((after.tick - before.tick, after.missed, after.seq - before.seq), (4, 3, 1));
-    assert_eq!(after.state, State::Walking);
+    assert_eq!(after.state, SupervisorState::Walking);
     // One step of the rhythm, not four: as far as one tick can go.
     let farthest = f64::from(LoopConfig::default_biped().gate.rate.0).to_degrees() * 1e-3;
     for (a, b) in before.setpoints.iter().zip(after.setpoints) {
         assert!(f64::from(b.0 - a.0).to_degrees().abs() <= farthest + 1e-4);
     }
     // A gap of more than 5 ms stops, one of more than 20 ms is a fault.
-    for (gap, state) in [(10, State::Stopping), (30, State::Fault)] {
+    for (gap, state) in [(10, SupervisorState::Stopping), (30, SupervisorState::Fault)] {
         let mut walk = Walk::new(Degraded::Sound);
         walk.arm_and_walk(6_000);
         let frame = walk.tick_after(gap, false).frame;

@@ -7,16 +7,21 @@
 
 use cpg_core::Generator;
 use cpg_core::entrainment::{Entrained, Lock};
-use footfall::entrain::learn::learn;
-use footfall::entrain::{run, shipped_walker};
-use footfall::shipped::{SENSOR_JOINT, TYPICAL_VREFINT_CAL, typical_sensor, wired_sensor};
-use footfall::{cli, feed};
+use footfall::board::default_loop::{SENSOR_JOINT, TYPICAL_VREFINT_CAL, typical_sensor, wired_sensor};
+use footfall::board::feed;
+use footfall::cli;
+use footfall::command::entrain::learn::learn;
+use footfall::command::entrain::{default_generator, run};
 use footfall_tests::degraded::Random;
-use footfall_tests::traces::{csv_files, many, shipped, shipped_folder, shipped_volts, shipped_volts_file};
-use gait_trace::{Channel, Fault, Recording, csv_file, stride};
+use footfall_tests::traces::{
+    csv_files, default_trace, default_traces_folder, default_volts, default_volts_file, many,
+};
+use gait_trace::format::csv_file;
+use gait_trace::stride::period;
+use gait_trace::{Channel, Fault, Recording};
 use hgod_adc::{
     Calibration, CalibrationPoint, FilterConfig, HealthConfig, Interpolation, ReferenceConfig, Sensor, SensorConfig,
-    SensorState, Supply, Verdict,
+    SensorState, Supply, Validity,
 };
 use joint_units::{AdcCode, Joint, Period, Radians, Volts};
 use std::collections::{BTreeMap, BTreeSet};
@@ -47,7 +52,7 @@ struct Passage {
     conversion: f64,
     filter: f64,
     /// Verdicts that no leg earned.
-    false_verdicts: Vec<(f64, Verdict)>,
+    false_verdicts: Vec<(f64, Validity)>,
     /// Verdicts on steps that are faster than any joint: artefacts of the recording.
     artefacts: usize,
 }
@@ -109,13 +114,14 @@ fn pass(recording: &Recording, channel: &Channel, sensor: &Sensor) -> Passage {
         let seen = f64::from(sensor.calibration().angle(Volts(volts.at(pin, time) as f32)).unwrap().0).to_degrees();
         let converted = f64::from(sensor.calibration().angle(reading.volts).unwrap().0).to_degrees();
         passage.conversion = passage.conversion.max((converted - seen).abs());
-        if reading.verdict == Verdict::Good {
+        if reading.verdict == Validity::Good {
             let expected = filter.step(converted);
             passage.filter = passage.filter.max((f64::from(reading.angle.0).to_degrees() - expected).abs());
             (good_angle, since_good) = (Some(converted), 0);
         } else {
             let step = good_angle.map_or(0.0, |good| (converted - good).abs());
-            if matches!(reading.verdict, Verdict::Spike | Verdict::Rate) && step > FASTEST_LEG * f64::from(since_good) {
+            if matches!(reading.verdict, Validity::Spike | Validity::Rate) && step > FASTEST_LEG * f64::from(since_good)
+            {
                 passage.artefacts += 1;
             } else {
                 passage.false_verdicts.push((time, reading.verdict));
@@ -149,10 +155,10 @@ fn check(name: &str, recording: &Recording, sensor: &Sensor, channels: &[&Channe
 
 #[test]
 fn the_shipped_recording_passes_the_shipped_sensor() {
-    let (recording, sensor) = (shipped(), typical_sensor().unwrap());
+    let (recording, sensor) = (default_trace(), typical_sensor().unwrap());
     let channels: Vec<&Channel> = recording.channels().iter().collect();
     assert_eq!(channels.len(), 4);
-    let (samples, artefacts) = check("shipped", &recording, &sensor, &channels);
+    let (samples, artefacts) = check("default", &recording, &sensor, &channels);
     assert_eq!((samples > 9_000, artefacts), (true, 0));
 }
 
@@ -160,7 +166,7 @@ fn the_shipped_recording_passes_the_shipped_sensor() {
 fn every_recording_passes_without_a_false_verdict() {
     let Some(folder) = many("replay of the recordings beside the workspace") else { return };
     let (shipped, wide) = (typical_sensor().unwrap(), wide_sensor());
-    let (mut samples, mut files, mut by_shipped) = (0, 0, 0);
+    let (mut samples, mut files, mut by_default) = (0, 0, 0);
     let mut with_artefacts = BTreeMap::new();
     for path in csv_files(&folder) {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
@@ -178,11 +184,11 @@ fn every_recording_passes_without_a_false_verdict() {
             with_artefacts.insert(name.clone(), artefacts);
         }
         let near: Vec<&Channel> = channels.into_iter().filter(|channel| fits(channel, &shipped)).collect();
-        by_shipped += near.len();
+        by_default += near.len();
         check(&name, &recording, &shipped, &near);
     }
-    assert!(files > 20 && by_shipped > 60, "{files} files, {by_shipped} channels through the shipped sensor");
-    println!("{files} files, {samples} samples (1 ms), {by_shipped} channels also through the shipped sensor");
+    assert!(files > 20 && by_default > 60, "{files} files, {by_default} channels through the shipped sensor");
+    println!("{files} files, {samples} samples (1 ms), {by_default} channels also through the shipped sensor");
     println!("samples refused as faster than any joint: {with_artefacts:?}");
     // Dropped markers that the description of the recordings tells of; what a leg did is never refused.
     let known = ["camargo_levelground_ccw_fast_full_with_artefacts"];
@@ -196,7 +202,7 @@ const NOISES: [(f64, f64); 8] =
 
 /// One sample as the loop gets it.
 struct Heard {
-    verdict: Verdict,
+    verdict: Validity,
     /// As it left the filter.
     angle: Radians,
     /// The unfiltered angle, in degrees.
@@ -234,7 +240,7 @@ const WITH_ARTEFACTS: &str = "camargo_levelground_ccw_fast_full_with_artefacts";
 #[test]
 fn an_hour_of_recordings_with_noise_has_no_verdict_and_no_hold() {
     let (near, wide) = (typical_sensor().unwrap(), wide_sensor());
-    let mut recordings = vec![("shipped".to_string(), shipped())];
+    let mut recordings = vec![("default".to_string(), default_trace())];
     if let Some(folder) = many("an hour of the recordings beside the workspace with noise") {
         for path in csv_files(&folder) {
             let name = path.file_stem().unwrap().to_string_lossy().into_owned();
@@ -247,7 +253,7 @@ fn an_hour_of_recordings_with_noise_has_no_verdict_and_no_hold() {
         assert!(recordings.len() > 30, "{} recordings", recordings.len());
     } else {
         // The shipped one alone, looped for as long.
-        recordings[0].1 = looped(&shipped(), 460.0);
+        recordings[0].1 = looped(&default_trace(), 460.0);
     }
     let (mut listened, mut by_near, mut followed, mut locked) = (0, 0, 0, 0);
     let (mut artefacts, mut too_short) = (0, vec![]);
@@ -267,12 +273,12 @@ fn an_hour_of_recordings_with_noise_has_no_verdict_and_no_hold() {
             let (mut good, mut since) = (heard[0].raw, 0);
             for (tick, sample) in heard.iter().enumerate() {
                 since += 1;
-                if sample.verdict == Verdict::Good {
+                if sample.verdict == Validity::Good {
                     (good, since) = (sample.raw, 0);
                     continue;
                 }
                 let jump = (sample.raw - good).abs() > FASTEST_LEG * f64::from(since) + 10.0 * noise.1;
-                let of_jump = matches!(sample.verdict, Verdict::Spike | Verdict::Rate);
+                let of_jump = matches!(sample.verdict, Validity::Spike | Validity::Rate);
                 assert!(name == WITH_ARTEFACTS && jump && of_jump, "{of}: {} in ms {tick}", sample.verdict);
                 artefacts += 1;
             }
@@ -280,7 +286,7 @@ fn an_hour_of_recordings_with_noise_has_no_verdict_and_no_hold() {
             let Some(legs) = &mut legs else { continue };
             legs.reset();
             for (tick, sample) in heard.iter().enumerate() {
-                legs.sense((sample.verdict == Verdict::Good).then_some(sample.angle));
+                legs.sense((sample.verdict == Validity::Good).then_some(sample.angle));
                 legs.step();
                 let status = legs.status();
                 assert!(status.state != Lock::Holding, "{of}: holds in ms {tick}, {:?}", status.fault);
@@ -320,7 +326,7 @@ fn legs(recording: &Recording, channel: &Channel) -> Option<Entrained> {
     let channels = channels.map(|c| Channel::new(c.name(), c.quantity(), c.values()[..rows].to_vec())).collect();
     let beginning = Recording::build(recording.time_s()[..rows].to_vec(), channels).ok()?;
     let learned = learn(&beginning, joint, 12.0).ok()?;
-    let learned = learned.completed(&shipped_walker(joint).ok()?, joint).ok()?;
+    let learned = learned.completed(&default_generator(joint).ok()?, joint).ok()?;
     let [Some(a), Some(b), Some(c), Some(d)] = learned.templates else { return None };
     run::legs([a, b, c, d], joint, learned.stride_s).ok()
 }
@@ -344,10 +350,10 @@ fn stride_periods_are_those_of_the_table_beside_the_recordings() {
         let recording = csv_file::read(&file).unwrap();
         if cells[0] == "camargo_levelground_ccw_fast_full_with_artefacts" {
             // Mostly standing, starting and stopping: as a whole it repeats nothing.
-            assert_eq!(stride::find(&recording), None);
+            assert_eq!(period::find(&recording), None);
             continue;
         }
-        let Some(found) = stride::find(&recording) else { panic!("{}: no stride, {period} s in the table", cells[0]) };
+        let Some(found) = period::find(&recording) else { panic!("{}: no stride, {period} s in the table", cells[0]) };
         let off = (found.period_s / period - 1.0).abs();
         assert!(off < 0.06, "{}: {found:?}, {period} s in the table", cells[0]);
         checked += 1;
@@ -357,8 +363,8 @@ fn stride_periods_are_those_of_the_table_beside_the_recordings() {
 
 #[test]
 fn the_shipped_volts_are_what_the_documented_command_makes() {
-    let readme = std::fs::read_to_string(shipped_folder().join("README.md")).unwrap();
-    let name = shipped_volts_file();
+    let readme = std::fs::read_to_string(default_traces_folder().join("README.md")).unwrap();
+    let name = default_volts_file();
     let name = name.file_name().unwrap().to_str().unwrap();
     let command = format!("cargo footfall volts --out tests/traces/{name}");
     assert!(readme.contains(&command), "the README beside the recordings does not say `{command}`");
@@ -368,14 +374,14 @@ fn the_shipped_volts_are_what_the_documented_command_makes() {
     let arguments = ["footfall".into(), "volts".into(), "--out".into(), again.clone().into()];
     cli::call(arguments.into_iter()).unwrap();
     let (made, ships) =
-        (std::fs::read_to_string(again).unwrap(), std::fs::read_to_string(shipped_volts_file()).unwrap());
+        (std::fs::read_to_string(again).unwrap(), std::fs::read_to_string(default_volts_file()).unwrap());
     assert!(made == ships, "the shipped volts are stale: run `{command}`");
 }
 
 /// Backwards: the volts lead to the left knee of the recording, and round and round without a jump.
 #[test]
 fn the_shipped_volts_are_the_left_knee_looped() {
-    let (volts, angles, sensor) = (shipped_volts(), shipped(), wired_sensor().unwrap());
+    let (volts, angles, sensor) = (default_volts(), default_trace(), wired_sensor().unwrap());
     let looped = angles.looped(feed::RATE_HZ).unwrap();
     let (knee, pin) = (angles.channel(SENSOR_JOINT.name()).unwrap(), volts.channel("PA1").unwrap());
     let index = angles.channels().iter().position(|channel| channel.name() == knee.name()).unwrap();
@@ -388,14 +394,14 @@ fn the_shipped_volts_are_the_left_knee_looped() {
     }
     let values = pin.values();
     assert_eq!(values.first(), values.last());
-    assert!(stride::find(&volts).is_some_and(|stride| (stride.period_s - volts.duration_s() / 2.0).abs() < 0.03));
+    assert!(period::find(&volts).is_some_and(|stride| (stride.period_s - volts.duration_s() / 2.0).abs() < 0.03));
 }
 
 /// A recording that nobody describes is a recording without a licence.
 #[test]
 fn every_shipped_recording_is_described() {
-    let readme = std::fs::read_to_string(shipped_folder().join("README.md")).unwrap();
-    let files: BTreeSet<String> = std::fs::read_dir(shipped_folder())
+    let readme = std::fs::read_to_string(default_traces_folder().join("README.md")).unwrap();
+    let files: BTreeSet<String> = std::fs::read_dir(default_traces_folder())
         .unwrap()
         .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
         .filter(|name| name != "README.md")

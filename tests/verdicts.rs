@@ -1,25 +1,27 @@
 //! Every verdict on the gait sensor, on the virtual board: the flashed image is fed with a recorded knee as volts, the fault begins at 24
 //! phases all over the stride and between any two of the four conversions of a tick, with noise on the volts and without. Measured: when the
 //! verdict has its name, when the supervisor stops and why, when the outputs are off; asserted: the constants of
-//! [`hgod_adc::Verdict::detection_ms`] and the table of [`joint_loop::reaction`].
+//! [`hgod_adc::Validity::detection_ms`] and the table of [`joint_loop::reaction`].
 //!
 //! The frames are those of a replay of the board's own inputs, which is equal to the board's log bit for bit: that is asserted too.
 //! What this shows is shown on models of the chip's peripherals, not on hardware.
 
 use cpg_core::Generator;
 use cpg_core::entrainment::Lock;
-use footfall::feed;
-use footfall::shipped::typical_sensor;
+use footfall::board::default_loop::typical_sensor;
+use footfall::board::feed;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::degraded::Random;
 use footfall_tests::faulty::{Fault, Knee, LSB, Rig, SUPPLY, table};
-use footfall_tests::traces::{many, package, shipped, shipped_folder};
+use footfall_tests::traces::{default_trace, default_traces_folder, many, package};
 use gait_fit::fit::{Settings, Source, fit};
-use gait_trace::csv_file;
-use gait_trace::open::{self, ReadOptions};
-use hgod_adc::{Sensor, Supply, Verdict};
+use gait_trace::format::csv_file;
+use gait_trace::format::open;
+use gait_trace::format::open::ReadOptions;
+use hgod_adc::{Sensor, Supply, Validity};
 use joint_loop::{
-    Answer, Cause, FREEWHEEL_MS, Frame, PARK_MS, SENSOR_TOLERANCE_MS, SENSORS, State, Walker, WalkerConfig, reaction,
+    Answer, BoardGenerator, Cause, FREEWHEEL_MS, Frame, GeneratorConfig, PARK_MS, SENSOR_TOLERANCE_MS, SENSORS,
+    SupervisorState, reaction,
 };
 use joint_units::{AdcCode, Joint, Radians, Volts};
 use std::f64::consts::PI;
@@ -60,7 +62,7 @@ fn used_up(frames: &[Frame<SENSORS>], from: u32) -> Option<u32> {
     let tolerance = i32::from(SENSOR_TOLERANCE_MS);
     first(frames, from, |_| true)?;
     frames[index(from)..].iter().find_map(|frame| {
-        spell = if frame.verdict[0] == Some(Verdict::Good) { (spell - 1).max(0) } else { spell + 1 };
+        spell = if frame.verdict[0] == Some(Validity::Good) { (spell - 1).max(0) } else { spell + 1 };
         (spell > tolerance).then_some(frame.tick)
     })
 }
@@ -86,8 +88,8 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
 
     // Before it all is well, but for the one tick of which half is the fault's.
     let sound = &frames[..index(whole - 1)];
-    assert!(sound.iter().all(|frame| frame.verdict[0] == Some(Verdict::Good)), "{of}: a verdict without a fault");
-    assert_eq!(sound[sound.len() - 1].state, State::Walking, "{of}");
+    assert!(sound.iter().all(|frame| frame.verdict[0] == Some(Validity::Good)), "{of}: a verdict without a fault");
+    assert_eq!(sound[sound.len() - 1].state, SupervisorState::Walking, "{of}");
 
     // The verdict, in time; and until then no sample is taken for an angle, if it is one of those that are doubted at once.
     let said = first(&frames, whole - 1, |frame| frame.verdict[0] == Some(fault.verdict()))
@@ -99,18 +101,18 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
     let late = if fault == Fault::Stuck { 1.5 } else { 0.5 };
     assert!(detected_ms <= f64::from(is.said_ms) + late, "{of}: {detected_ms} ms");
     if is.doubted_ms == 1 && fault != Fault::Loose {
-        assert!(frames[index(wrong)..index(said)].iter().all(|frame| frame.verdict[0] != Some(Verdict::Good)), "{of}");
+        assert!(frames[index(wrong)..index(said)].iter().all(|frame| frame.verdict[0] != Some(Validity::Good)), "{of}");
     }
 
     // The reaction.
-    let left = first(&frames, whole - 1, |frame| frame.state != State::Walking);
+    let left = first(&frames, whole - 1, |frame| frame.state != SupervisorState::Walking);
     assert_eq!(left, used_up(&frames, whole - 1), "{of}: the tolerance");
     let expected = match fault {
         // Believed again as soon as a joint could be there: before the tolerance is used up, or not.
         Fault::Jump => {
             let supply = Supply::new(Volts(SUPPLY as f32)).unwrap();
             let angle = |code| sensor.calibration().angle(sensor.reference().volts(code, supply)).unwrap().degrees();
-            let good = first(&frames[..index(whole + 1)], whole - 2, |frame| frame.verdict[0] != Some(Verdict::Good))
+            let good = first(&frames[..index(whole + 1)], whole - 2, |frame| frame.verdict[0] != Some(Validity::Good))
                 .unwrap()
                 - 1;
             let far = (angle(codes[index(wrong)]) - angle(codes[index(good)])).abs();
@@ -126,7 +128,7 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
         Answer::Park => {
             let left = left.unwrap_or_else(|| panic!("{of}: the walk goes on"));
             let frame = &frames[index(left)];
-            assert_eq!((frame.state, frame.cause), (State::Stopping, is.cause), "{of}");
+            assert_eq!((frame.state, frame.cause), (SupervisorState::Stopping, is.cause), "{of}");
             if fault != Fault::Loose {
                 assert!(left < wrong + u32::from(is.stops_ms()), "{of}: stops in tick {left}, wrong from {wrong}");
             }
@@ -135,7 +137,7 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
             let rest = &frames[index(off)];
             assert_eq!(
                 (rest.state, rest.cause, rest.pulses.map(|us| us.0)),
-                (State::Disarmed, is.cause, [0; 4]),
+                (SupervisorState::Disarmed, is.cause, [0; 4]),
                 "{of}"
             );
             // By the board's own words, and by the meter on its pins.
@@ -162,8 +164,11 @@ fn measure_brief(rig: &Rig<'_>, fault: Fault, noise: f64) -> Vec<Measured> {
         (0..PHASES).map(|n| (fault, clock.moment(WALKING_S + 0.05 + f64::from(n) * apart, n))).collect();
     let secs = ((faults[faults.len() - 1].1 + 0.2) * 1e3).ceil() * 1e-3;
     let (ran, frames) = rig.run(&table(&knee, &faults, secs), secs);
-    let walking = first(&frames, 1, |frame| frame.state == State::Walking).expect("it walks");
-    assert!(frames[index(walking)..].iter().all(|frame| frame.state == State::Walking), "{fault:?} stops the walk");
+    let walking = first(&frames, 1, |frame| frame.state == SupervisorState::Walking).expect("it walks");
+    assert!(
+        frames[index(walking)..].iter().all(|frame| frame.state == SupervisorState::Walking),
+        "{fault:?} stops the walk"
+    );
     assert_eq!(ran.books.cause, Cause::None);
     let mut bad = vec![false; frames.len()];
     let measured = faults.iter().map(|&(_, at)| {
@@ -175,12 +180,12 @@ fn measure_brief(rig: &Rig<'_>, fault: Fault, noise: f64) -> Vec<Measured> {
         assert!(said < wrong + u32::from(is.said_ms), "{of}: said in tick {said}");
         let during = &frames[index(wrong - 1)..=index(over)];
         let graver =
-            during.iter().fold(Verdict::Good, |gravest, frame| gravest.graver(frame.verdict[0].unwrap_or_default()));
+            during.iter().fold(Validity::Good, |gravest, frame| gravest.graver(frame.verdict[0].unwrap_or_default()));
         assert_eq!(graver, fault.verdict(), "{of}: a graver verdict");
         Measured { noise, detected_ms: clock.ms(at, said), stopped_ms: None, off_ms: None }
     });
     let measured = measured.collect();
-    let other = frames.iter().zip(&bad).find(|(frame, bad)| !**bad && frame.verdict[0] != Some(Verdict::Good));
+    let other = frames.iter().zip(&bad).find(|(frame, bad)| !**bad && frame.verdict[0] != Some(Validity::Good));
     assert!(other.is_none(), "{fault:?}: a verdict without a fault: {other:?}");
     measured
 }
@@ -213,7 +218,7 @@ fn spread(values: impl Iterator<Item = f64>) -> String {
 #[test]
 fn every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride() {
     let Some(board) = Board::find("every verdict at every phase on the virtual board") else { return };
-    let (rig, sensor) = (Rig::new(&board, WalkerConfig::default_walk(), true), typical_sensor().unwrap());
+    let (rig, sensor) = (Rig::new(&board, GeneratorConfig::default_walk(), true), typical_sensor().unwrap());
     let lasting = [Fault::Open, Fault::Short, Fault::Stuck, Fault::Jump, Fault::Loose, Fault::Outside, Fault::Supply];
     let brief = [Fault::Brief, Fault::Spike];
     let mut jobs: Vec<(Fault, u32, f64)> = vec![];
@@ -266,17 +271,17 @@ fn every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride() 
 }
 
 /// The shipped walker, fitted, led by the knee that the volts are of.
-fn follower() -> WalkerConfig {
-    let raw = open::read(&shipped_folder().join(feed::SHIPPED_NAME), &ReadOptions::default()).unwrap();
-    let source = Source { name: feed::SHIPPED_NAME.into(), sha256: String::new() };
+fn follower() -> GeneratorConfig {
+    let raw = open::read(&default_traces_folder().join(feed::DEFAULT_TRACE_NAME), &ReadOptions::default()).unwrap();
+    let source = Source { name: feed::DEFAULT_TRACE_NAME.into(), sha256: String::new() };
     let settings = Settings { follow: Some(Joint::LeftKnee), starts: 10, ..Settings::default() };
     fit(&source, &raw, &settings, &mut |_| ()).unwrap().file.set.config()
 }
 
 /// How the follower stands in each tick, and its amplitude.
-fn following(ran: &Ran, walker: &WalkerConfig) -> Vec<(Lock, f32)> {
+fn following(ran: &Ran, walker: &GeneratorConfig) -> Vec<(Lock, f32)> {
     ran.boots[0].watch(walker, |joints| {
-        let Walker::Follow(follower) = joints.generator() else { panic!("not a follower") };
+        let BoardGenerator::Follow(follower) = joints.generator() else { panic!("not a follower") };
         (follower.status().state, follower.amplitude())
     })
 }
@@ -291,7 +296,7 @@ fn loses(rig: &Rig<'_>, fault: Fault, phase: u32) -> [f64; 3] {
     let ticks = following(&ran, &rig.walker);
     let of = format!("{fault:?} at phase {phase} of {PHASES}");
     let wrong = clock.first_wrong(at);
-    assert!(frames[..index(wrong - 1)].iter().all(|frame| frame.verdict[0] == Some(Verdict::Good)), "{of}");
+    assert!(frames[..index(wrong - 1)].iter().all(|frame| frame.verdict[0] == Some(Validity::Good)), "{of}");
     assert_eq!((ticks[index(wrong - 1)].0, ticks[index(wrong - 1)].1), (Lock::Locked, 1.0), "{of}: before the fault");
 
     // It holds at once: no good sample for 20 ms, or sooner by what a moving leg does not do.
@@ -309,8 +314,8 @@ fn loses(rig: &Rig<'_>, fault: Fault, phase: u32) -> [f64; 3] {
     assert!(fades - held <= u32::from(FREEWHEEL_MS) + 1, "{of}: fades after {} ms", fades - held);
     let stands = after(fades, &|tick| tick.1 < 0.02);
     assert!(stands - fades <= 400, "{of}: stands after {} ms", stands - fades);
-    let walking = first(&frames, 1, |frame| frame.state == State::Walking).expect("it walks");
-    assert!(frames[index(walking)..].iter().all(|frame| frame.state == State::Walking), "{of}");
+    let walking = first(&frames, 1, |frame| frame.state == SupervisorState::Walking).expect("it walks");
+    assert!(frames[index(walking)..].iter().all(|frame| frame.state == SupervisorState::Walking), "{of}");
     assert_eq!(ran.books.cause, Cause::None, "{of}");
     let last = &frames[frames.len() - 1];
     let stand = last.setpoints.iter().zip([0.0, 0.0, 5.0, 5.0]);
@@ -370,7 +375,12 @@ fn in_a_row() -> (Vec<String>, Vec<f64>) {
     }
     // The shipped one is always there; alone, it is played for as long.
     let times = if chosen.is_empty() { 60.0 } else { 1.0 };
-    chosen.push((feed::SHIPPED_NAME.into(), "left_knee", shipped().looped(1000.0).unwrap().recording, times));
+    chosen.push((
+        feed::DEFAULT_TRACE_NAME.into(),
+        "left_knee",
+        default_trace().looped(1000.0).unwrap().recording,
+        times,
+    ));
     let mut angles: Vec<f64> = vec![];
     for (_, joint, recording, times) in &chosen {
         let channel = recording.channel(joint).expect("it has that joint");
@@ -387,7 +397,7 @@ fn in_a_row() -> (Vec<String>, Vec<f64>) {
 #[test]
 fn two_minutes_of_recordings_in_a_row_with_noise_get_no_verdict() {
     let Some(board) = Board::find("a long run of recordings on the virtual board") else { return };
-    let (rig, sensor) = (Rig::new(&board, WalkerConfig::default_walk(), true), typical_sensor().unwrap());
+    let (rig, sensor) = (Rig::new(&board, GeneratorConfig::default_walk(), true), typical_sensor().unwrap());
     let (names, angles) = in_a_row();
     let mut random = Random(2);
     let mut text = String::from("time_s,PA1\n");
@@ -398,10 +408,10 @@ fn two_minutes_of_recordings_in_a_row_with_noise_get_no_verdict() {
     }
     let secs = angles.len() as f64 * 1e-3;
     let (ran, frames) = rig.run(&text, secs);
-    let bad: Vec<_> = frames.iter().filter(|frame| frame.verdict[0] != Some(Verdict::Good)).collect();
+    let bad: Vec<_> = frames.iter().filter(|frame| frame.verdict[0] != Some(Validity::Good)).collect();
     println!("{} frames of {names:?}: {} verdicts", frames.len(), bad.len());
     assert!(bad.is_empty(), "{:?}", bad[0]);
-    let walking = frames.iter().filter(|frame| frame.state == State::Walking).count();
+    let walking = frames.iter().filter(|frame| frame.state == SupervisorState::Walking).count();
     assert!(frames.len() > 120_000 && walking + 2_400 > frames.len(), "{walking} of {}", frames.len());
     assert_eq!(ran.books.cause, Cause::None);
 }
@@ -413,7 +423,7 @@ fn the_document_has_the_constants() {
     let rows = text.lines().filter_map(|line| line.strip_prefix("| `"));
     let rows: Vec<Vec<&str>> =
         rows.map(|row| row.split('|').map(|cell| cell.trim().trim_matches('`')).collect()).collect();
-    for verdict in Verdict::ALL {
+    for verdict in Validity::ALL {
         let Some(is) = reaction(verdict) else { continue };
         let row = rows.iter().find(|row| row[0] == verdict.name()).unwrap_or_else(|| panic!("{verdict}: no row"));
         let [stops, freewheels] = [is.stops_ms(), is.freewheels_ms()].map(|ms| ms.to_string());

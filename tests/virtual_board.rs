@@ -2,20 +2,20 @@
 //!
 //! What this shows is shown on models of the chip's peripherals, not on hardware.
 
-use footfall::shipped::SENSOR_JOINT;
-use footfall::sync::{coded, edges};
+use footfall::board::default_loop::SENSOR_JOINT;
+use footfall::command::sync::{coded, edges};
 use footfall_tests::board::{Board, Booted, Ran};
-use footfall_tests::traces::shipped_volts_file;
+use footfall_tests::traces::default_volts_file;
+use generator_file::file::{GeneratorFile, GeneratorSet};
 use hgod_adc::{OVERSAMPLING, SensorState, trimmed_mean};
-use joint_loop::sync::level;
-use joint_loop::walker_record::{ADDRESS, record_of};
-use joint_loop::{LoopConfig, State, WalkerConfig, WornSensor};
+use joint_loop::io::time_code::level;
+use joint_loop::store::generator_record::{ADDRESS, record_of};
+use joint_loop::{GeneratorConfig, JointSensor, LoopConfig, SupervisorState};
 use joint_units::{AdcCode, Joint};
 use serde_json::Value;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
-use walker::generator_file::{GeneratorSet, WalkerFile};
 
 /// The tasks that move the outputs, by the functions that each round of them calls.
 const TASKS: [&str; 4] = ["sensor_step", "control_step", "telemetry_step", "watchdog_step"];
@@ -29,7 +29,7 @@ const LATEST_DARK_US: f64 = 10.0;
 /// Options: so many seconds on the shipped volts, the button pressed at these times.
 fn options(secs: f64, presses: &[f64], more: &[&str]) -> Vec<OsString> {
     let mut options: Vec<OsString> = vec!["--secs".into(), secs.to_string().into()];
-    options.extend(["--volts".into(), shipped_volts_file().into(), "--loop".into()]);
+    options.extend(["--volts".into(), default_volts_file().into(), "--loop".into()]);
     for press in presses {
         options.extend(["--press".into(), press.to_string().into()]);
     }
@@ -61,15 +61,15 @@ fn ten_seconds_of_walking() {
     let ran = ten_seconds(&board);
     assert_regular(&ran);
     let boot = only(&ran);
-    let frames = boot.replay(&WalkerConfig::default_walk());
+    let frames = boot.replay(&GeneratorConfig::default_walk());
 
-    let walking = frames.iter().filter(|frame| frame.state == State::Walking).count();
+    let walking = frames.iter().filter(|frame| frame.state == SupervisorState::Walking).count();
     assert!(walking >= 10_000, "{walking} ticks of walking");
     let last = frames[frames.len() - 1];
     assert_eq!((last.missed, last.late, last.overruns), (0, 0, 0));
     // 14.8 s at 1 kHz, but for the boot and what telemetry had not sent yet.
     assert!((14_780..=14_800).contains(&last.tick), "{} ticks in 14.8 s", last.tick);
-    assert_eq!(last.state, State::Disarmed);
+    assert_eq!(last.state, SupervisorState::Disarmed);
 
     // Four pulse trains at 50 Hz without a hole, from the first pulse to the last.
     assert!(ran.pulses.iter().all(|(_, us)| us.iter().all(Option::is_some)), "a servo without its pulse");
@@ -122,7 +122,7 @@ fn the_angles_that_the_board_logs_are_those_of_the_host_for_the_same_codes() {
     let boot = only(&ran);
     let words = boot.boot.as_ref().unwrap();
     // The sensor alone, without the loop around it.
-    let worn = WornSensor::uncalibrated(SENSOR_JOINT).unwrap();
+    let worn = JointSensor::uncalibrated(SENSOR_JOINT).unwrap();
     let sensor = worn.build(words.vrefint_cal, words.min_supply).unwrap();
     let mut state = SensorState::default();
     let mut ticks = boot.ticks.iter().peekable();
@@ -219,9 +219,9 @@ fn a_lost_result_and_a_failed_transfer_are_faults_of_a_tick_and_nothing_more() {
         assert_regular(&ran);
         assert_eq!(ran.end.injections.len(), times.len());
         let boot = only(&ran);
-        let frames = boot.replay(&WalkerConfig::default_walk());
+        let frames = boot.replay(&GeneratorConfig::default_walk());
         let last = frames[frames.len() - 1];
-        assert_eq!((last.state, last.overruns, last.late), (State::Walking, 6, 0), "{option}");
+        assert_eq!((last.state, last.overruns, last.late), (SupervisorState::Walking, 6, 0), "{option}");
         // The count of ticks stays that of the clock; the log comes in lines of ten.
         assert!(last.tick.abs_diff(ticks) <= 10, "{option}: {} ticks in 6 s, undisturbed {ticks}", last.tick);
         println!("{option}: {} ticks missed of {}", last.missed, last.tick);
@@ -232,7 +232,7 @@ fn a_lost_result_and_a_failed_transfer_are_faults_of_a_tick_and_nothing_more() {
             assert!((f64::from(*tick) - at).abs() < 20.0, "{option}: a fault in tick {tick}, injected at {at} ms");
         }
         // The sensor's codes are still the sensor's: after a restart no channel has changed its place.
-        let code = |call: &footfall::telemetry::Call| (call.sensors[0].0, call.vrefint.0);
+        let code = |call: &footfall::board::telemetry::Call| (call.sensors[0].0, call.vrefint.0);
         for (tick, call) in &boot.calls {
             let (sensor, vrefint) = code(call);
             assert!((1640..=1665).contains(&vrefint) && sensor > 1000, "{option}: {sensor} {vrefint} in tick {tick}");
@@ -301,7 +301,9 @@ fn without_a_press_no_pin_ever_moves() {
     for pin in ["PE9", "PE11", "PE13", "PE14"] {
         assert_eq!(ran.end.edges.get(pin), None, "{pin}");
     }
-    assert!(only(&ran).ticks.iter().skip(1).all(|tick| tick.state == State::Disarmed && tick.pulse_us == [0; 4]));
+    assert!(
+        only(&ran).ticks.iter().skip(1).all(|tick| tick.state == SupervisorState::Disarmed && tick.pulse_us == [0; 4])
+    );
 }
 
 /// What the injected fault led to.
@@ -320,11 +322,14 @@ fn assert_boots_disarmed(ran: &Ran) {
     assert_eq!((ran.end.edges_before_arming, ran.end.edges_after_disarming), (0, 0), "edges while disarmed");
     assert_eq!((ran.end.unmodelled, ran.end.lints.len(), ran.end.unexpected_faults), (0, 0, 0), "{:?}", ran.end.lints);
     let before = &ran.boots[0];
-    assert_eq!(before.ticks[before.ticks.len() - 1].state, State::Walking, "it was walking");
+    assert_eq!(before.ticks[before.ticks.len() - 1].state, SupervisorState::Walking, "it was walking");
     let after = &ran.boots[1];
     assert!(after.ticks.len() > 20, "it runs again");
     for tick in &after.ticks {
-        assert!(matches!(tick.state, State::Boot | State::Disarmed) && tick.pulse_us == [0; 4], "{tick}");
+        assert!(
+            matches!(tick.state, SupervisorState::Boot | SupervisorState::Disarmed) && tick.pulse_us == [0; 4],
+            "{tick}"
+        );
     }
     let last_pulse = ran.pulses[ran.pulses.len() - 1].0;
     assert!(last_pulse < after.t_s, "a pulse at {last_pulse} s after the reset at {} s", after.t_s);
@@ -395,9 +400,9 @@ fn an_open_wire_stops_the_walk_and_is_named() {
     let ran = board.run(arguments);
     assert_regular(&ran);
     let boot = only(&ran);
-    let frames = boot.replay(&WalkerConfig::default_walk());
-    let left = frames.iter().rposition(|frame| frame.state == State::Walking).unwrap();
-    let open = frames.iter().position(|frame| frame.verdict[0] == Some(hgod_adc::Verdict::Open)).unwrap();
+    let frames = boot.replay(&GeneratorConfig::default_walk());
+    let left = frames.iter().rposition(|frame| frame.state == SupervisorState::Walking).unwrap();
+    let open = frames.iter().position(|frame| frame.verdict[0] == Some(hgod_adc::Validity::Open)).unwrap();
     let off = boot.calls.iter().position(|(_, call)| call.sensors[0].0 < 81).unwrap();
     assert!(open - off <= 50, "named after {} ms", open - off);
     assert!(left - off <= 55, "the walk goes on for {} ms", left - off);
@@ -405,7 +410,7 @@ fn an_open_wire_stops_the_walk_and_is_named() {
     // A hurried stop: at rest within 0.3 s and the gate's settling.
     let rest = frames[left..].iter().position(|frame| !frame.state.moving()).unwrap();
     assert!(rest <= 400, "at rest after {rest} ms");
-    assert_eq!(frames[frames.len() - 1].state, State::Disarmed);
+    assert_eq!(frames[frames.len() - 1].state, SupervisorState::Disarmed);
     assert_eq!(ran.books.different, 0, "{:?}", ran.books.differences);
 }
 
@@ -421,7 +426,7 @@ fn sector(bytes: &[u8]) -> (tempfile::NamedTempFile, String) {
 fn the_board_walks_with_whichever_walker_its_parameter_sector_holds() {
     let Some(board) = Board::find("walkers from the parameter sector") else { return };
     for name in ["robust", "thesis"] {
-        let mut file = WalkerFile::shipped(name).unwrap();
+        let mut file = GeneratorFile::default_of(name).unwrap();
         if let GeneratorSet::Robust(set) = &mut file.set {
             // Not the built-in one.
             set.natural_period_s *= 0.9;
@@ -434,8 +439,8 @@ fn the_board_walks_with_whichever_walker_its_parameter_sector_holds() {
         let frames = only(&ran).replay(&config);
         assert_eq!((ran.books.different, ran.books.not_compared), (0, 0), "{name}: {:?}", ran.books.differences);
         assert!(ran.books.compared > 550, "{name}: {} lines compared", ran.books.compared);
-        assert_eq!(frames[frames.len() - 1].state, State::Walking, "{name}");
-        let built_in = only(&ran).replay(&WalkerConfig::default_walk());
+        assert_eq!(frames[frames.len() - 1].state, SupervisorState::Walking, "{name}");
+        let built_in = only(&ran).replay(&GeneratorConfig::default_walk());
         assert_ne!(frames[5_000].setpoints, built_in[5_000].setpoints, "{name} walks as the built-in one");
     }
 }
@@ -444,7 +449,7 @@ fn the_board_walks_with_whichever_walker_its_parameter_sector_holds() {
 #[test]
 fn a_broken_parameter_sector_keeps_the_board_dark() {
     let Some(board) = Board::find("broken parameter sectors") else { return };
-    let record = record_of(&WalkerConfig::default_walk());
+    let record = record_of(&GeneratorConfig::default_walk());
     let mut flipped = record.bytes().to_vec();
     flipped[40] ^= 4;
     for (bytes, words) in [

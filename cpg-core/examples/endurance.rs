@@ -4,8 +4,8 @@
 use std::process::ExitCode;
 use std::time::Instant;
 
-use cpg_core::walking::{STRIDE_SECONDS, default_walk};
-use cpg_core::{Generator, State};
+use cpg_core::gait::default_walk::{STRIDE_SECONDS, default_walk};
+use cpg_core::{Generator, OscillatorState};
 use joint_units::Period;
 
 const TICKS_AN_HOUR: u64 = 3_600_000;
@@ -35,7 +35,7 @@ fn main() -> ExitCode {
     for hour in 0..hours {
         for tick in hour * TICKS_AN_HOUR..(hour + 1) * TICKS_AN_HOUR {
             walk.step();
-            let State { displacement: [now, ..], .. } = walk.state();
+            let OscillatorState { displacement: [now, ..], .. } = walk.state();
             if before < 0.0 && now >= 0.0 {
                 last = tick as f64 + f64::from(before / (before - now));
                 strides += 1;

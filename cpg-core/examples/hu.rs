@@ -2,7 +2,7 @@
 //!
 //! `cargo run -p cpg-core --example hu`
 
-use cpg_core::hu::{Hu, HuConfig};
+use cpg_core::oscillator::hu::{Hu, HuConfig};
 use joint_units::Period;
 
 pub(crate) const NATURAL_HZ: [f64; 7] = [0.6, 0.8, 1.0, 1.2, 1.5, 2.0, 3.0];

@@ -2,7 +2,7 @@
 //!
 //! `cargo run -p cpg-core --example kuo`
 
-use cpg_core::kuo::{Drive, Kuo, KuoConfig, Measurement, Pendulum};
+use cpg_core::oscillator::kuo::{Drive, Kuo, KuoConfig, Measurement, Pendulum};
 
 /// Damping ratio of the limb.
 pub(crate) const DAMPING: f64 = 0.1;

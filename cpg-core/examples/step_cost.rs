@@ -5,11 +5,12 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use cpg_core::rayleigh::{Rayleigh, RayleighConfig};
-use cpg_core::robust::Robust;
-use cpg_core::thesis::{Thesis, ThesisConfig};
-use cpg_core::walking::{default_config, default_walk};
-use cpg_core::{BuildError, Generator, SemiImplicitEuler, graph::Biped};
+use cpg_core::gait::default_walk::{default_config, default_walk};
+use cpg_core::network::graph::Biped;
+use cpg_core::network::phase_coupled::Robust;
+use cpg_core::network::thesis::{Thesis, ThesisConfig};
+use cpg_core::oscillator::rayleigh::{Rayleigh, RayleighConfig};
+use cpg_core::{BuildError, Generator, SemiImplicitEuler};
 use joint_units::Period;
 
 const STEPS: u32 = 1_000_000;

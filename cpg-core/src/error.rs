@@ -38,7 +38,10 @@ impl core::fmt::Display for Field {
 /// Why `build` refused a configuration.
 ///
 /// ```
-/// use cpg_core::{BuildError, graph::Biped, robust::Robust, walking::default_config};
+/// use cpg_core::BuildError;
+/// use cpg_core::gait::default_walk::default_config;
+/// use cpg_core::network::graph::Biped;
+/// use cpg_core::network::phase_coupled::Robust;
 /// use joint_units::Period;
 /// let mut config = default_config();
 /// config.coupling[2] = 3.0;

@@ -8,7 +8,9 @@ use joint_units::{Phase, RadPerSec, Radians};
 /// It takes no clock: the caller calls `step` once a tick. Read-outs change nothing, and may be left out.
 ///
 /// ```
-/// use cpg_core::{Generator, gaits::Gait, walkers};
+/// use cpg_core::Generator;
+/// use cpg_core::gait::catalogue;
+/// use cpg_core::gait::named::Gait;
 /// use joint_units::Period;
 /// /// Ticks of the first full cycle of the gait phase, of whatever walks.
 /// fn stride(mut walk: impl Generator<4>) -> u32 {
@@ -25,8 +27,8 @@ use joint_units::{Phase, RadPerSec, Radians};
 ///     }
 ///     0
 /// }
-/// assert!((1099..=1101).contains(&stride(walkers::robust(Period::MILLISECOND)?)));
-/// assert!((1099..=1101).contains(&stride(walkers::matsuoka(Period::MILLISECOND)?)));
+/// assert!((1099..=1101).contains(&stride(catalogue::robust(Period::MILLISECOND)?)));
+/// assert!((1099..=1101).contains(&stride(catalogue::matsuoka(Period::MILLISECOND)?)));
 /// assert_eq!(stride(Gait::NaturalWalk.build(1.0, Period::MILLISECOND)?), 1084);
 /// # Ok::<(), cpg_core::BuildError>(())
 /// ```
@@ -66,7 +68,7 @@ pub trait Generator<const N: usize> {
     fn heel_strike(&mut self) {}
 
     /// How it stands with the walker that it follows; `None` of a generator that follows nobody.
-    fn following(&self) -> Option<crate::entrainment::Status> {
+    fn following(&self) -> Option<crate::entrainment::FollowStatus> {
         None
     }
 }

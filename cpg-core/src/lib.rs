@@ -5,7 +5,8 @@
 //! then a [`Generator`]: one `step` a tick, no clock, no allocation, no panic, no division and no trigonometry in the step.
 //!
 //! ```
-//! use cpg_core::{Generator, walking::default_walk};
+//! use cpg_core::Generator;
+//! use cpg_core::gait::default_walk::default_walk;
 //! use joint_units::Period;
 //! let mut walk = default_walk(Period::MILLISECOND)?;
 //! for _ in 0..60_000 {
@@ -56,56 +57,21 @@
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
-pub mod adaptive_fourier;
-pub mod bank_walk;
-pub mod bipeds;
+pub mod edge_reversal;
 pub mod entrainment;
 mod error;
-pub mod features;
-pub mod fitzhugh_nagumo;
-pub mod fixed_point;
-pub mod fixed_shape;
-pub mod fixed_trig;
-pub mod flow;
-pub mod gaits;
+pub mod gait;
 mod generator;
-pub mod golubitsky;
-pub mod graph;
-pub mod half_centre;
-pub mod hexapod;
-pub mod hexapod_walk;
-pub mod hopf;
-pub mod hu;
-mod integrator;
-pub mod joint_walker;
-pub mod kuo;
-pub mod matsuoka;
-pub mod morris_lecar;
-pub mod obb;
-pub mod obb_walk;
-mod oscillators;
-pub mod phase_lock;
-pub mod programmable;
-pub mod rayleigh;
-pub mod readout;
-pub mod robust;
-mod scalar;
-pub mod shape;
-pub mod smer;
-pub mod sogi;
-mod stride_clock;
-pub mod stride_event;
-pub mod terman_wang;
-pub mod thesis;
+pub mod joints;
+pub mod math;
+pub mod network;
+pub mod oscillator;
 pub mod transition;
-pub mod trig;
-pub mod van_der_pol;
-pub mod walkers;
-pub mod walking;
+pub mod waveform;
 
 pub use error::{BuildError, Field};
 pub use generator::{Generator, StateFault};
-pub use graph::Graph;
-pub use integrator::{Integrator, Rk4, SecondOrder, SemiImplicitEuler};
-pub use oscillators::{HEADROOM, Oscillators, State};
-pub use scalar::Scalar;
+pub use math::scalar::Scalar;
+pub use math::second_order::{Integrator, Rk4, SecondOrder, SemiImplicitEuler};
+pub use network::graph::Graph;
+pub use network::second_order::{HEADROOM, OscillatorState, Oscillators};

@@ -60,7 +60,9 @@ impl Offset {
 /// A generator whose every change is smooth.
 ///
 /// ```
-/// # use cpg_core::{Generator, transition::{Smooth, TransitionConfig}, walking::default_walk};
+/// # use cpg_core::Generator;
+/// # use cpg_core::gait::default_walk::default_walk;
+/// # use cpg_core::transition::{Smooth, TransitionConfig};
 /// # use joint_units::{Period, Radians};
 /// let walk = default_walk(Period::MILLISECOND)?;
 /// let mut smooth = Smooth::build(walk, TransitionConfig::default(), Period::MILLISECOND)?;
@@ -204,7 +206,7 @@ impl<G: Generator<N>, const N: usize> Generator<N> for Smooth<G, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::{Adjustment, FourierShape, PhaseShape};
+    use crate::waveform::shape::{Adjustment, FourierShape, PhaseShape};
 
     const CONFIG: TransitionConfig = TransitionConfig { acceleration: RadPerSec2(30.0), settling_s: 0.25 };
 

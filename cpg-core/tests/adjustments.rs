@@ -1,8 +1,9 @@
 //! Speed, amplitude, offset and lead of the phase-and-shape generator as inputs that may change on any tick: behind `Smooth` angle and rate
 //! never jump, and the acceleration stays within that of the motion asked for plus the stated bound.
-use cpg_core::shape::{Adjustment, FourierShape, PhaseShape};
+use cpg_core::Generator;
+use cpg_core::gait::catalogue;
 use cpg_core::transition::{Smooth, TransitionConfig};
-use cpg_core::{Generator, walkers};
+use cpg_core::waveform::shape::{Adjustment, FourierShape, PhaseShape};
 use joint_units::{Period, Phase, RadPerSec2, Radians};
 use proptest::prelude::*;
 
@@ -53,7 +54,7 @@ struct Worst {
 }
 
 fn walk_through(changes: &[Change], config: TransitionConfig) -> Worst {
-    let bare = walkers::fourier(Period::MILLISECOND).unwrap();
+    let bare = catalogue::fourier(Period::MILLISECOND).unwrap();
     let mut smooth = Smooth::build(bare, config, Period::MILLISECOND).unwrap();
     let mut worst = Worst::default();
     let last = Change { after: 3000, ..changes[0].clone() };

@@ -3,10 +3,10 @@
 mod common;
 
 use common::{Random, apart, micros, r1_single, run, single};
-use cpg_core::graph::Biped;
-use cpg_core::robust::Robust;
-use cpg_core::thesis::{Thesis, ThesisConfig};
-use cpg_core::{Generator, State};
+use cpg_core::network::graph::Biped;
+use cpg_core::network::phase_coupled::Robust;
+use cpg_core::network::thesis::{Thesis, ThesisConfig};
+use cpg_core::{Generator, OscillatorState};
 
 type R1 = Robust<Biped, 4, 4>;
 
@@ -17,7 +17,7 @@ const MOST_STRIDES: usize = 60;
 /// Phase in degrees and radius of each joint.
 type Polar = [[f64; 2]; 4];
 
-fn polar(state: &State<4>) -> Polar {
+fn polar(state: &OscillatorState<4>) -> Polar {
     core::array::from_fn(|i| {
         let (u, v) = (f64::from(state.displacement[i]), f64::from(state.velocity[i]));
         [(-v).atan2(u).to_degrees(), u.hypot(v)]
@@ -53,7 +53,7 @@ impl OnGait {
     }
 
     /// Within 5 degrees of phase and 10 percent of amplitude, each joint against the gait at the phase of the first.
-    fn holds(&self, state: &State<4>) -> bool {
+    fn holds(&self, state: &OscillatorState<4>) -> bool {
         let is = polar(state);
         let on = &self.0[Self::place(&is)];
         let lead = |at: &Polar, i: usize| at[i][0] - at[0][0];

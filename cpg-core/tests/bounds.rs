@@ -3,13 +3,13 @@
 mod common;
 
 use common::{Random, micros, r1_config, r1_single, run};
-use cpg_core::graph::Biped;
-use cpg_core::rayleigh::{Rayleigh, RayleighConfig};
-use cpg_core::robust::{Robust, RobustConfig};
-use cpg_core::thesis::{Thesis, ThesisConfig, harmonic_balance_p};
+use cpg_core::network::graph::Biped;
+use cpg_core::network::phase_coupled::{Robust, RobustConfig};
+use cpg_core::network::thesis::{Thesis, ThesisConfig, harmonic_balance_p};
+use cpg_core::oscillator::rayleigh::{Rayleigh, RayleighConfig};
 use cpg_core::{
-    BuildError, Field, Generator, HEADROOM, Integrator, Oscillators, Rk4, SecondOrder, SemiImplicitEuler, State,
-    StateFault,
+    BuildError, Field, Generator, HEADROOM, Integrator, OscillatorState, Oscillators, Rk4, SecondOrder,
+    SemiImplicitEuler, StateFault,
 };
 use joint_units::{Period, Radians};
 use proptest::prelude::*;
@@ -44,7 +44,10 @@ where
             let part = random.within(0.999) as f32;
             limit * if start < 6 { part.signum() * 0.999 } else { part }
         };
-        let state = State { displacement: limit.displacement.map(&mut part), velocity: limit.velocity.map(&mut part) };
+        let state = OscillatorState {
+            displacement: limit.displacement.map(&mut part),
+            velocity: limit.velocity.map(&mut part),
+        };
         prop_assert_eq!(generator.set_state(&state), Ok(()));
         for step in 0..4000 {
             generator.step();
@@ -106,7 +109,7 @@ proptest! {
             joint.p = harmonic_balance_p(alpha[i], difference[i / 2][i % 2].max(0.0), joint.mu, 20.0);
         }
         // A product gain that is too large for its set is refused by name; nothing else is.
-        match config.build::<cpg_core::graph::LeftRight, cpg_core::graph::HipKnee, Rk4>(Period::MILLISECOND) {
+        match config.build::<cpg_core::network::graph::LeftRight, cpg_core::network::graph::HipKnee, Rk4>(Period::MILLISECOND) {
             Err(BuildError::OutOfRange { field, .. }) => prop_assert_eq!(field.name, "product"),
             _ => {
                 let net: Thesis = longest(|period| config.build(period))?;
@@ -160,7 +163,7 @@ fn longest_period_is_that_of_the_joint_with_most_links() {
 fn a_state_that_leaves_is_reported_and_comes_back() {
     // Weakly damped, so that a corner inside every bound turns out of one.
     let mut net: R1<Rk4> = r1_single(0.02, 0.02).build(Period::MILLISECOND).unwrap();
-    net.set_state(&State { displacement: [2.9, -2.9, 2.9, -2.9], velocity: [-2.9, 2.9, 2.9, -2.9] }).unwrap();
+    net.set_state(&OscillatorState { displacement: [2.9, -2.9, 2.9, -2.9], velocity: [-2.9, 2.9, 2.9, -2.9] }).unwrap();
     assert_eq!(net.check(), Ok(()));
     let faults = (0..200).filter(|_| {
         net.step();
@@ -264,9 +267,9 @@ fn six_joints_are_an_instance() {
         offsets: [Radians(0.0); 6],
     };
     let mut net: Robust<SixJoints, 6, 7> = config.build(Period::MILLISECOND).unwrap();
-    net.set_state(&State { displacement: [0.1, 0.0, 0.2, 0.0, 0.0, -0.1], velocity: [0.0; 6] }).unwrap();
+    net.set_state(&OscillatorState { displacement: [0.1, 0.0, 0.2, 0.0, 0.0, -0.1], velocity: [0.0; 6] }).unwrap();
     run(&mut net, 20_000);
-    let State { displacement: u, velocity: v } = net.state();
+    let OscillatorState { displacement: u, velocity: v } = net.state();
     for i in 0..6 {
         let lead = f64::from((-v[i]).atan2(u[i]) - (-v[0]).atan2(u[0])).to_degrees();
         let want = f64::from(config.phases[i].cycles()) * 360.0;

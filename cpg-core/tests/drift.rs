@@ -1,7 +1,7 @@
 //! Ten million steps of the integer rhythms, letter for letter against their period, and the state at the end that of a fresh one.
-use cpg_core::hexapod::{Hexapod, Leg, Swings};
-use cpg_core::obb::{Neuron, Obb, PAPER_POTENTIAL, Reversibilities};
-use cpg_core::smer::{Edge, Smer};
+use cpg_core::edge_reversal::hexapod::{Hexapod, Leg, Swings};
+use cpg_core::edge_reversal::obb::{Neuron, Obb, PAPER_POTENTIAL, Reversibilities};
+use cpg_core::edge_reversal::smer::{Edge, Smer};
 
 const STEPS: u32 = 10_000_000;
 

@@ -3,13 +3,14 @@
 mod common;
 
 use common::{Random, apart, micros, r1_single, run};
-use cpg_core::fixed_point::FixedRobust;
-use cpg_core::fixed_shape::FixedPhaseShape;
-use cpg_core::graph::Biped;
-use cpg_core::robust::{Robust, RobustConfig};
-use cpg_core::shape::{Adjustment, FourierShape, PhaseShape, Shape};
-use cpg_core::walking::default_config;
-use cpg_core::{Generator, Rk4, State, StateFault, fixed_trig};
+use cpg_core::gait::default_walk::default_config;
+use cpg_core::math::fixed_trig;
+use cpg_core::network::graph::Biped;
+use cpg_core::network::phase_coupled::{Robust, RobustConfig};
+use cpg_core::network::phase_coupled_fixed::FixedRobust;
+use cpg_core::waveform::fixed::FixedPhaseShape;
+use cpg_core::waveform::shape::{Adjustment, FourierShape, PhaseShape, Shape};
+use cpg_core::{Generator, OscillatorState, Rk4, StateFault};
 use fixed::types::I16F16;
 use joint_units::{Period, Phase, Radians};
 use proptest::prelude::*;
@@ -34,22 +35,28 @@ fn reference(config: &RobustConfig<4, 4>, period: Period) -> Reference {
     .unwrap()
 }
 
-fn float(state: &State<4, I16F16>) -> State<4, f64> {
-    State { displacement: state.displacement.map(I16F16::to_num), velocity: state.velocity.map(I16F16::to_num) }
+fn float(state: &OscillatorState<4, I16F16>) -> OscillatorState<4, f64> {
+    OscillatorState {
+        displacement: state.displacement.map(I16F16::to_num),
+        velocity: state.velocity.map(I16F16::to_num),
+    }
 }
 
-fn fixed(state: &State<4, f64>) -> State<4, I16F16> {
-    State { displacement: state.displacement.map(I16F16::from_num), velocity: state.velocity.map(I16F16::from_num) }
+fn fixed(state: &OscillatorState<4, f64>) -> OscillatorState<4, I16F16> {
+    OscillatorState {
+        displacement: state.displacement.map(I16F16::from_num),
+        velocity: state.velocity.map(I16F16::from_num),
+    }
 }
 
 /// Largest phase difference of a joint, in ms of the stride.
-fn late_ms(a: &State<4, f64>, b: &State<4, f64>) -> f64 {
+fn late_ms(a: &OscillatorState<4, f64>, b: &OscillatorState<4, f64>) -> f64 {
     let (a, b) = (common::phases(a), common::phases(b));
     a.iter().zip(&b).map(|(a, b)| apart(*a, *b).abs()).fold(0.0, f64::max) * STRIDE_MS / 360.0
 }
 
 /// Largest displacement of each joint over one and a half strides.
-fn peaks<G: Generator<4>>(generator: &mut G, steps: u32, state: impl Fn(&G) -> State<4, f64>) -> [f64; 4] {
+fn peaks<G: Generator<4>>(generator: &mut G, steps: u32, state: impl Fn(&G) -> OscillatorState<4, f64>) -> [f64; 4] {
     let mut peaks = [0.0f64; 4];
     for _ in 0..steps {
         generator.step();
@@ -117,7 +124,7 @@ fn random_starts_lock_like_the_reference() {
 #[test]
 fn oracle_state() {
     let mut ours: Fixed = r1_single(0.5, 0.5).build_fixed(Period::MILLISECOND).unwrap();
-    let start = State { displacement: [0.1, 0.0, 0.0, 0.0], velocity: [0.0, 0.1, -0.1, 0.05] };
+    let start = OscillatorState { displacement: [0.1, 0.0, 0.0, 0.0], velocity: [0.0, 0.1, -0.1, 0.05] };
     ours.set_state(&fixed(&start)).unwrap();
     run(&mut ours, 5000);
     let now = float(&ours.state());
@@ -174,7 +181,7 @@ proptest! {
     ) {
         let Ok(mut ours) = config.build_fixed::<Biped>(micros(micros_)) else { return Ok(()) };
         let [u, v] = [0, 4].map(|at| core::array::from_fn(|i| I16F16::from_bits(bits[at + i])));
-        ours.set_state(&State { displacement: u, velocity: v }).unwrap();
+        ours.set_state(&OscillatorState { displacement: u, velocity: v }).unwrap();
         for _ in 0..200 {
             ours.step();
             let state = ours.state();

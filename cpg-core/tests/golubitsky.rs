@@ -1,8 +1,8 @@
 //! The cell networks: exact amplitudes and periods of the primary gaits from random starts, the symmetry relations of the secondary ones.
 
-use cpg_core::fitzhugh_nagumo::FitzHughNagumo;
-use cpg_core::flow::{Flow, rk4};
-use cpg_core::golubitsky::{LegGait, LegNetwork, NeuronLegNetwork, QuadrupedGait, QuadrupedNetwork};
+use cpg_core::math::first_order::{Flow, rk4};
+use cpg_core::network::symmetric_cells::{LegGait, LegNetwork, NeuronLegNetwork, QuadrupedGait, QuadrupedNetwork};
+use cpg_core::oscillator::fitzhugh_nagumo::FitzHughNagumo;
 
 /// Splitmix64 in -1..1, so that every run sees the same starts.
 fn random(seed: &mut u64) -> f64 {

@@ -5,7 +5,7 @@ mod common;
 mod example;
 
 use common::micros;
-use cpg_core::hu::{Hu, HuConfig};
+use cpg_core::oscillator::hu::{Hu, HuConfig};
 use example::{FEEDBACK, NATURAL_HZ, frequencies};
 use joint_units::Period;
 

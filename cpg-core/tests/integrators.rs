@@ -3,10 +3,10 @@
 mod common;
 
 use common::{Crossings, R1, W, micros, r1, r1_config, r1_single, rk4, run, single};
-use cpg_core::graph::Biped;
-use cpg_core::robust::Robust;
-use cpg_core::thesis::{Thesis, ThesisConfig};
-use cpg_core::{Generator, Integrator, Oscillators, Rk4, Scalar, SecondOrder, SemiImplicitEuler, State};
+use cpg_core::network::graph::Biped;
+use cpg_core::network::phase_coupled::Robust;
+use cpg_core::network::thesis::{Thesis, ThesisConfig};
+use cpg_core::{Generator, Integrator, OscillatorState, Oscillators, Rk4, Scalar, SecondOrder, SemiImplicitEuler};
 
 /// x'' = -r x' - x in units of `unit`: has a closed form, and damping to tell the orders apart.
 struct Damped {
@@ -66,14 +66,14 @@ fn r1_equations(eps: f64, kap: f64) -> impl Fn(&[f64; 8]) -> [f64; 8] {
 #[test]
 fn the_folded_step_is_the_textbook_step() {
     let equations = r1_equations(0.5, 0.5);
-    let start = State { displacement: [0.3, -1.2, 0.7, 0.1], velocity: [-0.5, 0.4, 1.1, -0.9] };
+    let start = OscillatorState { displacement: [0.3, -1.2, 0.7, 0.1], velocity: [-0.5, 0.4, 1.1, -0.9] };
     let mut net: R1<Rk4> = r1(0.5, 0.5, micros(10_000));
     net.set_state(&start).unwrap();
     let mut y: [f64; 8] = core::array::from_fn(|i| if i < 4 { start.displacement[i] } else { start.velocity[i - 4] });
     for step in 0..2000 {
         net.step();
         y = rk4(&equations, &y, 0.01);
-        let State { displacement, velocity } = net.state();
+        let OscillatorState { displacement, velocity } = net.state();
         for i in 0..4 {
             let (u, v) = ((displacement[i] - y[i]).abs(), (velocity[i] - y[i + 4]).abs());
             assert!(u < 1e-11 && v < 1e-11, "joint {i} at step {step}: {u:e} {v:e}");
@@ -96,7 +96,7 @@ where
 {
     let mut crossings: [Crossings; N] = core::array::from_fn(|_| Crossings::new(f64::from(micros) * 1e-6));
     for _ in 0..=seconds * 1_000_000 / u64::from(micros) {
-        let State { displacement, velocity } = net.state();
+        let OscillatorState { displacement, velocity } = net.state();
         for ((crossings, x), v) in crossings.iter_mut().zip(displacement).zip(velocity) {
             crossings.sample(number(x), number(v) * rate);
         }
@@ -116,7 +116,7 @@ fn apart_ms<const N: usize>(a: &[Vec<f64>; N], b: &[Vec<f64>; N]) -> f64 {
 }
 
 /// On the cycle of R1 at eps = kap = 0.5.
-fn r1_on_cycle() -> State<4, f64> {
+fn r1_on_cycle() -> OscillatorState<4, f64> {
     let mut net: R1<Rk4> = r1(0.5, 0.5, micros(500));
     run(&mut net, 60_000);
     net.state()

@@ -3,7 +3,7 @@
 #[path = "../examples/kuo.rs"]
 mod example;
 
-use cpg_core::kuo::{Cycle, Drive, Kuo, KuoConfig, Measurement, Pendulum};
+use cpg_core::oscillator::kuo::{Cycle, Drive, Kuo, KuoConfig, Measurement, Pendulum};
 use example::{DAMPING, Gauss, Noise, Peaks, Sensor, TICK, hybrid, trial};
 use proptest::prelude::*;
 

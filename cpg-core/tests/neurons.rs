@@ -1,12 +1,12 @@
 //! The single oscillators and neuron networks against reference periods and extremes (computed with an adaptive eighth-order method).
 
-use cpg_core::fitzhugh_nagumo::FitzHughNagumo;
-use cpg_core::flow::{Flow, rk4};
-use cpg_core::hopf::{AdaptiveHopf, Hopf};
-use cpg_core::matsuoka::Matsuoka;
-use cpg_core::morris_lecar::MorrisLecar;
-use cpg_core::terman_wang::TermanWang;
-use cpg_core::van_der_pol::VanDerPol;
+use cpg_core::math::first_order::{Flow, rk4};
+use cpg_core::oscillator::fitzhugh_nagumo::FitzHughNagumo;
+use cpg_core::oscillator::hopf::{AdaptiveHopf, Hopf};
+use cpg_core::oscillator::matsuoka::Matsuoka;
+use cpg_core::oscillator::morris_lecar::MorrisLecar;
+use cpg_core::oscillator::terman_wang::TermanWang;
+use cpg_core::oscillator::van_der_pol::VanDerPol;
 
 /// What a settled orbit does.
 #[derive(Debug)]

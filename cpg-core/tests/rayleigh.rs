@@ -3,8 +3,8 @@
 mod common;
 
 use common::{Crossings, micros, rk4, run};
-use cpg_core::rayleigh::{Rayleigh, RayleighConfig};
-use cpg_core::{Generator, Integrator, Rk4, Scalar, SemiImplicitEuler, State};
+use cpg_core::oscillator::rayleigh::{Rayleigh, RayleighConfig};
+use cpg_core::{Generator, Integrator, OscillatorState, Rk4, Scalar, SemiImplicitEuler};
 use proptest::prelude::*;
 
 /// alpha, p, mu; period, amplitude of a, amplitude of a'.
@@ -37,7 +37,7 @@ fn measure<T: Scalar, I: Integrator>(
     let mut crossings = Crossings::new(h);
     let (mut displacement, mut velocity) = (0.0_f64, 0.0_f64);
     while crossings.times.len() < 5 {
-        let State { displacement: [x], velocity: [v] } = oscillator.state();
+        let OscillatorState { displacement: [x], velocity: [v] } = oscillator.state();
         let (x, v) = (number(x), number(v));
         crossings.sample(x, v);
         (displacement, velocity) = (displacement.max(x), velocity.max(v));
@@ -124,7 +124,7 @@ fn sqrt_3_velocity_is_a_van_der_pol_oscillator() {
     let vdp = |&[y, z]: &[f64; 2]| [z, 2.0 * (1.0 - y * y) * z - y];
     // y = sqrt 3 X', y' = sqrt 3 X'' from the Rayleigh equation.
     let image = |oscillator: &Rayleigh<f64>| {
-        let State { displacement: [x], velocity: [v] } = oscillator.state();
+        let OscillatorState { displacement: [x], velocity: [v] } = oscillator.state();
         [v, 2.0 * (1.0 - v * v) * v - x].map(|y| 3.0_f64.sqrt() * y)
     };
     let mut y = image(&oscillator);
@@ -156,8 +156,8 @@ proptest! {
         let mut a: Rayleigh<f64> = slow.build(micros(4000)).unwrap();
         let mut b: Rayleigh<f64> = fast.build(micros(4000 / faster)).unwrap();
         let unit = slow.build::<Rk4>(micros(1000)).unwrap().state().displacement[0];
-        a.set_state(&State { displacement: [start * unit], velocity: [0.0] }).unwrap();
-        b.set_state(&State { displacement: [start * unit / (s * q.sqrt())], velocity: [0.0] }).unwrap();
+        a.set_state(&OscillatorState { displacement: [start * unit], velocity: [0.0] }).unwrap();
+        b.set_state(&OscillatorState { displacement: [start * unit / (s * q.sqrt())], velocity: [0.0] }).unwrap();
         for _ in 0..2000 {
             a.step();
             b.step();

@@ -3,12 +3,13 @@
 mod common;
 
 use common::{Crossings, R1, Random, W, apart, micros, r1, r1_config, r1_single, run, single};
-use cpg_core::graph::Biped;
-use cpg_core::robust::Robust;
-use cpg_core::{Generator, Rk4, State};
+use cpg_core::network::graph::Biped;
+use cpg_core::network::phase_coupled::Robust;
+use cpg_core::{Generator, OscillatorState, Rk4};
 use joint_units::Period;
 
-const START: State<4, f64> = State { displacement: [0.1, 0.0, 0.0, 0.0], velocity: [0.0, 0.1, -0.1, 0.05] };
+const START: OscillatorState<4, f64> =
+    OscillatorState { displacement: [0.1, 0.0, 0.0, 0.0], velocity: [0.0, 0.1, -0.1, 0.05] };
 
 /// eps, kap, t, u, v.
 type Oracle = (f64, f64, u64, [f64; 4], [f64; 4]);
@@ -58,7 +59,7 @@ const ORACLES: [Oracle; 6] = [
     ),
 ];
 
-fn worst(state: &State<4, f64>, u: &[f64; 4], v: &[f64; 4]) -> f64 {
+fn worst(state: &OscillatorState<4, f64>, u: &[f64; 4], v: &[f64; 4]) -> f64 {
     let pairs = state.displacement.iter().zip(u).chain(state.velocity.iter().zip(v));
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
@@ -80,8 +81,8 @@ fn oracle_states_in_f32_at_one_millisecond() {
         let mut net: Robust<Biped, 4, 4> = r1_single(eps as f32, kap as f32).build(Period::MILLISECOND).unwrap();
         net.set_state(&single(&START)).unwrap();
         run(&mut net, t * 1000);
-        let State { displacement, velocity } = net.state();
-        let state = State { displacement: displacement.map(f64::from), velocity: velocity.map(f64::from) };
+        let OscillatorState { displacement, velocity } = net.state();
+        let state = OscillatorState { displacement: displacement.map(f64::from), velocity: velocity.map(f64::from) };
         let error = worst(&state, &u, &v);
         assert!(error < 5e-5, "eps {eps} kap {kap} at {t} s: {error:e}");
     }
@@ -180,7 +181,7 @@ fn fundamentals_hold_the_wanted_phases() {
 
 type Matrix = [[f64; 8]; 8];
 
-fn flat(state: &State<4, f64>) -> [f64; 8] {
+fn flat(state: &OscillatorState<4, f64>) -> [f64; 8] {
     core::array::from_fn(|i| if i < 4 { state.displacement[i] } else { state.velocity[i - 4] })
 }
 
@@ -234,9 +235,9 @@ fn leading_multiplier_is_that_of_the_table() {
 }
 
 /// Root mean square distance from the nearest point of the limit cycle.
-fn distance(cycle: &[State<4, f64>], state: &State<4, f64>) -> f64 {
+fn distance(cycle: &[OscillatorState<4, f64>], state: &OscillatorState<4, f64>) -> f64 {
     let point = flat(state);
-    let square = |on: &State<4, f64>| flat(on).iter().zip(point).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+    let square = |on: &OscillatorState<4, f64>| flat(on).iter().zip(point).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
     (cycle.iter().map(square).fold(f64::MAX, f64::min) / 4.0).sqrt()
 }
 

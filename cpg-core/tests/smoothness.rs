@@ -2,13 +2,13 @@
 //! steps and no acceleration exceeds that of the two gaits plus the stated one.
 
 use cpg_core::Generator;
-use cpg_core::gaits::{Gait, ShippedGait};
+use cpg_core::gait::named::{DefaultGait, Gait};
 use cpg_core::transition::{Smooth, TransitionConfig};
 use joint_units::{Period, Phase, Radians};
 
 const CHANGES_A_PAIR: u32 = 2000;
 
-fn build(gait: Gait, speed: f32) -> ShippedGait {
+fn build(gait: Gait, speed: f32) -> DefaultGait {
     gait.build(speed, Period::MILLISECOND).expect("a shipped gait")
 }
 
@@ -48,12 +48,12 @@ const STAND: [Radians; 4] = [Radians(0.0), Radians(0.0), Radians(0.1), Radians(0
 const ASTRAY_DEG: f32 = 10.0;
 
 /// A gait running at one speed, at 64 phases of its cycle.
-fn around(gait: Gait, speed: f32) -> Vec<ShippedGait> {
+fn around(gait: Gait, speed: f32) -> Vec<DefaultGait> {
     (0..64u32).map(|k| build(gait, speed).aligned(Phase(k << 26), Period::MILLISECOND)).collect()
 }
 
 /// The one that goes on at the phase of `now`.
-fn taking_over(from: &ShippedGait, to: &[ShippedGait]) -> ShippedGait {
+fn taking_over(from: &DefaultGait, to: &[DefaultGait]) -> DefaultGait {
     to[(from.phase().0 >> 26) as usize]
 }
 

@@ -3,13 +3,14 @@
 mod common;
 
 use common::{Crossings, Random, apart, micros, rk4, run};
-use cpg_core::rayleigh::RayleighConfig;
-use cpg_core::thesis::{TABLE_1, Thesis, ThesisConfig, harmonic_balance_p};
-use cpg_core::{BuildError, Field, Generator, State, StateFault};
+use cpg_core::network::thesis::{TABLE_1, Thesis, ThesisConfig, harmonic_balance_p};
+use cpg_core::oscillator::rayleigh::RayleighConfig;
+use cpg_core::{BuildError, Field, Generator, OscillatorState, StateFault};
 use joint_units::{Period, Phase};
 
 /// a = (25, -15, 45, 15), z = (0, 0, 100, -100), in both sets about the offsets 5, 5, 30, 30.
-const START: State<4, f64> = State { displacement: [20.0, -20.0, 15.0, -15.0], velocity: [0.0, 0.0, 100.0, -100.0] };
+const START: OscillatorState<4, f64> =
+    OscillatorState { displacement: [20.0, -20.0, 15.0, -15.0], velocity: [0.0, 0.0, 100.0, -100.0] };
 
 /// t, angles in deg, velocities in deg/s.
 type Oracle = (u64, [f64; 4], [f64; 4]);
@@ -34,7 +35,7 @@ const SET_D: [Oracle; 4] = [
 const OFFSETS: [f64; 4] = [5.0, 5.0, 30.0, 30.0];
 
 /// Largest error of an angle in deg and of a velocity in deg/s.
-fn worst(state: &State<4, f64>, (_, angles, velocities): &Oracle) -> [f64; 2] {
+fn worst(state: &OscillatorState<4, f64>, (_, angles, velocities): &Oracle) -> [f64; 2] {
     let error = |a: &[f64; 4], b: &[f64; 4]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let angle: [f64; 4] = core::array::from_fn(|i| state.displacement[i] + OFFSETS[i]);
     [error(&angle, angles), error(&state.velocity, velocities)]
@@ -76,8 +77,9 @@ fn oracle_states_in_f32_at_one_millisecond() {
             let mut net: Thesis = config.build(Period::MILLISECOND).unwrap();
             net.set_state(&common::single(&START)).unwrap();
             run(&mut net, oracle.0 * 1000);
-            let State { displacement, velocity } = net.state();
-            let state = State { displacement: displacement.map(f64::from), velocity: velocity.map(f64::from) };
+            let OscillatorState { displacement, velocity } = net.state();
+            let state =
+                OscillatorState { displacement: displacement.map(f64::from), velocity: velocity.map(f64::from) };
             let [angle, velocity] = worst(&state, &oracle);
             assert!(angle < 2e-4 && velocity < 4e-3, "set {name} at {} s: {angle:e} deg, {velocity:e} deg/s", oracle.0);
         }
@@ -126,7 +128,7 @@ fn every_gain_stands_where_the_thesis_has_it() {
         y = rk4(&equations, &y, 1e-4);
     }
     run(&mut net, 100_000);
-    let State { displacement, velocity } = net.state();
+    let OscillatorState { displacement, velocity } = net.state();
     for i in 0..4 {
         let angle = displacement[i] + offsets[i];
         assert!((angle - y[i]).abs() < 1e-8 && (velocity[i] - y[i + 4]).abs() < 1e-7, "joint {i}: {angle} {}", y[i]);
@@ -168,7 +170,7 @@ fn antiphase_inflates_the_amplitude_of_isolated_oscillators() {
         let mut twins = config;
         (twins.joints[0], twins.joints[1]) = (config.joints[hip], config.joints[hip]);
         let mut net: Thesis<f64> = twins.build(micros(5000)).unwrap();
-        net.set_state(&State { displacement: [1.0, -1.0, 1.0, -1.0], velocity: [0.0; 4] }).unwrap();
+        net.set_state(&OscillatorState { displacement: [1.0, -1.0, 1.0, -1.0], velocity: [0.0; 4] }).unwrap();
         run(&mut net, 20_000);
         let largest = amplitudes(&mut net, 220);
         let closed_form = (1.0 + 2.0 * config.difference[0][0] / config.joints[hip].alpha).sqrt();
@@ -225,7 +227,7 @@ fn equal_p_makes_unequal_hips() {
 #[test]
 fn a_five_second_plot_shows_its_start_and_not_the_cycle() {
     let envelope = |net: &Thesis<f64>| {
-        let State { displacement, velocity } = net.state();
+        let OscillatorState { displacement, velocity } = net.state();
         core::array::from_fn::<f64, 4, _>(|i| displacement[i].hypot(velocity[i] / common::W))
     };
     let starts = [
@@ -236,7 +238,7 @@ fn a_five_second_plot_shows_its_start_and_not_the_cycle() {
     ];
     for (name, displacement, hips, knees) in starts {
         let mut net: Thesis<f64> = ThesisConfig::set_s().build(Period::MILLISECOND).unwrap();
-        net.set_state(&State { displacement, velocity: [0.0; 4] }).unwrap();
+        net.set_state(&OscillatorState { displacement, velocity: [0.0; 4] }).unwrap();
         run(&mut net, 5000);
         for (joint, want) in [hips, hips, knees, knees].into_iter().enumerate() {
             let now = envelope(&net)[joint];
@@ -249,7 +251,7 @@ fn a_five_second_plot_shows_its_start_and_not_the_cycle() {
 fn quarter_minute(net: &mut Thesis<f64>) -> [Crossings; 4] {
     let mut crossings: [Crossings; 4] = core::array::from_fn(|_| Crossings::new(5e-3));
     for _ in 0..3000 {
-        let State { displacement, velocity } = net.state();
+        let OscillatorState { displacement, velocity } = net.state();
         for (joint, crossings) in crossings.iter_mut().enumerate() {
             crossings.sample(displacement[joint], velocity[joint]);
         }
@@ -356,7 +358,7 @@ fn the_equations_run_away_where_the_network_does_not_go() {
     for (velocity, want) in limit.velocity.into_iter().zip([2610.1, 2529.2, 2610.1, 2529.2]) {
         assert!((velocity - want).abs() < 0.1, "{velocity}");
     }
-    let fast = State { displacement: [300.0; 4], velocity: [5000.0; 4] };
+    let fast = OscillatorState { displacement: [300.0; 4], velocity: [5000.0; 4] };
     assert_eq!(net.set_state(&fast), Err(StateFault::OutOfBounds { joint: 0 }));
     let mut random = Random(11);
     for start in 0..200 {

@@ -2,14 +2,15 @@
 mod common;
 
 use common::micros;
-use cpg_core::bank_walk::{BankWalk, BankWalkConfig};
-use cpg_core::features::Features;
-use cpg_core::gaits::Gait;
-use cpg_core::hopf::Hopf;
-use cpg_core::joint_walker::{JointWalker, JointWalkerConfig};
-use cpg_core::readout::PhasePlane;
+use cpg_core::gait::catalogue;
+use cpg_core::gait::catalogue::{STRIDE_S, Visitor};
+use cpg_core::gait::named::Gait;
+use cpg_core::joints::features::Features;
+use cpg_core::joints::from_hopf_bank::{BankWalk, BankWalkConfig};
+use cpg_core::joints::linear::{LinearJoints, LinearJointsConfig};
+use cpg_core::joints::readout::PhasePlane;
+use cpg_core::oscillator::hopf::Hopf;
 use cpg_core::transition::{Smooth, TransitionConfig};
-use cpg_core::walkers::{self, STRIDE_S, Visitor};
 use cpg_core::{BuildError, Generator};
 use joint_units::{Period, Phase, Radians};
 
@@ -50,7 +51,7 @@ fn degrees<G: Generator<4>>(walk: &G) -> [f64; 4] {
 
 /// The mean stride of `natural-walk`, as many points as a stride of the walkers has ticks of 1 ms.
 fn person() -> Vec<[f64; 4]> {
-    let mut person = walkers::fourier(Period::MILLISECOND).unwrap();
+    let mut person = catalogue::fourier(Period::MILLISECOND).unwrap();
     let natural = Gait::NaturalWalk.build(1.0, Period::MILLISECOND).unwrap();
     assert!(degrees(&person).iter().zip(degrees(&natural)).all(|(a, b)| (a - b).abs() < 1e-4));
     (0..TICKS)
@@ -220,7 +221,7 @@ const NOT_FITTED: [&str; 4] = ["robust", "thesis", "obb", "spline"];
 #[test]
 fn every_walker_keeps_the_stride_and_reads_out_as_well_as_its_states_allow() {
     let mut measure = Measure { period: Period::MILLISECOND, person: person(), seen: vec![] };
-    walkers::each(Period::MILLISECOND, &mut measure);
+    catalogue::each(Period::MILLISECOND, &mut measure);
     assert_eq!(measure.seen.len(), ERRORS.len());
     for (seen, (name, error)) in measure.seen.iter().zip(ERRORS) {
         assert_eq!(seen.name, name);
@@ -256,7 +257,7 @@ fn slower_ticks_keep_the_stride() {
         }
     }
     let mut slower = Slower(Measure { period: micros(5000), person: person(), seen: vec![] });
-    walkers::each(micros(5000), &mut slower);
+    catalogue::each(micros(5000), &mut slower);
     assert_eq!(slower.0.seen.len(), ERRORS.len() - 1);
     for seen in &slower.0.seen {
         kept(seen, 5e-3);
@@ -290,14 +291,14 @@ fn any_walker_in_the_place_of_any_other() {
         }
     }
     let mut visitor = StopAndGo(0);
-    walkers::each(Period::MILLISECOND, &mut visitor);
+    catalogue::each(Period::MILLISECOND, &mut visitor);
     assert_eq!(visitor.0, 16);
 }
 
 /// Given an input a tenth faster than its stride, the adaptive walker takes on that frequency.
 #[test]
 fn the_adaptive_walker_follows_its_input() {
-    let mut walk = walkers::adaptive_hopf(Period::MILLISECOND).unwrap();
+    let mut walk = catalogue::adaptive_hopf(Period::MILLISECOND).unwrap();
     for tick in 0..120_000u32 {
         let cycles = 1.1 * f64::from(tick) * 1e-3 / f64::from(STRIDE_S);
         walk.flow_mut().input = (core::f64::consts::TAU * cycles).sin() as f32;
@@ -332,7 +333,7 @@ fn bad_fields_are_named() {
     assert_eq!(slow, BuildError::PeriodTooLong { max_micros: 11_000 });
 
     let circle = Hopf { gain: 8.0, square_radius: 1.0, frequency: core::f32::consts::TAU };
-    let config = JointWalkerConfig {
+    let config = LinearJointsConfig {
         start: [1.0, 0.0],
         cycle: 1.0,
         stride_s: 1.1,
@@ -343,7 +344,7 @@ fn bad_fields_are_named() {
         lead: Phase(0),
         bound: 5.0,
     };
-    let error = JointWalker::build(circle, &config, Period::MILLISECOND).unwrap_err().to_string();
+    let error = LinearJoints::build(circle, &config, Period::MILLISECOND).unwrap_err().to_string();
     assert!(error.contains("states[1]"), "{error}");
-    assert!(JointWalker::build(circle, &JointWalkerConfig { states: [1, 0], ..config }, Period::MILLISECOND).is_ok());
+    assert!(LinearJoints::build(circle, &LinearJointsConfig { states: [1, 0], ..config }, Period::MILLISECOND).is_ok());
 }

@@ -3,8 +3,8 @@
 mod common;
 
 use common::{Crossings, Random, W, apart, micros, phases, run, single};
-use cpg_core::walking::{Walk, default_walk};
-use cpg_core::{BuildError, Generator, State};
+use cpg_core::gait::default_walk::{Walk, default_walk};
+use cpg_core::{BuildError, Generator, OscillatorState};
 use joint_units::{Joint, Period, Phase};
 
 const OFFSETS: [f64; 4] = [5.0, 5.0, 30.0, 30.0];
@@ -18,8 +18,8 @@ fn degrees(walk: &Walk) -> [f64; 4] {
     walk.angles().map(|angle| f64::from(angle.0).to_degrees())
 }
 
-fn double(state: State<4>) -> State<4, f64> {
-    State { displacement: state.displacement.map(f64::from), velocity: state.velocity.map(f64::from) }
+fn double(state: OscillatorState<4>) -> OscillatorState<4, f64> {
+    OscillatorState { displacement: state.displacement.map(f64::from), velocity: state.velocity.map(f64::from) }
 }
 
 #[test]
@@ -77,11 +77,12 @@ fn it_starts_on_its_cycle_at_phase_0() {
 
 #[test]
 fn phases_count_from_the_first_joint() {
-    use cpg_core::robust::Robust;
-    let config = cpg_core::walking::default_config();
-    let plain: Robust<cpg_core::graph::Biped, 4, 4> = config.build(Period::MILLISECOND).unwrap();
+    use cpg_core::network::phase_coupled::Robust;
+    let config = cpg_core::gait::default_walk::default_config();
+    let plain: Robust<cpg_core::network::graph::Biped, 4, 4> = config.build(Period::MILLISECOND).unwrap();
     let turned = config.phases.map(|phase| Phase(phase.0.wrapping_add(0x4321_0000)));
-    let turned = cpg_core::robust::RobustConfig { phases: turned, ..config }.build(Period::MILLISECOND).unwrap();
+    let turned =
+        cpg_core::network::phase_coupled::RobustConfig { phases: turned, ..config }.build(Period::MILLISECOND).unwrap();
     assert_eq!(plain, turned);
 }
 
@@ -120,7 +121,7 @@ fn read_outs_on_the_cycle() {
 fn a_thousand_random_starts_all_converge() {
     let mut on_cycle = walk();
     run(&mut on_cycle, 11_000);
-    let cycle: Vec<State<4, f64>> = (0..220)
+    let cycle: Vec<OscillatorState<4, f64>> = (0..220)
         .map(|_| {
             run(&mut on_cycle, 5);
             double(on_cycle.state())
@@ -132,7 +133,7 @@ fn a_thousand_random_starts_all_converge() {
         walk.set_state(&single(&random.state(if start % 2 == 0 { 2.0 } else { 0.08 }))).unwrap();
         run(&mut walk, 12_000);
         let now = double(walk.state());
-        let off = |on: &State<4, f64>| {
+        let off = |on: &OscillatorState<4, f64>| {
             let pairs = on.displacement.iter().zip(now.displacement).chain(on.velocity.iter().zip(now.velocity));
             pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
         };
@@ -169,7 +170,7 @@ fn an_hour_neither_drifts_nor_loses_phase() {
     let mut walk = walk();
     let mut crossings = Crossings::new(1e-3);
     for _ in 0..3_600_000 {
-        let State { displacement: [u, ..], velocity: [v, ..] } = walk.state();
+        let OscillatorState { displacement: [u, ..], velocity: [v, ..] } = walk.state();
         crossings.sample(f64::from(u), f64::from(v) * W);
         walk.step();
     }

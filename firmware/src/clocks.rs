@@ -2,10 +2,10 @@
 //!
 //! HSE / 4 * 168 / 2 = 168 MHz; APB1 42 MHz (timers 84), APB2 84 MHz (timers 168), 48 MHz spare on Q.
 
+use embassy_stm32::Config;
 use embassy_stm32::pac::{DBGMCU, FLASH, RCC};
 use embassy_stm32::rcc;
 use embassy_stm32::time::Hertz;
-use embassy_stm32::Config;
 use firmware::board::{BOARD, Hse};
 
 /// Clock of the timers on APB1 (TIM2 to TIM5), MHz.

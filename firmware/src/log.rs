@@ -10,8 +10,8 @@ use core::fmt::Display;
 
 use firmware::post_mortem::LOCKOUT_STREAK;
 use heapless::String;
-use joint_loop::shipped::Parameters;
-use joint_loop::{sensors_record, walker_record};
+use joint_loop::setup::default_loop::Parameters;
+use joint_loop::store::{generator_record, sensor_record};
 use joint_units::AdcCode;
 use wire::{Boot, Record, Refused, Subject, VERSION};
 
@@ -31,8 +31,8 @@ pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, parameters: Option<&P
         reference_cal: reference_cal.0,
         min_supply_v: BOARD.min_supply.0,
         sensor_required: SENSOR_REQUIRED,
-        generator_crc: parameters.map(|parameters| walker_record::record_of(&parameters.walker).crc()),
-        sensors_crc: parameters.map(|parameters| sensors_record::record_of(&parameters.worn).crc()),
+        generator_crc: parameters.map(|parameters| generator_record::record_of(&parameters.generator).crc()),
+        sensors_crc: parameters.map(|parameters| sensor_record::record_of(&parameters.sensors).crc()),
         shadow: SHADOW,
     };
     lines::boot(&boot);
@@ -42,7 +42,10 @@ pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, parameters: Option<&P
     if last.streak >= LOCKOUT_STREAK {
         refused(
             Subject::Arming,
-            format_args!("{} crashes in a row; allowed is less than {LOCKOUT_STREAK}: switch the power off, or press reset", last.streak),
+            format_args!(
+                "{} crashes in a row; allowed is less than {LOCKOUT_STREAK}: switch the power off, or press reset",
+                last.streak
+            ),
         );
     }
 }
@@ -124,7 +127,9 @@ mod lines {
     pub(super) fn brown_out() {
         if crate::clocks::brown_out_reset_is_off() {
             // An option byte, which only a person with a probe should write.
-            defmt::warn!("brown-out reset is off in the option bytes: a servo that pulls the supply down does not reset the board");
+            defmt::warn!(
+                "brown-out reset is off in the option bytes: a servo that pulls the supply down does not reset the board"
+            );
         }
     }
 
@@ -166,7 +171,12 @@ mod lines {
     impl Format for Sensors<'_> {
         fn format(&self, to: Formatter<'_>) {
             for sensor in &self.0.sensors {
-                defmt::write!(to, " sensor {=i32} deg {=str},", whole_degrees(sensor.angle_rad), sensor.validity.name());
+                defmt::write!(
+                    to,
+                    " sensor {=i32} deg {=str},",
+                    whole_degrees(sensor.angle_rad),
+                    sensor.validity.name()
+                );
             }
         }
     }

@@ -50,7 +50,7 @@ mod boot {
     use firmware::pacing::Pacer;
     use firmware::post_mortem::LOCKOUT_STREAK;
     use heapless::spsc::Queue;
-    use joint_loop::shipped::walk_loop;
+    use joint_loop::setup::default_loop::walk_loop;
     use joint_loop::{Frame, SENSORS, Sample};
     use wire::{Edge, Inputs, Subject};
 
@@ -139,7 +139,7 @@ mod boot {
             samples: samples_out,
             frames: frames_out,
             edges: edges_out,
-            sensors: parameters.worn.count(),
+            sensors: parameters.sensors.count(),
             inputs: Inputs::default(),
             last_tick: 0,
             environment,
@@ -175,7 +175,6 @@ fn main() {
     println!(
         "This is the firmware for the {} board, compiled for this computer: it only shows that it compiles.\n\
          Build it for thumbv7em-none-eabihf; to flash it and watch its log: probe-rs run --chip {} ELF_FILE",
-        BOARD.name,
-        BOARD.chip
+        BOARD.name, BOARD.chip
     );
 }

@@ -10,10 +10,10 @@
 //! | rate | an impossible jump that has lasted for [`HealthConfig::spike_ms`] | 5 ms |
 //! | spike | an impossible jump: the angle is further from the last good one than a joint can have turned since | 1 ms |
 //!
-//! The first rule of this order that holds gives the verdict. It is also the order of [`Verdict::graver`]: each can be the reason for
+//! The first rule of this order that holds gives the verdict. It is also the order of [`Validity::graver`]: each can be the reason for
 //! those below it.
 //!
-//! *Said after*, [`Verdict::detection_ms`], is the time from the last right sample to the one that gets the verdict, at the default
+//! *Said after*, [`Validity::detection_ms`], is the time from the last right sample to the one that gets the verdict, at the default
 //! limits and at 1 kHz: with `n` ms it is the n-th wrong sample. The fault itself lies between the last right sample and the first wrong
 //! one, so it is named no later than that after it happened. Before a verdict that takes its time there is another: an open wire is
 //! saturated for 19 ms, a jump that stays is a spike for 4 ms; no sample of it is taken for an angle. Only a code that sticks is good
@@ -59,7 +59,7 @@ const AT_ONCE_MS: u16 = 1;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
-pub enum Verdict {
+pub enum Validity {
     /// The angle is this sample's.
     #[default]
     Good = 0,
@@ -81,18 +81,18 @@ pub enum Verdict {
     SupplyLow = 8,
 }
 
-impl Verdict {
+impl Validity {
     /// Every verdict, in order of its number.
-    pub const ALL: [Verdict; 9] = [
-        Verdict::Good,
-        Verdict::Open,
-        Verdict::Short,
-        Verdict::Saturated,
-        Verdict::Stuck,
-        Verdict::Spike,
-        Verdict::Rate,
-        Verdict::OutOfTable,
-        Verdict::SupplyLow,
+    pub const ALL: [Validity; 9] = [
+        Validity::Good,
+        Validity::Open,
+        Validity::Short,
+        Validity::Saturated,
+        Validity::Stuck,
+        Validity::Spike,
+        Validity::Rate,
+        Validity::OutOfTable,
+        Validity::SupplyLow,
     ];
 
     /// The word for it in telemetry and recordings.
@@ -111,7 +111,7 @@ impl Verdict {
         }
     }
 
-    /// The verdict of that [`Verdict::name`].
+    /// The verdict of that [`Validity::name`].
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|verdict| verdict.name() == name)
@@ -120,8 +120,8 @@ impl Verdict {
     /// Time from the last right sample to the one that gets this verdict, at the default [`HealthConfig`] and 1 kHz, in ms; 0 for good.
     ///
     /// ```
-    /// use hgod_adc::Verdict;
-    /// let found = Verdict::ALL.map(|verdict| (verdict.name(), verdict.detection_ms()));
+    /// use hgod_adc::Validity;
+    /// let found = Validity::ALL.map(|verdict| (verdict.name(), verdict.detection_ms()));
     /// assert_eq!(found[1..], [
     ///     ("open", 20),
     ///     ("short", 20),
@@ -147,9 +147,9 @@ impl Verdict {
     /// The graver of two: of several sensors, or of several samples. The order is that of the module's table.
     ///
     /// ```
-    /// use hgod_adc::Verdict;
-    /// assert_eq!(Verdict::Saturated.graver(Verdict::Open), Verdict::Open);
-    /// assert_eq!(Verdict::Good.graver(Verdict::Spike), Verdict::Spike);
+    /// use hgod_adc::Validity;
+    /// assert_eq!(Validity::Saturated.graver(Validity::Open), Validity::Open);
+    /// assert_eq!(Validity::Good.graver(Validity::Spike), Validity::Spike);
     /// ```
     #[must_use]
     pub const fn graver(self, other: Self) -> Self {
@@ -171,7 +171,7 @@ impl Verdict {
     }
 }
 
-impl fmt::Display for Verdict {
+impl fmt::Display for Validity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
@@ -311,7 +311,7 @@ impl Persistence {
 
 impl Health {
     /// What the code alone says: open, short, saturated, stuck or good. Call it once a sample, whatever else is wrong.
-    pub fn code(&self, state: &mut HealthState, code: AdcCode) -> Verdict {
+    pub fn code(&self, state: &mut HealthState, code: AdcCode) -> Validity {
         let (low, high) = (code <= self.low, code >= self.high);
         state.low.update(low, self.wire_ticks);
         state.high.update(high, self.wire_ticks);
@@ -322,8 +322,8 @@ impl Health {
         state.run = state.run.saturating_add(1);
 
         let (at_low, at_high) = match self.pull {
-            Pull::Down => (Verdict::Open, Verdict::Short),
-            Pull::Up => (Verdict::Short, Verdict::Open),
+            Pull::Down => (Validity::Open, Validity::Short),
+            Pull::Up => (Validity::Short, Validity::Open),
         };
         // A wire may go from one rail to the other: the end where it is now has the word.
         if state.low.holds && !high {
@@ -331,11 +331,11 @@ impl Health {
         } else if state.high.holds && !low {
             at_high
         } else if low || high {
-            Verdict::Saturated
+            Validity::Saturated
         } else if state.run > self.stuck_ticks {
-            Verdict::Stuck
+            Validity::Stuck
         } else {
-            Verdict::Good
+            Validity::Good
         }
     }
 
@@ -346,12 +346,12 @@ impl Health {
     }
 
     /// What an impossible jump is called, if this sample is one. Call it once a sample, whatever else is wrong.
-    pub fn jump(&self, state: &mut HealthState, jumped: bool) -> Verdict {
+    pub fn jump(&self, state: &mut HealthState, jumped: bool) -> Validity {
         state.jump.update(jumped, self.spike_ticks);
         match (jumped, state.jump.holds) {
-            (false, _) => Verdict::Good,
-            (true, false) => Verdict::Spike,
-            (true, true) => Verdict::Rate,
+            (false, _) => Validity::Good,
+            (true, false) => Validity::Spike,
+            (true, true) => Validity::Rate,
         }
     }
 

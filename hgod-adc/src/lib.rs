@@ -14,7 +14,7 @@
 //! # From a code to an angle
 //! ```
 //! use hgod_adc::{Calibration, CalibrationPoint, FilterConfig, HealthConfig, Interpolation, ReferenceConfig};
-//! use hgod_adc::{SensorConfig, SensorState, Verdict};
+//! use hgod_adc::{SensorConfig, SensorState, Validity};
 //! use joint_units::{AdcCode, Period, Radians, Volts};
 //!
 //! // A goniometer that falls by 1 V for 60 degrees, measured with a protractor at four angles.
@@ -33,22 +33,22 @@
 //! // The internal reference reads as it did in the factory, so the supply is 3.3 V and code 2172 is 1.7503 V: 45.0 degrees.
 //! let mut state = SensorState::default();
 //! let reading = sensor.sample(&mut state, AdcCode(2172), AdcCode(1501));
-//! assert_eq!(reading.verdict, Verdict::Good);
+//! assert_eq!(reading.verdict, Validity::Good);
 //! assert!((reading.volts.0 - 1.7503).abs() < 1e-4);
 //! assert!((reading.angle.degrees() - 44.98).abs() < 0.01);
 //!
 //! // The wire comes off: not one sample of it is taken for an angle, and after 20 ms it has its name.
 //! let first = sensor.sample(&mut state, AdcCode(3), AdcCode(1501));
-//! assert_eq!((first.code, first.verdict, first.angle), (AdcCode(3), Verdict::Saturated, reading.angle));
+//! assert_eq!((first.code, first.verdict, first.angle), (AdcCode(3), Validity::Saturated, reading.angle));
 //! let last = (2..=20).map(|_| sensor.sample(&mut state, AdcCode(3), AdcCode(1501)).verdict).last();
-//! assert_eq!(last, Some(Verdict::Open));
+//! assert_eq!(last, Some(Validity::Open));
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
 //! # What a caller may rely on
 //! - No input makes a call panic, loop without bound or return a number that is not finite.
 //! - An angle lies in the span of the calibration table, always. Outside the table there is a verdict, no extrapolation.
-//! - When a verdict is not [`Verdict::Good`], the code and the volts of the sample are still there, and the angle is the last good one.
+//! - When a verdict is not [`Validity::Good`], the code and the volts of the sample are still there, and the angle is the last good one.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
@@ -70,7 +70,7 @@ pub use calibration::{
 pub use code::{Excitation, Reference, ReferenceConfig, ReferenceError, Supply, SupplyFault};
 pub use filter::{Filter, FilterConfig, FilterState};
 pub use health::{
-    Health, HealthConfig, HealthState, Pull, SPIKE_MS, STUCK_MS, Verdict, WIRE_FAULT_MAX_MS, WIRE_FAULT_MS,
+    Health, HealthConfig, HealthState, Pull, SPIKE_MS, STUCK_MS, Validity, WIRE_FAULT_MAX_MS, WIRE_FAULT_MS,
 };
 pub use interpolation::Interpolation;
 pub use oversampling::{OVERSAMPLING, trimmed_mean};

@@ -6,7 +6,7 @@
 use crate::calibration::{Calibration, OutOfTable};
 use crate::code::{Reference, ReferenceConfig, Supply};
 use crate::filter::{Filter, FilterConfig, FilterState};
-use crate::health::{Health, HealthConfig, HealthState, Verdict};
+use crate::health::{Health, HealthConfig, HealthState, Validity};
 use crate::range::RangeError;
 use core::fmt;
 use joint_units::{AdcCode, Period, Radians, Volts};
@@ -138,7 +138,7 @@ pub struct Reading {
     /// the table that is nearest to 0, a standing leg.
     pub angle: Radians,
     /// Whether the angle is this sample's, and if not, why.
-    pub verdict: Verdict,
+    pub verdict: Validity,
 }
 
 impl Sensor {
@@ -151,11 +151,11 @@ impl Sensor {
         let volts = self.reference.volts(code, state.supply.unwrap_or(self.reference.supply_at_cal()));
 
         let seen = if supply.is_none() {
-            Err(Verdict::SupplyLow)
-        } else if of_code != Verdict::Good {
+            Err(Validity::SupplyLow)
+        } else if of_code != Validity::Good {
             Err(of_code)
         } else {
-            self.calibration.angle(volts).map_err(|_| Verdict::OutOfTable)
+            self.calibration.angle(volts).map_err(|_| Validity::OutOfTable)
         };
         let jumped = seen.is_ok_and(|angle| self.too_fast(state, angle));
         let of_jump = self.health.jump(&mut state.health, jumped);
@@ -164,7 +164,7 @@ impl Sensor {
             Ok(_) if jumped => of_jump,
             Ok(angle) => {
                 self.accept(state, angle);
-                Verdict::Good
+                Validity::Good
             }
         };
         let angle = state.good.map_or_else(|| self.resting(), |good| good.filtered);

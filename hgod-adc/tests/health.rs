@@ -3,13 +3,13 @@
 mod support;
 
 use hgod_adc::{
-    HealthConfig, Pull, SPIKE_MS, STUCK_MS, Sensor, SensorState, Verdict, WIRE_FAULT_MAX_MS, WIRE_FAULT_MS,
+    HealthConfig, Pull, SPIKE_MS, STUCK_MS, Sensor, SensorState, Validity, WIRE_FAULT_MAX_MS, WIRE_FAULT_MS,
 };
 use joint_units::{AdcCode, Period, RadPerSec, Radians};
 use support::{CAL, Noise, config, knee_degrees, nominal, sensor};
 
 /// Verdicts of a fresh sensor on the codes.
-fn verdicts(sensor: &Sensor, codes: impl IntoIterator<Item = u16>) -> Vec<Verdict> {
+fn verdicts(sensor: &Sensor, codes: impl IntoIterator<Item = u16>) -> Vec<Validity> {
     let mut state = SensorState::default();
     codes.into_iter().map(|code| sensor.sample(&mut state, AdcCode(code), CAL).verdict).collect()
 }
@@ -32,18 +32,18 @@ fn an_open_or_shorted_wire_is_named_in_time_at_every_period() {
         let period = Period::from_micros(micros).unwrap();
         for wire_ms in [1, 7, 20, WIRE_FAULT_MAX_MS] {
             for (pull, code, want) in [
-                (Pull::Down, 0, Verdict::Open),
-                (Pull::Down, 81, Verdict::Open),
-                (Pull::Down, 4014, Verdict::Short),
-                (Pull::Up, 4095, Verdict::Open),
-                (Pull::Up, 81, Verdict::Short),
+                (Pull::Down, 0, Validity::Open),
+                (Pull::Down, 81, Validity::Open),
+                (Pull::Down, 4014, Validity::Short),
+                (Pull::Up, 4095, Validity::Open),
+                (Pull::Up, 81, Validity::Short),
             ] {
                 let sensor = with_health(period, HealthConfig { pull, wire_ms, ..Default::default() });
                 let seen = verdicts(&sensor, (0..10).map(alive).chain([code; 200]));
-                assert!(seen[..10].iter().all(|&verdict| verdict == Verdict::Good));
+                assert!(seen[..10].iter().all(|&verdict| verdict == Validity::Good));
                 let after = &seen[10..];
                 let named = after.iter().position(|&verdict| verdict == want).unwrap();
-                assert!(after[..named].iter().all(|&verdict| verdict == Verdict::Saturated));
+                assert!(after[..named].iter().all(|&verdict| verdict == Validity::Saturated));
                 assert!(after[named..].iter().all(|&verdict| verdict == want));
                 let (least, most) = ((u32::from(wire_ms) - 1) * 1000, u32::from(wire_ms) * 1000);
                 let time = named as u32 * micros;
@@ -58,7 +58,7 @@ fn an_open_or_shorted_wire_is_named_in_time_at_every_period() {
 fn the_codes_beside_the_end_bands_are_not_broken_wires() {
     for code in [82, 4013] {
         let seen = verdicts(&sensor(), [code; 100]);
-        assert!(seen.iter().all(|&verdict| verdict == Verdict::OutOfTable), "{code}");
+        assert!(seen.iter().all(|&verdict| verdict == Validity::OutOfTable), "{code}");
     }
 }
 
@@ -66,22 +66,22 @@ fn the_codes_beside_the_end_bands_are_not_broken_wires() {
 fn a_wire_is_believed_again_after_as_long_as_it_was_doubted() {
     let seen = verdicts(&sensor(), (0..10).map(alive).chain([3; 500]).chain((0..100).map(alive)));
     let back = &seen[510..];
-    assert!(back[..19].iter().all(|&verdict| verdict == Verdict::Open), "{back:?}");
-    assert!(back[19..].iter().all(|&verdict| verdict == Verdict::Good), "{back:?}");
+    assert!(back[..19].iter().all(|&verdict| verdict == Validity::Open), "{back:?}");
+    assert!(back[19..].iter().all(|&verdict| verdict == Validity::Good), "{back:?}");
 }
 
 #[test]
 fn a_wire_that_goes_from_rail_to_rail_is_named_by_where_it_is() {
     let seen = verdicts(&sensor(), [3; 30].into_iter().chain([4090; 30]));
-    assert_eq!((seen[29], seen[30], seen[59]), (Verdict::Open, Verdict::Saturated, Verdict::Short));
+    assert_eq!((seen[29], seen[30], seen[59]), (Validity::Open, Validity::Saturated, Validity::Short));
     let seen = verdicts(&sensor(), [4090; 30].into_iter().chain([3; 30]));
-    assert_eq!((seen[29], seen[30], seen[59]), (Verdict::Short, Verdict::Saturated, Verdict::Open));
+    assert_eq!((seen[29], seen[30], seen[59]), (Validity::Short, Validity::Saturated, Validity::Open));
 }
 
 #[test]
 fn an_intermittent_wire_is_found_when_it_is_open_more_than_half_of_the_time() {
     let open = |duty: usize| {
-        verdicts(&sensor(), (0..1000).map(|n| if n % 10 < duty { 3 } else { alive(n) })).contains(&Verdict::Open)
+        verdicts(&sensor(), (0..1000).map(|n| if n % 10 < duty { 3 } else { alive(n) })).contains(&Validity::Open)
     };
     assert!(open(7) && !open(3));
 }
@@ -94,9 +94,9 @@ fn a_code_that_does_not_change_for_longer_than_the_time_is_stuck_until_it_does()
         let sensor = with_health(period, HealthConfig { stuck_ms, ..Default::default() });
         let seen = verdicts(&sensor, (0..7).map(alive).chain(vec![2005; ticks + 50]).chain([2006, 2006]));
         let same = &seen[7..ticks + 57];
-        assert!(same[..ticks].iter().all(|&verdict| verdict == Verdict::Good), "{micros} {stuck_ms}");
-        assert!(same[ticks..].iter().all(|&verdict| verdict == Verdict::Stuck), "{micros} {stuck_ms}");
-        assert_eq!(seen[ticks + 57..], [Verdict::Good; 2]);
+        assert!(same[..ticks].iter().all(|&verdict| verdict == Validity::Good), "{micros} {stuck_ms}");
+        assert!(same[ticks..].iter().all(|&verdict| verdict == Validity::Stuck), "{micros} {stuck_ms}");
+        assert_eq!(seen[ticks + 57..], [Validity::Good; 2]);
     }
 }
 
@@ -104,7 +104,7 @@ fn a_code_that_does_not_change_for_longer_than_the_time_is_stuck_until_it_does()
 fn a_stuck_band_finds_a_stuck_sensor_with_a_noisy_converter() {
     let dither = |stuck_band| {
         let sensor = with_health(Period::MILLISECOND, HealthConfig { stuck_band, ..Default::default() });
-        verdicts(&sensor, (0..3000).map(alive)).contains(&Verdict::Stuck)
+        verdicts(&sensor, (0..3000).map(alive)).contains(&Validity::Stuck)
     };
     assert!(dither(1) && !dither(0));
 }
@@ -127,7 +127,7 @@ fn a_walking_and_standing_leg_is_always_good() {
         let code = AdcCode((f32::from(code.0) + 2.0 * noise.normal()).round() as u16);
         let vrefint = AdcCode((f32::from(CAL.0) + noise.normal()).round() as u16);
         let reading = sensor.sample(&mut state, code, vrefint);
-        assert_eq!(reading.verdict, Verdict::Good, "tick {tick}");
+        assert_eq!(reading.verdict, Validity::Good, "tick {tick}");
         assert!(tick < 100 || (reading.angle.degrees() - angle.degrees()).abs() < 6.0, "tick {tick}");
     }
     assert!(standing > 150_000);
@@ -147,11 +147,11 @@ fn a_jump_is_an_impossible_rate_until_a_joint_could_have_made_it() {
     let accepted = loop {
         let reading = sensor.sample(&mut state, code(70.0), CAL);
         assert_eq!(reading.code, code(70.0));
-        if reading.verdict == Verdict::Good {
+        if reading.verdict == Validity::Good {
             break reading;
         }
         // For less than 5 ms it may be a spike.
-        let name = if rejected < 4 { Verdict::Spike } else { Verdict::Rate };
+        let name = if rejected < 4 { Validity::Spike } else { Validity::Rate };
         assert_eq!((reading.verdict, reading.angle), (name, last.angle));
         rejected += 1;
     };
@@ -161,20 +161,20 @@ fn a_jump_is_an_impossible_rate_until_a_joint_could_have_made_it() {
 }
 
 /// What a wrong sample of each fault is, where a sound one would have this code: the code, and that of VREFINT.
-fn wrong(verdict: Verdict, sensor: &Sensor, sound: AdcCode) -> (AdcCode, AdcCode) {
+fn wrong(verdict: Validity, sensor: &Sensor, sound: AdcCode) -> (AdcCode, AdcCode) {
     // 50 degrees away, which takes a joint 32 ms.
     let angle = sensor.calibration().angle(sensor.reference().volts(sound, nominal())).unwrap().degrees();
     let to = if angle < 20.0 { angle + 50.0 } else { angle - 50.0 };
     let away = sensor.code(Radians::from_degrees(to), nominal()).unwrap();
     match verdict {
-        Verdict::Good => (sound, CAL),
-        Verdict::Open | Verdict::Saturated => (AdcCode(3), CAL),
-        Verdict::Short => (AdcCode(4090), CAL),
-        Verdict::Stuck => unreachable!("the code of the last right sample"),
-        Verdict::Spike | Verdict::Rate => (away, CAL),
-        Verdict::OutOfTable => (AdcCode(500), CAL),
+        Validity::Good => (sound, CAL),
+        Validity::Open | Validity::Saturated => (AdcCode(3), CAL),
+        Validity::Short => (AdcCode(4090), CAL),
+        Validity::Stuck => unreachable!("the code of the last right sample"),
+        Validity::Spike | Validity::Rate => (away, CAL),
+        Validity::OutOfTable => (AdcCode(500), CAL),
         // 2.99 V: 3.3 V is 1501.
-        Verdict::SupplyLow => (sound, AdcCode(1657)),
+        Validity::SupplyLow => (sound, AdcCode(1657)),
     }
 }
 
@@ -186,18 +186,18 @@ fn each_verdict_is_said_after_its_time_and_not_a_millisecond_before() {
         let angle = Radians::from_degrees(knee_degrees(f64::from(tick) * 1e-3 / 1.1));
         sensor.code(angle, nominal()).unwrap()
     };
-    for fault in Verdict::ALL.into_iter().filter(|&verdict| verdict != Verdict::Good) {
+    for fault in Validity::ALL.into_iter().filter(|&verdict| verdict != Validity::Good) {
         for start in (500..1600).step_by(11) {
             let mut state = SensorState::default();
             let last = knee(start - 1);
             for tick in 0..start {
                 // A leg that happens to be at rest would begin the count of unchanged codes before the fault.
                 let code = if tick == start - 2 { AdcCode(last.0 + 1) } else { knee(tick) };
-                assert_eq!(sensor.sample(&mut state, code, CAL).verdict, Verdict::Good);
+                assert_eq!(sensor.sample(&mut state, code, CAL).verdict, Validity::Good);
             }
             let mut verdict = |n: u32| {
                 let (code, vrefint) = match fault {
-                    Verdict::Stuck => (last, CAL),
+                    Validity::Stuck => (last, CAL),
                     _ => wrong(fault, &sensor, knee(start + n)),
                 };
                 sensor.sample(&mut state, code, vrefint).verdict
@@ -224,7 +224,7 @@ fn spikes_are_spikes_until_they_are_more_than_half_of_the_samples() {
     let bad = |of: usize| {
         let seen = verdicts(&sensor, (0..990).map(|n| if n > 0 && n % 5 < of { away } else { rest + (n % 2) as u16 }));
         let count = |verdict| seen.iter().filter(|&&given| given == verdict).count();
-        (count(Verdict::Spike), count(Verdict::Rate), count(Verdict::Good))
+        (count(Validity::Spike), count(Validity::Rate), count(Validity::Good))
     };
     // Not those of the very first tick.
     assert_eq!(bad(2), (198 * 2 - 1, 0, 990 - 198 * 2 + 1));
@@ -233,18 +233,18 @@ fn spikes_are_spikes_until_they_are_more_than_half_of_the_samples() {
     assert!((5..20).contains(&spikes), "{spikes}");
     let again = [vec![rest], vec![away; 10], vec![rest; 4], vec![away], vec![rest; 6], vec![away]].concat();
     let seen = verdicts(&sensor, again);
-    let jumps: Vec<_> = seen.into_iter().filter(|&verdict| verdict != Verdict::Good).collect();
+    let jumps: Vec<_> = seen.into_iter().filter(|&verdict| verdict != Validity::Good).collect();
     let (first, rest) = jumps.split_at(4);
-    assert_eq!(first, [Verdict::Spike; 4]);
-    assert_eq!(rest[..7], [Verdict::Rate; 7]);
-    assert_eq!(rest[7..], [Verdict::Spike]);
+    assert_eq!(first, [Validity::Spike; 4]);
+    assert_eq!(rest[..7], [Validity::Rate; 7]);
+    assert_eq!(rest[7..], [Validity::Spike]);
 }
 
 #[test]
 fn of_two_verdicts_the_graver_is_the_one_that_can_be_the_others_reason() {
-    use Verdict::{Good, Open, OutOfTable, Rate, Saturated, Short, Spike, Stuck, SupplyLow};
+    use Validity::{Good, Open, OutOfTable, Rate, Saturated, Short, Spike, Stuck, SupplyLow};
     let order = [Good, Spike, Rate, OutOfTable, Stuck, Saturated, Short, Open, SupplyLow];
-    assert_eq!(order.len(), Verdict::ALL.len());
+    assert_eq!(order.len(), Validity::ALL.len());
     for (n, lesser) in order.into_iter().enumerate() {
         for graver in order.into_iter().skip(n) {
             assert_eq!((lesser.graver(graver), graver.graver(lesser)), (graver, graver));
@@ -263,12 +263,12 @@ fn the_documented_times_are_those_of_the_constants() {
         .collect();
     let mut found = 0;
     for row in &rows {
-        for verdict in row[0].split(", ").filter_map(Verdict::from_name) {
+        for verdict in row[0].split(", ").filter_map(Validity::from_name) {
             assert_eq!(row[2], format!("{} ms", verdict.detection_ms()), "{verdict}");
             found += 1;
         }
     }
-    assert_eq!(found, Verdict::ALL.len() - 1);
+    assert_eq!(found, Validity::ALL.len() - 1);
 }
 
 /// The filter lags such a knee by 9 degrees: the rate is judged from what was measured, not from what was filtered.
@@ -276,7 +276,7 @@ fn the_documented_times_are_those_of_the_constants() {
 fn a_fast_joint_is_not_an_impossible_one() {
     let sensor = sensor();
     let codes = (0..130).map(|ms| sensor.code(Radians::from_degrees((ms - 45) as f32), nominal()).unwrap().0);
-    assert!(verdicts(&sensor, codes).iter().all(|&verdict| verdict == Verdict::Good));
+    assert!(verdicts(&sensor, codes).iter().all(|&verdict| verdict == Validity::Good));
 }
 
 #[test]
@@ -303,8 +303,8 @@ fn missed_ticks_give_a_joint_the_time_that_they_took() {
         sensor.sample(&mut state, code(22.0), CAL).verdict
     };
     // 12 degrees need (12 - 3) / 1.5 = 6 ms, the sample's own tick included.
-    assert_eq!((after(&[]), after(&[4])), (Verdict::Spike, Verdict::Spike));
-    assert_eq!((after(&[6]), after(&[2, 4]), after(&[u32::MAX, 2])), (Verdict::Good, Verdict::Good, Verdict::Good));
+    assert_eq!((after(&[]), after(&[4])), (Validity::Spike, Validity::Spike));
+    assert_eq!((after(&[6]), after(&[2, 4]), after(&[u32::MAX, 2])), (Validity::Good, Validity::Good, Validity::Good));
 }
 
 #[test]
@@ -334,9 +334,9 @@ fn each_bad_limit_is_named() {
 #[test]
 fn a_verdict_and_its_word_are_one() {
     let words = ["good", "open", "short", "saturated", "stuck", "spike", "rate", "out_of_table", "supply_low"];
-    for (number, (verdict, word)) in Verdict::ALL.into_iter().zip(words).enumerate() {
+    for (number, (verdict, word)) in Validity::ALL.into_iter().zip(words).enumerate() {
         assert_eq!((verdict as usize, verdict.to_string().as_str()), (number, word));
-        assert_eq!(Verdict::from_name(word), Some(verdict));
+        assert_eq!(Validity::from_name(word), Some(verdict));
     }
-    assert_eq!(Verdict::from_name("Good"), None);
+    assert_eq!(Validity::from_name("Good"), None);
 }

@@ -4,7 +4,7 @@ mod support;
 
 use hgod_adc::{
     Calibration, CalibrationPoint, Excitation, HealthConfig, Interpolation, RangeError, SensorError, SensorState,
-    Supply, Verdict,
+    Supply, Validity,
 };
 use joint_units::{AdcCode, Period, Radians, Volts};
 use proptest::prelude::*;
@@ -15,35 +15,35 @@ fn every_code_at_every_supply_has_its_verdict_and_is_kept() {
     let sensor = sensor();
     let (low, high) = sensor.calibration().span();
     let (least, greatest) = sensor.calibration().volts_span();
-    let mut seen = [0_u32; Verdict::ALL.len()];
+    let mut seen = [0_u32; Validity::ALL.len()];
     for vrefint in [0, 1, 1375, 1376, 1400, 1501, 1579, 1651, 1652, 4095, 4096, u16::MAX] {
         let supply = 3.3 * 1501.0 / f64::from(vrefint);
         for code in (0..=4095).chain([4096, u16::MAX]) {
             let volts = f64::from(code.min(4095)) / 4095.0 * supply;
             let want = if !(3.0..=3.6).contains(&supply) {
-                Verdict::SupplyLow
+                Validity::SupplyLow
             } else if !(82..=4013).contains(&code) {
-                Verdict::Saturated
+                Validity::Saturated
             } else if volts < f64::from(least.0) || volts > f64::from(greatest.0) {
-                Verdict::OutOfTable
+                Validity::OutOfTable
             } else {
-                Verdict::Good
+                Validity::Good
             };
             let reading = sensor.sample(&mut SensorState::default(), AdcCode(code), AdcCode(vrefint));
             assert_eq!((reading.code, reading.verdict), (AdcCode(code), want), "vrefint {vrefint}");
             assert!(reading.volts.0.is_finite() && (low..=high).contains(&reading.angle));
             match want {
-                Verdict::Good => assert_eq!(Ok(reading.angle), sensor.calibration().angle(reading.volts)),
+                Validity::Good => assert_eq!(Ok(reading.angle), sensor.calibration().angle(reading.volts)),
                 _ => assert_eq!(reading.angle, Radians(0.0)),
             }
-            if want != Verdict::SupplyLow {
+            if want != Validity::SupplyLow {
                 assert!((f64::from(reading.volts.0) - volts).abs() < 1e-6);
             }
             seen[want as usize] += 1;
         }
     }
     assert!(
-        [Verdict::Good, Verdict::Saturated, Verdict::OutOfTable, Verdict::SupplyLow]
+        [Validity::Good, Validity::Saturated, Validity::OutOfTable, Validity::SupplyLow]
             .iter()
             .all(|&v| seen[v as usize] > 800)
     );
@@ -68,7 +68,7 @@ fn a_lost_supply_reading_keeps_the_last_volts_scale_and_angle() {
     let good = sensor.sample(&mut state, AdcCode(2000), AdcCode(1450));
     for vrefint in [0, 1700, 1000, 5000] {
         let bad = sensor.sample(&mut state, AdcCode(2000), AdcCode(vrefint));
-        assert_eq!((bad.verdict, bad.volts, bad.angle), (Verdict::SupplyLow, good.volts, good.angle));
+        assert_eq!((bad.verdict, bad.volts, bad.angle), (Validity::SupplyLow, good.volts, good.angle));
     }
     assert_eq!(sensor.sample(&mut state, AdcCode(2000), AdcCode(1450)), good);
 }
@@ -85,7 +85,7 @@ fn a_sagging_supply_hardly_moves_the_angle() {
         let supply = Supply::new(Volts((3.3 + 0.29 * sag) as f32)).unwrap();
         let code = sensor.code(angle, supply).unwrap();
         let reading = sensor.sample(&mut state, code, sensor.reference().vrefint(supply));
-        assert_eq!(reading.verdict, Verdict::Good);
+        assert_eq!(reading.verdict, Validity::Good);
         let now = sensor.calibration().angle(reading.volts).unwrap();
         worst = worst.max((now.degrees() - 60.0).abs());
     }
@@ -202,7 +202,7 @@ proptest! {
             prop_assert_eq!(sensor.sample(again, AdcCode(code), AdcCode(vrefint)), reading);
             prop_assert_eq!(reading.code, AdcCode(code));
             prop_assert!(reading.volts.0.is_finite() && (low..=high).contains(&reading.angle));
-            if reading.verdict == Verdict::Good {
+            if reading.verdict == Validity::Good {
                 prop_assert!(sensor.calibration().angle(reading.volts).is_ok());
             } else {
                 prop_assert_eq!(reading.angle, last);

@@ -7,8 +7,8 @@
 //! all unless the supervisor is in one of its three moving states, and those are entered only by a press of the button.
 //!
 //! ```
-//! use cpg_core::walking::default_walk;
-//! use joint_loop::{LoopConfig, Sample, State};
+//! use cpg_core::gait::default_walk::default_walk;
+//! use joint_loop::{LoopConfig, Sample, SupervisorState};
 //! use joint_units::{Joint, Period};
 //!
 //! // From its own rhythm, with no sensor on the leg.
@@ -22,7 +22,7 @@
 //! for _ in 0..100 {
 //!     assert_eq!(joints.tick(&idle).pulses, None);
 //! }
-//! assert_eq!(joints.state(), State::Disarmed);
+//! assert_eq!(joints.state(), SupervisorState::Disarmed);
 //!
 //! // A press (20 ms, debounced) arms; the first pulse is the park pose, hips at 0 degrees and knees at 5.
 //! let first = (0..25).find_map(|_| joints.tick(&pressed).pulses).expect("armed");
@@ -36,18 +36,18 @@
 //!     widest = widest.max(knee.degrees());
 //!     assert!(!joints.frame().limited.any());
 //! }
-//! assert_eq!(joints.state(), State::Walking);
+//! assert_eq!(joints.state(), SupervisorState::Walking);
 //! assert!((60.0..63.0).contains(&widest), "{widest}");
 //!
 //! // A second press stops to the park pose within a second, and then the outputs are off.
 //! for _ in 0..25 {
 //!     joints.tick(&pressed);
 //! }
-//! assert_eq!(joints.state(), State::Stopping);
+//! assert_eq!(joints.state(), SupervisorState::Stopping);
 //! for _ in 0..1_000 {
 //!     joints.tick(&idle);
 //! }
-//! assert_eq!((joints.state(), joints.tick(&idle).pulses), (State::Disarmed, None));
+//! assert_eq!((joints.state(), joints.tick(&idle).pulses), (SupervisorState::Disarmed, None));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -63,39 +63,30 @@
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
-mod blend;
-mod board;
-mod button;
+pub mod control;
 mod error;
-pub mod flash_record;
-mod frame;
-mod gate;
-mod limits;
-mod params;
-pub mod reactions;
-pub mod sensors_record;
-mod servo;
-pub mod shipped;
-pub mod supervisor;
-pub mod sync;
-mod tick;
-mod walker;
-pub mod walker_record;
-mod watch;
-mod worn;
+pub mod generator;
+pub mod io;
+pub mod motion;
+pub mod setup;
+pub mod store;
 
-pub use blend::{Blend, BlendConfig, Weight};
-pub use board::{BoardFaults, Command, MAX_ELAPSED, Sample};
-pub use button::{Button, Press};
+pub use control::button::{Button, Press};
+pub use control::fault_table::{
+    Answer, FOLLOWER_BRIDGE_MS, FREEWHEEL_MS, PARK_MS, Reaction, SENSOR_TOLERANCE_MS, reaction,
+};
+pub use control::monitor::{Seen, Watch, WatchConfig, Watched};
+pub use control::supervisor::{Cause, SupervisorState};
+pub use control::tick::JointLoop;
 pub use error::LoopError;
-pub use flash_record::FrameError;
-pub use frame::{Frame, SetpointHash};
-pub use gate::{Gate, GateState, GateStatus, NonFinite};
-pub use params::{GateConfig, JointRange, LoopConfig, POSE_LIMITS, PoseLimit, PoseSense, anatomy};
-pub use reactions::{Answer, FOLLOWER_BRIDGE_MS, FREEWHEEL_MS, PARK_MS, Reaction, SENSOR_TOLERANCE_MS, reaction};
-pub use servo::{Direction, ServoConfig, ServoMap};
-pub use supervisor::{Cause, State};
-pub use tick::JointLoop;
-pub use walker::{FollowConfig, HARMONICS, SeriesConfig, ShapeConfig, Walker, WalkerConfig};
-pub use watch::{Seen, Watch, WatchConfig, Watched};
-pub use worn::{SENSOR_JOINT, SENSORS, WornError, WornSensor, WornSensors};
+pub use generator::board_generator::{
+    BoardGenerator, FollowConfig, GeneratorConfig, SERIES_HARMONICS, SeriesConfig, ShapeConfig,
+};
+pub use io::board::{BoardFaults, Command, MAX_ELAPSED, Sample};
+pub use io::frame::{Frame, SetpointHash};
+pub use motion::blend::{Blend, BlendConfig, Weight};
+pub use motion::gate::{Gate, GateState, GateStatus, NonFinite};
+pub use motion::servo::{Direction, ServoConfig, ServoMap};
+pub use setup::config::{GateConfig, JointRange, LoopConfig, POSE_LIMITS, PoseLimit, PoseSense, anatomy};
+pub use setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSOR_JOINT, SENSORS};
+pub use store::flash_record::FrameError;

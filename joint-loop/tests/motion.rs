@@ -3,8 +3,8 @@
 mod support;
 
 use cpg_core::Generator;
-use cpg_core::walking::default_walk;
-use joint_loop::{Cause, GateStatus, JointLoop, LoopConfig, State};
+use cpg_core::gait::default_walk::default_walk;
+use joint_loop::{Cause, GateStatus, JointLoop, LoopConfig, SupervisorState};
 use joint_units::{Period, PulseMicros, Radians};
 use support::{Puppet, good, idle, press, puppet, reach, walker};
 
@@ -45,14 +45,14 @@ impl Course {
 
 #[test]
 fn the_first_pulses_are_the_park_pose_and_come_with_the_press() {
-    let mut joints = reach(&walker(), State::Disarmed);
+    let mut joints = reach(&walker(), SupervisorState::Disarmed);
     for tick in 0..19 {
         let command = joints.tick(&joint_loop::Sample { button: true, ..good(tick) });
         assert_eq!(command.pulses, None, "not before the button is stable");
     }
     let command = joints.tick(&joint_loop::Sample { button: true, ..good(19) });
     assert_eq!(command.pulses, Some(PARK_PULSES));
-    assert_eq!((joints.state(), joints.frame().setpoints), (State::Arming, PARK));
+    assert_eq!((joints.state(), joints.frame().setpoints), (SupervisorState::Arming, PARK));
 }
 
 /// The default walk, armed at 55 phases of the stride: no limit acts in the ramp or in ten strides, and in walking the
@@ -71,19 +71,19 @@ fn the_default_walk_passes_the_gate_untouched() {
             course.follow(&joints);
             let frame = joints.frame();
             assert_eq!(frame.limited, GateStatus::NONE, "start {start} tick {tick}");
-            if frame.state == State::Walking {
+            if frame.state == SupervisorState::Walking {
                 let wanted = joints.generator().angles();
                 assert_eq!(frame.setpoints.map(|a| a.0.to_bits()), wanted.map(|a| a.0.to_bits()), "tick {tick}");
                 for (range, angle) in widest.iter_mut().zip(frame.setpoints) {
                     *range = (range.0.min(angle.degrees()), range.1.max(angle.degrees()));
                 }
             } else {
-                assert_eq!(frame.state, State::Arming);
+                assert_eq!(frame.state, SupervisorState::Arming);
             }
         }
         course.assert_bounded();
         assert_eq!(joints.frame().limited_ticks, 0);
-        assert_eq!((joints.state(), joints.frame().cause), (State::Walking, Cause::None));
+        assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Walking, Cause::None));
     }
     // Offsets 5 and 30, amplitudes 20 and 30 degrees, 3.9 percent of overshoot.
     for (joint, (least, most)) in widest.into_iter().enumerate() {
@@ -96,7 +96,7 @@ fn the_default_walk_passes_the_gate_untouched() {
 /// and three ticks the outputs are off, from exactly the park pose at rest.
 #[test]
 fn a_stop_is_smooth_from_every_tick() {
-    let mut joints = reach(&walker(), State::Disarmed);
+    let mut joints = reach(&walker(), SupervisorState::Disarmed);
     press(&mut joints);
     let mut course = Course::at_rest(PARK);
     for tick in 0..4_000 {
@@ -111,7 +111,7 @@ fn a_stop_is_smooth_from_every_tick() {
             stopping.tick(&joint_loop::Sample { button: true, ..good(held) });
             stop.follow(&stopping);
         }
-        assert_eq!((stopping.state(), stopping.frame().cause), (State::Stopping, Cause::Button));
+        assert_eq!((stopping.state(), stopping.frame().cause), (SupervisorState::Stopping, Cause::Button));
         let mut last_pulses = None;
         let ticks = (0..2_000)
             .take_while(|tick| {
@@ -123,7 +123,7 @@ fn a_stop_is_smooth_from_every_tick() {
             })
             .count();
         assert!((1_000..=1_003).contains(&ticks), "{ticks}");
-        assert_eq!((stopping.state(), stopping.frame().setpoints), (State::Disarmed, PARK));
+        assert_eq!((stopping.state(), stopping.frame().setpoints), (SupervisorState::Disarmed, PARK));
         assert_eq!(last_pulses, Some(PARK_PULSES));
         stop.assert_bounded();
     }
@@ -132,7 +132,7 @@ fn a_stop_is_smooth_from_every_tick() {
 /// The same for the stop that a lost sensor makes: 0.3 s after the tolerance of 50 ms.
 #[test]
 fn a_hurried_stop_is_smooth_from_every_tick() {
-    let mut joints = reach(&walker(), State::Disarmed);
+    let mut joints = reach(&walker(), SupervisorState::Disarmed);
     press(&mut joints);
     let mut course = Course::at_rest(PARK);
     let (mut rate, mut acceleration) = (0.0_f64, 0.0_f64);
@@ -151,7 +151,7 @@ fn a_hurried_stop_is_smooth_from_every_tick() {
             moved += 1;
         }
         assert!((350..=354).contains(&moved), "{moved}");
-        assert_eq!((stopping.state(), stopping.frame().cause), (State::Disarmed, Cause::SensorOpen));
+        assert_eq!((stopping.state(), stopping.frame().cause), (SupervisorState::Disarmed, Cause::SensorOpen));
         assert_eq!(stopping.frame().setpoints, PARK);
         stop.assert_bounded();
         (rate, acceleration) = (rate.max(stop.rate), acceleration.max(stop.acceleration));
@@ -228,7 +228,7 @@ impl Generator<4> for Jumper {
 /// The generator is stepped once a call, in every state, and never made to catch up.
 #[test]
 fn one_step_a_call() {
-    let mut joints = reach(&puppet(Puppet::at([0.0; 4])), State::Walking);
+    let mut joints = reach(&puppet(Puppet::at([0.0; 4])), SupervisorState::Walking);
     let (steps, seq) = (joints.generator().steps, joints.frame().seq);
     assert_eq!(steps, seq);
     joints.tick(&joint_loop::Sample { elapsed: 5, ..good(0) });
@@ -255,7 +255,7 @@ fn the_course_does_not_depend_on_the_period() {
         run(40, false);
         run(20, true);
         run(1_400, false);
-        assert_eq!((joints.state(), joints.frame().limited_ticks), (State::Arming, 0));
+        assert_eq!((joints.state(), joints.frame().limited_ticks), (SupervisorState::Arming, 0));
         poses.push(joints.frame().setpoints.map(Radians::degrees));
     }
     for joint in 0..4 {

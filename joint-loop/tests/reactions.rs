@@ -3,14 +3,14 @@
 mod support;
 
 use cpg_core::StateFault;
-use hgod_adc::Verdict;
-use joint_loop::{BoardFaults, Cause, Command, LoopConfig, PARK_MS, Sample, State, reaction};
+use hgod_adc::Validity;
+use joint_loop::{BoardFaults, Cause, Command, LoopConfig, PARK_MS, Sample, SupervisorState, reaction};
 use joint_units::{AdcCode, Period, Radians};
 use support::{Puppet, fault, good, idle, press, puppet, reach, run, sensor, walker, walker_with};
 
 type Change = fn(&mut LoopConfig);
 
-const MOVING: [State; 3] = [State::Arming, State::Walking, State::Stopping];
+const MOVING: [SupervisorState; 3] = [SupervisorState::Arming, SupervisorState::Walking, SupervisorState::Stopping];
 const FATAL: [(BoardFaults, Cause); 5] = [
     (BoardFaults::BREAK_INPUT, Cause::BreakInput),
     (BoardFaults::CLOCK, Cause::Clock),
@@ -22,25 +22,31 @@ const FATAL: [(BoardFaults, Cause); 5] = [
 #[test]
 fn a_fault_of_the_board_switches_off_in_its_own_tick_and_is_latched() {
     for (bit, cause) in FATAL {
-        for state in [State::Disarmed, State::Arming, State::Walking, State::Stopping] {
+        for state in
+            [SupervisorState::Disarmed, SupervisorState::Arming, SupervisorState::Walking, SupervisorState::Stopping]
+        {
             let mut joints = reach(&walker(), state);
             let setpoints = joints.frame().setpoints;
             assert_eq!(fault(&mut joints, bit), Command::OFF);
             let frame = joints.frame();
-            assert_eq!((frame.state, frame.cause, frame.setpoints), (State::Fault, cause, setpoints), "{state:?}");
+            assert_eq!(
+                (frame.state, frame.cause, frame.setpoints),
+                (SupervisorState::Fault, cause, setpoints),
+                "{state:?}"
+            );
 
             // Latched, however long all is well; and a press while it lasts does nothing.
             assert_eq!(idle(&mut joints, 10_000), Command::OFF);
             let held = run(&mut joints, 40, |s| Sample { button: true, faults: bit, ..s });
-            assert_eq!((held, joints.state()), (Command::OFF, State::Fault));
+            assert_eq!((held, joints.state()), (Command::OFF, SupervisorState::Fault));
             idle(&mut joints, 40);
 
             // One press acknowledges, the next one arms.
             assert_eq!(press(&mut joints), Command::OFF);
-            assert_eq!((joints.state(), joints.frame().cause), (State::Disarmed, cause));
+            assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, cause));
             assert_eq!(idle(&mut joints, 10_000), Command::OFF);
             assert!(press(&mut joints).pulses.is_some());
-            assert_eq!((joints.state(), joints.frame().cause), (State::Arming, Cause::None));
+            assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Arming, Cause::None));
         }
     }
 }
@@ -49,76 +55,76 @@ fn a_fault_of_the_board_switches_off_in_its_own_tick_and_is_latched() {
 fn boot_ends_in_disarmed_whatever_is_pressed_or_broken() {
     for faults in 0..=BoardFaults::CARRIED {
         let mut joints = walker();
-        assert_eq!((joints.frame().state, joints.frame().pulses.map(|pulse| pulse.0)), (State::Boot, [0; 4]));
+        assert_eq!((joints.frame().state, joints.frame().pulses.map(|pulse| pulse.0)), (SupervisorState::Boot, [0; 4]));
         let sample = Sample { button: true, faults: BoardFaults::from_bits(faults), elapsed: 1_000, ..good(0) };
         assert_eq!(joints.tick(&sample), Command::OFF);
-        assert_eq!(joints.state(), State::Disarmed);
+        assert_eq!(joints.state(), SupervisorState::Disarmed);
     }
     // Held from boot on: no press.
     let mut joints = walker();
     assert_eq!(run(&mut joints, 60_000, |s| Sample { button: true, ..s }), Command::OFF);
-    assert_eq!(joints.state(), State::Disarmed);
+    assert_eq!(joints.state(), SupervisorState::Disarmed);
 }
 
 #[test]
 fn a_sensor_may_be_bad_for_50_ms_and_no_longer() {
-    for state in [State::Arming, State::Walking] {
+    for state in [SupervisorState::Arming, SupervisorState::Walking] {
         let joints = reach(&walker(), state);
         // 50 bad ticks: nothing. From the 51st on: a hurried stop.
-        for (bad, after, cause) in [(50, state, Cause::None), (51, State::Stopping, Cause::SensorOpen)] {
+        for (bad, after, cause) in [(50, state, Cause::None), (51, SupervisorState::Stopping, Cause::SensorOpen)] {
             let mut joints = joints.clone();
             run(&mut joints, bad, |s| Sample { codes: [support::OPEN], ..s });
             assert_eq!((joints.state(), joints.frame().cause), (after, cause), "{bad} ticks");
         }
         let mut joints = joints.clone();
         let command = run(&mut joints, 50 + 303, |s| Sample { codes: [support::OPEN], ..s });
-        assert_eq!((joints.state(), command), (State::Disarmed, Command::OFF));
+        assert_eq!((joints.state(), command), (SupervisorState::Disarmed, Command::OFF));
         // It does not move again by itself, nor by a press while the wire is off; the frame says why.
         run(&mut joints, 40, |s| Sample { codes: [support::OPEN], button: true, ..s });
-        assert_eq!((joints.state(), joints.frame().cause), (State::Disarmed, Cause::SensorOpen));
+        assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, Cause::SensorOpen));
         idle(&mut joints, 1_000);
-        assert_eq!(joints.state(), State::Disarmed);
+        assert_eq!(joints.state(), SupervisorState::Disarmed);
         press(&mut joints);
-        assert_eq!(joints.state(), State::Arming);
+        assert_eq!(joints.state(), SupervisorState::Arming);
     }
 }
 
 /// What comes in a sound tick: for jumps a knee that is bent by 116 degrees, so that there is somewhere to jump to.
-fn sound(verdict: Verdict, tick: u32) -> Sample<1> {
+fn sound(verdict: Validity, tick: u32) -> Sample<1> {
     match verdict {
-        Verdict::Spike | Verdict::Rate => Sample { codes: [AdcCode(700 + (tick & 1) as u16)], ..good(tick) },
+        Validity::Spike | Validity::Rate => Sample { codes: [AdcCode(700 + (tick & 1) as u16)], ..good(tick) },
         _ => good(tick),
     }
 }
 
 /// A loop in this state whose leg is where [`sound`] has it.
-fn sound_in(state: State, verdict: Verdict) -> joint_loop::JointLoop<cpg_core::walking::Walk, 1> {
+fn sound_in(state: SupervisorState, verdict: Validity) -> joint_loop::JointLoop<cpg_core::gait::default_walk::Walk, 1> {
     let mut joints = reach(&walker(), state);
     let [from, to] = [good(0), sound(verdict, 0)].map(|sample| u32::from(sample.codes[0].0));
     for tick in 0..400 {
         let code = from - (from - to) * tick / 399 + (tick & 1);
         joints.tick(&Sample { codes: [AdcCode(code as u16)], ..good(0) });
-        assert_eq!(joints.frame().verdict, [Some(Verdict::Good)], "{tick}");
+        assert_eq!(joints.frame().verdict, [Some(Validity::Good)], "{tick}");
     }
     joints
 }
 
 /// What comes in the `n`th wrong tick of a fault, 1 the first.
-fn wrong(verdict: Verdict, n: u32) -> Sample<1> {
+fn wrong(verdict: Validity, n: u32) -> Sample<1> {
     let sound = sound(verdict, n);
     let code = |code| Sample { codes: [AdcCode(code)], ..sound };
     match verdict {
-        Verdict::Good => sound,
-        Verdict::Open => code(3),
-        Verdict::Short => code(4_090),
+        Validity::Good => sound,
+        Validity::Open => code(3),
+        Validity::Short => code(4_090),
         // From one end to the other, so that neither wire is at fault.
-        Verdict::Saturated => code(if n % 20 < 10 { 3 } else { 4_090 }),
+        Validity::Saturated => code(if n % 20 < 10 { 3 } else { 4_090 }),
         // The last good code was 1801.
-        Verdict::Stuck => code(1_801),
+        Validity::Stuck => code(1_801),
         // To 5 degrees: a knee takes 72 ms for that.
-        Verdict::Spike | Verdict::Rate => code(3_000),
-        Verdict::OutOfTable => code(3_500),
-        Verdict::SupplyLow => Sample { vrefint: AdcCode(0), ..sound },
+        Validity::Spike | Validity::Rate => code(3_000),
+        Validity::OutOfTable => code(3_500),
+        Validity::SupplyLow => Sample { vrefint: AdcCode(0), ..sound },
     }
 }
 
@@ -126,9 +132,9 @@ fn wrong(verdict: Verdict, n: u32) -> Sample<1> {
 /// that is stated, with the cause that is stated, and the outputs are off in time.
 #[test]
 fn every_verdict_has_the_reaction_of_the_table() {
-    for verdict in Verdict::ALL {
+    for verdict in Validity::ALL {
         let Some(is) = reaction(verdict) else { continue };
-        let mut joints = sound_in(State::Walking, verdict);
+        let mut joints = sound_in(SupervisorState::Walking, verdict);
         let (mut said, mut stops, mut off) = (None, None, None);
         // A rate is one for 72 ms, and then believed.
         for n in 1..=if is.said_ms < 1_000 { 400 } else { 1_400 } {
@@ -137,11 +143,11 @@ fn every_verdict_has_the_reaction_of_the_table() {
             if frame.verdict == [Some(verdict)] && said.is_none() {
                 said = Some(n);
             }
-            if frame.state != State::Walking && stops.is_none() {
+            if frame.state != SupervisorState::Walking && stops.is_none() {
                 stops = Some(n);
-                assert_eq!(frame.state, State::Stopping);
+                assert_eq!(frame.state, SupervisorState::Stopping);
                 // A spike that goes on is a rate.
-                let cause = if verdict == Verdict::Spike { Cause::SensorRate } else { is.cause };
+                let cause = if verdict == Validity::Spike { Cause::SensorRate } else { is.cause };
                 assert_eq!(frame.cause, cause, "{verdict}");
             }
             if command.pulses.is_none() && off.is_none() {
@@ -152,7 +158,7 @@ fn every_verdict_has_the_reaction_of_the_table() {
         assert_eq!(stops, Some(u32::from(is.stops_ms())), "{verdict}");
         let last = u32::from(is.stops_ms() + PARK_MS);
         assert!(off.is_some_and(|off| (last - 4..=last).contains(&off)), "{verdict}: {off:?}, {last} stated");
-        assert_eq!(joints.state(), State::Disarmed);
+        assert_eq!(joints.state(), SupervisorState::Disarmed);
     }
 }
 
@@ -160,13 +166,15 @@ fn every_verdict_has_the_reaction_of_the_table() {
 /// a wire that was open for 31 ms, as it is doubted for 19 more.
 #[test]
 fn what_the_table_says_is_carried_through_is() {
-    for (verdict, ticks) in [(Verdict::Spike, 4), (Verdict::Saturated, 19), (Verdict::Rate, 50), (Verdict::Open, 31)] {
-        let mut joints = sound_in(State::Walking, verdict);
+    for (verdict, ticks) in
+        [(Validity::Spike, 4), (Validity::Saturated, 19), (Validity::Rate, 50), (Validity::Open, 31)]
+    {
+        let mut joints = sound_in(SupervisorState::Walking, verdict);
         let mut other = joints.clone();
-        let mut last = Verdict::Good;
+        let mut last = Validity::Good;
         for n in 1..=ticks {
             let held = joints.frame().measured;
-            joints.tick(&if verdict == Verdict::Saturated { wrong(Verdict::Open, n) } else { wrong(verdict, n) });
+            joints.tick(&if verdict == Validity::Saturated { wrong(Validity::Open, n) } else { wrong(verdict, n) });
             other.tick(&sound(verdict, n));
             last = joints.frame().verdict[0].expect("worn");
             assert_eq!(joints.frame().measured, held, "the last good angle is kept");
@@ -175,7 +183,7 @@ fn what_the_table_says_is_carried_through_is() {
         for n in 0..1_000 {
             joints.tick(&sound(verdict, n));
             other.tick(&sound(verdict, n));
-            assert_eq!((joints.state(), joints.frame().cause), (State::Walking, Cause::None), "{verdict}");
+            assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Walking, Cause::None), "{verdict}");
         }
         assert_eq!(joints.frame().setpoint_hash, other.frame().setpoint_hash, "the rhythm does not notice");
     }
@@ -184,9 +192,9 @@ fn what_the_table_says_is_carried_through_is() {
 /// At rest there is no tolerance, and the frame says why a press did nothing.
 #[test]
 fn with_any_verdict_but_good_a_press_does_not_arm_and_the_cause_says_which() {
-    for verdict in Verdict::ALL {
+    for verdict in Validity::ALL {
         let Some(is) = reaction(verdict) else { continue };
-        let mut joints = sound_in(State::Disarmed, verdict);
+        let mut joints = sound_in(SupervisorState::Disarmed, verdict);
         let said = u32::from(is.said_ms);
         // 20 ms of the button are a press; the sensor's trouble begins so that its name comes with the last of them.
         for tick in 0..1_200 {
@@ -196,7 +204,7 @@ fn with_any_verdict_but_good_a_press_does_not_arm_and_the_cause_says_which() {
             joints.tick(&Sample { button, ..sample });
         }
         assert_eq!(joints.frame().verdict, [Some(verdict)]);
-        assert_eq!((joints.state(), joints.frame().cause), (State::Disarmed, is.cause), "{verdict}");
+        assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, is.cause), "{verdict}");
     }
 }
 
@@ -204,15 +212,15 @@ fn with_any_verdict_but_good_a_press_does_not_arm_and_the_cause_says_which() {
 fn a_flickering_wire_uses_the_tolerance_up() {
     // 3 ticks bad, 2 ticks good: one tick of tolerance every 5. Never 4 bad ones in a row. (Every fifth code would be of
     // no use to anyone; the verdicts in between follow from the sensor's own rules and only make it worse.)
-    let mut joints = reach(&walker(), State::Walking);
+    let mut joints = reach(&walker(), SupervisorState::Walking);
     let mut ticks = 0;
-    while joints.state() == State::Walking {
+    while joints.state() == SupervisorState::Walking {
         let code = if ticks % 5 < 3 { support::OPEN } else { good(ticks).codes[0] };
         joints.tick(&Sample { codes: [code], ..good(ticks) });
         ticks += 1;
         assert!(ticks < 260, "{ticks}");
     }
-    assert_eq!((joints.state(), joints.frame().cause), (State::Stopping, Cause::SensorOpen));
+    assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Stopping, Cause::SensorOpen));
 }
 
 #[test]
@@ -224,23 +232,23 @@ fn without_a_required_sensor_the_rhythm_goes_on() {
     run(&mut joints, 100, open);
     run(&mut joints, 20, |s| Sample { button: true, ..open(s) });
     run(&mut joints, 60_000, open);
-    assert_eq!(joints.state(), State::Walking);
+    assert_eq!(joints.state(), SupervisorState::Walking);
     // And still every verdict is reported.
-    assert_eq!(joints.frame().verdict, [Some(hgod_adc::Verdict::SupplyLow)]);
+    assert_eq!(joints.frame().verdict, [Some(hgod_adc::Validity::SupplyLow)]);
     assert_eq!(joints.frame().limited_ticks, 0);
 }
 
 #[test]
 fn overruns_are_counted_twice_a_second_and_then_stop() {
     let overrun = |s| Sample { faults: BoardFaults::ADC_OVERRUN, ..s };
-    let mut joints = reach(&walker(), State::Walking);
+    let mut joints = reach(&walker(), SupervisorState::Walking);
     for second in 0..10 {
         for _ in 0..2 {
             run(&mut joints, 1, overrun);
             idle(&mut joints, 299);
         }
         idle(&mut joints, 400);
-        assert_eq!(joints.state(), State::Walking, "second {second}");
+        assert_eq!(joints.state(), SupervisorState::Walking, "second {second}");
     }
     assert_eq!(joints.frame().overruns, 20);
     run(&mut joints, 1, overrun);
@@ -248,12 +256,12 @@ fn overruns_are_counted_twice_a_second_and_then_stop() {
     run(&mut joints, 1, overrun);
     idle(&mut joints, 450);
     run(&mut joints, 1, overrun);
-    assert_eq!((joints.state(), joints.frame().cause), (State::Stopping, Cause::AdcOverrun));
+    assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Stopping, Cause::AdcOverrun));
     // A second later it may be armed again.
     idle(&mut joints, 1_000);
-    assert_eq!(joints.state(), State::Disarmed);
+    assert_eq!(joints.state(), SupervisorState::Disarmed);
     press(&mut joints);
-    assert_eq!(joints.state(), State::Arming);
+    assert_eq!(joints.state(), SupervisorState::Arming);
 }
 
 #[test]
@@ -266,11 +274,11 @@ fn gaps_are_counted_then_stop_then_fault() {
             let frame = joints.frame();
             let (after, cause) = match gap {
                 0..=5 => (state, before.cause),
-                6..=20 => (State::Stopping, Cause::Gap),
-                _ => (State::Fault, Cause::Gap),
+                6..=20 => (SupervisorState::Stopping, Cause::Gap),
+                _ => (SupervisorState::Fault, Cause::Gap),
             };
             assert_eq!((frame.state, frame.cause), (after, cause), "gap of {gap}");
-            assert_eq!(command.pulses.is_some(), after != State::Fault);
+            assert_eq!(command.pulses.is_some(), after != SupervisorState::Fault);
             // The wire format has a byte for it: what is beyond is taken as 255, and 0 as 1.
             let taken = gap.clamp(1, 255);
             assert_eq!((frame.tick, frame.missed), (before.tick + taken, before.missed + taken - 1));
@@ -280,7 +288,7 @@ fn gaps_are_counted_then_stop_then_fault() {
 
 #[test]
 fn late_ticks_are_counted_and_nothing_else() {
-    let mut joints = reach(&walker(), State::Walking);
+    let mut joints = reach(&walker(), SupervisorState::Walking);
     let mut other = joints.clone();
     run(&mut joints, 500, |s| Sample { late: true, ..s });
     idle(&mut other, 500);
@@ -294,21 +302,21 @@ fn late_ticks_are_counted_and_nothing_else() {
 fn a_failed_generator_is_not_listened_to() {
     for health in [StateFault::NotFinite { joint: 2 }, StateFault::OutOfBounds { joint: 0 }] {
         let failing = Puppet { health: Err(health), from_step: 3_000, ..Puppet::at([10.0, -10.0, 40.0, 20.0]) };
-        let mut joints = reach(&puppet(failing), State::Walking);
+        let mut joints = reach(&puppet(failing), SupervisorState::Walking);
         let mut ticks = 0;
         while joints.generator().steps < 3_000 {
             joints.tick(&good(ticks));
             ticks += 1;
         }
-        assert_eq!(joints.state(), State::Walking);
+        assert_eq!(joints.state(), SupervisorState::Walking);
         idle(&mut joints, 1);
-        assert_eq!((joints.state(), joints.frame().cause), (State::Stopping, Cause::Generator));
+        assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Stopping, Cause::Generator));
         let left = (0..1_000).take_while(|tick| joints.tick(&good(*tick)).pulses.is_some()).count();
         assert!((299..=302).contains(&left), "{left}");
-        assert_eq!((joints.state(), joints.generator().resets), (State::Disarmed, 1));
+        assert_eq!((joints.state(), joints.generator().resets), (SupervisorState::Disarmed, 1));
         idle(&mut joints, 40);
         press(&mut joints);
-        assert_eq!(joints.state(), State::Arming);
+        assert_eq!(joints.state(), SupervisorState::Arming);
     }
 }
 
@@ -316,9 +324,9 @@ fn a_failed_generator_is_not_listened_to() {
 #[test]
 fn what_is_not_finite_at_rest_cannot_be_armed() {
     let liar = Puppet { lie: Some((0, 3, f32::NAN)), ..Puppet::at([0.0; 4]) };
-    let mut joints = reach(&puppet(liar), State::Disarmed);
+    let mut joints = reach(&puppet(liar), SupervisorState::Disarmed);
     assert_eq!(press(&mut joints), Command::OFF);
-    assert_eq!((joints.state(), joints.frame().cause), (State::Fault, Cause::NonFinite));
+    assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Fault, Cause::NonFinite));
 }
 
 /// Angles that are not finite although the generator says that all is well: off in the very tick, with the last setpoints kept
@@ -335,7 +343,7 @@ fn what_is_not_finite_is_a_fault_in_the_same_tick() {
                 let before = joints.frame().setpoints;
                 assert_eq!(idle(&mut joints, 1), Command::OFF);
                 let frame = joints.frame();
-                assert_eq!((frame.state, frame.cause), (State::Fault, Cause::NonFinite), "{state:?}");
+                assert_eq!((frame.state, frame.cause), (SupervisorState::Fault, Cause::NonFinite), "{state:?}");
                 assert_eq!((frame.setpoints, frame.pulses.map(|pulse| pulse.0)), (before, [0; 4]));
             }
         }
@@ -354,25 +362,25 @@ fn a_pose_that_the_envelope_holds_back_stops_after_50_ms() {
     while !held(&joints) {
         joints.tick(&good(ticks));
         ticks += 1;
-        assert!(ticks < 2_000 && joints.state() == State::Arming);
+        assert!(ticks < 2_000 && joints.state() == SupervisorState::Arming);
     }
     idle(&mut joints, 50);
-    assert_eq!(joints.state(), State::Arming);
+    assert_eq!(joints.state(), SupervisorState::Arming);
     idle(&mut joints, 1);
-    assert_eq!((joints.state(), joints.frame().cause), (State::Stopping, Cause::Pose));
+    assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Stopping, Cause::Pose));
     let sum = joints.frame().setpoints[2].degrees() + joints.frame().setpoints[3].degrees();
     assert!((149.0..=150.0).contains(&sum), "{sum}");
     idle(&mut joints, 310);
-    assert_eq!(joints.state(), State::Disarmed);
+    assert_eq!(joints.state(), SupervisorState::Disarmed);
 }
 
 #[test]
 fn a_slow_stop_becomes_a_hurried_one() {
-    let mut joints = reach(&walker(), State::Stopping);
+    let mut joints = reach(&walker(), SupervisorState::Stopping);
     assert_eq!(joints.frame().cause, Cause::Button);
     idle(&mut joints, 40);
     joints.tick(&Sample { elapsed: 6, ..good(0) });
-    assert_eq!((joints.state(), joints.frame().cause), (State::Stopping, Cause::Gap));
+    assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Stopping, Cause::Gap));
     let left = (0..1_000).take_while(|tick| joints.tick(&good(*tick)).pulses.is_some()).count();
     assert!((299..=302).contains(&left), "{left}");
     assert_eq!(joints.frame().limited_ticks, 0);

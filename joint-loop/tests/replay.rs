@@ -2,9 +2,9 @@
 
 mod support;
 
-use cpg_core::walking::Walk;
-use hgod_adc::{SensorState, Verdict};
-use joint_loop::{BoardFaults, Cause, Command, Frame, JointLoop, LoopConfig, Sample, State};
+use cpg_core::gait::default_walk::Walk;
+use hgod_adc::{SensorState, Validity};
+use joint_loop::{BoardFaults, Cause, Command, Frame, JointLoop, LoopConfig, Sample, SupervisorState};
 use joint_units::{AdcCode, Joint};
 use proptest::prelude::*;
 use support::{VREFINT, good, idle, press, reach, script, sensor, walker};
@@ -14,7 +14,7 @@ use support::{VREFINT, good, idle, press, reach, script, sensor, walker};
 #[test]
 fn every_code_in_every_state() {
     let fresh = walker();
-    for state in State::ALL {
+    for state in SupervisorState::ALL {
         let start = reach(&fresh, state);
         // The sensor by itself, taken through the same history of good codes.
         let (alone, mut listening) = (sensor(), SensorState::default());
@@ -30,7 +30,7 @@ fn every_code_in_every_state() {
                 let mut joints = start.clone();
                 let command = joints.tick(&sample);
                 let frame = joints.frame();
-                let after = if state == State::Boot { State::Disarmed } else { state };
+                let after = if state == SupervisorState::Boot { SupervisorState::Disarmed } else { state };
                 assert_eq!((frame.state, command.pulses.is_some()), (after, after.moving()), "{code} {state:?}");
                 assert!(frame.measured[0].0.is_finite() && (0.0..=120.1).contains(&frame.measured[0].degrees()));
                 let reading = alone.sample(&mut listening.clone(), sample.codes[0], sample.vrefint);
@@ -50,12 +50,14 @@ fn every_code_in_every_state() {
 fn assert_allowed(before: &Frame<1>, after: &Frame<1>) {
     let config = LoopConfig::default_biped();
     let legal = match before.state {
-        State::Boot => [State::Disarmed].as_slice(),
-        State::Disarmed => &[State::Disarmed, State::Arming, State::Fault],
-        State::Arming => &[State::Arming, State::Walking, State::Stopping, State::Fault],
-        State::Walking => &[State::Walking, State::Stopping, State::Fault],
-        State::Stopping => &[State::Stopping, State::Disarmed, State::Fault],
-        State::Fault => &[State::Fault, State::Disarmed],
+        SupervisorState::Boot => [SupervisorState::Disarmed].as_slice(),
+        SupervisorState::Disarmed => &[SupervisorState::Disarmed, SupervisorState::Arming, SupervisorState::Fault],
+        SupervisorState::Arming => {
+            &[SupervisorState::Arming, SupervisorState::Walking, SupervisorState::Stopping, SupervisorState::Fault]
+        }
+        SupervisorState::Walking => &[SupervisorState::Walking, SupervisorState::Stopping, SupervisorState::Fault],
+        SupervisorState::Stopping => &[SupervisorState::Stopping, SupervisorState::Disarmed, SupervisorState::Fault],
+        SupervisorState::Fault => &[SupervisorState::Fault, SupervisorState::Disarmed],
     };
     assert!(legal.contains(&after.state), "{before:?} {after:?}");
     assert_eq!(after.seq, before.seq.wrapping_add(1));
@@ -70,7 +72,7 @@ fn assert_allowed(before: &Frame<1>, after: &Frame<1>) {
             // 500 deg/s.
             assert!((setpoint.degrees() - before.setpoints[at].degrees()).abs() <= 0.500_1);
         }
-        if after.state == State::Arming && before.state != State::Arming {
+        if after.state == SupervisorState::Arming && before.state != SupervisorState::Arming {
             assert_eq!(setpoint, config.blend.park[at], "motion begins at the park pose");
         }
     }
@@ -125,8 +127,8 @@ proptest! {
                 assert_allowed(&before, &after);
                 prop_assert_eq!(command.pulses.is_some(), after.state.moving());
                 if !before.state.moving() && after.state.moving() {
-                    prop_assert!(before.state == State::Disarmed && held_for >= 20);
-                    prop_assert!(after.verdict == [Some(Verdict::Good)] && sample.faults.is_empty());
+                    prop_assert!(before.state == SupervisorState::Disarmed && held_for >= 20);
+                    prop_assert!(after.verdict == [Some(Validity::Good)] && sample.faults.is_empty());
                 }
                 recorded.push((sample, after));
             }
@@ -167,7 +169,7 @@ fn replay(inputs: &[Sample<1>]) -> JointLoop<Walk, 1> {
 fn the_hash_tells_runs_apart() {
     let inputs = inputs();
     let whole = replay(&inputs).frame();
-    assert_eq!((whole.state, whole.cause), (State::Disarmed, Cause::Button));
+    assert_eq!((whole.state, whole.cause), (SupervisorState::Disarmed, Cause::Button));
     assert_eq!(replay(&inputs).frame(), whole);
     assert_ne!(replay(&inputs[..5_999]).frame().setpoint_hash, whole.setpoint_hash);
 
@@ -205,7 +207,7 @@ fn the_hash_can_be_computed_from_the_frames() {
         joints.tick(&sample);
         let frame = joints.frame();
         let mut bytes = frame.tick.to_le_bytes().to_vec();
-        bytes.push(State::ALL.iter().position(|state| *state == frame.state).expect("listed") as u8);
+        bytes.push(SupervisorState::ALL.iter().position(|state| *state == frame.state).expect("listed") as u8);
         bytes.extend(frame.setpoints.iter().flat_map(|angle| angle.0.to_bits().to_le_bytes()));
         for byte in bytes {
             hash = (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
@@ -217,7 +219,7 @@ fn the_hash_can_be_computed_from_the_frames() {
 /// A copy goes on as the original does: nothing is kept outside of it.
 #[test]
 fn a_copy_goes_on_alike() {
-    let mut joints = reach(&walker(), State::Arming);
+    let mut joints = reach(&walker(), SupervisorState::Arming);
     let mut copy = joints.clone();
     for tick in 0..5_000 {
         assert_eq!(joints.tick(&good(tick)), copy.tick(&good(tick)));
@@ -227,7 +229,7 @@ fn a_copy_goes_on_alike() {
 
 #[test]
 fn disarmed_means_off_and_parked() {
-    let mut joints = reach(&walker(), State::Walking);
+    let mut joints = reach(&walker(), SupervisorState::Walking);
     idle(&mut joints, 40);
     press(&mut joints);
     idle(&mut joints, 1_100);

@@ -4,12 +4,14 @@
 //! out, and say so. With `FOOTFALL_REQUIRE_VIRTUAL_BOARD=1` being left out is a failure.
 
 use crate::left_out;
-use footfall::board_lines::{self, BoardLine, End};
-use footfall::image::Image;
-use footfall::session::{Books, Session};
-use footfall::telemetry::{self, Boot, Call, Edge, Env, Follow, Inputs, Line, Margin, Tick};
-use joint_loop::shipped::{Parameters, WalkLoop, walk_loop};
-use joint_loop::{Frame, SENSORS, WalkerConfig};
+use footfall::board::image::Image;
+use footfall::board::lines;
+use footfall::board::lines::{BoardLine, End};
+use footfall::board::session::{Books, Session};
+use footfall::board::telemetry;
+use footfall::board::telemetry::{Boot, Call, Edge, Env, Follow, Inputs, Line, Margin, Tick};
+use joint_loop::setup::default_loop::{Parameters, WalkLoop, walk_loop};
+use joint_loop::{Frame, GeneratorConfig, SENSORS};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -75,7 +77,7 @@ impl Booted {
     /// # Panics
     /// The board did not say which chip it is on, or inputs were lost.
     #[must_use]
-    pub fn replay(&self, walker: &WalkerConfig) -> Vec<Frame<SENSORS>> {
+    pub fn replay(&self, walker: &GeneratorConfig) -> Vec<Frame<SENSORS>> {
         self.watch(walker, WalkLoop::frame)
     }
 
@@ -84,7 +86,7 @@ impl Booted {
     /// # Panics
     /// As [`Booted::replay`].
     #[must_use]
-    pub fn watch<T>(&self, walker: &WalkerConfig, see: impl FnMut(&WalkLoop) -> T) -> Vec<T> {
+    pub fn watch<T>(&self, walker: &GeneratorConfig, see: impl FnMut(&WalkLoop) -> T) -> Vec<T> {
         self.watch_as(&with_walker(walker), see)
     }
 
@@ -146,7 +148,7 @@ impl Board {
     /// The board cannot be started, or does not write what was agreed.
     #[must_use]
     pub fn run<A: AsRef<OsStr>>(&self, options: impl IntoIterator<Item = A>) -> Ran {
-        self.run_with(&WalkerConfig::default_walk(), options)
+        self.run_with(&GeneratorConfig::default_walk(), options)
     }
 
     /// The same on a board whose parameter sector was given this walker by one of the options.
@@ -154,7 +156,7 @@ impl Board {
     /// # Panics
     /// As [`Board::run`].
     #[must_use]
-    pub fn run_with<A: AsRef<OsStr>>(&self, walker: &WalkerConfig, options: impl IntoIterator<Item = A>) -> Ran {
+    pub fn run_with<A: AsRef<OsStr>>(&self, walker: &GeneratorConfig, options: impl IntoIterator<Item = A>) -> Ran {
         self.run_as(&with_walker(walker), options)
     }
 
@@ -180,7 +182,7 @@ impl Board {
         let mut decoder = self.image.decoder();
         let (mut boots, mut pulses, mut remarks, mut end) = (Vec::<Booted>::new(), vec![], vec![], None);
         for text in output.lines() {
-            let line = board_lines::parse(text).unwrap_or_else(|error| panic!("{error}"));
+            let line = lines::parse(text).unwrap_or_else(|error| panic!("{error}"));
             session.take(line.clone()).unwrap_or_else(|error| panic!("{error}"));
             match line {
                 BoardLine::Boot { t_s, cause } => {
@@ -207,7 +209,7 @@ impl Board {
 }
 
 /// A board with this walker, and the sensors that it has if nothing is said.
-fn with_walker(walker: &WalkerConfig) -> Parameters {
+fn with_walker(walker: &GeneratorConfig) -> Parameters {
     Parameters::or_default(Some(*walker), None).expect("what ships is sound")
 }
 

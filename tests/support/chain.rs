@@ -7,11 +7,12 @@
 
 use crate::board::{Board, Booted, Ran};
 use cpg_core::Generator;
-use footfall::entrain::run::Tick;
-use footfall::shipped::{SENSOR_PIN, wired_sensor};
-use gait_trace::{Channel, Quantity, Recording, csv_file};
-use joint_loop::walker_record::{ADDRESS, record_of};
-use joint_loop::{State, Walker, WalkerConfig};
+use footfall::board::default_loop::{SENSOR_PIN, wired_sensor};
+use footfall::command::entrain::run::Tick;
+use gait_trace::format::csv_file;
+use gait_trace::{Channel, Quantity, Recording};
+use joint_loop::store::generator_record::{ADDRESS, record_of};
+use joint_loop::{BoardGenerator, GeneratorConfig, SupervisorState};
 use std::ffi::OsString;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -63,7 +64,7 @@ pub fn volts(degrees: &[f64]) -> Recording {
 /// # Panics
 /// Something was wrong with the run, or the host cannot follow it bit for bit.
 #[must_use]
-pub fn run(board: &Board, config: &WalkerConfig, volts: &Recording, secs: f64, press: bool) -> Ran {
+pub fn run(board: &Board, config: &GeneratorConfig, volts: &Recording, secs: f64, press: bool) -> Ran {
     let folder = tempfile::tempdir().expect("a folder");
     let (feed, sector) = (folder.path().join("volts.csv"), folder.path().join("walker.bin"));
     csv_file::write(&feed, volts).expect("written");
@@ -101,13 +102,13 @@ pub fn begun_ms(boot: &Booted) -> usize {
 /// # Panics
 /// As [`run`], and where a control period was missed.
 #[must_use]
-pub fn follow(board: &Board, config: &WalkerConfig, degrees: &[f64], press: bool) -> Chain {
+pub fn follow(board: &Board, config: &GeneratorConfig, degrees: &[f64], press: bool) -> Chain {
     let secs = degrees.len() as f64 * 1e-3;
     let ran = run(board, config, &volts(degrees), secs, press);
     let boot = &ran.boots[0];
     let mut before = None;
     let ticks = boot.watch(config, |joints| {
-        let (Walker::Follow(follower), frame) = (joints.generator(), joints.frame()) else {
+        let (BoardGenerator::Follow(follower), frame) = (joints.generator(), joints.frame()) else {
             panic!("not a follower");
         };
         let status = follower.status();
@@ -126,7 +127,7 @@ pub fn follow(board: &Board, config: &WalkerConfig, degrees: &[f64], press: bool
         }
     });
     let first_ms = begun_ms(boot) + boot.calls.first().map_or(0, |call| call.0 as usize);
-    let walking = boot.ticks.last().is_some_and(|tick| tick.state == State::Walking);
+    let walking = boot.ticks.last().is_some_and(|tick| tick.state == SupervisorState::Walking);
     Chain { ticks, first_ms, walking }
 }
 

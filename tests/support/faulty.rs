@@ -2,11 +2,11 @@
 
 use crate::board::{Board, Ran};
 use crate::degraded::Random;
-use crate::traces::shipped_volts;
+use crate::traces::default_volts;
 use gait_trace::Recording;
-use hgod_adc::Verdict;
-use joint_loop::walker_record::{ADDRESS, record_of};
-use joint_loop::{Frame, Reaction, SENSORS, WalkerConfig, reaction};
+use hgod_adc::Validity;
+use joint_loop::store::generator_record::{ADDRESS, record_of};
+use joint_loop::{Frame, GeneratorConfig, Reaction, SENSORS, reaction};
 use std::ffi::OsString;
 use std::path::Path;
 
@@ -45,16 +45,16 @@ pub enum Fault {
 impl Fault {
     /// What it is called.
     #[must_use]
-    pub fn verdict(self) -> Verdict {
+    pub fn verdict(self) -> Validity {
         match self {
-            Self::Open => Verdict::Open,
-            Self::Short => Verdict::Short,
-            Self::Brief => Verdict::Saturated,
-            Self::Stuck => Verdict::Stuck,
-            Self::Spike => Verdict::Spike,
-            Self::Jump | Self::Loose => Verdict::Rate,
-            Self::Outside => Verdict::OutOfTable,
-            Self::Supply => Verdict::SupplyLow,
+            Self::Open => Validity::Open,
+            Self::Short => Validity::Short,
+            Self::Brief => Validity::Saturated,
+            Self::Stuck => Validity::Stuck,
+            Self::Spike => Validity::Spike,
+            Self::Jump | Self::Loose => Validity::Rate,
+            Self::Outside => Validity::OutOfTable,
+            Self::Supply => Validity::SupplyLow,
         }
     }
 
@@ -120,7 +120,7 @@ impl Knee {
     pub fn new(noise: f64, secs: f64, seed: u32) -> Self {
         let mut random = Random(seed);
         let noise = (0..=(secs * 1e3) as usize + 2).map(|_| noise * LSB * random.normal()).collect();
-        Self { volts: shipped_volts(), noise }
+        Self { volts: default_volts(), noise }
     }
 
     /// Of the loop, which is two strides.
@@ -169,7 +169,7 @@ pub fn table(knee: &Knee, faults: &[(Fault, f64)], secs: f64) -> String {
 pub struct Rig<'a> {
     board: &'a Board,
     /// The walker.
-    pub walker: WalkerConfig,
+    pub walker: GeneratorConfig,
     sector: Option<tempfile::NamedTempFile>,
     /// When its converter looks at the pin.
     pub clock: Clock,
@@ -181,7 +181,7 @@ impl<'a> Rig<'a> {
     /// # Panics
     /// The board cannot be run.
     #[must_use]
-    pub fn new(board: &'a Board, walker: WalkerConfig, built_in: bool) -> Self {
+    pub fn new(board: &'a Board, walker: GeneratorConfig, built_in: bool) -> Self {
         let sector = (!built_in).then(|| {
             let file = tempfile::NamedTempFile::new().unwrap();
             std::fs::write(file.path(), record_of(&walker).bytes()).unwrap();

@@ -15,11 +15,11 @@ pub mod board;
 pub mod chain;
 pub mod degraded;
 pub mod faulty;
+pub mod people;
 pub mod statistics;
 pub mod swings;
 pub mod traces;
 pub mod walk;
-pub mod walkers;
 
 use std::io::Write;
 

@@ -3,8 +3,8 @@
 //! A phantom stride is a swing of a setpoint of at least half the template's range that the recorded joint (10 degrees or more) does not
 //! make within 0.4 s. A pause is 1 s and longer within 12 degrees, standing.
 
-use cpg_core::phase_lock::Template;
-use footfall::entrain::learn::angle_deg;
+use cpg_core::entrainment::phase_lock::Template;
+use footfall::command::entrain::learn::angle_deg;
 
 /// A top of a series: its tick, and its height.
 pub type Top = (usize, f64);

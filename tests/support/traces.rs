@@ -1,7 +1,8 @@
 //! Recordings: one ships here, many more may lie beside the workspace.
 
-use footfall::feed;
-use gait_trace::{Recording, csv_file};
+use footfall::board::feed;
+use gait_trace::Recording;
+use gait_trace::format::csv_file;
 use std::path::{Path, PathBuf};
 
 /// The folder of this package.
@@ -12,7 +13,7 @@ pub fn package() -> &'static Path {
 
 /// The recordings that ship.
 #[must_use]
-pub fn shipped_folder() -> PathBuf {
+pub fn default_traces_folder() -> PathBuf {
     package().join("traces")
 }
 
@@ -21,8 +22,8 @@ pub fn shipped_folder() -> PathBuf {
 /// # Panics
 /// It cannot be read.
 #[must_use]
-pub fn shipped() -> Recording {
-    feed::shipped().expect("the shipped recording is good").1
+pub fn default_trace() -> Recording {
+    feed::default_trace().expect("the shipped recording is good").1
 }
 
 /// The shipped recording of semi-synthetic volts: a loop.
@@ -30,14 +31,14 @@ pub fn shipped() -> Recording {
 /// # Panics
 /// It cannot be read.
 #[must_use]
-pub fn shipped_volts() -> Recording {
-    csv_file::read(&shipped_volts_file()).expect("the shipped volts are good")
+pub fn default_volts() -> Recording {
+    csv_file::read(&default_volts_file()).expect("the shipped volts are good")
 }
 
 /// Where the shipped volts are.
 #[must_use]
-pub fn shipped_volts_file() -> PathBuf {
-    shipped_folder().join("gaitkit_fukuchi_healthy_left_knee_volts.csv")
+pub fn default_volts_file() -> PathBuf {
+    default_traces_folder().join("gaitkit_fukuchi_healthy_left_knee_volts.csv")
 }
 
 /// The folder of many recordings, `FOOTFALL_TRACES` or `../shared/traces` beside the workspace; where there is none, that

@@ -1,8 +1,8 @@
 //! The loop that ships, fed with the shipped recording, tick by tick on the host.
 
 use crate::degraded::{Degraded, Stream};
-use crate::traces::shipped_volts;
-use footfall::shipped::{WalkLoop, typical_loop, typical_sensor};
+use crate::traces::default_volts;
+use footfall::board::default_loop::{WalkLoop, typical_loop, typical_sensor};
 use gait_trace::Recording;
 use hgod_adc::{Reference, Supply};
 use joint_loop::{Command, Frame, SENSORS, Sample};
@@ -39,7 +39,7 @@ impl Walk {
     pub fn new(condition: Degraded) -> Self {
         let sensor = typical_sensor().expect("the shipped sensor");
         Self {
-            volts: shipped_volts(),
+            volts: default_volts(),
             reference: *sensor.reference(),
             supply: Supply::new(Volts(3.0)).expect("3 V"),
             stream: Stream::new(condition),

@@ -4,7 +4,7 @@ use wire::{Change, DecodeError, MAX_BYTES, Record, decode, encode};
 
 fn main() -> Result<(), DecodeError> {
     // On the board: one record, one buffer on the stack.
-    let change = Change { tick: 2_310, state: joint_loop::State::Walking, cause: joint_loop::Cause::Button };
+    let change = Change { tick: 2_310, state: joint_loop::SupervisorState::Walking, cause: joint_loop::Cause::Button };
     let mut buffer = [0; MAX_BYTES];
     let bytes = encode(&Record::Change(change), &mut buffer).expect("a buffer of MAX_BYTES holds any record");
     println!("{} bytes: {bytes:02x?}", bytes.len());

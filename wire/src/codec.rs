@@ -54,16 +54,8 @@ pub enum Kind {
 
 impl Kind {
     /// Every kind, in order of its number.
-    pub const ALL: [Self; 8] = [
-        Self::Boot,
-        Self::Refused,
-        Self::Change,
-        Self::Inputs,
-        Self::Frame,
-        Self::Edge,
-        Self::Cost,
-        Self::Environment,
-    ];
+    pub const ALL: [Self; 8] =
+        [Self::Boot, Self::Refused, Self::Change, Self::Inputs, Self::Frame, Self::Edge, Self::Cost, Self::Environment];
 
     /// The word for it in messages.
     #[must_use]
@@ -153,7 +145,13 @@ impl fmt::Display for DecodeError {
             Self::Kind { kind, length } => {
                 write!(f, "unknown record kind {kind} ({length} bytes); version {VERSION} has the kinds")?;
                 for known in Kind::ALL {
-                    write!(f, " {} {}{}", known as u8, known.name(), if known == Kind::Environment { "" } else { "," })?;
+                    write!(
+                        f,
+                        " {} {}{}",
+                        known as u8,
+                        known.name(),
+                        if known == Kind::Environment { "" } else { "," }
+                    )?;
                 }
                 Ok(())
             }
@@ -168,7 +166,11 @@ impl fmt::Display for DecodeError {
                 kind.name()
             ),
             Self::Trailing { kind, length, record } => {
-                write!(f, "{} record of {length} bytes; this one ends after {record}, allowed is nothing behind it", kind.name())
+                write!(
+                    f,
+                    "{} record of {length} bytes; this one ends after {record}, allowed is nothing behind it",
+                    kind.name()
+                )
             }
         }
     }

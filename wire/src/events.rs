@@ -1,6 +1,6 @@
 //! What happens at a moment of its own: a change of state, an edge at the synchronisation input.
 
-use joint_loop::{Cause, State};
+use joint_loop::{Cause, SupervisorState};
 use serde::{Deserialize, Serialize};
 
 use crate::number;
@@ -12,7 +12,7 @@ pub struct Change {
     pub tick: u32,
     /// The state now.
     #[serde(with = "number")]
-    pub state: State,
+    pub state: SupervisorState,
     /// Why.
     #[serde(with = "number")]
     pub cause: Cause,

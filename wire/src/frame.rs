@@ -2,8 +2,8 @@
 
 use cpg_core::entrainment::{self, Lock, SensorFault};
 use heapless::Vec;
-use hgod_adc::Verdict;
-use joint_loop::{Cause, SENSORS, State};
+use hgod_adc::Validity;
+use joint_loop::{Cause, SENSORS, SupervisorState};
 use joint_units::{Joint, PulseMicros, Radians};
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +18,7 @@ pub struct Frame {
     pub seq: u32,
     /// State of the supervisor.
     #[serde(with = "number")]
-    pub state: State,
+    pub state: SupervisorState,
     /// Why the last motion ended or was refused.
     #[serde(with = "number")]
     pub cause: Cause,
@@ -52,7 +52,7 @@ pub struct Reading {
     pub angle_rad: f32,
     /// Validity of the sample.
     #[serde(with = "number")]
-    pub validity: Verdict,
+    pub validity: Validity,
 }
 
 /// State of the phase lock between a person and a generator that follows.
@@ -102,8 +102,8 @@ impl Follow {
     }
 }
 
-impl From<&entrainment::Status> for Follow {
-    fn from(status: &entrainment::Status) -> Self {
+impl From<&entrainment::FollowStatus> for Follow {
+    fn from(status: &entrainment::FollowStatus) -> Self {
         Self {
             state: status.state,
             fault: status.fault,

@@ -1,8 +1,8 @@
 //! Serde for the enums of the cores: one byte, the variant's place in the enum's list `ALL`. Their crates need no serde for it.
 
 use cpg_core::entrainment::{Lock, SensorFault};
-use hgod_adc::Verdict;
-use joint_loop::{Cause, State};
+use hgod_adc::Validity;
+use joint_loop::{Cause, SupervisorState};
 use serde::de::{Error, Unexpected};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -16,7 +16,7 @@ macro_rules! numbered {
     ($($name:ty)*) => { $(impl Numbered for $name { const ALL: &'static [Self] = &<$name>::ALL; })* };
 }
 
-numbered!(Cause Lock SensorFault State Verdict);
+numbered!(Cause Lock SensorFault SupervisorState Validity);
 
 fn place<T: Numbered>(value: T) -> u8 {
     // Every variant is in the list; what were not would be refused by the reader.

@@ -1,8 +1,8 @@
 //! The bytes of version 1, an example of each record. A change here is another version: raise [`wire::VERSION`].
 
 use cpg_core::entrainment::{Lock, SensorFault};
-use hgod_adc::Verdict;
-use joint_loop::{Cause, Sample, State};
+use hgod_adc::Validity;
+use joint_loop::{Cause, Sample, SupervisorState};
 use wire::*;
 
 fn vec<T: Clone, const N: usize>(items: &[T]) -> heapless::Vec<T, N> {
@@ -31,11 +31,11 @@ fn examples() -> [(Record, Vec<u8>); 8] {
     let frame = Frame {
         tick: 300,
         seq: 299,
-        state: State::Walking,
+        state: SupervisorState::Walking,
         cause: Cause::Button,
         sensors: vec(&[
-            Reading { angle_rad: 0.5, validity: Verdict::Good },
-            Reading { angle_rad: -0.25, validity: Verdict::Rate },
+            Reading { angle_rad: 0.5, validity: Validity::Good },
+            Reading { angle_rad: -0.25, validity: Validity::Rate },
         ]),
         following: Some(Follow {
             state: Lock::Locked,
@@ -69,11 +69,11 @@ fn examples() -> [(Record, Vec<u8>); 8] {
             .concat(),
         ),
         (Record::Refused(Refused::new(Subject::Clock, "no HSE")), [&[1, 3, 6][..], b"no HSE"].concat()),
-        (Record::Change(Change { tick: 128, state: State::Fault, cause: Cause::Board }), vec![2, 0x80, 1, 5, 19]),
         (
-            Record::Inputs(inputs),
-            vec![3, 0xac, 2, 2, 1, 0x80, 0x10, 0xde, 0x0b, 1, 0, 1, 0x7f, 0xde, 0x0b, 1, 0x81, 2],
+            Record::Change(Change { tick: 128, state: SupervisorState::Fault, cause: Cause::Board }),
+            vec![2, 0x80, 1, 5, 19],
         ),
+        (Record::Inputs(inputs), vec![3, 0xac, 2, 2, 1, 0x80, 0x10, 0xde, 0x0b, 1, 0, 1, 0x7f, 0xde, 0x0b, 1, 0x81, 2]),
         (
             Record::Frame(frame),
             [
@@ -100,10 +100,7 @@ fn examples() -> [(Record, Vec<u8>); 8] {
             }),
             vec![6, 0x8c, 0x47, 38, 2, 0x84, 7, 0x90, 0xbf, 5],
         ),
-        (
-            Record::Environment(Environment { die_c: Some(31.25), supply_v: None }),
-            vec![7, 1, 0, 0, 0xfa, 0x41, 0],
-        ),
+        (Record::Environment(Environment { die_c: Some(31.25), supply_v: None }), vec![7, 1, 0, 0, 0xfa, 0x41, 0]),
     ]
 }
 
@@ -128,14 +125,14 @@ fn the_bytes_are_those_of_version_1() {
 fn the_numbers_of_states_are_those_of_version_1() {
     // What the lists of the cores hold, in order: another order is another version.
     let names = |all: &[&str]| all.join(" ");
-    assert_eq!(names(&State::ALL.map(State::name)), "boot disarmed arming walking stopping fault");
+    assert_eq!(names(&SupervisorState::ALL.map(SupervisorState::name)), "boot disarmed arming walking stopping fault");
     assert_eq!(
         names(&Cause::ALL.map(Cause::name)),
         "none button sensor_open sensor_short sensor_saturated sensor_stuck sensor_spike sensor_rate sensor_out_of_table \
          sensor_supply_low adc_overrun pose generator gap non_finite break_input clock watchdog outputs board"
     );
     assert_eq!(
-        names(&Verdict::ALL.map(Verdict::name)),
+        names(&Validity::ALL.map(Validity::name)),
         "good open short saturated stuck spike rate out_of_table supply_low"
     );
     assert_eq!(names(&Lock::ALL.map(Lock::name)), "stopped seeking locked holding");
@@ -203,7 +200,8 @@ fn every_truncation_is_refused() {
 
 #[test]
 fn the_longest_record_fills_the_buffer() {
-    let most = Call { codes: vec(&[u16::MAX; 4]), reference: u16::MAX, elapsed: 255, flags: Flags::from_bits(0x1ff).unwrap() };
+    let most =
+        Call { codes: vec(&[u16::MAX; 4]), reference: u16::MAX, elapsed: 255, flags: Flags::from_bits(0x1ff).unwrap() };
     let inputs = Record::Inputs(Inputs { first_tick: u32::MAX, calls: vec(&vec![most; CALLS]) });
     let mut buffer = [0; MAX_BYTES + 1];
     assert_eq!(encode(&inputs, &mut buffer).unwrap().len(), MAX_BYTES);
@@ -218,7 +216,9 @@ fn the_longest_record_fills_the_buffer() {
 fn printed_records_are_found() {
     for (record, bytes) in examples() {
         let printed: Vec<String> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-        for line in [format!("wire [{}]", printed.join(", ")), format!("0.1 [INFO ] wire [{}] (a.rs:1)", printed.join(", "))] {
+        for line in
+            [format!("wire [{}]", printed.join(", ")), format!("0.1 [INFO ] wire [{}] (a.rs:1)", printed.join(", "))]
+        {
             let found = bytes_in(&line).unwrap().unwrap();
             assert_eq!(decode(&found), Ok(record.clone()));
         }

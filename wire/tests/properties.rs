@@ -1,8 +1,8 @@
 //! Every record makes an exact round trip, and no bytes make the decoder panic.
 
 use cpg_core::entrainment::{Lock, SensorFault};
-use hgod_adc::Verdict;
-use joint_loop::{Cause, SENSORS, State};
+use hgod_adc::Validity;
+use joint_loop::{Cause, SENSORS, SupervisorState};
 use proptest::prelude::*;
 use proptest::sample::select;
 use wire::*;
@@ -26,7 +26,8 @@ fn boot() -> impl Strategy<Value = Record> {
     let names = (text(), text(), select(&Reset::ALL[..]));
     let numbers = (any::<u32>(), any::<u16>(), float(), any::<Option<u32>>(), any::<Option<u32>>());
     (names, numbers, any::<bool>(), any::<bool>()).prop_map(|(names, numbers, sensor_required, shadow)| {
-        let ((board, chip, reset), (streak, reference_cal, min_supply_v, generator_crc, sensors_crc)) = (names, numbers);
+        let ((board, chip, reset), (streak, reference_cal, min_supply_v, generator_crc, sensors_crc)) =
+            (names, numbers);
         Record::Boot(Boot {
             version: VERSION,
             board,
@@ -53,7 +54,7 @@ fn inputs() -> impl Strategy<Value = Record> {
 
 fn frame() -> impl Strategy<Value = Record> {
     let reading =
-        (float(), select(&Verdict::ALL[..])).prop_map(|(angle_rad, validity)| Reading { angle_rad, validity });
+        (float(), select(&Validity::ALL[..])).prop_map(|(angle_rad, validity)| Reading { angle_rad, validity });
     let follow =
         (select(&Lock::ALL[..]), prop::option::of(select(&SensorFault::ALL[..])), prop::array::uniform3(float()))
             .prop_map(|(state, fault, [phase_error_rad, stride_s, confidence])| Follow {
@@ -63,7 +64,7 @@ fn frame() -> impl Strategy<Value = Record> {
                 stride_s,
                 confidence,
             });
-    let head = (any::<u32>(), any::<u32>(), select(&State::ALL[..]), select(&Cause::ALL[..]));
+    let head = (any::<u32>(), any::<u32>(), select(&SupervisorState::ALL[..]), select(&Cause::ALL[..]));
     let middle = (few::<Reading, SENSORS>(reading), prop::option::of(follow), prop::array::uniform4(float()));
     let tail = (prop::array::uniform4(any::<u16>()), prop::array::uniform4(any::<u32>()), any::<u8>(), any::<u64>());
     (head, middle, tail).prop_map(|(head, (sensors, following, setpoints_rad), tail)| {
@@ -91,7 +92,7 @@ fn frame() -> impl Strategy<Value = Record> {
 fn record() -> impl Strategy<Value = Record> {
     let refused = (select(&Subject::ALL[..]), "\\PC{0,200}")
         .prop_map(|(subject, reason)| Record::Refused(Refused::new(subject, reason)));
-    let change = (any::<u32>(), select(&State::ALL[..]), select(&Cause::ALL[..]))
+    let change = (any::<u32>(), select(&SupervisorState::ALL[..]), select(&Cause::ALL[..]))
         .prop_map(|(tick, state, cause)| Record::Change(Change { tick, state, cause }));
     let edge = (any::<u32>(), any::<i32>(), any::<bool>(), any::<bool>())
         .prop_map(|(tick, offset_us, high, lost_before)| Record::Edge(Edge { tick, offset_us, high, lost_before }));

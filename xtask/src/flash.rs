@@ -11,9 +11,9 @@ use crate::build::Workshop;
 use crate::setup::{Incomplete, Need};
 use crate::shell;
 
-/// `joint_loop::walker_record::ADDRESS`; `footfall pack` says it too.
+/// `joint_loop::store::generator_record::ADDRESS`; `footfall pack` says it too.
 const WALKER_SECTOR: &str = "0x08004000";
-/// `joint_loop::sensors_record::ADDRESS`.
+/// `joint_loop::store::sensor_record::ADDRESS`.
 const SENSORS_SECTOR: &str = "0x08008000";
 
 /// What goes onto the board.

@@ -1,4 +1,4 @@
-//! The adaptive-frequency Hopf oscillator as an estimator of phase and cadence: the comparison to [`crate::phase_lock`].
+//! The adaptive-frequency Hopf oscillator as an estimator of phase and cadence: the comparison to [`crate::entrainment::phase_lock`].
 //!
 //! The measured angle, less its running mean and over its running amplitude, drives [`AdaptiveHopf`] as F. On a sinusoid the
 //! oscillator's angle then runs with the signal's: `F = cos a` pulls x towards it. Needs no template, knows no harmonics, has no fault
@@ -10,9 +10,9 @@ use core::f32::consts::TAU;
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::error::in_range;
-use crate::flow::rk4;
-use crate::hopf::AdaptiveHopf;
-use crate::trig::angle;
+use crate::math::first_order::rk4;
+use crate::math::trig::angle;
+use crate::oscillator::hopf::AdaptiveHopf;
 use crate::{BuildError, Field};
 
 /// Parameters.

@@ -5,9 +5,9 @@ use core::f32::consts::TAU;
 use joint_units::{RadPerSec2, Radians};
 
 use super::events::EventSource;
-use super::gate::{GateConfig, SensorFault};
+use super::plausibility::{PlausibilityConfig, SensorFault};
+use crate::entrainment::phase_lock::PhaseLockConfig;
 use crate::error::{all_in_range, in_range};
-use crate::phase_lock::PhaseLockConfig;
 use crate::{BuildError, Field};
 
 /// Parameters.
@@ -16,7 +16,7 @@ pub struct EntrainedConfig {
     /// The estimator.
     pub lock: PhaseLockConfig,
     /// What samples are believed.
-    pub gate: GateConfig,
+    pub gate: PlausibilityConfig,
     /// How old a sample is when it comes, s: what the sensor's filter delays. The joints are led ahead of the estimate by as much; 0 to 0.05.
     pub delay_s: f32,
     /// Where the joints stand while the amplitude is 0; up to ±2 pi.
@@ -42,7 +42,7 @@ impl Default for EntrainedConfig {
     fn default() -> Self {
         Self {
             lock: PhaseLockConfig::default(),
-            gate: GateConfig::default(),
+            gate: PlausibilityConfig::default(),
             delay_s: 0.0,
             stand: [Radians(0.0), Radians(0.0), Radians::from_degrees(5.0), Radians::from_degrees(5.0)],
             freewheel_s: 2.0,
@@ -103,7 +103,7 @@ impl Lock {
 /// How it stands, for the supervisor and for people.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Status {
+pub struct FollowStatus {
     /// The state.
     pub state: Lock,
     /// What is wrong with the sensor, if something is.

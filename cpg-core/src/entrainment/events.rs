@@ -30,12 +30,12 @@ use core::f32::consts::TAU;
 
 use joint_units::{Period, Phase, Radians};
 
-use super::follow::way;
+use super::bounded_phase::way;
+use crate::entrainment::phase_lock::{PhaseLock, Template};
+use crate::entrainment::stride_events::{Interval, PeakConfig, PeakDetector, StrideTimer};
 use crate::error::in_range;
-use crate::phase_lock::{PhaseLock, Template};
-use crate::shape::Shape;
-use crate::stride_event::{Interval, PeakConfig, PeakDetector, StrideTimer};
-use crate::trig::{angle, sin_cos};
+use crate::math::trig::{angle, sin_cos};
+use crate::waveform::shape::Shape;
 use crate::{BuildError, Field};
 
 /// What tells moments of the stride beside the angle.

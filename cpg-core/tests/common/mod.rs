@@ -1,8 +1,9 @@
 //! What the tests measure with: a second integrator, crossings between steps, random starts. Each test file uses a part of it.
 #![allow(dead_code)]
 
-use cpg_core::robust::{Robust, RobustConfig};
-use cpg_core::{Generator, Integrator, State, graph::Biped};
+use cpg_core::network::graph::Biped;
+use cpg_core::network::phase_coupled::{Robust, RobustConfig};
+use cpg_core::{Generator, Integrator, OscillatorState};
 use joint_units::{Period, Phase, Radians};
 
 /// The textbook Runge-Kutta method on a first-order system in its own units: shares nothing with the crate but the idea.
@@ -83,16 +84,16 @@ impl Random {
         ((self.next() >> 11) as f64 / (1u64 << 52) as f64 - 1.0) * limit
     }
 
-    pub(crate) fn state(&mut self, limit: f64) -> State<4, f64> {
-        State {
+    pub(crate) fn state(&mut self, limit: f64) -> OscillatorState<4, f64> {
+        OscillatorState {
             displacement: core::array::from_fn(|_| self.within(limit)),
             velocity: core::array::from_fn(|_| self.within(limit)),
         }
     }
 }
 
-pub(crate) fn single(state: &State<4, f64>) -> State<4> {
-    State { displacement: state.displacement.map(|x| x as f32), velocity: state.velocity.map(|v| v as f32) }
+pub(crate) fn single(state: &OscillatorState<4, f64>) -> OscillatorState<4> {
+    OscillatorState { displacement: state.displacement.map(|x| x as f32), velocity: state.velocity.map(|v| v as f32) }
 }
 
 /// Distance from `a` to `b` on the circle in degrees, -180 to 180.
@@ -101,7 +102,7 @@ pub(crate) fn apart(a: f64, b: f64) -> f64 {
 }
 
 /// Phase in degrees of each joint of a normalised state.
-pub(crate) fn phases(state: &State<4, f64>) -> [f64; 4] {
+pub(crate) fn phases(state: &OscillatorState<4, f64>) -> [f64; 4] {
     core::array::from_fn(|i| (-state.velocity[i]).atan2(state.displacement[i]).to_degrees())
 }
 

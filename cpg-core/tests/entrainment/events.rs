@@ -1,8 +1,8 @@
 //! Events of the stride on synthetic walkers: what a good one brings, and what the worst one can do.
 
 use cpg_core::Generator;
+use cpg_core::entrainment::phase_lock::Template;
 use cpg_core::entrainment::{Entrained, EntrainedConfig, EventSource, Lock, SensorFault, phase_difference};
-use cpg_core::phase_lock::Template;
 use joint_units::{Joint, Period, Phase, Radians};
 
 use crate::walker::{Walker, templates, walk};

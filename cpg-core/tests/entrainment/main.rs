@@ -5,9 +5,9 @@ mod walker;
 
 use core::f32::consts::TAU;
 
+use cpg_core::entrainment::phase_lock::PhaseLockConfig;
 use cpg_core::entrainment::{Entrained, EntrainedConfig, EventSource, Lock, SensorFault, phase_difference};
-use cpg_core::phase_lock::PhaseLockConfig;
-use cpg_core::shape::Shape;
+use cpg_core::waveform::shape::Shape;
 use cpg_core::{BuildError, Generator};
 use joint_units::{Joint, Period, Phase, RadPerSec, RadPerSec2, Radians};
 use proptest::prelude::*;

@@ -3,9 +3,9 @@
 use core::f32::consts::TAU;
 
 use cpg_core::Generator;
+use cpg_core::entrainment::phase_lock::Template;
 use cpg_core::entrainment::{Entrained, EntrainedConfig, phase_difference};
-use cpg_core::phase_lock::Template;
-use cpg_core::shape::Shape;
+use cpg_core::waveform::shape::Shape;
 use joint_units::{Joint, Period, Phase, Radians};
 
 /// A hip like a walker's, degrees of harmonics 1 to 4.

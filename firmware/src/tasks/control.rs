@@ -8,8 +8,9 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use firmware::board::{BOARD, Pin};
 use firmware::pacing::{LATE_US, Pacer, since};
 use heapless::spsc::Producer;
-use joint_loop::shipped::WalkLoop;
-use joint_loop::{BoardFaults, Frame, MAX_ELAPSED, SENSORS, Sample, State, sync};
+use joint_loop::io::time_code;
+use joint_loop::setup::default_loop::WalkLoop;
+use joint_loop::{BoardFaults, Frame, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
 use wire::{CALLS, Edge};
 
 use super::CONTROL;
@@ -108,14 +109,14 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         Some(_) if SHADOW => {}
         Some(widths) => control.outputs.drive(widths),
         // A fault does not wait for the end of a pulse.
-        None if frame.state == State::Fault => control.outputs.cut(),
+        None if frame.state == SupervisorState::Fault => control.outputs.cut(),
         None => control.outputs.release(),
     }
 
     // After what matters more. Its edges come some 10 us after the tick has begun, always about the same.
-    BOARD.sync_output.set(sync::level(frame.tick));
+    BOARD.sync_output.set(time_code::level(frame.tick));
     show(BOARD.led_pulses, command.pulses.is_some() && !SHADOW);
-    show(BOARD.led_fault, frame.state == State::Fault);
+    show(BOARD.led_fault, frame.state == SupervisorState::Fault);
     control.report(&sample, frame);
     control.report_edges(frame.tick, measured.triggered_us);
     CONTROL.count();

@@ -3,7 +3,7 @@
 use embassy_time::Timer;
 use firmware::liveness::FEED_US;
 use heapless::spsc::Consumer;
-use joint_loop::{Cause, Frame, SENSORS, Sample, State};
+use joint_loop::{Cause, Frame, SENSORS, Sample, SupervisorState};
 use wire::{Call, Change, Cost, Edge, Inputs, Record};
 
 use super::TELEMETRY;
@@ -36,7 +36,7 @@ pub(crate) struct Telemetry {
     /// Frames until the next line for people.
     pub(crate) frames_to_line: u8,
     /// State and cause of the last frame.
-    pub(crate) reported: Option<(State, Cause)>,
+    pub(crate) reported: Option<(SupervisorState, Cause)>,
 }
 
 /// Comes round every [`ROUND_US`].

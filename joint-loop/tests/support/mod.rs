@@ -1,12 +1,12 @@
 //! What the tests of the loop share: a sensor, a body of samples, a generator that does what it is told.
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its own part of this module")]
 
-use cpg_core::walking::{Walk, default_walk};
+use cpg_core::gait::default_walk::{Walk, default_walk};
 use cpg_core::{Generator, StateFault};
 use hgod_adc::{
     Calibration, CalibrationPoint, FilterConfig, HealthConfig, Interpolation, ReferenceConfig, Sensor, SensorConfig,
 };
-use joint_loop::{BoardFaults, Command, JointLoop, LoopConfig, Sample, State};
+use joint_loop::{BoardFaults, Command, JointLoop, LoopConfig, Sample, SupervisorState};
 use joint_units::{AdcCode, Period, Phase, RadPerSec, Radians, Volts};
 
 /// The code of the internal reference at a supply of 3.3 V, for the sensor here.
@@ -75,17 +75,17 @@ pub fn fault<G: Generator<4>>(joints: &mut JointLoop<G, 1>, faults: BoardFaults)
 }
 
 /// What the board says on the way from boot to a state.
-pub fn script(state: State) -> Vec<Sample<1>> {
+pub fn script(state: SupervisorState) -> Vec<Sample<1>> {
     let idle = |ticks| vec![Sample { button: false, ..good(0) }; ticks];
     let press = || vec![Sample { button: true, ..good(0) }; 20];
     let clock = Sample { faults: BoardFaults::CLOCK, ..good(0) };
     let mut script = match state {
-        State::Boot => vec![],
-        State::Disarmed => idle(100),
-        State::Arming => [idle(100), press(), idle(700)].concat(),
-        State::Walking => [idle(100), press(), idle(2_700)].concat(),
-        State::Stopping => [idle(100), press(), idle(2_700), press(), idle(300)].concat(),
-        State::Fault => [idle(100), vec![clock]].concat(),
+        SupervisorState::Boot => vec![],
+        SupervisorState::Disarmed => idle(100),
+        SupervisorState::Arming => [idle(100), press(), idle(700)].concat(),
+        SupervisorState::Walking => [idle(100), press(), idle(2_700)].concat(),
+        SupervisorState::Stopping => [idle(100), press(), idle(2_700), press(), idle(300)].concat(),
+        SupervisorState::Fault => [idle(100), vec![clock]].concat(),
     };
     for (tick, sample) in (0..).zip(&mut script) {
         sample.codes = good(tick).codes;
@@ -94,7 +94,7 @@ pub fn script(state: State) -> Vec<Sample<1>> {
 }
 
 /// Takes a fresh loop to a state, by what the board can say.
-pub fn reach<G: Generator<4> + Clone>(fresh: &JointLoop<G, 1>, state: State) -> JointLoop<G, 1> {
+pub fn reach<G: Generator<4> + Clone>(fresh: &JointLoop<G, 1>, state: SupervisorState) -> JointLoop<G, 1> {
     let mut joints = fresh.clone();
     for sample in script(state) {
         joints.tick(&sample);

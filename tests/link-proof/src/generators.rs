@@ -2,34 +2,40 @@
 
 use core::hint::black_box;
 
-use cpg_core::adaptive_fourier::{AdaptiveFourier, AdaptiveFourierConfig, AdaptiveWalk};
+use cpg_core::edge_reversal::hexapod::Hexapod;
+use cpg_core::edge_reversal::obb::{Obb, Reversibilities};
+use cpg_core::edge_reversal::smer::{Edge, Smer};
+use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
+use cpg_core::entrainment::stride_events::{PeakConfig, StrideEventConfig};
 use cpg_core::entrainment::{AdaptiveHopfConfig, Entrained, EntrainedConfig};
-use cpg_core::features::Features;
-use cpg_core::fixed_shape::FixedPhaseShape;
-use cpg_core::flow::Flow;
-use cpg_core::gaits::Gait;
-use cpg_core::golubitsky::{CellLink, LegGait, LegNetwork, NeuronLegNetwork, QuadrupedGait, QuadrupedNetwork};
-use cpg_core::graph::Biped;
-use cpg_core::hexapod::Hexapod;
-use cpg_core::hexapod_walk::{HexapodWalk, HexapodWalkConfig};
-use cpg_core::hopf::AdaptiveHopf;
-use cpg_core::hu::HuConfig;
-use cpg_core::kuo::{Drive, KuoConfig, Measurement, Pendulum};
-use cpg_core::matsuoka::Matsuoka;
-use cpg_core::obb::{Obb, Reversibilities};
-use cpg_core::phase_lock::{HARMONICS, Template};
-use cpg_core::programmable::{ProgrammableConfig, ProgrammableCpg};
-use cpg_core::rayleigh::{Rayleigh, RayleighConfig};
-use cpg_core::readout::{PhasePlane, Readout, ReadoutConfig};
-use cpg_core::robust::Robust;
-use cpg_core::shape::{Adjustment, FourierShape, PhaseShape, SplineShape};
-use cpg_core::smer::{Edge, Smer};
-use cpg_core::stride_event::{PeakConfig, StrideEventConfig};
-use cpg_core::thesis::{Thesis, ThesisConfig};
+use cpg_core::gait::catalogue;
+use cpg_core::gait::catalogue::Visitor;
+use cpg_core::gait::default_walk::{Walk, default_config, default_walk};
+use cpg_core::gait::named::Gait;
+use cpg_core::gait::six_and_eight_joints;
+use cpg_core::joints::features::Features;
+use cpg_core::joints::hexapod_legs::{HexapodWalk, HexapodWalkConfig};
+use cpg_core::joints::readout::{PhasePlane, Readout, ReadoutConfig};
+use cpg_core::math::first_order::Flow;
+use cpg_core::math::trig;
+use cpg_core::network::graph::Biped;
+use cpg_core::network::phase_coupled::Robust;
+use cpg_core::network::symmetric_cells::{
+    CellLink, LegGait, LegNetwork, NeuronLegNetwork, QuadrupedGait, QuadrupedNetwork,
+};
+use cpg_core::network::thesis::{Thesis, ThesisConfig};
+use cpg_core::oscillator::half_centre;
+use cpg_core::oscillator::hopf::AdaptiveHopf;
+use cpg_core::oscillator::hu::HuConfig;
+use cpg_core::oscillator::kuo::{Drive, KuoConfig, Measurement, Pendulum};
+use cpg_core::oscillator::matsuoka::Matsuoka;
+use cpg_core::oscillator::rayleigh::{Rayleigh, RayleighConfig};
 use cpg_core::transition::{Smooth, TransitionConfig};
-use cpg_core::walkers::{self, Visitor};
-use cpg_core::walking::{Walk, default_config, default_walk};
-use cpg_core::{BuildError, Generator, SemiImplicitEuler, bipeds, half_centre, trig};
+use cpg_core::waveform::adaptive_fourier::{AdaptiveFourier, AdaptiveFourierConfig, AdaptiveWalk};
+use cpg_core::waveform::fixed::FixedPhaseShape;
+use cpg_core::waveform::hopf_bank::{ProgrammableConfig, ProgrammableCpg};
+use cpg_core::waveform::shape::{Adjustment, FourierShape, PhaseShape, SplineShape};
+use cpg_core::{BuildError, Generator, SemiImplicitEuler};
 use joint_units::{Joint, Period, Phase, Radians};
 
 pub(crate) fn prove(period: Period) {
@@ -37,12 +43,12 @@ pub(crate) fn prove(period: Period) {
     run::<4, Robust<Biped, 4, 4>>(black_box(default_config()).build(period));
     run::<4, Robust<Biped, 4, 4, f32, SemiImplicitEuler>>(black_box(default_config()).build(period));
     run(black_box(default_config()).build_fixed::<Biped>(period));
-    run(bipeds::with_ankles(period));
-    run(bipeds::with_arms(period));
+    run(six_and_eight_joints::with_ankles(period));
+    run(six_and_eight_joints::with_arms(period));
     let rayleigh: RayleighConfig = black_box(RayleighConfig { alpha: 0.2, p: 5.0, mu: 1.0, offset: 10.0 });
     run::<1, Rayleigh>(rayleigh.build(period));
     run::<4, Thesis>(black_box(ThesisConfig::set_s()).build(period));
-    walkers::each(period, &mut Walkers);
+    catalogue::each(period, &mut Walkers);
     flows(period);
     gaits(period);
     shapes(period);
@@ -107,7 +113,7 @@ fn flows(period: Period) {
     flow(half_centre::legs(), period);
     flow(Matsuoka::<6>::standard([[0.5; 6]; 6]), period);
     flow(LegNetwork::of(black_box(LegGait::Skip)), period);
-    let neuron = cpg_core::fitzhugh_nagumo::FitzHughNagumo::standard(0.5);
+    let neuron = cpg_core::oscillator::fitzhugh_nagumo::FitzHughNagumo::standard(0.5);
     flow(NeuronLegNetwork { neuron, couplings: [0.02; 3] }, period);
     flow(QuadrupedNetwork::of(black_box(QuadrupedGait::Jump)), period);
     black_box(CellLink { linear: 0.3, harmonic: 0.1 });
@@ -237,7 +243,9 @@ fn sensed(period: Period) {
 
 /// What follows a walker: the entrained joints, and the estimators beside theirs.
 fn followers(period: Period) {
-    let shape = |mean| Template::build(black_box(mean), black_box([0.1; HARMONICS]), black_box([0.1; HARMONICS]));
+    let shape = |mean| {
+        Template::build(black_box(mean), black_box([0.1; TEMPLATE_HARMONICS]), black_box([0.1; TEMPLATE_HARMONICS]))
+    };
     if let (Ok(hip), Ok(knee)) = (shape(Radians(0.1)), shape(Radians(0.5))) {
         let config = black_box(EntrainedConfig::default());
         if let Ok(mut walk) = Entrained::build([hip, hip, knee, knee], black_box(Joint::LeftHip), config, period) {

@@ -25,8 +25,9 @@ mod proof {
         Calibration, CalibrationPoint, FilterConfig, HealthConfig, Interpolation, ReferenceConfig, SensorConfig,
         SensorState,
     };
-    use joint_loop::shipped::{Parameters, WalkLoop, walk_loop_with};
-    use joint_loop::{BoardFaults, LoopConfig, SENSORS, Sample, sensors_record, walker_record};
+    use joint_loop::setup::default_loop::{Parameters, WalkLoop, walk_loop_with};
+    use joint_loop::store::{generator_record, sensor_record};
+    use joint_loop::{BoardFaults, LoopConfig, SENSORS, Sample};
     use joint_units::{AdcCode, Period, Volts};
 
     unsafe extern "C" {
@@ -71,11 +72,11 @@ mod proof {
     /// reads after it.
     fn joint_loop() {
         let bytes: &[u8] = black_box(&[]);
-        let (Ok(walker), Ok(worn)) = (walker_record::read(bytes), sensors_record::read(bytes)) else { return };
-        let parameters = Parameters::or_default(walker.map(|stored| stored.config), worn.map(|stored| stored.worn));
+        let (Ok(walker), Ok(worn)) = (generator_record::read(bytes), sensor_record::read(bytes)) else { return };
+        let parameters = Parameters::or_default(walker.map(|stored| stored.config), worn.map(|stored| stored.sensors));
         let Ok(parameters) = parameters else { return };
-        black_box(walker_record::record_of(black_box(&parameters.walker)).bytes());
-        black_box(sensors_record::record_of(black_box(&parameters.worn)).bytes());
+        black_box(generator_record::record_of(black_box(&parameters.generator)).bytes());
+        black_box(sensor_record::record_of(black_box(&parameters.sensors)).bytes());
         let cal = AdcCode(black_box(1502));
         let config = black_box(LoopConfig::default_biped());
         let built = walk_loop_with(&config, black_box(&parameters), cal, Volts(black_box(2.7)));

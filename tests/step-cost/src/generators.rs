@@ -1,29 +1,30 @@
-//! Every walker of [`cpg_core::walkers`], each with a step of its own that is neither generic nor inlined: a symbol to count, and to look
+//! Every walker of [`cpg_core::gait::catalogue`], each with a step of its own that is neither generic nor inlined: a symbol to count, and to look
 //! at in a disassembly (`llvm-objdump -d --disassemble-symbols=step_robust`).
 
 use core::fmt::Write as _;
 use core::hint::black_box;
 
-use cpg_core::adaptive_fourier::AdaptiveWalk;
-use cpg_core::bank_walk::BankWalk;
-use cpg_core::fitzhugh_nagumo::FitzHughNagumo;
-use cpg_core::fixed_point::FixedRobust;
-use cpg_core::fixed_shape::FixedPhaseShape;
-use cpg_core::golubitsky::LegNetwork;
-use cpg_core::graph::Biped;
-use cpg_core::hexapod_walk::{HexapodWalk, HexapodWalkConfig};
-use cpg_core::hopf::{AdaptiveHopf, Hopf};
-use cpg_core::joint_walker::JointWalker;
-use cpg_core::matsuoka::Matsuoka;
-use cpg_core::morris_lecar::MorrisLecar;
-use cpg_core::obb_walk::ObbWalk;
-use cpg_core::shape::{FourierShape, PhaseShape, SplineShape};
-use cpg_core::terman_wang::TermanWang;
-use cpg_core::thesis::Thesis;
+use cpg_core::gait::catalogue;
+use cpg_core::gait::catalogue::HalfCentreJoints;
+use cpg_core::gait::default_walk::{Walk, default_config};
+use cpg_core::joints::from_hopf_bank::BankWalk;
+use cpg_core::joints::hexapod_legs::{HexapodWalk, HexapodWalkConfig};
+use cpg_core::joints::linear::LinearJoints;
+use cpg_core::joints::swing_stance::ObbWalk;
+use cpg_core::network::graph::Biped;
+use cpg_core::network::phase_coupled_fixed::FixedRobust;
+use cpg_core::network::symmetric_cells::LegNetwork;
+use cpg_core::network::thesis::Thesis;
+use cpg_core::oscillator::fitzhugh_nagumo::FitzHughNagumo;
+use cpg_core::oscillator::hopf::{AdaptiveHopf, Hopf};
+use cpg_core::oscillator::matsuoka::Matsuoka;
+use cpg_core::oscillator::morris_lecar::MorrisLecar;
+use cpg_core::oscillator::terman_wang::TermanWang;
+use cpg_core::oscillator::van_der_pol::VanDerPol;
 use cpg_core::transition::{Smooth, TransitionConfig};
-use cpg_core::van_der_pol::VanDerPol;
-use cpg_core::walkers::{self, HalfCentreWalker};
-use cpg_core::walking::{Walk, default_config};
+use cpg_core::waveform::adaptive_fourier::AdaptiveWalk;
+use cpg_core::waveform::fixed::FixedPhaseShape;
+use cpg_core::waveform::shape::{FourierShape, PhaseShape, SplineShape};
 use cpg_core::{BuildError, Generator};
 use joint_units::{Period, Phase, RadPerSec2, Radians};
 
@@ -58,22 +59,22 @@ macro_rules! walkers {
 }
 
 walkers! {
-    "robust" walkers::robust, Walk, step_robust tick_robust;
-    "thesis" walkers::thesis, Thesis, step_thesis tick_thesis;
-    "van-der-pol" walkers::van_der_pol, HalfCentreWalker<VanDerPol, 2>, step_van_der_pol tick_van_der_pol;
-    "hopf" walkers::hopf, HalfCentreWalker<Hopf, 2>, step_hopf tick_hopf;
-    "adaptive-hopf" walkers::adaptive_hopf, JointWalker<AdaptiveHopf, 3, 2>, step_adaptive_hopf tick_adaptive_hopf;
-    "matsuoka" walkers::matsuoka, JointWalker<Matsuoka<4>, 8, 8>, step_matsuoka tick_matsuoka;
-    "half-centre" walkers::half_centre, JointWalker<Matsuoka<4>, 8, 4>, step_half_centre tick_half_centre;
-    "fitzhugh-nagumo" walkers::fitzhugh_nagumo, HalfCentreWalker<FitzHughNagumo, 4>, step_fitzhugh_nagumo tick_fitzhugh_nagumo;
-    "morris-lecar" walkers::morris_lecar, HalfCentreWalker<MorrisLecar, 4>, step_morris_lecar tick_morris_lecar;
-    "terman-wang" walkers::terman_wang, HalfCentreWalker<TermanWang, 4>, step_terman_wang tick_terman_wang;
-    "golubitsky" walkers::golubitsky, JointWalker<LegNetwork, 8, 2>, step_golubitsky tick_golubitsky;
-    "obb" walkers::obb, ObbWalk, step_obb tick_obb;
-    "programmable" walkers::programmable, BankWalk<4>, step_programmable tick_programmable;
-    "adaptive-fourier" walkers::adaptive_fourier, AdaptiveWalk<6, 4>, step_adaptive_fourier tick_adaptive_fourier;
-    "fourier" walkers::fourier, PhaseShape<FourierShape<6>, 4>, step_fourier tick_fourier;
-    "spline" walkers::spline, PhaseShape<SplineShape<12>, 4>, step_spline tick_spline;
+    "robust" catalogue::robust, Walk, step_robust tick_robust;
+    "thesis" catalogue::thesis, Thesis, step_thesis tick_thesis;
+    "van-der-pol" catalogue::van_der_pol, HalfCentreJoints<VanDerPol, 2>, step_van_der_pol tick_van_der_pol;
+    "hopf" catalogue::hopf, HalfCentreJoints<Hopf, 2>, step_hopf tick_hopf;
+    "adaptive-hopf" catalogue::adaptive_hopf, LinearJoints<AdaptiveHopf, 3, 2>, step_adaptive_hopf tick_adaptive_hopf;
+    "matsuoka" catalogue::matsuoka, LinearJoints<Matsuoka<4>, 8, 8>, step_matsuoka tick_matsuoka;
+    "half-centre" catalogue::half_centre, LinearJoints<Matsuoka<4>, 8, 4>, step_half_centre tick_half_centre;
+    "fitzhugh-nagumo" catalogue::fitzhugh_nagumo, HalfCentreJoints<FitzHughNagumo, 4>, step_fitzhugh_nagumo tick_fitzhugh_nagumo;
+    "morris-lecar" catalogue::morris_lecar, HalfCentreJoints<MorrisLecar, 4>, step_morris_lecar tick_morris_lecar;
+    "terman-wang" catalogue::terman_wang, HalfCentreJoints<TermanWang, 4>, step_terman_wang tick_terman_wang;
+    "golubitsky" catalogue::golubitsky, LinearJoints<LegNetwork, 8, 2>, step_golubitsky tick_golubitsky;
+    "obb" catalogue::obb, ObbWalk, step_obb tick_obb;
+    "programmable" catalogue::programmable, BankWalk<4>, step_programmable tick_programmable;
+    "adaptive-fourier" catalogue::adaptive_fourier, AdaptiveWalk<6, 4>, step_adaptive_fourier tick_adaptive_fourier;
+    "fourier" catalogue::fourier, PhaseShape<FourierShape<6>, 4>, step_fourier tick_fourier;
+    "spline" catalogue::spline, PhaseShape<SplineShape<12>, 4>, step_spline tick_spline;
     // What is no model of its own, or not of four joints.
     "+robust-fixed-point" robust_fixed, FixedRobust<Biped, 4, 4>, step_robust_fixed tick_robust_fixed;
     "+fourier-fixed-point" fourier_fixed, FixedPhaseShape<6, 4>, step_fourier_fixed tick_fourier_fixed;
@@ -86,13 +87,13 @@ fn robust_fixed(period: Period) -> Result<FixedRobust<Biped, 4, 4>, BuildError> 
 }
 
 fn fourier_fixed(period: Period) -> Result<FixedPhaseShape<6, 4>, BuildError> {
-    FixedPhaseShape::build(walkers::fourier(period)?.shapes(), [Phase(0); 4], walkers::STRIDE_S, period)
+    FixedPhaseShape::build(catalogue::fourier(period)?.shapes(), [Phase(0); 4], catalogue::STRIDE_S, period)
 }
 
 /// In the middle of a change that never ends: the offsets are led, not idle.
 fn robust_smooth(period: Period) -> Result<Smooth<Walk, 4>, BuildError> {
     let config = TransitionConfig { acceleration: RadPerSec2(0.1), settling_s: 60.0 };
-    let mut smooth = Smooth::build(walkers::robust(period)?, config, period)?;
+    let mut smooth = Smooth::build(catalogue::robust(period)?, config, period)?;
     smooth.stop([Radians(0.5); 4]);
     smooth.resume();
     smooth.change(|walk| (0..250).for_each(|_| walk.step()));

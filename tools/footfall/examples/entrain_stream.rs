@@ -7,14 +7,14 @@
 //! ```
 
 use cpg_core::Generator;
-use footfall::entrain::{run, shipped_walker};
+use footfall::command::entrain::{default_generator, run};
 use joint_units::{Joint, Radians};
 use std::fmt::Write as _;
 use std::io::Read as _;
 use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let walker = shipped_walker(Joint::LeftHip)?;
+    let walker = default_generator(Joint::LeftHip)?;
     let [Some(a), Some(b), Some(c), Some(d)] = walker.templates else {
         return Err("the shipped walker has four joints".into());
     };

@@ -1,12 +1,12 @@
 //! The command line: what there is to call, and how a call ends.
 
+use crate::board::default_loop;
+use crate::command::{calibrate, check, convert, entrain, fit, pack, record, sync, volts, watch};
+use crate::command::{certify, figures, gait_error, hexapod, obb, walk};
 use crate::failure::Failure;
-use crate::rhythm::{certify, figures, gait_error, hexapod, obb, walk};
-use crate::{
-    calibrate, calibration_file, check, convert, entrain, fit, pack, parameter_file, record, shipped, sync, volts,
-    watch,
-};
+use crate::file::{calibration_file, parameter_file};
 use clap::{Parser, Subcommand, ValueEnum};
+use generator_file::file::GeneratorFile;
 use joint_loop::LoopConfig;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
@@ -15,7 +15,6 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use walker::generator_file::WalkerFile;
 
 /// Footfall: gait in, four joints out.
 #[derive(Debug, Parser)]
@@ -84,7 +83,7 @@ enum Defaults {
     /// The loop's parameters
     Parameters,
     /// The default walk, as a walker's file
-    Walker,
+    BoardGenerator,
     /// The thesis' network, Table 1 and set S, as a walker's file
     Thesis,
 }
@@ -138,18 +137,18 @@ fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Calibrate(options) => calibrate::run(&options),
         Command::Pack(options) => pack::run(&options),
         Command::Defaults { file: Defaults::Calibration } => {
-            print(&calibration_file::to_text(&shipped::wired_sensor().map_err(Failure::run)?))
+            print(&calibration_file::to_text(&default_loop::wired_sensor().map_err(Failure::run)?))
         }
         Command::Defaults { file: Defaults::Parameters } => {
             print(&parameter_file::to_text(&LoopConfig::default_biped()))
         }
-        Command::Defaults { file: Defaults::Walker } => print(&shipped_walker("robust")?),
-        Command::Defaults { file: Defaults::Thesis } => print(&shipped_walker("thesis")?),
+        Command::Defaults { file: Defaults::BoardGenerator } => print(&default_generator("robust")?),
+        Command::Defaults { file: Defaults::Thesis } => print(&default_generator("thesis")?),
     }
 }
 
-fn shipped_walker(name: &str) -> Result<String, Failure> {
-    let file = WalkerFile::shipped(name).ok_or_else(|| Failure::run(format!("{name} does not ship")))?;
+fn default_generator(name: &str) -> Result<String, Failure> {
+    let file = GeneratorFile::default_of(name).ok_or_else(|| Failure::run(format!("{name} does not ship")))?;
     Ok(file.to_toml())
 }
 

@@ -23,33 +23,9 @@
 //! Data go to standard output, talk to standard error. Exit codes: 0 done and sound, 1 not, 2 bad input and nothing written.
 #![forbid(unsafe_code)]
 
-pub mod board_lines;
-pub mod board_process;
-pub mod calibrate;
-pub mod calibration_file;
-pub mod capture;
-pub mod check;
+pub mod board;
 pub mod cli;
-pub mod convert;
-pub mod degrees;
-pub mod entrain;
+pub mod command;
 pub mod failure;
-pub mod feed;
-pub mod fit;
-pub mod image;
-pub mod pack;
-pub mod parameter_file;
-pub mod plain;
-pub mod record;
-pub mod replay;
-pub mod rhythm;
-pub mod screen;
-pub mod session;
-pub mod shipped;
-pub mod summary;
-pub mod sync;
-pub mod telemetry;
+pub mod file;
 pub mod view;
-pub mod volts;
-pub mod watch;
-pub mod worn;

@@ -1,14 +1,16 @@
 //! Calibration from rows: the whole way through the command line, against sensors whose curve is known.
 
-use footfall::calibrate::fit::{self, Fit, LeftOut, Settings, What};
-use footfall::calibrate::rows::{Reading, Row, Rows, Scale, parse};
-use footfall::{calibration_file, cli};
+use footfall::cli;
+use footfall::command::calibrate::fit;
+use footfall::command::calibrate::fit::{Fit, LeftOut, Settings, What};
+use footfall::command::calibrate::rows::{Reading, Row, Rows, Scale, parse};
+use footfall::file::calibration_file;
+use generator_file::toml_table::Document;
 use hgod_adc::{Calibration, Interpolation, OutOfTable, Reference, ReferenceConfig, Supply, rk09k};
 use joint_units::{AdcCode, Radians, Volts};
 use proptest::prelude::*;
 use std::ffi::OsString;
 use std::path::Path;
-use walker::toml_table::Document;
 
 const SUPPLY: Volts = Volts(3.3);
 
@@ -399,12 +401,13 @@ fn the_guide_ends_in_the_same_fit() {
     // What the guide keeps is what a file of rows is.
     let text = code_rows(&steps(0.0, 60.0, 10.0), 20, 1.0, |degrees, _| 900.0 + 20.0 * degrees);
     let codes: String = text.lines().skip(1).map(|row| format!("{}\n", row.split_once(',').unwrap().1)).collect();
-    let plan = footfall::calibrate::guide::Plan { angles_deg: steps(0.0, 60.0, 10.0), samples: 20, most_sd: 8.0 };
+    let plan =
+        footfall::command::calibrate::guide::Plan { angles_deg: steps(0.0, 60.0, 10.0), samples: 20, most_sd: 8.0 };
     let (codes, answers) = (std::io::Cursor::new(codes), std::io::Cursor::new("\n".repeat(7)));
-    let guided = footfall::calibrate::guide::ask(
+    let guided = footfall::command::calibrate::guide::ask(
         &plan,
         codes,
-        footfall::calibrate::guide::Codes::Kept,
+        footfall::command::calibrate::guide::Codes::Kept,
         answers,
         std::io::sink(),
     )

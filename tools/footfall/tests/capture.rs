@@ -1,11 +1,12 @@
 //! Captures: what the board measured is what the file holds, sample by sample; what was lost is counted; and `footfall fit` and
-//! `gait_trace::open` take the file as it is.
+//! `gait_trace::format::open` take the file as it is.
 
 mod support;
 
-use footfall::image::Image;
+use footfall::board::image::Image;
 use gait_trace::RawJoints;
-use gait_trace::open::{self, ReadOptions};
+use gait_trace::format::open;
+use gait_trace::format::open::ReadOptions;
 use hgod_adc::{OVERSAMPLING, trimmed_mean};
 use joint_units::AdcCode;
 use joint_units::Joint;
@@ -14,16 +15,16 @@ use std::io::Write;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use support::{Bench, Walker, frame};
+use support::{Bench, SimulatedBoard, frame};
 
-fn walked(secs: u32) -> Walker {
-    let mut walker = Walker::new();
+fn walked(secs: u32) -> SimulatedBoard {
+    let mut walker = SimulatedBoard::new();
     walker.walk(secs);
     walker.end();
     walker
 }
 
-/// The code that [`Walker::tick`] measures in its n-th millisecond, counted from 0.
+/// The code that [`SimulatedBoard::tick`] measures in its n-th millisecond, counted from 0.
 fn code(ms: u32) -> u16 {
     (2200.0 + 500.0 * (f64::from(ms) * 0.0057).sin()) as u16
 }
@@ -73,7 +74,7 @@ fn open(file: &Path) -> RawJoints {
 }
 
 fn about(file: &Path) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(footfall::capture::beside(file)).unwrap()).unwrap()
+    serde_json::from_str(&std::fs::read_to_string(footfall::file::capture::beside(file)).unwrap()).unwrap()
 }
 
 /// A column of a capture, as text.
@@ -108,7 +109,7 @@ fn every_tick_is_there_with_the_code_that_was_measured_and_both_formats_hold_the
     let counts = &said["counts"];
     assert_eq!((&counts["lost_samples"], &counts["confirmed_ticks"]), (&0.into(), &1000.into()));
     assert_eq!((&counts["different_ticks"], &counts["malformed_frames"]), (&0.into(), &0.into()));
-    assert_eq!(said["about"]["elf_sha256"], footfall::image::sha256(&support::elf()).as_str());
+    assert_eq!(said["about"]["elf_sha256"], footfall::board::image::sha256(&support::elf()).as_str());
     assert_eq!(said["about"]["sensors"][0]["joint"], "left_knee");
     assert!(said["about"]["sensors"][0]["points_v_deg"].as_array().unwrap().len() > 2);
     assert_eq!((&said["boots"][0]["reset"], &said["boots"][0]["vrefint_cal"]), (&"power_on".into(), &1502.into()));
@@ -149,8 +150,8 @@ fn angles_are_the_boards_own() {
     let (angles, hips) = (column(&csv, "left_knee_deg"), column(&csv, "set_right_hip_deg"));
     let mut compared = 0;
     while let Some(message) = decoder.message() {
-        let line = footfall::telemetry::parse(&message.unwrap().text).unwrap();
-        let footfall::telemetry::Line::Tick(tick) = line else { continue };
+        let line = footfall::board::telemetry::parse(&message.unwrap().text).unwrap();
+        let footfall::board::telemetry::Line::Tick(tick) = line else { continue };
         let row = tick.tick as usize - 1;
         assert_eq!(angles[row].parse::<f32>().unwrap().to_bits(), tick.sensor_deg[0].to_bits());
         assert_eq!(hips[row].parse::<f32>().unwrap().to_bits(), tick.set_deg[1].to_bits());
@@ -249,7 +250,7 @@ fn attaching_late_records_codes_and_says_what_is_missing() {
 
 #[test]
 fn a_reset_begins_the_ticks_anew_and_time_goes_on() {
-    let mut walker = Walker::new();
+    let mut walker = SimulatedBoard::new();
     walker.walk(1);
     walker.reset();
     walker.walk(1);
@@ -390,7 +391,10 @@ fn a_capture_of_four_sensors_is_fitted_as_it_is() {
     let Some(board) = virtual_board("a fit of a capture of four sensors") else { return };
     let folder = tempfile::tempdir().unwrap();
     let sensors = Joint::ALL.map(|joint| ["--sensor", joint.name()]).concat();
-    let walk = gait_trace::csv_file::parse(footfall::feed::SHIPPED_NAME, footfall::feed::SHIPPED_TRACE.as_bytes());
+    let walk = gait_trace::format::csv_file::parse(
+        footfall::board::feed::DEFAULT_TRACE_NAME,
+        footfall::board::feed::DEFAULT_TRACE.as_bytes(),
+    );
     let looped = walk.unwrap().looped(1000.0).unwrap().recording;
     for out in ["four.csv", "four.mcap"] {
         let (out, walker) = (folder.path().join(out), folder.path().join("walker.toml"));

@@ -2,14 +2,15 @@
 
 mod support;
 
-use gait_trace::{Recording, csv_file, opensim};
+use gait_trace::Recording;
+use gait_trace::format::{csv_file, opensim};
 use joint_units::Joint;
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use support::{Bench, Walker};
+use support::{Bench, SimulatedBoard};
 
 fn entrain(file: &Path, more: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_footfall"));
@@ -145,7 +146,7 @@ fn a_low_pass_is_asked_for() {
 /// The board that plays lines: its left knee is a sine of 1.1 s. No other joint is in a capture.
 #[test]
 fn a_capture_of_one_worn_sensor_is_played_and_the_shipped_walker_lends_the_rest() {
-    let mut walker = Walker::new();
+    let mut walker = SimulatedBoard::new();
     walker.walk(24);
     walker.end();
     let bench = Bench::plays(&walker.lines);

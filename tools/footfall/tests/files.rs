@@ -1,6 +1,6 @@
 //! `footfall check` and `footfall volts` take a recording of any format.
 
-use gait_trace::{csv_file, opensim};
+use gait_trace::format::{csv_file, opensim};
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::{Command, Output};

@@ -1,11 +1,11 @@
 //! `footfall fit` and `merge` as a person calls them: what is printed, what is written, what is left alone.
 
+use generator_file::file::GeneratorFile;
 use joint_units::Joint;
 use serde_json::Value;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use walker::generator_file::WalkerFile;
 
 const SHIPPED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/traces/gaitkit_fukuchi_healthy.csv");
 
@@ -70,7 +70,7 @@ fn one_recording_gives_parameters_a_report_and_an_object() {
     assert_eq!(value["certificate"]["accepted"], true);
 
     // The file builds the walker whose errors were printed, and says where it comes from.
-    let file = WalkerFile::read(&params).unwrap();
+    let file = GeneratorFile::read(&params).unwrap();
     assert_eq!(file.provenance.source, "gaitkit_fukuchi_healthy.csv");
     assert_eq!(file.provenance.source_sha256, value["sha256"].as_str().unwrap());
     assert!(file.provenance.settings.contains("harmonics"), "{}", file.provenance.settings);
@@ -89,7 +89,7 @@ fn the_same_file_and_seed_give_the_same_bytes_whatever_the_generator() {
         let (one, two) = (run(), run());
         assert_eq!(one.status.code(), Some(0), "{generator}: {}", said(&one));
         assert_eq!(one.stdout, two.stdout, "{generator}");
-        let file = WalkerFile::parse("x", &String::from_utf8_lossy(&one.stdout)).unwrap();
+        let file = GeneratorFile::parse("x", &String::from_utf8_lossy(&one.stdout)).unwrap();
         // A thesis network that perturbed starts do not come back to is not what gets out.
         let refused = said(&one).contains("was refused");
         assert_eq!(file.set.kind(), if refused { "shape" } else { generator }, "{}", said(&one));
@@ -375,7 +375,7 @@ fn a_follower_has_its_events_and_says_how_soon_it_locks() {
     assert!(following["lock_worst_s"].as_f64().is_some_and(|worst| worst < 4.0), "{following}");
     let text = std::fs::read_to_string(&out).expect("written");
     assert!(text.contains("sensor = \"left_knee\"\nevents = \"peak\"\n"), "{text}");
-    WalkerFile::read(&out).expect("a walker");
+    GeneratorFile::read(&out).expect("a walker");
 
     for (more, wanted) in [
         (&["--generator", "robust"][..], "allowed is --follow with --generator shape"),

@@ -1,7 +1,8 @@
 //! `footfall calibrate --guide` as a person uses it: on a terminal, with a sensor that speaks all the while. The terminal is a pseudo one,
 //! made by `script` of util-linux; without it these tests are left out, and say so.
 
-use footfall::calibration_file;
+use footfall::file::calibration_file;
+use generator_file::toml_table::Document;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -9,7 +10,6 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
-use walker::toml_table::Document;
 
 /// Longest wait for anything.
 const PATIENCE: Duration = Duration::from_secs(60);

@@ -4,12 +4,12 @@
 #![allow(unreachable_pub)]
 
 use cpg_core::entrainment::EventSource;
-use footfall::pack::constant;
-use joint_loop::walker_record::{read, record_of};
-use joint_loop::{FollowConfig, SeriesConfig, ShapeConfig, WalkerConfig};
+use footfall::command::pack::constant;
+use generator_file::file::GeneratorFile;
+use joint_loop::store::generator_record::{read, record_of};
+use joint_loop::{FollowConfig, GeneratorConfig, SeriesConfig, ShapeConfig};
 use joint_units::{Joint, Radians};
 use std::ffi::OsString;
-use walker::generator_file::WalkerFile;
 
 #[path = "constants/follow.rs"]
 mod follow;
@@ -33,13 +33,13 @@ fn awkward() -> ShapeConfig {
 /// The files are what `pack` writes today, the compiler takes them, and their constants are the very parameters.
 #[test]
 fn a_constant_in_rust_is_the_file_bit_for_bit() {
-    let shipped = |name| WalkerFile::shipped(name).unwrap().set.config();
+    let shipped = |name| GeneratorFile::default_of(name).unwrap().set.config();
     let followed = FollowConfig { sensor: Joint::RightKnee, events: EventSource::None, shape: awkward() };
     for (name, config, text, compiled) in [
         ("robust", shipped("robust"), include_str!("constants/robust.rs"), robust::WALKER),
         ("thesis", shipped("thesis"), include_str!("constants/thesis.rs"), thesis::WALKER),
-        ("follow", WalkerConfig::Follow(followed), include_str!("constants/follow.rs"), follow::WALKER),
-        ("shape", WalkerConfig::Shape(awkward()), include_str!("constants/shape.rs"), shape::WALKER),
+        ("follow", GeneratorConfig::Follow(followed), include_str!("constants/follow.rs"), follow::WALKER),
+        ("shape", GeneratorConfig::Shape(awkward()), include_str!("constants/shape.rs"), shape::WALKER),
     ] {
         let written = constant(&config, "a test");
         assert_eq!(text, written, "{name}");
@@ -51,7 +51,7 @@ fn a_constant_in_rust_is_the_file_bit_for_bit() {
 fn packed_bytes_are_read_as_the_board_reads_them() {
     let folder = tempfile::tempdir().unwrap();
     let (params, packed) = (folder.path().join("walker.toml"), folder.path().join("walker.bin"));
-    let file = WalkerFile::shipped("thesis").unwrap();
+    let file = GeneratorFile::default_of("thesis").unwrap();
     std::fs::write(&params, file.to_toml()).unwrap();
     let call =
         |arguments: &[OsString]| footfall::cli::call(std::iter::once("footfall".into()).chain(arguments.to_vec()));

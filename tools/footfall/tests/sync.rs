@@ -1,9 +1,10 @@
 //! `footfall sync`: two clocks, one line. What comes out is the offset and drift that were put in, or a refusal; never a wrong pairing.
 
-use footfall::sync::coded;
-use footfall::sync::edges::Edge;
-use footfall::sync::paired::{self, Fit};
-use joint_loop::sync::level;
+use footfall::command::sync::coded;
+use footfall::command::sync::edges::Edge;
+use footfall::command::sync::paired;
+use footfall::command::sync::paired::Fit;
+use joint_loop::io::time_code::level;
 use proptest::prelude::*;
 use serde_json::Value;
 use std::fmt::Write as _;

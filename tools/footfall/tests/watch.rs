@@ -6,10 +6,10 @@ use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
-use support::{Bench, Walker, frame, hex};
+use support::{Bench, SimulatedBoard, frame, hex};
 
-fn walked(secs: u32) -> Walker {
-    let mut walker = Walker::new();
+fn walked(secs: u32) -> SimulatedBoard {
+    let mut walker = SimulatedBoard::new();
     walker.walk(secs);
     walker.end();
     walker
@@ -120,7 +120,7 @@ fn a_recording_is_finished_and_says_what_it_is_of() {
     assert!(times.is_sorted_by(|a, b| a < b));
     let about: Value = serde_json::from_str(&bench.text("out.csv.json")).unwrap();
     assert_eq!((&about["finished"], &about["rows"]), (&true.into(), &3000.into()));
-    assert_eq!(about["about"]["elf_sha256"], footfall::image::sha256(&support::elf()).as_str());
+    assert_eq!(about["about"]["elf_sha256"], footfall::board::image::sha256(&support::elf()).as_str());
     assert_eq!(about["summary"], objects(&output).last().unwrap().clone());
 }
 
@@ -145,7 +145,7 @@ fn interrupted(bench: &Bench, signal: &str) -> (Option<i32>, Vec<String>) {
 #[test]
 fn ctrl_c_ends_cleanly_and_leaves_a_finished_recording() {
     for signal in ["-INT", "-TERM"] {
-        let mut walker = Walker::new();
+        let mut walker = SimulatedBoard::new();
         walker.walk(2);
         walker.end_as("killed", serde_json::json!({}));
         let bench = Bench::waits(&walker.lines);
@@ -163,7 +163,7 @@ fn ctrl_c_ends_cleanly_and_leaves_a_finished_recording() {
 
 #[test]
 fn a_reader_that_leaves_ends_the_run_and_the_recording_is_finished() {
-    let mut walker = Walker::new();
+    let mut walker = SimulatedBoard::new();
     walker.walk(60);
     walker.end();
     let bench = Bench::plays(&walker.lines);
@@ -192,7 +192,9 @@ fn a_single_bit_that_differs_is_found_and_the_run_is_not_sound() {
     let index = walker.lines.iter().rposition(|line| line.contains("\"rtt\"")).unwrap();
     let object: Value = serde_json::from_str(&walker.lines[index]).unwrap();
     let text = text_of(object["hex"].as_str().unwrap());
-    let Ok(footfall::telemetry::Line::Tick(mut tick)) = footfall::telemetry::parse(&text) else { panic!("{text}") };
+    let Ok(footfall::board::telemetry::Line::Tick(mut tick)) = footfall::board::telemetry::parse(&text) else {
+        panic!("{text}")
+    };
     tick.set_deg[2] = f32::from_bits(tick.set_deg[2].to_bits() ^ 1);
     let mut changed = object.clone();
     changed["hex"] = hex(&frame(&tick.to_string())).into();
@@ -208,7 +210,7 @@ fn a_single_bit_that_differs_is_found_and_the_run_is_not_sound() {
 /// The text of a frame that [`support::frame`] made, by the decoder under test.
 fn text_of(hex: &str) -> String {
     let bench = Bench::plays(&["{}".into()]);
-    let image = footfall::image::Image::read(&bench.path("fw.elf")).unwrap();
+    let image = footfall::board::image::Image::read(&bench.path("fw.elf")).unwrap();
     let mut decoder = image.decoder();
     let bytes: Vec<u8> = (0..hex.len()).step_by(2).map(|i| u8::from_str_radix(&hex[i..i + 2], 16).unwrap()).collect();
     decoder.push(&bytes);
@@ -252,7 +254,7 @@ fn text_of_line(line: &str) -> String {
 
 #[test]
 fn after_a_reset_the_books_begin_anew_and_time_goes_on() {
-    let mut walker = Walker::new();
+    let mut walker = SimulatedBoard::new();
     walker.walk(1);
     walker.tick(7, false);
     // The reset comes in the middle of a frame.
@@ -284,7 +286,7 @@ fn what_is_wrong_with_a_run_is_the_exit_code_and_in_words() {
         ("edges_before_arming", 2.into(), "2 edges of servo pins while disarmed"),
         ("edges_after_disarming", 1.into(), "1 edges of servo pins while disarmed"),
     ] {
-        let mut walker = Walker::new();
+        let mut walker = SimulatedBoard::new();
         walker.walk(1);
         walker.end_as("time", serde_json::json!({ key: value }));
         let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "1"]));
@@ -295,7 +297,7 @@ fn what_is_wrong_with_a_run_is_the_exit_code_and_in_words() {
 
 #[test]
 fn a_board_that_breaks_off_is_no_good_run_but_the_recording_is_finished() {
-    let mut walker = Walker::new();
+    let mut walker = SimulatedBoard::new();
     walker.walk(1);
     let bench = Bench::plays(&walker.lines);
     let output = run(bench.watch().args(["--secs", "1", "--record"]).arg(bench.path("out.csv")));
@@ -309,10 +311,10 @@ fn a_board_that_breaks_off_is_no_good_run_but_the_recording_is_finished() {
 fn another_image_or_another_version_is_refused() {
     let mut other = walked(1);
     other.lines[0] = r#"{"type":"start","elf_sha256":"00","hclk_hz":1}"#.into();
-    let mut garbage = Walker::new();
+    let mut garbage = SimulatedBoard::new();
     garbage.lines.truncate(2);
     garbage.line(serde_json::json!({ "type": "rtt", "t_s": 0.1, "hex": "0102030405060700" }));
-    let mut version = Walker::new();
+    let mut version = SimulatedBoard::new();
     version.log("tick 10 walking sensor 1 rad good");
     let strange = vec!["thread 'main' panicked".to_owned()];
     for (lines, words) in [
@@ -329,7 +331,7 @@ fn another_image_or_another_version_is_refused() {
 
 #[test]
 fn a_broken_frame_on_the_way_is_counted_and_the_next_one_is_read() {
-    let mut walker = Walker::new();
+    let mut walker = SimulatedBoard::new();
     walker.walk(1);
     walker.line(serde_json::json!({ "type": "rtt", "t_s": walker.t_s(), "hex": "0102030405060700" }));
     walker.tick(1000, false);

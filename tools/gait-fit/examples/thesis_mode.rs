@@ -10,7 +10,7 @@ use gait_fit::search::{
     Evaluator, Genes, Grid, Network, Objective, Parameter, Random, SearchSettings, Target, angles, errors, fit_thesis,
     reference_errors,
 };
-use gait_trace::cycle::{Cycle, POINTS};
+use gait_trace::stride::cycle::{Cycle, POINTS};
 
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=10;
 const BUDGET: usize = 100_000;

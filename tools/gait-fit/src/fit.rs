@@ -10,15 +10,15 @@
 use std::fmt;
 
 use cpg_core::entrainment::EventSource;
-use gait_trace::condition::{ConditionError, Conditioned, LowPass, Rules, condition};
-use gait_trace::cycle::{Cycle, POINTS};
+use gait_trace::clean::condition::{ConditionError, Conditioned, LowPass, Rules, condition};
 use gait_trace::raw::RawJoints;
-use gait_trace::strides::{StrideError, Strides, segment};
-use joint_loop::{HARMONICS, LoopConfig};
+use gait_trace::stride::cycle::{Cycle, POINTS};
+use gait_trace::stride::strides::{StrideError, Strides, segment};
+use generator_file::certificate::{Certificate, certify};
+use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet, Provenance};
+use joint_loop::{LoopConfig, SERIES_HARMONICS};
 use joint_units::Joint;
 use serde::Serialize;
-use walker::certificate::{Certificate, certify};
-use walker::generator_file::{FollowSet, GeneratorSet, Provenance, WalkerFile};
 
 use crate::judge::{HeldOut, JointFit, held_out, judge};
 use crate::search::{Dynamics, SearchSettings, fit_robust, fit_thesis};
@@ -69,7 +69,7 @@ impl Kind {
 pub struct Settings {
     /// The generator.
     pub generator: Kind,
-    /// Harmonics of phase and shape, 1 to [`joint_loop::HARMONICS`]; none takes [`LEAST_HARMONICS`] or as many more as it takes to
+    /// Harmonics of phase and shape, 1 to [`joint_loop::SERIES_HARMONICS`]; none takes [`LEAST_HARMONICS`] or as many more as it takes to
     /// come within [`GOAL_DEG`] of the mean stride.
     pub harmonics: Option<usize>,
     /// Seed of whatever searches.
@@ -157,7 +157,7 @@ pub enum FitError {
     },
     /// What was fitted is no walker: a stride beyond what a generator takes, for instance.
     #[error("{file}: the fit is no walker: {why}")]
-    Walker {
+    BoardGenerator {
         /// The recording.
         file: String,
         /// The rule that it breaks.
@@ -199,7 +199,7 @@ pub struct Fit {
     /// The strides.
     pub strides: Strides,
     /// The parameters, ready to be written.
-    pub file: WalkerFile,
+    pub file: GeneratorFile,
     /// Stride time on the generator's own cycle, seconds.
     pub period_s: f64,
     /// The generator's cycle, aligned with the mean stride.
@@ -229,7 +229,7 @@ pub struct Fit {
 ///
 /// ```
 /// use gait_fit::fit::{Settings, Source, fit};
-/// use gait_trace::open::{ReadOptions, of_bytes};
+/// use gait_trace::format::open::{ReadOptions, of_bytes};
 /// let mut csv = String::from("time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg\n");
 /// for row in 0..700 {
 ///     let t = f64::from(row) * 0.01;
@@ -276,7 +276,7 @@ pub fn fit(
     let mut checked = check(&found.set, settings, progress);
     if let Some(because) = found.refused_because.take().or_else(|| not_accepted(&checked)) {
         if settings.generator == Kind::Shape {
-            return Err(FitError::Walker { file: file(), why: because });
+            return Err(FitError::BoardGenerator { file: file(), why: because });
         }
         notes.push(format!(
             "the {} generator was refused ({because}); phase and shape is used instead",
@@ -288,8 +288,8 @@ pub fn fit(
         checked = check(&found.set, &used, progress);
     }
     let Found { set, history, .. } = found;
-    let mut certificate = checked.map_err(|why| FitError::Walker { file: file(), why })?;
-    let walked = walk_cycle(&set).map_err(|why| FitError::Walker { file: file(), why })?;
+    let mut certificate = checked.map_err(|why| FitError::BoardGenerator { file: file(), why })?;
+    let walked = walk_cycle(&set).map_err(|why| FitError::BoardGenerator { file: file(), why })?;
     let (cycle, ahead) = aligned(&walked.cycle, &mean);
     let origin = ((1.0 - ahead) * POINTS as f64).round() as usize % POINTS;
 
@@ -332,7 +332,8 @@ pub fn fit(
     let set = match (set, settings.follow) {
         (GeneratorSet::Shape(shape), Some(sensor)) => {
             let set = GeneratorSet::Follow(FollowSet { sensor, events: settings.events, shape });
-            certificate = check(&set, settings, progress).map_err(|why| FitError::Walker { file: file(), why })?;
+            certificate =
+                check(&set, settings, progress).map_err(|why| FitError::BoardGenerator { file: file(), why })?;
             notes.extend(
                 certificate.refused_because.iter().map(|because| format!("not accepted as a follower: {because}")),
             );
@@ -352,7 +353,7 @@ pub fn fit(
         settings: settings.clone(),
         conditioned,
         strides,
-        file: WalkerFile { provenance, set },
+        file: GeneratorFile { provenance, set },
         period_s: walked.period_s,
         cycle,
         origin,
@@ -412,7 +413,7 @@ fn harmonics(mean: &Cycle, settings: &Settings) -> usize {
         };
         Joint::ALL.into_iter().all(within)
     };
-    settings.harmonics.unwrap_or_else(|| (LEAST_HARMONICS..HARMONICS).find(reaches).unwrap_or(HARMONICS))
+    settings.harmonics.unwrap_or_else(|| (LEAST_HARMONICS..SERIES_HARMONICS).find(reaches).unwrap_or(SERIES_HARMONICS))
 }
 
 fn kind_of(set: &GeneratorSet) -> Kind {

@@ -1,7 +1,7 @@
 //! How near a fit comes to the walker, beside how near the walker comes to himself.
 
-use gait_trace::cycle::{Cycle, POINTS};
-use gait_trace::strides::Strides;
+use gait_trace::stride::cycle::{Cycle, POINTS};
+use gait_trace::stride::strides::Strides;
 use joint_units::Joint;
 use serde::Serialize;
 use std::ops::Range;

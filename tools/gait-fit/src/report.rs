@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use gait_trace::cycle::{Cycle, POINTS};
+use gait_trace::stride::cycle::{Cycle, POINTS};
 use joint_units::Joint;
 use picture::{Band, Curve, Panel, draw};
 
@@ -249,7 +249,7 @@ fn certificate(page: &mut String, fit: &Fit) {
             format!("{some} of {all}")
         }
     };
-    let following = certificate.following.iter().flat_map(walker::following::Following::in_words);
+    let following = certificate.following.iter().flat_map(generator_file::following::Following::in_words);
     for (name, value) in [
         ("verdict", certificate.status.words().to_owned()),
         ("random starts on the orbit", of(certificate.converged, certificate.starts)),

@@ -8,9 +8,9 @@
 
 use std::f64::consts::TAU;
 
-use gait_trace::cycle::{Cycle, POINTS};
-use joint_loop::HARMONICS;
-use walker::generator_file::{ShapeJoint, ShapeSet};
+use gait_trace::stride::cycle::{Cycle, POINTS};
+use generator_file::file::{ShapeJoint, ShapeSet};
+use joint_loop::SERIES_HARMONICS;
 
 /// A joint's series, degrees.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,7 +80,7 @@ impl Series {
 ///
 /// ```
 /// use gait_fit::series::fit;
-/// use gait_trace::cycle::{Cycle, POINTS};
+/// use gait_trace::stride::cycle::{Cycle, POINTS};
 /// let hip = |lead: f64| std::array::from_fn(|k| 5.0 + 20.0 * (std::f64::consts::TAU * (k as f64 / POINTS as f64 + lead)).cos());
 /// let set = fit(&Cycle([hip(0.1), hip(0.6), hip(0.3), hip(0.8)]), 1.1, 6);
 /// assert!((set.joints[0].cos_deg[0] - 20.0).abs() < 1e-3 && set.joints[0].sin_deg[0].abs() < 0.05);
@@ -88,10 +88,10 @@ impl Series {
 /// ```
 ///
 /// # Panics
-/// `harmonics` beyond what a board takes, [`HARMONICS`].
+/// `harmonics` beyond what a board takes, [`SERIES_HARMONICS`].
 #[must_use]
 pub fn fit(cycle: &Cycle, stride_s: f64, harmonics: usize) -> ShapeSet {
-    assert!((1..=HARMONICS).contains(&harmonics), "allowed are 1 to {HARMONICS} harmonics");
+    assert!((1..=SERIES_HARMONICS).contains(&harmonics), "allowed are 1 to {SERIES_HARMONICS} harmonics");
     let [left_hip, ..] = &cycle.0;
     let origin = Series::through(left_hip, harmonics).peak();
     let joint = |points: &[f64; POINTS]| {

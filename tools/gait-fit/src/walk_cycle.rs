@@ -1,9 +1,9 @@
 //! One stride of a generator as the board walks it, and its best alignment with a recorded one.
 
 use cpg_core::Generator;
-use gait_trace::cycle::{Cycle, POINTS};
+use gait_trace::stride::cycle::{Cycle, POINTS};
+use generator_file::file::GeneratorSet;
 use joint_units::{Joint, Period, Phase};
-use walker::generator_file::GeneratorSet;
 
 /// Strides before the one that is taken: oscillators come to their limit cycle in a few.
 const SETTLING: f64 = 40.0;
@@ -105,8 +105,8 @@ fn shifted(cycle: &Cycle, points: f64) -> Cycle {
 mod tests {
     use super::*;
     use crate::series;
+    use generator_file::file::GeneratorFile;
     use std::f64::consts::TAU;
-    use walker::generator_file::WalkerFile;
 
     fn walk() -> Cycle {
         let joint = |mean: f64, one: f64, two: f64, lead: f64| {
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn the_shipped_walk_takes_its_stride() {
-        let walked = walk_cycle(&WalkerFile::shipped("robust").unwrap().set).unwrap();
+        let walked = walk_cycle(&GeneratorFile::default_of("robust").unwrap().set).unwrap();
         assert!((walked.period_s - 1.1).abs() < 2e-4, "{}", walked.period_s);
         let knee = walked.cycle.0[2].iter().copied().fold(f64::MIN, f64::max);
         assert!((60.0..63.0).contains(&knee), "{knee}");

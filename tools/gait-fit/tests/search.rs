@@ -1,8 +1,8 @@
 //! The population simulator against the core's network, published states and itself.
 
-use cpg_core::graph::{HipKnee, LeftRight};
-use cpg_core::thesis::{Thesis, ThesisConfig};
-use cpg_core::{Generator as _, Scalar, State};
+use cpg_core::network::graph::{HipKnee, LeftRight};
+use cpg_core::network::thesis::{Thesis, ThesisConfig};
+use cpg_core::{Generator as _, OscillatorState, Scalar};
 use gait_fit::search::{
     Errors, Genes, Grid, Network, NetworkState, Objective, Parameter, Random, Target, angles, errors, reference_errors,
 };
@@ -69,10 +69,10 @@ fn the_reference_goes_through_known_states() {
 /// The core's network from the same state, away from its bounds: the same equations, so the same to rounding.
 #[test]
 fn the_core_and_the_search_have_the_same_equations() {
-    fn core_run<T: Scalar>(config: &ThesisConfig<T>, steps: usize, of: impl Fn(f64) -> T) -> State<4, T> {
+    fn core_run<T: Scalar>(config: &ThesisConfig<T>, steps: usize, of: impl Fn(f64) -> T) -> OscillatorState<4, T> {
         let mut net: Thesis<T> = config.build::<LeftRight, HipKnee, _>(Period::MILLISECOND).expect("set S");
         let start = Network::set_s().start;
-        let state = State { displacement: start.displacement.map(&of), velocity: start.velocity.map(&of) };
+        let state = OscillatorState { displacement: start.displacement.map(&of), velocity: start.velocity.map(&of) };
         net.set_state(&state).expect("inside of the bounds");
         for _ in 0..steps {
             net.step();

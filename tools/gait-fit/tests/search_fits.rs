@@ -10,9 +10,9 @@ use gait_fit::search::{
     Dynamics, Evaluator, Genes, Grid, Network, Objective, Random, SearchSettings, Target, angles, errors, fit_robust,
     fit_thesis, reference_errors,
 };
-use gait_trace::cycle::{Cycle, POINTS};
+use gait_trace::stride::cycle::{Cycle, POINTS};
+use generator_file::file::GeneratorSet;
 use joint_units::Period;
-use walker::generator_file::GeneratorSet;
 
 fn costs<'a>(genes: &'a Genes, target: &'a Target) -> impl FnMut(&[Vec<f64>]) -> Vec<f64> + 'a {
     |points| {

@@ -32,7 +32,8 @@
 //! Another file format is one more file beside [`csv_file`] that makes a [`Recording`] and speaks [`TraceError`].
 //!
 //! ```
-//! use gait_trace::{Recording, csv_file};
+//! use gait_trace::Recording;
+//! use gait_trace::format::csv_file;
 //! let text = "time_s,left_hip_deg,left_knee_deg\n0,20.5,3\n0.01,20.1,4\n0.02,19.4,6\n";
 //! let recording = csv_file::parse("walk.csv", text.as_bytes())?;
 //! assert_eq!(recording.duration_s(), 0.02);
@@ -45,43 +46,23 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod angle_columns;
-pub mod c3d;
-mod clock;
-pub mod condition;
-pub mod convention;
-pub mod csv_file;
-pub mod cut;
-pub mod cycle;
+pub mod clean;
 mod fault;
 mod finding;
-pub mod joint_names;
-pub mod looped;
-pub mod mapped_csv;
-pub mod mcap_file;
-pub mod metrics;
-pub mod open;
-pub mod opensim;
+pub mod format;
 pub mod raw;
 pub mod recording;
-pub mod repair;
-pub mod resample;
-pub mod scope;
-pub mod segment;
 pub mod stride;
-pub mod strides;
-mod text_table;
 pub mod volts;
-pub mod whole_file;
 
-pub use condition::{ConditionError, Conditioned, Done, Finding, FindingKind, LowPass, Rules, condition};
-pub use cycle::Cycle;
+pub use clean::condition::{ConditionError, Conditioned, Done, Finding, FindingKind, LowPass, Rules, condition};
+pub use clean::resample::ResampleError;
 pub use fault::{Fault, TraceError};
-pub use looped::{LoopError, Looped};
 pub use raw::{RawJoint, RawJoints};
 pub use recording::{
     Channel, MAX_ANGLE_DEG, MAX_PIN_VOLTS, MIN_PIN_VOLTS, NoChannel, Quantity, Recording, RecordingError,
 };
-pub use resample::ResampleError;
-pub use strides::{LeftOut, Span, StrideError, Strides, WhyLeftOut};
+pub use stride::cycle::Cycle;
+pub use stride::looped::{LoopError, Looped};
+pub use stride::strides::{LeftOut, Span, StrideError, Strides, WhyLeftOut};
 pub use volts::VoltsError;

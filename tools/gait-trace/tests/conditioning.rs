@@ -3,8 +3,9 @@
 
 mod synthetic;
 
-use gait_trace::condition::LowPass;
-use gait_trace::{ConditionError, Conditioned, Done, Finding, FindingKind, RawJoints, Rules, condition};
+use gait_trace::clean::condition::LowPass;
+use gait_trace::condition;
+use gait_trace::{ConditionError, Conditioned, Done, Finding, FindingKind, RawJoints, Rules};
 use joint_units::Joint;
 use proptest::prelude::*;
 use synthetic::{angle, column, raw, times, walk};
@@ -164,8 +165,8 @@ proptest! {
             }
         }
         if let Ok(out) = condition(&raw, &Rules { low_pass, ..Rules::default() }) {
-            let _ = gait_trace::strides::segment(&out);
-            let _ = gait_trace::cut::cut(&out);
+            let _ = gait_trace::stride::strides::segment(&out);
+            let _ = gait_trace::stride::cut::cut(&out);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Files in and out: every fault is named with line and column, and what is written is read back bit for bit.
 
-use gait_trace::{Channel, Fault, Quantity, Recording, TraceError, csv_file};
+use gait_trace::format::csv_file;
+use gait_trace::{Channel, Fault, Quantity, Recording, TraceError};
 use proptest::prelude::*;
 
 fn error(bytes: &[u8]) -> TraceError {

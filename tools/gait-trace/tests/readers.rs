@@ -2,9 +2,11 @@
 
 mod support;
 
-use gait_trace::joint_names::AngleUnit;
-use gait_trace::open::{self, ReadOptions};
-use gait_trace::{RawJoints, Recording, csv_file, opensim};
+use gait_trace::format::joint_names::AngleUnit;
+use gait_trace::format::open;
+use gait_trace::format::open::ReadOptions;
+use gait_trace::format::{csv_file, opensim};
+use gait_trace::{RawJoints, Recording};
 use joint_units::Joint;
 use std::fmt::Write as _;
 use support::c3d_writer::{C3d, Format};

@@ -3,11 +3,11 @@
 //! The recordings are in `../shared/traces` beside the workspace, or where `FOOTFALL_TRACES` says; without them these tests say
 //! aloud that they were left out. Periods and counts are those of the folder's own README, which were computed by others.
 
-use gait_trace::cycle::POINTS;
-use gait_trace::{
-    Conditioned, Cycle, Done, FindingKind, LowPass, RawJoint, RawJoints, Rules, Strides, WhyLeftOut, condition,
-    csv_file, cut, strides,
-};
+use gait_trace::condition;
+use gait_trace::format::csv_file;
+use gait_trace::stride::cycle::POINTS;
+use gait_trace::stride::{cut, strides};
+use gait_trace::{Conditioned, Cycle, Done, FindingKind, LowPass, RawJoint, RawJoints, Rules, Strides, WhyLeftOut};
 use joint_units::Joint;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;

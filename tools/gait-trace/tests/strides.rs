@@ -2,11 +2,10 @@
 
 mod synthetic;
 
-use gait_trace::cycle::POINTS;
-use gait_trace::{
-    Conditioned, Cycle, FindingKind, LeftOut, RawJoints, Rules, StrideError, Strides, WhyLeftOut, condition, cut,
-    strides,
-};
+use gait_trace::condition;
+use gait_trace::stride::cycle::POINTS;
+use gait_trace::stride::{cut, strides};
+use gait_trace::{Conditioned, Cycle, FindingKind, LeftOut, RawJoints, Rules, StrideError, Strides, WhyLeftOut};
 use joint_units::Joint;
 use proptest::prelude::*;
 use synthetic::{angle, column, raw, times, walk};

@@ -1,13 +1,13 @@
 // Written by `footfall pack --rust`. Angles in radians, times in seconds.
 use cpg_core::entrainment::EventSource::*;
-use joint_loop::{FollowConfig, SeriesConfig, ShapeConfig, WalkerConfig};
+use joint_loop::{FollowConfig, GeneratorConfig, SeriesConfig, ShapeConfig};
 use joint_units::Joint::*;
 use joint_units::Radians;
 
 /// A walker from: a test
 #[rustfmt::skip]
 #[allow(clippy::all)]
-pub const WALKER: WalkerConfig = WalkerConfig::Follow(
+pub const WALKER: GeneratorConfig = GeneratorConfig::Follow(
     FollowConfig {
         sensor: RightKnee,
         events: None,

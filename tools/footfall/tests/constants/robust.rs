@@ -1,12 +1,12 @@
 // Written by `footfall pack --rust`. Angles in radians, times in seconds.
-use cpg_core::robust::RobustConfig;
-use joint_loop::WalkerConfig;
+use cpg_core::network::phase_coupled::RobustConfig;
+use joint_loop::GeneratorConfig;
 use joint_units::{Phase, Radians};
 
 /// A walker from: a test
 #[rustfmt::skip]
 #[allow(clippy::all)]
-pub const WALKER: WalkerConfig = WalkerConfig::Robust(
+pub const WALKER: GeneratorConfig = GeneratorConfig::Robust(
     RobustConfig {
         natural_period: 1.0847774,
         nonlinearity: 0.5,

@@ -1,11 +1,11 @@
 // Written by `footfall pack --rust`. Angles in radians, times in seconds.
-use joint_loop::{SeriesConfig, ShapeConfig, WalkerConfig};
+use joint_loop::{GeneratorConfig, SeriesConfig, ShapeConfig};
 use joint_units::Radians;
 
 /// A walker from: a test
 #[rustfmt::skip]
 #[allow(clippy::all)]
-pub const WALKER: WalkerConfig = WalkerConfig::Shape(
+pub const WALKER: GeneratorConfig = GeneratorConfig::Shape(
     ShapeConfig {
         stride_s: 1.1,
         joints: [

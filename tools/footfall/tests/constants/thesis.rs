@@ -1,13 +1,13 @@
 // Written by `footfall pack --rust`. Angles in radians, times in seconds.
-use cpg_core::rayleigh::RayleighConfig;
-use cpg_core::thesis::NetworkConfig;
-use joint_loop::WalkerConfig;
+use cpg_core::network::thesis::NetworkConfig;
+use cpg_core::oscillator::rayleigh::RayleighConfig;
+use joint_loop::GeneratorConfig;
 use joint_units::Phase;
 
 /// A walker from: a test
 #[rustfmt::skip]
 #[allow(clippy::all)]
-pub const WALKER: WalkerConfig = WalkerConfig::Thesis(
+pub const WALKER: GeneratorConfig = GeneratorConfig::Thesis(
     NetworkConfig {
         joints: [
             RayleighConfig {

@@ -2,13 +2,14 @@
 //! which a host copy of the loop has made.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
-use footfall::image::sha256;
-use footfall::replay::line_of;
-use footfall::shipped::{TYPICAL_VREFINT_CAL, WalkLoop, typical_loop};
-use footfall::telemetry::{Call, Inputs};
-use joint_loop::shipped::Parameters;
-use joint_loop::walker_record::record_of;
-use joint_loop::{SENSORS, sensors_record};
+use footfall::board::default_loop::{TYPICAL_VREFINT_CAL, WalkLoop, typical_loop};
+use footfall::board::image::sha256;
+use footfall::board::replay::line_of;
+use footfall::board::telemetry::{Call, Inputs};
+use joint_loop::SENSORS;
+use joint_loop::setup::default_loop::Parameters;
+use joint_loop::store::generator_record::record_of;
+use joint_loop::store::sensor_record;
 use joint_units::AdcCode;
 use object::write::{Object, StandardSegment, Symbol, SymbolSection};
 use object::{Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope};
@@ -95,14 +96,14 @@ pub(crate) fn hex(bytes: &[u8]) -> String {
 }
 
 /// A board that walks: the loop that ships, on the host.
-pub(crate) struct Walker {
+pub(crate) struct SimulatedBoard {
     joints: WalkLoop,
     calls: Vec<Call>,
     pub(crate) lines: Vec<String>,
     t_ms: u32,
 }
 
-impl Walker {
+impl SimulatedBoard {
     pub(crate) fn new() -> Self {
         let start = json!({ "type": "start", "elf_sha256": sha256(&elf()), "hclk_hz": 16_000_000 });
         let mut walker =
@@ -115,7 +116,7 @@ impl Walker {
         self.line(json!({ "type": "boot", "t_s": self.t_s(), "cause": cause }));
         let cal = TYPICAL_VREFINT_CAL.0;
         let default = Parameters::or_default(None, None).unwrap();
-        let (walker, sensors) = (record_of(&default.walker).crc(), sensors_record::record_of(&default.worn).crc());
+        let (walker, sensors) = (record_of(&default.generator).crc(), sensor_record::record_of(&default.sensors).crc());
         self.log(&format!(
             "boot f4-discovery STM32F407VGTx reset {cause} streak 0 vrefint_cal {cal} min_supply 2.7 sensor required \
              walker {walker:08x} sensors {sensors:08x} outputs servos"
@@ -154,7 +155,7 @@ impl Walker {
             if self.calls.len() == 10 {
                 let frame = self.joints.frame();
                 let calls = std::mem::take(&mut self.calls);
-                self.log(&Inputs { first_tick: frame.tick - 9, worn: 1, calls }.to_string());
+                self.log(&Inputs { first_tick: frame.tick - 9, sensors: 1, calls }.to_string());
                 self.log(&line_of(&frame).to_string());
             }
             if self.t_ms.is_multiple_of(20) && command.pulses.is_some() {

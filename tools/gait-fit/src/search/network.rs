@@ -7,8 +7,8 @@
 //!
 //! where l is the same joint of the other side and m the other joint of the same leg. Degrees and seconds.
 //!
-//! Same equations as `cpg_core::thesis`, without the bounds that hold the states there: an individual that runs away shall be seen
-//! to. As in `cpg_core::integrator`, the time unit is half a step and the stages of displacement collapse into sums of accelerations
+//! Same equations as `cpg_core::network::thesis`, without the bounds that hold the states there: an individual that runs away shall be seen
+//! to. As in `cpg_core::math::second_order`, the time unit is half a step and the stages of displacement collapse into sums of accelerations
 //! (Nystrom), which leaves 164 operations a step, 28 for each of four accelerations and 13 a joint for the stages.
 
 use super::lanes::Lanes;
@@ -54,11 +54,11 @@ pub struct Network {
 }
 
 impl Network {
-    /// Set S: Table 1 of the thesis with what it leaves out (p, mu, a0) as in [`cpg_core::thesis::ThesisConfig::set_s`], started at
+    /// Set S: Table 1 of the thesis with what it leaves out (p, mu, a0) as in [`cpg_core::network::thesis::ThesisConfig::set_s`], started at
     /// angles of 25, -15, 45, 15 degrees and velocities of 0, 0, 100, -100 degrees per second, which is off its cycle.
     #[must_use]
     pub fn set_s() -> Self {
-        let config = cpg_core::thesis::ThesisConfig::<f64>::set_s();
+        let config = cpg_core::network::thesis::ThesisConfig::<f64>::set_s();
         let mut network = Self::from_config(&config);
         let angles = [25.0, -15.0, 45.0, 15.0];
         network.start.displacement = std::array::from_fn(|i| angles[i] - network.joints[i].offset);
@@ -68,24 +68,24 @@ impl Network {
 
     /// The network of a configuration of the core, at rest.
     #[must_use]
-    pub fn from_config(config: &cpg_core::thesis::ThesisConfig<f64>) -> Self {
+    pub fn from_config(config: &cpg_core::network::thesis::ThesisConfig<f64>) -> Self {
         let difference =
             [config.difference[0][0], config.difference[0][1], config.difference[1][0], config.difference[1][1]];
         let product = [config.product[0][0], config.product[1][0], config.product[0][1], config.product[1][1]];
         let joints = std::array::from_fn(|i| {
-            let cpg_core::rayleigh::RayleighConfig { alpha, p, mu, offset } = config.joints[i];
+            let cpg_core::oscillator::rayleigh::RayleighConfig { alpha, p, mu, offset } = config.joints[i];
             Oscillator { alpha, p, mu, offset, difference: difference[i], product: product[i] }
         });
         Self { joints, start: NetworkState::default() }
     }
 
-    /// Velocity amplitude of each joint by harmonic balance, neighbours in antiphase: where `cpg_core::thesis` starts.
+    /// Velocity amplitude of each joint by harmonic balance, neighbours in antiphase: where `cpg_core::network::thesis` starts.
     #[must_use]
     pub fn cycle_velocity(&self) -> [f64; 4] {
         self.joints.map(|j| 2.0 * ((j.alpha + 2.0 * j.difference.max(0.0)) / (3.0 * j.alpha * j.p)).sqrt())
     }
 
-    /// Starts on the cycle of harmonic balance, joint i ahead by `cycles[i]`, as `cpg_core::thesis` does.
+    /// Starts on the cycle of harmonic balance, joint i ahead by `cycles[i]`, as `cpg_core::network::thesis` does.
     pub fn start_at(&mut self, cycles: [f64; 4]) {
         let velocity = self.cycle_velocity();
         for i in 0..4 {

@@ -1,4 +1,4 @@
-//! R1 (`cpg_core::robust`) fitted to a recorded stride: amplitude, offset and phase of each joint, and what bends its sinusoids a
+//! R1 (`cpg_core::network::phase_coupled`) fitted to a recorded stride: amplitude, offset and phase of each joint, and what bends its sinusoids a
 //! little, eps and kap.
 //!
 //! Levenberg-Marquardt on the waveform of the limit cycle, which is the core's own network in f64 at 5 ms, run until it has settled.
@@ -8,13 +8,13 @@
 
 use std::f64::consts::TAU;
 
-use cpg_core::graph::Biped;
-use cpg_core::robust::{Robust, RobustConfig};
+use cpg_core::network::graph::Biped;
+use cpg_core::network::phase_coupled::{Robust, RobustConfig};
 use cpg_core::{Generator as _, Rk4};
-use gait_trace::cycle::{Cycle, POINTS};
+use gait_trace::stride::cycle::{Cycle, POINTS};
+use generator_file::file::{RobustJoint, RobustSet};
 use joint_units::{Period, Phase, Radians};
 use rayon::prelude::*;
-use walker::generator_file::{RobustJoint, RobustSet};
 
 use super::evaluator::{Evaluator, Progress};
 use super::levenberg::levenberg;
@@ -53,7 +53,7 @@ const KAP: (f64, f64) = (0.1, 1.0);
 ///
 /// ```
 /// use gait_fit::search::{Dynamics, fit_robust};
-/// use gait_trace::cycle::Cycle;
+/// use gait_trace::stride::cycle::Cycle;
 /// // Sinusoids: what R1 is best at.
 /// let target = Cycle(std::array::from_fn(|joint| std::array::from_fn(|k| {
 ///     let lead = [0.0, 0.5, 0.7, 0.2][joint];
@@ -212,7 +212,7 @@ impl Fitted {
 }
 
 /// Part of a step at which the first joint goes through zero.
-fn crossing(a: &cpg_core::State<4, f64>, b: &cpg_core::State<4, f64>) -> f64 {
+fn crossing(a: &cpg_core::OscillatorState<4, f64>, b: &cpg_core::OscillatorState<4, f64>) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..50 {
         let middle = 0.5 * (low + high);
@@ -222,7 +222,7 @@ fn crossing(a: &cpg_core::State<4, f64>, b: &cpg_core::State<4, f64>) -> f64 {
 }
 
 /// Displacement between two states, on the cubic through both with their velocities; u' = w v.
-fn hermite(a: &cpg_core::State<4, f64>, b: &cpg_core::State<4, f64>, joint: usize, t: f64) -> f64 {
+fn hermite(a: &cpg_core::OscillatorState<4, f64>, b: &cpg_core::OscillatorState<4, f64>, joint: usize, t: f64) -> f64 {
     let per_step = TAU / NATURAL * STEP_S;
     let (xa, xb) = (a.displacement[joint], b.displacement[joint]);
     let (va, vb) = (a.velocity[joint] * per_step, b.velocity[joint] * per_step);

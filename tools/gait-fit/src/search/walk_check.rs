@@ -1,13 +1,13 @@
 //! Whether a set walks: run as the board runs it, at 1 ms, but in f64, for ten times as many strides as the search had, and from
 //! perturbed starts.
 
-use cpg_core::graph::{HipKnee, LeftRight};
-use cpg_core::thesis::Thesis;
-use cpg_core::{Generator as _, State};
-use gait_trace::cycle::{Cycle, POINTS};
+use cpg_core::network::graph::{HipKnee, LeftRight};
+use cpg_core::network::thesis::Thesis;
+use cpg_core::{Generator as _, OscillatorState};
+use gait_trace::stride::cycle::{Cycle, POINTS};
+use generator_file::file::{GeneratorSet, ThesisSet};
 use joint_units::Period;
 use rayon::prelude::*;
-use walker::generator_file::{GeneratorSet, ThesisSet};
 
 use super::random::Random;
 
@@ -87,7 +87,7 @@ pub(crate) fn check(set: &ThesisSet, target: &Cycle, stride_s: f64) -> Check {
     let cycle = own.beginning_as(target, &offsets);
     let another = (period_s / stride_s - 1.0).abs() > SAME_PERIOD;
     let mut random = Random::new(8);
-    let starts: Vec<State<4, f64>> = (0..PERTURBED).map(|k| own.perturbed(k, &mut random)).collect();
+    let starts: Vec<OscillatorState<4, f64>> = (0..PERTURBED).map(|k| own.perturbed(k, &mut random)).collect();
     let lost: Vec<bool> = starts.par_iter().map(|start| own.loses(&net, start, stride)).collect();
     let perturbed_lost = lost.iter().filter(|lost| **lost).count();
     let why = if another {
@@ -123,11 +123,11 @@ fn walk(net: &mut Net, steps: usize) -> bool {
 /// One turn of an orbit.
 struct Turn {
     /// States at each millisecond, a little more than one period of them.
-    states: Vec<State<4, f64>>,
+    states: Vec<OscillatorState<4, f64>>,
     /// Milliseconds.
     period: f64,
     /// Greatest displacement and velocity from the middle.
-    amplitude: State<4, f64>,
+    amplitude: OscillatorState<4, f64>,
 }
 
 impl Turn {
@@ -139,15 +139,15 @@ impl Turn {
             net.check().ok()?;
             states.push(net.state());
         }
-        let spread = |of: &dyn Fn(&State<4, f64>) -> f64| {
+        let spread = |of: &dyn Fn(&OscillatorState<4, f64>) -> f64| {
             let (low, high) = states.iter().map(of).fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(x), h.max(x)));
             (0.5 * (high - low)).max(1e-9)
         };
-        let amplitude = State {
+        let amplitude = OscillatorState {
             displacement: std::array::from_fn(|i| spread(&|s| s.displacement[i])),
             velocity: std::array::from_fn(|i| spread(&|s| s.velocity[i])),
         };
-        let far = |s: &State<4, f64>| distance(s, &states[0], &amplitude);
+        let far = |s: &OscillatorState<4, f64>| distance(s, &states[0], &amplitude);
         let nearest = (stride / 2..states.len() - 1).min_by(|&a, &b| far(&states[a]).total_cmp(&far(&states[b])))?;
         // Between milliseconds: where the distance, as a parabola of time, is least.
         let [before, here, after] = [nearest - 1, nearest, nearest + 1].map(|k| far(&states[k]));
@@ -188,7 +188,7 @@ impl Turn {
     }
 
     /// A state of the turn, each coordinate off by up to 8 percent of its amplitude.
-    fn perturbed(&self, k: usize, random: &mut Random) -> State<4, f64> {
+    fn perturbed(&self, k: usize, random: &mut Random) -> OscillatorState<4, f64> {
         let mut state = self.states[k * self.period as usize / PERTURBED];
         for i in 0..4 {
             state.displacement[i] += 0.08 * (2.0 * random.unit() - 1.0) * self.amplitude.displacement[i];
@@ -198,7 +198,7 @@ impl Turn {
     }
 
     /// Whether a start is not on this orbit after its strides.
-    fn loses(&self, net: &Net, start: &State<4, f64>, stride: usize) -> bool {
+    fn loses(&self, net: &Net, start: &OscillatorState<4, f64>, stride: usize) -> bool {
         let mut net = *net;
         if net.set_state(start).is_err() {
             return true;
@@ -214,7 +214,7 @@ impl Turn {
 }
 
 /// Mean square distance in parts of the amplitudes.
-fn distance(a: &State<4, f64>, b: &State<4, f64>, amplitude: &State<4, f64>) -> f64 {
+fn distance(a: &OscillatorState<4, f64>, b: &OscillatorState<4, f64>, amplitude: &OscillatorState<4, f64>) -> f64 {
     let term = |i: usize| {
         ((a.displacement[i] - b.displacement[i]) / amplitude.displacement[i]).powi(2)
             + ((a.velocity[i] - b.velocity[i]) / amplitude.velocity[i]).powi(2)

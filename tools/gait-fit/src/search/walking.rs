@@ -25,8 +25,8 @@
 
 use std::sync::Mutex;
 
-use gait_trace::cycle::Cycle;
-use walker::generator_file::{ThesisJoint, ThesisSet};
+use gait_trace::stride::cycle::Cycle;
+use generator_file::file::{ThesisJoint, ThesisSet};
 
 use super::cma_es::{CmaEs, Restart};
 use super::evaluator::{Evaluator, Progress};
@@ -104,7 +104,7 @@ const SHORTEST: usize = 4 * STEPS / PER_SAMPLE / 10;
 ///
 /// ```no_run
 /// use gait_fit::search::{SearchSettings, fit_thesis};
-/// # let target = gait_trace::cycle::Cycle([[0.0; 200]; 4]);
+/// # let target = gait_trace::stride::cycle::Cycle([[0.0; 200]; 4]);
 /// let fit = fit_thesis(&target, 1.1, &SearchSettings::default(), &mut |_| ());
 /// println!("{:?} degrees, accepted: {}", fit.rmse_deg, fit.accepted);
 /// ```
@@ -439,7 +439,7 @@ fn flat(target: &Cycle, period_s: f64) -> ThesisSet {
         let amplitude = (0.5 * (high - low)).max(0.1);
         ThesisJoint {
             alpha_per_s: 1.0,
-            p_s2_per_deg2: cpg_core::thesis::harmonic_balance_p(1.0, 0.0, mu, amplitude) as f32,
+            p_s2_per_deg2: cpg_core::network::thesis::harmonic_balance_p(1.0, 0.0, mu, amplitude) as f32,
             mu_rad_per_s: mu as f32,
             offset_deg: (0.5 * (high + low)) as f32,
             start_phase_deg: 180.0 * (i % 2) as f32,

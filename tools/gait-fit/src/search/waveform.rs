@@ -4,12 +4,12 @@
 //! (see [`super::walking`]). So period, offsets and the two scales are not searched for: they follow from the cycle in closed form,
 //! and so does the shift in time, by correlation.
 
-use gait_trace::cycle::{Cycle, POINTS};
+use gait_trace::stride::cycle::{Cycle, POINTS};
 
 /// Points of a cycle during the search.
 pub(crate) const COARSE: usize = 40;
 /// Harmonics that are correlated.
-const HARMONICS: usize = 8;
+const ORBIT_HARMONICS: usize = 8;
 
 /// A state of the record: displacements, then velocities in displacement per sample.
 pub(crate) type Sample = [f32; 8];
@@ -88,7 +88,7 @@ pub(crate) struct Stride {
     /// Mean square about the mean, hips and knees summed.
     power: [f64; 2],
     /// Cosine and sine coefficients of each joint.
-    harmonics: [[[f64; 2]; HARMONICS]; 4],
+    harmonics: [[[f64; 2]; ORBIT_HARMONICS]; 4],
 }
 
 /// How an orbit is brought onto a stride.
@@ -110,10 +110,10 @@ fn circle(k: usize, n: usize) -> (f64, f64) {
 }
 
 /// Mean, mean square about it, and harmonics of a closed cycle.
-fn analyse<const N: usize>(points: &[f64; N], turns: &[(f64, f64)]) -> (f64, f64, [[f64; 2]; HARMONICS]) {
+fn analyse<const N: usize>(points: &[f64; N], turns: &[(f64, f64)]) -> (f64, f64, [[f64; 2]; ORBIT_HARMONICS]) {
     let mean = points.iter().sum::<f64>() / N as f64;
     let power = points.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / N as f64;
-    let mut harmonics = [[0.0; 2]; HARMONICS];
+    let mut harmonics = [[0.0; 2]; ORBIT_HARMONICS];
     for (h, [c, s]) in harmonics.iter_mut().enumerate() {
         for (k, x) in points.iter().enumerate() {
             let (sin, cos) = turns[(k * (h + 1)) % N];
@@ -140,7 +140,7 @@ impl Stride {
         let joints = orbit.each_ref().map(|points| analyse(points, &turns.0));
         let power = [joints[0].1 + joints[1].1, joints[2].1 + joints[3].1];
         // Product of conjugate target and orbit harmonics, summed over each pair.
-        let mut products = [[[0.0; 2]; HARMONICS]; 2];
+        let mut products = [[[0.0; 2]; ORBIT_HARMONICS]; 2];
         for (joint, (_, _, own)) in joints.iter().enumerate() {
             for (h, product) in products[joint / 2].iter_mut().enumerate() {
                 let ([c, s], [tc, ts]) = (own[h], self.harmonics[joint][h]);

@@ -4,7 +4,8 @@
 pub(crate) mod c3d_writer;
 
 use c3d_writer::{C3d, Format};
-use gait_trace::{Recording, csv_file};
+use gait_trace::Recording;
+use gait_trace::format::csv_file;
 use hgod_adc::{Calibration, CalibrationPoint, Interpolation};
 use joint_units::{Joint, Radians, Volts};
 use std::fmt::Write as _;

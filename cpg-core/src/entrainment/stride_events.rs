@@ -1,0 +1,359 @@
+//! Stride events: a foot switch, or a peak of the joint's angle, as a reset of phase and cadence.
+//!
+//! ```text
+//! at an event:  phi := phi + g d,   w := w + g_w (2 pi / T_last - w),   d = wrap(phi_event - phi)
+//! ```
+//! phi_event is where in the stride the event is, T_last the time since the event before. Intervals outside of a range about the nominal
+//! stride are not strides: too short and the event is a bounce and is left out; too long and steps were missed, so that the phase is
+//! reset and the cadence is not. Two events are enough to lock; between them nothing is corrected.
+//!
+//! [`StrideEvents`] knows nothing else than its events. [`StrideTimer`] is the part of it that judges the intervals, and
+//! [`crate::entrainment`] uses it where there is an angle as well.
+//!
+//! [`PeakDetector`] makes events of an angle: the top of a swing, told when the angle has fallen by a part of its range, with the time
+//! that has passed since the top.
+
+use core::f32::consts::TAU;
+
+use joint_units::{Period, Phase, RadPerSec, Radians};
+
+use crate::error::in_range;
+use crate::{BuildError, Field};
+
+/// Parameters of the reset.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrideEventConfig {
+    /// Nominal stride time, s; 0.3 to 5.
+    pub stride_s: f32,
+    /// Phase of the event in the stride.
+    pub phase: Phase,
+    /// Part g of the phase difference that is taken at once; 0.05 to 1.
+    pub phase_gain: f32,
+    /// Part g_w of the frequency difference that is taken; 0 to 1.
+    pub frequency_gain: f32,
+    /// Shortest and longest interval that is a stride, relative to the nominal; 0.1 to 1 and 1 to 10.
+    pub intervals: (f32, f32),
+}
+
+impl Default for StrideEventConfig {
+    /// Heel strike at phase 0, the whole phase, half of the frequency, intervals of 0.5 to 2.5 nominal strides.
+    fn default() -> Self {
+        Self { stride_s: 1.1, phase: Phase(0), phase_gain: 1.0, frequency_gain: 0.5, intervals: (0.5, 2.5) }
+    }
+}
+
+impl StrideEventConfig {
+    /// Validates; phase 0, the nominal cadence.
+    ///
+    /// # Errors
+    /// Names the field that is out of range.
+    pub fn build(self, period: Period) -> Result<StrideEvents, BuildError> {
+        in_range(self.stride_s, Field::of("stride_s"), 0.3, 5.0)?;
+        in_range(self.phase_gain, Field::of("phase_gain"), 0.05, 1.0)?;
+        in_range(self.frequency_gain, Field::of("frequency_gain"), 0.0, 1.0)?;
+        in_range(self.intervals.0, Field::at("intervals", 0), 0.1, 1.0)?;
+        in_range(self.intervals.1, Field::at("intervals", 1), 1.0, 10.0)?;
+        Ok(StrideEvents {
+            config: self,
+            period_s: period.seconds(),
+            phase: Phase(0),
+            frequency: TAU / self.stride_s,
+            timer: StrideTimer::new(self.stride_s, self.intervals, period),
+        })
+    }
+}
+
+/// The time from one event to the next, and what it is the time of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrideTimer {
+    period_s: f32,
+    /// Shortest and longest stride, s.
+    least: f32,
+    most: f32,
+    /// Time since the last event, s.
+    since: Option<f32>,
+}
+
+/// What the time since the event before is, in seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Interval {
+    /// There was no event before, or steps were missed since.
+    None,
+    /// Shorter than a stride: the event is left out, and the one before stays the last.
+    TooShort(f32),
+    /// A stride.
+    Stride(f32),
+}
+
+impl StrideTimer {
+    /// Before the first event. `intervals` are the shortest and longest that is a stride, relative to the nominal.
+    pub(crate) const fn new(stride_s: f32, intervals: (f32, f32), period: Period) -> Self {
+        let (least, most) = (intervals.0 * stride_s, intervals.1 * stride_s);
+        Self { period_s: period.seconds(), least, most, since: None }
+    }
+
+    /// Before the first event again.
+    pub(crate) const fn anew(&self) -> Self {
+        Self { since: None, ..*self }
+    }
+
+    /// One period.
+    pub fn step(&mut self) {
+        // Time is not counted on for ever: beyond the longest interval its exact value is of no use.
+        self.since = self.since.map(|since| (since + self.period_s).min(2.0 * self.most));
+    }
+
+    /// An event that happened `ago_s` before now; what is beyond the shortest interval, or no number, is taken as its limit or as now.
+    /// Returns the time that was taken too.
+    pub fn event(&mut self, ago_s: f32) -> (Interval, f32) {
+        let ago = if ago_s.is_finite() { ago_s.max(0.0).min(self.least) } else { 0.0 };
+        let interval = match self.since.map(|since| since - ago) {
+            Some(interval) if interval < self.least => return (Interval::TooShort(interval), ago),
+            Some(interval) if interval <= self.most => Interval::Stride(interval),
+            _ => Interval::None,
+        };
+        self.since = Some(ago);
+        (interval, ago)
+    }
+}
+
+/// Phase and cadence from events alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StrideEvents {
+    config: StrideEventConfig,
+    period_s: f32,
+    phase: Phase,
+    frequency: f32,
+    timer: StrideTimer,
+}
+
+/// What became of an event.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Taken {
+    /// Phase and cadence were corrected.
+    Stride,
+    /// Only the phase was: the first event, or the first after strides were missed.
+    PhaseOnly,
+    /// Too soon after the last one: left out.
+    TooSoon,
+}
+
+impl StrideEvents {
+    /// One period.
+    pub fn step(&mut self) {
+        let by = Phase::from_cycles(self.frequency * self.period_s * (1.0 / TAU));
+        self.phase = Phase(self.phase.0.wrapping_add(by.0));
+        self.timer.step();
+    }
+
+    /// The event happened `ago_s` before now (0 to the shortest interval).
+    ///
+    /// ```
+    /// use cpg_core::entrainment::stride_events::{StrideEventConfig, Taken};
+    /// use joint_units::Period;
+    /// let mut events = StrideEventConfig::default().build(Period::MILLISECOND)?;
+    /// assert_eq!(events.event(0.0), Taken::PhaseOnly);
+    /// for _ in 0..1000 { events.step(); }
+    /// assert_eq!(events.event(0.0), Taken::Stride); // a stride of 1 s, nominal is 1.1
+    /// assert!((events.frequency().0 - 0.5 * (1.0 / 1.1 + 1.0) * core::f32::consts::TAU).abs() < 1e-3);
+    /// # Ok::<(), cpg_core::BuildError>(())
+    /// ```
+    pub fn event(&mut self, ago_s: f32) -> Taken {
+        let (interval, ago) = self.timer.event(ago_s);
+        let taken = match interval {
+            Interval::TooShort(_) => return Taken::TooSoon,
+            Interval::Stride(interval) => {
+                self.frequency += self.config.frequency_gain * (TAU / interval - self.frequency);
+                Taken::Stride
+            }
+            Interval::None => Taken::PhaseOnly,
+        };
+        let now = self.config.phase.0.wrapping_add(Phase::from_cycles(ago * self.frequency * (1.0 / TAU)).0);
+        let off = now.wrapping_sub(self.phase.0) as i32 as f32 * (1.0 / 4_294_967_296.0);
+        self.phase = Phase(self.phase.0.wrapping_add(Phase::from_cycles(self.config.phase_gain * off).0));
+        taken
+    }
+
+    /// Gait phase.
+    #[must_use]
+    pub const fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Angular frequency of the stride.
+    #[must_use]
+    pub const fn frequency(&self) -> RadPerSec {
+        RadPerSec(self.frequency)
+    }
+}
+
+/// Parameters of the peak detector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeakConfig {
+    /// Least height of a peak above the trough before it; 0.02 to 3 rad.
+    pub least: Radians,
+    /// How far the angle has to fall from its top, as a part of that height; 0.05 to 0.9.
+    pub fall: f32,
+}
+
+impl Default for PeakConfig {
+    /// 15 degrees, told after a fall of a fifth.
+    fn default() -> Self {
+        Self { least: Radians::from_degrees(15.0), fall: 0.2 }
+    }
+}
+
+impl PeakConfig {
+    /// Validates.
+    ///
+    /// # Errors
+    /// Names the field that is out of range.
+    pub fn build(self, period: Period) -> Result<PeakDetector, BuildError> {
+        in_range(self.least.0, Field::of("least"), 0.02, 3.0)?;
+        in_range(self.fall, Field::of("fall"), 0.05, 0.9)?;
+        Ok(PeakDetector { config: self, period_s: period.seconds(), range: None, since_top: 0.0, told: false })
+    }
+}
+
+/// Tells the tops of an angle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeakDetector {
+    config: PeakConfig,
+    period_s: f32,
+    /// Trough before, and top since.
+    range: Option<(f32, f32)>,
+    since_top: f32,
+    /// The top has been told; a new rise is awaited.
+    told: bool,
+}
+
+impl PeakDetector {
+    /// One period with the angle at its end: the time in seconds since the top, once for each peak. What is not finite is left out.
+    pub fn step(&mut self, angle: Radians) -> Option<f32> {
+        let y = angle.0;
+        self.since_top += self.period_s;
+        if !y.is_finite() {
+            return None;
+        }
+        let (trough, top) = self.range.unwrap_or((y, y));
+        if self.told {
+            // Falling: the trough follows, until the angle has risen from it by the same part of a least peak.
+            let trough = trough.min(y);
+            self.told = y - trough < self.config.fall * self.config.least.0;
+            self.range = Some((trough, y));
+            self.since_top = 0.0;
+            return None;
+        }
+        if y >= top {
+            self.range = Some((trough, y));
+            self.since_top = 0.0;
+            return None;
+        }
+        if y < trough {
+            // Lower than where the rise began: it was none.
+            self.range = Some((y, y));
+            self.since_top = 0.0;
+            return None;
+        }
+        self.range = Some((trough, top));
+        let height = top - trough;
+        if height >= self.config.least.0 && top - y >= self.config.fall * height {
+            self.told = true;
+            self.range = Some((y, y));
+            return Some(self.since_top);
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Noise-free events lock in two, from any frequency and phase.
+    #[test]
+    fn two_events_lock() {
+        let config = StrideEventConfig { frequency_gain: 1.0, ..StrideEventConfig::default() };
+        for mismatch in [0.6, 0.8, 1.2, 1.4] {
+            for start in 0..50u32 {
+                let mut events =
+                    StrideEventConfig { stride_s: 1.1 * mismatch, ..config }.build(Period::MILLISECOND).unwrap();
+                let mut count = 0;
+                for tick in 1..6000u32 {
+                    events.step();
+                    if (tick + 22 * start) % 1100 == 0 {
+                        events.event(0.0);
+                        count += 1;
+                    }
+                    if count >= 2 {
+                        let walker = ((tick + 22 * start) % 1100) as f32 / 1100.0;
+                        let off = events.phase().0.wrapping_sub(Phase::from_cycles(walker).0) as i32;
+                        assert!((off as f32 / 4_294_967_296.0).abs() < 0.005);
+                        assert!((events.frequency().0 * 1.1 / TAU - 1.0).abs() < 0.002);
+                    }
+                }
+                assert!(count >= 4);
+            }
+        }
+    }
+
+    #[test]
+    fn bounces_and_missed_steps_are_no_strides() {
+        let mut events = StrideEventConfig::default().build(Period::MILLISECOND).unwrap();
+        let nominal = events.frequency();
+        let after = |events: &mut StrideEvents, ticks: u32| {
+            (0..ticks).for_each(|_| events.step());
+            events.event(0.0)
+        };
+        assert_eq!(after(&mut events, 10), Taken::PhaseOnly);
+        assert_eq!(after(&mut events, 540), Taken::TooSoon);
+        assert_eq!(after(&mut events, 560), Taken::Stride);
+        assert!((events.frequency().0 - nominal.0).abs() < 0.01);
+        assert_eq!(after(&mut events, 2800), Taken::PhaseOnly);
+        assert!((events.frequency().0 - nominal.0).abs() < 0.01);
+        assert!((events.phase().0 as i32).unsigned_abs() < 2000);
+        assert_eq!(after(&mut events, 1_000_000), Taken::PhaseOnly);
+    }
+
+    /// Peaks of a knee of two harmonics with noise: one a stride, at the top; the small bump of stance is none.
+    #[test]
+    fn peaks_are_the_tops() {
+        let mut peaks = PeakConfig::default().build(Period::MILLISECOND).unwrap();
+        let mut seed = 3u32;
+        let (mut told, mut worst) = (0, 0.0f32);
+        for tick in 0..20_000u32 {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let noise = ((seed >> 8) as f32 / 16_777_216.0 - 0.5) * 0.02;
+            let turn = TAU * (tick % 1000) as f32 * 1e-3;
+            let knee = 0.45 - 0.35 * turn.cos() - 0.2 * (2.0 * turn).cos() + noise;
+            if let Some(ago) = peaks.step(Radians(knee)) {
+                // The top is at half a stride, but for what the harmonics do: 0.45 + 0.35 - 0.2; tops at cos = -0.35/0.8.
+                let at = (tick % 1000) as f32 * 1e-3 - ago;
+                let top = 0.321;
+                worst = worst.max((at - top).abs().min((at - (1.0 - top)).abs()));
+                told += 1;
+            }
+        }
+        assert!((19..=21).contains(&told), "{told} peaks in 20 strides");
+        assert!(worst < 0.03, "{worst} s off");
+    }
+
+    #[test]
+    fn what_is_not_finite_does_nothing_and_bad_fields_are_named() {
+        let mut peaks = PeakConfig::default().build(Period::MILLISECOND).unwrap();
+        assert_eq!(peaks.step(Radians(f32::NAN)), None);
+        let mut events = StrideEventConfig::default().build(Period::MILLISECOND).unwrap();
+        events.event(f32::NAN);
+        assert!(events.frequency().0.is_finite());
+        let error = |config: StrideEventConfig| config.build(Period::MILLISECOND).unwrap_err().to_string();
+        let good = StrideEventConfig::default();
+        assert!(error(StrideEventConfig { stride_s: 0.0, ..good }).contains("stride_s"));
+        assert!(error(StrideEventConfig { phase_gain: 2.0, ..good }).contains("phase_gain"));
+        assert!(error(StrideEventConfig { frequency_gain: f32::NAN, ..good }).contains("frequency_gain"));
+        assert!(error(StrideEventConfig { intervals: (0.5, 0.9), ..good }).contains("intervals[1]"));
+        let error = |config: PeakConfig| config.build(Period::MILLISECOND).unwrap_err().to_string();
+        assert!(error(PeakConfig { least: Radians(0.0), fall: 0.2 }).contains("least"));
+        assert!(error(PeakConfig { least: Radians(0.3), fall: 1.0 }).contains("fall"));
+    }
+}

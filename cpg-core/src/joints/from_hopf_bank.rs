@@ -1,0 +1,152 @@
+//! The programmable bank as a walker: one bank of Hopf oscillators at the stride's harmonics, read out on hips and knees.
+//!
+//! ```text
+//! a_j = offset_j + sum_i w_ji x_i + v_ji y_i,   (x_i, y_i) oscillator i of a bank that plays
+//! ```
+//! The bank is that of [`crate::waveform::hopf_bank`] (Righetti and Ijspeert 2006) with frequencies in the ratios 1 to N and nothing left to
+//! learn: its phase coupling holds the oscillators together, and widens the circle of each but the first by 3 to 4 percent. Where the
+//! source has one bank a joint, whose frequencies drift apart by what each has mislearned, all joints here share one.
+//!
+//! ```
+//! use cpg_core::Generator;
+//! use cpg_core::gait::catalogue;
+//! let mut walk = catalogue::programmable(joint_units::Period::MILLISECOND)?;
+//! let start = walk.angles();
+//! for _ in 0..11_000 {
+//!     walk.step();
+//! }
+//! // Ten strides later to the tick: the harmonics have not come apart.
+//! assert!(walk.angles().iter().zip(start).all(|(after, before)| (after.0 - before.0).abs() < 0.01));
+//! # Ok::<(), cpg_core::BuildError>(())
+//! ```
+
+use joint_units::{Period, Phase, RadPerSec, Radians};
+
+use crate::error::{all_in_range, in_range};
+use crate::joints::features::{Features, fill};
+use crate::math::trig::angle;
+use crate::waveform::hopf_bank::{ProgrammableConfig, ProgrammableCpg};
+use crate::waveform::shape::STRIDE_RANGE_S;
+use crate::{BuildError, Field, Generator, StateFault};
+
+/// How far from its centre an oscillator may come: the circle has radius 1.
+const BOUND: f32 = 3.0;
+
+/// The read-out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BankWalkConfig<const H: usize> {
+    /// Stride in seconds, within [`STRIDE_RANGE_S`].
+    pub stride_s: f32,
+    /// Point of each oscillator where the gait phase is 0, each coordinate within ±2.
+    pub start: [[f32; 2]; H],
+    /// Weights of (x, y) of each oscillator for each joint, in rad, up to ±100.
+    pub weights: [[[f32; 2]; H]; 4],
+    /// Offset of each joint, up to ±2 pi.
+    pub offsets: [Radians; 4],
+}
+
+/// Four joints on a bank of H oscillators.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BankWalk<const H: usize> {
+    config: BankWalkConfig<H>,
+    bank: ProgrammableCpg<H>,
+    /// Phase of the first oscillator at the start.
+    start_phase: Phase,
+}
+
+impl<const H: usize> BankWalk<H> {
+    /// Starts at the configured points.
+    ///
+    /// # Errors
+    /// Names the field that is out of range; `PeriodTooLong` for fewer than 50 ticks of the fastest oscillator's cycle, or above 20 ms.
+    pub fn build(config: &BankWalkConfig<H>, period: Period) -> Result<Self, BuildError> {
+        in_range(H as f32, Field::of("start"), 1.0, 64.0)?;
+        in_range(config.stride_s, Field::of("stride_s"), STRIDE_RANGE_S.0, STRIDE_RANGE_S.1)?;
+        all_in_range(config.start.into_iter().flatten(), "start", -2.0, 2.0)?;
+        all_in_range(config.weights.into_iter().flatten().flatten(), "weights", -100.0, 100.0)?;
+        let turn = core::f32::consts::TAU;
+        all_in_range(config.offsets.map(|offset| offset.0), "offsets", -turn, turn)?;
+        let max_micros = (config.stride_s * 1e6 / (50.0 * H as f32)).min(20_000.0) as u32;
+        if period.micros() > max_micros {
+            return Err(BuildError::PeriodTooLong { max_micros });
+        }
+        let frequencies = ProgrammableConfig::harmonics_of(1.0 / config.stride_s);
+        let mut walk = Self {
+            config: *config,
+            bank: ProgrammableCpg::build(&frequencies, period)?,
+            start_phase: first_phase(&config.start),
+        };
+        walk.reset();
+        Ok(walk)
+    }
+
+    /// The bank below.
+    #[must_use]
+    pub const fn bank(&self) -> &ProgrammableCpg<H> {
+        &self.bank
+    }
+
+    fn weighted(&self, points: &[[f32; 2]; H]) -> [f32; 4] {
+        self.config.weights.map(|row| {
+            row.iter().flatten().zip(points.iter().flatten()).fold(0.0, |sum, (weight, value)| sum + weight * value)
+        })
+    }
+}
+
+/// Phase of the first oscillator, anticlockwise as it runs.
+fn first_phase<const H: usize>(points: &[[f32; 2]; H]) -> Phase {
+    points.first().map_or(Phase(0), |&[x, y]| angle(y, x))
+}
+
+impl<const H: usize> Generator<4> for BankWalk<H> {
+    fn step(&mut self) {
+        self.bank.play();
+    }
+
+    fn angles(&self) -> [Radians; 4] {
+        let mut angles = self.config.offsets;
+        for (angle, part) in angles.iter_mut().zip(self.weighted(&self.bank.points())) {
+            angle.0 += part;
+        }
+        angles
+    }
+
+    fn rates(&self) -> [RadPerSec; 4] {
+        self.weighted(&self.bank.velocities()).map(RadPerSec)
+    }
+
+    fn phase(&self) -> Phase {
+        Phase(first_phase(&self.bank.points()).0.wrapping_sub(self.start_phase.0))
+    }
+
+    /// Radius of the first oscillator, 1 on its cycle.
+    fn amplitude(&self) -> f32 {
+        self.bank.points().first().map_or(0.0, |&[x, y]| libm::sqrtf(x * x + y * y))
+    }
+
+    fn check(&self) -> Result<(), StateFault> {
+        // An oscillator is no joint: the first stands for the first joint, and so on.
+        for (joint, point) in self.bank.points().iter().enumerate() {
+            if point.iter().any(|coordinate| !coordinate.is_finite()) {
+                return Err(StateFault::NotFinite { joint });
+            }
+            if point.iter().any(|coordinate| coordinate.abs() >= BOUND) {
+                return Err(StateFault::OutOfBounds { joint });
+            }
+        }
+        Ok(())
+    }
+
+    fn reset(&mut self) {
+        self.bank.set_points(self.config.start);
+    }
+}
+
+/// x and y of each oscillator.
+impl<const H: usize> Features for BankWalk<H> {
+    const COUNT: usize = 2 * H;
+
+    fn features(&self, out: &mut [f32]) {
+        fill(out, self.bank.points().into_iter().flatten());
+    }
+}

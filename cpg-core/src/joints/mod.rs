@@ -1,0 +1,8 @@
+//! Maps from oscillator states to joint angles.
+
+pub mod features;
+pub mod from_hopf_bank;
+pub mod hexapod_legs;
+pub mod linear;
+pub mod readout;
+pub mod swing_stance;

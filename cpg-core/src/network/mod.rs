@@ -1,0 +1,8 @@
+//! Coupled oscillators: coupling graphs, Rayleigh networks, symmetric cells.
+
+pub mod graph;
+pub mod phase_coupled;
+pub mod phase_coupled_fixed;
+pub(crate) mod second_order;
+pub mod symmetric_cells;
+pub mod thesis;

@@ -1,0 +1,33 @@
+//! What can only be shown from inside: counters that start just before they wrap.
+
+use crate::{LoopConfig, Sample, SupervisorState};
+use cpg_core::Generator;
+use cpg_core::gait::default_walk::default_walk;
+use joint_units::Period;
+
+/// 72 hours are 2.6e8 ticks; the counters wrap after 50 days. Starting 10 s before that, a walk goes on as it would have, but
+/// for the numbers of its ticks.
+#[test]
+fn the_counters_wrap_in_the_middle_of_a_walk() {
+    let mut config = LoopConfig::default_biped();
+    config.watch.sensor_required = false;
+    let walk = default_walk(Period::MILLISECOND).expect("valid");
+    let mut plain = config.build(Period::MILLISECOND, walk, []).expect("valid");
+    let mut old = plain.clone();
+    let start = u32::MAX - 10_000;
+    (old.frame.seq, old.frame.tick, old.frame.missed) = (start, start, start);
+    (old.frame.late, old.frame.overruns, old.frame.limited_ticks) = (u32::MAX, u32::MAX, u32::MAX);
+
+    for call in 0_u32..20_000 {
+        let elapsed = if call % 1_000 == 999 { 5 } else { 1 };
+        let sample = Sample { button: (100..200).contains(&call), elapsed, late: call == 3, ..Sample::default() };
+        assert_eq!(plain.tick(&sample), old.tick(&sample));
+        let (a, b) = (plain.frame(), old.frame());
+        assert_eq!((b.seq, b.tick), (a.seq.wrapping_add(start), a.tick.wrapping_add(start)));
+        assert_eq!((b.missed, b.late), (a.missed.wrapping_add(start), a.late.wrapping_sub(1)));
+        assert_eq!((a.setpoints, a.state, a.cause), (b.setpoints, b.state, b.cause));
+    }
+    assert!(old.frame.tick < start && old.frame.seq < old.frame.tick);
+    assert_eq!((old.state(), old.frame.limited_ticks), (SupervisorState::Walking, u32::MAX));
+    assert_eq!(plain.generator.angles(), old.generator.angles());
+}

@@ -1,0 +1,3 @@
+//! Generators that a board can run.
+
+pub(crate) mod board_generator;

@@ -1,0 +1,458 @@
+//! The gate against oracles that do not share its arithmetic: braking is stepped out, not computed; bounds are checked on the
+//! integers and on the angles that leave.
+
+use super::*;
+use crate::setup::config::{JointRange, LoopConfig, PoseLimit, PoseSense};
+use joint_units::{RadPerSec, RadPerSec2};
+use proptest::prelude::*;
+
+type Change = fn(&mut GateConfig);
+
+const SPECIALS: [f32; 12] = [
+    f32::NAN,
+    f32::INFINITY,
+    f32::NEG_INFINITY,
+    f32::MAX,
+    f32::MIN,
+    f32::MIN_POSITIVE,
+    -1.0e-45,
+    1.0e-45,
+    0.0,
+    -0.0,
+    1.0e30,
+    f32::EPSILON,
+];
+
+/// A small generator of pseudo-random numbers (splitmix64), for soaks that need no shrinking.
+struct Random(u64);
+
+impl Random {
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, n: u64) -> u64 {
+        self.bits() % n
+    }
+
+    fn between(&mut self, least: f32, most: f32) -> f32 {
+        least + (most - least) * (self.bits() >> 40) as f32 / (1 << 24) as f32
+    }
+}
+
+fn config() -> GateConfig {
+    LoopConfig::default_biped().gate
+}
+
+fn default() -> Gate {
+    Gate::build(&config(), Period::MILLISECOND).expect("valid")
+}
+
+fn park(gate: &Gate) -> GateState {
+    gate.rest([0.0, 0.0, 0.0873, 0.0873].map(Radians)).expect("inside")
+}
+
+fn degrees(pose: [f32; 4]) -> [Radians; 4] {
+    pose.map(Radians::from_degrees)
+}
+
+/// What holds after every tick, on the integers: exact, without any tolerance.
+fn assert_kept(gate: &Gate, before: &GateState, after: &GateState) {
+    let a = i64::from(gate.acceleration.get());
+    for joint in 0..4 {
+        let (p, limits) = (after.position[joint], &gate.joints[joint]);
+        assert!((limits.least..=limits.most).contains(&p), "range of joint {joint}: {p} {limits:?}");
+        assert_eq!(after.step[joint], p - before.position[joint]);
+        let step = i64::from(after.step[joint]);
+        assert!(step.abs() <= gate.rate, "rate of joint {joint}: {step}");
+        assert!((step - i64::from(before.step[joint])).abs() <= a, "acceleration of joint {joint}");
+    }
+    for edge in gate.pose.iter().flatten() {
+        assert!(edge.excess(&after.position) <= 0, "{edge:?} {after:?}");
+    }
+}
+
+/// Steps all joints out at hardest braking until they rest; nothing may be violated on the way.
+fn assert_brakes(gate: &Gate, state: &GateState) {
+    let a = gate.acceleration.get() as i32;
+    let mut now = *state;
+    while now.step != [0; 4] {
+        let before = now;
+        for joint in 0..4 {
+            now.step[joint] = (now.step[joint].abs() - a).max(0) * now.step[joint].signum();
+            now.position[joint] += now.step[joint];
+        }
+        assert_kept(gate, &before, &now);
+    }
+}
+
+/// A target of one kind or another: inside, at corners, far outside, special.
+fn target(random: &mut Random, kind: u64, last: [Radians; 4]) -> [Radians; 4] {
+    let mut pose = last;
+    for (joint, angle) in pose.iter_mut().enumerate() {
+        angle.0 = match kind {
+            0 => random.between(-1.0, 2.5),
+            1 => [-10.0, 10.0][random.below(2) as usize],
+            2 => angle.0 + random.between(-0.02, 0.02),
+            3 => SPECIALS[random.below(12) as usize],
+            4 => f32::from_bits(random.bits() as u32),
+            // Whatever pushes hardest at the pose envelope: opposite hips, bent knees.
+            5 => [[2.0, -2.0, 2.4, 2.4], [-2.0, 2.0, 2.4, 2.4]][(random.0 >> 7) as usize & 1][joint],
+            _ => angle.0,
+        };
+    }
+    pose
+}
+
+fn random_config(random: &mut Random) -> (GateConfig, Period) {
+    let mut config = config();
+    let micros = [100, 500, 1_000, 2_000, 10_000][random.below(5) as usize];
+    config.rate = RadPerSec(random.between(0.5, 17.0));
+    config.acceleration =
+        RadPerSec2(random.between(config.rate.0 * config.rate.0 / 3.0, 1_000.0).max(config.rate.0 * config.rate.0));
+    for (range, joint) in config.range.iter_mut().zip(Joint::ALL) {
+        let whole = anatomy::range(joint);
+        *range = JointRange {
+            least: Radians(random.between(whole.least.0, -0.01)),
+            most: Radians(random.between(0.2, whole.most.0)),
+        };
+    }
+    for limit in &mut config.pose {
+        let first = Joint::ALL[random.below(4) as usize];
+        let second = Joint::ALL[(first as usize + 1 + random.below(3) as usize) % 4];
+        let sense = if random.below(2) == 0 { PoseSense::Sum } else { PoseSense::Difference };
+        let most = Radians(random.between(0.2, 2.5));
+        *limit = (random.below(4) > 0).then_some(PoseLimit { first, second, sense, most });
+    }
+    (config, Period::from_micros(micros).expect("valid"))
+}
+
+/// Any configuration, any input: 100,000 sequences of 20 to 80 ticks, 5 million ticks.
+#[test]
+fn bounds_hold_for_any_input_sequence() {
+    let random = &mut Random(1);
+    let mut worst = GateStatus::NONE;
+    for case in 0..100_000 {
+        let (config, period) = if case % 2 == 0 { (config(), Period::MILLISECOND) } else { random_config(random) };
+        let gate = Gate::build(&config, period).expect("valid");
+        let mut state = park(&gate);
+        let mut wanted = degrees([0.0, 0.0, 5.0, 5.0]);
+        let hold = 1 + random.below(60);
+        for tick in 0..20 + random.below(60) {
+            if tick % hold == 0 {
+                let kind = random.below(7);
+                wanted = target(random, kind, wanted);
+            }
+            let before = state;
+            match gate.limit(&mut state, wanted) {
+                Ok((setpoints, status)) => {
+                    assert_kept(&gate, &before, &state);
+                    assert!(wanted.iter().all(|angle| angle.0.is_finite()));
+                    worst = worst.with(status);
+                    for (angle, range) in setpoints.iter().zip(&config.range) {
+                        assert!(*angle >= range.least && *angle <= range.most, "{angle:?} {range:?}");
+                    }
+                }
+                Err(NonFinite { joint }) => {
+                    assert!(!wanted[joint as usize].0.is_finite());
+                    assert_eq!(state, before);
+                    wanted = degrees([0.0, 0.0, 5.0, 5.0]);
+                }
+            }
+            if tick % 16 == 0 {
+                assert_brakes(&gate, &state);
+            }
+        }
+        assert_brakes(&gate, &state);
+    }
+    assert_eq!(worst.bits(), 0b1111, "every limit has acted");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    /// The same as a property, so that a failure shrinks; specials at every input.
+    #[test]
+    fn bounds_hold_and_shrink(
+        seed: u64,
+        targets in prop::collection::vec(
+            prop::array::uniform4(prop_oneof![
+                4 => -1.2_f32..2.6,
+                2 => prop::sample::select(SPECIALS.to_vec()),
+                1 => prop::num::f32::ANY,
+            ]),
+            1..80,
+        ),
+    ) {
+        let (config, period) = random_config(&mut Random(seed));
+        let gate = Gate::build(&config, period).expect("valid");
+        let mut state = park(&gate);
+        for target in targets {
+            let before = state;
+            let passed = gate.limit(&mut state, target.map(Radians));
+            let bad = target.iter().position(|angle| !angle.is_finite());
+            prop_assert_eq!(passed.err(), bad.map(|joint| NonFinite { joint: Joint::ALL[joint] }));
+            if bad.is_some() {
+                prop_assert_eq!(state, before);
+            } else {
+                assert_kept(&gate, &before, &state);
+                assert_brakes(&gate, &state);
+            }
+        }
+    }
+
+    /// brake and reach against braking stepped out.
+    #[test]
+    fn braking_distance_is_that_of_braking(v in 1_i64..2_400_000, a in 8_u32..1_000_000, room in 0_i64..2_600_000_000) {
+        let gate = Gate { acceleration: NonZeroU32::new(a).expect("positive"), ..default() };
+        let stepped = |v: i64| (1..).map(|k| v - k * i64::from(a)).take_while(|v| *v > 0).sum::<i64>();
+        prop_assume!(v / i64::from(a) < 10_000);
+        prop_assert_eq!(gate.brake(v), stepped(v));
+        let reach = gate.reach(room);
+        prop_assume!(reach / i64::from(a) < 10_000);
+        prop_assert!(reach == 0 || reach + stepped(reach) <= room);
+        prop_assert!(reach + 1 + stepped(reach + 1) > room);
+        prop_assert_eq!(gate.reach(-room), -room);
+    }
+
+    /// From rest, anywhere, to a target anywhere inside: there without overshoot in the time of the slowest trapezoid, and
+    /// then exactly there, bit for bit.
+    #[test]
+    fn a_reachable_target_is_reached_without_overshoot(
+        from in prop::array::uniform4(0.0_f32..1.0), to in prop::array::uniform4(0.0_f32..1.0),
+    ) {
+        // Knees to 70 degrees and hips within 70 of each other: no edge of the envelope is in the way.
+        let pose = |share: [f32; 4]| degrees([share[0] * 70.0 - 30.0, share[1] * 70.0 - 30.0, share[2] * 72.0 - 2.0, share[3] * 72.0 - 2.0]);
+        let (gate, from, to) = (default(), pose(from), pose(to));
+        let mut state = gate.rest(from).expect("inside");
+        let (rate, a) = (gate.rate as f64, f64::from(gate.acceleration.get()));
+        let furthest = state.position.iter().zip(to).map(|(p, t)| (f64::from(t.0 * STEPS) - f64::from(*p)).abs()).fold(0.0, f64::max);
+        // Up, along, down: d / V + V / A; without reaching V: 2 sqrt(d / A). One tick late for the goal to be known, and some
+        // for whole ticks.
+        let ticks = if furthest > rate * rate / a { furthest / rate + rate / a } else { 2.0 * (furthest / a).sqrt() } + 4.0;
+        let start = state.position;
+        for _ in 0..ticks as u32 {
+            gate.limit(&mut state, to).expect("finite");
+            for joint in 0..4 {
+                let (p, s, t) = (state.position[joint], start[joint], (to[joint].0 * STEPS) as i32);
+                prop_assert!(s.min(t) <= p && p <= s.max(t), "overshoot of joint {}", joint);
+            }
+        }
+        let (setpoints, status) = gate.limit(&mut state, to).expect("finite");
+        prop_assert_eq!(setpoints.map(|a| a.0.to_bits()), to.map(|a| a.0.to_bits()));
+        prop_assert_eq!(status, GateStatus::NONE);
+    }
+
+    /// From wherever a wild input left it, the gate settles on any target inside the envelope.
+    #[test]
+    fn every_inside_target_is_reached_from_everywhere(seed: u64, to in prop::array::uniform4(0.0_f32..1.0)) {
+        let (gate, random) = (default(), &mut Random(seed));
+        let mut state = park(&gate);
+        let mut wanted = degrees([0.0; 4]);
+        for tick in 0..400 {
+            if tick % 40 == 0 {
+                wanted = target(random, [0, 1, 5][(seed % 3) as usize], wanted);
+            }
+            gate.limit(&mut state, wanted).expect("finite");
+        }
+        let to = degrees([to[0] * 90.0 - 30.0, to[1] * 90.0 - 30.0, to[2] * 122.0 - 2.0, to[3] * 122.0 - 2.0]);
+        prop_assume!(gate.rest(to).is_some());
+        for _ in 0..2_000 {
+            gate.limit(&mut state, to).expect("finite");
+        }
+        prop_assert_eq!(state, gate.rest(to).expect("inside"));
+    }
+
+    /// A target that keeps the limits itself passes bit for bit, whatever its course.
+    #[test]
+    fn what_is_inside_passes_exactly(
+        amplitude in prop::array::uniform4(0.0_f32..0.45), hertz in prop::array::uniform4(0.1_f32..2.0), phase in 0.0_f32..6.2,
+    ) {
+        let gate = default();
+        let pose = |tick: u32| {
+            let mut pose = [0.1, 0.1, 0.6, 0.6].map(Radians);
+            for joint in 0..4 {
+                let turns = core::f32::consts::TAU * hertz[joint] * tick as f32 * 1e-3;
+                // Grows from rest within a second, and smoothly so.
+                let x = (tick as f32 * 1e-3).min(1.0);
+                let grown = x * x * x * (10.0 - 15.0 * x + 6.0 * x * x);
+                pose[joint].0 += amplitude[joint] * grown * ((turns + phase).sin());
+            }
+            pose
+        };
+        let mut state = gate.rest(pose(0)).expect("inside");
+        for tick in 1..3_000 {
+            let (setpoints, status) = gate.limit(&mut state, pose(tick)).expect("finite");
+            prop_assert_eq!((setpoints, status), (pose(tick), GateStatus::NONE), "tick {}", tick);
+        }
+    }
+}
+
+/// Every pose of a 10 degree grid that reaches beyond all ranges, one after the other, 8 ticks and 200 ticks each.
+#[test]
+fn no_pose_of_the_grid_leads_out_of_the_envelope() {
+    let gate = default();
+    let hips: Vec<f32> = (-5..=8).map(|n| n as f32 * 10.0).collect();
+    let knees: Vec<f32> = (-2..=14).map(|n| n as f32 * 10.0).collect();
+    for dwell in [8, 200] {
+        let (mut state, mut poses) = (park(&gate), 0);
+        for (index, left_hip) in hips.iter().enumerate() {
+            for right_hip in &hips {
+                for left_knee in &knees {
+                    for right_knee in knees.iter().skip(if dwell == 200 { index % 5 } else { 0 }).step_by(dwell / 8) {
+                        let pose = degrees([*left_hip, *right_hip, *left_knee, *right_knee]);
+                        for _ in 0..dwell {
+                            let before = state;
+                            gate.limit(&mut state, pose).expect("finite");
+                            assert_kept(&gate, &before, &state);
+                        }
+                        poses += 1;
+                    }
+                }
+            }
+        }
+        assert_eq!(poses, if dwell == 8 { 14 * 14 * 17 * 17 } else { 14 * 14 * 17 });
+    }
+}
+
+#[test]
+fn each_limit_has_its_bit() {
+    let gate = default();
+    let run = |target: [f32; 4], ticks: u32| {
+        let mut state = park(&gate);
+        (0..ticks).map(|_| gate.limit(&mut state, degrees(target)).expect("finite").1).last().expect("some")
+    };
+    // Half a radian away: at first the acceleration, on the way the rate, in front of it the braking, and then nothing.
+    assert_eq!(run([50.0, 0.0, 5.0, 5.0], 1), GateStatus::ACCELERATION);
+    assert_eq!(run([50.0, 0.0, 5.0, 5.0], 60), GateStatus::RATE);
+    assert_eq!(run([50.0, 0.0, 5.0, 5.0], 120), GateStatus::ACCELERATION);
+    assert_eq!(run([50.0, 0.0, 5.0, 5.0], 200).bits(), 0);
+    // Beyond the range: for as long as it is asked for.
+    assert_eq!(run([70.0, 0.0, 5.0, 5.0], 500), GateStatus::RANGE);
+    assert_eq!(run([0.0, -30.1, 5.0, 5.0], 500), GateStatus::RANGE);
+    // Beyond the envelope: likewise, and both joints give way by half.
+    assert_eq!(run([0.0, 0.0, 80.0, 90.0], 500), GateStatus::POSE);
+    let mut state = park(&gate);
+    let held = (0..500).map(|_| gate.limit(&mut state, degrees([0.0, 0.0, 80.0, 90.0])).expect("finite").0).last();
+    let held = held.expect("some").map(Radians::degrees);
+    assert!((held[2] - 70.0).abs() < 1e-4 && (held[3] - 80.0).abs() < 1e-4, "{held:?}");
+}
+
+/// One joint leads from one end of its range to the other, the other presses against the edge of the envelope behind it all
+/// the way and after: whichever of them is decided first, and for either kind of edge.
+#[test]
+fn a_joint_that_follows_an_edge_stays_on_its_side() {
+    use Joint::{LeftHip, RightHip};
+    for (first, second) in [(LeftHip, RightHip), (RightHip, LeftHip)] {
+        for (sense, from, to, presses) in [
+            // first + second <= 20: the second falls from 50 to its end, the first wants 60.
+            (PoseSense::Sum, [-30.0, 50.0], [60.0, -30.0], 50.0),
+            // first - second <= 20: the second rises from -20 to its end, the first wants 60.
+            (PoseSense::Difference, [0.0, -20.0], [60.0, 40.0], 60.0),
+        ] {
+            let mut config = config();
+            config.pose = [None; POSE_LIMITS];
+            config.pose[0] = Some(PoseLimit { first, second, sense, most: Radians::from_degrees(20.0) });
+            let gate = Gate::build(&config, Period::MILLISECOND).expect("valid");
+            let pose = |[of_first, of_second]: [f32; 2]| {
+                let mut pose = degrees([0.0, 0.0, 5.0, 5.0]);
+                pose[first as usize] = Radians::from_degrees(of_first);
+                pose[second as usize] = Radians::from_degrees(of_second);
+                pose
+            };
+            for head_start in (0..400).step_by(7) {
+                let mut state = gate.rest(pose(from)).expect("inside");
+                let mut follow = |target: [Radians; 4], ticks| {
+                    for _ in 0..ticks {
+                        let before = state;
+                        gate.limit(&mut state, target).expect("finite");
+                        assert_kept(&gate, &before, &state);
+                        assert_brakes(&gate, &state);
+                    }
+                };
+                // The first goes to the edge and presses; then the second leads.
+                follow(pose([to[0], from[1]]), head_start);
+                follow(pose(to), 600);
+                let reached = Radians(state.position[first as usize] as f32 / STEPS).degrees();
+                assert!((reached - presses).abs() < 0.01, "{first:?} {sense:?}: {reached}");
+            }
+        }
+    }
+}
+
+/// What is beyond the range of one joint is cut off there before the envelope is looked at: it takes nothing from another.
+#[test]
+fn range_comes_before_the_envelope() {
+    let gate = default();
+    for (target, kept) in [
+        ([0.0, 0.0, 1000.0, 5.0], [0.0, 0.0, 120.0, 5.0]),
+        ([-1000.0, 20.0, 5.0, 5.0], [-30.0, 20.0, 5.0, 5.0]),
+        ([20.0, 1000.0, 5.0, 5.0], [20.0, 60.0, 5.0, 5.0]),
+    ] {
+        let mut state = park(&gate);
+        let settled = (0..500).map(|_| gate.limit(&mut state, degrees(target)).expect("finite")).last();
+        assert_eq!(settled, Some((degrees(kept), GateStatus::RANGE)), "{target:?}");
+    }
+}
+
+#[test]
+fn rest_is_refused_outside() {
+    let gate = default();
+    for pose in [[-31.0, 0.0, 5.0, 5.0], [0.0, 0.0, 5.0, 121.0], [0.0, 0.0, 80.0, 80.0], [40.0, -36.0, 5.0, 5.0]] {
+        assert_eq!(gate.rest(degrees(pose)), None, "{pose:?}");
+    }
+    assert_eq!(gate.rest([f32::NAN, 0.0, 0.1, 0.1].map(Radians)), None);
+}
+
+#[test]
+fn every_field_is_checked_by_name() {
+    let broken = |change: Change| {
+        let mut config = config();
+        change(&mut config);
+        Gate::build(&config, Period::MILLISECOND).expect_err("broken").to_string()
+    };
+    let cases: [(&str, Change); 12] = [
+        ("gate.range.least[left_hip] is not", |c| c.range[0].least = Radians(f32::NAN)),
+        ("gate.range.least[right_hip] is -31 deg; allowed are -30 to 120 deg", |c| {
+            c.range[1].least = Radians::from_degrees(-31.0);
+        }),
+        ("gate.range.most[left_knee] is 141 deg", |c| c.range[2].most = Radians::from_degrees(141.0)),
+        ("gate.range[right_knee]: the least must be below the most", |c| c.range[3].least = c.range[3].most),
+        ("gate.rate is 1001 deg/s; allowed are 1 to 1000", |c| c.rate = RadPerSec(rad_per_s(1001.0))),
+        ("gate.rate is 0 deg/s", |c| c.rate = RadPerSec(0.0)),
+        ("gate.rate is not", |c| c.rate = RadPerSec(f32::INFINITY)),
+        ("gate.acceleration is 1000 deg/s^2; allowed are 1388.", |c| {
+            c.acceleration = RadPerSec2(rad_per_s(1000.0));
+        }),
+        ("gate.acceleration is 61000", |c| c.acceleration = RadPerSec2(rad_per_s(61_000.0))),
+        ("gate.acceleration is not", |c| c.acceleration = RadPerSec2(f32::NAN)),
+        ("gate.pose[1] must name two different joints", |c| {
+            c.pose[1] = c.pose[1].map(|p| PoseLimit { second: p.first, ..p })
+        }),
+        ("gate.pose.most is 5 rad", |c| c.pose[0] = c.pose[0].map(|p| PoseLimit { most: Radians(5.0), ..p })),
+    ];
+    for (words, change) in cases {
+        let error = broken(change);
+        assert!(error.starts_with(words), "{error}");
+    }
+}
+
+/// 20000 deg/s^2 are 9.4 steps a tick squared at 10 us, and 2.3 at 5 us, where 8 take 68000 deg/s^2.
+#[test]
+fn a_period_too_short_for_the_resolution_is_refused() {
+    let build = |micros| Gate::build(&config(), Period::from_micros(micros).expect("valid"));
+    assert_eq!(build(10).map(|gate| gate.acceleration.get()), Ok(9));
+    let error = build(5).expect_err("too short").to_string();
+    assert!(error.starts_with("gate.acceleration is 20000 deg/s^2; allowed are 68301."), "{error}");
+
+    let slow = GateConfig { rate: RadPerSec(rad_per_s(1.5)), ..config() };
+    let error = Gate::build(&slow, Period::from_micros(1).expect("valid")).expect_err("too short").to_string();
+    assert!(error.starts_with("gate.rate is 1.5 deg/s; allowed are 1.708 to 1000 deg/s"), "{error}");
+}
+
+fn rad_per_s(degrees: f32) -> f32 {
+    Radians::from_degrees(degrees).0
+}

@@ -1,0 +1,262 @@
+//! The worn sensors as bytes: what a host writes into the board's second parameter sector and the board reads at boot.
+//!
+//! A record as [`crate::store::flash_record`] says, magic word "FFSN", of kind 1; its words, for each sensor from channel 1 on:
+//! ```text
+//! joint          its place in Joint::ALL
+//! interpolation  0 linear, 1 monotone cubic
+//! divider        bits of f32
+//! points         2 to 32
+//! volts, angle   of each point, bits of f32, volts and radians
+//! ```
+
+use core::fmt;
+
+use hgod_adc::{Calibration, CalibrationError, CalibrationPoint, Interpolation, MAX_POINTS};
+use joint_units::{Joint, Radians, Volts};
+
+use crate::setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSORS};
+use crate::store::flash_record::{FrameError, Framed, Words, bytes_of, open};
+
+/// First address of the sector of the sensors (16 KiB that the program leaves free, see `memory.x`).
+pub const ADDRESS: u32 = 0x0800_8000;
+
+/// Bytes of the longest record.
+pub const MAX_BYTES: usize = bytes_of(MAX_WORDS);
+
+const MAGIC: [u8; 4] = *b"FFSN";
+const SCHEMA: u16 = 1;
+const KIND: u16 = 1;
+/// Words of a sensor beside its points.
+const HEAD_WORDS: usize = 4;
+const MAX_WORDS: usize = SENSORS * (HEAD_WORDS + 2 * MAX_POINTS);
+
+/// Why bytes are no sensors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SensorRecordError {
+    /// They are no whole record.
+    Frame(FrameError),
+    /// A word of this sensor, counted from 0, is none of those that are allowed.
+    Word {
+        /// The sensor.
+        sensor: usize,
+        /// Which word.
+        field: &'static str,
+        /// The word.
+        word: u32,
+    },
+    /// The divider of this sensor, counted from 0, is not one; allowed are 0.05 to 20.
+    Divider {
+        /// The sensor.
+        sensor: usize,
+        /// Its divider.
+        divider: f32,
+    },
+    /// The table of this sensor, counted from 0, is refused.
+    Calibration {
+        /// The sensor.
+        sensor: usize,
+        /// Why.
+        error: CalibrationError,
+    },
+    /// They do not go together.
+    Sensors(JointSensorsError),
+}
+
+impl fmt::Display for SensorRecordError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Frame(error) => write!(f, "{error}"),
+            Self::Word { sensor, field, word } => {
+                let allowed = match *field {
+                    "joint" => "0 to 3",
+                    "interpolation" => "0 or 1",
+                    _ => "2 to 32",
+                };
+                write!(f, "sensor {}: {field} is {word}; allowed is {allowed}", sensor.saturating_add(1))
+            }
+            Self::Divider { sensor, divider } => {
+                write!(f, "sensor {}: divider is {divider}; allowed is 0.05 to 20", sensor.saturating_add(1))
+            }
+            Self::Calibration { sensor, error } => write!(f, "sensor {}: {error}", sensor.saturating_add(1)),
+            Self::Sensors(error) => write!(f, "{error}"),
+        }
+    }
+}
+
+impl core::error::Error for SensorRecordError {}
+
+impl From<FrameError> for SensorRecordError {
+    fn from(error: FrameError) -> Self {
+        Self::Frame(error)
+    }
+}
+
+/// A record, ready to be written.
+pub type Record = Framed<MAX_BYTES>;
+
+/// Sensors that were read, with the check sum that names them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stored {
+    /// The sensors.
+    pub sensors: JointSensors,
+    /// The record's check sum.
+    pub crc: u32,
+}
+
+/// The record of sensors.
+#[must_use]
+pub fn record_of(sensors: &JointSensors) -> Record {
+    Record::new(MAGIC, SCHEMA, KIND, |record| {
+        for sensor in sensors.iter() {
+            let points = sensor.calibration.points();
+            record.push(sensor.joint as u32);
+            record.push(match sensor.calibration.interpolation() {
+                Interpolation::Linear => 0,
+                Interpolation::MonotoneCubic => 1,
+            });
+            record.floats(&[sensor.divider]);
+            record.push(points.len() as u32);
+            points.iter().for_each(|point| record.floats(&[point.volts.0, point.angle.0]));
+        }
+    })
+}
+
+/// Reads the sensors at the start of `bytes`; `None` when they are erased flash. What follows the record is not looked at.
+///
+/// ```
+/// use joint_loop::store::sensor_record::{read, record_of};
+/// use joint_loop::{JointSensor, JointSensors};
+/// use joint_units::Joint;
+/// let sensors = JointSensors::build([JointSensor::uncalibrated(Joint::RightHip).unwrap()]).unwrap();
+/// let record = record_of(&sensors);
+/// let stored = read(record.bytes())?.unwrap();
+/// assert_eq!((stored.sensors, stored.crc), (sensors, record.crc()));
+/// assert_eq!(read(&[0xFF; 64]), Ok(None));
+/// assert!(read(b"FFWK, a walker").unwrap_err().to_string().contains("begins with FFSN"));
+/// # Ok::<(), joint_loop::store::sensor_record::SensorRecordError>(())
+/// ```
+///
+/// # Errors
+/// [`SensorRecordError`].
+pub fn read(bytes: &[u8]) -> Result<Option<Stored>, SensorRecordError> {
+    let is_known = |kind, words: u32| kind == KIND && (1..=MAX_WORDS as u32).contains(&words);
+    let Some(mut found) = open(bytes, MAGIC, SCHEMA, is_known)? else { return Ok(None) };
+    let mut channels = [const { None }; SENSORS];
+    for (place, channel) in channels.iter_mut().enumerate() {
+        if found.words.is_empty() {
+            break;
+        }
+        *channel = Some(sensor(place, &mut found.words)?);
+    }
+    if !found.words.is_empty() {
+        return Err(SensorRecordError::Sensors(JointSensorsError::Count(SENSORS + 1)));
+    }
+    let sensors = JointSensors::build(channels.into_iter().flatten()).map_err(SensorRecordError::Sensors)?;
+    Ok(Some(Stored { sensors, crc: found.crc }))
+}
+
+fn sensor(place: usize, words: &mut Words<'_>) -> Result<JointSensor, SensorRecordError> {
+    let wrong = |field, word| SensorRecordError::Word { sensor: place, field, word };
+    let word = words.word()?;
+    let joint = Joint::ALL.get(word as usize).copied().ok_or(wrong("joint", word))?;
+    let interpolation = match words.word()? {
+        0 => Interpolation::Linear,
+        1 => Interpolation::MonotoneCubic,
+        word => return Err(wrong("interpolation", word)),
+    };
+    let divider = words.float()?;
+    // Not a number is outside too.
+    if !(0.05..=20.0).contains(&divider) {
+        return Err(SensorRecordError::Divider { sensor: place, divider });
+    }
+    let count = words.word()?;
+    let mut points = [CalibrationPoint::default(); MAX_POINTS];
+    let used = points.get_mut(..count as usize).ok_or(wrong("points", count))?;
+    for point in used.iter_mut() {
+        let [volts, angle] = words.floats()?;
+        *point = CalibrationPoint { volts: Volts(volts), angle: Radians(angle) };
+    }
+    let calibration = Calibration::build(used, interpolation)
+        .map_err(|error| SensorRecordError::Calibration { sensor: place, error })?;
+    Ok(JointSensor { joint, divider, calibration })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn four() -> JointSensors {
+        let mut sensors = Joint::ALL.map(|joint| JointSensor::uncalibrated(joint).expect("monotone"));
+        let points = [(0.5, 1.25), (1.5, 0.1), (2.75, -0.3)];
+        let points = points.map(|(volts, angle)| CalibrationPoint { volts: Volts(volts), angle: Radians(angle) });
+        sensors[1].calibration = Calibration::build(&points, Interpolation::Linear).expect("falls");
+        sensors[1].divider = 1.5;
+        JointSensors::build(sensors).expect("four")
+    }
+
+    /// A record of these words with a right check sum.
+    fn of_words(words: &[u32]) -> Record {
+        Record::new(MAGIC, SCHEMA, KIND, |record| words.iter().for_each(|word| record.push(*word)))
+    }
+
+    fn words_of(record: &Record) -> Vec<u32> {
+        let bytes = record.bytes();
+        bytes[12..bytes.len() - 4].chunks(4).map(|word| u32::from_le_bytes(word.try_into().expect("four"))).collect()
+    }
+
+    #[test]
+    fn they_come_back_as_they_went_and_a_changed_bit_is_found() {
+        let record = record_of(&four());
+        let stored = read(record.bytes()).expect("whole").expect("there");
+        assert_eq!((&stored.sensors, stored.crc), (&four(), record.crc()));
+        let sector = [record.bytes(), &[0xFF; 100]].concat();
+        assert_eq!(read(&sector).expect("whole"), Some(stored));
+        let bytes = record.bytes();
+        for bit in 0..bytes.len() * 8 {
+            let mut changed = bytes.to_vec();
+            changed[bit / 8] ^= 1 << (bit % 8);
+            assert!(read(&changed).is_err(), "bit {bit}");
+        }
+        for length in 0..bytes.len() {
+            assert!(read(&bytes[..length]).is_err(), "{length} bytes");
+        }
+    }
+
+    /// Words with a right check sum, but wrong.
+    #[test]
+    fn each_fault_has_its_name() {
+        let good = words_of(&record_of(&four()));
+        let told = |place: usize, word: u32| {
+            let mut words = good.clone();
+            words[place] = word;
+            read(of_words(&words).bytes()).expect_err("wrong").to_string()
+        };
+        assert_eq!(told(0, 4), "sensor 1: joint is 4; allowed is 0 to 3");
+        assert_eq!(told(0, 1), "two sensors on right_hip; allowed is one a joint");
+        assert_eq!(told(1, 2), "sensor 1: interpolation is 2; allowed is 0 or 1");
+        assert_eq!(told(2, f32::NAN.to_bits()), "sensor 1: divider is NaN; allowed is 0.05 to 20");
+        assert_eq!(told(3, 33), "sensor 1: points is 33; allowed is 2 to 32");
+        assert!(told(3, 1).starts_with("sensor 1: 1 points: allowed is 2 to 32"));
+        assert!(told(4, f32::NAN.to_bits()).starts_with("sensor 1: points[0].volts: not a finite number"));
+        // One more point than there is: it ends inside of the last sensor.
+        let last = good.len() - 1 - 2 * 17;
+        assert_eq!(told(last, 18), "ends before its check sum");
+        let five = [good.clone(), good[..4 + 2 * 17].to_vec()].concat();
+        let error = read(of_words(&five[..MAX_WORDS.min(five.len())]).bytes()).expect_err("five");
+        assert_eq!(error, SensorRecordError::Sensors(JointSensorsError::Count(5)));
+    }
+
+    proptest! {
+        #[test]
+        fn no_words_panic(words in prop::collection::vec(any::<u32>(), 0..80), places in prop::collection::vec((0usize..120, 0u32..40), 0..4)) {
+            let _ = read(of_words(&words).bytes());
+            let mut near = words_of(&record_of(&four()));
+            for (place, word) in places {
+                near[place] = word;
+            }
+            let _ = read(of_words(&near).bytes());
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! A board or virtual board: process, log, image, replay.
+
+pub mod default_loop;
+pub mod feed;
+pub mod image;
+pub mod lines;
+pub mod process;
+pub mod replay;
+pub mod session;
+pub mod telemetry;

@@ -1,0 +1,211 @@
+//! The virtual board as a process: started, listened to, its button pressed, and ended.
+//!
+//! Two threads read its output and its complaints, until these end or nobody listens any more; everything arrives in one
+//! queue, in order for each of the two.
+
+use crate::board::lines::{BoardLine, LineError, parse};
+use std::ffi::OsString;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::time::{Duration, Instant};
+
+/// Lines that wait in the queue before the board has to wait.
+const QUEUE: usize = 4096;
+
+/// How long a board that was asked to end may take.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Something from the process.
+#[derive(Debug)]
+pub enum Output {
+    /// A line of its output.
+    Line(BoardLine),
+    /// A line of its output that is not as agreed.
+    Strange(LineError),
+    /// A line that it wrote for people.
+    Complaint(String),
+    /// Its output has ended.
+    Closed,
+}
+
+/// The process could not be started.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot start the virtual board {}: {why}", .program.display())]
+pub struct StartError {
+    /// The program.
+    pub program: PathBuf,
+    /// The system's reason.
+    pub why: std::io::Error,
+}
+
+/// A running board. Dropping it ends it.
+#[derive(Debug)]
+pub struct BoardProcess {
+    child: Child,
+    stdin: Option<ChildStdin>,
+    output: Receiver<Output>,
+}
+
+impl BoardProcess {
+    /// Starts a program with its arguments.
+    ///
+    /// # Errors
+    /// The system cannot.
+    pub fn start(program: &Path, arguments: &[OsString]) -> Result<Self, StartError> {
+        let mut child = Command::new(program)
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .map_err(|why| StartError { program: program.into(), why })?;
+        let (send, output) = sync_channel(QUEUE);
+        if let Some(stdout) = child.stdout.take() {
+            let send = send.clone();
+            std::thread::spawn(move || read_lines(stdout, &send));
+        }
+        if let Some(stderr) = child.stderr.take() {
+            std::thread::spawn(move || read_complaints(stderr, &send));
+        }
+        let stdin = child.stdin.take();
+        Ok(Self { child, stdin, output })
+    }
+
+    /// Waits for the next output for so long at most; `None` when there was none.
+    pub fn next(&self, patience: Duration) -> Option<Output> {
+        match self.output.recv_timeout(patience) {
+            Ok(output) => Some(output),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => Some(Output::Closed),
+        }
+    }
+
+    /// Presses the user button or lets it go.
+    pub fn hold_button(&mut self, down: bool) {
+        self.say(if down { "press" } else { "release" });
+    }
+
+    /// Asks the board to end; its last line is still to come.
+    pub fn quit(&mut self) {
+        self.say("quit");
+    }
+
+    /// Says a line. A board that has ended hears nothing, and that it has ended is told by its output.
+    fn say(&mut self, word: &str) {
+        if let Some(stdin) = &mut self.stdin {
+            let said = writeln!(stdin, "{word}").and_then(|()| stdin.flush());
+            if said.is_err() {
+                self.stdin = None;
+            }
+        }
+    }
+
+    /// Waits for the end of the process; one that does not end in time is killed.
+    ///
+    /// # Errors
+    /// The system cannot tell.
+    pub fn wait(&mut self) -> std::io::Result<ExitStatus> {
+        self.stdin = None;
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            if let Some(status) = self.child.try_wait()? {
+                return Ok(status);
+            }
+            if Instant::now() >= deadline {
+                self.child.kill()?;
+            }
+            // A board that is full of unread lines would never end.
+            while self.output.try_recv().is_ok() {}
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+impl Drop for BoardProcess {
+    fn drop(&mut self) {
+        self.stdin = None;
+        // Both fail only for a process that has ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn read_lines(stdout: impl Read, send: &SyncSender<Output>) {
+    for line in BufReader::new(stdout).lines() {
+        let Ok(line) = line else { break };
+        let output = match parse(&line) {
+            Ok(line) => Output::Line(line),
+            Err(error) => Output::Strange(error),
+        };
+        if send.send(output).is_err() {
+            return;
+        }
+    }
+    let _ = send.send(Output::Closed);
+}
+
+fn read_complaints(stderr: impl Read, send: &SyncSender<Output>) {
+    for line in BufReader::new(stderr).lines() {
+        let Ok(line) = line else { return };
+        if send.send(Output::Complaint(line)).is_err() {
+            return;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shell(script: &str) -> BoardProcess {
+        BoardProcess::start(Path::new("/bin/sh"), &["-c".into(), script.into()]).unwrap()
+    }
+
+    #[test]
+    fn lines_complaints_and_the_end_arrive() {
+        let mut board = shell(r#"echo '{"type":"status","t_s":0.1}'; echo junk; echo trouble >&2; exit 3"#);
+        let (mut lines, mut strange, mut complaints) = (0, 0, 0);
+        let mut closed = false;
+        while !(closed && complaints == 1) {
+            match board.next(Duration::from_secs(20)).expect("in time") {
+                Output::Line(BoardLine::Status { t_s }) => lines += usize::from(t_s == 0.1),
+                Output::Strange(error) => strange += usize::from(error.line == "junk"),
+                Output::Complaint(text) => complaints += usize::from(text == "trouble"),
+                Output::Closed => closed = true,
+                Output::Line(other) => panic!("{other:?}"),
+            }
+        }
+        assert_eq!((lines, strange, board.wait().unwrap().code()), (1, 1, Some(3)));
+    }
+
+    #[test]
+    fn the_button_and_the_wish_to_end_are_heard() {
+        let mut board = shell(
+            r#"while read word; do echo "{\"type\":\"remark\",\"text\":\"$word\"}"; [ "$word" = quit ] && exit 0; done"#,
+        );
+        board.hold_button(true);
+        board.hold_button(false);
+        board.quit();
+        let mut heard = Vec::new();
+        while let Some(Output::Line(BoardLine::Remark { text, .. })) = board.next(Duration::from_secs(20)) {
+            heard.push(text);
+        }
+        assert_eq!(heard.len(), 3);
+        assert!(heard[0].contains("press") && heard[1].contains("release") && heard[2].contains("quit"));
+    }
+
+    #[test]
+    fn a_board_that_is_dropped_is_ended_even_if_it_talks_without_end() {
+        let started = Instant::now();
+        drop(shell(r#"while :; do echo '{"type":"status","t_s":0.1}'; done"#));
+        assert!(started.elapsed() < Duration::from_secs(20));
+    }
+
+    #[test]
+    fn a_program_that_is_not_there_is_named() {
+        let error = BoardProcess::start(Path::new("/no/such/board"), &[]).unwrap_err().to_string();
+        assert!(error.starts_with("cannot start the virtual board /no/such/board: "), "{error}");
+    }
+}

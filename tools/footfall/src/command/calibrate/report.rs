@@ -1,0 +1,311 @@
+//! What is told of a calibration: text for a terminal, JSON, a page, a picture.
+
+use super::Calibrated;
+use super::fit::Fit;
+use super::knots::Extended;
+use super::poses::Pose;
+use crate::file::calibration_file::Hysteresis;
+use joint_units::Volts;
+use picture::{Curve, Panel, draw};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+
+/// Points of the drawn curve.
+const CURVE: usize = 400;
+
+/// Rows that the page shows: all of them could be gigabytes.
+const MOST_ROWS: usize = 5000;
+
+/// A number in as few of two digits as it has.
+#[must_use]
+pub fn short(value: f64) -> String {
+    format!("{}", (value * 100.0).round() / 100.0 + 0.0)
+}
+
+/// The headings of the table of poses, with their units.
+const HEADINGS: [&str; 9] =
+    ["angle/deg", "rows", "volts/V", "SD/mV", "SD/deg", "drift/deg", "up-down/deg", "error/deg", ""];
+
+/// The table of poses, a row each.
+fn cells(fit: &Fit) -> Vec<[String; 9]> {
+    let table = Extended::new(&fit.calibration);
+    let row = |(pose, why): (&Pose, &Option<super::fit::LeftOut>)| {
+        let maybe = |value: Option<f64>, digits: usize| {
+            // Adding 0 takes the sign from a rounded zero.
+            let scale = 10_f64.powi(digits as i32);
+            value.map_or("-".into(), |value| format!("{:.digits$}", (value * scale).round() / scale + 0.0))
+        };
+        // Where the sensor is saturated, millivolts say nothing about degrees.
+        let kept = |value: Option<f64>| value.filter(|_| why.is_none());
+        let slope = table.slope(pose.volts);
+        let apart = pose.up_v.zip(pose.down_v).map(|(up, down)| table.degrees(up) - table.degrees(down));
+        [
+            short(pose.angle_deg),
+            pose.rows.to_string(),
+            format!("{:.4}", pose.volts),
+            maybe(pose.sd_v.map(|sd| sd * 1e3), 2),
+            maybe(kept(pose.sd_v.map(|sd| sd * slope)), 3),
+            maybe(kept(pose.drift_v().map(|drift| drift * slope)), 3),
+            maybe(kept(apart), 3),
+            maybe(kept(Some(table.degrees(pose.volts) - pose.angle_deg)), 3),
+            why.map_or(String::new(), |why| why.words().into()),
+        ]
+    };
+    fit.poses.iter().zip(&fit.left_out).map(row).collect()
+}
+
+/// Which way the volts go with the angle, and what it took for that.
+fn monotone(fit: &Fit) -> String {
+    let rises = fit.poses.first().zip(fit.poses.last()).is_some_and(|(first, last)| first.volts < last.volts);
+    let way = if rises { "rise" } else { "fall" };
+    let joined = match fit.pooled {
+        0 => "no two poses the other way round".into(),
+        n => format!("{n} poses joined where noise had turned their order round"),
+    };
+    format!("volts {way} with the angle, {joined}")
+}
+
+/// Where the sensor says the same for different angles.
+fn saturation(fit: &Fit) -> String {
+    let there = fit.poses.iter().zip(&fit.left_out).filter(|(_, why)| why.is_some());
+    let angles: Vec<String> = there.map(|(pose, _)| short(pose.angle_deg)).collect();
+    if angles.is_empty() { "none".into() } else { format!("left out of the table: {} degrees", angles.join(", ")) }
+}
+
+/// Lines of a name and its value.
+fn summary(calibrated: &Calibrated) -> Vec<(&'static str, String)> {
+    let fit = &calibrated.fit;
+    let (low, high) = fit.calibration.span();
+    let (low_v, high_v) = fit.calibration.volts_span();
+    let hysteresis = match fit.hysteresis {
+        None => "not known".into(),
+        Some(Hysteresis { largest, mean }) => format!("{largest:.3} degrees at most, {mean:.3} in the mean"),
+    };
+    let (worst, line) = fit.worst_deg;
+    let in_table = fit.left_out.iter().filter(|why| why.is_none()).count();
+    vec![
+        ("rows", format!("{} at {} angles, {in_table} of them in the table", fit.residuals.len(), fit.poses.len())),
+        (
+            "table",
+            format!(
+                "{} points, {:.2} to {:.2} degrees, {:.4} to {:.4} V",
+                fit.calibration.points().len(),
+                low.degrees(),
+                high.degrees(),
+                low_v.0,
+                high_v.0
+            ),
+        ),
+        ("residual", format!("{:.3} degrees rms over the rows, {worst:.3} at worst (line {line})", fit.rms_deg)),
+        ("at the poses' means", format!("{:.3} degrees at worst", fit.worst_pose_deg)),
+        (
+            "at a pose that the table does not know",
+            fit.unknown_pose_deg.map_or("not known".into(), |deg| format!("{deg:.3} degrees at worst")),
+        ),
+        ("hysteresis", hysteresis),
+        ("monotone", monotone(fit)),
+        ("saturation", saturation(fit)),
+        (
+            "noise",
+            fit.noise_v.map_or("not known".into(), |sd| format!("{:.2} mV standard deviation in a visit", sd * 1e3)),
+        ),
+        ("one code of 12 bit", format!("up to {:.3} degrees", fit.code_deg)),
+    ]
+}
+
+/// For a terminal.
+#[must_use]
+pub fn text(calibrated: &Calibrated) -> String {
+    let rows = cells(&calibrated.fit);
+    let mut text =
+        format!("{} of {}, from {}\n", calibrated.measured.sensor, calibrated.measured.date, calibrated.source);
+    let widths: [usize; 9] = std::array::from_fn(|column| {
+        rows.iter().map(|row| row[column].len()).chain([HEADINGS[column].len()]).max().unwrap_or(0)
+    });
+    let mut line = |cells: [&str; 9]| {
+        let padded: Vec<String> = cells
+            .iter()
+            .zip(widths)
+            .enumerate()
+            .map(|(column, (cell, width))| if column == 8 { (*cell).into() } else { format!("{cell:>width$}") })
+            .collect();
+        let _ = writeln!(text, "{}", padded.join("  ").trim_end());
+    };
+    line(HEADINGS);
+    for row in &rows {
+        line(std::array::from_fn(|column| row[column].as_str()));
+    }
+    for (name, value) in summary(calibrated) {
+        let _ = writeln!(text, "{name}: {value}");
+    }
+    text
+}
+
+/// Everything, for programs.
+#[must_use]
+pub fn json(calibrated: &Calibrated) -> Value {
+    let (fit, measured) = (&calibrated.fit, &calibrated.measured);
+    let poses: Vec<Value> = fit
+        .poses
+        .iter()
+        .zip(&fit.left_out)
+        .map(|(pose, why)| {
+            let table = Extended::new(&fit.calibration);
+            let error = why.is_none().then(|| table.degrees(pose.volts) - pose.angle_deg);
+            json!({ "pose": pose, "drift_v": pose.drift_v(), "left_out": why, "error_deg": error })
+        })
+        .collect();
+    let points: Vec<Value> = fit
+        .calibration
+        .points()
+        .iter()
+        .map(|point| json!({ "sensor_v": point.volts.0, "angle_deg": crate::file::degrees::shortest(point.angle) }))
+        .collect();
+    json!({
+        "type": "calibration",
+        "source": calibrated.source,
+        "sensor": measured.sensor,
+        "date": measured.date,
+        "divider": calibrated.sensor.divider,
+        "points": points,
+        "rms_deg": fit.rms_deg,
+        "worst_deg": fit.worst_deg.0,
+        "worst_line": fit.worst_deg.1,
+        "worst_pose_deg": fit.worst_pose_deg,
+        "unknown_pose_deg": fit.unknown_pose_deg,
+        "hysteresis": fit.hysteresis,
+        "noise_v": fit.noise_v,
+        "code_deg": fit.code_deg,
+        "pooled": fit.pooled,
+        "left_out_rows_inside": fit.inside,
+        "poses": poses,
+        "residuals": fit.residuals,
+        "notes": calibrated.notes,
+    })
+}
+
+/// The curve with its points, and the residuals.
+fn panels(calibrated: &Calibrated) -> Vec<Panel> {
+    let fit = &calibrated.fit;
+    let table = Extended::new(&fit.calibration);
+    let (low, high) = fit.calibration.volts_span();
+    let curve = |k: usize| {
+        let volts = low.0 + (high.0 - low.0) * (k as f32 / CURVE as f32);
+        fit.calibration.angle(Volts(volts)).ok().map(|angle| (f64::from(volts), f64::from(angle.degrees())))
+    };
+    let mut means: Vec<(f64, f64)> = fit.poses.iter().map(|pose| (pose.volts, pose.angle_deg)).collect();
+    means.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (first, last) = (means.first().map_or(0.0, |p| p.0), means.last().map_or(0.0, |p| p.0));
+    let outside: Vec<(f64, f64)> =
+        [(first, f64::from(low.0)), (f64::from(high.0), last)].into_iter().filter(|(from, to)| from < to).collect();
+    let sensor = Panel::curves(
+        "The sensor; grey is out of the table",
+        "at the sensor, V",
+        "angle, deg",
+        vec![Curve::new("table", (0..=CURVE).filter_map(curve).collect()), Curve::new("poses", means)],
+    )
+    .shaded(&outside);
+    let kept = || fit.poses.iter().zip(&fit.left_out).filter(|(_, why)| why.is_none()).map(|(pose, _)| pose);
+    let errors = |volts: fn(&Pose) -> Option<f64>| {
+        kept().filter_map(|pose| Some((pose.angle_deg, table.degrees(volts(pose)?) - pose.angle_deg))).collect()
+    };
+    let mut rows: Vec<(f64, f64)> =
+        fit.residuals.iter().filter_map(|row| Some((row.angle_deg, row.error_deg?))).collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let extreme = |which: fn(f64, f64) -> f64| {
+        let of_angle = |rows: &[(f64, f64)]| Some((rows.first()?.0, rows.iter().map(|row| row.1).reduce(which)?));
+        rows.chunk_by(|a, b| a.0 == b.0).filter_map(of_angle).collect()
+    };
+    let residuals = Panel::curves(
+        "Table less known angle",
+        "known angle, deg",
+        "residual, deg",
+        vec![
+            Curve::new("up", errors(|pose| pose.up_v)),
+            Curve::new("down", errors(|pose| pose.down_v)),
+            Curve::new("least row", extreme(f64::min)),
+            Curve::new("greatest row", extreme(f64::max)),
+        ],
+    );
+    vec![sensor, residuals]
+}
+
+/// The pictures.
+///
+/// # Errors
+/// The drawing library's own.
+pub fn svg(calibrated: &Calibrated) -> Result<String, String> {
+    let title = format!("{}, {}", calibrated.measured.sensor, calibrated.measured.date);
+    draw(&title, &panels(calibrated), 1)
+}
+
+const HEAD: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><style>\
+body{font:15px/1.5 sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;color:#222}\
+table{border-collapse:collapse;margin:1em 0}td,th{border:1px solid #ccc;padding:.2em .6em;text-align:right}\
+th{background:#f3f3f3}svg{max-width:100%;height:auto}.note{background:#fff6df;padding:.4em .8em;margin:.4em 0}\
+</style>";
+
+/// Text as HTML shows it.
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+fn table<'a>(page: &mut String, head: &[&str], rows: impl Iterator<Item = Vec<&'a str>>) {
+    let line = |page: &mut String, cell: &str, cells: &[&str]| {
+        let cells: String = cells.iter().map(|text| format!("<{cell}>{}</{cell}>", escape(text))).collect();
+        let _ = write!(page, "<tr>{cells}</tr>");
+    };
+    *page += "<table>";
+    if !head.is_empty() {
+        line(page, "th", head);
+    }
+    for row in rows {
+        line(page, "td", &row);
+    }
+    *page += "</table>";
+}
+
+/// One self-contained page.
+///
+/// # Errors
+/// A picture cannot be drawn.
+pub fn html(calibrated: &Calibrated) -> Result<String, String> {
+    let (fit, measured) = (&calibrated.fit, &calibrated.measured);
+    let title = format!("{}, {}", escape(&measured.sensor), escape(&measured.date));
+    let mut page = format!("{HEAD}<title>Footfall: {title}</title></head><body><h1>{title}</h1>");
+    let _ = write!(page, "<p>From {}.</p>", escape(&calibrated.source));
+    for note in &calibrated.notes {
+        let _ = write!(page, "<p class=\"note\">{}</p>", escape(note));
+    }
+    let summary = summary(calibrated);
+    table(&mut page, &[], summary.iter().map(|(name, value)| vec![*name, value.as_str()]));
+    page += &svg(calibrated)?;
+    page += "<h2>Poses</h2>";
+    let poses = cells(fit);
+    table(&mut page, &HEADINGS, poses.iter().map(|row| row.iter().map(String::as_str).collect()));
+    page += "<h2>Points of the table</h2>";
+    let points: Vec<[String; 2]> = fit
+        .calibration
+        .points()
+        .iter()
+        .map(|point| [point.volts.0.to_string(), crate::file::degrees::shortest(point.angle).to_string()])
+        .collect();
+    table(&mut page, &["sensor_v", "angle_deg"], points.iter().map(|row| row.iter().map(String::as_str).collect()));
+    page += "<h2>Rows</h2>";
+    if fit.residuals.len() > MOST_ROWS {
+        let _ = write!(page, "<p>The first {MOST_ROWS} of {}.</p>", fit.residuals.len());
+    }
+    let rows: Vec<[String; 4]> = fit
+        .residuals
+        .iter()
+        .take(MOST_ROWS)
+        .map(|row| {
+            let error = row.error_deg.map_or("not in the table".into(), |error| format!("{error:.3}"));
+            [row.line.to_string(), short(row.angle_deg), format!("{:.4}", row.volts), error]
+        })
+        .collect();
+    let head = ["line", "angle/deg", "volts/V", "error/deg"];
+    table(&mut page, &head, rows.iter().map(|row| row.iter().map(String::as_str).collect()));
+    page += "</body></html>\n";
+    Ok(page)
+}

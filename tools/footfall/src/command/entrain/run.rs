@@ -1,0 +1,197 @@
+//! The core that entrains, run over a recording tick by tick, and what that comes to.
+
+use cpg_core::entrainment::{Entrained, Lock, SensorFault, phase_difference};
+use cpg_core::{BuildError, Generator};
+use gait_trace::{NoChannel, Recording};
+use joint_units::{Joint, Period, Phase, Radians};
+
+use super::learn::Learned;
+
+/// Ticks a second.
+pub const TICKS_PER_S: f64 = 1000.0;
+
+/// One tick of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tick {
+    /// Setpoints, degrees.
+    pub angles: [f64; Joint::COUNT],
+    /// Their rates, degrees per second.
+    pub rates: [f64; Joint::COUNT],
+    /// Driven phase.
+    pub phase: Phase,
+    /// Estimated phase.
+    pub estimate: Phase,
+    /// Amplitude factor.
+    pub amplitude: f32,
+    /// State.
+    pub state: Lock,
+    /// What is wrong with the sensor.
+    pub fault: Option<SensorFault>,
+    /// Estimated angular frequency, rad/s.
+    pub frequency: f64,
+}
+
+/// Feeds a series of samples, one a tick.
+pub fn run(legs: &mut Entrained, samples: impl IntoIterator<Item = Option<f64>>) -> Vec<Tick> {
+    let samples = samples.into_iter();
+    samples
+        .map(|sample| {
+            legs.sense(sample.map(|degrees| Radians::from_degrees(degrees as f32)));
+            legs.step();
+            let status = legs.status();
+            Tick {
+                angles: legs.angles().map(|angle| f64::from(angle.degrees())),
+                rates: legs.rates().map(|rate| f64::from(rate.0).to_degrees()),
+                phase: legs.phase(),
+                estimate: legs.phase_lock().phase(),
+                amplitude: legs.amplitude(),
+                state: status.state,
+                fault: status.fault,
+                frequency: f64::from(legs.phase_lock().frequency().0),
+            }
+        })
+        .collect()
+}
+
+/// The samples of a joint's sensor at the control rate, degrees.
+///
+/// # Errors
+/// The recording has no such channel.
+pub fn samples(recording: &Recording, sensor: Joint) -> Result<Vec<f64>, NoChannel> {
+    let channel = recording.of_joint(sensor)?;
+    let start = recording.time_s()[0];
+    let ticks = (recording.duration_s() * TICKS_PER_S) as usize;
+    Ok((0..=ticks).map(|tick| recording.at(channel, start + tick as f64 / TICKS_PER_S)).collect())
+}
+
+/// What of a recording was not measured: spans of seconds from its first row.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Holes {
+    /// Of the joint that wears the sensor: the core gets no sample there, as on a board whose sensor is bad.
+    pub sensor: Vec<(f64, f64)>,
+    /// Of any joint: nothing is learned or judged there.
+    pub any: Vec<(f64, f64)>,
+}
+
+/// The samples without those that were not measured.
+#[must_use]
+pub fn without(samples: Vec<f64>, holes: &[(f64, f64)]) -> Vec<Option<f64>> {
+    let lost = |tick: usize| within(holes, tick as f64 / TICKS_PER_S);
+    samples.into_iter().enumerate().map(|(tick, sample)| (!lost(tick)).then_some(sample)).collect()
+}
+
+/// Strictly: at either end there is a row.
+fn within(holes: &[(f64, f64)], time_s: f64) -> bool {
+    holes.iter().any(|&(from, to)| from < time_s && time_s < to)
+}
+
+/// What a run comes to, against the recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// When it first was locked within 18 degrees of the walker's phase for a second, s.
+    pub lock_s: Option<f64>,
+    /// Root mean square difference of setpoints and recorded joints over the steady part, degrees; `None` for joints that were not recorded.
+    pub steady_rmse_deg: [Option<f64>; Joint::COUNT],
+    /// The steady part: from 3 s after the lock, 15 s or later in recordings of 20 s and more, s.
+    pub steady_s: Option<(f64, f64)>,
+    /// Times that it called itself locked while a second long 18 degrees or more off.
+    pub false_locks: u32,
+    /// Times that it took the sensor for faulty, with the tick and the fault.
+    pub holds: Vec<(usize, SensorFault)>,
+    /// Mean cadence over the steady part, steps per minute.
+    pub cadence_steps_per_min: Option<f64>,
+    /// Standard deviation of the phase error over the steady part, degrees.
+    pub phase_sd_deg: Option<f64>,
+}
+
+/// Phase error of a tick in degrees, the walker's phase less the driven one.
+#[must_use]
+pub fn phase_error_deg(tick: &Tick, cycles: f64) -> f64 {
+    let walker = Phase::from_cycles(cycles.rem_euclid(1.0) as f32);
+    f64::from(phase_difference(tick.phase, walker).0).to_degrees()
+}
+
+/// Judges a run.
+#[must_use]
+pub fn judge(ticks: &[Tick], recording: &Recording, sensor: Joint, learned: &Learned) -> Verdict {
+    judge_without(ticks, recording, sensor, learned, &[])
+}
+
+/// As [`judge`], but for the holes of the recording, where nothing is judged.
+#[must_use]
+pub fn judge_without(
+    ticks: &[Tick],
+    recording: &Recording,
+    sensor: Joint,
+    learned: &Learned,
+    holes: &[(f64, f64)],
+) -> Verdict {
+    let time = |tick: usize| tick as f64 / TICKS_PER_S;
+    let known = |tick: usize| !within(holes, time(tick));
+    let errors: Vec<f64> =
+        ticks.iter().enumerate().map(|(n, tick)| phase_error_deg(tick, learned.phase_at(time(n)))).collect();
+    let second = TICKS_PER_S as usize;
+    let (mut right_for, mut wrong_for, mut lock, mut false_locks) = (0, 0, None, 0);
+    for (n, (tick, error)) in ticks.iter().zip(&errors).enumerate() {
+        let locked = tick.state == Lock::Locked && known(n);
+        right_for = if locked && error.abs() < 18.0 { right_for + 1 } else { 0 };
+        wrong_for = if locked && error.abs() >= 18.0 { wrong_for + 1 } else { 0 };
+        if right_for == second && lock.is_none() {
+            lock = Some(time(n + 1 - second));
+        }
+        false_locks += u32::from(wrong_for == second);
+    }
+    let holds = ticks.windows(2).enumerate().filter_map(|(n, pair)| {
+        let entered = pair[1].state == Lock::Holding && pair[0].state != Lock::Holding;
+        entered.then_some(()).and(pair[1].fault).map(|fault| (n + 1, fault))
+    });
+    let holds = holds.collect();
+
+    let end = time(ticks.len());
+    let steady = lock.map(|lock| if end >= 20.0 { (lock + 3.0).max(15.0) } else { lock + 3.0 });
+    let steady = steady.filter(|&from| from + 0.5 < end).map(|from| (from, end));
+    let mut verdict = Verdict {
+        lock_s: lock,
+        steady_rmse_deg: [None; Joint::COUNT],
+        steady_s: steady,
+        false_locks,
+        holds,
+        cadence_steps_per_min: None,
+        phase_sd_deg: None,
+    };
+    let Some((from, _)) = steady else { return verdict };
+    let first = (from * TICKS_PER_S) as usize;
+    let rows: Vec<usize> = (first..ticks.len()).filter(|&tick| known(tick)).collect();
+    if rows.is_empty() {
+        return verdict;
+    }
+    let count = rows.len() as f64;
+    let start = recording.time_s()[0];
+    for joint in Joint::ALL {
+        let channel = if joint == sensor { recording.of_joint(joint) } else { recording.channel(joint.name()) };
+        let Ok(channel) = channel else { continue };
+        let off = |&n: &usize| ticks[n].angles[joint as usize] - recording.at(channel, start + time(n));
+        let sum: f64 = rows.iter().map(|n| off(n).powi(2)).sum();
+        verdict.steady_rmse_deg[joint as usize] = Some((sum / count).sqrt());
+    }
+    let mean = rows.iter().map(|&n| errors[n]).sum::<f64>() / count;
+    let variance = rows.iter().map(|&n| (errors[n] - mean).powi(2)).sum::<f64>() / count;
+    verdict.phase_sd_deg = Some(variance.sqrt());
+    let turning = rows.iter().map(|&n| ticks[n].frequency).sum::<f64>() / count;
+    verdict.cadence_steps_per_min = Some(turning / std::f64::consts::TAU * 120.0);
+    verdict
+}
+
+/// The legs for a walker, with the sensor on that joint; templates of joints that the walker's recording lacks come from `others`.
+///
+/// # Errors
+/// Names the field that is out of range.
+pub fn legs(
+    templates: [cpg_core::entrainment::phase_lock::Template; Joint::COUNT],
+    sensor: Joint,
+    stride_s: f64,
+) -> Result<Entrained, BuildError> {
+    let mut config = cpg_core::entrainment::EntrainedConfig::default();
+    config.lock.stride_s = stride_s as f32;
+    Entrained::build(templates, sensor, config, Period::MILLISECOND)
+}

@@ -1,0 +1,64 @@
+//! `footfall volts`: a recorded angle as the semi-synthetic volts of a sensor, looped, as `footfall watch` feeds them.
+
+use crate::board::default_loop;
+use crate::board::default_loop::SENSOR_JOINT;
+use crate::board::feed;
+use crate::board::feed::Opened;
+use crate::failure::Failure;
+use crate::file::calibration_file;
+use clap::Args;
+use gait_trace::format::csv_file;
+use joint_loop::{JointSensor, JointSensors};
+use std::path::PathBuf;
+
+/// Options of `footfall volts`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// A recording of angles, in any format that `fit` reads: its left knee, or its only channel [default: the shipped recording]
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
+    /// The sensor's calibration [default: the firmware's]
+    #[arg(long, value_name = "TOML")]
+    pub calibration: Option<PathBuf>,
+    /// Where to write [default: standard output]
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, or the output cannot be written.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    let (name, recording) = match &options.trace {
+        Some(path) => {
+            let Opened { name, recording, notes, .. } = feed::opened(path)?;
+            for note in &notes {
+                eprintln!("note: {note}");
+            }
+            (name, recording)
+        }
+        None => feed::default_trace().map_err(Failure::input)?,
+    };
+    let sensor = match &options.calibration {
+        Some(path) => calibration_file::read(path).map_err(Failure::input)?,
+        None => default_loop::wired_sensor().map_err(Failure::run)?,
+    };
+    let worn = JointSensor { joint: SENSOR_JOINT, divider: sensor.divider, calibration: sensor.calibration };
+    let worn = JointSensors::build([worn]).map_err(Failure::run)?;
+    let feed = feed::feed(&name, &recording, &worn, None)?;
+    for note in &feed.notes {
+        eprintln!("note: {note}");
+    }
+    match &options.out {
+        Some(path) => csv_file::write(path, &feed.volts)
+            .map_err(|error| Failure::run(format!("{}: cannot be written: {error}", path.display())))?,
+        None => {
+            let mut text = Vec::new();
+            csv_file::write_to(&mut text, &feed.volts).map_err(Failure::run)?;
+            crate::cli::print(&String::from_utf8_lossy(&text))?;
+        }
+    }
+    eprintln!("{} ({} rows)", feed.title, feed.volts.time_s().len());
+    Ok(())
+}

@@ -1,0 +1,403 @@
+//! A sensor's calibration as a file.
+//!
+//! Written by hand, schema 1:
+//! ```toml
+//! schema = 1
+//! interpolation = "monotone_cubic"   # or "linear"
+//! divider = 1.0                      # volts at the sensor for one volt at the pin
+//!
+//! [[points]]                         # 2 to 32, volts rising, the angle rising or falling throughout
+//! sensor_v = 0.5
+//! angle_deg = 90.0                   # flexion positive
+//!
+//! [[points]]
+//! sensor_v = 2.5
+//! angle_deg = -20.0
+//! ```
+//! Measured by `footfall calibrate`, schema 2: the same, and how it was measured, see [`Measured`], and a check sum, see [`crc()`].
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use generator_file::toml_table::{Document, FileError, Problem, Section};
+use hgod_adc::{ANATOMY, Calibration, CalibrationPoint, Interpolation, MAX_VOLTS};
+use joint_units::{Radians, Volts};
+use std::fmt::Write as _;
+use std::path::Path;
+use time::{Date, Month};
+use toml::de::DeTable;
+
+/// Version of the layout that people write by hand.
+pub const SCHEMA: u32 = 1;
+
+/// Version of the layout that `footfall calibrate` writes.
+pub const MEASURED_SCHEMA: u32 = 2;
+
+const FIELDS: [&str; 4] = ["schema", "interpolation", "divider", "points"];
+
+const MEASURED_FIELDS: [&str; 10] =
+    ["schema", "sensor", "date", "interpolation", "divider", "rms_deg", "worst_deg", "hysteresis_deg", "crc", "points"];
+
+const INTERPOLATIONS: [(&str, Interpolation); 2] =
+    [("linear", Interpolation::Linear), ("monotone_cubic", Interpolation::MonotoneCubic)];
+
+/// What a sensor may be called: it stands on a line of its own.
+const NAME_ALLOWED: &str = "a name of 1 to 100 characters on one line";
+
+const DATE_ALLOWED: &str = "a day as YYYY-MM-DD";
+
+/// A sensor as it is wired to the pin.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WiredSensor {
+    /// Volts at the sensor to the angle.
+    pub calibration: Calibration,
+    /// Volts at the sensor for one volt at the pin.
+    pub divider: f32,
+}
+
+/// How far up and down sweeps lie apart, in degrees.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Hysteresis {
+    /// The largest difference at a pose, without its sign.
+    #[serde(rename = "largest_deg")]
+    pub largest: f32,
+    /// The mean difference over the poses, without their signs.
+    #[serde(rename = "mean_deg")]
+    pub mean: f32,
+}
+
+/// How a calibration was measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// Which sensor.
+    pub sensor: String,
+    /// On which day, YYYY-MM-DD.
+    pub date: String,
+    /// Root mean square over the rows of the table's angle less the known one, in degrees.
+    pub rms_deg: f32,
+    /// The largest of these differences, without its sign.
+    pub worst_deg: f32,
+    /// `None` where the angle went one way only. In the file `[largest, mean]` or `[]`.
+    pub hysteresis: Option<Hysteresis>,
+}
+
+/// All that a file says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CalibrationFile {
+    /// Table and wiring.
+    pub sensor: WiredSensor,
+    /// How it was measured; `None` for a file written by hand.
+    pub measured: Option<Measured>,
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// The first thing that is wrong with it, with line and field.
+pub fn read(path: &Path) -> Result<WiredSensor, FileError> {
+    parse(&Document::read(path)?)
+}
+
+/// Reads a text.
+///
+/// # Errors
+/// As [`read`].
+///
+/// ```
+/// use footfall::file::calibration_file;
+/// use generator_file::toml_table::Document;
+/// let text = "schema = 1\ninterpolation = \"linear\"\ndivider = 1\npoints = [\n\
+///     { sensor_v = 0.5, angle_deg = 90 },\n\
+///     { sensor_v = 0.4, angle_deg = -20 },\n]\n";
+/// let error = calibration_file::parse(&Document::of_text("knee.toml", text.into())).unwrap_err();
+/// assert!(error.to_string().starts_with("knee.toml:6: field `points[1].sensor_v`: "), "{error}");
+/// ```
+pub fn parse(document: &Document) -> Result<WiredSensor, FileError> {
+    parse_whole(document).map(|file| file.sensor)
+}
+
+/// Reads a text with all that it says.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse_whole(document: &Document) -> Result<CalibrationFile, FileError> {
+    let tree = document.parse()?;
+    let is_measured = says_measured(tree.get_ref());
+    let top = document.top(tree.get_ref(), if is_measured { &MEASURED_FIELDS } else { &FIELDS })?;
+    top.whole("schema", SCHEMA, MEASURED_SCHEMA, ", the version of this file's layout")?;
+    let measured = if is_measured { Some(measured(&top)?) } else { None };
+    let interpolation = top.word("interpolation", &INTERPOLATIONS)?;
+    let divider = top.number("divider", 0.05, 20.0, "")?;
+    let (mut points, mut numbers) = (Vec::new(), Vec::new());
+    for point in top.tables("points", &["sensor_v", "angle_deg"])? {
+        let volts = point.number("sensor_v", 0.0, MAX_VOLTS.0, " V")?;
+        let (least, most) = (ANATOMY.0.degrees().round(), ANATOMY.1.degrees().round());
+        let degrees = point.number("angle_deg", least, most, " degrees")?;
+        points.push(CalibrationPoint { volts: Volts(volts), angle: Radians::from_degrees(degrees) });
+        numbers.push((volts, degrees));
+    }
+    let calibration = Calibration::build(&points, interpolation).map_err(|error| {
+        let field = match (error.index(), error.field()) {
+            (Some(index), Some("angle")) => format!("points[{index}].angle_deg"),
+            (Some(index), _) => format!("points[{index}].sensor_v"),
+            (None, _) => "points".into(),
+        };
+        document.at(&field, Problem::Rule(error.to_string()))
+    })?;
+    if is_measured {
+        check_crc(&top, crc(interpolation, &numbers))?;
+    }
+    Ok(CalibrationFile { sensor: WiredSensor { calibration, divider }, measured })
+}
+
+/// Which fields to expect has to be known before they are looked at.
+fn says_measured(top: &DeTable<'_>) -> bool {
+    let schema =
+        top.iter().find(|(key, _)| key.get_ref() == "schema").and_then(|(_, value)| value.get_ref().as_integer());
+    schema.is_some_and(|integer| integer.as_str() == MEASURED_SCHEMA.to_string())
+}
+
+fn measured(top: &Section<'_>) -> Result<Measured, FileError> {
+    let wrong = |field, value: String, allowed: &str| {
+        top.error_at(field, Problem::Range { value: format!("\"{value}\""), allowed: allowed.into() })
+    };
+    let sensor = top.text("sensor")?;
+    if !is_name(&sensor) {
+        return Err(wrong("sensor", sensor.escape_default().to_string(), NAME_ALLOWED));
+    }
+    let date = top.text("date")?;
+    if day(&date).is_none() {
+        return Err(wrong("date", date, DATE_ALLOWED));
+    }
+    let degrees = |field| top.number(field, 0.0, 360.0, " degrees");
+    let (rms_deg, worst_deg) = (degrees("rms_deg")?, degrees("worst_deg")?);
+    let hysteresis = match top.numbers("hysteresis_deg", (0, 2), (0.0, 360.0), " degrees, largest and mean")?[..] {
+        [] => None,
+        [largest, mean] if mean <= largest => Some(Hysteresis { largest, mean }),
+        _ => {
+            let rule = "is not `[largest, mean]`; allowed are both, the largest first, or none".into();
+            return Err(top.error_at("hysteresis_deg", Problem::Rule(rule)));
+        }
+    };
+    Ok(Measured { sensor, date, rms_deg, worst_deg, hysteresis })
+}
+
+fn check_crc(top: &Section<'_>, computed: u32) -> Result<(), FileError> {
+    let text = top.text("crc")?;
+    let digits = text.strip_prefix("0x").filter(|digits| digits.len() == 8 && !digits.starts_with('+'));
+    let Some(written) = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok()) else {
+        let allowed = "`0x` and 8 hexadecimal digits".into();
+        return Err(top.error_at("crc", Problem::Range { value: format!("\"{text}\""), allowed }));
+    };
+    if written == computed {
+        return Ok(());
+    }
+    let value = format!("0x{written:08x} as written, but 0x{computed:08x} as computed from interpolation and points");
+    let allowed = "a table as it was measured: calibrate again, or make it a file written by hand, of schema 1".into();
+    Err(top.error_at("crc", Problem::Range { value, allowed }))
+}
+
+/// The check sum of a table, CRC-32/ISO-HDLC, as in zip and PNG, of these bytes: 0 for linear or 1 for monotone cubic, then
+/// each point's `sensor_v` and `angle_deg` as IEEE 754 single precision, little-endian.
+///
+/// The divider is not in it: a sensor that is wired to another divider is still the same sensor.
+#[must_use]
+pub fn crc(interpolation: Interpolation, points: &[(f32, f32)]) -> u32 {
+    const ALGORITHM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+    let mut digest = ALGORITHM.digest();
+    digest.update(&[match interpolation {
+        Interpolation::Linear => 0,
+        Interpolation::MonotoneCubic => 1,
+    }]);
+    for (volts, degrees) in points {
+        digest.update(&volts.to_le_bytes());
+        digest.update(&degrees.to_le_bytes());
+    }
+    digest.finalize()
+}
+
+/// Whether a sensor can be called this.
+fn is_name(name: &str) -> bool {
+    let length = name.chars().count();
+    (1..=100).contains(&length) && !name.chars().any(char::is_control) && name.trim() == name
+}
+
+/// The day that a text names.
+fn day(text: &str) -> Option<Date> {
+    let mut parts = text.split('-');
+    let mut part = |digits: usize| {
+        let part =
+            parts.next().filter(|part| part.len() == digits && part.bytes().all(|byte| byte.is_ascii_digit()))?;
+        part.parse::<u16>().ok()
+    };
+    let (year, month, of_month) = (part(4)?, part(2)?, part(2)?);
+    let month = Month::try_from(u8::try_from(month).ok()?).ok()?;
+    let whole = parts.next().is_none();
+    Date::from_calendar_date(year.into(), month, u8::try_from(of_month).ok()?).ok().filter(|_| whole)
+}
+
+/// A sensor's name, for the command line.
+///
+/// # Errors
+/// Says what is allowed.
+pub fn name_argument(text: &str) -> Result<String, String> {
+    if is_name(text) { Ok(text.into()) } else { Err(format!("allowed is {NAME_ALLOWED}")) }
+}
+
+/// A day, for the command line.
+///
+/// # Errors
+/// Says what is allowed.
+///
+/// ```
+/// use footfall::file::calibration_file::date_argument;
+/// assert_eq!(date_argument("2024-02-29").as_deref(), Ok("2024-02-29"));
+/// assert!(date_argument("2026-02-29").is_err() && date_argument("26-2-1").is_err());
+/// ```
+pub fn date_argument(text: &str) -> Result<String, String> {
+    day(text).map(|_| text.into()).ok_or_else(|| format!("allowed is {DATE_ALLOWED}"))
+}
+
+/// The text of a file as people write it: table and wiring.
+#[must_use]
+pub fn to_text(sensor: &WiredSensor) -> String {
+    let head = "# Calibration of a gait sensor: volts at the sensor and angle of the joint, flexion positive.\n";
+    format!("{head}schema = {SCHEMA}\n{}{}", wiring(sensor), points(sensor))
+}
+
+/// The text of a file with how it was measured, and a check sum.
+#[must_use]
+pub fn to_measured_text(sensor: &WiredSensor, measured: &Measured) -> String {
+    let mut text = format!(
+        "# Calibration of a gait sensor, measured: volts at the sensor and angle of the joint, flexion positive.\n\
+         schema = {MEASURED_SCHEMA}\nsensor = {}\ndate = \"{}\"\n",
+        toml::Value::from(measured.sensor.as_str()),
+        measured.date,
+    );
+    text += &wiring(sensor);
+    let _ = writeln!(text, "rms_deg = {}\nworst_deg = {}", measured.rms_deg, measured.worst_deg);
+    let _ = match measured.hysteresis {
+        None => writeln!(text, "hysteresis_deg = []"),
+        Some(Hysteresis { largest, mean }) => writeln!(text, "hysteresis_deg = [{largest}, {mean}]"),
+    };
+    let numbers: Vec<(f32, f32)> = numbers(sensor).collect();
+    let _ = writeln!(text, "crc = \"0x{:08x}\"", crc(sensor.calibration.interpolation(), &numbers));
+    text + &points(sensor)
+}
+
+fn wiring(sensor: &WiredSensor) -> String {
+    let interpolation = INTERPOLATIONS.iter().find(|(_, kind)| *kind == sensor.calibration.interpolation());
+    let word = interpolation.map_or("linear", |(word, _)| word);
+    format!("interpolation = \"{word}\"\ndivider = {}\n", sensor.divider)
+}
+
+/// The numbers of the points as they stand in a file.
+fn numbers(sensor: &WiredSensor) -> impl Iterator<Item = (f32, f32)> {
+    sensor.calibration.points().iter().map(|point| (point.volts.0, crate::file::degrees::shortest(point.angle)))
+}
+
+fn points(sensor: &WiredSensor) -> String {
+    let point = |(volts, degrees)| format!("\n[[points]]\nsensor_v = {volts}\nangle_deg = {degrees}\n");
+    numbers(sensor).map(point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shipped_calibration_is_written_and_read_back() {
+        let shipped = crate::board::default_loop::wired_sensor().unwrap();
+        let back = parse(&Document::of_text("sensor.toml", to_text(&shipped))).unwrap();
+        assert_eq!((back.divider, back.calibration.interpolation()), (1.0, Interpolation::MonotoneCubic));
+        assert_eq!(back.calibration.points().len(), shipped.calibration.points().len());
+        for (back, point) in back.calibration.points().iter().zip(shipped.calibration.points()) {
+            assert_eq!(back.volts, point.volts);
+            // The curve was computed in radians; a few of its angles lie between two numbers of degrees.
+            assert!(back.angle.0.to_bits().abs_diff(point.angle.0.to_bits()) <= 1, "{back:?} for {point:?}");
+        }
+    }
+
+    fn measured_file() -> CalibrationFile {
+        let points = [(0.5, 90.0), (1.25, 35.5), (2.5, -20.0)];
+        let points = points.map(|(v, deg)| CalibrationPoint { volts: Volts(v), angle: Radians::from_degrees(deg) });
+        let calibration = Calibration::build(&points, Interpolation::MonotoneCubic).unwrap();
+        let measured = Measured {
+            sensor: "left \"knee\" \\ Nr. 3, grün".into(),
+            date: "2026-02-28".into(),
+            rms_deg: 0.0625,
+            worst_deg: 0.25,
+            hysteresis: Some(Hysteresis { largest: 1.5, mean: 0.75 }),
+        };
+        CalibrationFile { sensor: WiredSensor { calibration, divider: 2.0 }, measured: Some(measured) }
+    }
+
+    fn text(file: &CalibrationFile) -> String {
+        to_measured_text(&file.sensor, file.measured.as_ref().unwrap())
+    }
+
+    fn whole(text: &str) -> Result<CalibrationFile, String> {
+        parse_whole(&Document::of_text("knee.toml", text.into())).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_measured_file_is_written_and_read_back_exactly() {
+        let mut file = measured_file();
+        assert_eq!(whole(&text(&file)), Ok(file.clone()));
+        file.measured.as_mut().unwrap().hysteresis = None;
+        assert_eq!(whole(&text(&file)), Ok(file));
+    }
+
+    const CRC_PYTHON: u32 = 0x1ea9_a1a5;
+
+    /// The value is Python's: `zlib.crc32(b"\1" + struct.pack("<6f", 0.5, 90, 1.25, 35.5, 2.5, -20))`.
+    #[test]
+    fn the_check_sum_is_that_of_zlib() {
+        let points = [(0.5, 90.0), (1.25, 35.5), (2.5, -20.0)];
+        assert_eq!(crc(Interpolation::MonotoneCubic, &points), CRC_PYTHON);
+        assert!(text(&measured_file()).contains(&format!("crc = \"0x{CRC_PYTHON:08x}\"")));
+    }
+
+    #[test]
+    fn a_file_that_was_changed_is_refused() {
+        let good = text(&measured_file());
+        let line = |part: &str| 1 + good[..good.find(part).unwrap()].matches('\n').count();
+        let long = "3".repeat(100);
+        for (from, to, field, words) in [
+            ("angle_deg = 35.5", "angle_deg = 35.6", "crc", &["as written", "as computed", "calibrate again"][..]),
+            ("sensor_v = 1.25", "sensor_v = 1.26", "crc", &["as written"]),
+            ("monotone_cubic", "linear", "crc", &["as written"]),
+            ("crc = \"0x", "crc = \"0y", "crc", &["8 hexadecimal digits"]),
+            ("date = \"2026-02-28\"", "date = \"2026-02-30\"", "date", &["2026-02-30", "YYYY-MM-DD"]),
+            ("[1.5, 0.75]", "[1.5]", "hysteresis_deg", &["[largest, mean]", "or none"]),
+            ("[1.5, 0.75]", "[0.75, 1.5]", "hysteresis_deg", &["the largest first"]),
+            ("rms_deg = 0.0625", "rms_deg = -1", "rms_deg", &["-1", "0 to 360 degrees"]),
+            ("Nr. 3", long.as_str(), "sensor", &["1 to 100 characters on one line"]),
+        ] {
+            let error = whole(&good.replacen(from, to, 1)).unwrap_err();
+            let field_line = line(&format!("{field} = "));
+            assert!(error.starts_with(&format!("knee.toml:{field_line}: field `{field}`: ")), "{error}");
+            for word in words.iter().chain(&["allowed"]) {
+                assert!(error.contains(word), "{error} does not say {word}");
+            }
+        }
+        let without = |field: &str| {
+            let lines: Vec<&str> = good.lines().filter(|line| !line.starts_with(field)).collect();
+            whole(&lines.join("\n"))
+        };
+        for field in ["crc", "sensor", "date", "rms_deg", "worst_deg", "hysteresis_deg"] {
+            let error = without(field).unwrap_err();
+            assert!(error.contains(&format!("field `{field}`: is missing; allowed is ")), "{error}");
+        }
+        // Another divider is another wiring of the same sensor.
+        assert_eq!(whole(&good.replace("divider = 2", "divider = 3")).unwrap().sensor.divider, 3.0);
+    }
+
+    #[test]
+    fn a_file_of_hand_needs_no_check_sum_and_may_have_none() {
+        let hand = to_text(&measured_file().sensor);
+        assert_eq!(whole(&hand), Ok(CalibrationFile { measured: None, ..measured_file() }));
+        let error = whole(&hand.replace("schema = 1", "schema = 1\ncrc = \"0x00000000\"")).unwrap_err();
+        assert!(error.contains("field `crc`: unknown field"), "{error}");
+        let error = whole(&hand.replace("schema = 1", "schema = 3")).unwrap_err();
+        assert!(error.contains("field `schema`: is 3; allowed is a whole number from 1 to 2"), "{error}");
+    }
+}

@@ -1,0 +1,369 @@
+//! Captures: everything that the board's log says of a run, every tick of it, as a file that other programs read.
+//!
+//! ```text
+//! bytes of the log --[image]--> text --[samples]--> samples --[csv_rows | mcap_messages]--> file
+//! ```
+//! A capture holds what was measured: the codes of the converter as they came, and what the sensor chain of the same core crates
+//! makes of them. A lost sample is a missing row, and is counted; nothing is filled in. [`Recorder`] writes the file and, beside
+//! it, `FILE.json` with what belongs to the run as a whole.
+
+mod csv_rows;
+mod header;
+mod mcap_messages;
+pub mod rtt;
+pub mod samples;
+
+use crate::board::image::{Decoder, Image};
+use crate::board::lines::BoardLine;
+use crate::file::sensors::joints;
+use gait_trace::format::whole_file;
+use joint_loop::setup::default_loop::Parameters;
+use joint_units::Joint;
+use samples::{Booted, Counts, EdgeAt, Sample, Sampler};
+use serde_json::{Value, json};
+use std::ffi::OsString;
+use std::fs::File;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+pub use header::about_sensors;
+
+/// Version of the layout of captures and of the file beside them.
+pub const SCHEMA: u32 = 3;
+
+/// Frames without sense, at least, before a log is said to be of another image.
+const ENOUGH_MALFORMED: u64 = 16;
+
+/// The log makes no sense.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{malformed} frames of the log made no sense, and {samples} samples came: the board runs another image than the ELF file's, or the bytes are not those of RTT channel 0"
+)]
+pub struct OtherLog {
+    /// Frames that made no sense.
+    pub malformed: u64,
+    /// Samples that came.
+    pub samples: u64,
+}
+
+/// What a file is, by its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Comma-separated values.
+    Csv,
+    /// MCAP, with messages in JSON.
+    Mcap,
+}
+
+impl Format {
+    /// Of a file's name.
+    ///
+    /// # Errors
+    /// Another extension, or none.
+    pub fn of(path: &Path) -> Result<Self, String> {
+        let extension = path.extension().map(|text| text.to_string_lossy().to_ascii_lowercase());
+        match extension.as_deref() {
+            Some("csv") => Ok(Self::Csv),
+            Some("mcap") => Ok(Self::Mcap),
+            _ => Err(format!("{}: which format? allowed is a name that ends in .csv or .mcap", path.display())),
+        }
+    }
+}
+
+/// Bytes of the log on their way to samples.
+pub struct Listener<'t> {
+    decoder: Decoder<'t>,
+    sampler: Sampler,
+    /// When the last reset was, if somebody outside of the board said so.
+    reset_ns: Option<u64>,
+    /// Lines for people, since they were last taken.
+    talk: Vec<String>,
+}
+
+impl<'t> Listener<'t> {
+    /// For the log of an image that walks with these parameters.
+    #[must_use]
+    pub fn new(image: &'t Image, parameters: Parameters) -> Self {
+        Self { decoder: image.decoder(), sampler: Sampler::new(parameters), reset_ns: None, talk: Vec::new() }
+    }
+
+    /// The chip came out of reset; what has come of an unfinished frame is void.
+    pub fn reset(&mut self, t_s: f64) {
+        self.decoder.restart();
+        self.reset_ns = Some((t_s * 1e9).round().max(0.0) as u64);
+    }
+
+    /// Takes bytes; gives boots as they are heard, and puts samples into `out`.
+    ///
+    /// # Errors
+    /// The bytes are not of this image's log.
+    pub fn bytes(&mut self, bytes: &[u8], out: &mut Vec<Sample>) -> Result<Vec<Booted>, OtherLog> {
+        let mut boots = Vec::new();
+        self.decoder.push(bytes);
+        while let Some(message) = self.decoder.message() {
+            let heard = match &message {
+                Ok(message) => self.sampler.line(&message.text, self.reset_ns, out).map_err(|_| ()),
+                Err(_) => Err(()),
+            };
+            match (heard, message) {
+                (Ok(booted), Ok(message)) => {
+                    boots.extend(booted);
+                    if matches!(message.level.as_str(), "warn" | "error") {
+                        self.talk.push(format!("{} {}", message.level, message.text));
+                    }
+                }
+                _ => {
+                    self.sampler.malformed();
+                    let Counts { malformed, samples, .. } = *self.sampler.counts();
+                    if malformed >= ENOUGH_MALFORMED && malformed > samples {
+                        return Err(OtherLog { malformed, samples });
+                    }
+                }
+            }
+        }
+        Ok(boots)
+    }
+
+    /// Nothing more will come: the samples that still waited.
+    pub fn finish(&mut self, out: &mut Vec<Sample>) {
+        self.sampler.finish(out);
+    }
+
+    /// The counts so far.
+    #[must_use]
+    pub fn counts(&self) -> &Counts {
+        self.sampler.counts()
+    }
+
+    /// Warnings and errors of the board since they were last taken.
+    pub fn talk(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.talk)
+    }
+
+    /// Edges at the synchronisation input since they were last taken.
+    pub fn edges(&mut self) -> Vec<EdgeAt> {
+        self.sampler.edges()
+    }
+}
+
+enum Sink {
+    Csv(csv_rows::Rows),
+    Mcap(Box<mcap_messages::Messages>),
+}
+
+/// A capture under way.
+pub struct Recorder {
+    path: PathBuf,
+    sink: Sink,
+    /// Where the synchronisation input's edges go; made with the first one.
+    edges: Option<File>,
+    about: Value,
+    boots: Vec<Value>,
+    rows: u64,
+}
+
+impl Recorder {
+    /// Begins a file; `about` says what runs, `joints` where the sensors are worn.
+    ///
+    /// # Errors
+    /// A file cannot be written, or its name does not say in which format.
+    pub fn begin(path: &Path, joints: &[Joint], about: Value) -> io::Result<Self> {
+        let sink = match Format::of(path).map_err(io::Error::other)? {
+            Format::Csv => Sink::Csv(csv_rows::Rows::begin(path, joints)?),
+            Format::Mcap => Sink::Mcap(Box::new(mcap_messages::Messages::begin(path, joints, &about)?)),
+        };
+        // Those of another recording must not be taken for this one's.
+        match std::fs::remove_file(edges_beside(path)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        let recorder = Self { path: path.into(), sink, edges: None, about, boots: Vec::new(), rows: 0 };
+        recorder.write_about(false, &Value::Null, &Value::Null)?;
+        Ok(recorder)
+    }
+
+    /// Writes a boot.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn boot(&mut self, booted: &Booted) -> io::Result<()> {
+        let value = header::boot(booted);
+        if let Sink::Mcap(messages) = &mut self.sink {
+            messages.boot(&value)?;
+        }
+        self.boots.push(value);
+        Ok(())
+    }
+
+    /// Writes samples, whole ones, at once.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn samples(&mut self, samples: &[Sample]) -> io::Result<()> {
+        match &mut self.sink {
+            Sink::Csv(rows) => rows.write(samples)?,
+            Sink::Mcap(messages) => messages.write(samples)?,
+        }
+        self.rows += samples.len() as u64;
+        Ok(())
+    }
+
+    /// Writes edges at the synchronisation input, whole ones, at once.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn edges(&mut self, edges: &[EdgeAt]) -> io::Result<()> {
+        if edges.is_empty() {
+            return Ok(());
+        }
+        if let Sink::Mcap(messages) = &mut self.sink {
+            edges.iter().try_for_each(|edge| messages.edge(edge))?;
+        }
+        let mut text = String::new();
+        let mut file = match self.edges.take() {
+            Some(file) => file,
+            None => {
+                text.push_str("time_s,level\n");
+                File::create(edges_beside(&self.path))?
+            }
+        };
+        for edge in edges {
+            text.push_str(&format!("{},{}\n", csv_rows::seconds(edge.time_ns), u8::from(edge.high)));
+        }
+        file.write_all(text.as_bytes())?;
+        self.edges = Some(file);
+        Ok(())
+    }
+
+    /// Ends the file; `summary` is what the run came to.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn finish(mut self, counts: &Counts, summary: &Value) -> io::Result<u64> {
+        let counted = header::counts(counts);
+        match &mut self.sink {
+            Sink::Csv(rows) => rows.finish()?,
+            Sink::Mcap(messages) => messages.finish(&counted)?,
+        }
+        self.write_about(true, &counted, summary)?;
+        Ok(self.rows)
+    }
+
+    fn write_about(&self, finished: bool, counts: &Value, summary: &Value) -> io::Result<()> {
+        let about = json!({
+            "schema": SCHEMA,
+            "recording": self.path.file_name().map(|name| name.to_string_lossy()),
+            "finished": finished,
+            "rows": self.rows,
+            "footfall": env!("CARGO_PKG_VERSION"),
+            "about": self.about,
+            "boots": self.boots,
+            "counts": counts,
+            "summary": summary,
+        });
+        whole_file::write(&beside(&self.path), |out| {
+            serde_json::to_writer_pretty(&mut *out, &about)?;
+            writeln!(out)
+        })
+    }
+}
+
+/// The file beside a capture.
+#[must_use]
+pub fn beside(capture: &Path) -> PathBuf {
+    let mut name = OsString::from(capture);
+    name.push(".json");
+    name.into()
+}
+
+/// The file of the edges at the synchronisation input, beside a capture: the header `time_s,level`, as `footfall sync` reads it. There is
+/// none where no edge came.
+#[must_use]
+pub fn edges_beside(capture: &Path) -> PathBuf {
+    let mut name = capture.file_stem().map_or_else(OsString::new, OsString::from);
+    name.push(".edges.csv");
+    capture.with_file_name(name)
+}
+
+/// Why a capture cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum CaptureError {
+    /// The log makes no sense.
+    #[error(transparent)]
+    Log(#[from] OtherLog),
+    /// The file cannot be written.
+    #[error("cannot be written: {0}")]
+    Io(#[from] io::Error),
+}
+
+/// A log on its way to a file.
+pub struct Capture<'t> {
+    listener: Listener<'t>,
+    recorder: Recorder,
+    samples: Vec<Sample>,
+}
+
+impl<'t> Capture<'t> {
+    /// Begins one; see [`Recorder::begin`] and [`Listener::new`].
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn begin(path: &Path, about: Value, image: &'t Image, parameters: Parameters) -> io::Result<Self> {
+        let recorder = Recorder::begin(path, &joints(&parameters.sensors), about)?;
+        Ok(Self { listener: Listener::new(image, parameters), recorder, samples: Vec::new() })
+    }
+
+    /// Takes a line of the virtual board.
+    ///
+    /// # Errors
+    /// The log makes no sense, or the file cannot be written.
+    pub fn board_line(&mut self, line: &BoardLine) -> Result<(), CaptureError> {
+        match line {
+            BoardLine::Boot { t_s, .. } => {
+                self.listener.reset(*t_s);
+                Ok(())
+            }
+            BoardLine::Rtt { bytes, .. } => self.bytes(bytes),
+            _ => Ok(()),
+        }
+    }
+
+    /// Takes bytes of the log.
+    ///
+    /// # Errors
+    /// The log makes no sense, or the file cannot be written.
+    pub fn bytes(&mut self, bytes: &[u8]) -> Result<(), CaptureError> {
+        self.samples.clear();
+        let heard = self.listener.bytes(bytes, &mut self.samples);
+        self.recorder.samples(&self.samples)?;
+        self.recorder.edges(&self.listener.edges())?;
+        for booted in heard? {
+            self.recorder.boot(&booted)?;
+        }
+        Ok(())
+    }
+
+    /// The counts so far.
+    #[must_use]
+    pub fn counts(&self) -> &Counts {
+        self.listener.counts()
+    }
+
+    /// Warnings and errors of the board since they were last taken.
+    pub fn talk(&mut self) -> Vec<String> {
+        self.listener.talk()
+    }
+
+    /// Ends the file; `summary` is what the run came to.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn finish(mut self, summary: &Value) -> io::Result<Counts> {
+        self.samples.clear();
+        self.listener.finish(&mut self.samples);
+        self.recorder.samples(&self.samples)?;
+        let counts = self.listener.counts().clone();
+        self.recorder.finish(&counts, summary)?;
+        Ok(counts)
+    }
+}

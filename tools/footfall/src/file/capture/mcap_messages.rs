@@ -1,0 +1,240 @@
+//! A capture as MCAP (<https://mcap.dev/spec>): messages in JSON with JSON Schema, time stamps in nanoseconds of the board's own
+//! clock. Opens in Foxglove and PlotJuggler.
+//!
+//! | topic | a message for | what |
+//! |---|---|---|
+//! | `/sensor` | every sample | of each sensor: code, volts, angle of its joint (null unless good), verdict; samples lost so far |
+//! | `/joints` | every sample with known outputs | four setpoints, four pulses, and where they are from |
+//! | `/sync` | every edge at the synchronisation input | the level after it |
+//! | `/state` | every change | state of the supervisor, late and missed ticks |
+//!
+//! Metadata: `footfall` (what runs, the calibration), `boot 1`, `boot 2`, ... (chip, factory values), `end` (the counts).
+//! A chunk is written whole once a second: a file whose end is missing is whole up to the last one.
+
+use super::header::flat;
+use super::samples::{EdgeAt, Sample};
+use hgod_adc::Validity;
+use joint_units::Joint;
+use mcap::records::{MessageHeader, Metadata};
+use mcap::{McapError, WriteOptions, Writer};
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::Path;
+
+/// Samples in a chunk.
+const CHUNK: u32 = 1000;
+
+pub(crate) struct Messages {
+    writer: Writer<BufWriter<File>>,
+    joints: Vec<Joint>,
+    /// Channels `/sensor`, `/joints`, `/state`, `/sync`.
+    channels: [u16; 4],
+    sequences: [u32; 4],
+    in_chunk: u32,
+    boots: u32,
+    state: Option<(u32, &'static str, u32, u32)>,
+}
+
+impl Messages {
+    pub(crate) fn begin(path: &Path, joints: &[Joint], about: &Value) -> io::Result<Self> {
+        let options = WriteOptions::new()
+            .compression(None)
+            .profile("")
+            .library(concat!("footfall ", env!("CARGO_PKG_VERSION")))
+            .chunk_size(None)
+            // A chunk is then written in one piece, with its length: what comes after a kill is a whole chunk or none.
+            .disable_seeking(true);
+        let mut writer = options.create(BufWriter::new(File::create(path)?)).map_err(io)?;
+        let mut channel = |topic: &str, name: &str, schema: Value| -> io::Result<u16> {
+            let schema = writer.add_schema(name, "jsonschema", schema.to_string().as_bytes()).map_err(io)?;
+            writer.add_channel(schema, topic, "json", &BTreeMap::new()).map_err(io)
+        };
+        let channels = [
+            channel("/sensor", "footfall.Sensor", sensor_schema(joints))?,
+            channel("/joints", "footfall.Joints", joints_schema())?,
+            channel("/state", "footfall.State", state_schema())?,
+            channel("/sync", "footfall.Sync", sync_schema())?,
+        ];
+        let mut metadata = flat(about);
+        metadata.insert("footfall".into(), env!("CARGO_PKG_VERSION").into());
+        metadata.insert("schema".into(), super::SCHEMA.to_string());
+        writer.write_metadata(&Metadata { name: "footfall".into(), metadata }).map_err(io)?;
+        writer.flush().map_err(io)?;
+        Ok(Self { writer, joints: joints.to_vec(), channels, sequences: [0; 4], in_chunk: 0, boots: 0, state: None })
+    }
+
+    pub(crate) fn boot(&mut self, boot: &Value) -> io::Result<()> {
+        self.boots += 1;
+        self.metadata(&format!("boot {}", self.boots), boot)
+    }
+
+    fn metadata(&mut self, name: &str, value: &Value) -> io::Result<()> {
+        self.writer.write_metadata(&Metadata { name: name.into(), metadata: flat(value) }).map_err(io)
+    }
+
+    pub(crate) fn write(&mut self, samples: &[Sample]) -> io::Result<()> {
+        for sample in samples {
+            self.sample(sample)?;
+            self.in_chunk += 1;
+            if self.in_chunk == CHUNK {
+                self.writer.flush().map_err(io)?;
+                self.in_chunk = 0;
+            }
+        }
+        Ok(())
+    }
+
+    fn sample(&mut self, sample: &Sample) -> io::Result<()> {
+        let at = sample.time_ns;
+        let mut sensor = Map::new();
+        sensor.insert("boot".into(), sample.boot.into());
+        sensor.insert("tick".into(), sample.tick.into());
+        sensor.insert("vrefint".into(), sample.call.vrefint.0.into());
+        for ((joint, reading), code) in self.joints.iter().zip(&sample.readings).zip(sample.call.sensors) {
+            let good = reading.filter(|reading| reading.verdict == Validity::Good);
+            let mut insert = |what: &str, value: Value| sensor.insert(format!("{}_{what}", joint.name()), value);
+            insert("deg", number(good.map(|reading| reading.angle.degrees())));
+            insert("verdict", reading.map(|reading| reading.verdict.name()).into());
+            insert("code", code.0.into());
+            insert("volts", number(reading.map(|reading| reading.volts.0)));
+        }
+        sensor.insert("elapsed".into(), sample.call.elapsed.into());
+        sensor.insert("flags".into(), sample.call.flags.into());
+        sensor.insert("lost".into(), sample.lost.into());
+        self.message(0, at, &Value::Object(sensor))?;
+
+        let Some(tick) = &sample.output else { return Ok(()) };
+        let mut joints = Map::new();
+        joints.insert("boot".into(), sample.boot.into());
+        joints.insert("tick".into(), sample.tick.into());
+        for (joint, angle) in Joint::ALL.into_iter().zip(tick.set_deg) {
+            joints.insert(format!("set_{}_deg", joint.name()), number(Some(angle)));
+        }
+        for (joint, pulse) in Joint::ALL.into_iter().zip(tick.pulse_us) {
+            joints.insert(format!("{}_us", joint.name()), pulse.into());
+        }
+        joints.insert("known".into(), sample.known.name().into());
+        joints.insert("seq".into(), tick.seq.into());
+        joints.insert("limited".into(), tick.limited.into());
+        self.message(1, at, &Value::Object(joints))?;
+
+        let state = (sample.boot, tick.state.name(), tick.late, tick.missed);
+        if self.state.replace(state) == Some(state) {
+            return Ok(());
+        }
+        let (boot, name, late, missed) = state;
+        let state = json!({ "boot": boot, "tick": sample.tick, "state": name, "late": late, "missed": missed });
+        self.message(2, at, &state)
+    }
+
+    pub(crate) fn edge(&mut self, edge: &EdgeAt) -> io::Result<()> {
+        self.message(3, edge.time_ns, &json!({ "level": u8::from(edge.high) }))
+    }
+
+    fn message(&mut self, channel: usize, at: u64, value: &Value) -> io::Result<()> {
+        let sequence = self.sequences[channel];
+        self.sequences[channel] = sequence.wrapping_add(1);
+        let header = MessageHeader { channel_id: self.channels[channel], sequence, log_time: at, publish_time: at };
+        self.writer.write_to_known_channel(&header, value.to_string().as_bytes()).map_err(io)
+    }
+
+    pub(crate) fn finish(&mut self, counts: &Value) -> io::Result<()> {
+        self.metadata("end", counts)?;
+        self.writer.finish().map_err(io)?;
+        Ok(())
+    }
+}
+
+/// With as many digits as tell it from its neighbours, as the board prints it: not the longer ones of its double.
+fn number(value: Option<f32>) -> Value {
+    value.and_then(|value| value.to_string().parse::<f64>().ok()).map_or(Value::Null, Value::from)
+}
+
+fn io(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        error => io::Error::other(error),
+    }
+}
+
+fn object(properties: &[(&str, &str, &str)]) -> Value {
+    let property = |&(name, kind, about): &(&str, &str, &str)| {
+        let kind: Vec<&str> = kind.split('|').collect();
+        (name.to_owned(), json!({ "type": kind, "description": about }))
+    };
+    json!({ "type": "object", "properties": properties.iter().map(property).collect::<Map<_, _>>() })
+}
+
+fn sensor_schema(joints: &[Joint]) -> Value {
+    let mut fields: Vec<(String, &str, &str)> = vec![
+        ("boot".into(), "integer", "boots that the recording has heard of, this one included"),
+        ("tick".into(), "integer", "control periods of 1 ms since the boot"),
+        ("vrefint".into(), "integer", "code of the internal reference in the same tick"),
+    ];
+    for joint in joints {
+        let name = joint.name();
+        fields.extend([
+            (
+                format!("{name}_deg"),
+                "number|null",
+                "angle in degrees, flexion positive; null unless the verdict is good",
+            ),
+            (format!("{name}_verdict"), "string|null", "verdict on the sample"),
+            (format!("{name}_code"), "integer", "code of the sensor, 12 bit, as it came"),
+            (format!("{name}_volts"), "number|null", "V at the sensor"),
+        ]);
+    }
+    fields.extend([
+        ("elapsed".into(), "integer", "control periods since the call before"),
+        (
+            "flags".into(),
+            "integer",
+            "bit 0 button, bit 1 late, bits 2 to 7 faults of the board, bit 8 foot on the floor",
+        ),
+        ("lost".into(), "integer", "samples lost since the recording began"),
+    ]);
+    object_of(&fields)
+}
+
+fn sync_schema() -> Value {
+    object(&[("level", "integer", "level of the synchronisation input after the edge: 0 or 1")])
+}
+
+/// The same of names that were made.
+fn object_of(fields: &[(String, &str, &str)]) -> Value {
+    let fields: Vec<(&str, &str, &str)> =
+        fields.iter().map(|(name, kind, about)| (name.as_str(), *kind, *about)).collect();
+    object(&fields)
+}
+
+fn joints_schema() -> Value {
+    let mut fields: Vec<(String, &str, &str)> = vec![
+        ("boot".into(), "integer", "boots that the recording has heard of, this one included"),
+        ("tick".into(), "integer", "control periods of 1 ms since the boot"),
+    ];
+    let of = |prefix: &str, suffix: &str| Joint::ALL.map(|joint| format!("{prefix}{}_{suffix}", joint.name()));
+    fields.extend(of("set_", "deg").map(|name| (name, "number", "setpoint in degrees, flexion positive")));
+    fields.extend(of("", "us").map(|name| (name, "integer", "commanded pulse in microseconds; 0 is none")));
+    fields.extend([
+        (
+            "known".into(),
+            "string",
+            "replay: by the host's copy of the loop; line: by the board's own line of this tick",
+        ),
+        ("seq".into(), "integer", "calls of the loop since the boot"),
+        ("limited".into(), "integer", "what held the setpoints back, bits"),
+    ]);
+    object_of(&fields)
+}
+
+fn state_schema() -> Value {
+    object(&[
+        ("boot", "integer", "boots that the recording has heard of, this one included"),
+        ("tick", "integer", "control periods of 1 ms since the boot"),
+        ("state", "string", "state of the supervisor"),
+        ("late", "integer", "ticks that ended late so far"),
+        ("missed", "integer", "control periods without a tick so far"),
+    ])
+}

@@ -1,0 +1,350 @@
+//! The board's log as samples: one for every call of the loop, with what is known of it, and the lost ones counted.
+//!
+//! ```text
+//! inputs line -> calls -> sensor chain -> volts, angle, verdict
+//!                      -> the loop's copy -> state, setpoints, pulses, counters      (whole since the boot)
+//! tick line   -> compared with the copy; where there is no copy it is itself what is known of its tick
+//! ```
+//! A sample is lost when the first tick of an `inputs` line does not follow on the last one. Nothing takes its place: the
+//! next sample says how many are gone. The loop's copy cannot go on then, since its state depends on all that went before; the
+//! sensor chain begins anew with the next sample, as it does on a board that boots, and is exact again once its filter and its
+//! limits of belief have forgotten.
+
+use crate::board::replay::{Difference, Replay, differences, line_of};
+use crate::board::session::loop_of;
+use crate::board::telemetry;
+use crate::board::telemetry::{Boot, Call, Edge, Inputs, Line, Tick};
+use hgod_adc::{Reading, Sensor, SensorState};
+use joint_loop::SENSORS;
+use joint_loop::setup::default_loop::Parameters;
+use std::collections::VecDeque;
+
+/// Samples that wait for their `tick` line: more than the board's queues hold.
+const WAITING: usize = 64;
+
+/// `tick` lines that wait for their inputs.
+const WAITING_LINES: usize = 16;
+
+/// Differences that are kept word for word.
+const KEPT_DIFFERENCES: usize = 10;
+
+/// Where state, setpoints and pulses of a sample are from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Known {
+    /// From the host's copy of the loop, fed with every call since the boot; equal to the board's `tick` line where there is one.
+    Replayed,
+    /// From the board's `tick` line.
+    Line,
+    /// They are not known: a sample before was lost, and only every tenth tick has a line.
+    Nothing,
+}
+
+impl Known {
+    /// As recordings write it; empty where nothing is known.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Replayed => "replay",
+            Self::Line => "line",
+            Self::Nothing => "",
+        }
+    }
+}
+
+/// One call of the board's loop.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sample {
+    /// Boots that the recording has heard of, this one included.
+    pub boot: u32,
+    /// Control periods since the boot, missed ones included: the board's own clock.
+    pub tick: u32,
+    /// Nanoseconds since the first power-on that the recording knows of, by the board's own clock.
+    pub time_ns: u64,
+    /// What the loop was given.
+    pub call: Call,
+    /// What the sensor chain makes of each; `None` where none is worn, or the chip's reference is not known, since its boot was not heard.
+    pub readings: [Option<Reading>; SENSORS],
+    /// What the loop did.
+    pub output: Option<Tick>,
+    /// Where that is from.
+    pub known: Known,
+    /// Samples lost since the recording began, in all.
+    pub lost: u64,
+}
+
+/// An edge at the synchronisation input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EdgeAt {
+    /// When, on the recording's time axis.
+    pub time_ns: u64,
+    /// The level after it.
+    pub high: bool,
+}
+
+/// A boot that was heard.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Booted {
+    /// The board's first words; `None` where they were lost.
+    pub boot: Option<Boot>,
+    /// When, on the recording's time axis.
+    pub time_ns: u64,
+}
+
+/// What a recording comes to.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Counts {
+    /// Samples that were recorded.
+    pub samples: u64,
+    /// Control periods of which no sample came, by the gaps of the `inputs` lines.
+    pub lost: u64,
+    /// The gaps themselves: boot, last tick before, first tick after. The first thousand.
+    pub gaps: Vec<(u32, u32, u32)>,
+    /// Control periods that the board's loop did not run in, as it says itself; no sample exists of them.
+    pub missed: u64,
+    /// Records that the board's log had no room for, as it says itself, over all boots.
+    pub board_dropped: u64,
+    /// `tick` lines that were compared with the host's copy of the loop.
+    pub confirmed: u64,
+    /// Of these, those in which something differed.
+    pub different: u64,
+    /// The first differences.
+    pub differences: Vec<Difference>,
+    /// Edges at the synchronisation input.
+    pub edges: u64,
+    /// Ticks before which more edges came than the board could take.
+    pub edges_lost: u64,
+    /// Frames of the log that made no sense.
+    pub malformed: u64,
+    /// Why the host's copy could not follow, the first time it could not.
+    pub why_no_replay: Option<String>,
+}
+
+/// Gaps that are kept one by one.
+const KEPT_GAPS: usize = 1000;
+
+/// From lines of the log to samples.
+#[derive(Debug)]
+pub struct Sampler {
+    parameters: Parameters,
+    counts: Counts,
+    boot: u32,
+    /// Where tick 0 of the present boot lies on the time axis.
+    began_ns: u64,
+    /// A whole turn of the tick counter, in ticks, for every time that it went round.
+    turns: u64,
+    last: Option<u32>,
+    last_ns: u64,
+    dropped_this_boot: u32,
+    sensors: [Option<Sensor>; SENSORS],
+    states: [SensorState; SENSORS],
+    edges: Vec<EdgeAt>,
+    replay: Option<Replay>,
+    waiting: VecDeque<Sample>,
+    lines: VecDeque<Tick>,
+}
+
+impl Sampler {
+    /// Of a board that walks with these parameters.
+    #[must_use]
+    pub fn new(parameters: Parameters) -> Self {
+        Self {
+            parameters,
+            counts: Counts::default(),
+            boot: 0,
+            began_ns: 0,
+            turns: 0,
+            last: None,
+            last_ns: 0,
+            dropped_this_boot: 0,
+            sensors: [const { None }; SENSORS],
+            states: [SensorState::default(); SENSORS],
+            edges: Vec::new(),
+            replay: None,
+            waiting: VecDeque::new(),
+            lines: VecDeque::new(),
+        }
+    }
+
+    /// The counts so far.
+    #[must_use]
+    pub const fn counts(&self) -> &Counts {
+        &self.counts
+    }
+
+    /// A frame of the log that makes no sense.
+    pub fn malformed(&mut self) {
+        self.counts.malformed += 1;
+    }
+
+    /// Takes a line of the log. `reset_ns` is when the present boot began, if somebody outside of the board knows it.
+    /// Samples that are complete are put into `out`; what it gives is a boot that the line is about.
+    ///
+    /// # Errors
+    /// The line is not as agreed. It is left out; the next one can be taken.
+    pub fn line(
+        &mut self,
+        text: &str,
+        reset_ns: Option<u64>,
+        out: &mut Vec<Sample>,
+    ) -> Result<Option<Booted>, telemetry::LineError> {
+        match telemetry::parse(text)? {
+            Line::Boot(boot) => return Ok(Some(self.boot(Some(boot), reset_ns, out))),
+            Line::Inputs(inputs) => return Ok(self.inputs(&inputs, out)),
+            Line::Tick(tick) => self.tick(tick, out),
+            Line::Cost(cost) => {
+                let more = cost.dropped.checked_sub(self.dropped_this_boot).unwrap_or(cost.dropped);
+                self.counts.board_dropped += u64::from(more);
+                self.dropped_this_boot = cost.dropped;
+            }
+            Line::Edge(edge) => self.edge(&edge),
+            Line::Text if text.starts_with("edges lost ") => self.counts.edges_lost += 1,
+            Line::State(_) | Line::Follow(_) | Line::Env(_) | Line::Margin(_) | Line::Text => {}
+        }
+        Ok(None)
+    }
+
+    /// Nothing more will come: hands out the samples that still wait.
+    pub fn finish(&mut self, out: &mut Vec<Sample>) {
+        self.settle(true, out);
+    }
+
+    fn boot(&mut self, boot: Option<Boot>, reset_ns: Option<u64>, out: &mut Vec<Sample>) -> Booted {
+        self.settle(true, out);
+        self.lines.clear();
+        self.boot += 1;
+        // Without somebody outside who knows better, a boot begins when the last sample before it ended.
+        let after = if self.boot == 1 { 0 } else { self.last_ns };
+        self.began_ns = reset_ns.map_or(after, |at| at.max(after));
+        (self.turns, self.dropped_this_boot) = (0, 0);
+        self.states = [SensorState::default(); SENSORS];
+        self.replay = None;
+        self.last = boot.as_ref().map(|_| 0);
+        if let Some(boot) = &boot {
+            let channels = self.parameters.sensors.channels().iter();
+            for (sensor, worn) in self.sensors.iter_mut().zip(channels) {
+                *sensor = worn.as_ref().and_then(|worn| worn.build(boot.vrefint_cal, boot.min_supply).ok());
+            }
+            self.begin_replay(boot);
+        }
+        Booted { boot, time_ns: self.began_ns }
+    }
+
+    fn begin_replay(&mut self, boot: &Boot) {
+        match loop_of(&self.parameters, boot) {
+            Ok(joints) => self.replay = Some(Replay::new(joints)),
+            Err(why) => {
+                self.counts.why_no_replay.get_or_insert(why);
+            }
+        }
+    }
+
+    fn inputs(&mut self, inputs: &Inputs, out: &mut Vec<Sample>) -> Option<Booted> {
+        let first = inputs.calls.first()?;
+        let mut booted = None;
+        let mut lost = match self.last {
+            Some(last) => inputs.first_tick.wrapping_sub(last).wrapping_sub(first.elapsed.max(1).into()),
+            None => 0,
+        };
+        if lost > u32::MAX / 2 || (self.last.is_none() && self.boot == 0) {
+            // Ticks that run backwards are a boot whose first words were lost; ticks before any boot, one that was not heard.
+            let reset = self.boot > 0;
+            booted = Some(self.boot(None, None, out));
+            lost = if reset { inputs.first_tick.wrapping_sub(first.elapsed.max(1).into()) } else { 0 };
+            self.counts.why_no_replay.get_or_insert_with(|| "the board's boot was not heard".into());
+        }
+        if lost > 0 {
+            self.counts.lost += u64::from(lost);
+            if self.counts.gaps.len() < KEPT_GAPS {
+                self.counts.gaps.push((self.boot, self.last.unwrap_or(0), inputs.first_tick));
+            }
+            self.states = [SensorState::default(); SENSORS];
+        }
+        if let Some(replay) = &mut self.replay
+            && let Err(gap) = replay.feed(inputs)
+        {
+            self.counts.why_no_replay.get_or_insert_with(|| gap.to_string());
+        }
+        for (nth, call) in inputs.calls.iter().enumerate() {
+            let elapsed = u32::from(call.elapsed.max(1));
+            let tick = match (nth, self.last) {
+                (0, _) | (_, None) => inputs.first_tick,
+                (_, Some(last)) => last.wrapping_add(elapsed),
+            };
+            self.turns += u64::from(self.last.is_some_and(|last| tick < last)) << 32;
+            self.last = Some(tick);
+            self.counts.missed += u64::from(elapsed - 1);
+            let sample = self.sample(tick, *call);
+            self.last_ns = sample.time_ns;
+            self.waiting.push_back(sample);
+        }
+        self.settle(false, out);
+        booted
+    }
+
+    fn sample(&mut self, tick: u32, call: Call) -> Sample {
+        let mut readings = [None; SENSORS];
+        let channels = self.sensors.iter().zip(&mut self.states).zip(call.sensors);
+        for (reading, ((sensor, state), code)) in readings.iter_mut().zip(channels) {
+            *reading = sensor.as_ref().map(|sensor| {
+                state.missed(u32::from(call.elapsed.max(1)) - 1);
+                sensor.sample(state, code, call.vrefint)
+            });
+        }
+        let replayed = self.replay.as_ref().and_then(|replay| replay.at(tick)).map(|(_, frame)| line_of(frame));
+        Sample {
+            boot: self.boot,
+            tick,
+            time_ns: self.began_ns.saturating_add((self.turns + u64::from(tick)).saturating_mul(1_000_000)),
+            call,
+            readings,
+            known: if replayed.is_some() { Known::Replayed } else { Known::Nothing },
+            output: replayed,
+            lost: self.counts.lost,
+        }
+    }
+
+    /// Edges since they were last taken.
+    pub fn edges(&mut self) -> Vec<EdgeAt> {
+        std::mem::take(&mut self.edges)
+    }
+
+    fn edge(&mut self, edge: &Edge) {
+        self.counts.edges += 1;
+        let tick_ns = (self.turns + u64::from(edge.tick)).saturating_mul(1_000_000);
+        let time_ns = self.began_ns.saturating_add(tick_ns).saturating_add_signed(i64::from(edge.offset_us) * 1000);
+        self.edges.push(EdgeAt { time_ns, high: edge.high });
+    }
+
+    fn tick(&mut self, tick: Tick, out: &mut Vec<Sample>) {
+        if self.lines.len() == WAITING_LINES {
+            self.lines.pop_front();
+        }
+        self.lines.push_back(tick);
+        self.settle(false, out);
+    }
+
+    /// Hands out the samples up to the last `tick` line, those that have waited long enough, or all of them.
+    fn settle(&mut self, all: bool, out: &mut Vec<Sample>) {
+        while let Some(first) = self.waiting.front() {
+            let seen = self.lines.back().is_some_and(|line| line.tick.wrapping_sub(first.tick) <= u32::MAX / 2);
+            if !all && !seen && self.waiting.len() <= WAITING {
+                return;
+            }
+            let Some(mut sample) = self.waiting.pop_front() else { return };
+            if let Some(line) = self.lines.iter().find(|line| line.tick == sample.tick) {
+                match self.replay.as_ref().and_then(|replay| replay.at(sample.tick)) {
+                    Some((_, frame)) => {
+                        let found = differences(line, frame);
+                        self.counts.confirmed += 1;
+                        self.counts.different += u64::from(!found.is_empty());
+                        let room = KEPT_DIFFERENCES.saturating_sub(self.counts.differences.len());
+                        self.counts.differences.extend(found.into_iter().take(room));
+                    }
+                    None => (sample.output, sample.known) = (Some(*line), Known::Line),
+                }
+            }
+            self.counts.samples += 1;
+            out.push(sample);
+        }
+    }
+}

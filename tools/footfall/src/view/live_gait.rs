@@ -1,0 +1,344 @@
+//! `footfall walk` on a terminal: the gait in real time, changed by keys, stopped and resumed.
+
+use cpg_core::Generator;
+use cpg_core::gait::named::Gait;
+use joint_units::{Joint, Radians};
+use ratatui::Frame;
+use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::symbols::Marker;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Wrap};
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use crate::command::walk::{Change, Walking};
+use crate::failure::Failure;
+
+/// How much of the past is shown, seconds.
+const PAST_S: f64 = 4.0;
+
+/// Pictures a second, and points a second of the curves.
+const FRAME: Duration = Duration::from_millis(33);
+const POINT_TICKS: u32 = 10;
+
+/// The walk goes on by no more than this from one picture to the next.
+const LONGEST_PICTURE: Duration = Duration::from_millis(250);
+
+/// Smallest terminal that shows everything; on a smaller one there is text only.
+const LEAST: (u16, u16) = (80, 24);
+
+/// By how much a key changes the speed, and how far.
+const SPEED_STEP: f32 = 0.05;
+const SPEED_RANGE: (f32, f32) = (0.5, 1.5);
+
+const KEYS: &str = " left, right: gait   + -: speed   space: stop, go on   q: end";
+
+/// A point of the past: seconds, degrees, degrees per second.
+type Point = (f64, [f64; 4], [f64; 4]);
+
+/// The walk and what there is to see of it.
+struct Live {
+    walking: Walking,
+    past: VecDeque<Point>,
+    /// Why the last key had no effect.
+    note: String,
+}
+
+/// What a key means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Key {
+    Next,
+    Previous,
+    Faster,
+    Slower,
+    Stop,
+    End,
+}
+
+impl Live {
+    fn new(walking: Walking) -> Self {
+        let mut live = Self { walking, past: VecDeque::new(), note: String::new() };
+        live.remember();
+        live
+    }
+
+    /// Walks on to this time.
+    fn advance(&mut self, until_s: f64) -> Result<(), Failure> {
+        while self.walking.t_s() < until_s {
+            self.walking.due()?;
+            self.walking.step();
+            if self.walking.tick.is_multiple_of(POINT_TICKS) {
+                self.remember();
+            }
+        }
+        Ok(())
+    }
+
+    fn remember(&mut self) {
+        let t = self.walking.t_s();
+        let angles = self.walking.smooth.angles().map(|angle| f64::from(angle.degrees()));
+        let rates = self.walking.smooth.rates().map(|rate| f64::from(rate.0.to_degrees()));
+        self.past.push_back((t, angles, rates));
+        while self.past.front().is_some_and(|first| first.0 < t - PAST_S) {
+            self.past.pop_front();
+        }
+    }
+
+    /// Does what a key says. Whether to go on.
+    fn press(&mut self, key: Key) -> bool {
+        let place = Gait::ALL.iter().position(|gait| *gait == self.walking.gait).unwrap_or(0);
+        let gait = |by: usize| Change::To(Gait::ALL[(place + by) % Gait::ALL.len()]);
+        let speed = |by: f32| {
+            // In whole steps, so that up and down again is where it was.
+            let steps = ((self.walking.speed + by) / SPEED_STEP).round();
+            Change::Speed((steps * SPEED_STEP).clamp(SPEED_RANGE.0, SPEED_RANGE.1))
+        };
+        let change = match key {
+            Key::End => return false,
+            Key::Next => gait(1),
+            Key::Previous => gait(Gait::ALL.len() - 1),
+            Key::Faster => speed(SPEED_STEP),
+            Key::Slower => speed(-SPEED_STEP),
+            Key::Stop if self.walking.stopped => Change::To(self.walking.gait),
+            Key::Stop => Change::Stop,
+        };
+        self.note = match self.walking.change(change) {
+            Ok(()) => String::new(),
+            Err(failure) => failure.to_string(),
+        };
+        true
+    }
+}
+
+/// Shows the walk until a key, a signal or `secs` ends it.
+pub(crate) fn run(walking: Walking, secs: Option<f32>, interrupt: &AtomicBool) -> Result<(), Failure> {
+    let mut terminal = ratatui::try_init().map_err(|error| Failure::run(format!("no screen: {error}")))?;
+    let mut live = Live::new(walking);
+    let end_s = secs.map_or(f64::INFINITY, f64::from);
+    let (mut now_s, mut seen) = (0.0, Instant::now());
+    let shown = loop {
+        // A terminal that was asleep for an hour is not worth an hour of steps.
+        now_s += seen.elapsed().min(LONGEST_PICTURE).as_secs_f64();
+        seen = Instant::now();
+        if interrupt.load(Ordering::Relaxed) || now_s >= end_s {
+            break Ok(());
+        }
+        if let Err(failure) = live.advance(now_s) {
+            break Err(failure);
+        }
+        match terminal.draw(|frame| draw(frame, &live)).and_then(|_| key()) {
+            Ok(Some(key)) if !live.press(key) => break Ok(()),
+            Ok(_) => {}
+            Err(error) => break Err(Failure::run(error)),
+        }
+    };
+    let restored = ratatui::try_restore().map_err(Failure::run);
+    shown.and(restored)
+}
+
+/// The meaning of the next key that is pressed before the next picture.
+fn key() -> std::io::Result<Option<Key>> {
+    let until = Instant::now() + FRAME;
+    loop {
+        let left = until.saturating_duration_since(Instant::now());
+        if !event::poll(left)? {
+            return Ok(None);
+        }
+        if let event::Event::Key(key) = event::read()?
+            && let Some(meaning) = meaning(&key)
+        {
+            return Ok(Some(meaning));
+        }
+    }
+}
+
+fn meaning(key: &KeyEvent) -> Option<Key> {
+    if key.kind == KeyEventKind::Release {
+        return None;
+    }
+    match key.code {
+        KeyCode::Right => Some(Key::Next),
+        KeyCode::Left => Some(Key::Previous),
+        KeyCode::Char('+' | '=') | KeyCode::Up => Some(Key::Faster),
+        KeyCode::Char('-' | '_') | KeyCode::Down => Some(Key::Slower),
+        KeyCode::Char(' ') => Some(Key::Stop),
+        KeyCode::Char('q') | KeyCode::Esc => Some(Key::End),
+        // In raw mode the terminal sends no signal.
+        KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => Some(Key::End),
+        _ => None,
+    }
+}
+
+fn draw(frame: &mut Frame<'_>, live: &Live) {
+    let area = frame.area();
+    let walking = &live.walking;
+    let state = if walking.stopped {
+        " stopped "
+    } else if walking.smooth.is_changing() {
+        " changing "
+    } else {
+        " walking "
+    };
+    let numbers = format!(
+        " {}   speed {:.2}   stride {:.2} s   t {:.2} s   phase {:.2}",
+        walking.gait.name(),
+        walking.speed,
+        walking.gait.stride_s() / walking.speed,
+        walking.t_s(),
+        walking.smooth.phase().cycles(),
+    );
+    if area.width < LEAST.0 || area.height < LEAST.1 {
+        let angles = walking.smooth.angles().map(Radians::degrees);
+        let joints: Vec<String> =
+            Joint::ALL.iter().zip(angles).map(|(joint, angle)| format!("{} {angle:.1} deg", joint.name())).collect();
+        let text = format!("{state}{numbers}\n{}\n{KEYS}", joints.join("\n"));
+        frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), area);
+        return;
+    }
+    let [head, hips, knees, keys] =
+        Layout::vertical([Constraint::Length(2), Constraint::Fill(1), Constraint::Fill(1), Constraint::Length(1)])
+            .areas(area);
+    let colour = if walking.stopped { Color::Yellow } else { Color::Green };
+    let style = Style::new().fg(Color::Black).bg(colour).add_modifier(Modifier::BOLD);
+    let first = Line::from(vec![Span::raw(" "), Span::styled(state, style), Span::raw(numbers)]);
+    frame.render_widget(Paragraph::new(vec![first, Line::from(format!(" {}", live.note))]), head);
+    for (row, joints) in [(hips, [0, 1]), (knees, [2, 3])] {
+        let columns = [Constraint::Fill(3), Constraint::Fill(3), Constraint::Fill(2), Constraint::Fill(2)];
+        let [a, b, c, d] = Layout::horizontal(columns).areas(row);
+        over_time(frame, a, live, joints[0]);
+        over_time(frame, b, live, joints[1]);
+        portrait(frame, c, live, joints[0]);
+        portrait(frame, d, live, joints[1]);
+    }
+    frame.render_widget(Line::from(KEYS).style(Style::new().add_modifier(Modifier::DIM)), keys);
+}
+
+/// Whole tens around the values, so that the axis does not creep along with the curve.
+fn tens(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let (least, most) = values.fold((0.0, 10.0), |(l, m): (f64, f64), y| (l.min(y), m.max(y)));
+    [(least / 10.0).floor() * 10.0, (most / 10.0).ceil() * 10.0]
+}
+
+fn over_time(frame: &mut Frame<'_>, area: Rect, live: &Live, joint: usize) {
+    let points: Vec<(f64, f64)> = live.past.iter().map(|(t, angles, _)| (*t, angles[joint])).collect();
+    let now = points.last().map_or(0.0, |point| point.1);
+    let end = live.walking.t_s().max(PAST_S);
+    let title = format!(" {} {now:.1} deg ", Joint::ALL[joint].name());
+    chart(frame, area, title, Color::Magenta, &points, [end - PAST_S, end], tens(points.iter().map(|p| p.1)));
+}
+
+fn portrait(frame: &mut Frame<'_>, area: Rect, live: &Live, joint: usize) {
+    let points: Vec<(f64, f64)> = live.past.iter().map(|(_, angles, rates)| (angles[joint], rates[joint])).collect();
+    let (x, y) = (tens(points.iter().map(|p| p.0)), tens(points.iter().map(|p| p.1)));
+    chart(frame, area, " deg/s over deg ".into(), Color::Cyan, &points, x, y);
+}
+
+fn chart(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    title: String,
+    colour: Color,
+    points: &[(f64, f64)],
+    x: [f64; 2],
+    y: [f64; 2],
+) {
+    let data = Dataset::default()
+        .marker(Marker::Braille)
+        .graph_type(GraphType::Line)
+        .style(Style::new().fg(colour))
+        .data(points);
+    let chart = Chart::new(vec![data])
+        .block(Block::bordered().title(title))
+        .x_axis(Axis::default().bounds(x))
+        .y_axis(Axis::default().bounds(y).labels(y.map(|end| format!("{end:.0}"))));
+    frame.render_widget(chart, area);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::walk::Options;
+    use clap::{Args as _, FromArgMatches as _};
+    use ratatui::Terminal;
+    use ratatui::backend::TestBackend;
+
+    fn live(arguments: &[&str]) -> Live {
+        let command = Options::augment_args(clap::Command::new("walk"));
+        let matches = command.get_matches_from([&["walk"], arguments].concat());
+        Live::new(Walking::begin(&Options::from_arg_matches(&matches).unwrap()).unwrap())
+    }
+
+    fn shown(live: &Live, width: u16, height: u16) -> String {
+        let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+        terminal.draw(|frame| draw(frame, live)).unwrap();
+        terminal.backend().to_string()
+    }
+
+    #[test]
+    fn the_screen_shows_the_gait_its_numbers_and_curves() {
+        let mut live = live(&["--gait", "natural-walk"]);
+        live.advance(4.5).unwrap();
+        let screen = shown(&live, 100, 30);
+        let hip = format!("left_hip {:.1} deg", live.walking.smooth.angles()[0].degrees());
+        for words in
+            ["walking", "natural-walk", "speed 1.00", "stride 1.08 s", "t 4.50 s", &hip, "right_knee", "q: end"]
+        {
+            assert!(screen.contains(words), "no `{words}` in\n{screen}");
+        }
+        assert!(screen.chars().filter(|c| ('\u{2801}'..='\u{28ff}').contains(c)).count() > 200, "{screen}");
+        for (width, height) in [(80, 24), (79, 24), (40, 10), (1, 1)] {
+            shown(&live, width, height);
+        }
+        assert!(shown(&live, 60, 12).contains("left_knee"));
+    }
+
+    #[test]
+    fn keys_change_gait_and_speed_stop_and_go_on() {
+        let mut live = live(&[]);
+        live.advance(1.0).unwrap();
+        assert!(live.press(Key::Next));
+        assert_eq!(live.walking.gait, Gait::NaturalWalk);
+        assert!(live.press(Key::Previous) && live.press(Key::Previous));
+        assert_eq!(live.walking.gait, Gait::ALL[Gait::ALL.len() - 1]);
+        for _ in 0..30 {
+            assert!(live.press(Key::Faster));
+        }
+        assert_eq!(live.walking.speed, 1.5);
+        for _ in 0..40 {
+            assert!(live.press(Key::Slower));
+        }
+        assert_eq!(live.walking.speed, 0.5);
+        assert!(live.press(Key::Stop));
+        live.advance(4.0).unwrap();
+        assert!(shown(&live, 100, 30).contains("stopped"));
+        assert_eq!(live.walking.smooth.rates().map(|rate| rate.0), [0.0; 4]);
+        assert!(live.press(Key::Stop));
+        live.advance(5.0).unwrap();
+        assert!(live.walking.smooth.rates().iter().any(|rate| rate.0 != 0.0));
+        assert!(live.note.is_empty() && !live.press(Key::End));
+    }
+
+    #[test]
+    fn changes_of_the_command_line_happen_here_too() {
+        let mut live = live(&["--switch", "t=1 run", "--switch", "t=2 stop"]);
+        live.advance(1.5).unwrap();
+        assert_eq!((live.walking.gait.name(), live.walking.stopped), ("run", false));
+        live.advance(2.5).unwrap();
+        assert!(live.walking.stopped);
+    }
+
+    #[test]
+    fn keys_mean_what_the_last_line_says() {
+        let pressed = |code| meaning(&KeyEvent::new(code, KeyModifiers::NONE));
+        assert_eq!(pressed(KeyCode::Right), Some(Key::Next));
+        assert_eq!(pressed(KeyCode::Char('+')), Some(Key::Faster));
+        assert_eq!(pressed(KeyCode::Char('-')), Some(Key::Slower));
+        assert_eq!(pressed(KeyCode::Char(' ')), Some(Key::Stop));
+        assert_eq!(pressed(KeyCode::Char('q')), Some(Key::End));
+        assert_eq!(pressed(KeyCode::Char('c')), None);
+        assert_eq!(meaning(&KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL)), Some(Key::End));
+    }
+}

@@ -1,0 +1,300 @@
+//! The live screen: measured angle, four setpoints, four pulses, the state of the loop, and the log.
+
+use crate::view::state::{PAST_S, Point, View};
+use joint_loop::{SENSORS, SupervisorState};
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::symbols::Marker;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Axis, Block, Chart, Dataset, Gauge, GraphType, Paragraph, Wrap};
+
+/// Smallest terminal that shows everything; on a smaller one there is text only.
+pub const LEAST: (u16, u16) = (80, 24);
+
+const SERVOS: [&str; 4] = ["left hip", "right hip", "left knee", "right knee"];
+
+/// Pulses that a hobby servo can be given, in microseconds.
+const PULSE_RANGE: (f64, f64) = (500.0, 2500.0);
+
+/// Draws the view.
+pub fn draw(frame: &mut Frame<'_>, view: &View) {
+    let area = frame.area();
+    if area.width < LEAST.0 || area.height < LEAST.1 {
+        let text = format!("{}\n{}", crate::view::plain::line(view), KEYS);
+        frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), area);
+        return;
+    }
+    let [head, measured, setpoints, pulses, log, keys] = Layout::vertical([
+        Constraint::Length(if view.books.following.is_some() { 4 } else { 3 }),
+        Constraint::Fill(2),
+        Constraint::Fill(2),
+        Constraint::Length(4),
+        Constraint::Length(4),
+        Constraint::Length(1),
+    ])
+    .areas(area);
+    header(frame, head, view);
+    measured_angle(frame, measured, view);
+    for (joint, area) in Layout::horizontal([Constraint::Fill(1); 4]).split(setpoints).iter().enumerate() {
+        setpoint(frame, *area, view, joint);
+    }
+    for (servo, area) in Layout::vertical([Constraint::Length(1); 4]).split(pulses).iter().enumerate() {
+        pulse(frame, *area, view, servo);
+    }
+    let shown = usize::from(log.height.saturating_sub(1));
+    let lines: Vec<Line<'_>> =
+        view.log.iter().skip(view.log.len().saturating_sub(shown)).map(|line| Line::from(line.as_str())).collect();
+    let block = Block::new().borders(ratatui::widgets::Borders::TOP).title(" log ");
+    frame.render_widget(Paragraph::new(lines).block(block), log);
+    frame.render_widget(Line::from(KEYS).style(Style::new().add_modifier(Modifier::DIM)), keys);
+}
+
+const SHADOW: &str = " SHADOW: nothing is driven, pulses are what they would be ";
+
+const KEYS: &str = " space: press the button (arms, stops)   q: end";
+
+fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
+    let tick = view.last.as_ref();
+    let state = tick.map(|tick| tick.state);
+    let colour = match state {
+        Some(SupervisorState::Walking) => Color::Green,
+        Some(SupervisorState::Arming | SupervisorState::Stopping) => Color::Yellow,
+        Some(SupervisorState::Fault) => Color::Red,
+        _ => Color::Gray,
+    };
+    let rate = view.tick_rate_hz().map_or("-".into(), |rate| format!("{rate:.0}"));
+    let counted = |of: fn(&crate::board::telemetry::Tick) -> u32| tick.map_or("-".into(), |tick| of(tick).to_string());
+    let first = Line::from(vec![
+        Span::raw(" "),
+        Span::styled(
+            format!(" {} ", state.map_or("no telemetry yet", SupervisorState::name)),
+            Style::new().fg(Color::Black).bg(colour).add_modifier(Modifier::BOLD),
+        ),
+        Span::raw(format!(
+            "  t {:.2} s   tick {}   {rate} Hz   late {}   missed {}   boots {} ({})",
+            view.t_s,
+            counted(|tick| tick.tick),
+            counted(|tick| tick.late),
+            counted(|tick| tick.missed),
+            view.boots,
+            view.boot_cause,
+        )),
+    ]);
+    let cost = view.cost.map_or(String::new(), |cost| format!("   tick {} cycles", cost.longest_cycles));
+    let margin = view.margin.map_or(String::new(), |margin| format!("   stack {} B", margin.stack_used));
+    let die = view.env.and_then(|env| env.die).map_or(String::new(), |die| format!("   die {:.0} °C", die.0));
+    let supply = view.env.and_then(|env| env.supply).map_or(String::new(), |supply| format!("   {:.2} V", supply.0));
+    let second = Line::from(format!(
+        " host replay: {}   lines lost {}{cost}{margin}{die}{supply}",
+        view.replay(),
+        view.books.lost_lines
+    ));
+    let shadow = if view.books.shadow { SHADOW } else { "" };
+    let title = Line::from(vec![
+        Span::styled(shadow, Style::new().fg(Color::Black).bg(Color::Cyan)),
+        Span::raw(format!(" {}", view.title)),
+    ]);
+    let third = view.following().map(|words| Line::from(format!(" following: {words}")));
+    let lines = [Some(title.style(Style::new().add_modifier(Modifier::BOLD))), Some(first), Some(second), third];
+    frame.render_widget(Paragraph::new(lines.into_iter().flatten().collect::<Vec<_>>()), area);
+}
+
+fn measured_angle(frame: &mut Frame<'_>, area: Rect, view: &View) {
+    let now = view.last.as_ref().map_or(" measured joint angle ".into(), |tick| {
+        let readings = tick.sensor_deg.iter().zip(&tick.verdict).zip(0..);
+        let words = readings.filter_map(|((deg, verdict), channel): (_, usize)| {
+            let name = view.sensors.get(channel).map_or("joint", |joint| joint.name()).replace('_', " ");
+            verdict.map(|verdict| format!("{name} {deg:.1} deg ({verdict})"))
+        });
+        format!(" measured {} ", words.collect::<Vec<_>>().join(", "))
+    });
+    let count = view.sensors.len().max(1);
+    chart(frame, area, view, now, &SENSOR_COLOURS[..count], |point| point.measured[..count].to_vec());
+}
+
+fn setpoint(frame: &mut Frame<'_>, area: Rect, view: &View, joint: usize) {
+    let name = SERVOS[joint];
+    let now = view.last.as_ref().map_or(format!(" {name} "), |tick| format!(" {name} {:.1} deg ", tick.set_deg[joint]));
+    chart(frame, area, view, now, &[Color::Magenta], |point| vec![point.set[joint]]);
+}
+
+const SENSOR_COLOURS: [Color; SENSORS] = [Color::Cyan, Color::Yellow, Color::Green, Color::Red];
+
+/// A series for each colour over the last seconds.
+fn chart(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    view: &View,
+    title: String,
+    colours: &[Color],
+    of: impl Fn(&Point) -> Vec<f32>,
+) {
+    let mut all: Vec<Vec<(f64, f64)>> = vec![Vec::with_capacity(view.past.len()); colours.len()];
+    for point in &view.past {
+        for (series, y) in all.iter_mut().zip(of(point)) {
+            series.push((point.t_s, f64::from(y)));
+        }
+    }
+    let least = all.iter().flatten().map(|(_, y)| *y).fold(0.0, f64::min);
+    let most = all.iter().flatten().map(|(_, y)| *y).fold(10.0, f64::max);
+    // Whole tens, so that the axis does not creep along with the curve.
+    let (least, most) = ((least / 10.0).floor() * 10.0, (most / 10.0).ceil() * 10.0);
+    let end = view.past.back().map_or(PAST_S, |point| point.t_s.max(PAST_S));
+    let line = |(series, colour): (_, &Color)| {
+        let line = Dataset::default().marker(Marker::Braille).graph_type(GraphType::Line);
+        line.style(Style::new().fg(*colour)).data(series)
+    };
+    let chart = Chart::new(all.iter().map(Vec::as_slice).zip(colours).map(line).collect())
+        .block(Block::bordered().title(title))
+        .x_axis(Axis::default().bounds([end - PAST_S, end]))
+        .y_axis(Axis::default().bounds([least, most]).labels([format!("{least:.0}"), format!("{most:.0}")]));
+    frame.render_widget(chart, area);
+}
+
+fn pulse(frame: &mut Frame<'_>, area: Rect, view: &View, servo: usize) {
+    let [name, bar] = Layout::horizontal([Constraint::Length(12), Constraint::Fill(1)]).areas(area);
+    frame.render_widget(Line::from(format!(" {}", SERVOS[servo])), name);
+    let would_be = || view.last.map(|tick| f64::from(tick.pulse_us[servo])).filter(|us| *us > 0.0);
+    let us = if view.books.shadow { would_be() } else { view.pins_us[servo] };
+    let (least, most) = PULSE_RANGE;
+    let ratio = us.map_or(0.0, |us| ((us - least) / (most - least)).clamp(0.0, 1.0));
+    let label = us.map_or("no pulse".into(), |us| format!("{us:.0} us"));
+    frame.render_widget(Gauge::default().ratio(ratio).label(label).gauge_style(Style::new().fg(Color::Blue)), bar);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::board::session::Following;
+    use crate::board::session::{Books, Event};
+    use crate::board::telemetry;
+    use joint_units::Joint;
+    use ratatui::Terminal;
+    use ratatui::backend::TestBackend;
+
+    fn view(ticks: u32) -> View {
+        let mut view = View::titled("footfall watch".into(), vec![Joint::LeftKnee]);
+        let books = Books { compared: u64::from(ticks), ..Books::default() };
+        view.take(&Event::Booted { t_s: 0.0, cause: "power_on".into() }, &books);
+        for n in 1..=ticks {
+            let line = format!(
+                "tick {} walking sensor {}.5 deg good set 11.5 -12.5 33.5 44.5 deg pulse 1500 1600 1700 1800 us late 3 missed 7 \
+                 limited 0 seq {} hash 0123456789abcdef",
+                n * 10,
+                n % 60,
+                n * 10
+            );
+            let Ok(telemetry::Line::Tick(tick)) = telemetry::parse(&line) else { panic!() };
+            let t_s = f64::from(n) * 0.01;
+            view.take(&Event::Tick { t_s, tick }, &books);
+            view.take(&Event::Pulses { t_s, us: [Some(1501.0), Some(1602.0), Some(1703.0), Some(1804.0)] }, &books);
+        }
+        view.take(&Event::Log { t_s: view.t_s, level: "info".into(), text: "hello from the board".into() }, &books);
+        view
+    }
+
+    fn shown(view: &View, width: u16, height: u16) -> String {
+        let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+        terminal.draw(|frame| draw(frame, view)).unwrap();
+        terminal.backend().to_string()
+    }
+
+    #[test]
+    fn everything_that_is_promised_is_on_the_screen() {
+        let screen = shown(&view(200), 100, 30);
+        for words in [
+            "measured left knee 20.5 deg (good)",
+            "left hip 11.5 deg",
+            "right hip -12.5 deg",
+            "left knee 33.5 deg",
+            "right knee 44.5 deg",
+            "1501 us",
+            "1602 us",
+            "1703 us",
+            "1804 us",
+            "1000 Hz",
+            "tick 2000",
+            "late 3",
+            "missed 7",
+            "walking",
+            "boots 1 (power_on)",
+            "host replay: equal in 200 lines",
+            "hello from the board",
+            "q: end",
+            // The upper ends of the axes of the two knees, the lower one of the right hip: each curve is its own.
+            "40│",
+            "50│",
+            "-20│",
+        ] {
+            assert!(screen.contains(words), "no `{words}` in\n{screen}");
+        }
+        // The curve of the measured angle is drawn in dots of Braille.
+        assert!(screen.chars().filter(|c| ('\u{2801}'..='\u{28ff}').contains(c)).count() > 100, "{screen}");
+    }
+
+    #[test]
+    fn the_smallest_full_screen_and_smaller_ones_hold() {
+        let (width, height) = LEAST;
+        let screen = shown(&view(50), width, height);
+        assert!(screen.contains("measured left knee") && screen.contains("right knee 44.5"), "{screen}");
+        for (width, height) in [(79, 24), (40, 10), (10, 3), (1, 1)] {
+            shown(&view(50), width, height);
+        }
+        assert!(shown(&view(50), 79, 23).contains("walking"));
+    }
+
+    #[test]
+    fn a_board_that_says_nothing_yet_is_shown_as_such() {
+        let screen = shown(&View::default(), 100, 30);
+        assert!(screen.contains("no telemetry yet") && screen.contains("no pulse"), "{screen}");
+    }
+
+    #[test]
+    fn in_shadow_the_would_be_pulses_and_the_phase_error_are_shown() {
+        let mut view = view(200);
+        let following = Following {
+            state: "locked",
+            fault: None,
+            confidence: 0.875,
+            stride_s: 1.125,
+            phase_error_deg: -3.25,
+            locked_at_s: Some(1.5),
+        };
+        view.books.shadow = true;
+        view.books.following = Some(following);
+        view.pins_us = [None; 4];
+        let screen = shown(&view, 100, 30);
+        for words in
+            ["SHADOW: nothing is driven", "following: locked", "phase error -3.2 deg", "1600 us", "footfall watch"]
+        {
+            assert!(screen.contains(words), "no `{words}` in\n{screen}");
+        }
+        assert!(!screen.contains("no pulse"), "{screen}");
+    }
+
+    #[test]
+    fn four_sensors_are_four_curves_with_their_names() {
+        let mut view = View::titled("four".into(), Joint::ALL.to_vec());
+        for n in 1..=100 {
+            let line = format!(
+                "tick {n} walking sensor 11 deg good sensor 22 deg good sensor 33 deg open sensor 44 deg good set 1 2 3 4 deg \
+                 pulse 1 2 3 4 us late 0 missed 0 limited 0 seq {n} hash 0123456789abcdef"
+            );
+            let Ok(telemetry::Line::Tick(tick)) = telemetry::parse(&line) else { panic!() };
+            view.take(&Event::Tick { t_s: f64::from(n) * 0.01, tick }, &Books::default());
+        }
+        let screen = shown(&view, 140, 40);
+        for words in ["left hip 11.0 deg (good)", "left knee 33.0 deg (open)", "right knee 44.0 deg (good)", "50│"] {
+            assert!(screen.contains(words), "no `{words}` in\n{screen}");
+        }
+    }
+
+    #[test]
+    fn pulses_that_stop_are_not_shown_any_longer() {
+        let mut view = view(200);
+        view.take(&Event::Status { t_s: view.t_s + 0.1 }, &Books::default());
+        let screen = shown(&view, 100, 30);
+        assert!(screen.contains("no pulse") && !screen.contains("1501 us"), "{screen}");
+    }
+}

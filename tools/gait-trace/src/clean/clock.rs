@@ -1,0 +1,136 @@
+//! The time column, understood: which rows count, the rate that they were meant to have, and the joints at even times.
+
+use crate::clean::condition::{ConditionError, FEWEST_ROWS, MOST_PERCENT_ROWS, Rules};
+use crate::clean::repair;
+use crate::clean::resample::MAX_SAMPLES;
+use crate::finding::{Done, Finding, FindingKind};
+use crate::raw::RawJoints;
+use joint_units::Joint;
+
+/// The file's times, understood.
+pub(crate) struct Clock {
+    /// Rows that are kept.
+    rows: Vec<usize>,
+    /// Their times from the first.
+    times: Vec<f64>,
+    pub(crate) rate_hz: f64,
+    pub(crate) samples: usize,
+    /// The rows are the samples.
+    is_even: bool,
+    /// Rows further apart than this have a gap in between.
+    hole_s: f64,
+    pub(crate) start_s: f64,
+    pub(crate) normalised_cycle: bool,
+    pub(crate) findings: Vec<Finding>,
+}
+
+impl Clock {
+    pub(crate) fn of(raw: &RawJoints, rules: &Rules) -> Result<Self, ConditionError> {
+        let file = || raw.file.clone();
+        if raw.joints.iter().flatten().next().is_none() {
+            return Err(ConditionError::NoJoints { file: file() });
+        }
+        for joint in Joint::ALL {
+            if let Some(column) = &raw.joints[joint as usize]
+                && column.angle_deg.len() != raw.time_s.len()
+            {
+                let (found, wanted) = (column.angle_deg.len(), raw.time_s.len());
+                return Err(ConditionError::Length { file: file(), joint, found, wanted });
+            }
+        }
+        let mut rows: Vec<usize> = Vec::with_capacity(raw.time_s.len());
+        let mut repeated: Vec<usize> = Vec::new();
+        for (index, &value) in raw.time_s.iter().enumerate() {
+            let row = index + 1;
+            if !value.is_finite() {
+                return Err(ConditionError::TimeNotFinite { file: file(), row, value });
+            }
+            let before = rows.last().map_or(f64::NEG_INFINITY, |&before| raw.time_s[before]);
+            if value < before {
+                return Err(ConditionError::TimeOrder { file: file(), row, value, before });
+            }
+            if value == before { repeated.push(index) } else { rows.push(index) }
+        }
+        if rows.len() < FEWEST_ROWS {
+            return Err(ConditionError::TooFewRows { file: file(), rows: rows.len() });
+        }
+        let start_s = raw.time_s[rows[0]];
+        let mut times: Vec<f64> = rows.iter().map(|&row| raw.time_s[row] - start_s).collect();
+        let normalised_cycle = match cycle_length(raw, &rows, rules) {
+            Some(length) => {
+                times.iter_mut().for_each(|time| *time /= length);
+                true
+            }
+            None => false,
+        };
+
+        let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let median = middle_step(&steps);
+        let usual: Vec<f64> =
+            steps.iter().copied().filter(|step| *step > 0.5 * median && *step <= 1.5 * median).collect();
+        let step = usual.iter().sum::<f64>() / usual.len() as f64;
+        let (rate_hz, end_s) = (1.0 / step, times[times.len() - 1]);
+        let samples = (end_s * rate_hz + 0.01).floor();
+        // Not a number, where the rate is infinite, is too many as well.
+        if samples.is_nan() || samples >= MAX_SAMPLES as f64 {
+            return Err(ConditionError::TooLong { file: file(), duration_s: end_s, rate_hz });
+        }
+        let samples = samples as usize + 1;
+        let is_even = samples == times.len()
+            && times.iter().enumerate().all(|(n, time)| (time - n as f64 * step).abs() <= 0.01 * step);
+
+        let mut findings = Vec::new();
+        let all = |from_s, to_s, what, done| Finding { from_s, to_s, joint: None, what, done };
+        if normalised_cycle {
+            findings.push(all(0.0, end_s, FindingKind::NormalisedCycle, Done::Reported));
+        }
+        if let (Some(&first), Some(&last)) = (repeated.first(), repeated.last()) {
+            let kind = FindingKind::RepeatedTimes { rows: repeated.len() };
+            findings.push(all(raw.time_s[first] - start_s, raw.time_s[last] - start_s, kind, Done::LeftOut));
+        }
+        let share =
+            repair::quantile(steps.iter().filter(|s| **s <= 1.5 * median).map(|s| (s / median - 1.0).abs()), 0.95);
+        if share > rules.jitter_share {
+            findings.push(all(0.0, end_s, FindingKind::UnevenTimes { share }, Done::Resampled));
+        }
+        let hole_s = 1.5 * median;
+        Ok(Self { rows, times, rate_hz, samples, is_even, hole_s, start_s, normalised_cycle, findings })
+    }
+
+    /// A column at even times; NaN where nothing is known.
+    pub(crate) fn even(&self, column: &[f64]) -> Vec<f64> {
+        if self.is_even {
+            return self.rows.iter().map(|&row| if column[row].is_finite() { column[row] } else { f64::NAN }).collect();
+        }
+        let known = self.rows.iter().zip(&self.times).filter(|(row, _)| column[**row].is_finite());
+        let (values, times): (Vec<f64>, Vec<f64>) = known.map(|(&row, &time)| (column[row], time)).unzip();
+        repair::even(&times, &values, self.rate_hz, self.samples, self.hole_s)
+    }
+}
+
+/// The median that is one of the steps, so that some step is near it.
+fn middle_step(steps: &[f64]) -> f64 {
+    let mut sorted = steps.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted[sorted.len() / 2]
+}
+
+/// Length of the time axis, where it is a normalised cycle.
+fn cycle_length(raw: &RawJoints, rows: &[usize], rules: &Rules) -> Option<f64> {
+    let (first, last) = (*rows.first()?, *rows.last()?);
+    let (start, end) = (raw.time_s[first], raw.time_s[last]);
+    let is = |length: f64| start.abs() < 1e-3 * length && (end - length).abs() < 1e-3 * length;
+    let length = if is(1.0) {
+        1.0
+    } else if is(100.0) && rows.len() <= MOST_PERCENT_ROWS {
+        100.0
+    } else {
+        return None;
+    };
+    let closes = raw.joints.iter().flatten().all(|column| {
+        let known: Vec<f64> = column.angle_deg.iter().copied().filter(|x| x.is_finite()).collect();
+        let off = (column.angle_deg[last] - column.angle_deg[first]).abs();
+        off <= rules.cycle_end_deg.max(rules.cycle_end_share * repair::range(&known))
+    });
+    closes.then_some(length)
+}

@@ -1,0 +1,421 @@
+//! From joints as a file has them to joints that can be fitted: even times, no holes, no jumps, flexion positive.
+//!
+//! In this order, each step by a rule of [`Rules`], each thing done or doubted said in a [`Finding`] with its times:
+//!
+//! 1. *Time.* Rows of the same time as the row before are dropped; a row before its predecessor is an error that names it. An
+//!    axis from 0 to 1 (or 0 to 100 in at most [`MOST_PERCENT_ROWS`] rows) whose joints end where they began is a normalised
+//!    cycle. The rate is the mean of the usual steps; stamps that are off the even grid by more than a hundredth of a step
+//!    make the joints be resampled ([`crate::clean::repair`]).
+//! 2. *Gaps.* A step of more than 1.5 median steps, or a value that is not a number, is a gap: bridged up to
+//!    [`Rules::longest_bridge_s`], unusable beyond. A joint that is mostly gap is an error.
+//! 3. *Jumps* that no leg makes, bridged or unusable by [`Rules::longest_jump_s`]; steps that never come back are unusable where they are.
+//! 4. *Units.* Where no joint moves by [`Rules::least_range_deg`] the numbers are taken for radians and refused.
+//! 5. A low-pass, where [`Rules::low_pass`] asks for one.
+//! 6. *Convention*: signs and joints ([`crate::clean::convention`]).
+//!
+//! Times count from the file's first row; [`Conditioned::start_s`] is that row's time in the file.
+
+use crate::clean::clock::Clock;
+use crate::clean::convention;
+use crate::clean::repair;
+use crate::clean::repair::JumpRule;
+use crate::clean::resample::MAX_SAMPLES;
+pub use crate::finding::{Done, Finding, FindingKind};
+use crate::raw::RawJoints;
+use crate::recording::{Channel, Quantity, Recording, RecordingError};
+use crate::stride::segment;
+use joint_units::Joint;
+
+/// Fewest rows that are looked at.
+pub const FEWEST_ROWS: usize = 16;
+/// Most rows that a time axis from 0 to 100 may have to be taken for percent of a cycle.
+pub const MOST_PERCENT_ROWS: usize = 401;
+/// Highest cut-off of a low-pass, as a share of the rate.
+pub const MOST_CUT_OFF: f64 = 0.4;
+
+/// A low-pass of fourth order without lag (Butterworth, forwards and backwards), for joints computed from unfiltered markers.
+///
+/// A treadmill walker's knee from unfiltered markers has 0.9 to 1.0 degrees (root mean square) above the sixth harmonic of a
+/// stride; after the customary low-pass it has 0.4 to 0.5.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LowPass {
+    /// All frequencies stay.
+    Off,
+    /// At this cut-off, Hz.
+    At(f64),
+    /// At the cut-off that is customary in gait laboratories: [`WALKING_HZ`], or [`RUNNING_HZ`] for strides shorter than
+    /// [`RUNNING_STRIDE_S`]. Where nothing repeats nothing is taken out.
+    Customary,
+}
+
+/// Customary cut-off for walking (D. A. Winter, Biomechanics and Motor Control of Human Movement).
+pub const WALKING_HZ: f64 = 6.0;
+/// Customary cut-off for running.
+pub const RUNNING_HZ: f64 = 12.0;
+/// Strides shorter than this are running: 146 steps a minute, between the fastest walkers and the slowest runners.
+pub const RUNNING_STRIDE_S: f64 = 0.82;
+
+/// Every threshold of the conditioning. The defaults leave sound recordings of walking, running and sprinting as they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rules {
+    /// Longest gap that is bridged, seconds. Bridges over 0.1 s of knees that were known are off by 0.2 to 0.5 degrees (root
+    /// mean square; 2.8 at most) for three walkers, by 2 (10 at most) for a runner. Twice the length, sixteen times the error.
+    pub longest_bridge_s: f64,
+    /// Longest jump that is bridged, seconds, with its two guards: about 20 ms of disturbance.
+    /// What lasts longer is seldom one event.
+    pub longest_jump_s: f64,
+    /// Unevenness of stamps that is worth saying: 95th percentile of the steps' distance from their median, as a share of it.
+    /// Six decimals at 1 kHz give 0.001.
+    pub jitter_share: f64,
+    /// Least bend within 4 ms that can be a jump, degrees. Sprinters reach 1.9 at 250 Hz, swapped markers 4 to 60.
+    pub jump_bend_deg: f64,
+    /// The same as a multiple of the series' own usual bend. Running at 100 Hz reaches 9, swapped markers 44.
+    pub jump_usual_bends: f64,
+    /// How much on each side of a jump is not believed either, seconds: swapped markers drift for 20 ms before they snap.
+    pub jump_guard_s: f64,
+    /// Least offset that a jump must leave behind to be a step, degrees.
+    pub step_deg: f64,
+    /// The same as a share of the joint's range.
+    pub step_share: f64,
+    /// Longest time after which a step may be undone by another one, so that all in between counts as displaced, seconds.
+    pub longest_excursion_s: f64,
+    /// Least range of the most moving joint, degrees. A radian is 57 degrees: a knee's 60 degrees are 1.05.
+    pub least_range_deg: f64,
+    /// Largest share of a joint's time that may be unusable.
+    pub most_unusable: f64,
+    /// How far ends of a normalised cycle may be apart, degrees, or the joint's range times [`Self::cycle_end_share`].
+    pub cycle_end_deg: f64,
+    /// See [`Self::cycle_end_deg`].
+    pub cycle_end_share: f64,
+    /// Whether high frequencies are taken out. A normalised cycle is left alone.
+    pub low_pass: LowPass,
+}
+
+impl Default for Rules {
+    fn default() -> Self {
+        Self {
+            longest_bridge_s: 0.1,
+            longest_jump_s: 0.12,
+            jitter_share: 0.02,
+            jump_bend_deg: 2.5,
+            jump_usual_bends: 15.0,
+            jump_guard_s: 0.03,
+            step_deg: 4.0,
+            step_share: 0.08,
+            longest_excursion_s: 2.0,
+            least_range_deg: 3.0,
+            most_unusable: 0.5,
+            cycle_end_deg: 3.0,
+            cycle_end_share: 0.1,
+            low_pass: LowPass::Off,
+        }
+    }
+}
+
+/// Joints that can be fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Conditioned {
+    /// The joints that the file has, of the names [`Joint::name`], in the order of [`Joint::ALL`]; even steps from time 0.
+    pub recording: Recording,
+    /// What was found and done.
+    pub findings: Vec<Finding>,
+    /// Steps per second (per cycle where [`Self::normalised_cycle`]).
+    pub rate_hz: f64,
+    /// Spans that must not be fitted, in order, apart from each other. The recording holds a straight line there.
+    pub unusable: Vec<(f64, f64)>,
+    /// The time axis is the fraction of a cycle, 0 to 1, not seconds.
+    pub normalised_cycle: bool,
+    /// What the file's clock showed at its first row.
+    pub start_s: f64,
+}
+
+impl Conditioned {
+    /// The values of a joint, if there is such a joint.
+    #[must_use]
+    pub fn joint(&self, joint: Joint) -> Option<&[f64]> {
+        self.recording.channel(joint.name()).ok().map(Channel::values)
+    }
+}
+
+/// Why a recording cannot be conditioned.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ConditionError {
+    /// No joint at all.
+    #[error("{file}: no joint; allowed are 1 to 4 of left and right hip and knee")]
+    NoJoints {
+        /// The file.
+        file: String,
+    },
+    /// Too few rows.
+    #[error("{file}: {rows} rows; allowed are {FEWEST_ROWS} or more")]
+    TooFewRows {
+        /// The file.
+        file: String,
+        /// How many there are.
+        rows: usize,
+    },
+    /// A joint with more or fewer values than there are times.
+    #[error("{file}: {joint} has {found} values; allowed are {wanted}, one a time", joint = .joint.name())]
+    Length {
+        /// The file.
+        file: String,
+        /// The joint.
+        joint: Joint,
+        /// Its values.
+        found: usize,
+        /// The times.
+        wanted: usize,
+    },
+    /// A time that is not finite.
+    #[error("{file}: row {row}: time {value} s; allowed is a finite number")]
+    TimeNotFinite {
+        /// The file.
+        file: String,
+        /// The row, counted from 1.
+        row: usize,
+        /// The time.
+        value: f64,
+    },
+    /// Time runs backwards.
+    #[error("{file}: row {row}: time {value} s after {before} s; allowed are times that increase")]
+    TimeOrder {
+        /// The file.
+        file: String,
+        /// The row, counted from 1.
+        row: usize,
+        /// The time.
+        value: f64,
+        /// The time of the row before.
+        before: f64,
+    },
+    /// More samples than any recording has: a time is wrong.
+    #[error("{file}: {duration_s} s at {rate_hz} Hz; allowed are {MAX_SAMPLES} samples: is a time stamp wrong?")]
+    TooLong {
+        /// The file.
+        file: String,
+        /// From the first row to the last.
+        duration_s: f64,
+        /// The rate that the steps have.
+        rate_hz: f64,
+    },
+    /// Numbers of angles in radians where degrees were promised, or nobody moves.
+    #[error(
+        "{file}: no joint moves by more than {range:.2} degrees; are these radians, or does nobody walk? Allowed is {least} degrees or more"
+    )]
+    Radians {
+        /// The file.
+        file: String,
+        /// Range of the joint that moves most.
+        range: f64,
+        /// Least range.
+        least: f64,
+    },
+    /// Most of a joint is gaps and jumps.
+    #[error("{file}: {share:.0} % of {joint} cannot be used (gaps and jumps too long to bridge); allowed is {most:.0} %", share = 100.0 * .share, joint = .joint.name(), most = 100.0 * .most)]
+    MostlyUnusable {
+        /// The file.
+        file: String,
+        /// The joint.
+        joint: Joint,
+        /// The share of the time.
+        share: f64,
+        /// The largest that is allowed.
+        most: f64,
+    },
+    /// The cut-off asked for makes no sense at this rate.
+    #[error("{file}: low-pass at {hz} Hz; allowed is above 0 and below {most:.0} Hz, {MOST_CUT_OFF} of the rate")]
+    LowPass {
+        /// The file.
+        file: String,
+        /// What was asked for.
+        hz: f64,
+        /// The limit.
+        most: f64,
+    },
+    /// The table that came out is none.
+    #[error("{file}: {source}")]
+    Table {
+        /// The file.
+        file: String,
+        /// Why.
+        source: RecordingError,
+    },
+}
+
+/// Conditions a recording; the module says how.
+///
+/// # Errors
+/// Times that run backwards or are not finite, too few rows, radians, a joint that is mostly missing.
+///
+/// ```
+/// use gait_trace::clean::condition::{Done, FindingKind, Rules, condition};
+/// use gait_trace::{RawJoint, RawJoints};
+/// use joint_units::Joint;
+/// // Three strides of a knee that the file counts negative, with a marker swap of 12 degrees at 1.5 s.
+/// let knee = |t: f64| {
+///     let p = std::f64::consts::TAU * t / 1.1;
+///     24.0 + 20.0 * p.cos() + 14.0 * (2.0 * p + 0.3).cos()
+/// };
+/// let time_s: Vec<f64> = (0..330).map(|n| f64::from(n) * 0.01).collect();
+/// let mut angle_deg: Vec<f64> = time_s.iter().map(|&t| -knee(t)).collect();
+/// angle_deg[150] -= 12.0;
+/// let left_knee = RawJoint { column: "knee_angle_l".into(), angle_deg };
+/// let raw = RawJoints {
+///     file: "walk.mot".into(), format: String::new(), time_s, joints: [None, None, Some(left_knee), None], notes: vec![],
+/// };
+/// let done = condition(&raw, &Rules::default())?;
+/// let said: Vec<String> = done.findings.iter().map(|finding| finding.to_string()).collect();
+/// assert_eq!(said, [
+///     "left knee, 1.450 s to 1.550 s: a jump of 12.0 deg that no leg makes; bridged",
+///     "left knee: extension is positive in the file (mean -24 deg); the sign was turned",
+/// ]);
+/// let value = done.joint(Joint::LeftKnee).unwrap()[150];
+/// assert!((value - knee(1.5)).abs() < 0.5);
+/// # Ok::<(), gait_trace::clean::condition::ConditionError>(())
+/// ```
+pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, ConditionError> {
+    let clock = Clock::of(raw, rules)?;
+    let (rate_hz, samples) = (clock.rate_hz, clock.samples);
+    let mut findings = clock.findings.clone();
+    let seconds = |n: usize| n as f64 / rate_hz;
+    let mut joints: [Option<Vec<f64>>; Joint::COUNT] = Default::default();
+    let mut unusable = vec![false; samples];
+    let mut gaps: [Vec<(usize, usize)>; Joint::COUNT] = Default::default();
+    let most_bridged = rules.longest_bridge_s * rate_hz + 1e-6;
+
+    let jump_rule = JumpRule {
+        least_bend_deg: rules.jump_bend_deg,
+        usual_bends: rules.jump_usual_bends,
+        guard_s: rules.jump_guard_s,
+        least_step_deg: rules.step_deg,
+        least_step_share: rules.step_share,
+        longest_excursion_s: rules.longest_excursion_s,
+    };
+    let mut jumps: Vec<Finding> = Vec::new();
+    for joint in Joint::ALL {
+        let Some(column) = &raw.joints[joint as usize] else { continue };
+        let mut bad = vec![false; samples];
+        let mut x = clock.even(&column.angle_deg);
+        for (from, to) in repair::runs(samples, |n| !x[n].is_finite()) {
+            // A hole between samples 3 and 7 is 4 steps long, though 3 samples are missing.
+            let open = from == 0 || to == samples;
+            let long = open || (to - from + 1) as f64 > most_bridged;
+            repair::bridge(&mut x, from, to, rate_hz, long);
+            if long {
+                bad[from..to].fill(true);
+            }
+            gaps[joint as usize].push((from, to));
+        }
+        for jump in repair::jumps(&x, &bad, rate_hz, &jump_rule) {
+            let (from, to) = (jump.from, jump.to);
+            let before = x[from..to].to_vec();
+            let long = (to - from + 1) as f64 > rules.longest_jump_s * rate_hz + 1e-6 || from == 0 || to == samples;
+            let kind = match jump.lasting_deg {
+                Some(deg) => FindingKind::Step { deg },
+                None => {
+                    repair::bridge(&mut x, from, to, rate_hz, long);
+                    let off = before.iter().zip(&x[from..to]).map(|(a, b)| (a - b).abs());
+                    FindingKind::Jump { deg: off.fold(0.0, f64::max) }
+                }
+            };
+            let left_out = long || jump.lasting_deg.is_some();
+            if left_out {
+                bad[from..to].fill(true);
+            }
+            let done = if left_out { Done::LeftOut } else { Done::Bridged };
+            let (from_s, to_s) = (seconds(from.saturating_sub(1)), seconds(to.min(samples - 1)));
+            jumps.push(Finding { from_s, to_s, joint: Some(joint), what: kind, done });
+        }
+        let share = bad.iter().filter(|bad| **bad).count() as f64 / samples as f64;
+        if share > rules.most_unusable {
+            let (file, most) = (raw.file.clone(), rules.most_unusable);
+            return Err(ConditionError::MostlyUnusable { file, joint, share, most });
+        }
+        for (all, bad) in unusable.iter_mut().zip(bad) {
+            *all |= bad;
+        }
+        joints[joint as usize] = Some(x);
+    }
+    findings.extend(gap_findings(&gaps, &joints, samples, rate_hz, most_bridged));
+    findings.extend(jumps);
+
+    let widest = joints.iter().flatten().map(|x| repair::range(x)).fold(0.0, f64::max);
+    if widest < rules.least_range_deg {
+        let (file, least) = (raw.file.clone(), rules.least_range_deg);
+        return Err(ConditionError::Radians { file, range: widest, least });
+    }
+    let end_s = seconds(samples - 1);
+    let cut_off = match rules.low_pass {
+        _ if clock.normalised_cycle => None,
+        LowPass::Off => None,
+        LowPass::At(hz) => Some(hz),
+        LowPass::Customary => {
+            let legs = joints.each_ref().map(|joint| joint.as_deref());
+            let period = segment::period_s(&legs, &unusable, rate_hz);
+            period.map(|period| if period < RUNNING_STRIDE_S { RUNNING_HZ } else { WALKING_HZ })
+        }
+    };
+    if let Some(hz) = cut_off {
+        let most = MOST_CUT_OFF * rate_hz;
+        if !(hz > 0.0 && hz < most) {
+            return Err(ConditionError::LowPass { file: raw.file.clone(), hz, most });
+        }
+        joints.iter_mut().flatten().for_each(|x| repair::low_pass(x, rate_hz, hz));
+        let what = FindingKind::Unfiltered;
+        findings.push(Finding { from_s: 0.0, to_s: end_s, joint: None, what, done: Done::Smoothed { hz } });
+    }
+    let convention = convention::settle(&mut joints, &unusable, rate_hz, clock.normalised_cycle);
+    findings.extend(convention.into_iter().map(|(joint, what, done)| Finding {
+        from_s: 0.0,
+        to_s: end_s,
+        joint,
+        what,
+        done,
+    }));
+
+    let times = (0..samples).map(seconds).collect();
+    let channels = Joint::ALL.into_iter().zip(joints);
+    let channels = channels
+        .filter_map(|(joint, values)| values.map(|values| Channel::new(joint.name(), Quantity::Angle, values)))
+        .collect();
+    let recording =
+        Recording::build(times, channels).map_err(|source| ConditionError::Table { file: raw.file.clone(), source })?;
+    let unusable = repair::runs(samples, |n| unusable[n]);
+    let unusable = unusable
+        .into_iter()
+        .map(|(from, to)| (seconds(from.saturating_sub(1)), seconds(to.min(samples - 1))))
+        .collect();
+    let (normalised_cycle, start_s) = (clock.normalised_cycle, clock.start_s);
+    Ok(Conditioned { recording, findings, rate_hz, unusable, normalised_cycle, start_s })
+}
+
+/// The gaps, once for all joints where all have the same.
+fn gap_findings(
+    gaps: &[Vec<(usize, usize)>; Joint::COUNT],
+    joints: &[Option<Vec<f64>>; Joint::COUNT],
+    samples: usize,
+    rate_hz: f64,
+    most_bridged: f64,
+) -> Vec<Finding> {
+    let there: Vec<Joint> = Joint::ALL.into_iter().filter(|joint| joints[*joint as usize].is_some()).collect();
+    let of = |joint: &Joint| &gaps[*joint as usize];
+    // Gaps are in order of time.
+    let shared =
+        |gap: &(usize, usize)| there.len() > 1 && there.iter().all(|joint| of(joint).binary_search(gap).is_ok());
+    let mut findings: Vec<Finding> = Vec::new();
+    for joint in &there {
+        for gap @ &(from, to) in of(joint) {
+            let shared = shared(gap);
+            if shared && joint != &there[0] {
+                continue;
+            }
+            let (from_s, to_s) = (from.saturating_sub(1) as f64 / rate_hz, to.min(samples - 1) as f64 / rate_hz);
+            let long = from == 0 || to == samples || (to - from + 1) as f64 > most_bridged;
+            let done = if long { Done::LeftOut } else { Done::Bridged };
+            let joint = (!shared).then_some(*joint);
+            findings.push(Finding { from_s, to_s, joint, what: FindingKind::Gap, done });
+        }
+    }
+    findings.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    findings
+}

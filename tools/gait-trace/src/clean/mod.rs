@@ -1,0 +1,7 @@
+//! Finding and repairing defects of a recording.
+
+pub(crate) mod clock;
+pub mod condition;
+pub mod convention;
+pub mod repair;
+pub mod resample;

@@ -1,0 +1,202 @@
+//! Numbers that were taken for joints, made degrees: which unit they are in, and whether they can be angles at all.
+//!
+//! The unit is, in this order: what the caller says; what the file says (heading or header); what the numbers say, which is
+//! then noted. Numbers say *degrees* where one is beyond 2 pi, since no joint turns that far in radians, and *radians* where
+//! none of at least [`ENOUGH`] is beyond [`RADIANS_END`]: a hip or a knee that walks moves more than that in degrees. In
+//! between there is no telling, which is an error, and so is a file that says degrees and has none.
+
+use crate::fault::{Fault, TraceError};
+use crate::format::joint_names::AngleUnit;
+use crate::raw::RawJoint;
+use crate::recording::{MAX_ANGLE_DEG, Quantity};
+use joint_units::Joint;
+
+/// Numbers below which no unit is guessed and none doubted.
+const ENOUGH: usize = 20;
+/// Largest angle of a joint in radians: 200 degrees.
+const RADIANS_END: f64 = 3.5;
+/// One value in so many may be beyond [`MAX_ANGLE_DEG`] and is then taken for a glitch; more, and the unit is wrong.
+const GLITCH_SHARE: usize = 100;
+
+/// A column of a file that was taken for a joint, in the file's unit.
+pub(crate) struct AngleColumn {
+    pub(crate) joint: Joint,
+    /// What the file calls it.
+    pub(crate) heading: String,
+    /// Its place in the file, from 0.
+    pub(crate) index: usize,
+    /// The unit that the file says.
+    pub(crate) said: Option<AngleUnit>,
+    pub(crate) values: Vec<f64>,
+}
+
+/// What the error of a row needs: the file's name and its row's line, if it has lines.
+pub(crate) struct Place<'a> {
+    pub(crate) file: &'a str,
+    /// The line of the heading.
+    pub(crate) header: Option<u64>,
+    /// The line of each row; empty for a file without lines.
+    pub(crate) lines: &'a [u64],
+}
+
+impl Place<'_> {
+    fn at(&self, line: Option<u64>, column: Option<&AngleColumn>, fault: Fault) -> TraceError {
+        let error = TraceError::new(self.file, line, fault);
+        match column {
+            Some(column) => error.in_column(column.index, &column.heading),
+            None => error,
+        }
+    }
+}
+
+/// The joints in degrees, as the doors behind the readers want them.
+pub(crate) fn in_degrees(
+    place: &Place<'_>,
+    mut columns: Vec<AngleColumn>,
+    asked: Option<AngleUnit>,
+    notes: &mut Vec<String>,
+) -> Result<[Option<RawJoint>; Joint::COUNT], TraceError> {
+    columns.retain(|column| {
+        let any = column.values.iter().any(|value| !value.is_nan());
+        if !any {
+            notes.push(format!("`{}` has no number in any row and is left out.", column.heading));
+        }
+        any
+    });
+    if columns.is_empty() {
+        return Err(place.at(place.header, None, Fault::NoValues));
+    }
+    let guess = match asked {
+        Some(_) => None,
+        None => guess(place, &columns, notes)?,
+    };
+    let mut joints: [Option<RawJoint>; Joint::COUNT] = Default::default();
+    for column in columns {
+        let unit = asked.or(column.said).or(guess).unwrap_or(AngleUnit::Degrees);
+        if let (Some(asked), Some(said)) = (asked, column.said)
+            && asked != said
+        {
+            let (heading, asked, said) = (&column.heading, asked.words(), said.words());
+            notes.push(format!("`{heading}`: read as {asked}, as asked, though the file says {said}."));
+        }
+        let joint = column.joint as usize;
+        joints[joint] = Some(believable(place, column, unit, notes)?);
+    }
+    Ok(joints)
+}
+
+/// The largest number either way, and how many there are.
+fn extent<'a>(columns: impl Iterator<Item = &'a AngleColumn>) -> (f64, usize) {
+    let values = columns.flat_map(|column| &column.values).filter(|value| !value.is_nan());
+    values.fold((0.0, 0), |(largest, count), value| (value.abs().max(largest), count + 1))
+}
+
+/// The unit of the columns of which the file does not say it; `None` where it says it of all.
+fn guess(place: &Place<'_>, columns: &[AngleColumn], notes: &mut Vec<String>) -> Result<Option<AngleUnit>, TraceError> {
+    let degrees = |column: &&AngleColumn| column.said == Some(AngleUnit::Degrees);
+    let (largest, values) = extent(columns.iter().filter(degrees));
+    if values >= ENOUGH && largest <= RADIANS_END {
+        let fault = Fault::UnitDoubt { said: AngleUnit::Degrees.words(), values, largest };
+        return Err(place.at(place.header, columns.iter().find(degrees), fault));
+    }
+    let Some(unsaid) = columns.iter().find(|column| column.said.is_none()) else { return Ok(None) };
+    let (largest, values) = extent(columns.iter().filter(|column| column.said.is_none()));
+    let no_unit = |why| Err(place.at(place.header, Some(unsaid), Fault::NoUnit { why }));
+    let unit = match largest {
+        _ if values < ENOUGH => return no_unit(format!(", and {values} numbers are too few to tell it")),
+        _ if largest > std::f64::consts::TAU => AngleUnit::Degrees,
+        _ if largest <= RADIANS_END => AngleUnit::Radians,
+        _ => return no_unit(format!(", and the largest number, {largest:.3}, may be either")),
+    };
+    notes.push(format!(
+        "The file does not say the unit of its angles; taken as {} because the largest of {values} numbers is {largest:.3}.",
+        unit.words()
+    ));
+    Ok(Some(unit))
+}
+
+/// The column in degrees, single values beyond what a joint can do taken out.
+fn believable(
+    place: &Place<'_>,
+    mut column: AngleColumn,
+    unit: AngleUnit,
+    notes: &mut Vec<String>,
+) -> Result<RawJoint, TraceError> {
+    let mut values = std::mem::take(&mut column.values);
+    let mut first_beyond = None;
+    let mut beyond = 0;
+    for (row, value) in values.iter_mut().enumerate() {
+        *value = unit.degrees(*value);
+        if value.abs() > MAX_ANGLE_DEG {
+            first_beyond.get_or_insert((row, *value));
+            beyond += 1;
+            *value = f64::NAN;
+        }
+    }
+    if let Some((row, value)) = first_beyond {
+        let line = place.lines.get(row).copied();
+        if beyond * GLITCH_SHARE > values.len() {
+            return Err(place.at(line, Some(&column), Fault::Magnitude { value, quantity: Quantity::Angle }));
+        }
+        let at = line.map_or_else(|| format!("frame {row}"), |line| format!("line {line}"));
+        notes.push(format!(
+            "`{}`: {beyond} of {} values are beyond {MAX_ANGLE_DEG} degrees and are taken as missing, the first in {at} ({value:.1}).",
+            column.heading,
+            values.len()
+        ));
+    }
+    Ok(RawJoint { column: column.heading, angle_deg: values })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn column(said: Option<AngleUnit>, values: Vec<f64>) -> AngleColumn {
+        AngleColumn { joint: Joint::LeftKnee, heading: "knee".into(), index: 1, said, values }
+    }
+
+    fn read(said: Option<AngleUnit>, asked: Option<AngleUnit>, values: Vec<f64>) -> Result<(f64, Vec<String>), String> {
+        let place = Place { file: "walk", header: Some(1), lines: &[] };
+        let mut notes = Vec::new();
+        let joints = in_degrees(&place, vec![column(said, values)], asked, &mut notes);
+        let joints = joints.map_err(|error| error.to_string())?;
+        assert!(joints[0].is_none() && joints[1].is_none() && joints[3].is_none());
+        Ok((joints[2].as_ref().unwrap().angle_deg[0], notes))
+    }
+
+    #[test]
+    fn the_unit_is_said_or_asked_or_told_from_the_numbers_and_noted() {
+        let degrees = Some(AngleUnit::Degrees);
+        let radians = Some(AngleUnit::Radians);
+        assert_eq!(read(degrees, None, vec![60.0; 30]).unwrap(), (60.0, vec![]));
+        assert!((read(radians, None, vec![1.0; 30]).unwrap().0 - 57.29578).abs() < 1e-5);
+        let (value, notes) = read(None, None, vec![60.0; 30]).unwrap();
+        assert!(value == 60.0 && notes[0].contains("taken as degrees"), "{notes:?}");
+        let (value, notes) = read(None, None, vec![1.0; 30]).unwrap();
+        assert!((value - 57.29578).abs() < 1e-5 && notes[0].contains("taken as radians"), "{notes:?}");
+        let (value, notes) = read(radians, degrees, vec![1.0; 30]).unwrap();
+        assert!(value == 1.0 && notes[0].contains("as asked, though the file says radians"), "{notes:?}");
+    }
+
+    #[test]
+    fn what_does_not_tell_its_unit_is_refused() {
+        let degrees = Some(AngleUnit::Degrees);
+        assert!(read(None, None, vec![5.0; 30]).unwrap_err().contains("5.000, may be either"));
+        assert!(read(None, None, vec![60.0; 19]).unwrap_err().contains("19 numbers are too few"));
+        assert!(read(degrees, None, vec![1.0; 30]).unwrap_err().contains("says degrees, but no angle in 30 values"));
+        assert!(read(degrees, None, vec![1.0; 19]).is_ok());
+        assert!(read(Some(AngleUnit::Radians), None, vec![60.0; 30]).unwrap_err().contains("wrong unit?"));
+        assert!(read(degrees, None, vec![f64::NAN; 30]).unwrap_err().contains("no row has a number"));
+    }
+
+    #[test]
+    fn one_glitch_in_a_hundred_is_missing_and_two_are_a_wrong_unit() {
+        let mut values = vec![60.0; 100];
+        values[0] = 1e9;
+        let (value, notes) = read(Some(AngleUnit::Degrees), None, values.clone()).unwrap();
+        assert!(value.is_nan() && notes[0].contains("1 of 100 values are beyond 200 degrees"), "{notes:?}");
+        values[1] = -300.0;
+        assert!(read(Some(AngleUnit::Degrees), None, values).unwrap_err().contains("1000000000 degrees: wrong unit?"));
+    }
+}

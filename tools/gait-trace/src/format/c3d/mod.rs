@@ -1,0 +1,165 @@
+//! C3D, the files of motion capture: joint angles where the laboratory's program put them, or hips and knees from the
+//! trajectories of joint centres.
+//!
+//! The reader is our own, and small: what it must hold is that a damaged file is an error that names the byte. `c3dio` 0.8
+//! panics on some such files and reads others that are cut as if they were whole, so that every check below would be needed
+//! before it may see a file; what is left to do then is to multiply three numbers. Analog data are skipped, not read.
+//!
+//! All three number formats (Intel, DEC, MIPS) and both kinds of points (floats, scaled integers) are read. A point with a
+//! negative residual, or one at exactly 0, 0, 0, is missing. Only the chosen points are kept: memory is bounded by the
+//! file's own size, whatever its header announces.
+
+mod processor;
+mod section;
+mod segments;
+
+use crate::fault::{Fault, TraceError};
+use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
+use crate::format::joint_names::{AngleUnit, joint_of};
+use crate::format::open::ReadOptions;
+use crate::format::text_table::{column_called, listed, room_after};
+use crate::raw::RawJoints;
+use joint_units::Joint;
+use section::{KEY, Layout, Parameters};
+
+/// A file that is read: its name for errors, and its bytes.
+pub(crate) struct Ctx<'a> {
+    pub(crate) file: &'a str,
+    pub(crate) bytes: &'a [u8],
+}
+
+impl Ctx<'_> {
+    pub(crate) fn bad(&self, offset: usize, field: &str, found: &str, allowed: &str) -> TraceError {
+        let fault = Fault::Binary { offset, field: field.into(), found: found.into(), allowed: allowed.into() };
+        TraceError::new(self.file, None, fault)
+    }
+}
+
+/// Whether the bytes begin as a C3D file does and no text can.
+pub(crate) fn looks_like(bytes: &[u8]) -> bool {
+    bytes.get(1) == Some(&KEY) && bytes.iter().take(512).any(|&byte| byte == 0)
+}
+
+/// Where a point was in each frame; NaN where it was not seen.
+pub(crate) type Track = Vec<[f64; 3]>;
+
+/// Reads the bytes of a file.
+///
+/// # Errors
+/// The first thing that is wrong with it, with the byte; or it has neither angles nor joint centres.
+///
+/// ```
+/// use gait_trace::format::c3d;
+/// use gait_trace::format::open::ReadOptions;
+/// let error = c3d::parse("walk.c3d", b"\x02\x51", &ReadOptions::default()).unwrap_err();
+/// assert_eq!(error.to_string(), "walk.c3d: byte 1: the key of the header is 0x51; allowed is 0x50: is this a C3D file?");
+/// ```
+pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
+    let ctx = Ctx { file: name, bytes };
+    let mut notes = Vec::new();
+    let parameters = Parameters::parse(&ctx)?;
+    let layout = Layout::parse(&ctx, &parameters, &mut notes)?;
+    if layout.frames < 2 {
+        return Err(TraceError::new(name, None, Fault::TooFewRows { rows: layout.frames }));
+    }
+    room_after(layout.frames - 1).map_err(|fault| TraceError::new(name, None, fault))?;
+    let file = File { ctx, parameters, layout };
+    let (columns, what) = match file.angles(how)? {
+        columns if columns.is_empty() => (file.segments(&mut notes)?, "joint centres"),
+        columns => (columns, "joint angles"),
+    };
+    let place = Place { file: name, header: None, lines: &[] };
+    let joints = in_degrees(&place, columns, how.unit, &mut notes)?;
+    let File { parameters, layout, .. } = file;
+    let numbers = if layout.scale.is_some() { "integers" } else { "floats" };
+    let format = format!("C3D, {}, {numbers}, {} Hz, {what}", parameters.processor.words(), layout.rate_hz);
+    let time_s = (0..layout.frames).map(|frame| frame as f64 / layout.rate_hz).collect();
+    Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
+}
+
+/// A file whose pointers and counts were checked against its length.
+struct File<'a> {
+    ctx: Ctx<'a>,
+    parameters: Parameters,
+    layout: Layout,
+}
+
+impl File<'_> {
+    /// The points that are joint angles: by the map, else by name.
+    fn angles(&self, how: &ReadOptions<'_>) -> Result<Vec<AngleColumn>, TraceError> {
+        let labels = &self.layout.labels;
+        let said = match self.parameters.text(&self.ctx, "POINT:ANGLE_UNITS").first() {
+            Some(unit) if !unit.is_empty() => unit.parse::<AngleUnit>().ok(),
+            _ => None,
+        };
+        let mut columns = Vec::new();
+        for joint in Joint::ALL {
+            let index = match how.column_of(joint) {
+                Some(wanted) => Some(column_called(labels, wanted).ok_or_else(|| {
+                    let (joint, wanted, have) = (joint.name(), wanted.into(), listed(labels));
+                    TraceError::new(self.ctx.file, None, Fault::MapColumn { joint, wanted, have })
+                })?),
+                None => labels.iter().position(|label| {
+                    let label = bare(label);
+                    label.to_ascii_lowercase().contains("angle")
+                        && joint_of(label).is_some_and(|(found, _)| found == joint)
+                }),
+            };
+            if let Some(index) = index {
+                // Flexion is the first of the three components, as in Plug-in Gait.
+                let values = self.track(index).iter().map(|point| point[0]).collect();
+                columns.push(AngleColumn { joint, heading: labels[index].clone(), index, said, values });
+            }
+        }
+        Ok(columns)
+    }
+
+    /// The angles of thighs and shanks.
+    fn segments(&self, notes: &mut Vec<String>) -> Result<Vec<AngleColumn>, TraceError> {
+        let bare: Vec<&str> = self.layout.labels.iter().map(|label| bare(label)).collect();
+        let screen = |name| self.parameters.text(&self.ctx, name).first().cloned();
+        let screen_up = screen("POINT:Y_SCREEN");
+        let legs = segments::find(&bare).map(|leg| leg.map(|leg| leg.tracks(|index| self.track(index))));
+        let fault = |fault| TraceError::new(self.ctx.file, None, fault);
+        if legs.iter().all(Option::is_none) {
+            return Err(fault(Fault::NoTrajectories { have: listed(&self.layout.labels) }));
+        }
+        segments::angles(&legs, self.layout.rate_hz, screen_up.as_deref(), notes).map_err(fault)
+    }
+
+    /// One point in all frames.
+    fn track(&self, point: usize) -> Track {
+        let Layout { frames, data_at, frame_bytes, scale, .. } = self.layout;
+        (0..frames).map(|frame| self.point(data_at + frame * frame_bytes, point, scale)).collect()
+    }
+
+    fn point(&self, frame_at: usize, point: usize, scale: Option<f32>) -> [f64; 3] {
+        const MISSING: [f64; 3] = [f64::NAN; 3];
+        let processor = self.parameters.processor;
+        let value = |n: usize| -> Option<f32> {
+            match scale {
+                Some(scale) => {
+                    let at = frame_at + (point * 4 + n) * 2;
+                    let bytes = self.ctx.bytes.get(at..at + 2)?.try_into().ok()?;
+                    let code = processor.u16(bytes) as i16;
+                    // The fourth is a residual and a mask, not a length.
+                    Some(if n == 3 { f32::from(code) } else { f32::from(code) * scale })
+                }
+                None => {
+                    let at = frame_at + (point * 4 + n) * 4;
+                    Some(processor.f32(self.ctx.bytes.get(at..at + 4)?.try_into().ok()?))
+                }
+            }
+        };
+        let (Some(x), Some(y), Some(z), Some(residual)) = (value(0), value(1), value(2), value(3)) else {
+            return MISSING;
+        };
+        let seen = residual >= 0.0 && [x, y, z].iter().all(|value| value.is_finite()) && [x, y, z] != [0.0; 3];
+        if seen { [x, y, z].map(f64::from) } else { MISSING }
+    }
+}
+
+/// A label without the subject before it: `Anna:LKNE` is `LKNE`.
+fn bare(label: &str) -> &str {
+    label.rsplit(':').next().unwrap_or(label)
+}

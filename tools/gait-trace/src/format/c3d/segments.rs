@@ -1,0 +1,296 @@
+//! Hip and knee from where hip, knee and ankle are.
+//!
+//! With `up` and `forward` of the walker, a segment from `a` down to `b` stands at `atan2((b - a).forward, (a - b).up)`:
+//! 0 where it hangs straight down, positive where its lower end is in front. The hip's angle is the thigh's (no pelvis: its
+//! tilt is not in it), the knee's is the thigh's minus the shank's. Both are positive in flexion by construction.
+//!
+//! `up` is the axis along which the ankles are below the hips. `forward` is level and square to the line between the hips,
+//! left to right, averaged over [`WINDOW_S`] so that it turns with a walker who turns and not with the pelvis in each
+//! stride; with one leg only, it is the way from the first to the last place.
+
+use super::Track;
+use crate::fault::Fault;
+use crate::format::angle_columns::AngleColumn;
+use crate::format::joint_names::AngleUnit;
+use joint_units::Joint;
+
+/// Width of the mean of the line between the hips: about a stride.
+const WINDOW_S: f64 = 1.2;
+/// The trunk of the body is within this of an axis: cosine of 30 degrees.
+const UPRIGHT: f64 = 0.866;
+
+/// Names of a place, best first, without side, blanks and signs; several in one entry are averaged.
+type Names = &'static [&'static [&'static str]];
+const HIP: Names = &[
+    &["hjc"],
+    &["hipjc"],
+    &["hipjointcenter"],
+    &["hipjointcentre"],
+    &["hipcenter"],
+    &["fep"],
+    &["gtr"],
+    &["gt"],
+    &["troch"],
+    &["hip"],
+];
+const KNEE: Names = &[
+    &["kjc"],
+    &["kneejc"],
+    &["kneejointcenter"],
+    &["kneejointcentre"],
+    &["kneecenter"],
+    &["feo"],
+    &["kne", "knm"],
+    &["kne", "mkne"],
+    &["lfc", "mfc"],
+    &["lek", "mek"],
+    &["fle", "fme"],
+    &["kneelat", "kneemed"],
+    &["knee"],
+    &["kne"],
+    &["lfc"],
+    &["fle"],
+];
+const ANKLE: Names = &[
+    &["ajc"],
+    &["anklejc"],
+    &["anklejointcenter"],
+    &["anklejointcentre"],
+    &["anklecenter"],
+    &["tio"],
+    &["ank", "med"],
+    &["ank", "mank"],
+    &["lmal", "mmal"],
+    &["fal", "tam"],
+    &["anklelat", "anklemed"],
+    &["ankle"],
+    &["ank"],
+    &["lmal"],
+    &["fal"],
+];
+
+/// Hip, knee and ankle of a leg, by the places of their points.
+pub(crate) struct Leg<P> {
+    places: [P; 3],
+    name: String,
+}
+
+/// The legs of which all three places are there: left, right.
+pub(crate) fn find(labels: &[&str]) -> [Option<Leg<Vec<usize>>>; 2] {
+    let plain: Vec<String> =
+        labels.iter().map(|label| label.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect()).collect();
+    let called = |side: &str, word: &str, name: &str| {
+        let names =
+            [format!("{side}{name}"), format!("{name}{side}"), format!("{word}{name}"), format!("{name}{word}")];
+        plain.iter().position(|label| names.contains(label))
+    };
+    [("l", "left"), ("r", "right")].map(|(side, word)| {
+        let place = |names: Names| {
+            names
+                .iter()
+                .find_map(|points| points.iter().map(|name| called(side, word, name)).collect::<Option<Vec<_>>>())
+        };
+        let places = [place(HIP)?, place(KNEE)?, place(ANKLE)?];
+        let name = places.concat().iter().map(|&index| labels[index]).collect::<Vec<_>>().join(", ");
+        Some(Leg { places, name })
+    })
+}
+
+impl Leg<Vec<usize>> {
+    /// The trajectories, of several points their mean.
+    pub(crate) fn tracks(self, track: impl Fn(usize) -> Track) -> Leg<Track> {
+        let mean = |points: Vec<usize>| {
+            let share = 1.0 / points.len() as f64;
+            let mut tracks = points.into_iter().map(&track);
+            let mut sum = tracks.next().unwrap_or_default();
+            for other in tracks {
+                sum.iter_mut().zip(other).for_each(|(a, b)| *a = add(*a, b));
+            }
+            sum.iter_mut().for_each(|point| *point = point.map(|value| value * share));
+            sum
+        };
+        Leg { places: self.places.map(mean), name: self.name }
+    }
+}
+
+fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|n| a[n] + b[n])
+}
+
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|n| a[n] - b[n])
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// The direction of a vector; `None` for one without length.
+fn unit(a: [f64; 3]) -> Option<[f64; 3]> {
+    let length = dot(a, a).sqrt();
+    (length.is_finite() && length > 0.0).then(|| a.map(|value| value / length))
+}
+
+fn is_seen(point: &[f64; 3]) -> bool {
+    point.iter().all(|value| !value.is_nan())
+}
+
+/// The mean of those that were seen.
+fn mean(points: impl Iterator<Item = [f64; 3]>) -> Option<[f64; 3]> {
+    let (sum, count) =
+        points.filter(is_seen).fold(([0.0; 3], 0_usize), |(sum, count), point| (add(sum, point), count + 1));
+    (count > 0).then(|| sum.map(|value| value / count as f64))
+}
+
+fn level(a: [f64; 3], up: [f64; 3]) -> [f64; 3] {
+    let rise = dot(a, up);
+    sub(a, up.map(|value| value * rise))
+}
+
+/// The angles of the legs that are there.
+pub(crate) fn angles(
+    legs: &[Option<Leg<Track>>; 2],
+    rate_hz: f64,
+    screen_up: Option<&str>,
+    notes: &mut Vec<String>,
+) -> Result<Vec<AngleColumn>, Fault> {
+    let up = up(legs, screen_up, notes)?;
+    let forward = forward(legs, up, rate_hz, notes)?;
+    let mut columns = Vec::new();
+    for (leg, [hip, knee]) in legs.iter().zip([[Joint::LeftHip, Joint::LeftKnee], [Joint::RightHip, Joint::RightKnee]])
+    {
+        let Some(Leg { places: [hips, knees, ankles], name }) = leg else { continue };
+        let lean = |above: [f64; 3], below: [f64; 3], forward: [f64; 3]| {
+            let down = sub(below, above);
+            dot(down, forward).atan2(-dot(down, up)).to_degrees()
+        };
+        let thigh: Vec<f64> = (0..hips.len()).map(|n| lean(hips[n], knees[n], forward[n])).collect();
+        let bend = (0..hips.len()).map(|n| turn(thigh[n] - lean(knees[n], ankles[n], forward[n]))).collect();
+        for (joint, values) in [(hip, thigh), (knee, bend)] {
+            let heading = format!("{} from {name}", joint.name());
+            columns.push(AngleColumn { joint, heading, index: 0, said: Some(AngleUnit::Degrees), values });
+        }
+        notes.push(format!(
+            "{} and {} are computed from {name}: the thigh against the vertical (the pelvis is not in it), the knee as thigh minus shank, flexion positive.",
+            hip.name(),
+            knee.name()
+        ));
+    }
+    Ok(columns)
+}
+
+/// An angle within half a turn of 0.
+fn turn(degrees: f64) -> f64 {
+    if degrees > 180.0 {
+        degrees - 360.0
+    } else if degrees < -180.0 {
+        degrees + 360.0
+    } else {
+        degrees
+    }
+}
+
+fn axis_name(axis: [f64; 3]) -> String {
+    let largest = (0..3).fold(0, |best, n| if axis[n].abs() > axis[best].abs() { n } else { best });
+    format!("{}{}", if axis[largest] < 0.0 { '-' } else { '+' }, ['X', 'Y', 'Z'][largest])
+}
+
+/// The axis along which the hips are above the ankles.
+fn up(legs: &[Option<Leg<Track>>; 2], screen_up: Option<&str>, notes: &mut Vec<String>) -> Result<[f64; 3], Fault> {
+    let fault = || Fault::NoFrameOfReference {
+        what: "the vertical",
+        allowed: "hips above ankles along one axis of the laboratory, within 30 degrees",
+    };
+    let rise = |leg: &Leg<Track>| {
+        let [hips, _, ankles] = &leg.places;
+        mean(hips.iter().zip(ankles).map(|(&hip, &ankle)| sub(hip, ankle)))
+    };
+    let rise = mean(legs.iter().flatten().filter_map(rise)).and_then(unit).ok_or_else(fault)?;
+    let largest = (0..3).fold(0, |best, n| if rise[n].abs() > rise[best].abs() { n } else { best });
+    if rise[largest].abs() < UPRIGHT {
+        return Err(fault());
+    }
+    let mut up = [0.0; 3];
+    up[largest] = rise[largest].signum();
+    let name = axis_name(up);
+    let screen = screen_up.map(|text| text.trim().to_uppercase()).filter(|text| !text.is_empty());
+    notes.push(match screen {
+        Some(screen) if screen.trim_start_matches('+') == name.trim_start_matches('+') => {
+            format!("Up is {name}, as the hips stand above the ankles and as POINT:Y_SCREEN says.")
+        }
+        Some(screen) => {
+            format!(
+                "Up is {name}, as the hips stand above the ankles; POINT:Y_SCREEN says {screen} and is not believed."
+            )
+        }
+        None => format!("Up is {name}, as the hips stand above the ankles."),
+    });
+    Ok(up)
+}
+
+/// Forward in each frame.
+fn forward(
+    legs: &[Option<Leg<Track>>; 2],
+    up: [f64; 3],
+    rate_hz: f64,
+    notes: &mut Vec<String>,
+) -> Result<Vec<[f64; 3]>, Fault> {
+    let fault = || Fault::NoFrameOfReference {
+        what: "the direction of walking",
+        allowed: "both hips, or one leg that goes further than it is long",
+    };
+    let first_leg = legs.iter().flatten().next().ok_or_else(fault)?;
+    let [hips, _, ankles] = &first_leg.places;
+    let length =
+        mean(hips.iter().zip(ankles).map(|(&hip, &ankle)| sub(hip, ankle))).map_or(0.0, |leg| dot(leg, leg).sqrt());
+    let mut seen = hips.iter().copied().filter(is_seen);
+    let start = seen.next().ok_or_else(fault)?;
+    let way = level(sub(seen.next_back().unwrap_or(start), start), up);
+    let walked = (dot(way, way).sqrt() > length).then_some(way).and_then(unit);
+
+    let [Some(left), Some(right)] = legs else {
+        let forward = walked.ok_or_else(fault)?;
+        notes.push(format!(
+            "Forward is near {}, as the hip moves from its first to its last place.",
+            axis_name(forward)
+        ));
+        return Ok(vec![forward; hips.len()]);
+    };
+    let across: Vec<[f64; 3]> =
+        left.places[0].iter().zip(&right.places[0]).map(|(&left, &right)| level(sub(left, right), up)).collect();
+    let half = ((WINDOW_S / 2.0 * rate_hz) as usize).min(across.len());
+    // Running sums of what was seen: each window is a difference of two.
+    let mut sums = vec![([0.0; 3], 0_usize)];
+    for point in &across {
+        let (sum, count) = sums[sums.len() - 1];
+        sums.push(if is_seen(point) { (add(sum, *point), count + 1) } else { (sum, count) });
+    }
+    let total = sums[across.len()].0;
+    let overall = unit(cross(total, up)).ok_or_else(fault)?;
+    let forward: Vec<[f64; 3]> = (0..across.len())
+        .map(|n| {
+            let (from, to) = (sums[n.saturating_sub(half)], sums[(n + half + 1).min(across.len())]);
+            let window = (to.1 > from.1).then(|| cross(sub(to.0, from.0), up)).and_then(unit);
+            window.unwrap_or(overall)
+        })
+        .collect();
+    let agrees = match walked.map(|walked| dot(walked, overall)) {
+        Some(cosine) if cosine < 0.0 => {
+            "; but the hips move the other way: backwards walking, or left and right are swapped".to_owned()
+        }
+        Some(_) => ", and so the hips move".to_owned(),
+        None => ", and the walker stays in place, as on a treadmill".to_owned(),
+    };
+    let turned = forward.iter().map(|&now| dot(now, overall)).fold(1.0, f64::min).acos().to_degrees();
+    notes.push(format!("Forward is near {}, square to the line between the hips{agrees}.", axis_name(overall)));
+    if turned > 30.0 {
+        notes.push(format!(
+            "The walker turns by up to {turned:.0} degrees from the mean direction; forward turns along."
+        ));
+    }
+    Ok(forward)
+}

@@ -1,0 +1,270 @@
+//! MCAP in (<https://mcap.dev/spec>): joint angles out of messages in JSON, such as a capture's `/sensor`.
+//!
+//! A channel whose first message is a JSON object with numbers (or null) called as joints are (`left_knee_deg`) has these
+//! joints; the rest of the file is passed over. Its column is called `/topic.field`, and `field` alone will do in a map. Time
+//! is the message's log time. Messages of the same time make one row. A null is a missing value.
+//!
+//! A file that ends early, since its recorder was killed, is read up to its last whole chunk, with a note. Check sums are
+//! checked before a chunk is believed. Compressed chunks are refused.
+
+use crate::fault::{Fault, TraceError};
+use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
+use crate::format::joint_names::{joint_of, unit_of};
+use crate::format::open::ReadOptions;
+use crate::format::text_table::{column_called, listed, room_after, short};
+use crate::raw::RawJoints;
+use joint_units::Joint;
+use mcap::records::{Channel, Record};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{McapError, parse_record};
+use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+
+/// Longest message that can hold joints.
+const MAX_MESSAGE: usize = 64 * 1024;
+
+/// Most fields of all channels.
+const MAX_FIELDS: usize = 4096;
+
+/// Whether bytes begin as MCAP does.
+#[must_use]
+pub fn looks_like(bytes: &[u8]) -> bool {
+    bytes.starts_with(mcap::MAGIC)
+}
+
+/// A joint and the channel's field that it is.
+struct Chosen {
+    joint: Joint,
+    channel: u16,
+    field: String,
+    heading: String,
+    values: Vec<f64>,
+}
+
+/// A field of a channel's first message that may be a joint.
+struct Field {
+    channel: u16,
+    name: String,
+    heading: String,
+}
+
+/// Reads the bytes of an MCAP file.
+///
+/// # Errors
+/// The first thing that is wrong with it, and where.
+pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
+    let mut notes = Vec::new();
+    let mut seen = Seen::default();
+    let cut = records(name, bytes, |at, record| seen.take(name, at, record))?;
+    if let Some(messages) = cut.then_some(seen.messages) {
+        let read = format!("its {messages} messages up to the last whole chunk are read");
+        notes.push(format!("The file has no end: its recorder was killed, or it was cut; {read}."));
+    }
+    if let Some(lost) = seen.lost.filter(|&lost| lost > 0) {
+        notes.push(format!("The capture says that {lost} samples were lost; they are missing, not filled in."));
+    }
+    let mut chosen = choose(name, &seen, how)?;
+    let mut time_s: Vec<f64> = Vec::new();
+    let mut last: Option<u64> = None;
+    records(name, bytes, |at, record| {
+        let Record::Message { header, data } = record else { return Ok(()) };
+        if !chosen.iter().any(|chosen| chosen.channel == header.channel_id) {
+            return Ok(());
+        }
+        let object = object_of(&data)
+            .map_err(|why| TraceError::new(name, None, Fault::Mcap { offset: at, what: format!("message: {why}") }))?;
+        let of_channel = |chosen: &&mut Chosen| chosen.channel == header.channel_id;
+        let taken =
+            |chosen: &Chosen| chosen.values.len() == time_s.len() && chosen.values.last().is_some_and(|v| !v.is_nan());
+        let joins = last == Some(header.log_time)
+            && !chosen.iter().filter(|chosen| chosen.channel == header.channel_id).any(taken);
+        if !joins {
+            room_after(time_s.len()).map_err(|fault| TraceError::new(name, None, fault))?;
+            time_s.push(header.log_time as f64 / 1e9);
+            for chosen in &mut chosen {
+                chosen.values.push(f64::NAN);
+            }
+            last = Some(header.log_time);
+        }
+        for chosen in chosen.iter_mut().filter(of_channel) {
+            let value = match object.get(&chosen.field) {
+                None | Some(Value::Null) => f64::NAN,
+                Some(Value::Number(number)) => number.as_f64().unwrap_or(f64::NAN),
+                Some(other) => {
+                    let what =
+                        format!("`{}` is {}; allowed is a number or null", chosen.heading, short(&other.to_string()));
+                    return Err(TraceError::new(name, None, Fault::Mcap { offset: at, what }));
+                }
+            };
+            if let Some(last) = chosen.values.last_mut() {
+                *last = value;
+            }
+        }
+        Ok(())
+    })?;
+    if time_s.len() < 2 {
+        return Err(TraceError::new(name, None, Fault::TooFewRows { rows: time_s.len() }));
+    }
+    let columns = chosen.into_iter().enumerate().map(|(index, chosen)| {
+        let said = joint_of(&chosen.field).and_then(|(_, unit)| unit).or_else(|| unit_of(&chosen.field));
+        AngleColumn { joint: chosen.joint, heading: chosen.heading, index, said, values: chosen.values }
+    });
+    let place = Place { file: name, header: None, lines: &[] };
+    let joints = in_degrees(&place, columns.collect(), how.unit, &mut notes)?;
+    let count = joints.iter().flatten().count();
+    let format = format!("MCAP, JSON, {count} joints of {} channels", seen.channels.len());
+    Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
+}
+
+/// What a file holds.
+#[derive(Default)]
+struct Seen {
+    channels: BTreeMap<u16, Channel>,
+    /// Channels whose first message has come.
+    known: BTreeMap<u16, ()>,
+    fields: Vec<Field>,
+    messages: u64,
+    lost: Option<u64>,
+}
+
+impl Seen {
+    fn take(&mut self, name: &str, at: u64, record: Record<'_>) -> Result<(), TraceError> {
+        match record {
+            Record::Channel(channel) => {
+                self.channels.entry(channel.id).or_insert(channel);
+            }
+            Record::Metadata(metadata) if metadata.name == "end" => {
+                self.lost = metadata.metadata.get("lost_samples").and_then(|text| text.parse().ok());
+            }
+            Record::Message { header, data } => {
+                self.messages += 1;
+                if self.known.insert(header.channel_id, ()).is_some() {
+                    return Ok(());
+                }
+                let fault = |what| TraceError::new(name, None, Fault::Mcap { offset: at, what });
+                let Some(channel) = self.channels.get(&header.channel_id) else {
+                    return Err(fault(format!(
+                        "a message of channel {}, which no record before names",
+                        header.channel_id
+                    )));
+                };
+                if channel.message_encoding != "json" {
+                    return Ok(());
+                }
+                let Ok(object) = object_of(&data) else { return Ok(()) };
+                for (field, value) in &object {
+                    if !matches!(value, Value::Number(_) | Value::Null) {
+                        continue;
+                    }
+                    if self.fields.len() == MAX_FIELDS {
+                        return Err(fault(format!("more than {MAX_FIELDS} fields; allowed are up to that")));
+                    }
+                    let heading = format!("{}.{field}", channel.topic);
+                    self.fields.push(Field { channel: header.channel_id, name: field.clone(), heading });
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+/// Which field each joint is.
+fn choose(name: &str, seen: &Seen, how: &ReadOptions<'_>) -> Result<Vec<Chosen>, TraceError> {
+    let fault = |fault| TraceError::new(name, None, fault);
+    let headings: Vec<&str> = seen.fields.iter().map(|field| field.heading.as_str()).collect();
+    let names: Vec<&str> = seen.fields.iter().map(|field| field.name.as_str()).collect();
+    let mut chosen = Vec::new();
+    for joint in Joint::ALL {
+        let index = match how.column_of(joint) {
+            Some(wanted) => {
+                Some(column_called(&headings, wanted).or_else(|| column_called(&names, wanted)).ok_or_else(|| {
+                    fault(Fault::MapColumn { joint: joint.name(), wanted: wanted.into(), have: listed(&headings) })
+                })?)
+            }
+            None => {
+                let mut found =
+                    (0..names.len()).filter(|&index| joint_of(names[index]).is_some_and(|(of, _)| of == joint));
+                let index = found.next();
+                if let (Some(index), Some(other)) = (index, found.next()) {
+                    let (first, second) = (short(headings[index]), short(headings[other]));
+                    return Err(fault(Fault::TwoColumns { joint: joint.name(), first, second }));
+                }
+                index
+            }
+        };
+        if let Some(index) = index {
+            let Field { channel, name, heading } = &seen.fields[index];
+            let (field, heading) = (name.clone(), heading.clone());
+            chosen.push(Chosen { joint, channel: *channel, field, heading, values: Vec::new() });
+        }
+    }
+    if chosen.is_empty() {
+        let channel = |channel: &Channel| format!("{} ({})", channel.topic, channel.message_encoding);
+        let have = if headings.is_empty() {
+            format!("the channels {}", listed(&seen.channels.values().map(channel).collect::<Vec<_>>()))
+        } else {
+            listed(&headings)
+        };
+        return Err(fault(Fault::NoJoints { have }));
+    }
+    Ok(chosen)
+}
+
+fn object_of(data: &[u8]) -> Result<Map<String, Value>, String> {
+    if data.len() > MAX_MESSAGE {
+        return Err(format!("{} bytes; allowed are up to {MAX_MESSAGE}", data.len()));
+    }
+    serde_json::from_slice(data).map_err(|error| format!("is no JSON object ({error})"))
+}
+
+/// Goes through the records, those of chunks too, each with where the reading stands; gives whether the file has no end.
+fn records(
+    name: &str,
+    bytes: &[u8],
+    mut take: impl FnMut(u64, Record<'_>) -> Result<(), TraceError>,
+) -> Result<bool, TraceError> {
+    let options =
+        LinearReaderOptions::default().with_prevalidate_chunk_crcs(true).with_record_length_limit(bytes.len());
+    let mut reader = LinearReader::new_with_options(options);
+    let mut given = 0;
+    loop {
+        let fault = |what| TraceError::new(name, None, Fault::Mcap { offset: given as u64, what });
+        match reader.next_event() {
+            None => return Ok(false),
+            Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
+                let rest = bytes.get(given..).unwrap_or_default();
+                let more = wanted.min(rest.len());
+                reader.insert(more)[..more].copy_from_slice(&rest[..more]);
+                reader.notify_read(more);
+                given += more;
+            }
+            Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                let record = parse_record(opcode, data).map_err(|error| fault(words(&error)))?;
+                take(given as u64, record)?;
+            }
+            Some(Err(McapError::UnexpectedEof)) => return Ok(true),
+            Some(Err(McapError::RecordTooLarge { .. } | McapError::ChunkTooLarge(_))) => {
+                return Err(fault(
+                    "a record is said to be longer than the whole file; allowed is what is there".into(),
+                ));
+            }
+            Some(Err(McapError::UnsupportedCompression(how))) => {
+                let what = format!(
+                    "a chunk is compressed with {how}; allowed are chunks that are not: `mcap compress --compression none`"
+                );
+                return Err(fault(what));
+            }
+            Some(Err(error)) => return Err(fault(words(&error))),
+        }
+    }
+}
+
+/// An error of the format, with its cause.
+fn words(error: &McapError) -> String {
+    match error {
+        McapError::Parse(why) => format!("a record cannot be parsed: {}", short(&why.to_string().replace('\n', " "))),
+        McapError::Io(why) => format!("a record cannot be read: {why}"),
+        error => error.to_string(),
+    }
+}

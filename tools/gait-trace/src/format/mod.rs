@@ -1,0 +1,13 @@
+//! Readers and writers, one file format each.
+
+pub(crate) mod angle_columns;
+pub mod c3d;
+pub mod csv_file;
+pub mod joint_names;
+pub mod mapped_csv;
+pub mod mcap_file;
+pub mod open;
+pub mod opensim;
+pub mod scope;
+pub(crate) mod text_table;
+pub mod whole_file;

@@ -1,0 +1,235 @@
+//! Text of the files of others: bytes to lines to fields to numbers, with bounds on each.
+//!
+//! Shared by the readers of CSV, OpenSim and oscilloscope files. Stricter files, of our own header alone, are
+//! [`csv_file`](crate::format::csv_file)'s.
+
+use crate::fault::{Fault, TraceError};
+use std::borrow::Cow;
+
+/// Most bytes of a line: a row of 4096 columns of 20 digits has some 80 thousand.
+pub(crate) const MAX_LINE: usize = 1 << 20;
+/// Most rows of a table: four and a half hours at 1 kHz, and more than the 14 million of a long capture of an oscilloscope.
+/// Times, lines and four joints of so many take less than a gigabyte.
+pub(crate) const MAX_ROWS: usize = 1 << 24;
+/// Most columns of a table.
+pub(crate) const MAX_COLUMNS: usize = 4096;
+
+/// The text of the bytes, without byte order mark.
+pub(crate) fn text<'a>(name: &str, bytes: &'a [u8]) -> Result<&'a str, TraceError> {
+    let start = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
+    let bytes = &bytes[start..];
+    if bytes.iter().all(u8::is_ascii_whitespace) {
+        return Err(TraceError::new(name, None, Fault::Empty));
+    }
+    let (text, valid) = match std::str::from_utf8(bytes) {
+        Ok(text) => (text, bytes.len()),
+        Err(error) => ("", error.valid_up_to()),
+    };
+    let control = |byte: &u8| byte.is_ascii_control() && !matches!(byte, b'\n' | b'\r' | b'\t');
+    let bad = bytes[..valid].iter().position(control).unwrap_or(valid);
+    let Some(&byte) = bytes.get(bad) else { return Ok(text) };
+    let hint = match bytes {
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => " (UTF-16: save it as UTF-8)",
+        [b'P', b'K', 3, 4, ..] => " (a zip file, perhaps a spreadsheet: export it as CSV)",
+        [0x1f, 0x8b, ..] => " (compressed: unpack it first)",
+        _ if byte >= 0x80 => " (another character set: save it as UTF-8)",
+        _ => "",
+    };
+    let line = 1 + bytes[..bad].iter().filter(|&&byte| byte == b'\n').count() as u64;
+    Err(TraceError::new(name, Some(line), Fault::Bytes { byte, offset: start + bad, hint }))
+}
+
+/// The lines of a text: they end in LF, CR LF, or in CR where there is no LF.
+pub(crate) fn bare_lines(text: &str) -> impl Iterator<Item = &str> {
+    let end = if text.contains('\n') { '\n' } else { '\r' };
+    text.split_terminator(end).map(|row| row.strip_suffix('\r').unwrap_or(row))
+}
+
+/// Lines with their numbers from 1; one that is too long is an error in its place.
+pub(crate) fn lines<'a>(name: &'a str, text: &'a str) -> impl Iterator<Item = Result<(u64, &'a str), TraceError>> {
+    (1..).zip(bare_lines(text)).map(move |(line, row)| match row.len() {
+        bytes if bytes > MAX_LINE => Err(TraceError::new(name, Some(line), Fault::LongLine { bytes, most: MAX_LINE })),
+        _ => Ok((line, row)),
+    })
+}
+
+/// Whether there is room for one row more.
+pub(crate) fn room_after(rows: usize) -> Result<(), Fault> {
+    if rows < MAX_ROWS { Ok(()) } else { Err(Fault::TooManyRows { most: MAX_ROWS }) }
+}
+
+/// What separates the fields of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Delimiter {
+    /// `,`, `;` or a tab.
+    Char(char),
+    /// Any number of blanks and tabs.
+    Blanks,
+}
+
+impl Delimiter {
+    /// The one of `,`, `;` and tab that is there most often outside of quotes; `,` if none is.
+    pub(crate) fn of_header(row: &str) -> Self {
+        let mut quoted = false;
+        let mut counts = [(',', 0), (';', 0), ('\t', 0)];
+        for c in row.chars() {
+            quoted ^= c == '"';
+            if let Some((_, count)) = counts.iter_mut().find(|(delimiter, _)| !quoted && *delimiter == c) {
+                *count += 1;
+            }
+        }
+        let best = counts.iter().fold((',', 0), |best, &(c, count)| if count > best.1 { (c, count) } else { best });
+        Self::Char(best.0)
+    }
+
+    pub(crate) const fn words(self) -> &'static str {
+        match self {
+            Self::Char(';') => "semicolons",
+            Self::Char('\t') => "tabs",
+            Self::Char(_) => "commas",
+            Self::Blanks => "blanks",
+        }
+    }
+
+    /// The fields of a row, without the blanks and quotes around them.
+    pub(crate) fn fields(self, row: &str) -> Result<Vec<Cow<'_, str>>, Fault> {
+        let fields: Vec<Cow<'_, str>> = match self {
+            Self::Blanks => row.split_whitespace().map(Cow::Borrowed).take(MAX_COLUMNS + 1).collect(),
+            Self::Char(c) if row.contains('"') => quoted_fields(row, c)?,
+            Self::Char(c) => row.split(c).map(|field| Cow::Borrowed(field.trim())).take(MAX_COLUMNS + 1).collect(),
+        };
+        if fields.len() > MAX_COLUMNS {
+            let found = match self {
+                Self::Blanks => row.split_whitespace().count(),
+                Self::Char(c) => row.split(c).count(),
+            };
+            return Err(Fault::TooManyColumns { found, most: MAX_COLUMNS });
+        }
+        Ok(fields)
+    }
+}
+
+/// Fields of which some are in quotes; `""` inside of quotes is one quote.
+fn quoted_fields(row: &str, delimiter: char) -> Result<Vec<Cow<'_, str>>, Fault> {
+    let mut fields = Vec::new();
+    let mut rest = row;
+    loop {
+        let trimmed = rest.trim_start_matches(|c: char| c != delimiter && c.is_whitespace());
+        let Some(mut inside) = trimmed.strip_prefix('"') else {
+            let (field, after) = rest.split_once(delimiter).map_or((rest, None), |(field, after)| (field, Some(after)));
+            fields.push(Cow::Borrowed(field.trim()));
+            match after {
+                Some(after) if fields.len() <= MAX_COLUMNS => rest = after,
+                _ => return Ok(fields),
+            }
+            continue;
+        };
+        let mut field = String::new();
+        loop {
+            let (part, after) = inside.split_once('"').ok_or(Fault::OpenQuote)?;
+            field.push_str(part);
+            match after.strip_prefix('"') {
+                Some(after) => {
+                    field.push('"');
+                    inside = after;
+                }
+                None => {
+                    inside = after;
+                    break;
+                }
+            }
+        }
+        let (tail, after) = inside.split_once(delimiter).map_or((inside, None), |(tail, after)| (tail, Some(after)));
+        field.push_str(tail.trim_end());
+        fields.push(Cow::Owned(field.trim().to_owned()));
+        match after {
+            Some(after) if fields.len() <= MAX_COLUMNS => rest = after,
+            _ => return Ok(fields),
+        }
+    }
+}
+
+/// A number: NaN for an empty field, `nan` or `NaN`; with a decimal comma where `comma` allows it.
+pub(crate) fn number_or_missing(field: &str, comma: bool) -> Result<f64, Fault> {
+    if field.is_empty() || field.eq_ignore_ascii_case("nan") || field.eq_ignore_ascii_case("-nan") {
+        return Ok(f64::NAN);
+    }
+    finite(field, comma)
+}
+
+/// A finite number.
+pub(crate) fn finite(field: &str, comma: bool) -> Result<f64, Fault> {
+    let parsed = if comma && field.contains(',') { field.replacen(',', ".", 1).parse() } else { field.parse::<f64>() };
+    match parsed {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => Err(Fault::NotFinite { text: short(field) }),
+        Err(_) => Err(Fault::NotANumber { text: short(field) }),
+    }
+}
+
+/// As much of a name as an error has room for.
+pub(crate) fn short(name: &str) -> String {
+    name.chars().take(60).collect()
+}
+
+/// `a`, `b`, `c` for an error, the first two dozen of them.
+pub(crate) fn listed<S: AsRef<str>>(names: &[S]) -> String {
+    const MOST: usize = 24;
+    if names.is_empty() {
+        return "none".into();
+    }
+    let quoted = |name: &S| format!("`{}`", short(name.as_ref()));
+    let mut text = names.iter().take(MOST).map(quoted).collect::<Vec<_>>().join(", ");
+    if names.len() > MOST {
+        text += &format!(" and {} more", names.len() - MOST);
+    }
+    text
+}
+
+/// The index of a column by its name, without regard to case if none has that very name, or by its number from 1.
+pub(crate) fn column_called<S: AsRef<str>>(headings: &[S], wanted: &str) -> Option<usize> {
+    let wanted = wanted.trim();
+    headings
+        .iter()
+        .position(|heading| heading.as_ref() == wanted)
+        .or_else(|| headings.iter().position(|heading| heading.as_ref().eq_ignore_ascii_case(wanted)))
+        .or_else(|| wanted.parse::<usize>().ok()?.checked_sub(1).filter(|&index| index < headings.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quotes_keep_delimiters_and_must_close() {
+        let fields = |row| Delimiter::Char(',').fields(row).map(|fields| fields.join("|"));
+        assert_eq!(fields("a, b ,c").unwrap(), "a|b|c");
+        assert_eq!(fields("\"a,b\", \"c \"\"d\"\"\" ,e,").unwrap(), "a,b|c \"d\"|e|");
+        assert_eq!(fields("\"\",\"x\"").unwrap(), "|x");
+        assert!(matches!(fields("a,\"b,c"), Err(Fault::OpenQuote)));
+    }
+
+    #[test]
+    fn rows_end_somewhere() {
+        assert!(room_after(MAX_ROWS - 1).is_ok());
+        let full = room_after(MAX_ROWS).unwrap_err().to_string();
+        assert!(full.starts_with("more than 16777216 rows; allowed are up to that"), "{full}");
+    }
+
+    #[test]
+    fn the_delimiter_is_the_one_that_is_there_most() {
+        assert_eq!(Delimiter::of_header("a,b,c"), Delimiter::Char(','));
+        assert_eq!(Delimiter::of_header("a;b,c;d"), Delimiter::Char(';'));
+        assert_eq!(Delimiter::of_header("\"a,b,c,d\"\te"), Delimiter::Char('\t'));
+        assert_eq!(Delimiter::of_header("alone"), Delimiter::Char(','));
+    }
+
+    #[test]
+    fn a_missing_number_is_not_a_wrong_one() {
+        assert!(number_or_missing("", false).unwrap().is_nan() && number_or_missing("NaN", false).unwrap().is_nan());
+        assert_eq!(number_or_missing("-1,5", true).unwrap(), -1.5);
+        assert!(matches!(number_or_missing("-1,5", false), Err(Fault::NotANumber { .. })));
+        assert!(matches!(number_or_missing("1,000,000", true), Err(Fault::NotANumber { .. })));
+        assert!(matches!(number_or_missing("inf", true), Err(Fault::NotFinite { .. })));
+    }
+}

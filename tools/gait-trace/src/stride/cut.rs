@@ -1,0 +1,387 @@
+//! Cutting a recording into strides: the five steps from events to spans, and a reason for all that is in none.
+//!
+//! 1. The beat ([`crate::stride::segment`]) gives one event a stride. Runs of events of regular distance are bouts of walking; within a
+//!    bout the phase goes evenly from event to event.
+//! 2. All strides are cut at the same phase: the one of [`OFFSETS`] that gives most strides, and among those the one whose
+//!    strides close best. A recording of a single stride is cut where all joints close best in value and slope
+//!    ([`crate::stride::looped`] has the measure); a normalised cycle is taken whole.
+//! 3. Cuts of [`FEWEST_TO_ALIGN`] strides or more are aligned: each is moved to where a quarter stride on both sides of it, in
+//!    all joints, lies best on the median stride (Gauss-Newton in the shift, each joint weighted by 1 / its variance). The
+//!    crossing of the hips alone would make knees look 5 to 15 % more variable than they are.
+//! 4. A stride is left out that overlaps an unusable span, or that is an outlier among [`FEWEST_TO_JUDGE`] or more: shape off
+//!    the median stride's by more than [`OUTLIER`] times the usual distance and [`OUTLIER_DEG`], or longer or shorter than the
+//!    median by [`OUTLIER_LENGTH`]. At the beginning of a bout that is starting up, at the end stopping, in the middle up to
+//!    [`MOST_ODD`] odd strides, more a turn.
+//! 5. Everything that is in no kept stride is listed in [`Cuts::left_out`]: together they tile the recording.
+//!
+//! Units inside: samples.
+
+use crate::clean::condition::{Conditioned, FindingKind};
+use crate::clean::repair;
+use crate::clean::repair::{between, median, range};
+use crate::stride::segment;
+use crate::stride::segment::{Bout, Joints};
+use crate::stride::strides::{Cuts, LeftOut, Span, StrideError, WhyLeftOut};
+use joint_units::Joint;
+use std::f64::consts::TAU;
+
+/// How many phases are tried to cut at.
+pub const OFFSETS: usize = 50;
+/// Fewest strides among which one can be an outlier.
+pub const FEWEST_TO_JUDGE: usize = 4;
+/// An outlier's distance from the median stride, as a multiple of the usual distance.
+pub const OUTLIER: f64 = 2.5;
+/// The least such distance, root mean square over joints and points, degrees.
+pub const OUTLIER_DEG: f64 = 5.0;
+/// How many outliers on end are odd strides (what is odd about one may reach into the next); more are a turn.
+pub const MOST_ODD: usize = 2;
+/// How much longer or shorter than the median stride an outlier is, as a share of it.
+pub const OUTLIER_LENGTH: f64 = 0.15;
+/// Half a second in which no joint moves by more than this share of its range is standing.
+pub const STANDING: f64 = 0.25;
+/// How much longer or shorter than the period a single stride may turn out, as a share.
+pub const STRETCH: f64 = 0.08;
+/// Fewest strides whose cuts are aligned to their median.
+pub const FEWEST_TO_ALIGN: usize = 3;
+/// How far a cut may be moved by that, as a share of a stride.
+pub const MOST_ALIGNED: f64 = 0.05;
+/// Rounds of alignment.
+const ALIGNMENTS: usize = 3;
+/// Points of a stride while strides are compared.
+const SHAPE: usize = 50;
+/// How many of these points before and after a cut are looked at to align it.
+const WINDOW: i64 = 12;
+
+/// Finds the strides by whatever joints there are: a single knee with a goniometer will do.
+///
+/// # Errors
+/// Nothing repeats, or no whole stride can be used.
+///
+/// ```
+/// use gait_trace::clean::condition::{Rules, condition};
+/// use gait_trace::{RawJoint, RawJoints};
+/// use gait_trace::stride::cut;
+/// // Two seconds of standing, then five strides of 1.2 s.
+/// let knee = |t: f64| {
+///     let p = std::f64::consts::TAU * (t - 2.0).clamp(0.0, 6.0) / 1.2;
+///     24.0 - 20.0 * p.cos() + 14.0 * (2.0 * p - 3.0).cos()
+/// };
+/// let time_s: Vec<f64> = (0..800).map(|n| f64::from(n) * 0.01).collect();
+/// let angle_deg = time_s.iter().map(|&t| knee(t)).collect();
+/// let joints = [None, None, Some(RawJoint { column: "knee".into(), angle_deg }), None];
+/// let raw = RawJoints { file: "knee.csv".into(), format: String::new(), time_s, joints, notes: vec![] };
+/// let walk = cut::cut(&condition(&raw, &Rules::default())?)?;
+/// assert_eq!(walk.spans.len(), 4);
+/// assert_eq!(walk.left_out[0].to_string(), "0.00 s to 1.86 s left out: standing");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn cut(conditioned: &Conditioned) -> Result<Cuts, StrideError> {
+    let rate = conditioned.rate_hz;
+    let joints: Joints<'_> = Joint::ALL.map(|joint| conditioned.joint(joint));
+    let duration_s = conditioned.recording.duration_s();
+    if conditioned.normalised_cycle {
+        let spans = vec![Span { start_s: 0.0, end_s: duration_s }];
+        return Ok(Cuts { spans, left_out: Vec::new() });
+    }
+    let no_period = || StrideError::NoPeriod { duration_s };
+    let samples = conditioned.recording.time_s().len();
+    let beat = segment::beat(&joints).ok_or_else(no_period)?;
+    let mut unusable = vec![None; samples];
+    let samples_of =
+        |from: f64, to: f64| (from * rate).round() as usize..=((to * rate).round() as usize).min(samples - 1);
+    let mut in_gap = vec![false; samples];
+    for finding in conditioned.findings.iter().filter(|finding| finding.what == FindingKind::Gap) {
+        in_gap[samples_of(finding.from_s, finding.to_s)].fill(true);
+    }
+    for &(from, to) in &conditioned.unusable {
+        let span = samples_of(from, to);
+        let why = if in_gap[span.clone()].contains(&true) { WhyLeftOut::Gap } else { WhyLeftOut::Glitch };
+        unusable[span].fill(Some(why));
+    }
+    let bad: Vec<bool> = unusable.iter().map(Option::is_some).collect();
+    let period_s = segment::period_s(&joints, &bad, rate).ok_or_else(no_period)?;
+    let period = period_s * rate;
+    let stretch = [3.0, 2.0, 1.0].into_iter().find_map(|strides| {
+        let length = (strides * period) as usize;
+        segment::most_active(&joints, &bad, length, (period / 8.0) as usize).map(|from| (from, from + length))
+    });
+    let (active, end) = stretch.unwrap_or((0, samples));
+    let mut events = segment::crossings(&beat, &beat[active..end]);
+    if events.is_empty() {
+        // A single stride that begins at the crossing: any place will do as an anchor.
+        events.push(active as f64);
+    }
+    let bouts = segment::bouts(&events, period, samples);
+    let mut strides = choose(&bouts, &joints);
+    align(&mut strides, &joints);
+    if strides.len() <= 1 {
+        strides = single(&joints, period, rate, &unusable).map(|span| Stride::new(0, span)).into_iter().collect();
+    }
+    for stride in &mut strides {
+        let (from, to) = (stride.from.ceil() as usize, stride.to.floor() as usize);
+        stride.why = unusable[from..=to.min(samples - 1)].iter().copied().flatten().next();
+    }
+    judge(&mut strides, &joints, &bouts, samples);
+
+    let span = |stride: &Stride| Span { start_s: stride.from / rate, end_s: stride.to / rate };
+    let spans: Vec<Span> = strides.iter().filter(|stride| stride.why.is_none()).map(span).collect();
+    let left_out = rest(&strides, &joints, &unusable, period, rate);
+    if spans.is_empty() {
+        let parts: Vec<String> = left_out.iter().map(LeftOut::to_string).collect();
+        return Err(StrideError::NoStride { period_s, parts: parts.join("; ") });
+    }
+    Ok(Cuts { spans, left_out })
+}
+
+/// A stride while it is looked at; places in samples.
+#[derive(Debug, Clone)]
+struct Stride {
+    bout: usize,
+    from: f64,
+    to: f64,
+    why: Option<WhyLeftOut>,
+}
+
+impl Stride {
+    const fn new(bout: usize, (from, to): (f64, f64)) -> Self {
+        Self { bout, from, to, why: None }
+    }
+}
+
+/// Step 2 of the module.
+fn choose(bouts: &[Bout], joints: &Joints<'_>) -> Vec<Stride> {
+    let mut best: (usize, f64, Vec<Stride>) = (0, f64::INFINITY, Vec::new());
+    for offset in 0..OFFSETS {
+        let mut strides: Vec<Stride> = Vec::new();
+        for (index, bout) in bouts.iter().enumerate() {
+            for pair in bout.cuts(offset as f64 / OFFSETS as f64).windows(2) {
+                if strides.last().is_none_or(|last| last.to <= pair[0] + 1e-6) {
+                    strides.push(Stride::new(index, (pair[0], pair[1])));
+                }
+            }
+        }
+        let open = |x: &[f64], stride: &Stride| (between(x, stride.to) - between(x, stride.from)).abs();
+        let closure: f64 = joints.iter().flatten().map(|x| median(strides.iter().map(|s| open(x, s)))).sum();
+        if strides.len() > best.0 || (strides.len() == best.0 && closure < best.1) {
+            best = (strides.len(), closure, strides);
+        }
+    }
+    best.2
+}
+
+/// Step 3 of the module: cuts at the same phase in all joints' view.
+fn align(strides: &mut [Stride], joints: &Joints<'_>) {
+    if strides.len() < FEWEST_TO_ALIGN {
+        return;
+    }
+    let joints: Vec<&[f64]> = joints.iter().flatten().copied().collect();
+    let weights: Vec<f64> = joints.iter().map(|x| 1.0 / crate::stride::period::variance(x).max(1e-9)).collect();
+    let last = joints.first().map_or(0, |x| x.len() - 1) as f64;
+    let usual = median(strides.iter().map(|stride| stride.to - stride.from));
+    let first: Vec<(f64, f64)> = strides.iter().map(|stride| (stride.from, stride.to)).collect();
+    for _ in 0..ALIGNMENTS {
+        // The median stride, and its slope per cycle.
+        let at = |x: &[f64], stride: &Stride, k: usize| {
+            between(x, stride.from + (stride.to - stride.from) * k as f64 / SHAPE as f64)
+        };
+        let typical: Vec<Vec<f64>> = joints
+            .iter()
+            .map(|x| (0..SHAPE).map(|k| median(strides.iter().map(|stride| at(x, stride, k)))).collect())
+            .collect();
+        // How much later than the typical stride the recording is around a place, in samples.
+        let late = |place: f64, before: f64, after: f64| -> f64 {
+            let (mut along, mut steep) = (0.0, 0.0);
+            for ((x, typical), weight) in joints.iter().zip(&typical).zip(&weights) {
+                let window: Vec<(f64, f64)> = (-WINDOW..=WINDOW)
+                    .map(|k| (k, k as f64 / SHAPE as f64))
+                    .map(|(k, part)| (k, place + part * if k < 0 { before } else { after }))
+                    .filter(|(_, place)| (0.0..=last).contains(place))
+                    .map(|(k, place)| {
+                        let of = |k: i64| typical[k.rem_euclid(SHAPE as i64) as usize];
+                        (between(x, place) - of(k), 0.5 * SHAPE as f64 * (of(k + 1) - of(k - 1)) / usual)
+                    })
+                    .collect();
+                // An offset of a joint is no lateness.
+                let n = window.len().max(1) as f64;
+                let (off, slope) = window.iter().fold((0.0, 0.0), |(a, b), (e, s)| (a + e / n, b + s / n));
+                along += weight * window.iter().map(|(e, s)| (e - off) * (s - slope)).sum::<f64>();
+                steep += weight * window.iter().map(|(_, s)| (s - slope).powi(2)).sum::<f64>();
+            }
+            if steep > 0.0 { -along / steep } else { 0.0 }
+        };
+        let lengths: Vec<f64> = strides.iter().map(|stride| stride.to - stride.from).collect();
+        let mut moved: Vec<(f64, f64)> = Vec::with_capacity(strides.len());
+        for (i, stride) in strides.iter().enumerate() {
+            let joined = |a: usize, b: usize| (first[a].1 - first[b].0).abs() < 1e-6;
+            let before = if i > 0 && joined(i - 1, i) { lengths[i - 1] } else { lengths[i] };
+            let after = if i + 1 < strides.len() && joined(i, i + 1) { lengths[i + 1] } else { lengths[i] };
+            let most = MOST_ALIGNED * usual;
+            let near = |place: f64, start: f64| place.clamp(start - most, start + most).clamp(0.0, last);
+            let from = near(stride.from + late(stride.from, before, lengths[i]), first[i].0);
+            let to = near(stride.to + late(stride.to, lengths[i], after), first[i].1);
+            moved.push((from, to));
+        }
+        for (stride, (from, to)) in strides.iter_mut().zip(moved) {
+            (stride.from, stride.to) = (from, to);
+        }
+    }
+}
+
+/// The stride of a recording that has but one: where the joints close best.
+fn single(joints: &Joints<'_>, period: f64, rate: f64, bad: &[Option<WhyLeftOut>]) -> Option<(f64, f64)> {
+    let samples = bad.len();
+    let shortest = (period * (1.0 - STRETCH)).ceil() as usize;
+    let longest = ((period * (1.0 + STRETCH)).floor() as usize).min(samples - 1);
+    let reach = ((0.02 * rate).round() as usize).max(1);
+    let slope = |x: &[f64], at: usize| {
+        let (from, to) = (at.saturating_sub(reach), (at + reach).min(samples - 1));
+        (x[to] - x[from]) / (to - from) as f64
+    };
+    let variances = joints.map(|joint| joint.map_or(1.0, |x| crate::stride::period::variance(x).max(1e-9)));
+    let mut best: Option<(f64, usize, usize)> = None;
+    for length in shortest..=longest {
+        for from in 0..samples - length {
+            let to = from + length;
+            let cost: f64 = joints
+                .iter()
+                .zip(&variances)
+                .filter_map(|(joint, variance)| joint.map(|x| (x, variance)))
+                .map(|(x, variance)| {
+                    let (step, bend) = (x[to] - x[from], (slope(x, to) - slope(x, from)) * period / TAU);
+                    (step * step + bend * bend) / variance
+                })
+                .sum();
+            let usable = || bad[from..=to].iter().all(Option::is_none);
+            if best.is_none_or(|(least, ..)| cost < least) && usable() {
+                best = Some((cost, from, to));
+            }
+        }
+    }
+    let (_, from, to) = best?;
+    // Between the samples the end moves to where the steps are least: one Newton step.
+    let (along, steep) = joints.iter().zip(&variances).filter_map(|(joint, v)| joint.map(|x| (x, v))).fold(
+        (0.0, 1e-12),
+        |(along, steep), (x, variance)| {
+            let slope = slope(x, to);
+            (along + (x[to] - x[from]) * slope / variance, steep + slope * slope / variance)
+        },
+    );
+    let end = (to as f64 - (along / steep).clamp(-0.5, 0.5)).min((samples - 1) as f64);
+    Some((from as f64, end))
+}
+
+/// Step 4 of the module: outliers.
+fn judge(strides: &mut [Stride], joints: &Joints<'_>, bouts: &[Bout], samples: usize) {
+    let sound: Vec<usize> = (0..strides.len()).filter(|&i| strides[i].why.is_none()).collect();
+    if sound.len() < FEWEST_TO_JUDGE {
+        return;
+    }
+    let joints: Vec<&[f64]> = joints.iter().flatten().copied().collect();
+    let shape = |stride: &Stride| -> Vec<f64> {
+        let place = |k: usize| stride.from + (stride.to - stride.from) * k as f64 / SHAPE as f64;
+        joints.iter().flat_map(|x| (0..SHAPE).map(move |k| between(x, place(k)))).collect()
+    };
+    let shapes: Vec<Vec<f64>> = sound.iter().map(|&i| shape(&strides[i])).collect();
+    let typical: Vec<f64> = (0..SHAPE * joints.len()).map(|k| median(shapes.iter().map(|shape| shape[k]))).collect();
+    let distance = |shape: &Vec<f64>| {
+        let squares: f64 = shape.iter().zip(&typical).map(|(a, b)| (a - b).powi(2)).sum();
+        (squares / typical.len() as f64).sqrt()
+    };
+    let distances: Vec<f64> = shapes.iter().map(distance).collect();
+    let limit = OUTLIER_DEG.max(OUTLIER * median(distances.iter().copied()));
+    let length = |stride: &Stride| stride.to - stride.from;
+    let usual = median(sound.iter().map(|&i| length(&strides[i])));
+    let odd: Vec<bool> = sound
+        .iter()
+        .zip(&distances)
+        .map(|(&i, distance)| *distance > limit || (length(&strides[i]) - usual).abs() > OUTLIER_LENGTH * usual)
+        .collect();
+    for (from, to) in repair::runs(sound.len(), |n| odd[n]) {
+        for n in from..to {
+            let bout = strides[sound[n]].bout;
+            let same = |n: usize| strides[sound[n]].bout == bout;
+            let starts = (0..n).filter(|&m| same(m)).all(|m| odd[m]) && bouts[bout].from > 0.5 * usual;
+            let ends = (n + 1..sound.len()).filter(|&m| same(m)).all(|m| odd[m])
+                && bouts[bout].to < (samples - 1) as f64 - 0.5 * usual;
+            strides[sound[n]].why = Some(match (starts, ends) {
+                (true, false) => WhyLeftOut::StartUp,
+                (false, true) => WhyLeftOut::Stop,
+                _ if to - from <= MOST_ODD => WhyLeftOut::Odd,
+                _ => WhyLeftOut::Turn,
+            });
+        }
+    }
+}
+
+/// Step 5 of the module: the parts of the recording that are in no kept stride.
+fn rest(
+    strides: &[Stride],
+    joints: &Joints<'_>,
+    unusable: &[Option<WhyLeftOut>],
+    period: f64,
+    rate: f64,
+) -> Vec<LeftOut> {
+    // One label a step, from sample n to n + 1. A stride that ends within a step leaves less than a step to explain.
+    let steps = unusable.len() - 1;
+    // A step that no stride covers has `None`, one of a stride what became of it.
+    let mut covered: Vec<Option<Option<WhyLeftOut>>> = vec![None; steps];
+    for stride in strides {
+        let step = |place: f64| ((place - 0.5).ceil().max(0.0) as usize).min(steps);
+        covered[step(stride.from)..step(stride.to)].fill(Some(stride.why));
+    }
+    let kept = |n: usize| covered[n] == Some(None);
+    let first = strides.iter().find(|s| s.why.is_none()).map_or(f64::INFINITY, |s| s.from);
+    let last = strides.iter().rev().find(|s| s.why.is_none()).map_or(f64::NEG_INFINITY, |s| s.to);
+    let ranges = joints
+        .map(|joint| joint.map_or(0.0, |x| repair::quantile(x.to_vec(), 0.95) - repair::quantile(x.to_vec(), 0.05)));
+    let half = (0.25 * rate).round() as usize;
+    let stands = |n: usize| {
+        let (from, to) = (n.saturating_sub(half), (n + half).min(steps));
+        joints
+            .iter()
+            .zip(&ranges)
+            .filter_map(|(j, r)| j.map(|x| (x, r)))
+            .all(|(x, r)| range(&x[from..=to]) < STANDING * r)
+    };
+    let known = |n: usize| match covered[n].flatten() {
+        // A stride that starts up may begin with standing.
+        Some(WhyLeftOut::StartUp | WhyLeftOut::Stop) if stands(n) => Some(WhyLeftOut::Standing),
+        why => why.or(unusable[n]).or(unusable[n + 1]),
+    };
+    let mut labels: Vec<Option<WhyLeftOut>> = (0..steps).map(|n| if kept(n) { None } else { known(n) }).collect();
+    let open: Vec<bool> = (0..steps).map(|n| !kept(n) && labels[n].is_none()).collect();
+    for (from, to) in repair::runs(steps, |n| open[n]) {
+        let still: Vec<bool> = (from..to).map(stands).collect();
+        for (a, b) in repair::runs(to - from, |n| still[n]) {
+            labels[from + a..from + b].fill(Some(WhyLeftOut::Standing));
+        }
+        for (a, b) in repair::runs(to - from, |n| !still[n]) {
+            let (a, b) = (from + a, from + b);
+            let whole = (a, b) == (from, to);
+            let at_edge = a == 0 || b == steps;
+            let short = (b - a) as f64 <= 1.05 * period;
+            let why = if whole && short && (at_edge || (a as f64 > first && (b as f64) < last)) {
+                WhyLeftOut::Partial
+            } else if (a as f64) < first {
+                WhyLeftOut::StartUp
+            } else if b as f64 > last {
+                WhyLeftOut::Stop
+            } else {
+                WhyLeftOut::Turn
+            };
+            labels[a..b].fill(Some(why));
+        }
+    }
+    let mut parts: Vec<(usize, usize, WhyLeftOut)> = Vec::new();
+    for (n, label) in labels.iter().enumerate() {
+        let Some(why) = *label else { continue };
+        match parts.last_mut() {
+            Some((_, to, same)) if *to == n && *same == why => *to = n + 1,
+            _ => parts.push((n, n + 1, why)),
+        }
+    }
+    parts
+        .into_iter()
+        .map(|(from, to, why)| LeftOut { from_s: from as f64 / rate, to_s: to as f64 / rate, why })
+        .collect()
+}

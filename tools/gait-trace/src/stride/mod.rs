@@ -1,0 +1,9 @@
+//! Cutting recordings into strides and averaging them.
+
+pub mod cut;
+pub mod cycle;
+pub mod looped;
+pub mod metrics;
+pub mod period;
+pub mod segment;
+pub mod strides;

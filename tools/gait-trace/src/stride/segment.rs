@@ -1,0 +1,179 @@
+//! Where strides are: the stride period, the stretch of most movement, and the events that a stride has once.
+//!
+//! The event is the upward crossing of the difference of the hips, left minus right, through the middle of its range. Legs are
+//! half a stride apart, so that in the difference the even harmonics of the two cancel, and with them the double bump: what is
+//! left is near a sine of twice the amplitude, and both hips have a say in each event. Without two hips it is the difference of
+//! the knees; of a single joint, the joint itself, whose swing crosses the middle of its range once up and once down.
+//!
+//! A crossing counts when the signal came from below the middle by [`HYSTERESIS`] of its half range and goes on to as far above.
+
+use crate::clean::repair::{quantile, runs};
+use crate::recording::{Channel, Quantity, Recording};
+use crate::stride::period;
+use joint_units::Joint;
+
+/// How far from the middle of its range a signal has to go between two crossings, as a share of half the range.
+pub const HYSTERESIS: f64 = 0.3;
+/// Shortest and longest stride beside the median one that goes on with a bout of walking, as a share of it.
+pub const REGULAR: (f64, f64) = (0.7, 1.4);
+
+/// How near, in strides, an edge of the recording is for the walking to be taken to go on up to it.
+const EDGE: f64 = 1.6;
+/// The period is looked for in the most active stretch of this length.
+const ACTIVE_S: f64 = 8.0;
+
+pub(crate) type Joints<'a> = [Option<&'a [f64]>; Joint::COUNT];
+
+/// First sample of the stretch of `length` samples, none of them `bad`, in which the joints move most (in variance, summed
+/// over joints).
+pub(crate) fn most_active(joints: &Joints<'_>, bad: &[bool], length: usize, step: usize) -> Option<usize> {
+    let activity = |from: usize| -> f64 {
+        joints.iter().flatten().filter_map(|x| x.get(from..from + length)).map(period::variance).sum()
+    };
+    let starts = (0..(bad.len() + 1).saturating_sub(length)).step_by(step.max(1));
+    starts
+        .filter(|&from| !bad[from..from + length].contains(&true))
+        .map(|from| (from, activity(from)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(from, _)| from)
+}
+
+/// The stride period in seconds, if the joints repeat themselves, or each leg the other one half a stride later.
+pub(crate) fn period_s(joints: &Joints<'_>, bad: &[bool], rate_hz: f64) -> Option<f64> {
+    let longest = runs(bad.len(), |n| !bad[n]).iter().map(|(from, to)| to - from).max()?;
+    let length = longest.min((ACTIVE_S * rate_hz) as usize);
+    let from = most_active(joints, bad, length, if length < longest { (rate_hz / 4.0) as usize } else { 1 })?;
+    let stretch = joints.map(|joint| joint.and_then(|x| x.get(from..from + length)));
+    let channels = Joint::ALL.into_iter().zip(stretch);
+    let channels =
+        channels.filter_map(|(joint, x)| x.map(|x| Channel::new(joint.name(), Quantity::Angle, x.to_vec()))).collect();
+    let times = (0..length).map(|n| n as f64 / rate_hz).collect();
+    let stretch_of = Recording::build(times, channels).ok()?;
+    period::find(&stretch_of).map(|found| found.period_s).or_else(|| period_by_halves(&stretch, rate_hz))
+}
+
+/// The shift T at which each leg is most like the other one T / 2 later; for recordings of little more than one stride.
+fn period_by_halves(joints: &Joints<'_>, rate_hz: f64) -> Option<f64> {
+    let pairs: Vec<[&[f64]; 2]> =
+        [0, 2].into_iter().filter_map(|left| Some([joints[left]?, joints[left + 1]?])).collect();
+    let samples = pairs.first()?[0].len();
+    let overlap = (period::OVERLAP_S * rate_hz) as usize;
+    let unlike = |half: usize| -> f64 {
+        let one = |a: &[f64], b: &[f64]| {
+            let n = (samples - half) as f64;
+            let (late, early) = (&a[half..], &b[..samples - half]);
+            let offset = late.iter().zip(early).map(|(x, y)| x - y).sum::<f64>() / n;
+            let squares: f64 = late.iter().zip(early).map(|(x, y)| (x - y - offset).powi(2)).sum();
+            squares / n / (period::variance(a) + period::variance(b))
+        };
+        pairs.iter().map(|[a, b]| 0.5 * (one(a, b) + one(b, a))).sum::<f64>() / pairs.len() as f64
+    };
+    let first = (0.5 * period::SHORTEST_S * rate_hz) as usize;
+    let last = ((0.5 * period::LONGEST_S * rate_hz) as usize).min(samples.checked_sub(overlap)?).min(samples / 2 + 1);
+    let r: Vec<f64> = (first..=last.max(first)).map(|half| 1.0 - unlike(half)).collect();
+    let peak = (1..r.len().saturating_sub(1))
+        .filter(|&i| r[i] > r[i - 1] && r[i] >= r[i + 1] && r[i] >= period::LEAST_LIKENESS)
+        .max_by(|&a, &b| r[a].total_cmp(&r[b]))?;
+    Some(2.0 * (first + peak) as f64 / rate_hz)
+}
+
+/// The signal that has one upward crossing a stride.
+pub(crate) fn beat(joints: &Joints<'_>) -> Option<Vec<f64>> {
+    let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
+    match joints {
+        [Some(left), Some(right), ..] | [_, _, Some(left), Some(right)] => Some(difference(left, right)),
+        [Some(x), ..] | [_, Some(x), ..] | [_, _, Some(x), _] | [_, _, _, Some(x)] => Some(x.to_vec()),
+        [None, None, None, None] => None,
+    }
+}
+
+/// Places (in samples) of the upward crossings of the middle of the range that `beat` has in `typical`.
+pub(crate) fn crossings(beat: &[f64], typical: &[f64]) -> Vec<f64> {
+    let (low, high) = (quantile(typical.iter().copied(), 0.05), quantile(typical.iter().copied(), 0.95));
+    let (middle, reach) = (0.5 * (low + high), 0.5 * HYSTERESIS * (high - low));
+    let mut places = Vec::new();
+    let mut was_low = false;
+    let mut crossing = None;
+    for (n, pair) in beat.windows(2).enumerate() {
+        let (here, next) = (pair[0] - middle, pair[1] - middle);
+        if here < -reach {
+            was_low = true;
+        }
+        if here <= 0.0 && next > 0.0 {
+            crossing = Some(n as f64 - here / (next - here));
+        }
+        // The last crossing before it is really up.
+        if next > reach && was_low {
+            places.extend(crossing.take());
+            was_low = false;
+        }
+    }
+    places
+}
+
+/// Walking without a break: the events, and how far before and after them it may reach (all in samples).
+#[derive(Debug, Clone)]
+pub(crate) struct Bout {
+    pub events: Vec<f64>,
+    pub from: f64,
+    pub to: f64,
+    /// Median distance of events, or the period that was found where there is one event alone.
+    pub period: f64,
+}
+
+impl Bout {
+    /// The place at which the bout has done `phase` strides since its first event.
+    pub(crate) fn place(&self, phase: f64) -> f64 {
+        let last = self.events.len() - 1;
+        let k = phase.floor().clamp(0.0, last.saturating_sub(1) as f64) as usize;
+        let length = match self.events.get(k + 1) {
+            // Beyond the events the period of the bout is a better guess than that of its last stride.
+            Some(next) if phase >= 0.0 && phase <= last as f64 => next - self.events[k],
+            _ => self.period,
+        };
+        let anchor = if phase > last as f64 { last } else { k };
+        self.events[anchor] + (phase - anchor as f64) * length
+    }
+
+    /// Cuts at the fraction `offset` of each stride.
+    pub(crate) fn cuts(&self, offset: f64) -> Vec<f64> {
+        let strides = self.events.len() as i64 + 2;
+        let places = (-2..strides).map(|k| self.place(k as f64 + offset));
+        // A cut that is a rounding error outside is at the edge.
+        places.filter(|place| *place >= self.from - 1e-6 && *place <= self.to + 1e-6).collect()
+    }
+}
+
+/// Parts the events into bouts of regular strides.
+pub(crate) fn bouts(events: &[f64], period: f64, samples: usize) -> Vec<Bout> {
+    let regular = |length: f64| length >= REGULAR.0 * period && length <= REGULAR.1 * period;
+    let mut groups: Vec<Vec<f64>> = Vec::new();
+    for &event in events {
+        match groups.last_mut() {
+            Some(group) if group.last().is_some_and(|last| regular(event - last)) => group.push(event),
+            _ => groups.push(vec![event]),
+        }
+    }
+    let alone = groups.len() == 1;
+    groups.retain(|group| group.len() > 1 || alone);
+    let end = (samples - 1) as f64;
+    let edges: Vec<(f64, f64)> = groups.iter().filter_map(|g| Some((*g.first()?, *g.last()?))).collect();
+    let reach = |group: usize| {
+        let before = group.checked_sub(1).map_or(0.0, |before| edges[before].1);
+        let after = edges.get(group + 1).map_or(end, |after| after.0);
+        // Up to the edge of the recording where a crossing may have been out of sight, else one stride.
+        let (first, last) = edges[group];
+        let from = if first < EDGE * period { 0.0 } else { first - period };
+        let to = if end - last < EDGE * period { end } else { last + period };
+        (from.max(before), to.min(after))
+    };
+    let reaches: Vec<(f64, f64)> = (0..groups.len()).map(reach).collect();
+    let bout = |(events, (from, to)): (Vec<f64>, (f64, f64))| {
+        let period = match events.len() {
+            1 => period,
+            _ => crate::clean::repair::median(events.windows(2).map(|pair| pair[1] - pair[0])),
+        };
+        Bout { events, from, to, period }
+    };
+    groups.into_iter().zip(reaches).map(bout).collect()
+}

@@ -1,0 +1,384 @@
+//! How a follower locks on its own walker: the core itself at 1 ms, on the template of the joint that its sensor is worn on.
+//!
+//! | question | how it is measured |
+//! |---|---|
+//! | lock time | the walker at the template's cadence, from [`PHASES`] phases; the follower's own idea of the cadence off by [`MISMATCHES`]: until the estimate is within [`WITHIN_DEG`] and [`WITHIN_CADENCE`] for good, and locked |
+//! | false locks | starts that call themselves locked while [`WITHIN_DEG`] or more off for a second |
+//! | lock range | cadence of the walker from the template's outwards in steps of [`RANGE_STEP`]: as far as every start phase locks within [`SOON_S`] seconds, which are fewer strides the slower he is; what the estimator is clamped to is its end |
+//! | steady phase error | standard deviation of the driven phase's over [`STEADY_STRIDES`] strides whose times vary by [`STRIDE_SD`] |
+//!
+//! On the angle there is normal noise of [`NOISE_DEG`]. A start begins with the first sample, with nothing driven and nothing learned.
+
+use std::f64::consts::TAU;
+
+use cpg_core::entrainment::phase_lock::Template;
+use cpg_core::entrainment::{Entrained, Lock, phase_difference};
+use cpg_core::waveform::shape::Shape;
+use cpg_core::{BuildError, Generator};
+use joint_loop::{BoardGenerator, FollowConfig, GeneratorConfig};
+use joint_units::{Period, Phase, Radians};
+use serde::Serialize;
+
+use crate::file::GeneratorSet;
+use crate::random::Random;
+
+/// Start phases.
+pub const PHASES: u32 = 12;
+/// How far the cadence that a follower begins with is off the walker's, in parts of that.
+pub const MISMATCHES: [f64; 9] = [-0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4];
+/// Phase error that a lock stays within, degrees.
+pub const WITHIN_DEG: f64 = 18.0;
+/// Error of the cadence that it stays within.
+pub const WITHIN_CADENCE: f64 = 0.03;
+/// Every start has to lock within this time, seconds.
+pub const SOON_S: f64 = 4.0;
+/// Time that a start is watched, seconds.
+const WATCHED_S: f64 = 6.0;
+/// Time that a lock at the edge of the range has to last, seconds.
+const LASTS_S: f64 = 1.0;
+/// Step of the lock range.
+pub const RANGE_STEP: f64 = 0.05;
+/// Strides over which the steady phase error is taken.
+pub const STEADY_STRIDES: f64 = 40.0;
+/// Standard deviation of the stride times meanwhile: that of recorded walkers.
+pub const STRIDE_SD: f64 = 0.015;
+/// Standard deviation of the noise on the angle, degrees.
+pub const NOISE_DEG: f64 = 0.1;
+
+/// What a follower does on its own walker.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Following {
+    /// Joint that the sensor is worn on.
+    pub sensor: &'static str,
+    /// What tells moments of the stride beside the angle; heels do not strike here.
+    pub events: &'static str,
+    /// Starts that were tried: phases times mismatches.
+    pub starts: u32,
+    /// Those that did not lock within [`SOON_S`].
+    pub late: u32,
+    /// Start phase in cycles and mismatch of the first of these.
+    pub first_late: Option<[f64; 2]>,
+    /// Median of the lock times, seconds; none where half of them never lock.
+    pub lock_median_s: Option<f64>,
+    /// The longest; none where one never locks.
+    pub lock_worst_s: Option<f64>,
+    /// Starts that called themselves locked and were not.
+    pub false_locks: u32,
+    /// Lowest and highest cadence, in parts of the template's, up to which every start phase locks; none where not even its own does.
+    pub lock_range: Option<[f64; 2]>,
+    /// What the estimator is clamped to: the range ends there at the latest.
+    pub clamped_to: [f64; 2],
+    /// Standard deviation of the steady phase error, degrees of the stride; none where it does not stay locked.
+    pub phase_sd_deg: Option<f64>,
+}
+
+impl Following {
+    /// Why it is no follower, if it is none.
+    #[must_use]
+    pub fn refused_because(&self) -> Option<String> {
+        if let Some([phase, mismatch]) = self.first_late {
+            return Some(format!(
+                "{} of {} starts are not locked after {SOON_S} s, the first from phase {phase:.3} with the cadence off by {:+.0} %",
+                self.late,
+                self.starts,
+                100.0 * mismatch
+            ));
+        }
+        (self.false_locks > 0)
+            .then(|| format!("{} of {} starts lock on another phase than the walker's", self.false_locks, self.starts))
+    }
+
+    /// As lines of a table.
+    #[must_use]
+    pub fn in_words(&self) -> [(&'static str, String); 3] {
+        let time = |time: Option<f64>| time.map_or("never".into(), |s| format!("{s:.2} s"));
+        let [low, high] = self.clamped_to;
+        let lock = format!(
+            "{} median, {} worst of {} starts, {} false; events: {}",
+            time(self.lock_median_s),
+            time(self.lock_worst_s),
+            self.starts,
+            self.false_locks,
+            self.events
+        );
+        let range = self.lock_range.map_or("none: not even at its own cadence".into(), |[from, to]| {
+            format!("{from:.2} to {to:.2} of its own cadence within {SOON_S} s; clamped to {low:.2} to {high:.2}")
+        });
+        let steady = self.phase_sd_deg.map_or("it does not stay locked".into(), |sd| {
+            format!("{sd:.2} deg sd, with stride times that vary by {:.1} %", 100.0 * STRIDE_SD)
+        });
+        [("lock on a walker", lock), ("lock range", range), ("steady phase error", steady)]
+    }
+}
+
+/// A walker who wears the sensor.
+#[derive(Debug, Clone)]
+struct SimulatedPerson {
+    template: Template,
+    cycles: f64,
+    /// Cycles a tick.
+    rate: f64,
+    random: Random,
+}
+
+impl SimulatedPerson {
+    fn new(template: Template, phase: f64, stride_s: f64) -> Self {
+        Self { template, cycles: phase, rate: 1e-3 / stride_s, random: Random(1) }
+    }
+
+    fn tick(&mut self) -> Radians {
+        self.cycles += self.rate;
+        let noise = self.random.normal() * NOISE_DEG.to_radians();
+        Radians((f64::from(self.template.at(self.phase()).angle) + noise) as f32)
+    }
+
+    fn phase(&self) -> Phase {
+        Phase::from_cycles(self.cycles.rem_euclid(1.0) as f32)
+    }
+
+    /// How far a phase is behind, degrees.
+    fn off(&self, phase: Phase) -> f64 {
+        f64::from(phase_difference(phase, self.phase()).0).to_degrees()
+    }
+}
+
+/// A generator as it runs on the board: one that follows is led by its own walker.
+pub(crate) struct Led {
+    pub(crate) generator: BoardGenerator,
+    walker: Option<SimulatedPerson>,
+    ticks_per_period: f64,
+}
+
+impl Led {
+    pub(crate) fn new(set: &GeneratorSet, period: Period) -> Result<Self, String> {
+        let generator = set.generator(period)?;
+        let walker = match set.config() {
+            GeneratorConfig::Follow(config) => {
+                let shapes = config.shape.shapes().map_err(|error| error.to_string())?;
+                Some(SimulatedPerson::new(shapes[config.sensor as usize], 0.0, f64::from(config.shape.stride_s)))
+            }
+            _ => None,
+        };
+        Ok(Self { generator, walker, ticks_per_period: f64::from(period.micros()) * 1e-3 })
+    }
+
+    pub(crate) fn step(&mut self) {
+        if let Some(walker) = &mut self.walker {
+            walker.cycles += walker.rate * self.ticks_per_period;
+            let angle = Radians(walker.template.at(walker.phase()).angle);
+            self.generator.sense(Some(angle));
+        }
+        self.generator.step();
+    }
+}
+
+/// What came of a start: when it was locked for good, and whether it said so while it was not.
+struct Start {
+    locked_s: Option<f64>,
+    falsely: bool,
+}
+
+impl Start {
+    /// Watches a follower and its walker for so long, or until a lock has lasted for so long.
+    fn of(mut legs: Entrained, mut walker: SimulatedPerson, watched_s: f64, lasts_s: f64) -> Self {
+        let cadence = TAU * 1e3 * walker.rate;
+        let (mut last_bad, mut wrong_for, mut falsely) = (0, 0, false);
+        let (ticks, lasts) = ((watched_s * 1e3) as u32, (lasts_s * 1e3) as u32);
+        for tick in 1..=ticks {
+            legs.sense(Some(walker.tick()));
+            legs.step();
+            let lock = legs.phase_lock();
+            let off = walker.off(lock.phase()).abs() >= WITHIN_DEG;
+            let locked = legs.status().state == Lock::Locked;
+            wrong_for = if off && locked { wrong_for + 1 } else { 0 };
+            falsely |= wrong_for >= 1000;
+            if off || !locked || (f64::from(lock.frequency().0) / cadence - 1.0).abs() >= WITHIN_CADENCE {
+                last_bad = tick;
+            } else if tick - last_bad >= lasts {
+                break;
+            }
+        }
+        Self { locked_s: (last_bad < ticks).then_some(f64::from(last_bad) / 1e3), falsely }
+    }
+
+    fn is_soon(&self) -> bool {
+        self.locked_s.is_some_and(|locked| locked <= SOON_S)
+    }
+}
+
+fn phases() -> impl Iterator<Item = f64> {
+    (0..PHASES).map(|n| f64::from(n) / f64::from(PHASES))
+}
+
+struct Bench {
+    config: FollowConfig,
+    shapes: [Template; 4],
+    stride_s: f64,
+}
+
+impl Bench {
+    /// One that takes the stride to be that long.
+    fn legs(&self, stride_s: f64) -> Result<Entrained, BuildError> {
+        let mut config = self.config.entrained();
+        config.lock.stride_s = stride_s as f32;
+        Entrained::build(self.shapes, self.config.sensor, config, Period::MILLISECOND)
+    }
+
+    fn simulated_person(&self, phase: f64, stride_s: f64) -> SimulatedPerson {
+        SimulatedPerson::new(self.shapes[self.config.sensor as usize], phase, stride_s)
+    }
+
+    /// Whether every start phase locks soon at this cadence, in parts of the template's.
+    fn locks(&self, legs: &Entrained, ratio: f64) -> bool {
+        phases().all(|phase| {
+            let start =
+                Start::of(*legs, self.simulated_person(phase, self.stride_s / ratio), SOON_S + LASTS_S, LASTS_S);
+            start.is_soon() && !start.falsely
+        })
+    }
+
+    /// The last step outwards that locks.
+    fn edge(&self, legs: &Entrained, limit: f64) -> f64 {
+        let step = if limit > 1.0 { RANGE_STEP } else { -RANGE_STEP };
+        let steps = ((limit - 1.0) / step + 1e-3) as u32;
+        // To the step: 0.85 and not what a sum comes to.
+        let ratio = |n: u32| (100.0 * (1.0 + step * f64::from(n))).round() / 100.0;
+        (1..=steps).map(ratio).take_while(|&ratio| self.locks(legs, ratio)).last().unwrap_or(1.0)
+    }
+
+    fn steady(&self, mut legs: Entrained) -> Option<f64> {
+        let mut walker = self.simulated_person(0.0, self.stride_s);
+        let mut errors = vec![];
+        let settled = WATCHED_S * 1e3;
+        let mut tick = 0.0;
+        while walker.cycles < STEADY_STRIDES + settled * 1e-3 / self.stride_s {
+            let before = walker.cycles.floor();
+            legs.sense(Some(walker.tick()));
+            legs.step();
+            if walker.cycles.floor() > before {
+                let varied = (1.0 + STRIDE_SD * walker.random.normal()).clamp(0.9, 1.1);
+                walker.rate = 1e-3 / (self.stride_s * varied);
+            }
+            tick += 1.0;
+            if tick > settled {
+                if legs.status().state != Lock::Locked {
+                    return None;
+                }
+                errors.push(walker.off(legs.phase()));
+            }
+        }
+        let count = errors.len() as f64;
+        let mean = errors.iter().sum::<f64>() / count;
+        Some((errors.iter().map(|error| (error - mean).powi(2)).sum::<f64>() / count).sqrt())
+    }
+}
+
+/// Measures a follower.
+///
+/// # Errors
+/// It cannot be built; the text says why.
+pub fn following(config: &FollowConfig) -> Result<Following, String> {
+    let words = |error: BuildError| error.to_string();
+    let bench = Bench {
+        config: *config,
+        shapes: config.shape.shapes().map_err(words)?,
+        stride_s: f64::from(config.shape.stride_s),
+    };
+    let legs = bench.legs(bench.stride_s).map_err(words)?;
+
+    let mut times = vec![];
+    let (mut late, mut first_late, mut false_locks) = (0, None, 0);
+    for mismatch in MISMATCHES {
+        // A stride that no estimator may begin with is not begun with.
+        let Ok(legs) = bench.legs(bench.stride_s / (1.0 + mismatch)) else { continue };
+        for phase in phases() {
+            let start = Start::of(legs, bench.simulated_person(phase, bench.stride_s), WATCHED_S, WATCHED_S);
+            if !start.is_soon() {
+                late += 1;
+                first_late = first_late.or(Some([phase, mismatch]));
+            }
+            false_locks += u32::from(start.falsely);
+            times.push(start.locked_s.unwrap_or(f64::INFINITY));
+        }
+    }
+    times.sort_by(f64::total_cmp);
+    let finite = |time: Option<&f64>| time.copied().filter(|time| time.is_finite());
+    // Shortest decimals: 0.3 and not what an f32 makes of it.
+    let range = config.entrained().lock.frequency_range;
+    let [low, high] = [range.0, range.1].map(|factor| (1e3 * f64::from(factor)).round() / 1e3);
+    Ok(Following {
+        sensor: config.sensor.name(),
+        events: config.events.name(),
+        starts: times.len() as u32,
+        late,
+        first_late,
+        lock_median_s: finite(times.get(times.len() / 2)),
+        lock_worst_s: finite(times.last()),
+        false_locks,
+        lock_range: bench.locks(&legs, 1.0).then(|| [bench.edge(&legs, low), bench.edge(&legs, high)]),
+        clamped_to: [low, high],
+        phase_sd_deg: bench.steady(legs),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cpg_core::entrainment::EventSource;
+    use joint_loop::{SERIES_HARMONICS, SeriesConfig, ShapeConfig};
+    use joint_units::Joint;
+
+    /// Amplitudes of the first harmonics in degrees, hips and knees half a stride apart.
+    fn config(sensor: Joint, hip: [f32; 3], knee: [f32; 3]) -> FollowConfig {
+        let series = |mean: f32, amplitudes: [f32; 3], lead: f32| {
+            let (mut cos, mut sin) = ([0.0; SERIES_HARMONICS], [0.0; SERIES_HARMONICS]);
+            for (n, amplitude) in amplitudes.into_iter().enumerate() {
+                let (s, c) = (std::f32::consts::TAU * lead * (n + 1) as f32).sin_cos();
+                (cos[n], sin[n]) = ((amplitude * c).to_radians(), (-amplitude * s).to_radians());
+            }
+            SeriesConfig { mean: Radians::from_degrees(mean), cos, sin }
+        };
+        let joints = [series(5.0, hip, 0.0), series(5.0, hip, 0.5), series(24.0, knee, 0.25), series(24.0, knee, 0.75)];
+        FollowConfig { sensor, events: EventSource::None, shape: ShapeConfig { stride_s: 1.1, joints } }
+    }
+
+    const HIP: [f32; 3] = [20.0, -4.5, 0.8];
+    const KNEE: [f32; 3] = [18.0, -10.0, 3.0];
+
+    /// Hips lock from every start; what is reported is what single starts do.
+    #[test]
+    fn a_hip_locks_from_every_start_and_over_a_range() {
+        let config = config(Joint::RightHip, HIP, KNEE);
+        let got = following(&config).unwrap();
+        assert_eq!((got.starts, got.late, got.false_locks, got.refused_because()), (108, 0, 0, None));
+        let (median, worst) = (got.lock_median_s.unwrap(), got.lock_worst_s.unwrap());
+        assert!((1.0..2.5).contains(&median) && (median..=SOON_S).contains(&worst), "{got:?}");
+        let [low, high] = got.lock_range.unwrap();
+        assert!((0.5..=0.9).contains(&low) && (1.4..=2.5).contains(&high) && got.clamped_to == [0.3, 2.5], "{got:?}");
+        // Stride times that vary by 5.4 degrees of a stride leave the phase within less than that, and not still.
+        assert!(got.phase_sd_deg.is_some_and(|sd| (0.3..3.0).contains(&sd)), "{got:?}");
+
+        let bench = Bench { config, shapes: config.shape.shapes().unwrap(), stride_s: 1.1 };
+        let legs = bench.legs(1.1).unwrap();
+        assert!(bench.locks(&legs, low) && !bench.locks(&legs, low - RANGE_STEP), "{got:?}");
+        let alone = Start::of(legs, bench.simulated_person(0.25, 1.1), 20.0, 20.0).locked_s.unwrap();
+        assert!(alone <= worst, "{alone} s");
+    }
+
+    /// A waveform of two equal waves a stride, whose own frequency hardly shows, is locked on by chance only: refused, in words.
+    #[test]
+    fn a_waveform_that_cannot_be_locked_on_is_refused() {
+        let got = following(&config(Joint::LeftHip, [1.0, 20.0, 0.0], KNEE)).unwrap();
+        assert!(got.late > 50 && got.lock_range.is_none(), "{got:?}");
+        let because = got.refused_because().unwrap();
+        assert!(because.contains("of 108 starts are not locked after 4 s, the first from phase 0."), "{because}");
+        assert!(because.ends_with(" %"), "{because}");
+    }
+
+    /// A joint that hardly moves is refused before anything is measured.
+    #[test]
+    fn a_joint_that_hardly_moves_is_refused_by_name() {
+        let error = following(&config(Joint::LeftKnee, HIP, [0.4, 0.1, 0.0])).unwrap_err();
+        assert!(error.contains("template.fundamental"), "{error}");
+    }
+}
