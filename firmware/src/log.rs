@@ -170,7 +170,7 @@ mod lines {
 
     impl Format for Sensors<'_> {
         fn format(&self, to: Formatter<'_>) {
-            for sensor in &self.0.sensors {
+            for sensor in self.0.sensors.iter().flatten() {
                 defmt::write!(
                     to,
                     " sensor {=i32} deg {=str},",

@@ -1,16 +1,15 @@
 //! A reported tick: everything that [`joint_loop::Frame`] holds.
 
 use cpg_core::entrainment::{self, Lock, SensorFault};
-use heapless::Vec;
 use hgod_adc::Validity;
 use joint_loop::{Cause, SENSORS, SupervisorState};
-use joint_units::{Joint, PulseMicros, Radians};
+use joint_units::{Joint, Radians};
 use serde::{Deserialize, Serialize};
 
 use crate::number;
 
 /// What one tick measured and commanded. A board sends every tenth; a gap of `seq` is a lost frame.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
     /// Control periods since the boot, missed ones included, wrapping.
     pub tick: u32,
@@ -22,8 +21,8 @@ pub struct Frame {
     /// Why the last motion ended or was refused.
     #[serde(with = "number")]
     pub cause: Cause,
-    /// The board's sensors, from channel 1 on.
-    pub sensors: Vec<Reading, SENSORS>,
+    /// Each channel's sensor; `None` where the board has none.
+    pub sensors: [Option<Reading>; SENSORS],
     /// How a generator that follows a person stands; `None` of any other generator.
     pub following: Option<Follow>,
     /// Setpoints in joint order, radians, flexion positive; every bit as the board computed it.
@@ -73,32 +72,26 @@ pub struct Follow {
 }
 
 impl Frame {
-    /// Setpoints in joint order.
+    /// Setpoints in joint order, degrees: for people.
     #[must_use]
-    pub fn setpoints(&self) -> [Radians; Joint::COUNT] {
-        self.setpoints_rad.map(Radians)
-    }
-
-    /// Pulse widths in joint order; 0 is no pulse.
-    #[must_use]
-    pub fn pulses(&self) -> [PulseMicros; Joint::COUNT] {
-        self.pulses_us.map(PulseMicros)
+    pub fn setpoints_deg(&self) -> [f32; Joint::COUNT] {
+        self.setpoints_rad.map(|angle| Radians(angle).degrees())
     }
 }
 
 impl Reading {
-    /// The angle.
+    /// The angle in degrees: for people.
     #[must_use]
-    pub const fn angle(&self) -> Radians {
-        Radians(self.angle_rad)
+    pub const fn angle_deg(&self) -> f32 {
+        Radians(self.angle_rad).degrees()
     }
 }
 
 impl Follow {
-    /// The phase error.
+    /// The phase error in degrees of the cycle: for people.
     #[must_use]
-    pub const fn phase_error(&self) -> Radians {
-        Radians(self.phase_error_rad)
+    pub const fn phase_error_deg(&self) -> f32 {
+        Radians(self.phase_error_rad).degrees()
     }
 }
 
@@ -115,13 +108,10 @@ impl From<&entrainment::FollowStatus> for Follow {
 }
 
 impl From<&joint_loop::Frame<SENSORS>> for Frame {
-    /// The sensors are those of the first channels up to the first without one: a board has no others.
     fn from(frame: &joint_loop::Frame<SENSORS>) -> Self {
-        let mut sensors = Vec::new();
-        for (angle, validity) in frame.measured.iter().zip(&frame.verdict) {
-            let Some(validity) = *validity else { break };
-            // One place for each channel.
-            let _ = sensors.push(Reading { angle_rad: angle.0, validity });
+        let mut sensors = [None; SENSORS];
+        for (sensor, (angle, validity)) in sensors.iter_mut().zip(frame.measured.iter().zip(&frame.verdict)) {
+            *sensor = validity.map(|validity| Reading { angle_rad: angle.0, validity });
         }
         Self {
             tick: frame.tick,

@@ -33,10 +33,12 @@ fn examples() -> [(Record, Vec<u8>); 8] {
         seq: 299,
         state: SupervisorState::Walking,
         cause: Cause::Button,
-        sensors: vec(&[
-            Reading { angle_rad: 0.5, validity: Validity::Good },
-            Reading { angle_rad: -0.25, validity: Validity::Rate },
-        ]),
+        sensors: [
+            Some(Reading { angle_rad: 0.5, validity: Validity::Good }),
+            Some(Reading { angle_rad: -0.25, validity: Validity::Rate }),
+            None,
+            None,
+        ],
         following: Some(Follow {
             state: Lock::Locked,
             fault: Some(SensorFault::Stuck),
@@ -53,7 +55,7 @@ fn examples() -> [(Record, Vec<u8>); 8] {
         limited_ticks: 5,
         setpoint_hash: 0x0123_4567_89ab_cdef,
     };
-    let still = Frame { sensors: vec(&[]), following: None, ..frame.clone() };
+    let still = Frame { sensors: [None; 4], following: None, ..frame };
     assert!(matches!(round(&Record::Frame(still)), Record::Frame(still) if still.following.is_none()));
     let inputs = Inputs { first_tick: 300, calls: vec(&[call(&[2048], 0), call(&[127], 0x101)]) };
     [
@@ -78,7 +80,7 @@ fn examples() -> [(Record, Vec<u8>); 8] {
             Record::Frame(frame),
             [
                 &[4, 0xac, 2, 0xab, 2, 3, 1][..],
-                &[2, 0, 0, 0, 0x3f, 0, 0, 0, 0x80, 0xbe, 6],
+                &[1, 0, 0, 0, 0x3f, 0, 1, 0, 0, 0x80, 0xbe, 6, 0, 0],
                 &[1, 2, 1, 2, 0, 0, 0, 0xbf, 0, 0, 0x90, 0x3f, 0, 0, 0x80, 0x3f],
                 &[0, 0, 0, 0, 0, 0, 0, 0x80, 0, 0, 0x80, 0x3f, 0xcd, 0xcc, 0xcc, 0x3d],
                 &[0xdc, 0x0b, 0xf0, 0x0b, 0xa0, 8, 0],

@@ -65,7 +65,8 @@ fn frame() -> impl Strategy<Value = Record> {
                 confidence,
             });
     let head = (any::<u32>(), any::<u32>(), select(&SupervisorState::ALL[..]), select(&Cause::ALL[..]));
-    let middle = (few::<Reading, SENSORS>(reading), prop::option::of(follow), prop::array::uniform4(float()));
+    let middle =
+        (prop::array::uniform4(prop::option::of(reading)), prop::option::of(follow), prop::array::uniform4(float()));
     let tail = (prop::array::uniform4(any::<u16>()), prop::array::uniform4(any::<u32>()), any::<u8>(), any::<u64>());
     (head, middle, tail).prop_map(|(head, (sensors, following, setpoints_rad), tail)| {
         let ((tick, seq, state, cause), (pulses_us, counters, limited, setpoint_hash)) = (head, tail);

@@ -8,7 +8,7 @@
 //! | [`pack`] | a walker's parameters or the worn sensors for the board's flash, or a walker for Rust |
 //! | [`volts`], [`check`] | the commands that turn a recording into volts, and that check files |
 //! | [`board_process`], [`board_lines`] | the virtual board as a process, and what it writes |
-//! | [`image`], [`telemetry`] | the log of the board: bytes to text, text to numbers |
+//! | [`image`], [`telemetry`] | the log of the board: bytes to text, text to records |
 //! | [`replay`], [`shipped`] | the host's copy of the board's loop, fed with what the board was fed |
 //! | [`session`], [`summary`] | the books of a run, and what it comes to |
 //! | [`view`], [`screen`], [`plain`] | what there is to see, on a screen and in lines of text |

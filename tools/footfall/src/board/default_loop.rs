@@ -1,5 +1,6 @@
 //! The loop that the firmware ships, on the host: what it takes for granted where there is no board to ask.
 
+use firmware::board::f4_discovery::BOARD;
 use hgod_adc::Sensor;
 pub use joint_loop::SENSOR_JOINT;
 use joint_loop::setup::default_loop;
@@ -10,7 +11,10 @@ use joint_units::{AdcCode, Volts};
 use crate::file::calibration_file::WiredSensor;
 
 /// The pins that the sensors are wired to, straight, from channel 1 on.
-pub const SENSOR_PINS: [&str; SENSORS] = ["PA1", "PC1", "PB0", "PB1"];
+pub const SENSOR_PINS: [&str; SENSORS] = {
+    let [one, two, three, four] = BOARD.sensors;
+    [one.pin.name, two.pin.name, three.pin.name, four.pin.name]
+};
 
 /// The first of them.
 pub const SENSOR_PIN: &str = SENSOR_PINS[0];
@@ -19,7 +23,7 @@ pub const SENSOR_PIN: &str = SENSOR_PINS[0];
 pub const TYPICAL_VREFINT_CAL: AdcCode = AdcCode(1502);
 
 /// Supply below which no sample is good on the default board, the STM32F4 Discovery.
-pub const TYPICAL_MIN_SUPPLY: Volts = Volts(2.7);
+pub const TYPICAL_MIN_SUPPLY: Volts = BOARD.min_supply;
 
 /// The sensor that a typical chip has where nothing else is said.
 ///

@@ -15,6 +15,7 @@ pub mod samples;
 
 use crate::board::image::{Decoder, Image};
 use crate::board::lines::BoardLine;
+use crate::board::telemetry::RecordError;
 use crate::file::sensors::joints;
 use gait_trace::format::whole_file;
 use joint_loop::setup::default_loop::Parameters;
@@ -34,16 +35,22 @@ pub const SCHEMA: u32 = 3;
 /// Frames without sense, at least, before a log is said to be of another image.
 const ENOUGH_MALFORMED: u64 = 16;
 
-/// The log makes no sense.
+/// The log cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{malformed} frames of the log made no sense, and {samples} samples came: the board runs another image than the ELF file's, or the bytes are not those of RTT channel 0"
-)]
-pub struct OtherLog {
-    /// Frames that made no sense.
-    pub malformed: u64,
-    /// Samples that came.
-    pub samples: u64,
+pub enum LogError {
+    /// Nearly nothing in it makes sense.
+    #[error(
+        "{malformed} frames of the log made no sense, and {samples} samples came: the board runs another image than the ELF file's, or the bytes are not those of RTT channel 0"
+    )]
+    OtherImage {
+        /// Frames that made no sense.
+        malformed: u64,
+        /// Samples that came.
+        samples: u64,
+    },
+    /// The board's image was built with another version of the records.
+    #[error(transparent)]
+    OtherVersion(RecordError),
 }
 
 /// What a file is, by its name.
@@ -97,26 +104,24 @@ impl<'t> Listener<'t> {
     ///
     /// # Errors
     /// The bytes are not of this image's log.
-    pub fn bytes(&mut self, bytes: &[u8], out: &mut Vec<Sample>) -> Result<Vec<Booted>, OtherLog> {
+    pub fn bytes(&mut self, bytes: &[u8], out: &mut Vec<Sample>) -> Result<Vec<Booted>, LogError> {
         let mut boots = Vec::new();
         self.decoder.push(bytes);
         while let Some(message) = self.decoder.message() {
-            let heard = match &message {
-                Ok(message) => self.sampler.line(&message.text, self.reset_ns, out).map_err(|_| ()),
-                Err(_) => Err(()),
-            };
-            match (heard, message) {
-                (Ok(booted), Ok(message)) => {
+            let read = message.as_ref().ok().map(|message| self.sampler.line(&message.text, self.reset_ns, out));
+            match (read, message) {
+                (Some(Ok(booted)), Ok(message)) => {
                     boots.extend(booted);
                     if matches!(message.level.as_str(), "warn" | "error") {
                         self.talk.push(format!("{} {}", message.level, message.text));
                     }
                 }
+                (Some(Err(error)), _) if error.is_other_version() => return Err(LogError::OtherVersion(error)),
                 _ => {
                     self.sampler.malformed();
                     let Counts { malformed, samples, .. } = *self.sampler.counts();
                     if malformed >= ENOUGH_MALFORMED && malformed > samples {
-                        return Err(OtherLog { malformed, samples });
+                        return Err(LogError::OtherImage { malformed, samples });
                     }
                 }
             }
@@ -290,7 +295,7 @@ pub fn edges_beside(capture: &Path) -> PathBuf {
 pub enum CaptureError {
     /// The log makes no sense.
     #[error(transparent)]
-    Log(#[from] OtherLog),
+    Log(#[from] LogError),
     /// The file cannot be written.
     #[error("cannot be written: {0}")]
     Io(#[from] io::Error),

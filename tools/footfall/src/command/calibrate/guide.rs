@@ -1,15 +1,14 @@
 //! A calibration while the sensor is on: one angle after the other is asked for, with the live codes on the screen meanwhile; codes are
 //! taken at each, and what they come to is said at once, so that a bad pose is repeated while it still can be.
 //!
-//! Live codes come as lines of `CODE` or `CODE VREFINT`, or as the `inputs` lines of the board's log; other lines of a log are passed
-//! over. An empty answer takes samples at the angle that was asked for, a number takes them at that angle instead, `skip` leaves the
+//! Live codes come as lines of `CODE` or `CODE VREFINT`, or as the inputs records of the board's log, as `probe-rs run` prints them; other
+//! lines of a log are passed over. An empty answer takes samples at the angle that was asked for, a number takes them at that angle instead, `skip` leaves the
 //! angle out, and `end` ends with what there is. Nothing is written before the end: whoever breaks off leaves no file.
 
 use super::Options;
 use super::live::{self, Live};
 use super::rows::{self, Reading, Rows};
-use crate::board::telemetry;
-use crate::board::telemetry::Line;
+use crate::board::telemetry::record_in;
 use crate::failure::Failure;
 use gait_trace::format::whole_file;
 use hgod_adc::ANATOMY;
@@ -20,6 +19,7 @@ use std::io::{self, BufRead, BufReader, IsTerminal, Write};
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel, sync_channel};
 use std::time::Duration;
+use wire::{Call, Record};
 
 /// What is asked for unless said otherwise: a knee, up and down.
 pub const ANGLES_DEG: [f64; 17] =
@@ -231,20 +231,23 @@ fn reader(codes: impl BufRead + Send + 'static) -> Receiver<Result<Sample, Strin
 }
 
 fn understand_codes(line: &str) -> Result<Vec<Sample>, String> {
+    if let Some(record) = record_in(line) {
+        let sample = |call: &Call| Some((*call.codes.first()?, Some(call.reference)));
+        return match record.map_err(|error| error.to_string())? {
+            Record::Inputs(inputs) => Ok(inputs.calls.iter().filter_map(sample).collect()),
+            _ => Ok(Vec::new()),
+        };
+    }
     let words: Vec<&str> = line.split_whitespace().collect();
     let code = |word: &str| word.parse::<u16>().ok().filter(|code| *code <= AdcCode::MAX.0);
-    let begins_with_digit = words.first().is_some_and(|word| word.starts_with(|c: char| c.is_ascii_digit()));
-    match (&words[..], begins_with_digit) {
+    // A time stamp, which has a point, begins a line of a log.
+    let begins_with_code =
+        words.first().is_some_and(|word| word.starts_with(|c: char| c.is_ascii_digit()) && !word.contains('.'));
+    match (&words[..], begins_with_code) {
         ([one], true) => code(one).map(|code| vec![(code, None)]),
         ([one, other], true) => code(one).zip(code(other)).map(|(code, vrefint)| vec![(code, Some(vrefint))]),
         (_, true) => None,
-        _ => match telemetry::parse(line) {
-            Ok(Line::Inputs(inputs)) => {
-                Some(inputs.calls.iter().map(|call| (call.sensors[0].0, Some(call.vrefint.0))).collect())
-            }
-            Ok(_) => Some(Vec::new()),
-            Err(error) => return Err(error.to_string()),
-        },
+        _ => Some(Vec::new()),
     }
     .ok_or_else(|| {
         let short: String = line.chars().take(60).collect();
@@ -294,7 +297,9 @@ pub(crate) fn statistics(samples: &[Sample]) -> (f64, f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board::telemetry::printed;
     use std::io::Cursor;
+    use wire::Inputs;
 
     fn plan(angles_deg: &[f64]) -> Plan {
         Plan { angles_deg: angles_deg.into(), samples: 4, most_sd: 3.0 }
@@ -325,9 +330,15 @@ mod tests {
 
     #[test]
     fn the_boards_log_is_taken_as_it_is() {
-        let log = "ready\ninputs 7 2 2048 1502 1 0 2049 1503 1 0\ncost 9100 cycles dropped 2\ninputs 9 2 2047 1502 1 0 2046 1501 1 0\n";
-        let (text, _) = guided(&[30.0, 40.0, 50.0], log, "skip\n\nend\n");
-        assert_eq!(text.unwrap(), "angle_deg,code,vrefint\n40,2048,1502\n40,2049,1503\n40,2047,1502\n40,2046,1501\n");
+        let inputs = |first_tick, codes: [u16; 2]| {
+            let call =
+                |code| Call { codes: [code].into_iter().collect(), reference: 1502, elapsed: 1, ..Call::default() };
+            printed(&Record::Inputs(Inputs { first_tick, calls: codes.map(call).into_iter().collect() }))
+        };
+        let (one, two) = (inputs(7, [2048, 2049]), inputs(9, [2047, 2046]));
+        let log = format!("ready\n1.204 [INFO ] {one} (a.rs:1)\n1.5 walking: hips 1 2\nwire [07, 00, 00]\n{two}\n");
+        let (text, _) = guided(&[30.0, 40.0, 50.0], &log, "skip\n\nend\n");
+        assert_eq!(text.unwrap(), "angle_deg,code,vrefint\n40,2048,1502\n40,2049,1502\n40,2047,1502\n40,2046,1502\n");
     }
 
     #[test]
@@ -337,7 +348,8 @@ mod tests {
             ("1\n5000\n", "\n", "codes, line 2: `5000`: allowed are"),
             ("1\n1 2 3\n", "\n", "codes, line 2: `1 2 3`"),
             ("1\n1 2\n", "\n", "with and without VREFINT"),
-            ("inputs 7 x\n", "\n", "a number expected at `x`"),
+            ("wire [03, 7]\n", "\n", "codes, line 1: printed record: byte 1 is not two hexadecimal digits"),
+            ("wire [00, 02]\n", "\n", "the board sends records of version 2, this program reads version 1"),
             ("1\n", "", "the answers end at 0 degrees; allowed is `end`"),
         ] {
             let error = guided(&[0.0], codes, answers).0.unwrap_err();
