@@ -11,9 +11,9 @@ use crate::build::Workshop;
 use crate::setup::{Incomplete, Need};
 use crate::shell;
 
-/// `joint_loop::store::generator_record::ADDRESS`; `footfall pack` says it too.
+/// `GENERATOR_SECTOR` in `firmware/src/board/mod.rs`; `tests/pins.rs` compares the two.
 const WALKER_SECTOR: &str = "0x08004000";
-/// `joint_loop::store::sensor_record::ADDRESS`.
+/// `SENSORS_SECTOR` in the same file.
 const SENSORS_SECTOR: &str = "0x08008000";
 
 /// What goes onto the board.

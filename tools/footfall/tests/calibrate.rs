@@ -305,7 +305,7 @@ fn a_bad_file_is_refused_with_line_and_column_and_nothing_is_written() {
             b"angle_deg,code,vrefint\n0,1,1500\n1,4,0\n",
             &["--vrefint-cal", "1502"],
             ":3: ",
-            &["column 3 `vrefint`", "VREFINT code 0"],
+            &["column 3 `vrefint`", "code 0 of the internal reference"],
         ),
         (b"angle_deg,volts\n0,1\n1\n", &[], ":3: ", &["has 1 fields; allowed are 2"]),
         (b"angle_deg,volts,direction\n0,1,up\n1,1,left\n", &[], ":3: ", &["column 3 `direction`", "`up` or `down`"]),

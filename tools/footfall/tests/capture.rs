@@ -4,6 +4,7 @@
 mod support;
 
 use footfall::board::image::Image;
+use footfall::board::telemetry::record_in;
 use gait_trace::RawJoints;
 use gait_trace::format::open;
 use gait_trace::format::open::ReadOptions;
@@ -16,6 +17,7 @@ use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use support::{Bench, SimulatedBoard, frame};
+use wire::Record;
 
 fn walked(secs: u32) -> SimulatedBoard {
     let mut walker = SimulatedBoard::new();
@@ -150,11 +152,10 @@ fn angles_are_the_boards_own() {
     let (angles, hips) = (column(&csv, "left_knee_deg"), column(&csv, "set_right_hip_deg"));
     let mut compared = 0;
     while let Some(message) = decoder.message() {
-        let line = footfall::board::telemetry::parse(&message.unwrap().text).unwrap();
-        let footfall::board::telemetry::Line::Tick(tick) = line else { continue };
+        let Some(Ok(Record::Frame(tick))) = record_in(&message.unwrap().text) else { continue };
         let row = tick.tick as usize - 1;
-        assert_eq!(angles[row].parse::<f32>().unwrap().to_bits(), tick.sensor_deg[0].to_bits());
-        assert_eq!(hips[row].parse::<f32>().unwrap().to_bits(), tick.set_deg[1].to_bits());
+        assert_eq!(angles[row].parse::<f32>().unwrap().to_bits(), tick.sensors[0].unwrap().angle_deg().to_bits());
+        assert_eq!(hips[row].parse::<f32>().unwrap().to_bits(), tick.setpoints_deg()[1].to_bits());
         compared += 1;
     }
     assert_eq!(compared, 300);

@@ -2,11 +2,13 @@
 
 mod support;
 
+use footfall::board::telemetry::{printed, record_in};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use support::{Bench, SimulatedBoard, frame, hex};
+use wire::Record;
 
 fn walked(secs: u32) -> SimulatedBoard {
     let mut walker = SimulatedBoard::new();
@@ -192,12 +194,10 @@ fn a_single_bit_that_differs_is_found_and_the_run_is_not_sound() {
     let index = walker.lines.iter().rposition(|line| line.contains("\"rtt\"")).unwrap();
     let object: Value = serde_json::from_str(&walker.lines[index]).unwrap();
     let text = text_of(object["hex"].as_str().unwrap());
-    let Ok(footfall::board::telemetry::Line::Tick(mut tick)) = footfall::board::telemetry::parse(&text) else {
-        panic!("{text}")
-    };
-    tick.set_deg[2] = f32::from_bits(tick.set_deg[2].to_bits() ^ 1);
+    let Some(Ok(Record::Frame(mut tick))) = record_in(&text) else { panic!("{text}") };
+    tick.setpoints_rad[2] = f32::from_bits(tick.setpoints_rad[2].to_bits() ^ 1);
     let mut changed = object.clone();
-    changed["hex"] = hex(&frame(&tick.to_string())).into();
+    changed["hex"] = hex(&frame(&printed(&Record::Frame(tick)))).into();
     walker.lines[index] = changed.to_string();
     let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "3"]));
     assert_eq!(output.status.code(), Some(1));
@@ -220,7 +220,10 @@ fn text_of(hex: &str) -> String {
 #[test]
 fn lost_inputs_are_told_and_nothing_is_called_equal_that_was_not_compared() {
     let mut walker = walked(3);
-    let inputs = |line: &String| line.contains("\"rtt\"") && text_of_line(line).starts_with("inputs 1001 ");
+    let inputs = |line: &String| {
+        line.contains("\"rtt\"")
+            && matches!(record_in(&text_of_line(line)), Some(Ok(Record::Inputs(inputs))) if inputs.first_tick == 1001)
+    };
     let index = walker.lines.iter().position(inputs).unwrap();
     walker.lines.remove(index);
     let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "3"]));
@@ -235,7 +238,10 @@ fn lost_inputs_are_told_and_nothing_is_called_equal_that_was_not_compared() {
 #[test]
 fn lost_lines_are_counted_and_do_not_hinder_the_comparison() {
     let mut walker = walked(3);
-    let tick = |line: &String| line.contains("\"rtt\"") && text_of_line(line).starts_with("tick 1010 ");
+    let tick = |line: &String| {
+        line.contains("\"rtt\"")
+            && matches!(record_in(&text_of_line(line)), Some(Ok(Record::Frame(frame))) if frame.tick == 1010)
+    };
     let index = walker.lines.iter().position(tick).unwrap();
     walker.lines.remove(index);
     let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "3"]));

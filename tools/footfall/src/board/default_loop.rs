@@ -1,5 +1,6 @@
 //! The firmware's default control loop on the host, with typical values where no board reports its own.
 
+use firmware::board::f4_discovery::BOARD;
 use hgod_adc::Sensor;
 pub use joint_loop::SENSOR_JOINT;
 use joint_loop::setup::default_loop;
@@ -10,7 +11,10 @@ use joint_units::{AdcCode, Volts};
 use crate::file::calibration_file::WiredSensor;
 
 /// The pins of the sensors, connected without a divider, from channel 1 on.
-pub const SENSOR_PINS: [&str; SENSORS] = ["PA1", "PC1", "PB0", "PB1"];
+pub const SENSOR_PINS: [&str; SENSORS] = {
+    let [one, two, three, four] = BOARD.sensors;
+    [one.pin.name, two.pin.name, three.pin.name, four.pin.name]
+};
 
 /// The pin of channel 1.
 pub const SENSOR_PIN: &str = SENSOR_PINS[0];
@@ -19,7 +23,7 @@ pub const SENSOR_PIN: &str = SENSOR_PINS[0];
 pub const TYPICAL_VREFINT_CAL: AdcCode = AdcCode(1502);
 
 /// Supply below which no sample is good on the default board, the STM32F4 Discovery.
-pub const TYPICAL_MIN_SUPPLY: Volts = Volts(2.7);
+pub const TYPICAL_MIN_SUPPLY: Volts = BOARD.min_supply;
 
 /// The default sensor on a typical chip.
 ///

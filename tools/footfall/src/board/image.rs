@@ -75,8 +75,10 @@ pub fn sha256(bytes: &[u8]) -> String {
 }
 
 /// A message of the log.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Message {
+    /// Its time stamp by the board's clock, s; `None` if the image has none.
+    pub stamp_s: Option<f64>,
     /// `info`, `warn`, `error` ...; empty if the message has no level.
     pub level: String,
     /// The text.
@@ -104,7 +106,8 @@ impl Decoder<'_> {
         match self.stream.decode() {
             Ok(frame) => {
                 let level = frame.level().map_or(String::new(), |level| level.as_str().to_owned());
-                Some(Ok(Message { level, text: frame.display_message().to_string() }))
+                let stamp_s = frame.display_timestamp().and_then(|stamp| stamp.to_string().parse().ok());
+                Some(Ok(Message { stamp_s, level, text: frame.display_message().to_string() }))
             }
             Err(DecodeError::UnexpectedEof) => None,
             Err(DecodeError::Malformed) => Some(Err(Malformed)),

@@ -1,26 +1,26 @@
 //! One run: the board's lines go in, events come out, and the books are kept.
 //!
 //! ```text
-//! board line --> bytes of the log --[image]--> text --[telemetry]--> tick, inputs --[replay]--> equal or not
+//! board line --> bytes of the log --[image]--> text --[telemetry]--> frame, inputs --[replay]--> equal or not
 //! ```
-//! A `tick` line is an event at once, for whoever shows it live. It is a [`Row`] a moment later, when the inputs of that tick
+//! A frame is an event at once, for whoever shows it live. It is a [`Row`] a moment later, when the inputs of that tick
 //! have come too: with the converter's code, and compared with the host's copy of the loop.
 
 use crate::board::image::{Decoder, Image};
 use crate::board::lines::{BoardLine, End};
-use crate::board::replay::{Difference, Gap, Replay, differences, follow_differences};
-use crate::board::telemetry;
-use crate::board::telemetry::{Boot, Cost, Edge, Env, Follow, Inputs, Line, LineError, Margin, Tick};
+use crate::board::replay::{Difference, Gap, Replay, differences};
+use crate::board::telemetry::{RecordError, record_in};
 use cpg_core::entrainment::{Lock, SensorFault};
 use joint_loop::setup::default_loop::{Parameters, WalkLoop, walk_loop};
 use joint_loop::store::{generator_record, sensor_record};
 use joint_loop::{Cause, SENSORS};
-use joint_units::AdcCode;
+use joint_units::{AdcCode, Volts};
 use serde::Serialize;
 use std::collections::VecDeque;
+use wire::{Boot, Cost, Edge, Environment, Frame, Inputs, Record};
 
-/// Calls of the loop between two `tick` lines.
-pub const CALLS_A_TICK_LINE: u32 = 10;
+/// Calls of the loop between two frames.
+pub const CALLS_A_FRAME: u32 = wire::CALLS as u32;
 
 /// Rows that wait for their inputs: more than the board's queues hold.
 const WAITING: usize = 32;
@@ -44,9 +44,9 @@ pub enum SessionError {
     /// The first frame of the log makes no sense.
     #[error("the log does not begin with a frame of this image: the board runs another one")]
     FirstFrame,
-    /// A line of the log is not as agreed.
-    #[error("the log is not what this program reads: {0}; image and program are of different versions")]
-    Line(#[from] LineError),
+    /// A record of the log cannot be read.
+    #[error(transparent)]
+    Record(#[from] RecordError),
 }
 
 /// What happened.
@@ -63,8 +63,8 @@ pub enum Event {
     Tick {
         /// When the line was taken.
         t_s: f64,
-        /// The line.
-        tick: Tick,
+        /// The board's frame.
+        tick: Frame,
     },
     /// The same, complete.
     Row(Row),
@@ -79,10 +79,8 @@ pub enum Event {
     },
     /// What the last second cost.
     Cost(Cost),
-    /// What was left to spare.
-    Margin(Margin),
-    /// See [`Env`].
-    Env(Env),
+    /// Temperature and supply.
+    Environment(Environment),
     /// An edge at the synchronisation input.
     Edge(Edge),
     /// Pulses at the pins.
@@ -108,13 +106,13 @@ pub enum Event {
     Ended(Box<End>),
 }
 
-/// A `tick` line with its input.
+/// A frame with its input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// Time of the tick by the board's own count, in virtual seconds since power-on.
     pub time_s: f64,
-    /// The line.
-    pub tick: Tick,
+    /// The board's frame.
+    pub tick: Frame,
     /// Codes of the sensors; `None` when the line with them was lost.
     pub codes: Option<[AdcCode; SENSORS]>,
     /// Whether the host's copy did the same, bit for bit; `None` when it cannot tell.
@@ -143,7 +141,7 @@ pub struct Following {
 pub struct Books {
     /// Boots so far.
     pub boots: u32,
-    /// `tick` lines that were lost, by their numbers.
+    /// Frames that were lost, by their numbers.
     pub lost_lines: u64,
     /// Frames of the log that made no sense.
     pub malformed: u64,
@@ -159,8 +157,8 @@ pub struct Books {
     pub differences: Vec<Difference>,
     /// Calls that the host's copy ran, over all boots.
     pub calls: u64,
-    /// The last `tick` line.
-    pub last: Option<Tick>,
+    /// The last frame.
+    pub last: Option<Frame>,
     /// Why the supervisor last changed its state.
     pub cause: Cause,
     /// The board says that it drives nothing.
@@ -182,8 +180,7 @@ pub struct Session<'t> {
     /// When the present boot began.
     began_s: f64,
     replay: Option<Replay>,
-    waiting: VecDeque<Tick>,
-    waiting_follows: VecDeque<Follow>,
+    waiting: VecDeque<Frame>,
     last_seq: u32,
 }
 
@@ -200,7 +197,6 @@ impl<'t> Session<'t> {
             began_s: 0.0,
             replay: None,
             waiting: VecDeque::new(),
-            waiting_follows: VecDeque::new(),
             last_seq: 0,
         }
     }
@@ -266,24 +262,26 @@ impl<'t> Session<'t> {
                 continue;
             };
             self.heard = true;
-            match telemetry::parse(&message.text)? {
-                Line::Boot(boot) => {
+            let Some(record) = record_in(&message.text) else {
+                // Lines without a level are for people without this program.
+                if !message.level.is_empty() {
+                    events.push(Event::Log { t_s, level: message.level, text: message.text });
+                }
+                continue;
+            };
+            match record? {
+                Record::Boot(boot) => {
                     self.books.shadow = boot.shadow;
                     self.begin_replay(&boot);
-                    events.push(Event::Log { t_s, level: message.level, text: message.text });
                 }
-                Line::State(change) => {
-                    self.books.cause = change.cause;
-                    events.push(Event::Log { t_s, level: message.level, text: message.text });
-                }
-                Line::Tick(tick) => self.tick(t_s, tick, events),
-                Line::Inputs(inputs) => self.inputs(&inputs, events),
-                Line::Follow(follow) => self.follow(follow, events),
-                Line::Edge(edge) => events.push(Event::Edge(edge)),
-                Line::Cost(cost) => events.push(Event::Cost(cost)),
-                Line::Margin(margin) => events.push(Event::Margin(margin)),
-                Line::Env(env) => events.push(Event::Env(env)),
-                Line::Text => events.push(Event::Log { t_s, level: message.level, text: message.text }),
+                Record::Change(change) => self.books.cause = change.cause,
+                Record::Frame(frame) => self.tick(t_s, frame, events),
+                Record::Inputs(inputs) => self.inputs(&inputs, events),
+                Record::Edge(edge) => events.push(Event::Edge(edge)),
+                Record::Cost(cost) => events.push(Event::Cost(cost)),
+                Record::Environment(environment) => events.push(Event::Environment(environment)),
+                // Its line for people is an event.
+                Record::Refused(_) => {}
             }
         }
         Ok(())
@@ -298,23 +296,20 @@ impl<'t> Session<'t> {
         }
     }
 
-    fn follow(&mut self, follow: Follow, events: &mut Vec<Event>) {
-        let locked = (follow.state == Lock::Locked).then(|| f64::from(follow.tick) / 1000.0);
-        self.books.following = Some(Following {
-            state: follow.state.name(),
-            fault: follow.fault.map(SensorFault::name),
-            confidence: follow.confidence,
-            stride_s: follow.stride_s,
-            phase_error_deg: follow.phase_error_deg,
-            locked_at_s: self.books.following.and_then(|known| known.locked_at_s).or(locked),
-        });
-        self.waiting_follows.push_back(follow);
-        self.settle(WAITING, events);
-    }
-
-    fn tick(&mut self, t_s: f64, tick: Tick, events: &mut Vec<Event>) {
+    fn tick(&mut self, t_s: f64, tick: Frame, events: &mut Vec<Event>) {
+        if let Some(follow) = &tick.following {
+            let locked = (follow.state == Lock::Locked).then(|| f64::from(tick.tick) / 1000.0);
+            self.books.following = Some(Following {
+                state: follow.state.name(),
+                fault: follow.fault.map(SensorFault::name),
+                confidence: follow.confidence,
+                stride_s: follow.stride_s,
+                phase_error_deg: follow.phase_error_deg(),
+                locked_at_s: self.books.following.and_then(|known| known.locked_at_s).or(locked),
+            });
+        }
         let calls = tick.seq.wrapping_sub(self.last_seq);
-        self.books.lost_lines += u64::from((calls / CALLS_A_TICK_LINE).saturating_sub(1));
+        self.books.lost_lines += u64::from((calls / CALLS_A_FRAME).saturating_sub(1));
         self.last_seq = tick.seq;
         self.books.last = Some(tick);
         events.push(Event::Tick { t_s, tick });
@@ -339,16 +334,6 @@ impl<'t> Session<'t> {
 
     /// Settles the rows whose inputs have come, and the oldest ones beyond `keep` even without.
     fn settle(&mut self, keep: usize, events: &mut Vec<Event>) {
-        while let Some(&follow) = self.waiting_follows.front() {
-            let frame = self.replay.as_ref().and_then(|replay| replay.at(follow.tick));
-            if frame.is_none() && self.waiting_follows.len() <= keep && self.may_still_come() {
-                break;
-            }
-            self.waiting_follows.pop_front();
-            // What cannot be compared is told by its `tick` line.
-            let found = frame.map_or(vec![], |(_, frame)| follow_differences(&follow, frame));
-            self.differ(found);
-        }
         while let Some(&tick) = self.waiting.front() {
             let at = self.replay.as_ref().and_then(|replay| replay.at(tick.tick));
             let Some((call, frame)) = at else {
@@ -361,17 +346,17 @@ impl<'t> Session<'t> {
                 events.push(Event::Row(Row { time_s: self.time_s(&tick), tick, codes: None, equal: None }));
                 continue;
             };
-            let found = differences(&tick, frame);
+            let (found, codes) = (differences(&tick, frame), call.sample().codes);
+            self.books.hashes = Some((tick.setpoint_hash, frame.setpoint_hash));
             self.waiting.pop_front();
             self.books.compared += 1;
-            self.books.hashes = Some((tick.hash, frame.setpoint_hash));
             let equal = self.differ(found);
             let time_s = self.time_s(&tick);
-            events.push(Event::Row(Row { time_s, tick, codes: Some(call.sensors), equal: Some(equal) }));
+            events.push(Event::Row(Row { time_s, tick, codes: Some(codes), equal: Some(equal) }));
         }
     }
 
-    /// Enters what differs in a line into the books; true if nothing does.
+    /// Enters what differs in a frame into the books; true if nothing does.
     fn differ(&mut self, found: Vec<Difference>) -> bool {
         let equal = found.is_empty();
         self.books.different += u64::from(!equal);
@@ -386,26 +371,29 @@ impl<'t> Session<'t> {
     }
 
     /// By the board's own count: resets begin it anew, and it can only be behind the time of the reset.
-    fn time_s(&self, tick: &Tick) -> f64 {
+    fn time_s(&self, tick: &Frame) -> f64 {
         self.began_s + f64::from(tick.tick) / 1000.0
     }
 }
 
-/// The host's copy of the loop of a board that said these first words; an error says why there is none.
+/// The host's copy of the loop of a board with this boot record; an error says why there is none.
 pub(crate) fn loop_of(parameters: &Parameters, boot: &Boot) -> Result<WalkLoop, String> {
-    let walker = generator_record::record_of(&parameters.generator).crc();
+    let generator = generator_record::record_of(&parameters.generator).crc();
     let sensors = sensor_record::record_of(&parameters.sensors).crc();
-    if boot.generator_crc != walker {
-        return Err(format!(
-            "the board walks with the parameters {:08x}, known here are {walker:08x}; allowed is the file they were made of, by --params",
-            boot.generator_crc
-        ));
+    for (what, board, known, option) in [
+        ("generator record", boot.generator_crc, generator, "the file that it was made of, by --params"),
+        ("sensor record", boot.sensors_crc, sensors, "the sensors that the board was given, by --sensor"),
+    ] {
+        match board {
+            None => return Err("the board refused its records".into()),
+            Some(board) if board != known => {
+                return Err(format!(
+                    "the board runs the {what} {board:08x}, this program has {known:08x}; allowed is {option}"
+                ));
+            }
+            Some(_) => {}
+        }
     }
-    if boot.sensors_crc != sensors {
-        return Err(format!(
-            "the board has the sensors {:08x}, known here are {sensors:08x}; allowed are those that it was given, by --sensor",
-            boot.sensors_crc
-        ));
-    }
-    walk_loop(parameters, boot.vrefint_cal, boot.min_supply, boot.sensor_required).map_err(|error| error.to_string())
+    let (reference_cal, min_supply) = (AdcCode(boot.reference_cal), Volts(boot.min_supply_v));
+    walk_loop(parameters, reference_cal, min_supply, boot.sensor_required).map_err(|error| error.to_string())
 }

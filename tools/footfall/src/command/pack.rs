@@ -2,6 +2,7 @@
 //! constant in Rust.
 
 use clap::Args;
+use firmware::board::{GENERATOR_SECTOR, SENSORS_SECTOR};
 use generator_file::file::GeneratorFile;
 use joint_loop::GeneratorConfig;
 use joint_loop::store::{generator_record, sensor_record};
@@ -45,7 +46,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         let joints: Vec<&str> = worn.iter().map(|sensor| sensor.joint.name()).collect();
         let what = format!("sensors on {}", joints.join(", "));
         let path = path.ok_or_else(|| Failure::input("--out is missing"))?;
-        return write(path, &what, record.bytes(), record.crc(), sensor_record::ADDRESS);
+        return write(path, &what, record.bytes(), record.crc(), SENSORS_SECTOR);
     };
     let file = GeneratorFile::read(params).map_err(Failure::input)?;
     let config = file.set.config();
@@ -54,7 +55,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     };
     let record = generator_record::record_of(&config);
     let what = format!("a {} walker", config.name());
-    write(path, &what, record.bytes(), record.crc(), generator_record::ADDRESS)
+    write(path, &what, record.bytes(), record.crc(), GENERATOR_SECTOR)
 }
 
 /// The configuration as Rust source: the output of `Debug` is the expression, and its numbers read back to the same bits.

@@ -15,6 +15,7 @@ pub mod samples;
 
 use crate::board::image::{Decoder, Image};
 use crate::board::lines::BoardLine;
+use crate::board::telemetry::RecordError;
 use crate::options::sensors::joints;
 use gait_trace::format::whole_file;
 use joint_loop::setup::default_loop::Parameters;
@@ -31,16 +32,22 @@ pub use header::{SCHEMA, about};
 /// Fewest malformed frames for the error that the log is of another image.
 const ENOUGH_MALFORMED: u64 = 16;
 
-/// The log is not of this image.
+/// The log cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{malformed} frames of the log made no sense, and {samples} samples came: the board runs another image than the ELF file's, or the bytes are not those of RTT channel 0"
-)]
-pub struct OtherLog {
-    /// Malformed frames.
-    pub malformed: u64,
-    /// Samples so far.
-    pub samples: u64,
+pub enum LogError {
+    /// Most frames are malformed.
+    #[error(
+        "{malformed} malformed frames in the log and {samples} samples: the board runs another image than this ELF file, or the bytes are not of RTT channel 0; give the ELF file that was flashed"
+    )]
+    OtherImage {
+        /// Malformed frames.
+        malformed: u64,
+        /// Samples so far.
+        samples: u64,
+    },
+    /// The board's image was built with another version of the records.
+    #[error(transparent)]
+    OtherVersion(RecordError),
 }
 
 /// The format of a file.
@@ -122,26 +129,24 @@ impl<'t> Listener<'t> {
     ///
     /// # Errors
     /// The bytes are not of this image's log.
-    pub fn bytes(&mut self, bytes: &[u8], out: &mut Vec<Sample>) -> Result<Vec<Booted>, OtherLog> {
+    pub fn bytes(&mut self, bytes: &[u8], out: &mut Vec<Sample>) -> Result<Vec<Booted>, LogError> {
         let mut boots = Vec::new();
         self.decoder.push(bytes);
         while let Some(message) = self.decoder.message() {
-            let heard = match &message {
-                Ok(message) => self.sampler.line(&message.text, self.reset_ns, out).map_err(|_| ()),
-                Err(_) => Err(()),
-            };
-            match (heard, message) {
-                (Ok(booted), Ok(message)) => {
+            let read = message.as_ref().ok().map(|message| self.sampler.line(&message.text, self.reset_ns, out));
+            match (read, message) {
+                (Some(Ok(booted)), Ok(message)) => {
                     boots.extend(booted);
                     if matches!(message.level.as_str(), "warn" | "error") {
                         self.talk.push(format!("{} {}", message.level, message.text));
                     }
                 }
+                (Some(Err(error)), _) if error.is_other_version() => return Err(LogError::OtherVersion(error)),
                 _ => {
                     self.sampler.malformed();
                     let Counts { malformed, samples, .. } = *self.sampler.counts();
                     if malformed >= ENOUGH_MALFORMED && malformed > samples {
-                        return Err(OtherLog { malformed, samples });
+                        return Err(LogError::OtherImage { malformed, samples });
                     }
                 }
             }
@@ -315,7 +320,7 @@ pub fn edges_beside(capture: &Path) -> PathBuf {
 pub enum CaptureError {
     /// The log is not of this image.
     #[error(transparent)]
-    Log(#[from] OtherLog),
+    Log(#[from] LogError),
     /// The file cannot be written.
     #[error("cannot be written: {0}")]
     Io(#[from] io::Error),

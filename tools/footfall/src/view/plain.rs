@@ -1,24 +1,23 @@
 //! A run as lines of text for terminals and logs, and as JSON for programs.
 
 use crate::board::session::Event;
-use crate::board::telemetry::Tick;
 use crate::view::state::View;
 use crate::view::summary::Summary;
 use serde_json::{Value, json};
+use wire::{Frame, Reading};
 
 /// The present state in one line.
 #[must_use]
 pub fn line(view: &View) -> String {
     let t_s = view.t_s;
     let Some(tick) = &view.last else { return format!("{t_s:8.3} s  no telemetry yet") };
-    let Tick { tick: n, state, sensor_deg, verdict, set_deg: [s0, s1, s2, s3], late, missed, .. } = tick;
+    let Frame { tick: n, state, late, missed, .. } = tick;
+    let [s0, s1, s2, s3] = tick.setpoints_deg();
     let rate = view.tick_rate_hz().map_or("   -".into(), |rate| format!("{rate:4.0}"));
     let pulse = |us: Option<f64>| us.map_or("   -".into(), |us| format!("{us:4.0}"));
     let [p0, p1, p2, p3] = view.pins_us.map(pulse);
-    let readings = sensor_deg.iter().zip(verdict);
-    let sensors: String = readings
-        .filter_map(|(deg, verdict)| verdict.map(|verdict| format!("sensor {deg:6.1} deg {verdict}  ")))
-        .collect();
+    let reading = |sensor: &Reading| format!("sensor {:6.1} deg {}  ", sensor.angle_deg(), sensor.validity);
+    let sensors: String = tick.sensors.iter().flatten().map(reading).collect();
     let shadow = if view.books.shadow { "  shadow" } else { "" };
     let following = view.following().map_or(String::new(), |words| format!("  following {words}"));
     format!(
@@ -40,26 +39,27 @@ pub fn object(view: &View) -> Value {
         "tick_rate_hz": view.tick_rate_hz(),
         "late_ticks": tick.late,
         "missed_ticks": tick.missed,
-        "measured_deg": tick.sensor_deg[0],
-        "verdict": tick.verdict[0].map(|verdict| verdict.name()),
+        "measured_deg": tick.sensors[0].map_or(0.0, |sensor| sensor.angle_deg()),
+        "verdict": tick.sensors[0].map(|sensor| sensor.validity.name()),
         "sensors": sensors(view, tick),
         "shadow": view.books.shadow,
         "following": view.books.following,
-        "setpoint_deg": tick.set_deg,
+        "setpoint_deg": tick.setpoints_deg(),
         "pulse_us": view.pins_us,
-        "commanded_us": tick.pulse_us,
+        "commanded_us": tick.pulses_us,
         "limited": tick.limited,
         "seq": tick.seq,
-        "setpoint_hash": format!("{:016x}", tick.hash),
+        "setpoint_hash": format!("{:016x}", tick.setpoint_hash),
     })
 }
 
 /// All sensors.
-fn sensors(view: &View, tick: &Tick) -> Vec<Value> {
-    let readings = view.sensors.iter().zip(tick.sensor_deg.iter().zip(&tick.verdict));
+fn sensors(view: &View, tick: &Frame) -> Vec<Value> {
+    let readings = view.sensors.iter().zip(&tick.sensors);
     readings
-        .map(|(joint, (deg, verdict))| {
-            json!({ "joint": joint.name(), "deg": deg, "verdict": verdict.map(|verdict| verdict.name()) })
+        .map(|(joint, sensor)| {
+            let deg = sensor.map_or(0.0, |sensor| sensor.angle_deg());
+            json!({ "joint": joint.name(), "deg": deg, "verdict": sensor.map(|sensor| sensor.validity.name()) })
         })
         .collect()
 }

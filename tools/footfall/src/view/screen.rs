@@ -64,7 +64,7 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
         _ => Color::Gray,
     };
     let rate = view.tick_rate_hz().map_or("-".into(), |rate| format!("{rate:.0}"));
-    let counted = |of: fn(&crate::board::telemetry::Tick) -> u32| tick.map_or("-".into(), |tick| of(tick).to_string());
+    let counted = |of: fn(&wire::Frame) -> u32| tick.map_or("-".into(), |tick| of(tick).to_string());
     let first = Line::from(vec![
         Span::raw(" "),
         Span::styled(
@@ -82,9 +82,10 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
         )),
     ]);
     let cost = view.cost.map_or(String::new(), |cost| format!("   tick {} cycles", cost.longest_cycles));
-    let margin = view.margin.map_or(String::new(), |margin| format!("   stack {} B", margin.stack_used));
-    let die = view.env.and_then(|env| env.die).map_or(String::new(), |die| format!("   die {:.0} °C", die.0));
-    let supply = view.env.and_then(|env| env.supply).map_or(String::new(), |supply| format!("   {:.2} V", supply.0));
+    let margin = view.cost.map_or(String::new(), |cost| format!("   stack {} B", cost.stack_used));
+    let die = view.environment.and_then(|means| means.die_c).map_or(String::new(), |die| format!("   die {die:.0} °C"));
+    let supply =
+        view.environment.and_then(|means| means.supply_v).map_or(String::new(), |supply| format!("   {supply:.2} V"));
     let second = Line::from(format!(
         " host replay: {}   lines lost {}{cost}{margin}{die}{supply}",
         view.replay(),
@@ -102,10 +103,9 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
 
 fn measured_angle(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let now = view.last.as_ref().map_or(" measured joint angle ".into(), |tick| {
-        let readings = tick.sensor_deg.iter().zip(&tick.verdict).zip(0..);
-        let words = readings.filter_map(|((deg, verdict), channel): (_, usize)| {
+        let words = tick.sensors.iter().enumerate().filter_map(|(channel, sensor)| {
             let name = view.sensors.get(channel).map_or("joint", |joint| joint.name()).replace('_', " ");
-            verdict.map(|verdict| format!("{name} {deg:.1} deg ({verdict})"))
+            sensor.map(|sensor| format!("{name} {:.1} deg ({})", sensor.angle_deg(), sensor.validity))
         });
         format!(" measured {} ", words.collect::<Vec<_>>().join(", "))
     });
@@ -115,7 +115,10 @@ fn measured_angle(frame: &mut Frame<'_>, area: Rect, view: &View) {
 
 fn setpoint(frame: &mut Frame<'_>, area: Rect, view: &View, joint: usize) {
     let name = SERVOS[joint];
-    let now = view.last.as_ref().map_or(format!(" {name} "), |tick| format!(" {name} {:.1} deg ", tick.set_deg[joint]));
+    let now = view
+        .last
+        .as_ref()
+        .map_or(format!(" {name} "), |tick| format!(" {name} {:.1} deg ", tick.setpoints_deg()[joint]));
     chart(frame, area, view, now, &[Color::Magenta], |point| vec![point.set[joint]]);
 }
 
@@ -155,7 +158,7 @@ fn chart(
 fn pulse(frame: &mut Frame<'_>, area: Rect, view: &View, servo: usize) {
     let [name, bar] = Layout::horizontal([Constraint::Length(12), Constraint::Fill(1)]).areas(area);
     frame.render_widget(Line::from(format!(" {}", SERVOS[servo])), name);
-    let would_be = || view.last.map(|tick| f64::from(tick.pulse_us[servo])).filter(|us| *us > 0.0);
+    let would_be = || view.last.map(|tick| f64::from(tick.pulses_us[servo])).filter(|us| *us > 0.0);
     let us = if view.books.shadow { would_be() } else { view.pins_us[servo] };
     let (least, most) = PULSE_RANGE;
     let ratio = us.map_or(0.0, |us| ((us - least) / (most - least)).clamp(0.0, 1.0));
@@ -166,26 +169,38 @@ fn pulse(frame: &mut Frame<'_>, area: Rect, view: &View, servo: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board::default_loop::typical_loop;
     use crate::board::session::Following;
     use crate::board::session::{Books, Event};
-    use crate::board::telemetry;
-    use joint_units::Joint;
+    use hgod_adc::Validity;
+    use joint_units::{Joint, Radians};
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
+
+    fn sensor(deg: f32, validity: Validity) -> wire::Reading {
+        wire::Reading { angle_rad: Radians::from_degrees(deg).0, validity }
+    }
+
+    fn tick(n: u32) -> wire::Frame {
+        wire::Frame {
+            tick: n,
+            seq: n,
+            state: SupervisorState::Walking,
+            setpoints_rad: [11.5, -12.5, 33.5, 44.5].map(|deg| Radians::from_degrees(deg).0),
+            pulses_us: [1500, 1600, 1700, 1800],
+            late: 3,
+            missed: 7,
+            ..wire::Frame::from(&typical_loop().unwrap().frame())
+        }
+    }
 
     fn view(ticks: u32) -> View {
         let mut view = View::titled("footfall watch".into(), vec![Joint::LeftKnee]);
         let books = Books { compared: u64::from(ticks), ..Books::default() };
         view.take(&Event::Booted { t_s: 0.0, cause: "power_on".into() }, &books);
         for n in 1..=ticks {
-            let line = format!(
-                "tick {} walking sensor {}.5 deg good set 11.5 -12.5 33.5 44.5 deg pulse 1500 1600 1700 1800 us late 3 missed 7 \
-                 limited 0 seq {} hash 0123456789abcdef",
-                n * 10,
-                n % 60,
-                n * 10
-            );
-            let Ok(telemetry::Line::Tick(tick)) = telemetry::parse(&line) else { panic!() };
+            let mut tick = tick(n * 10);
+            tick.sensors[0] = Some(sensor((n % 60) as f32 + 0.5, Validity::Good));
             let t_s = f64::from(n) * 0.01;
             view.take(&Event::Tick { t_s, tick }, &books);
             view.take(&Event::Pulses { t_s, us: [Some(1501.0), Some(1602.0), Some(1703.0), Some(1804.0)] }, &books);
@@ -277,11 +292,9 @@ mod tests {
     fn four_sensors_are_four_curves_with_their_names() {
         let mut view = View::titled("four".into(), Joint::ALL.to_vec());
         for n in 1..=100 {
-            let line = format!(
-                "tick {n} walking sensor 11 deg good sensor 22 deg good sensor 33 deg open sensor 44 deg good set 1 2 3 4 deg \
-                 pulse 1 2 3 4 us late 0 missed 0 limited 0 seq {n} hash 0123456789abcdef"
-            );
-            let Ok(telemetry::Line::Tick(tick)) = telemetry::parse(&line) else { panic!() };
+            let good = Validity::Good;
+            let sensors = [(11.0, good), (22.0, good), (33.0, Validity::Open), (44.0, good)];
+            let tick = wire::Frame { sensors: sensors.map(|(deg, validity)| Some(sensor(deg, validity))), ..tick(n) };
             view.take(&Event::Tick { t_s: f64::from(n) * 0.01, tick }, &Books::default());
         }
         let screen = shown(&view, 140, 40);

@@ -1,11 +1,11 @@
 //! The present state of a run, for a screen or a line of text.
 
 use crate::board::session::{Books, Event};
-use crate::board::telemetry::{Cost, Env, Margin, Tick};
 use crate::line_fit::line_fit;
 use joint_loop::SENSORS;
 use joint_units::Joint;
 use std::collections::VecDeque;
+use wire::{Cost, Environment, Frame};
 
 /// Length of the charts, in virtual seconds.
 pub const PAST_S: f64 = 4.0;
@@ -38,8 +38,8 @@ pub struct View {
     pub sensors: Vec<Joint>,
     /// Virtual time, s.
     pub t_s: f64,
-    /// The last tick record of this boot.
-    pub last: Option<Tick>,
+    /// The last frame of this boot.
+    pub last: Option<Frame>,
     /// The points of the charts.
     pub past: VecDeque<Point>,
     /// Pulses at the pins in the last servo period, in microseconds; `None` while the outputs are off.
@@ -52,12 +52,10 @@ pub struct View {
     pub boot_cause: String,
     /// The last lines of the log.
     pub log: VecDeque<String>,
-    /// Execution time of a tick.
+    /// Load and reserves of the processor.
     pub cost: Option<Cost>,
-    /// Reserves of time and stack.
-    pub margin: Option<Margin>,
-    /// Temperature and supply of the chip.
-    pub env: Option<Env>,
+    /// Temperature and supply of the board.
+    pub environment: Option<Environment>,
     /// Counters of the run.
     pub books: Books,
 }
@@ -75,14 +73,15 @@ impl View {
             Event::Booted { t_s, cause } => {
                 self.advance(*t_s);
                 (self.boots, self.boot_cause) = (self.boots + 1, cause.clone());
-                (self.last, self.cost, self.margin, self.env) = (None, None, None, None);
+                (self.last, self.cost, self.environment) = (None, None, None);
                 self.past.clear();
                 self.note(format!("{t_s:9.3} s  boot: {cause}"));
             }
             Event::Tick { t_s, tick } => {
                 self.advance(*t_s);
                 self.last = Some(*tick);
-                let (measured, set) = (tick.sensor_deg, tick.set_deg);
+                let measured = tick.sensors.map(|sensor| sensor.map_or(0.0, |sensor| sensor.angle_deg()));
+                let set = tick.setpoints_deg();
                 self.past.push_back(Point { t_s: *t_s, tick: tick.tick, measured, set });
                 while self.past.front().is_some_and(|first| first.t_s < t_s - PAST_S) {
                     self.past.pop_front();
@@ -94,8 +93,7 @@ impl View {
                 self.note(format!("{t_s:9.3} s  {level:<5} {text}"));
             }
             Event::Cost(cost) => self.cost = Some(*cost),
-            Event::Margin(margin) => self.margin = Some(*margin),
-            Event::Env(env) => self.env = Some(*env),
+            Event::Environment(environment) => self.environment = Some(*environment),
             Event::Pulses { t_s, us } => {
                 self.advance(*t_s);
                 (self.pins_us, self.pulses_at_s) = (*us, *t_s);
@@ -165,14 +163,10 @@ impl View {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::board::telemetry::{Line, parse};
+    use crate::board::default_loop::typical_loop;
 
-    fn tick(n: u32) -> Tick {
-        let line = format!(
-            "tick {n} walking sensor 1 deg good set 1 2 3 4 deg pulse 1 2 3 4 us late 0 missed 0 limited 0 seq {n} hash {n:016x}"
-        );
-        let Ok(Line::Tick(tick)) = parse(&line) else { panic!() };
-        tick
+    fn tick(n: u32) -> Frame {
+        Frame { tick: n, seq: n, ..Frame::from(&typical_loop().unwrap().frame()) }
     }
 
     #[test]

@@ -101,7 +101,7 @@ impl Summary {
             boots: books.boots,
             resets: end.map_or(vec![], |end| end.resets.iter().map(reset).collect()),
             injections: end.map_or(vec![], |end| end.injections.clone()),
-            setpoint_hash: books.hashes.map(|(board, _)| board).or(last.map(|tick| tick.hash)).map(hex),
+            setpoint_hash: books.hashes.map(|(board, _)| board).or(last.map(|tick| tick.setpoint_hash)).map(hex),
             host_replay_hash: books.hashes.filter(|_| books.why_not.is_none()).map(|(_, host)| hex(host)),
             host_replay,
             compared_lines: books.compared,

@@ -1,5 +1,7 @@
 //! Reads and checks everything that a run on the virtual board needs, before anything is started or written.
 
+use firmware::board::{GENERATOR_SECTOR, SENSORS_SECTOR};
+use gait_trace::format::csv_file;
 use joint_loop::store::{generator_record, sensor_record};
 use serde_json::{Value, json};
 use std::ffi::OsString;
@@ -12,7 +14,6 @@ use crate::board::feed::Feed;
 use crate::board::image::Image;
 use crate::failure::Failure;
 use crate::file::capture;
-use gait_trace::format::csv_file;
 
 /// What was read and checked.
 pub(super) struct Prepared {
@@ -80,8 +81,8 @@ pub(super) fn arguments(settings: &Settings, prepared: &Prepared) -> Result<Argu
     let generator = generator_record::record_of(&settings.parameters.generator);
     let sensors = sensor_record::record_of(&settings.parameters.sensors);
     for (given, address, bytes) in [
-        (settings.generator.is_some(), generator_record::ADDRESS, generator.bytes()),
-        (settings.own_sensors, sensor_record::ADDRESS, sensors.bytes()),
+        (settings.generator.is_some(), GENERATOR_SECTOR, generator.bytes()),
+        (settings.own_sensors, SENSORS_SECTOR, sensors.bytes()),
     ] {
         if given {
             let file = temporary_file(".bin", |out| out.write_all(bytes))?;

@@ -1,7 +1,7 @@
 //! A guided calibration: asks the operator for one angle after the other, takes live codes at each, and reports their statistics at once, so
 //! that a bad pose is repeated while the sensor is still in place.
 //!
-//! Live codes are lines of `CODE` or `CODE VREFINT`, or the `inputs` lines of the board's log; other lines of a log are skipped. An empty
+//! Live codes are lines of `CODE` or `CODE VREFINT`, or the inputs records of the board's log; other lines of a log are skipped. An empty
 //! answer takes samples at the requested angle, a number takes them at that angle instead, `skip` omits the angle, and `end` ends the
 //! session with the rows so far. Nothing is written before the end, so an aborted session leaves no file.
 
@@ -215,7 +215,9 @@ fn understand(answer: &str, asked: f64) -> Answer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board::telemetry::printed;
     use std::io::Cursor;
+    use wire::{Call, Inputs, Record};
 
     fn plan(angles_deg: &[f64]) -> Plan {
         Plan { angles_deg: angles_deg.into(), samples: 4, most_sd: 3.0 }
@@ -246,19 +248,26 @@ mod tests {
 
     #[test]
     fn the_boards_log_is_taken_as_it_is() {
-        let log = "ready\ninputs 7 2 2048 1502 1 0 2049 1503 1 0\ncost 9100 cycles dropped 2\ninputs 9 2 2047 1502 1 0 2046 1501 1 0\n";
-        let (text, _) = guided(&[30.0, 40.0, 50.0], log, "skip\n\nend\n");
-        assert_eq!(text.unwrap(), "angle_deg,code,vrefint\n40,2048,1502\n40,2049,1503\n40,2047,1502\n40,2046,1501\n");
+        let inputs = |first_tick, codes: [u16; 2]| {
+            let call =
+                |code| Call { codes: [code].into_iter().collect(), reference: 1502, elapsed: 1, ..Call::default() };
+            printed(&Record::Inputs(Inputs { first_tick, calls: codes.map(call).into_iter().collect() }))
+        };
+        let (one, two) = (inputs(7, [2048, 2049]), inputs(9, [2047, 2046]));
+        let log = format!("ready\n1.204 [INFO ] {one} (a.rs:1)\n1.5 walking: hips 1 2\nwire [07, 00, 00]\n{two}\n");
+        let (text, _) = guided(&[30.0, 40.0, 50.0], &log, "skip\n\nend\n");
+        assert_eq!(text.unwrap(), "angle_deg,code,vrefint\n40,2048,1502\n40,2049,1502\n40,2047,1502\n40,2046,1502\n");
     }
 
     #[test]
     fn what_cannot_be_used_is_said() {
         for (codes, answers, words) in [
-            ("1\n2\n", "\n", "the codes end, 2 of 4 were had"),
+            ("1\n2\n", "\n", "the codes end, 2 of 4 were taken"),
             ("1\n5000\n", "\n", "codes, line 2: `5000`: allowed are"),
             ("1\n1 2 3\n", "\n", "codes, line 2: `1 2 3`"),
             ("1\n1 2\n", "\n", "with and without VREFINT"),
-            ("inputs 7 x\n", "\n", "a number expected at `x`"),
+            ("wire [03, 7]\n", "\n", "codes, line 1: printed record: byte 1 is not two hexadecimal digits"),
+            ("wire [00, 02]\n", "\n", "the board sends records of version 2, this program reads version 1"),
             ("1\n", "", "the answers end at 0 degrees; allowed is `end`"),
         ] {
             let error = guided(&[0.0], codes, answers).0.unwrap_err();

@@ -1,15 +1,16 @@
 //! Live codes of a sensor and their statistics.
 //!
-//! A line is `CODE`, `CODE VREFINT`, or a line of the board's log, whose `inputs` lines hold codes.
+//! A line is `CODE`, `CODE VREFINT`, or a line of the board's log as `probe-rs run` prints it, whose inputs records have codes.
 
 use std::io::BufRead;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::Duration;
 
-use crate::board::telemetry;
-use crate::board::telemetry::Line;
-use crate::failure::Failure;
 use joint_units::AdcCode;
+use wire::{Call, Record};
+
+use crate::board::telemetry::record_in;
+use crate::failure::Failure;
 
 /// Longest wait for a code.
 const TIMEOUT: Duration = Duration::from_secs(5);
@@ -37,20 +38,23 @@ pub(super) fn read_samples(codes: impl BufRead + Send + 'static) -> Receiver<Res
 
 /// The samples of a line; none for other lines of a log.
 fn parse_codes(line: &str) -> Result<Vec<Sample>, String> {
+    if let Some(record) = record_in(line) {
+        let sample = |call: &Call| Some((*call.codes.first()?, Some(call.reference)));
+        return match record.map_err(|error| error.to_string())? {
+            Record::Inputs(inputs) => Ok(inputs.calls.iter().filter_map(sample).collect()),
+            _ => Ok(Vec::new()),
+        };
+    }
     let words: Vec<&str> = line.split_whitespace().collect();
     let code = |word: &str| word.parse::<u16>().ok().filter(|code| *code <= AdcCode::MAX.0);
-    let begins_with_digit = words.first().is_some_and(|word| word.starts_with(|c: char| c.is_ascii_digit()));
-    match (&words[..], begins_with_digit) {
+    // A number with a point is the time stamp of a log line.
+    let begins_with_code =
+        words.first().is_some_and(|word| word.starts_with(|c: char| c.is_ascii_digit()) && !word.contains('.'));
+    match (&words[..], begins_with_code) {
         ([one], true) => code(one).map(|code| vec![(code, None)]),
         ([one, other], true) => code(one).zip(code(other)).map(|(code, vrefint)| vec![(code, Some(vrefint))]),
         (_, true) => None,
-        _ => match telemetry::parse(line) {
-            Ok(Line::Inputs(inputs)) => {
-                Some(inputs.calls.iter().map(|call| (call.sensors[0].0, Some(call.vrefint.0))).collect())
-            }
-            Ok(_) => Some(Vec::new()),
-            Err(error) => return Err(error.to_string()),
-        },
+        _ => Some(Vec::new()),
     }
     .ok_or_else(|| {
         let short: String = line.chars().take(60).collect();

@@ -63,8 +63,8 @@ fn header(joints: &[Joint]) -> String {
 fn row(out: &mut String, sample: &Sample, columns: usize) -> std::fmt::Result {
     let Sample { call, readings, output, .. } = sample;
     write!(out, "{},{},{},", seconds(sample.time_ns), sample.boot, sample.tick)?;
-    write!(out, "{},", call.vrefint.0)?;
-    for (reading, code) in readings.iter().zip(call.sensors).take(columns) {
+    write!(out, "{},", call.reference)?;
+    for (reading, code) in readings.iter().zip(call.sample().codes).take(columns) {
         if let Some(reading) = reading.filter(|reading| reading.verdict == Validity::Good) {
             write!(out, "{}", reading.angle.degrees())?;
         }
@@ -76,16 +76,16 @@ fn row(out: &mut String, sample: &Sample, columns: usize) -> std::fmt::Result {
     match output {
         Some(tick) => {
             out.push_str(tick.state.name());
-            for angle in tick.set_deg {
+            for angle in tick.setpoints_deg() {
                 write!(out, ",{angle}")?;
             }
-            for pulse in tick.pulse_us {
+            for pulse in tick.pulses_us {
                 write!(out, ",{pulse}")?;
             }
-            write!(out, ",{},{},{},{}", sample.known.name(), tick.seq, call.elapsed, call.flags)?;
+            write!(out, ",{},{},{},{}", sample.known.name(), tick.seq, call.elapsed, call.flags.bits())?;
             write!(out, ",{},{},{}", tick.late, tick.missed, tick.limited)?;
         }
-        None => write!(out, ",,,,,,,,,,,{},{},,,", call.elapsed, call.flags)?,
+        None => write!(out, ",,,,,,,,,,,{},{},,,", call.elapsed, call.flags.bits())?,
     }
     writeln!(out, ",{}", sample.lost)
 }

@@ -60,19 +60,20 @@ fn about_sensor(sensor: &JointSensor, pin: &str) -> Value {
 /// A boot.
 pub(crate) fn boot(booted: &Booted) -> Value {
     let time_s = booted.time_ns as f64 / 1e9;
+    let crc = |crc: Option<u32>| crc.map(|crc| format!("{crc:08x}"));
     let Some(boot) = &booted.boot else { return json!({ "time_s": time_s, "heard": false }) };
     json!({
         "time_s": time_s,
         "heard": true,
-        "board": boot.board,
-        "chip": boot.chip,
-        "reset": boot.reset,
+        "board": boot.board.as_str(),
+        "chip": boot.chip.as_str(),
+        "reset": boot.reset.name(),
         "streak": boot.streak,
-        "vrefint_cal": boot.vrefint_cal.0,
-        "min_supply_v": boot.min_supply.0,
+        "vrefint_cal": boot.reference_cal,
+        "min_supply_v": boot.min_supply_v,
         "sensor_required": boot.sensor_required,
-        "generator_crc": format!("{:08x}", boot.generator_crc),
-        "sensors_crc": format!("{:08x}", boot.sensors_crc),
+        "generator_crc": crc(boot.generator_crc),
+        "sensors_crc": crc(boot.sensors_crc),
         "shadow": boot.shadow,
     })
 }

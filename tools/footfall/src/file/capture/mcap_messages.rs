@@ -91,8 +91,8 @@ impl Messages {
         let mut sensor = Map::new();
         sensor.insert("boot".into(), sample.boot.into());
         sensor.insert("tick".into(), sample.tick.into());
-        sensor.insert("vrefint".into(), sample.call.vrefint.0.into());
-        for ((joint, reading), code) in self.joints.iter().zip(&sample.readings).zip(sample.call.sensors) {
+        sensor.insert("vrefint".into(), sample.call.reference.into());
+        for ((joint, reading), code) in self.joints.iter().zip(&sample.readings).zip(sample.call.sample().codes) {
             let good = reading.filter(|reading| reading.verdict == Validity::Good);
             let mut insert = |what: &str, value: Value| sensor.insert(format!("{}_{what}", joint.name()), value);
             insert("deg", number(good.map(|reading| reading.angle.degrees())));
@@ -101,7 +101,7 @@ impl Messages {
             insert("volts", number(reading.map(|reading| reading.volts.0)));
         }
         sensor.insert("elapsed".into(), sample.call.elapsed.into());
-        sensor.insert("flags".into(), sample.call.flags.into());
+        sensor.insert("flags".into(), sample.call.flags.bits().into());
         sensor.insert("lost".into(), sample.lost.into());
         self.message(0, at, &Value::Object(sensor))?;
 
@@ -109,10 +109,10 @@ impl Messages {
         let mut joints = Map::new();
         joints.insert("boot".into(), sample.boot.into());
         joints.insert("tick".into(), sample.tick.into());
-        for (joint, angle) in Joint::ALL.into_iter().zip(tick.set_deg) {
+        for (joint, angle) in Joint::ALL.into_iter().zip(tick.setpoints_deg()) {
             joints.insert(format!("set_{}_deg", joint.name()), number(Some(angle)));
         }
-        for (joint, pulse) in Joint::ALL.into_iter().zip(tick.pulse_us) {
+        for (joint, pulse) in Joint::ALL.into_iter().zip(tick.pulses_us) {
             joints.insert(format!("{}_us", joint.name()), pulse.into());
         }
         joints.insert("known".into(), sample.known.name().into());

@@ -1,23 +1,24 @@
 //! The board's log as samples: one for every call of the loop, with what is known of it, and the lost ones counted.
 //!
 //! ```text
-//! inputs line -> calls -> sensor chain -> volts, angle, verdict
+//! inputs record -> calls -> sensor chain -> volts, angle, verdict
 //!                      -> the loop's copy -> state, setpoints, pulses, counters      (whole since the boot)
-//! tick line   -> compared with the copy; where there is no copy it is itself what is known of its tick
+//! frame         -> compared with the copy; where there is no copy it is itself what is known of its tick
 //! ```
 //! A sample is lost when the first tick of an `inputs` line does not follow on the last one. Nothing takes its place: the
 //! next sample says how many are gone. The loop's copy cannot go on then, since its state depends on all that went before; the
 //! sensor chain begins anew with the next sample, as it does on a board that boots, and is exact again once its filter and its
 //! limits of belief have forgotten.
 
-use crate::board::replay::{Difference, Replay, differences, line_of};
+use crate::board::replay::{Difference, Replay, differences};
 use crate::board::session::loop_of;
-use crate::board::telemetry;
-use crate::board::telemetry::{Boot, Call, Edge, Inputs, Line, Tick};
+use crate::board::telemetry::{RecordError, record_in};
 use hgod_adc::{Reading, Sensor, SensorState};
 use joint_loop::SENSORS;
 use joint_loop::setup::default_loop::Parameters;
+use joint_units::{AdcCode, Volts};
 use std::collections::VecDeque;
+use wire::{Boot, Call, Edge, Frame, Inputs, Record};
 
 /// Samples that wait for their `tick` line: more than the board's queues hold.
 const WAITING: usize = 64;
@@ -65,7 +66,7 @@ pub struct Sample {
     /// What the sensor chain makes of each; `None` where none is worn, or the chip's reference is not known, since its boot was not heard.
     pub readings: [Option<Reading>; SENSORS],
     /// What the loop did.
-    pub output: Option<Tick>,
+    pub output: Option<Frame>,
     /// Where that is from.
     pub known: Known,
     /// Samples lost since the recording began, in all.
@@ -140,7 +141,7 @@ pub struct Sampler {
     edges: Vec<EdgeAt>,
     replay: Option<Replay>,
     waiting: VecDeque<Sample>,
-    lines: VecDeque<Tick>,
+    lines: VecDeque<Frame>,
 }
 
 impl Sampler {
@@ -186,19 +187,19 @@ impl Sampler {
         text: &str,
         reset_ns: Option<u64>,
         out: &mut Vec<Sample>,
-    ) -> Result<Option<Booted>, telemetry::LineError> {
-        match telemetry::parse(text)? {
-            Line::Boot(boot) => return Ok(Some(self.boot(Some(boot), reset_ns, out))),
-            Line::Inputs(inputs) => return Ok(self.inputs(&inputs, out)),
-            Line::Tick(tick) => self.tick(tick, out),
-            Line::Cost(cost) => {
+    ) -> Result<Option<Booted>, RecordError> {
+        let Some(record) = record_in(text) else { return Ok(None) };
+        match record? {
+            Record::Boot(boot) => return Ok(Some(self.boot(Some(boot), reset_ns, out))),
+            Record::Inputs(inputs) => return Ok(self.inputs(&inputs, out)),
+            Record::Frame(frame) => self.tick(frame, out),
+            Record::Cost(cost) => {
                 let more = cost.dropped.checked_sub(self.dropped_this_boot).unwrap_or(cost.dropped);
                 self.counts.board_dropped += u64::from(more);
                 self.dropped_this_boot = cost.dropped;
             }
-            Line::Edge(edge) => self.edge(&edge),
-            Line::Text if text.starts_with("edges lost ") => self.counts.edges_lost += 1,
-            Line::State(_) | Line::Follow(_) | Line::Env(_) | Line::Margin(_) | Line::Text => {}
+            Record::Edge(edge) => self.edge(&edge),
+            Record::Change(_) | Record::Environment(_) | Record::Refused(_) => {}
         }
         Ok(None)
     }
@@ -222,7 +223,9 @@ impl Sampler {
         if let Some(boot) = &boot {
             let channels = self.parameters.sensors.channels().iter();
             for (sensor, worn) in self.sensors.iter_mut().zip(channels) {
-                *sensor = worn.as_ref().and_then(|worn| worn.build(boot.vrefint_cal, boot.min_supply).ok());
+                *sensor = worn
+                    .as_ref()
+                    .and_then(|worn| worn.build(AdcCode(boot.reference_cal), Volts(boot.min_supply_v)).ok());
             }
             self.begin_replay(boot);
         }
@@ -273,7 +276,7 @@ impl Sampler {
             self.turns += u64::from(self.last.is_some_and(|last| tick < last)) << 32;
             self.last = Some(tick);
             self.counts.missed += u64::from(elapsed - 1);
-            let sample = self.sample(tick, *call);
+            let sample = self.sample(tick, call);
             self.last_ns = sample.time_ns;
             self.waiting.push_back(sample);
         }
@@ -281,21 +284,21 @@ impl Sampler {
         booted
     }
 
-    fn sample(&mut self, tick: u32, call: Call) -> Sample {
+    fn sample(&mut self, tick: u32, call: &Call) -> Sample {
         let mut readings = [None; SENSORS];
-        let channels = self.sensors.iter().zip(&mut self.states).zip(call.sensors);
+        let channels = self.sensors.iter().zip(&mut self.states).zip(call.sample().codes);
         for (reading, ((sensor, state), code)) in readings.iter_mut().zip(channels) {
             *reading = sensor.as_ref().map(|sensor| {
                 state.missed(u32::from(call.elapsed.max(1)) - 1);
-                sensor.sample(state, code, call.vrefint)
+                sensor.sample(state, code, AdcCode(call.reference))
             });
         }
-        let replayed = self.replay.as_ref().and_then(|replay| replay.at(tick)).map(|(_, frame)| line_of(frame));
+        let replayed = self.replay.as_ref().and_then(|replay| replay.at(tick)).map(|(_, frame)| Frame::from(frame));
         Sample {
             boot: self.boot,
             tick,
             time_ns: self.began_ns.saturating_add((self.turns + u64::from(tick)).saturating_mul(1_000_000)),
-            call,
+            call: call.clone(),
             readings,
             known: if replayed.is_some() { Known::Replayed } else { Known::Nothing },
             output: replayed,
@@ -310,12 +313,13 @@ impl Sampler {
 
     fn edge(&mut self, edge: &Edge) {
         self.counts.edges += 1;
+        self.counts.edges_lost += u64::from(edge.lost_before);
         let tick_ns = (self.turns + u64::from(edge.tick)).saturating_mul(1_000_000);
         let time_ns = self.began_ns.saturating_add(tick_ns).saturating_add_signed(i64::from(edge.offset_us) * 1000);
         self.edges.push(EdgeAt { time_ns, high: edge.high });
     }
 
-    fn tick(&mut self, tick: Tick, out: &mut Vec<Sample>) {
+    fn tick(&mut self, tick: Frame, out: &mut Vec<Sample>) {
         if self.lines.len() == WAITING_LINES {
             self.lines.pop_front();
         }
