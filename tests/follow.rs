@@ -6,7 +6,7 @@ use footfall_tests::board::Board;
 use footfall_tests::{chain, traces};
 use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::format::open;
-use gait_trace::format::open::ReadOptions;
+use gait_trace::ReadOptions;
 use gait_trace::{Channel, Looped, Quantity, Recording};
 use joint_loop::{BoardGenerator, Frame, GeneratorConfig, SENSORS, SupervisorState};
 use joint_units::{Joint, Radians};

@@ -6,7 +6,7 @@ mod support;
 use footfall::board::image::Image;
 use gait_trace::RawJoints;
 use gait_trace::format::open;
-use gait_trace::format::open::ReadOptions;
+use gait_trace::ReadOptions;
 use hgod_adc::{OVERSAMPLING, trimmed_mean};
 use joint_units::AdcCode;
 use joint_units::Joint;

@@ -10,10 +10,10 @@
 use std::fmt;
 
 use cpg_core::entrainment::EventSource;
-use gait_trace::clean::condition::{ConditionError, Conditioned, LowPass, Rules, condition};
+use gait_trace::{ConditionError, Conditioned, LowPass, Rules, condition};
 use gait_trace::raw::RawJoints;
 use gait_trace::stride::cycle::{Cycle, POINTS};
-use gait_trace::stride::strides::{StrideError, Strides, segment};
+use gait_trace::stride::strides::{Strides, segment};
 use generator_file::certificate::{Certificate, certify};
 use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet, Provenance};
 use joint_loop::{LoopConfig, SERIES_HARMONICS};
@@ -229,7 +229,7 @@ pub struct Fit {
 ///
 /// ```
 /// use gait_fit::fit::{Settings, Source, fit};
-/// use gait_trace::format::open::{ReadOptions, of_bytes};
+/// use gait_trace::format::open::of_bytes;
 /// let mut csv = String::from("time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg\n");
 /// for row in 0..700 {
 ///     let t = f64::from(row) * 0.01;

@@ -2,7 +2,7 @@
 //! jumps bridged or told.
 
 use clap::Args;
-use gait_trace::clean::condition::{Rules, condition};
+use gait_trace::{Rules, condition};
 use gait_trace::format::{csv_file, opensim};
 use std::path::PathBuf;
 

@@ -3,7 +3,7 @@
 //! Times are made even, short gaps are bridged and signs turned as `fit` does it, each told. Not mended are jumps, since a sensor that
 //! jumps is what the core must live with, and longer gaps: there the core gets no sample.
 
-use gait_trace::clean::condition::{Conditioned, Done, Finding, FindingKind, LowPass, Rules, condition};
+use gait_trace::{Conditioned, Done, Finding, FindingKind, LowPass, Rules, condition};
 use gait_trace::{RawJoints, Recording};
 use joint_units::Joint;
 
