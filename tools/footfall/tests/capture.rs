@@ -5,8 +5,8 @@ mod support;
 
 use footfall::board::image::Image;
 use gait_trace::RawJoints;
-use gait_trace::format::open;
 use gait_trace::ReadOptions;
+use gait_trace::format::open;
 use hgod_adc::{OVERSAMPLING, trimmed_mean};
 use joint_units::AdcCode;
 use joint_units::Joint;

@@ -2,11 +2,11 @@
 
 use crate::board::default_loop::SENSOR_PINS;
 use crate::failure::Failure;
-use gait_trace::{LowPass, Rules, condition};
+use gait_trace::ReadOptions;
 use gait_trace::format::csv_file;
 use gait_trace::format::open;
-use gait_trace::ReadOptions;
 use gait_trace::{Channel, Fault, LoopError, Quantity, Recording, TraceError};
+use gait_trace::{LowPass, Rules, condition};
 use joint_loop::{JointSensor, JointSensors};
 use serde_json::{Value, json};
 use std::path::Path;

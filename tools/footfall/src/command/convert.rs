@@ -2,8 +2,8 @@
 //! jumps bridged or told.
 
 use clap::Args;
-use gait_trace::{Rules, condition};
 use gait_trace::format::{csv_file, opensim};
+use gait_trace::{Rules, condition};
 use std::path::PathBuf;
 
 use crate::command::fit::{Reading, raw};

@@ -90,8 +90,7 @@ impl Clock {
             let kind = FindingKind::RepeatedTimes { rows: repeated.len() };
             findings.push(all(raw.time_s[first] - start_s, raw.time_s[last] - start_s, kind, Done::LeftOut));
         }
-        let share =
-            quantile(steps.iter().filter(|s| **s <= 1.5 * median).map(|s| (s / median - 1.0).abs()), 0.95);
+        let share = quantile(steps.iter().filter(|s| **s <= 1.5 * median).map(|s| (s / median - 1.0).abs()), 0.95);
         if share > rules.jitter_share {
             findings.push(all(0.0, end_s, FindingKind::UnevenTimes { share }, Done::Resampled));
         }

@@ -27,9 +27,8 @@ pub(crate) type Joints<'a> = [Option<&'a [f64]>; Joint::COUNT];
 /// First sample of the stretch of `length` samples, none of them `bad`, in which the joints move most (in variance, summed
 /// over joints).
 pub(crate) fn most_active(joints: &Joints<'_>, bad: &[bool], length: usize, step: usize) -> Option<usize> {
-    let activity = |from: usize| -> f64 {
-        joints.iter().flatten().filter_map(|x| x.get(from..from + length)).map(variance).sum()
-    };
+    let activity =
+        |from: usize| -> f64 { joints.iter().flatten().filter_map(|x| x.get(from..from + length)).map(variance).sum() };
     let starts = (0..(bad.len() + 1).saturating_sub(length)).step_by(step.max(1));
     starts
         .filter(|&from| !bad[from..from + length].contains(&true))

@@ -20,8 +20,8 @@ use crate::format::joint_names::{AngleUnit, joint_of};
 use crate::format::text_table::{column_called, listed, room_after};
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
-use joint_units::Joint;
 use bytes::{Ctx, Track};
+use joint_units::Joint;
 use section::{KEY, Layout, Parameters};
 
 /// Whether the bytes begin as a C3D file does and no text can.

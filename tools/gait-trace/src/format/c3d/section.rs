@@ -52,8 +52,7 @@ impl Parameters {
             ctx.bad(start + 3, "the processor", &kind.to_string(), allowed)
         })?;
         // Some programs write too few blocks, or 0; nothing but parameters is before the data.
-        let data =
-            (usize::from(processor.u16(ctx.at(16, "the pointer to the data")?)) * BLOCK).saturating_sub(BLOCK);
+        let data = (usize::from(processor.u16(ctx.at(16, "the pointer to the data")?)) * BLOCK).saturating_sub(BLOCK);
         let end = (start + usize::from(blocks) * BLOCK).max(data).min(ctx.bytes.len());
         let mut groups: HashMap<i8, String> = HashMap::new();
         let mut parameters: Vec<(i8, String, Parameter)> = Vec::new();
