@@ -30,8 +30,8 @@ pub const TYPICAL_MIN_SUPPLY: Volts = BOARD.min_supply;
 /// # Errors
 /// None; a test builds it.
 pub fn typical_sensor() -> Result<Sensor, Refusal> {
-    let worn = JointSensor::uncalibrated(SENSOR_JOINT).map_err(Refusal::Calibration)?;
-    let built = worn.build(TYPICAL_VREFINT_CAL, TYPICAL_MIN_SUPPLY);
+    let sensor = JointSensor::uncalibrated(SENSOR_JOINT).map_err(Refusal::Calibration)?;
+    let built = sensor.build(TYPICAL_VREFINT_CAL, TYPICAL_MIN_SUPPLY);
     built.map_err(|error| Refusal::Sensor { joint: SENSOR_JOINT, error })
 }
 

@@ -2,11 +2,11 @@
 
 use crate::board::default_loop::SENSOR_PINS;
 use crate::failure::Failure;
-use gait_trace::clean::condition::{LowPass, Rules, condition};
+use gait_trace::ReadOptions;
 use gait_trace::format::csv_file;
 use gait_trace::format::open;
-use gait_trace::format::open::ReadOptions;
 use gait_trace::{Channel, Fault, LoopError, Quantity, Recording, TraceError};
+use gait_trace::{LowPass, Rules, condition};
 use joint_loop::{JointSensor, JointSensors};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -77,7 +77,7 @@ pub fn opened(path: &Path) -> Result<Opened, Failure> {
         // For a plain table the error of the own reader is shorter.
         let is_csv = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
         let error = if is_csv && !separated { plain } else { error };
-        Failure::Input(format!("{error}; `footfall convert` takes what a file does not say, and writes one that does"))
+        Failure::Input(format!("{error}; `footfall convert` has options for what the file does not state, and writes a complete one"))
     })?;
     let rules = Rules { low_pass: LowPass::Off, jump_bend_deg: f64::INFINITY, ..Rules::default() };
     let conditioned = condition(&raw, &rules).map_err(Failure::input)?;
@@ -95,7 +95,7 @@ pub fn opened(path: &Path) -> Result<Opened, Failure> {
 ///
 /// # Errors
 /// The recording has no channel of a sensor's joint, or angles outside of its calibration.
-pub fn feed(name: &str, recording: &Recording, worn: &JointSensors, secs: Option<f64>) -> Result<Feed, Failure> {
+pub fn feed(name: &str, recording: &Recording, sensors: &JointSensors, secs: Option<f64>) -> Result<Feed, Failure> {
     let input = |why: String| Failure::input(format!("{name}: {why}"));
     let one = |(sensor, pin): (&JointSensor, &'static str)| match recording.channel(pin) {
         Ok(channel) => Ok(Source { channel: channel.clone(), sensor: sensor.clone(), pin }),
@@ -104,7 +104,7 @@ pub fn feed(name: &str, recording: &Recording, worn: &JointSensors, secs: Option
             Err(error) => Err(input(error.to_string())),
         },
     };
-    let sources = worn.iter().zip(SENSOR_PINS).map(one).collect::<Result<Vec<_>, _>>()?;
+    let sources = sensors.iter().zip(SENSOR_PINS).map(one).collect::<Result<Vec<_>, _>>()?;
     let columns: Vec<String> = sources.iter().map(|source| source.channel.column()).collect();
     let is_semi_synthetic = sources.iter().any(|source| source.channel.quantity() == Quantity::Angle);
     let mut notes = Vec::new();
@@ -127,7 +127,7 @@ pub fn feed(name: &str, recording: &Recording, worn: &JointSensors, secs: Option
             (looped.recording, true)
         }
         Some(Err(error @ (LoopError::NoStride { .. } | LoopError::TooShort { .. }))) => {
-            notes.push(format!("{name} cannot be repeated ({error}): it is played once and its last value held"));
+            notes.push(format!("{name} cannot be repeated ({error}): it is played once and its last value is held"));
             (recording.clone(), false)
         }
         Some(Err(error @ LoopError::Rate(_))) => return Err(input(error.to_string())),

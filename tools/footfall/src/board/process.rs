@@ -23,9 +23,9 @@ pub enum Output {
     /// A line of its output.
     Line(BoardLine),
     /// A line of its output with the wrong format.
-    Strange(LineError),
+    Malformed(LineError),
     /// A line of its standard error, for the user.
-    Complaint(String),
+    Message(String),
     /// Its output is closed.
     Closed,
 }
@@ -67,7 +67,7 @@ impl BoardProcess {
             std::thread::spawn(move || read_lines(stdout, &send));
         }
         if let Some(stderr) = child.stderr.take() {
-            std::thread::spawn(move || read_complaints(stderr, &send));
+            std::thread::spawn(move || read_messages(stderr, &send));
         }
         let stdin = child.stdin.take();
         Ok(Self { child, stdin, output })
@@ -84,19 +84,19 @@ impl BoardProcess {
 
     /// Presses or releases the user button.
     pub fn hold_button(&mut self, down: bool) {
-        self.say(if down { "press" } else { "release" });
+        self.write(if down { "press" } else { "release" });
     }
 
     /// Asks the board to end. Its last line follows.
     pub fn quit(&mut self) {
-        self.say("quit");
+        self.write("quit");
     }
 
     /// Writes a command. A board that has ended is reported by its closed output, not here.
-    fn say(&mut self, word: &str) {
+    fn write(&mut self, word: &str) {
         if let Some(stdin) = &mut self.stdin {
-            let said = writeln!(stdin, "{word}").and_then(|()| stdin.flush());
-            if said.is_err() {
+            let written = writeln!(stdin, "{word}").and_then(|()| stdin.flush());
+            if written.is_err() {
                 self.stdin = None;
             }
         }
@@ -137,7 +137,7 @@ fn read_lines(stdout: impl Read, send: &SyncSender<Output>) {
         let Ok(line) = line else { break };
         let output = match parse(&line) {
             Ok(line) => Output::Line(line),
-            Err(error) => Output::Strange(error),
+            Err(error) => Output::Malformed(error),
         };
         if send.send(output).is_err() {
             return;
@@ -146,10 +146,10 @@ fn read_lines(stdout: impl Read, send: &SyncSender<Output>) {
     let _ = send.send(Output::Closed);
 }
 
-fn read_complaints(stderr: impl Read, send: &SyncSender<Output>) {
+fn read_messages(stderr: impl Read, send: &SyncSender<Output>) {
     for line in BufReader::new(stderr).lines() {
         let Ok(line) = line else { return };
-        if send.send(Output::Complaint(line)).is_err() {
+        if send.send(Output::Message(line)).is_err() {
             return;
         }
     }
@@ -164,20 +164,20 @@ mod tests {
     }
 
     #[test]
-    fn lines_complaints_and_the_end_arrive() {
-        let mut board = shell(r#"echo '{"type":"status","t_s":0.1}'; echo junk; echo trouble >&2; exit 3"#);
-        let (mut lines, mut strange, mut complaints) = (0, 0, 0);
+    fn lines_messages_and_the_end_arrive() {
+        let mut board = shell(r#"echo '{"type":"status","t_s":0.1}'; echo junk; echo message >&2; exit 3"#);
+        let (mut lines, mut malformed, mut messages) = (0, 0, 0);
         let mut closed = false;
-        while !(closed && complaints == 1) {
+        while !(closed && messages == 1) {
             match board.next(Duration::from_secs(20)).expect("in time") {
                 Output::Line(BoardLine::Status { t_s }) => lines += usize::from(t_s == 0.1),
-                Output::Strange(error) => strange += usize::from(error.line == "junk"),
-                Output::Complaint(text) => complaints += usize::from(text == "trouble"),
+                Output::Malformed(error) => malformed += usize::from(error.line == "junk"),
+                Output::Message(text) => messages += usize::from(text == "message"),
                 Output::Closed => closed = true,
                 Output::Line(other) => panic!("{other:?}"),
             }
         }
-        assert_eq!((lines, strange, board.wait().unwrap().code()), (1, 1, Some(3)));
+        assert_eq!((lines, malformed, board.wait().unwrap().code()), (1, 1, Some(3)));
     }
 
     #[test]

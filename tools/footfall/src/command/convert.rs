@@ -2,8 +2,8 @@
 //! and jumps are bridged or reported.
 
 use clap::Args;
-use gait_trace::clean::condition::{LowPass, Rules, condition};
 use gait_trace::format::{csv_file, opensim};
+use gait_trace::{LowPass, Rules, condition};
 use std::path::PathBuf;
 
 use crate::failure::Failure;

@@ -11,7 +11,7 @@ pub mod trace;
 use clap::Args;
 use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
 use gait_trace::Recording;
-use gait_trace::clean::condition::LowPass;
+use gait_trace::LowPass;
 use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet};
 use joint_units::{Joint, Radians};
 use serde_json::json;
@@ -27,7 +27,7 @@ use crate::options::reading::Reading;
 use crate::options::value::one_of;
 use crate::output;
 use learn::{Learned, learn, learn_without};
-use run::{Holes, Tick, Verdict};
+use run::{Following, Holes, Tick};
 use trace::Trace;
 
 /// Length of the window that templates are learned from, s.
@@ -69,7 +69,7 @@ pub struct Entrainment {
     /// Every tick.
     pub ticks: Vec<Tick>,
     /// How well it follows.
-    pub verdict: Verdict,
+    pub following: Following,
 }
 
 /// What is learned from the default recording; it supplies joints that a recording lacks.
@@ -114,21 +114,21 @@ pub fn entrain_without(
         }
         None => {
             let [Some(a), Some(b), Some(c), Some(d)] = learned.templates else {
-                return Err(Failure::run("a template is missing"));
+                return Err(Failure::run("a template is missing; name a generator file with --generator"));
             };
             let (from, to) = learned.window_s;
-            let lent =
+            let default =
                 Joint::ALL.into_iter().filter(|&joint| joint != sensor && recording.channel(joint.name()).is_err());
-            let lent: Vec<&str> = lent.map(Joint::name).collect();
-            let lent = if lent.is_empty() { String::new() } else { format!("; shipped {}", lent.join(", ")) };
-            ([a, b, c, d], learned.stride_s, format!("learned from {from:.1} to {to:.1} s{lent}"))
+            let default: Vec<&str> = default.map(Joint::name).collect();
+            let default = if default.is_empty() { String::new() } else { format!("; default {}", default.join(", ")) };
+            ([a, b, c, d], learned.stride_s, format!("learned from {from:.1} to {to:.1} s{default}"))
         }
     };
-    let mut legs = run::legs(templates, sensor, stride_s).map_err(Failure::input)?;
+    let mut follower = run::follower(templates, sensor, stride_s).map_err(Failure::input)?;
     let samples = run::without(run::samples(recording, sensor).map_err(Failure::input)?, &holes.sensor);
-    let ticks = run::run(&mut legs, samples);
-    let verdict = run::judge_without(&ticks, recording, sensor, &learned, &holes.any);
-    Ok(Entrainment { learned, templates, source, ticks, verdict })
+    let ticks = run::run(&mut follower, samples);
+    let following = run::judge_without(&ticks, recording, sensor, &learned, &holes.any);
+    Ok(Entrainment { learned, templates, source, ticks, following })
 }
 
 fn of_file(file: &GeneratorFile) -> Result<([Template; Joint::COUNT], f64), Failure> {
@@ -170,7 +170,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
         run.source = path.display().to_string();
     }
     write(&name, &trace, &run, svg.as_deref(), json)?;
-    check(&name, trace.sensor, &run.verdict)
+    check(&name, trace.sensor, &run.following)
 }
 
 /// The joint whose sensor a follower uses.
@@ -188,7 +188,7 @@ fn write(name: &str, trace: &Trace, run: &Entrainment, svg: Option<&Path>, json:
         let title = format!("{} of {name}, host core", sensor.name());
         svg::write(path, &title, &panels(run, &trace.recording, sensor))?;
     }
-    if let (Some(lock), None) = (run.verdict.lock_s, run.verdict.steady_s) {
+    if let (Some(lock), None) = (run.following.lock_s, run.following.steady_s) {
         eprintln!(
             "note: locked at {lock:.1} s, but the recording has no steady part: it begins 3 s after the lock, and in recordings of \
              20 s or more at 15 s"
@@ -198,8 +198,8 @@ fn write(name: &str, trace: &Trace, run: &Entrainment, svg: Option<&Path>, json:
 }
 
 /// Fails without a lock and with false locks.
-fn check(name: &str, sensor: Joint, verdict: &Verdict) -> Result<(), Failure> {
-    match (verdict.lock_s, verdict.false_locks) {
+fn check(name: &str, sensor: Joint, following: &Following) -> Result<(), Failure> {
+    match (following.lock_s, following.false_locks) {
         (None, _) => Err(Failure::run(format!("{name}: no lock on {}", sensor.name()))),
         (Some(_), 0) => Ok(()),
         (Some(_), locks) => Err(Failure::run(format!("{name}: {locks} false locks; allowed is none"))),
@@ -207,12 +207,12 @@ fn check(name: &str, sensor: Joint, verdict: &Verdict) -> Result<(), Failure> {
 }
 
 fn as_json(name: &str, trace: &Trace, run: &Entrainment) -> serde_json::Value {
-    let verdict = &run.verdict;
+    let following = &run.following;
     let rmse: serde_json::Map<String, serde_json::Value> = Joint::ALL
         .into_iter()
-        .map(|joint| (joint.name().to_owned(), json!(verdict.steady_rmse_deg[joint as usize])))
+        .map(|joint| (joint.name().to_owned(), json!(following.steady_rmse_deg[joint as usize])))
         .collect();
-    let holds: Vec<_> = verdict
+    let holds: Vec<_> = following
         .holds
         .iter()
         .map(|&(tick, fault)| json!({ "t_s": tick as f64 / run::TICKS_PER_S, "fault": fault.name() }))
@@ -225,31 +225,31 @@ fn as_json(name: &str, trace: &Trace, run: &Entrainment) -> serde_json::Value {
         "sensor": trace.sensor.name(),
         "template": run.source,
         "stride_s": run.learned.stride_s,
-        "lock_s": verdict.lock_s,
-        "steady_s": verdict.steady_s.map(|(from, to)| [from, to]),
+        "lock_s": following.lock_s,
+        "steady_s": following.steady_s.map(|(from, to)| [from, to]),
         "steady_rmse_deg": rmse,
-        "false_locks": verdict.false_locks,
-        "holds": verdict.holds.len(),
+        "false_locks": following.false_locks,
+        "holds": following.holds.len(),
         "hold_events": holds,
-        "cadence_steps_per_min": verdict.cadence_steps_per_min,
-        "phase_sd_deg": verdict.phase_sd_deg,
+        "cadence_steps_per_min": following.cadence_steps_per_min,
+        "phase_sd_deg": following.phase_sd_deg,
     })
 }
 
 fn as_text(name: &str, sensor: Joint, run: &Entrainment) -> String {
-    let verdict = &run.verdict;
+    let following = &run.following;
     let number = |value: Option<f64>, places: usize| value.map_or("-".to_owned(), |value| format!("{value:.places$}"));
     let mut out = format!("trace {name}\nsensor {}\ntemplate {}\n", sensor.name(), run.source);
     let _ = writeln!(out, "stride_s {:.3}", run.learned.stride_s);
-    let _ = writeln!(out, "lock_s {}", number(verdict.lock_s, 3));
+    let _ = writeln!(out, "lock_s {}", number(following.lock_s, 3));
     let _ = write!(out, "steady_rmse_deg");
     for joint in Joint::ALL {
-        let _ = write!(out, " {} {}", joint.name(), number(verdict.steady_rmse_deg[joint as usize], 2));
+        let _ = write!(out, " {} {}", joint.name(), number(following.steady_rmse_deg[joint as usize], 2));
     }
-    let _ = writeln!(out, "\nfalse_locks {}", verdict.false_locks);
-    let _ = writeln!(out, "holds {}", verdict.holds.len());
-    let _ = writeln!(out, "cadence_steps_per_min {}", number(verdict.cadence_steps_per_min, 1));
-    let _ = writeln!(out, "phase_sd_deg {}", number(verdict.phase_sd_deg, 2));
+    let _ = writeln!(out, "\nfalse_locks {}", following.false_locks);
+    let _ = writeln!(out, "holds {}", following.holds.len());
+    let _ = writeln!(out, "cadence_steps_per_min {}", number(following.cadence_steps_per_min, 1));
+    let _ = writeln!(out, "phase_sd_deg {}", number(following.phase_sd_deg, 2));
     out
 }
 
@@ -284,15 +284,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_shipped_walker_has_all_joints() {
-        let shipped = default_generator(Joint::LeftKnee).expect("learned");
-        assert!(shipped.templates.iter().all(Option::is_some));
-        assert!((shipped.stride_s - 1.09).abs() < 0.02);
+    fn the_default_recording_has_all_joints() {
+        let default = default_generator(Joint::LeftKnee).expect("learned");
+        assert!(default.templates.iter().all(Option::is_some));
+        assert!((default.stride_s - 1.09).abs() < 0.02);
     }
 
     #[test]
-    fn a_file_of_another_kind_is_refused_by_what_is_allowed() {
-        let robust = GeneratorFile::default_of("robust").expect("ships");
+    fn a_generator_file_of_another_kind_is_refused() {
+        let robust = GeneratorFile::default_of("robust").expect("a default");
         let failure = of_file(&robust).expect_err("no templates");
         assert_eq!(failure.exit_code(), 2);
         assert!(failure.to_string().contains("allowed are `shape` and `follow`"), "{failure}");

@@ -13,7 +13,7 @@ mod recordings;
 use clap::Args;
 use cpg_core::entrainment::EventSource;
 use gait_fit::fit::{Kind, Settings};
-use gait_trace::clean::condition::{LowPass, Rules};
+use gait_trace::{LowPass, Rules};
 use indicatif::{ProgressBar, ProgressStyle};
 use joint_loop::SERIES_HARMONICS;
 use joint_units::Joint;

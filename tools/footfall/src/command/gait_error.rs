@@ -45,10 +45,10 @@ struct Row {
 /// # Errors
 /// A generator cannot be built.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let mut rows = Rows { wanted: mean_stride()?, rows: vec![], trouble: None };
+    let mut rows = Rows { wanted: mean_stride()?, rows: vec![], error: None };
     each(Period::MILLISECOND, &mut rows);
-    if let Some(trouble) = rows.trouble {
-        return Err(Failure::run(trouble));
+    if let Some(error) = rows.error {
+        return Err(Failure::run(error));
     }
     let text = if options.json { object(&rows.rows) + "\n" } else { table(&rows.rows) };
     crate::output::print(&text)
@@ -76,14 +76,14 @@ fn mean_stride() -> Result<[Vec<f64>; 4], Failure> {
 struct Rows {
     wanted: [Vec<f64>; 4],
     rows: Vec<Row>,
-    trouble: Option<String>,
+    error: Option<String>,
 }
 
 impl Visitor for Rows {
     fn walker<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>) {
         match built {
             Ok(generator) => self.rows.push(row(name, generator, &self.wanted)),
-            Err(error) => self.trouble = Some(format!("{name}: {error}")),
+            Err(why) => self.error = Some(format!("{name}: {why}")),
         }
     }
 }
@@ -187,10 +187,10 @@ mod tests {
 
     /// The best read-out is never worse than the one that was built.
     #[test]
-    fn no_read_out_is_worse_than_the_one_that_ships() {
-        let mut rows = Rows { wanted: mean_stride().unwrap(), rows: vec![], trouble: None };
+    fn no_read_out_is_worse_than_the_built_in_one() {
+        let mut rows = Rows { wanted: mean_stride().unwrap(), rows: vec![], error: None };
         each(Period::MILLISECOND, &mut rows);
-        assert_eq!(rows.trouble, None);
+        assert_eq!(rows.error, None);
         assert!(rows.rows.len() >= 13);
         for row in rows.rows {
             let all = |error: GaitError| error.hip_deg.powi(2) + error.knee_deg.powi(2);

@@ -41,11 +41,11 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Ok(())
     };
     let Some(params) = &options.params else {
-        let (worn, path) = (SensorArgument::read_all(&options.sensor)?, options.out.as_ref());
-        let record = sensor_record::record_of(&worn);
-        let joints: Vec<&str> = worn.iter().map(|sensor| sensor.joint.name()).collect();
+        let (sensors, path) = (SensorArgument::read_all(&options.sensor)?, options.out.as_ref());
+        let record = sensor_record::record_of(&sensors);
+        let joints: Vec<&str> = sensors.iter().map(|sensor| sensor.joint.name()).collect();
         let what = format!("sensors on {}", joints.join(", "));
-        let path = path.ok_or_else(|| Failure::input("--out is missing"))?;
+        let path = path.ok_or_else(|| Failure::input("--out is missing; name the file to write"))?;
         return write(path, &what, record.bytes(), record.crc(), SENSORS_SECTOR);
     };
     let file = GeneratorFile::read(params).map_err(Failure::input)?;
@@ -54,7 +54,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         return crate::output::print(&constant(&config, &file.provenance.source));
     };
     let record = generator_record::record_of(&config);
-    let what = format!("a {} walker", config.name());
+    let what = format!("a {} generator", config.name());
     write(path, &what, record.bytes(), record.crc(), GENERATOR_SECTOR)
 }
 
@@ -77,7 +77,7 @@ pub fn constant(config: &GeneratorConfig, source: &str) -> String {
     };
     let source: String = source.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     format!(
-        "// Written by `footfall pack --rust`. Angles in radians, times in seconds.\n{uses}\n/// A walker from: {}\n#[rustfmt::skip]\n#[allow(clippy::all)]\npub const WALKER: GeneratorConfig = GeneratorConfig::{config:#?};\n",
-        if source.is_empty() { "nowhere told" } else { &source }
+        "// Written by `footfall pack --rust`. Angles in radians, times in seconds.\n{uses}\n/// A generator fitted to: {}\n#[rustfmt::skip]\n#[allow(clippy::all)]\npub const GENERATOR: GeneratorConfig = GeneratorConfig::{config:#?};\n",
+        if source.is_empty() { "not stated" } else { &source }
     )
 }

@@ -115,7 +115,7 @@ fn receive(
             Came::End => return Ok("the source ended"),
             Came::Broken(error) => return Err(Failure::run(format!("{source}: broke off: {error}"))),
         }
-        for line in capture.talk() {
+        for line in capture.messages() {
             eprintln!("board: {line}");
         }
     }

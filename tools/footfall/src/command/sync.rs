@@ -42,30 +42,30 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<(), Failure> {
     let path = &options.edges;
     let edges = edges::read(path).map_err(Failure::Input)?;
-    let (clocks, told, more) = match &options.against {
+    let (clocks, text, more) = match &options.against {
         None => {
             let fit = coded::fit(&edges).map_err(|error| Failure::Run(format!("{}: {error}", path.display())))?;
             let (used, unused, frames, (first, last)) = (fit.used, fit.unused, fit.frames, fit.ticks);
-            let told = format!("{used} pulses used, {unused} not; {frames} whole frames; ticks {first} to {last}\n");
+            let text = format!("{used} pulses used, {unused} not; {frames} complete frames; ticks {first} to {last}\n");
             let more = json!({
                 "pulses_used": used, "pulses_unused": unused, "frames": frames, "first_tick": first, "last_tick": last,
             });
-            (fit.clocks, told, more)
+            (fit.clocks, text, more)
         }
         Some(recorder) => {
             let others = edges::read(recorder).map_err(Failure::Input)?;
             let fit = paired::fit(&edges, &others, options.first_is_first)
                 .map_err(|error| Failure::Run(format!("{} against {}: {error}", path.display(), recorder.display())))?;
             let (used, (board, other), (first, last)) = (fit.used, fit.unused, fit.board_s);
-            let told = format!(
+            let text = format!(
                 "{used} pulses used; not used: {board} of the board's, {other} of the recorder's; board time {first:.3} to {last:.3} s\n"
             );
             let more = json!({
                 "pulses_used": used, "pulses_unused": board + other, "board_pulses_unused": board,
                 "recorder_pulses_unused": other, "first_board_s": first, "last_board_s": last,
             });
-            (fit.clocks, told, more)
+            (fit.clocks, text, more)
         }
     };
-    output::print(&if options.json { format!("{}\n", clocks.with(more)) } else { clocks.as_text() + &told })
+    output::print(&if options.json { format!("{}\n", clocks.with(more)) } else { clocks.as_text() + &text })
 }

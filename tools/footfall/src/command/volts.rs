@@ -44,9 +44,9 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Some(path) => calibration_file::read(path).map_err(Failure::input)?,
         None => default_loop::wired_sensor().map_err(Failure::run)?,
     };
-    let worn = JointSensor { joint: SENSOR_JOINT, divider: sensor.divider, calibration: sensor.calibration };
-    let worn = JointSensors::build([worn]).map_err(Failure::run)?;
-    let feed = feed::feed(&name, &recording, &worn, None)?;
+    let sensor = JointSensor { joint: SENSOR_JOINT, divider: sensor.divider, calibration: sensor.calibration };
+    let sensors = JointSensors::build([sensor]).map_err(Failure::run)?;
+    let feed = feed::feed(&name, &recording, &sensors, None)?;
     for note in &feed.notes {
         eprintln!("note: {note}");
     }

@@ -69,7 +69,7 @@ impl Format {
         match extension.as_deref() {
             Some("csv") => Ok(Self::Csv),
             Some("mcap") => Ok(Self::Mcap),
-            _ => Err(format!("{}: which format? allowed is a name that ends in .csv or .mcap", path.display())),
+            _ => Err(format!("{}: allowed is a name that ends in .csv or .mcap", path.display())),
         }
     }
 }
@@ -103,20 +103,20 @@ pub fn counts_in_words(out: &Path, counts: &Counts) -> String {
 }
 
 /// Converts bytes of the log to samples.
-pub struct Listener<'t> {
+pub struct LogReader<'t> {
     decoder: Decoder<'t>,
     sampler: Sampler,
     /// Time of the last reset, if known from outside of the board.
     reset_ns: Option<u64>,
     /// Warnings and errors of the board, not taken yet.
-    talk: Vec<String>,
+    messages: Vec<String>,
 }
 
-impl<'t> Listener<'t> {
+impl<'t> LogReader<'t> {
     /// For the log of an image that runs with these parameters.
     #[must_use]
     pub fn new(image: &'t Image, parameters: Parameters) -> Self {
-        Self { decoder: image.decoder(), sampler: Sampler::new(parameters), reset_ns: None, talk: Vec::new() }
+        Self { decoder: image.decoder(), sampler: Sampler::new(parameters), reset_ns: None, messages: Vec::new() }
     }
 
     /// The chip left reset; an unfinished frame is discarded.
@@ -138,7 +138,7 @@ impl<'t> Listener<'t> {
                 (Some(Ok(booted)), Ok(message)) => {
                     boots.extend(booted);
                     if matches!(message.level.as_str(), "warn" | "error") {
-                        self.talk.push(format!("{} {}", message.level, message.text));
+                        self.messages.push(format!("{} {}", message.level, message.text));
                     }
                 }
                 (Some(Err(error)), _) if error.is_other_version() => return Err(LogError::OtherVersion(error)),
@@ -166,8 +166,8 @@ impl<'t> Listener<'t> {
     }
 
     /// Warnings and errors of the board since the last call.
-    pub fn talk(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.talk)
+    pub fn messages(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.messages)
     }
 
     /// Edges at the synchronisation input since the last call.
@@ -265,21 +265,21 @@ impl Recorder {
         Ok(())
     }
 
-    /// Ends the file; `summary` is the result of the run.
+    /// Ends the file; `result` is the result of the run.
     ///
     /// # Errors
     /// A file cannot be written.
-    pub fn finish(mut self, counts: &Counts, summary: &Value) -> io::Result<u64> {
+    pub fn finish(mut self, counts: &Counts, result: &Value) -> io::Result<u64> {
         let counted = header::counts(counts);
         match &mut self.sink {
             Sink::Csv(rows) => rows.finish()?,
             Sink::Mcap(messages) => messages.finish(&counted)?,
         }
-        self.write_about(true, &counted, summary)?;
+        self.write_about(true, &counted, result)?;
         Ok(self.rows)
     }
 
-    fn write_about(&self, finished: bool, counts: &Value, summary: &Value) -> io::Result<()> {
+    fn write_about(&self, finished: bool, counts: &Value, result: &Value) -> io::Result<()> {
         let about = json!({
             "schema": SCHEMA,
             "recording": self.path.file_name().map(|name| name.to_string_lossy()),
@@ -289,7 +289,7 @@ impl Recorder {
             "about": self.about,
             "boots": self.boots,
             "counts": counts,
-            "summary": summary,
+            "result": result,
         });
         whole_file::write(&beside(&self.path), |out| {
             serde_json::to_writer_pretty(&mut *out, &about)?;
@@ -328,19 +328,19 @@ pub enum CaptureError {
 
 /// Writes a log to a file.
 pub struct Capture<'t> {
-    listener: Listener<'t>,
+    log_reader: LogReader<'t>,
     recorder: Recorder,
     samples: Vec<Sample>,
 }
 
 impl<'t> Capture<'t> {
-    /// Begins one; see [`Recorder::begin`] and [`Listener::new`].
+    /// Begins one; see [`Recorder::begin`] and [`LogReader::new`].
     ///
     /// # Errors
     /// A file cannot be written.
     pub fn begin(path: &Path, about: Value, image: &'t Image, parameters: Parameters) -> io::Result<Self> {
         let recorder = Recorder::begin(path, &joints(&parameters.sensors), about)?;
-        Ok(Self { listener: Listener::new(image, parameters), recorder, samples: Vec::new() })
+        Ok(Self { log_reader: LogReader::new(image, parameters), recorder, samples: Vec::new() })
     }
 
     /// Takes a line of the virtual board.
@@ -350,7 +350,7 @@ impl<'t> Capture<'t> {
     pub fn board_line(&mut self, line: &BoardLine) -> Result<(), CaptureError> {
         match line {
             BoardLine::Boot { t_s, .. } => {
-                self.listener.reset(*t_s);
+                self.log_reader.reset(*t_s);
                 Ok(())
             }
             BoardLine::Rtt { bytes, .. } => self.bytes(bytes),
@@ -364,9 +364,9 @@ impl<'t> Capture<'t> {
     /// The log makes no sense, or the file cannot be written.
     pub fn bytes(&mut self, bytes: &[u8]) -> Result<(), CaptureError> {
         self.samples.clear();
-        let heard = self.listener.bytes(bytes, &mut self.samples);
+        let heard = self.log_reader.bytes(bytes, &mut self.samples);
         self.recorder.samples(&self.samples)?;
-        self.recorder.edges(&self.listener.edges())?;
+        self.recorder.edges(&self.log_reader.edges())?;
         for booted in heard? {
             self.recorder.boot(&booted)?;
         }
@@ -376,24 +376,24 @@ impl<'t> Capture<'t> {
     /// The counts so far.
     #[must_use]
     pub fn counts(&self) -> &Counts {
-        self.listener.counts()
+        self.log_reader.counts()
     }
 
     /// Warnings and errors of the board since the last call.
-    pub fn talk(&mut self) -> Vec<String> {
-        self.listener.talk()
+    pub fn messages(&mut self) -> Vec<String> {
+        self.log_reader.messages()
     }
 
-    /// Ends the file; `summary` is the result of the run.
+    /// Ends the file; `result` is the result of the run.
     ///
     /// # Errors
     /// A file cannot be written.
-    pub fn finish(mut self, summary: &Value) -> io::Result<Counts> {
+    pub fn finish(mut self, result: &Value) -> io::Result<Counts> {
         self.samples.clear();
-        self.listener.finish(&mut self.samples);
+        self.log_reader.finish(&mut self.samples);
         self.recorder.samples(&self.samples)?;
-        let counts = self.listener.counts().clone();
-        self.recorder.finish(&counts, summary)?;
+        let counts = self.log_reader.counts().clone();
+        self.recorder.finish(&counts, result)?;
         Ok(counts)
     }
 }

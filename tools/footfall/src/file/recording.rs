@@ -1,10 +1,10 @@
 //! Reads recordings of a person's gait, of any format, as joint angles.
 
-use gait_trace::clean::condition::LowPass;
+use gait_trace::LowPass;
 use gait_trace::format::csv_file::MAX_BYTES;
 use gait_trace::format::joint_names::AngleUnit;
-use gait_trace::format::open::{ReadOptions, of_bytes};
-use gait_trace::{Fault, RawJoints, TraceError};
+use gait_trace::format::open::of_bytes;
+use gait_trace::{Fault, RawJoints, ReadOptions, TraceError};
 use hgod_adc::Calibration;
 use joint_units::Joint;
 use std::io::Read as _;

@@ -1,7 +1,7 @@
 //! Options that say how a recording is read.
 
 use clap::Args;
-use gait_trace::clean::condition::LowPass;
+use gait_trace::LowPass;
 use gait_trace::format::joint_names::AngleUnit;
 use std::path::PathBuf;
 

@@ -55,8 +55,8 @@ impl SensorArgument {
 
 /// The joints of the sensors, in the order of the channels.
 #[must_use]
-pub fn joints(worn: &JointSensors) -> Vec<Joint> {
-    worn.iter().map(|sensor| sensor.joint).collect()
+pub fn joints(sensors: &JointSensors) -> Vec<Joint> {
+    sensors.iter().map(|sensor| sensor.joint).collect()
 }
 
 #[cfg(test)]

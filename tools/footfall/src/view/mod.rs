@@ -1,8 +1,7 @@
-//! What the user sees: live screens, lines of text, summaries, charts.
+//! What the user sees: live screens, lines of text, charts.
 
 pub mod gait_charts;
 pub mod live_gait;
 pub mod plain;
 pub mod screen;
 pub mod state;
-pub mod summary;

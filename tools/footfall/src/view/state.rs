@@ -1,6 +1,6 @@
 //! The present state of a run, for a screen or a line of text.
 
-use crate::board::session::{Books, Event};
+use crate::board::run::{Counters, Event};
 use crate::line_fit::line_fit;
 use joint_loop::SENSORS;
 use joint_units::Joint;
@@ -57,7 +57,7 @@ pub struct View {
     /// Temperature and supply of the board.
     pub environment: Option<Environment>,
     /// Counters of the run.
-    pub books: Books,
+    pub counters: Counters,
 }
 
 impl View {
@@ -68,7 +68,7 @@ impl View {
     }
 
     /// Takes an event.
-    pub fn take(&mut self, event: &Event, books: &Books) {
+    pub fn take(&mut self, event: &Event, counters: &Counters) {
         match event {
             Event::Booted { t_s, cause } => {
                 self.advance(*t_s);
@@ -102,13 +102,13 @@ impl View {
             Event::Remark { kind, text } => self.note(format!("board: {kind} {text}")),
             Event::Ended(end) => self.advance(end.t_s),
         }
-        self.books.clone_from(books);
+        self.counters.clone_from(counters);
     }
 
     /// State of the follower in a few words; `None` for other generators.
     #[must_use]
     pub fn following(&self) -> Option<String> {
-        self.books.following.map(|following| {
+        self.counters.following.map(|following| {
             let fault = following.fault.map_or(String::new(), |fault| format!(" ({fault} sensor)"));
             format!(
                 "{}{fault}   stride {:.2} s   phase error {:.1} deg   confidence {:.2}",
@@ -151,10 +151,10 @@ impl View {
     /// Comparison of board and host so far, in a few words.
     #[must_use]
     pub fn replay(&self) -> String {
-        match (self.books.different, self.books.compared, &self.books.why_not) {
-            (1.., ..) => format!("DIFFERENT in {} lines", self.books.different),
+        match (self.counters.different, self.counters.compared, &self.counters.why_not) {
+            (1.., ..) => format!("DIFFERENT in {} lines", self.counters.different),
             (0, 0, None) => "no lines yet".into(),
-            (0, _, Some(why)) => format!("cannot be told: {why}"),
+            (0, _, Some(why)) => format!("not known: {why}"),
             (0, compared, None) => format!("equal in {compared} lines"),
         }
     }
@@ -177,7 +177,7 @@ mod tests {
             for n in 0..150_u32 {
                 // 0, 1 or 2 ms late, in no order.
                 let t_s = f64::from(n * 10) / rate + f64::from(n * 7 % 3) * 1e-3;
-                view.take(&Event::Tick { t_s, tick: tick(first.wrapping_add(n * 10)) }, &Books::default());
+                view.take(&Event::Tick { t_s, tick: tick(first.wrapping_add(n * 10)) }, &Counters::default());
             }
             let found = view.tick_rate_hz().unwrap();
             assert!((found - rate).abs() < 0.2, "{found} for {rate}");
@@ -188,10 +188,10 @@ mod tests {
     fn the_past_ends_where_the_charts_do_and_at_a_boot() {
         let mut view = View::default();
         for n in 0..1000_u32 {
-            view.take(&Event::Tick { t_s: f64::from(n) * 0.01, tick: tick(n * 10) }, &Books::default());
+            view.take(&Event::Tick { t_s: f64::from(n) * 0.01, tick: tick(n * 10) }, &Counters::default());
         }
         assert_eq!(view.past.len(), (PAST_S / 0.01) as usize + 1);
-        view.take(&Event::Booted { t_s: 10.5, cause: "iwdg".into() }, &Books::default());
+        view.take(&Event::Booted { t_s: 10.5, cause: "iwdg".into() }, &Counters::default());
         assert!(view.past.is_empty() && view.last.is_none() && view.boots == 1);
     }
 }

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use super::prepare::{Prepared, about, arguments, prepare};
 use super::settings::{PRESS_S, Settings, Show};
 use crate::board::process::{BoardProcess, Output};
-use crate::board::session::{Event, Session};
+use crate::board::run::{Event, BoardRun};
 use crate::failure::Failure;
 use crate::file::capture::{Capture, counts_in_words};
 use crate::options::sensors::joints;
@@ -19,7 +19,7 @@ use crate::output;
 use crate::view::plain;
 use crate::view::screen;
 use crate::view::state::View;
-use crate::view::summary::Summary;
+use crate::board::run_result::RunResult;
 
 /// Time between two frames of the screen.
 const FRAME: Duration = Duration::from_millis(33);
@@ -49,12 +49,12 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
 
 /// A run in progress.
 struct Run<'t> {
-    session: Session<'t>,
+    board_run: BoardRun<'t>,
     view: View,
     capture: Option<Capture<'t>>,
-    summary: Option<Summary>,
+    result: Option<RunResult>,
     /// The error that ended the run early.
-    trouble: Option<Failure>,
+    error: Option<Failure>,
 }
 
 impl<'t> Run<'t> {
@@ -68,8 +68,8 @@ impl<'t> Run<'t> {
             None => None,
         };
         let view = View::titled(format!("footfall watch: {}", prepared.feed.title), joints(&parameters.sensors));
-        let session = Session::new(&prepared.image, parameters.clone());
-        Ok(Self { session, view, capture, summary: None, trouble: None })
+        let board_run = BoardRun::new(&prepared.image, parameters.clone());
+        Ok(Self { board_run, view, capture, result: None, error: None })
     }
 
     /// Takes one output of the board; returns the events, or `None` after the last output.
@@ -77,24 +77,24 @@ impl<'t> Run<'t> {
         let events = match output {
             Output::Line(line) => {
                 let captured = self.capture.as_mut().map_or(Ok(()), |capture| capture.board_line(&line));
-                match self.session.take(line) {
+                match self.board_run.take(line) {
                     Ok(events) => {
                         if let Err(error) = captured {
-                            self.trouble = Some(Failure::run(format!("the recording: {error}")));
+                            self.error = Some(Failure::run(format!("the capture: {error}")));
                         }
                         events
                     }
                     Err(error) => {
-                        self.trouble = Some(Failure::run(error));
+                        self.error = Some(Failure::run(error));
                         return None;
                     }
                 }
             }
-            Output::Strange(error) => {
-                self.trouble = Some(Failure::run(error));
+            Output::Malformed(error) => {
+                self.error = Some(Failure::run(error));
                 return None;
             }
-            Output::Complaint(text) => vec![Event::Remark { kind: "says".into(), text }],
+            Output::Message(text) => vec![Event::Remark { kind: "message".into(), text }],
             Output::Closed => return None,
         };
         for event in &events {
@@ -104,52 +104,52 @@ impl<'t> Run<'t> {
     }
 
     fn account(&mut self, event: &Event) {
-        self.view.take(event, self.session.books());
+        self.view.take(event, self.board_run.counters());
         if let Event::Ended(end) = event {
-            self.summary = Some(Summary::new(Some(end), self.session.books(), "", Value::Null));
+            self.result = Some(RunResult::new(Some(end), self.board_run.counters(), "", Value::Null));
         }
     }
 
     fn finish(&mut self, settings: &Settings, prepared: &Prepared, board: &mut BoardProcess) -> Result<(), Failure> {
-        for event in self.session.finish() {
+        for event in self.board_run.finish() {
             self.account(&event);
         }
-        let complete = self.summary.is_some();
-        let mut summary =
-            self.summary.take().unwrap_or_else(|| Summary::new(None, self.session.books(), "", Value::Null));
-        summary.elf_sha256.clone_from(&prepared.image.sha256);
-        summary.trace.clone_from(&prepared.feed.about);
+        let complete = self.result.is_some();
+        let mut result =
+            self.result.take().unwrap_or_else(|| RunResult::new(None, self.board_run.counters(), "", Value::Null));
+        result.elf_sha256.clone_from(&prepared.image.sha256);
+        result.trace.clone_from(&prepared.feed.about);
         if let (Some(capture), Some(path)) = (self.capture.take(), &settings.record) {
-            let value = serde_json::to_value(&summary).map_err(Failure::run)?;
+            let value = serde_json::to_value(&result).map_err(Failure::run)?;
             let counts = capture.finish(&value).map_err(|error| output::cannot_write(path, error))?;
             eprintln!("{}", counts_in_words(path, &counts));
         }
-        self.summary = Some(summary);
+        self.result = Some(result);
         let status = board.wait().map_err(Failure::run)?;
-        if !complete && self.trouble.is_none() {
-            let words = format!("the virtual board ended without its last line ({status}); {}", self.last_words());
-            self.trouble = Some(Failure::run(words));
+        if !complete && self.error.is_none() {
+            let words = format!("the virtual board ended without its last line ({status}); {}", self.last_log_line());
+            self.error = Some(Failure::run(words));
         }
         Ok(())
     }
 
     /// The last log line, which often has the reason of the end.
-    fn last_words(&self) -> String {
-        self.view.log.back().map_or("it said nothing".into(), |line| format!("the last that came was: {line}"))
+    fn last_log_line(&self) -> String {
+        self.view.log.back().map_or("its log is empty".into(), |line| format!("its last log line is: {line}"))
     }
 
     fn report(mut self, show: Show) -> Result<(), Failure> {
-        if let Some(trouble) = self.trouble.take() {
-            return Err(trouble);
+        if let Some(error) = self.error.take() {
+            return Err(error);
         }
-        let Some(summary) = &self.summary else { return Ok(()) };
+        let Some(result) = &self.result else { return Ok(()) };
         let text = match show {
-            Show::Json => serde_json::to_string(summary).map_err(Failure::run)? + "\n",
-            Show::Plain | Show::Screen => plain::summary(summary),
+            Show::Json => serde_json::to_string(result).map_err(Failure::run)? + "\n",
+            Show::Plain | Show::Screen => plain::result(result),
         };
         // A closed pipe is no error here.
         let _ = io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush());
-        let faults = summary.faults();
+        let faults = result.faults();
         if faults.is_empty() {
             Ok(())
         } else {
@@ -162,19 +162,19 @@ impl<'t> Run<'t> {
 struct Ending<'a> {
     interrupt: &'a AtomicBool,
     /// Set by a key or a closed pipe.
-    wished: bool,
+    requested: bool,
     asked: Option<Instant>,
 }
 
 impl<'a> Ending<'a> {
     fn new(interrupt: &'a AtomicBool) -> Self {
-        Self { interrupt, wished: false, asked: None }
+        Self { interrupt, requested: false, asked: None }
     }
 
     /// Asks the board to end once requested; true when the time limit for its end is over.
-    fn see_to_it(&mut self, board: &mut BoardProcess) -> bool {
+    fn end_if_requested(&mut self, board: &mut BoardProcess) -> bool {
         match self.asked {
-            None if self.wished || self.interrupt.load(Ordering::Relaxed) => {
+            None if self.requested || self.interrupt.load(Ordering::Relaxed) => {
                 board.quit();
                 self.asked = Some(Instant::now());
                 false
@@ -187,14 +187,14 @@ impl<'a> Ending<'a> {
 
 fn in_lines(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool, show: Show) -> Result<(), Failure> {
     let mut ending = Ending::new(interrupt);
-    while run.trouble.is_none() && !ending.see_to_it(board) {
+    while run.error.is_none() && !ending.end_if_requested(board) {
         let Some(output) = board.next(Duration::from_millis(50)) else { continue };
         let Some(events) = run.take(output) else { break };
         for event in &events {
-            match say(event, &run.view, show) {
+            match print_event(event, &run.view, show) {
                 Ok(()) => {}
                 // A closed pipe ends the run like Ctrl-C.
-                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => ending.wished = true,
+                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => ending.requested = true,
                 Err(error) => return Err(Failure::run(error)),
             }
         }
@@ -203,18 +203,18 @@ fn in_lines(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool,
 }
 
 /// Prints an event. Data go to standard output; in plain text, messages go to standard error.
-fn say(event: &Event, view: &View, show: Show) -> io::Result<()> {
+fn print_event(event: &Event, view: &View, show: Show) -> io::Result<()> {
     let status = matches!(event, Event::Status { .. });
     let mut out = io::stdout().lock();
     match show {
         Show::Json => {
-            let object = if status { Some(plain::object(view)) } else { plain::news_object(event) };
+            let object = if status { Some(plain::object(view)) } else { plain::event_object(event) };
             let Some(object) = object else { return Ok(()) };
             writeln!(out, "{object}")?;
         }
         Show::Plain | Show::Screen => {
-            if let Some(news) = plain::news(event) {
-                eprintln!("{news}");
+            if let Some(line) = plain::event_line(event) {
+                eprintln!("{line}");
             }
             if !status {
                 return Ok(());
@@ -226,12 +226,12 @@ fn say(event: &Event, view: &View, show: Show) -> io::Result<()> {
 }
 
 fn on_screen(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let mut terminal = ratatui::try_init().map_err(|error| Failure::run(format!("no screen: {error}")))?;
+    let mut terminal = ratatui::try_init().map_err(|error| Failure::run(format!("the screen cannot be opened: {error}")))?;
     let mut ending = Ending::new(interrupt);
     let mut released_at: Option<f64> = None;
     let mut drawn = Instant::now();
     let shown = loop {
-        if run.trouble.is_some() || ending.see_to_it(board) {
+        if run.error.is_some() || ending.end_if_requested(board) {
             break Ok(());
         }
         if let Some(output) = board.next(FRAME / 4)
@@ -256,7 +256,7 @@ fn on_screen(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool
                 board.hold_button(true);
                 released_at = Some(run.view.t_s + PRESS_S);
             }
-            Some(Key::End) => ending.wished = true,
+            Some(Key::End) => ending.requested = true,
             Some(Key::Button) | None => {}
         }
     };

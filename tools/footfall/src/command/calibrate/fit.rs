@@ -84,7 +84,7 @@ impl LeftOut {
         match self {
             Self::Clipped => "at the converter's end",
             Self::Saturated => "saturated",
-            Self::NearTheEnd => "too near to a saturated pose to be told from it",
+            Self::NearTheEnd => "too near to a saturated pose",
         }
     }
 }

@@ -144,7 +144,7 @@ pub fn ask(
             let (mean, sd, drift) = statistics(&taken);
             tell(format!("{angle} degrees: mean {mean:.1}, standard deviation {sd:.2}, drift {drift:+.1} codes"))?;
             if sd > plan.most_sd {
-                tell(format!("unsteady: allowed is a standard deviation of {} codes; once more", plan.most_sd))?;
+                tell(format!("unsteady: allowed is a standard deviation of {} codes; hold the angle again", plan.most_sd))?;
                 continue;
             }
             for (code, vrefint) in taken {
@@ -242,7 +242,7 @@ mod tests {
     fn an_unsteady_pose_is_repeated_and_an_unclear_answer_asked_again() {
         let (text, said) = guided(&[0.0], "0\n9\n0\n9\n5\n5\n5\n5\n", "\n200\n\n");
         assert_eq!(text.unwrap(), "angle_deg,code\n0,5\n0,5\n0,5\n0,5\n");
-        assert!(said.contains("unsteady: allowed is a standard deviation of 3 codes; once more"), "{said}");
+        assert!(said.contains("unsteady: allowed is a standard deviation of 3 codes; hold the angle again"), "{said}");
         assert!(said.contains("an angle from -60 to 170 degrees"), "{said}");
     }
 

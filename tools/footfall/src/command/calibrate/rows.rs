@@ -287,11 +287,11 @@ impl Columns {
         let degrees = if self.radians { angle.to_degrees() } else { angle };
         let (least, most) = (f64::from(ANATOMY.0.degrees()).round(), f64::from(ANATOMY.1.degrees()).round());
         // Angles in radians may have been rounded.
-        let room = if self.radians { 1e-3 } else { 0.0 };
-        if !(least - room..=most + room).contains(&degrees) {
+        let tolerance = if self.radians { 1e-3 } else { 0.0 };
+        if !(least - tolerance..=most + tolerance).contains(&degrees) {
             let value = if self.radians { format!("{angle} rad, {degrees:.2} degrees") } else { angle.to_string() };
             let what =
-                format!("is {value}; allowed is {least} to {most} degrees, what a joint with a sensor can be at");
+                format!("is {value}; allowed is {least} to {most} degrees, the range of a joint with a sensor");
             return Err((self.angle, what));
         }
         let angle_deg = degrees.clamp(least, most);

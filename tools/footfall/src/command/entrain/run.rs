@@ -32,22 +32,22 @@ pub struct Tick {
 }
 
 /// Plays a series of samples, one a tick.
-pub fn run(legs: &mut Entrained, samples: impl IntoIterator<Item = Option<f64>>) -> Vec<Tick> {
+pub fn run(follower: &mut Entrained, samples: impl IntoIterator<Item = Option<f64>>) -> Vec<Tick> {
     let samples = samples.into_iter();
     samples
         .map(|sample| {
-            legs.sense(sample.map(|degrees| Radians::from_degrees(degrees as f32)));
-            legs.step();
-            let status = legs.status();
+            follower.sense(sample.map(|degrees| Radians::from_degrees(degrees as f32)));
+            follower.step();
+            let status = follower.status();
             Tick {
-                angles: legs.angles().map(|angle| f64::from(angle.degrees())),
-                rates: legs.rates().map(|rate| f64::from(rate.0).to_degrees()),
-                phase: legs.phase(),
-                estimate: legs.phase_lock().phase(),
-                amplitude: legs.amplitude(),
+                angles: follower.angles().map(|angle| f64::from(angle.degrees())),
+                rates: follower.rates().map(|rate| f64::from(rate.0).to_degrees()),
+                phase: follower.phase(),
+                estimate: follower.phase_lock().phase(),
+                amplitude: follower.amplitude(),
                 state: status.state,
                 fault: status.fault,
-                frequency: f64::from(legs.phase_lock().frequency().0),
+                frequency: f64::from(follower.phase_lock().frequency().0),
             }
         })
         .collect()
@@ -87,7 +87,7 @@ fn within(holes: &[(f64, f64)], time_s: f64) -> bool {
 
 /// How well a follower follows the recording.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Verdict {
+pub struct Following {
     /// Start of the first second in which it was locked within 18 degrees of the person's phase, s.
     pub lock_s: Option<f64>,
     /// Root mean square difference of setpoints and recorded joints over the steady part, degrees; `None` for joints that were not recorded.
@@ -107,13 +107,13 @@ pub struct Verdict {
 /// Phase error of a tick in degrees: the person's phase less that of the setpoints.
 #[must_use]
 pub fn phase_error_deg(tick: &Tick, cycles: f64) -> f64 {
-    let walker = Phase::from_cycles(cycles.rem_euclid(1.0) as f32);
-    f64::from(phase_difference(tick.phase, walker).0).to_degrees()
+    let person = Phase::from_cycles(cycles.rem_euclid(1.0) as f32);
+    f64::from(phase_difference(tick.phase, person).0).to_degrees()
 }
 
 /// Compares a run with the recording.
 #[must_use]
-pub fn judge(ticks: &[Tick], recording: &Recording, sensor: Joint, learned: &Learned) -> Verdict {
+pub fn judge(ticks: &[Tick], recording: &Recording, sensor: Joint, learned: &Learned) -> Following {
     judge_without(ticks, recording, sensor, learned, &[])
 }
 
@@ -125,7 +125,7 @@ pub fn judge_without(
     sensor: Joint,
     learned: &Learned,
     holes: &[(f64, f64)],
-) -> Verdict {
+) -> Following {
     let time = |tick: usize| tick as f64 / TICKS_PER_S;
     let known = |tick: usize| !within(holes, time(tick));
     let errors: Vec<f64> =
@@ -150,7 +150,7 @@ pub fn judge_without(
     let end = time(ticks.len());
     let steady = lock.map(|lock| if end >= 20.0 { (lock + 3.0).max(15.0) } else { lock + 3.0 });
     let steady = steady.filter(|&from| from + 0.5 < end).map(|from| (from, end));
-    let mut verdict = Verdict {
+    let mut following = Following {
         lock_s: lock,
         steady_rmse_deg: [None; Joint::COUNT],
         steady_s: steady,
@@ -159,11 +159,11 @@ pub fn judge_without(
         cadence_steps_per_min: None,
         phase_sd_deg: None,
     };
-    let Some((from, _)) = steady else { return verdict };
+    let Some((from, _)) = steady else { return following };
     let first = (from * TICKS_PER_S) as usize;
     let rows: Vec<usize> = (first..ticks.len()).filter(|&tick| known(tick)).collect();
     if rows.is_empty() {
-        return verdict;
+        return following;
     }
     let count = rows.len() as f64;
     let start = recording.time_s()[0];
@@ -172,21 +172,21 @@ pub fn judge_without(
         let Ok(channel) = channel else { continue };
         let off = |&n: &usize| ticks[n].angles[joint as usize] - recording.at(channel, start + time(n));
         let sum: f64 = rows.iter().map(|n| off(n).powi(2)).sum();
-        verdict.steady_rmse_deg[joint as usize] = Some((sum / count).sqrt());
+        following.steady_rmse_deg[joint as usize] = Some((sum / count).sqrt());
     }
     let mean = rows.iter().map(|&n| errors[n]).sum::<f64>() / count;
     let variance = rows.iter().map(|&n| (errors[n] - mean).powi(2)).sum::<f64>() / count;
-    verdict.phase_sd_deg = Some(variance.sqrt());
+    following.phase_sd_deg = Some(variance.sqrt());
     let turning = rows.iter().map(|&n| ticks[n].frequency).sum::<f64>() / count;
-    verdict.cadence_steps_per_min = Some(turning / std::f64::consts::TAU * 120.0);
-    verdict
+    following.cadence_steps_per_min = Some(turning / std::f64::consts::TAU * 120.0);
+    following
 }
 
 /// A follower of a person, with the sensor on this joint.
 ///
 /// # Errors
 /// Names the field that is out of range.
-pub fn legs(
+pub fn follower(
     templates: [cpg_core::entrainment::phase_lock::Template; Joint::COUNT],
     sensor: Joint,
     stride_s: f64,

@@ -3,7 +3,7 @@
 //! Time steps are made equal, short gaps are bridged and signs turned as in `fit`, each with a note. Jumps are kept, since a follower must
 //! handle a sensor that jumps; in longer gaps it gets no sample.
 
-use gait_trace::clean::condition::{Conditioned, Done, Finding, FindingKind, LowPass, Rules, condition};
+use gait_trace::{Conditioned, Done, Finding, FindingKind, LowPass, Rules, condition};
 use gait_trace::{RawJoints, Recording};
 use joint_units::Joint;
 

@@ -3,7 +3,7 @@
 use gait_fit::fit::{Fit, Settings, Source, fit};
 use gait_fit::report;
 use gait_trace::RawJoints;
-use gait_trace::clean::condition::LowPass;
+use gait_trace::LowPass;
 use std::path::Path;
 
 use crate::failure::Failure;

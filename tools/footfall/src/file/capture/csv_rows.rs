@@ -50,7 +50,7 @@ impl Rows {
 fn header(joints: &[Joint]) -> String {
     let of =
         |prefix: &str, suffix: &str| Joint::ALL.map(|joint| format!("{prefix}{}_{suffix}", joint.name())).join(",");
-    let sensor = |joint: &Joint| ["deg", "verdict", "code", "volts"].map(|what| format!("{}_{what}", joint.name()));
+    let sensor = |joint: &Joint| ["deg", "validity", "code", "volts"].map(|what| format!("{}_{what}", joint.name()));
     let sensors: Vec<String> = joints.iter().flat_map(sensor).collect();
     format!(
         "time_s,boot,tick,vrefint,{},state,{},{},known,seq,elapsed,flags,late,missed,limited,lost\n",

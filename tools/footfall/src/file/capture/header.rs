@@ -14,7 +14,8 @@ use std::path::Path;
 
 /// Version of the layout of captures and of the file beside them.
 ///
-/// Version 4 has `validity` where version 3 had `verdict`, and `generator_file` where it had `params`.
+/// Version 4 has `validity` instead of `verdict`, `generator_file` instead of `params`, `result` instead of `summary`, and `boot_record`
+/// instead of `heard`.
 pub const SCHEMA: u32 = 4;
 
 /// What runs on the board: image, generator, sensors; and `more` about the run.
@@ -61,10 +62,10 @@ fn about_sensor(sensor: &JointSensor, pin: &str) -> Value {
 pub(crate) fn boot(booted: &Booted) -> Value {
     let time_s = booted.time_ns as f64 / 1e9;
     let crc = |crc: Option<u32>| crc.map(|crc| format!("{crc:08x}"));
-    let Some(boot) = &booted.boot else { return json!({ "time_s": time_s, "heard": false }) };
+    let Some(boot) = &booted.boot else { return json!({ "time_s": time_s, "boot_record": false }) };
     json!({
         "time_s": time_s,
-        "heard": true,
+        "boot_record": true,
         "board": boot.board.as_str(),
         "chip": boot.chip.as_str(),
         "reset": boot.reset.name(),

@@ -96,7 +96,7 @@ impl Messages {
             let good = reading.filter(|reading| reading.verdict == Validity::Good);
             let mut insert = |what: &str, value: Value| sensor.insert(format!("{}_{what}", joint.name()), value);
             insert("deg", number(good.map(|reading| reading.angle.degrees())));
-            insert("verdict", reading.map(|reading| reading.verdict.name()).into());
+            insert("validity", reading.map(|reading| reading.verdict.name()).into());
             insert("code", code.0.into());
             insert("volts", number(reading.map(|reading| reading.volts.0)));
         }
@@ -179,9 +179,9 @@ fn sensor_schema(joints: &[Joint]) -> Value {
             (
                 format!("{name}_deg"),
                 "number|null",
-                "angle in degrees, flexion positive; null unless the verdict is good",
+                "angle in degrees, flexion positive; null unless the validity is good",
             ),
-            (format!("{name}_verdict"), "string|null", "verdict on the sample"),
+            (format!("{name}_validity"), "string|null", "validity of the sample"),
             (format!("{name}_code"), "integer", "code of the sensor, 12 bit, as it came"),
             (format!("{name}_volts"), "number|null", "V at the sensor"),
         ]);

@@ -5,8 +5,7 @@
 //! inside of a gene makes a new value, which is all that moves a gene between restarts. "Alike" is: the others differ from the best
 //! in less than a twentieth of the bits.
 
-use super::evaluator::Evaluator;
-use super::random::Random;
+use gait_fit::search::{Evaluator, Random};
 
 /// Bits of a gene.
 pub const BITS: u32 = 16;

@@ -1,10 +1,10 @@
-//! One run: the board's lines go in, events come out, and the books are kept.
+//! Follows a run of a board: decodes its lines to events, compares them with the host's copy of the loop, and counts.
 //!
 //! ```text
 //! board line --> bytes of the log --[image]--> text --[telemetry]--> frame, inputs --[replay]--> equal or not
 //! ```
-//! A frame is an event at once, for whoever shows it live. It is a [`Row`] a moment later, when the inputs of that tick
-//! have come too: with the converter's code, and compared with the host's copy of the loop.
+//! A frame is an event at once, for live views. It is a [`Row`] as soon as the inputs of its tick have arrived: with the converter's
+//! codes, and compared with the host's copy of the loop.
 
 use crate::board::image::{Decoder, Image};
 use crate::board::lines::{BoardLine, End};
@@ -25,59 +25,59 @@ pub const CALLS_A_FRAME: u32 = wire::CALLS as u32;
 /// Rows that wait for their inputs: more than the board's queues hold.
 const WAITING: usize = 32;
 
-/// Differences that are kept word for word.
+/// Number of differences that are kept.
 const KEPT_DIFFERENCES: usize = 10;
 
-/// What makes going on senseless.
+/// Why a run cannot be followed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SessionError {
-    /// The board runs another file than the one whose log table is used.
+pub enum RunError {
+    /// The board runs another file than the one with the log table.
     #[error(
-        "the virtual board runs an image with SHA-256 {runs}, the log table is of {table}: was the file just rebuilt?"
+        "the virtual board runs an image with SHA-256 {runs}, the log table is of {table}; give the ELF file that the board runs, and do not rebuild it during the run"
     )]
     OtherImage {
-        /// Hash of what runs.
+        /// Hash of the board's file.
         runs: String,
         /// Hash of the table's file.
         table: String,
     },
-    /// The first frame of the log makes no sense.
-    #[error("the log does not begin with a frame of this image: the board runs another one")]
+    /// The first frame of the log is malformed.
+    #[error("the log does not begin with a frame of this image: the board runs another one; give the ELF file that was flashed")]
     FirstFrame,
     /// A record of the log cannot be read.
     #[error(transparent)]
     Record(#[from] RecordError),
 }
 
-/// What happened.
+/// An event of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
-    /// The chip came out of reset.
+    /// The chip left reset.
     Booted {
-        /// When, in virtual seconds since power-on.
+        /// Virtual seconds since power-on.
         t_s: f64,
-        /// Why.
+        /// Cause of the reset.
         cause: String,
     },
-    /// What the loop saw and did.
+    /// A frame of the board.
     Tick {
-        /// When the line was taken.
+        /// Virtual time of its arrival, s.
         t_s: f64,
         /// The board's frame.
         tick: Frame,
     },
-    /// The same, complete.
+    /// The same with its inputs.
     Row(Row),
-    /// A line of the log for people.
+    /// A line of the log for the user.
     Log {
-        /// When it was taken.
+        /// Virtual time of its arrival, s.
         t_s: f64,
         /// Its level; may be empty.
         level: String,
         /// The text.
         text: String,
     },
-    /// What the last second cost.
+    /// Load and reserves of the last second.
     Cost(Cost),
     /// Temperature and supply.
     Environment(Environment),
@@ -85,73 +85,73 @@ pub enum Event {
     Edge(Edge),
     /// Pulses at the pins.
     Pulses {
-        /// When.
+        /// Virtual time, s.
         t_s: f64,
         /// Widths in microseconds.
         us: [Option<f64>; 4],
     },
     /// Another 100 ms have passed.
     Status {
-        /// When.
+        /// Virtual time, s.
         t_s: f64,
     },
-    /// The board has something to say.
+    /// A message of the virtual board.
     Remark {
-        /// What kind of thing.
+        /// The type of the message.
         kind: String,
         /// The text.
         text: String,
     },
-    /// The run is over.
+    /// The run has ended.
     Ended(Box<End>),
 }
 
 /// A frame with its input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// Time of the tick by the board's own count, in virtual seconds since power-on.
+    /// Time of the tick by the board's clock, in virtual seconds since power-on.
     pub time_s: f64,
     /// The board's frame.
     pub tick: Frame,
-    /// Codes of the sensors; `None` when the line with them was lost.
+    /// Codes of the sensors; `None` if the inputs record was lost.
     pub codes: Option<[AdcCode; SENSORS]>,
-    /// Whether the host's copy did the same, bit for bit; `None` when it cannot tell.
+    /// The host's copy gave the same bits; `None` if not known.
     pub equal: Option<bool>,
 }
 
-/// How a walker that follows the gait sensor stands.
+/// State of a follower.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Following {
     /// `stopped`, `seeking`, `locked` or `holding`.
     pub state: &'static str,
-    /// What is wrong with the sensor.
+    /// Fault of the sensor.
     pub fault: Option<&'static str>,
-    /// 1 where the sensor says what was foretold, 0 where nothing can be told.
+    /// Agreement of sensor and template: 1 complete, 0 none.
     pub confidence: f32,
-    /// The person's stride time as estimated, seconds.
+    /// The person's estimated stride time, seconds.
     pub stride_s: f32,
-    /// Phase of the person less the estimated one, degrees of the cycle.
+    /// Phase of the person minus the estimated one, degrees of the cycle.
     pub phase_error_deg: f32,
-    /// When it first locked, in seconds since the boot.
+    /// Time of the first lock, in seconds since the boot.
     pub locked_at_s: Option<f64>,
 }
 
-/// The books of a run.
+/// Counters of a run.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Books {
+pub struct Counters {
     /// Boots so far.
     pub boots: u32,
-    /// Frames that were lost, by their numbers.
+    /// Frames that were lost, by their sequence numbers.
     pub lost_lines: u64,
-    /// Frames of the log that made no sense.
+    /// Malformed frames of the log.
     pub malformed: u64,
     /// Rows that were compared with the host.
     pub compared: u64,
-    /// Rows that were not, and why the first of them was not.
+    /// Rows that were not compared.
     pub not_compared: u64,
-    /// See `not_compared`.
+    /// Why the first of them was not compared.
     pub why_not: Option<String>,
-    /// Rows in which something differed.
+    /// Rows with a difference.
     pub different: u64,
     /// The first differences.
     pub differences: Vec<Difference>,
@@ -161,39 +161,39 @@ pub struct Books {
     pub last: Option<Frame>,
     /// Why the supervisor last changed its state.
     pub cause: Cause,
-    /// The board says that it drives nothing.
+    /// The board's outputs are off (shadow mode).
     pub shadow: bool,
-    /// Of a walker that follows the gait sensor.
+    /// State of a follower; `None` for other generators.
     pub following: Option<Following>,
-    /// Setpoint hashes of board and host at the last row that was compared.
+    /// Setpoint hashes of board and host at the last compared row.
     pub hashes: Option<(u64, u64)>,
 }
 
-/// One run.
-pub struct Session<'t> {
+/// A run of a board.
+pub struct BoardRun<'t> {
     decoder: Decoder<'t>,
     sha256: &'t str,
     parameters: Parameters,
-    books: Books,
-    /// Any frame of the log made sense.
-    heard: bool,
-    /// When the present boot began.
+    counters: Counters,
+    /// A correct frame was received.
+    in_step: bool,
+    /// Start of the present boot, s.
     began_s: f64,
     replay: Option<Replay>,
     waiting: VecDeque<Frame>,
     last_seq: u32,
 }
 
-impl<'t> Session<'t> {
-    /// A run of an image on a board that was given these parameters.
+impl<'t> BoardRun<'t> {
+    /// A run of an image on a board with these parameters.
     #[must_use]
     pub fn new(image: &'t Image, parameters: Parameters) -> Self {
         Self {
             decoder: image.decoder(),
             sha256: &image.sha256,
             parameters,
-            books: Books::default(),
-            heard: false,
+            counters: Counters::default(),
+            in_step: false,
             began_s: 0.0,
             replay: None,
             waiting: VecDeque::new(),
@@ -201,22 +201,22 @@ impl<'t> Session<'t> {
         }
     }
 
-    /// The books so far.
+    /// The counters so far.
     #[must_use]
-    pub fn books(&self) -> &Books {
-        &self.books
+    pub fn counters(&self) -> &Counters {
+        &self.counters
     }
 
     /// Takes a line of the board.
     ///
     /// # Errors
-    /// The log cannot be that of the image.
-    pub fn take(&mut self, line: BoardLine) -> Result<Vec<Event>, SessionError> {
+    /// The log is not of this image.
+    pub fn take(&mut self, line: BoardLine) -> Result<Vec<Event>, RunError> {
         let mut events = Vec::new();
         match line {
             BoardLine::Start { elf_sha256 } => {
                 if elf_sha256 != self.sha256 {
-                    return Err(SessionError::OtherImage { runs: elf_sha256, table: self.sha256.into() });
+                    return Err(RunError::OtherImage { runs: elf_sha256, table: self.sha256.into() });
                 }
             }
             BoardLine::Boot { t_s, cause } => {
@@ -235,7 +235,7 @@ impl<'t> Session<'t> {
         Ok(events)
     }
 
-    /// Settles the rows that still wait; for a board whose last line never came.
+    /// Completes the rows that still wait, at the end of the output.
     pub fn finish(&mut self) -> Vec<Event> {
         let mut events = Vec::new();
         self.settle_all(&mut events);
@@ -245,25 +245,25 @@ impl<'t> Session<'t> {
     fn restart(&mut self, t_s: f64, events: &mut Vec<Event>) {
         self.settle_all(events);
         self.decoder.restart();
-        self.books.boots += 1;
+        self.counters.boots += 1;
         self.began_s = t_s;
         self.replay = None;
         self.last_seq = 0;
     }
 
-    fn log(&mut self, t_s: f64, bytes: &[u8], events: &mut Vec<Event>) -> Result<(), SessionError> {
+    fn log(&mut self, t_s: f64, bytes: &[u8], events: &mut Vec<Event>) -> Result<(), RunError> {
         self.decoder.push(bytes);
         while let Some(message) = self.decoder.message() {
             let Ok(message) = message else {
-                if !self.heard {
-                    return Err(SessionError::FirstFrame);
+                if !self.in_step {
+                    return Err(RunError::FirstFrame);
                 }
-                self.books.malformed += 1;
+                self.counters.malformed += 1;
                 continue;
             };
-            self.heard = true;
+            self.in_step = true;
             let Some(record) = record_in(&message.text) else {
-                // Lines without a level are for people without this program.
+                // Lines without a level repeat a record as text.
                 if !message.level.is_empty() {
                     events.push(Event::Log { t_s, level: message.level, text: message.text });
                 }
@@ -271,16 +271,16 @@ impl<'t> Session<'t> {
             };
             match record? {
                 Record::Boot(boot) => {
-                    self.books.shadow = boot.shadow;
+                    self.counters.shadow = boot.shadow;
                     self.begin_replay(&boot);
                 }
-                Record::Change(change) => self.books.cause = change.cause,
+                Record::Change(change) => self.counters.cause = change.cause,
                 Record::Frame(frame) => self.tick(t_s, frame, events),
                 Record::Inputs(inputs) => self.inputs(&inputs, events),
                 Record::Edge(edge) => events.push(Event::Edge(edge)),
                 Record::Cost(cost) => events.push(Event::Cost(cost)),
                 Record::Environment(environment) => events.push(Event::Environment(environment)),
-                // Its line for people is an event.
+                // The log also has it as a text line.
                 Record::Refused(_) => {}
             }
         }
@@ -291,7 +291,7 @@ impl<'t> Session<'t> {
         match loop_of(&self.parameters, boot) {
             Ok(joints) => self.replay = Some(Replay::new(joints)),
             Err(why) => {
-                self.books.why_not.get_or_insert(why);
+                self.counters.why_not.get_or_insert(why);
             }
         }
     }
@@ -299,19 +299,19 @@ impl<'t> Session<'t> {
     fn tick(&mut self, t_s: f64, tick: Frame, events: &mut Vec<Event>) {
         if let Some(follow) = &tick.following {
             let locked = (follow.state == Lock::Locked).then(|| f64::from(tick.tick) / 1000.0);
-            self.books.following = Some(Following {
+            self.counters.following = Some(Following {
                 state: follow.state.name(),
                 fault: follow.fault.map(SensorFault::name),
                 confidence: follow.confidence,
                 stride_s: follow.stride_s,
                 phase_error_deg: follow.phase_error_deg(),
-                locked_at_s: self.books.following.and_then(|known| known.locked_at_s).or(locked),
+                locked_at_s: self.counters.following.and_then(|known| known.locked_at_s).or(locked),
             });
         }
         let calls = tick.seq.wrapping_sub(self.last_seq);
-        self.books.lost_lines += u64::from((calls / CALLS_A_FRAME).saturating_sub(1));
+        self.counters.lost_lines += u64::from((calls / CALLS_A_FRAME).saturating_sub(1));
         self.last_seq = tick.seq;
-        self.books.last = Some(tick);
+        self.counters.last = Some(tick);
         events.push(Event::Tick { t_s, tick });
         self.waiting.push_back(tick);
         self.settle(WAITING, events);
@@ -321,9 +321,9 @@ impl<'t> Session<'t> {
         if let Some(replay) = &mut self.replay {
             let before = replay.calls();
             if let Err(gap) = replay.feed(inputs) {
-                self.books.why_not.get_or_insert_with(|| gap.to_string());
+                self.counters.why_not.get_or_insert_with(|| gap.to_string());
             }
-            self.books.calls += replay.calls() - before;
+            self.counters.calls += replay.calls() - before;
         }
         self.settle(WAITING, events);
     }
@@ -332,7 +332,7 @@ impl<'t> Session<'t> {
         self.settle(0, events);
     }
 
-    /// Settles the rows whose inputs have come, and the oldest ones beyond `keep` even without.
+    /// Completes the rows whose inputs have arrived, and all but the newest `keep` without inputs.
     fn settle(&mut self, keep: usize, events: &mut Vec<Event>) {
         while let Some(&tick) = self.waiting.front() {
             let at = self.replay.as_ref().and_then(|replay| replay.at(tick.tick));
@@ -341,27 +341,27 @@ impl<'t> Session<'t> {
                     return;
                 }
                 self.waiting.pop_front();
-                self.books.not_compared += 1;
-                self.books.why_not.get_or_insert_with(|| "the log holds no inputs of these ticks".into());
+                self.counters.not_compared += 1;
+                self.counters.why_not.get_or_insert_with(|| "the log has no inputs of these ticks".into());
                 events.push(Event::Row(Row { time_s: self.time_s(&tick), tick, codes: None, equal: None }));
                 continue;
             };
             let (found, codes) = (differences(&tick, frame), call.sample().codes);
-            self.books.hashes = Some((tick.setpoint_hash, frame.setpoint_hash));
+            self.counters.hashes = Some((tick.setpoint_hash, frame.setpoint_hash));
             self.waiting.pop_front();
-            self.books.compared += 1;
+            self.counters.compared += 1;
             let equal = self.differ(found);
             let time_s = self.time_s(&tick);
             events.push(Event::Row(Row { time_s, tick, codes: Some(codes), equal: Some(equal) }));
         }
     }
 
-    /// Enters what differs in a frame into the books; true if nothing does.
+    /// Counts the differences of a frame; true if there are none.
     fn differ(&mut self, found: Vec<Difference>) -> bool {
         let equal = found.is_empty();
-        self.books.different += u64::from(!equal);
-        let room = KEPT_DIFFERENCES.saturating_sub(self.books.differences.len());
-        self.books.differences.extend(found.into_iter().take(room));
+        self.counters.different += u64::from(!equal);
+        let free = KEPT_DIFFERENCES.saturating_sub(self.counters.differences.len());
+        self.counters.differences.extend(found.into_iter().take(free));
         equal
     }
 
@@ -370,7 +370,7 @@ impl<'t> Session<'t> {
         self.replay.is_some() && gap.is_none()
     }
 
-    /// By the board's own count: resets begin it anew, and it can only be behind the time of the reset.
+    /// Time by the board's own counter, which starts at zero with each boot.
     fn time_s(&self, tick: &Frame) -> f64 {
         self.began_s + f64::from(tick.tick) / 1000.0
     }
@@ -381,11 +381,11 @@ pub(crate) fn loop_of(parameters: &Parameters, boot: &Boot) -> Result<WalkLoop, 
     let generator = generator_record::record_of(&parameters.generator).crc();
     let sensors = sensor_record::record_of(&parameters.sensors).crc();
     for (what, board, known, option) in [
-        ("generator record", boot.generator_crc, generator, "the file that it was made of, by --params"),
-        ("sensor record", boot.sensors_crc, sensors, "the sensors that the board was given, by --sensor"),
+        ("generator record", boot.generator_crc, generator, "the file it was made from, with --generator"),
+        ("sensor record", boot.sensors_crc, sensors, "the sensors of the board, with --sensor"),
     ] {
         match board {
-            None => return Err("the board refused its records".into()),
+            None => return Err("the board refused its flash records; write them again with `footfall pack`".into()),
             Some(board) if board != known => {
                 return Err(format!(
                     "the board runs the {what} {board:08x}, this program has {known:08x}; allowed is {option}"

@@ -5,7 +5,7 @@
 //! looked at ("complete poll"), because they cost no more than one in a batch. Its limits are kept: mesh tolerance 1e-6, 2000 n
 //! evaluations. Mesh lengths are parts of a gene's range.
 
-use super::evaluator::Evaluator;
+use gait_fit::search::Evaluator;
 
 /// Goes on from the best point of the evaluator, with the mesh length `mesh`.
 pub fn pattern_search(evaluator: &mut Evaluator<'_>, mut mesh: f64) {

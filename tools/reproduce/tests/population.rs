@@ -3,11 +3,12 @@
 use cpg_core::network::graph::{HipKnee, LeftRight};
 use cpg_core::network::thesis::{Thesis, ThesisConfig};
 use cpg_core::{Generator as _, OscillatorState, Scalar};
-use gait_fit::search::{
-    Errors, Genes, Grid, Network, NetworkState, Objective, Parameter, Random, Target, angles, errors, reference_errors,
-};
+use gait_fit::search::{Network, NetworkState, Random};
 use joint_units::Period;
 use proptest::prelude::*;
+use reproduce::{
+    Errors, Genes, Grid, Objective, Parameter, Target, angles, errors, from_config, reference_errors, set_s,
+};
 
 /// Sets S and D from (25, -15, 45, 15) deg, (0, 0, 100, -100) deg/s: states of an integration at a relative tolerance of 1e-13.
 #[test]
@@ -51,10 +52,10 @@ fn the_reference_goes_through_known_states() {
         ),
     ];
     for (set, seconds, a, z) in oracle {
-        let start = Network::set_s().start;
+        let start = set_s().start;
         let network = match set {
-            "S" => Network::set_s(),
-            _ => Network { start, ..Network::from_config(&ThesisConfig::set_d()) },
+            "S" => set_s(),
+            _ => Network { start, ..from_config(&ThesisConfig::set_d()) },
         };
         let got = network.run(1e-3, 1000 * seconds);
         for i in 0..4 {
@@ -71,7 +72,7 @@ fn the_reference_goes_through_known_states() {
 fn the_core_and_the_search_have_the_same_equations() {
     fn core_run<T: Scalar>(config: &ThesisConfig<T>, steps: usize, of: impl Fn(f64) -> T) -> OscillatorState<4, T> {
         let mut net: Thesis<T> = config.build::<LeftRight, HipKnee, _>(Period::MILLISECOND).expect("set S");
-        let start = Network::set_s().start;
+        let start = set_s().start;
         let state = OscillatorState { displacement: start.displacement.map(&of), velocity: start.velocity.map(&of) };
         net.set_state(&state).expect("inside of the bounds");
         for _ in 0..steps {
@@ -87,7 +88,7 @@ fn the_core_and_the_search_have_the_same_equations() {
         config
     }
     let (double, single) = (config::<f64>(), config::<f32>());
-    let network = Network { start: Network::set_s().start, ..Network::from_config(&double) };
+    let network = Network { start: set_s().start, ..from_config(&double) };
     let ours = network.run(1e-3, 5000);
     let in_double = core_run(&double, 5000, |x| x);
     let in_single = core_run(&single, 5000, |x| x as f32);
@@ -99,7 +100,7 @@ fn the_core_and_the_search_have_the_same_equations() {
 }
 
 fn individuals(seed: u64, count: usize) -> (Vec<Network>, Target) {
-    let (mut random, base) = (Random::new(seed), Network::set_s());
+    let (mut random, base) = (Random::new(seed), set_s());
     let genes = Genes::thesis(base);
     let networks = (0..count).map(|_| genes.decode(&random.point(12))).collect();
     (networks, Target::of_network(&base, 5.0, 5))
@@ -146,7 +147,7 @@ fn scores_are_the_same_in_any_company_and_on_any_number_of_threads() {
 /// With the product gains at their highest some run away: their cost is +infinity, and their neighbours are none the worse.
 #[test]
 fn who_runs_away_costs_infinity_and_is_never_not_a_number() {
-    let base = Network::set_s();
+    let base = set_s();
     let target = Target::of_network(&base, 5.0, 5);
     let mut wild = base;
     for joint in &mut wild.joints {
@@ -165,7 +166,7 @@ fn who_runs_away_costs_infinity_and_is_never_not_a_number() {
 /// Rates and integrals in closed form: a target that is the network's own motion, moved by one degree.
 #[test]
 fn the_three_terms_are_those_of_the_formula() {
-    let base = Network::set_s();
+    let base = set_s();
     let mut target = Target::of_network(&base, 5.0, 5);
     for (angles, rates) in target.angles.iter_mut().zip(&mut target.rates) {
         for i in 0..4 {
@@ -188,7 +189,7 @@ fn the_three_terms_are_those_of_the_formula() {
 /// The thesis' signed fitness prefers a network that swings far above the target to the truth itself.
 #[test]
 fn the_signed_form_rewards_a_wrong_network() {
-    let base = Network::set_s();
+    let base = set_s();
     let target = Target::of_network(&base, 5.0, 5);
     let mut above = base;
     for joint in &mut above.joints {
@@ -204,7 +205,7 @@ fn the_signed_form_rewards_a_wrong_network() {
 /// At 5 ms a wide box holds individuals that a search would take for better than they are: the reason for the second score.
 #[test]
 fn a_champion_must_be_scored_again_at_a_finer_step() {
-    let base = Network::set_s();
+    let base = set_s();
     let genes = Genes::all(base);
     let target = Target::of_network(&base, 5.0, 5);
     let mut random = Random::new(2);
@@ -230,7 +231,7 @@ proptest! {
         r in 0.5..2.0f64, hips in 0.5..2.0f64, knees in 0.5..2.0f64, seed in 0u64..1000,
     ) {
         let mut random = Random::new(seed);
-        let base = Genes::thesis(Network::set_s()).and(&[Parameter::Mu]);
+        let base = Genes::thesis(set_s()).and(&[Parameter::Mu]);
         let point: Vec<f64> = (0..16).map(|i| if i < 8 { 0.5 * random.unit() } else { random.unit() }).collect();
         let network = base.decode(&point);
         let s = [hips, hips, knees, knees];

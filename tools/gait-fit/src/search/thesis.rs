@@ -20,7 +20,7 @@
 //!
 //! CMA-ES with BIPOP restarts at 200 steps a stride over 60 strides and two kicks. With half the steps an optimiser finds the error
 //! of the integrator and calls it a fit; so the best few different individuals are then run as the board would run them, at 1 ms, in
-//! f64, for ten times as many strides ([`super::walk_check`]), and the best that holds is the answer. If none does, the best is returned
+//! f64, for ten times as many strides ([`super::orbit_check`]), and the best that holds is the answer. If none does, the best is returned
 //! as not accepted.
 
 use std::sync::Mutex;
@@ -31,9 +31,9 @@ use generator_file::file::{ThesisJoint, ThesisSet};
 use super::cma_es::{CmaEs, Restart};
 use super::evaluator::{Evaluator, Progress};
 use super::network::{Network, Oscillator};
+use super::orbit_check::{Check, check};
 use super::random::Random;
 use super::settle::{Watch, settle};
-use super::walk_check::{Check, check};
 use super::waveform::{Match, Sample, Stride, Turns, orbit};
 
 /// Settings of a fit to a recorded stride.
@@ -392,7 +392,7 @@ fn realise(network: &Network, aim: &Aim) -> Option<ThesisSet> {
     let mut states = vec![];
     let per_sample = 4 * PER_SAMPLE;
     let mut count = 0;
-    settled.walk(fine, per_sample * WATCH.samples, |state| {
+    settled.each_state(fine, per_sample * WATCH.samples, |state| {
         if count % per_sample == 0 {
             let v = state.velocity.map(|v| v * fine * per_sample as f64);
             record.push(std::array::from_fn(|i| if i < 4 { state.displacement[i] as f32 } else { v[i - 4] as f32 }));

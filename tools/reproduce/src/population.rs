@@ -6,9 +6,10 @@
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::lanes::{Doubles, Lanes, Singles};
-use super::network::{Field, Network, Pair};
-use super::objective::{Errors, Target};
+use crate::objective::{Errors, Target};
+use gait_fit::search::Network;
+use gait_fit::search::lanes::{Doubles, Lanes, Plain, Singles};
+use gait_fit::search::network::{Field, Pair};
 
 /// Vectors in flight.
 const VECTORS: usize = 2;
@@ -30,8 +31,9 @@ impl Grid {
 /// Errors of each network against the target, in f32 lanes; `all` also fills rates and integrals.
 ///
 /// ```
-/// use gait_fit::search::{Grid, Network, Target, errors};
-/// let set_s = Network::set_s();
+/// use gait_fit::search::Network;
+/// use reproduce::{Grid, Target, errors, set_s};
+/// let set_s = set_s();
 /// let target = Target::of_network(&set_s, 5.0, 5);
 /// let [same, other] = errors(&[set_s, Network { joints: [Default::default(); 4], ..set_s }], &target, Grid::SEARCH, false)[..] else {
 ///     panic!("one for each network")
@@ -48,7 +50,7 @@ pub fn errors(networks: &[Network], target: &Target, grid: Grid, all: bool) -> V
 /// Errors of one network in f64: what every champion is scored with again.
 #[must_use]
 pub fn reference_errors(network: &Network, target: &Target, grid: Grid) -> Errors {
-    let list = score(super::lanes::Plain, &[network], target, grid, true);
+    let list = score(Plain, &[network], target, grid, true);
     list[0]
 }
 

@@ -30,7 +30,7 @@ pub enum Dynamics {
 
 /// A fit of R1.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RobustFit {
+pub struct PhaseCoupledFit {
     /// Its numbers.
     pub set: RobustSet,
     /// Root mean square error of each joint on the limit cycle, degrees.
@@ -52,18 +52,23 @@ const KAP: (f64, f64) = (0.1, 1.0);
 /// square errors in degrees.
 ///
 /// ```
-/// use gait_fit::search::{Dynamics, fit_robust};
+/// use gait_fit::search::{Dynamics, fit_phase_coupled};
 /// use gait_trace::stride::cycle::Cycle;
 /// // Sinusoids: what R1 is best at.
 /// let target = Cycle(std::array::from_fn(|joint| std::array::from_fn(|k| {
 ///     let lead = [0.0, 0.5, 0.7, 0.2][joint];
 ///     25.0 + 20.0 * (std::f64::consts::TAU * (k as f64 / 200.0 + lead)).cos()
 /// })));
-/// let fit = fit_robust(&target, 1.2, Dynamics::Fixed(0.2, 0.2), &mut |_| ());
+/// let fit = fit_phase_coupled(&target, 1.2, Dynamics::Fixed(0.2, 0.2), &mut |_| ());
 /// assert!(fit.rmse_deg.iter().all(|rmse| *rmse < 0.3), "{:?}", fit.rmse_deg);
 /// assert!((fit.set.joints[2].amplitude_deg - 20.0).abs() < 0.2);
 /// ```
-pub fn fit_robust(target: &Cycle, period_s: f64, dynamics: Dynamics, progress: &mut dyn FnMut(Progress)) -> RobustFit {
+pub fn fit_phase_coupled(
+    target: &Cycle,
+    period_s: f64,
+    dynamics: Dynamics,
+    progress: &mut dyn FnMut(Progress),
+) -> PhaseCoupledFit {
     let leads = target.0.each_ref().map(fundamental);
     // Coordinates: the common phase, leads of the others before the first, eps, kap; phases as +-half a cycle about the first guess.
     let dimensions = if dynamics == Dynamics::Free { 6 } else { 4 };
@@ -96,7 +101,7 @@ pub fn fit_robust(target: &Cycle, period_s: f64, dynamics: Dynamics, progress: &
             phase_deg: ((guess.leads[i] + 0.5).rem_euclid(1.0) * 360.0 - 180.0) as f32,
         }),
     };
-    RobustFit {
+    PhaseCoupledFit {
         set,
         rmse_deg: fitted.cycle.rmse_deg(target),
         history: evaluator.history().iter().map(|&(at, cost)| (at, cost.sqrt())).collect(),

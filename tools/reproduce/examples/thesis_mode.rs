@@ -1,16 +1,14 @@
 //! The thesis' network found again from its own waveform: the thesis' genetic algorithm with its 12 genes, beside what finds it sooner.
 //!
-//! `cargo run --profile host -p gait-fit --example thesis_mode`: a table on stdout, progress on stderr, less than a minute.
+//! `cargo run --profile host -p reproduce --example thesis_mode`: a table on stdout, progress on stderr, less than a minute.
 
 use gait_fit::search::cma_es::CmaEs;
-use gait_fit::search::levenberg::levenberg_from_many;
-use gait_fit::search::micro_ga::micro_ga;
-use gait_fit::search::thesis_ga::ThesisGa;
-use gait_fit::search::{
-    Evaluator, Genes, Grid, Network, Objective, Parameter, Random, SearchSettings, Target, angles, errors, fit_thesis,
-    reference_errors,
-};
+use gait_fit::search::{Evaluator, Network, Random, SearchSettings, fit_thesis};
 use gait_trace::stride::cycle::{Cycle, POINTS};
+use reproduce::levenberg::levenberg_from_many;
+use reproduce::micro_ga::micro_ga;
+use reproduce::thesis_ga::ThesisGa;
+use reproduce::{Genes, Grid, Objective, Parameter, Target, angles, errors, reference_errors, set_s};
 
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=10;
 const BUDGET: usize = 100_000;
@@ -34,7 +32,7 @@ struct Outcome {
 }
 
 fn main() {
-    let truth = Network::set_s();
+    let truth = set_s();
     let target = Target::of_network(&truth, 5.0, 5);
     println!(
         "Target: 5 s of the thesis' network, Table 1, set S, from (25, -15, 45, 15) deg and (0, 0, 100, -100) deg/s, off its cycle."

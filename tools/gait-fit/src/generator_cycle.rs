@@ -13,7 +13,7 @@ const PATIENCE: u32 = 1_000_000;
 
 /// A stride of a generator.
 #[derive(Debug, Clone, PartialEq)]
-pub struct WalkCycle {
+pub struct GeneratorCycle {
     /// The angles.
     pub cycle: Cycle,
     /// How long it took, seconds.
@@ -25,7 +25,7 @@ pub struct WalkCycle {
 ///
 /// # Errors
 /// The set cannot be built, or its phase does not come round; the text says which.
-pub fn walk_cycle(set: &GeneratorSet) -> Result<WalkCycle, String> {
+pub fn generator_cycle(set: &GeneratorSet) -> Result<GeneratorCycle, String> {
     let mut walker = set.generator(Period::MILLISECOND)?;
     let (mut before, mut cycles) = (walker.phase(), f64::from(walker.phase().cycles()));
     // The last sample before the stride, the samples of it, and one after; each with the cycles so far.
@@ -51,7 +51,7 @@ fn forward(before: Phase, now: Phase) -> f64 {
     f64::from(now.0.wrapping_sub(before.0) as i32) / 4_294_967_296.0
 }
 
-fn between_wraps(samples: &[(f64, [f64; Joint::COUNT])]) -> WalkCycle {
+fn between_wraps(samples: &[(f64, [f64; Joint::COUNT])]) -> GeneratorCycle {
     // When the phase passed a number of cycles, in ticks after the first sample.
     let when = |cycles: f64| {
         let after = samples.iter().position(|sample| sample.0 >= cycles).unwrap_or(0).max(1);
@@ -66,7 +66,7 @@ fn between_wraps(samples: &[(f64, [f64; Joint::COUNT])]) -> WalkCycle {
     };
     let place = |k: usize| begin + (end - begin) * k as f64 / POINTS as f64;
     let cycle = std::array::from_fn(|joint| std::array::from_fn(|k| at(place(k), joint)));
-    WalkCycle { cycle: Cycle(cycle), period_s: (end - begin) * 1e-3 }
+    GeneratorCycle { cycle: Cycle(cycle), period_s: (end - begin) * 1e-3 }
 }
 
 /// Turns a cycle so that it fits another best, by one shift for all joints; also how far, in cycles.
@@ -127,7 +127,7 @@ mod tests {
     fn a_shape_walks_the_cycle_that_it_was_fitted_to() {
         for stride_s in [0.65, 1.0, 1.2345] {
             let set = GeneratorSet::Shape(series::fit(&walk(), stride_s, 6));
-            let walked = walk_cycle(&set).unwrap();
+            let walked = generator_cycle(&set).unwrap();
             assert!((walked.period_s - stride_s).abs() < 1e-5, "{}", walked.period_s);
             let (turned, _) = aligned(&walked.cycle, &walk());
             assert!(turned.rmse_deg(&walk()).iter().all(|rmse| *rmse < 0.002), "{:?}", turned.rmse_deg(&walk()));
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn the_shipped_walk_takes_its_stride() {
-        let walked = walk_cycle(&GeneratorFile::default_of("robust").unwrap().set).unwrap();
+        let walked = generator_cycle(&GeneratorFile::default_of("robust").unwrap().set).unwrap();
         assert!((walked.period_s - 1.1).abs() < 2e-4, "{}", walked.period_s);
         let knee = walked.cycle.0[2].iter().copied().fold(f64::MIN, f64::max);
         assert!((60.0..63.0).contains(&knee), "{knee}");

@@ -12,9 +12,8 @@
 //! - Mutation 0.001: each child of a crossover is mutated likewise with this probability.
 //! - Elites keep their costs; they are not evaluated again. So 1000 generations are 100 + 999 x 98 = 98,002 evaluations.
 
-use super::evaluator::Evaluator;
-use super::pattern_search::pattern_search;
-use super::random::Random;
+use crate::pattern_search::pattern_search;
+use gait_fit::search::{Evaluator, Random};
 
 /// Settings; the defaults are those of the thesis.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,13 +1,13 @@
 //! The result of a run: the last object of the output, and whether the run was sound.
 
 use crate::board::lines::{End, Reset};
-use crate::board::session::{Books, Following};
+use crate::board::run::{Counters, Following};
 use serde::Serialize;
 use serde_json::{Value, json};
 
 /// The result of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Summary {
+pub struct RunResult {
     /// `end`.
     pub r#type: &'static str,
     /// Virtual time, s.
@@ -70,16 +70,16 @@ pub struct Summary {
     pub trace: Value,
 }
 
-impl Summary {
+impl RunResult {
     /// From the board's last line and the counters; without a last line the board's part is empty and the reason names this.
     #[must_use]
-    pub fn new(end: Option<&End>, books: &Books, elf_sha256: &str, trace: Value) -> Self {
-        let last = books.last;
+    pub fn new(end: Option<&End>, counters: &Counters, elf_sha256: &str, trace: Value) -> Self {
+        let last = counters.last;
         let hex = |hash: u64| format!("{hash:016x}");
-        let host_replay = match (books.different, books.compared, &books.why_not) {
+        let host_replay = match (counters.different, counters.compared, &counters.why_not) {
             (1.., ..) => "different".into(),
-            (0, _, Some(why)) => format!("cannot be told: {why}"),
-            (0, 0, None) => "cannot be told: the log holds no ticks".into(),
+            (0, _, Some(why)) => format!("not known: {why}"),
+            (0, 0, None) => "not known: the log has no frames".into(),
             (0, 1.., None) => "equal".into(),
         };
         let reset = |reset: &Reset| json!({ "t_s": reset.t_s, "cause": reset.cause });
@@ -91,27 +91,27 @@ impl Summary {
             late_ticks: last.map_or(0, |tick| tick.late),
             missed_ticks: last.map_or(0, |tick| tick.missed),
             state: last.map_or("unknown", |tick| tick.state.name()),
-            cause: books.cause.name(),
+            cause: counters.cause.name(),
             pulse_us: end.map_or([None; 4], |end| end.pulse_us),
             edges_before_arming: end.map_or(0, |end| end.edges_before_arming),
             edges_after_disarming: end.map_or(0, |end| end.edges_after_disarming),
             unmodelled: end.map_or(0, |end| end.unmodelled),
             lints: end.map_or(vec![], |end| end.lints.clone()),
             unexpected_faults: end.map_or(0, |end| end.unexpected_faults),
-            boots: books.boots,
+            boots: counters.boots,
             resets: end.map_or(vec![], |end| end.resets.iter().map(reset).collect()),
             injections: end.map_or(vec![], |end| end.injections.clone()),
-            setpoint_hash: books.hashes.map(|(board, _)| board).or(last.map(|tick| tick.setpoint_hash)).map(hex),
-            host_replay_hash: books.hashes.filter(|_| books.why_not.is_none()).map(|(_, host)| hex(host)),
+            setpoint_hash: counters.hashes.map(|(board, _)| board).or(last.map(|tick| tick.setpoint_hash)).map(hex),
+            host_replay_hash: counters.hashes.filter(|_| counters.why_not.is_none()).map(|(_, host)| hex(host)),
             host_replay,
-            compared_lines: books.compared,
-            different_lines: books.different,
-            differences: books.differences.iter().map(ToString::to_string).collect(),
-            replayed_calls: books.calls,
-            shadow: books.shadow,
-            following: books.following,
-            lost_lines: books.lost_lines,
-            malformed_frames: books.malformed,
+            compared_lines: counters.compared,
+            different_lines: counters.different,
+            differences: counters.differences.iter().map(ToString::to_string).collect(),
+            replayed_calls: counters.calls,
+            shadow: counters.shadow,
+            following: counters.following,
+            lost_lines: counters.lost_lines,
+            malformed_frames: counters.malformed,
             elf_sha256: elf_sha256.into(),
             trace,
         }
@@ -128,13 +128,13 @@ impl Summary {
         };
         let ended = matches!(self.reason.as_str(), "time" | "killed");
         when(!ended, format!("the board ended early: {}", self.reason));
-        when(self.unmodelled > 0, format!("{} accesses that the models cannot follow", self.unmodelled));
+        when(self.unmodelled > 0, format!("{} accesses that the models do not support", self.unmodelled));
         when(!self.lints.is_empty(), format!("irregular accesses: {}", Value::from(self.lints.clone())));
-        when(self.unexpected_faults > 0, format!("{} faults that nobody injected", self.unexpected_faults));
+        when(self.unexpected_faults > 0, format!("{} faults that were not injected", self.unexpected_faults));
         let edges = self.edges_before_arming + self.edges_after_disarming;
         when(edges > 0, format!("{edges} edges of servo pins while disarmed"));
         when(self.different_lines > 0, format!("board and host differ: {}", self.differences.join("; ")));
-        when(self.malformed_frames > 0, format!("{} frames of the log made no sense", self.malformed_frames));
+        when(self.malformed_frames > 0, format!("{} malformed frames in the log", self.malformed_frames));
         faults
     }
 }

@@ -8,7 +8,7 @@
 //! above the recording, and errors of opposite sign cancel. It is here as [`Objective::Signed`] so that this can be shown, not to be
 //! used.
 
-use super::network::Network;
+use gait_fit::search::Network;
 
 /// What is made small.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,7 +23,7 @@ impl Objective {
     /// Mean square error of the angle alone: the root of J is then the root mean square error in degrees.
     pub const ANGLE: Objective = Objective::Squared([1.0, 0.0, 0.0]);
 
-    /// Whether rates or integrals of the error are wanted: the last argument of [`super::errors`].
+    /// Whether rates or integrals of the error are wanted: the last argument of [`crate::errors`].
     #[must_use]
     pub fn wants_all(&self) -> bool {
         !matches!(self, Objective::Squared([_, 0.0, 0.0]))
@@ -84,7 +84,7 @@ impl Target {
     pub fn of_network(network: &Network, seconds: f64, sample_ms: usize) -> Self {
         let (mut angles, mut rates) = (vec![], vec![]);
         let mut millisecond = 0;
-        network.walk(1e-3, (seconds * 1e3).round() as usize, |state| {
+        network.each_state(1e-3, (seconds * 1e3).round() as usize, |state| {
             millisecond += 1;
             if millisecond % sample_ms == 0 {
                 angles.push(std::array::from_fn(|i| state.displacement[i] + network.joints[i].offset));

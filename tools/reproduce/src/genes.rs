@@ -1,6 +1,6 @@
 //! What the coordinates of a search mean: which numbers of a network are free, and between which bounds.
 
-use super::network::Network;
+use gait_fit::search::Network;
 
 /// A number of each joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,12 +68,13 @@ impl Parameter {
 /// The free parameters, four genes for each; all others are those of `base`.
 ///
 /// ```
-/// use gait_fit::search::{Genes, Network, Parameter};
-/// let genes = Genes::thesis(Network::set_s());
+/// use gait_fit::search::Network;
+/// use reproduce::{Genes, Parameter, set_s};
+/// let genes = Genes::thesis(set_s());
 /// assert_eq!(genes.count(), 12);
 /// let network = genes.decode(&[0.5; 12]);
 /// assert_eq!(network.joints[2].difference, 0.5);
-/// assert_eq!(network.joints[2].p, Network::set_s().joints[2].p);
+/// assert_eq!(network.joints[2].p, set_s().joints[2].p);
 /// assert_eq!(genes.and(&[Parameter::P, Parameter::Mu]).count(), 20);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -135,14 +136,15 @@ impl Genes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::table_1::set_s;
 
     #[test]
     fn each_gene_moves_its_own_number_over_its_own_range_and_no_other() {
-        let base = Network::set_s();
+        let base = set_s();
         let genes = Genes::all(base);
         assert_eq!(genes.count(), 32);
         let numbers = |network: &Network| -> Vec<f64> {
-            let joint = |j: &super::super::Oscillator| [j.alpha, j.difference, j.product, j.p, j.mu, j.offset];
+            let joint = |j: &gait_fit::search::Oscillator| [j.alpha, j.difference, j.product, j.p, j.mu, j.offset];
             let start = network.start.displacement.iter().chain(&network.start.velocity);
             network.joints.iter().flat_map(joint).chain(start.copied()).collect()
         };

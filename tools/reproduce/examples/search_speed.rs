@@ -4,15 +4,16 @@
 //!
 //! Runs that last are timed by what they took of the processor, so that other work on the machine does not count, and by the clock.
 //!
-//! `cargo run --profile host -p gait-fit --example search_speed`
+//! `cargo run --profile host -p reproduce --example search_speed`
 
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use gait_fit::search::thesis_ga::ThesisGa;
-use gait_fit::search::{Evaluator, Genes, Grid, Network, Objective, Random, Target, errors};
+use gait_fit::search::{Evaluator, Network, Random};
 use pulp::{Arch, Simd, WithSimd};
+use reproduce::thesis_ga::ThesisGa;
+use reproduce::{Genes, Grid, Objective, Target, errors, set_s};
 
 const SECONDS: f64 = 5.0;
 /// Floating-point instructions of one step of one vector, multiply-adds counted once.
@@ -20,7 +21,7 @@ const STEP_INSTRUCTIONS: f64 = 164.0;
 const REPEATS: usize = 5;
 
 fn main() {
-    let truth = Network::set_s();
+    let truth = set_s();
     let target = Target::of_network(&truth, SECONDS, 5);
     let genes = Genes::thesis(truth);
 
