@@ -421,7 +421,7 @@ fn the_guide_ends_in_the_same_fit() {
 
 /// What a person reads: which way the sensor goes, what noise had turned round, and where it is saturated.
 #[test]
-fn monotonicity_and_saturation_are_told() {
+fn monotonicity_and_saturation_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let (rows, out) = (folder.path().join("rows.csv"), folder.path().join("knee.toml"));
     let told = |angles: &[f64], sd: f64, code_at: &dyn Fn(f64, usize) -> f64| {

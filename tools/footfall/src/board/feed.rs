@@ -77,7 +77,9 @@ pub fn opened(path: &Path) -> Result<Opened, Failure> {
         // For a plain table the error of the own reader is shorter.
         let is_csv = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
         let error = if is_csv && !separated { plain } else { error };
-        Failure::Input(format!("{error}; `footfall convert` has options for what the file does not state, and writes a complete one"))
+        Failure::Input(format!(
+            "{error}; `footfall convert` has options for what the file does not state, and writes a complete one"
+        ))
     })?;
     let rules = Rules { low_pass: LowPass::Off, jump_bend_deg: f64::INFINITY, ..Rules::default() };
     let conditioned = condition(&raw, &rules).map_err(Failure::input)?;

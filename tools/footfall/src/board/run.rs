@@ -42,7 +42,9 @@ pub enum RunError {
         table: String,
     },
     /// The first frame of the log is malformed.
-    #[error("the log does not begin with a frame of this image: the board runs another one; give the ELF file that was flashed")]
+    #[error(
+        "the log does not begin with a frame of this image: the board runs another one; give the ELF file that was flashed"
+    )]
     FirstFrame,
     /// A record of the log cannot be read.
     #[error(transparent)]

@@ -10,8 +10,8 @@ pub mod trace;
 
 use clap::Args;
 use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
-use gait_trace::Recording;
 use gait_trace::LowPass;
+use gait_trace::Recording;
 use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet};
 use joint_units::{Joint, Radians};
 use serde_json::json;

@@ -1,8 +1,8 @@
 //! A run as lines of text for terminals and logs, and as JSON for programs.
 
 use crate::board::run::Event;
-use crate::view::state::View;
 use crate::board::run_result::RunResult;
+use crate::view::state::View;
 use serde_json::{Value, json};
 use wire::{Frame, Reading};
 

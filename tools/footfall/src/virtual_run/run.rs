@@ -11,7 +11,8 @@ use std::time::{Duration, Instant};
 use super::prepare::{Prepared, about, arguments, prepare};
 use super::settings::{PRESS_S, Settings, Show};
 use crate::board::process::{BoardProcess, Output};
-use crate::board::run::{Event, BoardRun};
+use crate::board::run::{BoardRun, Event};
+use crate::board::run_result::RunResult;
 use crate::failure::Failure;
 use crate::file::capture::{Capture, counts_in_words};
 use crate::options::sensors::joints;
@@ -19,7 +20,6 @@ use crate::output;
 use crate::view::plain;
 use crate::view::screen;
 use crate::view::state::View;
-use crate::board::run_result::RunResult;
 
 /// Time between two frames of the screen.
 const FRAME: Duration = Duration::from_millis(33);
@@ -226,7 +226,8 @@ fn print_event(event: &Event, view: &View, show: Show) -> io::Result<()> {
 }
 
 fn on_screen(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let mut terminal = ratatui::try_init().map_err(|error| Failure::run(format!("the screen cannot be opened: {error}")))?;
+    let mut terminal =
+        ratatui::try_init().map_err(|error| Failure::run(format!("the screen cannot be opened: {error}")))?;
     let mut ending = Ending::new(interrupt);
     let mut released_at: Option<f64> = None;
     let mut drawn = Instant::now();

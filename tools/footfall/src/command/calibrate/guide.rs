@@ -144,7 +144,10 @@ pub fn ask(
             let (mean, sd, drift) = statistics(&taken);
             tell(format!("{angle} degrees: mean {mean:.1}, standard deviation {sd:.2}, drift {drift:+.1} codes"))?;
             if sd > plan.most_sd {
-                tell(format!("unsteady: allowed is a standard deviation of {} codes; hold the angle again", plan.most_sd))?;
+                tell(format!(
+                    "unsteady: allowed is a standard deviation of {} codes; hold the angle again",
+                    plan.most_sd
+                ))?;
                 continue;
             }
             for (code, vrefint) in taken {

@@ -290,8 +290,7 @@ impl Columns {
         let tolerance = if self.radians { 1e-3 } else { 0.0 };
         if !(least - tolerance..=most + tolerance).contains(&degrees) {
             let value = if self.radians { format!("{angle} rad, {degrees:.2} degrees") } else { angle.to_string() };
-            let what =
-                format!("is {value}; allowed is {least} to {most} degrees, the range of a joint with a sensor");
+            let what = format!("is {value}; allowed is {least} to {most} degrees, the range of a joint with a sensor");
             return Err((self.angle, what));
         }
         let angle_deg = degrees.clamp(least, most);

@@ -2,8 +2,8 @@
 
 use gait_fit::fit::{Fit, Settings, Source, fit};
 use gait_fit::report;
-use gait_trace::RawJoints;
 use gait_trace::LowPass;
+use gait_trace::RawJoints;
 use std::path::Path;
 
 use crate::failure::Failure;

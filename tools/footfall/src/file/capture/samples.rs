@@ -253,7 +253,9 @@ impl Sampler {
             let reset = self.boot > 0;
             booted = Some(self.boot(None, None, out));
             lost = if reset { inputs.first_tick.wrapping_sub(first.elapsed.max(1).into()) } else { 0 };
-            self.counts.why_no_replay.get_or_insert_with(|| "the capture has no boot record of the board; reset the board after the capture has begun".into());
+            self.counts.why_no_replay.get_or_insert_with(|| {
+                "the capture has no boot record of the board; reset the board after the capture has begun".into()
+            });
         }
         if lost > 0 {
             self.counts.lost += u64::from(lost);

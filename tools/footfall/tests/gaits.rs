@@ -125,7 +125,7 @@ fn a_walk_without_a_terminal_is_csv() {
 }
 
 #[test]
-fn bad_input_ends_with_2_and_says_what_is_allowed() {
+fn wrong_input_ends_with_2_and_names_what_is_allowed() {
     for arguments in [
         &["obb", "--reversibility", "1;5"][..],
         &["obb", "--reversibility", "0,5"],
@@ -164,7 +164,7 @@ fn a_change_after_the_end_is_refused_with_both_times() {
 
 /// The thesis' set: a verdict of its own, on both streams, and exit code 1.
 #[test]
-fn a_set_that_does_not_come_back_is_refused_in_words() {
+fn a_generator_that_does_not_return_is_refused() {
     let (code, out, talk) = footfall(&["certify", "thesis", "--starts", "5"]);
     assert_eq!(code, 1, "{talk}");
     assert!(out.contains("no; perturbed starts do not come back"), "{out}");
