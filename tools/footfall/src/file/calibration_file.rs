@@ -304,12 +304,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_shipped_calibration_is_written_and_read_back() {
-        let shipped = crate::board::default_loop::wired_sensor().unwrap();
-        let back = parse(&Document::of_text("sensor.toml", to_text(&shipped))).unwrap();
+    fn the_default_calibration_is_written_and_read_back() {
+        let default = crate::board::default_loop::wired_sensor().unwrap();
+        let back = parse(&Document::of_text("sensor.toml", to_text(&default))).unwrap();
         assert_eq!((back.divider, back.calibration.interpolation()), (1.0, Interpolation::MonotoneCubic));
-        assert_eq!(back.calibration.points().len(), shipped.calibration.points().len());
-        for (back, point) in back.calibration.points().iter().zip(shipped.calibration.points()) {
+        assert_eq!(back.calibration.points().len(), default.calibration.points().len());
+        for (back, point) in back.calibration.points().iter().zip(default.calibration.points()) {
             assert_eq!(back.volts, point.volts);
             // The curve was computed in radians; a few of its angles have no exact number of degrees.
             assert!(back.angle.0.to_bits().abs_diff(point.angle.0.to_bits()) <= 1, "{back:?} for {point:?}");

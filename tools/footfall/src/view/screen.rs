@@ -50,7 +50,7 @@ pub fn draw(frame: &mut Frame<'_>, view: &View) {
     frame.render_widget(Line::from(KEYS).style(Style::new().add_modifier(Modifier::DIM)), keys);
 }
 
-const SHADOW: &str = " SHADOW: nothing is driven, pulses are what they would be ";
+const SHADOW: &str = " SHADOW MODE: outputs off, pulses as they would be ";
 
 const KEYS: &str = " space: press the button (arms, stops)   q: end";
 
@@ -68,7 +68,7 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let first = Line::from(vec![
         Span::raw(" "),
         Span::styled(
-            format!(" {} ", state.map_or("no telemetry yet", SupervisorState::name)),
+            format!(" {} ", state.map_or("no frame yet", SupervisorState::name)),
             Style::new().fg(Color::Black).bg(colour).add_modifier(Modifier::BOLD),
         ),
         Span::raw(format!(
@@ -87,7 +87,7 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let supply =
         view.environment.and_then(|means| means.supply_v).map_or(String::new(), |supply| format!("   {supply:.2} V"));
     let second = Line::from(format!(
-        " host replay: {}   lines lost {}{cost}{margin}{die}{supply}",
+        " host replay: {}   frames lost {}{cost}{margin}{die}{supply}",
         view.replay(),
         view.counters.lost_lines
     ));
@@ -262,7 +262,7 @@ mod tests {
     #[test]
     fn a_board_that_says_nothing_yet_is_shown_as_such() {
         let screen = shown(&View::default(), 100, 30);
-        assert!(screen.contains("no telemetry yet") && screen.contains("no pulse"), "{screen}");
+        assert!(screen.contains("no frame yet") && screen.contains("no pulse"), "{screen}");
     }
 
     #[test]

@@ -53,8 +53,8 @@ fn monotone(fit: &Fit) -> String {
     let rises = fit.poses.first().zip(fit.poses.last()).is_some_and(|(first, last)| first.volts < last.volts);
     let way = if rises { "rise" } else { "fall" };
     let joined = match fit.pooled {
-        0 => "no two poses the other way round".into(),
-        n => format!("{n} poses joined where noise had turned their order round"),
+        0 => "no poses joined".into(),
+        n => format!("{n} poses joined because noise had reversed their order"),
     };
     format!("volts {way} with the angle, {joined}")
 }
@@ -73,7 +73,7 @@ fn summary(calibrated: &Calibrated) -> Vec<(&'static str, String)> {
     let (low_v, high_v) = fit.calibration.volts_span();
     let hysteresis = match fit.hysteresis {
         None => "not known".into(),
-        Some(Hysteresis { largest, mean }) => format!("{largest:.3} degrees at most, {mean:.3} in the mean"),
+        Some(Hysteresis { largest, mean }) => format!("{largest:.3} degrees at most, {mean:.3} on average"),
     };
     let (worst, line) = fit.worst_deg;
     let in_table = fit.left_out.iter().filter(|why| why.is_none()).count();
@@ -93,7 +93,7 @@ fn summary(calibrated: &Calibrated) -> Vec<(&'static str, String)> {
         ("residual", format!("{:.3} degrees rms over the rows, {worst:.3} at worst (line {line})", fit.rms_deg)),
         ("at the poses' means", format!("{:.3} degrees at worst", fit.worst_pose_deg)),
         (
-            "at a pose that the table does not know",
+            "at a pose outside of the table",
             fit.unknown_pose_deg.map_or("not known".into(), |deg| format!("{deg:.3} degrees at worst")),
         ),
         ("hysteresis", hysteresis),
@@ -193,7 +193,7 @@ fn panels(calibrated: &Calibrated) -> Vec<Panel> {
     let outside: Vec<(f64, f64)> =
         [(first, f64::from(low.0)), (f64::from(high.0), last)].into_iter().filter(|(from, to)| from < to).collect();
     let sensor = Panel::curves(
-        "The sensor; grey is out of the table",
+        "The sensor; grey is outside of the table",
         "at the sensor, V",
         "angle, deg",
         vec![Curve::new("table", (0..=CURVE).filter_map(curve).collect()), Curve::new("poses", means)],
@@ -211,7 +211,7 @@ fn panels(calibrated: &Calibrated) -> Vec<Panel> {
         rows.chunk_by(|a, b| a.0 == b.0).filter_map(of_angle).collect()
     };
     let residuals = Panel::curves(
-        "Table less known angle",
+        "Table minus known angle",
         "known angle, deg",
         "residual, deg",
         vec![

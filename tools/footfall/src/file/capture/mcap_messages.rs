@@ -169,7 +169,7 @@ fn object(properties: &[(&str, &str, &str)]) -> Value {
 
 fn sensor_schema(joints: &[Joint]) -> Value {
     let mut fields: Vec<(String, &str, &str)> = vec![
-        ("boot".into(), "integer", "boots that the recording has heard of, this one included"),
+        ("boot".into(), "integer", "number of boots in the capture, this one included"),
         ("tick".into(), "integer", "control periods of 1 ms since the boot"),
         ("vrefint".into(), "integer", "code of the internal reference in the same tick"),
     ];
@@ -182,18 +182,18 @@ fn sensor_schema(joints: &[Joint]) -> Value {
                 "angle in degrees, flexion positive; null unless the validity is good",
             ),
             (format!("{name}_validity"), "string|null", "validity of the sample"),
-            (format!("{name}_code"), "integer", "code of the sensor, 12 bit, as it came"),
+            (format!("{name}_code"), "integer", "code of the sensor, 12 bit"),
             (format!("{name}_volts"), "number|null", "V at the sensor"),
         ]);
     }
     fields.extend([
-        ("elapsed".into(), "integer", "control periods since the call before"),
+        ("elapsed".into(), "integer", "control periods since the previous call"),
         (
             "flags".into(),
             "integer",
-            "bit 0 button, bit 1 late, bits 2 to 7 faults of the board, bit 8 foot on the floor",
+            "bit 0 button, bit 1 late, bits 2 to 7 faults of the board, bit 8 foot switch closed",
         ),
-        ("lost".into(), "integer", "samples lost since the recording began"),
+        ("lost".into(), "integer", "samples lost since the start of the capture"),
     ]);
     object_of(&fields)
 }
@@ -211,27 +211,23 @@ fn object_of(fields: &[(String, &str, &str)]) -> Value {
 
 fn joints_schema() -> Value {
     let mut fields: Vec<(String, &str, &str)> = vec![
-        ("boot".into(), "integer", "boots that the recording has heard of, this one included"),
+        ("boot".into(), "integer", "number of boots in the capture, this one included"),
         ("tick".into(), "integer", "control periods of 1 ms since the boot"),
     ];
     let of = |prefix: &str, suffix: &str| Joint::ALL.map(|joint| format!("{prefix}{}_{suffix}", joint.name()));
     fields.extend(of("set_", "deg").map(|name| (name, "number", "setpoint in degrees, flexion positive")));
     fields.extend(of("", "us").map(|name| (name, "integer", "commanded pulse in microseconds; 0 is none")));
     fields.extend([
-        (
-            "known".into(),
-            "string",
-            "replay: by the host's copy of the loop; line: by the board's own line of this tick",
-        ),
+        ("known".into(), "string", "source: replay is the host's copy of the loop, line is the board's own frame"),
         ("seq".into(), "integer", "calls of the loop since the boot"),
-        ("limited".into(), "integer", "what held the setpoints back, bits"),
+        ("limited".into(), "integer", "limits that acted on the setpoints, bits"),
     ]);
     object_of(&fields)
 }
 
 fn state_schema() -> Value {
     object(&[
-        ("boot", "integer", "boots that the recording has heard of, this one included"),
+        ("boot", "integer", "number of boots in the capture, this one included"),
         ("tick", "integer", "control periods of 1 ms since the boot"),
         ("state", "string", "state of the supervisor"),
         ("late", "integer", "ticks that ended late so far"),
