@@ -149,7 +149,7 @@ impl<const H: usize> AdaptiveFourier<H> {
 /// ```
 /// use cpg_core::Generator;
 /// use cpg_core::gait::named::Gait;
-/// use cpg_core::waveform::adaptive_fourier::{AdaptiveFourierConfig, AdaptiveWalk};
+/// use cpg_core::waveform::adaptive_fourier::{AdaptiveFourierConfig, AdaptiveWalkConfig};
 /// use joint_units::Period;
 /// // A person walks at a stride of 1.084 s; the generator starts with zero coefficients, a tenth too slow.
 /// let mut person = Gait::NaturalWalk.build(1.0, Period::MILLISECOND)?;

@@ -5,7 +5,7 @@
 //! [`I2F30`], products 64 bits; an angle comes out in units of 2^-16 rad, within one such unit (0.9 millidegrees) of the series.
 //!
 //! ```
-//! use cpg_core::waveform::fixed::FixedPhaseShape;
+//! use cpg_core::waveform::fixed::FixedPhaseShapeConfig;
 //! use cpg_core::waveform::shape::{Adjustment, FourierShape};
 //! use joint_units::{Period, Phase, Radians};
 //! let hip = FourierShape::new(Radians(0.1), [0.4], [0.0])?;

@@ -14,8 +14,8 @@
 //!
 //! ```
 //! use cpg_core::Generator;
-//! use cpg_core::waveform::shape::{Adjustment, FourierShape, PhaseShape};
-//! use cpg_core::transition::{Smooth, TransitionConfig};
+//! use cpg_core::waveform::shape::{Adjustment, FourierShape, PhaseShapeConfig};
+//! use cpg_core::transition::TransitionConfig;
 //! use joint_units::{Period, Phase, Radians};
 //! let hip = FourierShape::new(Radians(0.1), [0.35], [0.0])?;
 //! let walk = PhaseShapeConfig { shapes: [hip; 2], stride_s: 1.1 }.build(Period::MILLISECOND)?;

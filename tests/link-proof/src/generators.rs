@@ -1,4 +1,4 @@
-//! Every generator: build with any configuration and period, then everything that a tick calls.
+//! Generators in the link proof: each is built from any configuration and period, then all functions that a tick calls are called.
 
 use core::hint::black_box;
 
@@ -48,7 +48,7 @@ pub(crate) fn prove(period: Period) {
     let rayleigh: RayleighConfig = black_box(RayleighConfig { alpha: 0.2, p: 5.0, mu: 1.0, offset: 10.0 });
     run::<1, Rayleigh>(rayleigh.build(period));
     run::<4, Thesis>(black_box(ThesisConfig::set_s()).build(period));
-    catalogue::each(period, &mut Walkers);
+    catalogue::each(period, &mut CatalogueProof);
     flows(period);
     gaits(period);
     shapes(period);
@@ -69,10 +69,10 @@ fn run<const N: usize, G: Generator<N>>(built: Result<G, BuildError>) {
     black_box(&generator);
 }
 
-/// All that a walker is built on comes with it: van der Pol, both Hopf, Matsuoka, FitzHugh-Nagumo, Morris-Lecar, Terman-Wang and so on.
-struct Walkers;
+/// Visits the catalogue, which includes all oscillators: van der Pol, both Hopf, Matsuoka, FitzHugh-Nagumo, Morris-Lecar, Terman-Wang, ...
+struct CatalogueProof;
 
-impl Visitor for Walkers {
+impl Visitor for CatalogueProof {
     fn generator<G: Generator<4> + Features + Clone>(&mut self, _: &'static str, built: Result<G, BuildError>) {
         if let Ok(walk) = &built {
             let mut features = [0.0; 16];
@@ -83,7 +83,7 @@ impl Visitor for Walkers {
     }
 }
 
-/// Any flow, with any read-out of four joints and any phase plane.
+/// Any differential equation, with any read-out of four joints and any phase plane.
 fn flow<F: Flow<f32, D>, const D: usize>(flow: F, period: Period) {
     let config = ReadoutConfig {
         start: black_box([0.1; D]),
@@ -217,7 +217,7 @@ fn learners(period: Period) {
     }
 }
 
-/// Kuo's pendulum and Hu's joint.
+/// Generators that use a measurement: Kuo's pendulum and Hu's joint.
 fn sensed(period: Period) {
     for drive in [Drive::FeedForward, Drive::Feedback, Drive::Hybrid { gain: [0.5; 2] }] {
         let config: KuoConfig = black_box(KuoConfig { damping: 0.1, amplitude: 1.0, drive });
@@ -243,7 +243,7 @@ fn sensed(period: Period) {
     }
 }
 
-/// What follows a walker: the entrained joints, and the estimators beside theirs.
+/// Followers: the entrained joints, and the estimators that they do not use.
 fn followers(period: Period) {
     let shape = |mean| {
         Template::new(black_box(mean), black_box([0.1; TEMPLATE_HARMONICS]), black_box([0.1; TEMPLATE_HARMONICS]))

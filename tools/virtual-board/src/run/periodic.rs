@@ -1,0 +1,207 @@
+//! Periodic jobs of a run: reports pulses, reads RTT and commands every virtual millisecond, and writes the summary at the end.
+
+use std::io::Write;
+use std::time::Duration;
+
+use anyhow::Result;
+use stm32f4_model::{Conversion, Lint};
+
+use super::{BoardRun, IdleState, PERIODIC_JOB_S};
+use crate::console::ConsoleCommand;
+use crate::inject::{Injection, InjectionKind, Moment};
+use crate::pulses::{SERVOS, TimedOutputChange};
+use crate::report::{self, LintCount, ReportLine, RunSummary};
+
+/// Number of periodic jobs between two status lines: 100 ms.
+const STATUS_EVERY: u64 = 100;
+
+impl<W: Write> BoardRun<'_, W> {
+    /// Reports the new pulses, and updates the outcomes of injected faults from the outputs.
+    pub(super) fn report_outputs(&mut self) {
+        let now = self.moment();
+        let mut board = self.cpu.machine();
+        let periods = board.plant.pulses.take_periods();
+        let activity = board.plant.pulses.take_activity();
+        let armed = board.plant.pulses.armed();
+        let reached = board.reached.take();
+        drop(board);
+        for period in periods {
+            let us = period.us.map(|us| us.map(report::micros));
+            self.report.line(&ReportLine::Pulses { t_s: report::seconds(period.seconds), us });
+        }
+        let high = self.output_state().1;
+        for injection in &mut self.injections {
+            if reached.is_some_and(|address| injection.kind == InjectionKind::Hang(address))
+                && injection.awaits_effect()
+            {
+                injection.note_effect(now, armed, high);
+            }
+            for &TimedOutputChange { seconds, instructions, change } in &activity {
+                if injection.note_output(change, Moment { seconds, instructions }) {
+                    self.report.line(&ReportLine::Reaction(injection.reaction(seconds)));
+                }
+            }
+        }
+    }
+
+    /// Performs the job of each virtual millisecond. Returns a reason to end, if any.
+    pub(super) fn run_periodic_job(&mut self) -> Result<Option<&'static str>> {
+        let seconds = self.cpu.machine().seconds();
+        if seconds + 1e-9 < (self.periods + 1) as f64 * PERIODIC_JOB_S {
+            // Stopped for an injection.
+            return Ok(None);
+        }
+        self.periods += 1;
+        self.cpu.machine().check_outputs();
+        self.drain_rtt();
+        self.record_signals()?;
+        self.report_lints();
+        while let Some(command) = self.console.poll() {
+            match command {
+                ConsoleCommand::Press => self.cpu.machine().plant.hold_button(true),
+                ConsoleCommand::Release => self.cpu.machine().plant.hold_button(false),
+                ConsoleCommand::Quit => return Ok(Some("killed")),
+                ConsoleCommand::Unknown(line) => {
+                    eprintln!("virtual-board: `{line}` is not a command; allowed is press, release or quit")
+                }
+            }
+        }
+        if self.periods.is_multiple_of(STATUS_EVERY) {
+            self.report_status();
+        }
+        if self.options.pace {
+            let ahead = Duration::from_secs_f64(seconds).saturating_sub(self.started.elapsed());
+            self.report.flush();
+            std::thread::sleep(ahead);
+        }
+        self.report.flush();
+        if self.report.closed() {
+            return Ok(Some("killed"));
+        }
+        if self.options.stop_on_lint && self.reported_lints != [0; 2] {
+            return Ok(Some("lint"));
+        }
+        let stuck = self.idle != IdleState::No
+            && !self.cpu.machine().can_wake()
+            && !self.injections.iter().any(Injection::is_pending);
+        let over = self.options.secs.is_some_and(|secs| seconds + 1e-9 >= secs);
+        if over || stuck && self.options.secs.is_none() && !self.console.is_open() {
+            let locked = self.idle == IdleState::LockedUp;
+            return Ok(Some(if locked {
+                "lockup"
+            } else if stuck {
+                "asleep"
+            } else {
+                "time"
+            }));
+        }
+        Ok(None)
+    }
+
+    pub(super) fn drain_rtt(&mut self) {
+        let Some(rtt) = self.rtt else { return };
+        let bytes = rtt.poll(&mut self.cpu);
+        if !bytes.is_empty() {
+            self.rtt_bytes += bytes.len() as u64;
+            let hex = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+            self.report.line(&ReportLine::Rtt { t_s: self.now_s(), hex });
+        }
+    }
+
+    pub(super) fn record_signals(&mut self) -> Result<()> {
+        let (rows, edges): (Vec<(f64, Conversion)>, _) = {
+            let mut board = self.cpu.machine();
+            let conversions: Vec<_> = board.soc.conversions().collect();
+            let rows = conversions.into_iter().map(|one| (board.soc.seconds(one.cycle), one)).collect();
+            (rows, board.plant.pulses.take_edges())
+        };
+        for (seconds, one) in rows {
+            self.recorder.conversion(seconds, &one)?;
+        }
+        self.recorder.edges(&edges)
+    }
+
+    pub(super) fn report_lints(&mut self) {
+        let mut lines = Vec::new();
+        let board = self.cpu.machine();
+        for (source, lints) in board.lints().into_iter().enumerate() {
+            for (n, lint) in lints.iter().enumerate().skip(self.reported_lints[source]) {
+                lines.push(ReportLine::Lint {
+                    t_s: report::seconds(board.soc.seconds(lint.cycle)),
+                    text: lint.to_string(),
+                    function: self.image.function_at(board.lint_block(source, n)).map(str::to_owned),
+                });
+            }
+            self.reported_lints[source] = lints.len();
+        }
+        drop(board);
+        lines.iter().for_each(|line| self.report.line(line));
+    }
+
+    pub(super) fn report_status(&mut self) {
+        let board = self.cpu.machine();
+        let cycles = board.now() - self.last_status;
+        let line = ReportLine::Status {
+            t_s: report::seconds(board.seconds()),
+            hclk_hz: board.soc.hclk_hz(),
+            instructions: board.instructions,
+            exceptions: self.exceptions,
+            asleep: (self.slept_cycles as f64 / cycles.max(1) as f64 * 1e4).round() / 1e4,
+            armed: board.plant.pulses.armed(),
+        };
+        self.last_status = board.now();
+        drop(board);
+        self.slept_cycles = 0;
+        self.report.line(&line);
+    }
+
+    pub(super) fn end(mut self, reason: &'static str) -> Result<u8> {
+        self.report_outputs();
+        self.drain_rtt();
+        self.record_signals()?;
+        self.recorder.flush()?;
+        self.report_lints();
+        let now = self.moment().seconds;
+        let injections: Vec<_> = self.injections.iter().map(|injection| injection.reaction(now)).collect();
+        let end = {
+            let board = self.cpu.machine();
+            let all: Vec<&Lint> = board.lints().into_iter().flatten().collect();
+            let count = |lint: &&Lint| LintCount {
+                text: lint.to_string(),
+                count: lint.count,
+                unmodelled: lint.kind.is_unmodelled(),
+            };
+            let pulses = &board.plant.pulses;
+            RunSummary {
+                t_s: report::seconds(board.seconds()),
+                reason,
+                status: self.status,
+                unmodelled: all.iter().filter(|lint| lint.kind.is_unmodelled()).map(|lint| lint.count).sum(),
+                lints: all.iter().map(count).collect(),
+                resets: std::mem::take(&mut self.resets),
+                faults: self.faults,
+                unexpected_faults: self.unexpected_faults,
+                edges: pulses.edges().iter().map(|(pin, count)| (pin.to_string(), *count)).collect(),
+                edges_before_arming: pulses.before_arming,
+                edges_after_disarming: pulses.after_disarming,
+                pulse_us: pulses.extremes.map(|both| both.map(|(min, max)| [report::micros(min), report::micros(max)])),
+                high_at_end: SERVOS.map(|pin| board.soc.output_level(pin)),
+                instructions: board.instructions,
+                exceptions: self.exceptions,
+                rtt_bytes: self.rtt_bytes,
+                injections,
+            }
+        };
+        let good = end.lints.is_empty() && !self.locked_up;
+        let code = match self.status {
+            Some(status) if status != 0 => status.min(255) as u8,
+            Some(_) => u8::from(!good),
+            // A self-test that did not end by itself did not pass.
+            None if self.options.semihosting => 1,
+            None => u8::from(!(good && end.unexpected_faults == 0 && matches!(reason, "time" | "killed"))),
+        };
+        self.report.line(&ReportLine::End(Box::new(end)));
+        self.report.flush();
+        Ok(code)
+    }
+}
