@@ -32,7 +32,7 @@ fn rmse(object: &Value) -> [Option<f64>; 4] {
     Joint::ALL.map(|joint| object["steady_rmse_deg"][joint.name()].as_f64())
 }
 
-/// Angles of a walker whose stride time wanders a little: left and right hip, left and right knee, degrees.
+/// Angles of a person whose stride time varies a little: left and right hip, left and right knee, degrees.
 fn angles(t: f64) -> [f64; 4] {
     let cycles = t / 1.15 + 0.01 * (0.7 * t).sin();
     let of = |mean: f64, one: f64, two: f64, turn: f64, lead: f64| {
@@ -146,10 +146,10 @@ fn a_low_pass_is_asked_for() {
 /// The board that plays lines: its left knee is a sine of 1.1 s. No other joint is in a capture.
 #[test]
 fn a_capture_of_one_sensor_takes_the_other_joints_from_the_default() {
-    let mut walker = SimulatedBoard::new();
-    walker.walk(24);
-    walker.end();
-    let bench = Bench::plays(&walker.lines);
+    let mut simulated = SimulatedBoard::new();
+    simulated.walk(24);
+    simulated.end();
+    let bench = Bench::plays(&simulated.lines);
     let mut locks = vec![];
     for name in ["walk.csv", "walk.mcap"] {
         let file = bench.path(name);
@@ -173,17 +173,17 @@ fn a_capture_of_one_sensor_takes_the_other_joints_from_the_default() {
     assert_eq!(locks[0], locks[1], "both formats hold the same");
 }
 
-/// The walker's file brings shapes and sensor; its cycle may begin elsewhere than the recording's.
+/// The generator file has templates and sensor; its cycle may begin elsewhere than the recording's.
 #[test]
 fn a_generator_file_has_templates_and_sensor() {
     let folder = folder();
     let path = put(&folder, "walk.csv", &text(OURS, ",", &[0, 1, 2, 3], |deg| deg));
     for (more, kind) in [(&["--follow", "right_hip"][..], "follow"), (&[][..], "shape")] {
-        let walker = folder.path().join(format!("{kind}.toml"));
+        let generator = folder.path().join(format!("{kind}.toml"));
         let mut command = Command::new(env!("CARGO_BIN_EXE_footfall"));
-        let output = command.arg("fit").arg(&path).arg("-o").arg(&walker).args(more).output().unwrap();
+        let output = command.arg("fit").arg(&path).arg("-o").arg(&generator).args(more).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", said(&output));
-        let file = walker.to_str().unwrap();
+        let file = generator.to_str().unwrap();
         let driven = object(&path, &["--generator", file]);
         assert_eq!(driven["sensor"], if kind == "follow" { "right_hip" } else { "left_hip" });
         assert_eq!(driven["template"], file);

@@ -177,7 +177,7 @@ fn neither_pipes_nor_links_in_a_circle_hold_a_batch_up() {
     assert!(said(&output).contains("pipe.csv: is no regular file"), "{}", said(&output));
 }
 
-/// Three walkers, one of them in a folder of its own, and one file that is none.
+/// Three recordings, one of them in a folder of its own, and one other file.
 fn laboratory() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::create_dir(folder.path().join("day2")).unwrap();
@@ -379,7 +379,7 @@ fn a_follower_has_its_events_and_its_time_to_lock() {
     assert!(following["lock_worst_s"].as_f64().is_some_and(|worst| worst < 4.0), "{following}");
     let text = std::fs::read_to_string(&out).expect("written");
     assert!(text.contains("sensor = \"left_knee\"\nevents = \"peak\"\n"), "{text}");
-    GeneratorFile::read(&out).expect("a walker");
+    GeneratorFile::read(&out).expect("a generator file");
 
     for (more, wanted) in [
         (&["--generator", "robust"][..], "allowed is --follow with --generator shape"),
