@@ -136,7 +136,7 @@ fn watch_records_mcap_too_and_other_names_are_refused() {
     assert_eq!(open(&file).time_s.len(), 2000);
     let (file, output) = record(&bench, "out.txt", &[]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(complaints(&output).contains("out.txt: which format? allowed is a name that ends in .csv or .mcap"));
+    assert!(complaints(&output).contains("out.txt: allowed is a name that ends in .csv or .mcap"));
     assert!(!file.exists());
 }
 
@@ -239,7 +239,7 @@ fn a_late_start_records_codes_without_the_boot_record() {
     let bench = Bench::plays(&["{}".into()]);
     let (csv, output) = record_rtt(&bench, &bytes[bytes.len() / 2..], "late.csv", &[]);
     assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
-    assert!(complaints(&output).contains("the board's boot was not heard"), "{}", complaints(&output));
+    assert!(complaints(&output).contains("the capture has no boot record of the board"), "{}", complaints(&output));
     let codes = numbers(&csv, "left_knee_code");
     let ticks = numbers(&csv, "tick");
     assert!((1400..1600).contains(&codes.len()), "{}", codes.len());

@@ -231,7 +231,7 @@ fn frames_without_inputs_are_not_called_equal() {
     let objects = objects(&output);
     let last = objects.last().unwrap();
     assert_eq!(last["host_replay_hash"], Value::Null);
-    assert_eq!(last["host_replay"], "cannot be told: inputs of ticks 1001 to 1010 were lost");
+    assert_eq!(last["host_replay"], "not known: inputs of ticks 1001 to 1010 were lost");
     assert_eq!((&last["compared_lines"], &last["ticks"]), (&100.into(), &3000.into()));
 }
 
@@ -286,9 +286,9 @@ fn after_a_reset_the_books_begin_anew_and_time_goes_on() {
 #[test]
 fn a_fault_of_a_run_is_in_the_exit_code_and_the_message() {
     for (key, value, words) in [
-        ("unmodelled", serde_json::json!(3), "3 accesses that the models cannot follow"),
+        ("unmodelled", serde_json::json!(3), "3 accesses that the models do not support"),
         ("reason", "lockup".into(), "the board ended early: lockup"),
-        ("unexpected_faults", 1.into(), "1 faults that nobody injected"),
+        ("unexpected_faults", 1.into(), "1 faults that were not injected"),
         ("edges_before_arming", 2.into(), "2 edges of servo pins while disarmed"),
         ("edges_after_disarming", 1.into(), "1 edges of servo pins while disarmed"),
     ] {
@@ -324,7 +324,7 @@ fn another_image_or_another_version_is_refused() {
     version.log("tick 10 walking sensor 1 rad good");
     let strange = vec!["thread 'main' panicked".to_owned()];
     for (lines, words) in [
-        (other.lines, "was the file just rebuilt?"),
+        (other.lines, "do not rebuild it during the run"),
         (garbage.lines, "does not begin with a frame of this image"),
         (version.lines, "`deg` expected at `rad`; image and program are of different versions"),
         (strange, "the virtual board wrote `thread 'main' panicked`"),

@@ -95,7 +95,7 @@ pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// A board that walks: the loop that ships, on the host.
+/// A simulated board: the default loop on the host.
 pub(crate) struct SimulatedBoard {
     joints: WalkLoop,
     calls: Vec<Call>,
@@ -133,7 +133,7 @@ impl SimulatedBoard {
         })));
     }
 
-    /// A reset: the loop begins anew, what was not sent is lost.
+    /// A reset: the loop starts again, records that were not sent are lost.
     pub(crate) fn reset(&mut self) {
         self.joints = typical_loop().unwrap();
         self.calls.clear();
