@@ -303,7 +303,7 @@ fn in_shadow_everything_runs_and_no_pin_moves() {
     let knee = boot.ticks.iter().filter(|tick| tick.tick > 6000).map(|tick| tick.setpoints_deg()[2]);
     let (least, most) = knee.fold((f32::MAX, f32::MIN), |(least, most), deg| (least.min(deg), most.max(deg)));
     assert!(most - least > 40.0, "{least} to {most} degrees");
-    let follow = boot.follows.last().unwrap();
-    assert!(follow.phase_error_deg.abs() < 20.0 && follow.confidence > 0.3, "{follow}");
+    let follow = last.following.unwrap();
+    assert!(follow.phase_error_deg().abs() < 20.0 && follow.confidence > 0.3, "{follow:?}");
     assert_eq!(ran.books.following.map(|following| following.state), Some("locked"));
 }
