@@ -135,7 +135,7 @@ fn the_angles_that_the_board_logs_are_those_of_the_host_for_the_same_codes() {
         if let Some(line) = ticks.next_if(|line| line.tick == *tick) {
             let logged = line.sensors[0].unwrap();
             assert_eq!(logged.angle_rad.to_bits(), reading.angle.0.to_bits(), "tick {tick}");
-            assert_eq!(logged.validity, reading.verdict, "tick {tick}");
+            assert_eq!(logged.validity, reading.validity, "tick {tick}");
             compared += 1;
         }
     }

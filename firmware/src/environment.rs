@@ -61,7 +61,7 @@ impl Environment {
             Ok(supply) => Some(supply.volts()),
             // Not good for a sample, but worth reporting.
             Err(SupplyFault::Low(volts) | SupplyFault::High(volts)) => Some(volts),
-            Err(SupplyFault::NoReading(_)) => None,
+            Err(_) => None,
         });
         let die = self.die.zip(supply).map(|(die, supply)| die.celsius(mean(sums.temperature), supply));
         wire::Environment { die_c: die.map(|die| die.0), supply_v: supply.map(|supply| supply.0) }

@@ -2,7 +2,7 @@
 //! constant in Rust.
 
 use clap::Args;
-use firmware::board::{GENERATOR_SECTOR, SENSORS_SECTOR};
+use firmware::board::{GENERATOR_SECTOR, SENSOR_SECTOR};
 use generator_file::file::GeneratorFile;
 use joint_loop::GeneratorConfig;
 use joint_loop::store::{generator_record, sensor_record};
@@ -46,7 +46,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         let joints: Vec<&str> = worn.iter().map(|sensor| sensor.joint.name()).collect();
         let what = format!("sensors on {}", joints.join(", "));
         let path = path.ok_or_else(|| Failure::input("--out is missing"))?;
-        return write(path, &what, record.bytes(), record.crc(), SENSORS_SECTOR);
+        return write(path, &what, record.bytes(), record.crc(), SENSOR_SECTOR);
     };
     let file = GeneratorFile::read(params).map_err(Failure::input)?;
     let config = file.set.config();

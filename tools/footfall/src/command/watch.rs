@@ -17,7 +17,7 @@ use crate::view::screen;
 use crate::view::state::View;
 use crate::view::summary::Summary;
 use clap::Args;
-use firmware::board::{GENERATOR_SECTOR, SENSORS_SECTOR};
+use firmware::board::{GENERATOR_SECTOR, SENSOR_SECTOR};
 use gait_trace::format::csv_file;
 use generator_file::file::GeneratorFile;
 use joint_loop::setup::default_loop::Parameters;
@@ -280,7 +280,7 @@ fn sectors(played: &Played, parameters: &Parameters) -> Result<Vec<Sector>, Fail
     let worn = sensor_record::record_of(&parameters.sensors);
     let said = [
         (played.params.is_some(), GENERATOR_SECTOR, walker.bytes()),
-        (!played.sensor.is_empty(), SENSORS_SECTOR, worn.bytes()),
+        (!played.sensor.is_empty(), SENSOR_SECTOR, worn.bytes()),
     ];
     let mut sectors = Vec::new();
     for (_, address, bytes) in said.into_iter().filter(|(said, ..)| *said) {
