@@ -3,7 +3,7 @@
 
 use cpg_core::entrainment::{EventSource, Lock};
 use cpg_core::waveform::shape::Shape;
-use firmware::board::{GENERATOR_SECTOR, SENSOR_SECTOR};
+use firmware::board::{GENERATOR_SECTOR, SENSORS_SECTOR};
 use footfall::board::default_loop::SENSOR_PINS;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::chain;
@@ -77,7 +77,7 @@ fn four_sensors_are_measured_each_by_its_own_calibration() {
     let mut options: Vec<OsString> = ["--secs", "5", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
     options.push(feed.into());
     let record = sensor_record::record_of(&worn);
-    options.extend(download(SENSOR_SECTOR, record.bytes(), folder.path(), "sensors.bin"));
+    options.extend(download(SENSORS_SECTOR, record.bytes(), folder.path(), "sensors.bin"));
     let ran = board.run_as(&parameters, &options);
     assert_equal(&ran);
     let boot = &ran.boots[0];
@@ -121,7 +121,7 @@ fn a_follower_listens_to_the_channel_of_its_joint() {
     let with = |worn: &JointSensors| {
         let mut options = options.clone();
         options.extend(download(GENERATOR_SECTOR, generator_record::record_of(&config).bytes(), folder.path(), "w"));
-        options.extend(download(SENSOR_SECTOR, sensor_record::record_of(worn).bytes(), folder.path(), "s"));
+        options.extend(download(SENSORS_SECTOR, sensor_record::record_of(worn).bytes(), folder.path(), "s"));
         board.run_as(&Parameters::or_default(Some(config), Some(worn.clone())).unwrap(), &options)
     };
     let ran = with(&worn);
@@ -215,7 +215,7 @@ fn a_broken_sensor_sector_keeps_the_board_dark() {
         [(changed.as_slice(), "sensor_record refused: check sum"), (b"FFWK, not sensors", "begins with FFSN")]
     {
         let mut options: Vec<OsString> = ["--secs", "0.5", "--press", "0.3"].map(Into::into).to_vec();
-        options.extend(download(SENSOR_SECTOR, bytes, folder.path(), "sensors.bin"));
+        options.extend(download(SENSORS_SECTOR, bytes, folder.path(), "sensors.bin"));
         let ran = board.run(options);
         assert!(ran.boots[0].ticks.is_empty() && ran.end.edges_before_arming == 0);
         assert!(ran.boots[0].log.iter().any(|line| line.contains(words)), "{:?}", ran.boots[0].log);

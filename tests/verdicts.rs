@@ -15,9 +15,9 @@ use footfall_tests::degraded::Random;
 use footfall_tests::faulty::{Fault, Knee, LSB, Rig, SUPPLY, table};
 use footfall_tests::traces::{default_trace, default_traces_folder, many, package};
 use gait_fit::fit::{Settings, Source, fit};
+use gait_trace::ReadOptions;
 use gait_trace::format::csv_file;
 use gait_trace::format::open;
-use gait_trace::format::open::ReadOptions;
 use hgod_adc::{Sensor, Supply, Validity};
 use joint_loop::{
     Answer, BoardGenerator, Cause, FREEWHEEL_MS, Frame, GeneratorConfig, PARK_MS, SENSOR_TOLERANCE_MS, SENSORS,

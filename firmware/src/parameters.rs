@@ -1,6 +1,6 @@
 //! Reads the board's parameters: generator and sensors, each from a flash sector of its own; the built-in ones where that is erased.
 
-use firmware::board::{GENERATOR_SECTOR, SECTOR_BYTES, SENSOR_SECTOR};
+use firmware::board::{GENERATOR_SECTOR, SECTOR_BYTES, SENSORS_SECTOR};
 use joint_loop::setup::default_loop::{Parameters, Refusal};
 use joint_loop::store::{generator_record, sensor_record};
 use wire::Subject;
@@ -42,7 +42,7 @@ impl core::fmt::Display for NoParameters {
 /// another one.
 pub(crate) fn read() -> Result<Parameters, NoParameters> {
     let generator = generator_record::read(sector(GENERATOR_SECTOR, generator_record::MAX_BYTES));
-    let sensors = sensor_record::read(sector(SENSOR_SECTOR, sensor_record::MAX_BYTES));
+    let sensors = sensor_record::read(sector(SENSORS_SECTOR, sensor_record::MAX_BYTES));
     let generator = generator.map_err(NoParameters::Generator)?.map(|stored| stored.config);
     let sensors = sensors.map_err(NoParameters::Sensors)?.map(|stored| stored.sensors);
     Parameters::or_default(generator, sensors).map_err(NoParameters::BuiltIn)

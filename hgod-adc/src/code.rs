@@ -51,7 +51,13 @@ impl ReferenceConfig {
     /// A sensor with its own supply straight on a pin of the chip of [`crate::stm32f4`]: factory code taken at 3.3 V, samples refused below 3.0 V.
     #[must_use]
     pub const fn stm32f4(vrefint_cal: AdcCode) -> Self {
-        Self { divider: 1.0, vrefint_cal, vdda_at_cal: SUPPLY_AT_CAL, min_supply: Volts(3.0), excitation: Excitation::Own }
+        Self {
+            divider: 1.0,
+            vrefint_cal,
+            vdda_at_cal: SUPPLY_AT_CAL,
+            min_supply: Volts(3.0),
+            excitation: Excitation::Own,
+        }
     }
 
     /// Checks every field.
@@ -119,7 +125,9 @@ pub enum SupplyFault {
 impl fmt::Display for SupplyFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoReading(code) => write!(f, "code {} of the internal reference: allowed is 1 to {}", code.0, AdcCode::MAX.0),
+            Self::NoReading(code) => {
+                write!(f, "code {} of the internal reference: allowed is 1 to {}", code.0, AdcCode::MAX.0)
+            }
             Self::Low(volts) => write!(f, "supply of {} V is below the configured least", volts.0),
             Self::High(volts) => write!(f, "supply of {} V: allowed is up to {} V", volts.0, MAX_SUPPLY.0),
         }

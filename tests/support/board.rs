@@ -7,7 +7,7 @@ use crate::left_out;
 use footfall::board::image::{Image, Message};
 use footfall::board::lines;
 use footfall::board::lines::{BoardLine, End};
-use footfall::board::session::{Books, Session};
+use footfall::board::run::{BoardRun, Counters};
 use footfall::board::telemetry::record_in;
 use joint_loop::setup::default_loop::{Parameters, WalkLoop, walk_loop};
 use joint_loop::{Frame, GeneratorConfig, SENSORS};
@@ -41,8 +41,8 @@ pub struct Ran {
     pub remarks: Vec<Value>,
     /// Last line.
     pub end: End,
-    /// The books of a [`Session`] that was given the same lines.
-    pub books: Books,
+    /// The books of a [`BoardRun`] that was given the same lines.
+    pub books: Counters,
 }
 
 /// What was heard between two resets.
@@ -182,7 +182,7 @@ impl Board {
     }
 
     fn read(&self, parameters: &Parameters, output: String, code: Option<i32>) -> Ran {
-        let mut session = Session::new(&self.image, parameters.clone());
+        let mut session = BoardRun::new(&self.image, parameters.clone());
         let mut decoder = self.image.decoder();
         let (mut boots, mut pulses, mut remarks, mut end) = (Vec::<Booted>::new(), vec![], vec![], None);
         for text in output.lines() {
@@ -209,7 +209,7 @@ impl Board {
             }
         }
         let end = end.unwrap_or_else(|| panic!("no last line, exit code {code:?}"));
-        Ran { boots, pulses, remarks, end, books: session.books().clone(), code, output }
+        Ran { boots, pulses, remarks, end, books: session.counters().clone(), code, output }
     }
 }
 

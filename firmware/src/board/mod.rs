@@ -49,7 +49,7 @@ pub const BOARDS: [&Board; 2] = [&f4_discovery::BOARD, &nucleo_f446re::BOARD];
 pub const GENERATOR_SECTOR: u32 = 0x0800_4000;
 
 /// First address of the sensor record's flash sector, the third one.
-pub const SENSOR_SECTOR: u32 = 0x0800_8000;
+pub const SENSORS_SECTOR: u32 = 0x0800_8000;
 
 /// Bytes of either sector. `memory.x` keeps the program out of both.
 pub const SECTOR_BYTES: usize = 16 * 1024;
@@ -206,7 +206,7 @@ mod tests {
         assert!(map.contains("FLASH : ORIGIN = 0x08000000"), "{map}");
         assert!(map.contains("_stext = ORIGIN(FLASH) + 0x10000;"), "{map}");
         // The vector table is in the sector before them.
-        for sector in [GENERATOR_SECTOR, SENSOR_SECTOR] {
+        for sector in [GENERATOR_SECTOR, SENSORS_SECTOR] {
             let end = sector + SECTOR_BYTES as u32;
             assert!(sector >= 0x0800_0000 + SECTOR_BYTES as u32 && end <= 0x0801_0000, "{sector:#x}");
         }

@@ -1,28 +1,28 @@
-//! The host's copy of the board's loop, fed with what the board was fed.
+//! The host's copy of the board's control loop, with the board's inputs.
 //!
-//! The same core crates run here; the same inputs must give the same bits. The board's inputs records hold every call since the
-//! boot, so nothing else is needed. Once a record is lost the copy no longer knows the board's state and says so: from there on
-//! nothing is compared, which is not the same as equal.
+//! The same core crates run here, so the same inputs must give the same bits. The board's inputs records have every call since the
+//! boot. After a lost record the state of the board is unknown, and nothing is compared from there on, which is not the same as
+//! equal.
 
 use crate::board::default_loop::WalkLoop;
 use joint_loop::SENSORS;
 use std::collections::VecDeque;
 use wire::{Call, Follow, Frame, Inputs};
 
-/// How many frames are kept to compare with: the board is never further behind than its queue of 64 calls.
+/// Number of frames that are kept for comparison: the board lags at most by its queue of 64 calls.
 const KEPT: usize = 256;
 
-/// Inputs are missing.
+/// Inputs were lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("inputs of ticks {} to {} were lost", .after.wrapping_add(1), .found.wrapping_sub(1))]
 pub struct Gap {
-    /// The last tick before it.
+    /// The last tick before the gap.
     pub after: u32,
-    /// The next tick that there is.
+    /// The first tick after the gap.
     pub found: u32,
 }
 
-/// A field in which board and host differ.
+/// A field that differs between board and host.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("tick {tick}: {field} is {board} on the board and {host} on the host")]
 pub struct Difference {
@@ -46,7 +46,7 @@ pub struct Replay {
 }
 
 impl Replay {
-    /// Begins with a loop as it boots.
+    /// Begins with a loop after boot.
     #[must_use]
     pub fn new(joints: WalkLoop) -> Self {
         Self { joints, frames: VecDeque::new(), gap: None, calls: 0 }
@@ -55,7 +55,7 @@ impl Replay {
     /// Runs the calls of one record.
     ///
     /// # Errors
-    /// The record does not follow on the one before; the copy is then of no more use.
+    /// The record does not continue the one before; the copy cannot be used any more.
     pub fn feed(&mut self, inputs: &Inputs) -> Result<(), Gap> {
         if let Some(gap) = self.gap {
             return Err(gap);
@@ -79,7 +79,7 @@ impl Replay {
         Ok(())
     }
 
-    /// The tick that has been reached.
+    /// The last tick.
     #[must_use]
     pub fn tick(&self) -> u32 {
         self.joints.frame().tick
@@ -91,20 +91,20 @@ impl Replay {
         self.calls
     }
 
-    /// What was lost, if anything was.
+    /// The gap, if inputs were lost.
     #[must_use]
     pub const fn gap(&self) -> Option<Gap> {
         self.gap
     }
 
-    /// Input and frame of a tick, if it is one of the last.
+    /// Input and frame of a tick, if it is among the last ones.
     #[must_use]
     pub fn at(&self, tick: u32) -> Option<(&Call, &joint_loop::Frame<SENSORS>)> {
         self.frames.iter().rev().find(|(_, frame)| frame.tick == tick).map(|(call, frame)| (call, frame))
     }
 }
 
-/// The fields in which a frame of the board differs from the host's of the same tick. Numbers are compared by their bits.
+/// The fields that differ between the board's and the host's frame of a tick, compared by their bits.
 #[must_use]
 pub fn differences(board: &Frame, host: &joint_loop::Frame<SENSORS>) -> Vec<Difference> {
     let host = Frame::from(host);
