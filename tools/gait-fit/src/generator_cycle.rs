@@ -3,7 +3,7 @@
 use cpg_core::Generator;
 use gait_trace::stride::cycle::{Cycle, POINTS};
 use generator_file::file::GeneratorSet;
-use joint_units::{Joint, Period, Phase};
+use joint_units::{Joint, Period};
 
 /// Strides before the recorded one; oscillators reach their limit cycle within a few.
 const SETTLING: f64 = 40.0;
@@ -33,7 +33,7 @@ pub fn generator_cycle(set: &GeneratorSet) -> Result<GeneratorCycle, String> {
     for _ in 0..MAX_TICKS {
         generator.step();
         let now = generator.phase();
-        cycles += forward(before, now);
+        cycles += f64::from(now.counts_after(before)) / 4_294_967_296.0;
         before = now;
         if cycles < SETTLING {
             samples.clear();
@@ -48,11 +48,6 @@ pub fn generator_cycle(set: &GeneratorSet) -> Result<GeneratorCycle, String> {
         SETTLING + 1.0,
         f64::from(MAX_TICKS) * 1e-3
     ))
-}
-
-/// Advance of a phase in cycles; negative if it goes backwards.
-fn forward(before: Phase, now: Phase) -> f64 {
-    f64::from(now.0.wrapping_sub(before.0) as i32) / 4_294_967_296.0
 }
 
 fn between_wraps(samples: &[(f64, [f64; Joint::COUNT])]) -> GeneratorCycle {
