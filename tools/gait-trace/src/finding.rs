@@ -104,7 +104,7 @@ impl fmt::Display for Finding {
                 write!(f, "the time stamps are uneven by {:.0} % of a time step", 100.0 * share)?;
             }
             FindingKind::RepeatedTimes { rows } => {
-                write!(f, "{rows} rows have the same time as the row before, the first at {from:.3} s")?;
+                write!(f, "rows with the same time as the row before: {rows}, the first at {from:.3} s")?;
             }
             FindingKind::NormalisedCycle => {
                 write!(f, "the time axis is the fraction of one cycle (0 to 1 or 0 to 100 %), not seconds")?;
