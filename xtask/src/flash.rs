@@ -11,10 +11,10 @@ use crate::setup::{MissingRequirement, Need};
 use crate::shell;
 use crate::workspace::Workspace;
 
-/// `joint_loop::store::generator_record::ADDRESS`.
+/// `GENERATOR_SECTOR` in `firmware/src/board/mod.rs`; `tests/pins.rs` compares the two.
 const GENERATOR_SECTOR: &str = "0x08004000";
-/// `joint_loop::store::sensor_record::ADDRESS`.
-const SENSOR_SECTOR: &str = "0x08008000";
+/// `SENSORS_SECTOR` in the same file.
+const SENSORS_SECTOR: &str = "0x08008000";
 
 /// Options of `cargo xtask flash`.
 #[derive(Debug, clap::Args)]
@@ -24,7 +24,7 @@ pub(crate) struct Options {
     board: Board,
     /// Write a generator's parameters into the board's first parameter sector first
     #[arg(long, value_name = "TOML")]
-    params: Option<PathBuf>,
+    generator: Option<PathBuf>,
     /// Write the sensors into the second: for each its joint and its calibration, from channel 1 on, up to four
     #[arg(long, value_name = "JOINT[=TOML]")]
     sensor: Vec<String>,
@@ -53,13 +53,13 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
     let image = workspace.firmware(board, Drive::unless(options.shadow))?;
     eprintln!("image: {}, {}", image.elf.display(), image.footprint);
     // Each sector is a download of its own: that of the program does not erase them, so parameters outlast a new program.
-    if let Some(params) = &options.params {
-        download(&workspace, board, &[params.into()], "generator.bin", GENERATOR_SECTOR)?;
+    if let Some(generator) = &options.generator {
+        download(&workspace, board, &[generator.into()], "generator.bin", GENERATOR_SECTOR)?;
     }
     if !options.sensor.is_empty() {
         let sensors: Vec<OsString> =
             options.sensor.iter().flat_map(|sensor| ["--sensor".into(), sensor.into()]).collect();
-        download(&workspace, board, &sensors, "sensors.bin", SENSOR_SECTOR)?;
+        download(&workspace, board, &sensors, "sensors.bin", SENSORS_SECTOR)?;
     }
     shell::replace_with(shell::command("probe-rs").args(["run", "--chip", board.chip()]).arg(image.elf))
 }

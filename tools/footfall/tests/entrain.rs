@@ -1,4 +1,4 @@
-//! `footfall entrain` as a person calls it: any file that `fit` takes, captures of one worn sensor, and what it says of all that.
+//! `footfall entrain` called as a program: any file that `fit` reads, captures of one sensor, and its output.
 
 mod support;
 
@@ -32,7 +32,7 @@ fn rmse(object: &Value) -> [Option<f64>; 4] {
     Joint::ALL.map(|joint| object["steady_rmse_deg"][joint.name()].as_f64())
 }
 
-/// Angles of a walker whose stride time wanders a little: left and right hip, left and right knee, degrees.
+/// Angles of a person whose stride time varies a little: left and right hip, left and right knee, degrees.
 fn angles(t: f64) -> [f64; 4] {
     let cycles = t / 1.15 + 0.01 * (0.7 * t).sin();
     let of = |mean: f64, one: f64, two: f64, turn: f64, lead: f64| {
@@ -126,8 +126,8 @@ fn every_format_that_is_fitted_is_played() {
             assert!((a.unwrap() - b.unwrap()).abs() < 0.02, "{format}: {other}");
         }
     }
-    let told = said(&entrain(&backwards, &[]));
-    assert!(told.contains("left knee: extension is positive in the file"), "{told}");
+    let notes = said(&entrain(&backwards, &[]));
+    assert!(notes.contains("left knee: extension is positive in the file"), "{notes}");
     // Without a map the columns are nobody's.
     let output = entrain(&foreign, &[]);
     assert!(output.status.code() == Some(2) && said(&output).contains("left_hip=COLUMN"), "{}", said(&output));
@@ -139,17 +139,17 @@ fn a_low_pass_is_asked_for() {
     let folder = folder();
     let path = put(&folder, "walk.csv", &text(OURS, ",", &[0, 1, 2, 3], |deg| deg));
     assert!(!said(&entrain(&path, &[])).contains("low-pass"));
-    let told = said(&entrain(&path, &["--low-pass", "8"]));
-    assert!(told.contains("low-pass") && told.contains("8 Hz"), "{told}");
+    let notes = said(&entrain(&path, &["--low-pass", "8"]));
+    assert!(notes.contains("low-pass") && notes.contains("8 Hz"), "{notes}");
 }
 
 /// The board that plays lines: its left knee is a sine of 1.1 s. No other joint is in a capture.
 #[test]
-fn a_capture_of_one_worn_sensor_is_played_and_the_shipped_walker_lends_the_rest() {
-    let mut walker = SimulatedBoard::new();
-    walker.walk(24);
-    walker.end();
-    let bench = Bench::plays(&walker.lines);
+fn a_capture_of_one_sensor_takes_the_other_joints_from_the_default() {
+    let mut simulated = SimulatedBoard::new();
+    simulated.walk(24);
+    simulated.end();
+    let bench = Bench::plays(&simulated.lines);
     let mut locks = vec![];
     for name in ["walk.csv", "walk.mcap"] {
         let file = bench.path(name);
@@ -159,7 +159,7 @@ fn a_capture_of_one_worn_sensor_is_played_and_the_shipped_walker_lends_the_rest(
         assert_eq!(output.status.code(), Some(0), "{}", said(&output));
         let object = object(&file, &[]);
         assert_eq!(object["sensor"], "left_knee", "the only joint there is");
-        assert!(object["template"].as_str().unwrap().ends_with("; shipped left_hip, right_hip, right_knee"));
+        assert!(object["template"].as_str().unwrap().ends_with("; default left_hip, right_hip, right_knee"));
         let [None, None, Some(knee), None] = rmse(&object) else { panic!("{object}") };
         assert!(knee < 3.0, "{object}");
         assert_eq!((object["false_locks"].as_u64(), object["holds"].as_u64()), (Some(0), Some(0)), "{object}");
@@ -167,43 +167,43 @@ fn a_capture_of_one_worn_sensor_is_played_and_the_shipped_walker_lends_the_rest(
         // A sensor that nobody wore is refused by what there is.
         let output = entrain(&file, &["--sensor", "left_hip"]);
         assert_eq!(output.status.code(), Some(2));
-        let told = said(&output);
-        assert!(told.contains("no left_hip to play; there is left_knee: allowed is --sensor"), "{told}");
+        let notes = said(&output);
+        assert!(notes.contains("no left_hip to play; there is left_knee: allowed is --sensor"), "{notes}");
     }
     assert_eq!(locks[0], locks[1], "both formats hold the same");
 }
 
-/// The walker's file brings shapes and sensor; its cycle may begin elsewhere than the recording's.
+/// The generator file has templates and sensor; its cycle may begin elsewhere than the recording's.
 #[test]
-fn a_walkers_file_drives_and_says_the_sensor() {
+fn a_generator_file_has_templates_and_sensor() {
     let folder = folder();
     let path = put(&folder, "walk.csv", &text(OURS, ",", &[0, 1, 2, 3], |deg| deg));
     for (more, kind) in [(&["--follow", "right_hip"][..], "follow"), (&[][..], "shape")] {
-        let walker = folder.path().join(format!("{kind}.toml"));
+        let generator = folder.path().join(format!("{kind}.toml"));
         let mut command = Command::new(env!("CARGO_BIN_EXE_footfall"));
-        let output = command.arg("fit").arg(&path).arg("-o").arg(&walker).args(more).output().unwrap();
+        let output = command.arg("fit").arg(&path).arg("-o").arg(&generator).args(more).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", said(&output));
-        let file = walker.to_str().unwrap();
-        let driven = object(&path, &["--walker", file]);
+        let file = generator.to_str().unwrap();
+        let driven = object(&path, &["--generator", file]);
         assert_eq!(driven["sensor"], if kind == "follow" { "right_hip" } else { "left_hip" });
         assert_eq!(driven["template"], file);
         assert!(rmse(&driven).iter().all(|rmse| rmse.is_some_and(|rmse| rmse < 2.5)), "{driven}");
         assert_eq!(driven["false_locks"], 0);
         // One knee of it alone: the file has the rest.
         let knee = put(&folder, "knee.csv", &text("time_s,left_knee_deg", ",", &[2], |deg| deg));
-        let alone = object(&knee, &["--walker", file]);
+        let alone = object(&knee, &["--generator", file]);
         assert_eq!((alone["sensor"].as_str(), alone["false_locks"].as_u64()), (Some("left_knee"), Some(0)));
         assert!(rmse(&alone)[2].is_some_and(|rmse| rmse < 2.5), "{alone}");
     }
     let robust = folder.path().join("robust.toml");
-    let defaults = Command::new(env!("CARGO_BIN_EXE_footfall")).args(["defaults", "walker"]).output().unwrap();
+    let defaults = Command::new(env!("CARGO_BIN_EXE_footfall")).args(["defaults", "generator"]).output().unwrap();
     std::fs::write(&robust, defaults.stdout).unwrap();
-    let output = entrain(&path, &["--walker", robust.to_str().unwrap()]);
-    let told = said(&output);
-    assert!(output.status.code() == Some(2) && told.contains("allowed are `shape` and `follow`"), "{told}");
+    let output = entrain(&path, &["--generator", robust.to_str().unwrap()]);
+    let notes = said(&output);
+    assert!(output.status.code() == Some(2) && notes.contains("allowed are `shape` and `follow`"), "{notes}");
 }
 
-/// A sensor that falls silent for 0.8 s: the core gets no sample, says so, walks on, and locks again; short gaps are bridged.
+/// A sensor without samples for 0.8 s: the follower reports a hold, goes on, and locks again; short gaps are bridged.
 #[test]
 fn a_hole_in_the_recording_is_a_lost_sensor() {
     let folder = folder();
@@ -224,8 +224,8 @@ fn a_hole_in_the_recording_is_a_lost_sensor() {
     assert!((18.0..18.1).contains(&at), "{at}");
     assert_eq!(object["false_locks"], 0);
     assert!(rmse(&object).iter().all(|rmse| rmse.is_some_and(|rmse| rmse < 2.5)), "{object}");
-    let told = said(&entrain(&lost, &[]));
-    assert!(told.contains("17.990 s to 18.800 s"), "{told}");
+    let notes = said(&entrain(&lost, &[]));
+    assert!(notes.contains("17.990 s to 18.800 s"), "{notes}");
     let short = put(&folder, "short.csv", &hole(18.0, 18.05));
     let output = entrain(&short, &["--json"]);
     let bridged: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -248,7 +248,7 @@ fn a_knee_without_a_side_is_the_one_that_is_asked_for() {
 }
 
 #[test]
-fn what_cannot_be_played_is_refused_in_words() {
+fn recordings_that_cannot_be_played_are_refused() {
     let folder = folder();
     let pin = put(&folder, "pin.csv", &text("time_s,PA1", ",", &[2], |deg| 1.0 + deg / 100.0));
     let cycle: String = (0..=100).map(|n| format!("{},{}\n", n, angles(f64::from(n) * 0.0115)[0].round())).collect();
@@ -262,8 +262,8 @@ fn what_cannot_be_played_is_refused_in_words() {
         (&folder.path().to_path_buf(), "no regular file"),
     ] {
         let output = entrain(path, &["--json"]);
-        let told = said(&output);
-        assert_eq!(output.status.code(), Some(2), "{told}");
-        assert!(output.stdout.is_empty() && told.contains(words), "{words}: {told}");
+        let notes = said(&output);
+        assert_eq!(output.status.code(), Some(2), "{notes}");
+        assert!(output.stdout.is_empty() && notes.contains(words), "{words}: {notes}");
     }
 }

@@ -2,17 +2,19 @@
 
 mod support;
 
+use footfall::board::telemetry::{printed, record_in};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use support::{Bench, SimulatedBoard, frame, hex};
+use wire::Record;
 
 fn walked(secs: u32) -> SimulatedBoard {
-    let mut walker = SimulatedBoard::new();
-    walker.walk(secs);
-    walker.end();
-    walker
+    let mut simulated = SimulatedBoard::new();
+    simulated.walk(secs);
+    simulated.end();
+    simulated
 }
 
 fn run(command: &mut Command) -> Output {
@@ -67,7 +69,7 @@ fn without_a_terminal_there_is_a_line_every_100_ms_and_a_summary() {
 }
 
 #[test]
-fn the_board_is_told_what_was_asked_for_and_fed_with_a_loop_of_volts() {
+fn the_board_gets_the_options_and_a_loop_of_volts() {
     let bench = Bench::plays(&walked(1).lines);
     let board = ["--secs", "7.5", "--disarm", "--press", "0.5,2", "--", "--hang", "control_step@3"];
     run(bench.watch().args(board));
@@ -108,7 +110,7 @@ fn a_long_recording_is_played_as_it_is_and_one_without_strides_is_held() {
 }
 
 #[test]
-fn a_recording_is_finished_and_says_what_it_is_of() {
+fn a_capture_is_finished_and_names_its_source() {
     let bench = Bench::plays(&walked(3).lines);
     let output = run(bench.watch().args(["--json", "--secs", "3", "--record"]).arg(bench.path("out.csv")));
     assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
@@ -121,7 +123,7 @@ fn a_recording_is_finished_and_says_what_it_is_of() {
     let about: Value = serde_json::from_str(&bench.text("out.csv.json")).unwrap();
     assert_eq!((&about["finished"], &about["rows"]), (&true.into(), &3000.into()));
     assert_eq!(about["about"]["elf_sha256"], footfall::board::image::sha256(&support::elf()).as_str());
-    assert_eq!(about["summary"], objects(&output).last().unwrap().clone());
+    assert_eq!(about["result"], objects(&output).last().unwrap().clone());
 }
 
 /// Sends a signal once the first line has come, and gives the end of the program.
@@ -145,10 +147,10 @@ fn interrupted(bench: &Bench, signal: &str) -> (Option<i32>, Vec<String>) {
 #[test]
 fn ctrl_c_ends_cleanly_and_leaves_a_finished_recording() {
     for signal in ["-INT", "-TERM"] {
-        let mut walker = SimulatedBoard::new();
-        walker.walk(2);
-        walker.end_as("killed", serde_json::json!({}));
-        let bench = Bench::waits(&walker.lines);
+        let mut simulated = SimulatedBoard::new();
+        simulated.walk(2);
+        simulated.end_as("killed", serde_json::json!({}));
+        let bench = Bench::waits(&simulated.lines);
         let started = Instant::now();
         let (code, lines) = interrupted(&bench, signal);
         assert_eq!(code, Some(0), "{signal}");
@@ -163,10 +165,10 @@ fn ctrl_c_ends_cleanly_and_leaves_a_finished_recording() {
 
 #[test]
 fn a_reader_that_leaves_ends_the_run_and_the_recording_is_finished() {
-    let mut walker = SimulatedBoard::new();
-    walker.walk(60);
-    walker.end();
-    let bench = Bench::plays(&walker.lines);
+    let mut simulated = SimulatedBoard::new();
+    simulated.walk(60);
+    simulated.end();
+    let bench = Bench::plays(&simulated.lines);
     let mut child = bench
         .watch()
         .args(["--json", "--record"])
@@ -188,18 +190,16 @@ fn a_reader_that_leaves_ends_the_run_and_the_recording_is_finished() {
 /// One bit of one setpoint is other than the host's.
 #[test]
 fn a_single_bit_that_differs_is_found_and_the_run_is_not_sound() {
-    let mut walker = walked(3);
-    let index = walker.lines.iter().rposition(|line| line.contains("\"rtt\"")).unwrap();
-    let object: Value = serde_json::from_str(&walker.lines[index]).unwrap();
+    let mut simulated = walked(3);
+    let index = simulated.lines.iter().rposition(|line| line.contains("\"rtt\"")).unwrap();
+    let object: Value = serde_json::from_str(&simulated.lines[index]).unwrap();
     let text = text_of(object["hex"].as_str().unwrap());
-    let Ok(footfall::board::telemetry::Line::Tick(mut tick)) = footfall::board::telemetry::parse(&text) else {
-        panic!("{text}")
-    };
-    tick.set_deg[2] = f32::from_bits(tick.set_deg[2].to_bits() ^ 1);
+    let Some(Ok(Record::Frame(mut tick))) = record_in(&text) else { panic!("{text}") };
+    tick.setpoints_rad[2] = f32::from_bits(tick.setpoints_rad[2].to_bits() ^ 1);
     let mut changed = object.clone();
-    changed["hex"] = hex(&frame(&tick.to_string())).into();
-    walker.lines[index] = changed.to_string();
-    let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "3"]));
+    changed["hex"] = hex(&frame(&printed(&Record::Frame(tick)))).into();
+    simulated.lines[index] = changed.to_string();
+    let output = run(Bench::plays(&simulated.lines).watch().args(["--json", "--secs", "3"]));
     assert_eq!(output.status.code(), Some(1));
     assert!(complaints(&output).contains("board and host differ: tick 3000: set is ["), "{}", complaints(&output));
     let objects = objects(&output);
@@ -218,27 +218,33 @@ fn text_of(hex: &str) -> String {
 }
 
 #[test]
-fn lost_inputs_are_told_and_nothing_is_called_equal_that_was_not_compared() {
-    let mut walker = walked(3);
-    let inputs = |line: &String| line.contains("\"rtt\"") && text_of_line(line).starts_with("inputs 1001 ");
-    let index = walker.lines.iter().position(inputs).unwrap();
-    walker.lines.remove(index);
-    let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "3"]));
+fn frames_without_inputs_are_not_called_equal() {
+    let mut simulated = walked(3);
+    let inputs = |line: &String| {
+        line.contains("\"rtt\"")
+            && matches!(record_in(&text_of_line(line)), Some(Ok(Record::Inputs(inputs))) if inputs.first_tick == 1001)
+    };
+    let index = simulated.lines.iter().position(inputs).unwrap();
+    simulated.lines.remove(index);
+    let output = run(Bench::plays(&simulated.lines).watch().args(["--json", "--secs", "3"]));
     assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
     let objects = objects(&output);
     let last = objects.last().unwrap();
     assert_eq!(last["host_replay_hash"], Value::Null);
-    assert_eq!(last["host_replay"], "cannot be told: inputs of ticks 1001 to 1010 were lost");
+    assert_eq!(last["host_replay"], "not known: inputs of ticks 1001 to 1010 were lost");
     assert_eq!((&last["compared_lines"], &last["ticks"]), (&100.into(), &3000.into()));
 }
 
 #[test]
 fn lost_lines_are_counted_and_do_not_hinder_the_comparison() {
-    let mut walker = walked(3);
-    let tick = |line: &String| line.contains("\"rtt\"") && text_of_line(line).starts_with("tick 1010 ");
-    let index = walker.lines.iter().position(tick).unwrap();
-    walker.lines.remove(index);
-    let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "3"]));
+    let mut simulated = walked(3);
+    let tick = |line: &String| {
+        line.contains("\"rtt\"")
+            && matches!(record_in(&text_of_line(line)), Some(Ok(Record::Frame(frame))) if frame.tick == 1010)
+    };
+    let index = simulated.lines.iter().position(tick).unwrap();
+    simulated.lines.remove(index);
+    let output = run(Bench::plays(&simulated.lines).watch().args(["--json", "--secs", "3"]));
     let objects = objects(&output);
     let last = objects.last().unwrap();
     assert_eq!(
@@ -254,16 +260,16 @@ fn text_of_line(line: &str) -> String {
 
 #[test]
 fn after_a_reset_the_books_begin_anew_and_time_goes_on() {
-    let mut walker = SimulatedBoard::new();
-    walker.walk(1);
-    walker.tick(7, false);
+    let mut simulated = SimulatedBoard::new();
+    simulated.walk(1);
+    simulated.tick(7, false);
     // The reset comes in the middle of a frame.
     let cut = frame("tick 1010 walk");
-    walker.line(serde_json::json!({ "type": "rtt", "t_s": walker.t_s(), "hex": hex(&cut[..cut.len() / 2]) }));
-    walker.reset();
-    walker.walk(1);
-    walker.end_as("time", serde_json::json!({ "resets": [{ "t_s": 1.012, "cause": "iwdg" }] }));
-    let bench = Bench::plays(&walker.lines);
+    simulated.line(serde_json::json!({ "type": "rtt", "t_s": simulated.t_s(), "hex": hex(&cut[..cut.len() / 2]) }));
+    simulated.reset();
+    simulated.walk(1);
+    simulated.end_as("time", serde_json::json!({ "resets": [{ "t_s": 1.012, "cause": "iwdg" }] }));
+    let bench = Bench::plays(&simulated.lines);
     let output = run(bench.watch().args(["--json", "--secs", "3", "--record"]).arg(bench.path("out.csv")));
     assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
     let objects = objects(&output);
@@ -278,18 +284,18 @@ fn after_a_reset_the_books_begin_anew_and_time_goes_on() {
 }
 
 #[test]
-fn what_is_wrong_with_a_run_is_the_exit_code_and_in_words() {
+fn a_fault_of_a_run_is_in_the_exit_code_and_the_message() {
     for (key, value, words) in [
-        ("unmodelled", serde_json::json!(3), "3 accesses that the models cannot follow"),
+        ("unmodelled", serde_json::json!(3), "3 accesses that the models do not support"),
         ("reason", "lockup".into(), "the board ended early: lockup"),
-        ("unexpected_faults", 1.into(), "1 faults that nobody injected"),
+        ("unexpected_faults", 1.into(), "1 faults that were not injected"),
         ("edges_before_arming", 2.into(), "2 edges of servo pins while disarmed"),
         ("edges_after_disarming", 1.into(), "1 edges of servo pins while disarmed"),
     ] {
-        let mut walker = SimulatedBoard::new();
-        walker.walk(1);
-        walker.end_as("time", serde_json::json!({ key: value }));
-        let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "1"]));
+        let mut simulated = SimulatedBoard::new();
+        simulated.walk(1);
+        simulated.end_as("time", serde_json::json!({ key: value }));
+        let output = run(Bench::plays(&simulated.lines).watch().args(["--json", "--secs", "1"]));
         assert_eq!(output.status.code(), Some(1), "{key}");
         assert!(complaints(&output).contains(words), "{key}: {}", complaints(&output));
     }
@@ -297,9 +303,9 @@ fn what_is_wrong_with_a_run_is_the_exit_code_and_in_words() {
 
 #[test]
 fn a_board_that_breaks_off_is_no_good_run_but_the_recording_is_finished() {
-    let mut walker = SimulatedBoard::new();
-    walker.walk(1);
-    let bench = Bench::plays(&walker.lines);
+    let mut simulated = SimulatedBoard::new();
+    simulated.walk(1);
+    let bench = Bench::plays(&simulated.lines);
     let output = run(bench.watch().args(["--secs", "1", "--record"]).arg(bench.path("out.csv")));
     assert_eq!(output.status.code(), Some(1));
     assert!(complaints(&output).contains("ended without its last line"), "{}", complaints(&output));
@@ -318,7 +324,7 @@ fn another_image_or_another_version_is_refused() {
     version.log("tick 10 walking sensor 1 rad good");
     let strange = vec!["thread 'main' panicked".to_owned()];
     for (lines, words) in [
-        (other.lines, "was the file just rebuilt?"),
+        (other.lines, "do not rebuild it during the run"),
         (garbage.lines, "does not begin with a frame of this image"),
         (version.lines, "`deg` expected at `rad`; image and program are of different versions"),
         (strange, "the virtual board wrote `thread 'main' panicked`"),
@@ -331,12 +337,12 @@ fn another_image_or_another_version_is_refused() {
 
 #[test]
 fn a_broken_frame_on_the_way_is_counted_and_the_next_one_is_read() {
-    let mut walker = SimulatedBoard::new();
-    walker.walk(1);
-    walker.line(serde_json::json!({ "type": "rtt", "t_s": walker.t_s(), "hex": "0102030405060700" }));
-    walker.tick(1000, false);
-    walker.end();
-    let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "2"]));
+    let mut simulated = SimulatedBoard::new();
+    simulated.walk(1);
+    simulated.line(serde_json::json!({ "type": "rtt", "t_s": simulated.t_s(), "hex": "0102030405060700" }));
+    simulated.tick(1000, false);
+    simulated.end();
+    let output = run(Bench::plays(&simulated.lines).watch().args(["--json", "--secs", "2"]));
     let objects = objects(&output);
     let last = objects.last().unwrap();
     assert_eq!(

@@ -1,22 +1,25 @@
-//! One table over all outcomes of a folder: as CSV, as JSON, as a page.
+//! One table of all fits in a folder: as CSV, as JSON, as a page.
 
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::write;
 use crate::failure::Failure;
+use crate::output::write_text;
 
 const JOINTS: [&str; 4] = ["left_hip", "right_hip", "left_knee", "right_knee"];
 const ERRORS: [&str; 3] = ["rmse_mean_stride_deg", "rmse_heldout_deg", "stride_sd_deg"];
 
-/// Reads every outcome of a folder and writes `summary.csv`, `summary.json` and `summary.html` beside them.
-pub(crate) fn merge(folder: &Path) -> Result<(), Failure> {
+/// Reads every result of `footfall fit` in a folder and writes `summary.csv`, `summary.json` and `summary.html` beside them.
+///
+/// # Errors
+/// The folder has no results or a wrong one, or a file cannot be written.
+pub fn write(folder: &Path) -> Result<(), Failure> {
     let all = outcomes(folder)?;
     let rows: Vec<Vec<String>> = all.iter().map(row).collect();
-    write(&folder.join("summary.csv"), &csv(&rows))?;
-    write(&folder.join("summary.json"), &(Value::Array(all.iter().map(short).collect()).to_string() + "\n"))?;
-    write(&folder.join("summary.html"), &html(&rows))?;
+    write_text(&folder.join("summary.csv"), &csv(&rows))?;
+    write_text(&folder.join("summary.json"), &(Value::Array(all.iter().map(short).collect()).to_string() + "\n"))?;
+    write_text(&folder.join("summary.html"), &html(&rows))?;
     let failed = all.iter().filter(|outcome| outcome["error"].is_string()).count();
     eprintln!(
         "summary of {} recordings, {failed} of them failed: {}",
@@ -35,15 +38,23 @@ fn outcomes(folder: &Path) -> Result<Vec<Value>, Failure> {
         .collect();
     names.sort();
     if names.is_empty() {
-        return Err(Failure::input(format!("{}: no outcome of `footfall fit` there", folder.display())));
+        return Err(Failure::input(format!(
+            "{}: has no result of `footfall fit` (*.fit.json); run `footfall fit` with this folder as --out",
+            folder.display()
+        )));
     }
     let read = |path: &std::path::PathBuf| {
         let bytes = std::fs::read(path).map_err(wrong)?;
-        let strange =
-            |why: String| Failure::input(format!("{}: {why}; allowed is what `footfall fit` wrote", path.display()));
-        let outcome: Value = serde_json::from_slice(&bytes).map_err(|error| strange(error.to_string()))?;
+        let wrong_file = |why: String| {
+            Failure::input(format!("{}: {why}; allowed is a file that `footfall fit` wrote", path.display()))
+        };
+        let outcome: Value = serde_json::from_slice(&bytes).map_err(|error| wrong_file(error.to_string()))?;
         let ended = outcome["error"].is_string() || outcome["generator"].is_string();
-        if outcome["recording"].is_string() && ended { Ok(outcome) } else { Err(strange("is no outcome".into())) }
+        if outcome["recording"].is_string() && ended {
+            Ok(outcome)
+        } else {
+            Err(wrong_file("is no result of a fit".into()))
+        }
     };
     names.iter().map(read).collect()
 }
@@ -79,7 +90,7 @@ fn row(outcome: &Value) -> Vec<String> {
     cells
 }
 
-/// An outcome without what only its own file needs.
+/// A result without the fields that are only in its own file.
 fn short(outcome: &Value) -> Value {
     if outcome["error"].is_string() {
         return json!({ "recording": outcome["recording"], "sha256": outcome["sha256"], "error": outcome["error"] });

@@ -1,4 +1,4 @@
-//! Which sensors are worn, as the command line says it: `--sensor JOINT` or `--sensor JOINT=CALIBRATION.toml`, from channel 1 on.
+//! The option `--sensor`: `JOINT` or `JOINT=SENSOR.toml`, once for each sensor, from channel 1 on.
 
 use crate::failure::Failure;
 use crate::file::calibration_file;
@@ -7,12 +7,12 @@ use joint_units::Joint;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// One of them.
+/// One sensor.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SensorArgument {
-    /// Where it is worn.
+    /// The joint with the sensor.
     pub joint: Joint,
-    /// Its calibration; `None` for the published curve.
+    /// The sensor file; `None` for the published curve.
     pub calibration: Option<PathBuf>,
 }
 
@@ -36,10 +36,10 @@ impl FromStr for SensorArgument {
 }
 
 impl SensorArgument {
-    /// The sensors, with their calibrations read.
+    /// Reads the calibrations of the sensors.
     ///
     /// # Errors
-    /// A file that is not as it must be, more than four sensors, two on one joint.
+    /// A file is wrong, or there are more than four sensors or two on one joint.
     pub fn read_all(arguments: &[Self]) -> Result<JointSensors, Failure> {
         let read = |argument: &Self| match &argument.calibration {
             Some(path) => {
@@ -53,10 +53,10 @@ impl SensorArgument {
     }
 }
 
-/// Their joints, in the order of the channels.
+/// The joints of the sensors, in the order of the channels.
 #[must_use]
-pub fn joints(worn: &JointSensors) -> Vec<Joint> {
-    worn.iter().map(|sensor| sensor.joint).collect()
+pub fn joints(sensors: &JointSensors) -> Vec<Joint> {
+    sensors.iter().map(|sensor| sensor.joint).collect()
 }
 
 #[cfg(test)]

@@ -1,22 +1,38 @@
-//! Temperature of the die, from the chip's own sensor and the two readings that the factory burnt into it.
+//! Facts and formulae of the STM32F4's converter: its supply, its internal voltage reference and its temperature sensor. The only module
+//! of the cores that names a chip; another family is another module beside it.
 //!
+//! | what | value | source |
+//! |---|---|---|
+//! | supply VDDA | 1.8 to 3.6 V | data sheets of the STM32F407 and STM32F446, "General operating conditions" |
+//! | internal reference VREFINT | 1.18 to 1.24 V | the same, "Embedded internal reference voltage" |
+//! | supply at the factory's three readings | 3.3 V | the same, "calibration values" |
+//! | temperature sensor | 0.76 V at 25 degrees, 2.5 mV a degree | the same, "Temperature sensor characteristics" |
+//!
+//! # Temperature of the die
 //! ```text
 //! T = 30 + (code VDDA / 3.3 - cal_30) (110 - 30) / (cal_110 - cal_30)
 //! ```
-//! T in degrees Celsius; the factory values are codes at VDDA = 3.3 V, at 30 and 110 degrees (data sheets, "Temperature sensor
-//! calibration values"). Half a code is some 0.16 degrees. It is the die's temperature, which lies above the room's by what the
-//! chip itself heats: good to notice a board that gets hot, not to measure a room.
+//! T in degrees Celsius; `cal_30` and `cal_110` are the factory's codes at VDDA = 3.3 V, at 30 and 110 degrees. Half a code is some 0.16
+//! degrees. The die is warmer than the air around it by what the chip itself heats.
 
 use crate::range::{RangeError, within};
 use joint_units::{AdcCode, Celsius, Volts};
 
-/// Supply at which the factory took both readings.
-const SUPPLY_AT_CAL: Volts = Volts(3.3);
+/// Lowest supply at which the chip works.
+pub const MIN_SUPPLY: Volts = Volts(1.8);
+/// Highest supply at which the chip works: a reading above is taken for a fault.
+pub const MAX_SUPPLY: Volts = Volts(3.6);
+/// Supply at which the factory read the internal reference and the temperature sensor.
+pub const SUPPLY_AT_CAL: Volts = Volts(3.3);
+/// Least and greatest volts of the internal reference that a factory code may imply: 1.18 to 1.24 V in the data sheets, and 80 and 60 mV
+/// beyond. An erased (0xFFFF) or unreadable (0) factory word falls outside.
+pub const REFERENCE_VOLTS: (Volts, Volts) = (Volts(1.1), Volts(1.3));
+
 /// Temperatures of the two readings.
 const COOL: f32 = 30.0;
 const HOT: f32 = 110.0;
 
-/// Volts that a reading at 30 degrees may imply: 0.76 at 25 degrees in the data sheets, and some room.
+/// Volts that a reading at 30 degrees may imply: 0.76 at 25 degrees in the data sheets, and a margin.
 const VOLTS_AT_30: (f32, f32) = (0.6, 0.95);
 /// Slope in volts per degree that the two readings may imply: 2.5 mV in the data sheets, and a quarter.
 const SLOPE: (f32, f32) = (1.9e-3, 3.1e-3);
@@ -29,13 +45,13 @@ pub struct DieTemperature {
 }
 
 impl DieTemperature {
-    /// From the factory's half-words (STM32F4: 0x1FFF_7A2C at 30 degrees, 0x1FFF_7A2E at 110).
+    /// From the factory's codes at 30 and at 110 degrees.
     ///
     /// # Errors
     /// Readings that this sensor cannot have given: erased, unreadable, swapped.
     ///
     /// ```
-    /// use hgod_adc::DieTemperature;
+    /// use hgod_adc::stm32f4::DieTemperature;
     /// use joint_units::{AdcCode, Volts};
     /// let die = DieTemperature::build(AdcCode(941), AdcCode(1202))?;
     /// // At 3.0 V the code is a tenth greater than at 3.3 V.
