@@ -19,6 +19,20 @@ use joint_loop::{FollowConfig, GeneratorConfig, JointSensor, JointSensors, Super
 use joint_units::{Joint, Phase, Radians, Volts};
 use std::ffi::OsString;
 use std::path::Path;
+use std::process::ExitCode;
+use test_suite::{report, tests};
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        four_sensors_are_measured_each_by_its_own_calibration(Image),
+        a_follower_listens_to_the_channel_of_its_joint(Image),
+        a_foot_switch_keeps_the_phase_while_the_sensor_is_lost(Image),
+        a_broken_sensor_sector_keeps_the_board_dark(Image),
+        edges_at_the_synchronisation_input_are_timed_by_the_boards_clock(Image),
+        a_line_that_rings_holds_no_tick_up(Image),
+        in_shadow_everything_runs_and_no_pin_moves(ShadowImage),
+    ])
+}
 
 /// Nothing irregular, every line the host's to the bit, and of the stack, which is used most at boot, no more than six tenths.
 fn assert_equal(ran: &Ran) {
@@ -66,9 +80,8 @@ fn volts(walk: &Looped, worn: &JointSensors) -> Recording {
     Recording::build(walk.recording.time_s().to_vec(), channels.collect()).unwrap()
 }
 
-#[test]
 fn four_sensors_are_measured_each_by_its_own_calibration() {
-    let Some(board) = Board::find("four sensors on the virtual board") else { return };
+    let board = Board::find();
     let (folder, walk, worn) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap(), four());
     let parameters = Parameters::or_default(None, Some(worn.clone())).unwrap();
     let feed = folder.path().join("volts.csv");
@@ -99,16 +112,15 @@ fn four_sensors_are_measured_each_by_its_own_calibration() {
                 worst[channel].max((-12..=12).map(|ms| near(f64::from(ms) * 1e-3)).fold(f64::MAX, f64::min));
         }
     }
-    println!("four sensors: at most {worst:.2?} degrees from the recorded joints");
+    report!("four sensors: at most {worst:.2?} degrees from the recorded joints");
     assert!(worst.iter().all(|worst| *worst < 0.6), "{worst:?}");
     assert_eq!(boot.ticks.last().unwrap().state, SupervisorState::Walking);
     assert_eq!(ran.end.lints.len(), 0);
 }
 
 /// The gait sensor of a follower is the one on its joint, whichever channel that is.
-#[test]
 fn a_follower_listens_to_the_channel_of_its_joint() {
-    let Some(board) = Board::find("a follower with four sensors on the virtual board") else { return };
+    let board = Board::find();
     let (folder, walk, worn) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap(), four());
     let walker = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
     let config = walker.follower(Joint::LeftHip, walker.learned.stride_s);
@@ -145,9 +157,8 @@ fn a_follower_listens_to_the_channel_of_its_joint() {
 }
 
 /// A walker who takes quicker steps from the moment on in which the sensor's wire comes off: with a foot switch the phase stays his.
-#[test]
 fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
-    let Some(board) = Board::find("a foot switch on the virtual board") else { return };
+    let board = Board::find();
     let (folder, walk) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap());
     let walker = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
     let (lost_s, secs) = (10.0, 11.9);
@@ -196,7 +207,7 @@ fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
         phase_difference(phase(t + late), estimate).degrees().abs()
     };
     let (without, with) = (off(EventSource::None), off(EventSource::FootSwitch));
-    println!("phase error after {:.1} s: {without:.1} degrees without, {with:.1} with the foot switch", secs - lost_s);
+    report!("phase error after {:.1} s: {without:.1} degrees without, {with:.1} with the foot switch", secs - lost_s);
     assert!(without > 30.0, "{without}");
     assert!(with < 0.5 * without, "{with} of {without}");
 }
@@ -213,9 +224,8 @@ fn looped(walk: &Looped, secs: f64) -> Recording {
 }
 
 /// A sector of sensors with one bit changed, and one of something else.
-#[test]
 fn a_broken_sensor_sector_keeps_the_board_dark() {
-    let Some(board) = Board::find("a broken sensor sector on the virtual board") else { return };
+    let board = Board::find();
     let folder = tempfile::tempdir().unwrap();
     let good = sensor_record::record_of(&four());
     let mut changed = good.bytes().to_vec();
@@ -236,9 +246,8 @@ fn edges_file(path: &Path, edges: &[(f64, bool)]) {
 }
 
 /// Edges at random times are told by the board's clock: a constant after the truth, and microseconds beside it.
-#[test]
 fn edges_at_the_synchronisation_input_are_timed_by_the_boards_clock() {
-    let Some(board) = Board::find("the synchronisation input on the virtual board") else { return };
+    let board = Board::find();
     let folder = tempfile::tempdir().unwrap();
     let mut random = Random(7);
     let (mut time, mut edges) = (0.1, vec![]);
@@ -258,7 +267,7 @@ fn edges_at_the_synchronisation_input_are_timed_by_the_boards_clock() {
     assert!(told.iter().zip(&edges).all(|(told, (_, high))| told.high == *high));
     let off: Vec<f64> = told.iter().zip(&edges).map(|(told, (time, _))| told.time_s() - time).collect();
     let (least, most) = off.iter().fold((f64::MAX, f64::MIN), |(least, most), off| (least.min(*off), most.max(*off)));
-    println!(
+    report!(
         "{} edges, {:.3} to {:.3} ms after the true time by the board's clock",
         told.len(),
         least * 1e3,
@@ -270,9 +279,8 @@ fn edges_at_the_synchronisation_input_are_timed_by_the_boards_clock() {
 }
 
 /// A line that rings at 200 kHz for 50 ms: told as lost, and not one tick late for it.
-#[test]
 fn a_line_that_rings_holds_no_tick_up() {
-    let Some(board) = Board::find("a ringing synchronisation input on the virtual board") else { return };
+    let board = Board::find();
     let folder = tempfile::tempdir().unwrap();
     let edges: Vec<(f64, bool)> = (0..20_000).map(|n| (1.0 + f64::from(n) * 2.5e-6, n % 2 == 0)).collect();
     let file = folder.path().join("edges.csv");
@@ -289,9 +297,8 @@ fn a_line_that_rings_holds_no_tick_up() {
 }
 
 /// With the shadow image: the loop arms and walks, its setpoints are the host's, and no servo pin ever moves.
-#[test]
 fn in_shadow_everything_runs_and_no_pin_moves() {
-    let Some(board) = Board::shadow("shadow mode on the virtual board") else { return };
+    let board = Board::shadow();
     let walk = default_trace().looped(1000.0).unwrap();
     let walker = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
     let config = walker.follower(Joint::LeftHip, walker.learned.stride_s);

@@ -13,15 +13,34 @@ use footfall_tests::degraded::{self, Random, Series};
 use footfall_tests::people::{PEOPLE, Person, default_loop, people, people_of};
 use footfall_tests::statistics::{median, rms};
 use footfall_tests::swings::{phantoms, range_deg, standing, tops};
-use footfall_tests::traces::many;
 use gait_trace::format::csv_file;
 use joint_units::{Joint, Period, Phase, Radians};
 use std::f64::consts::TAU;
 use std::path::Path;
+use std::process::ExitCode;
+use test_suite::{report, tests, traces_folder};
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        a_thousand_starts(),
+        one_hip_drives_four_joints(Traces),
+        one_joint_of_the_default_recording_drives_four(),
+        sound_sensors_are_believed(Traces),
+        recorded_walkers_are_locked_on_from_anywhere(Traces),
+        a_step_of_cadence(),
+        a_lost_sensor_on_recorded_walkers(Traces),
+        a_foot_switch_keeps_the_phase_of_recorded_walkers(Traces),
+        peaks_of_recorded_knees(Traces),
+        a_walker_who_stops(Traces),
+        a_real_goniometer_with_pauses_and_turns(Traces),
+        degraded_sensors_of_recorded_people(Traces),
+        degraded_sensors_of_the_default_recording(),
+        the_command_says_how_it_ended(),
+    ])
+}
 
 /// 1,000 starts on the mean stride of the shipped walker's hips: any phase, any frequency from -40 to +40 %. Locked means within 18
 /// degrees and 3 % for good; never locked within 10 s is a false lock.
-#[test]
 fn a_thousand_starts() {
     let walker = default_loop(Joint::LeftHip, 12.0);
     let mut random = Random(20_240_607);
@@ -48,21 +67,20 @@ fn a_thousand_starts() {
         locks.push(f64::from(last_bad) * 1e-3);
     }
     let middle = median(&mut locks);
-    println!("1,000 starts: median {middle:.2} s, worst {:.2} s, {never} false", locks[999]);
+    report!("1,000 starts: median {middle:.2} s, worst {:.2} s, {never} false", locks[999]);
     assert_eq!(never, 0);
     assert!(middle <= 3.0, "median {middle} s");
     assert!(locks[999] <= 4.0, "worst {} s", locks[999]);
 }
 
 /// One hip measured, four joints driven: root mean square difference from the recorded joints, 15 to 50 s, and no hold.
-#[test]
 fn one_hip_drives_four_joints() {
     for sensor in [Joint::LeftHip, Joint::RightHip] {
-        for walker in people("one hip drives four joints", sensor) {
+        for walker in people(sensor) {
             let run = entrain(&walker.recording, sensor, None).expect("entrained");
             let verdict = run.verdict;
             let rmse = verdict.steady_rmse_deg.map(|rmse| rmse.expect("all joints"));
-            println!("{} {}: {rmse:.2?}, {:?}", walker.name, sensor.name(), verdict.lock_s);
+            report!("{} {}: {rmse:.2?}, {:?}", walker.name, sensor.name(), verdict.lock_s);
             let other = if sensor == Joint::LeftHip { Joint::RightHip } else { Joint::LeftHip };
             assert!(rmse[sensor as usize] <= 1.5, "{}: {rmse:?}", walker.name);
             assert!(rmse[other as usize] <= 1.8, "{}: {rmse:?}", walker.name);
@@ -73,11 +91,14 @@ fn one_hip_drives_four_joints() {
             assert!(settled.iter().all(|tick| tick.state == Lock::Locked && tick.amplitude == 1.0), "{}", walker.name);
         }
     }
-    // The recording that ships is two strides: templates and trace are the same, so that only tracking is left.
+}
+
+/// The default recording is two strides: templates and trace are the same, so that only tracking is left.
+fn one_joint_of_the_default_recording_drives_four() {
     for sensor in Joint::ALL {
         let walker = default_loop(sensor, 25.0);
         let verdict = entrain(&walker.recording, sensor, None).expect("entrained").verdict;
-        println!("shipped {}: {:.2?}", sensor.name(), verdict.steady_rmse_deg.map(Option::unwrap));
+        report!("shipped {}: {:.2?}", sensor.name(), verdict.steady_rmse_deg.map(Option::unwrap));
         assert!(verdict.steady_rmse_deg.iter().all(|rmse| rmse.is_some_and(|rmse| rmse < 3.0)), "{verdict:?}");
         assert_eq!((verdict.false_locks, verdict.holds.len()), (0, 0));
     }
@@ -85,12 +106,11 @@ fn one_hip_drives_four_joints() {
 
 /// Two walkers and a runner twice, a hip and a knee measured, 12 bits and noise of 0.1 degrees on top: not one hold, not one stop, not one
 /// false lock in 7 minutes.
-#[test]
 fn sound_sensors_are_believed() {
     let names = [PEOPLE[0], PEOPLE[1], "welker_007_run_natural", "welker_007_run_exotendon"];
     let mut total = 0;
     for sensor in [Joint::RightHip, Joint::LeftKnee] {
-        for walker in people_of(&names, "sound sensors", sensor) {
+        for walker in people_of(&names, sensor) {
             let noisy: Vec<f64> = degraded::noise(&walker.samples(sensor), 0.1, 5).into_iter().flatten().collect();
             let ticks = run::run(&mut walker.legs(sensor), degraded::quantised(&noisy, 300.0));
             let locked = ticks.iter().position(|tick| tick.state == Lock::Locked).expect("locked");
@@ -103,13 +123,12 @@ fn sound_sensors_are_believed() {
             total += ticks.len();
         }
     }
-    println!("sound sensors: {} s without a verdict", total / 1000);
+    report!("sound sensors: {} s without a verdict", total / 1000);
 }
 
 /// Recorded walkers, starts 12 phases apart, 40 % too slow to 40 % too fast: within 18 degrees for good.
-#[test]
 fn recorded_walkers_are_locked_on_from_anywhere() {
-    for walker in people("starts on recorded walkers", Joint::LeftHip) {
+    for walker in people(Joint::LeftHip) {
         let samples = walker.samples(Joint::LeftHip);
         let mut all = vec![];
         for factor in [0.6, 0.8, 1.2, 1.4] {
@@ -126,13 +145,12 @@ fn recorded_walkers_are_locked_on_from_anywhere() {
             }
         }
         let middle = median(&mut all);
-        println!("{}: {} starts, median {middle:.2} s, worst {:.2} s", walker.name, all.len(), all[all.len() - 1]);
+        report!("{}: {} starts, median {middle:.2} s, worst {:.2} s", walker.name, all.len(), all[all.len() - 1]);
         assert!(middle <= 2.5 && all[all.len() - 1] <= 4.5, "{}: {middle} {:?}", walker.name, all.last());
     }
 }
 
 /// Cadence steps from 1.1 to 0.9 s of stride at 24 phases: within 18 degrees and 3 % again in 1.5 s, locked all the while.
-#[test]
 fn a_step_of_cadence() {
     let walker = default_loop(Joint::LeftHip, 12.0);
     for sensor in [Joint::LeftHip, Joint::RightHip] {
@@ -156,15 +174,14 @@ fn a_step_of_cadence() {
                 }
             }
         }
-        println!("cadence step, {}: worst {worst:.2} s", sensor.name());
+        report!("cadence step, {}: worst {worst:.2} s", sensor.name());
         assert!(worst <= 1.5, "{}: {worst} s", sensor.name());
     }
 }
 
 /// The sensor is lost at 16 times of the walk, in four ways: how soon that is told, and how far the phase is off 1 and 2 s later.
-#[test]
 fn a_lost_sensor_on_recorded_walkers() {
-    for walker in people("sensor loss on recorded walkers", Joint::LeftHip) {
+    for walker in people(Joint::LeftHip) {
         let samples = walker.samples(Joint::LeftHip);
         for (kind, soon, after) in [
             ("invalid", 0.02, [10.0, 13.0]),
@@ -200,7 +217,7 @@ fn a_lost_sensor_on_recorded_walkers() {
                 assert!(still.is_some_and(|tick| tick <= 3000), "{kind} at {at}: walks on blind, {still:?}");
             }
             let (middle, rms) = (median(&mut told), [rms(&off[0]), rms(&off[1])]);
-            println!("{} {kind}: told {middle:.3} s median, {stops} of 16 as a stop; rms {rms:.1?} deg", walker.name);
+            report!("{} {kind}: told {middle:.3} s median, {stops} of 16 as a stop; rms {rms:.1?} deg", walker.name);
             assert!(middle <= soon && told.len() >= 10, "{kind}: {middle} s, {stops} stops");
             assert!(rms[0] < after[0] && rms[1] < after[1], "{} {kind}: {rms:?}", walker.name);
         }
@@ -242,9 +259,8 @@ fn strikes_of_the_phase(walker: &Person) -> Vec<bool> {
 
 /// The sensor is lost at 16 times of the walk: rms phase error 1 and 2 s later of those that are walked through, without a foot switch
 /// and with one, whose place in the stride is learned before.
-#[test]
 fn a_foot_switch_keeps_the_phase_of_recorded_walkers() {
-    for walker in people("a foot switch on recorded walkers", Joint::LeftHip) {
+    for walker in people(Joint::LeftHip) {
         let samples = walker.samples(Joint::LeftHip);
         let (knee, phase) = (strikes_of_the_knee(&walker), strikes_of_the_phase(&walker));
         for kind in ["invalid", "stuck"] {
@@ -280,7 +296,7 @@ fn a_foot_switch_keeps_the_phase_of_recorded_walkers() {
             let without = error(EventSource::None, &knee);
             let with_knee = error(EventSource::FootSwitch, &knee);
             let with_jitter = error(EventSource::FootSwitch, &phase);
-            println!(
+            report!(
                 "{} {kind}: rms {without:.1?} deg, with a foot switch {with_knee:.1?}, with one that jitters by 10 ms {with_jitter:.1?}",
                 walker.name
             );
@@ -291,9 +307,8 @@ fn a_foot_switch_keeps_the_phase_of_recorded_walkers() {
 }
 
 /// The peaks of recorded knees find phase and cadence sooner: 24 start phases, cadences that are off by up to 40 %.
-#[test]
 fn peaks_of_recorded_knees() {
-    for walker in people("peaks of recorded knees", Joint::LeftKnee) {
+    for walker in people(Joint::LeftKnee) {
         let samples = walker.samples(Joint::LeftKnee);
         let locks = |events: EventSource| {
             let mut all = vec![];
@@ -313,17 +328,16 @@ fn peaks_of_recorded_knees() {
             [median(&mut all), all[108], all[119]]
         };
         let [without, with] = [EventSource::None, EventSource::Peak].map(locks);
-        println!("{}: median, 90 %, worst {without:.2?} s, with peaks {with:.2?} s", walker.name);
+        report!("{}: median, 90 %, worst {without:.2?} s, with peaks {with:.2?} s", walker.name);
         assert!(with[0] + 0.1 < without[0] && with[1] < without[1] && with[2] < without[2], "{}", walker.name);
     }
 }
 
 /// A recorded walker brought to a stop within 0.15 to 0.3 s at 24 moments, and set going again after 4 s: how long until all setpoints
 /// stand, counted from when the leg does.
-#[test]
 fn a_walker_who_stops() {
     for (sensor, limit) in [(Joint::LeftHip, 0.7), (Joint::LeftKnee, 0.75)] {
-        for walker in people("a walker who stops", sensor) {
+        for walker in people(sensor) {
             let samples = walker.samples(sensor);
             let (mut still, mut again) = (vec![], vec![]);
             for n in 0..24 {
@@ -339,7 +353,7 @@ fn a_walker_who_stops() {
                 again.push(locked.expect("it walks again") as f64 * 1e-3);
             }
             let (a, b) = (median(&mut still), median(&mut again));
-            println!(
+            report!(
                 "{} {}: still {a:.2} s median {:.2} worst after a stop; locked {b:.2} s median {:.2} worst after a start",
                 walker.name,
                 sensor.name(),
@@ -379,9 +393,8 @@ fn warped(samples: &[f64], at: f64, brake: f64, pause: f64, end: f64) -> impl It
 
 /// One real goniometer on one knee, 13 people, with pauses and turns: no phantom stride, and in pauses the setpoints stand from 0.6 s on,
 /// see [`footfall_tests::swings`].
-#[test]
 fn a_real_goniometer_with_pauses_and_turns() {
-    let Some(folder) = many("knee goniometers") else { return };
+    let folder = traces_folder();
     let (mut followed, mut swings) = (0, 0);
     for path in footfall_tests::traces::csv_files(&folder.join("knee_goniometer")) {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -393,7 +406,7 @@ fn a_real_goniometer_with_pauses_and_turns() {
         let driven = tops(ticks.iter().map(|tick| tick.angles[2]), half);
         let phantoms = phantoms(&driven, &samples);
         let real = tops(samples.iter().copied(), half);
-        println!("{name}: {} swings recorded, {} driven, phantoms {phantoms:?}", real.len(), driven.len());
+        report!("{name}: {} swings recorded, {} driven, phantoms {phantoms:?}", real.len(), driven.len());
         assert!(phantoms.is_empty(), "{name}: {phantoms:?}");
         followed += driven.len();
         swings += real.len();
@@ -402,16 +415,22 @@ fn a_real_goniometer_with_pauses_and_turns() {
             assert!(!fast, "{name}: setpoints move {} s into a pause", stood as f64 * 1e-3);
         }
     }
-    println!("{followed} of {swings} swings followed");
+    report!("{followed} of {swings} swings followed");
     assert!(followed * 10 >= swings * 7, "{followed} of {swings} swings followed");
 }
 
 /// Every degraded copy: finite setpoints, no acceleration beyond the stated bound, and either locked within the stated error over
 /// the last 5 s, or not walking on a sensor that is not believed.
-#[test]
-fn degraded_sensors() {
-    let mut all = people("degraded copies of recorded walkers", Joint::LeftHip);
-    all.push(default_loop(Joint::LeftHip, 30.0));
+fn degraded_sensors_of_recorded_people() {
+    check_degraded_sensors(people(Joint::LeftHip));
+}
+
+/// The same of the default recording.
+fn degraded_sensors_of_the_default_recording() {
+    check_degraded_sensors(vec![default_loop(Joint::LeftHip, 30.0)]);
+}
+
+fn check_degraded_sensors(all: Vec<Person>) {
     for walker in all {
         let hip: Vec<f64> = walker.samples(Joint::LeftHip).into_iter().take(30_000).collect();
         let knee: Vec<f64> = walker.samples(Joint::LeftKnee).into_iter().take(30_000).collect();
@@ -458,7 +477,7 @@ fn degraded_sensors() {
             let locked: Vec<f64> =
                 last.iter().filter(|(_, t)| t.state == Lock::Locked).map(|&(n, t)| walker.off(t, n)).collect();
             let error = if locked.is_empty() { 0.0 } else { rms(&locked) };
-            println!("{} {name}: locked {} of 5000, rms {error:.1} deg", walker.name, locked.len());
+            report!("{} {name}: locked {} of 5000, rms {error:.1} deg", walker.name, locked.len());
             assert!(error <= within, "{}, {name}: {error} deg rms while locked", walker.name);
             assert!(!must || locked.len() == 5000, "{}, {name}: locked {} of 5000", walker.name, locked.len());
         }
@@ -466,7 +485,6 @@ fn degraded_sensors() {
 }
 
 /// The whole command, on the recording that ships and on files that are no good.
-#[test]
 fn the_command_says_how_it_ended() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("loop.csv");

@@ -11,6 +11,16 @@ use joint_loop::SupervisorState;
 use joint_loop::store::generator_record::{ADDRESS, record_of};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use test_suite::{report, tests, traces_folder};
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        six_harmonics_follow_every_walker_and_runner_within_half_a_degree(Traces),
+        crouch_gait_is_fitted_and_called_asymmetric_and_healthy_gait_is_not(Traces),
+        the_board_walks_a_fit_to_the_bit(Image),
+    ])
+}
 
 /// Errors against the mean stride that 6 harmonics must reach, hip and knee, degrees.
 const GOAL_DEG: [f64; 2] = [0.4, 0.5];
@@ -43,10 +53,9 @@ fn bilateral(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
-#[test]
 fn six_harmonics_follow_every_walker_and_runner_within_half_a_degree() {
-    let Some(folder) = traces::many("fits of all recordings") else { return };
-    println!("| recording | strides | hip | knee | hip, unfiltered | knee, unfiltered | loss on held-out strides |");
+    let folder = traces_folder();
+    report!("| recording | strides | hip | knee | hip, unfiltered | knee, unfiltered | loss on held-out strides |");
     for path in bilateral(&folder) {
         let fit = fitted(&path, &settings());
         let raw = Settings { rules: Rules { low_pass: LowPass::Off, ..Rules::default() }, ..settings() };
@@ -59,7 +68,7 @@ fn six_harmonics_follow_every_walker_and_runner_within_half_a_degree() {
         let losses: Vec<f64> =
             fit.joints.iter().filter_map(|joint| Some(joint.rmse_heldout_deg? / joint.heldout_floor_deg?)).collect();
         let loss = losses.iter().copied().fold(0.0, f64::max);
-        println!(
+        report!(
             "| {} | {} | {:.2} | {:.2} | {:.2} | {:.2} | {} |",
             fit.source.name,
             fit.strides.cycles().len(),
@@ -79,9 +88,8 @@ fn six_harmonics_follow_every_walker_and_runner_within_half_a_degree() {
     }
 }
 
-#[test]
 fn crouch_gait_is_fitted_and_called_asymmetric_and_healthy_gait_is_not() {
-    let Some(folder) = traces::many("the asymmetry of crouch gait") else { return };
+    let folder = traces_folder();
     for path in bilateral(&folder) {
         let fit = fitted(&path, &settings());
         let crouch = fit.source.name.contains("crouch");
@@ -91,9 +99,8 @@ fn crouch_gait_is_fitted_and_called_asymmetric_and_healthy_gait_is_not() {
 }
 
 /// A walker fitted to the shipped recording, packed, in the parameter sector of the flashed image: its setpoints are the host's.
-#[test]
 fn the_board_walks_a_fit_to_the_bit() {
-    let Some(board) = Board::find("a fitted walker on the virtual board") else { return };
+    let board = Board::find();
     let fit = fitted(&traces::default_traces_folder().join("gaitkit_fukuchi_healthy.csv"), &Settings::default());
     let config = fit.file.set.config();
     let sector = tempfile::NamedTempFile::new().unwrap();

@@ -10,6 +10,15 @@ use gait_trace::format::open::ReadOptions;
 use gait_trace::{Channel, Looped, Quantity, Recording};
 use joint_loop::{BoardGenerator, Frame, GeneratorConfig, SENSORS, SupervisorState};
 use joint_units::{Joint, Radians};
+use std::process::ExitCode;
+use test_suite::{report, tests};
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        four_joints_follow_one_recorded_hip_or_knee_from_volts_to_setpoints(Image),
+        a_broken_wire_is_walked_through_for_two_seconds_then_stands_and_walks_again_when_mended(Image),
+    ])
+}
 
 /// The shipped walker, fitted, with the sensor on this joint.
 fn follower(sensor: Joint) -> GeneratorConfig {
@@ -47,11 +56,10 @@ fn rmse(frames: &[Frame<SENSORS>], begun_ms: usize, walk: &Looped, joint: Joint)
     (squares.sum::<f64>() / frames.len() as f64).sqrt()
 }
 
-#[test]
 fn four_joints_follow_one_recorded_hip_or_knee_from_volts_to_setpoints() {
-    let Some(board) = Board::find("a follower on the virtual board") else { return };
+    let board = Board::find();
     let walk = walk();
-    println!("| sensor | locked at, s | left hip | right hip | left knee | right knee |");
+    report!("| sensor | locked at, s | left hip | right hip | left knee | right knee |");
     for sensor in [Joint::LeftHip, Joint::RightHip, Joint::LeftKnee] {
         let config = follower(sensor);
         let ran = chain::run(&board, &config, &volts(&walk, sensor, 12.0, (0.0, 0.0)), 12.0, true);
@@ -63,15 +71,14 @@ fn four_joints_follow_one_recorded_hip_or_knee_from_volts_to_setpoints() {
         assert_eq!(frames[frames.len() - 1].state, SupervisorState::Walking);
         let begun_ms = chain::begun_ms(&ran.boots[0]);
         let errors = Joint::ALL.map(|joint| rmse(&frames[6_000..], begun_ms, &walk, joint));
-        println!("| {} | {locked:.2} | {} |", sensor.name(), errors.map(|e| format!("{e:.2}")).join(" | "));
+        report!("| {} | {locked:.2} | {} |", sensor.name(), errors.map(|e| format!("{e:.2}")).join(" | "));
         // The recording has two strides that differ; a template is their mean.
         assert!(errors.iter().all(|error| *error < 3.5), "{sensor:?}: {errors:?}");
     }
 }
 
-#[test]
 fn a_broken_wire_is_walked_through_for_two_seconds_then_stands_and_walks_again_when_mended() {
-    let Some(board) = Board::find("a follower that loses its sensor") else { return };
+    let board = Board::find();
     let (walk, sensor) = (walk(), Joint::LeftHip);
     let config = follower(sensor);
     let (lost, mended) = (7.0, 12.0);

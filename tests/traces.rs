@@ -13,9 +13,7 @@ use footfall::cli;
 use footfall::command::entrain::learn::learn;
 use footfall::command::entrain::{default_generator, run};
 use footfall_tests::degraded::Random;
-use footfall_tests::traces::{
-    csv_files, default_trace, default_traces_folder, default_volts, default_volts_file, many,
-};
+use footfall_tests::traces::{csv_files, default_trace, default_traces_folder, default_volts, default_volts_file};
 use gait_trace::format::csv_file;
 use gait_trace::stride::period;
 use gait_trace::{Channel, Fault, Recording};
@@ -26,6 +24,21 @@ use hgod_adc::{
 use joint_units::{AdcCode, Joint, Period, Radians, Volts};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
+use std::process::ExitCode;
+use test_suite::{report, tests, traces_folder};
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        the_shipped_recording_passes_the_shipped_sensor(),
+        every_recording_passes_without_a_false_verdict(Traces),
+        an_hour_of_recordings_with_noise_has_no_verdict_and_no_hold(Traces),
+        an_hour_of_the_default_recording_with_noise_has_neither(),
+        stride_periods_are_those_of_the_table_beside_the_recordings(Traces),
+        the_shipped_volts_are_what_the_documented_command_makes(),
+        the_shipped_volts_are_the_left_knee_looped(),
+        every_shipped_recording_is_described(),
+    ])
+}
 
 /// The fastest that a leg in these recordings turns, in degrees a millisecond: the knees of sprinters reach 1060 degrees a second.
 const FASTEST_LEG: f64 = 1.2;
@@ -153,7 +166,6 @@ fn check(name: &str, recording: &Recording, sensor: &Sensor, channels: &[&Channe
     (samples, artefacts)
 }
 
-#[test]
 fn the_shipped_recording_passes_the_shipped_sensor() {
     let (recording, sensor) = (default_trace(), typical_sensor().unwrap());
     let channels: Vec<&Channel> = recording.channels().iter().collect();
@@ -162,9 +174,8 @@ fn the_shipped_recording_passes_the_shipped_sensor() {
     assert_eq!((samples > 9_000, artefacts), (true, 0));
 }
 
-#[test]
 fn every_recording_passes_without_a_false_verdict() {
-    let Some(folder) = many("replay of the recordings beside the workspace") else { return };
+    let folder = traces_folder();
     let (shipped, wide) = (typical_sensor().unwrap(), wide_sensor());
     let (mut samples, mut files, mut by_default) = (0, 0, 0);
     let mut with_artefacts = BTreeMap::new();
@@ -188,8 +199,8 @@ fn every_recording_passes_without_a_false_verdict() {
         check(&name, &recording, &shipped, &near);
     }
     assert!(files > 20 && by_default > 60, "{files} files, {by_default} channels through the shipped sensor");
-    println!("{files} files, {samples} samples (1 ms), {by_default} channels also through the shipped sensor");
-    println!("samples refused as faster than any joint: {with_artefacts:?}");
+    report!("{files} files, {samples} samples (1 ms), {by_default} channels also through the shipped sensor");
+    report!("samples refused as faster than any joint: {with_artefacts:?}");
     // Dropped markers that the description of the recordings tells of; what a leg did is never refused.
     let known = ["camargo_levelground_ccw_fast_full_with_artefacts"];
     let other: Vec<_> = with_artefacts.keys().filter(|name| !known.contains(&name.as_str())).collect();
@@ -237,24 +248,27 @@ fn fits_with_noise(channel: &Channel, sensor: &Sensor) -> bool {
 /// A recording whose artefacts are not the sensor's to forgive: dropped markers, which the description of the recordings tells of.
 const WITH_ARTEFACTS: &str = "camargo_levelground_ccw_fast_full_with_artefacts";
 
-#[test]
 fn an_hour_of_recordings_with_noise_has_no_verdict_and_no_hold() {
-    let (near, wide) = (typical_sensor().unwrap(), wide_sensor());
     let mut recordings = vec![("default".to_string(), default_trace())];
-    if let Some(folder) = many("an hour of the recordings beside the workspace with noise") {
-        for path in csv_files(&folder) {
-            let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-            match csv_file::read(&path) {
-                // One cycle on a time axis of its own is no recording.
-                Ok(recording) if !name.ends_with("_normalised") => recordings.push((name, recording)),
-                Ok(_) | Err(_) => {}
-            }
+    for path in csv_files(&traces_folder()) {
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        match csv_file::read(&path) {
+            // One cycle on a time axis of its own is no recording.
+            Ok(recording) if !name.ends_with("_normalised") => recordings.push((name, recording)),
+            Ok(_) | Err(_) => {}
         }
-        assert!(recordings.len() > 30, "{} recordings", recordings.len());
-    } else {
-        // The shipped one alone, looped for as long.
-        recordings[0].1 = looped(&default_trace(), 460.0);
     }
+    assert!(recordings.len() > 30, "{} recordings", recordings.len());
+    check_with_noise(&recordings);
+}
+
+/// The same of the default recording alone, looped for as long.
+fn an_hour_of_the_default_recording_with_noise_has_neither() {
+    check_with_noise(&[("default".to_string(), looped(&default_trace(), 460.0))]);
+}
+
+fn check_with_noise(recordings: &[(String, Recording)]) {
+    let (near, wide) = (typical_sensor().unwrap(), wide_sensor());
     let (mut listened, mut by_near, mut followed, mut locked) = (0, 0, 0, 0);
     let (mut artefacts, mut too_short) = (0, vec![]);
     for (r, (name, recording)) in recordings.iter().enumerate() {
@@ -296,12 +310,12 @@ fn an_hour_of_recordings_with_noise_has_no_verdict_and_no_hold() {
         }
     }
     let [listened, by_near, followed, locked] = [listened, by_near, followed, locked].map(|ms| ms / 1000);
-    println!(
+    report!(
         "{} recordings with noise, {listened} s in all, {by_near} s by the shipped sensor: 0 false verdicts",
         recordings.len()
     );
-    println!("apart from that, in {WITH_ARTEFACTS}: {artefacts} samples of dropped markers refused");
-    println!(
+    report!("apart from that, in {WITH_ARTEFACTS}: {artefacts} samples of dropped markers refused");
+    report!(
         "followed for {followed} s, locked for {locked} s of them: 0 holds; too short to learn from: {too_short:?}"
     );
     assert!(listened > 3_600 && followed > 3_500 && locked > 2_500);
@@ -332,9 +346,8 @@ fn legs(recording: &Recording, channel: &Channel) -> Option<Entrained> {
 }
 
 /// The column `T` of the tables in the folder's own description.
-#[test]
 fn stride_periods_are_those_of_the_table_beside_the_recordings() {
-    let Some(folder) = many("stride periods of the recordings beside the workspace") else { return };
+    let folder = traces_folder();
     let table = std::fs::read_to_string(folder.join("README.md")).unwrap();
     let mut checked = 0;
     for line in table.lines() {
@@ -361,7 +374,6 @@ fn stride_periods_are_those_of_the_table_beside_the_recordings() {
     assert!(checked > 25, "only {checked} rows of the table were understood");
 }
 
-#[test]
 fn the_shipped_volts_are_what_the_documented_command_makes() {
     let readme = std::fs::read_to_string(default_traces_folder().join("README.md")).unwrap();
     let name = default_volts_file();
@@ -379,7 +391,6 @@ fn the_shipped_volts_are_what_the_documented_command_makes() {
 }
 
 /// Backwards: the volts lead to the left knee of the recording, and round and round without a jump.
-#[test]
 fn the_shipped_volts_are_the_left_knee_looped() {
     let (volts, angles, sensor) = (default_volts(), default_trace(), wired_sensor().unwrap());
     let looped = angles.looped(feed::RATE_HZ).unwrap();
@@ -398,7 +409,6 @@ fn the_shipped_volts_are_the_left_knee_looped() {
 }
 
 /// A recording that nobody describes is a recording without a licence.
-#[test]
 fn every_shipped_recording_is_described() {
     let readme = std::fs::read_to_string(default_traces_folder().join("README.md")).unwrap();
     let files: BTreeSet<String> = std::fs::read_dir(default_traces_folder())

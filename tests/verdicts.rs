@@ -13,7 +13,7 @@ use footfall::board::feed;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::degraded::Random;
 use footfall_tests::faulty::{Fault, Knee, LSB, Rig, SUPPLY, table};
-use footfall_tests::traces::{default_trace, default_traces_folder, many, package};
+use footfall_tests::traces::{default_trace, default_traces_folder, package};
 use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::format::csv_file;
 use gait_trace::format::open;
@@ -25,8 +25,21 @@ use joint_loop::{
 };
 use joint_units::{AdcCode, Joint, Radians, Volts};
 use std::f64::consts::PI;
+use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use test_suite::{report, tests, traces_folder};
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride(Image),
+        a_follower_freewheels_at_once_and_stands_after_two_seconds_whatever_the_verdict(Image),
+        a_follower_walks_through_spikes_and_short_interruptions(Image),
+        two_minutes_of_recordings_in_a_row_with_noise_get_no_verdict(Image, Traces),
+        two_minutes_of_the_default_recording_with_noise_get_no_verdict(Image),
+        the_document_has_the_constants(),
+    ])
+}
 
 /// Phases of the stride at which a fault begins.
 const PHASES: u32 = 24;
@@ -215,9 +228,8 @@ fn spread(values: impl Iterator<Item = f64>) -> String {
     }
 }
 
-#[test]
 fn every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride() {
-    let Some(board) = Board::find("every verdict at every phase on the virtual board") else { return };
+    let board = Board::find();
     let (rig, sensor) = (Rig::new(&board, GeneratorConfig::default_walk(), true), typical_sensor().unwrap());
     let lasting = [Fault::Open, Fault::Short, Fault::Stuck, Fault::Jump, Fault::Loose, Fault::Outside, Fault::Supply];
     let brief = [Fault::Brief, Fault::Spike];
@@ -239,10 +251,10 @@ fn every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride() 
     });
     assert_eq!(done.len(), jobs.len());
 
-    println!(
+    report!(
         "| verdict | fault | n | constant, ms | detected, ms: min / median / max | reaction | stops, ms | outputs off, ms |"
     );
-    println!("|---|---|---|---|---|---|---|---|");
+    report!("|---|---|---|---|---|---|---|---|");
     for fault in lasting.into_iter().chain(brief) {
         let all: Vec<Measured> =
             done.iter().filter(|((of, ..), _)| *of == fault).flat_map(|(_, measured)| measured.clone()).collect();
@@ -253,7 +265,7 @@ fn every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride() 
             n if n == all.len() => format!("parks, {}", is.cause.name()),
             n => format!("{n} park, {} carry on", all.len() - n),
         };
-        println!(
+        report!(
             "| {} | {fault:?} | {} ({} with noise) | {} | {} | {answer} | {} | {} |",
             fault.verdict(),
             all.len(),
@@ -323,28 +335,26 @@ fn loses(rig: &Rig<'_>, fault: Fault, phase: u32) -> [f64; 3] {
     [held, fades, stands].map(|tick| clock.ms(at, tick))
 }
 
-#[test]
 fn a_follower_freewheels_at_once_and_stands_after_two_seconds_whatever_the_verdict() {
-    let Some(board) = Board::find("a follower and every verdict on the virtual board") else { return };
+    let board = Board::find();
     let rig = Rig::new(&board, follower(), false);
     let lasting = [Fault::Open, Fault::Short, Fault::Stuck, Fault::Jump, Fault::Outside, Fault::Supply];
     let jobs: Vec<(Fault, u32)> =
         lasting.into_iter().flat_map(|fault| (0..4).map(move |n| (fault, n * PHASES / 4 + n))).collect();
     let done = two_at_a_time(&jobs, |(fault, phase)| loses(&rig, fault, phase));
     assert_eq!(done.len(), jobs.len());
-    println!("| verdict | fault | n | at most, ms | holds, ms: min / median / max | fades, ms | stands, ms |");
-    println!("|---|---|---|---|---|---|---|");
+    report!("| verdict | fault | n | at most, ms | holds, ms: min / median / max | fades, ms | stands, ms |");
+    report!("|---|---|---|---|---|---|---|");
     for fault in lasting {
         let of = |which: usize| spread(done.iter().filter(|((of, _), _)| *of == fault).map(|(_, ms)| ms[which]));
         let (verdict, most) = (fault.verdict(), fault.reaction().freewheels_ms());
-        println!("| {verdict} | {fault:?} | 4 | {most} | {} | {} | {} |", of(0), of(1), of(2));
+        report!("| {verdict} | {fault:?} | 4 | {most} | {} | {} | {} |", of(0), of(1), of(2));
     }
 }
 
 /// What ends by itself is bridged: the follower stays locked.
-#[test]
 fn a_follower_walks_through_spikes_and_short_interruptions() {
-    let Some(board) = Board::find("a follower and brief faults on the virtual board") else { return };
+    let board = Board::find();
     let rig = Rig::new(&board, follower(), false);
     for fault in [Fault::Spike, Fault::Brief] {
         assert_eq!(fault.reaction().follower, Answer::CarryOn);
@@ -359,21 +369,14 @@ fn a_follower_walks_through_spikes_and_short_interruptions() {
 
 /// Recordings of different people, one after the other with half a second in between to get from one angle to the next, through the shipped
 /// sensor with 2 codes of noise: angles in degrees, one a millisecond.
-fn in_a_row() -> (Vec<String>, Vec<f64>) {
+fn in_a_row(people: &[(&str, &str)]) -> (Vec<String>, Vec<f64>) {
+    let folder = traces_folder();
+    let read = |name: &str| csv_file::read(&folder.join(format!("{name}.csv"))).expect("a good recording");
     let mut chosen = Vec::new();
-    if let Some(folder) = many("a long run of other people's recordings on the virtual board") {
-        let read = |name: &str| csv_file::read(&folder.join(format!("{name}.csv"))).expect("a good recording");
-        for (name, joint) in [
-            ("gaitprint_young_overground", "left_knee"),
-            ("gaitprint_middle_overground", "right_hip"),
-            ("knee_goniometer/uci_A05_walk_knee", "knee"),
-            ("knee_goniometer/uci_A07_walk_knee", "knee"),
-            ("biomechzoo_adult_level", "right_knee"),
-        ] {
-            chosen.push((name.to_string(), joint, read(name), 1.0));
-        }
+    for (name, joint) in people {
+        chosen.push((name.to_string(), *joint, read(name), 1.0));
     }
-    // The shipped one is always there; alone, it is played for as long.
+    // The default recording comes last; alone, it is played for as long as all.
     let times = if chosen.is_empty() { 60.0 } else { 1.0 };
     chosen.push((
         feed::DEFAULT_TRACE_NAME.into(),
@@ -394,11 +397,24 @@ fn in_a_row() -> (Vec<String>, Vec<f64>) {
     (chosen.into_iter().map(|(name, ..)| name).collect(), angles)
 }
 
-#[test]
 fn two_minutes_of_recordings_in_a_row_with_noise_get_no_verdict() {
-    let Some(board) = Board::find("a long run of recordings on the virtual board") else { return };
+    check_in_a_row(&[
+        ("gaitprint_young_overground", "left_knee"),
+        ("gaitprint_middle_overground", "right_hip"),
+        ("knee_goniometer/uci_A05_walk_knee", "knee"),
+        ("knee_goniometer/uci_A07_walk_knee", "knee"),
+        ("biomechzoo_adult_level", "right_knee"),
+    ]);
+}
+
+fn two_minutes_of_the_default_recording_with_noise_get_no_verdict() {
+    check_in_a_row(&[]);
+}
+
+fn check_in_a_row(people: &[(&str, &str)]) {
+    let board = Board::find();
     let (rig, sensor) = (Rig::new(&board, GeneratorConfig::default_walk(), true), typical_sensor().unwrap());
-    let (names, angles) = in_a_row();
+    let (names, angles) = in_a_row(people);
     let mut random = Random(2);
     let mut text = String::from("time_s,PA1\n");
     for (degrees, ms) in angles.iter().zip(0..) {
@@ -409,7 +425,7 @@ fn two_minutes_of_recordings_in_a_row_with_noise_get_no_verdict() {
     let secs = angles.len() as f64 * 1e-3;
     let (ran, frames) = rig.run(&text, secs);
     let bad: Vec<_> = frames.iter().filter(|frame| frame.verdict[0] != Some(Validity::Good)).collect();
-    println!("{} frames of {names:?}: {} verdicts", frames.len(), bad.len());
+    report!("{} frames of {names:?}: {} verdicts", frames.len(), bad.len());
     assert!(bad.is_empty(), "{:?}", bad[0]);
     let walking = frames.iter().filter(|frame| frame.state == SupervisorState::Walking).count();
     assert!(frames.len() > 120_000 && walking + 2_400 > frames.len(), "{walking} of {}", frames.len());
@@ -417,7 +433,6 @@ fn two_minutes_of_recordings_in_a_row_with_noise_get_no_verdict() {
 }
 
 /// The tables of the document are those of the crates.
-#[test]
 fn the_document_has_the_constants() {
     let text = std::fs::read_to_string(package().join("../docs/verdicts.md")).unwrap();
     let rows = text.lines().filter_map(|line| line.strip_prefix("| `"));

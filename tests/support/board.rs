@@ -1,9 +1,8 @@
 //! The flashed image on the virtual board.
 //!
-//! `FOOTFALL_ELF` and `FOOTFALL_VIRTUAL_BOARD` name the two, as `cargo xtask test` sets them; without them these tests are left
-//! out, and say so. With `FOOTFALL_REQUIRE_VIRTUAL_BOARD=1` being left out is a failure.
+//! `FOOTFALL_ELF` and `FOOTFALL_VIRTUAL_BOARD` name the two; `cargo xtask test` sets them. A test that uses them names
+//! [`test_suite::Need::Image`] or [`test_suite::Need::ShadowImage`].
 
-use crate::left_out;
 use footfall::board::image::Image;
 use footfall::board::lines;
 use footfall::board::lines::{BoardLine, End};
@@ -109,13 +108,13 @@ impl Booted {
 }
 
 impl Board {
-    /// The board, if there is one; `what` is left out otherwise.
+    /// The board with the image that drives the servos.
     ///
     /// # Panics
-    /// There is none although one is required, or the image is none.
+    /// The environment does not name the two, or the file is no image.
     #[must_use]
-    pub fn find(what: &str) -> Option<Self> {
-        Self::with("FOOTFALL_ELF", what)
+    pub fn find() -> Self {
+        Self::with("FOOTFALL_ELF")
     }
 
     /// The board with the image that drives nothing.
@@ -123,23 +122,15 @@ impl Board {
     /// # Panics
     /// As [`Board::find`].
     #[must_use]
-    pub fn shadow(what: &str) -> Option<Self> {
-        Self::with("FOOTFALL_SHADOW_ELF", what)
+    pub fn shadow() -> Self {
+        Self::with("FOOTFALL_SHADOW_ELF")
     }
 
-    fn with(image: &str, what: &str) -> Option<Self> {
-        let (elf, program) = (std::env::var_os(image), std::env::var_os("FOOTFALL_VIRTUAL_BOARD"));
-        let (Some(elf), Some(program)) = (elf, program) else {
-            let why = "FOOTFALL_ELF and FOOTFALL_VIRTUAL_BOARD are not set; `cargo xtask test` sets them";
-            assert!(
-                std::env::var_os("FOOTFALL_REQUIRE_VIRTUAL_BOARD").is_none_or(|value| value != "1"),
-                "{what}: {why}"
-            );
-            left_out(what, why);
-            return None;
-        };
-        let image = Image::read(elf.as_ref()).unwrap_or_else(|error| panic!("{error}"));
-        Some(Self { elf: elf.into(), program: program.into(), image })
+    fn with(image: &str) -> Self {
+        let path = |variable: &str| PathBuf::from(std::env::var_os(variable).expect(variable));
+        let (elf, program) = (path(image), path("FOOTFALL_VIRTUAL_BOARD"));
+        let image = Image::read(&elf).unwrap_or_else(|error| panic!("{error}"));
+        Self { elf, program, image }
     }
 
     /// Runs the image with these options of the virtual board.

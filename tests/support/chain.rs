@@ -146,7 +146,7 @@ pub fn all<J: Sync, R: Send>(what: &str, jobs: &[J], work: impl Fn(&J) -> R + Sy
             let Ok(mut done) = done.lock() else { return results };
             *done += 1;
             if *done % jobs.len().div_ceil(10).max(1) == 0 || *done == jobs.len() {
-                crate::tell(&format!("{what}: {done} of {} in {:.0} s", jobs.len(), began.elapsed().as_secs_f64()));
+                eprintln!("{what}: {done} of {} in {:.0} s", jobs.len(), began.elapsed().as_secs_f64());
             }
         }
     };

@@ -20,16 +20,3 @@ pub mod statistics;
 pub mod swings;
 pub mod traces;
 pub mod walk;
-
-use std::io::Write;
-
-/// Says that something was left out, so loudly that the test runner cannot keep it to itself.
-pub fn left_out(what: &str, why: &str) {
-    tell(&format!("\n*** LEFT OUT: {what}: {why} ***"));
-}
-
-/// Writes a line that the test runner cannot keep to itself.
-pub fn tell(line: &str) {
-    // `eprintln!` in a test that passes is captured; the stream itself is not.
-    let _ = writeln!(std::io::stderr(), "{line}");
-}

@@ -1,6 +1,6 @@
 //! Recorded walkers with their templates and their phase: who is followed, on the host and on the virtual board.
 
-use crate::traces::{default_trace, many};
+use crate::traces::default_trace;
 use cpg_core::entrainment::phase_lock::Template;
 use cpg_core::entrainment::{Entrained, EventSource};
 use footfall::command::entrain::default_generator;
@@ -11,6 +11,7 @@ use gait_trace::format::csv_file;
 use gait_trace::{Channel, Recording};
 use joint_loop::{FollowConfig, GeneratorConfig, SeriesConfig, ShapeConfig};
 use joint_units::{Joint, Radians};
+use test_suite::traces_folder;
 
 /// The two long recordings of walkers.
 pub const PEOPLE: [&str; 2] = ["gaitprint_young_overground", "gaitprint_middle_overground"];
@@ -77,22 +78,22 @@ impl Person {
     }
 }
 
-/// The two long recordings, if they are there; `what` is left out otherwise.
+/// The people of the two long recordings in [`test_suite::traces_folder`].
 ///
 /// # Panics
-/// One of them is not as it must be.
+/// A recording is missing or cannot be read.
 #[must_use]
-pub fn people(what: &str, sensor: Joint) -> Vec<Person> {
-    people_of(&PEOPLE, what, sensor)
+pub fn people(sensor: Joint) -> Vec<Person> {
+    people_of(&PEOPLE, sensor)
 }
 
-/// Recordings of these names from the folder of many, if it is there; `what` is left out otherwise.
+/// The people of the recordings of these names in [`test_suite::traces_folder`].
 ///
 /// # Panics
-/// One of them is not as it must be.
+/// A recording is missing or cannot be read.
 #[must_use]
-pub fn people_of(names: &[&str], what: &str, sensor: Joint) -> Vec<Person> {
-    let Some(folder) = many(what) else { return vec![] };
+pub fn people_of(names: &[&str], sensor: Joint) -> Vec<Person> {
+    let folder = traces_folder();
     let read = |name: &&str| {
         let recording = csv_file::read(&folder.join(format!("{name}.csv"))).expect("a good recording");
         Person::of(name, recording, sensor)

@@ -1,4 +1,4 @@
-//! Recordings: one ships here, many more may lie beside the workspace.
+//! Recordings: one is in the repository, [`test_suite::traces_folder`] beside it holds many more.
 
 use footfall::board::feed;
 use gait_trace::Recording;
@@ -39,20 +39,6 @@ pub fn default_volts() -> Recording {
 #[must_use]
 pub fn default_volts_file() -> PathBuf {
     default_traces_folder().join("gaitkit_fukuchi_healthy_left_knee_volts.csv")
-}
-
-/// The folder of many recordings, `FOOTFALL_TRACES` or `../shared/traces` beside the workspace; where there is none, that
-/// `what` is left out is said aloud.
-#[must_use]
-pub fn many(what: &str) -> Option<PathBuf> {
-    let folder =
-        std::env::var_os("FOOTFALL_TRACES").map_or_else(|| package().join("../../shared/traces"), PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    let why = format!("no recordings in {} (FOOTFALL_TRACES names another folder)", folder.display());
-    crate::left_out(what, &why);
-    None
 }
 
 /// Every CSV file in a folder and the folders in it, in order.
