@@ -434,7 +434,7 @@ fn check_in_a_row(people: &[(&str, &str)]) {
 
 /// The tables of the document are those of the crates.
 fn the_document_has_the_constants() {
-    let text = std::fs::read_to_string(package().join("../docs/verdicts.md")).unwrap();
+    let text = std::fs::read_to_string(package().join("../docs/sensor-faults.md")).unwrap();
     let rows = text.lines().filter_map(|line| line.strip_prefix("| `"));
     let rows: Vec<Vec<&str>> =
         rows.map(|row| row.split('|').map(|cell| cell.trim().trim_matches('`')).collect()).collect();

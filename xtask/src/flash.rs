@@ -14,7 +14,7 @@ use crate::workspace::Workspace;
 /// `joint_loop::store::generator_record::ADDRESS`.
 const GENERATOR_SECTOR: &str = "0x08004000";
 /// `joint_loop::store::sensor_record::ADDRESS`.
-const SENSORS_SECTOR: &str = "0x08008000";
+const SENSOR_SECTOR: &str = "0x08008000";
 
 /// Options of `cargo xtask flash`.
 #[derive(Debug, clap::Args)]
@@ -54,12 +54,12 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
     eprintln!("image: {}, {}", image.elf.display(), image.footprint);
     // Each sector is a download of its own: that of the program does not erase them, so parameters outlast a new program.
     if let Some(params) = &options.params {
-        download(&workspace, board, &[params.into()], "walker.bin", GENERATOR_SECTOR)?;
+        download(&workspace, board, &[params.into()], "generator.bin", GENERATOR_SECTOR)?;
     }
     if !options.sensor.is_empty() {
         let sensors: Vec<OsString> =
             options.sensor.iter().flat_map(|sensor| ["--sensor".into(), sensor.into()]).collect();
-        download(&workspace, board, &sensors, "sensors.bin", SENSORS_SECTOR)?;
+        download(&workspace, board, &sensors, "sensors.bin", SENSOR_SECTOR)?;
     }
     shell::replace_with(shell::command("probe-rs").args(["run", "--chip", board.chip()]).arg(image.elf))
 }
