@@ -193,7 +193,7 @@ fn measure_brief(rig: &Rig<'_>, fault: Fault, noise: f64) -> Vec<Measured> {
         assert!(said < wrong + u32::from(is.said_ms), "{of}: said in tick {said}");
         let during = &frames[index(wrong - 1)..=index(over)];
         let graver =
-            during.iter().fold(Validity::Good, |gravest, frame| gravest.graver(frame.verdict[0].unwrap_or_default()));
+            during.iter().fold(Validity::Good, |gravest, frame| gravest.worse(frame.verdict[0].unwrap_or_default()));
         assert_eq!(graver, fault.verdict(), "{of}: a graver verdict");
         Measured { noise, detected_ms: clock.ms(at, said), stopped_ms: None, off_ms: None }
     });

@@ -95,7 +95,9 @@ impl Activity {
 /// Whether a manifest lies in the folder of the package "name v1.2.3": `name-1.2.3` in the registry, `name` in a workspace.
 fn is_of_package(manifest: &str, package: &str) -> bool {
     let folder = manifest.rsplit(['/', '\\']).nth(1).unwrap_or_default();
-    let (name, version) = package.split_once(" v").unwrap_or((package, ""));
+    // The folder of `compiler_builtins` is `compiler-builtins`.
+    let (folder, package) = (folder.replace('_', "-"), package.replace('_', "-"));
+    let (name, version) = package.split_once(" v").unwrap_or((&package, ""));
     folder == name || folder.strip_prefix(name).and_then(|rest| rest.strip_prefix('-')) == Some(version)
 }
 
@@ -254,6 +256,7 @@ mod tests {
     fn a_package_is_recognised_by_its_folder() {
         assert!(is_of_package("/r/syn-2.0.1/Cargo.toml", "syn v2.0.1"));
         assert!(is_of_package("/project/tools/footfall/Cargo.toml", "footfall v0.1.0"));
+        assert!(is_of_package("/lib/compiler-builtins/compiler-builtins/Cargo.toml", "compiler_builtins v0.1.160"));
         assert!(!is_of_package("/r/syn-1.0.1/Cargo.toml", "syn v2.0.1"));
         assert!(!is_of_package("/r/serde_json-1.0.0/Cargo.toml", "serde v1.0.0"));
     }

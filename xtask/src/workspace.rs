@@ -13,9 +13,6 @@ use crate::setup::{self, Need, Required};
 use crate::shell;
 use crate::toolchain::{TARGET, Toolchain};
 
-/// The virtual board has a profile, and thereby a folder, of its own: cargo builds one program at a time in a folder.
-pub(crate) const VIRTUAL_BOARD_PROFILE: &str = "virtual-board";
-
 /// The workspace and what it is built with.
 #[derive(Debug)]
 pub(crate) struct Workspace {
@@ -104,7 +101,7 @@ impl Workspace {
         if self.strict {
             toolchain.deny_warnings(&mut cargo);
         }
-        // Without a level defmt compiles every log statement out; the configuration file says so too, but yields to the environment.
+        // Without a level defmt compiles every log statement out. The configuration file sets it too, but an empty variable overrides that.
         if std::env::var_os("DEFMT_LOG").is_none_or(|level| level.is_empty()) {
             cargo.env("DEFMT_LOG", "info");
         }
@@ -119,13 +116,14 @@ impl Workspace {
         self.image(&built, &features)
     }
 
-    /// What `cargo xtask run` needs, built side by side: the long single-threaded stretches of each overlap with work of the others.
+    /// What `cargo xtask run` needs, built side by side. The two programs for the host are one build, because they share most crates.
     pub(crate) fn image_and_host_programs(&self, board: Board, drive: Drive) -> Result<Programs> {
         let features = features(board, drive);
-        eprintln!("build: virtual-board, firmware for {features}, footfall (the first time takes minutes)");
-        let builds = vec![virtual_board_build(), self.firmware_build(&features)?, footfall_build()];
-        let built: Vec<PathBuf> = progress::build(builds)?.into_iter().flatten().collect();
-        let Ok([virtual_board, firmware, footfall]) = <[PathBuf; 3]>::try_from(built) else {
+        eprintln!("build: virtual-board and footfall, firmware for {features} (the first time takes minutes)");
+        let host = host_build("virtual-board and footfall", &["virtual-board", "footfall"]);
+        let built: Vec<PathBuf> =
+            progress::build(vec![host, self.firmware_build(&features)?])?.into_iter().flatten().collect();
+        let Ok([virtual_board, footfall, firmware]) = <[PathBuf; 3]>::try_from(built) else {
             bail!("cargo built another number of programs than three")
         };
         Ok(Programs { virtual_board, footfall, image: self.image(&firmware, &features)? })
@@ -163,12 +161,12 @@ impl Workspace {
 
     /// The program that runs an image without a board.
     pub(crate) fn virtual_board(&self) -> Result<PathBuf> {
-        one_program(virtual_board_build())
+        one_program(host_build("virtual-board", &["virtual-board"]))
     }
 
     /// The command-line program.
     pub(crate) fn footfall(&self) -> Result<PathBuf> {
-        one_program(footfall_build())
+        one_program(host_build("footfall", &["footfall"]))
     }
 }
 
@@ -179,16 +177,14 @@ fn features(board: Board, drive: Drive) -> String {
     }
 }
 
-fn virtual_board_build() -> Build {
+/// A build of programs for the host: packages with an executable of the same name.
+fn host_build(label: &'static str, packages: &'static [&'static str]) -> Build {
     let mut cargo = shell::cargo();
-    cargo.args(["build", "--package", "virtual-board", "--profile", VIRTUAL_BOARD_PROFILE]);
-    Build { label: "virtual-board", cargo, executables: &["virtual-board"] }
-}
-
-fn footfall_build() -> Build {
-    let mut cargo = shell::cargo();
-    cargo.args(["build", "--package", "footfall", "--profile", "host"]);
-    Build { label: "footfall", cargo, executables: &["footfall"] }
+    cargo.args(["build", "--profile", "host"]);
+    for package in packages {
+        cargo.args(["--package", package]);
+    }
+    Build { label, cargo, executables: packages }
 }
 
 /// A build of one executable, announced by its name.
@@ -211,5 +207,25 @@ mod tests {
         let workspace =
             Workspace { target_dir: "target".into(), started_in: ".".into(), strict: false, toolchain: None };
         assert!(workspace.thumb_build("firmware", &[]).unwrap_err().to_string().contains("toolchain"));
+    }
+
+    /// With other features a crate is compiled again: after `cargo xtask run`, which builds both programs at once, neither
+    /// `cargo footfall` nor the tests of the virtual board may do so.
+    #[test]
+    fn the_host_programs_share_their_crates() {
+        let crates = |packages: &[&str]| {
+            let mut cargo = shell::cargo();
+            cargo.args(["tree", "--edges", "normal,build", "--prefix", "none", "--format", "{p} {f}"]);
+            cargo.args(packages.iter().flat_map(|package| ["--package", package]));
+            let tree = shell::stdout_of(&mut cargo).unwrap();
+            tree.lines().map(|line| line.trim_end_matches(" (*)").to_owned()).collect::<std::collections::BTreeSet<_>>()
+        };
+        let both = crates(&["virtual-board", "footfall"]);
+        for package in ["virtual-board", "footfall"] {
+            let alone = crates(&[package]);
+            assert!(alone.len() > 50, "{package} has crates");
+            let other: Vec<_> = alone.difference(&both).collect();
+            assert!(other.is_empty(), "{package} alone has other features than with the other program: {other:#?}");
+        }
     }
 }

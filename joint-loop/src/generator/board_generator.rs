@@ -5,13 +5,13 @@
 //! sensor. The same file that a fit wrote builds the same bits here on the host and on the board ([`crate::store::generator_record`] is how it gets there).
 
 use cpg_core::entrainment::phase_lock::PhaseLockConfig;
-use cpg_core::entrainment::{Entrained, EntrainedConfig, EventSource, FollowStatus};
+use cpg_core::entrainment::{EventSource, FollowStatus, Follower, FollowerConfig};
 use cpg_core::gait::default_walk::default_config;
 use cpg_core::network::graph::{Biped, HipKnee, LeftRight};
 use cpg_core::network::phase_coupled::{Robust, RobustConfig};
 use cpg_core::network::thesis::{Thesis, ThesisConfig};
-use cpg_core::waveform::shape::{FourierShape, PhaseShape};
-use cpg_core::{BuildError, Generator, Rk4, StateFault};
+use cpg_core::waveform::shape::{FourierShape, PhaseShape, PhaseShapeConfig};
+use cpg_core::{BuildError, Follow, Generator, Rk4, StateFault};
 use hgod_adc::FilterConfig;
 use joint_units::{Joint, Period, Phase, RadPerSec, Radians};
 
@@ -50,12 +50,12 @@ pub struct FollowConfig {
 }
 
 impl FollowConfig {
-    /// What it becomes: the delay of the gait sensor's filter made up for, everything else as [`EntrainedConfig::default`] has it.
+    /// What it becomes: the delay of the gait sensor's filter made up for, everything else as [`FollowerConfig::default`] has it.
     #[must_use]
-    pub fn entrained(&self) -> EntrainedConfig {
+    pub fn entrained(&self) -> FollowerConfig {
         let lock = PhaseLockConfig { stride_s: self.shape.stride_s, ..PhaseLockConfig::default() };
         let delay_s = FilterConfig::default().delay_s(Period::MILLISECOND);
-        EntrainedConfig { lock, delay_s, events: self.events, ..EntrainedConfig::default() }
+        FollowerConfig { lock, delay_s, events: self.events, ..FollowerConfig::default() }
     }
 }
 
@@ -84,7 +84,7 @@ pub enum BoardGenerator {
     /// Phase and shape.
     Shape(PhaseShape<FourierShape<SERIES_HARMONICS>, { Joint::COUNT }>),
     /// Phase and shape that follow the gait sensor.
-    Follow(Entrained),
+    Follow(Follower),
 }
 
 impl ShapeConfig {
@@ -93,7 +93,7 @@ impl ShapeConfig {
     /// # Errors
     /// Names the coefficient that is out of range.
     pub fn shapes(&self) -> Result<[FourierShape<SERIES_HARMONICS>; Joint::COUNT], BuildError> {
-        let series = |joint: &SeriesConfig| FourierShape::build(joint.mean, joint.cos, joint.sin);
+        let series = |joint: &SeriesConfig| FourierShape::new(joint.mean, joint.cos, joint.sin);
         let [left_hip, right_hip, left_knee, right_knee] = &self.joints;
         Ok([series(left_hip)?, series(right_hip)?, series(left_knee)?, series(right_knee)?])
     }
@@ -149,13 +149,12 @@ impl GeneratorConfig {
         Ok(match self {
             Self::Robust(config) => BoardGenerator::Robust(config.build::<Biped, Rk4>(period)?),
             Self::Thesis(config) => BoardGenerator::Thesis(config.build::<LeftRight, HipKnee, Rk4>(period)?),
-            Self::Shape(config) => BoardGenerator::Shape(PhaseShape::build(config.shapes()?, config.stride_s, period)?),
-            Self::Follow(config) => BoardGenerator::Follow(Entrained::build(
-                config.shape.shapes()?,
-                config.sensor,
-                config.entrained(),
-                period,
-            )?),
+            Self::Shape(config) => BoardGenerator::Shape(
+                PhaseShapeConfig { shapes: config.shapes()?, stride_s: config.stride_s }.build(period)?,
+            ),
+            Self::Follow(config) => {
+                BoardGenerator::Follow(config.entrained().build(config.shape.shapes()?, config.sensor, period)?)
+            }
         })
     }
 }
@@ -200,21 +199,23 @@ impl Generator<{ Joint::COUNT }> for BoardGenerator {
     fn reset(&mut self) {
         whichever!(self, generator => generator.reset());
     }
+}
 
-    fn sense(&mut self, angle: Option<Radians>) {
+impl Follow for BoardGenerator {
+    fn observe(&mut self, angle: Option<Radians>) {
         if let BoardGenerator::Follow(follower) = self {
-            follower.sense(angle);
+            follower.observe(angle);
         }
     }
 
     fn heel_strike(&mut self) {
         if let BoardGenerator::Follow(follower) = self {
-            Generator::heel_strike(follower);
+            follower.heel_strike();
         }
     }
 
-    fn following(&self) -> Option<FollowStatus> {
-        if let BoardGenerator::Follow(follower) = self { follower.following() } else { None }
+    fn follow_status(&self) -> Option<FollowStatus> {
+        if let BoardGenerator::Follow(follower) = self { follower.follow_status() } else { None }
     }
 }
 
@@ -233,25 +234,24 @@ mod tests {
         let shape = ShapeConfig { stride_s: 1.1, joints: [0.0_f32, 3.1, 1.5, 4.6].map(joint) };
         let follow = FollowConfig { sensor: Joint::LeftHip, events: EventSource::FootSwitch, shape };
         let mut walker = GeneratorConfig::Follow(follow).build(Period::MILLISECOND).unwrap();
-        let mut core =
-            Entrained::build(shape.shapes().unwrap(), Joint::LeftHip, follow.entrained(), Period::MILLISECOND).unwrap();
+        let mut core = follow.entrained().build(shape.shapes().unwrap(), Joint::LeftHip, Period::MILLISECOND).unwrap();
         for tick in 0..16_000u32 {
             let cycles = tick as f32 * 1e-3;
             let angle = (tick < 15_000).then(|| Radians(0.1 + 0.35 * (core::f32::consts::TAU * cycles).cos()));
-            Generator::sense(&mut core, angle);
-            walker.sense(angle);
+            core.observe(angle);
+            walker.observe(angle);
             if tick % 1000 == 400 {
                 core.heel_strike();
                 walker.heel_strike();
             }
             core.step();
             walker.step();
-            assert_eq!((walker.angles(), walker.following()), (core.angles(), Some(core.status())), "tick {tick}");
+            assert_eq!((walker.angles(), walker.follow_status()), (core.angles(), Some(core.status())), "tick {tick}");
         }
         let BoardGenerator::Follow(follower) = walker else { unreachable!() };
         assert_eq!(follower, core);
         assert!((follower.event_phase().expect("learned").cycles() - 0.4).abs() < 0.01);
         let robust = GeneratorConfig::default_walk().build(Period::MILLISECOND).unwrap();
-        assert_eq!(robust.following(), None);
+        assert_eq!(robust.follow_status(), None);
     }
 }

@@ -54,7 +54,7 @@ mod proof {
     /// A sensor: build from any table, reference, filter and limits, then one sample in any state.
     fn sensors(period: Period) {
         let points: &[CalibrationPoint] = black_box(&[]);
-        let Ok(calibration) = Calibration::build(points, black_box(Interpolation::MonotoneCubic)) else { return };
+        let Ok(calibration) = Calibration::new(points, black_box(Interpolation::MonotoneCubic)) else { return };
         let config = SensorConfig {
             reference: black_box(ReferenceConfig::stm32f4(AdcCode(1500))),
             calibration,

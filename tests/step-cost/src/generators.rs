@@ -23,7 +23,7 @@ use cpg_core::oscillator::terman_wang::TermanWang;
 use cpg_core::oscillator::van_der_pol::VanDerPol;
 use cpg_core::transition::{Smooth, TransitionConfig};
 use cpg_core::waveform::adaptive_fourier::AdaptiveWalk;
-use cpg_core::waveform::fixed::FixedPhaseShape;
+use cpg_core::waveform::fixed::{FixedPhaseShape, FixedPhaseShapeConfig};
 use cpg_core::waveform::shape::{FourierShape, PhaseShape, SplineShape};
 use cpg_core::{BuildError, Generator};
 use joint_units::{Period, Phase, RadPerSec2, Radians};
@@ -87,13 +87,18 @@ fn robust_fixed(period: Period) -> Result<FixedRobust<Biped, 4, 4>, BuildError> 
 }
 
 fn fourier_fixed(period: Period) -> Result<FixedPhaseShape<6, 4>, BuildError> {
-    FixedPhaseShape::build(catalogue::fourier(period)?.shapes(), [Phase(0); 4], catalogue::STRIDE_S, period)
+    FixedPhaseShapeConfig {
+        shapes: *catalogue::fourier(period)?.shapes(),
+        leads: [Phase(0); 4],
+        stride_s: catalogue::STRIDE_S,
+    }
+    .build(period)
 }
 
 /// A smoothed generator in a change that never ends, so that every step computes the offsets.
 fn robust_smooth(period: Period) -> Result<Smooth<Walk, 4>, BuildError> {
     let config = TransitionConfig { acceleration: RadPerSec2(0.1), settling_s: 60.0 };
-    let mut smooth = Smooth::build(catalogue::robust(period)?, config, period)?;
+    let mut smooth = config.build(catalogue::robust(period)?, period)?;
     smooth.stop([Radians(0.5); 4]);
     smooth.resume();
     smooth.change(|walk| (0..250).for_each(|_| walk.step()));
@@ -101,7 +106,7 @@ fn robust_smooth(period: Period) -> Result<Smooth<Walk, 4>, BuildError> {
 }
 
 fn hexapod_walk(period: Period) -> Result<HexapodWalk, BuildError> {
-    HexapodWalk::build(5, HexapodWalkConfig::default(), period)
+    HexapodWalkConfig { reversibility: 5, ..HexapodWalkConfig::default() }.build(period)
 }
 
 /// Entry point: the start-up code calls it after reset.

@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn timer_clock_is_twice_the_apb_clock_unless_the_prescaler_is_one() {
+    fn timer_clock_is_twice_the_apb_clock_unless_undivided() {
         // RM0090 7.2: the Discovery's usual 168 MHz with APB1 / 4 and APB2 / 2 gives timers 84 and 168 MHz.
         let clocks = ClockTree { hclk: 168e6, apb: [4, 2] };
         assert_eq!((clocks.timer(0), clocks.timer(1)), (2, 1));

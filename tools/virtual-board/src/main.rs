@@ -63,7 +63,7 @@ struct Cli {
     /// Repeat the voltages instead of holding the last row
     #[arg(long = "loop", requires = "volts")]
     repeat: bool,
-    /// ButtonPress the user button at these times, s, for HOLD seconds [default: 0.1]
+    /// Press the user button at these times, s, for HOLD seconds [default: 0.1]
     #[arg(long, value_name = "T[:HOLD]", num_args = 1.., value_parser = parse_press)]
     press: Vec<ButtonPress>,
     /// Set an input pin to a constant level, for example PB12=1

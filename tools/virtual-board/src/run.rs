@@ -52,9 +52,13 @@ pub(crate) struct RunOptions {
 /// State of the core while it does not execute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum IdleState {
+    /// It executes.
     No,
+    /// It sleeps after WFI, or after a return with SLEEPONEXIT.
     ForInterrupt,
+    /// It sleeps after WFE.
     ForEvent,
+    /// It is locked up until a reset.
     LockedUp,
 }
 

@@ -151,8 +151,10 @@ fn read_masks(uc: &Uc<'_>) -> Masks {
 }
 
 /// Converts an error of Unicorn, because `uc_error` does not implement `Error`.
-fn uc_result<T>(result: Result<T, unicorn_engine::uc_error>, what: &'static str) -> Result<T> {
-    result.map_err(|error| anyhow::anyhow!("unicorn: {error:?}")).context(what)
+fn convert_error<T>(result: Result<T, unicorn_engine::uc_error>, what: &'static str) -> Result<T> {
+    result
+        .map_err(|error| anyhow::anyhow!("unicorn: {error:?}"))
+        .with_context(|| format!("the emulator failed while {what}"))
 }
 
 impl<M: Machine + 'static> UnicornCpu<M> {
@@ -162,19 +164,19 @@ impl<M: Machine + 'static> UnicornCpu<M> {
     /// # Errors
     /// Unicorn refuses a mapping or a hook.
     pub(crate) fn new(image: &[u8], machine: M, stale_flags: bool) -> Result<Self> {
-        let mut uc = uc_result(Unicorn::new(Arch::ARM, Mode::THUMB), "opening")?;
-        uc_result(uc.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32), "choosing the Cortex-M4")?;
+        let mut uc = convert_error(Unicorn::new(Arch::ARM, Mode::THUMB), "starting")?;
+        convert_error(uc.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32), "choosing the Cortex-M4")?;
         let mut flash = image.to_vec();
         flash.resize(FLASH_SIZE as usize, 0xFF);
         for base in [0, FLASH] {
-            uc_result(uc.mem_map(base.into(), FLASH_SIZE.into(), Prot::READ | Prot::EXEC), "mapping flash")?;
-            uc_result(uc.mem_write(base.into(), &flash), "filling flash")?;
+            convert_error(uc.mem_map(base.into(), FLASH_SIZE.into(), Prot::READ | Prot::EXEC), "mapping flash")?;
+            convert_error(uc.mem_write(base.into(), &flash), "filling flash")?;
         }
         for (base, size) in RAMS {
-            uc_result(uc.mem_map(base.into(), size.into(), Prot::READ | Prot::WRITE), "mapping RAM")?;
+            convert_error(uc.mem_map(base.into(), size.into(), Prot::READ | Prot::WRITE), "mapping RAM")?;
         }
-        uc_result(uc.mem_map(STUB.into(), 0x1000, Prot::READ | Prot::EXEC), "mapping the stub")?;
-        uc_result(uc.mem_write(STUB.into(), &STUB_CODE), "filling the stub")?;
+        convert_error(uc.mem_map(STUB.into(), 0x1000, Prot::READ | Prot::EXEC), "mapping the stub")?;
+        convert_error(uc.mem_write(STUB.into(), &STUB_CODE), "filling the stub")?;
 
         let mut cpu = UnicornCpu {
             uc,
@@ -194,12 +196,12 @@ impl<M: Machine + 'static> UnicornCpu<M> {
     /// Replaces the address translation of the Cortex-M4's default map, in which RAM may hold code: every store to RAM would be slow, as it
     /// might change code.
     fn hook_translation(&mut self) -> Result<()> {
-        uc_result(self.uc.ctl_set_tlb_type(TlbType::VIRTUAL), "choosing the translation")?;
+        convert_error(self.uc.ctl_set_tlb_type(TlbType::VIRTUAL), "choosing the translation")?;
         let translate = |_: &mut Uc<'_>, addr: u64, kind: MemType| {
             let data = in_ram(addr as u32, 1) && kind != MemType::FETCH;
             Some(TlbEntry { paddr: addr, perms: if data { Prot::READ | Prot::WRITE } else { Prot::ALL } })
         };
-        uc_result(self.uc.add_tlb_hook(0, u64::from(u32::MAX), translate), "hooking the translation")?;
+        convert_error(self.uc.add_tlb_hook(0, u64::from(u32::MAX), translate), "hooking the translation")?;
         Ok(())
     }
 
@@ -214,7 +216,10 @@ impl<M: Machine + 'static> UnicornCpu<M> {
                 let Some(width) = Width::from_bytes(size) else { return };
                 writer.borrow_mut().store(base + offset as u32, width, value as u32, &mut UcMemory(uc));
             };
-            uc_result(self.uc.mmio_map(base.into(), size.into(), Some(load), Some(store)), "mapping the peripherals")?;
+            convert_error(
+                self.uc.mmio_map(base.into(), size.into(), Some(load), Some(store)),
+                "mapping the peripherals",
+            )?;
         }
         Ok(())
     }
@@ -233,7 +238,10 @@ impl<M: Machine + 'static> UnicornCpu<M> {
                     machine.charge(addr as u32, counts.borrow_mut().instructions(addr as u32, size));
                 }
             };
-            uc_result(self.uc.add_block_hook(base.into(), u64::from(base + FLASH_SIZE - 1), hook), "hooking blocks")?;
+            convert_error(
+                self.uc.add_block_hook(base.into(), u64::from(base + FLASH_SIZE - 1), hook),
+                "hooking blocks",
+            )?;
         }
         Ok(())
     }
@@ -256,7 +264,7 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             hook_results.stop.set(Some(stop));
             let _ = uc.emu_stop();
         };
-        uc_result(self.uc.add_intr_hook(interrupts), "hooking exceptions")?;
+        convert_error(self.uc.add_intr_hook(interrupts), "hooking exceptions")?;
         // Not for RAM, because stores are slow in regions with such a hook.
         for (begin, end) in [(0, 0x0FFF_FFFF), (0x1001_0000, 0x1FFF_FFFF), (0x2002_0000, 0xFFFF_FFFF)] {
             self.hook_bad_accesses(begin, end)?;
@@ -271,7 +279,7 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             false
         };
         let kinds = HookType::MEM_UNMAPPED | HookType::MEM_PROT;
-        uc_result(self.uc.add_mem_hook(kinds, begin, end, access), "hooking bad accesses")?;
+        convert_error(self.uc.add_mem_hook(kinds, begin, end, access), "hooking bad accesses")?;
         Ok(())
     }
 
@@ -313,7 +321,7 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             hook_results.stop.set(Some(stop));
             let _ = uc.emu_stop();
         };
-        uc_result(self.uc.add_code_hook(addr.into(), addr.into(), hook), "hooking a hint instruction")?;
+        convert_error(self.uc.add_code_hook(addr.into(), addr.into(), hook), "hooking a hint instruction")?;
         Ok(())
     }
 
@@ -344,9 +352,9 @@ impl<M: Machine + 'static> UnicornCpu<M> {
         // Blocks that contain the address may now end elsewhere.
         counts.seen.fill((0, 0));
         for base in [0, FLASH] {
-            uc_result(self.uc.mem_write(u64::from(base + offset), &half.to_le_bytes()), "patching flash")?;
+            convert_error(self.uc.mem_write(u64::from(base + offset), &half.to_le_bytes()), "patching flash")?;
         }
-        uc_result(self.uc.ctl_flush_tb(), "dropping translated code")?;
+        convert_error(self.uc.ctl_flush_tb(), "dropping translated code")?;
         Ok(old)
     }
 

@@ -1,7 +1,6 @@
 //! The steps of `cargo xtask test`, in their order: cheap ones first.
 //!
-//! Nothing is compiled twice: the steps on the host share two profiles (`dev`, and `host` for programs that must be fast; the virtual
-//! board has one of its own), no step sets `RUSTFLAGS`, and what is built for the board is kept for the later steps.
+//! Nothing is compiled twice: all steps on the host share two profiles (`dev`, and `host` for programs that must be fast), no step sets `RUSTFLAGS`, and what is built for the board is kept for the later steps.
 
 use std::cell::{OnceCell, RefCell};
 use std::path::{Path, PathBuf};
@@ -16,7 +15,7 @@ use crate::self_test::{self, SelfTest};
 use crate::setup::{Need, REQUIRE, Required};
 use crate::shell;
 use crate::toolchain::{SMALLEST_TARGET, TARGET};
-use crate::workspace::{VIRTUAL_BOARD_PROFILE, Workspace};
+use crate::workspace::Workspace;
 
 /// A check.
 pub(super) struct Step {
@@ -188,7 +187,7 @@ fn format(_: &State) -> Result<String> {
     Ok(String::new())
 }
 
-/// The virtual board has a step of its own: it needs system packages, and its C code is built once, in a profile of its own.
+/// The virtual board has a step of its own: it needs system packages, and its C code is built once, in the profile `host`.
 fn lints(_: &State) -> Result<String> {
     cargo(&["clippy", "--workspace", "--exclude", "virtual-board", "--all-targets", "--", "-D", "warnings"])?;
     Ok(String::new())
@@ -239,7 +238,7 @@ fn endurance(_: &State) -> Result<String> {
 }
 
 fn virtual_board(state: &State) -> Result<String> {
-    let package = ["--package", "virtual-board", "--profile", VIRTUAL_BOARD_PROFILE];
+    let package = ["--package", "virtual-board", "--profile", "host"];
     state.virtual_board()?;
     cargo(&[&["clippy"], &package[..], &["--all-targets", "--", "-D", "warnings"]].concat())?;
     let mut doc = shell::cargo();
