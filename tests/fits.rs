@@ -1,7 +1,7 @@
-//! Fits of real recordings: how near phase and shape comes, on what it saw and on what it did not; and that the board walks a fit.
+//! Fits of real recordings: how near phase and shape comes, on what it saw and on what it did not; and that the board runs a fit.
 
 use footfall_tests::board::Board;
-use footfall_tests::traces::{self, default_volts_file};
+use footfall_tests::recordings::{self, default_volts_file};
 use gait_fit::fit::{Fit, Settings, Source, fit};
 use gait_fit::judge::HeldOut;
 use gait_trace::clean::condition::{LowPass, Rules};
@@ -16,16 +16,16 @@ use test_suite::{report, tests, traces_folder};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
-        six_harmonics_follow_every_walker_and_runner_within_half_a_degree(Traces),
-        crouch_gait_is_fitted_and_called_asymmetric_and_healthy_gait_is_not(Traces),
-        the_board_walks_a_fit_to_the_bit(Image),
+        six_harmonics_fit_every_recording_within_half_a_degree(Traces),
+        only_crouch_gait_is_called_asymmetric(Traces),
+        the_board_runs_a_fit_to_the_bit(Image),
     ])
 }
 
 /// Errors against the mean stride that 6 harmonics must reach, hip and knee, degrees.
 const GOAL_DEG: [f64; 2] = [0.4, 0.5];
 
-/// How much worse than the walker's own mean the generator may be on strides that it did not fit.
+/// How much worse than the mean of the person's strides the generator may be on strides that it did not fit.
 const LOSS: f64 = 1.15;
 
 fn fitted(path: &Path, settings: &Settings) -> Fit {
@@ -53,7 +53,7 @@ fn bilateral(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
-fn six_harmonics_follow_every_walker_and_runner_within_half_a_degree() {
+fn six_harmonics_fit_every_recording_within_half_a_degree() {
     let folder = traces_folder();
     report!("| recording | strides | hip | knee | hip, unfiltered | knee, unfiltered | loss on held-out strides |");
     for path in bilateral(&folder) {
@@ -88,7 +88,7 @@ fn six_harmonics_follow_every_walker_and_runner_within_half_a_degree() {
     }
 }
 
-fn crouch_gait_is_fitted_and_called_asymmetric_and_healthy_gait_is_not() {
+fn only_crouch_gait_is_called_asymmetric() {
     let folder = traces_folder();
     for path in bilateral(&folder) {
         let fit = fitted(&path, &settings());
@@ -98,10 +98,10 @@ fn crouch_gait_is_fitted_and_called_asymmetric_and_healthy_gait_is_not() {
     }
 }
 
-/// A walker fitted to the shipped recording, packed, in the parameter sector of the flashed image: its setpoints are the host's.
-fn the_board_walks_a_fit_to_the_bit() {
+/// A generator fitted to the default recording, packed, in the parameter sector of the flashed image: its setpoints are the host's.
+fn the_board_runs_a_fit_to_the_bit() {
     let board = Board::find();
-    let fit = fitted(&traces::default_traces_folder().join("gaitkit_fukuchi_healthy.csv"), &Settings::default());
+    let fit = fitted(&recordings::default_traces_folder().join("gaitkit_fukuchi_healthy.csv"), &Settings::default());
     let config = fit.file.set.config();
     let sector = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(sector.path(), record_of(&config).bytes()).unwrap();

@@ -1,11 +1,11 @@
-//! The very image that would be flashed, on the virtual board: what it does, and what it does when something is broken.
+//! The image that would be flashed, on the virtual board: in normal operation, and with a fault injected.
 //!
 //! What this shows is shown on models of the chip's peripherals, not on hardware.
 
 use footfall::board::default_loop::SENSOR_JOINT;
 use footfall::command::sync::{coded, edges};
 use footfall_tests::board::{Board, Booted, Ran};
-use footfall_tests::traces::default_volts_file;
+use footfall_tests::recordings::default_volts_file;
 use generator_file::file::{GeneratorFile, GeneratorSet};
 use hgod_adc::{OVERSAMPLING, SensorState, trimmed_mean};
 use joint_loop::io::time_code::level;
@@ -23,35 +23,35 @@ fn main() -> ExitCode {
     test_suite::run(tests![
         ten_seconds_of_walking(Image),
         two_runs_are_bit_identical(Image),
-        the_angles_that_the_board_logs_are_those_of_the_host_for_the_same_codes(Image),
-        the_setpoints_of_the_whole_run_are_those_of_a_host_replay(Image),
-        the_codes_that_the_board_logs_are_those_of_the_converter(Image),
-        a_lost_result_and_a_failed_transfer_are_faults_of_a_tick_and_nothing_more(Image),
+        logged_angles_are_the_hosts_for_the_same_codes(Image),
+        setpoints_of_a_run_equal_those_of_the_replay(Image),
+        logged_codes_are_those_of_the_converter(Image),
+        a_lost_conversion_is_a_fault_of_one_tick(Image),
         the_synchronisation_output_has_the_edges_of_its_code(Image),
         the_synchronisation_output_is_decoded(Image),
-        the_board_tells_its_temperature_and_supply(Image),
+        the_board_reports_its_temperature_and_supply(Image),
         without_a_press_no_pin_ever_moves(Image),
         a_task_that_hangs_is_reset_and_boots_disarmed(Image),
-        a_panic_and_a_fault_switch_the_outputs_off_before_anything_else(Image),
+        a_panic_or_a_fault_switches_the_outputs_off_first(Image),
         an_open_wire_stops_the_walk_and_is_named(Image),
-        the_board_walks_with_whichever_walker_its_parameter_sector_holds(Image),
-        a_broken_parameter_sector_keeps_the_board_dark(Image),
-        a_stalled_reader_of_the_log_does_not_hold_up_the_ticks(Image),
-        the_program_ends_with_the_whole_run_and_two_equal_hashes(Image, Program),
-        ctrl_c_ends_the_program_on_the_virtual_board_with_a_finished_recording(Image, Program),
+        the_board_runs_the_generator_of_its_parameter_sector(Image),
+        a_broken_parameter_sector_keeps_the_outputs_off(Image),
+        a_stalled_reader_of_the_log_delays_no_tick(Image),
+        the_program_reports_the_run_with_two_equal_hashes(Image, Program),
+        ctrl_c_ends_the_program_with_a_finished_recording(Image, Program),
     ])
 }
 
 /// The tasks that move the outputs, by the functions that each round of them calls.
 const TASKS: [&str; 4] = ["sensor_step", "control_step", "telemetry_step", "watchdog_step"];
 
-/// Latest reset after a hang, in microseconds: the slowest oscillator of the watchdog bites 37.6 ms after the last feed.
+/// Latest reset after a hang, in microseconds: the slowest oscillator of the watchdog resets 37.6 ms after the last feed.
 const LATEST_RESET_US: f64 = 38_000.0;
 
 /// Latest moment at which the outputs are disarmed after a fault or panic handler has begun, in microseconds.
 const LATEST_DARK_US: f64 = 10.0;
 
-/// Options: so many seconds on the shipped volts, the button pressed at these times.
+/// Options: so many seconds on the default volts, the button pressed at these times.
 fn options(secs: f64, presses: &[f64], more: &[&str]) -> Vec<OsString> {
     let mut options: Vec<OsString> = vec!["--secs".into(), secs.to_string().into()];
     options.extend(["--volts".into(), default_volts_file().into(), "--loop".into()]);
@@ -62,7 +62,7 @@ fn options(secs: f64, presses: &[f64], more: &[&str]) -> Vec<OsString> {
     options
 }
 
-/// Nothing irregular: the models were enough, nobody faulted, no pin moved while disarmed.
+/// Nothing irregular: the models were enough, no fault, no pin moved while disarmed.
 fn assert_regular(ran: &Ran) {
     let end = &ran.end;
     assert_eq!((ran.code, end.reason.as_str()), (Some(0), "time"));
@@ -138,14 +138,14 @@ fn two_runs_are_bit_identical() {
     assert!(one.output == two.output, "the second run is another one");
 }
 
-fn the_angles_that_the_board_logs_are_those_of_the_host_for_the_same_codes() {
+fn logged_angles_are_the_hosts_for_the_same_codes() {
     let board = Board::find();
     let ran = ten_seconds(&board);
     let boot = only(&ran);
     let words = boot.boot.as_ref().unwrap();
     // The sensor alone, without the loop around it.
-    let worn = JointSensor::uncalibrated(SENSOR_JOINT).unwrap();
-    let sensor = worn.build(words.vrefint_cal, words.min_supply).unwrap();
+    let joint_sensor = JointSensor::uncalibrated(SENSOR_JOINT).unwrap();
+    let sensor = joint_sensor.build(words.vrefint_cal, words.min_supply).unwrap();
     let mut state = SensorState::default();
     let mut ticks = boot.ticks.iter().peekable();
     let mut compared = 0;
@@ -162,7 +162,7 @@ fn the_angles_that_the_board_logs_are_those_of_the_host_for_the_same_codes() {
     assert!(compared > 1_400, "{compared} lines");
 }
 
-fn the_setpoints_of_the_whole_run_are_those_of_a_host_replay() {
+fn setpoints_of_a_run_equal_those_of_the_replay() {
     let board = Board::find();
     let ran = ten_seconds(&board);
     let boot = only(&ran);
@@ -185,7 +185,7 @@ fn the_setpoints_of_the_whole_run_are_those_of_a_host_replay() {
 }
 
 /// The codes in the log are trimmed means of the ones that the converter's model delivered, four a tick, in order.
-fn the_codes_that_the_board_logs_are_those_of_the_converter() {
+fn logged_codes_are_those_of_the_converter() {
     let board = Board::find();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("conversions.csv");
@@ -212,7 +212,7 @@ fn the_codes_that_the_board_logs_are_those_of_the_converter() {
     let references: Vec<AdcCode> = calls.iter().map(|(_, call)| call.vrefint).collect();
     assert!(codes_of("ADC1_IN17").starts_with(&references), "the reference's codes are others");
 
-    // Four scans a tick, 250 us apart to the cycle: four sensors, worn or not, reference, temperature.
+    // Four scans a tick, 250 us apart to the cycle: four sensors, connected or not, reference, temperature.
     let scans: Vec<&[Vec<&str>]> = rows.chunks_exact(6).collect();
     let order = ["ADC1_IN1", "ADC1_IN11", "ADC1_IN8", "ADC1_IN9", "ADC1_IN17", "ADC1_IN16"];
     let seconds = |scan: &[Vec<&str>]| scan[0][time].parse::<f64>().unwrap();
@@ -226,7 +226,7 @@ fn the_codes_that_the_board_logs_are_those_of_the_converter() {
 }
 
 /// The converter's model makes a single conversion wrong or lost; the ticks go on, and each loss is a fault of one tick.
-fn a_lost_result_and_a_failed_transfer_are_faults_of_a_tick_and_nothing_more() {
+fn a_lost_conversion_is_a_fault_of_one_tick() {
     let board = Board::find();
     let undisturbed = board.run(options(6.0, &[0.3], &[]));
     let ticks = only(&undisturbed).calls.last().unwrap().0;
@@ -294,13 +294,13 @@ fn the_synchronisation_output_is_decoded() {
 }
 
 /// Die of 25 degrees by the model's own curve, at each supply.
-fn the_board_tells_its_temperature_and_supply() {
+fn the_board_reports_its_temperature_and_supply() {
     let board = Board::find();
     for vdda in ["2.8", "3.0", "3.3"] {
         let ran = board.run(options(3.2, &[], &["--vdda", vdda]));
-        let told = &only(&ran).env;
-        assert!(told.len() >= 3, "{told:?}");
-        for env in told {
+        let reported = &only(&ran).env;
+        assert!(reported.len() >= 3, "{reported:?}");
+        for env in reported {
             let (die, supply) = (env.die.unwrap().0, env.supply.unwrap().0);
             assert!((die - 25.0).abs() < 0.5, "{die} degrees at {vdda} V");
             assert!((supply - vdda.parse::<f32>().unwrap()).abs() < 0.003, "{supply} V instead of {vdda} V");
@@ -353,7 +353,7 @@ fn assert_boots_disarmed(ran: &Ran) {
 fn a_task_that_hangs_is_reset_and_boots_disarmed() {
     let board = Board::find();
     for task in TASKS {
-        // The ends of what the data sheet allows for the watchdog's oscillator: the slowest bites last, the fastest first.
+        // The ends of what the data sheet allows for the watchdog's oscillator: the slowest resets last, the fastest first.
         for lsi in ["17000", "32000", "47000"] {
             let hang = format!("{task}@3");
             let ran = board.run(options(3.6, &[0.3], &["--hang", &hang, "--lsi-hz", lsi]));
@@ -362,7 +362,7 @@ fn a_task_that_hangs_is_reset_and_boots_disarmed() {
             report!("{task} hangs, LSI {lsi} Hz: outputs off after {dark} us, reset after {reset} us");
             assert!(reset <= LATEST_RESET_US, "{task}: reset {reset} us after the hang");
             assert_boots_disarmed(&ran);
-            // Bitten, the image knows it by the reset flag; where it judged by itself, it has written down who stalled.
+            // After a reset by the watchdog the reset flag says so; after one by the image itself the log names the task that stalled.
             let after = &ran.boots[1];
             let words = after.boot.as_ref().unwrap();
             let part = task.trim_end_matches("_step");
@@ -373,7 +373,7 @@ fn a_task_that_hangs_is_reset_and_boots_disarmed() {
     }
 }
 
-fn a_panic_and_a_fault_switch_the_outputs_off_before_anything_else() {
+fn a_panic_or_a_fault_switches_the_outputs_off_first() {
     let board = Board::find();
     for (option, value, why) in [
         ("--panic", "3", "panic"),
@@ -434,7 +434,7 @@ fn sector(bytes: &[u8]) -> (tempfile::NamedTempFile, String) {
     (file, option)
 }
 
-fn the_board_walks_with_whichever_walker_its_parameter_sector_holds() {
+fn the_board_runs_the_generator_of_its_parameter_sector() {
     let board = Board::find();
     for name in ["robust", "thesis"] {
         let mut file = GeneratorFile::default_of(name).unwrap();
@@ -457,7 +457,7 @@ fn the_board_walks_with_whichever_walker_its_parameter_sector_holds() {
 }
 
 /// Half a record, one flipped bit, someone else's bytes: no guess, no pulse, and the log says what is wrong.
-fn a_broken_parameter_sector_keeps_the_board_dark() {
+fn a_broken_parameter_sector_keeps_the_outputs_off() {
     let board = Board::find();
     let record = record_of(&GeneratorConfig::default_walk());
     let mut flipped = record.bytes().to_vec();
@@ -476,7 +476,7 @@ fn a_broken_parameter_sector_keeps_the_board_dark() {
 }
 
 /// A debugger that attached, asked for a log that waits, and then reads nothing: the tick must not notice.
-fn a_stalled_reader_of_the_log_does_not_hold_up_the_ticks() {
+fn a_stalled_reader_of_the_log_delays_no_tick() {
     let board = Board::find();
     let ran = board.run(options(5.0, &[0.3], &["--rtt-mode", "2", "--no-drain"]));
     assert_regular(&ran);
@@ -497,7 +497,7 @@ fn program() -> Command {
     command
 }
 
-fn the_program_ends_with_the_whole_run_and_two_equal_hashes() {
+fn the_program_reports_the_run_with_two_equal_hashes() {
     let mut watch = program();
     let folder = tempfile::tempdir().unwrap();
     let record = folder.path().join("out.csv");
@@ -517,7 +517,7 @@ fn the_program_ends_with_the_whole_run_and_two_equal_hashes() {
     assert_eq!(rows, last["replayed_calls"].as_u64().unwrap());
 }
 
-fn ctrl_c_ends_the_program_on_the_virtual_board_with_a_finished_recording() {
+fn ctrl_c_ends_the_program_with_a_finished_recording() {
     let mut watch = program();
     let folder = tempfile::tempdir().unwrap();
     let record = folder.path().join("out.csv");

@@ -43,14 +43,14 @@ pub struct Ran {
     pub books: Books,
 }
 
-/// What was heard between two resets.
+/// What the board logged between two resets.
 #[derive(Debug, Default)]
 pub struct Booted {
     /// When, in virtual seconds.
     pub t_s: f64,
     /// Why.
     pub cause: String,
-    /// The board's first words.
+    /// The boot record.
     pub boot: Option<Boot>,
     /// Lines of telemetry.
     pub ticks: Vec<Tick>,
@@ -58,7 +58,7 @@ pub struct Booted {
     pub tick_times: Vec<f64>,
     /// What every call of the loop was given, in order, each with its tick.
     pub calls: Vec<(u32, Call)>,
-    /// How a walker that follows stands, by the board's own account.
+    /// State of the follower, as the board logged it.
     pub follows: Vec<Follow>,
     /// Edges at the synchronisation input.
     pub edges: Vec<Edge>,
@@ -71,13 +71,13 @@ pub struct Booted {
 }
 
 impl Booted {
-    /// The board's loop with this walker, run again on the host: a frame for every call.
+    /// The board's loop with this generator, run again on the host: a frame for every call.
     ///
     /// # Panics
-    /// The board did not say which chip it is on, or inputs were lost.
+    /// The boot record is missing, or inputs were lost.
     #[must_use]
-    pub fn replay(&self, walker: &GeneratorConfig) -> Vec<Frame<SENSORS>> {
-        self.watch(walker, WalkLoop::frame)
+    pub fn replay(&self, generator: &GeneratorConfig) -> Vec<Frame<SENSORS>> {
+        self.watch(generator, WalkLoop::frame)
     }
 
     /// The same, and what `see` makes of the loop after every call.
@@ -85,8 +85,8 @@ impl Booted {
     /// # Panics
     /// As [`Booted::replay`].
     #[must_use]
-    pub fn watch<T>(&self, walker: &GeneratorConfig, see: impl FnMut(&WalkLoop) -> T) -> Vec<T> {
-        self.watch_as(&with_walker(walker), see)
+    pub fn watch<T>(&self, generator: &GeneratorConfig, see: impl FnMut(&WalkLoop) -> T) -> Vec<T> {
+        self.watch_as(&with_generator(generator), see)
     }
 
     /// The same of a board with these parameters.
@@ -95,7 +95,7 @@ impl Booted {
     /// As [`Booted::replay`].
     #[must_use]
     pub fn watch_as<T>(&self, parameters: &Parameters, mut see: impl FnMut(&WalkLoop) -> T) -> Vec<T> {
-        let boot = self.boot.as_ref().expect("the board says what it is");
+        let boot = self.boot.as_ref().expect("a boot record");
         let mut joints =
             walk_loop(parameters, boot.vrefint_cal, boot.min_supply, boot.sensor_required).expect("the loop");
         let seen = self.calls.iter().map(|(tick, call)| {
@@ -136,19 +136,19 @@ impl Board {
     /// Runs the image with these options of the virtual board.
     ///
     /// # Panics
-    /// The board cannot be started, or does not write what was agreed.
+    /// The board cannot be started, or writes what cannot be read.
     #[must_use]
     pub fn run<A: AsRef<OsStr>>(&self, options: impl IntoIterator<Item = A>) -> Ran {
         self.run_with(&GeneratorConfig::default_walk(), options)
     }
 
-    /// The same on a board whose parameter sector was given this walker by one of the options.
+    /// The same on a board whose parameter sector was given this generator by one of the options.
     ///
     /// # Panics
     /// As [`Board::run`].
     #[must_use]
-    pub fn run_with<A: AsRef<OsStr>>(&self, walker: &GeneratorConfig, options: impl IntoIterator<Item = A>) -> Ran {
-        self.run_as(&with_walker(walker), options)
+    pub fn run_with<A: AsRef<OsStr>>(&self, generator: &GeneratorConfig, options: impl IntoIterator<Item = A>) -> Ran {
+        self.run_as(&with_generator(generator), options)
     }
 
     /// The same on a board whose parameter sectors were given these by some of the options.
@@ -199,9 +199,9 @@ impl Board {
     }
 }
 
-/// A board with this walker, and the sensors that it has if nothing is said.
-fn with_walker(walker: &GeneratorConfig) -> Parameters {
-    Parameters::or_default(Some(*walker), None).expect("what ships is sound")
+/// A board with this generator, and the default sensors.
+fn with_generator(generator: &GeneratorConfig) -> Parameters {
+    Parameters::or_default(Some(*generator), None).expect("the defaults are valid")
 }
 
 fn take(boot: &mut Booted, text: &str) {

@@ -1,5 +1,5 @@
-//! What the board hears beside one gait sensor, on the virtual board: four sensors with calibrations of their own, a foot switch, another
-//! system's synchronisation line; and shadow mode, in which it hears everything and drives nothing.
+//! Inputs of the flashed image on the virtual board: four sensors with calibrations of their own, a foot switch, the synchronisation line
+//! of another system; and shadow mode, in which all inputs are read and no servo is driven.
 
 use cpg_core::entrainment::{EventSource, Lock};
 use cpg_core::waveform::shape::Shape;
@@ -9,7 +9,7 @@ use footfall_tests::board::{Board, Ran};
 use footfall_tests::chain;
 use footfall_tests::degraded::Random;
 use footfall_tests::people::Person;
-use footfall_tests::traces::{default_trace, default_volts_file};
+use footfall_tests::recordings::{default_trace, default_volts_file};
 use gait_trace::format::csv_file;
 use gait_trace::{Channel, Looped, Quantity, Recording};
 use hgod_adc::{Calibration, CalibrationPoint, Interpolation, Validity};
@@ -24,13 +24,13 @@ use test_suite::{report, tests};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
-        four_sensors_are_measured_each_by_its_own_calibration(Image),
-        a_follower_listens_to_the_channel_of_its_joint(Image),
+        each_of_four_sensors_has_its_own_calibration(Image),
+        a_follower_uses_the_channel_of_its_joint(Image),
         a_foot_switch_keeps_the_phase_while_the_sensor_is_lost(Image),
-        a_broken_sensor_sector_keeps_the_board_dark(Image),
-        edges_at_the_synchronisation_input_are_timed_by_the_boards_clock(Image),
-        a_line_that_rings_holds_no_tick_up(Image),
-        in_shadow_everything_runs_and_no_pin_moves(ShadowImage),
+        a_broken_sensor_sector_keeps_the_outputs_off(Image),
+        synchronisation_edges_are_timed_by_the_boards_clock(Image),
+        a_ringing_line_delays_no_tick(Image),
+        in_shadow_mode_everything_runs_and_no_pin_moves(ShadowImage),
     ])
 }
 
@@ -71,8 +71,8 @@ fn four() -> JointSensors {
 }
 
 /// Volts of these joints' sensors at their pins over a walk.
-fn volts(walk: &Looped, worn: &JointSensors) -> Recording {
-    let channels = worn.iter().zip(SENSOR_PINS).map(|(sensor, pin)| {
+fn volts(walk: &Looped, sensors: &JointSensors) -> Recording {
+    let channels = sensors.iter().zip(SENSOR_PINS).map(|(sensor, pin)| {
         let channel = walk.recording.of_joint(sensor.joint).unwrap();
         let one = walk.recording.semi_synthetic_volts(channel, &sensor.calibration, sensor.divider, pin).unwrap();
         one.channels()[0].clone()
@@ -80,15 +80,15 @@ fn volts(walk: &Looped, worn: &JointSensors) -> Recording {
     Recording::build(walk.recording.time_s().to_vec(), channels.collect()).unwrap()
 }
 
-fn four_sensors_are_measured_each_by_its_own_calibration() {
+fn each_of_four_sensors_has_its_own_calibration() {
     let board = Board::find();
-    let (folder, walk, worn) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap(), four());
-    let parameters = Parameters::or_default(None, Some(worn.clone())).unwrap();
+    let (folder, walk, sensors) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap(), four());
+    let parameters = Parameters::or_default(None, Some(sensors.clone())).unwrap();
     let feed = folder.path().join("volts.csv");
-    csv_file::write(&feed, &volts(&walk, &worn)).unwrap();
+    csv_file::write(&feed, &volts(&walk, &sensors)).unwrap();
     let mut options: Vec<OsString> = ["--secs", "5", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
     options.push(feed.into());
-    let record = sensor_record::record_of(&worn);
+    let record = sensor_record::record_of(&sensors);
     options.extend(download(sensor_record::ADDRESS, record.bytes(), folder.path(), "sensors.bin"));
     let ran = board.run_as(&parameters, &options);
     assert_equal(&ran);
@@ -97,7 +97,7 @@ fn four_sensors_are_measured_each_by_its_own_calibration() {
     // The board's own lines.
     let mut worst = [0.0f64; 4];
     for line in &boot.ticks {
-        for (channel, sensor) in worn.iter().enumerate() {
+        for (channel, sensor) in sensors.iter().enumerate() {
             assert_eq!(line.verdict[channel], Some(Validity::Good), "{} in tick {}", sensor.joint.name(), line.tick);
             if line.tick < 200 {
                 continue;
@@ -119,16 +119,16 @@ fn four_sensors_are_measured_each_by_its_own_calibration() {
 }
 
 /// The gait sensor of a follower is the one on its joint, whichever channel that is.
-fn a_follower_listens_to_the_channel_of_its_joint() {
+fn a_follower_uses_the_channel_of_its_joint() {
     let board = Board::find();
-    let (folder, walk, worn) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap(), four());
-    let walker = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
-    let config = walker.follower(Joint::LeftHip, walker.learned.stride_s);
+    let (folder, walk, sensors) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap(), four());
+    let person = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
+    let config = person.follower(Joint::LeftHip, person.learned.stride_s);
     let feed = folder.path().join("volts.csv");
-    csv_file::write(&feed, &volts(&walk, &worn)).unwrap();
+    csv_file::write(&feed, &volts(&walk, &sensors)).unwrap();
     let mut options: Vec<OsString> = ["--secs", "6", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
     options.push(feed.into());
-    let with = |worn: &JointSensors| {
+    let with = |sensors: &JointSensors| {
         let mut options = options.clone();
         options.extend(download(
             generator_record::ADDRESS,
@@ -136,10 +136,10 @@ fn a_follower_listens_to_the_channel_of_its_joint() {
             folder.path(),
             "w",
         ));
-        options.extend(download(sensor_record::ADDRESS, sensor_record::record_of(worn).bytes(), folder.path(), "s"));
-        board.run_as(&Parameters::or_default(Some(config), Some(worn.clone())).unwrap(), &options)
+        options.extend(download(sensor_record::ADDRESS, sensor_record::record_of(sensors).bytes(), folder.path(), "s"));
+        board.run_as(&Parameters::or_default(Some(config), Some(sensors.clone())).unwrap(), &options)
     };
-    let ran = with(&worn);
+    let ran = with(&sensors);
     assert_equal(&ran);
     let following = ran.books.following.unwrap();
     assert_eq!((following.state, following.fault), ("locked", None));
@@ -148,7 +148,7 @@ fn a_follower_listens_to_the_channel_of_its_joint() {
     let (follows, ticks) = (&ran.boots[0].follows, &ran.boots[0].ticks);
     assert!(follows.iter().map(|follow| follow.tick).eq(ticks.iter().map(|tick| tick.tick)));
 
-    // Without a sensor on that joint the board stays dark and says why.
+    // Without a sensor on that joint the outputs stay off and the log says why.
     let knees = JointSensors::build([Joint::LeftKnee, Joint::RightKnee].map(|j| JointSensor::uncalibrated(j).unwrap()));
     let dark = with(&knees.unwrap());
     assert_eq!(dark.boots[0].ticks.len(), 0);
@@ -156,17 +156,17 @@ fn a_follower_listens_to_the_channel_of_its_joint() {
     assert!(said, "{:?}", dark.boots[0].log);
 }
 
-/// A walker who takes quicker steps from the moment on in which the sensor's wire comes off: with a foot switch the phase stays his.
+/// From the moment on in which the sensor's wire comes off the person takes quicker steps: with a foot switch the phase is followed.
 fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
     let board = Board::find();
     let (folder, walk) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap());
-    let walker = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
+    let person = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
     let (lost_s, secs) = (10.0, 11.9);
     // Strides of 1.1 s, then of 1.02 s; the other foot strikes, late by 40 ms.
     let cycles = |t: f64| if t < lost_s { t / 1.1 } else { lost_s / 1.1 + (t - lost_s) / 1.02 };
     let phase = |t: f64| Phase::from_cycles(cycles(t).fract() as f32);
     let rows: Vec<f64> = (0..(secs * 1e3) as u32).map(|ms| f64::from(ms) * 1e-3).collect();
-    let angle = |t: &f64| f64::from(Radians(walker.templates[0].at(phase(*t)).angle).degrees());
+    let angle = |t: &f64| f64::from(Radians(person.templates[0].at(phase(*t)).angle).degrees());
     let sound = chain::volts(&rows.iter().map(angle).collect::<Vec<_>>());
     let values = rows.iter().zip(sound.channels()[0].values()).map(|(t, v)| if *t < lost_s { *v } else { 0.0 });
     let channel = Channel::new("PA1", Quantity::PinVolts, values.collect());
@@ -181,7 +181,7 @@ fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
     edges_file(&strikes, &edges);
 
     let off = |events: EventSource| {
-        let GeneratorConfig::Follow(follow) = walker.follower(Joint::LeftHip, 1.1) else { panic!("not a follower") };
+        let GeneratorConfig::Follow(follow) = person.follower(Joint::LeftHip, 1.1) else { panic!("not a follower") };
         let config = GeneratorConfig::Follow(FollowConfig { events, ..follow });
         let mut options: Vec<OsString> = ["--press", "0.3", "--secs", &secs.to_string()].map(Into::into).to_vec();
         options.extend(["--volts".into(), feed.clone().into()]);
@@ -194,7 +194,7 @@ fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
         ));
         let ran = board.run_with(&config, &options);
         assert_equal(&ran);
-        // The foot is in the inputs of every tick, and the host's copy heard the same strikes.
+        // The foot is in the inputs of every tick, and the replay got the same strikes.
         let closed = |(_, call): &&(u32, Call)| call.sample().foot;
         assert!(ran.boots[0].calls.iter().filter(closed).count() > 5_000);
         let estimates = ran.boots[0].watch(&config, |joints| {
@@ -224,7 +224,7 @@ fn looped(walk: &Looped, secs: f64) -> Recording {
 }
 
 /// A sector of sensors with one bit changed, and one of something else.
-fn a_broken_sensor_sector_keeps_the_board_dark() {
+fn a_broken_sensor_sector_keeps_the_outputs_off() {
     let board = Board::find();
     let folder = tempfile::tempdir().unwrap();
     let good = sensor_record::record_of(&four());
@@ -245,8 +245,8 @@ fn edges_file(path: &Path, edges: &[(f64, bool)]) {
     std::fs::write(path, format!("time_s,level\n{rows}")).unwrap();
 }
 
-/// Edges at random times are told by the board's clock: a constant after the truth, and microseconds beside it.
-fn edges_at_the_synchronisation_input_are_timed_by_the_boards_clock() {
+/// Edges at random times are logged in the board's time: a constant delay and some microseconds after the true time.
+fn synchronisation_edges_are_timed_by_the_boards_clock() {
     let board = Board::find();
     let folder = tempfile::tempdir().unwrap();
     let mut random = Random(7);
@@ -262,14 +262,14 @@ fn edges_at_the_synchronisation_input_are_timed_by_the_boards_clock() {
     options.extend([default_volts_file().into(), "--edges".into(), format!("PC6={}", file.display()).into()]);
     let ran = board.run(options);
     assert_equal(&ran);
-    let told = &ran.boots[0].edges;
-    assert_eq!(told.len(), edges.len());
-    assert!(told.iter().zip(&edges).all(|(told, (_, high))| told.high == *high));
-    let off: Vec<f64> = told.iter().zip(&edges).map(|(told, (time, _))| told.time_s() - time).collect();
+    let logged = &ran.boots[0].edges;
+    assert_eq!(logged.len(), edges.len());
+    assert!(logged.iter().zip(&edges).all(|(logged, (_, high))| logged.high == *high));
+    let off: Vec<f64> = logged.iter().zip(&edges).map(|(logged, (time, _))| logged.time_s() - time).collect();
     let (least, most) = off.iter().fold((f64::MAX, f64::MIN), |(least, most), off| (least.min(*off), most.max(*off)));
     report!(
         "{} edges, {:.3} to {:.3} ms after the true time by the board's clock",
-        told.len(),
+        logged.len(),
         least * 1e3,
         most * 1e3
     );
@@ -278,8 +278,8 @@ fn edges_at_the_synchronisation_input_are_timed_by_the_boards_clock() {
     assert!(ran.boots[0].log.iter().all(|line| !line.contains("edges lost")), "{:?}", ran.boots[0].log);
 }
 
-/// A line that rings at 200 kHz for 50 ms: told as lost, and not one tick late for it.
-fn a_line_that_rings_holds_no_tick_up() {
+/// A line that rings at 200 kHz for 50 ms: the lost edges are counted, and no tick is late.
+fn a_ringing_line_delays_no_tick() {
     let board = Board::find();
     let folder = tempfile::tempdir().unwrap();
     let edges: Vec<(f64, bool)> = (0..20_000).map(|n| (1.0 + f64::from(n) * 2.5e-6, n % 2 == 0)).collect();
@@ -291,25 +291,25 @@ fn a_line_that_rings_holds_no_tick_up() {
     assert_equal(&ran);
     let last = ran.boots[0].ticks.last().unwrap();
     assert_eq!((last.late, last.missed), (0, 0));
-    let told = ran.boots[0].edges.len();
-    assert!((100..=500).contains(&told), "{told} edges");
+    let logged = ran.boots[0].edges.len();
+    assert!((100..=500).contains(&logged), "{logged} edges");
     assert!(ran.boots[0].log.iter().filter(|line| line.starts_with("edges lost")).count() >= 40);
 }
 
 /// With the shadow image: the loop arms and walks, its setpoints are the host's, and no servo pin ever moves.
-fn in_shadow_everything_runs_and_no_pin_moves() {
+fn in_shadow_mode_everything_runs_and_no_pin_moves() {
     let board = Board::shadow();
     let walk = default_trace().looped(1000.0).unwrap();
-    let walker = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
-    let config = walker.follower(Joint::LeftHip, walker.learned.stride_s);
-    let ran = chain::run(&board, &config, &chain::volts(&walker.samples(Joint::LeftHip)), 8.0, true);
+    let person = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
+    let config = person.follower(Joint::LeftHip, person.learned.stride_s);
+    let ran = chain::run(&board, &config, &chain::volts(&person.samples(Joint::LeftHip)), 8.0, true);
     assert_equal(&ran);
     let boot = &ran.boots[0];
     assert!(boot.boot.as_ref().unwrap().shadow && ran.books.shadow);
     let last = boot.ticks.last().unwrap();
     assert_eq!(last.state, SupervisorState::Walking);
     assert!(last.pulse_us.iter().all(|us| (500..=2500).contains(us)), "{last:?}");
-    // Of the servo pins nothing was heard; the knees' would-be setpoints walk, and the phase error is told.
+    // No edge at the servo pins; the setpoints of the knees move, and the phase error is logged.
     assert!(ran.pulses.is_empty(), "{:?}", ran.pulses.first());
     for pin in ["PE9", "PE11", "PE13", "PE14"] {
         assert_eq!(ran.end.edges.get(pin).copied().unwrap_or(0), 0, "{pin}");

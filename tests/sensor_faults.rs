@@ -12,8 +12,8 @@ use footfall::board::default_loop::typical_sensor;
 use footfall::board::feed;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::degraded::Random;
-use footfall_tests::faulty::{Fault, Knee, LSB, Rig, SUPPLY, table};
-use footfall_tests::traces::{default_trace, default_traces_folder, package};
+use footfall_tests::faults::{Fault, Knee, LSB, Rig, SUPPLY, table};
+use footfall_tests::recordings::{default_trace, default_traces_folder, package};
 use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::format::csv_file;
 use gait_trace::format::open;
@@ -32,11 +32,11 @@ use test_suite::{report, tests, traces_folder};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
-        every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride(Image),
-        a_follower_freewheels_at_once_and_stands_after_two_seconds_whatever_the_verdict(Image),
+        every_fault_is_classified_and_acted_on_in_time(Image),
+        a_follower_freewheels_at_once_and_then_stands(Image),
         a_follower_walks_through_spikes_and_short_interruptions(Image),
-        two_minutes_of_recordings_in_a_row_with_noise_get_no_verdict(Image, Traces),
-        two_minutes_of_the_default_recording_with_noise_get_no_verdict(Image),
+        two_minutes_of_recordings_with_noise_are_all_good(Image, Traces),
+        two_minutes_of_the_default_recording_are_all_good(Image),
         the_document_has_the_constants(),
     ])
 }
@@ -101,27 +101,33 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
 
     // Before it all is well, but for the one tick of which half is the fault's.
     let sound = &frames[..index(whole - 1)];
-    assert!(sound.iter().all(|frame| frame.verdict[0] == Some(Validity::Good)), "{of}: a verdict without a fault");
+    assert!(
+        sound.iter().all(|frame| frame.verdict[0] == Some(Validity::Good)),
+        "{of}: a sample rejected without a fault"
+    );
     assert_eq!(sound[sound.len() - 1].state, SupervisorState::Walking, "{of}");
 
     // The verdict, in time; and until then no sample is taken for an angle, if it is one of those that are doubted at once.
-    let said = first(&frames, whole - 1, |frame| frame.verdict[0] == Some(fault.verdict()))
-        .unwrap_or_else(|| panic!("{of}: not said"));
+    let found = first(&frames, whole - 1, |frame| frame.verdict[0] == Some(fault.verdict()))
+        .unwrap_or_else(|| panic!("{of}: not classified"));
     let detection = u32::from(is.said_ms);
-    assert!(said < wrong + detection, "{of}: said in tick {said}, wrong from {wrong}");
-    let detected_ms = clock.ms(at, said);
+    assert!(found < wrong + detection, "{of}: found in tick {found}, wrong from {wrong}");
+    let detected_ms = clock.ms(at, found);
     // The fault may begin after the second of a tick's conversions, and a code that sticks right after a change.
     let late = if fault == Fault::Stuck { 1.5 } else { 0.5 };
     assert!(detected_ms <= f64::from(is.said_ms) + late, "{of}: {detected_ms} ms");
     if is.doubted_ms == 1 && fault != Fault::Loose {
-        assert!(frames[index(wrong)..index(said)].iter().all(|frame| frame.verdict[0] != Some(Validity::Good)), "{of}");
+        assert!(
+            frames[index(wrong)..index(found)].iter().all(|frame| frame.verdict[0] != Some(Validity::Good)),
+            "{of}"
+        );
     }
 
     // The reaction.
     let left = first(&frames, whole - 1, |frame| frame.state != SupervisorState::Walking);
     assert_eq!(left, used_up(&frames, whole - 1), "{of}: the tolerance");
     let expected = match fault {
-        // Believed again as soon as a joint could be there: before the tolerance is used up, or not.
+        // Accepted again as soon as a joint could be there: before the tolerance is used up, or not.
         Fault::Jump => {
             let supply = Supply::new(Volts(SUPPLY as f32)).unwrap();
             let angle = |code| sensor.calibration().angle(sensor.reference().volts(code, supply)).unwrap().degrees();
@@ -162,7 +168,7 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
             measured.off_ms = Some(clock.ms(at, off));
         }
         Answer::CarryOn => assert_eq!((left, ran.books.cause), (None, Cause::None), "{of}"),
-        Answer::Freewheel => unreachable!("a rhythm of its own"),
+        Answer::Freewheel => unreachable!("the generator follows nobody"),
     }
     measured
 }
@@ -189,17 +195,17 @@ fn measure_brief(rig: &Rig<'_>, fault: Fault, noise: f64) -> Vec<Measured> {
         let over = clock.first_wrong(at + fault.lasts()) + 1;
         bad[index(wrong - 1)..=index(over)].fill(true);
         let of = format!("{fault:?} in tick {wrong}, noise {noise}");
-        let said = first(&frames, wrong - 1, |frame| frame.verdict[0] == Some(fault.verdict())).expect("said");
-        assert!(said < wrong + u32::from(is.said_ms), "{of}: said in tick {said}");
+        let found = first(&frames, wrong - 1, |frame| frame.verdict[0] == Some(fault.verdict())).expect("classified");
+        assert!(found < wrong + u32::from(is.said_ms), "{of}: found in tick {found}");
         let during = &frames[index(wrong - 1)..=index(over)];
-        let graver =
-            during.iter().fold(Validity::Good, |gravest, frame| gravest.worse(frame.verdict[0].unwrap_or_default()));
-        assert_eq!(graver, fault.verdict(), "{of}: a graver verdict");
-        Measured { noise, detected_ms: clock.ms(at, said), stopped_ms: None, off_ms: None }
+        let worst =
+            during.iter().fold(Validity::Good, |worst, frame| worst.worse(frame.verdict[0].unwrap_or_default()));
+        assert_eq!(worst, fault.verdict(), "{of}: a worse validity");
+        Measured { noise, detected_ms: clock.ms(at, found), stopped_ms: None, off_ms: None }
     });
     let measured = measured.collect();
     let other = frames.iter().zip(&bad).find(|(frame, bad)| !**bad && frame.verdict[0] != Some(Validity::Good));
-    assert!(other.is_none(), "{fault:?}: a verdict without a fault: {other:?}");
+    assert!(other.is_none(), "{fault:?}: a sample rejected without a fault: {other:?}");
     measured
 }
 
@@ -228,7 +234,7 @@ fn spread(values: impl Iterator<Item = f64>) -> String {
     }
 }
 
-fn every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride() {
+fn every_fault_is_classified_and_acted_on_in_time() {
     let board = Board::find();
     let (rig, sensor) = (Rig::new(&board, GeneratorConfig::default_walk(), true), typical_sensor().unwrap());
     let lasting = [Fault::Open, Fault::Short, Fault::Stuck, Fault::Jump, Fault::Loose, Fault::Outside, Fault::Supply];
@@ -282,7 +288,7 @@ fn every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride() 
     }
 }
 
-/// The shipped walker, fitted, led by the knee that the volts are of.
+/// The default recording, fitted, led by the knee that the volts are of.
 fn follower() -> GeneratorConfig {
     let raw = open::read(&default_traces_folder().join(feed::DEFAULT_TRACE_NAME), &ReadOptions::default()).unwrap();
     let source = Source { name: feed::DEFAULT_TRACE_NAME.into(), sha256: String::new() };
@@ -291,8 +297,8 @@ fn follower() -> GeneratorConfig {
 }
 
 /// How the follower stands in each tick, and its amplitude.
-fn following(ran: &Ran, walker: &GeneratorConfig) -> Vec<(Lock, f32)> {
-    ran.boots[0].watch(walker, |joints| {
+fn following(ran: &Ran, generator: &GeneratorConfig) -> Vec<(Lock, f32)> {
+    ran.boots[0].watch(generator, |joints| {
         let BoardGenerator::Follow(follower) = joints.generator() else { panic!("not a follower") };
         (follower.status().state, follower.amplitude())
     })
@@ -305,7 +311,7 @@ fn loses(rig: &Rig<'_>, fault: Fault, phase: u32) -> [f64; 3] {
     let at = clock.moment(6.0 + f64::from(phase) / f64::from(PHASES) * knee.stride_s(), phase);
     let secs = ((at + f64::from(is.freewheels_ms()) * 1e-3 + 2.5) * 1e3).ceil() * 1e-3;
     let (ran, frames) = rig.run(&table(&knee, &[(fault, at)], secs), secs);
-    let ticks = following(&ran, &rig.walker);
+    let ticks = following(&ran, &rig.generator);
     let of = format!("{fault:?} at phase {phase} of {PHASES}");
     let wrong = clock.first_wrong(at);
     assert!(frames[..index(wrong - 1)].iter().all(|frame| frame.verdict[0] == Some(Validity::Good)), "{of}");
@@ -335,7 +341,7 @@ fn loses(rig: &Rig<'_>, fault: Fault, phase: u32) -> [f64; 3] {
     [held, fades, stands].map(|tick| clock.ms(at, tick))
 }
 
-fn a_follower_freewheels_at_once_and_stands_after_two_seconds_whatever_the_verdict() {
+fn a_follower_freewheels_at_once_and_then_stands() {
     let board = Board::find();
     let rig = Rig::new(&board, follower(), false);
     let lasting = [Fault::Open, Fault::Short, Fault::Stuck, Fault::Jump, Fault::Outside, Fault::Supply];
@@ -362,12 +368,12 @@ fn a_follower_walks_through_spikes_and_short_interruptions() {
         let apart = knee.stride_s() * 5.0 / f64::from(PHASES);
         let faults: Vec<_> = (0..PHASES).map(|n| (fault, rig.clock.moment(6.0 + f64::from(n) * apart, n))).collect();
         let (ran, _) = rig.run(&table(&knee, &faults, 12.0), 12.0);
-        let ticks = following(&ran, &rig.walker);
+        let ticks = following(&ran, &rig.generator);
         assert!(ticks[5_900..].iter().all(|tick| *tick == (Lock::Locked, 1.0)), "{fault:?}");
     }
 }
 
-/// Recordings of different people, one after the other with half a second in between to get from one angle to the next, through the shipped
+/// Recordings of different people, one after the other with half a second in between to get from one angle to the next, through the default
 /// sensor with 2 codes of noise: angles in degrees, one a millisecond.
 fn in_a_row(people: &[(&str, &str)]) -> (Vec<String>, Vec<f64>) {
     let folder = traces_folder();
@@ -397,7 +403,7 @@ fn in_a_row(people: &[(&str, &str)]) -> (Vec<String>, Vec<f64>) {
     (chosen.into_iter().map(|(name, ..)| name).collect(), angles)
 }
 
-fn two_minutes_of_recordings_in_a_row_with_noise_get_no_verdict() {
+fn two_minutes_of_recordings_with_noise_are_all_good() {
     check_in_a_row(&[
         ("gaitprint_young_overground", "left_knee"),
         ("gaitprint_middle_overground", "right_hip"),
@@ -407,7 +413,7 @@ fn two_minutes_of_recordings_in_a_row_with_noise_get_no_verdict() {
     ]);
 }
 
-fn two_minutes_of_the_default_recording_with_noise_get_no_verdict() {
+fn two_minutes_of_the_default_recording_are_all_good() {
     check_in_a_row(&[]);
 }
 
@@ -425,7 +431,7 @@ fn check_in_a_row(people: &[(&str, &str)]) {
     let secs = angles.len() as f64 * 1e-3;
     let (ran, frames) = rig.run(&text, secs);
     let bad: Vec<_> = frames.iter().filter(|frame| frame.verdict[0] != Some(Validity::Good)).collect();
-    report!("{} frames of {names:?}: {} verdicts", frames.len(), bad.len());
+    report!("{} frames of {names:?}: {} rejected", frames.len(), bad.len());
     assert!(bad.is_empty(), "{:?}", bad[0]);
     let walking = frames.iter().filter(|frame| frame.state == SupervisorState::Walking).count();
     assert!(frames.len() > 120_000 && walking + 2_400 > frames.len(), "{walking} of {}", frames.len());
@@ -442,7 +448,7 @@ fn the_document_has_the_constants() {
         let Some(is) = reaction(verdict) else { continue };
         let row = rows.iter().find(|row| row[0] == verdict.name()).unwrap_or_else(|| panic!("{verdict}: no row"));
         let [stops, freewheels] = [is.stops_ms(), is.freewheels_ms()].map(|ms| ms.to_string());
-        let told = [
+        let expected = [
             is.said_ms.to_string(),
             is.cause.name().into(),
             is.own_rhythm.name().into(),
@@ -450,6 +456,6 @@ fn the_document_has_the_constants() {
             is.follower.name().into(),
             freewheels,
         ];
-        assert_eq!(row[2..8], told, "{verdict}");
+        assert_eq!(row[2..8], expected, "{verdict}");
     }
 }

@@ -11,31 +11,31 @@ pub fn package() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The recordings that ship.
+/// The recordings of the repository.
 #[must_use]
 pub fn default_traces_folder() -> PathBuf {
     package().join("traces")
 }
 
-/// The shipped recording of angles.
+/// The default recording of angles.
 ///
 /// # Panics
 /// It cannot be read.
 #[must_use]
 pub fn default_trace() -> Recording {
-    feed::default_trace().expect("the shipped recording is good").1
+    feed::default_trace().expect("the default recording is good").1
 }
 
-/// The shipped recording of semi-synthetic volts: a loop.
+/// The default recording of semi-synthetic volts: a loop.
 ///
 /// # Panics
 /// It cannot be read.
 #[must_use]
 pub fn default_volts() -> Recording {
-    csv_file::read(&default_volts_file()).expect("the shipped volts are good")
+    csv_file::read(&default_volts_file()).expect("the default volts are good")
 }
 
-/// Where the shipped volts are.
+/// Where the default volts are.
 #[must_use]
 pub fn default_volts_file() -> PathBuf {
     default_traces_folder().join("gaitkit_fukuchi_healthy_left_knee_volts.csv")

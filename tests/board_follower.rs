@@ -1,9 +1,9 @@
-//! The whole chain on the virtual board with a walker that follows: a recorded hip as volts, converted, measured, locked to, and four
+//! The whole chain on the virtual board with a follower: a recorded hip as volts, converted, measured, locked to, and four
 //! joints that follow; and what happens when the wire breaks. The same core on the host gives the same bits.
 
 use footfall::board::feed;
 use footfall_tests::board::Board;
-use footfall_tests::{chain, traces};
+use footfall_tests::{chain, recordings};
 use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::format::open;
 use gait_trace::format::open::ReadOptions;
@@ -15,23 +15,23 @@ use test_suite::{report, tests};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
-        four_joints_follow_one_recorded_hip_or_knee_from_volts_to_setpoints(Image),
-        a_broken_wire_is_walked_through_for_two_seconds_then_stands_and_walks_again_when_mended(Image),
+        four_joints_follow_one_recorded_hip_or_knee(Image),
+        with_a_broken_wire_it_walks_two_seconds_then_stands(Image),
     ])
 }
 
-/// The shipped walker, fitted, with the sensor on this joint.
+/// The default recording, fitted, with the sensor on this joint.
 fn follower(sensor: Joint) -> GeneratorConfig {
-    let raw =
-        open::read(&traces::default_traces_folder().join(feed::DEFAULT_TRACE_NAME), &ReadOptions::default()).unwrap();
+    let raw = open::read(&recordings::default_traces_folder().join(feed::DEFAULT_TRACE_NAME), &ReadOptions::default())
+        .unwrap();
     let source = Source { name: feed::DEFAULT_TRACE_NAME.into(), sha256: String::new() };
     let settings = Settings { follow: Some(sensor), starts: 10, ..Settings::default() };
     fit(&source, &raw, &settings, &mut |_| ()).unwrap().file.set.config()
 }
 
-/// The shipped recording as a loop at 1 kHz.
+/// The default recording as a loop at 1 kHz.
 fn walk() -> Looped {
-    traces::default_trace().looped(1000.0).unwrap()
+    recordings::default_trace().looped(1000.0).unwrap()
 }
 
 /// Volts of a joint's sensor for so many seconds of walking; between `lost` the wire is broken.
@@ -56,7 +56,7 @@ fn rmse(frames: &[Frame<SENSORS>], begun_ms: usize, walk: &Looped, joint: Joint)
     (squares.sum::<f64>() / frames.len() as f64).sqrt()
 }
 
-fn four_joints_follow_one_recorded_hip_or_knee_from_volts_to_setpoints() {
+fn four_joints_follow_one_recorded_hip_or_knee() {
     let board = Board::find();
     let walk = walk();
     report!("| sensor | locked at, s | left hip | right hip | left knee | right knee |");
@@ -77,7 +77,7 @@ fn four_joints_follow_one_recorded_hip_or_knee_from_volts_to_setpoints() {
     }
 }
 
-fn a_broken_wire_is_walked_through_for_two_seconds_then_stands_and_walks_again_when_mended() {
+fn with_a_broken_wire_it_walks_two_seconds_then_stands() {
     let board = Board::find();
     let (walk, sensor) = (walk(), Joint::LeftHip);
     let config = follower(sensor);
