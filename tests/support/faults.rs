@@ -3,9 +3,10 @@
 use crate::board::{Board, Ran};
 use crate::degraded::Random;
 use crate::recordings::default_volts;
+use firmware::board::GENERATOR_SECTOR;
 use gait_trace::Recording;
 use hgod_adc::Validity;
-use joint_loop::store::generator_record::{ADDRESS, record_of};
+use joint_loop::store::generator_record::record_of;
 use joint_loop::{Frame, GeneratorConfig, Reaction, SENSORS, reaction};
 use std::ffi::OsString;
 use std::path::Path;
@@ -207,7 +208,7 @@ impl<'a> Rig<'a> {
         let mut options: Vec<OsString> = ["--secs".into(), secs.to_string().into()].into();
         options.extend(press.into_iter().chain(["--volts".into(), feed.into()]));
         if let Some(sector) = &self.sector {
-            options.extend(["--flash".into(), format!("{ADDRESS:#010x}={}", sector.path().display()).into()]);
+            options.extend(["--flash".into(), format!("{GENERATOR_SECTOR:#010x}={}", sector.path().display()).into()]);
         }
         options
     }

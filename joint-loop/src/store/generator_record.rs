@@ -20,9 +20,6 @@ use joint_units::{Joint, Period, Phase, Radians};
 use crate::generator::board_generator::{FollowConfig, GeneratorConfig, SERIES_HARMONICS, SeriesConfig, ShapeConfig};
 use crate::store::flash_record::{FrameError, Framed, Words, bytes_of, open};
 
-/// First address of the walker's sector (16 KiB that the program leaves free, see `memory.x`).
-pub const ADDRESS: u32 = 0x0800_4000;
-
 /// Bytes of the longest record.
 pub const MAX_BYTES: usize = bytes_of(MAX_WORDS);
 

@@ -10,20 +10,19 @@
 use std::fmt;
 
 use cpg_core::entrainment::EventSource;
-use gait_trace::clean::condition::{ConditionError, Conditioned, LowPass, Rules, condition};
-use gait_trace::raw::RawJoints;
 use gait_trace::stride::cycle::{Cycle, POINTS};
-use gait_trace::stride::strides::{StrideError, Strides, segment};
+use gait_trace::stride::strides::segment;
+use gait_trace::{ConditionError, Conditioned, LowPass, RawJoints, Rules, StrideError, Strides, condition};
 use generator_file::certificate::{Certificate, certify};
 use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet, Provenance};
 use joint_loop::{LoopConfig, SERIES_HARMONICS};
 use joint_units::Joint;
 use serde::Serialize;
 
+use crate::generator_cycle::{aligned, generator_cycle};
 use crate::judge::{HeldOut, JointFit, held_out, judge};
-use crate::search::{Dynamics, SearchSettings, fit_robust, fit_thesis};
+use crate::search::{Dynamics, SearchSettings, fit_phase_coupled, fit_thesis};
 use crate::series::{self, Series};
-use crate::walk_cycle::{aligned, walk_cycle};
 
 /// Difference of the legs, in parts of the range of motion, from which on a walker is called asymmetric.
 pub const ASYMMETRIC: f64 = 0.15;
@@ -44,21 +43,21 @@ pub enum Kind {
     /// Phase and shape: one phase, a Fourier series a joint.
     Shape,
     /// R1: four oscillators that cannot run away, near to sinusoids.
-    Robust,
+    PhaseCoupled,
     /// The thesis' network.
     Thesis,
 }
 
 impl Kind {
     /// All kinds, the most exact first.
-    pub const ALL: [Self; 3] = [Self::Shape, Self::Robust, Self::Thesis];
+    pub const ALL: [Self; 3] = [Self::Shape, Self::PhaseCoupled, Self::Thesis];
 
     /// As in a walker's file.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Shape => "shape",
-            Self::Robust => "robust",
+            Self::PhaseCoupled => "robust",
             Self::Thesis => "thesis",
         }
     }
@@ -117,7 +116,7 @@ impl fmt::Display for Settings {
                 Some(harmonics) => write!(f, ", {harmonics} harmonics, least squares"),
                 None => write!(f, ", as many harmonics as it takes, least squares"),
             },
-            Kind::Robust => write!(f, ", Levenberg-Marquardt"),
+            Kind::PhaseCoupled => write!(f, ", Levenberg-Marquardt"),
             Kind::Thesis => write!(f, ", CMA-ES, {} evaluations, seed {}", self.evaluations, self.seed),
         }?;
         match self.follow {
@@ -157,7 +156,7 @@ pub enum FitError {
     },
     /// What was fitted is no walker: a stride beyond what a generator takes, for instance.
     #[error("{file}: the fit is no walker: {why}")]
-    BoardGenerator {
+    Generator {
         /// The recording.
         file: String,
         /// The rule that it breaks.
@@ -229,7 +228,8 @@ pub struct Fit {
 ///
 /// ```
 /// use gait_fit::fit::{Settings, Source, fit};
-/// use gait_trace::format::open::{ReadOptions, of_bytes};
+/// use gait_trace::ReadOptions;
+/// use gait_trace::format::open::of_bytes;
 /// let mut csv = String::from("time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg\n");
 /// for row in 0..700 {
 ///     let t = f64::from(row) * 0.01;
@@ -276,7 +276,7 @@ pub fn fit(
     let mut checked = check(&found.set, settings, progress);
     if let Some(because) = found.refused_because.take().or_else(|| not_accepted(&checked)) {
         if settings.generator == Kind::Shape {
-            return Err(FitError::BoardGenerator { file: file(), why: because });
+            return Err(FitError::Generator { file: file(), why: because });
         }
         notes.push(format!(
             "the {} generator was refused ({because}); phase and shape is used instead",
@@ -288,8 +288,8 @@ pub fn fit(
         checked = check(&found.set, &used, progress);
     }
     let Found { set, history, .. } = found;
-    let mut certificate = checked.map_err(|why| FitError::BoardGenerator { file: file(), why })?;
-    let walked = walk_cycle(&set).map_err(|why| FitError::BoardGenerator { file: file(), why })?;
+    let mut certificate = checked.map_err(|why| FitError::Generator { file: file(), why })?;
+    let walked = generator_cycle(&set).map_err(|why| FitError::Generator { file: file(), why })?;
     let (cycle, ahead) = aligned(&walked.cycle, &mean);
     let origin = ((1.0 - ahead) * POINTS as f64).round() as usize % POINTS;
 
@@ -332,8 +332,7 @@ pub fn fit(
     let set = match (set, settings.follow) {
         (GeneratorSet::Shape(shape), Some(sensor)) => {
             let set = GeneratorSet::Follow(FollowSet { sensor, events: settings.events, shape });
-            certificate =
-                check(&set, settings, progress).map_err(|why| FitError::BoardGenerator { file: file(), why })?;
+            certificate = check(&set, settings, progress).map_err(|why| FitError::Generator { file: file(), why })?;
             notes.extend(
                 certificate.refused_because.iter().map(|because| format!("not accepted as a follower: {because}")),
             );
@@ -381,8 +380,8 @@ fn of_kind(kind: Kind, mean: &Cycle, period_s: f64, settings: &Settings, progres
             let set = GeneratorSet::Shape(series::fit(mean, period_s, harmonics(mean, settings)));
             Found { set, history: vec![], refused_because: None }
         }
-        Kind::Robust => {
-            let fitted = fit_robust(mean, period_s, LINKED, &mut |_| ());
+        Kind::PhaseCoupled => {
+            let fitted = fit_phase_coupled(mean, period_s, LINKED, &mut |_| ());
             Found { set: GeneratorSet::Robust(fitted.set), history: vec![], refused_because: None }
         }
         Kind::Thesis => {
@@ -419,7 +418,7 @@ fn harmonics(mean: &Cycle, settings: &Settings) -> usize {
 fn kind_of(set: &GeneratorSet) -> Kind {
     match set {
         GeneratorSet::Shape(_) | GeneratorSet::Follow(_) => Kind::Shape,
-        GeneratorSet::Robust(_) => Kind::Robust,
+        GeneratorSet::Robust(_) => Kind::PhaseCoupled,
         GeneratorSet::Thesis(_) => Kind::Thesis,
     }
 }
@@ -442,11 +441,11 @@ fn not_accepted(checked: &Result<Certificate, String>) -> Option<String> {
 fn refitted(set: &GeneratorSet, some: &Cycle, period_s: f64) -> Cycle {
     let again = match set {
         GeneratorSet::Shape(fitted) => GeneratorSet::Shape(series::fit(some, period_s, fitted.joints[0].cos_deg.len())),
-        GeneratorSet::Robust(_) => GeneratorSet::Robust(fit_robust(some, period_s, LINKED, &mut |_| ()).set),
+        GeneratorSet::Robust(_) => GeneratorSet::Robust(fit_phase_coupled(some, period_s, LINKED, &mut |_| ()).set),
         GeneratorSet::Thesis(_) | GeneratorSet::Follow(_) => set.clone(),
     };
     // A set that was fitted once can be walked; the strides' own mean stands in for one that cannot.
-    walk_cycle(&again).map_or_else(|_| some.clone(), |walked| aligned(&walked.cycle, some).0)
+    generator_cycle(&again).map_or_else(|_| some.clone(), |walked| aligned(&walked.cycle, some).0)
 }
 
 /// The legs differ by more than [`ASYMMETRIC`] of the range of motion, hips or knees.
@@ -468,7 +467,7 @@ fn compare(
 ) -> (Vec<Compared>, Vec<(usize, f64)>) {
     let mut all = vec![];
     let mut add = |name: String, set: &GeneratorSet, holds| {
-        if let Ok(walked) = walk_cycle(set) {
+        if let Ok(walked) = generator_cycle(set) {
             let rmse_deg = aligned(&walked.cycle, mean).0.rmse_deg(mean);
             all.push(Compared { name, rmse_deg, holds });
         }
@@ -481,7 +480,7 @@ fn compare(
         };
         add(name, &set, None);
     }
-    let robust = of_kind(Kind::Robust, mean, period_s, settings, progress);
+    let robust = of_kind(Kind::PhaseCoupled, mean, period_s, settings, progress);
     add("R1, the robust network".into(), &robust.set, Some(true));
     let thesis = of_kind(Kind::Thesis, mean, period_s, settings, progress);
     add("the thesis' network".into(), &thesis.set, Some(thesis.refused_because.is_none()));
