@@ -1,6 +1,6 @@
-//! Entrainment on recorded walkers, on the host core: one sensor of a person who walks drives four joints.
+//! Entrainment on recorded people, on the host core: one sensor of a person who walks drives four joints.
 //!
-//! What is measured here is the core that the board runs, fed with recorded angles at 1 kHz. The recording that ships is always used,
+//! What is measured here is the core that the board runs, fed with recorded angles at 1 kHz. The default recording is always used,
 //! those beside the workspace when they are there. Each measured number is printed (`--nocapture`).
 
 use cpg_core::entrainment::{EventSource, FollowerConfig, Lock};
@@ -13,17 +13,36 @@ use footfall_tests::degraded::{self, Random, Series};
 use footfall_tests::people::{PEOPLE, Person, default_loop, people, people_of};
 use footfall_tests::statistics::{median, rms};
 use footfall_tests::swings::{phantoms, range_deg, standing, tops};
-use footfall_tests::traces::many;
 use gait_trace::format::csv_file;
 use joint_units::{Joint, Period, Phase, Radians};
 use std::f64::consts::TAU;
 use std::path::Path;
+use std::process::ExitCode;
+use test_suite::{report, tests, traces_folder};
 
-/// 1,000 starts on the mean stride of the shipped walker's hips: any phase, any frequency from -40 to +40 %. Locked means within 18
-/// degrees and 3 % for good; never locked within 10 s is a false lock.
-#[test]
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        a_thousand_starts(),
+        one_hip_drives_four_joints(Traces),
+        one_joint_of_the_default_recording_drives_four(),
+        sound_sensors_are_accepted(Traces),
+        the_lock_is_found_from_any_start(Traces),
+        a_step_of_cadence(),
+        a_lost_sensor_on_recorded_people(Traces),
+        a_foot_switch_keeps_the_phase_of_recorded_people(Traces),
+        peaks_of_recorded_knees(Traces),
+        the_joints_stop_soon_after_the_person(Traces),
+        a_real_goniometer_with_pauses_and_turns(Traces),
+        degraded_sensors_of_recorded_people(Traces),
+        degraded_sensors_of_the_default_recording(),
+        the_command_reports_how_it_ended(),
+    ])
+}
+
+/// 1,000 starts on the mean stride of the default generator's hips: any phase, any frequency from -40 to +40 %. Locked means within 18
+/// degrees and 3 % to the end; never locked within 10 s is a false lock.
 fn a_thousand_starts() {
-    let walker = default_loop(Joint::LeftHip, 12.0);
+    let person = default_loop(Joint::LeftHip, 12.0);
     let mut random = Random(20_240_607);
     let (mut locks, mut never) = (vec![], 0);
     for start in 0..1000 {
@@ -31,12 +50,12 @@ fn a_thousand_starts() {
         let mut config = FollowerConfig::default();
         let stride_s = 1.1;
         config.lock.stride_s = (stride_s / (0.6 + 0.8 * random.unit())) as f32;
-        let mut legs = config.build(walker.templates, sensor, Period::MILLISECOND).expect("built");
+        let mut legs = config.build(person.templates, sensor, Period::MILLISECOND).expect("built");
         let (mut cycles, mut last_bad) = (random.unit(), 0);
         for tick in 0..10_000 {
             cycles += 1e-3 / stride_s;
             let phase = Phase::from_cycles(cycles.fract() as f32);
-            legs.observe(Some(Radians(walker.templates[sensor as usize].at(phase).angle)));
+            legs.observe(Some(Radians(person.templates[sensor as usize].at(phase).angle)));
             legs.step();
             let off = f64::from(phase.radians_after(legs.phase_lock().phase()).0).to_degrees();
             let slow = f64::from(legs.phase_lock().frequency().0) * stride_s / TAU - 1.0;
@@ -48,103 +67,102 @@ fn a_thousand_starts() {
         locks.push(f64::from(last_bad) * 1e-3);
     }
     let middle = median(&mut locks);
-    println!("1,000 starts: median {middle:.2} s, worst {:.2} s, {never} false", locks[999]);
+    report!("1,000 starts: median {middle:.2} s, worst {:.2} s, {never} false", locks[999]);
     assert_eq!(never, 0);
     assert!(middle <= 3.0, "median {middle} s");
     assert!(locks[999] <= 4.0, "worst {} s", locks[999]);
 }
 
 /// One hip measured, four joints driven: root mean square difference from the recorded joints, 15 to 50 s, and no hold.
-#[test]
 fn one_hip_drives_four_joints() {
     for sensor in [Joint::LeftHip, Joint::RightHip] {
-        for walker in people("one hip drives four joints", sensor) {
-            let run = entrain(&walker.recording, sensor, None).expect("entrained");
+        for person in people(sensor) {
+            let run = entrain(&person.recording, sensor, None).expect("entrained");
             let verdict = run.following;
             let rmse = verdict.steady_rmse_deg.map(|rmse| rmse.expect("all joints"));
-            println!("{} {}: {rmse:.2?}, {:?}", walker.name, sensor.name(), verdict.lock_s);
+            report!("{} {}: {rmse:.2?}, {:?}", person.name, sensor.name(), verdict.lock_s);
             let other = if sensor == Joint::LeftHip { Joint::RightHip } else { Joint::LeftHip };
-            assert!(rmse[sensor as usize] <= 1.5, "{}: {rmse:?}", walker.name);
-            assert!(rmse[other as usize] <= 1.8, "{}: {rmse:?}", walker.name);
-            assert!(rmse[2] <= 2.3 && rmse[3] <= 2.3, "{}: {rmse:?}", walker.name);
-            assert_eq!((verdict.false_locks, verdict.holds.len()), (0, 0), "{}", walker.name);
+            assert!(rmse[sensor as usize] <= 1.5, "{}: {rmse:?}", person.name);
+            assert!(rmse[other as usize] <= 1.8, "{}: {rmse:?}", person.name);
+            assert!(rmse[2] <= 2.3 && rmse[3] <= 2.3, "{}: {rmse:?}", person.name);
+            assert_eq!((verdict.false_locks, verdict.holds.len()), (0, 0), "{}", person.name);
             assert!(verdict.lock_s.is_some_and(|lock| lock < 2.5));
             let settled = &run.ticks[5000..];
-            assert!(settled.iter().all(|tick| tick.state == Lock::Locked && tick.amplitude == 1.0), "{}", walker.name);
+            assert!(settled.iter().all(|tick| tick.state == Lock::Locked && tick.amplitude == 1.0), "{}", person.name);
         }
     }
-    // The recording that ships is two strides: templates and trace are the same, so that only tracking is left.
+}
+
+/// The default recording is two strides: templates and trace are the same, so that only tracking is left.
+fn one_joint_of_the_default_recording_drives_four() {
     for sensor in Joint::ALL {
-        let walker = default_loop(sensor, 25.0);
-        let verdict = entrain(&walker.recording, sensor, None).expect("entrained").following;
-        println!("shipped {}: {:.2?}", sensor.name(), verdict.steady_rmse_deg.map(Option::unwrap));
+        let person = default_loop(sensor, 25.0);
+        let verdict = entrain(&person.recording, sensor, None).expect("entrained").following;
+        report!("default {}: {:.2?}", sensor.name(), verdict.steady_rmse_deg.map(Option::unwrap));
         assert!(verdict.steady_rmse_deg.iter().all(|rmse| rmse.is_some_and(|rmse| rmse < 3.0)), "{verdict:?}");
         assert_eq!((verdict.false_locks, verdict.holds.len()), (0, 0));
     }
 }
 
-/// Two walkers and a runner twice, a hip and a knee measured, 12 bits and noise of 0.1 degrees on top: not one hold, not one stop, not one
+/// Two people who walk and one who runs twice, a hip and a knee measured, 12 bits and noise of 0.1 degrees on top: not one hold, not one stop, not one
 /// false lock in 7 minutes.
-#[test]
-fn sound_sensors_are_believed() {
+fn sound_sensors_are_accepted() {
     let names = [PEOPLE[0], PEOPLE[1], "welker_007_run_natural", "welker_007_run_exotendon"];
     let mut total = 0;
     for sensor in [Joint::RightHip, Joint::LeftKnee] {
-        for walker in people_of(&names, "sound sensors", sensor) {
-            let noisy: Vec<f64> = degraded::noise(&walker.samples(sensor), 0.1, 5).into_iter().flatten().collect();
-            let ticks = run::run(&mut walker.legs(sensor), degraded::quantised(&noisy, 300.0));
+        for person in people_of(&names, sensor) {
+            let noisy: Vec<f64> = degraded::noise(&person.samples(sensor), 0.1, 5).into_iter().flatten().collect();
+            let ticks = run::run(&mut person.legs(sensor), degraded::quantised(&noisy, 300.0));
             let locked = ticks.iter().position(|tick| tick.state == Lock::Locked).expect("locked");
-            assert!(locked < 3000, "{} {}: locked after {locked} ms", walker.name, sensor.name());
+            assert!(locked < 3000, "{} {}: locked after {locked} ms", person.name, sensor.name());
             let later = &ticks[4000..];
             let wrong = later.iter().position(|tick| tick.state != Lock::Locked);
-            assert_eq!(wrong, None, "{} {}", walker.name, sensor.name());
-            let verdict = run::judge(&ticks, &walker.recording, sensor, &walker.learned);
-            assert_eq!((verdict.false_locks, verdict.holds.len()), (0, 0), "{} {}", walker.name, sensor.name());
+            assert_eq!(wrong, None, "{} {}", person.name, sensor.name());
+            let verdict = run::judge(&ticks, &person.recording, sensor, &person.learned);
+            assert_eq!((verdict.false_locks, verdict.holds.len()), (0, 0), "{} {}", person.name, sensor.name());
             total += ticks.len();
         }
     }
-    println!("sound sensors: {} s without a verdict", total / 1000);
+    report!("sound sensors: {} s without a verdict", total / 1000);
 }
 
-/// Recorded walkers, starts 12 phases apart, 40 % too slow to 40 % too fast: within 18 degrees for good.
-#[test]
-fn recorded_walkers_are_locked_on_from_anywhere() {
-    for walker in people("starts on recorded walkers", Joint::LeftHip) {
-        let samples = walker.samples(Joint::LeftHip);
+/// Recorded people, starts 12 phases apart, 40 % too slow to 40 % too fast: within 18 degrees for good.
+fn the_lock_is_found_from_any_start() {
+    for person in people(Joint::LeftHip) {
+        let samples = person.samples(Joint::LeftHip);
         let mut all = vec![];
         for factor in [0.6, 0.8, 1.2, 1.4] {
             for start in 0..12 {
-                let from = 15_000 + (f64::from(start) * walker.learned.stride_s * 1000.0 / 12.0) as usize;
-                let stride_s = walker.learned.stride_s / factor;
-                let mut legs = run::follower(walker.templates, Joint::LeftHip, stride_s).expect("built");
+                let from = 15_000 + (f64::from(start) * person.learned.stride_s * 1000.0 / 12.0) as usize;
+                let stride_s = person.learned.stride_s / factor;
+                let mut legs = run::follower(person.templates, Joint::LeftHip, stride_s).expect("built");
                 let ticks = run::run(&mut legs, samples[from..from + 12_000].iter().copied().map(Some));
                 let bad = ticks.iter().enumerate().rposition(|(n, tick)| {
-                    let phase = walker.learned.phase_at((from + n) as f64 * 1e-3).rem_euclid(1.0);
+                    let phase = person.learned.phase_at((from + n) as f64 * 1e-3).rem_euclid(1.0);
                     Phase::from_cycles(phase as f32).radians_after(tick.estimate).0.abs() > 18f32.to_radians()
                 });
                 all.push(bad.map_or(0.0, |tick| tick as f64 * 1e-3));
             }
         }
         let middle = median(&mut all);
-        println!("{}: {} starts, median {middle:.2} s, worst {:.2} s", walker.name, all.len(), all[all.len() - 1]);
-        assert!(middle <= 2.5 && all[all.len() - 1] <= 4.5, "{}: {middle} {:?}", walker.name, all.last());
+        report!("{}: {} starts, median {middle:.2} s, worst {:.2} s", person.name, all.len(), all[all.len() - 1]);
+        assert!(middle <= 2.5 && all[all.len() - 1] <= 4.5, "{}: {middle} {:?}", person.name, all.last());
     }
 }
 
 /// Cadence steps from 1.1 to 0.9 s of stride at 24 phases: within 18 degrees and 3 % again in 1.5 s, locked all the while.
-#[test]
 fn a_step_of_cadence() {
-    let walker = default_loop(Joint::LeftHip, 12.0);
+    let person = default_loop(Joint::LeftHip, 12.0);
     for sensor in [Joint::LeftHip, Joint::RightHip] {
         let mut worst = 0.0f64;
         for start in 0..24 {
-            let mut legs = run::follower(walker.templates, sensor, 1.1).expect("built");
+            let mut legs = run::follower(person.templates, sensor, 1.1).expect("built");
             let mut cycles = f64::from(start) / 24.0;
             for tick in 0..14_000 {
                 let stride_s = if tick < 10_000 { 1.1 } else { 0.9 };
                 cycles += 1e-3 / stride_s;
                 let phase = Phase::from_cycles(cycles.fract() as f32);
-                legs.observe(Some(Radians(walker.templates[sensor as usize].at(phase).angle)));
+                legs.observe(Some(Radians(person.templates[sensor as usize].at(phase).angle)));
                 legs.step();
                 if tick >= 10_000 {
                     assert_eq!(legs.status().state, Lock::Locked);
@@ -156,23 +174,22 @@ fn a_step_of_cadence() {
                 }
             }
         }
-        println!("cadence step, {}: worst {worst:.2} s", sensor.name());
+        report!("cadence step, {}: worst {worst:.2} s", sensor.name());
         assert!(worst <= 1.5, "{}: {worst} s", sensor.name());
     }
 }
 
-/// The sensor is lost at 16 times of the walk, in four ways: how soon that is told, and how far the phase is off 1 and 2 s later.
-#[test]
-fn a_lost_sensor_on_recorded_walkers() {
-    for walker in people("sensor loss on recorded walkers", Joint::LeftHip) {
-        let samples = walker.samples(Joint::LeftHip);
+/// The sensor is lost at 16 times of the walk, in four ways: how soon that is detected, and how far the phase is off 1 and 2 s later.
+fn a_lost_sensor_on_recorded_people() {
+    for person in people(Joint::LeftHip) {
+        let samples = person.samples(Joint::LeftHip);
         for (kind, soon, after) in [
             ("invalid", 0.02, [10.0, 13.0]),
             ("stuck", 0.09, [11.0, 15.0]),
             ("zero", 0.12, [11.0, 15.0]),
             ("noise", 0.1, [10.0, 13.0]),
         ] {
-            let (mut told, mut off, mut stops) = (vec![], [vec![], vec![]], 0);
+            let (mut detected, mut off, mut stops) = (vec![], [vec![], vec![]], 0);
             for n in 0..16 {
                 let at = 20_000 + 1370 * n;
                 let mut random = Random(n as u32);
@@ -183,14 +200,14 @@ fn a_lost_sensor_on_recorded_walkers() {
                     "zero" => Some(0.0),
                     _ => Some(15.0 * random.normal()),
                 });
-                let ticks = run::run(&mut walker.legs(Joint::LeftHip), series);
+                let ticks = run::run(&mut person.legs(Joint::LeftHip), series);
                 assert!(ticks[5000..at].iter().all(|tick| tick.state == Lock::Locked), "a false hold before the fault");
-                let first = ticks[at..].iter().position(|tick| tick.state != Lock::Locked).expect("told");
+                let first = ticks[at..].iter().position(|tick| tick.state != Lock::Locked).expect("detected");
                 if ticks[at + first].state == Lock::Holding {
-                    told.push(first as f64 * 1e-3);
+                    detected.push(first as f64 * 1e-3);
                     for (second, off) in off.iter_mut().enumerate() {
                         let tick = at + 1000 * (second + 1);
-                        off.push(walker.off(&ticks[tick], tick));
+                        off.push(person.off(&ticks[tick], tick));
                     }
                 } else {
                     // At the top of a swing a sensor that sticks is a leg that stands: the joints stop.
@@ -199,18 +216,21 @@ fn a_lost_sensor_on_recorded_walkers() {
                 let still = ticks[at..].iter().position(|tick| tick.amplitude == 0.0);
                 assert!(still.is_some_and(|tick| tick <= 3000), "{kind} at {at}: walks on blind, {still:?}");
             }
-            let (middle, rms) = (median(&mut told), [rms(&off[0]), rms(&off[1])]);
-            println!("{} {kind}: told {middle:.3} s median, {stops} of 16 as a stop; rms {rms:.1?} deg", walker.name);
-            assert!(middle <= soon && told.len() >= 10, "{kind}: {middle} s, {stops} stops");
-            assert!(rms[0] < after[0] && rms[1] < after[1], "{} {kind}: {rms:?}", walker.name);
+            let (middle, rms) = (median(&mut detected), [rms(&off[0]), rms(&off[1])]);
+            report!(
+                "{} {kind}: detected after {middle:.3} s median, {stops} of 16 as a stop; rms {rms:.1?} deg",
+                person.name
+            );
+            assert!(middle <= soon && detected.len() >= 10, "{kind}: {middle} s, {stops} stops");
+            assert!(rms[0] < after[0] && rms[1] < after[1], "{} {kind}: {rms:?}", person.name);
         }
     }
 }
 
 /// Ticks in which the heel strikes, as the recording itself tells it without an angle of the hip: the left knee, extending at the end of its
 /// swing, passes a third of its range. No recording has strikes of a switch.
-fn strikes_of_the_knee(walker: &Person) -> Vec<bool> {
-    let knee = walker.samples(Joint::LeftKnee);
+fn strikes_of_the_knee(person: &Person) -> Vec<bool> {
+    let knee = person.samples(Joint::LeftKnee);
     let (low, high) = knee.iter().fold((f64::MAX, f64::MIN), |(low, high), &y| (low.min(y), high.max(y)));
     let part = |part: f64| low + part * (high - low);
     let mut swings = false;
@@ -223,12 +243,12 @@ fn strikes_of_the_knee(walker: &Person) -> Vec<bool> {
     strikes.collect()
 }
 
-/// Ticks in which the learned phase passes 0.86 cycles, a place of the strike that nobody is told, each 10 ms early or late (standard
+/// Ticks in which the learned phase passes 0.86 cycles, a strike at a place unknown to the follower, each 10 ms early or late (standard
 /// deviation), as switches are.
-fn strikes_of_the_phase(walker: &Person) -> Vec<bool> {
-    let rows = walker.samples(Joint::LeftHip).len();
+fn strikes_of_the_phase(person: &Person) -> Vec<bool> {
+    let rows = person.samples(Joint::LeftHip).len();
     let (mut random, mut strikes) = (Random(3), vec![false; rows]);
-    let place = |n: usize| (walker.learned.phase_at(n as f64 * 1e-3) - 0.86).floor();
+    let place = |n: usize| (person.learned.phase_at(n as f64 * 1e-3) - 0.86).floor();
     for n in 1..rows {
         if place(n) > place(n - 1) {
             let off = n as f64 + 10.0 * random.normal();
@@ -242,19 +262,18 @@ fn strikes_of_the_phase(walker: &Person) -> Vec<bool> {
 
 /// The sensor is lost at 16 times of the walk: rms phase error 1 and 2 s later of those that are walked through, without a foot switch
 /// and with one, whose place in the stride is learned before.
-#[test]
-fn a_foot_switch_keeps_the_phase_of_recorded_walkers() {
-    for walker in people("a foot switch on recorded walkers", Joint::LeftHip) {
-        let samples = walker.samples(Joint::LeftHip);
-        let (knee, phase) = (strikes_of_the_knee(&walker), strikes_of_the_phase(&walker));
+fn a_foot_switch_keeps_the_phase_of_recorded_people() {
+    for person in people(Joint::LeftHip) {
+        let samples = person.samples(Joint::LeftHip);
+        let (knee, phase) = (strikes_of_the_knee(&person), strikes_of_the_phase(&person));
         for kind in ["invalid", "stuck"] {
             let error = |events: EventSource, strikes: &[bool]| {
                 let mut off = [vec![], vec![]];
                 for n in 0..16 {
                     let at = 20_000 + 1370 * n;
                     let mut config = FollowerConfig { events, ..FollowerConfig::default() };
-                    config.lock.stride_s = walker.learned.stride_s as f32;
-                    let mut legs = config.build(walker.templates, Joint::LeftHip, Period::MILLISECOND).expect("built");
+                    config.lock.stride_s = person.learned.stride_s as f32;
+                    let mut legs = config.build(person.templates, Joint::LeftHip, Period::MILLISECOND).expect("built");
                     for tick in 0..at + 2000 {
                         if strikes[tick] {
                             legs.heel_strike();
@@ -267,7 +286,7 @@ fn a_foot_switch_keeps_the_phase_of_recorded_walkers() {
                         if let Some(second) = second
                             && legs.status().state == Lock::Holding
                         {
-                            let truth = walker.learned.phase_at(tick as f64 * 1e-3).rem_euclid(1.0);
+                            let truth = person.learned.phase_at(tick as f64 * 1e-3).rem_euclid(1.0);
                             let off_by = Phase::from_cycles(truth as f32).radians_after(legs.phase());
                             off[second / 1000 - 1].push(f64::from(off_by.0).to_degrees());
                         }
@@ -279,31 +298,30 @@ fn a_foot_switch_keeps_the_phase_of_recorded_walkers() {
             let without = error(EventSource::None, &knee);
             let with_knee = error(EventSource::FootSwitch, &knee);
             let with_jitter = error(EventSource::FootSwitch, &phase);
-            println!(
+            report!(
                 "{} {kind}: rms {without:.1?} deg, with a foot switch {with_knee:.1?}, with one that jitters by 10 ms {with_jitter:.1?}",
-                walker.name
+                person.name
             );
-            assert!(with_knee[0] < without[0] && with_knee[1] < 0.65 * without[1], "{} {kind}", walker.name);
-            assert!(with_jitter[1] < 0.75 * without[1], "{} {kind}: {with_jitter:?}", walker.name);
+            assert!(with_knee[0] < without[0] && with_knee[1] < 0.65 * without[1], "{} {kind}", person.name);
+            assert!(with_jitter[1] < 0.75 * without[1], "{} {kind}: {with_jitter:?}", person.name);
         }
     }
 }
 
 /// The peaks of recorded knees find phase and cadence sooner: 24 start phases, cadences that are off by up to 40 %.
-#[test]
 fn peaks_of_recorded_knees() {
-    for walker in people("peaks of recorded knees", Joint::LeftKnee) {
-        let samples = walker.samples(Joint::LeftKnee);
+    for person in people(Joint::LeftKnee) {
+        let samples = person.samples(Joint::LeftKnee);
         let locks = |events: EventSource| {
             let mut all = vec![];
             for start in 0..120 {
-                let from = 15_000 + (f64::from(start / 5) * walker.learned.stride_s * 1000.0 / 24.0) as usize;
+                let from = 15_000 + (f64::from(start / 5) * person.learned.stride_s * 1000.0 / 24.0) as usize;
                 let mut config = FollowerConfig { events, ..FollowerConfig::default() };
-                config.lock.stride_s = (walker.learned.stride_s / (0.6 + 0.2 * f64::from(start % 5))) as f32;
-                let mut legs = config.build(walker.templates, Joint::LeftKnee, Period::MILLISECOND).expect("built");
+                config.lock.stride_s = (person.learned.stride_s / (0.6 + 0.2 * f64::from(start % 5))) as f32;
+                let mut legs = config.build(person.templates, Joint::LeftKnee, Period::MILLISECOND).expect("built");
                 let ticks = run::run(&mut legs, samples[from..from + 9000].iter().copied().map(Some));
                 let bad = ticks.iter().enumerate().rposition(|(n, tick)| {
-                    let phase = walker.learned.phase_at((from + n) as f64 * 1e-3).rem_euclid(1.0);
+                    let phase = person.learned.phase_at((from + n) as f64 * 1e-3).rem_euclid(1.0);
                     Phase::from_cycles(phase as f32).radians_after(tick.estimate).0.abs() > 18f32.to_radians()
                 });
                 all.push(bad.map_or(0.0, |tick| tick as f64 * 1e-3));
@@ -311,22 +329,21 @@ fn peaks_of_recorded_knees() {
             [median(&mut all), all[108], all[119]]
         };
         let [without, with] = [EventSource::None, EventSource::Peak].map(locks);
-        println!("{}: median, 90 %, worst {without:.2?} s, with peaks {with:.2?} s", walker.name);
-        assert!(with[0] + 0.1 < without[0] && with[1] < without[1] && with[2] < without[2], "{}", walker.name);
+        report!("{}: median, 90 %, worst {without:.2?} s, with peaks {with:.2?} s", person.name);
+        assert!(with[0] + 0.1 < without[0] && with[1] < without[1] && with[2] < without[2], "{}", person.name);
     }
 }
 
-/// A recorded walker brought to a stop within 0.15 to 0.3 s at 24 moments, and set going again after 4 s: how long until all setpoints
+/// A recorded person brought to a stop within 0.15 to 0.3 s at 24 moments, and set going again after 4 s: how long until all setpoints
 /// stand, counted from when the leg does.
-#[test]
-fn a_walker_who_stops() {
+fn the_joints_stop_soon_after_the_person() {
     for (sensor, limit) in [(Joint::LeftHip, 0.7), (Joint::LeftKnee, 0.75)] {
-        for walker in people("a walker who stops", sensor) {
-            let samples = walker.samples(sensor);
+        for person in people(sensor) {
+            let samples = person.samples(sensor);
             let (mut still, mut again) = (vec![], vec![]);
             for n in 0..24 {
                 let (at, brake) = (20.0 + 1.031 * f64::from(n), if n % 2 == 0 { 0.15 } else { 0.3 });
-                let ticks = run::run(&mut walker.legs(sensor), warped(&samples, at, brake, 4.0, at + 12.0));
+                let ticks = run::run(&mut person.legs(sensor), warped(&samples, at, brake, 4.0, at + 12.0));
                 let stop = ((at + brake) * 1e3) as usize;
                 let moves = ticks[stop..stop + 3500].iter();
                 let last = moves.clone().rposition(|tick| tick.rates.iter().any(|rate| rate.abs() > 5.0));
@@ -337,14 +354,14 @@ fn a_walker_who_stops() {
                 again.push(locked.expect("it walks again") as f64 * 1e-3);
             }
             let (a, b) = (median(&mut still), median(&mut again));
-            println!(
+            report!(
                 "{} {}: still {a:.2} s median {:.2} worst after a stop; locked {b:.2} s median {:.2} worst after a start",
-                walker.name,
+                person.name,
                 sensor.name(),
                 still[23],
                 again[23]
             );
-            assert!(still[23] <= limit, "{} {}: {} s", walker.name, sensor.name(), still[23]);
+            assert!(still[23] <= limit, "{} {}: {} s", person.name, sensor.name(), still[23]);
             assert!(b <= 2.5 && again[23] <= 5.0);
         }
     }
@@ -377,21 +394,20 @@ fn warped(samples: &[f64], at: f64, brake: f64, pause: f64, end: f64) -> impl It
 
 /// One real goniometer on one knee, 13 people, with pauses and turns: no phantom stride, and in pauses the setpoints stand from 0.6 s on,
 /// see [`footfall_tests::swings`].
-#[test]
 fn a_real_goniometer_with_pauses_and_turns() {
-    let Some(folder) = many("knee goniometers") else { return };
+    let folder = traces_folder();
     let (mut followed, mut swings) = (0, 0);
-    for path in footfall_tests::traces::csv_files(&folder.join("knee_goniometer")) {
+    for path in footfall_tests::recordings::csv_files(&folder.join("knee_goniometer")) {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let recording = csv_file::read(&path).expect("a good recording");
-        let walker = Person::of(&name, recording, Joint::LeftKnee);
-        let samples = walker.samples(Joint::LeftKnee);
-        let ticks = run::run(&mut walker.legs(Joint::LeftKnee), samples.iter().copied().map(Some));
-        let half = 0.5 * range_deg(&walker.templates[2]);
+        let person = Person::of(&name, recording, Joint::LeftKnee);
+        let samples = person.samples(Joint::LeftKnee);
+        let ticks = run::run(&mut person.legs(Joint::LeftKnee), samples.iter().copied().map(Some));
+        let half = 0.5 * range_deg(&person.templates[2]);
         let driven = tops(ticks.iter().map(|tick| tick.angles[2]), half);
         let phantoms = phantoms(&driven, &samples);
         let real = tops(samples.iter().copied(), half);
-        println!("{name}: {} swings recorded, {} driven, phantoms {phantoms:?}", real.len(), driven.len());
+        report!("{name}: {} swings recorded, {} driven, phantoms {phantoms:?}", real.len(), driven.len());
         assert!(phantoms.is_empty(), "{name}: {phantoms:?}");
         followed += driven.len();
         swings += real.len();
@@ -400,20 +416,26 @@ fn a_real_goniometer_with_pauses_and_turns() {
             assert!(!fast, "{name}: setpoints move {} s into a pause", stood as f64 * 1e-3);
         }
     }
-    println!("{followed} of {swings} swings followed");
+    report!("{followed} of {swings} swings followed");
     assert!(followed * 10 >= swings * 7, "{followed} of {swings} swings followed");
 }
 
 /// Every degraded copy: finite setpoints, no acceleration beyond the stated bound, and either locked within the stated error over
-/// the last 5 s, or not walking on a sensor that is not believed.
-#[test]
-fn degraded_sensors() {
-    let mut all = people("degraded copies of recorded walkers", Joint::LeftHip);
-    all.push(default_loop(Joint::LeftHip, 30.0));
-    for walker in all {
-        let hip: Vec<f64> = walker.samples(Joint::LeftHip).into_iter().take(30_000).collect();
-        let knee: Vec<f64> = walker.samples(Joint::LeftKnee).into_iter().take(30_000).collect();
-        let right: Vec<f64> = walker.samples(Joint::RightHip).into_iter().take(30_000).collect();
+/// the last 5 s, or not walking on a sensor that is rejected.
+fn degraded_sensors_of_recorded_people() {
+    check_degraded_sensors(people(Joint::LeftHip));
+}
+
+/// The same of the default recording.
+fn degraded_sensors_of_the_default_recording() {
+    check_degraded_sensors(vec![default_loop(Joint::LeftHip, 30.0)]);
+}
+
+fn check_degraded_sensors(all: Vec<Person>) {
+    for person in all {
+        let hip: Vec<f64> = person.samples(Joint::LeftHip).into_iter().take(30_000).collect();
+        let knee: Vec<f64> = person.samples(Joint::LeftKnee).into_iter().take(30_000).collect();
+        let right: Vec<f64> = person.samples(Joint::RightHip).into_iter().take(30_000).collect();
         let fault = 12_000..15_000;
         let low = hip.iter().copied().fold(f64::MAX, f64::min);
         let range = hip.iter().copied().fold(f64::MIN, f64::max) - low;
@@ -434,7 +456,7 @@ fn degraded_sensors() {
             ("supply droop of 2 %", degraded::supply_droop(&hip, 0.02, 3000, 150.0), 8.0, true),
             ("mains hum of 1 deg", degraded::mains_hum(&hip, 1.0), 5.0, true),
             ("12 bits of 300 deg", degraded::quantised(&hip, 300.0), 5.0, true),
-            // A clipped swing ends from one tick to the next, as that of a sensor that sticks: it is not believed.
+            // A clipped swing ends from one tick to the next, as that of a sensor that sticks: it is rejected.
             ("ends clipped by a tenth", degraded::clipped(&hip, low + 0.1 * range, low + 0.9 * range), 15.0, false),
             ("ends clipped by a third", degraded::clipped(&hip, low + range / 3.0, low + range / 1.5), 15.0, false),
             ("swapped wires", degraded::swapped_wires(&hip), 180.0, false),
@@ -442,7 +464,7 @@ fn degraded_sensors() {
             ("plug of the knee", degraded::exchanged(&hip, &knee, 12_000), 180.0, false),
         ];
         for (name, series, within, must) in copies {
-            let mut legs = walker.legs(Joint::LeftHip);
+            let mut legs = person.legs(Joint::LeftHip);
             let bounds = Joint::ALL.map(|joint| f64::from(legs.acceleration_bound(joint).0).to_degrees());
             let ticks = run::run(&mut legs, series);
             for (n, pair) in ticks.windows(2).enumerate() {
@@ -454,18 +476,17 @@ fn degraded_sensors() {
             }
             let last: Vec<(usize, &Tick)> = ticks.iter().enumerate().skip(ticks.len() - 5000).collect();
             let locked: Vec<f64> =
-                last.iter().filter(|(_, t)| t.state == Lock::Locked).map(|&(n, t)| walker.off(t, n)).collect();
+                last.iter().filter(|(_, t)| t.state == Lock::Locked).map(|&(n, t)| person.off(t, n)).collect();
             let error = if locked.is_empty() { 0.0 } else { rms(&locked) };
-            println!("{} {name}: locked {} of 5000, rms {error:.1} deg", walker.name, locked.len());
-            assert!(error <= within, "{}, {name}: {error} deg rms while locked", walker.name);
-            assert!(!must || locked.len() == 5000, "{}, {name}: locked {} of 5000", walker.name, locked.len());
+            report!("{} {name}: locked {} of 5000, rms {error:.1} deg", person.name, locked.len());
+            assert!(error <= within, "{}, {name}: {error} deg rms while locked", person.name);
+            assert!(!must || locked.len() == 5000, "{}, {name}: locked {} of 5000", person.name, locked.len());
         }
     }
 }
 
-/// The whole command, on the recording that ships and on files that are no good.
-#[test]
-fn the_command_says_how_it_ended() {
+/// The whole command, on the default recording and on files that are no good.
+fn the_command_reports_how_it_ended() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("loop.csv");
     csv_file::write(&path, &default_loop(Joint::LeftHip, 20.0).recording).expect("written");

@@ -1,8 +1,8 @@
-//! Fits of real recordings: how near phase and shape comes, on what it saw and on what it did not; and that the board walks a fit.
+//! Fits of real recordings: how near phase and shape comes, on what it saw and on what it did not; and that the board runs a fit.
 
 use firmware::board::GENERATOR_SECTOR;
 use footfall_tests::board::Board;
-use footfall_tests::traces::{self, default_volts_file};
+use footfall_tests::recordings::{self, default_volts_file};
 use gait_fit::fit::{Fit, Settings, Source, fit};
 use gait_fit::judge::HeldOut;
 use gait_trace::ReadOptions;
@@ -12,11 +12,21 @@ use joint_loop::SupervisorState;
 use joint_loop::store::generator_record::record_of;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use test_suite::{report, tests, traces_folder};
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        six_harmonics_fit_every_recording_within_half_a_degree(Traces),
+        only_crouch_gait_is_called_asymmetric(Traces),
+        the_board_runs_a_fit_to_the_bit(Image),
+    ])
+}
 
 /// Errors against the mean stride that 6 harmonics must reach, hip and knee, degrees.
 const GOAL_DEG: [f64; 2] = [0.4, 0.5];
 
-/// How much worse than the walker's own mean the generator may be on strides that it did not fit.
+/// How much worse than the mean of the person's strides the generator may be on strides that it did not fit.
 const LOSS: f64 = 1.15;
 
 fn fitted(path: &Path, settings: &Settings) -> Fit {
@@ -44,10 +54,9 @@ fn bilateral(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
-#[test]
-fn six_harmonics_follow_every_walker_and_runner_within_half_a_degree() {
-    let Some(folder) = traces::many("fits of all recordings") else { return };
-    println!("| recording | strides | hip | knee | hip, unfiltered | knee, unfiltered | loss on held-out strides |");
+fn six_harmonics_fit_every_recording_within_half_a_degree() {
+    let folder = traces_folder();
+    report!("| recording | strides | hip | knee | hip, unfiltered | knee, unfiltered | loss on held-out strides |");
     for path in bilateral(&folder) {
         let fit = fitted(&path, &settings());
         let raw = Settings { rules: Rules { low_pass: LowPass::Off, ..Rules::default() }, ..settings() };
@@ -60,7 +69,7 @@ fn six_harmonics_follow_every_walker_and_runner_within_half_a_degree() {
         let losses: Vec<f64> =
             fit.joints.iter().filter_map(|joint| Some(joint.rmse_heldout_deg? / joint.heldout_floor_deg?)).collect();
         let loss = losses.iter().copied().fold(0.0, f64::max);
-        println!(
+        report!(
             "| {} | {} | {:.2} | {:.2} | {:.2} | {:.2} | {} |",
             fit.source.name,
             fit.strides.cycles().len(),
@@ -80,9 +89,8 @@ fn six_harmonics_follow_every_walker_and_runner_within_half_a_degree() {
     }
 }
 
-#[test]
-fn crouch_gait_is_fitted_and_called_asymmetric_and_healthy_gait_is_not() {
-    let Some(folder) = traces::many("the asymmetry of crouch gait") else { return };
+fn only_crouch_gait_is_called_asymmetric() {
+    let folder = traces_folder();
     for path in bilateral(&folder) {
         let fit = fitted(&path, &settings());
         let crouch = fit.source.name.contains("crouch");
@@ -91,11 +99,10 @@ fn crouch_gait_is_fitted_and_called_asymmetric_and_healthy_gait_is_not() {
     }
 }
 
-/// A walker fitted to the shipped recording, packed, in the parameter sector of the flashed image: its setpoints are the host's.
-#[test]
-fn the_board_walks_a_fit_to_the_bit() {
-    let Some(board) = Board::find("a fitted walker on the virtual board") else { return };
-    let fit = fitted(&traces::default_traces_folder().join("gaitkit_fukuchi_healthy.csv"), &Settings::default());
+/// A generator fitted to the default recording, packed, in the parameter sector of the flashed image: its setpoints are the host's.
+fn the_board_runs_a_fit_to_the_bit() {
+    let board = Board::find();
+    let fit = fitted(&recordings::default_traces_folder().join("gaitkit_fukuchi_healthy.csv"), &Settings::default());
     let config = fit.file.set.config();
     let sector = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(sector.path(), record_of(&config).bytes()).unwrap();

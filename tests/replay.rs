@@ -1,8 +1,8 @@
-//! The loop that ships, on the host, on the shipped recording: what holds at every tick, and what a broken sensor leads to.
+//! The default loop, on the host, on the default recording: what holds at every tick, and what a broken sensor leads to.
 
 use footfall_tests::degraded::Degraded;
-use footfall_tests::traces::default_trace;
-use footfall_tests::walk::{Ticked, Walk};
+use footfall_tests::host_loop::{HostLoop, Ticked};
+use footfall_tests::recordings::default_trace;
 use hgod_adc::Validity;
 use joint_loop::{Cause, LoopConfig, SENSORS, SupervisorState, anatomy, reaction};
 use joint_units::{AdcCode, Joint};
@@ -17,7 +17,7 @@ fn degrees(ticked: &Ticked) -> [f64; 4] {
 
 #[test]
 fn a_minute_of_walking_keeps_every_limit_of_the_gate() {
-    let all = Walk::new(Degraded::Sound).arm_and_walk(MINUTE);
+    let all = HostLoop::new(Degraded::Sound).arm_and_walk(MINUTE);
     let gate = LoopConfig::default_biped().gate;
     let rate = f64::from(gate.rate.0).to_degrees();
     let acceleration = f64::from(gate.acceleration.0).to_degrees();
@@ -62,7 +62,7 @@ fn a_minute_of_walking_keeps_every_limit_of_the_gate() {
 
 #[test]
 fn the_walk_has_its_period_and_its_phases() {
-    let all = Walk::new(Degraded::Sound).arm_and_walk(20_000);
+    let all = HostLoop::new(Degraded::Sound).arm_and_walk(20_000);
     let settled: Vec<[f64; 4]> = all[8_000..].iter().map(degrees).collect();
     // Rising crossings of the middle, by straight lines between ticks.
     let crossings = |joint: usize, middle: f64| -> Vec<f64> {
@@ -100,8 +100,8 @@ fn the_walk_has_its_period_and_its_phases() {
 }
 
 #[test]
-fn the_measured_angle_is_the_recorded_knee_as_late_as_the_filter_is() {
-    let mut walk = Walk::new(Degraded::Sound);
+fn the_measured_angle_is_the_knee_delayed_by_the_filter() {
+    let mut walk = HostLoop::new(Degraded::Sound);
     let all = walk.ticks(10_000, false);
     let recording = default_trace();
     let looped = recording.looped(1000.0).unwrap();
@@ -119,9 +119,9 @@ fn the_measured_angle_is_the_recorded_knee_as_late_as_the_filter_is() {
 }
 
 #[test]
-fn two_runs_are_bit_identical_and_one_input_more_or_less_is_not() {
+fn equal_inputs_give_equal_bits_and_others_do_not() {
     let hash = |pressed: u32| {
-        let mut walk = Walk::new(Degraded::Sound);
+        let mut walk = HostLoop::new(Degraded::Sound);
         walk.ticks(300, false);
         walk.ticks(pressed, true);
         walk.ticks(5_000, false);
@@ -133,8 +133,8 @@ fn two_runs_are_bit_identical_and_one_input_more_or_less_is_not() {
 }
 
 #[test]
-fn a_second_press_comes_to_rest_in_the_park_pose_without_a_jump() {
-    let mut walk = Walk::new(Degraded::Sound);
+fn a_second_press_leads_to_the_park_pose_without_a_jump() {
+    let mut walk = HostLoop::new(Degraded::Sound);
     let mut all = walk.arm_and_walk(6_000);
     all.extend(walk.ticks(100, true));
     all.extend(walk.ticks(2_000, false));
@@ -152,7 +152,7 @@ fn a_second_press_comes_to_rest_in_the_park_pose_without_a_jump() {
 
 /// When the loop first leaves the walk, in ticks after the fault, and why.
 fn leaves(condition: Degraded, at: u32) -> Option<(u32, Cause)> {
-    let all = Walk::new(condition).arm_and_walk(12_000);
+    let all = HostLoop::new(condition).arm_and_walk(12_000);
     assert_eq!(all[at as usize - 2].frame.state, SupervisorState::Walking);
     let left = all.iter().find(|ticked| ticked.frame.tick >= at && ticked.frame.state != SupervisorState::Walking)?;
     Some((left.frame.tick - at, left.frame.cause))
@@ -173,18 +173,18 @@ fn a_broken_sensor_stops_the_walk_in_time() {
         assert_eq!(cause, is.cause, "{condition:?}");
     }
     // Off for 4 of 5 ms: bad more often than good.
-    let often = Walk::new(Degraded::DropOuts { off: 4, every: 5 }).arm_and_walk(3_000);
+    let often = HostLoop::new(Degraded::DropOuts { off: 4, every: 5 }).arm_and_walk(3_000);
     assert!(often.iter().all(|ticked| ticked.command.pulses.is_none()), "armed on a sensor that is mostly off");
 }
 
 #[test]
 fn noise_and_short_drop_outs_do_not_stop_the_walk() {
     for condition in [Degraded::Spikes(97), Degraded::Spikes(13), Degraded::DropOuts { off: 5, every: 50 }] {
-        let all = Walk::new(condition).arm_and_walk(12_000);
+        let all = HostLoop::new(condition).arm_and_walk(12_000);
         let last = &all[all.len() - 1].frame;
         assert_eq!(last.state, SupervisorState::Walking, "{condition:?}: {}", last.cause.name());
         // And the spikes do not reach the angle: no more than the sound sensor's fastest motion and the gap that a spike leaves.
-        let sound = Walk::new(Degraded::Sound).arm_and_walk(12_000);
+        let sound = HostLoop::new(Degraded::Sound).arm_and_walk(12_000);
         let off = all
             .iter()
             .zip(&sound)
@@ -197,20 +197,20 @@ fn noise_and_short_drop_outs_do_not_stop_the_walk() {
 
 #[test]
 fn missed_ticks_are_counted_and_not_made_up_for() {
-    let mut walk = Walk::new(Degraded::Sound);
+    let mut walk = HostLoop::new(Degraded::Sound);
     walk.arm_and_walk(6_000);
     let before = walk.joints.frame();
     let after = walk.tick_after(4, false).frame;
     assert_eq!((after.tick - before.tick, after.missed, after.seq - before.seq), (4, 3, 1));
     assert_eq!(after.state, SupervisorState::Walking);
-    // One step of the rhythm, not four: as far as one tick can go.
+    // One step of the generator, not four: as far as one tick can go.
     let farthest = f64::from(LoopConfig::default_biped().gate.rate.0).to_degrees() * 1e-3;
     for (a, b) in before.setpoints.iter().zip(after.setpoints) {
         assert!(f64::from(b.0 - a.0).to_degrees().abs() <= farthest + 1e-4);
     }
     // A gap of more than 5 ms stops, one of more than 20 ms is a fault.
     for (gap, state) in [(10, SupervisorState::Stopping), (30, SupervisorState::Fault)] {
-        let mut walk = Walk::new(Degraded::Sound);
+        let mut walk = HostLoop::new(Degraded::Sound);
         walk.arm_and_walk(6_000);
         let frame = walk.tick_after(gap, false).frame;
         assert_eq!((frame.state, frame.cause), (state, Cause::Gap), "{gap} ms");
@@ -218,8 +218,8 @@ fn missed_ticks_are_counted_and_not_made_up_for() {
 }
 
 #[test]
-fn any_code_in_any_order_never_moves_a_joint_that_is_not_armed() {
-    let mut walk = Walk::new(Degraded::Sound);
+fn no_sequence_of_codes_moves_a_disarmed_joint() {
+    let mut walk = HostLoop::new(Degraded::Sound);
     let mut noise = 0x2545_f491_4f6c_dd1d_u64;
     for _ in 0..200_000 {
         noise ^= noise << 13;

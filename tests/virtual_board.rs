@@ -1,4 +1,4 @@
-//! The very image that would be flashed, on the virtual board: what it does, and what it does when something is broken.
+//! The image that would be flashed, on the virtual board: in normal operation, and with a fault injected.
 //!
 //! What this shows is shown on models of the chip's peripherals, not on hardware.
 
@@ -6,7 +6,7 @@ use firmware::board::GENERATOR_SECTOR;
 use footfall::board::default_loop::SENSOR_JOINT;
 use footfall::command::sync::{coded, edges};
 use footfall_tests::board::{Board, Booted, Ran};
-use footfall_tests::traces::default_volts_file;
+use footfall_tests::recordings::default_volts_file;
 use generator_file::file::{GeneratorFile, GeneratorSet};
 use hgod_adc::{OVERSAMPLING, SensorState, trimmed_mean};
 use joint_loop::io::time_code::level;
@@ -16,19 +16,45 @@ use joint_units::{AdcCode, Joint, Volts};
 use serde_json::Value;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
+use std::process::ExitCode;
 use std::process::{Command, Stdio};
+use test_suite::{report, tests};
 use wire::Reset;
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        ten_seconds_of_walking(Image),
+        two_runs_are_bit_identical(Image),
+        logged_angles_are_the_hosts_for_the_same_codes(Image),
+        setpoints_of_a_run_equal_those_of_the_replay(Image),
+        logged_codes_are_those_of_the_converter(Image),
+        a_lost_conversion_is_a_fault_of_one_tick(Image),
+        the_synchronisation_output_has_the_edges_of_its_code(Image),
+        the_synchronisation_output_is_decoded(Image),
+        the_board_reports_its_temperature_and_supply(Image),
+        without_a_press_no_pin_ever_moves(Image),
+        a_task_that_hangs_is_reset_and_boots_disarmed(Image),
+        time_stamps_go_on_while_the_control_task_stands_still(Image),
+        a_panic_or_a_fault_switches_the_outputs_off_first(Image),
+        an_open_wire_stops_the_walk_and_is_named(Image),
+        the_board_runs_the_generator_of_its_parameter_sector(Image),
+        a_broken_parameter_sector_keeps_the_outputs_off(Image),
+        a_stalled_reader_of_the_log_delays_no_tick(Image),
+        the_program_reports_the_run_with_two_equal_hashes(Image, Program),
+        ctrl_c_ends_the_program_with_a_finished_recording(Image, Program),
+    ])
+}
 
 /// The tasks that move the outputs, by the functions that each round of them calls.
 const TASKS: [&str; 4] = ["sensor_step", "control_step", "telemetry_step", "watchdog_step"];
 
-/// Latest reset after a hang, in microseconds: the slowest oscillator of the watchdog bites 37.6 ms after the last feed.
+/// Latest reset after a hang, in microseconds: the slowest oscillator of the watchdog resets 37.6 ms after the last feed.
 const LATEST_RESET_US: f64 = 38_000.0;
 
 /// Latest moment at which the outputs are disarmed after a fault or panic handler has begun, in microseconds.
 const LATEST_DARK_US: f64 = 10.0;
 
-/// Options: so many seconds on the shipped volts, the button pressed at these times.
+/// Options: so many seconds on the default volts, the button pressed at these times.
 fn options(secs: f64, presses: &[f64], more: &[&str]) -> Vec<OsString> {
     let mut options: Vec<OsString> = vec!["--secs".into(), secs.to_string().into()];
     options.extend(["--volts".into(), default_volts_file().into(), "--loop".into()]);
@@ -39,7 +65,7 @@ fn options(secs: f64, presses: &[f64], more: &[&str]) -> Vec<OsString> {
     options
 }
 
-/// Nothing irregular: the models were enough, nobody faulted, no pin moved while disarmed.
+/// Nothing irregular: the models were enough, no fault, no pin moved while disarmed.
 fn assert_regular(ran: &Ran) {
     let end = &ran.end;
     assert_eq!((ran.code, end.reason.as_str()), (Some(0), "time"));
@@ -57,9 +83,8 @@ fn ten_seconds(board: &Board) -> Ran {
     board.run(options(14.8, &[0.3, 12.9], &[]))
 }
 
-#[test]
 fn ten_seconds_of_walking() {
-    let Some(board) = Board::find("ten seconds of walking on the virtual board") else { return };
+    let board = Board::find();
     let ran = ten_seconds(&board);
     assert_regular(&ran);
     let boot = only(&ran);
@@ -109,23 +134,21 @@ fn ten_seconds_of_walking() {
     }
 }
 
-#[test]
 fn two_runs_are_bit_identical() {
-    let Some(board) = Board::find("two runs on the virtual board, bit by bit") else { return };
+    let board = Board::find();
     let [one, two] = [(); 2].map(|()| board.run(options(4.0, &[0.3], &[])));
     assert!(one.output.lines().count() > 400);
     assert!(one.output == two.output, "the second run is another one");
 }
 
-#[test]
-fn the_angles_that_the_board_logs_are_those_of_the_host_for_the_same_codes() {
-    let Some(board) = Board::find("the board's angles against the host's") else { return };
+fn logged_angles_are_the_hosts_for_the_same_codes() {
+    let board = Board::find();
     let ran = ten_seconds(&board);
     let boot = only(&ran);
     let words = boot.boot.as_ref().unwrap();
     // The sensor alone, without the loop around it.
-    let worn = JointSensor::uncalibrated(SENSOR_JOINT).unwrap();
-    let sensor = worn.build(AdcCode(words.reference_cal), Volts(words.min_supply_v)).unwrap();
+    let joint_sensor = JointSensor::uncalibrated(SENSOR_JOINT).unwrap();
+    let sensor = joint_sensor.build(AdcCode(words.reference_cal), Volts(words.min_supply_v)).unwrap();
     let mut state = SensorState::default();
     let mut ticks = boot.ticks.iter().peekable();
     let mut compared = 0;
@@ -143,14 +166,13 @@ fn the_angles_that_the_board_logs_are_those_of_the_host_for_the_same_codes() {
     assert!(compared > 1_400, "{compared} lines");
 }
 
-#[test]
-fn the_setpoints_of_the_whole_run_are_those_of_a_host_replay() {
-    let Some(board) = Board::find("the board's setpoints against a host replay") else { return };
+fn setpoints_of_a_run_equal_those_of_the_replay() {
+    let board = Board::find();
     let ran = ten_seconds(&board);
     let boot = only(&ran);
     let books = &ran.books;
     let (on_board, on_host) = books.hashes.expect("lines were compared");
-    println!("setpoint hash: board {on_board:016x}, host {on_host:016x}");
+    report!("setpoint hash: board {on_board:016x}, host {on_host:016x}");
     assert_eq!(on_board, on_host);
     assert_eq!(
         (books.different, books.not_compared, books.lost_lines, books.malformed),
@@ -167,9 +189,8 @@ fn the_setpoints_of_the_whole_run_are_those_of_a_host_replay() {
 }
 
 /// The codes in the log are trimmed means of the ones that the converter's model delivered, four a tick, in order.
-#[test]
-fn the_codes_that_the_board_logs_are_those_of_the_converter() {
-    let Some(board) = Board::find("the logged codes against the converter") else { return };
+fn logged_codes_are_those_of_the_converter() {
+    let board = Board::find();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("conversions.csv");
     let mut options = options(2.0, &[0.3], &[]);
@@ -195,7 +216,7 @@ fn the_codes_that_the_board_logs_are_those_of_the_converter() {
     let references: Vec<AdcCode> = calls.iter().map(|(_, call)| AdcCode(call.reference)).collect();
     assert!(codes_of("ADC1_IN17").starts_with(&references), "the reference's codes are others");
 
-    // Four scans a tick, 250 us apart to the cycle: four sensors, worn or not, reference, temperature.
+    // Four scans a tick, 250 us apart to the cycle: four sensors, connected or not, reference, temperature.
     let scans: Vec<&[Vec<&str>]> = rows.chunks_exact(6).collect();
     let order = ["ADC1_IN1", "ADC1_IN11", "ADC1_IN8", "ADC1_IN9", "ADC1_IN17", "ADC1_IN16"];
     let seconds = |scan: &[Vec<&str>]| scan[0][time].parse::<f64>().unwrap();
@@ -209,9 +230,8 @@ fn the_codes_that_the_board_logs_are_those_of_the_converter() {
 }
 
 /// The converter's model makes a single conversion wrong or lost; the ticks go on, and each loss is a fault of one tick.
-#[test]
-fn a_lost_result_and_a_failed_transfer_are_faults_of_a_tick_and_nothing_more() {
-    let Some(board) = Board::find("overruns on the virtual board") else { return };
+fn a_lost_conversion_is_a_fault_of_one_tick() {
+    let board = Board::find();
     let undisturbed = board.run(options(6.0, &[0.3], &[]));
     let ticks = only(&undisturbed).calls.last().unwrap().0;
     for option in ["--adc-overrun", "--dma-error"] {
@@ -227,7 +247,7 @@ fn a_lost_result_and_a_failed_transfer_are_faults_of_a_tick_and_nothing_more() {
         assert_eq!((last.state, last.overruns, last.late), (SupervisorState::Walking, 6, 0), "{option}");
         // The count of ticks stays that of the clock; the log comes in lines of ten.
         assert!(last.tick.abs_diff(ticks) <= 10, "{option}: {} ticks in 6 s, undisturbed {ticks}", last.tick);
-        println!("{option}: {} ticks missed of {}", last.missed, last.tick);
+        report!("{option}: {} ticks missed of {}", last.missed, last.tick);
         let faulty: Vec<u32> =
             boot.calls.iter().filter(|(_, call)| !call.sample().faults.is_empty()).map(|(tick, _)| *tick).collect();
         for (tick, time) in faulty.iter().zip(times) {
@@ -244,9 +264,8 @@ fn a_lost_result_and_a_failed_transfer_are_faults_of_a_tick_and_nothing_more() {
 }
 
 /// As many edges as the code has.
-#[test]
 fn the_synchronisation_output_has_the_edges_of_its_code() {
-    let Some(board) = Board::find("the synchronisation output on the virtual board") else { return };
+    let board = Board::find();
     let ran = board.run(options(7.0, &[], &[]));
     assert_regular(&ran);
     let last = only(&ran).calls.last().unwrap().0;
@@ -257,9 +276,8 @@ fn the_synchronisation_output_has_the_edges_of_its_code() {
 }
 
 /// Its pulses as another system would record them, decoded: the two clocks are one, begun when the board booted.
-#[test]
 fn the_synchronisation_output_is_decoded() {
-    let Some(board) = Board::find("the synchronisation output decoded") else { return };
+    let board = Board::find();
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("sync.csv");
     let ran = board.run(options(11.0, &[], &["--record-edges", &format!("PB5={}", file.display())]));
@@ -267,7 +285,7 @@ fn the_synchronisation_output_is_decoded() {
     let edges = edges::read(&file).expect("edges");
     assert_eq!(edges.len() as u64, ran.end.edges["PB5"], "every edge that was counted");
     let fit = coded::fit(&edges).expect("decoded");
-    println!("synchronisation output: {fit:?}");
+    report!("synchronisation output: {fit:?}");
     assert!(fit.frames >= 2, "whole frames: {}", fit.frames);
     // The board's time is tick / 1 kHz, and a tick's edge comes within the tick: offset is the time from power-on to tick 0.
     let booted = only(&ran).t_s;
@@ -280,14 +298,13 @@ fn the_synchronisation_output_is_decoded() {
 }
 
 /// Die of 25 degrees by the model's own curve, at each supply.
-#[test]
-fn the_board_tells_its_temperature_and_supply() {
-    let Some(board) = Board::find("temperature and supply on the virtual board") else { return };
+fn the_board_reports_its_temperature_and_supply() {
+    let board = Board::find();
     for vdda in ["2.8", "3.0", "3.3"] {
         let ran = board.run(options(3.2, &[], &["--vdda", vdda]));
-        let told = &only(&ran).environment;
-        assert!(told.len() >= 3, "{told:?}");
-        for env in told {
+        let reported = &only(&ran).environment;
+        assert!(reported.len() >= 3, "{reported:?}");
+        for env in reported {
             let (die, supply) = (env.die_c.unwrap(), env.supply_v.unwrap());
             assert!((die - 25.0).abs() < 0.5, "{die} degrees at {vdda} V");
             assert!((supply - vdda.parse::<f32>().unwrap()).abs() < 0.003, "{supply} V instead of {vdda} V");
@@ -295,9 +312,8 @@ fn the_board_tells_its_temperature_and_supply() {
     }
 }
 
-#[test]
 fn without_a_press_no_pin_ever_moves() {
-    let Some(board) = Board::find("no press, no pulse") else { return };
+    let board = Board::find();
     let ran = board.run(options(3.0, &[], &[]));
     assert_regular(&ran);
     assert!(ran.pulses.is_empty());
@@ -338,20 +354,19 @@ fn assert_boots_disarmed(ran: &Ran) {
     assert!(last_pulse < after.t_s, "a pulse at {last_pulse} s after the reset at {} s", after.t_s);
 }
 
-#[test]
 fn a_task_that_hangs_is_reset_and_boots_disarmed() {
-    let Some(board) = Board::find("hung tasks on the virtual board") else { return };
+    let board = Board::find();
     for task in TASKS {
-        // The ends of what the data sheet allows for the watchdog's oscillator: the slowest bites last, the fastest first.
+        // The ends of what the data sheet allows for the watchdog's oscillator: the slowest resets last, the fastest first.
         for lsi in ["17000", "32000", "47000"] {
             let hang = format!("{task}@3");
             let ran = board.run(options(3.6, &[0.3], &["--hang", &hang, "--lsi-hz", lsi]));
             let reaction = reaction(&ran);
             let [dark, reset] = ["disarmed_us", "reset_us"].map(|key| number(reaction, key));
-            println!("{task} hangs, LSI {lsi} Hz: outputs off after {dark} us, reset after {reset} us");
+            report!("{task} hangs, LSI {lsi} Hz: outputs off after {dark} us, reset after {reset} us");
             assert!(reset <= LATEST_RESET_US, "{task}: reset {reset} us after the hang");
             assert_boots_disarmed(&ran);
-            // Bitten, the image knows it by the reset flag; where it judged by itself, it has written down who stalled.
+            // After a reset by the watchdog the reset flag says so; after one by the image itself the log names the task that stalled.
             let after = &ran.boots[1];
             let words = after.boot.as_ref().unwrap();
             let part = task.trim_end_matches("_step");
@@ -363,9 +378,8 @@ fn a_task_that_hangs_is_reset_and_boots_disarmed() {
 }
 
 /// No sample comes any more: the control task stands still, the log and its time stamps go on until the watchdog task resets the board.
-#[test]
 fn time_stamps_go_on_while_the_control_task_stands_still() {
-    let Some(board) = Board::find("a control task without samples on the virtual board") else { return };
+    let board = Board::find();
     let ran = board.run(options(3.6, &[0.3], &["--trigger-stop", "3"]));
     assert_boots_disarmed(&ran);
     let before = &ran.boots[0];
@@ -383,9 +397,8 @@ fn time_stamps_go_on_while_the_control_task_stands_still() {
     assert!(after.log.iter().any(|line| line.contains("stalled task sensor")), "{:?}", after.log);
 }
 
-#[test]
-fn a_panic_and_a_fault_switch_the_outputs_off_before_anything_else() {
-    let Some(board) = Board::find("panic and HardFault on the virtual board") else { return };
+fn a_panic_or_a_fault_switches_the_outputs_off_first() {
+    let board = Board::find();
     for (option, value, why) in [
         ("--panic", "3", "panic"),
         ("--fault", "control_step@3", "hard_fault"),
@@ -395,7 +408,7 @@ fn a_panic_and_a_fault_switch_the_outputs_off_before_anything_else() {
         let ran = board.run(options(3.6, &[0.3], &[option, value]));
         let reaction = reaction(&ran);
         let [dark, low] = ["disarmed_us", "low_us"].map(|key| number(reaction, key));
-        println!("{option} {value}: outputs off after {dark} us, last pin low after {low} us");
+        report!("{option} {value}: outputs off after {dark} us, last pin low after {low} us");
         assert!(dark <= LATEST_DARK_US && low <= LATEST_DARK_US, "{option} {value}: {reaction}");
         assert_boots_disarmed(&ran);
         let log = &ran.boots[1].log;
@@ -406,9 +419,8 @@ fn a_panic_and_a_fault_switch_the_outputs_off_before_anything_else() {
     }
 }
 
-#[test]
 fn an_open_wire_stops_the_walk_and_is_named() {
-    let Some(board) = Board::find("an open wire on the virtual board") else { return };
+    let board = Board::find();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("open.csv");
     // A knee that swings, until the wire comes off at 4 s: the pull-down takes the pin to ground.
@@ -446,9 +458,8 @@ fn sector(bytes: &[u8]) -> (tempfile::NamedTempFile, String) {
     (file, option)
 }
 
-#[test]
-fn the_board_walks_with_whichever_walker_its_parameter_sector_holds() {
-    let Some(board) = Board::find("walkers from the parameter sector") else { return };
+fn the_board_runs_the_generator_of_its_parameter_sector() {
+    let board = Board::find();
     for name in ["robust", "thesis"] {
         let mut file = GeneratorFile::default_of(name).unwrap();
         if let GeneratorSet::Robust(set) = &mut file.set {
@@ -470,9 +481,8 @@ fn the_board_walks_with_whichever_walker_its_parameter_sector_holds() {
 }
 
 /// Half a record, one flipped bit, someone else's bytes: no guess, no pulse, and the log says what is wrong.
-#[test]
-fn a_broken_parameter_sector_keeps_the_board_dark() {
-    let Some(board) = Board::find("broken parameter sectors") else { return };
+fn a_broken_parameter_sector_keeps_the_outputs_off() {
+    let board = Board::find();
     let record = record_of(&GeneratorConfig::default_walk());
     let mut flipped = record.bytes().to_vec();
     flipped[40] ^= 4;
@@ -490,9 +500,8 @@ fn a_broken_parameter_sector_keeps_the_board_dark() {
 }
 
 /// A debugger that attached, asked for a log that waits, and then reads nothing: the tick must not notice.
-#[test]
-fn a_stalled_reader_of_the_log_does_not_hold_up_the_ticks() {
-    let Some(board) = Board::find("a stalled log reader on the virtual board") else { return };
+fn a_stalled_reader_of_the_log_delays_no_tick() {
+    let board = Board::find();
     let ran = board.run(options(5.0, &[0.3], &["--rtt-mode", "2", "--no-drain"]));
     assert_regular(&ran);
     assert_eq!(ran.boots.len(), 1);
@@ -503,22 +512,17 @@ fn a_stalled_reader_of_the_log_does_not_hold_up_the_ticks() {
 }
 
 /// The program, as `cargo xtask run` calls it.
-fn program(what: &str) -> Option<Command> {
-    if let Some(program) = std::env::var_os("FOOTFALL_BIN") {
-        let mut command = Command::new(program);
-        command.arg("watch").arg("--elf").arg(std::env::var_os("FOOTFALL_ELF").unwrap());
-        command.arg("--virtual-board").arg(std::env::var_os("FOOTFALL_VIRTUAL_BOARD").unwrap());
-        command.stdin(Stdio::null());
-        return Some(command);
-    }
-    footfall_tests::left_out(what, "FOOTFALL_BIN is not set; `cargo xtask test` sets it");
-    None
+fn program() -> Command {
+    let path = |variable: &str| std::env::var_os(variable).expect(variable);
+    let mut command = Command::new(path("FOOTFALL_BIN"));
+    command.arg("watch").arg("--elf").arg(path("FOOTFALL_ELF"));
+    command.arg("--virtual-board").arg(path("FOOTFALL_VIRTUAL_BOARD"));
+    command.stdin(Stdio::null());
+    command
 }
 
-#[test]
-fn the_program_ends_with_the_whole_run_and_two_equal_hashes() {
-    let what = "footfall watch on the virtual board";
-    let (Some(_), Some(mut watch)) = (Board::find(what), program(what)) else { return };
+fn the_program_reports_the_run_with_two_equal_hashes() {
+    let mut watch = program();
     let folder = tempfile::tempdir().unwrap();
     let record = folder.path().join("out.csv");
     let output = watch.args(["--secs", "5", "--disarm", "--json", "--record"]).arg(&record).output().unwrap();
@@ -537,10 +541,8 @@ fn the_program_ends_with_the_whole_run_and_two_equal_hashes() {
     assert_eq!(rows, last["replayed_calls"].as_u64().unwrap());
 }
 
-#[test]
-fn ctrl_c_ends_the_program_on_the_virtual_board_with_a_finished_recording() {
-    let what = "Ctrl-C while the virtual board runs";
-    let (Some(_), Some(mut watch)) = (Board::find(what), program(what)) else { return };
+fn ctrl_c_ends_the_program_with_a_finished_recording() {
+    let mut watch = program();
     let folder = tempfile::tempdir().unwrap();
     let record = folder.path().join("out.csv");
     let mut child =

@@ -1,9 +1,8 @@
 //! The flashed image on the virtual board.
 //!
-//! `FOOTFALL_ELF` and `FOOTFALL_VIRTUAL_BOARD` name the two, as `cargo xtask test` sets them; without them these tests are left
-//! out, and say so. With `FOOTFALL_REQUIRE_VIRTUAL_BOARD=1` being left out is a failure.
+//! `FOOTFALL_ELF` and `FOOTFALL_VIRTUAL_BOARD` name the two; `cargo xtask test` sets them. A test that uses them names
+//! [`test_suite::Need::Image`] or [`test_suite::Need::ShadowImage`].
 
-use crate::left_out;
 use footfall::board::image::{Image, Message};
 use footfall::board::lines;
 use footfall::board::lines::{BoardLine, End};
@@ -45,14 +44,14 @@ pub struct Ran {
     pub books: Counters,
 }
 
-/// What was heard between two resets.
+/// What the board logged between two resets.
 #[derive(Debug, Default)]
 pub struct Booted {
     /// When, in virtual seconds.
     pub t_s: f64,
     /// Why.
     pub cause: String,
-    /// The board's first words.
+    /// The boot record.
     pub boot: Option<Boot>,
     /// Frames.
     pub ticks: Vec<wire::Frame>,
@@ -75,13 +74,13 @@ pub struct Booted {
 }
 
 impl Booted {
-    /// The board's loop with this walker, run again on the host: a frame for every call.
+    /// The board's loop with this generator, run again on the host: a frame for every call.
     ///
     /// # Panics
-    /// The board's boot record is missing, or inputs were lost.
+    /// The boot record is missing, or inputs were lost.
     #[must_use]
-    pub fn replay(&self, walker: &GeneratorConfig) -> Vec<Frame<SENSORS>> {
-        self.watch(walker, WalkLoop::frame)
+    pub fn replay(&self, generator: &GeneratorConfig) -> Vec<Frame<SENSORS>> {
+        self.watch(generator, WalkLoop::frame)
     }
 
     /// The same, and what `see` makes of the loop after every call.
@@ -89,8 +88,8 @@ impl Booted {
     /// # Panics
     /// As [`Booted::replay`].
     #[must_use]
-    pub fn watch<T>(&self, walker: &GeneratorConfig, see: impl FnMut(&WalkLoop) -> T) -> Vec<T> {
-        self.watch_as(&with_walker(walker), see)
+    pub fn watch<T>(&self, generator: &GeneratorConfig, see: impl FnMut(&WalkLoop) -> T) -> Vec<T> {
+        self.watch_as(&with_generator(generator), see)
     }
 
     /// The same of a board with these parameters.
@@ -113,13 +112,13 @@ impl Booted {
 }
 
 impl Board {
-    /// The board, if there is one; `what` is left out otherwise.
+    /// The board with the image that drives the servos.
     ///
     /// # Panics
-    /// There is none although one is required, or the image is none.
+    /// The environment does not name the two, or the file is no image.
     #[must_use]
-    pub fn find(what: &str) -> Option<Self> {
-        Self::with("FOOTFALL_ELF", what)
+    pub fn find() -> Self {
+        Self::with("FOOTFALL_ELF")
     }
 
     /// The board with the image that drives nothing.
@@ -127,41 +126,33 @@ impl Board {
     /// # Panics
     /// As [`Board::find`].
     #[must_use]
-    pub fn shadow(what: &str) -> Option<Self> {
-        Self::with("FOOTFALL_SHADOW_ELF", what)
+    pub fn shadow() -> Self {
+        Self::with("FOOTFALL_SHADOW_ELF")
     }
 
-    fn with(image: &str, what: &str) -> Option<Self> {
-        let (elf, program) = (std::env::var_os(image), std::env::var_os("FOOTFALL_VIRTUAL_BOARD"));
-        let (Some(elf), Some(program)) = (elf, program) else {
-            let why = "FOOTFALL_ELF and FOOTFALL_VIRTUAL_BOARD are not set; `cargo xtask test` sets them";
-            assert!(
-                std::env::var_os("FOOTFALL_REQUIRE_VIRTUAL_BOARD").is_none_or(|value| value != "1"),
-                "{what}: {why}"
-            );
-            left_out(what, why);
-            return None;
-        };
-        let image = Image::read(elf.as_ref()).unwrap_or_else(|error| panic!("{error}"));
-        Some(Self { elf: elf.into(), program: program.into(), image })
+    fn with(image: &str) -> Self {
+        let path = |variable: &str| PathBuf::from(std::env::var_os(variable).expect(variable));
+        let (elf, program) = (path(image), path("FOOTFALL_VIRTUAL_BOARD"));
+        let image = Image::read(&elf).unwrap_or_else(|error| panic!("{error}"));
+        Self { elf, program, image }
     }
 
     /// Runs the image with these options of the virtual board.
     ///
     /// # Panics
-    /// The board cannot be started, or does not write what was agreed.
+    /// The board cannot be started, or writes what cannot be read.
     #[must_use]
     pub fn run<A: AsRef<OsStr>>(&self, options: impl IntoIterator<Item = A>) -> Ran {
         self.run_with(&GeneratorConfig::default_walk(), options)
     }
 
-    /// The same on a board whose parameter sector was given this walker by one of the options.
+    /// The same on a board whose parameter sector was given this generator by one of the options.
     ///
     /// # Panics
     /// As [`Board::run`].
     #[must_use]
-    pub fn run_with<A: AsRef<OsStr>>(&self, walker: &GeneratorConfig, options: impl IntoIterator<Item = A>) -> Ran {
-        self.run_as(&with_walker(walker), options)
+    pub fn run_with<A: AsRef<OsStr>>(&self, generator: &GeneratorConfig, options: impl IntoIterator<Item = A>) -> Ran {
+        self.run_as(&with_generator(generator), options)
     }
 
     /// The same on a board whose parameter sectors were given these by some of the options.
@@ -213,9 +204,9 @@ impl Board {
     }
 }
 
-/// A board with this walker, and the sensors that it has if nothing is said.
-fn with_walker(walker: &GeneratorConfig) -> Parameters {
-    Parameters::or_default(Some(*walker), None).expect("what ships is sound")
+/// A board with this generator, and the default sensors.
+fn with_generator(generator: &GeneratorConfig) -> Parameters {
+    Parameters::or_default(Some(*generator), None).expect("the defaults are valid")
 }
 
 fn take(boot: &mut Booted, message: &Message) {

@@ -2,7 +2,7 @@
 //! joints.
 //!
 //! The board logs what every call of its loop was given and, every tenth, what came of it. The same loop on the host, given the same,
-//! tells the rest: phase, frequency and state of every tick. A run in which one logged bit differs from the host's, or one line could
+//! gives the rest: phase, frequency and state of every tick. A run in which one logged bit differs from the host's, or one line could
 //! not be compared, is refused: so these ticks are the board's.
 
 use crate::board::{Board, Booted, Ran};
@@ -45,7 +45,7 @@ impl Chain {
     }
 }
 
-/// Volts at the gait sensor's pin for angles in degrees, one a millisecond, through the shipped calibration.
+/// Volts at the gait sensor's pin for angles in degrees, one a millisecond, through the default calibration.
 ///
 /// # Panics
 /// An angle is beyond the calibration.
@@ -54,20 +54,20 @@ pub fn volts(degrees: &[f64]) -> Recording {
     let times = (0..degrees.len()).map(|ms| ms as f64 * 1e-3).collect();
     let angles =
         Recording::build(times, vec![Channel::new("joint", Quantity::Angle, degrees.to_vec())]).expect("a table");
-    let wired = wired_sensor().expect("the shipped sensor");
+    let wired = wired_sensor().expect("the default sensor");
     angles
         .semi_synthetic_volts(&angles.channels()[0], &wired.calibration, wired.divider, SENSOR_PIN)
         .expect("within the calibration")
 }
 
-/// Runs the image with a walker in its parameter sector and these volts for so many seconds; with `press` the button is pressed.
+/// Runs the image with a generator in its parameter sector and these volts for so many seconds; with `press` the button is pressed.
 ///
 /// # Panics
 /// Something was wrong with the run, or the host cannot follow it bit for bit.
 #[must_use]
 pub fn run(board: &Board, config: &GeneratorConfig, volts: &Recording, secs: f64, press: bool) -> Ran {
     let folder = tempfile::tempdir().expect("a folder");
-    let (feed, sector) = (folder.path().join("volts.csv"), folder.path().join("walker.bin"));
+    let (feed, sector) = (folder.path().join("volts.csv"), folder.path().join("generator.bin"));
     csv_file::write(&feed, volts).expect("written");
     std::fs::write(&sector, record_of(config).bytes()).expect("written");
     let mut options: Vec<OsString> = vec![
@@ -132,7 +132,7 @@ pub fn follow(board: &Board, config: &GeneratorConfig, degrees: &[f64], press: b
     Chain { ticks, first_ms, walking }
 }
 
-/// Does all jobs, as many at a time as there are cores, and tells on standard error how far it is. Results are in the order of the jobs.
+/// Does all jobs, as many at a time as there are cores, and reports progress on standard error. Results are in the order of the jobs.
 ///
 /// # Panics
 /// A job does.
@@ -147,7 +147,7 @@ pub fn all<J: Sync, R: Send>(what: &str, jobs: &[J], work: impl Fn(&J) -> R + Sy
             let Ok(mut done) = done.lock() else { return results };
             *done += 1;
             if *done % jobs.len().div_ceil(10).max(1) == 0 || *done == jobs.len() {
-                crate::tell(&format!("{what}: {done} of {} in {:.0} s", jobs.len(), began.elapsed().as_secs_f64()));
+                eprintln!("{what}: {done} of {} in {:.0} s", jobs.len(), began.elapsed().as_secs_f64());
             }
         }
     };

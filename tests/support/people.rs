@@ -1,6 +1,6 @@
-//! Recorded walkers with their templates and their phase: who is followed, on the host and on the virtual board.
+//! Recorded people with their templates and their phase: who is followed, on the host and on the virtual board.
 
-use crate::traces::{default_trace, many};
+use crate::recordings::default_trace;
 use cpg_core::entrainment::phase_lock::Template;
 use cpg_core::entrainment::{EventSource, Follower};
 use footfall::command::entrain::default_generator;
@@ -11,8 +11,9 @@ use gait_trace::format::csv_file;
 use gait_trace::{Channel, Recording};
 use joint_loop::{FollowConfig, GeneratorConfig, SeriesConfig, ShapeConfig};
 use joint_units::{Joint, Radians};
+use test_suite::traces_folder;
 
-/// The two long recordings of walkers.
+/// The two long recordings.
 pub const PEOPLE: [&str; 2] = ["gaitprint_young_overground", "gaitprint_middle_overground"];
 
 /// A recording with its templates and its phase.
@@ -24,7 +25,7 @@ pub struct Person {
     pub recording: Recording,
     /// What was learned from its first 12 s: templates, stride, and the phase of every row.
     pub learned: Learned,
-    /// The four templates; those of joints that were not recorded are the shipped walker's.
+    /// The four templates; those of joints that were not recorded are the default generator's.
     pub templates: [Template; Joint::COUNT],
 }
 
@@ -36,7 +37,8 @@ impl Person {
     #[must_use]
     pub fn of(name: &str, recording: Recording, sensor: Joint) -> Self {
         let learned = learn(&recording, sensor, 12.0).expect("walks");
-        let learned = learned.completed(&default_generator(sensor).expect("ships"), sensor).expect("turned");
+        let learned =
+            learned.completed(&default_generator(sensor).expect("a default generator"), sensor).expect("turned");
         let templates = learned.templates.map(|template| template.expect("completed"));
         Self { name: name.into(), recording, learned, templates }
     }
@@ -50,7 +52,7 @@ impl Person {
         run::samples(&self.recording, sensor).expect("a channel")
     }
 
-    /// The core that follows this walker.
+    /// The core that follows this person.
     ///
     /// # Panics
     /// The core refuses a template that was learned.
@@ -70,29 +72,29 @@ impl Person {
         GeneratorConfig::Follow(FollowConfig { sensor, events: EventSource::None, shape })
     }
 
-    /// Phase of the walker less the driven one at the tick of this number, degrees.
+    /// Phase of the person less that of the follower at the tick of this number, degrees.
     #[must_use]
     pub fn off(&self, tick: &Tick, at: usize) -> f64 {
         phase_error_deg(tick, self.learned.phase_at(at as f64 * 1e-3))
     }
 }
 
-/// The two long recordings, if they are there; `what` is left out otherwise.
+/// The people of the two long recordings in [`test_suite::traces_folder`].
 ///
 /// # Panics
-/// One of them is not as it must be.
+/// A recording is missing or cannot be read.
 #[must_use]
-pub fn people(what: &str, sensor: Joint) -> Vec<Person> {
-    people_of(&PEOPLE, what, sensor)
+pub fn people(sensor: Joint) -> Vec<Person> {
+    people_of(&PEOPLE, sensor)
 }
 
-/// Recordings of these names from the folder of many, if it is there; `what` is left out otherwise.
+/// The people of the recordings of these names in [`test_suite::traces_folder`].
 ///
 /// # Panics
-/// One of them is not as it must be.
+/// A recording is missing or cannot be read.
 #[must_use]
-pub fn people_of(names: &[&str], what: &str, sensor: Joint) -> Vec<Person> {
-    let Some(folder) = many(what) else { return vec![] };
+pub fn people_of(names: &[&str], sensor: Joint) -> Vec<Person> {
+    let folder = traces_folder();
     let read = |name: &&str| {
         let recording = csv_file::read(&folder.join(format!("{name}.csv"))).expect("a good recording");
         Person::of(name, recording, sensor)
@@ -100,7 +102,7 @@ pub fn people_of(names: &[&str], what: &str, sensor: Joint) -> Vec<Person> {
     names.iter().map(read).collect()
 }
 
-/// The shipped recording, looped for so many seconds: the same two strides over and over.
+/// The default recording, looped for so many seconds: the same two strides over and over.
 ///
 /// # Panics
 /// It cannot be read.

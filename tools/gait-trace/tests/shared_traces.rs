@@ -1,7 +1,7 @@
 //! Conditioning and strides over many real recordings: walks, runs, a patient, swapped markers, standing and turns.
 //!
-//! The recordings are in `../shared/traces` beside the workspace, or where `FOOTFALL_TRACES` says; without them these tests say
-//! aloud that they were left out. Periods and counts are those of the folder's own README, which were computed by others.
+//! The recordings are in `../shared/traces` beside the workspace, or where `FOOTFALL_TRACES` says; without them these tests are ignored.
+//! Periods and counts are those of the folder's own README, which were computed by others.
 
 use gait_trace::condition;
 use gait_trace::format::csv_file;
@@ -11,8 +11,21 @@ use gait_trace::{Conditioned, Cycle, Done, FindingKind, LowPass, RawJoint, RawJo
 use joint_units::Joint;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::process::ExitCode;
+use test_suite::{report, tests, traces_folder};
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        bilateral_recordings_give_strides_that_6_harmonics_fit(Traces),
+        variability_agrees_with_what_others_found(Traces),
+        artefacts_are_found_where_they_are_and_nowhere_else(Traces),
+        only_the_walking_of_a_whole_trial_is_kept(Traces),
+        real_recordings_turned_and_exchanged_come_back(Traces),
+        a_goniometer_on_one_knee_gives_strides(Traces),
+        bridges_over_real_gaits_are_near(Traces),
+    ])
+}
 
 /// File, stride period in seconds, strides in the file.
 const BILATERAL: [(&str, f64, f64); 23] = [
@@ -71,18 +84,6 @@ const GONIOMETER: [(&str, usize, f64); 13] = [
     ("uci_A10_walk_knee", 18, 1.29),
 ];
 
-fn folder(what: &str) -> Option<PathBuf> {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/traces");
-    let folder = std::env::var_os("FOOTFALL_TRACES").map_or_else(beside, PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    let why = format!("no recordings in {} (FOOTFALL_TRACES names another folder)", folder.display());
-    // `eprintln!` in a test that passes is captured; the stream itself is not.
-    let _ = writeln!(std::io::stderr(), "\n*** LEFT OUT: {what}: {why} ***");
-    None
-}
-
 fn raw(path: &Path) -> RawJoints {
     let recording = csv_file::read(path).expect("a good file");
     let joints = Joint::ALL.map(|joint| {
@@ -132,9 +133,8 @@ fn tiles(done: &Conditioned, walk: &Strides, name: &str) {
     assert!((at - done.recording.duration_s()).abs() <= step, "{name}: ends at {at}");
 }
 
-#[test]
 fn bilateral_recordings_give_strides_that_6_harmonics_fit() {
-    let Some(folder) = folder("strides of many recordings") else { return };
+    let folder = traces_folder();
     let mut table = String::from(
         "\nfile: strides, period s (sd %), stride sd deg, closure deg, asymmetry deg, six harmonics hip/knee deg\n",
     );
@@ -180,15 +180,14 @@ fn bilateral_recordings_give_strides_that_6_harmonics_fit() {
             writeln!(faults, "{name}: with a low-pass six harmonics leave {hip}, {knee}").unwrap();
         }
     }
-    println!("{table}");
+    report!("{table}");
     assert!(faults.is_empty(), "{faults}{table}");
 }
 
 /// Stride-to-stride variability as others computed it, with another way of finding strides: joints within a quarter, all joints
 /// together within a tenth, stride times within a sixth.
-#[test]
 fn variability_agrees_with_what_others_found() {
-    let Some(folder) = folder("variability of three persons") else { return };
+    let folder = traces_folder();
     let known: [(&str, [f64; 4], Option<f64>); 3] = [
         ("gaitprint_young_overground", [1.08, 1.13, 0.89, 1.24], Some(1.26)),
         ("gaitprint_middle_overground", [0.76, 0.94, 0.86, 1.21], Some(1.13)),
@@ -210,9 +209,8 @@ fn variability_agrees_with_what_others_found() {
 }
 
 /// Sound recordings, sprints among them, give no finding; swapped markers and dropouts are found where they are.
-#[test]
 fn artefacts_are_found_where_they_are_and_nowhere_else() {
-    let Some(folder) = folder("artefacts of real recordings") else { return };
+    let folder = traces_folder();
     for (name, ..) in BILATERAL {
         let (done, _) = of(&folder, name);
         let jumps: Vec<(f64, Joint)> = done
@@ -246,9 +244,8 @@ fn artefacts_are_found_where_they_are_and_nowhere_else() {
 }
 
 /// A trial with standing, starting, stopping and dropouts: the steady walking between 4.6 and 12.2 s is what is kept.
-#[test]
 fn only_the_walking_of_a_whole_trial_is_kept() {
-    let Some(folder) = folder("a trial with standing and dropouts") else { return };
+    let folder = traces_folder();
     let (_, walk) = of(&folder, "camargo_levelground_ccw_fast_full_with_artefacts");
     assert!(walk.spans.iter().all(|span| span.start_s > 4.4 && span.end_s < 12.4), "{:?}", walk.spans);
     let kept: f64 = walk.spans.iter().map(|span| span.end_s - span.start_s).sum();
@@ -261,9 +258,8 @@ fn only_the_walking_of_a_whole_trial_is_kept() {
 }
 
 /// Signs turned and columns exchanged are set right on every walk and run, and the strides are the same as before.
-#[test]
 fn real_recordings_turned_and_exchanged_come_back() {
-    let Some(folder) = folder("conventions on real recordings") else { return };
+    let folder = traces_folder();
     // A patient's crouch has no usual lead of the knee over the hip; a trial that is half standing is judged by its walking part.
     for (name, ..) in BILATERAL.into_iter().filter(|file| !file.0.contains("crouch")) {
         let sound = raw(&folder.join(format!("{name}.csv")));
@@ -294,9 +290,8 @@ fn real_recordings_turned_and_exchanged_come_back() {
 
 /// A knee alone, with turns and pauses: swings and period as others counted them, and a sensor mounted the other way round is
 /// turned.
-#[test]
 fn a_goniometer_on_one_knee_gives_strides() {
-    let Some(folder) = folder("a goniometer's strides") else { return };
+    let folder = traces_folder();
     let mut table = String::from("\n");
     for (name, swings, period) in GONIOMETER {
         let recording = csv_file::read(&folder.join(format!("knee_goniometer/{name}.csv"))).expect("a good file");
@@ -316,13 +311,12 @@ fn a_goniometer_on_one_knee_gives_strides() {
             assert!((mean / period - 1.0).abs() < 0.04, "{table}");
         }
     }
-    println!("{table}");
+    report!("{table}");
 }
 
 /// Holes of 0.1 s put into real walking and running come back: how near, in degrees.
-#[test]
 fn bridges_over_real_gaits_are_near() {
-    let Some(folder) = folder("bridges over real gaits") else { return };
+    let folder = traces_folder();
     let mut table = String::from("\nfile: root mean square and largest error of bridges over 0.1 s, knees, deg\n");
     for (name, most_rms, most) in [
         ("gaitprint_young_overground", 0.4, 1.5),
@@ -358,5 +352,5 @@ fn bridges_over_real_gaits_are_near() {
         writeln!(table, "{name}: {rms:.2}, {worst:.2}").unwrap();
         assert!(rms < most_rms && worst < most, "{table}");
     }
-    println!("{table}");
+    report!("{table}");
 }

@@ -348,15 +348,15 @@ fn image_tests(state: &State) -> Result<String> {
             "--test",
             "fits",
             "--test",
-            "ears",
+            "board_inputs",
             "--test",
-            "follow",
+            "board_follower",
             "--test",
             "board_entrainment",
             "--test",
             "capture",
             "--test",
-            "verdicts",
+            "sensor_faults",
         ]);
     cargo_test(state, &mut tests, true)
 }

@@ -12,8 +12,8 @@ use footfall::board::default_loop::typical_sensor;
 use footfall::board::feed;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::degraded::Random;
-use footfall_tests::faulty::{Fault, Knee, LSB, Rig, SUPPLY, table};
-use footfall_tests::traces::{default_trace, default_traces_folder, many, package};
+use footfall_tests::faults::{Fault, Knee, LSB, Rig, SUPPLY, table};
+use footfall_tests::recordings::{default_trace, default_traces_folder, package};
 use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::ReadOptions;
 use gait_trace::format::csv_file;
@@ -25,8 +25,21 @@ use joint_loop::{
 };
 use joint_units::{AdcCode, Joint, Radians, Volts};
 use std::f64::consts::PI;
+use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use test_suite::{report, tests, traces_folder};
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        every_fault_is_classified_and_acted_on_in_time(Image),
+        a_follower_freewheels_at_once_and_then_stands(Image),
+        a_follower_walks_through_spikes_and_short_interruptions(Image),
+        two_minutes_of_recordings_with_noise_are_all_good(Image, Traces),
+        two_minutes_of_the_default_recording_are_all_good(Image),
+        the_document_has_the_constants(),
+    ])
+}
 
 /// Phases of the stride at which a fault begins.
 const PHASES: u32 = 24;
@@ -88,27 +101,33 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
 
     // Before it all is well, but for the one tick of which half is the fault's.
     let sound = &frames[..index(whole - 1)];
-    assert!(sound.iter().all(|frame| frame.verdict[0] == Some(Validity::Good)), "{of}: a verdict without a fault");
+    assert!(
+        sound.iter().all(|frame| frame.verdict[0] == Some(Validity::Good)),
+        "{of}: a sample rejected without a fault"
+    );
     assert_eq!(sound[sound.len() - 1].state, SupervisorState::Walking, "{of}");
 
     // The verdict, in time; and until then no sample is taken for an angle, if it is one of those that are doubted at once.
-    let said = first(&frames, whole - 1, |frame| frame.verdict[0] == Some(fault.verdict()))
-        .unwrap_or_else(|| panic!("{of}: not said"));
+    let found = first(&frames, whole - 1, |frame| frame.verdict[0] == Some(fault.verdict()))
+        .unwrap_or_else(|| panic!("{of}: not classified"));
     let detection = u32::from(is.said_ms);
-    assert!(said < wrong + detection, "{of}: said in tick {said}, wrong from {wrong}");
-    let detected_ms = clock.ms(at, said);
+    assert!(found < wrong + detection, "{of}: found in tick {found}, wrong from {wrong}");
+    let detected_ms = clock.ms(at, found);
     // The fault may begin after the second of a tick's conversions, and a code that sticks right after a change.
     let late = if fault == Fault::Stuck { 1.5 } else { 0.5 };
     assert!(detected_ms <= f64::from(is.said_ms) + late, "{of}: {detected_ms} ms");
     if is.doubted_ms == 1 && fault != Fault::Loose {
-        assert!(frames[index(wrong)..index(said)].iter().all(|frame| frame.verdict[0] != Some(Validity::Good)), "{of}");
+        assert!(
+            frames[index(wrong)..index(found)].iter().all(|frame| frame.verdict[0] != Some(Validity::Good)),
+            "{of}"
+        );
     }
 
     // The reaction.
     let left = first(&frames, whole - 1, |frame| frame.state != SupervisorState::Walking);
     assert_eq!(left, used_up(&frames, whole - 1), "{of}: the tolerance");
     let expected = match fault {
-        // Believed again as soon as a joint could be there: before the tolerance is used up, or not.
+        // Accepted again as soon as a joint could be there: before the tolerance is used up, or not.
         Fault::Jump => {
             let supply = Supply::new(Volts(SUPPLY as f32)).unwrap();
             let angle = |code| sensor.calibration().angle(sensor.reference().volts(code, supply)).unwrap().degrees();
@@ -149,7 +168,7 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
             measured.off_ms = Some(clock.ms(at, off));
         }
         Answer::CarryOn => assert_eq!((left, ran.books.cause), (None, Cause::None), "{of}"),
-        Answer::Freewheel => unreachable!("a rhythm of its own"),
+        Answer::Freewheel => unreachable!("the generator follows nobody"),
     }
     measured
 }
@@ -176,17 +195,17 @@ fn measure_brief(rig: &Rig<'_>, fault: Fault, noise: f64) -> Vec<Measured> {
         let over = clock.first_wrong(at + fault.lasts()) + 1;
         bad[index(wrong - 1)..=index(over)].fill(true);
         let of = format!("{fault:?} in tick {wrong}, noise {noise}");
-        let said = first(&frames, wrong - 1, |frame| frame.verdict[0] == Some(fault.verdict())).expect("said");
-        assert!(said < wrong + u32::from(is.said_ms), "{of}: said in tick {said}");
+        let found = first(&frames, wrong - 1, |frame| frame.verdict[0] == Some(fault.verdict())).expect("classified");
+        assert!(found < wrong + u32::from(is.said_ms), "{of}: found in tick {found}");
         let during = &frames[index(wrong - 1)..=index(over)];
-        let graver =
-            during.iter().fold(Validity::Good, |gravest, frame| gravest.worse(frame.verdict[0].unwrap_or_default()));
-        assert_eq!(graver, fault.verdict(), "{of}: a graver verdict");
-        Measured { noise, detected_ms: clock.ms(at, said), stopped_ms: None, off_ms: None }
+        let worst =
+            during.iter().fold(Validity::Good, |worst, frame| worst.worse(frame.verdict[0].unwrap_or_default()));
+        assert_eq!(worst, fault.verdict(), "{of}: a worse validity");
+        Measured { noise, detected_ms: clock.ms(at, found), stopped_ms: None, off_ms: None }
     });
     let measured = measured.collect();
     let other = frames.iter().zip(&bad).find(|(frame, bad)| !**bad && frame.verdict[0] != Some(Validity::Good));
-    assert!(other.is_none(), "{fault:?}: a verdict without a fault: {other:?}");
+    assert!(other.is_none(), "{fault:?}: a sample rejected without a fault: {other:?}");
     measured
 }
 
@@ -215,9 +234,8 @@ fn spread(values: impl Iterator<Item = f64>) -> String {
     }
 }
 
-#[test]
-fn every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride() {
-    let Some(board) = Board::find("every verdict at every phase on the virtual board") else { return };
+fn every_fault_is_classified_and_acted_on_in_time() {
+    let board = Board::find();
     let (rig, sensor) = (Rig::new(&board, GeneratorConfig::default_walk(), true), typical_sensor().unwrap());
     let lasting = [Fault::Open, Fault::Short, Fault::Stuck, Fault::Jump, Fault::Loose, Fault::Outside, Fault::Supply];
     let brief = [Fault::Brief, Fault::Spike];
@@ -239,10 +257,10 @@ fn every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride() 
     });
     assert_eq!(done.len(), jobs.len());
 
-    println!(
+    report!(
         "| verdict | fault | n | constant, ms | detected, ms: min / median / max | reaction | stops, ms | outputs off, ms |"
     );
-    println!("|---|---|---|---|---|---|---|---|");
+    report!("|---|---|---|---|---|---|---|---|");
     for fault in lasting.into_iter().chain(brief) {
         let all: Vec<Measured> =
             done.iter().filter(|((of, ..), _)| *of == fault).flat_map(|(_, measured)| measured.clone()).collect();
@@ -253,7 +271,7 @@ fn every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride() 
             n if n == all.len() => format!("parks, {}", is.cause.name()),
             n => format!("{n} park, {} carry on", all.len() - n),
         };
-        println!(
+        report!(
             "| {} | {fault:?} | {} ({} with noise) | {} | {} | {answer} | {} | {} |",
             fault.verdict(),
             all.len(),
@@ -270,7 +288,7 @@ fn every_verdict_is_named_and_acted_upon_in_time_at_every_phase_of_the_stride() 
     }
 }
 
-/// The shipped walker, fitted, led by the knee that the volts are of.
+/// The default recording, fitted, led by the knee that the volts are of.
 fn follower() -> GeneratorConfig {
     let raw = open::read(&default_traces_folder().join(feed::DEFAULT_TRACE_NAME), &ReadOptions::default()).unwrap();
     let source = Source { name: feed::DEFAULT_TRACE_NAME.into(), sha256: String::new() };
@@ -279,8 +297,8 @@ fn follower() -> GeneratorConfig {
 }
 
 /// How the follower stands in each tick, and its amplitude.
-fn following(ran: &Ran, walker: &GeneratorConfig) -> Vec<(Lock, f32)> {
-    ran.boots[0].watch(walker, |joints| {
+fn following(ran: &Ran, generator: &GeneratorConfig) -> Vec<(Lock, f32)> {
+    ran.boots[0].watch(generator, |joints| {
         let BoardGenerator::Follow(follower) = joints.generator() else { panic!("not a follower") };
         (follower.status().state, follower.amplitude())
     })
@@ -293,7 +311,7 @@ fn loses(rig: &Rig<'_>, fault: Fault, phase: u32) -> [f64; 3] {
     let at = clock.moment(6.0 + f64::from(phase) / f64::from(PHASES) * knee.stride_s(), phase);
     let secs = ((at + f64::from(is.freewheels_ms()) * 1e-3 + 2.5) * 1e3).ceil() * 1e-3;
     let (ran, frames) = rig.run(&table(&knee, &[(fault, at)], secs), secs);
-    let ticks = following(&ran, &rig.walker);
+    let ticks = following(&ran, &rig.generator);
     let of = format!("{fault:?} at phase {phase} of {PHASES}");
     let wrong = clock.first_wrong(at);
     assert!(frames[..index(wrong - 1)].iter().all(|frame| frame.verdict[0] == Some(Validity::Good)), "{of}");
@@ -323,28 +341,26 @@ fn loses(rig: &Rig<'_>, fault: Fault, phase: u32) -> [f64; 3] {
     [held, fades, stands].map(|tick| clock.ms(at, tick))
 }
 
-#[test]
-fn a_follower_freewheels_at_once_and_stands_after_two_seconds_whatever_the_verdict() {
-    let Some(board) = Board::find("a follower and every verdict on the virtual board") else { return };
+fn a_follower_freewheels_at_once_and_then_stands() {
+    let board = Board::find();
     let rig = Rig::new(&board, follower(), false);
     let lasting = [Fault::Open, Fault::Short, Fault::Stuck, Fault::Jump, Fault::Outside, Fault::Supply];
     let jobs: Vec<(Fault, u32)> =
         lasting.into_iter().flat_map(|fault| (0..4).map(move |n| (fault, n * PHASES / 4 + n))).collect();
     let done = two_at_a_time(&jobs, |(fault, phase)| loses(&rig, fault, phase));
     assert_eq!(done.len(), jobs.len());
-    println!("| verdict | fault | n | at most, ms | holds, ms: min / median / max | fades, ms | stands, ms |");
-    println!("|---|---|---|---|---|---|---|");
+    report!("| verdict | fault | n | at most, ms | holds, ms: min / median / max | fades, ms | stands, ms |");
+    report!("|---|---|---|---|---|---|---|");
     for fault in lasting {
         let of = |which: usize| spread(done.iter().filter(|((of, _), _)| *of == fault).map(|(_, ms)| ms[which]));
         let (verdict, most) = (fault.verdict(), fault.reaction().freewheels_ms());
-        println!("| {verdict} | {fault:?} | 4 | {most} | {} | {} | {} |", of(0), of(1), of(2));
+        report!("| {verdict} | {fault:?} | 4 | {most} | {} | {} | {} |", of(0), of(1), of(2));
     }
 }
 
 /// What ends by itself is bridged: the follower stays locked.
-#[test]
 fn a_follower_walks_through_spikes_and_short_interruptions() {
-    let Some(board) = Board::find("a follower and brief faults on the virtual board") else { return };
+    let board = Board::find();
     let rig = Rig::new(&board, follower(), false);
     for fault in [Fault::Spike, Fault::Brief] {
         assert_eq!(fault.reaction().follower, Answer::CarryOn);
@@ -352,28 +368,21 @@ fn a_follower_walks_through_spikes_and_short_interruptions() {
         let apart = knee.stride_s() * 5.0 / f64::from(PHASES);
         let faults: Vec<_> = (0..PHASES).map(|n| (fault, rig.clock.moment(6.0 + f64::from(n) * apart, n))).collect();
         let (ran, _) = rig.run(&table(&knee, &faults, 12.0), 12.0);
-        let ticks = following(&ran, &rig.walker);
+        let ticks = following(&ran, &rig.generator);
         assert!(ticks[5_900..].iter().all(|tick| *tick == (Lock::Locked, 1.0)), "{fault:?}");
     }
 }
 
-/// Recordings of different people, one after the other with half a second in between to get from one angle to the next, through the shipped
+/// Recordings of different people, one after the other with half a second in between to get from one angle to the next, through the default
 /// sensor with 2 codes of noise: angles in degrees, one a millisecond.
-fn in_a_row() -> (Vec<String>, Vec<f64>) {
+fn in_a_row(people: &[(&str, &str)]) -> (Vec<String>, Vec<f64>) {
+    let folder = traces_folder();
+    let read = |name: &str| csv_file::read(&folder.join(format!("{name}.csv"))).expect("a good recording");
     let mut chosen = Vec::new();
-    if let Some(folder) = many("a long run of other people's recordings on the virtual board") {
-        let read = |name: &str| csv_file::read(&folder.join(format!("{name}.csv"))).expect("a good recording");
-        for (name, joint) in [
-            ("gaitprint_young_overground", "left_knee"),
-            ("gaitprint_middle_overground", "right_hip"),
-            ("knee_goniometer/uci_A05_walk_knee", "knee"),
-            ("knee_goniometer/uci_A07_walk_knee", "knee"),
-            ("biomechzoo_adult_level", "right_knee"),
-        ] {
-            chosen.push((name.to_string(), joint, read(name), 1.0));
-        }
+    for (name, joint) in people {
+        chosen.push((name.to_string(), *joint, read(name), 1.0));
     }
-    // The shipped one is always there; alone, it is played for as long.
+    // The default recording comes last; alone, it is played for as long as all.
     let times = if chosen.is_empty() { 60.0 } else { 1.0 };
     chosen.push((
         feed::DEFAULT_TRACE_NAME.into(),
@@ -394,11 +403,24 @@ fn in_a_row() -> (Vec<String>, Vec<f64>) {
     (chosen.into_iter().map(|(name, ..)| name).collect(), angles)
 }
 
-#[test]
-fn two_minutes_of_recordings_in_a_row_with_noise_get_no_verdict() {
-    let Some(board) = Board::find("a long run of recordings on the virtual board") else { return };
+fn two_minutes_of_recordings_with_noise_are_all_good() {
+    check_in_a_row(&[
+        ("gaitprint_young_overground", "left_knee"),
+        ("gaitprint_middle_overground", "right_hip"),
+        ("knee_goniometer/uci_A05_walk_knee", "knee"),
+        ("knee_goniometer/uci_A07_walk_knee", "knee"),
+        ("biomechzoo_adult_level", "right_knee"),
+    ]);
+}
+
+fn two_minutes_of_the_default_recording_are_all_good() {
+    check_in_a_row(&[]);
+}
+
+fn check_in_a_row(people: &[(&str, &str)]) {
+    let board = Board::find();
     let (rig, sensor) = (Rig::new(&board, GeneratorConfig::default_walk(), true), typical_sensor().unwrap());
-    let (names, angles) = in_a_row();
+    let (names, angles) = in_a_row(people);
     let mut random = Random(2);
     let mut text = String::from("time_s,PA1\n");
     for (degrees, ms) in angles.iter().zip(0..) {
@@ -409,7 +431,7 @@ fn two_minutes_of_recordings_in_a_row_with_noise_get_no_verdict() {
     let secs = angles.len() as f64 * 1e-3;
     let (ran, frames) = rig.run(&text, secs);
     let bad: Vec<_> = frames.iter().filter(|frame| frame.verdict[0] != Some(Validity::Good)).collect();
-    println!("{} frames of {names:?}: {} verdicts", frames.len(), bad.len());
+    report!("{} frames of {names:?}: {} rejected", frames.len(), bad.len());
     assert!(bad.is_empty(), "{:?}", bad[0]);
     let walking = frames.iter().filter(|frame| frame.state == SupervisorState::Walking).count();
     assert!(frames.len() > 120_000 && walking + 2_400 > frames.len(), "{walking} of {}", frames.len());
@@ -417,7 +439,6 @@ fn two_minutes_of_recordings_in_a_row_with_noise_get_no_verdict() {
 }
 
 /// The tables of the document are those of the crates.
-#[test]
 fn the_document_has_the_constants() {
     let text = std::fs::read_to_string(package().join("../docs/sensor-faults.md")).unwrap();
     let rows = text.lines().filter_map(|line| line.strip_prefix("| `"));
@@ -427,7 +448,7 @@ fn the_document_has_the_constants() {
         let Some(is) = reaction(verdict) else { continue };
         let row = rows.iter().find(|row| row[0] == verdict.name()).unwrap_or_else(|| panic!("{verdict}: no row"));
         let [stops, freewheels] = [is.stops_ms(), is.freewheels_ms()].map(|ms| ms.to_string());
-        let told = [
+        let expected = [
             is.said_ms.to_string(),
             is.cause.name().into(),
             is.own_rhythm.name().into(),
@@ -435,6 +456,6 @@ fn the_document_has_the_constants() {
             is.follower.name().into(),
             freewheels,
         ];
-        assert_eq!(row[2..8], told, "{verdict}");
+        assert_eq!(row[2..8], expected, "{verdict}");
     }
 }

@@ -1,8 +1,8 @@
-//! Recordings of walking people through the whole ear: angle, volts, code, volts, angle.
+//! Recordings of people who walk, through the whole sensor path: angle, volts, code, volts, angle.
 //!
 //! Claims: the converter's code costs no more than half of itself; the filtered angle is that of the filter's equation in
-//! double precision; no verdict other than good falls on a sample that a leg can have made, in more than an hour with noise on top, and
-//! no follower takes a sound sensor for a bad one; stride periods are those of the table beside the recordings; the shipped volts are
+//! double precision; no sample that a leg can make is rejected, in more than an hour with noise on top, and
+//! no follower takes a sound sensor for a bad one; stride periods are those of the table beside the recordings; the default volts are
 //! what the documented command makes.
 
 use cpg_core::entrainment::{Follower, Lock};
@@ -13,9 +13,7 @@ use footfall::cli;
 use footfall::command::entrain::learn::learn;
 use footfall::command::entrain::{default_generator, run};
 use footfall_tests::degraded::Random;
-use footfall_tests::traces::{
-    csv_files, default_trace, default_traces_folder, default_volts, default_volts_file, many,
-};
+use footfall_tests::recordings::{csv_files, default_trace, default_traces_folder, default_volts, default_volts_file};
 use gait_trace::format::csv_file;
 use gait_trace::stride::period;
 use gait_trace::{Channel, Fault, Recording};
@@ -26,6 +24,21 @@ use hgod_adc::{
 use joint_units::{AdcCode, Joint, Period, Radians, Volts};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
+use std::process::ExitCode;
+use test_suite::{report, tests, traces_folder};
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        the_default_recording_passes_the_default_sensor(),
+        no_sample_of_a_recording_is_rejected_falsely(Traces),
+        an_hour_of_recordings_with_noise_is_all_good(Traces),
+        an_hour_of_the_default_recording_with_noise_is_all_good(),
+        stride_periods_are_those_of_the_published_table(Traces),
+        the_documented_command_makes_the_default_volts(),
+        the_default_volts_are_the_left_knee_looped(),
+        every_default_recording_is_described(),
+    ])
+}
 
 /// The fastest that a leg in these recordings turns, in degrees a millisecond: the knees of sprinters reach 1060 degrees a second.
 const FASTEST_LEG: f64 = 1.2;
@@ -51,9 +64,9 @@ struct Passage {
     /// Largest error of the angle behind the converter, and of the filtered angle against the filter's equation, in degrees.
     conversion: f64,
     filter: f64,
-    /// Verdicts that no leg earned.
+    /// Samples rejected although a leg can make them.
     false_verdicts: Vec<(f64, Validity)>,
-    /// Verdicts on steps that are faster than any joint: artefacts of the recording.
+    /// Samples rejected on steps that are faster than any joint: artefacts of the recording.
     artefacts: usize,
 }
 
@@ -154,8 +167,7 @@ fn check(name: &str, recording: &Recording, sensor: &Sensor, channels: &[&Channe
     (samples, artefacts)
 }
 
-#[test]
-fn the_shipped_recording_passes_the_shipped_sensor() {
+fn the_default_recording_passes_the_default_sensor() {
     let (recording, sensor) = (default_trace(), typical_sensor().unwrap());
     let channels: Vec<&Channel> = recording.channels().iter().collect();
     assert_eq!(channels.len(), 4);
@@ -163,10 +175,9 @@ fn the_shipped_recording_passes_the_shipped_sensor() {
     assert_eq!((samples > 9_000, artefacts), (true, 0));
 }
 
-#[test]
-fn every_recording_passes_without_a_false_verdict() {
-    let Some(folder) = many("replay of the recordings beside the workspace") else { return };
-    let (shipped, wide) = (typical_sensor().unwrap(), wide_sensor());
+fn no_sample_of_a_recording_is_rejected_falsely() {
+    let folder = traces_folder();
+    let (default, wide) = (typical_sensor().unwrap(), wide_sensor());
     let (mut samples, mut files, mut by_default) = (0, 0, 0);
     let mut with_artefacts = BTreeMap::new();
     for path in csv_files(&folder) {
@@ -184,14 +195,14 @@ fn every_recording_passes_without_a_false_verdict() {
         if artefacts > 0 {
             with_artefacts.insert(name.clone(), artefacts);
         }
-        let near: Vec<&Channel> = channels.into_iter().filter(|channel| fits(channel, &shipped)).collect();
+        let near: Vec<&Channel> = channels.into_iter().filter(|channel| fits(channel, &default)).collect();
         by_default += near.len();
-        check(&name, &recording, &shipped, &near);
+        check(&name, &recording, &default, &near);
     }
-    assert!(files > 20 && by_default > 60, "{files} files, {by_default} channels through the shipped sensor");
-    println!("{files} files, {samples} samples (1 ms), {by_default} channels also through the shipped sensor");
-    println!("samples refused as faster than any joint: {with_artefacts:?}");
-    // Dropped markers that the description of the recordings tells of; what a leg did is never refused.
+    assert!(files > 20 && by_default > 60, "{files} files, {by_default} channels through the default sensor");
+    report!("{files} files, {samples} samples (1 ms), {by_default} channels also through the default sensor");
+    report!("samples refused as faster than any joint: {with_artefacts:?}");
+    // Dropped markers that the description of the recordings lists; what a leg did is never refused.
     let known = ["camargo_levelground_ccw_fast_full_with_artefacts"];
     let other: Vec<_> = with_artefacts.keys().filter(|name| !known.contains(&name.as_str())).collect();
     assert!(other.is_empty(), "{other:?}");
@@ -202,7 +213,7 @@ const NOISES: [(f64, f64); 8] =
     [(1.0, 0.0), (2.0, 0.0), (4.0, 0.0), (1.0, 0.1), (4.0, 0.1), (1.0, 0.3), (2.0, 0.3), (4.0, 0.3)];
 
 /// One sample as the loop gets it.
-struct Heard {
+struct Measured {
     verdict: Validity,
     /// As it left the filter.
     angle: Radians,
@@ -210,53 +221,56 @@ struct Heard {
     raw: f64,
 }
 
-/// A channel with noise through the ear, at 1 kHz.
-fn listen(recording: &Recording, channel: &Channel, sensor: &Sensor, noise: (f64, f64), seed: u32) -> Vec<Heard> {
+/// A channel with noise through the sensor path, at 1 kHz.
+fn measure(recording: &Recording, channel: &Channel, sensor: &Sensor, noise: (f64, f64), seed: u32) -> Vec<Measured> {
     let (supply, vrefint) = supply(sensor);
     let mut random = Random(seed);
     let (mut state, start) = (SensorState::default(), recording.time_s()[0]);
     let ticks = (recording.duration_s() * 1000.0) as u32;
     let code = |code: AdcCode, by: f64| AdcCode((f64::from(code.0) + by).round().clamp(0.0, 4095.0) as u16);
-    let heard = (0..=ticks).map(|tick| {
+    let measured = (0..=ticks).map(|tick| {
         let degrees = recording.at(channel, start + f64::from(tick) * 1e-3) + noise.1 * random.normal();
         let volts = sensor.calibration().volts(Radians::from_degrees(degrees as f32)).expect("chosen to fit");
         let sound = sensor.reference().code(volts, supply);
         let (by, reference) = (noise.0 * random.normal(), noise.0 * random.normal());
         let reading = sensor.sample(&mut state, code(sound, by), code(vrefint, reference));
-        Heard { verdict: reading.validity, angle: reading.angle, raw: degrees }
+        Measured { verdict: reading.validity, angle: reading.angle, raw: degrees }
     });
-    heard.collect()
+    measured.collect()
 }
 
-/// The table has room for the channel and 3 degrees of noise.
+/// The table has a margin for the channel and 3 degrees of noise.
 fn fits_with_noise(channel: &Channel, sensor: &Sensor) -> bool {
     let (low, high) = sensor.calibration().span();
-    let room = Radians::from_degrees(3.0).0;
-    channel.radians().all(|angle| (low.0 + room..=high.0 - room).contains(&angle.0))
+    let margin = Radians::from_degrees(3.0).0;
+    channel.radians().all(|angle| (low.0 + margin..=high.0 - margin).contains(&angle.0))
 }
 
-/// A recording whose artefacts are not the sensor's to forgive: dropped markers, which the description of the recordings tells of.
+/// A recording with artefacts that the sensor must reject: dropped markers, which the description of the recordings lists.
 const WITH_ARTEFACTS: &str = "camargo_levelground_ccw_fast_full_with_artefacts";
 
-#[test]
-fn an_hour_of_recordings_with_noise_has_no_verdict_and_no_hold() {
-    let (near, wide) = (typical_sensor().unwrap(), wide_sensor());
+fn an_hour_of_recordings_with_noise_is_all_good() {
     let mut recordings = vec![("default".to_string(), default_trace())];
-    if let Some(folder) = many("an hour of the recordings beside the workspace with noise") {
-        for path in csv_files(&folder) {
-            let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-            match csv_file::read(&path) {
-                // One cycle on a time axis of its own is no recording.
-                Ok(recording) if !name.ends_with("_normalised") => recordings.push((name, recording)),
-                Ok(_) | Err(_) => {}
-            }
+    for path in csv_files(&traces_folder()) {
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        match csv_file::read(&path) {
+            // One cycle on a time axis of its own is no recording.
+            Ok(recording) if !name.ends_with("_normalised") => recordings.push((name, recording)),
+            Ok(_) | Err(_) => {}
         }
-        assert!(recordings.len() > 30, "{} recordings", recordings.len());
-    } else {
-        // The shipped one alone, looped for as long.
-        recordings[0].1 = looped(&default_trace(), 460.0);
     }
-    let (mut listened, mut by_near, mut followed, mut locked) = (0, 0, 0, 0);
+    assert!(recordings.len() > 30, "{} recordings", recordings.len());
+    check_with_noise(&recordings);
+}
+
+/// The same of the default recording alone, looped for as long.
+fn an_hour_of_the_default_recording_with_noise_is_all_good() {
+    check_with_noise(&[("default".to_string(), looped(&default_trace(), 460.0))]);
+}
+
+fn check_with_noise(recordings: &[(String, Recording)]) {
+    let (near, wide) = (typical_sensor().unwrap(), wide_sensor());
+    let (mut sampled, mut by_near, mut followed, mut locked) = (0, 0, 0, 0);
     let (mut artefacts, mut too_short) = (0, vec![]);
     for (r, (name, recording)) in recordings.iter().enumerate() {
         // Another joint's sensor from recording to recording.
@@ -268,11 +282,11 @@ fn an_hour_of_recordings_with_noise_has_no_verdict_and_no_hold() {
         }
         for (noise, seed) in NOISES.into_iter().zip(1..) {
             let of = format!("{name}, {}, noise of {} codes and {} degrees", channel.name(), noise.0, noise.1);
-            let heard = listen(recording, channel, sensor, noise, seed);
-            listened += heard.len();
-            by_near += if std::ptr::eq(sensor, &near) { heard.len() } else { 0 };
-            let (mut good, mut since) = (heard[0].raw, 0);
-            for (tick, sample) in heard.iter().enumerate() {
+            let measured = measure(recording, channel, sensor, noise, seed);
+            sampled += measured.len();
+            by_near += if std::ptr::eq(sensor, &near) { measured.len() } else { 0 };
+            let (mut good, mut since) = (measured[0].raw, 0);
+            for (tick, sample) in measured.iter().enumerate() {
                 since += 1;
                 if sample.verdict == Validity::Good {
                     (good, since) = (sample.raw, 0);
@@ -286,26 +300,26 @@ fn an_hour_of_recordings_with_noise_has_no_verdict_and_no_hold() {
 
             let Some(legs) = &mut legs else { continue };
             legs.reset();
-            for (tick, sample) in heard.iter().enumerate() {
+            for (tick, sample) in measured.iter().enumerate() {
                 legs.observe((sample.verdict == Validity::Good).then_some(sample.angle));
                 legs.step();
                 let status = legs.status();
                 assert!(status.state != Lock::Holding, "{of}: holds in ms {tick}, {:?}", status.fault);
                 locked += usize::from(status.state == Lock::Locked);
             }
-            followed += heard.len();
+            followed += measured.len();
         }
     }
-    let [listened, by_near, followed, locked] = [listened, by_near, followed, locked].map(|ms| ms / 1000);
-    println!(
-        "{} recordings with noise, {listened} s in all, {by_near} s by the shipped sensor: 0 false verdicts",
+    let [sampled, by_near, followed, locked] = [sampled, by_near, followed, locked].map(|ms| ms / 1000);
+    report!(
+        "{} recordings with noise, {sampled} s in all, {by_near} s by the default sensor: 0 false verdicts",
         recordings.len()
     );
-    println!("apart from that, in {WITH_ARTEFACTS}: {artefacts} samples of dropped markers refused");
-    println!(
+    report!("apart from that, in {WITH_ARTEFACTS}: {artefacts} samples of dropped markers refused");
+    report!(
         "followed for {followed} s, locked for {locked} s of them: 0 holds; too short to learn from: {too_short:?}"
     );
-    assert!(listened > 3_600 && followed > 3_500 && locked > 2_500);
+    assert!(sampled > 3_600 && followed > 3_500 && locked > 2_500);
 }
 
 /// A recording cut to whole strides, over and over.
@@ -319,7 +333,7 @@ fn looped(recording: &Recording, secs: f64) -> Recording {
     Recording::build((0..rows).map(|n| n as f64 * 1e-3).collect(), channels.collect()).unwrap()
 }
 
-/// Legs that follow a channel's sensor of this walker, as `footfall entrain` makes them; `None` where it cannot be learned.
+/// Legs that follow a channel's sensor of this person, as `footfall entrain` makes them; `None` where it cannot be learned.
 fn legs(recording: &Recording, channel: &Channel) -> Option<Follower> {
     let joint = Joint::ALL.into_iter().find(|joint| joint.name() == channel.name()).unwrap_or(Joint::LeftKnee);
     let rows = recording.time_s().iter().take_while(|time| **time < recording.time_s()[0] + 15.0).count();
@@ -333,9 +347,8 @@ fn legs(recording: &Recording, channel: &Channel) -> Option<Follower> {
 }
 
 /// The column `T` of the tables in the folder's own description.
-#[test]
-fn stride_periods_are_those_of_the_table_beside_the_recordings() {
-    let Some(folder) = many("stride periods of the recordings beside the workspace") else { return };
+fn stride_periods_are_those_of_the_published_table() {
+    let folder = traces_folder();
     let table = std::fs::read_to_string(folder.join("README.md")).unwrap();
     let mut checked = 0;
     for line in table.lines() {
@@ -362,8 +375,7 @@ fn stride_periods_are_those_of_the_table_beside_the_recordings() {
     assert!(checked > 25, "only {checked} rows of the table were understood");
 }
 
-#[test]
-fn the_shipped_volts_are_what_the_documented_command_makes() {
+fn the_documented_command_makes_the_default_volts() {
     let readme = std::fs::read_to_string(default_traces_folder().join("README.md")).unwrap();
     let name = default_volts_file();
     let name = name.file_name().unwrap().to_str().unwrap();
@@ -374,14 +386,13 @@ fn the_shipped_volts_are_what_the_documented_command_makes() {
     let again = folder.path().join(name);
     let arguments = ["footfall".into(), "volts".into(), "--out".into(), again.clone().into()];
     cli::call(arguments.into_iter()).unwrap();
-    let (made, ships) =
+    let (made, present) =
         (std::fs::read_to_string(again).unwrap(), std::fs::read_to_string(default_volts_file()).unwrap());
-    assert!(made == ships, "the shipped volts are stale: run `{command}`");
+    assert!(made == present, "the default volts are stale: run `{command}`");
 }
 
 /// Backwards: the volts lead to the left knee of the recording, and round and round without a jump.
-#[test]
-fn the_shipped_volts_are_the_left_knee_looped() {
+fn the_default_volts_are_the_left_knee_looped() {
     let (volts, angles, sensor) = (default_volts(), default_trace(), wired_sensor().unwrap());
     let looped = angles.looped(feed::RATE_HZ).unwrap();
     let (knee, pin) = (angles.channel(SENSOR_JOINT.name()).unwrap(), volts.channel("PA1").unwrap());
@@ -398,9 +409,8 @@ fn the_shipped_volts_are_the_left_knee_looped() {
     assert!(period::find(&volts).is_some_and(|stride| (stride.period_s - volts.duration_s() / 2.0).abs() < 0.03));
 }
 
-/// A recording that nobody describes is a recording without a licence.
-#[test]
-fn every_shipped_recording_is_described() {
+/// Each recording has its source and licence in the description.
+fn every_default_recording_is_described() {
     let readme = std::fs::read_to_string(default_traces_folder().join("README.md")).unwrap();
     let files: BTreeSet<String> = std::fs::read_dir(default_traces_folder())
         .unwrap()

@@ -1,7 +1,7 @@
-//! The loop that ships, fed with the shipped recording, tick by tick on the host.
+//! The default loop, fed with the default recording, tick by tick on the host.
 
 use crate::degraded::{Degraded, Stream};
-use crate::traces::default_volts;
+use crate::recordings::default_volts;
 use footfall::board::default_loop::{WalkLoop, typical_loop, typical_sensor};
 use gait_trace::Recording;
 use hgod_adc::{Reference, Supply};
@@ -9,7 +9,7 @@ use joint_loop::{Command, Frame, SENSORS, Sample};
 use joint_units::{AdcCode, Volts};
 
 /// A leg with a sensor, a converter and the loop.
-pub struct Walk {
+pub struct HostLoop {
     volts: Recording,
     reference: Reference,
     supply: Supply,
@@ -24,27 +24,27 @@ pub struct Walk {
 pub struct Ticked {
     /// What it was given.
     pub sample: Sample<SENSORS>,
-    /// What it told the servos.
+    /// The command to the servos.
     pub command: Command,
-    /// What it saw and did.
+    /// Inputs and outputs of the tick.
     pub frame: Frame<SENSORS>,
 }
 
-impl Walk {
-    /// A leg that walks as the shipped recording, for ever, with a sensor in that condition.
+impl HostLoop {
+    /// A leg that walks as the default recording, without end, with a sensor in that condition.
     ///
     /// # Panics
-    /// The shipped loop cannot be built.
+    /// The default loop cannot be built.
     #[must_use]
     pub fn new(condition: Degraded) -> Self {
-        let sensor = typical_sensor().expect("the shipped sensor");
+        let sensor = typical_sensor().expect("the default sensor");
         Self {
             volts: default_volts(),
             reference: *sensor.reference(),
             supply: Supply::new(Volts(3.0)).expect("3 V"),
             stream: Stream::new(condition),
             tick: 0,
-            joints: typical_loop().expect("the shipped loop"),
+            joints: typical_loop().expect("the default loop"),
         }
     }
 

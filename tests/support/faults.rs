@@ -2,7 +2,7 @@
 
 use crate::board::{Board, Ran};
 use crate::degraded::Random;
-use crate::traces::default_volts;
+use crate::recordings::default_volts;
 use firmware::board::GENERATOR_SECTOR;
 use gait_trace::Recording;
 use hgod_adc::Validity;
@@ -108,7 +108,7 @@ impl Fault {
     }
 }
 
-/// The knee of the shipped recording as volts, for ever, with noise.
+/// The knee of the default recording as volts, repeated without end, with noise.
 #[derive(Debug)]
 pub struct Knee {
     volts: Recording,
@@ -165,37 +165,37 @@ pub fn table(knee: &Knee, faults: &[(Fault, f64)], secs: f64) -> String {
     text
 }
 
-/// A board with a walker, in its parameter sector unless it is the built-in one.
+/// A board with a generator, in its parameter sector unless it is the built-in one.
 #[derive(Debug)]
 pub struct Rig<'a> {
     board: &'a Board,
-    /// The walker.
-    pub walker: GeneratorConfig,
+    /// The generator.
+    pub generator: GeneratorConfig,
     sector: Option<tempfile::NamedTempFile>,
     /// When its converter looks at the pin.
     pub clock: Clock,
 }
 
 impl<'a> Rig<'a> {
-    /// A board that runs this walker.
+    /// A board that runs this generator.
     ///
     /// # Panics
     /// The board cannot be run.
     #[must_use]
-    pub fn new(board: &'a Board, walker: GeneratorConfig, built_in: bool) -> Self {
+    pub fn new(board: &'a Board, generator: GeneratorConfig, built_in: bool) -> Self {
         let sector = (!built_in).then(|| {
             let file = tempfile::NamedTempFile::new().unwrap();
-            std::fs::write(file.path(), record_of(&walker).bytes()).unwrap();
+            std::fs::write(file.path(), record_of(&generator).bytes()).unwrap();
             file
         });
-        let mut rig = Self { board, walker, sector, clock: Clock { first_s: 0.0 } };
+        let mut rig = Self { board, generator, sector, clock: Clock { first_s: 0.0 } };
         // Four conversions a tick, 0.25 ms apart, from tick 1 on: by the converter's model itself.
         let folder = tempfile::tempdir().unwrap();
         let (feed, file) = (folder.path().join("volts.csv"), folder.path().join("conversions.csv"));
         std::fs::write(&feed, "time_s,PA1\n0,1.5\n").unwrap();
         let mut options = rig.options(&feed, 0.1);
         options.extend(["--record-conversions".into(), file.clone().into()]);
-        let _ = board.run_with(&rig.walker, options);
+        let _ = board.run_with(&rig.generator, options);
         let text = std::fs::read_to_string(file).unwrap();
         let row = text.lines().find(|line| line.contains("ADC1_IN1,")).expect("a conversion");
         // The result is there 12 cycles of 21 MHz after the end of the sampling.
@@ -222,13 +222,13 @@ impl<'a> Rig<'a> {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("volts.csv");
         std::fs::write(&file, text).unwrap();
-        let ran = self.board.run_with(&self.walker, self.options(&file, secs));
+        let ran = self.board.run_with(&self.generator, self.options(&file, secs));
         assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (Some(0), 0, 0, 1));
         let books = &ran.books;
         let all = (books.different, books.not_compared, books.lost_lines, books.malformed);
         assert_eq!(all, (0, 0, 0, 0), "{:?}", books.differences);
         assert!(books.compared > 200 && books.hashes.is_some_and(|(board, host)| board == host));
-        let frames = ran.boots[0].replay(&self.walker);
+        let frames = ran.boots[0].replay(&self.generator);
         assert!(frames.iter().zip(1..).all(|(frame, tick)| frame.tick == tick), "a tick is missing");
         (ran, frames)
     }

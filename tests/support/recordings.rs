@@ -1,4 +1,4 @@
-//! Recordings: one ships here, many more may lie beside the workspace.
+//! Recordings: one is in the repository, [`test_suite::traces_folder`] beside it holds many more.
 
 use footfall::board::feed;
 use gait_trace::Recording;
@@ -11,48 +11,34 @@ pub fn package() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The recordings that ship.
+/// The recordings of the repository.
 #[must_use]
 pub fn default_traces_folder() -> PathBuf {
     package().join("traces")
 }
 
-/// The shipped recording of angles.
+/// The default recording of angles.
 ///
 /// # Panics
 /// It cannot be read.
 #[must_use]
 pub fn default_trace() -> Recording {
-    feed::default_trace().expect("the shipped recording is good").1
+    feed::default_trace().expect("the default recording is good").1
 }
 
-/// The shipped recording of semi-synthetic volts: a loop.
+/// The default recording of semi-synthetic volts: a loop.
 ///
 /// # Panics
 /// It cannot be read.
 #[must_use]
 pub fn default_volts() -> Recording {
-    csv_file::read(&default_volts_file()).expect("the shipped volts are good")
+    csv_file::read(&default_volts_file()).expect("the default volts are good")
 }
 
-/// Where the shipped volts are.
+/// Where the default volts are.
 #[must_use]
 pub fn default_volts_file() -> PathBuf {
     default_traces_folder().join("gaitkit_fukuchi_healthy_left_knee_volts.csv")
-}
-
-/// The folder of many recordings, `FOOTFALL_TRACES` or `../shared/traces` beside the workspace; where there is none, that
-/// `what` is left out is said aloud.
-#[must_use]
-pub fn many(what: &str) -> Option<PathBuf> {
-    let folder =
-        std::env::var_os("FOOTFALL_TRACES").map_or_else(|| package().join("../../shared/traces"), PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    let why = format!("no recordings in {} (FOOTFALL_TRACES names another folder)", folder.display());
-    crate::left_out(what, &why);
-    None
 }
 
 /// Every CSV file in a folder and the folders in it, in order.

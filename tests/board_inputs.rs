@@ -1,5 +1,5 @@
-//! What the board hears beside one gait sensor, on the virtual board: four sensors with calibrations of their own, a foot switch, another
-//! system's synchronisation line; and shadow mode, in which it hears everything and drives nothing.
+//! Inputs of the flashed image on the virtual board: four sensors with calibrations of their own, a foot switch, the synchronisation line
+//! of another system; and shadow mode, in which all inputs are read and no servo is driven.
 
 use cpg_core::entrainment::{EventSource, Lock};
 use cpg_core::waveform::shape::Shape;
@@ -9,7 +9,7 @@ use footfall_tests::board::{Board, Ran};
 use footfall_tests::chain;
 use footfall_tests::degraded::Random;
 use footfall_tests::people::Person;
-use footfall_tests::traces::{default_trace, default_volts_file};
+use footfall_tests::recordings::{default_trace, default_volts_file};
 use gait_trace::format::csv_file;
 use gait_trace::{Channel, Looped, Quantity, Recording};
 use hgod_adc::{Calibration, CalibrationPoint, Interpolation, Validity};
@@ -19,7 +19,21 @@ use joint_loop::{FollowConfig, GeneratorConfig, JointSensor, JointSensors, Super
 use joint_units::{Joint, Phase, Radians, Volts};
 use std::ffi::OsString;
 use std::path::Path;
+use std::process::ExitCode;
+use test_suite::{report, tests};
 use wire::Call;
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        each_of_four_sensors_has_its_own_calibration(Image),
+        a_follower_uses_the_channel_of_its_joint(Image),
+        a_foot_switch_keeps_the_phase_while_the_sensor_is_lost(Image),
+        a_broken_sensor_sector_keeps_the_outputs_off(Image),
+        synchronisation_edges_are_timed_by_the_boards_clock(Image),
+        a_ringing_line_delays_no_tick(Image),
+        in_shadow_mode_everything_runs_and_no_pin_moves(ShadowImage),
+    ])
+}
 
 /// Nothing irregular, every line the host's to the bit, and of the stack, which is used most at boot, no more than six tenths.
 fn assert_equal(ran: &Ran) {
@@ -58,8 +72,8 @@ fn four() -> JointSensors {
 }
 
 /// Volts of these joints' sensors at their pins over a walk.
-fn volts(walk: &Looped, worn: &JointSensors) -> Recording {
-    let channels = worn.iter().zip(SENSOR_PINS).map(|(sensor, pin)| {
+fn volts(walk: &Looped, sensors: &JointSensors) -> Recording {
+    let channels = sensors.iter().zip(SENSOR_PINS).map(|(sensor, pin)| {
         let channel = walk.recording.of_joint(sensor.joint).unwrap();
         let one = walk.recording.semi_synthetic_volts(channel, &sensor.calibration, sensor.divider, pin).unwrap();
         one.channels()[0].clone()
@@ -67,16 +81,15 @@ fn volts(walk: &Looped, worn: &JointSensors) -> Recording {
     Recording::build(walk.recording.time_s().to_vec(), channels.collect()).unwrap()
 }
 
-#[test]
-fn four_sensors_are_measured_each_by_its_own_calibration() {
-    let Some(board) = Board::find("four sensors on the virtual board") else { return };
-    let (folder, walk, worn) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap(), four());
-    let parameters = Parameters::or_default(None, Some(worn.clone())).unwrap();
+fn each_of_four_sensors_has_its_own_calibration() {
+    let board = Board::find();
+    let (folder, walk, sensors) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap(), four());
+    let parameters = Parameters::or_default(None, Some(sensors.clone())).unwrap();
     let feed = folder.path().join("volts.csv");
-    csv_file::write(&feed, &volts(&walk, &worn)).unwrap();
+    csv_file::write(&feed, &volts(&walk, &sensors)).unwrap();
     let mut options: Vec<OsString> = ["--secs", "5", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
     options.push(feed.into());
-    let record = sensor_record::record_of(&worn);
+    let record = sensor_record::record_of(&sensors);
     options.extend(download(SENSORS_SECTOR, record.bytes(), folder.path(), "sensors.bin"));
     let ran = board.run_as(&parameters, &options);
     assert_equal(&ran);
@@ -85,7 +98,7 @@ fn four_sensors_are_measured_each_by_its_own_calibration() {
     // The board's own lines.
     let mut worst = [0.0f64; 4];
     for line in &boot.ticks {
-        for (channel, sensor) in worn.iter().enumerate() {
+        for (channel, sensor) in sensors.iter().enumerate() {
             let reading = line.sensors[channel].unwrap();
             assert_eq!(reading.validity, Validity::Good, "{} in tick {}", sensor.joint.name(), line.tick);
             if line.tick < 200 {
@@ -101,30 +114,29 @@ fn four_sensors_are_measured_each_by_its_own_calibration() {
                 worst[channel].max((-12..=12).map(|ms| near(f64::from(ms) * 1e-3)).fold(f64::MAX, f64::min));
         }
     }
-    println!("four sensors: at most {worst:.2?} degrees from the recorded joints");
+    report!("four sensors: at most {worst:.2?} degrees from the recorded joints");
     assert!(worst.iter().all(|worst| *worst < 0.6), "{worst:?}");
     assert_eq!(boot.ticks.last().unwrap().state, SupervisorState::Walking);
     assert_eq!(ran.end.lints.len(), 0);
 }
 
 /// The gait sensor of a follower is the one on its joint, whichever channel that is.
-#[test]
-fn a_follower_listens_to_the_channel_of_its_joint() {
-    let Some(board) = Board::find("a follower with four sensors on the virtual board") else { return };
-    let (folder, walk, worn) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap(), four());
-    let walker = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
-    let config = walker.follower(Joint::LeftHip, walker.learned.stride_s);
+fn a_follower_uses_the_channel_of_its_joint() {
+    let board = Board::find();
+    let (folder, walk, sensors) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap(), four());
+    let person = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
+    let config = person.follower(Joint::LeftHip, person.learned.stride_s);
     let feed = folder.path().join("volts.csv");
-    csv_file::write(&feed, &volts(&walk, &worn)).unwrap();
+    csv_file::write(&feed, &volts(&walk, &sensors)).unwrap();
     let mut options: Vec<OsString> = ["--secs", "6", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
     options.push(feed.into());
-    let with = |worn: &JointSensors| {
+    let with = |sensors: &JointSensors| {
         let mut options = options.clone();
         options.extend(download(GENERATOR_SECTOR, generator_record::record_of(&config).bytes(), folder.path(), "w"));
-        options.extend(download(SENSORS_SECTOR, sensor_record::record_of(worn).bytes(), folder.path(), "s"));
-        board.run_as(&Parameters::or_default(Some(config), Some(worn.clone())).unwrap(), &options)
+        options.extend(download(SENSORS_SECTOR, sensor_record::record_of(sensors).bytes(), folder.path(), "s"));
+        board.run_as(&Parameters::or_default(Some(config), Some(sensors.clone())).unwrap(), &options)
     };
-    let ran = with(&worn);
+    let ran = with(&sensors);
     assert_equal(&ran);
     let following = ran.books.following.unwrap();
     assert_eq!((following.state, following.fault), ("locked", None));
@@ -132,7 +144,7 @@ fn a_follower_listens_to_the_channel_of_its_joint() {
     // Every frame holds the state of the lock.
     assert!(ran.boots[0].ticks.iter().all(|frame| frame.following.is_some()));
 
-    // Without a sensor on that joint the board stays dark and says why.
+    // Without a sensor on that joint the outputs stay off and the log says why.
     let knees = JointSensors::build([Joint::LeftKnee, Joint::RightKnee].map(|j| JointSensor::uncalibrated(j).unwrap()));
     let dark = with(&knees.unwrap());
     assert_eq!(dark.boots[0].ticks.len(), 0);
@@ -140,18 +152,17 @@ fn a_follower_listens_to_the_channel_of_its_joint() {
     assert!(said, "{:?}", dark.boots[0].log);
 }
 
-/// A walker who takes quicker steps from the moment on in which the sensor's wire comes off: with a foot switch the phase stays his.
-#[test]
+/// From the moment on in which the sensor's wire comes off the person takes quicker steps: with a foot switch the phase is followed.
 fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
-    let Some(board) = Board::find("a foot switch on the virtual board") else { return };
+    let board = Board::find();
     let (folder, walk) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap());
-    let walker = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
+    let person = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
     let (lost_s, secs) = (10.0, 11.9);
     // Strides of 1.1 s, then of 1.02 s; the other foot strikes, late by 40 ms.
     let cycles = |t: f64| if t < lost_s { t / 1.1 } else { lost_s / 1.1 + (t - lost_s) / 1.02 };
     let phase = |t: f64| Phase::from_cycles(cycles(t).fract() as f32);
     let rows: Vec<f64> = (0..(secs * 1e3) as u32).map(|ms| f64::from(ms) * 1e-3).collect();
-    let angle = |t: &f64| f64::from(Radians(walker.templates[0].at(phase(*t)).angle).degrees());
+    let angle = |t: &f64| f64::from(Radians(person.templates[0].at(phase(*t)).angle).degrees());
     let sound = chain::volts(&rows.iter().map(angle).collect::<Vec<_>>());
     let values = rows.iter().zip(sound.channels()[0].values()).map(|(t, v)| if *t < lost_s { *v } else { 0.0 });
     let channel = Channel::new("PA1", Quantity::PinVolts, values.collect());
@@ -166,7 +177,7 @@ fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
     edges_file(&strikes, &edges);
 
     let off = |events: EventSource| {
-        let GeneratorConfig::Follow(follow) = walker.follower(Joint::LeftHip, 1.1) else { panic!("not a follower") };
+        let GeneratorConfig::Follow(follow) = person.follower(Joint::LeftHip, 1.1) else { panic!("not a follower") };
         let config = GeneratorConfig::Follow(FollowConfig { events, ..follow });
         let mut options: Vec<OsString> = ["--press", "0.3", "--secs", &secs.to_string()].map(Into::into).to_vec();
         options.extend(["--volts".into(), feed.clone().into()]);
@@ -174,7 +185,7 @@ fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
         options.extend(download(GENERATOR_SECTOR, generator_record::record_of(&config).bytes(), folder.path(), "w"));
         let ran = board.run_with(&config, &options);
         assert_equal(&ran);
-        // The foot is in the inputs of every tick, and the host's copy heard the same strikes.
+        // The foot is in the inputs of every tick, and the replay got the same strikes.
         let closed = |(_, call): &&(u32, Call)| call.sample().foot;
         assert!(ran.boots[0].calls.iter().filter(closed).count() > 5_000);
         let estimates = ran.boots[0].watch(&config, |joints| {
@@ -187,7 +198,7 @@ fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
         estimate.radians_after(phase(t + late)).degrees().abs()
     };
     let (without, with) = (off(EventSource::None), off(EventSource::FootSwitch));
-    println!("phase error after {:.1} s: {without:.1} degrees without, {with:.1} with the foot switch", secs - lost_s);
+    report!("phase error after {:.1} s: {without:.1} degrees without, {with:.1} with the foot switch", secs - lost_s);
     assert!(without > 30.0, "{without}");
     assert!(with < 0.5 * without, "{with} of {without}");
 }
@@ -204,9 +215,8 @@ fn looped(walk: &Looped, secs: f64) -> Recording {
 }
 
 /// A sector of sensors with one bit changed, and one of something else.
-#[test]
-fn a_broken_sensor_sector_keeps_the_board_dark() {
-    let Some(board) = Board::find("a broken sensor sector on the virtual board") else { return };
+fn a_broken_sensor_sector_keeps_the_outputs_off() {
+    let board = Board::find();
     let folder = tempfile::tempdir().unwrap();
     let good = sensor_record::record_of(&four());
     let mut changed = good.bytes().to_vec();
@@ -228,10 +238,9 @@ fn edges_file(path: &Path, edges: &[(f64, bool)]) {
     std::fs::write(path, format!("time_s,level\n{rows}")).unwrap();
 }
 
-/// Edges at random times are told by the board's clock: a constant after the truth, and microseconds beside it.
-#[test]
-fn edges_at_the_synchronisation_input_are_timed_by_the_boards_clock() {
-    let Some(board) = Board::find("the synchronisation input on the virtual board") else { return };
+/// Edges at random times are logged in the board's time: a constant delay and some microseconds after the true time.
+fn synchronisation_edges_are_timed_by_the_boards_clock() {
+    let board = Board::find();
     let folder = tempfile::tempdir().unwrap();
     let mut random = Random(7);
     let (mut time, mut edges) = (0.1, vec![]);
@@ -246,14 +255,14 @@ fn edges_at_the_synchronisation_input_are_timed_by_the_boards_clock() {
     options.extend([default_volts_file().into(), "--edges".into(), format!("PC6={}", file.display()).into()]);
     let ran = board.run(options);
     assert_equal(&ran);
-    let told = &ran.boots[0].edges;
-    assert_eq!(told.len(), edges.len());
-    assert!(told.iter().zip(&edges).all(|(told, (_, high))| told.high == *high));
-    let off: Vec<f64> = told.iter().zip(&edges).map(|(told, (time, _))| told.time_s() - time).collect();
+    let logged = &ran.boots[0].edges;
+    assert_eq!(logged.len(), edges.len());
+    assert!(logged.iter().zip(&edges).all(|(logged, (_, high))| logged.high == *high));
+    let off: Vec<f64> = logged.iter().zip(&edges).map(|(logged, (time, _))| logged.time_s() - time).collect();
     let (least, most) = off.iter().fold((f64::MAX, f64::MIN), |(least, most), off| (least.min(*off), most.max(*off)));
-    println!(
+    report!(
         "{} edges, {:.3} to {:.3} ms after the true time by the board's clock",
-        told.len(),
+        logged.len(),
         least * 1e3,
         most * 1e3
     );
@@ -262,10 +271,9 @@ fn edges_at_the_synchronisation_input_are_timed_by_the_boards_clock() {
     assert!(ran.boots[0].edges.iter().all(|edge| !edge.lost_before));
 }
 
-/// A line that rings at 200 kHz for 50 ms: told as lost, and not one tick late for it.
-#[test]
-fn a_line_that_rings_holds_no_tick_up() {
-    let Some(board) = Board::find("a ringing synchronisation input on the virtual board") else { return };
+/// A line that rings at 200 kHz for 50 ms: the lost edges are counted, and no tick is late.
+fn a_ringing_line_delays_no_tick() {
+    let board = Board::find();
     let folder = tempfile::tempdir().unwrap();
     let edges: Vec<(f64, bool)> = (0..20_000).map(|n| (1.0 + f64::from(n) * 2.5e-6, n % 2 == 0)).collect();
     let file = folder.path().join("edges.csv");
@@ -276,26 +284,25 @@ fn a_line_that_rings_holds_no_tick_up() {
     assert_equal(&ran);
     let last = ran.boots[0].ticks.last().unwrap();
     assert_eq!((last.late, last.missed), (0, 0));
-    let told = ran.boots[0].edges.len();
-    assert!((100..=500).contains(&told), "{told} edges");
+    let logged = ran.boots[0].edges.len();
+    assert!((100..=500).contains(&logged), "{logged} edges");
     assert!(ran.boots[0].edges.iter().filter(|edge| edge.lost_before).count() >= 40);
 }
 
 /// With the shadow image: the loop arms and walks, its setpoints are the host's, and no servo pin ever moves.
-#[test]
-fn in_shadow_everything_runs_and_no_pin_moves() {
-    let Some(board) = Board::shadow("shadow mode on the virtual board") else { return };
+fn in_shadow_mode_everything_runs_and_no_pin_moves() {
+    let board = Board::shadow();
     let walk = default_trace().looped(1000.0).unwrap();
-    let walker = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
-    let config = walker.follower(Joint::LeftHip, walker.learned.stride_s);
-    let ran = chain::run(&board, &config, &chain::volts(&walker.samples(Joint::LeftHip)), 8.0, true);
+    let person = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
+    let config = person.follower(Joint::LeftHip, person.learned.stride_s);
+    let ran = chain::run(&board, &config, &chain::volts(&person.samples(Joint::LeftHip)), 8.0, true);
     assert_equal(&ran);
     let boot = &ran.boots[0];
     assert!(boot.boot.as_ref().unwrap().shadow && ran.books.shadow);
     let last = boot.ticks.last().unwrap();
     assert_eq!(last.state, SupervisorState::Walking);
     assert!(last.pulses_us.iter().all(|us| (500..=2500).contains(us)), "{last:?}");
-    // Of the servo pins nothing was heard; the knees' would-be setpoints walk, and the phase error is told.
+    // No edge at the servo pins; the setpoints of the knees move, and the phase error is logged.
     assert!(ran.pulses.is_empty(), "{:?}", ran.pulses.first());
     for pin in ["PE9", "PE11", "PE13", "PE14"] {
         assert_eq!(ran.end.edges.get(pin).copied().unwrap_or(0), 0, "{pin}");

@@ -1,28 +1,37 @@
-//! The whole chain on the virtual board with a walker that follows: a recorded hip as volts, converted, measured, locked to, and four
+//! The whole chain on the virtual board with a follower: a recorded hip as volts, converted, measured, locked to, and four
 //! joints that follow; and what happens when the wire breaks. The same core on the host gives the same bits.
 
 use footfall::board::feed;
 use footfall_tests::board::Board;
-use footfall_tests::{chain, traces};
+use footfall_tests::{chain, recordings};
 use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::ReadOptions;
 use gait_trace::format::open;
 use gait_trace::{Channel, Looped, Quantity, Recording};
 use joint_loop::{BoardGenerator, Frame, GeneratorConfig, SENSORS, SupervisorState};
 use joint_units::{Joint, Radians};
+use std::process::ExitCode;
+use test_suite::{report, tests};
 
-/// The shipped walker, fitted, with the sensor on this joint.
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        four_joints_follow_one_recorded_hip_or_knee(Image),
+        with_a_broken_wire_it_walks_two_seconds_then_stands(Image),
+    ])
+}
+
+/// The default recording, fitted, with the sensor on this joint.
 fn follower(sensor: Joint) -> GeneratorConfig {
-    let raw =
-        open::read(&traces::default_traces_folder().join(feed::DEFAULT_TRACE_NAME), &ReadOptions::default()).unwrap();
+    let raw = open::read(&recordings::default_traces_folder().join(feed::DEFAULT_TRACE_NAME), &ReadOptions::default())
+        .unwrap();
     let source = Source { name: feed::DEFAULT_TRACE_NAME.into(), sha256: String::new() };
     let settings = Settings { follow: Some(sensor), starts: 10, ..Settings::default() };
     fit(&source, &raw, &settings, &mut |_| ()).unwrap().file.set.config()
 }
 
-/// The shipped recording as a loop at 1 kHz.
+/// The default recording as a loop at 1 kHz.
 fn walk() -> Looped {
-    traces::default_trace().looped(1000.0).unwrap()
+    recordings::default_trace().looped(1000.0).unwrap()
 }
 
 /// Volts of a joint's sensor for so many seconds of walking; between `lost` the wire is broken.
@@ -47,11 +56,10 @@ fn rmse(frames: &[Frame<SENSORS>], begun_ms: usize, walk: &Looped, joint: Joint)
     (squares.sum::<f64>() / frames.len() as f64).sqrt()
 }
 
-#[test]
-fn four_joints_follow_one_recorded_hip_or_knee_from_volts_to_setpoints() {
-    let Some(board) = Board::find("a follower on the virtual board") else { return };
+fn four_joints_follow_one_recorded_hip_or_knee() {
+    let board = Board::find();
     let walk = walk();
-    println!("| sensor | locked at, s | left hip | right hip | left knee | right knee |");
+    report!("| sensor | locked at, s | left hip | right hip | left knee | right knee |");
     for sensor in [Joint::LeftHip, Joint::RightHip, Joint::LeftKnee] {
         let config = follower(sensor);
         let ran = chain::run(&board, &config, &volts(&walk, sensor, 12.0, (0.0, 0.0)), 12.0, true);
@@ -63,15 +71,14 @@ fn four_joints_follow_one_recorded_hip_or_knee_from_volts_to_setpoints() {
         assert_eq!(frames[frames.len() - 1].state, SupervisorState::Walking);
         let begun_ms = chain::begun_ms(&ran.boots[0]);
         let errors = Joint::ALL.map(|joint| rmse(&frames[6_000..], begun_ms, &walk, joint));
-        println!("| {} | {locked:.2} | {} |", sensor.name(), errors.map(|e| format!("{e:.2}")).join(" | "));
+        report!("| {} | {locked:.2} | {} |", sensor.name(), errors.map(|e| format!("{e:.2}")).join(" | "));
         // The recording has two strides that differ; a template is their mean.
         assert!(errors.iter().all(|error| *error < 3.5), "{sensor:?}: {errors:?}");
     }
 }
 
-#[test]
-fn a_broken_wire_is_walked_through_for_two_seconds_then_stands_and_walks_again_when_mended() {
-    let Some(board) = Board::find("a follower that loses its sensor") else { return };
+fn with_a_broken_wire_it_walks_two_seconds_then_stands() {
+    let board = Board::find();
     let (walk, sensor) = (walk(), Joint::LeftHip);
     let config = follower(sensor);
     let (lost, mended) = (7.0, 12.0);
