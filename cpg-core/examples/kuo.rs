@@ -131,6 +131,6 @@ fn main() {
     println!("sensor lost");
     row("feed-forward", Drive::FeedForward, 0.05, 0.02, Sensor::Dead);
     row("feedback, no noise", Drive::Feedback, 0.0, 0.0, Sensor::Dead);
-    row("hybrid, L = 0.5, still believed", hybrid(0.5), 0.05, 0.02, Sensor::Dead);
+    row("hybrid, L = 0.5, still accepted", hybrid(0.5), 0.05, 0.02, Sensor::Dead);
     row("hybrid, L = 0.5, flagged", hybrid(0.5), 0.05, 0.02, Sensor::Flagged);
 }

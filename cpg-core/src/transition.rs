@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_ends_in_the_pose_within_the_stated_time_and_a_change_ends_in_the_new_gait() {
+    fn a_stop_ends_in_the_pose_and_a_change_in_the_new_gait() {
         let mut smooth = CONFIG.build(gait(0.1, [0.4, 0.1], 1.1), Period::MILLISECOND).unwrap();
         for _ in 0..777 {
             smooth.step();

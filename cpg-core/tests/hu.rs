@@ -40,7 +40,7 @@ fn entrained_frequencies() {
     }
 }
 
-/// What the compensator is for: with feedback the rhythm adopts the joint's resonance, 1.2 to 2 Hz; without it does not.
+/// What the compensator is for: with feedback the oscillation adopts the joint's resonance, 1.2 to 2 Hz; without it does not.
 #[test]
 fn feedback_adopts_the_resonance() {
     for natural_hz in [1.2, 1.5, 2.0] {
@@ -91,7 +91,7 @@ fn a_second_integrator_agrees() {
     assert!(largest > 0.2, "the joint moves: {largest}");
 }
 
-/// In f32 at 5 ms the rhythm is that of f64 at 1 ms.
+/// In f32 at 5 ms the oscillation is that of f64 at 1 ms.
 #[test]
 fn single_precision_locks_to_the_same_frequency() {
     for (natural_hz, feedback) in [(0.6, 3.0), (1.2, 1.0), (2.0, 3.0)] {

@@ -208,12 +208,12 @@ fn pure_feedback_stops_with_its_sensor() {
     }
 }
 
-/// Why the flag is mandatory: believed, the dead sensor takes 43 percent of the amplitude; flagged, nothing.
+/// Why the flag is mandatory: accepted, the dead sensor takes 43 percent of the amplitude; flagged, nothing.
 #[test]
 fn a_dead_sensor_must_be_flagged() {
-    let believed = mean_over_seeds(hybrid(0.5), BOTH, Sensor::Dead);
+    let accepted = mean_over_seeds(hybrid(0.5), BOTH, Sensor::Dead);
     let flagged = mean_over_seeds(hybrid(0.5), BOTH, Sensor::Flagged);
-    assert!((believed.mean - 0.57).abs() < 0.02, "{believed:?}");
+    assert!((accepted.mean - 0.57).abs() < 0.02, "{accepted:?}");
     assert!((flagged.mean - 1.005).abs() < 0.02, "{flagged:?}");
     // Not a number counts as flagged, whatever the flag says.
     let mut control = control(hybrid(0.5), TICK);

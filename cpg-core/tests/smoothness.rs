@@ -1,4 +1,4 @@
-//! The smoothness contract: over all pairs of shipped gaits, change times at random, also changes within changes and stops, no setpoint
+//! The smoothness contract: over all pairs of named gaits, change times at random, also changes within changes and stops, no setpoint
 //! steps and no acceleration exceeds that of the two gaits plus the stated one.
 
 use cpg_core::Generator;
@@ -9,7 +9,7 @@ use joint_units::{Period, Phase, Radians};
 const CHANGES_A_PAIR: u32 = 2000;
 
 fn build(gait: Gait, speed: f32) -> DefaultGait {
-    gait.build(speed, Period::MILLISECOND).expect("a shipped gait")
+    gait.build(speed, Period::MILLISECOND).expect("a named gait")
 }
 
 /// Largest rate and acceleration of a gait by itself at any of the speeds that the test uses, rad/s and rad/s^2.

@@ -202,11 +202,11 @@ fn any_table(max_volts: f32) -> impl Strategy<Value = Vec<CalibrationPoint>> {
     let steps = proptest::collection::vec((0.0..1.0_f32, 0.001..1.0_f32), 1..MAX_POINTS);
     (steps, 0.0..0.3_f32, 5.0..220.0_f32, any::<bool>()).prop_map(move |(steps, first, span, rising)| {
         let (wide, angles) = steps.iter().fold((0.0, 0.0), |(v, a), step| (v + step.0.powi(3) + 1e-3, a + step.1));
-        let room = max_volts - first - 0.06;
+        let margin = max_volts - first - 0.06;
         let mut point = (first, if rising { -55.0 } else { 168.0 });
         let mut points = vec![point];
         for (v, a) in steps {
-            let rise = 1.1e-3 + room * 0.95 * (v.powi(3) + 1e-3) / wide;
+            let rise = 1.1e-3 + margin * 0.95 * (v.powi(3) + 1e-3) / wide;
             let change = (span * a / angles).max(0.06).min(390.0 * rise);
             point = (point.0 + rise, point.1 + if rising { change } else { -change });
             points.push(point);
@@ -286,7 +286,7 @@ proptest! {
     }
 
     #[test]
-    fn outside_the_table_there_is_a_verdict_for_any_number(points in any_table(3.6), bits in any::<u32>(), near in -0.2..1.2_f32) {
+    fn outside_the_table_any_number_is_refused(points in any_table(3.6), bits in any::<u32>(), near in -0.2..1.2_f32) {
         for interpolation in BOTH {
             let calibration = Calibration::new(&points, interpolation).unwrap();
             let (least, greatest) = calibration.volts_span();

@@ -9,7 +9,7 @@ use joint_units::{AdcCode, Period, RadPerSec, Radians};
 use support::{CAL, Noise, config, knee_degrees, nominal, sensor};
 
 /// Verdicts of a fresh sensor on the codes.
-fn verdicts(sensor: &Sensor, codes: impl IntoIterator<Item = u16>) -> Vec<Validity> {
+fn validities(sensor: &Sensor, codes: impl IntoIterator<Item = u16>) -> Vec<Validity> {
     let mut state = SensorState::default();
     codes.into_iter().map(|code| sensor.sample(&mut state, AdcCode(code), CAL).validity).collect()
 }
@@ -39,7 +39,7 @@ fn an_open_or_shorted_wire_is_named_in_time_at_every_period() {
                 (Pull::Up, 81, Validity::Short),
             ] {
                 let sensor = with_health(period, HealthConfig { pull, wire_ms, ..Default::default() });
-                let seen = verdicts(&sensor, (0..10).map(alive).chain([code; 200]));
+                let seen = validities(&sensor, (0..10).map(alive).chain([code; 200]));
                 assert!(seen[..10].iter().all(|&validity| validity == Validity::Good));
                 let after = &seen[10..];
                 let named = after.iter().position(|&validity| validity == want).unwrap();
@@ -57,14 +57,14 @@ fn an_open_or_shorted_wire_is_named_in_time_at_every_period() {
 #[test]
 fn the_codes_beside_the_end_bands_are_not_broken_wires() {
     for code in [82, 4013] {
-        let seen = verdicts(&sensor(), [code; 100]);
+        let seen = validities(&sensor(), [code; 100]);
         assert!(seen.iter().all(|&validity| validity == Validity::OutOfTable), "{code}");
     }
 }
 
 #[test]
 fn a_wire_is_believed_again_after_as_long_as_it_was_doubted() {
-    let seen = verdicts(&sensor(), (0..10).map(alive).chain([3; 500]).chain((0..100).map(alive)));
+    let seen = validities(&sensor(), (0..10).map(alive).chain([3; 500]).chain((0..100).map(alive)));
     let back = &seen[510..];
     assert!(back[..19].iter().all(|&validity| validity == Validity::Open), "{back:?}");
     assert!(back[19..].iter().all(|&validity| validity == Validity::Good), "{back:?}");
@@ -72,16 +72,16 @@ fn a_wire_is_believed_again_after_as_long_as_it_was_doubted() {
 
 #[test]
 fn a_wire_that_goes_from_rail_to_rail_is_named_by_where_it_is() {
-    let seen = verdicts(&sensor(), [3; 30].into_iter().chain([4090; 30]));
+    let seen = validities(&sensor(), [3; 30].into_iter().chain([4090; 30]));
     assert_eq!((seen[29], seen[30], seen[59]), (Validity::Open, Validity::Saturated, Validity::Short));
-    let seen = verdicts(&sensor(), [4090; 30].into_iter().chain([3; 30]));
+    let seen = validities(&sensor(), [4090; 30].into_iter().chain([3; 30]));
     assert_eq!((seen[29], seen[30], seen[59]), (Validity::Short, Validity::Saturated, Validity::Open));
 }
 
 #[test]
 fn an_intermittent_wire_is_found_when_it_is_open_more_than_half_of_the_time() {
     let open = |duty: usize| {
-        verdicts(&sensor(), (0..1000).map(|n| if n % 10 < duty { 3 } else { alive(n) })).contains(&Validity::Open)
+        validities(&sensor(), (0..1000).map(|n| if n % 10 < duty { 3 } else { alive(n) })).contains(&Validity::Open)
     };
     assert!(open(7) && !open(3));
 }
@@ -92,7 +92,7 @@ fn a_code_that_does_not_change_for_longer_than_the_time_is_stuck_until_it_does()
         let period = Period::from_micros(micros).unwrap();
         let ticks = usize::from(stuck_ms) * 1000 / micros as usize;
         let sensor = with_health(period, HealthConfig { stuck_ms, ..Default::default() });
-        let seen = verdicts(&sensor, (0..7).map(alive).chain(vec![2005; ticks + 50]).chain([2006, 2006]));
+        let seen = validities(&sensor, (0..7).map(alive).chain(vec![2005; ticks + 50]).chain([2006, 2006]));
         let same = &seen[7..ticks + 57];
         assert!(same[..ticks].iter().all(|&validity| validity == Validity::Good), "{micros} {stuck_ms}");
         assert!(same[ticks..].iter().all(|&validity| validity == Validity::Stuck), "{micros} {stuck_ms}");
@@ -104,7 +104,7 @@ fn a_code_that_does_not_change_for_longer_than_the_time_is_stuck_until_it_does()
 fn a_stuck_band_finds_a_stuck_sensor_with_a_noisy_converter() {
     let dither = |stuck_band| {
         let sensor = with_health(Period::MILLISECOND, HealthConfig { stuck_band, ..Default::default() });
-        verdicts(&sensor, (0..3000).map(alive)).contains(&Validity::Stuck)
+        validities(&sensor, (0..3000).map(alive)).contains(&Validity::Stuck)
     };
     assert!(dither(1) && !dither(0));
 }
@@ -181,7 +181,7 @@ fn wrong(validity: Validity, sensor: &Sensor, sound: AdcCode) -> (AdcCode, AdcCo
 
 /// The constant of each validity is exact: said with the n-th wrong sample, not with the one before; at phases all over the stride.
 #[test]
-fn each_verdict_is_said_after_its_time_and_not_a_millisecond_before() {
+fn each_validity_comes_after_its_time_to_the_millisecond() {
     let sensor = sensor();
     let knee = |tick: u32| {
         let angle = Radians::from_degrees(knee_degrees(f64::from(tick) * 1e-3 / 1.1));
@@ -223,7 +223,8 @@ fn spikes_are_spikes_until_they_are_more_than_half_of_the_samples() {
     let codes = |degrees| sensor.code(Radians::from_degrees(degrees), nominal()).unwrap().0;
     let (rest, away) = (codes(10.0), codes(80.0));
     let bad = |of: usize| {
-        let seen = verdicts(&sensor, (0..990).map(|n| if n > 0 && n % 5 < of { away } else { rest + (n % 2) as u16 }));
+        let seen =
+            validities(&sensor, (0..990).map(|n| if n > 0 && n % 5 < of { away } else { rest + (n % 2) as u16 }));
         let count = |validity| seen.iter().filter(|&&given| given == validity).count();
         (count(Validity::Spike), count(Validity::Rate), count(Validity::Good))
     };
@@ -233,7 +234,7 @@ fn spikes_are_spikes_until_they_are_more_than_half_of_the_samples() {
     assert_eq!((spikes + rates, good), (198 * 3 - 1, 990 - 198 * 3 + 1));
     assert!((5..20).contains(&spikes), "{spikes}");
     let again = [vec![rest], vec![away; 10], vec![rest; 4], vec![away], vec![rest; 6], vec![away]].concat();
-    let seen = verdicts(&sensor, again);
+    let seen = validities(&sensor, again);
     let jumps: Vec<_> = seen.into_iter().filter(|&validity| validity != Validity::Good).collect();
     let (first, rest) = jumps.split_at(4);
     assert_eq!(first, [Validity::Spike; 4]);
@@ -242,13 +243,13 @@ fn spikes_are_spikes_until_they_are_more_than_half_of_the_samples() {
 }
 
 #[test]
-fn of_two_verdicts_the_graver_is_the_one_that_can_be_the_others_reason() {
+fn the_worse_of_two_can_be_the_reason_of_the_other() {
     use Validity::{Good, Open, OutOfTable, Rate, Saturated, Short, Spike, Stuck, SupplyLow};
     let order = [Good, Spike, Rate, OutOfTable, Stuck, Saturated, Short, Open, SupplyLow];
     assert_eq!(order.len(), Validity::ALL.len());
     for (n, lesser) in order.into_iter().enumerate() {
-        for graver in order.into_iter().skip(n) {
-            assert_eq!((lesser.worse(graver), graver.worse(lesser)), (graver, graver));
+        for other in order.into_iter().skip(n) {
+            assert_eq!((lesser.worse(other), other.worse(lesser)), (other, other));
         }
     }
 }
@@ -277,7 +278,7 @@ fn the_documented_times_are_those_of_the_constants() {
 fn a_fast_joint_is_not_an_impossible_one() {
     let sensor = sensor();
     let codes = (0..130).map(|ms| sensor.code(Radians::from_degrees((ms - 45) as f32), nominal()).unwrap().0);
-    assert!(verdicts(&sensor, codes).iter().all(|&validity| validity == Validity::Good));
+    assert!(validities(&sensor, codes).iter().all(|&validity| validity == Validity::Good));
 }
 
 #[test]
@@ -333,7 +334,7 @@ fn each_bad_limit_is_named() {
 }
 
 #[test]
-fn a_verdict_and_its_word_are_one() {
+fn a_validity_has_one_name() {
     let words = ["good", "open", "short", "saturated", "stuck", "spike", "rate", "out_of_table", "supply_low"];
     for (number, (validity, word)) in Validity::ALL.into_iter().zip(words).enumerate() {
         assert_eq!((validity as usize, validity.to_string().as_str()), (number, word));

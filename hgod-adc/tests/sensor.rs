@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use support::{CAL, Noise, config, knee_degrees, nominal, sensor};
 
 #[test]
-fn every_code_at_every_supply_has_its_verdict_and_is_kept() {
+fn every_code_at_every_supply_has_its_validity() {
     let sensor = sensor();
     let (low, high) = sensor.calibration().span();
     let (least, greatest) = sensor.calibration().volts_span();
@@ -165,7 +165,7 @@ fn parts_that_do_not_fit_each_other_are_refused() {
     assert_eq!(with(&[(0.067, 0.0), (3.235, 90.0)], shared).map_err(index).err(), Some(Some(1)));
     assert_eq!(
         with(&[(0.01, 0.0), (1.0, 30.0)], own).unwrap_err().to_string(),
-        "points[0].volts: reads code 11 where only 82 to 4013 are told from a broken wire; \
+        "points[0].volts: reads code 11 where only 82 to 4013 differ from a broken wire; \
          shorten the table or change the divider"
     );
 }

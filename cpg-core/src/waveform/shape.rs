@@ -396,7 +396,7 @@ mod tests {
     }
 
     #[test]
-    fn rates_are_the_derivative_of_the_angles_and_adjustments_do_what_they_say() {
+    fn rates_are_derivatives_and_adjustments_apply() {
         let mut generator = PhaseShapeConfig { shapes: [hip(); 2], stride_s: 1.0 }.build(Period::MILLISECOND).unwrap();
         let lead = Phase(1 << 30);
         generator.adjust(1, Adjustment { gain: 0.5, offset: Radians(0.2), lead }).unwrap();

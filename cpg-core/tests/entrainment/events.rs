@@ -1,13 +1,13 @@
-//! Events of the stride on synthetic walkers: what a good one brings, and what the worst one can do.
+//! Events of the stride on synthetic persons: what a good one brings, and what the worst one can do.
 
 use cpg_core::entrainment::phase_lock::Template;
 use cpg_core::entrainment::{EventSource, Follower, FollowerConfig, Lock, SensorFault};
 use cpg_core::{Follow, Generator};
 use joint_units::{Joint, Period, Phase, Radians};
 
-use crate::walker::{Walker, templates, walk};
+use crate::person::{Person, templates, walk};
 
-/// Where the heel strikes, in cycles of the templates; nobody is told.
+/// Where the heel strikes, in cycles of the templates; nobody is reported.
 const STRIKE: f64 = 0.86;
 
 fn legs_with(events: EventSource, sensor: Joint) -> Follower {
@@ -51,13 +51,13 @@ impl Foot {
         }
     }
 
-    /// Whether it closes in the tick that the walker has just made.
-    fn closes(&mut self, walker: &Walker) -> bool {
+    /// Whether it closes in the tick that the person has just made.
+    fn closes(&mut self, person: &Person) -> bool {
         self.seed = self.seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         (self.ticks, self.since) = (self.ticks + 1, self.since + 1);
         let late_s = if let Switch::Sound(late_ms) = self.switch { late_ms * 1e-3 } else { 0.0 };
-        let now = walker.cycles - STRIKE - late_s * walker.rate;
-        let strikes = now.floor() > (now - walker.rate * 1e-3).floor();
+        let now = person.cycles - STRIKE - late_s * person.rate;
+        let strikes = now.floor() > (now - person.rate * 1e-3).floor();
         self.strikes += u32::from(strikes);
         if strikes {
             self.since = 0;
@@ -74,10 +74,10 @@ impl Foot {
 }
 
 /// Walks with a sensor or without, and with the switch.
-fn tread(legs: &mut Follower, walker: &mut Walker, foot: &mut Foot, sensed: bool, ticks: u32) {
+fn tread(legs: &mut Follower, person: &mut Person, foot: &mut Foot, sensed: bool, ticks: u32) {
     for _ in 0..ticks {
-        let angle = walker.tick();
-        if foot.closes(walker) {
+        let angle = person.tick();
+        if foot.closes(person) {
             legs.heel_strike();
         }
         legs.observe(sensed.then_some(angle));
@@ -93,15 +93,15 @@ fn a_lock_is_what_it_is_without_a_switch() {
         for (seed, sensor) in [(1, Joint::LeftHip), (2, Joint::RightKnee)] {
             let (mut plain, mut with) =
                 (legs_with(EventSource::None, sensor), legs_with(EventSource::FootSwitch, sensor));
-            let (mut walker, mut foot) = (Walker::new(sensor, 1.02), Foot::new(switch, seed));
+            let (mut person, mut foot) = (Person::new(sensor, 1.02), Foot::new(switch, seed));
             for tick in 0..20_000 {
                 if tick == 12_000 {
-                    walker.wanted = 1.0 / 0.9;
+                    person.wanted = 1.0 / 0.9;
                 }
-                let angle = walker.tick();
+                let angle = person.tick();
                 plain.observe(Some(angle));
                 plain.step();
-                if foot.closes(&walker) {
+                if foot.closes(&person) {
                     // Without a source they are not even listened to.
                     plain.heel_strike();
                     with.heel_strike();
@@ -118,17 +118,17 @@ fn a_lock_is_what_it_is_without_a_switch() {
 }
 
 /// Where the heel strikes is learned from four strikes in a lock, to 2 degrees, however late the switch is; a switch that is not the heel's is
-/// never believed.
+/// never accepted.
 #[test]
 fn the_place_of_the_strike_is_learned() {
     for late_ms in [0.0, 45.0, 300.0] {
         let mut legs = legs_with(EventSource::FootSwitch, Joint::LeftHip);
-        let (mut walker, mut foot) = (Walker::new(Joint::LeftHip, 1.05), Foot::new(Switch::Sound(late_ms), 1));
+        let (mut person, mut foot) = (Person::new(Joint::LeftHip, 1.05), Foot::new(Switch::Sound(late_ms), 1));
         let mut strikes_locked = 0;
         for tick in 0..20_000 {
             let before = foot.strikes;
             let locked = legs.status().state == Lock::Locked;
-            tread(&mut legs, &mut walker, &mut foot, true, 1);
+            tread(&mut legs, &mut person, &mut foot, true, 1);
             strikes_locked += u32::from(locked && foot.strikes > before);
             assert!(strikes_locked >= 4 || legs.event_phase().is_none(), "tick {tick}");
             assert!(strikes_locked < 5 || legs.event_phase().is_some(), "tick {tick}");
@@ -142,33 +142,33 @@ fn the_place_of_the_strike_is_learned() {
     }
     for switch in [Switch::Bouncing, Switch::Random(20.0), Switch::Clock(0.8), Switch::Clock(0.3), Switch::Open] {
         let mut legs = legs_with(EventSource::FootSwitch, Joint::LeftHip);
-        let (mut walker, mut foot) = (Walker::new(Joint::LeftHip, 1.05), Foot::new(switch, 7));
+        let (mut person, mut foot) = (Person::new(Joint::LeftHip, 1.05), Foot::new(switch, 7));
         for tick in 0..40_000 {
-            tread(&mut legs, &mut walker, &mut foot, true, 1);
+            tread(&mut legs, &mut person, &mut foot, true, 1);
             assert_eq!(legs.event_phase(), None, "{switch:?}, tick {tick}");
         }
     }
 }
 
-/// Error of the driven phase in degrees, the largest and the last of 2 s without the sensor, of a walker whose cadence changes by this
+/// Error of the driven phase in degrees, the largest and the last of 2 s without the sensor, of a person whose cadence changes by this
 /// part when it is lost; and the same legs after it.
-fn lost(first: Switch, then: Switch, seed: u32, change: f64) -> (f32, f32, Follower, Walker) {
+fn lost(first: Switch, then: Switch, seed: u32, change: f64) -> (f32, f32, Follower, Person) {
     let mut legs = legs_with(EventSource::FootSwitch, Joint::LeftHip);
-    let (mut walker, mut foot) = (Walker::new(Joint::LeftHip, 1.1), Foot::new(first, seed));
-    tread(&mut legs, &mut walker, &mut foot, true, 12_000 + 37 * (seed % 30));
-    (walker.wanted, walker.haste_s, foot.switch) = (walker.wanted * (1.0 + change), 3.0, then);
+    let (mut person, mut foot) = (Person::new(Joint::LeftHip, 1.1), Foot::new(first, seed));
+    tread(&mut legs, &mut person, &mut foot, true, 12_000 + 37 * (seed % 30));
+    (person.wanted, person.haste_s, foot.switch) = (person.wanted * (1.0 + change), 3.0, then);
     let mut worst = 0.0f32;
     for tick in 0..2000 {
-        tread(&mut legs, &mut walker, &mut foot, false, 1);
+        tread(&mut legs, &mut person, &mut foot, false, 1);
         let state = legs.status();
         assert!(tick < 25 || (state.state, state.fault) == (Lock::Holding, Some(SensorFault::Missing)), "tick {tick}");
-        worst = worst.max(walker.off(legs.phase()).abs());
+        worst = worst.max(person.off(legs.phase()).abs());
     }
-    let last = walker.off(legs.phase()).abs();
-    (worst, last, legs, walker)
+    let last = person.off(legs.phase()).abs();
+    (worst, last, legs, person)
 }
 
-/// A walker who gets slower or faster while nothing is sensed is followed by the strikes, also by every other of them.
+/// A person who gets slower or faster while nothing is sensed is followed by the strikes, also by every other of them.
 #[test]
 fn a_switch_keeps_the_phase_through_a_loss() {
     for change in [-0.08, 0.08] {
@@ -204,26 +204,26 @@ fn a_mad_switch_is_bounded() {
     ];
     for switch in mad {
         for seed in 0..40 {
-            let (off, _, mut legs, mut walker) = lost(Switch::Sound(0.0), switch, seed, 0.0);
+            let (off, _, mut legs, mut person) = lost(Switch::Sound(0.0), switch, seed, 0.0);
             worst = worst.max(off);
             let mut foot = Foot::new(switch, seed + 1);
-            tread(&mut legs, &mut walker, &mut foot, true, 3500);
+            tread(&mut legs, &mut person, &mut foot, true, 3500);
             assert_eq!(legs.status().state, Lock::Locked, "{switch:?}, seed {seed}");
-            assert!(walker.off(legs.phase()).abs() < 4.0, "{switch:?}, seed {seed}");
+            assert!(person.off(legs.phase()).abs() < 4.0, "{switch:?}, seed {seed}");
         }
     }
     println!("worst phase error of a mad switch: {worst} degrees");
     assert!(worst < 40.0, "{worst} degrees");
 
-    // The cleverest: it strikes where it does most harm, just inside what is believed, on and on.
+    // The cleverest: it strikes where it does most harm, just inside what is accepted, on and on.
     for ahead in [-0.09, 0.09] {
         let mut legs = legs_with(EventSource::FootSwitch, Joint::LeftHip);
-        let (mut walker, mut foot) = (Walker::new(Joint::LeftHip, 1.1), Foot::new(Switch::Sound(0.0), 1));
-        tread(&mut legs, &mut walker, &mut foot, true, 15_000);
+        let (mut person, mut foot) = (Person::new(Joint::LeftHip, 1.1), Foot::new(Switch::Sound(0.0), 1));
+        tread(&mut legs, &mut person, &mut foot, true, 15_000);
         let place = legs.event_phase().unwrap().cycles() + ahead;
         let mut before = 0.0;
         for _ in 0..2000 {
-            walker.tick();
+            person.tick();
             let way = (legs.phase_lock().phase().cycles() - place).rem_euclid(1.0);
             if way < before - 0.5 {
                 legs.heel_strike();
@@ -231,10 +231,10 @@ fn a_mad_switch_is_bounded() {
             before = way;
             legs.observe(None);
             legs.step();
-            let off = walker.off(legs.phase()).abs();
+            let off = person.off(legs.phase()).abs();
             assert!(off < 36.0 + 0.05 * 360.0 * 2.0 / 1.1, "{ahead}: {off} degrees");
         }
-        let off = walker.off(legs.phase_lock().phase()).abs();
+        let off = person.off(legs.phase_lock().phase()).abs();
         assert!(off > 30.0, "{ahead}: it does no harm, {off} degrees: the test is none");
     }
 }
@@ -243,12 +243,12 @@ fn a_mad_switch_is_bounded() {
 #[test]
 fn a_switch_leads_nothing_alone() {
     let mut legs = legs_with(EventSource::FootSwitch, Joint::LeftHip);
-    let (mut walker, mut foot) = (Walker::new(Joint::LeftHip, 1.1), Foot::new(Switch::Sound(0.0), 1));
-    tread(&mut legs, &mut walker, &mut foot, false, 8000);
+    let (mut person, mut foot) = (Person::new(Joint::LeftHip, 1.1), Foot::new(Switch::Sound(0.0), 1));
+    tread(&mut legs, &mut person, &mut foot, false, 8000);
     assert_eq!((legs.status().state, legs.amplitude()), (Lock::Stopped, 0.0));
-    tread(&mut legs, &mut walker, &mut foot, true, 10_000);
+    tread(&mut legs, &mut person, &mut foot, true, 10_000);
     assert_eq!(legs.status().state, Lock::Locked);
-    tread(&mut legs, &mut walker, &mut foot, false, 2700);
+    tread(&mut legs, &mut person, &mut foot, false, 2700);
     assert_eq!((legs.status().state, legs.amplitude()), (Lock::Stopped, 0.0));
 }
 
@@ -258,13 +258,13 @@ fn starts(events: EventSource, sensor: Joint) -> Vec<u32> {
         let mut config = FollowerConfig { events, ..FollowerConfig::default() };
         config.lock.stride_s = 1.1 / [0.6, 0.8, 1.0, 1.2, 1.4][n as usize % 5];
         let mut legs = config.build(templates(), sensor, Period::MILLISECOND).unwrap();
-        let mut walker = Walker::new(sensor, 1.1);
-        walker.cycles = f64::from(n / 5) / 20.0;
+        let mut person = Person::new(sensor, 1.1);
+        person.cycles = f64::from(n / 5) / 20.0;
         let mut last_bad = 0;
         for tick in 0..9000 {
-            walk(&mut legs, &mut walker, 1);
+            walk(&mut legs, &mut person, 1);
             let slow = legs.phase_lock().frequency().0 * 1.1 / core::f32::consts::TAU - 1.0;
-            if walker.off(legs.phase_lock().phase()).abs() > 18.0 || slow.abs() > 0.03 {
+            if person.off(legs.phase_lock().phase()).abs() > 18.0 || slow.abs() > 0.03 {
                 last_bad = tick;
             }
         }

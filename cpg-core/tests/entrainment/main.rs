@@ -1,7 +1,7 @@
-//! Entrainment on synthetic walkers: what must hold whatever the sensor says.
+//! Entrainment on synthetic persons: what must hold whatever the sensor says.
 
 mod events;
-mod walker;
+mod person;
 
 use core::f32::consts::TAU;
 
@@ -10,8 +10,8 @@ use cpg_core::entrainment::{EventSource, FollowerConfig, Lock, SensorFault};
 use cpg_core::waveform::shape::Shape;
 use cpg_core::{BuildError, Follow, Generator};
 use joint_units::{Joint, Period, Phase, RadPerSec, RadPerSec2, Radians};
+use person::{Person, hip, legs, templates, walk};
 use proptest::prelude::*;
-use walker::{Walker, hip, legs, templates, walk};
 
 /// From any start phase and 40 % of mismatch either way to 18 degrees and 3 % for good: hips in 4 s, knees, whose second harmonic is
 /// large, in 6.5.
@@ -23,12 +23,12 @@ fn it_locks_from_anywhere() {
                 let config = PhaseLockConfig { stride_s: 1.1 / mismatch, ..PhaseLockConfig::default() };
                 let config = FollowerConfig { lock: config, ..FollowerConfig::default() };
                 let mut legs = config.build(templates(), sensor, Period::MILLISECOND).unwrap();
-                let mut walker = Walker::new(sensor, 1.1);
-                walker.cycles = f64::from(start) / 12.0;
+                let mut person = Person::new(sensor, 1.1);
+                person.cycles = f64::from(start) / 12.0;
                 let mut last_bad = 0;
                 for tick in 0..10_000 {
-                    walk(&mut legs, &mut walker, 1);
-                    let off = walker.off(legs.phase_lock().phase()).abs();
+                    walk(&mut legs, &mut person, 1);
+                    let off = person.off(legs.phase_lock().phase()).abs();
                     let slow = (legs.phase_lock().frequency().0 * 1.1 / TAU - 1.0).abs();
                     if off > 18.0 || slow > 0.03 {
                         last_bad = tick;
@@ -36,10 +36,10 @@ fn it_locks_from_anywhere() {
                 }
                 assert!(last_bad < limit, "{sensor:?}, {mismatch}, start {start}: {last_bad} ms");
                 assert_eq!(legs.status().state, Lock::Locked);
-                let off = walker.off(legs.phase());
+                let off = person.off(legs.phase());
                 assert!(off.abs() < 4.0, "{sensor:?}, {mismatch}, start {start}: {off} degrees");
                 for (joint, angle) in legs.angles().into_iter().enumerate() {
-                    let wanted = templates()[joint].at(walker.phase()).angle;
+                    let wanted = templates()[joint].at(person.phase()).angle;
                     assert!((angle.0 - wanted).to_degrees().abs() < 3.0, "joint {joint}");
                 }
             }
@@ -53,15 +53,15 @@ fn a_step_of_cadence_is_followed() {
     let mut worst = 0;
     for start in 0..24 {
         let mut legs = legs(Joint::LeftHip);
-        let mut walker = Walker::new(Joint::LeftHip, 1.1);
-        walk(&mut legs, &mut walker, 10_000 + 46 * start);
-        walker.wanted = 1.0 / 0.9;
-        walker.rate = walker.wanted;
+        let mut person = Person::new(Joint::LeftHip, 1.1);
+        walk(&mut legs, &mut person, 10_000 + 46 * start);
+        person.wanted = 1.0 / 0.9;
+        person.rate = person.wanted;
         let mut last_bad = 0;
         for tick in 0..6000 {
-            walk(&mut legs, &mut walker, 1);
+            walk(&mut legs, &mut person, 1);
             assert_eq!(legs.status().state, Lock::Locked, "start {start}, {tick} ms");
-            let off = walker.off(legs.phase_lock().phase()).abs();
+            let off = person.off(legs.phase_lock().phase()).abs();
             let slow = (legs.phase_lock().frequency().0 * 0.9 / TAU - 1.0).abs();
             if off > 18.0 || slow > 0.03 {
                 last_bad = tick;
@@ -72,20 +72,20 @@ fn a_step_of_cadence_is_followed() {
     assert!(worst < 1500, "{worst} ms");
 }
 
-/// The walker stops within 0.2 s, at any phase: every setpoint stands 0.7 s after that (a knee's sensor: 1 s), through no hold, and stays
+/// The person stops within 0.2 s, at any phase: every setpoint stands 0.7 s after that (a knee's sensor: 1 s), through no hold, and stays
 /// so; when it walks again, it is followed again.
 #[test]
-fn the_joints_stop_with_the_walker_and_walk_again() {
+fn the_joints_stop_with_the_person_and_walk_again() {
     for (sensor, limit) in [(Joint::LeftHip, 700), (Joint::RightKnee, 1000)] {
         for start in 0..24 {
             let mut legs = legs(sensor);
-            let mut walker = Walker::new(sensor, 1.1);
-            walk(&mut legs, &mut walker, 8000 + 46 * start);
-            (walker.wanted, walker.haste_s) = (0.0, 0.2);
-            walk(&mut legs, &mut walker, 182);
+            let mut person = Person::new(sensor, 1.1);
+            walk(&mut legs, &mut person, 8000 + 46 * start);
+            (person.wanted, person.haste_s) = (0.0, 0.2);
+            walk(&mut legs, &mut person, 182);
             let mut last_move = 0;
             for tick in 0..6000 {
-                walk(&mut legs, &mut walker, 1);
+                walk(&mut legs, &mut person, 1);
                 assert_ne!(legs.status().state, Lock::Holding, "a stop is no fault");
                 if legs.rates().iter().any(|rate| rate.0.abs() > 5f32.to_radians()) {
                     last_move = tick;
@@ -94,10 +94,10 @@ fn the_joints_stop_with_the_walker_and_walk_again() {
             assert!(last_move < limit, "{sensor:?}, start {start}: still after {last_move} ms");
             assert_eq!((legs.status().state, legs.amplitude()), (Lock::Stopped, 0.0));
             assert_eq!(legs.angles(), FollowerConfig::default().stand);
-            walker.wanted = 1.0 / 1.1;
-            walk(&mut legs, &mut walker, 6000);
+            person.wanted = 1.0 / 1.1;
+            walk(&mut legs, &mut person, 6000);
             assert_eq!(legs.status().state, Lock::Locked, "{sensor:?}, start {start}");
-            assert!(walker.off(legs.phase()).abs() < 6.0);
+            assert!(person.off(legs.phase()).abs() < 6.0);
         }
     }
 }
@@ -108,10 +108,10 @@ fn the_joints_stop_with_the_walker_and_walk_again() {
 fn a_lost_sensor_is_walked_through_for_two_seconds() {
     for lost_for in [30, 500, 1900, 3000, 20_000] {
         let mut legs = legs(Joint::LeftHip);
-        let mut walker = Walker::new(Joint::LeftHip, 1.05);
-        walk(&mut legs, &mut walker, 9321);
+        let mut person = Person::new(Joint::LeftHip, 1.05);
+        walk(&mut legs, &mut person, 9321);
         for tick in 0..lost_for {
-            walker.tick();
+            person.tick();
             legs.observe(None);
             legs.step();
             let status = legs.status();
@@ -119,42 +119,42 @@ fn a_lost_sensor_is_walked_through_for_two_seconds() {
                 0..19 => assert_eq!(status.state, Lock::Locked, "{tick} ms is bridged"),
                 22..=2000 => {
                     assert_eq!((status.state, status.fault), (Lock::Holding, Some(SensorFault::Missing)), "{tick} ms");
-                    assert!(walker.off(legs.phase()).abs() < 5.0 && legs.amplitude() == 1.0, "{tick} ms");
+                    assert!(person.off(legs.phase()).abs() < 5.0 && legs.amplitude() == 1.0, "{tick} ms");
                 }
                 2700.. => assert_eq!((status.state, legs.amplitude()), (Lock::Stopped, 0.0), "{tick} ms"),
                 _ => {}
             }
         }
-        walk(&mut legs, &mut walker, 5000);
+        walk(&mut legs, &mut person, 5000);
         assert_eq!((legs.status().state, legs.status().fault), (Lock::Locked, None), "lost for {lost_for} ms");
-        assert!(walker.off(legs.phase()).abs() < 4.0, "lost for {lost_for} ms");
+        assert!(person.off(legs.phase()).abs() < 4.0, "lost for {lost_for} ms");
     }
 }
 
-/// A sensor that sticks while the hip swings is told within 0.1 s, and the phase stays within what the hold promises.
+/// A sensor that sticks while the hip swings is reported within 0.1 s, and the phase stays within what the hold promises.
 #[test]
-fn a_stuck_sensor_is_told() {
+fn a_stuck_sensor_is_reported() {
     for start in 0..24 {
         let mut legs = legs(Joint::LeftHip);
-        let mut walker = Walker::new(Joint::LeftHip, 1.1);
-        walk(&mut legs, &mut walker, 9000 + 46 * start);
-        let stuck = walker.tick();
-        let next = walker.tick();
+        let mut person = Person::new(Joint::LeftHip, 1.1);
+        walk(&mut legs, &mut person, 9000 + 46 * start);
+        let stuck = person.tick();
+        let next = person.tick();
         let speed = (next.0 - stuck.0).abs().to_degrees() / 1e-3;
-        let mut told = None;
+        let mut reported = None;
         for tick in 0..1500u32 {
-            walker.tick();
+            person.tick();
             legs.observe(Some(next));
             legs.step();
             if legs.status().state != Lock::Locked {
-                told = told.or(Some((tick, legs.status().state)));
+                reported = reported.or(Some((tick, legs.status().state)));
             }
         }
-        let (tick, state) = told.expect("told");
+        let (tick, state) = reported.expect("reported");
         if speed > 70.0 {
             assert!(tick <= 100 && state == Lock::Holding, "start {start}, {speed} deg/s: {state:?} after {tick} ms");
             assert_eq!(legs.status().fault, Some(SensorFault::Stuck));
-            assert!(walker.off(legs.phase()).abs() < 6.0);
+            assert!(person.off(legs.phase()).abs() < 6.0);
         } else {
             assert!(tick <= 450, "start {start}, {speed} deg/s: {state:?} after {tick} ms");
         }
@@ -166,9 +166,9 @@ fn a_stuck_sensor_is_told() {
 fn what_is_not_a_number_is_a_missing_sample() {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -4.0] {
         let (mut flagged, mut raw) = (legs(Joint::LeftKnee), legs(Joint::LeftKnee));
-        let mut walker = Walker::new(Joint::LeftKnee, 1.1);
+        let mut person = Person::new(Joint::LeftKnee, 1.1);
         for tick in 0..12_000u32 {
-            let angle = walker.tick();
+            let angle = person.tick();
             let lost = tick % 1700 < 3 || (6000..6500).contains(&tick);
             flagged.observe(if lost { None } else { Some(angle) });
             raw.observe(Some(if lost { Radians(bad) } else { angle }));
@@ -206,19 +206,19 @@ fn other_periods_walk_as_well() {
     assert!(matches!(error, BuildError::PeriodTooLong { max_micros: 4000..5000, .. }), "{error}");
 }
 
-/// Samples that come 20 ms late: joints led by as much are where the walker is, and without it 6.5 degrees behind.
+/// Samples that come 20 ms late: joints led by as much are where the person is, and without it 6.5 degrees behind.
 #[test]
 fn the_joints_are_led_by_the_delay_of_the_samples() {
     for (delay_s, behind) in [(0.0, 360.0 * 0.02 / 1.1), (0.02, 0.0)] {
         let config = FollowerConfig { delay_s, ..FollowerConfig::default() };
         let mut legs = config.build(templates(), Joint::LeftHip, Period::MILLISECOND).unwrap();
-        let mut walker = Walker::new(Joint::LeftHip, 1.1);
+        let mut person = Person::new(Joint::LeftHip, 1.1);
         let mut late = std::collections::VecDeque::from(vec![None; 20]);
         for tick in 0..10_000 {
-            late.push_back(Some(walker.tick()));
+            late.push_back(Some(person.tick()));
             legs.observe(late.pop_front().flatten());
             legs.step();
-            let off = walker.off(legs.phase());
+            let off = person.off(legs.phase());
             assert!(tick < 6000 || (off - behind).abs() < 0.5, "{delay_s} s, tick {tick}: {off} degrees behind");
         }
     }
@@ -296,24 +296,24 @@ proptest! {
         let mut legs = config.build(templates(), sensor, Period::MILLISECOND).unwrap();
         let bounds = Joint::ALL.map(|joint| legs.acceleration_bound(joint).0);
         let fastest = 2.5 * TAU / 1.1;
-        let mut walker = Walker::new(sensor, 1.1);
+        let mut person = Person::new(sensor, 1.1);
         let mut seed = seed;
         let mut before = (legs.angles(), legs.rates(), legs.phase());
         // One that walks first, so that there is something to lose.
         let pieces = core::iter::once((Piece::Walk(1.1), 4000)).chain(pieces);
         for (piece, ticks) in pieces {
-            walker.wanted = match piece {
+            person.wanted = match piece {
                 Piece::Walk(stride_s) => 1.0 / stride_s,
                 Piece::Stand => 0.0,
-                _ => walker.wanted,
+                _ => person.wanted,
             };
             for _ in 0..ticks {
                 seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 let random = (seed >> 8) as f32 / 8_388_608.0 - 1.0;
-                let before_strike = walker.cycles.floor();
-                let angle = walker.tick().0;
-                // Those of the walker, and others: from none to a quarter of all ticks.
-                if walker.cycles.floor() > before_strike || seed.rotate_left(13) < strikes {
+                let before_strike = person.cycles.floor();
+                let angle = person.tick().0;
+                // Those of the person, and others: from none to a quarter of all ticks.
+                if person.cycles.floor() > before_strike || seed.rotate_left(13) < strikes {
                     legs.heel_strike();
                 }
                 legs.observe(match piece {

@@ -157,6 +157,13 @@ fn object(rows: &[Row]) -> String {
 mod tests {
     use super::*;
 
+    /// The generators' numbers name the recording that they were fitted to: it is this one, unchanged.
+    #[test]
+    fn the_fitted_recording_is_the_default_one() {
+        let hash = crate::board::image::sha256(feed::DEFAULT_TRACE.as_bytes());
+        assert_eq!(hash, cpg_core::gait::fitted::RECORDING_SHA256);
+    }
+
     /// The error equals the residual of a Fourier series of six harmonics, computed here by projection.
     #[test]
     fn the_fourier_shape_reaches_the_floor_of_six_harmonics() {

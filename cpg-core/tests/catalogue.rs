@@ -1,4 +1,4 @@
-//! Every walker of the one list: the stride, the start, the rates, and that its read-out is the best linear one.
+//! Every generator of the one list: the stride, the start, the rates, and that its read-out is the best linear one.
 mod common;
 
 use common::micros;
@@ -14,7 +14,7 @@ use cpg_core::transition::TransitionConfig;
 use cpg_core::{BuildError, Generator};
 use joint_units::{Period, Phase, Radians};
 
-/// What was measured of one walker.
+/// What was measured of one generator.
 #[derive(Debug)]
 struct Seen {
     name: &'static str,
@@ -49,7 +49,7 @@ fn degrees<G: Generator<4>>(walk: &G) -> [f64; 4] {
     walk.angles().map(|angle| f64::from(angle.0).to_degrees())
 }
 
-/// The mean stride of `natural-walk`, as many points as a stride of the walkers has ticks of 1 ms.
+/// The mean stride of `natural-walk`, as many points as a stride of the generators has ticks of 1 ms.
 fn person() -> Vec<[f64; 4]> {
     let mut person = catalogue::fourier(Period::MILLISECOND).unwrap();
     let natural = Gait::NaturalWalk.build(1.0, Period::MILLISECOND).unwrap();
@@ -219,7 +219,7 @@ const ERRORS: [(&str, f64); 16] = [
 const NOT_FITTED: [&str; 4] = ["robust", "thesis", "obb", "spline"];
 
 #[test]
-fn every_walker_keeps_the_stride_and_reads_out_as_well_as_its_states_allow() {
+fn every_generator_keeps_the_stride_and_its_readout_is_best() {
     let mut measure = Measure { period: Period::MILLISECOND, person: person(), seen: vec![] };
     catalogue::each(Period::MILLISECOND, &mut measure);
     assert_eq!(measure.seen.len(), ERRORS.len());
@@ -266,7 +266,7 @@ fn slower_ticks_keep_the_stride() {
 
 /// Whatever walks, the code around it is the same: it is stopped in a pose and walks on.
 #[test]
-fn any_walker_in_the_place_of_any_other() {
+fn any_generator_replaces_any_other() {
     struct StopAndGo(u32);
     impl Visitor for StopAndGo {
         fn generator<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>) {
@@ -295,9 +295,9 @@ fn any_walker_in_the_place_of_any_other() {
     assert_eq!(visitor.0, 16);
 }
 
-/// Given an input a tenth faster than its stride, the adaptive walker takes on that frequency.
+/// Given an input a tenth faster than its stride, the adaptive generator takes on that frequency.
 #[test]
-fn the_adaptive_walker_follows_its_input() {
+fn the_adaptive_oscillator_follows_its_input() {
     let mut walk = catalogue::adaptive_hopf(Period::MILLISECOND).unwrap();
     for tick in 0..120_000u32 {
         let cycles = 1.1 * f64::from(tick) * 1e-3 / f64::from(STRIDE_S);

@@ -1,4 +1,4 @@
-//! A walker whose stride is known, and legs that follow him.
+//! A person whose stride is known, and legs that follow him.
 
 use core::f32::consts::TAU;
 
@@ -8,7 +8,7 @@ use cpg_core::waveform::shape::Shape;
 use cpg_core::{Follow, Generator};
 use joint_units::{Joint, Period, Phase, Radians};
 
-/// A hip like a walker's, degrees of harmonics 1 to 4.
+/// A hip like a person's, degrees of harmonics 1 to 4.
 pub(crate) fn hip(lead: f32) -> Template {
     series(5.0, [20.0, -4.5, 0.8, 0.3], lead)
 }
@@ -36,8 +36,8 @@ pub(crate) fn legs(sensor: Joint) -> Follower {
     FollowerConfig::default().build(templates(), sensor, Period::MILLISECOND).unwrap()
 }
 
-/// A walker whose stride can be changed, stopped and begun again; the rate of the phase follows within `haste_s`.
-pub(crate) struct Walker {
+/// A person whose stride can be changed, stopped and begun again; the rate of the phase follows within `haste_s`.
+pub(crate) struct Person {
     pub(crate) template: Template,
     pub(crate) cycles: f64,
     pub(crate) rate: f64,
@@ -45,7 +45,7 @@ pub(crate) struct Walker {
     pub(crate) haste_s: f64,
 }
 
-impl Walker {
+impl Person {
     pub(crate) fn new(sensor: Joint, stride_s: f64) -> Self {
         Self {
             template: templates()[sensor as usize],
@@ -73,9 +73,9 @@ impl Walker {
     }
 }
 
-pub(crate) fn walk(legs: &mut Follower, walker: &mut Walker, ticks: u32) {
+pub(crate) fn walk(legs: &mut Follower, person: &mut Person, ticks: u32) {
     for _ in 0..ticks {
-        legs.observe(Some(walker.tick()));
+        legs.observe(Some(person.tick()));
         legs.step();
     }
 }

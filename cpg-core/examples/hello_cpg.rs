@@ -1,4 +1,4 @@
-//! One stride of the default walk as a table: `cargo run -p cpg-core --example hello`.
+//! One stride of the default walk as a table: `cargo run -p cpg-core --example hello_cpg`.
 
 use cpg_core::Generator;
 use cpg_core::gait::default_walk::default_walk;

@@ -1,4 +1,4 @@
-//! Units, and a phase that wraps: `cargo run -p joint-units --example hello`.
+//! Units, and a phase that wraps: `cargo run -p joint-units --example hello_units`.
 
 use joint_units::{Period, Phase, Radians};
 
