@@ -70,7 +70,7 @@ fn volts(walk: &Looped, worn: &JointSensors) -> Recording {
 fn four_sensors_are_measured_each_by_its_own_calibration() {
     let Some(board) = Board::find("four sensors on the virtual board") else { return };
     let (folder, walk, worn) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap(), four());
-    let parameters = Parameters::or_default(None, Some(worn.clone())).unwrap();
+    let parameters = Parameters::with_defaults(None, Some(worn.clone())).unwrap();
     let feed = folder.path().join("volts.csv");
     csv_file::write(&feed, &volts(&walk, &worn)).unwrap();
     let mut options: Vec<OsString> = ["--secs", "5", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
@@ -125,7 +125,7 @@ fn a_follower_listens_to_the_channel_of_its_joint() {
             "w",
         ));
         options.extend(download(sensor_record::ADDRESS, sensor_record::record_of(worn).bytes(), folder.path(), "s"));
-        board.run_as(&Parameters::or_default(Some(config), Some(worn.clone())).unwrap(), &options)
+        board.run_as(&Parameters::with_defaults(Some(config), Some(worn.clone())).unwrap(), &options)
     };
     let ran = with(&worn);
     assert_equal(&ran);

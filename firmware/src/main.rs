@@ -39,7 +39,7 @@ mod boot {
     use heapless::spsc::Queue;
     use joint_loop::Frame;
     use joint_loop::SENSORS;
-    use joint_loop::setup::default_loop::walk_loop;
+    use joint_loop::setup::default_loop::board_loop;
 
     use crate::board::{self, BOARD, FOOT_SWITCH};
     use crate::servo_pwm::{self, Outputs};
@@ -94,7 +94,7 @@ mod boot {
         }
 
         // Everything that can be refused is refused here, before anything can move.
-        let walk = match walk_loop(&parameters, vrefint_cal, BOARD.min_supply, SENSOR_REQUIRED) {
+        let walk = match board_loop(&parameters, vrefint_cal, BOARD.min_supply, SENSOR_REQUIRED) {
             Ok(walk) => walk,
             Err(refusal) => {
                 wire::refused(refusal);

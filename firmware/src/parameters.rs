@@ -1,6 +1,6 @@
 //! The board's parameters: walker and sensors, each from a flash sector of its own, or built in where that is erased.
 
-use joint_loop::setup::default_loop::{Parameters, Refusal};
+use joint_loop::setup::default_loop::{BoardLoopError, Parameters};
 use joint_loop::store::{generator_record, sensor_record};
 
 /// Why the board has no parameters.
@@ -10,7 +10,7 @@ pub(crate) enum NoParameters {
     /// The second sector holds something else than sensors.
     Sensors(sensor_record::SensorRecordError),
     /// What is built in is refused.
-    BuiltIn(Refusal),
+    BuiltIn(BoardLoopError),
 }
 
 impl core::fmt::Display for NoParameters {
@@ -30,7 +30,7 @@ pub(crate) fn read() -> Result<Parameters, NoParameters> {
     let worn = sensor_record::read(sector(sensor_record::ADDRESS, sensor_record::MAX_BYTES));
     let walker = walker.map_err(NoParameters::Generator)?.map(|stored| stored.config);
     let worn = worn.map_err(NoParameters::Sensors)?.map(|stored| stored.sensors);
-    Parameters::or_default(walker, worn).map_err(NoParameters::BuiltIn)
+    Parameters::with_defaults(walker, worn).map_err(NoParameters::BuiltIn)
 }
 
 /// The start of a sector.

@@ -10,7 +10,7 @@ use footfall::board::lines::{BoardLine, End};
 use footfall::board::session::{Books, Session};
 use footfall::board::telemetry;
 use footfall::board::telemetry::{Boot, Call, Edge, Env, Follow, Inputs, Line, Margin, Tick};
-use joint_loop::setup::default_loop::{Parameters, WalkLoop, walk_loop};
+use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
 use joint_loop::{Frame, GeneratorConfig, SENSORS};
 use serde_json::Value;
 use std::ffi::OsStr;
@@ -78,7 +78,7 @@ impl Booted {
     /// The board did not say which chip it is on, or inputs were lost.
     #[must_use]
     pub fn replay(&self, walker: &GeneratorConfig) -> Vec<Frame<SENSORS>> {
-        self.watch(walker, WalkLoop::frame)
+        self.watch(walker, BoardLoop::frame)
     }
 
     /// The same, and what `see` makes of the loop after every call.
@@ -86,7 +86,7 @@ impl Booted {
     /// # Panics
     /// As [`Booted::replay`].
     #[must_use]
-    pub fn watch<T>(&self, walker: &GeneratorConfig, see: impl FnMut(&WalkLoop) -> T) -> Vec<T> {
+    pub fn watch<T>(&self, walker: &GeneratorConfig, see: impl FnMut(&BoardLoop) -> T) -> Vec<T> {
         self.watch_as(&with_walker(walker), see)
     }
 
@@ -95,10 +95,10 @@ impl Booted {
     /// # Panics
     /// As [`Booted::replay`].
     #[must_use]
-    pub fn watch_as<T>(&self, parameters: &Parameters, mut see: impl FnMut(&WalkLoop) -> T) -> Vec<T> {
+    pub fn watch_as<T>(&self, parameters: &Parameters, mut see: impl FnMut(&BoardLoop) -> T) -> Vec<T> {
         let boot = self.boot.as_ref().expect("the board says what it is");
         let mut joints =
-            walk_loop(parameters, boot.vrefint_cal, boot.min_supply, boot.sensor_required).expect("the loop");
+            board_loop(parameters, boot.vrefint_cal, boot.min_supply, boot.sensor_required).expect("the loop");
         let seen = self.calls.iter().map(|(tick, call)| {
             joints.tick(&call.sample());
             assert_eq!(joints.frame().tick, *tick, "inputs were lost");
@@ -210,7 +210,7 @@ impl Board {
 
 /// A board with this walker, and the sensors that it has if nothing is said.
 fn with_walker(walker: &GeneratorConfig) -> Parameters {
-    Parameters::or_default(Some(*walker), None).expect("what ships is sound")
+    Parameters::with_defaults(Some(*walker), None).expect("what ships is sound")
 }
 
 fn take(boot: &mut Booted, text: &str) {

@@ -5,7 +5,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use firmware::pacing::{LATE_US, Pacer, since};
 use heapless::spsc::Producer;
 use joint_loop::io::time_code;
-use joint_loop::setup::default_loop::WalkLoop;
+use joint_loop::setup::default_loop::BoardLoop;
 use joint_loop::{BoardFaults, Frame, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
 use joint_units::AdcCode;
 
@@ -75,7 +75,7 @@ pub(super) fn dropped() -> u32 {
 
 /// All that a tick needs.
 pub(crate) struct Control {
-    pub(crate) walk: WalkLoop,
+    pub(crate) walk: BoardLoop,
     pub(crate) outputs: Outputs,
     pub(crate) inputs: Producer<'static, TickInputs>,
     pub(crate) frames: Producer<'static, Frame<SENSORS>>,

@@ -255,7 +255,7 @@ pub(crate) mod wire {
 
     impl Format for Ears<'_> {
         fn format(&self, to: Formatter<'_>) {
-            for (measured, verdict) in self.0.measured.iter().zip(&self.0.verdict) {
+            for (measured, verdict) in self.0.measured.iter().zip(&self.0.validity) {
                 if let Some(verdict) = verdict {
                     defmt::write!(to, " sensor {=f32} deg {=str}", measured.degrees(), verdict.name());
                 }

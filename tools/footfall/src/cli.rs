@@ -83,7 +83,7 @@ enum Defaults {
     /// The loop's parameters
     Parameters,
     /// The default walk, as a walker's file
-    BoardGenerator,
+    Generator,
     /// The thesis' network, Table 1 and set S, as a walker's file
     Thesis,
 }
@@ -142,7 +142,7 @@ fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Defaults { file: Defaults::Parameters } => {
             print(&parameter_file::to_text(&LoopConfig::default_biped()))
         }
-        Command::Defaults { file: Defaults::BoardGenerator } => print(&default_generator("robust")?),
+        Command::Defaults { file: Defaults::Generator } => print(&default_generator("phase-coupled")?),
         Command::Defaults { file: Defaults::Thesis } => print(&default_generator("thesis")?),
     }
 }

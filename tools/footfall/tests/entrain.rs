@@ -195,10 +195,10 @@ fn a_walkers_file_drives_and_says_the_sensor() {
         assert_eq!((alone["sensor"].as_str(), alone["false_locks"].as_u64()), (Some("left_knee"), Some(0)));
         assert!(rmse(&alone)[2].is_some_and(|rmse| rmse < 2.5), "{alone}");
     }
-    let robust = folder.path().join("robust.toml");
-    let defaults = Command::new(env!("CARGO_BIN_EXE_footfall")).args(["defaults", "walker"]).output().unwrap();
-    std::fs::write(&robust, defaults.stdout).unwrap();
-    let output = entrain(&path, &["--walker", robust.to_str().unwrap()]);
+    let network = folder.path().join("network.toml");
+    let defaults = Command::new(env!("CARGO_BIN_EXE_footfall")).args(["defaults", "generator"]).output().unwrap();
+    std::fs::write(&network, defaults.stdout).unwrap();
+    let output = entrain(&path, &["--walker", network.to_str().unwrap()]);
     let told = said(&output);
     assert!(output.status.code() == Some(2) && told.contains("allowed are `shape` and `follow`"), "{told}");
 }

@@ -13,8 +13,8 @@ use std::ffi::OsString;
 
 #[path = "constants/follow.rs"]
 mod follow;
-#[path = "constants/robust.rs"]
-mod robust;
+#[path = "constants/phase_coupled.rs"]
+mod phase_coupled;
 #[path = "constants/shape.rs"]
 mod shape;
 #[path = "constants/thesis.rs"]
@@ -36,7 +36,7 @@ fn a_constant_in_rust_is_the_file_bit_for_bit() {
     let shipped = |name| GeneratorFile::default_of(name).unwrap().set.config();
     let followed = FollowConfig { sensor: Joint::RightKnee, events: EventSource::None, shape: awkward() };
     for (name, config, text, compiled) in [
-        ("robust", shipped("robust"), include_str!("constants/robust.rs"), robust::WALKER),
+        ("phase-coupled", shipped("phase-coupled"), include_str!("constants/phase_coupled.rs"), phase_coupled::WALKER),
         ("thesis", shipped("thesis"), include_str!("constants/thesis.rs"), thesis::WALKER),
         ("follow", GeneratorConfig::Follow(followed), include_str!("constants/follow.rs"), follow::WALKER),
         ("shape", GeneratorConfig::Shape(awkward()), include_str!("constants/shape.rs"), shape::WALKER),

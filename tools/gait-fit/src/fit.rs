@@ -44,21 +44,21 @@ pub enum Kind {
     /// Phase and shape: one phase, a Fourier series a joint.
     Shape,
     /// R1: four oscillators that cannot run away, near to sinusoids.
-    Robust,
+    PhaseCoupled,
     /// The thesis' network.
     Thesis,
 }
 
 impl Kind {
     /// All kinds, the most exact first.
-    pub const ALL: [Self; 3] = [Self::Shape, Self::Robust, Self::Thesis];
+    pub const ALL: [Self; 3] = [Self::Shape, Self::PhaseCoupled, Self::Thesis];
 
     /// As in a walker's file.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Shape => "shape",
-            Self::Robust => "robust",
+            Self::PhaseCoupled => "phase-coupled",
             Self::Thesis => "thesis",
         }
     }
@@ -117,7 +117,7 @@ impl fmt::Display for Settings {
                 Some(harmonics) => write!(f, ", {harmonics} harmonics, least squares"),
                 None => write!(f, ", as many harmonics as it takes, least squares"),
             },
-            Kind::Robust => write!(f, ", Levenberg-Marquardt"),
+            Kind::PhaseCoupled => write!(f, ", Levenberg-Marquardt"),
             Kind::Thesis => write!(f, ", CMA-ES, {} evaluations, seed {}", self.evaluations, self.seed),
         }?;
         match self.follow {
@@ -381,9 +381,9 @@ fn of_kind(kind: Kind, mean: &Cycle, period_s: f64, settings: &Settings, progres
             let set = GeneratorSet::Shape(series::fit(mean, period_s, harmonics(mean, settings)));
             Found { set, history: vec![], refused_because: None }
         }
-        Kind::Robust => {
+        Kind::PhaseCoupled => {
             let fitted = fit_robust(mean, period_s, LINKED, &mut |_| ());
-            Found { set: GeneratorSet::Robust(fitted.set), history: vec![], refused_because: None }
+            Found { set: GeneratorSet::PhaseCoupled(fitted.set), history: vec![], refused_because: None }
         }
         Kind::Thesis => {
             let search =
@@ -418,9 +418,10 @@ fn harmonics(mean: &Cycle, settings: &Settings) -> usize {
 
 fn kind_of(set: &GeneratorSet) -> Kind {
     match set {
-        GeneratorSet::Shape(_) | GeneratorSet::Follow(_) => Kind::Shape,
-        GeneratorSet::Robust(_) => Kind::Robust,
+        GeneratorSet::PhaseCoupled(_) => Kind::PhaseCoupled,
         GeneratorSet::Thesis(_) => Kind::Thesis,
+        // A follower is made from a fitted shape.
+        _ => Kind::Shape,
     }
 }
 
@@ -442,8 +443,10 @@ fn not_accepted(checked: &Result<Certificate, String>) -> Option<String> {
 fn refitted(set: &GeneratorSet, some: &Cycle, period_s: f64) -> Cycle {
     let again = match set {
         GeneratorSet::Shape(fitted) => GeneratorSet::Shape(series::fit(some, period_s, fitted.joints[0].cos_deg.len())),
-        GeneratorSet::Robust(_) => GeneratorSet::Robust(fit_robust(some, period_s, LINKED, &mut |_| ()).set),
-        GeneratorSet::Thesis(_) | GeneratorSet::Follow(_) => set.clone(),
+        GeneratorSet::PhaseCoupled(_) => {
+            GeneratorSet::PhaseCoupled(fit_robust(some, period_s, LINKED, &mut |_| ()).set)
+        }
+        _ => set.clone(),
     };
     // A set that was fitted once can be walked; the strides' own mean stands in for one that cannot.
     walk_cycle(&again).map_or_else(|_| some.clone(), |walked| aligned(&walked.cycle, some).0)
@@ -481,7 +484,7 @@ fn compare(
         };
         add(name, &set, None);
     }
-    let robust = of_kind(Kind::Robust, mean, period_s, settings, progress);
+    let robust = of_kind(Kind::PhaseCoupled, mean, period_s, settings, progress);
     add("R1, the robust network".into(), &robust.set, Some(true));
     let thesis = of_kind(Kind::Thesis, mean, period_s, settings, progress);
     add("the thesis' network".into(), &thesis.set, Some(thesis.refused_because.is_none()));

@@ -4,7 +4,7 @@
 //! boot, so nothing else is needed. Once a line is lost the copy no longer knows the board's state and says so: from there on
 //! nothing is compared, which is not the same as equal.
 
-use crate::board::default_loop::WalkLoop;
+use crate::board::default_loop::BoardLoop;
 use crate::board::telemetry::{Call, Follow, Inputs, Tick};
 use joint_loop::{Frame, SENSORS};
 use std::collections::VecDeque;
@@ -39,7 +39,7 @@ pub struct Difference {
 /// The host's loop and its last frames.
 #[derive(Debug, Clone)]
 pub struct Replay {
-    joints: WalkLoop,
+    joints: BoardLoop,
     frames: VecDeque<(Call, Frame<SENSORS>)>,
     gap: Option<Gap>,
     calls: u64,
@@ -48,7 +48,7 @@ pub struct Replay {
 impl Replay {
     /// Begins with a loop as it boots.
     #[must_use]
-    pub fn new(joints: WalkLoop) -> Self {
+    pub fn new(joints: BoardLoop) -> Self {
         Self { joints, frames: VecDeque::new(), gap: None, calls: 0 }
     }
 
@@ -119,7 +119,7 @@ pub fn differences(board: &Tick, host: &Frame<SENSORS>) -> Vec<Difference> {
     compare("sensor", same, format!("{:?}", board.sensor_deg), format!("{degrees:?}"));
     let verdicts =
         |of: [Option<hgod_adc::Validity>; SENSORS]| of.map(|verdict| verdict.map_or("none", |v| v.name())).join(", ");
-    compare("verdict", board.verdict == host.verdict, verdicts(board.verdict), verdicts(host.verdict));
+    compare("verdict", board.verdict == host.validity, verdicts(board.verdict), verdicts(host.validity));
     compare("state", board.state == host.state, board.state.name().into(), host.state.name().into());
     let set = host.setpoints.map(|angle| angle.degrees());
     let same = board.set_deg.map(f32::to_bits) == set.map(f32::to_bits);
@@ -174,7 +174,7 @@ pub fn line_of(frame: &Frame<SENSORS>) -> Tick {
         tick: frame.tick,
         state: frame.state,
         sensor_deg: frame.measured.map(|angle| angle.degrees()),
-        verdict: frame.verdict,
+        verdict: frame.validity,
         set_deg: frame.setpoints.map(|angle| angle.degrees()),
         pulse_us: frame.pulses.map(|pulse| pulse.0),
         late: frame.late,

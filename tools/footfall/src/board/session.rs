@@ -12,7 +12,7 @@ use crate::board::replay::{Difference, Gap, Replay, differences, follow_differen
 use crate::board::telemetry;
 use crate::board::telemetry::{Boot, Cost, Edge, Env, Follow, Inputs, Line, LineError, Margin, Tick};
 use cpg_core::entrainment::{Lock, SensorFault};
-use joint_loop::setup::default_loop::{Parameters, WalkLoop, walk_loop};
+use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
 use joint_loop::store::{generator_record, sensor_record};
 use joint_loop::{Cause, SENSORS};
 use joint_units::AdcCode;
@@ -392,7 +392,7 @@ impl<'t> Session<'t> {
 }
 
 /// The host's copy of the loop of a board that said these first words; an error says why there is none.
-pub(crate) fn loop_of(parameters: &Parameters, boot: &Boot) -> Result<WalkLoop, String> {
+pub(crate) fn loop_of(parameters: &Parameters, boot: &Boot) -> Result<BoardLoop, String> {
     let walker = generator_record::record_of(&parameters.generator).crc();
     let sensors = sensor_record::record_of(&parameters.sensors).crc();
     if boot.generator_crc != walker {
@@ -407,5 +407,5 @@ pub(crate) fn loop_of(parameters: &Parameters, boot: &Boot) -> Result<WalkLoop, 
             boot.sensors_crc
         ));
     }
-    walk_loop(parameters, boot.vrefint_cal, boot.min_supply, boot.sensor_required).map_err(|error| error.to_string())
+    board_loop(parameters, boot.vrefint_cal, boot.min_supply, boot.sensor_required).map_err(|error| error.to_string())
 }

@@ -13,7 +13,7 @@ use crate::failure::Failure;
 /// Options of `footfall certify`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A walker's parameters, or the name of a shipped set: robust, thesis, thesis-double
+    /// A walker's parameters, or the name of a default set: phase-coupled, thesis, thesis-double
     #[arg(value_name = "PARAMS")]
     pub params: PathBuf,
     /// Random starts to try

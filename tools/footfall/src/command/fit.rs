@@ -61,7 +61,7 @@ pub struct Options {
 /// What is fitted.
 #[derive(Debug, Clone, Args)]
 pub struct Method {
-    /// The generator: shape (phase and Fourier series), robust (R1) or thesis
+    /// The generator: shape (phase and Fourier series), phase-coupled (R1) or thesis
     #[arg(long, value_name = "KIND", default_value = "shape", value_parser = kind)]
     pub generator: Kind,
     /// Let the shape follow a gait sensor that is worn on this joint: left_hip, right_hip, left_knee, right_knee
@@ -415,7 +415,7 @@ mod tests {
             assert!(shard(bad).unwrap_err().contains("allowed"), "{bad}");
         }
         assert!(events("heel").unwrap_err().contains("none, peak, foot_switch"));
-        assert!(kind("fourier").unwrap_err().contains("shape, robust, thesis"));
+        assert!(kind("fourier").unwrap_err().contains("shape, phase-coupled, thesis"));
         assert!(harmonics("0").is_err() && harmonics("9").is_err() && harmonics("6") == Ok(6));
         assert_eq!((low_pass("off"), low_pass("8")), (Ok(LowPass::Off), Ok(LowPass::At(8.0))));
         assert!(low_pass("0").is_err() && low_pass("nan").is_err());

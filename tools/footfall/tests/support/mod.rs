@@ -2,7 +2,7 @@
 //! which a host copy of the loop has made.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
-use footfall::board::default_loop::{TYPICAL_VREFINT_CAL, WalkLoop, typical_loop};
+use footfall::board::default_loop::{BoardLoop, TYPICAL_VREFINT_CAL, typical_loop};
 use footfall::board::image::sha256;
 use footfall::board::replay::line_of;
 use footfall::board::telemetry::{Call, Inputs};
@@ -97,7 +97,7 @@ pub(crate) fn hex(bytes: &[u8]) -> String {
 
 /// A board that walks: the loop that ships, on the host.
 pub(crate) struct SimulatedBoard {
-    joints: WalkLoop,
+    joints: BoardLoop,
     calls: Vec<Call>,
     pub(crate) lines: Vec<String>,
     t_ms: u32,
@@ -115,7 +115,7 @@ impl SimulatedBoard {
     fn boot(&mut self, cause: &str) {
         self.line(json!({ "type": "boot", "t_s": self.t_s(), "cause": cause }));
         let cal = TYPICAL_VREFINT_CAL.0;
-        let default = Parameters::or_default(None, None).unwrap();
+        let default = Parameters::with_defaults(None, None).unwrap();
         let (walker, sensors) = (record_of(&default.generator).crc(), sensor_record::record_of(&default.sensors).crc());
         self.log(&format!(
             "boot f4-discovery STM32F407VGTx reset {cause} streak 0 vrefint_cal {cal} min_supply 2.7 sensor required \

@@ -44,7 +44,7 @@ impl<'a> Outcome<'a> {
             format: &fit.format,
             settings: fit.settings.to_string(),
             made_by: &fit.file.provenance.made_by,
-            generator: fit.file.set.kind(),
+            generator: fit.file.set.name(),
             period_s: fit.period_s,
             strides: fit.strides.cycles().len(),
             stride_time_sd_s: fit.strides.period_sd_s(),
@@ -87,7 +87,7 @@ pub(crate) fn line(fit: &Fit) -> String {
     format!(
         "{}: {}, {} strides of {:.3} s, RMSE to the mean stride in degrees: {}",
         fit.source.name,
-        fit.file.set.kind(),
+        fit.file.set.name(),
         fit.strides.cycles().len(),
         fit.strides.period_s,
         joints.join(", ")
