@@ -4,7 +4,7 @@
 //! Every number here is of ticks that the host reproduced bit for bit from the board's log, see [`footfall_tests::chain`]. Nothing here is
 //! evidence about hardware.
 
-use cpg_core::entrainment::{Lock, phase_difference};
+use cpg_core::entrainment::Lock;
 use cpg_core::waveform::shape::Shape;
 use footfall::command::entrain::run;
 use footfall::command::entrain::run::Tick;
@@ -49,7 +49,7 @@ struct Locked {
 /// Phase of the walker less the estimated one, degrees.
 fn off_deg(tick: &Tick, cycles: f64) -> f64 {
     let walker = Phase::from_cycles(cycles.rem_euclid(1.0) as f32);
-    f64::from(phase_difference(tick.estimate, walker).0).to_degrees()
+    f64::from(walker.radians_after(tick.estimate).0).to_degrees()
 }
 
 impl Start<'_> {

@@ -1,7 +1,7 @@
 //! What the board hears beside one gait sensor, on the virtual board: four sensors with calibrations of their own, a foot switch, another
 //! system's synchronisation line; and shadow mode, in which it hears everything and drives nothing.
 
-use cpg_core::entrainment::{EventSource, Lock, phase_difference};
+use cpg_core::entrainment::{EventSource, Lock};
 use cpg_core::waveform::shape::Shape;
 use footfall::board::default_loop::SENSOR_PINS;
 use footfall::board::telemetry::Call;
@@ -44,7 +44,7 @@ fn four() -> JointSensors {
             angle: Radians::from_degrees(from + (to - from) * part),
         };
         let points: Vec<_> = (0..8).map(|n| point(n as f32 / 7.0)).collect();
-        let calibration = Calibration::build(&points, Interpolation::Linear).unwrap();
+        let calibration = Calibration::new(&points, Interpolation::Linear).unwrap();
         JointSensor { joint, divider, calibration }
     };
     JointSensors::build([
@@ -193,7 +193,7 @@ fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
         let late = chain::begun_ms(&ran.boots[0]) as f64 * 1e-3;
         let (t, estimate, state) = *estimates.last().unwrap();
         assert_eq!(state, Lock::Holding);
-        phase_difference(phase(t + late), estimate).degrees().abs()
+        estimate.radians_after(phase(t + late)).degrees().abs()
     };
     let (without, with) = (off(EventSource::None), off(EventSource::FootSwitch));
     println!("phase error after {:.1} s: {without:.1} degrees without, {with:.1} with the foot switch", secs - lost_s);

@@ -3,9 +3,9 @@
 //! What is measured here is the core that the board runs, fed with recorded angles at 1 kHz. The recording that ships is always used,
 //! those beside the workspace when they are there. Each measured number is printed (`--nocapture`).
 
-use cpg_core::Generator;
-use cpg_core::entrainment::{Entrained, EntrainedConfig, EventSource, Lock, phase_difference};
+use cpg_core::entrainment::{EventSource, FollowerConfig, Lock};
 use cpg_core::waveform::shape::Shape;
+use cpg_core::{Follow, Generator};
 use footfall::command::entrain::entrain;
 use footfall::command::entrain::run;
 use footfall::command::entrain::run::Tick;
@@ -28,17 +28,17 @@ fn a_thousand_starts() {
     let (mut locks, mut never) = (vec![], 0);
     for start in 0..1000 {
         let sensor = if start % 2 == 0 { Joint::LeftHip } else { Joint::RightHip };
-        let mut config = EntrainedConfig::default();
+        let mut config = FollowerConfig::default();
         let stride_s = 1.1;
         config.lock.stride_s = (stride_s / (0.6 + 0.8 * random.unit())) as f32;
-        let mut legs = Entrained::build(walker.templates, sensor, config, Period::MILLISECOND).expect("built");
+        let mut legs = config.build(walker.templates, sensor, Period::MILLISECOND).expect("built");
         let (mut cycles, mut last_bad) = (random.unit(), 0);
         for tick in 0..10_000 {
             cycles += 1e-3 / stride_s;
             let phase = Phase::from_cycles(cycles.fract() as f32);
-            legs.sense(Some(Radians(walker.templates[sensor as usize].at(phase).angle)));
+            legs.observe(Some(Radians(walker.templates[sensor as usize].at(phase).angle)));
             legs.step();
-            let off = f64::from(phase_difference(legs.phase_lock().phase(), phase).0).to_degrees();
+            let off = f64::from(phase.radians_after(legs.phase_lock().phase()).0).to_degrees();
             let slow = f64::from(legs.phase_lock().frequency().0) * stride_s / TAU - 1.0;
             if off.abs() > 18.0 || slow.abs() > 0.03 {
                 last_bad = tick;
@@ -120,7 +120,7 @@ fn recorded_walkers_are_locked_on_from_anywhere() {
                 let ticks = run::run(&mut legs, samples[from..from + 12_000].iter().copied().map(Some));
                 let bad = ticks.iter().enumerate().rposition(|(n, tick)| {
                     let phase = walker.learned.phase_at((from + n) as f64 * 1e-3).rem_euclid(1.0);
-                    phase_difference(tick.estimate, Phase::from_cycles(phase as f32)).0.abs() > 18f32.to_radians()
+                    Phase::from_cycles(phase as f32).radians_after(tick.estimate).0.abs() > 18f32.to_radians()
                 });
                 all.push(bad.map_or(0.0, |tick| tick as f64 * 1e-3));
             }
@@ -144,11 +144,11 @@ fn a_step_of_cadence() {
                 let stride_s = if tick < 10_000 { 1.1 } else { 0.9 };
                 cycles += 1e-3 / stride_s;
                 let phase = Phase::from_cycles(cycles.fract() as f32);
-                legs.sense(Some(Radians(walker.templates[sensor as usize].at(phase).angle)));
+                legs.observe(Some(Radians(walker.templates[sensor as usize].at(phase).angle)));
                 legs.step();
                 if tick >= 10_000 {
                     assert_eq!(legs.status().state, Lock::Locked);
-                    let off = f64::from(phase_difference(legs.phase_lock().phase(), phase).0).to_degrees();
+                    let off = f64::from(phase.radians_after(legs.phase_lock().phase()).0).to_degrees();
                     let slow = f64::from(legs.phase_lock().frequency().0) * stride_s / TAU - 1.0;
                     if off.abs() > 18.0 || slow.abs() > 0.03 {
                         worst = worst.max(f64::from(tick - 10_000) * 1e-3);
@@ -252,24 +252,23 @@ fn a_foot_switch_keeps_the_phase_of_recorded_walkers() {
                 let mut off = [vec![], vec![]];
                 for n in 0..16 {
                     let at = 20_000 + 1370 * n;
-                    let mut config = EntrainedConfig { events, ..EntrainedConfig::default() };
+                    let mut config = FollowerConfig { events, ..FollowerConfig::default() };
                     config.lock.stride_s = walker.learned.stride_s as f32;
-                    let mut legs =
-                        Entrained::build(walker.templates, Joint::LeftHip, config, Period::MILLISECOND).expect("built");
+                    let mut legs = config.build(walker.templates, Joint::LeftHip, Period::MILLISECOND).expect("built");
                     for tick in 0..at + 2000 {
                         if strikes[tick] {
                             legs.heel_strike();
                         }
                         let lost = if kind == "stuck" { Some(samples[at - 1]) } else { None };
                         let sample = if tick < at { Some(samples[tick]) } else { lost };
-                        legs.sense(sample.map(|degrees| Radians::from_degrees(degrees as f32)));
+                        legs.observe(sample.map(|degrees| Radians::from_degrees(degrees as f32)));
                         legs.step();
                         let second = (tick + 1).checked_sub(at).filter(|gone| gone % 1000 == 0 && *gone > 0);
                         if let Some(second) = second
                             && legs.status().state == Lock::Holding
                         {
                             let truth = walker.learned.phase_at(tick as f64 * 1e-3).rem_euclid(1.0);
-                            let off_by = phase_difference(legs.phase(), Phase::from_cycles(truth as f32));
+                            let off_by = Phase::from_cycles(truth as f32).radians_after(legs.phase());
                             off[second / 1000 - 1].push(f64::from(off_by.0).to_degrees());
                         }
                     }
@@ -299,14 +298,13 @@ fn peaks_of_recorded_knees() {
             let mut all = vec![];
             for start in 0..120 {
                 let from = 15_000 + (f64::from(start / 5) * walker.learned.stride_s * 1000.0 / 24.0) as usize;
-                let mut config = EntrainedConfig { events, ..EntrainedConfig::default() };
+                let mut config = FollowerConfig { events, ..FollowerConfig::default() };
                 config.lock.stride_s = (walker.learned.stride_s / (0.6 + 0.2 * f64::from(start % 5))) as f32;
-                let mut legs =
-                    Entrained::build(walker.templates, Joint::LeftKnee, config, Period::MILLISECOND).expect("built");
+                let mut legs = config.build(walker.templates, Joint::LeftKnee, Period::MILLISECOND).expect("built");
                 let ticks = run::run(&mut legs, samples[from..from + 9000].iter().copied().map(Some));
                 let bad = ticks.iter().enumerate().rposition(|(n, tick)| {
                     let phase = walker.learned.phase_at((from + n) as f64 * 1e-3).rem_euclid(1.0);
-                    phase_difference(tick.estimate, Phase::from_cycles(phase as f32)).0.abs() > 18f32.to_radians()
+                    Phase::from_cycles(phase as f32).radians_after(tick.estimate).0.abs() > 18f32.to_radians()
                 });
                 all.push(bad.map_or(0.0, |tick| tick as f64 * 1e-3));
             }

@@ -5,8 +5,8 @@
 //! no follower takes a sound sensor for a bad one; stride periods are those of the table beside the recordings; the shipped volts are
 //! what the documented command makes.
 
-use cpg_core::Generator;
-use cpg_core::entrainment::{Entrained, Lock};
+use cpg_core::entrainment::{Follower, Lock};
+use cpg_core::{Follow, Generator};
 use footfall::board::default_loop::{SENSOR_JOINT, TYPICAL_VREFINT_CAL, typical_sensor, wired_sensor};
 use footfall::board::feed;
 use footfall::cli;
@@ -36,7 +36,7 @@ fn wide_sensor() -> Sensor {
     let table = [point(0.3, -60.0), point(2.6, 170.0)];
     SensorConfig {
         reference: ReferenceConfig { min_supply: Volts(2.7), ..ReferenceConfig::stm32f4(TYPICAL_VREFINT_CAL) },
-        calibration: Calibration::build(&table, Interpolation::Linear).unwrap(),
+        calibration: Calibration::new(&table, Interpolation::Linear).unwrap(),
         filter: FilterConfig::default(),
         health: HealthConfig::default(),
     }
@@ -114,17 +114,18 @@ fn pass(recording: &Recording, channel: &Channel, sensor: &Sensor) -> Passage {
         let seen = f64::from(sensor.calibration().angle(Volts(volts.at(pin, time) as f32)).unwrap().0).to_degrees();
         let converted = f64::from(sensor.calibration().angle(reading.volts).unwrap().0).to_degrees();
         passage.conversion = passage.conversion.max((converted - seen).abs());
-        if reading.verdict == Validity::Good {
+        if reading.validity == Validity::Good {
             let expected = filter.step(converted);
             passage.filter = passage.filter.max((f64::from(reading.angle.0).to_degrees() - expected).abs());
             (good_angle, since_good) = (Some(converted), 0);
         } else {
             let step = good_angle.map_or(0.0, |good| (converted - good).abs());
-            if matches!(reading.verdict, Validity::Spike | Validity::Rate) && step > FASTEST_LEG * f64::from(since_good)
+            if matches!(reading.validity, Validity::Spike | Validity::Rate)
+                && step > FASTEST_LEG * f64::from(since_good)
             {
                 passage.artefacts += 1;
             } else {
-                passage.false_verdicts.push((time, reading.verdict));
+                passage.false_verdicts.push((time, reading.validity));
             }
         }
     }
@@ -222,7 +223,7 @@ fn listen(recording: &Recording, channel: &Channel, sensor: &Sensor, noise: (f64
         let sound = sensor.reference().code(volts, supply);
         let (by, reference) = (noise.0 * random.normal(), noise.0 * random.normal());
         let reading = sensor.sample(&mut state, code(sound, by), code(vrefint, reference));
-        Heard { verdict: reading.verdict, angle: reading.angle, raw: degrees }
+        Heard { verdict: reading.validity, angle: reading.angle, raw: degrees }
     });
     heard.collect()
 }
@@ -286,7 +287,7 @@ fn an_hour_of_recordings_with_noise_has_no_verdict_and_no_hold() {
             let Some(legs) = &mut legs else { continue };
             legs.reset();
             for (tick, sample) in heard.iter().enumerate() {
-                legs.sense((sample.verdict == Validity::Good).then_some(sample.angle));
+                legs.observe((sample.verdict == Validity::Good).then_some(sample.angle));
                 legs.step();
                 let status = legs.status();
                 assert!(status.state != Lock::Holding, "{of}: holds in ms {tick}, {:?}", status.fault);
@@ -319,7 +320,7 @@ fn looped(recording: &Recording, secs: f64) -> Recording {
 }
 
 /// Legs that follow a channel's sensor of this walker, as `footfall entrain` makes them; `None` where it cannot be learned.
-fn legs(recording: &Recording, channel: &Channel) -> Option<Entrained> {
+fn legs(recording: &Recording, channel: &Channel) -> Option<Follower> {
     let joint = Joint::ALL.into_iter().find(|joint| joint.name() == channel.name()).unwrap_or(Joint::LeftKnee);
     let rows = recording.time_s().iter().take_while(|time| **time < recording.time_s()[0] + 15.0).count();
     let channels = recording.channels().iter();

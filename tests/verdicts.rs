@@ -183,7 +183,7 @@ fn measure_brief(rig: &Rig<'_>, fault: Fault, noise: f64) -> Vec<Measured> {
         assert!(said < wrong + u32::from(is.classified_ms), "{of}: said in tick {said}");
         let during = &frames[index(wrong - 1)..=index(over)];
         let graver =
-            during.iter().fold(Validity::Good, |gravest, frame| gravest.graver(frame.validity[0].unwrap_or_default()));
+            during.iter().fold(Validity::Good, |gravest, frame| gravest.worse(frame.validity[0].unwrap_or_default()));
         assert_eq!(graver, fault.verdict(), "{of}: a graver verdict");
         Measured { noise, detected_ms: clock.ms(at, said), stopped_ms: None, off_ms: None }
     });
@@ -422,7 +422,7 @@ fn two_minutes_of_recordings_in_a_row_with_noise_get_no_verdict() {
 /// The tables of the document are those of the crates.
 #[test]
 fn the_document_has_the_constants() {
-    let text = std::fs::read_to_string(package().join("../docs/verdicts.md")).unwrap();
+    let text = std::fs::read_to_string(package().join("../docs/sensor-faults.md")).unwrap();
     let rows = text.lines().filter_map(|line| line.strip_prefix("| `"));
     let rows: Vec<Vec<&str>> =
         rows.map(|row| row.split('|').map(|cell| cell.trim().trim_matches('`')).collect()).collect();

@@ -132,7 +132,7 @@ fn the_angles_that_the_board_logs_are_those_of_the_host_for_the_same_codes() {
         let reading = sensor.sample(&mut state, call.sensors[0], call.vrefint);
         if let Some(line) = ticks.next_if(|line| line.tick == *tick) {
             assert_eq!(line.sensor_deg[0].to_bits(), reading.angle.degrees().to_bits(), "tick {tick}");
-            assert_eq!(line.verdict[0], Some(reading.verdict), "tick {tick}");
+            assert_eq!(line.verdict[0], Some(reading.validity), "tick {tick}");
             compared += 1;
         }
     }

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""Footfall's entrainment side by side with the Python package adaptive-oscillator 0.2.1, as one table in Markdown.
+"""Compares Footfall's entrainment with the Python package adaptive-oscillator 0.2.1; prints one table in Markdown.
 
     python3 -m venv venv && venv/bin/pip install adaptive-oscillator==0.2.1
     cargo build --profile host -p footfall --example entrain_stream
     venv/bin/python benches/adaptive_oscillator/compare.py target/host/examples/entrain_stream
 
-Both are given the same left hip: the two strides of the recording that ships (tests/traces), their mean as a Fourier series of eight
-harmonics, played at a stride of 1.1 s whose length wanders by 4 % over 10 s. The package is run at 100 Hz (1 kHz for the time of an update), with
-angles in radians and in degrees, whichever does better in a row; its phase is that of its first oscillator, less its own mean
-difference to the walker's, as it knows no zero. Footfall is run at 1 kHz on the host; its zero counts as it is, but for the steady error,
-where both are taken about their means.
+Both get the same left hip angle: the mean of the two strides of the recording in tests/traces as a Fourier series of eight harmonics, at
+a stride of 1.1 s that varies by 4 % over 10 s. The package runs at 100 Hz (1 kHz for the time of an update), with angles in radians and in
+degrees, whichever gives the better result in a row; its phase is that of its first oscillator minus its mean difference to the person's
+phase, because it defines no zero. Footfall runs at 1 kHz on the host; its phase zero is used as it is, except for the steady error, where
+both are taken about their means.
 """
 import csv
 import math
@@ -32,7 +32,7 @@ WALK_S = 30.0
 
 
 def template():
-    """Fourier series of the recorded left hip over its best period, phase 0 at its top: complex coefficients, degrees."""
+    """Fourier series of the recorded left hip over its best period, phase 0 at its maximum: complex coefficients, degrees."""
     with open(ROOT / "tests/traces/gaitkit_fukuchi_healthy.csv", encoding="utf-8") as file:
         rows = [(float(row["time_s"]), float(row["left_hip_deg"])) for row in csv.DictReader(file)]
     times, angles = np.array(rows).T
@@ -48,18 +48,18 @@ def template():
     c = best[1][8:]
     c[1:] *= 2
     cycles = np.arange(0, 1, 1e-4)
-    top = cycles[np.argmax(value(c, cycles))]
-    return np.array([c[n] * np.exp(2j * math.pi * n * top) for n in range(9)])
+    at_maximum = cycles[np.argmax(value(c, cycles))]
+    return np.array([c[n] * np.exp(2j * math.pi * n * at_maximum) for n in range(9)])
 
 
 def value(c, cycles):
     return sum((c[n] * np.exp(2j * math.pi * n * np.asarray(cycles))).real for n in range(9))
 
 
-def clock(seconds, rate, start=0.0, wander=0.04, stop=None):
-    """The walker's phase in cycles; brakes to a stop within 0.2 s from `stop` on."""
+def clock(seconds, rate, start=0.0, variation=0.04, stop=None):
+    """The person's phase in cycles; decelerates to a stop within 0.2 s from `stop` on."""
     t = np.arange(int(seconds * rate)) / rate
-    speed = (1 + wander * np.sin(2 * math.pi * t / 10)) / STRIDE_S
+    speed = (1 + variation * np.sin(2 * math.pi * t / 10)) / STRIDE_S
     if stop is not None:
         speed *= np.clip(1 - (t - stop) / 0.2, 0, 1)
     return start + np.cumsum(speed) / rate
@@ -94,7 +94,7 @@ def wrapped(cycles):
 
 
 def centred(off):
-    """Differences less their circular mean."""
+    """Differences minus their circular mean, and the mean."""
     mean = np.angle(np.mean(np.exp(2j * math.pi * np.asarray(off)))) / (2 * math.pi)
     return wrapped(off - mean), mean
 
@@ -139,7 +139,7 @@ def main():
     their = better(lock, lambda out: (statistics.median(out), max(out)))
     lines.append(("lock from -40 to +40 %, 16 starts, median / worst", seconds(mine, 20.0), seconds(their, 20.0)))
 
-    # Steady: the stride wanders.
+    # Steady: the stride duration varies.
     cycles = clock(WALK_S, 1000)
     run, micros = ours(program, value(c, cycles), STRIDE_S)
     off = centred((cycles - run["estimate"])[10_000:])[0] * 360
@@ -150,9 +150,9 @@ def main():
         off, _ = centred((at - phase)[1000:])
         return float(np.sqrt(np.mean((off * 360) ** 2)))
 
-    lines.append(("steady phase error about its mean, stride wandering 4 %, rms", f"{np.sqrt(np.mean(off ** 2)):.1f} deg", f"{better(steady, float):.1f} deg"))
+    lines.append(("steady phase error about its mean, stride varying by 4 %, rms", f"{np.sqrt(np.mean(off ** 2)):.1f} deg", f"{better(steady, float):.1f} deg"))
 
-    # Stop: how long, and how far, the phase that drives the joints runs on after the leg stands.
+    # Stop: how long the phase that drives the joints continues after the leg has stopped.
     mine, their = [], {}
     for start in range(8):
         cycles = clock(26, 1000, start / 8, 0.0, 15.0)
@@ -183,11 +183,11 @@ def main():
         their = f"returns, frequency {done.stdout.strip() or done.stderr.strip().splitlines()[-1]}"
     except subprocess.TimeoutExpired:
         their = "never returns (killed after 30 s)"
-    lines.append(("one sample not a number", f"left out; phase error stays below {off.max():.1f} deg", their))
+    lines.append(("one sample not a number", f"ignored; phase error stays below {off.max():.1f} deg", their))
 
     # A sensor that sticks in mid swing.
-    mine, told, their = [], [], {}
-    # Where the hip is fastest: half way up.
+    mine, reported, their = [], [], {}
+    # Phase at which the hip is fastest.
     fastest = np.argmax(np.diff(value(c, np.arange(0, 1, 1e-3)))) * 1e-3
     for k in range(8):
         at = 15 + STRIDE_S * ((fastest - 15 / STRIDE_S) % 1) + (k - 4) * 0.01
@@ -197,7 +197,7 @@ def main():
         angles[n:] = angles[n]
         run, _ = ours(program, angles, STRIDE_S)
         mine.append(abs(float(wrapped(cycles - run["driven"])[n + 1000])) * 360)
-        told.append(next(i for i in range(n, len(cycles)) if run["state"][i] != "locked") - n)
+        reported.append(next(i for i in range(n, len(cycles)) if run["state"][i] != "locked") - n)
         for scale in (math.pi / 180, 1.0):
             slow = clock(20, 100, 0.0, 0.0)
             angles = value(c, slow)
@@ -208,7 +208,7 @@ def main():
             _, mean = centred(off[n - 300:n])
             their.setdefault(scale, []).append(abs(float(wrapped(off - mean)[n + 100])) * 360)
     their = min(their.values(), key=max)
-    lines.append(("stuck sensor in mid swing, told after", f"{max(told) / 1000:.3f} s", "never"))
+    lines.append(("stuck sensor in mid swing, reported after", f"{max(reported) / 1000:.3f} s", "never"))
     lines.append(("stuck sensor, phase error 1 s later, worst", f"{max(mine):.1f} deg", f"{max(their):.1f} deg"))
 
     # Time of an update, the package at 1 kHz too.

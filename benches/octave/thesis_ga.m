@@ -1,9 +1,9 @@
-% The lab's way, timed: the thesis' network (eqs 13-16), integrated with ode45, inside of a genetic algorithm (octave-ga).
+% Measures the time of the thesis' method in GNU Octave: the network (eqs 13-16), integrated with ode45, in a genetic algorithm (octave-ga).
 %
 %   octave-cli --no-gui --quiet thesis_ga.m        (Debian: apt-get install octave octave-ga)
 %
 % A whole run of 100,000 evaluations takes an hour or more; this times a few evaluations and a small population for two
-% generations, and prints seconds per evaluation, one `name value` a line. `search_speed` of gait-fit runs it and extrapolates.
+% generations, and prints seconds per evaluation, one `name value` per line. `search_speed` of gait-fit runs it and extrapolates.
 1;
 
 function dy = field(y, g, q)

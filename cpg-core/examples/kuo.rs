@@ -62,7 +62,7 @@ impl Gauss {
 
 /// Runs limb and control together for `time`, and counts peaks after the first 50.
 pub(crate) fn trial(drive: Drive<f64>, noise: Noise, sensor: Sensor, seed: u64, time: f64) -> Peaks {
-    let limb = Pendulum::build(DAMPING).expect("a damping inside its range");
+    let limb = Pendulum::new(DAMPING).expect("a damping inside its range");
     let config = KuoConfig { damping: DAMPING, amplitude: 1.0, drive };
     let mut control: Kuo<f64> = config.build(TICK).expect("a valid configuration");
     let mut gauss = Gauss(seed);
@@ -103,7 +103,7 @@ pub(crate) fn hybrid(gain: f64) -> Drive<f64> {
 
 #[allow(dead_code)]
 fn main() {
-    let limb = Pendulum::build(DAMPING).expect("a damping inside its range");
+    let limb = Pendulum::new(DAMPING).expect("a damping inside its range");
     let cycle = limb.cycle(1.0);
     println!(
         "impulse {:.8}, half period {:.8}, period {:.8}",

@@ -2,6 +2,8 @@
 
 use joint_units::{Phase, RadPerSec, Radians};
 
+use crate::Field;
+
 /// A central pattern generator of `N` joints at a fixed control period.
 ///
 /// A generator is made by the `build(period)` of its own configuration, which validates it; from then on nothing can fail.
@@ -51,49 +53,38 @@ pub trait Generator<const N: usize> {
     /// Whether every state is finite and inside the bound that the generator states.
     ///
     /// # Errors
-    /// [`StateFault`] for the first joint that is not.
+    /// [`StateFault`] naming the first state that is not.
     fn check(&self) -> Result<(), StateFault>;
 
     /// Back to the state it was built with.
     fn reset(&mut self);
-
-    /// What the gait sensor says for the coming step; `None` where it is not to be believed. A generator that follows nobody does not
-    /// listen.
-    fn sense(&mut self, angle: Option<Radians>) {
-        let _ = angle;
-    }
-
-    /// A foot switch closed within the coming step: the heel of the leg that it is worn on has struck. A generator that follows nobody
-    /// does not listen.
-    fn heel_strike(&mut self) {}
-
-    /// How it stands with the walker that it follows; `None` of a generator that follows nobody.
-    fn following(&self) -> Option<crate::entrainment::FollowStatus> {
-        None
-    }
 }
 
-/// What is wrong with the state of a generator.
+/// Which state of a generator is faulty, and how.
+///
+/// `state` names it as the generator's configuration or model does: `velocity[2]` is the velocity of oscillator 2, `state[5]` is number 5
+/// of a flow's states, all counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum StateFault {
-    /// A state of this joint (counted from 0) is infinite or not a number. No number of steps mends that: `reset`.
+    /// The state is infinite or not a number. Further steps do not mend it: call [`Generator::reset`].
     NotFinite {
-        /// Index of the joint.
-        joint: usize,
+        /// Which state.
+        state: Field,
     },
-    /// A state of this joint (counted from 0) has reached its bound and is held there.
+    /// The state is at its bound and held there. Each generator documents its bounds.
     OutOfBounds {
-        /// Index of the joint.
-        joint: usize,
+        /// Which state.
+        state: Field,
     },
 }
 
 impl core::fmt::Display for StateFault {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::NotFinite { joint } => write!(f, "the state of joint {joint} is not a finite number"),
-            Self::OutOfBounds { joint } => write!(f, "the state of joint {joint} is at its bound"),
+            Self::NotFinite { state } => write!(f, "state {state} is not a finite number; reset the generator"),
+            Self::OutOfBounds { state } => write!(f, "state {state} is at its bound; reset the generator"),
         }
     }
 }

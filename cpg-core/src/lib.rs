@@ -60,6 +60,7 @@
 pub mod edge_reversal;
 pub mod entrainment;
 mod error;
+mod follow;
 pub mod gait;
 mod generator;
 pub mod joints;
@@ -69,9 +70,10 @@ pub mod oscillator;
 pub mod transition;
 pub mod waveform;
 
-pub use error::{BuildError, Field};
+pub use error::{BuildError, Field, NonFinite};
+pub use follow::{Follow, Unguided};
 pub use generator::{Generator, StateFault};
 pub use math::scalar::Scalar;
 pub use math::second_order::{Integrator, Rk4, SecondOrder, SemiImplicitEuler};
 pub use network::graph::Graph;
-pub use network::second_order::{HEADROOM, OscillatorState, Oscillators};
+pub use network::second_order::{BOUND_FACTOR, OscillatorState, Oscillators};

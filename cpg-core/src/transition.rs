@@ -11,8 +11,10 @@
 
 use joint_units::{Period, Phase, RadPerSec, RadPerSec2, Radians};
 
-use crate::error::in_range;
-use crate::{BuildError, Field, Generator, StateFault};
+use crate::entrainment::FollowStatus;
+use crate::error::{allow_period, in_range};
+use crate::math::braking::Braking;
+use crate::{BuildError, Field, Follow, Generator, StateFault};
 
 /// How fast changes are carried out.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,17 +44,14 @@ impl Offset {
     /// Below this the offset is nothing: a step of a micro-radian.
     const NOTHING: Offset = Offset { angle: 1e-6, rate: 1e-4 };
 
-    fn shrink(&mut self, acceleration: f32, k: f32, period_s: f32) {
+    /// One period towards 0.
+    fn shrink(&mut self, law: &Braking) {
         if self.angle.abs() < Self::NOTHING.angle && self.rate.abs() < Self::NOTHING.rate {
             *self = Offset::default();
             return;
         }
-        let far = self.angle.abs();
-        let speed = (k * far).min(libm::sqrtf(acceleration * far));
-        let wanted = if self.angle > 0.0 { -speed } else { speed };
-        let pull = (4.0 * k * (wanted - self.rate)).max(-acceleration).min(acceleration);
-        let rate = self.rate + pull * period_s;
-        self.angle += 0.5 * (self.rate + rate) * period_s;
+        let rate = law.next_rate(self.rate, -self.angle, 0.0);
+        self.angle += 0.5 * (self.rate + rate) * law.period_s;
         self.rate = rate;
     }
 }
@@ -65,7 +64,7 @@ impl Offset {
 /// # use cpg_core::transition::{Smooth, TransitionConfig};
 /// # use joint_units::{Period, Radians};
 /// let walk = default_walk(Period::MILLISECOND)?;
-/// let mut smooth = Smooth::build(walk, TransitionConfig::default(), Period::MILLISECOND)?;
+/// let mut smooth = TransitionConfig::default().build(walk, Period::MILLISECOND)?;
 /// for _ in 0..1000 { smooth.step(); }
 /// let before = smooth.angles();
 /// smooth.stop([Radians(0.0); 4]); // any tick will do
@@ -81,34 +80,36 @@ pub struct Smooth<G, const N: usize> {
     /// Where it stands while it is stopped.
     pose: Option<[Radians; N]>,
     offsets: [Offset; N],
-    acceleration: f32,
-    /// k, per second.
-    stiffness: f32,
-    period_s: f32,
+    law: Braking,
 }
 
-impl<G: Generator<N>, const N: usize> Smooth<G, N> {
+impl TransitionConfig {
     /// Wraps a generator that was built for the same period.
     ///
     /// # Errors
     /// Names the field of the configuration that is out of range.
-    pub fn build(generator: G, config: TransitionConfig, period: Period) -> Result<Self, BuildError> {
-        in_range(config.acceleration.0, Field::of("acceleration"), 0.1, 1e5)?;
-        in_range(config.settling_s, Field::of("settling_s"), 0.05, 60.0)?;
-        let max_micros = (config.settling_s * 1e6 / 24.0) as u32;
-        if period.micros() > max_micros {
-            return Err(BuildError::PeriodTooLong { max_micros });
-        }
-        Ok(Self {
+    pub fn build<G: Generator<N>, const N: usize>(
+        &self,
+        generator: G,
+        period: Period,
+    ) -> Result<Smooth<G, N>, BuildError> {
+        in_range(self.acceleration.0, Field::of("acceleration"), 0.1, 1e5)?;
+        in_range(self.settling_s, Field::of("settling_s"), 0.05, 60.0)?;
+        allow_period(period, (self.settling_s * 1e6 / 24.0) as u32)?;
+        Ok(Smooth {
             generator,
             pose: None,
             offsets: [Offset::default(); N],
-            acceleration: config.acceleration.0,
-            stiffness: 3.0 / config.settling_s,
-            period_s: period.seconds(),
+            law: Braking {
+                stiffness: 3.0 / self.settling_s,
+                acceleration: self.acceleration.0,
+                period_s: period.seconds(),
+            },
         })
     }
+}
 
+impl<G: Generator<N>, const N: usize> Smooth<G, N> {
     /// Changes the generator in place; the closure may set parameters or replace it altogether.
     pub fn change<R>(&mut self, change: impl FnOnce(&mut G) -> R) -> R {
         let before = (self.angles(), self.rates());
@@ -164,7 +165,7 @@ impl<G: Generator<N>, const N: usize> Generator<N> for Smooth<G, N> {
     fn step(&mut self) {
         self.generator.step();
         for offset in &mut self.offsets {
-            offset.shrink(self.acceleration, self.stiffness, self.period_s);
+            offset.shrink(&self.law);
         }
     }
 
@@ -203,16 +204,31 @@ impl<G: Generator<N>, const N: usize> Generator<N> for Smooth<G, N> {
     }
 }
 
+/// Measurements pass through to the generator below.
+impl<G: Follow, const N: usize> Follow for Smooth<G, N> {
+    fn observe(&mut self, angle: Option<Radians>) {
+        self.generator.observe(angle);
+    }
+
+    fn heel_strike(&mut self) {
+        self.generator.heel_strike();
+    }
+
+    fn follow_status(&self) -> Option<FollowStatus> {
+        self.generator.follow_status()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::waveform::shape::{Adjustment, FourierShape, PhaseShape};
+    use crate::waveform::shape::{Adjustment, FourierShape, PhaseShape, PhaseShapeConfig};
 
     const CONFIG: TransitionConfig = TransitionConfig { acceleration: RadPerSec2(30.0), settling_s: 0.25 };
 
     fn gait(mean: f32, cos: [f32; 2], stride: f32) -> PhaseShape<FourierShape<2>, 1> {
-        let shape = FourierShape::build(Radians(mean), cos, [0.05, 0.1]).unwrap();
-        PhaseShape::build([shape], stride, Period::MILLISECOND).unwrap()
+        let shape = FourierShape::new(Radians(mean), cos, [0.05, 0.1]).unwrap();
+        PhaseShapeConfig { shapes: [shape], stride_s: stride }.build(Period::MILLISECOND).unwrap()
     }
 
     /// Largest acceleration of a gait by itself.
@@ -237,7 +253,7 @@ mod tests {
             seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (seed >> 8) % n
         };
-        let mut smooth = Smooth::build(gaits[0], CONFIG, Period::MILLISECOND).unwrap();
+        let mut smooth = CONFIG.build(gaits[0], Period::MILLISECOND).unwrap();
         let mut next_change = 500;
         let (mut changes, mut worst) = (0, 0.0f32);
         for tick in 0..400_000 {
@@ -274,7 +290,7 @@ mod tests {
 
     #[test]
     fn a_change_of_nothing_changes_nothing() {
-        let mut smooth = Smooth::build(gait(0.1, [0.4, 0.1], 1.1), CONFIG, Period::MILLISECOND).unwrap();
+        let mut smooth = CONFIG.build(gait(0.1, [0.4, 0.1], 1.1), Period::MILLISECOND).unwrap();
         let mut bare = gait(0.1, [0.4, 0.1], 1.1);
         for tick in 0..3000 {
             if tick % 100 == 0 {
@@ -289,7 +305,7 @@ mod tests {
 
     #[test]
     fn a_stop_ends_in_the_pose_within_the_stated_time_and_a_change_ends_in_the_new_gait() {
-        let mut smooth = Smooth::build(gait(0.1, [0.4, 0.1], 1.1), CONFIG, Period::MILLISECOND).unwrap();
+        let mut smooth = CONFIG.build(gait(0.1, [0.4, 0.1], 1.1), Period::MILLISECOND).unwrap();
         for _ in 0..777 {
             smooth.step();
         }
@@ -311,7 +327,7 @@ mod tests {
     /// A slider that is dragged: the speed changes on every tick for seconds. Nothing piles up, and the gait is followed.
     #[test]
     fn changes_on_every_tick_do_not_pile_up() {
-        let mut smooth = Smooth::build(gait(0.1, [0.4, 0.1], 1.1), CONFIG, Period::MILLISECOND).unwrap();
+        let mut smooth = CONFIG.build(gait(0.1, [0.4, 0.1], 1.1), Period::MILLISECOND).unwrap();
         for tick in 0..20_000 {
             let stride = 1.1 + 0.3 * (tick as f32 * 1e-3).sin();
             smooth.change(|g| g.set_stride(stride)).unwrap();
@@ -334,7 +350,7 @@ mod tests {
     fn bad_fields_are_named() {
         let build = |acceleration, settling_s| {
             let config = TransitionConfig { acceleration: RadPerSec2(acceleration), settling_s };
-            Smooth::build(gait(0.1, [0.4, 0.1], 1.1), config, Period::MILLISECOND).unwrap_err().to_string()
+            config.build(gait(0.1, [0.4, 0.1], 1.1), Period::MILLISECOND).unwrap_err().to_string()
         };
         assert!(build(0.0, 0.1).contains("acceleration"));
         assert!(build(f32::NAN, 0.1).contains("acceleration"));

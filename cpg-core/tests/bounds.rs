@@ -8,7 +8,7 @@ use cpg_core::network::phase_coupled::{Robust, RobustConfig};
 use cpg_core::network::thesis::{Thesis, ThesisConfig, harmonic_balance_p};
 use cpg_core::oscillator::rayleigh::{Rayleigh, RayleighConfig};
 use cpg_core::{
-    BuildError, Field, Generator, HEADROOM, Integrator, OscillatorState, Oscillators, Rk4, SecondOrder,
+    BOUND_FACTOR, BuildError, Field, Generator, Integrator, NonFinite, OscillatorState, Oscillators, Rk4, SecondOrder,
     SemiImplicitEuler, StateFault,
 };
 use joint_units::{Period, Radians};
@@ -20,7 +20,7 @@ type R1<I> = Robust<Biped, 4, 4, f32, I>;
 fn longest<G>(build: impl Fn(Period) -> Result<G, BuildError>) -> Result<G, TestCaseError> {
     match build(micros(Period::MAX_MICROS)) {
         Ok(generator) => Ok(generator),
-        Err(BuildError::PeriodTooLong { max_micros }) => {
+        Err(BuildError::PeriodTooLong { max_micros, .. }) => {
             prop_assert!(build(micros(max_micros + 1)).is_err());
             build(micros(max_micros)).map_err(|error| TestCaseError::fail(format!("its own limit: {error}")))
         }
@@ -125,7 +125,7 @@ fn longest_period_leaves_room_for_the_links() {
     // In radians of the natural cycle: 2.5 by Runge-Kutta and 1.8 by Euler, over 35 eps + 2 kap for each of a joint's two links.
     fn longest_step<I: Integrator>(nonlinearity: f32, kap: f32) -> f64 {
         let built: Result<R1<I>, _> = r1_single(nonlinearity, kap).build(micros(Period::MAX_MICROS));
-        let Err(BuildError::PeriodTooLong { max_micros }) = built else { panic!("accepted") };
+        let Err(BuildError::PeriodTooLong { max_micros, .. }) = built else { panic!("accepted") };
         f64::from(max_micros) * 1e-6 * common::W
     }
     for (measured, want) in [
@@ -155,7 +155,7 @@ fn longest_period_is_that_of_the_joint_with_most_links() {
         offsets: [Radians(0.0); 3],
     };
     let built: Result<Robust<Star, 3, 2>, _> = config.build(micros(Period::MAX_MICROS));
-    let Err(BuildError::PeriodTooLong { max_micros }) = built else { panic!("{built:?}") };
+    let Err(BuildError::PeriodTooLong { max_micros, .. }) = built else { panic!("{built:?}") };
     assert!((f64::from(max_micros) * 1e-6 * common::W - 2.5 / 78.0).abs() < 1e-5, "{max_micros}");
 }
 
@@ -180,10 +180,10 @@ fn a_state_outside_is_refused_and_changes_nothing() {
     let mut net: R1<Rk4> = r1_single(0.5, 0.5).build(Period::MILLISECOND).unwrap();
     let built = net.state();
     for (value, fault) in [
-        (f32::NAN, StateFault::NotFinite { joint: 2 }),
-        (f32::INFINITY, StateFault::NotFinite { joint: 2 }),
-        (HEADROOM, StateFault::OutOfBounds { joint: 2 }),
-        (-1e30, StateFault::OutOfBounds { joint: 2 }),
+        (f32::NAN, StateFault::NotFinite { state: Field::at("velocity", 2) }),
+        (f32::INFINITY, StateFault::NotFinite { state: Field::at("velocity", 2) }),
+        (BOUND_FACTOR, StateFault::OutOfBounds { state: Field::at("velocity", 2) }),
+        (-1e30, StateFault::OutOfBounds { state: Field::at("velocity", 2) }),
     ] {
         let mut state = built;
         state.displacement[2] = value;
@@ -204,18 +204,24 @@ fn refusal(change: impl Fn(&mut RobustConfig<4, 4>)) -> BuildError {
 
 #[test]
 fn r1_names_the_field_and_its_range() {
-    let range = |field, min, max| BuildError::OutOfRange { field, min, max };
+    let range = |field, value, min, max| BuildError::OutOfRange { field, value, min, max };
     let pi = core::f32::consts::PI;
-    assert_eq!(refusal(|c| c.natural_period = 0.0), range(Field::of("natural_period"), 0.1, 100.0));
-    assert_eq!(refusal(|c| c.natural_period = f32::NAN), BuildError::NotFinite { field: Field::of("natural_period") });
-    assert_eq!(refusal(|c| c.nonlinearity = -0.5), range(Field::of("nonlinearity"), 0.01, 2.0));
-    assert_eq!(refusal(|c| c.coupling[3] = 2.1), range(Field::at("coupling", 3), 0.0, 2.0));
-    assert_eq!(refusal(|c| c.amplitudes[1] = Radians(-0.1)), range(Field::at("amplitudes", 1), 0.0, pi));
+    assert_eq!(refusal(|c| c.natural_period = 0.0), range(Field::of("natural_period"), 0.0, 0.1, 100.0));
+    assert_eq!(
+        refusal(|c| c.natural_period = f32::NAN),
+        BuildError::NotFinite { field: Field::of("natural_period"), value: NonFinite::NotANumber }
+    );
+    assert_eq!(refusal(|c| c.nonlinearity = -0.5), range(Field::of("nonlinearity"), -0.5, 0.01, 2.0));
+    assert_eq!(refusal(|c| c.coupling[3] = 2.1), range(Field::at("coupling", 3), 2.1, 0.0, 2.0));
+    assert_eq!(refusal(|c| c.amplitudes[1] = Radians(-0.1)), range(Field::at("amplitudes", 1), -0.1, 0.0, pi));
     assert_eq!(
         refusal(|c| c.offsets[2] = Radians(f32::INFINITY)),
-        BuildError::NotFinite { field: Field::at("offsets", 2) }
+        BuildError::NotFinite { field: Field::at("offsets", 2), value: NonFinite::Infinite }
     );
-    assert_eq!(refusal(|c| c.offsets[2] = Radians(4.0)).to_string(), format!("offsets[2]: must be from -{pi} to {pi}"));
+    assert_eq!(
+        refusal(|c| c.offsets[2] = Radians(4.0)).to_string(),
+        format!("offsets[2] = 4: must be from -{pi} to {pi}")
+    );
 }
 
 #[test]
@@ -228,7 +234,7 @@ fn rayleigh_and_thesis_name_the_field() {
         (RayleighConfig { offset: 361.0, ..good }, "offset"),
     ] {
         let field = match config.build::<Rk4>(Period::MILLISECOND) {
-            Err(BuildError::OutOfRange { field, .. } | BuildError::NotFinite { field }) => field,
+            Err(BuildError::OutOfRange { field, .. } | BuildError::NotFinite { field, .. }) => field,
             other => panic!("{name}: {other:?}"),
         };
         assert_eq!(field, Field::of(name));
@@ -242,7 +248,7 @@ fn rayleigh_and_thesis_name_the_field() {
         change(&mut config);
         let built: Result<Thesis, _> = config.build(Period::MILLISECOND);
         match built {
-            Err(BuildError::OutOfRange { field: found, .. } | BuildError::NotFinite { field: found }) => {
+            Err(BuildError::OutOfRange { field: found, .. } | BuildError::NotFinite { field: found, .. }) => {
                 assert_eq!(found, field);
             }
             other => panic!("{field}: {other:?}"),

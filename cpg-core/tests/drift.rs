@@ -16,7 +16,7 @@ fn obb_words() {
         ((5, 1), "FEEF", "EEEEEF"),
     ];
     for ((flexor, extensor), transient, cycle) in pairs {
-        let pair = Reversibilities::build(flexor, extensor).unwrap();
+        let pair = Reversibilities::new(flexor, extensor).unwrap();
         let mut obb = Obb::from_potential(pair, PAPER_POTENTIAL).unwrap();
         let letter = |step: u32| {
             let (transient, cycle) = (transient.as_bytes(), cycle.as_bytes());
@@ -41,7 +41,7 @@ fn obb_words() {
 /// A period of 540 steps, in which the flexor fires 463 times: the count and the state of ten million.
 #[test]
 fn a_long_obb_word() {
-    let pair = Reversibilities::build(77, 463).unwrap();
+    let pair = Reversibilities::new(77, 463).unwrap();
     let mut obb = Obb::new(pair);
     let (fresh, mut flexor) = (obb, 0u32);
     for _ in 0..STEPS {
@@ -72,7 +72,7 @@ fn hexapod_words() {
     let words = [expand(&WAVE), expand(&MIDDLE), expand(&TRIPOD)];
     // Each gait for ten million steps; the second and third reached by the changes of the paper.
     for last in 0..3 {
-        let mut hexapod = Hexapod::build(5).unwrap();
+        let mut hexapod = Hexapod::new(5).unwrap();
         let mut at = None;
         for step in 0..STEPS {
             match (step, last) {
@@ -134,7 +134,7 @@ fn circulation_of_a_triangle() {
     let tokens = (0..18).map(|start| [start % 2, start / 2 % 3, start / 6]);
     let mut live = tokens.filter_map(|[ab, bc, ac]| {
         let edges = [(0, 1, ab), (1, 2, bc), (0, 2, ac)].map(|(a, b, tokens_at_a)| Edge { a, b, tokens_at_a });
-        Smer::build([1, 1, 2], edges).ok()
+        Smer::new([1, 1, 2], edges).ok()
     });
     let mut graph = live.next().unwrap();
     assert_eq!(live.count(), 9);

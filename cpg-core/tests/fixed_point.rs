@@ -8,9 +8,9 @@ use cpg_core::math::fixed_trig;
 use cpg_core::network::graph::Biped;
 use cpg_core::network::phase_coupled::{Robust, RobustConfig};
 use cpg_core::network::phase_coupled_fixed::FixedRobust;
-use cpg_core::waveform::fixed::FixedPhaseShape;
-use cpg_core::waveform::shape::{Adjustment, FourierShape, PhaseShape, Shape};
-use cpg_core::{Generator, OscillatorState, Rk4, StateFault};
+use cpg_core::waveform::fixed::FixedPhaseShapeConfig;
+use cpg_core::waveform::shape::{Adjustment, FourierShape, PhaseShapeConfig, Shape};
+use cpg_core::{Field, Generator, OscillatorState, Rk4, StateFault};
 use fixed::types::I16F16;
 use joint_units::{Period, Phase, Radians};
 use proptest::prelude::*;
@@ -222,9 +222,9 @@ fn faults_and_reset() {
     let start = ours;
     let mut state = ours.state();
     state.velocity[2] = I16F16::from_num(-3);
-    assert_eq!(ours.set_state(&state), Err(StateFault::OutOfBounds { joint: 2 }));
+    assert_eq!(ours.set_state(&state), Err(StateFault::OutOfBounds { state: Field::at("velocity", 2) }));
     state.velocity[2] = I16F16::MIN;
-    assert_eq!(ours.set_state(&state), Err(StateFault::OutOfBounds { joint: 2 }));
+    assert_eq!(ours.set_state(&state), Err(StateFault::OutOfBounds { state: Field::at("velocity", 2) }));
     assert_eq!(ours, start);
     run(&mut ours, 1234);
     assert_ne!(ours, start);
@@ -238,8 +238,8 @@ fn faults_and_reset() {
 fn shapes() -> [FourierShape<6>; 2] {
     let cos = [0.35, -0.06, 0.02, 0.01, -0.004, 0.002];
     let sin = [-0.1, 0.2, -0.05, 0.03, 0.006, -0.001];
-    let hip = FourierShape::build(Radians(0.2), cos, sin).unwrap();
-    [hip, FourierShape::build(Radians(1.0), sin, cos).unwrap()]
+    let hip = FourierShape::new(Radians(0.2), cos, sin).unwrap();
+    [hip, FourierShape::new(Radians(1.0), sin, cos).unwrap()]
 }
 
 fn series(shape: &FourierShape<6>, turn: f64) -> (f64, f64) {
@@ -258,7 +258,9 @@ fn series(shape: &FourierShape<6>, turn: f64) -> (f64, f64) {
 #[test]
 fn shape_error_is_one_place() {
     let lead = Phase(1 << 30);
-    let mut ours = FixedPhaseShape::build(&shapes(), [Phase(0), lead], 1.1, Period::MILLISECOND).unwrap();
+    let mut ours = FixedPhaseShapeConfig { shapes: shapes(), leads: [Phase(0), lead], stride_s: 1.1 }
+        .build(Period::MILLISECOND)
+        .unwrap();
     let (mut worst, mut worst_rate) = (0.0f64, 0.0f64);
     for i in 0..20_000u32 {
         let phase = Phase(i.wrapping_mul(214_783));
@@ -287,8 +289,8 @@ proptest! {
         joint in 0usize..2,
         phase in any::<u32>(),
     ) {
-        let mut ours = FixedPhaseShape::build(&shapes(), [Phase(0); 2], 1.1, Period::MILLISECOND).unwrap();
-        let mut single = PhaseShape::build(shapes(), 1.1, Period::MILLISECOND).unwrap();
+        let mut ours = FixedPhaseShapeConfig { shapes: shapes(), leads: [Phase(0); 2], stride_s: 1.1 }.build(Period::MILLISECOND).unwrap();
+        let mut single = PhaseShapeConfig { shapes: shapes(), stride_s: 1.1 }.build(Period::MILLISECOND).unwrap();
         let adjustment = Adjustment { gain, offset: Radians(offset), lead: Phase(lead) };
         ours.adjust(joint, adjustment).unwrap();
         single.adjust(joint, adjustment).unwrap();
@@ -313,7 +315,9 @@ proptest! {
 
 #[test]
 fn a_bad_adjustment_is_refused_and_changes_nothing() {
-    let mut ours = FixedPhaseShape::build(&shapes(), [Phase(5); 2], 1.1, Period::MILLISECOND).unwrap();
+    let mut ours = FixedPhaseShapeConfig { shapes: shapes(), leads: [Phase(5); 2], stride_s: 1.1 }
+        .build(Period::MILLISECOND)
+        .unwrap();
     let before = ours;
     let bad = |gain, offset| Adjustment { gain, offset: Radians(offset), lead: Phase(0) };
     assert!(ours.adjust(0, bad(2.1, 0.0)).unwrap_err().to_string().contains("gain"));
@@ -327,8 +331,10 @@ fn a_bad_adjustment_is_refused_and_changes_nothing() {
 /// 72 * 3600 / 1.1 strides within 1e-9 of a cycle.
 #[test]
 fn the_period_is_exact() {
-    let mut ours = FixedPhaseShape::build(&shapes(), [Phase(0); 2], 1.1, Period::MILLISECOND).unwrap();
-    let mut single = PhaseShape::build(shapes(), 1.1, Period::MILLISECOND).unwrap();
+    let mut ours = FixedPhaseShapeConfig { shapes: shapes(), leads: [Phase(0); 2], stride_s: 1.1 }
+        .build(Period::MILLISECOND)
+        .unwrap();
+    let mut single = PhaseShapeConfig { shapes: shapes(), stride_s: 1.1 }.build(Period::MILLISECOND).unwrap();
     for _ in 0..10_000 {
         ours.step();
         single.step();
@@ -344,7 +350,8 @@ fn the_period_is_exact() {
     assert!(short < 1e-9, "{short}");
     ours.reset();
     assert_eq!(ours.phase(), Phase(0));
-    let refused = FixedPhaseShape::build(&shapes(), [Phase(0); 2], 0.0, Period::MILLISECOND);
+    let refused =
+        FixedPhaseShapeConfig { shapes: shapes(), leads: [Phase(0); 2], stride_s: 0.0 }.build(Period::MILLISECOND);
     assert!(refused.unwrap_err().to_string().contains("stride_s"));
     assert!(shapes()[0].mean() > 0.1 && ours.check().is_ok());
 }

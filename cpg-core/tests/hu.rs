@@ -9,7 +9,7 @@ use cpg_core::oscillator::hu::{Hu, HuConfig};
 use example::{FEEDBACK, NATURAL_HZ, frequencies};
 use joint_units::Period;
 
-/// Entrained frequency in Hz by feedback (rows) and natural frequency (columns).
+/// Follower frequency in Hz by feedback (rows) and natural frequency (columns).
 const TABLE: [[f64; 7]; 3] = [
     [1.1213, 1.1213, 1.1213, 1.1213, 1.1213, 1.1213, 3.378],
     [1.0901, 1.0747, 1.1619, 1.3196, 1.5760, 2.0047, 1.6499],

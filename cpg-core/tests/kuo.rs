@@ -14,7 +14,7 @@ const BOTH: Noise = Noise { process: 0.05, sensor: 0.02 };
 const QUIET: Noise = Noise { process: 0.0, sensor: 0.0 };
 
 fn limb() -> Pendulum<f64> {
-    Pendulum::build(DAMPING).unwrap()
+    Pendulum::new(DAMPING).unwrap()
 }
 
 fn control(drive: Drive<f64>, tick: f64) -> Kuo<f64> {
@@ -47,7 +47,7 @@ fn impulse_and_period_are_the_closed_form() {
     assert!((impulse - 0.887_899_49).abs() < 6e-9, "{impulse}");
     assert!((half_period - 2.383_610_05).abs() < 6e-9, "{half_period}");
     assert!((2.0 * half_period - 4.767_220_10).abs() < 6e-9);
-    let single = Pendulum::<f32>::build(0.1).unwrap().cycle(1.0);
+    let single = Pendulum::<f32>::new(0.1).unwrap().cycle(1.0);
     assert!((single.impulse - 0.887_899_5).abs() < 2e-5, "{single:?}");
 }
 
@@ -55,7 +55,7 @@ proptest! {
     /// After an impulse at an extreme, the closed form is at rest at the other after the half period.
     #[test]
     fn the_cycle_closes(z in 0.01f64..0.5, amplitude in 0.01f64..10.0) {
-        let Cycle { impulse, half_period } = Pendulum::build(z).unwrap().cycle(amplitude);
+        let Cycle { impulse, half_period } = Pendulum::new(z).unwrap().cycle(amplitude);
         let [angle, rate] = free([amplitude, -impulse], z, half_period);
         prop_assert!((angle + amplitude).abs() < 1e-8 * amplitude, "{angle}");
         prop_assert!(rate.abs() < 1e-8 * amplitude, "{rate}");
@@ -123,7 +123,7 @@ fn undriven_decay() {
 #[test]
 fn every_drive_holds_the_cycle() {
     fn hold<T: cpg_core::Scalar>(drive: Drive<T>, tick: f32, tolerance: f32) {
-        let limb = Pendulum::build(T::from_f32(0.1)).unwrap();
+        let limb = Pendulum::new(T::from_f32(0.1)).unwrap();
         let config = KuoConfig { damping: T::from_f32(0.1), amplitude: T::ONE, drive };
         let dt = T::from_f32(tick);
         let mut control = config.build(dt).unwrap();

@@ -3,7 +3,7 @@
 
 use cpg_core::Generator;
 use cpg_core::gait::named::{DefaultGait, Gait};
-use cpg_core::transition::{Smooth, TransitionConfig};
+use cpg_core::transition::TransitionConfig;
 use joint_units::{Period, Phase, Radians};
 
 const CHANGES_A_PAIR: u32 = 2000;
@@ -77,7 +77,7 @@ fn no_change_between_any_two_gaits_steps_a_setpoint() {
     for (i, from) in Gait::ALL.into_iter().enumerate() {
         for (j, to) in Gait::ALL.into_iter().enumerate() {
             let bound = alone[i].1.max(alone[j].1) + config.acceleration.0;
-            let mut smooth = Smooth::build(build(from, 1.0), config, Period::MILLISECOND).expect("the default");
+            let mut smooth = config.build(build(from, 1.0), Period::MILLISECOND).expect("the default");
             for _ in 0..random.below(2000) {
                 smooth.step();
             }

@@ -206,7 +206,7 @@ fn longest_period_leaves_room_for_the_links() {
         config.difference = [[k; 2]; 2];
         config.joints[0].alpha = 10.0;
         let built: Result<Thesis<f64>, _> = config.build(micros(Period::MAX_MICROS));
-        let Err(BuildError::PeriodTooLong { max_micros }) = built else { panic!("{built:?}") };
+        let Err(BuildError::PeriodTooLong { max_micros, .. }) = built else { panic!("{built:?}") };
         assert!((f64::from(max_micros) * 1e-6 / want - 1.0).abs() < 1e-3, "k {k}: {max_micros} us");
     }
 }
@@ -359,7 +359,7 @@ fn the_equations_run_away_where_the_network_does_not_go() {
         assert!((velocity - want).abs() < 0.1, "{velocity}");
     }
     let fast = OscillatorState { displacement: [300.0; 4], velocity: [5000.0; 4] };
-    assert_eq!(net.set_state(&fast), Err(StateFault::OutOfBounds { joint: 0 }));
+    assert_eq!(net.set_state(&fast), Err(StateFault::OutOfBounds { state: Field::at("velocity", 0) }));
     let mut random = Random(11);
     for start in 0..200 {
         let mut state = random.state(1.0);

@@ -6,11 +6,11 @@ use cpg_core::gait::catalogue;
 use cpg_core::gait::catalogue::{STRIDE_S, Visitor};
 use cpg_core::gait::named::Gait;
 use cpg_core::joints::features::Features;
-use cpg_core::joints::from_hopf_bank::{BankWalk, BankWalkConfig};
-use cpg_core::joints::linear::{LinearJoints, LinearJointsConfig};
-use cpg_core::joints::readout::PhasePlane;
+use cpg_core::joints::from_hopf_bank::BankWalkConfig;
+use cpg_core::joints::linear::LinearJointsConfig;
+use cpg_core::joints::linear::PhasePlane;
 use cpg_core::oscillator::hopf::Hopf;
-use cpg_core::transition::{Smooth, TransitionConfig};
+use cpg_core::transition::TransitionConfig;
 use cpg_core::{BuildError, Generator};
 use joint_units::{Period, Phase, Radians};
 
@@ -128,7 +128,7 @@ fn best_linear(features: &[Vec<f64>], person: &[[f64; 4]]) -> f64 {
 }
 
 impl Visitor for Measure {
-    fn walker<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>) {
+    fn generator<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>) {
         let mut walk = built.unwrap_or_else(|error| panic!("{name}: {error}"));
         let start = walk.clone();
         let phase = f64::from(start.phase().cycles());
@@ -248,11 +248,11 @@ fn kept(seen: &Seen, dt: f64) {
 fn slower_ticks_keep_the_stride() {
     struct Slower(Measure);
     impl Visitor for Slower {
-        fn walker<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>) {
+        fn generator<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>) {
             if name == "terman-wang" {
-                assert_eq!(built.err(), Some(BuildError::PeriodTooLong { max_micros: 2000 }));
+                assert_eq!(built.err(), Some(BuildError::PeriodTooLong { micros: 5000, max_micros: 2000 }));
             } else {
-                self.0.walker(name, built);
+                self.0.generator(name, built);
             }
         }
     }
@@ -269,8 +269,8 @@ fn slower_ticks_keep_the_stride() {
 fn any_walker_in_the_place_of_any_other() {
     struct StopAndGo(u32);
     impl Visitor for StopAndGo {
-        fn walker<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>) {
-            let mut smooth = Smooth::build(built.unwrap(), TransitionConfig::default(), Period::MILLISECOND).unwrap();
+        fn generator<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>) {
+            let mut smooth = TransitionConfig::default().build(built.unwrap(), Period::MILLISECOND).unwrap();
             for _ in 0..777 {
                 smooth.step();
             }
@@ -326,11 +326,11 @@ fn bad_fields_are_named() {
     for (broken, name) in broken {
         let mut config = good;
         broken(&mut config);
-        let error = BankWalk::build(&config, Period::MILLISECOND).unwrap_err().to_string();
+        let error = config.build(Period::MILLISECOND).unwrap_err().to_string();
         assert!(error.contains(name), "{error} does not name {name}");
     }
-    let slow = BankWalk::build(&good, micros(12_000)).unwrap_err();
-    assert_eq!(slow, BuildError::PeriodTooLong { max_micros: 11_000 });
+    let slow = good.build(micros(12_000)).unwrap_err();
+    assert_eq!(slow, BuildError::PeriodTooLong { micros: 12_000, max_micros: 11_000 });
 
     let circle = Hopf { gain: 8.0, square_radius: 1.0, frequency: core::f32::consts::TAU };
     let config = LinearJointsConfig {
@@ -344,7 +344,7 @@ fn bad_fields_are_named() {
         lead: Phase(0),
         bound: 5.0,
     };
-    let error = LinearJoints::build(circle, &config, Period::MILLISECOND).unwrap_err().to_string();
+    let error = config.build(circle, Period::MILLISECOND).unwrap_err().to_string();
     assert!(error.contains("states[1]"), "{error}");
-    assert!(LinearJoints::build(circle, &LinearJointsConfig { states: [1, 0], ..config }, Period::MILLISECOND).is_ok());
+    assert!(LinearJointsConfig { states: [1, 0], ..config }.build(circle, Period::MILLISECOND).is_ok());
 }

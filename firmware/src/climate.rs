@@ -62,7 +62,7 @@ impl Climate {
             Some(Ok(supply)) => supply.volts(),
             // Not good for a sample, but worth telling.
             Some(Err(SupplyFault::Low(volts) | SupplyFault::High(volts))) => volts,
-            Some(Err(SupplyFault::NoReading(_))) | None => Volts(f32::NAN),
+            Some(Err(_)) | None => Volts(f32::NAN),
         };
         let die = self.die.map_or(Celsius(f32::NAN), |die| die.celsius(mean(sums.temperature), supply));
         (die, supply)

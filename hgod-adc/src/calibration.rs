@@ -45,6 +45,7 @@ pub struct CalibrationPoint {
 /// Why a table was refused. `index` counts from 0 and is the point at fault, or the second one of a pair at fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum CalibrationError {
     /// Fewer than 2 or more than [`MAX_POINTS`] points.
     Count {
@@ -169,6 +170,7 @@ impl core::error::Error for CalibrationError {}
 /// A value lies outside the table, which says nothing about it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum OutOfTable {
     /// Less than the least of the table.
     Below,
@@ -214,17 +216,17 @@ impl Calibration {
     /// let point = |volts, degrees| CalibrationPoint { volts: Volts(volts), angle: Radians::from_degrees(degrees) };
     ///
     /// let table = [point(0.5, 90.0), point(1.5, 30.0), point(2.5, -20.0)];
-    /// let calibration = Calibration::build(&table, Interpolation::Linear)?;
+    /// let calibration = Calibration::new(&table, Interpolation::Linear)?;
     /// assert!((calibration.angle(Volts(1.0))?.degrees() - 60.0).abs() < 1e-4);
     /// assert!((calibration.volts(Radians::from_degrees(5.0))?.0 - 2.0).abs() < 1e-6);
     /// assert!(calibration.angle(Volts(2.6)).is_err());
     ///
     /// let bent = [point(0.5, 90.0), point(1.5, 30.0), point(2.5, 40.0)];
-    /// let error = Calibration::build(&bent, Interpolation::Linear).unwrap_err();
+    /// let error = Calibration::new(&bent, Interpolation::Linear).unwrap_err();
     /// assert_eq!((error.index(), error.field()), (Some(2), Some("angle")));
     /// # Ok::<(), Box<dyn core::error::Error>>(())
     /// ```
-    pub fn build(points: &[CalibrationPoint], interpolation: Interpolation) -> Result<Self, CalibrationError> {
+    pub fn new(points: &[CalibrationPoint], interpolation: Interpolation) -> Result<Self, CalibrationError> {
         let count = CalibrationError::Count { points: points.len() };
         let [first, second, ..] = points else { return Err(count) };
         if points.len() > MAX_POINTS {

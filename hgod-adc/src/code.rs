@@ -115,6 +115,7 @@ impl Supply {
 /// Why no supply can be had from a reading of the internal reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum SupplyFault {
     /// The code is 0 or beyond 12 bit: the channel was not converted.
     NoReading(AdcCode),

@@ -1,6 +1,6 @@
 //! Whether a sample can be believed.
 //!
-//! | verdict | rule | said after |
+//! | validity | rule | said after |
 //! |---|---|---|
 //! | supply_low | the supply by VREFINT is below the configured least, above 3.6 V, or has no reading | 1 ms |
 //! | open, short | in an end band for [`HealthConfig::wire_ms`]: which of the two, [`Pull`] says | 20 ms |
@@ -10,12 +10,12 @@
 //! | rate | an impossible jump that has lasted for [`HealthConfig::spike_ms`] | 5 ms |
 //! | spike | an impossible jump: the angle is further from the last good one than a joint can have turned since | 1 ms |
 //!
-//! The first rule of this order that holds gives the verdict. It is also the order of [`Validity::graver`]: each can be the reason for
+//! The first rule of this order that holds gives the validity. It is also the order of [`Validity::graver`]: each can be the reason for
 //! those below it.
 //!
-//! *Said after*, [`Validity::detection_ms`], is the time from the last right sample to the one that gets the verdict, at the default
+//! *Said after*, [`Validity::detection_ms`], is the time from the last right sample to the one that gets the validity, at the default
 //! limits and at 1 kHz: with `n` ms it is the n-th wrong sample. The fault itself lies between the last right sample and the first wrong
-//! one, so it is named no later than that after it happened. Before a verdict that takes its time there is another: an open wire is
+//! one, so it is named no later than that after it happened. Before a validity that takes its time there is another: an open wire is
 //! saturated for 19 ms, a jump that stays is a spike for 4 ms; no sample of it is taken for an angle. Only a code that sticks is good
 //! until it is called stuck.
 //!
@@ -59,6 +59,7 @@ const AT_ONCE_MS: u16 = 1;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum Validity {
     /// The angle is this sample's.
     #[default]
@@ -82,7 +83,7 @@ pub enum Validity {
 }
 
 impl Validity {
-    /// Every verdict, in order of its number.
+    /// Every validity, in order of its number.
     pub const ALL: [Validity; 9] = [
         Validity::Good,
         Validity::Open,
@@ -111,17 +112,17 @@ impl Validity {
         }
     }
 
-    /// The verdict of that [`Validity::name`].
+    /// The validity of that [`Validity::name`].
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|verdict| verdict.name() == name)
+        Self::ALL.into_iter().find(|validity| validity.name() == name)
     }
 
-    /// Time from the last right sample to the one that gets this verdict, at the default [`HealthConfig`] and 1 kHz, in ms; 0 for good.
+    /// Time from the last right sample to the one that gets this validity, at the default [`HealthConfig`] and 1 kHz, in ms; 0 for good.
     ///
     /// ```
     /// use hgod_adc::Validity;
-    /// let found = Validity::ALL.map(|verdict| (verdict.name(), verdict.detection_ms()));
+    /// let found = Validity::ALL.map(|validity| (validity.name(), validity.detection_ms()));
     /// assert_eq!(found[1..], [
     ///     ("open", 20),
     ///     ("short", 20),
@@ -144,19 +145,19 @@ impl Validity {
         }
     }
 
-    /// The graver of two: of several sensors, or of several samples. The order is that of the module's table.
+    /// The worse of two: of several sensors, or of several samples. The order is that of the module's table.
     ///
     /// ```
     /// use hgod_adc::Validity;
-    /// assert_eq!(Validity::Saturated.graver(Validity::Open), Validity::Open);
-    /// assert_eq!(Validity::Good.graver(Validity::Spike), Validity::Spike);
+    /// assert_eq!(Validity::Saturated.worse(Validity::Open), Validity::Open);
+    /// assert_eq!(Validity::Good.worse(Validity::Spike), Validity::Spike);
     /// ```
     #[must_use]
-    pub const fn graver(self, other: Self) -> Self {
-        if other.gravity() > self.gravity() { other } else { self }
+    pub const fn worse(self, other: Self) -> Self {
+        if other.severity() > self.severity() { other } else { self }
     }
 
-    const fn gravity(self) -> u8 {
+    const fn severity(self) -> u8 {
         match self {
             Self::Good => 0,
             Self::Spike => 1,

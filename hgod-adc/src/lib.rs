@@ -1,4 +1,4 @@
-//! The ears: codes of the analogue-to-digital converter become joint angles, and every sample gets a verdict.
+//! The ears: codes of the analogue-to-digital converter become joint angles, and every sample gets a validity.
 //!
 //! ```text
 //!  AdcCode, VREFINT --[code]--> Volts --[calibration]--> Radians --[filter]--> Radians
@@ -24,7 +24,7 @@
 //! let sensor = SensorConfig {
 //!     // The factory's reading of the internal reference on this very chip, taken at 3.3 V.
 //!     reference: ReferenceConfig::stm32f4(AdcCode(1501)),
-//!     calibration: Calibration::build(&points, Interpolation::Linear)?,
+//!     calibration: Calibration::new(&points, Interpolation::Linear)?,
 //!     filter: FilterConfig::default(),
 //!     health: HealthConfig::default(),
 //! }
@@ -33,22 +33,22 @@
 //! // VREFINT reads as it did in the factory, so the supply is 3.3 V and code 2172 is 1.7503 V: 45.0 degrees.
 //! let mut state = SensorState::default();
 //! let reading = sensor.sample(&mut state, AdcCode(2172), AdcCode(1501));
-//! assert_eq!(reading.verdict, Validity::Good);
+//! assert_eq!(reading.validity, Validity::Good);
 //! assert!((reading.volts.0 - 1.7503).abs() < 1e-4);
 //! assert!((reading.angle.degrees() - 44.98).abs() < 0.01);
 //!
 //! // The wire comes off: not one sample of it is taken for an angle, and after 20 ms it has its name.
 //! let first = sensor.sample(&mut state, AdcCode(3), AdcCode(1501));
-//! assert_eq!((first.code, first.verdict, first.angle), (AdcCode(3), Validity::Saturated, reading.angle));
-//! let last = (2..=20).map(|_| sensor.sample(&mut state, AdcCode(3), AdcCode(1501)).verdict).last();
+//! assert_eq!((first.code, first.validity, first.angle), (AdcCode(3), Validity::Saturated, reading.angle));
+//! let last = (2..=20).map(|_| sensor.sample(&mut state, AdcCode(3), AdcCode(1501)).validity).last();
 //! assert_eq!(last, Some(Validity::Open));
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
 //! # What a caller may rely on
 //! - No input makes a call panic, loop without bound or return a number that is not finite.
-//! - An angle lies in the span of the calibration table, always. Outside the table there is a verdict, no extrapolation.
-//! - When a verdict is not [`Validity::Good`], the code and the volts of the sample are still there, and the angle is the last good one.
+//! - An angle lies in the span of the calibration table, always. Outside the table there is a validity, no extrapolation.
+//! - When a validity is not [`Validity::Good`], the code and the volts of the sample are still there, and the angle is the last good one.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 

@@ -6,7 +6,7 @@
 //! ```
 //! Why not the plain mean: a servo's switching disturbs a single conversion, and the mean would carry a quarter of such a spike
 //! on, small enough to pass for an angle. One wild conversion of four, whatever its size, moves the trimmed mean by no more than
-//! the spread of the other three. Two wild ones on the same side get through, and are then left to the rate verdict and to the
+//! the spread of the other three. Two wild ones on the same side get through, and are then left to the rate validity and to the
 //! median of the filter. The price is noise: for Gaussian noise its variance is 0.298 of a single conversion's, not 0.25.
 //!
 //! The result is a code of the same 12 bits, so everything that takes codes takes it. Halves go to the even code, up as often as down:

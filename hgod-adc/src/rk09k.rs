@@ -30,7 +30,7 @@ pub const fn pivot(fraction: f32) -> Radians {
 /// use hgod_adc::{Calibration, Interpolation, rk09k};
 /// use joint_units::Volts;
 /// let table = rk09k::points::<17>(Volts(3.3), 0.26, 0.95);
-/// let calibration = Calibration::build(&table, Interpolation::MonotoneCubic)?;
+/// let calibration = Calibration::new(&table, Interpolation::MonotoneCubic)?;
 /// let (low, high) = calibration.span();
 /// assert!(low.degrees() < -50.0 && high.degrees() > 100.0);
 /// # Ok::<(), hgod_adc::CalibrationError>(())

@@ -27,6 +27,7 @@ pub struct SensorConfig {
 /// Why a sensor was refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum SensorError {
     /// A parameter is out of its range.
     Range(RangeError),
@@ -134,11 +135,11 @@ pub struct Reading {
     pub code: AdcCode,
     /// Its volts at the sensor. Where the supply has no valid reading: by the last supply that had one, or the factory's.
     pub volts: Volts,
-    /// The filtered angle; where the verdict is not good, the last good one. Before the first good sample it is the angle of
+    /// The filtered angle; where the validity is not good, the last good one. Before the first good sample it is the angle of
     /// the table that is nearest to 0, a standing leg.
     pub angle: Radians,
     /// Whether the angle is this sample's, and if not, why.
-    pub verdict: Validity,
+    pub validity: Validity,
 }
 
 impl Sensor {
@@ -159,8 +160,8 @@ impl Sensor {
         };
         let jumped = seen.is_ok_and(|angle| self.too_fast(state, angle));
         let of_jump = self.health.jump(&mut state.health, jumped);
-        let verdict = match seen {
-            Err(verdict) => verdict,
+        let validity = match seen {
+            Err(validity) => validity,
             Ok(_) if jumped => of_jump,
             Ok(angle) => {
                 self.accept(state, angle);
@@ -168,7 +169,7 @@ impl Sensor {
             }
         };
         let angle = state.good.map_or_else(|| self.resting(), |good| good.filtered);
-        Reading { code, volts, angle, verdict }
+        Reading { code, volts, angle, validity }
     }
 
     /// The code that the converter would give for an angle: the whole chain backwards, for host models.

@@ -11,7 +11,7 @@ fn table(points: &[(f32, f32)]) -> Vec<CalibrationPoint> {
 }
 
 fn build(points: &[(f32, f32)]) -> Result<Calibration, CalibrationError> {
-    let both = BOTH.map(|interpolation| Calibration::build(&table(points), interpolation));
+    let both = BOTH.map(|interpolation| Calibration::new(&table(points), interpolation));
     assert_eq!(both[0].is_ok(), both[1].is_ok());
     let [linear, _] = both;
     linear
@@ -85,7 +85,7 @@ fn a_table_that_runs_into_saturation_is_refused_and_its_flat_end_is_out_of_the_t
 fn a_calibration_shows_what_it_was_built_from() {
     let points = table(&[(0.5, 90.0), (1.0, 50.0), (2.0, -10.0)]);
     for interpolation in BOTH {
-        let calibration = Calibration::build(&points, interpolation).unwrap();
+        let calibration = Calibration::new(&points, interpolation).unwrap();
         assert_eq!(calibration.points(), points);
         assert_eq!(calibration.span(), (points[2].angle, points[0].angle));
         assert_eq!(calibration.volts_span(), (Volts(0.5), Volts(2.0)));
@@ -105,7 +105,7 @@ fn published(points: usize, interpolation: Interpolation) -> Calibration {
         .map(|i| 260.0 + 720.0 * i as f64 / (points - 1) as f64)
         .map(|a| ((a / 1023.0 * 3.3) as f32, rk09k_degrees(a) as f32))
         .collect();
-    Calibration::build(&self::table(&table), interpolation).unwrap()
+    Calibration::new(&self::table(&table), interpolation).unwrap()
 }
 
 /// Worst difference in degrees from the formula, over every 12 bit code inside the table.
@@ -174,7 +174,7 @@ fn a_parabola_is_reproduced() {
     let parabola = |v: f32| 10.0 + 20.0 * v + 4.0 * v * v;
     for direction in [1.0, -1.0] {
         let points: Vec<_> = [0.2, 0.5, 0.9, 1.6, 2.0, 2.9].map(|v| (v, direction * 0.5 * parabola(v))).into();
-        let calibration = Calibration::build(&table(&points), Interpolation::MonotoneCubic).unwrap();
+        let calibration = Calibration::new(&table(&points), Interpolation::MonotoneCubic).unwrap();
         for step in 0..=2700 {
             let v = (0.2 + step as f32 * 1e-3).min(2.9);
             let angle = calibration.angle(Volts(v)).unwrap().degrees();
@@ -235,7 +235,7 @@ proptest! {
     #[test]
     fn every_point_is_met_exactly_and_its_neighbourhood_does_not_pass_it(points in any_table(3.6)) {
         for interpolation in BOTH {
-            let calibration = Calibration::build(&points, interpolation).unwrap();
+            let calibration = Calibration::new(&points, interpolation).unwrap();
             let sign = (points[1].angle.0 - points[0].angle.0).signum();
             for point in &points {
                 prop_assert_eq!(calibration.angle(point.volts), Ok(point.angle));
@@ -253,7 +253,7 @@ proptest! {
     ) {
         fractions.sort_by(f32::total_cmp);
         for interpolation in BOTH {
-            let calibration = Calibration::build(&points, interpolation).unwrap();
+            let calibration = Calibration::new(&points, interpolation).unwrap();
             let sign = (points[1].angle.0 - points[0].angle.0).signum();
             let mut before = f32::NEG_INFINITY;
             for fraction in &fractions {
@@ -272,7 +272,7 @@ proptest! {
     #[test]
     fn rounding_turns_a_line_never_and_a_cubic_by_less_than_stated(points in any_table(3.6), fraction in 0.0..1.0_f32) {
         for interpolation in BOTH {
-            let calibration = Calibration::build(&points, interpolation).unwrap();
+            let calibration = Calibration::new(&points, interpolation).unwrap();
             let sign = (points[1].angle.0 - points[0].angle.0).signum();
             let mut volts = at(&calibration, fraction);
             let mut before = sign * calibration.angle(volts).unwrap().0;
@@ -288,7 +288,7 @@ proptest! {
     #[test]
     fn outside_the_table_there_is_a_verdict_for_any_number(points in any_table(3.6), bits in any::<u32>(), near in -0.2..1.2_f32) {
         for interpolation in BOTH {
-            let calibration = Calibration::build(&points, interpolation).unwrap();
+            let calibration = Calibration::new(&points, interpolation).unwrap();
             let (least, greatest) = calibration.volts_span();
             let (low, high) = calibration.span();
             for volts in [f32::from_bits(bits), least.0 + near * (greatest.0 - least.0), least.0.next_down(), greatest.0.next_up()] {
@@ -309,7 +309,7 @@ proptest! {
     fn the_inverse_comes_back(low_points in any_table(3.6), high_points in any_table(30.0), fraction in 0.0..=1.0_f32) {
         for (points, degrees) in [(low_points, 0.0003), (high_points, 0.003)] {
             for interpolation in BOTH {
-                let calibration = Calibration::build(&points, interpolation).unwrap();
+                let calibration = Calibration::new(&points, interpolation).unwrap();
                 let (low, high) = calibration.span();
                 let angle = Radians((low.0 + fraction * (high.0 - low.0)).min(high.0));
                 let volts = calibration.volts(angle).unwrap();
@@ -328,7 +328,7 @@ proptest! {
     fn rising_and_falling_are_mirror_images(points in any_table(3.6), fraction in 0.0..=1.0_f32) {
         let halved = |sign: f32| points.iter().map(|p| CalibrationPoint { angle: Radians(sign * 0.25 * p.angle.0), ..*p }).collect::<Vec<_>>();
         for interpolation in BOTH {
-            let (Ok(one), Ok(other)) = (Calibration::build(&halved(1.0), interpolation), Calibration::build(&halved(-1.0), interpolation)) else {
+            let (Ok(one), Ok(other)) = (Calibration::new(&halved(1.0), interpolation), Calibration::new(&halved(-1.0), interpolation)) else {
                 continue; // a quarter of the angle may be too small a step
             };
             let volts = at(&one, fraction);

@@ -1,4 +1,4 @@
-//! Each verdict: after what time it comes, when it goes again, and that a walking or standing leg never gets one.
+//! Each validity: after what time it comes, when it goes again, and that a walking or standing leg never gets one.
 
 mod support;
 
@@ -11,7 +11,7 @@ use support::{CAL, Noise, config, knee_degrees, nominal, sensor};
 /// Verdicts of a fresh sensor on the codes.
 fn verdicts(sensor: &Sensor, codes: impl IntoIterator<Item = u16>) -> Vec<Validity> {
     let mut state = SensorState::default();
-    codes.into_iter().map(|code| sensor.sample(&mut state, AdcCode(code), CAL).verdict).collect()
+    codes.into_iter().map(|code| sensor.sample(&mut state, AdcCode(code), CAL).validity).collect()
 }
 
 fn with_health(period: Period, health: HealthConfig) -> Sensor {
@@ -40,11 +40,11 @@ fn an_open_or_shorted_wire_is_named_in_time_at_every_period() {
             ] {
                 let sensor = with_health(period, HealthConfig { pull, wire_ms, ..Default::default() });
                 let seen = verdicts(&sensor, (0..10).map(alive).chain([code; 200]));
-                assert!(seen[..10].iter().all(|&verdict| verdict == Validity::Good));
+                assert!(seen[..10].iter().all(|&validity| validity == Validity::Good));
                 let after = &seen[10..];
-                let named = after.iter().position(|&verdict| verdict == want).unwrap();
-                assert!(after[..named].iter().all(|&verdict| verdict == Validity::Saturated));
-                assert!(after[named..].iter().all(|&verdict| verdict == want));
+                let named = after.iter().position(|&validity| validity == want).unwrap();
+                assert!(after[..named].iter().all(|&validity| validity == Validity::Saturated));
+                assert!(after[named..].iter().all(|&validity| validity == want));
                 let (least, most) = ((u32::from(wire_ms) - 1) * 1000, u32::from(wire_ms) * 1000);
                 let time = named as u32 * micros;
                 assert!(time <= most, "{time} us for {wire_ms} ms at {micros} us");
@@ -58,7 +58,7 @@ fn an_open_or_shorted_wire_is_named_in_time_at_every_period() {
 fn the_codes_beside_the_end_bands_are_not_broken_wires() {
     for code in [82, 4013] {
         let seen = verdicts(&sensor(), [code; 100]);
-        assert!(seen.iter().all(|&verdict| verdict == Validity::OutOfTable), "{code}");
+        assert!(seen.iter().all(|&validity| validity == Validity::OutOfTable), "{code}");
     }
 }
 
@@ -66,8 +66,8 @@ fn the_codes_beside_the_end_bands_are_not_broken_wires() {
 fn a_wire_is_believed_again_after_as_long_as_it_was_doubted() {
     let seen = verdicts(&sensor(), (0..10).map(alive).chain([3; 500]).chain((0..100).map(alive)));
     let back = &seen[510..];
-    assert!(back[..19].iter().all(|&verdict| verdict == Validity::Open), "{back:?}");
-    assert!(back[19..].iter().all(|&verdict| verdict == Validity::Good), "{back:?}");
+    assert!(back[..19].iter().all(|&validity| validity == Validity::Open), "{back:?}");
+    assert!(back[19..].iter().all(|&validity| validity == Validity::Good), "{back:?}");
 }
 
 #[test]
@@ -94,8 +94,8 @@ fn a_code_that_does_not_change_for_longer_than_the_time_is_stuck_until_it_does()
         let sensor = with_health(period, HealthConfig { stuck_ms, ..Default::default() });
         let seen = verdicts(&sensor, (0..7).map(alive).chain(vec![2005; ticks + 50]).chain([2006, 2006]));
         let same = &seen[7..ticks + 57];
-        assert!(same[..ticks].iter().all(|&verdict| verdict == Validity::Good), "{micros} {stuck_ms}");
-        assert!(same[ticks..].iter().all(|&verdict| verdict == Validity::Stuck), "{micros} {stuck_ms}");
+        assert!(same[..ticks].iter().all(|&validity| validity == Validity::Good), "{micros} {stuck_ms}");
+        assert!(same[ticks..].iter().all(|&validity| validity == Validity::Stuck), "{micros} {stuck_ms}");
         assert_eq!(seen[ticks + 57..], [Validity::Good; 2]);
     }
 }
@@ -127,7 +127,7 @@ fn a_walking_and_standing_leg_is_always_good() {
         let code = AdcCode((f32::from(code.0) + 2.0 * noise.normal()).round() as u16);
         let vrefint = AdcCode((f32::from(CAL.0) + noise.normal()).round() as u16);
         let reading = sensor.sample(&mut state, code, vrefint);
-        assert_eq!(reading.verdict, Validity::Good, "tick {tick}");
+        assert_eq!(reading.validity, Validity::Good, "tick {tick}");
         assert!(tick < 100 || (reading.angle.degrees() - angle.degrees()).abs() < 6.0, "tick {tick}");
     }
     assert!(standing > 150_000);
@@ -147,12 +147,12 @@ fn a_jump_is_an_impossible_rate_until_a_joint_could_have_made_it() {
     let accepted = loop {
         let reading = sensor.sample(&mut state, code(70.0), CAL);
         assert_eq!(reading.code, code(70.0));
-        if reading.verdict == Validity::Good {
+        if reading.validity == Validity::Good {
             break reading;
         }
         // For less than 5 ms it may be a spike.
         let name = if rejected < 4 { Validity::Spike } else { Validity::Rate };
-        assert_eq!((reading.verdict, reading.angle), (name, last.angle));
+        assert_eq!((reading.validity, reading.angle), (name, last.angle));
         rejected += 1;
     };
     assert_eq!(rejected, 37);
@@ -161,12 +161,12 @@ fn a_jump_is_an_impossible_rate_until_a_joint_could_have_made_it() {
 }
 
 /// What a wrong sample of each fault is, where a sound one would have this code: the code, and that of VREFINT.
-fn wrong(verdict: Validity, sensor: &Sensor, sound: AdcCode) -> (AdcCode, AdcCode) {
+fn wrong(validity: Validity, sensor: &Sensor, sound: AdcCode) -> (AdcCode, AdcCode) {
     // 50 degrees away, which takes a joint 32 ms.
     let angle = sensor.calibration().angle(sensor.reference().volts(sound, nominal())).unwrap().degrees();
     let to = if angle < 20.0 { angle + 50.0 } else { angle - 50.0 };
     let away = sensor.code(Radians::from_degrees(to), nominal()).unwrap();
-    match verdict {
+    match validity {
         Validity::Good => (sound, CAL),
         Validity::Open | Validity::Saturated => (AdcCode(3), CAL),
         Validity::Short => (AdcCode(4090), CAL),
@@ -175,10 +175,11 @@ fn wrong(verdict: Validity, sensor: &Sensor, sound: AdcCode) -> (AdcCode, AdcCod
         Validity::OutOfTable => (AdcCode(500), CAL),
         // 2.99 V: 3.3 V is 1501.
         Validity::SupplyLow => (sound, AdcCode(1657)),
+        other => panic!("{other} has no code here"),
     }
 }
 
-/// The constant of each verdict is exact: said with the n-th wrong sample, not with the one before; at phases all over the stride.
+/// The constant of each validity is exact: said with the n-th wrong sample, not with the one before; at phases all over the stride.
 #[test]
 fn each_verdict_is_said_after_its_time_and_not_a_millisecond_before() {
     let sensor = sensor();
@@ -186,23 +187,23 @@ fn each_verdict_is_said_after_its_time_and_not_a_millisecond_before() {
         let angle = Radians::from_degrees(knee_degrees(f64::from(tick) * 1e-3 / 1.1));
         sensor.code(angle, nominal()).unwrap()
     };
-    for fault in Validity::ALL.into_iter().filter(|&verdict| verdict != Validity::Good) {
+    for fault in Validity::ALL.into_iter().filter(|&validity| validity != Validity::Good) {
         for start in (500..1600).step_by(11) {
             let mut state = SensorState::default();
             let last = knee(start - 1);
             for tick in 0..start {
                 // A leg that happens to be at rest would begin the count of unchanged codes before the fault.
                 let code = if tick == start - 2 { AdcCode(last.0 + 1) } else { knee(tick) };
-                assert_eq!(sensor.sample(&mut state, code, CAL).verdict, Validity::Good);
+                assert_eq!(sensor.sample(&mut state, code, CAL).validity, Validity::Good);
             }
-            let mut verdict = |n: u32| {
+            let mut validity = |n: u32| {
                 let (code, vrefint) = match fault {
                     Validity::Stuck => (last, CAL),
                     _ => wrong(fault, &sensor, knee(start + n)),
                 };
-                sensor.sample(&mut state, code, vrefint).verdict
+                sensor.sample(&mut state, code, vrefint).validity
             };
-            let said = (1..=2000).find(|&n| verdict(n) == fault);
+            let said = (1..=2000).find(|&n| validity(n) == fault);
             assert_eq!(said, Some(u32::from(fault.detection_ms())), "{fault} from tick {start}");
         }
     }
@@ -223,7 +224,7 @@ fn spikes_are_spikes_until_they_are_more_than_half_of_the_samples() {
     let (rest, away) = (codes(10.0), codes(80.0));
     let bad = |of: usize| {
         let seen = verdicts(&sensor, (0..990).map(|n| if n > 0 && n % 5 < of { away } else { rest + (n % 2) as u16 }));
-        let count = |verdict| seen.iter().filter(|&&given| given == verdict).count();
+        let count = |validity| seen.iter().filter(|&&given| given == validity).count();
         (count(Validity::Spike), count(Validity::Rate), count(Validity::Good))
     };
     // Not those of the very first tick.
@@ -233,7 +234,7 @@ fn spikes_are_spikes_until_they_are_more_than_half_of_the_samples() {
     assert!((5..20).contains(&spikes), "{spikes}");
     let again = [vec![rest], vec![away; 10], vec![rest; 4], vec![away], vec![rest; 6], vec![away]].concat();
     let seen = verdicts(&sensor, again);
-    let jumps: Vec<_> = seen.into_iter().filter(|&verdict| verdict != Validity::Good).collect();
+    let jumps: Vec<_> = seen.into_iter().filter(|&validity| validity != Validity::Good).collect();
     let (first, rest) = jumps.split_at(4);
     assert_eq!(first, [Validity::Spike; 4]);
     assert_eq!(rest[..7], [Validity::Rate; 7]);
@@ -247,7 +248,7 @@ fn of_two_verdicts_the_graver_is_the_one_that_can_be_the_others_reason() {
     assert_eq!(order.len(), Validity::ALL.len());
     for (n, lesser) in order.into_iter().enumerate() {
         for graver in order.into_iter().skip(n) {
-            assert_eq!((lesser.graver(graver), graver.graver(lesser)), (graver, graver));
+            assert_eq!((lesser.worse(graver), graver.worse(lesser)), (graver, graver));
         }
     }
 }
@@ -263,8 +264,8 @@ fn the_documented_times_are_those_of_the_constants() {
         .collect();
     let mut found = 0;
     for row in &rows {
-        for verdict in row[0].split(", ").filter_map(Validity::from_name) {
-            assert_eq!(row[2], format!("{} ms", verdict.detection_ms()), "{verdict}");
+        for validity in row[0].split(", ").filter_map(Validity::from_name) {
+            assert_eq!(row[2], format!("{} ms", validity.detection_ms()), "{validity}");
             found += 1;
         }
     }
@@ -276,7 +277,7 @@ fn the_documented_times_are_those_of_the_constants() {
 fn a_fast_joint_is_not_an_impossible_one() {
     let sensor = sensor();
     let codes = (0..130).map(|ms| sensor.code(Radians::from_degrees((ms - 45) as f32), nominal()).unwrap().0);
-    assert!(verdicts(&sensor, codes).iter().all(|&verdict| verdict == Validity::Good));
+    assert!(verdicts(&sensor, codes).iter().all(|&validity| validity == Validity::Good));
 }
 
 #[test]
@@ -300,7 +301,7 @@ fn missed_ticks_give_a_joint_the_time_that_they_took() {
         let mut state = SensorState::default();
         sensor.sample(&mut state, code(10.0), CAL);
         missed.iter().for_each(|&ticks| state.missed(ticks));
-        sensor.sample(&mut state, code(22.0), CAL).verdict
+        sensor.sample(&mut state, code(22.0), CAL).validity
     };
     // 12 degrees need (12 - 3) / 1.5 = 6 ms, the sample's own tick included.
     assert_eq!((after(&[]), after(&[4])), (Validity::Spike, Validity::Spike));
@@ -334,9 +335,9 @@ fn each_bad_limit_is_named() {
 #[test]
 fn a_verdict_and_its_word_are_one() {
     let words = ["good", "open", "short", "saturated", "stuck", "spike", "rate", "out_of_table", "supply_low"];
-    for (number, (verdict, word)) in Validity::ALL.into_iter().zip(words).enumerate() {
-        assert_eq!((verdict as usize, verdict.to_string().as_str()), (number, word));
-        assert_eq!(Validity::from_name(word), Some(verdict));
+    for (number, (validity, word)) in Validity::ALL.into_iter().zip(words).enumerate() {
+        assert_eq!((validity as usize, validity.to_string().as_str()), (number, word));
+        assert_eq!(Validity::from_name(word), Some(validity));
     }
     assert_eq!(Validity::from_name("Good"), None);
 }

@@ -78,6 +78,7 @@ fn every_vrefint_code_is_a_supply_in_range_or_a_named_fault() {
                 assert_eq!(reference.vrefint(supply), AdcCode(code));
                 3
             }
+            Err(other) => panic!("code {code}: {other}"),
         };
         seen[which] += 1;
     }

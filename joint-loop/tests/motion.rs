@@ -2,8 +2,8 @@
 
 mod support;
 
-use cpg_core::Generator;
 use cpg_core::gait::default_walk::default_walk;
+use cpg_core::{Follow, Generator, Unguided};
 use joint_loop::{Cause, GateStatus, JointLoop, LoopConfig, SupervisorState};
 use joint_units::{Period, PulseMicros, Radians};
 use support::{Puppet, good, idle, press, puppet, reach, walker};
@@ -25,7 +25,7 @@ impl Course {
         Self { last: pose.map(|a| f64::from(a.0)), step: [0.0; 4], rate: 0.0, acceleration: 0.0 }
     }
 
-    fn follow<G: Generator<4>, const S: usize>(&mut self, joints: &JointLoop<G, S>) {
+    fn follow<G: Generator<4> + Follow, const S: usize>(&mut self, joints: &JointLoop<G, S>) {
         let now = joints.frame().setpoints.map(|a| f64::from(a.0));
         for ((now, last), before) in now.into_iter().zip(self.last).zip(&mut self.step) {
             let step = now - last;
@@ -170,7 +170,7 @@ fn a_jumping_generator_is_bounded() {
         let mut joints = config
             .build(
                 Period::MILLISECOND,
-                Jumper { poses: wild, every: period_of_jumps, steps: 0 },
+                Unguided(Jumper { poses: wild, every: period_of_jumps, steps: 0 }),
                 [Some(support::sensor())],
             )
             .expect("valid");
@@ -244,7 +244,7 @@ fn the_course_does_not_depend_on_the_period() {
     let mut poses = Vec::new();
     for micros in [500, 1_000, 2_000] {
         let period = Period::from_micros(micros).expect("valid");
-        let walk = default_walk(period).expect("valid");
+        let walk = Unguided(default_walk(period).expect("valid"));
         let mut joints = config.build(period, walk, []).expect("valid");
         let ticks = |ms: u32| ms * 1_000 / micros;
         let mut run = |ms: u32, button: bool| {

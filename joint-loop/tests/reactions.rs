@@ -2,7 +2,7 @@
 
 mod support;
 
-use cpg_core::StateFault;
+use cpg_core::{Field, StateFault};
 use hgod_adc::Validity;
 use joint_loop::{BoardFaults, Cause, Command, LoopConfig, PARK_MS, Sample, SupervisorState, fault_response};
 use joint_units::{AdcCode, Period, Radians};
@@ -98,7 +98,7 @@ fn sound(verdict: Validity, tick: u32) -> Sample<1> {
 }
 
 /// A loop in this state whose leg is where [`sound`] has it.
-fn sound_in(state: SupervisorState, verdict: Validity) -> joint_loop::JointLoop<cpg_core::gait::default_walk::Walk, 1> {
+fn sound_in(state: SupervisorState, verdict: Validity) -> joint_loop::JointLoop<support::Walk, 1> {
     let mut joints = reach(&walker(), state);
     let [from, to] = [good(0), sound(verdict, 0)].map(|sample| u32::from(sample.codes[0].0));
     for tick in 0..400 {
@@ -125,6 +125,7 @@ fn wrong(verdict: Validity, n: u32) -> Sample<1> {
         Validity::Spike | Validity::Rate => code(3_000),
         Validity::OutOfTable => code(3_500),
         Validity::SupplyLow => Sample { vrefint: AdcCode(0), ..sound },
+        other => panic!("{other} has no sample here"),
     }
 }
 
@@ -300,7 +301,10 @@ fn late_ticks_are_counted_and_nothing_else() {
 /// good ones, and at rest it starts afresh.
 #[test]
 fn a_failed_generator_is_not_listened_to() {
-    for health in [StateFault::NotFinite { joint: 2 }, StateFault::OutOfBounds { joint: 0 }] {
+    for health in [
+        StateFault::NotFinite { state: Field::at("velocity", 2) },
+        StateFault::OutOfBounds { state: Field::of("phase") },
+    ] {
         let failing = Puppet { health: Err(health), from_step: 3_000, ..Puppet::at([10.0, -10.0, 40.0, 20.0]) };
         let mut joints = reach(&puppet(failing), SupervisorState::Walking);
         let mut ticks = 0;
@@ -426,7 +430,7 @@ fn a_configuration_that_cannot_work_is_refused_by_name() {
         assert!(error.starts_with(words), "{error}");
     }
 
-    let broken = Puppet { health: Err(StateFault::NotFinite { joint: 0 }), ..Puppet::at([0.0; 4]) };
+    let broken = Puppet { health: Err(StateFault::NotFinite { state: Field::of("phase") }), ..Puppet::at([0.0; 4]) };
     let config = LoopConfig::default_biped();
     let error = config.build(Period::MILLISECOND, broken, [Some(sensor())]).map(|_| ()).expect_err("broken");
     assert_eq!(error, joint_loop::LoopError::Generator);

@@ -2,12 +2,11 @@
 
 mod support;
 
-use cpg_core::gait::default_walk::Walk;
 use hgod_adc::{SensorState, Validity};
 use joint_loop::{BoardFaults, Cause, Command, Frame, JointLoop, LoopConfig, Sample, SupervisorState};
 use joint_units::{AdcCode, Joint};
 use proptest::prelude::*;
-use support::{VREFINT, good, idle, press, reach, script, sensor, walker};
+use support::{VREFINT, Walk, good, idle, press, reach, script, sensor, walker};
 
 /// Every code of the converter, for the sensor and for the reference, in every state: one tick and 60 more. The measured angle
 /// is what the sensor alone makes of the same codes, bit for bit; what moves is bounded; nothing moves that did not.
@@ -34,7 +33,7 @@ fn every_code_in_every_state() {
                 assert_eq!((frame.state, command.pulses.is_some()), (after, after.moving()), "{code} {state:?}");
                 assert!(frame.measured[0].0.is_finite() && (0.0..=120.1).contains(&frame.measured[0].degrees()));
                 let reading = alone.sample(&mut listening.clone(), sample.codes[0], sample.vrefint);
-                assert_eq!(frame.validity, [Some(reading.verdict)], "{code} {state:?}");
+                assert_eq!(frame.validity, [Some(reading.validity)], "{code} {state:?}");
                 assert_eq!(frame.measured[0].0.to_bits(), reading.angle.0.to_bits(), "{code} {state:?}");
                 for tick in 0..if code % 64 == 0 { 60 } else { 1 } {
                     let before = joints.frame();

@@ -1,21 +1,39 @@
-//! The dictionary: one newtype for every quantity that passes a door between two crates, and nothing else.
+//! Newtypes for the quantities that Footfall's crates exchange.
 //!
-//! Inside, everything is SI (radians, seconds, volts); degrees and milliseconds appear only where a person reads or writes.
+//! All values are SI: radians, seconds, volts. Degrees and milliseconds occur only where a person reads or writes.
 //! Flexion is positive. The joint order is the same everywhere: left hip, right hip, left knee, right knee.
 //!
 //! ```
-//! use joint_units::{Joint, Period, Radians};
+//! use joint_units::{Joint, Period, Phase, Radians};
 //! let knee_flexion = Radians::from_degrees(60.0);
 //! assert!((knee_flexion.0 - 1.047_197_6).abs() < 1e-6);
 //! assert_eq!(Joint::ALL[2], Joint::LeftKnee);
 //! assert_eq!(Period::MILLISECOND.seconds(), 1e-3);
+//! // A phase wraps: a tenth of a cycle after 0.95 is 0.05.
+//! let phase = Phase::from_cycles(0.95) + Phase::from_cycles(0.1);
+//! assert!((phase.cycles() - 0.05).abs() < 1e-6);
 //! ```
 //!
+//! | type | quantity | unit |
+//! |---|---|---|
+//! | [`AdcCode`] | raw count of a 12 bit converter | 0 to 4095 |
+//! | [`Volts`] | electric potential | V |
+//! | [`Celsius`] | temperature | degrees Celsius |
+//! | [`Radians`], [`RadPerSec`], [`RadPerSec2`] | joint angle and its derivatives | rad, rad/s, rad/s^2 |
+//! | [`Phase`] | part of the stride that has passed | 2^-32 of a cycle, wraps |
+//! | [`PulseMicros`] | width of a servo pulse | us |
+//! | [`Period`] | control period | whole us |
+//! | [`Joint`] | index of a joint | - |
+//!
 //! # Glossary
-//! - **sample**: what the converter delivered for one tick; **code**: one raw count of it.
-//! - **tick**: one call of the control loop, one [`Period`] after the last.
-//! - **phase**: the fraction of the gait cycle that has passed, see [`Phase`].
-//! - **setpoint**: the angle that a joint is asked to take; **command**: what the servo is told after the gate.
+//! - **sample**: what the converter measured for one tick; **code**: one raw count of it.
+//! - **tick**: one call of the control loop, one [`Period`] after the one before.
+//! - **stride**: one full gait cycle; **step**: half of it.
+//! - **phase**: the part of the stride that has passed, see [`Phase`].
+//! - **setpoint**: a joint angle after the limits of the control loop; **pulse**: the servo width made from it.
+//!
+//! # Features
+//! - `defmt`: `defmt::Format` for every type. For a target that links a defmt logger; a host binary does not link with it.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
@@ -70,12 +88,55 @@ pub struct RadPerSec(pub f32);
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RadPerSec2(pub f32);
 
-/// Phase of the gait cycle as a fraction of 2^32: it wraps exactly, and no sum of steps ever loses precision.
+/// Phase of the gait cycle in units of 2^-32 cycles. Sums wrap exactly, so no number of steps loses precision.
+///
+/// ```
+/// use joint_units::Phase;
+/// let (a, b) = (Phase::from_cycles(0.9), Phase::from_cycles(0.1));
+/// assert!((a + b).cycles_after(Phase::ZERO).abs() < 1e-6);
+/// // The difference is that of the shorter way round.
+/// assert!((b.cycles_after(a) - 0.2).abs() < 1e-6);
+/// assert!((a.cycles_after(b) + 0.2).abs() < 1e-6);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Phase(pub u32);
 
 impl Phase {
+    /// The start of the cycle.
+    pub const ZERO: Phase = Phase(0);
+
+    /// The sum, whole cycles dropped; as `+`, for constant expressions.
+    #[must_use]
+    pub const fn wrapping_add(self, by: Phase) -> Phase {
+        Phase(self.0.wrapping_add(by.0))
+    }
+
+    /// How far `self` is after `other`, 0 to a whole cycle; as `-`, for constant expressions.
+    #[must_use]
+    pub const fn wrapping_sub(self, other: Phase) -> Phase {
+        Phase(self.0.wrapping_sub(other.0))
+    }
+
+    /// How far `self` is after `other` by the shorter way round, in cycles: -0.5 to 0.5, negative if it is before.
+    #[must_use]
+    pub const fn cycles_after(self, other: Phase) -> f32 {
+        self.counts_after(other) as f32 * (1.0 / 4_294_967_296.0)
+    }
+
+    /// How far `self` is after `other` by the shorter way round, in radians: -pi to pi, negative if it is before.
+    #[must_use]
+    pub const fn radians_after(self, other: Phase) -> Radians {
+        Radians(self.counts_after(other) as f32 * (core::f32::consts::TAU / 4_294_967_296.0))
+    }
+
+    /// How far `self` is after `other` by the shorter way round, in counts of 2^-32 cycles: exact.
+    #[must_use]
+    pub const fn counts_after(self, other: Phase) -> i32 {
+        // The upper half of the circle becomes the negative numbers.
+        self.0.wrapping_sub(other.0) as i32
+    }
+
     /// Phase in cycles, 0 to 1 (1 itself only by rounding to `f32`).
     #[must_use]
     pub const fn cycles(self) -> f32 {
@@ -91,12 +152,34 @@ impl Phase {
     }
 }
 
+impl core::ops::Add for Phase {
+    type Output = Phase;
+
+    fn add(self, by: Phase) -> Phase {
+        self.wrapping_add(by)
+    }
+}
+
+impl core::ops::AddAssign for Phase {
+    fn add_assign(&mut self, by: Phase) {
+        *self = self.wrapping_add(by);
+    }
+}
+
+impl core::ops::Sub for Phase {
+    type Output = Phase;
+
+    fn sub(self, other: Phase) -> Phase {
+        self.wrapping_sub(other)
+    }
+}
+
 /// Width of one servo pulse in microseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PulseMicros(pub u16);
 
-/// The control period: whole microseconds, so that ticks can be counted in integers for days.
+/// The control period in whole microseconds, so that time is counted in integers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Period {
@@ -107,7 +190,7 @@ impl Period {
     /// The period of the board's control loop, 1 kHz.
     pub const MILLISECOND: Period = Period { micros: 1000 };
 
-    /// Longest period that is accepted, in microseconds.
+    /// Longest accepted period in microseconds.
     pub const MAX_MICROS: u32 = 100_000;
 
     /// From whole microseconds: 1 to [`Period::MAX_MICROS`], else `None`.
@@ -146,7 +229,7 @@ pub enum Joint {
 }
 
 impl Joint {
-    /// How many joints a biped of hips and knees has.
+    /// Number of joints of a biped with hips and knees.
     pub const COUNT: usize = 4;
 
     /// All joints in order.
@@ -173,9 +256,23 @@ mod tests {
         let step = Phase(0x1234_5677);
         let mut phase = Phase(0);
         for _ in 0..1 << 16 {
-            phase = Phase(phase.0.wrapping_add(step.0));
+            phase += step;
         }
         assert_eq!(phase.0, 0x1234_5677_u32.wrapping_mul(1 << 16));
+        assert_eq!(phase - phase, Phase::ZERO);
+    }
+
+    #[test]
+    fn differences_take_the_shorter_way() {
+        let quarter = Phase(1 << 30);
+        for start in [0, 1, 0x4000_0000, 0x8000_0000, 0xffff_ffff] {
+            let start = Phase(start);
+            let end = start + quarter;
+            assert_eq!((end.counts_after(start), start.counts_after(end)), (1 << 30, -(1 << 30)));
+            assert_eq!((end.cycles_after(start), start.cycles_after(end)), (0.25, -0.25));
+            assert_eq!(end.radians_after(start).0, core::f32::consts::FRAC_PI_2);
+            assert_eq!((start - quarter).cycles_after(start), -0.25);
+        }
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The proof has no start-up code and no memory map: the linker only has to know where to begin looking for what is reachable.
+//! Passes the entry point to the linker, from which it searches for reachable code. The proof has no start-up code and no memory map.
 
 use std::env;
 

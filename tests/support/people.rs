@@ -2,7 +2,7 @@
 
 use crate::traces::{default_trace, many};
 use cpg_core::entrainment::phase_lock::Template;
-use cpg_core::entrainment::{Entrained, EventSource};
+use cpg_core::entrainment::{EventSource, Follower};
 use footfall::command::entrain::default_generator;
 use footfall::command::entrain::learn::{Learned, learn};
 use footfall::command::entrain::run;
@@ -55,7 +55,7 @@ impl Person {
     /// # Panics
     /// The core refuses a template that was learned.
     #[must_use]
-    pub fn legs(&self, sensor: Joint) -> Entrained {
+    pub fn legs(&self, sensor: Joint) -> Follower {
         run::legs(self.templates, sensor, self.learned.stride_s).expect("built")
     }
 

@@ -1,7 +1,7 @@
-//! `cargo xtask bench oscillators`: what each generator can do and what it costs, in one table.
+//! `cargo xtask bench oscillators`: prints the gait error and the cost of each generator in one table.
 //!
-//! Two programs give the numbers: `footfall gait-error` the error on the shipped recording, on the host; `step-cost` the instructions of
-//! a step, on the virtual board, which counts one cycle an instruction. Nothing here is a time: only a chip can tell cycles.
+//! Two programs give the numbers: `footfall gait-error` the error on the default recording, on the host; `step-cost` the instructions of
+//! a step, on the virtual board, which counts one cycle an instruction. None of them is a time: cycles need a chip.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -10,14 +10,14 @@ use std::time::Duration;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};
 
-use crate::build::Workshop;
 use crate::setup::Need;
 use crate::shell;
+use crate::workspace::Workspace;
 
 /// What to measure.
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Bench {
-    /// Every generator: gait error on the shipped recording, instructions a step on the emulated Cortex-M4F
+    /// Every generator: gait error on the default recording, instructions a step on the emulated Cortex-M4F
     Oscillators {
         /// One JSON object instead of the table
         #[arg(long)]
@@ -47,7 +47,7 @@ impl std::fmt::Display for Count {
     }
 }
 
-/// What `step-cost` tells of a generator.
+/// The result of `step-cost` for a generator.
 #[derive(Debug, Clone, PartialEq)]
 struct Cost {
     name: String,
@@ -62,7 +62,7 @@ struct Row {
     name: String,
     hip_deg: f64,
     knee_deg: f64,
-    /// What 1 % of noise on each state adds.
+    /// The error that 1 % of noise on each state adds.
     noise_deg: f64,
     as_built_deg: [f64; 2],
     /// Numbers that the read-out fits for each joint.
@@ -71,13 +71,14 @@ struct Row {
 }
 
 /// Runs the bench.
-pub(crate) fn bench(shop: &mut Workshop, bench: &Bench) -> Result<ExitCode> {
+pub(crate) fn bench(bench: &Bench) -> Result<ExitCode> {
     let Bench::Oscillators { json } = bench;
-    shop.set_up(&[Need::Thumb, Need::VirtualBoard])?;
-    let costs = costs(shop)?;
-    let footfall = shop.footfall()?;
+    let mut workspace = Workspace::open()?;
+    workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
+    let costs = costs(&workspace)?;
+    let footfall = workspace.footfall()?;
     let errors = shell::stdout_of(shell::command(footfall).args(["gait-error", "--json"]))?;
-    let errors: Value = serde_json::from_str(&errors).context("reading what footfall gait-error says")?;
+    let errors: Value = serde_json::from_str(&errors).context("reading the output of footfall gait-error")?;
     // A line with a plus is of something that has no gait error of its own.
     let (also, models): (Vec<Cost>, Vec<Cost>) = costs.into_iter().partition(|cost| cost.name.starts_with('+'));
     let rows = rows(&errors, &models)?;
@@ -85,31 +86,34 @@ pub(crate) fn bench(shop: &mut Workshop, bench: &Bench) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn costs(shop: &Workshop) -> Result<Vec<Cost>> {
-    let board = shop.virtual_board()?;
-    let elf = shop.step_cost()?;
+fn costs(workspace: &Workspace) -> Result<Vec<Cost>> {
+    let board = workspace.virtual_board()?;
+    let elf = workspace.step_cost()?;
     let mut command = shell::command(&board);
     command.args(["--self-test-exit", "semihosting", "--secs", "60"]).arg(&elf);
-    let ended = shell::with_deadline(&mut command, DEADLINE, &shop.target_dir.join("xtask-logs/step-cost.log"))?;
-    ensure!(ended.success(), "step-cost fails on the virtual board ({})\n{}", ended.how(), ended.tail(20));
-    let lines = ended.said.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-    let told = lines.filter(|line| line["type"] == "semihosting");
-    told.map(|line| cost(line["text"].as_str().unwrap_or_default())).collect()
+    let finished =
+        shell::with_deadline(&mut command, DEADLINE, &workspace.target_dir.join("xtask-logs/step-cost.log"))?;
+    ensure!(finished.success(), "step-cost fails on the virtual board ({})\n{}", finished.how(), finished.tail(20));
+    let lines = finished.output.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let texts = lines.filter(|line| line["type"] == "semihosting");
+    texts.map(|line| cost(line["text"].as_str().unwrap_or_default())).collect()
 }
 
 /// Reads `name least sum most least sum most`.
 fn cost(text: &str) -> Result<Cost> {
     let words: Vec<&str> = text.split_whitespace().collect();
-    let [name, numbers @ ..] = words.as_slice() else { bail!("step-cost told an empty line") };
+    let [name, numbers @ ..] = words.as_slice() else {
+        bail!("step-cost wrote an empty line; expected a name and six numbers")
+    };
     let numbers: Vec<u64> = numbers.iter().map_while(|word| word.parse().ok()).collect();
     let &[a, b, c, d, e, f] = numbers.as_slice() else {
-        bail!("step-cost told `{text}`; wanted a name and six numbers")
+        bail!("step-cost wrote `{text}`; expected a name and six numbers")
     };
     let count = |least, sum: u64, most| Count { least, mean: sum as f64 / STEPS, most };
     Ok(Cost { name: (*name).to_owned(), step: count(a, b, c), tick: count(d, e, f) })
 }
 
-/// Both halves of each generator: one that has only one of them is a mistake in a list.
+/// Joins error and cost of each generator; one that has only one of them is missing from a list.
 fn rows(errors: &Value, costs: &[Cost]) -> Result<Vec<Row>> {
     let all = errors["generators"].as_array().context("footfall gait-error lists no generators")?;
     let row = |of: &Value| {
@@ -128,7 +132,7 @@ fn rows(errors: &Value, costs: &[Cost]) -> Result<Vec<Row>> {
     };
     let rows = all.iter().map(row).collect::<Result<Vec<_>>>()?;
     if let Some(cost) = costs.iter().find(|cost| !rows.iter().any(|row| row.name == cost.name)) {
-        bail!("{} was counted on the board, but footfall knows no gait error of it", cost.name);
+        bail!("{} was counted on the board, but footfall lists no gait error for it", cost.name);
     }
     Ok(rows)
 }
@@ -212,15 +216,15 @@ mod tests {
     }
 
     #[test]
-    fn both_halves_meet_in_one_row_and_a_missing_half_is_told() {
+    fn error_and_cost_are_joined_and_a_missing_one_is_named() {
         let walk = json!({
             "name": "walk", "hip_deg": 4.25, "knee_deg": 12.5, "noise_deg": 0.5, "weights": 3,
             "as_built_hip_deg": 5.0, "as_built_knee_deg": 13.0,
         });
         let errors = json!({ "generators": [walk] });
         let rows = rows(&errors, &costs()).unwrap();
-        let wanted = "| walk | 4.25 / 12.50 | 0.50 | 3 | 5.00 / 13.00 | 296 | 351.5 (350 to 360) |";
-        assert!(table(&rows).contains(wanted), "{}", table(&rows));
+        let expected = "| walk | 4.25 / 12.50 | 0.50 | 3 | 5.00 / 13.00 | 296 | 351.5 (350 to 360) |";
+        assert!(table(&rows).contains(expected), "{}", table(&rows));
         assert!(also_table(&costs()).contains("| walk | 296 | 351.5 (350 to 360) |"));
         assert!(object(&rows, &costs()).contains(r#""step_instructions":{"max":296,"mean":296.0,"min":296}"#));
         let message = super::rows(&errors, &[]).unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! The boards that have an image: what cargo calls them and what probe-rs calls their chip.
+//! The boards that have an image: their names in cargo's features and their chips' names in probe-rs.
 
 use clap::ValueEnum;
 

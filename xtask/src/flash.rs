@@ -1,4 +1,4 @@
-//! `cargo xtask flash`: the firmware onto a board, by probe-rs; its log then runs in the terminal until Ctrl-C.
+//! `cargo xtask flash`: writes the firmware to a board with probe-rs and shows the board's log until Ctrl-C.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -7,25 +7,25 @@ use std::process::{Command, ExitCode, Stdio};
 use anyhow::{Context, Result, ensure};
 
 use crate::board::{Board, Drive};
-use crate::build::Workshop;
-use crate::setup::{Incomplete, Need};
+use crate::setup::{MissingRequirement, Need};
 use crate::shell;
+use crate::workspace::Workspace;
 
-/// `joint_loop::store::generator_record::ADDRESS`; `footfall pack` says it too.
-const WALKER_SECTOR: &str = "0x08004000";
+/// `joint_loop::store::generator_record::ADDRESS`.
+const GENERATOR_SECTOR: &str = "0x08004000";
 /// `joint_loop::store::sensor_record::ADDRESS`.
-const SENSORS_SECTOR: &str = "0x08008000";
+const SENSOR_SECTOR: &str = "0x08008000";
 
-/// What goes onto the board.
+/// Options of `cargo xtask flash`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Options {
-    /// The board on the desk
+    /// The board that is connected
     #[arg(long, value_enum, default_value_t)]
     board: Board,
-    /// Write a walker's parameters into the board's first parameter sector first
+    /// Write a generator's parameters into the board's first parameter sector first
     #[arg(long, value_name = "TOML")]
     params: Option<PathBuf>,
-    /// Write the worn sensors into the second: each its joint and its calibration, from channel 1 on, up to four
+    /// Write the sensors into the second: for each its joint and its calibration, from channel 1 on, up to four
     #[arg(long, value_name = "JOINT[=TOML]")]
     sensor: Vec<String>,
     /// Shadow mode: run everything, drive nothing
@@ -33,40 +33,42 @@ pub(crate) struct Options {
     shadow: bool,
 }
 
-/// Looks for a probe first: without one there is no need to build.
-pub(crate) fn flash(shop: &mut Workshop, options: &Options) -> Result<ExitCode> {
+/// Looks for a probe first: without one a build is useless.
+pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
     let board = options.board;
     if shell::on_path("probe-rs").is_none() {
-        return Err(Incomplete(
+        return Err(MissingRequirement(
             "probe-rs is missing: install it with `cargo install probe-rs-tools --locked` (or see probe.rs), then plug the board in".to_owned(),
         )
         .into());
     }
     let output = shell::command("probe-rs").arg("list").stdin(Stdio::null()).output().context("starting probe-rs")?;
-    let said = format!("{}\n{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    if let Some(trouble) = no_probe(output.status.success(), &said) {
-        return Err(Incomplete(trouble).into());
+    let output_text =
+        format!("{}\n{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    if let Some(error) = no_probe(output.status.success(), &output_text) {
+        return Err(MissingRequirement(error).into());
     }
-    shop.set_up(&[Need::Thumb])?;
-    let image = shop.firmware(board, Drive::unless(options.shadow))?;
+    let mut workspace = Workspace::open()?;
+    workspace.set_up(&[Need::BoardCompiler])?;
+    let image = workspace.firmware(board, Drive::unless(options.shadow))?;
     eprintln!("image: {}, {}", image.elf.display(), image.footprint);
-    // Each sector is its own download: the program's leaves them alone, so that parameters outlive a new program.
+    // Each sector is a download of its own: that of the program does not erase them, so parameters outlast a new program.
     if let Some(params) = &options.params {
-        download(shop, board, &[params.into()], "walker.bin", WALKER_SECTOR)?;
+        download(&workspace, board, &[params.into()], "generator.bin", GENERATOR_SECTOR)?;
     }
     if !options.sensor.is_empty() {
         let sensors: Vec<OsString> =
             options.sensor.iter().flat_map(|sensor| ["--sensor".into(), sensor.into()]).collect();
-        download(shop, board, &sensors, "sensors.bin", SENSORS_SECTOR)?;
+        download(&workspace, board, &sensors, "sensors.bin", SENSOR_SECTOR)?;
     }
-    shell::hand_over(shell::command("probe-rs").args(["run", "--chip", board.chip()]).arg(image.elf))
+    shell::replace_with(shell::command("probe-rs").args(["run", "--chip", board.chip()]).arg(image.elf))
 }
 
 /// Packs parameters and writes them into their sector.
-fn download(shop: &Workshop, board: Board, pack: &[OsString], name: &str, sector: &str) -> Result<()> {
-    let packed = shop.target_dir.join("images").join(name);
-    let mut footfall = shell::command(shop.footfall()?);
-    footfall.current_dir(&shop.started_in).arg("pack").args(pack).arg("--out").arg(&packed);
+fn download(workspace: &Workspace, board: Board, pack: &[OsString], name: &str, sector: &str) -> Result<()> {
+    let packed = workspace.target_dir.join("images").join(name);
+    let mut footfall = shell::command(workspace.footfall()?);
+    footfall.current_dir(&workspace.started_in).arg("pack").args(pack).arg("--out").arg(&packed);
     done(&mut footfall, "footfall pack")?;
     let mut download = shell::command("probe-rs");
     download.args(["download", "--chip", board.chip(), "--binary-format", "bin", "--base-address", sector]);
@@ -79,15 +81,15 @@ fn done(command: &mut Command, name: &str) -> Result<()> {
     Ok(())
 }
 
-/// What `probe-rs list` says when there is nothing to flash with, in one line.
-fn no_probe(succeeded: bool, said: &str) -> Option<String> {
-    let first = said.lines().map(str::trim).find(|line| !line.is_empty());
+/// Why there is no probe to flash with, in one line, from the output of `probe-rs list`; `None` if there is one.
+fn no_probe(succeeded: bool, output: &str) -> Option<String> {
+    let first = output.lines().map(str::trim).find(|line| !line.is_empty());
     match (succeeded, first) {
         (true, Some(line)) if !line.to_ascii_lowercase().starts_with("no debug probes were found") => None,
         (true, _) => Some(
             "no probe found: plug the board's ST-LINK socket in (on Linux, probe-rs also wants its udev rules: see probe.rs)".to_owned(),
         ),
-        (false, line) => Some(format!("probe-rs cannot list the probes: {}", line.unwrap_or("it said nothing"))),
+        (false, line) => Some(format!("probe-rs cannot list the probes: {}", line.unwrap_or("it wrote nothing"))),
     }
 }
 
@@ -97,19 +99,19 @@ mod tests {
 
     #[test]
     fn a_listed_probe_is_enough() {
-        let said = "The following debug probes were found:\n[0]: STLink V2 -- 0483:3748:0668FF (ST-LINK)\n";
-        assert_eq!(no_probe(true, said), None);
+        let output = "The following debug probes were found:\n[0]: STLink V2 -- 0483:3748:0668FF (ST-LINK)\n";
+        assert_eq!(no_probe(true, output), None);
     }
 
     #[test]
-    fn no_probe_and_a_broken_probe_rs_are_told_in_one_line() {
-        for (succeeded, said, word) in [
+    fn no_probe_is_reported_in_one_line() {
+        for (succeeded, output, word) in [
             (true, "No debug probes were found.\n", "plug"),
             (true, "", "plug"),
             (false, "\nError: cannot open libusb\n  caused by: more\n", "cannot open libusb"),
-            (false, "", "said nothing"),
+            (false, "", "wrote nothing"),
         ] {
-            let line = no_probe(succeeded, said).unwrap();
+            let line = no_probe(succeeded, output).unwrap();
             assert!(line.contains(word) && !line.contains('\n'), "{line}");
         }
     }

@@ -1,5 +1,4 @@
-//! What an image holds, read from its ELF file (32 bit, little-endian): what it takes in flash and RAM, and whether it computes
-//! in double precision.
+//! Reads an image's ELF file (32 bit, little-endian): its size in flash and RAM, and whether it computes in double precision.
 
 use std::fmt;
 
@@ -77,13 +76,13 @@ pub(crate) fn footprint(elf: &[u8]) -> Result<Footprint, &'static str> {
         if section.address >= RAM_START {
             footprint.ram = footprint.ram.saturating_add(section.size);
         }
-        // A variable with a first value is in both: the value waits in flash.
+        // A variable with a first value is in both: the first value is stored in flash.
         if section.kind != SHT_NOBITS {
             footprint.flash = footprint.flash.saturating_add(section.size);
         }
     }
     if footprint.flash == 0 {
-        // What a build leaves when the linker script was not applied: it links, and holds nothing.
+        // What a build leaves when the linker script was not applied: it links, and is empty.
         return Err("the image is empty: no section is loaded");
     }
     Ok(footprint)
@@ -144,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn sections_count_where_they_live() {
+    fn sections_count_where_they_are_stored() {
         let file = elf(&[
             (0, 0, 0, 0),
             (1, 2, 0x0800_0000, 0x188),  // vector table
@@ -162,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn every_cut_of_a_file_is_refused_or_read_without_a_panic() {
+    fn every_cut_of_a_file_is_handled_without_a_panic() {
         let file = elf(&[(1, 6, 0x0801_0000, 10_000)]);
         for length in 0..file.len() {
             // The last fields of a header are not needed.
@@ -211,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn sizes_are_told_in_kibibytes() {
+    fn sizes_are_shown_in_kibibytes() {
         assert_eq!(Footprint { flash: 20_480, ram: 1_536 }.to_string(), "flash 20.0 KiB, static RAM 1.5 KiB");
     }
 }

@@ -1,52 +1,50 @@
-//! `cargo xtask`: set-up, builds, runs and the whole check, in one word each.
+//! `cargo xtask`: set-up, builds, runs and all checks.
 //!
-//! This is the only place that knows toolchain quirks (see `docs/toolchains.md`). Everything it says goes to standard error,
-//! because the standard output of `cargo xtask run` belongs to `footfall`.
+//! This is the only place that contains toolchain details (see `docs/toolchains.md`). Its messages go to standard error, because the
+//! standard output of `cargo xtask run` belongs to `footfall`.
 //!
-//! Exit codes: 0 done, 1 something failed, 2 something is missing on this computer (the message says what to do).
+//! Exit codes: 0 done, 1 something failed, 2 something required is missing on this computer (the message says what to do) or the
+//! command line is wrong.
 
 mod bench;
 mod board;
-mod build;
-mod core_selftest;
 mod flash;
 mod image;
+mod progress;
 mod run;
+mod self_test;
 mod setup;
 mod shell;
 mod test;
 mod toolchain;
+mod workspace;
 
 use std::process::ExitCode;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Parser, Subcommand};
 
 use board::{Board, Drive};
-use build::Workshop;
 use setup::Need;
+use workspace::Workspace;
 
-/// Set-up and chores of Footfall.
+/// Sets up, builds, runs and checks Footfall
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask", version)]
 struct Cli {
     #[command(subcommand)]
-    command: Chore,
+    task: Task,
 }
 
 #[derive(Subcommand)]
-enum Chore {
-    /// Run the firmware on the virtual board and watch it; every option but --shadow goes to `footfall watch`
-    #[command(disable_help_flag = true)]
-    Run {
-        /// --shadow for the image that drives nothing, and options of `footfall watch`, such as --secs N, --trace FILE, --json
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-        options: Vec<String>,
-    },
+enum Task {
+    /// Run the firmware on the virtual board and show it live
+    Run(run::Options),
     /// Check everything: format, lints, docs, host tests, both firmware images, the virtual board
     Test(test::Options),
-    /// Build the firmware and hand it to probe-rs
+    /// Build the firmware and write it to a board with probe-rs
     Flash(flash::Options),
-    /// Build the firmware and print where the image is and what it takes
+    /// Build the firmware and print the path and the size of the image
     Build {
         /// The board to build for
         #[arg(long, value_enum, default_value_t)]
@@ -60,36 +58,42 @@ enum Chore {
         #[command(subcommand)]
         bench: bench::Bench,
     },
-    /// Install what the other commands need, or say what to install
-    Setup,
+    /// Install what the other commands need, or print the command that installs it
+    Setup {
+        /// Install this group of tools too (repeat for more)
+        #[arg(long, value_name = "GROUP", value_parser = PossibleValuesParser::new(Need::GROUPS.map(Need::name)))]
+        with: Vec<String>,
+    },
 }
 
 fn main() -> ExitCode {
-    match chore(Cli::parse().command) {
+    match perform(Cli::parse().task) {
         Ok(code) => code,
         Err(error) => {
             eprintln!("error: {error:#}");
-            if error.downcast_ref::<setup::Incomplete>().is_some() { ExitCode::from(2) } else { ExitCode::FAILURE }
+            let is_missing = error.downcast_ref::<setup::MissingRequirement>().is_some();
+            if is_missing { ExitCode::from(2) } else { ExitCode::FAILURE }
         }
     }
 }
 
-fn chore(chore: Chore) -> anyhow::Result<ExitCode> {
-    let mut shop = Workshop::open()?;
-    match chore {
-        Chore::Run { options } => run::run(&mut shop, &options),
-        Chore::Test(options) => test::test(shop, &options),
-        Chore::Flash(options) => flash::flash(&mut shop, &options),
-        Chore::Build { board, shadow } => {
-            shop.set_up(&[Need::Thumb])?;
-            let built = shop.firmware(board, Drive::unless(shadow))?;
+fn perform(task: Task) -> anyhow::Result<ExitCode> {
+    match task {
+        Task::Run(options) => run::run(&options),
+        Task::Test(options) => test::test(&options),
+        Task::Flash(options) => flash::flash(&options),
+        Task::Build { board, shadow } => {
+            let mut workspace = Workspace::open()?;
+            workspace.set_up(&[Need::BoardCompiler])?;
+            let built = workspace.firmware(board, Drive::unless(shadow))?;
             println!("{}: {}, {}", board.feature(), built.elf.display(), built.footprint);
             Ok(ExitCode::SUCCESS)
         }
-        Chore::Bench { bench } => bench::bench(&mut shop, &bench),
-        Chore::Setup => {
-            shop.set_up(&Need::ALL)?;
-            eprintln!("set-up: complete");
+        Task::Bench { bench } => bench::bench(&bench),
+        Task::Setup { with } => {
+            let groups: Vec<Need> = with.iter().filter_map(|name| Need::named(name)).collect();
+            let missing = Workspace::open()?.install(&groups)?;
+            eprintln!("set-up: {}", if missing.is_empty() { "complete" } else { "complete but for what is optional" });
             Ok(ExitCode::SUCCESS)
         }
     }
@@ -106,15 +110,22 @@ mod tests {
     }
 
     #[test]
-    fn run_hands_every_option_on_in_order() {
-        let cli = Cli::try_parse_from(["cargo xtask", "run", "--secs", "3", "--json", "--help", "-x"]).unwrap();
-        let Chore::Run { options } = cli.command else { panic!("not the run command") };
-        assert_eq!(options, ["--secs", "3", "--json", "--help", "-x"]);
-    }
-
-    #[test]
     fn an_unknown_board_is_refused() {
         assert!(Cli::try_parse_from(["cargo xtask", "flash", "--board", "bluepill"]).is_err());
         assert!(Cli::try_parse_from(["cargo xtask", "flash", "--board", "nucleo-f446re"]).is_ok());
+    }
+
+    #[test]
+    fn an_unknown_group_is_refused() {
+        assert!(Cli::try_parse_from(["cargo xtask", "setup", "--with", "qemu", "--with", "node"]).is_ok());
+        let error = Cli::try_parse_from(["cargo xtask", "setup", "--with", "traces"]).err().unwrap().to_string();
+        assert!(error.contains("qemu, node, chromium, python"), "{error}");
+    }
+
+    #[test]
+    fn an_unknown_step_is_refused() {
+        let error = Cli::try_parse_from(["cargo xtask", "test", "--only", "nonsense"]).err().unwrap();
+        assert!(error.to_string().contains("format, lints"), "{error}");
+        assert_eq!(error.exit_code(), 2);
     }
 }

@@ -1,9 +1,10 @@
-//! Child processes: with the environment that a person's shell would give them, and with their output where it belongs.
+//! Starts child processes with the environment of the user's shell, and reads or passes on their output.
 
 use std::ffi::{OsStr, OsString};
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
@@ -19,7 +20,7 @@ pub(crate) fn command(program: impl AsRef<OsStr>) -> Command {
     command
 }
 
-/// What cargo tells a program about the package it was built from; settings such as `CARGO_HOME` are not among them.
+/// Variables in which cargo describes the package that a program was built from; settings such as `CARGO_HOME` are not among them.
 fn is_from_cargo_run(name: &str) -> bool {
     let prefixes = ["CARGO_PKG_", "CARGO_MANIFEST_", "CARGO_BIN_"];
     let names = ["CARGO_CRATE_NAME", "CARGO_PRIMARY_PACKAGE", "CARGO_TARGET_TMPDIR", "OUT_DIR"];
@@ -46,8 +47,8 @@ pub(crate) fn path_with(folder: &Path) -> OsString {
 
 /// The version of an installed Debian package.
 pub(crate) fn debian_version(package: &str) -> Option<String> {
-    let told = stdout_of(command("dpkg-query").args(["-W", "-f=${db:Status-Abbrev}${Version}", package])).ok()?;
-    told.strip_prefix("ii ").map(str::to_owned)
+    let status = stdout_of(command("dpkg-query").args(["-W", "-f=${db:Status-Abbrev}${Version}", package])).ok()?;
+    status.strip_prefix("ii ").map(str::to_owned)
 }
 
 /// The standard output of a command that must succeed; its standard error goes into the message when it does not.
@@ -70,26 +71,58 @@ pub(crate) fn must_succeed(command: &mut Command, what: &str) -> Result<()> {
     Ok(())
 }
 
-/// Runs a command and reads its standard output line by line while it runs.
-pub(crate) fn each_line(command: &mut Command, mut line: impl FnMut(&str)) -> Result<ExitStatus> {
-    let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().context("starting the command")?;
-    let stdout = child.stdout.take().context("no standard output to read")?;
-    for text in BufReader::new(stdout).lines() {
-        line(&text.context("reading the command's output")?);
+/// Where a line of a command's output was written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Stream {
+    Output,
+    Error,
+}
+
+/// Runs a command and hands on each line of its output, while it runs.
+pub(crate) fn each_line(command: &mut Command, mut line: impl FnMut(Stream, &str)) -> Result<ExitStatus> {
+    let mut child = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .context("starting the command")?;
+    let (sender, lines) = channel();
+    forward(child.stdout.take().context("no standard output to read")?, Stream::Output, &sender);
+    forward(child.stderr.take().context("no standard error to read")?, Stream::Error, &sender);
+    drop(sender);
+    for (stream, text) in lines {
+        line(stream, &text);
     }
     child.wait().context("waiting for the command")
 }
 
-/// How a command with a deadline ended, and all that it said.
+/// Sends each line of a stream with a mark, until the stream ends.
+pub(crate) fn forward<M: Clone + Send + 'static>(
+    stream: impl Read + Send + 'static,
+    mark: M,
+    sender: &Sender<(M, String)>,
+) {
+    let sender = sender.clone();
+    std::thread::spawn(move || {
+        for line in BufReader::new(stream).split(b'\n') {
+            let Ok(line) = line else { return };
+            if sender.send((mark.clone(), String::from_utf8_lossy(&line).into_owned())).is_err() {
+                return;
+            }
+        }
+    });
+}
+
+/// How a command with a deadline ended, and its output.
 #[derive(Debug)]
-pub(crate) struct Ended {
+pub(crate) struct Finished {
     /// `None`: still running at the deadline, and killed.
     pub(crate) status: Option<ExitStatus>,
     /// Standard output and standard error.
-    pub(crate) said: String,
+    pub(crate) output: String,
 }
 
-impl Ended {
+impl Finished {
     /// It ended by itself with code 0.
     pub(crate) fn success(&self) -> bool {
         self.status.is_some_and(|status| status.success())
@@ -100,15 +133,15 @@ impl Ended {
         self.status.map_or_else(|| "still running at its deadline".to_owned(), |status| status.to_string())
     }
 
-    /// The last `count` lines that it said.
+    /// The last `count` lines of its output.
     pub(crate) fn tail(&self, count: usize) -> String {
-        let lines: Vec<&str> = self.said.lines().collect();
+        let lines: Vec<&str> = self.output.lines().collect();
         lines[lines.len().saturating_sub(count)..].join("\n")
     }
 }
 
 /// Runs a command to its end or to the deadline. Its output goes through a file: a full pipe would stop it.
-pub(crate) fn with_deadline(command: &mut Command, deadline: Duration, log: &Path) -> Result<Ended> {
+pub(crate) fn with_deadline(command: &mut Command, deadline: Duration, log: &Path) -> Result<Finished> {
     if let Some(folder) = log.parent() {
         std::fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
     }
@@ -130,14 +163,14 @@ pub(crate) fn with_deadline(command: &mut Command, deadline: Duration, log: &Pat
         }
         std::thread::sleep(Duration::from_millis(20));
     };
-    let said = String::from_utf8_lossy(&std::fs::read(log).with_context(|| format!("reading {}", log.display()))?)
+    let output = String::from_utf8_lossy(&std::fs::read(log).with_context(|| format!("reading {}", log.display()))?)
         .into_owned();
-    Ok(Ended { status, said })
+    Ok(Finished { status, output })
 }
 
-/// Becomes the command: the terminal's Ctrl-C, standard streams and exit code are then its own, and nothing of us is left in between.
+/// Replaces this process by the command: the terminal's Ctrl-C, the standard streams and the exit code are then the command's.
 #[cfg(unix)]
-pub(crate) fn hand_over(command: &mut Command) -> Result<std::process::ExitCode> {
+pub(crate) fn replace_with(command: &mut Command) -> Result<std::process::ExitCode> {
     use std::os::unix::process::CommandExt;
     let error = command.exec();
     bail!("starting {}: {error}", command.get_program().to_string_lossy())
@@ -145,7 +178,7 @@ pub(crate) fn hand_over(command: &mut Command) -> Result<std::process::ExitCode>
 
 /// Runs the command with our standard streams and returns its exit code.
 #[cfg(not(unix))]
-pub(crate) fn hand_over(command: &mut Command) -> Result<std::process::ExitCode> {
+pub(crate) fn replace_with(command: &mut Command) -> Result<std::process::ExitCode> {
     let status = command.status().with_context(|| format!("starting {}", command.get_program().to_string_lossy()))?;
     let code = status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1);
     Ok(std::process::ExitCode::from(code))
@@ -160,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_stay_and_package_facts_go() {
+    fn settings_stay_and_package_variables_go() {
         for gone in ["CARGO_PKG_NAME", "CARGO_MANIFEST_DIR", "CARGO_MANIFEST_PATH", "CARGO_BIN_NAME", "OUT_DIR"] {
             assert!(is_from_cargo_run(gone), "{gone}");
         }
@@ -176,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failed_command_is_told_with_its_own_words() {
+    fn an_error_contains_the_commands_own_message() {
         let message = stdout_of(command("sh").args(["-c", "echo the reason >&2; exit 3"])).unwrap_err().to_string();
         assert!(message.contains("the reason") && message.contains('3'), "{message}");
     }
@@ -184,37 +217,40 @@ mod tests {
     #[test]
     fn every_line_is_seen_and_the_exit_code_kept() {
         let mut lines = Vec::new();
-        let status =
-            each_line(command("sh").args(["-c", "echo one; echo two; exit 4"]), |line| lines.push(line.to_owned()))
-                .unwrap();
-        assert_eq!((lines, status.code()), (vec!["one".to_owned(), "two".to_owned()], Some(4)));
+        let mut command = command("sh");
+        command.args(["-c", "echo one; echo two >&2; echo three; exit 4"]);
+        let status = each_line(&mut command, |stream, line| lines.push((stream, line.to_owned()))).unwrap();
+        assert_eq!(status.code(), Some(4));
+        let of = |wanted| lines.iter().filter(move |(stream, _)| *stream == wanted).map(|(_, line)| line.as_str());
+        assert_eq!(of(Stream::Output).collect::<Vec<_>>(), ["one", "three"]);
+        assert_eq!(of(Stream::Error).collect::<Vec<_>>(), ["two"]);
     }
 
     #[test]
     fn a_deadline_ends_what_hangs() {
         let path = log("hang");
         let started = Instant::now();
-        let ended =
+        let finished =
             with_deadline(command("sh").args(["-c", "echo alive; exec sleep 60"]), Duration::from_millis(300), &path)
                 .unwrap();
         let _ = std::fs::remove_file(path);
         assert!(started.elapsed() < Duration::from_secs(30));
-        assert!(!ended.success() && ended.status.is_none());
-        assert_eq!(ended.said, "alive\n");
-        assert_eq!(ended.how(), "still running at its deadline");
+        assert!(!finished.success() && finished.status.is_none());
+        assert_eq!(finished.output, "alive\n");
+        assert_eq!(finished.how(), "still running at its deadline");
     }
 
     #[test]
-    fn a_command_that_ends_in_time_keeps_its_code_and_words() {
+    fn a_command_in_time_keeps_its_code_and_output() {
         let path = log("short");
-        let ended = with_deadline(
+        let finished = with_deadline(
             command("sh").args(["-c", "echo a; echo b >&2; echo c; exit 7"]),
             Duration::from_secs(30),
             &path,
         )
         .unwrap();
         let _ = std::fs::remove_file(path);
-        assert_eq!(ended.status.and_then(|status| status.code()), Some(7));
-        assert_eq!(ended.tail(2), "b\nc");
+        assert_eq!(finished.status.and_then(|status| status.code()), Some(7));
+        assert_eq!(finished.tail(2), "b\nc");
     }
 }

@@ -1,11 +1,11 @@
-//! Which compiler builds for the board, decided in one place and said in one line.
+//! Decides which compiler builds for the board, and prints the decision in one line.
 //!
 //! 1. The target is in the active toolchain's sysroot: plain cargo.
 //! 2. Else, where rustup must not install by itself (`RUSTUP_AUTO_INSTALL=0`) or is absent, and the system is Debian: Debian's
 //!    compiler, cargo and library source, which compiles `core` and `alloc` along with the firmware.
 //! 3. Else `rustup target add`.
 //!
-//! `FOOTFALL_TOOLCHAIN=debian` or `=rustup` forces the second way, or the first and third. Nothing here lets rustup download
+//! `FOOTFALL_TOOLCHAIN=debian` or `=rustup` forces the second method, or the first and third. Nothing here lets rustup download
 //! where `RUSTUP_AUTO_INSTALL=0`.
 
 use std::path::{Path, PathBuf};
@@ -13,13 +13,13 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
-use crate::setup::Incomplete;
+use crate::setup::MissingRequirement;
 use crate::shell;
 
 /// The Cortex-M4F with its floating-point registers, no operating system.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// The Cortex-M0: no floating-point unit, no atomic exchange. The cores promise to compile for it; the firmware is not built for it.
+/// The Cortex-M0: no floating-point unit, no atomic exchange. The cores compile for it; the firmware is not built for it.
 pub(crate) const SMALLEST_TARGET: &str = "thumbv6m-none-eabi";
 
 /// What `FOOTFALL_TOOLCHAIN` asks for.
@@ -31,7 +31,7 @@ pub(crate) enum Force {
     Rustup,
 }
 
-/// All that the decision depends on.
+/// What the decision depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Facts {
     /// `FOOTFALL_TOOLCHAIN`.
@@ -48,7 +48,7 @@ pub(crate) struct Facts {
 
 /// How the firmware is built.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Way {
+pub(crate) enum Method {
     /// The active toolchain has the target.
     Plain,
     /// Debian's compiler with its own library source.
@@ -57,11 +57,11 @@ pub(crate) enum Way {
     RustupAdd,
 }
 
-/// The way, and the reason for it.
+/// The method, and the reason for it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Decision {
-    pub(crate) way: Way,
-    pub(crate) why: &'static str,
+    pub(crate) method: Method,
+    pub(crate) reason: &'static str,
 }
 
 /// Reads `FOOTFALL_TOOLCHAIN`; an empty value counts as none.
@@ -74,15 +74,15 @@ pub(crate) fn parse_force(value: Option<&str>) -> Result<Option<Force>> {
     }
 }
 
-/// The decision itself, a pure function; an `Err` says what the person can do.
+/// Decides; an error says what the user can do.
 pub(crate) fn decide(facts: &Facts) -> Result<Decision, &'static str> {
-    let take = |way, why| Ok(Decision { way, why });
+    let take = |method, reason| Ok(Decision { method, reason });
     match facts.forced {
         Some(Force::Debian) if !facts.debian => {
             Err("FOOTFALL_TOOLCHAIN=debian, but this system is not Debian: unset it and use rustup")
         }
-        Some(Force::Debian) => take(Way::Debian, "FOOTFALL_TOOLCHAIN=debian"),
-        Some(Force::Rustup) if facts.target_in_sysroot => take(Way::Plain, "FOOTFALL_TOOLCHAIN=rustup"),
+        Some(Force::Debian) => take(Method::Debian, "FOOTFALL_TOOLCHAIN=debian"),
+        Some(Force::Rustup) if facts.target_in_sysroot => take(Method::Plain, "FOOTFALL_TOOLCHAIN=rustup"),
         Some(Force::Rustup) if !facts.rustup => {
             Err("FOOTFALL_TOOLCHAIN=rustup, but there is no rustup and the active toolchain lacks the target")
         }
@@ -90,27 +90,28 @@ pub(crate) fn decide(facts: &Facts) -> Result<Decision, &'static str> {
             "FOOTFALL_TOOLCHAIN=rustup, but the active toolchain lacks the target and RUSTUP_AUTO_INSTALL=0 forbids to download it: \
              unset one of the two",
         ),
-        Some(Force::Rustup) => take(Way::RustupAdd, "FOOTFALL_TOOLCHAIN=rustup"),
-        None if facts.target_in_sysroot => take(Way::Plain, "the active toolchain has the target"),
-        None if facts.auto_install_off && facts.debian => {
-            take(Way::Debian, "the active toolchain lacks the target and RUSTUP_AUTO_INSTALL=0 forbids to download it")
-        }
+        Some(Force::Rustup) => take(Method::RustupAdd, "FOOTFALL_TOOLCHAIN=rustup"),
+        None if facts.target_in_sysroot => take(Method::Plain, "the active toolchain has the target"),
+        None if facts.auto_install_off && facts.debian => take(
+            Method::Debian,
+            "the active toolchain lacks the target and RUSTUP_AUTO_INSTALL=0 forbids to download it",
+        ),
         None if facts.auto_install_off && facts.rustup => {
             Err("the active toolchain lacks the target and RUSTUP_AUTO_INSTALL=0 forbids to download it: \
              run `rustup target add thumbv7em-none-eabihf` yourself, or unset the variable")
         }
         None if !facts.rustup && facts.debian => {
-            take(Way::Debian, "the active toolchain lacks the target and there is no rustup")
+            take(Method::Debian, "the active toolchain lacks the target and there is no rustup")
         }
         None if !facts.rustup => Err(
             "the active toolchain lacks the target and there is no rustup to add it: install rustup, or your system's package \
              of Rust's library for thumbv7em-none-eabihf",
         ),
-        None => take(Way::RustupAdd, "the active toolchain lacks the target"),
+        None => take(Method::RustupAdd, "the active toolchain lacks the target"),
     }
 }
 
-/// Looks at this computer.
+/// Reads the facts of this computer.
 pub(crate) fn facts() -> Result<Facts> {
     Ok(Facts {
         forced: parse_force(std::env::var("FOOTFALL_TOOLCHAIN").ok().as_deref())?,
@@ -140,14 +141,14 @@ pub(crate) enum Toolchain {
     Active,
     /// Debian's, with its own target folder and a folder for PATH that holds `rust-lld`.
     Debian {
-        /// Its builds: they would evict the other toolchain's, and the other way round.
+        /// Separate: two compilers in one folder would remove each other's output.
         target_dir: PathBuf,
         /// Goes to the front of PATH.
         links: PathBuf,
     },
 }
 
-/// Debian's packages for the second way: one version of compiler, cargo and library source, and the linker.
+/// Debian's packages for the second method: one version of compiler, cargo and library source, and the linker.
 pub(crate) const DEBIAN_PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld-22"];
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const DEBIAN_RUSTDOC: &str = "/usr/bin/rustdoc";
@@ -157,9 +158,9 @@ const DEBIAN_LLD: &str = "/usr/lib/llvm-22/bin/lld";
 const DEBIAN_SOURCE: &str = "/usr/lib/rustlib/src/rust";
 
 impl Toolchain {
-    /// The cargo that runs us, with the target in its sysroot; on [`Way::RustupAdd`] rustup adds it now.
-    pub(crate) fn active(way: Way) -> Result<Toolchain> {
-        if way == Way::RustupAdd {
+    /// The cargo that runs us, with the target in its sysroot; on [`Method::RustupAdd`] rustup adds it now.
+    pub(crate) fn active(method: Method) -> Result<Toolchain> {
+        if method == Method::RustupAdd {
             rustup_add(TARGET)?;
         }
         Ok(Toolchain::Active)
@@ -174,7 +175,7 @@ impl Toolchain {
         }
         let facts = facts()?;
         if facts.auto_install_off || !facts.rustup {
-            return Err(Incomplete(format!(
+            return Err(MissingRequirement(format!(
                 "the active toolchain lacks {target} and must not or cannot download it: run `rustup target add {target}` \
                  yourself; on Debian, FOOTFALL_TOOLCHAIN=debian needs only Debian's packages"
             ))
@@ -187,13 +188,14 @@ impl Toolchain {
     pub(crate) fn debian(target_dir: &Path) -> Result<Toolchain> {
         let release = debian_release()?;
         let source = std::fs::canonicalize(DEBIAN_SOURCE).with_context(|| format!("reading {DEBIAN_SOURCE}"))?;
-        check_debian(&release, &source.to_string_lossy(), env!("CARGO_PKG_RUST_VERSION")).map_err(Incomplete)?;
+        check_debian(&release, &source.to_string_lossy(), env!("CARGO_PKG_RUST_VERSION"))
+            .map_err(MissingRequirement)?;
         let links = target_dir.join("tool-links");
         link_lld(&links)?;
         Ok(Toolchain::Debian { target_dir: target_dir.join("thumb-debian"), links })
     }
 
-    /// In words, for the one line that tells the way.
+    /// The toolchain in words, for the line that reports the decision.
     pub(crate) fn describe(&self) -> String {
         match self {
             Toolchain::Active => format!("the active toolchain, target {TARGET}"),
@@ -221,8 +223,8 @@ impl Toolchain {
         }
     }
 
-    /// Makes warnings of this workspace's own code fail the build, where the toolchain can do so without building
-    /// everything anew (`RUSTFLAGS=-Dwarnings` would).
+    /// Makes warnings of this workspace's own code fail the build, where the toolchain can do so without a complete rebuild
+    /// (`RUSTFLAGS=-Dwarnings` causes one).
     pub(crate) fn deny_warnings(&self, cargo: &mut Command) {
         if let Toolchain::Debian { .. } = self {
             cargo.env("CARGO_UNSTABLE_WARNINGS", "true").env("CARGO_BUILD_WARNINGS", "deny");
@@ -234,7 +236,7 @@ fn rustup_add(target: &str) -> Result<()> {
     eprintln!("set-up: rustup target add {target}");
     let done = shell::command("rustup").args(["target", "add", target]).status().context("starting rustup")?;
     if !done.success() {
-        return Err(Incomplete(format!(
+        return Err(MissingRequirement(format!(
             "rustup could not add {target} (its message is above). With a network that reaches rustup's server, run \
              `rustup target add {target}`; on Debian, FOOTFALL_TOOLCHAIN=debian needs only Debian's packages"
         ))
@@ -243,7 +245,7 @@ fn rustup_add(target: &str) -> Result<()> {
     Ok(())
 }
 
-/// The packages of the second way that are absent or not of one version with the rest.
+/// The packages of the second method that are absent or not of one version with the rest.
 pub(crate) fn missing_debian_packages() -> Vec<&'static str> {
     let versions = DEBIAN_PACKAGES.map(shell::debian_version);
     if versions.iter().all(Option::is_some) && one_version(&versions[..3]) {
@@ -258,8 +260,9 @@ fn one_version(versions: &[Option<String>]) -> bool {
 }
 
 fn debian_release() -> Result<String> {
-    let told = shell::stdout_of(shell::command(DEBIAN_RUSTC).arg("-vV").env_remove("LD_LIBRARY_PATH"))?;
-    let release = told.lines().find_map(|line| line.strip_prefix("release: ")).context("rustc -vV names no release")?;
+    let version = shell::stdout_of(shell::command(DEBIAN_RUSTC).arg("-vV").env_remove("LD_LIBRARY_PATH"))?;
+    let release =
+        version.lines().find_map(|line| line.strip_prefix("release: ")).context("rustc -vV names no release")?;
     Ok(release.to_owned())
 }
 
@@ -321,8 +324,8 @@ mod tests {
         all
     }
 
-    fn way(facts: Facts) -> Option<Way> {
-        decide(&facts).ok().map(|decision| decision.way)
+    fn method(facts: Facts) -> Option<Method> {
+        decide(&facts).ok().map(|decision| decision.method)
     }
 
     const BARE: Facts =
@@ -331,24 +334,24 @@ mod tests {
     #[test]
     fn rustup_never_downloads_where_it_must_not() {
         for facts in any().into_iter().filter(|facts| facts.auto_install_off || !facts.rustup) {
-            assert_ne!(way(facts), Some(Way::RustupAdd), "{facts:?}");
+            assert_ne!(method(facts), Some(Method::RustupAdd), "{facts:?}");
         }
     }
 
     #[test]
     fn debian_packages_are_for_debian_only() {
         for facts in any().into_iter().filter(|facts| !facts.debian) {
-            assert_ne!(way(facts), Some(Way::Debian), "{facts:?}");
+            assert_ne!(method(facts), Some(Method::Debian), "{facts:?}");
         }
     }
 
     #[test]
     fn a_present_target_needs_nothing_else() {
         for facts in any().into_iter().filter(|facts| facts.target_in_sysroot && facts.forced != Some(Force::Debian)) {
-            assert_eq!(way(facts), Some(Way::Plain), "{facts:?}");
+            assert_eq!(method(facts), Some(Method::Plain), "{facts:?}");
         }
         for facts in any().into_iter().filter(|facts| !facts.target_in_sysroot) {
-            assert_ne!(way(facts), Some(Way::Plain), "{facts:?}");
+            assert_ne!(method(facts), Some(Method::Plain), "{facts:?}");
         }
     }
 
@@ -356,21 +359,22 @@ mod tests {
     fn a_forced_way_is_taken_or_refused() {
         for facts in any() {
             let refused = matches!(
-                (facts.forced, way(facts)),
-                (Some(Force::Debian), Some(Way::Plain | Way::RustupAdd)) | (Some(Force::Rustup), Some(Way::Debian))
+                (facts.forced, method(facts)),
+                (Some(Force::Debian), Some(Method::Plain | Method::RustupAdd))
+                    | (Some(Force::Rustup), Some(Method::Debian))
             );
-            assert!(!refused, "{facts:?} took {:?}", way(facts));
+            assert!(!refused, "{facts:?} took {:?}", method(facts));
         }
     }
 
     #[test]
     fn the_three_ways_in_their_order() {
-        assert_eq!(way(BARE), Some(Way::RustupAdd));
-        assert_eq!(way(Facts { debian: true, ..BARE }), Some(Way::RustupAdd));
-        assert_eq!(way(Facts { debian: true, auto_install_off: true, ..BARE }), Some(Way::Debian));
-        assert_eq!(way(Facts { debian: true, rustup: false, ..BARE }), Some(Way::Debian));
-        assert_eq!(way(Facts { auto_install_off: true, ..BARE }), None);
-        assert_eq!(way(Facts { rustup: false, ..BARE }), None);
+        assert_eq!(method(BARE), Some(Method::RustupAdd));
+        assert_eq!(method(Facts { debian: true, ..BARE }), Some(Method::RustupAdd));
+        assert_eq!(method(Facts { debian: true, auto_install_off: true, ..BARE }), Some(Method::Debian));
+        assert_eq!(method(Facts { debian: true, rustup: false, ..BARE }), Some(Method::Debian));
+        assert_eq!(method(Facts { auto_install_off: true, ..BARE }), None);
+        assert_eq!(method(Facts { rustup: false, ..BARE }), None);
     }
 
     #[test]

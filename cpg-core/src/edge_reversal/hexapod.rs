@@ -90,7 +90,7 @@ const WAVE_TOKENS: [u32; 6] = [3, 4, 5, 0, 1, 2];
 ///
 /// ```
 /// use cpg_core::edge_reversal::hexapod::Hexapod;
-/// let mut wave = Hexapod::build(5)?;
+/// let mut wave = Hexapod::new(5)?;
 /// let steps: Vec<String> = (0..6).map(|_| wave.step().to_string()).collect();
 /// assert_eq!(steps.join(" "), "BL ML TL BR MR TR");
 /// # Ok::<(), cpg_core::edge_reversal::smer::SmerError>(())
@@ -106,14 +106,14 @@ impl Hexapod {
     ///
     /// # Errors
     /// [`SmerError::Reversibility`] outside 1 to [`MAX_REVERSIBILITY`].
-    pub fn build(reversibility: u32) -> Result<Self, SmerError> {
+    pub fn new(reversibility: u32) -> Result<Self, SmerError> {
         Self::assemble(reversibility, FIRST_END_HOLDS, WAVE_TOKENS)
     }
 
     /// Changes the gait at any step by the rule above.
     ///
     /// # Errors
-    /// As [`Hexapod::build`]; the running gait then goes on unchanged.
+    /// As [`Hexapod::new`]; the running gait then goes on unchanged.
     pub fn set_reversibility(&mut self, reversibility: u32) -> Result<(), SmerError> {
         let (ladder, pendants) = self.graph.edges().split_at(LADDER.len());
         let mut first_end_holds = [false; 7];
@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn wave_then_middle_gait_then_tripod_word_for_word() {
-        let mut hexapod = Hexapod::build(5).unwrap();
+        let mut hexapod = Hexapod::new(5).unwrap();
         assert_eq!(steps(&mut hexapod, 54), repeat(&WAVE, 0, 54));
         hexapod.set_reversibility(3).unwrap();
         assert_eq!(steps(&mut hexapod, 46), repeat(&MIDDLE, 0, 46));
@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn ten_million_steps_of_the_wave_do_not_drift() {
-        let mut hexapod = Hexapod::build(5).unwrap();
+        let mut hexapod = Hexapod::new(5).unwrap();
         for step in 0..10_000_000u32 {
             let fired = hexapod.step();
             if step % 1_000_003 == 0 {
@@ -218,7 +218,7 @@ mod tests {
     fn every_change_from_every_phase_settles() {
         for (from, to, bound) in [(5, 3, 2), (3, 1, 3), (5, 1, 3), (1, 3, 6), (3, 5, 6), (1, 5, 6)] {
             for phase in 0..from + 1 {
-                let mut hexapod = Hexapod::build(from).unwrap();
+                let mut hexapod = Hexapod::new(from).unwrap();
                 steps(&mut hexapod, (24 + phase) as usize);
                 hexapod.set_reversibility(to).unwrap();
                 let word = steps(&mut hexapod, 60);
@@ -237,7 +237,7 @@ mod tests {
     #[test]
     fn neighbours_never_swing_together() {
         for reversibility in 1..20 {
-            let mut hexapod = Hexapod::build(reversibility).unwrap();
+            let mut hexapod = Hexapod::new(reversibility).unwrap();
             for _ in 0..200 {
                 let swings = hexapod.step();
                 assert!(swings.legs().count() <= 3);
@@ -272,7 +272,7 @@ mod tests {
 
     #[test]
     fn circulation_class_is_kept_by_steps_and_changes() {
-        let mut hexapod = Hexapod::build(5).unwrap();
+        let mut hexapod = Hexapod::new(5).unwrap();
         let ring = [0, 1, 2, 5, 4, 3];
         for reversibility in [5, 3, 1, 3, 5, 1] {
             hexapod.set_reversibility(reversibility).unwrap();
@@ -287,8 +287,8 @@ mod tests {
 
     #[test]
     fn bad_reversibility_is_refused_and_the_gait_goes_on() {
-        assert!(Hexapod::build(0).is_err());
-        let mut hexapod = Hexapod::build(5).unwrap();
+        assert!(Hexapod::new(0).is_err());
+        let mut hexapod = Hexapod::new(5).unwrap();
         let before = hexapod.clone();
         assert_eq!(hexapod.set_reversibility(0), Err(SmerError::Reversibility { node: 0 }));
         assert_eq!(hexapod, before);

@@ -42,6 +42,7 @@ impl Neuron {
 
 /// Why a pair was refused: the field, and what is allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ObbError {
     /// `flexor` or `extensor`: 1 to [`MAX_REVERSIBILITY`].
     Reversibility {
@@ -77,7 +78,7 @@ impl Reversibilities {
     ///
     /// # Errors
     /// Names the neuron whose reversibility is out of range.
-    pub const fn build(flexor: u32, extensor: u32) -> Result<Self, ObbError> {
+    pub const fn new(flexor: u32, extensor: u32) -> Result<Self, ObbError> {
         if flexor == 0 || flexor > MAX_REVERSIBILITY {
             return Err(ObbError::Reversibility { field: "flexor" });
         }
@@ -117,7 +118,7 @@ impl Reversibilities {
 ///
 /// ```
 /// use cpg_core::edge_reversal::obb::{Obb, Reversibilities};
-/// let mut obb = Obb::from_potential(Reversibilities::build(1, 5)?, 0.35)?;
+/// let mut obb = Obb::from_potential(Reversibilities::new(1, 5)?, 0.35)?;
 /// let word: String = (0..17).map(|_| obb.step().letter()).collect();
 /// assert_eq!(word, "FFFFEFFFFFEFFFFFE");
 /// # Ok::<(), cpg_core::edge_reversal::obb::ObbError>(())
@@ -156,9 +157,9 @@ impl Obb {
     /// Reversibilities for a wanted duty factor of the extensor (stance), `on / (on + off)`.
     ///
     /// # Errors
-    /// As [`Reversibilities::build`].
+    /// As [`Reversibilities::new`].
     pub const fn for_extensor_duty(on: u32, off: u32) -> Result<Reversibilities, ObbError> {
-        Reversibilities::build(on, off)
+        Reversibilities::new(on, off)
     }
 
     /// The neuron that fires in the next step.
@@ -205,7 +206,7 @@ mod tests {
     use crate::edge_reversal::smer::{Edge, Smer};
 
     fn pair(flexor: u32, extensor: u32) -> Reversibilities {
-        Reversibilities::build(flexor, extensor).unwrap()
+        Reversibilities::new(flexor, extensor).unwrap()
     }
 
     fn word(obb: &mut Obb, steps: usize) -> String {
@@ -278,7 +279,7 @@ mod tests {
         for (rf, re) in [(1, 5), (2, 3), (4, 6), (7, 3), (12, 30)] {
             let mut obb = Obb::new(pair(rf, re));
             let edge = Edge { a: 0, b: 1, tokens_at_a: obb.flexor_tokens as u32 };
-            let mut smer = Smer::build([rf, re], [edge]).unwrap();
+            let mut smer = Smer::new([rf, re], [edge]).unwrap();
             for _ in 0..1000 {
                 assert_eq!(obb.step() == Neuron::Flexor, smer.step().contains(0));
                 assert_eq!(obb.flexor_tokens as u32, smer.edges()[0].tokens_at_a);
@@ -313,9 +314,9 @@ mod tests {
 
     #[test]
     fn bad_fields_are_named() {
-        assert_eq!(Reversibilities::build(0, 1), Err(ObbError::Reversibility { field: "flexor" }));
-        assert_eq!(Reversibilities::build(1, 0), Err(ObbError::Reversibility { field: "extensor" }));
-        assert_eq!(Reversibilities::build(1, u32::MAX), Err(ObbError::Reversibility { field: "extensor" }));
+        assert_eq!(Reversibilities::new(0, 1), Err(ObbError::Reversibility { field: "flexor" }));
+        assert_eq!(Reversibilities::new(1, 0), Err(ObbError::Reversibility { field: "extensor" }));
+        assert_eq!(Reversibilities::new(1, u32::MAX), Err(ObbError::Reversibility { field: "extensor" }));
         for potential in [f32::NAN, f32::INFINITY, -10.5] {
             assert_eq!(Obb::from_potential(pair(1, 5), potential), Err(ObbError::Potential));
         }

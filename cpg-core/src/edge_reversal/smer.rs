@@ -8,7 +8,7 @@
 //! nodes never deadlock. On a graph:
 //! - a forest is always live;
 //! - with equal reversibilities a start is live iff its orientation (each edge points to the end that may fire) has no cycle;
-//! - with unequal reversibilities on a cycle neither rule suffices: [`Smer::build`] then runs to the repeated state.
+//! - with unequal reversibilities on a cycle neither rule suffices: [`Smer::new`] then runs to the repeated state.
 //!
 //! Being integer, nothing drifts: ten million steps end where the first period says. The tokens at the heads of a directed cycle are
 //! conserved ([`Smer::circulation`]): a firing node takes as many from the edge that enters it as it gives to the edge that leaves it.
@@ -47,6 +47,7 @@ pub struct Edge {
 
 /// Why a graph was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SmerError {
     /// More than 32 nodes, or none.
     NodeCount,
@@ -115,7 +116,7 @@ pub struct Cycle<const N: usize> {
 /// ```
 /// use cpg_core::edge_reversal::smer::{Edge, Smer};
 /// // Two half-centres, reversibilities 2 and 3: the Christoffel word iijij.
-/// let mut pair = Smer::build([2, 3], [Edge { a: 0, b: 1, tokens_at_a: 4 }])?;
+/// let mut pair = Smer::new([2, 3], [Edge { a: 0, b: 1, tokens_at_a: 4 }])?;
 /// let word: [char; 10] = core::array::from_fn(|_| if pair.step().contains(0) { 'i' } else { 'j' });
 /// assert_eq!(word.iter().collect::<String>(), "iijijiijij");
 /// assert_eq!(pair.cycle()?.operations, [3, 2]);
@@ -134,7 +135,7 @@ impl<const N: usize, const E: usize> Smer<N, E> {
     ///
     /// # Errors
     /// Names the first node or edge that breaks a rule; [`SmerError::Deadlock`] if the start dies.
-    pub fn build(reversibility: [u32; N], edges: [Edge; E]) -> Result<Self, SmerError> {
+    pub fn new(reversibility: [u32; N], edges: [Edge; E]) -> Result<Self, SmerError> {
         let smer = Self::unproven(reversibility, edges)?;
         if smer.is_forest() {
             return Ok(smer);
@@ -149,7 +150,7 @@ impl<const N: usize, const E: usize> Smer<N, E> {
         smer.cycle().map(|_| smer)
     }
 
-    /// Like [`Smer::build`] without the proof of liveness: for the study of starts that die.
+    /// Like [`Smer::new`] without the proof of liveness: for the study of starts that die.
     ///
     /// # Errors
     /// Names the first node or edge that breaks a rule.
@@ -422,12 +423,12 @@ mod tests {
                 Ok(cycle) => {
                     census.live += 1;
                     census.cycles.push((cycle.period, cycle.operations.to_vec()));
-                    assert!(Smer::build(r, start).is_ok());
+                    assert!(Smer::new(r, start).is_ok());
                 }
                 Err(SmerError::Deadlock { .. }) => {
                     census.dead += 1;
                     census.acyclic_dead += usize::from(acyclic);
-                    assert!(matches!(Smer::build(r, start), Err(SmerError::Deadlock { .. })));
+                    assert!(matches!(Smer::new(r, start), Err(SmerError::Deadlock { .. })));
                 }
                 Err(other) => panic!("{other}"),
             }
@@ -488,7 +489,7 @@ mod tests {
     #[test]
     fn operations_are_a_common_multiple_over_the_reversibility() {
         for start in all_starts([2, 3, 5], TRIANGLE) {
-            if let Ok(smer) = Smer::build([2, 3, 5], start) {
+            if let Ok(smer) = Smer::new([2, 3, 5], start) {
                 let ops = smer.cycle().unwrap().operations;
                 assert!(ops[0] * 2 == ops[1] * 3 && ops[1] * 3 == ops[2] * 5, "{ops:?}");
             }
@@ -511,7 +512,7 @@ mod tests {
 
     #[test]
     fn ten_million_steps_end_where_the_period_says() {
-        let start = Smer::build([77, 463], [Edge { a: 0, b: 1, tokens_at_a: 500 }]).unwrap();
+        let start = Smer::new([77, 463], [Edge { a: 0, b: 1, tokens_at_a: 500 }]).unwrap();
         let cycle = start.cycle().unwrap();
         assert_eq!((cycle.period, cycle.operations), (540, [463, 77]));
         let mut long = start.clone();
@@ -528,16 +529,16 @@ mod tests {
     #[test]
     fn bad_graphs_are_refused_by_name() {
         let e = |a, b, tokens_at_a| Edge { a, b, tokens_at_a };
-        assert_eq!(Smer::build([0, 1], [e(0, 1, 0)]), Err(SmerError::Reversibility { node: 0 }));
-        assert_eq!(Smer::build([1, MAX_REVERSIBILITY + 1], [e(0, 1, 0)]), Err(SmerError::Reversibility { node: 1 }));
+        assert_eq!(Smer::new([0, 1], [e(0, 1, 0)]), Err(SmerError::Reversibility { node: 0 }));
+        assert_eq!(Smer::new([1, MAX_REVERSIBILITY + 1], [e(0, 1, 0)]), Err(SmerError::Reversibility { node: 1 }));
         for bad in [e(0, 0, 0), e(0, 2, 0), e(1, 0, 0)] {
-            assert_eq!(Smer::build([1, 1], [e(0, 1, 0), bad]), Err(SmerError::Edge { edge: 1 }), "{bad:?}");
+            assert_eq!(Smer::new([1, 1], [e(0, 1, 0), bad]), Err(SmerError::Edge { edge: 1 }), "{bad:?}");
         }
         let tokens = SmerError::Tokens { edge: 0, carries: 4, multiple_of: 2 };
-        assert_eq!(Smer::build([2, 4], [e(0, 1, 3)]), Err(tokens));
-        assert_eq!(Smer::build([2, 4], [e(0, 1, 6)]), Err(tokens));
-        assert_eq!(Smer::build([] as [u32; 0], []), Err(SmerError::NodeCount));
-        assert_eq!(Smer::build([1; 3], [e(0, 1, 0), e(1, 2, 0), e(2, 0, 0)]), Err(SmerError::Deadlock { step: 0 }));
+        assert_eq!(Smer::new([2, 4], [e(0, 1, 3)]), Err(tokens));
+        assert_eq!(Smer::new([2, 4], [e(0, 1, 6)]), Err(tokens));
+        assert_eq!(Smer::new([] as [u32; 0], []), Err(SmerError::NodeCount));
+        assert_eq!(Smer::new([1; 3], [e(0, 1, 0), e(1, 2, 0), e(2, 0, 0)]), Err(SmerError::Deadlock { step: 0 }));
         assert!(tokens.to_string().contains("multiples of 2 from 0 to 4"));
     }
 }

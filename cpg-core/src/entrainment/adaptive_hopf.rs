@@ -9,7 +9,7 @@ use core::f32::consts::TAU;
 
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
-use crate::error::in_range;
+use crate::error::{allow_period, in_range};
 use crate::math::first_order::rk4;
 use crate::math::trig::angle;
 use crate::oscillator::hopf::AdaptiveHopf;
@@ -56,9 +56,7 @@ impl AdaptiveHopfConfig {
         in_range(self.stride_s, Field::of("stride_s"), 0.3, 5.0)?;
         in_range(self.learning, Field::of("learning"), 0.05, 20.0)?;
         in_range(self.gain, Field::of("gain"), 0.5, 50.0)?;
-        if period.micros() > 20_000 {
-            return Err(BuildError::PeriodTooLong { max_micros: 20_000 });
-        }
+        allow_period(period, 20_000)?;
         let nominal = TAU / self.stride_s;
         Ok(AdaptiveHopfEstimator {
             flow: AdaptiveHopf { gain: self.gain, square_radius: 1.0, learning: self.learning, input: 0.0 },

@@ -12,7 +12,7 @@ use crate::{BuildError, Field};
 
 /// Parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EntrainedConfig {
+pub struct FollowerConfig {
     /// The estimator.
     pub lock: PhaseLockConfig,
     /// What samples are believed.
@@ -37,7 +37,7 @@ pub struct EntrainedConfig {
     pub events: EventSource,
 }
 
-impl Default for EntrainedConfig {
+impl Default for FollowerConfig {
     /// Samples as they are now; stands straight, walks through 2 s of fault, comes back after 1 s, listens to the angle only.
     fn default() -> Self {
         Self {
@@ -56,7 +56,7 @@ impl Default for EntrainedConfig {
     }
 }
 
-impl EntrainedConfig {
+impl FollowerConfig {
     pub(super) fn validate(&self) -> Result<(), BuildError> {
         self.gate.validate()?;
         in_range(self.delay_s, Field::of("delay_s"), 0.0, 0.05)?;
@@ -73,6 +73,7 @@ impl EntrainedConfig {
 /// How it stands with the walker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Lock {
     /// The walker stands, or nothing can be told.
     Stopped,

@@ -30,7 +30,6 @@ use core::f32::consts::TAU;
 
 use joint_units::{Period, Phase, Radians};
 
-use super::bounded_phase::way;
 use crate::entrainment::phase_lock::{PhaseLock, Template};
 use crate::entrainment::stride_events::{Interval, PeakConfig, PeakDetector, StrideTimer};
 use crate::error::in_range;
@@ -151,7 +150,7 @@ impl Events {
 }
 
 fn turn(phase: Phase, radians: f32) -> Phase {
-    Phase(phase.0.wrapping_add(Phase::from_cycles(radians * (1.0 / TAU)).0))
+    phase + Phase::from_cycles(radians * (1.0 / TAU))
 }
 
 /// Peaks of the measured angle.
@@ -206,7 +205,7 @@ impl Peaks {
             let frequency = lock.frequency().0;
             lock.set_frequency(frequency + PEAK_FREQUENCY_GAIN * (TAU / interval - frequency));
         }
-        let off = way(lock.phase(), self.place);
+        let off = self.place.radians_after(lock.phase()).0;
         lock.set_phase(turn(lock.phase(), PEAK_GAIN * off));
     }
 }
@@ -276,7 +275,7 @@ impl FootSwitch {
     fn strike(&mut self, lock: &mut PhaseLock, role: Role, interval: Option<f32>) {
         let phase = lock.phase();
         let (cos, sin) = self.mean;
-        if self.strikes > 0 && way(phase, angle(sin, cos)).abs() > WITHIN {
+        if self.strikes > 0 && angle(sin, cos).radians_after(phase).0.abs() > WITHIN {
             self.strikes = 0;
         }
         if role == Role::Learns {
@@ -293,7 +292,7 @@ impl FootSwitch {
                 let (least, most) = (self.held * (1.0 - CADENCE), self.held * (1.0 + CADENCE));
                 lock.set_frequency(frequency.max(least).min(most));
             }
-            let moved = (self.moved + STRIKE_GAIN * way(phase, place)).clamp(-WITHIN, WITHIN);
+            let moved = (self.moved + STRIKE_GAIN * place.radians_after(phase).0).clamp(-WITHIN, WITHIN);
             lock.set_phase(turn(phase, moved - self.moved));
             self.moved = moved;
         }

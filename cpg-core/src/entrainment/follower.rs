@@ -4,20 +4,22 @@ use core::f32::consts::TAU;
 
 use joint_units::{Joint, Period, Phase, RadPerSec, RadPerSec2, Radians};
 
-use super::bounded_phase::{Follower, Glide, way};
-use super::config::{EntrainedConfig, FollowStatus, Lock};
+use super::bounded_phase::{BoundedNumber, BoundedPhase};
+use super::config::{FollowStatus, FollowerConfig, Lock};
 use super::events::{Events, Role};
 use super::history::History;
 use super::plausibility::{Plausibility, PlausibilityCheck, SensorFault};
 use super::stop_detector::{Activity, Innovation};
 use crate::entrainment::phase_lock::{PhaseLock, Template};
+use crate::error::allow_period;
+use crate::math::braking::Braking;
 use crate::waveform::shape::Shape;
-use crate::{BuildError, Generator, StateFault};
+use crate::{BuildError, Field, Follow, Generator, StateFault};
 
 /// Four joints that follow a walker.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Entrained {
-    config: EntrainedConfig,
+pub struct Follower {
+    config: FollowerConfig,
     templates: [Template; 4],
     lock: PhaseLock,
     period: Period,
@@ -45,24 +47,20 @@ struct FollowerState {
     waits: bool,
     /// Whether it stopped out of a lock.
     paused: bool,
-    driven: Follower,
-    amplitude: Glide,
+    driven: BoundedPhase,
+    amplitude: BoundedNumber,
     events: Events,
 }
 
-impl Entrained {
-    /// Stands, and waits for the walker. `sensor` is the joint that is measured; templates in the order of [`Joint::ALL`].
+impl FollowerConfig {
+    /// Validates the configuration and builds a follower that stands, with the amplitude 0, until its person walks. `sensor` is the joint that
+    /// is measured; the templates are in the order of [`Joint::ALL`].
     ///
     /// # Errors
-    /// Names the field that is out of range; `template.range` or `template.peaks` where peaks are to tell what this template has none of, or
-    /// several.
-    pub fn build(
-        templates: [Template; 4],
-        sensor: Joint,
-        config: EntrainedConfig,
-        period: Period,
-    ) -> Result<Self, BuildError> {
-        config.validate()?;
+    /// Names the field that is out of range; `template.range` or `template.peaks` if peaks are configured as events and the template of
+    /// the measured joint does not have exactly one peak a stride.
+    pub fn build(&self, templates: [Template; 4], sensor: Joint, period: Period) -> Result<Follower, BuildError> {
+        self.validate()?;
         let [left_hip, right_hip, left_knee, right_knee] = templates;
         let measured = match sensor {
             Joint::LeftHip => left_hip,
@@ -70,24 +68,18 @@ impl Entrained {
             Joint::LeftKnee => left_knee,
             Joint::RightKnee => right_knee,
         };
-        let lock = config.lock.build(measured, period)?;
-        // The follower must be stable: its poles at 2k, ten ticks each.
-        let max_micros = (0.05 / config.stiffness * 1e6) as u32;
-        if period.micros() > max_micros {
-            return Err(BuildError::PeriodTooLong { max_micros });
-        }
-        let fastest = lock.nominal().0 * config.lock.frequency_range.1;
-        let events = Events::new(config.events, &measured, &lock, period)?;
-        let state = FollowerState::new(&config, &lock, events, period);
-        Ok(Self { config, templates, lock, period, fastest, sensed: None, state })
+        let lock = self.lock.build(measured, period)?;
+        // The bounded phase must be stable: its poles lie at 2k, ten ticks each.
+        allow_period(period, (0.05 / self.stiffness * 1e6) as u32)?;
+        let fastest = lock.nominal().0 * self.lock.frequency_range.1;
+        let events = Events::new(self.events, &measured, &lock, period)?;
+        let state = FollowerState::new(self, &lock, events, period);
+        Ok(Follower { config: *self, templates, lock, period, fastest, sensed: None, state })
     }
+}
 
-    /// What the sensor says for the coming step: `None` where it is flagged invalid. Without a call before a step, the sample is missing.
-    pub const fn sense(&mut self, angle: Option<Radians>) {
-        self.sensed = angle;
-    }
-
-    /// How it stands.
+impl Follower {
+    /// State of the tracking.
     #[must_use]
     pub fn status(&self) -> FollowStatus {
         let limit = self.config.gate.innovation * self.amplitude_expected();
@@ -148,9 +140,9 @@ impl Entrained {
     fn estimate(&mut self) {
         let t = self.period.seconds();
         let sample = self.sensed.take();
-        let foretold = self.lock.foretold();
+        let foretold = self.lock.predicted();
         let verdict = self.state.gate.judge(sample, foretold.0);
-        let rates = self.lock.foretold_rates(SLACK);
+        let rates = self.lock.predicted_rates(SLACK);
         let usual = self.lock.moments().absolute_slope * self.lock.sensor().1 * self.lock.frequency().0;
         self.state.time += t;
         match verdict {
@@ -178,7 +170,7 @@ impl Entrained {
         };
         let good = if let Plausibility::Good(y) = verdict { Some(y) } else { None };
         self.state.events.step(&mut self.lock, good, role);
-        if !self.lock.is_finite() {
+        if self.lock.check().is_err() {
             // No finite sample can bring it here; if something else ever does, it begins again.
             self.lock.reset();
             self.enter(Lock::Stopped);
@@ -296,7 +288,7 @@ impl Entrained {
         self.lock.set_frequency(cadence);
         if let Some((phase, age)) = self.state.history.phase() {
             let on = Phase::from_cycles(age * self.lock.frequency().0 * (1.0 / TAU));
-            self.lock.set_phase(Phase(phase.0.wrapping_add(on.0)));
+            self.lock.set_phase(phase + on);
         }
         self.enter(Lock::Holding);
         self.state.events.hold(self.lock.frequency().0);
@@ -353,29 +345,32 @@ impl Entrained {
     /// Moves what drives the joints.
     fn drive(&mut self) {
         let (t, config) = (self.period.seconds(), &self.config);
-        let (a, k) = (config.phase_acceleration.0, config.stiffness);
+        let law = Braking { stiffness: config.stiffness, acceleration: config.phase_acceleration.0, period_s: t };
+        let halt = Braking { acceleration: 2.0 * law.acceleration, ..law };
+        let amplitude_law =
+            Braking { stiffness: AMPLITUDE_STIFFNESS, acceleration: config.amplitude_acceleration, period_s: t };
         let state = &mut self.state;
         let mut target = if state.walk { 1.0 } else { 0.0 };
         if state.walk {
             // The estimate is of the walker as the samples show him: so much ago.
             let rate = self.lock.frequency().0;
-            let now = self.lock.phase().0.wrapping_add(Phase::from_cycles(config.delay_s * rate * (1.0 / TAU)).0);
-            if state.amplitude == Glide::default() {
+            let now = self.lock.phase() + Phase::from_cycles(config.delay_s * rate * (1.0 / TAU));
+            if state.amplitude == BoundedNumber::default() {
                 // Nothing moves: the phase may be taken as it is.
-                state.driven = Follower { phase: Phase(now), rate: rate.min(self.fastest) };
-            } else if state.amplitude.value < REJOIN && way(state.driven.phase, Phase(now)).abs() > ASTRAY {
+                state.driven = BoundedPhase { phase: now, rate: rate.min(self.fastest) };
+            } else if state.amplitude.value < REJOIN && now.radians_after(state.driven.phase).0.abs() > ASTRAY {
                 // Catching up would be a stride that nobody makes: stand first, or until the walker comes by.
                 target = 0.0;
-                state.driven.halt(2.0 * a, k, t);
+                state.driven.halt(&halt);
             } else if state.waits && state.lock == Lock::Locked {
-                state.driven.halt(2.0 * a, k, t);
+                state.driven.halt(&halt);
             } else {
-                state.driven.follow(Phase(now), rate, self.fastest, a, k, t);
+                state.driven.follow(now, rate, self.fastest, &law);
             }
         } else {
-            state.driven.halt(2.0 * a, k, t);
+            state.driven.halt(&halt);
         }
-        state.amplitude.approach(target, config.amplitude_acceleration, AMPLITUDE_STIFFNESS, t);
+        state.amplitude.approach(target, &amplitude_law);
     }
 
     /// Angle and rate of each joint.
@@ -412,7 +407,7 @@ const REJOIN: f32 = 0.5;
 const ASTRAY: f32 = 0.125 * TAU;
 
 impl FollowerState {
-    const fn new(config: &EntrainedConfig, lock: &PhaseLock, events: Events, period: Period) -> Self {
+    const fn new(config: &FollowerConfig, lock: &PhaseLock, events: Events, period: Period) -> Self {
         Self {
             gate: PlausibilityCheck::new(config.gate, period),
             activity: Activity::new(),
@@ -425,14 +420,14 @@ impl FollowerState {
             walk: false,
             paused: false,
             waits: false,
-            driven: Follower { phase: Phase(0), rate: 0.0 },
-            amplitude: Glide { value: 0.0, rate: 0.0 },
+            driven: BoundedPhase { phase: Phase(0), rate: 0.0 },
+            amplitude: BoundedNumber { value: 0.0, rate: 0.0 },
             events,
         }
     }
 }
 
-impl Generator<4> for Entrained {
+impl Generator<4> for Follower {
     fn step(&mut self) {
         self.estimate();
         self.drive();
@@ -464,11 +459,11 @@ impl Generator<4> for Entrained {
     }
 
     fn check(&self) -> Result<(), StateFault> {
-        let numbers = [self.state.driven.rate, self.state.amplitude.value, self.state.amplitude.rate];
-        if numbers.iter().all(|number| number.is_finite()) && self.lock.is_finite() {
-            Ok(())
-        } else {
-            Err(StateFault::NotFinite { joint: 0 })
+        let FollowerState { driven, amplitude, .. } = &self.state;
+        let states = [("driven.rate", driven.rate), ("amplitude", amplitude.value), ("amplitude.rate", amplitude.rate)];
+        match states.into_iter().find(|(_, value)| !value.is_finite()) {
+            Some((name, _)) => Err(StateFault::NotFinite { state: Field::of(name) }),
+            None => self.lock.check(),
         }
     }
 
@@ -479,24 +474,20 @@ impl Generator<4> for Entrained {
         events.reset();
         self.state = FollowerState::new(&self.config, &self.lock, events, self.period);
     }
+}
 
-    fn sense(&mut self, angle: Option<Radians>) {
-        Self::sense(self, angle);
+impl Follow for Follower {
+    fn observe(&mut self, angle: Option<Radians>) {
+        self.sensed = angle;
     }
 
     fn heel_strike(&mut self) {
         self.state.events.strike();
     }
 
-    fn following(&self) -> Option<FollowStatus> {
+    fn follow_status(&self) -> Option<FollowStatus> {
         Some(self.status())
     }
-}
-
-/// Way in radians from one phase to another, the short way round, -pi to pi.
-#[must_use]
-pub fn phase_difference(from: Phase, to: Phase) -> Radians {
-    Radians(way(from, to))
 }
 
 #[cfg(test)]
@@ -506,12 +497,12 @@ mod tests {
     /// Legs that walk again with this amplitude left over from before, the driven phase this part of a cycle behind the estimate: the
     /// largest rate of the driven phase, and the phase that is left, once the amplitude is that of walking.
     fn walks_again(amplitude: f32, behind: f32) -> (f32, f32) {
-        let hip = Template::build(Radians(0.1), [0.35, -0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 8]).unwrap();
-        let config = EntrainedConfig::default();
-        let mut legs = Entrained::build([hip; 4], Joint::LeftHip, config, Period::MILLISECOND).unwrap();
+        let hip = Template::new(Radians(0.1), [0.35, -0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 8]).unwrap();
+        let config = FollowerConfig::default();
+        let mut legs = config.build([hip; 4], Joint::LeftHip, Period::MILLISECOND).unwrap();
         legs.enter(Lock::Locked);
-        legs.state.amplitude = Glide { value: amplitude, rate: -1.0 };
-        legs.state.driven = Follower { phase: Phase::from_cycles(-behind), rate: 0.0 };
+        legs.state.amplitude = BoundedNumber { value: amplitude, rate: -1.0 };
+        legs.state.driven = BoundedPhase { phase: Phase::from_cycles(-behind), rate: 0.0 };
         let mut fastest = 0.0f32;
         for tick in 0..4000u32 {
             legs.lock.set_phase(Phase::from_cycles(tick as f32 * 1e-3 * legs.lock.frequency().0 / TAU));
@@ -519,7 +510,7 @@ mod tests {
             fastest = fastest.max(legs.state.driven.rate / legs.lock.frequency().0);
         }
         assert_eq!(legs.state.amplitude.value, 1.0);
-        (fastest, way(legs.state.driven.phase, legs.lock.phase()).abs())
+        (fastest, legs.lock.phase().radians_after(legs.state.driven.phase).0.abs())
     }
 
     /// With little amplitude left and far behind, they stand first, or wait for the walker: they never run after him.

@@ -6,7 +6,7 @@
 //! One measured hip or knee tells the phase of the whole stride ([`crate::entrainment::phase_lock`]); a template a joint, S_j, tells where the other
 //! three are at that phase. What is measured never reaches a joint directly: psi follows phi with bounded acceleration and never
 //! backwards, and s, the amplitude, glides between 0 (standing) and 1 (walking). So angles and rates are continuous whatever the sensor
-//! does, and [`Entrained::acceleration_bound`] is what it can do at worst.
+//! does, and [`Follower::acceleration_bound`] is what it can do at worst.
 //!
 //! | state | what it is | amplitude | leaves when |
 //! |---|---|---|---|
@@ -26,15 +26,15 @@
 //!
 //! ```
 //! use cpg_core::Generator;
-//! use cpg_core::entrainment::{Entrained, EntrainedConfig, Lock};
+//! use cpg_core::entrainment::{Follower, FollowerConfig, Lock};
 //! use cpg_core::entrainment::phase_lock::Template;
 //! use cpg_core::waveform::shape::Shape;
 //! use joint_units::{Joint, Period, Phase, Radians};
-//! let hip = Template::build(Radians(0.1), [0.35, -0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 8])?;
-//! let mut legs = Entrained::build([hip; 4], Joint::LeftHip, EntrainedConfig::default(), Period::MILLISECOND)?;
+//! let hip = Template::new(Radians(0.1), [0.35, -0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 8])?;
+//! let mut legs = FollowerConfig::default().build([hip; 4], Joint::LeftHip, Period::MILLISECOND)?;
 //! for tick in 0..6000 {
 //!     let walker = Phase::from_cycles(0.3 + tick as f32 * 1e-3 / 1.2); // strides of 1.2 s, the template's are of 1.1
-//!     legs.sense(Some(Radians(hip.at(walker).angle)));
+//!     legs.observe(Some(Radians(hip.at(walker).angle)));
 //!     legs.step();
 //! }
 //! assert_eq!(legs.status().state, Lock::Locked);
@@ -55,7 +55,7 @@ mod stop_detector;
 pub mod stride_events;
 
 pub use adaptive_hopf::{AdaptiveHopfConfig, AdaptiveHopfEstimator};
-pub use config::{EntrainedConfig, FollowStatus, Lock};
+pub use config::{FollowStatus, FollowerConfig, Lock};
 pub use events::EventSource;
-pub use follower::{Entrained, phase_difference};
+pub use follower::Follower;
 pub use plausibility::{PlausibilityConfig, SensorFault};

@@ -24,10 +24,10 @@ use core::f32::consts::{PI, TAU};
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::entrainment::quadrature_filter::{MAX_TURN, Sogi, SogiConfig, settled_gain};
-use crate::error::in_range;
+use crate::error::{allow_period, in_range};
 use crate::math::trig::atan2;
 use crate::waveform::shape::{FourierShape, Shape};
-use crate::{BuildError, Field};
+use crate::{BuildError, Field, StateFault};
 
 /// Harmonics of a template: eight follow the mean stride of a walker within a fifth of a degree.
 pub const TEMPLATE_HARMONICS: usize = 8;
@@ -90,7 +90,7 @@ impl PhaseLockConfig {
     /// # Errors
     /// Names the field that is out of range, `template.fundamental` (in radians) for a joint that hardly moves, `PeriodTooLong` for
     /// fewer than 13 ticks of the fastest stride.
-    pub fn build(self, template: Template, period: Period) -> Result<PhaseLock, BuildError> {
+    pub fn build(&self, template: Template, period: Period) -> Result<PhaseLock, BuildError> {
         in_range(self.stride_s, Field::of("stride_s"), 0.3, 5.0)?;
         in_range(self.bandwidth.0, Field::of("bandwidth"), 0.5, 5.0)?;
         in_range(self.frequency_range.0, Field::at("frequency_range", 0), 0.1, 1.0)?;
@@ -109,11 +109,9 @@ impl PhaseLockConfig {
         let nominal = TAU / self.stride_s;
         let fastest = nominal * self.frequency_range.1;
         let max_micros = (MAX_TURN / fastest * 1e6) as u32;
-        if period.micros() > max_micros {
-            return Err(BuildError::PeriodTooLong { max_micros });
-        }
+        allow_period(period, max_micros)?;
         Ok(PhaseLock {
-            config: self,
+            config: *self,
             template,
             filtered: filtered(&template, &self.sogi)?,
             moments,
@@ -140,7 +138,7 @@ fn filtered(template: &Template, sogi: &SogiConfig) -> Result<Filtered, BuildErr
             }
         }
     }
-    Ok([FourierShape::build(Radians(0.0), x.0, x.1)?, FourierShape::build(Radians(0.0), q.0, q.1)?])
+    Ok([FourierShape::new(Radians(0.0), x.0, x.1)?, FourierShape::new(Radians(0.0), q.0, q.1)?])
 }
 
 /// Means over the cycle of a template, in radians and per radian of phase.
@@ -331,8 +329,7 @@ impl PhaseLock {
         // The far error is the distance to the phase at which the filtered template points where the filtered signal does; the
         // response turns unevenly, so that a second look is needed.
         for _ in 0..3 {
-            let by = Phase::from_cycles(self.compare() * (1.0 / TAU));
-            self.state.phase = Phase(self.state.phase.0.wrapping_add(by.0));
+            self.state.phase += Phase::from_cycles(self.compare() * (1.0 / TAU));
         }
         self.state.error = 0.0;
     }
@@ -393,19 +390,16 @@ impl PhaseLock {
 
     /// The angle that the template foretells now, offset and gain included.
     #[must_use]
-    pub fn foretold(&self) -> Radians {
+    pub fn predicted(&self) -> Radians {
         let (mean, point) = (self.template.mean(), self.template.at(self.state.phase));
         Radians(self.state.offset + mean + self.state.gain * (point.angle - mean))
     }
 
     /// The rate that it foretells for so much of a cycle ago, for now, and for so much later, rad/s.
     #[must_use]
-    pub fn foretold_rates(&self, cycles: f32) -> [f32; 3] {
+    pub fn predicted_rates(&self, cycles: f32) -> [f32; 3] {
         let scale = self.state.gain * self.state.frequency * (1.0 / TAU);
-        [-cycles, 0.0, cycles].map(|by| {
-            let phase = Phase(self.state.phase.0.wrapping_add(Phase::from_cycles(by).0));
-            scale * self.template.at(phase).slope
-        })
+        [-cycles, 0.0, cycles].map(|by| scale * self.template.at(self.state.phase + Phase::from_cycles(by)).slope)
     }
 
     /// Learned offset and gain of the sensor.
@@ -429,10 +423,24 @@ impl PhaseLock {
     }
 
     /// Whether every state is finite.
-    #[must_use]
-    pub const fn is_finite(&self) -> bool {
+    ///
+    /// # Errors
+    /// [`StateFault::NotFinite`] with the first state that is not.
+    pub fn check(&self) -> Result<(), StateFault> {
         let LockState { sogi, frequency, offset, gain, innovation, .. } = &self.state;
-        sogi.is_finite() && frequency.is_finite() && offset.is_finite() && gain.is_finite() && innovation.is_finite()
+        if !sogi.is_finite() {
+            return Err(StateFault::NotFinite { state: Field::of("lock.filter") });
+        }
+        let states = [
+            ("lock.frequency", frequency),
+            ("lock.offset", offset),
+            ("lock.gain", gain),
+            ("lock.innovation", innovation),
+        ];
+        match states.into_iter().find(|(_, value)| !value.is_finite()) {
+            Some((name, _)) => Err(StateFault::NotFinite { state: Field::of(name) }),
+            None => Ok(()),
+        }
     }
 
     /// Starts the filter at the level that is likelier: the template's mean, or the sample where that is far from it.
@@ -447,8 +455,7 @@ impl PhaseLock {
 
     fn advance(&mut self, correction: f32) {
         let rate = (self.state.frequency + correction).max(-self.nominal).min(4.0 * self.nominal);
-        let by = Phase::from_cycles(rate * self.period_s * (1.0 / TAU));
-        self.state.phase = Phase(self.state.phase.0.wrapping_add(by.0));
+        self.state.phase += Phase::from_cycles(rate * self.period_s * (1.0 / TAU));
     }
 
     /// The offset as the filter has it. Its amplitude is of little use yet: it has just been tuned.
@@ -468,7 +475,7 @@ mod tests {
     use super::*;
 
     fn hip() -> Template {
-        Template::build(
+        Template::new(
             Radians(0.1),
             [0.35, -0.06, 0.01, 0.004, 0.0, 0.0, 0.0, 0.0],
             [0.0, 0.03, -0.02, 0.0, 0.003, 0.0, 0.0, 0.0],
@@ -504,13 +511,13 @@ mod tests {
         let (offset, gain) = (0.14, 0.7);
         let mut phase = Phase(0);
         for _ in 0..30_000 {
-            phase = Phase(phase.0.wrapping_add(Phase::from_cycles(1e-3 / 1.05).0));
+            phase += Phase::from_cycles(1e-3 / 1.05);
             lock.step(Radians(offset + 0.1 + gain * (hip().at(phase).angle - 0.1)));
         }
         let (o, g) = lock.sensor();
         assert!((o.0 - offset).abs() < 2e-3 && (g - gain).abs() < 0.01, "{o:?} {g}");
         assert!((lock.frequency().0 - TAU / 1.05).abs() < 0.01);
-        let off = phase.0.wrapping_sub(lock.phase().0) as i32 as f32 / 4_294_967_296.0;
+        let off = phase.cycles_after(lock.phase());
         assert!(off.abs() < 0.002, "{off} cycles");
     }
 
@@ -536,13 +543,13 @@ mod tests {
             let error = config.build(hip(), Period::MILLISECOND).unwrap_err().to_string();
             assert!(error.contains(name), "{error} does not name {name}");
         }
-        let flat = Template::build(Radians(0.1), [0.0; 8], [0.0; 8]).unwrap();
+        let flat = Template::new(Radians(0.1), [0.0; 8], [0.0; 8]).unwrap();
         let error = PhaseLockConfig::default().build(flat, Period::MILLISECOND).unwrap_err().to_string();
         assert!(error.contains("template.fundamental"), "{error}");
         let slow = Period::from_micros(100_000).unwrap();
         assert!(matches!(
             PhaseLockConfig::default().build(hip(), slow),
-            Err(BuildError::PeriodTooLong { max_micros: 35_000..36_000 })
+            Err(BuildError::PeriodTooLong { max_micros: 35_000..36_000, .. })
         ));
     }
 }

@@ -72,6 +72,7 @@ impl PlausibilityConfig {
 /// What is wrong with the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum SensorFault {
     /// No valid samples.
     Missing,

@@ -61,7 +61,7 @@ impl Activity {
     }
 
     /// One tick: the angle, the foretold rate, and the mean absolute rate of the template at the walker's cadence.
-    pub(crate) fn step(&mut self, angle: f32, foretold_rates: [f32; 3], usual: f32, period_s: f32) {
+    pub(crate) fn step(&mut self, angle: f32, predicted_rates: [f32; 3], usual: f32, period_s: f32) {
         let before = self.smooth.unwrap_or(angle);
         let rate = (angle - before) / SMOOTH_S.max(period_s);
         self.smooth = Some(before + rate * period_s);
@@ -69,7 +69,7 @@ impl Activity {
         let share = (period_s / ACTIVITY_S).min(1.0);
         self.measured += (rate.abs() - self.measured) * share;
         let mut least = f32::MAX;
-        for (foretold, rate) in self.foretold.iter_mut().zip(foretold_rates) {
+        for (foretold, rate) in self.foretold.iter_mut().zip(predicted_rates) {
             *foretold += (rate.abs() - *foretold) * share;
             least = least.min(*foretold);
         }

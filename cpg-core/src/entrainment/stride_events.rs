@@ -142,8 +142,7 @@ pub enum Taken {
 impl StrideEvents {
     /// One period.
     pub fn step(&mut self) {
-        let by = Phase::from_cycles(self.frequency * self.period_s * (1.0 / TAU));
-        self.phase = Phase(self.phase.0.wrapping_add(by.0));
+        self.phase += Phase::from_cycles(self.frequency * self.period_s * (1.0 / TAU));
         self.timer.step();
     }
 
@@ -169,9 +168,8 @@ impl StrideEvents {
             }
             Interval::None => Taken::PhaseOnly,
         };
-        let now = self.config.phase.0.wrapping_add(Phase::from_cycles(ago * self.frequency * (1.0 / TAU)).0);
-        let off = now.wrapping_sub(self.phase.0) as i32 as f32 * (1.0 / 4_294_967_296.0);
-        self.phase = Phase(self.phase.0.wrapping_add(Phase::from_cycles(self.config.phase_gain * off).0));
+        let now = self.config.phase + Phase::from_cycles(ago * self.frequency * (1.0 / TAU));
+        self.phase += Phase::from_cycles(self.config.phase_gain * now.cycles_after(self.phase));
         taken
     }
 
@@ -287,9 +285,8 @@ mod tests {
                         count += 1;
                     }
                     if count >= 2 {
-                        let walker = ((tick + 22 * start) % 1100) as f32 / 1100.0;
-                        let off = events.phase().0.wrapping_sub(Phase::from_cycles(walker).0) as i32;
-                        assert!((off as f32 / 4_294_967_296.0).abs() < 0.005);
+                        let person = ((tick + 22 * start) % 1100) as f32 / 1100.0;
+                        assert!(events.phase().cycles_after(Phase::from_cycles(person)).abs() < 0.005);
                         assert!((events.frequency().0 * 1.1 / TAU - 1.0).abs() < 0.002);
                     }
                 }

@@ -38,7 +38,7 @@
 //! use joint_units::Period;
 //! struct Names(Vec<&'static str>);
 //! impl Visitor for Names {
-//!     fn walker<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>) {
+//!     fn generator<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>) {
 //!         let mut walk = built.expect("every walker runs at 1 ms");
 //!         walk.step();
 //!         assert!(G::COUNT >= 2);
@@ -52,12 +52,13 @@
 
 use joint_units::{Period, Phase, Radians};
 
+use crate::error::allow_period;
 use crate::gait::default_walk::{STRIDE_SECONDS, Walk, default_walk};
 use crate::gait::named::natural_shapes;
 use crate::joints::features::Features;
 use crate::joints::from_hopf_bank::{BankWalk, BankWalkConfig};
+use crate::joints::linear::PhasePlane;
 use crate::joints::linear::{LinearJoints, LinearJointsConfig};
-use crate::joints::readout::PhasePlane;
 use crate::joints::swing_stance::{ObbWalk, ObbWalkConfig};
 use crate::math::first_order::Flow;
 use crate::network::symmetric_cells::{LegGait, LegNetwork};
@@ -70,8 +71,8 @@ use crate::oscillator::matsuoka::Matsuoka;
 use crate::oscillator::morris_lecar::MorrisLecar;
 use crate::oscillator::terman_wang::TermanWang;
 use crate::oscillator::van_der_pol::VanDerPol;
-use crate::waveform::adaptive_fourier::{AdaptiveFourierConfig, AdaptiveWalk};
-use crate::waveform::shape::{FourierShape, PhaseShape, Shape, SplineShape};
+use crate::waveform::adaptive_fourier::{AdaptiveFourierConfig, AdaptiveWalk, AdaptiveWalkConfig};
+use crate::waveform::shape::{FourierShape, PhaseShape, PhaseShapeConfig, Shape, SplineShape};
 use crate::{BuildError, Generator};
 
 /// Stride of every walker here in seconds.
@@ -80,27 +81,27 @@ pub const STRIDE_S: f32 = STRIDE_SECONDS;
 /// Sees every walker in turn.
 pub trait Visitor {
     /// One walker, by the name of the table, as it was built.
-    fn walker<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>);
+    fn generator<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>);
 }
 
 /// Shows every walker to the visitor, in the order of the table.
 pub fn each(period: Period, visitor: &mut impl Visitor) {
-    visitor.walker("robust", robust(period));
-    visitor.walker("thesis", thesis(period));
-    visitor.walker("van-der-pol", van_der_pol(period));
-    visitor.walker("hopf", hopf(period));
-    visitor.walker("adaptive-hopf", adaptive_hopf(period));
-    visitor.walker("matsuoka", matsuoka(period));
-    visitor.walker("half-centre", half_centre(period));
-    visitor.walker("fitzhugh-nagumo", fitzhugh_nagumo(period));
-    visitor.walker("morris-lecar", morris_lecar(period));
-    visitor.walker("terman-wang", terman_wang(period));
-    visitor.walker("golubitsky", golubitsky(period));
-    visitor.walker("obb", obb(period));
-    visitor.walker("programmable", programmable(period));
-    visitor.walker("adaptive-fourier", adaptive_fourier(period));
-    visitor.walker("fourier", fourier(period));
-    visitor.walker("spline", spline(period));
+    visitor.generator("robust", robust(period));
+    visitor.generator("thesis", thesis(period));
+    visitor.generator("van-der-pol", van_der_pol(period));
+    visitor.generator("hopf", hopf(period));
+    visitor.generator("adaptive-hopf", adaptive_hopf(period));
+    visitor.generator("matsuoka", matsuoka(period));
+    visitor.generator("half-centre", half_centre(period));
+    visitor.generator("fitzhugh-nagumo", fitzhugh_nagumo(period));
+    visitor.generator("morris-lecar", morris_lecar(period));
+    visitor.generator("terman-wang", terman_wang(period));
+    visitor.generator("golubitsky", golubitsky(period));
+    visitor.generator("obb", obb(period));
+    visitor.generator("programmable", programmable(period));
+    visitor.generator("adaptive-fourier", adaptive_fourier(period));
+    visitor.generator("fourier", fourier(period));
+    visitor.generator("spline", spline(period));
 }
 
 /// A half-centre of two cells `C`, one a leg, read out through M of its states.
@@ -133,7 +134,7 @@ impl<const D: usize, const M: usize> Fitted<D, M> {
             lead: Phase::from_cycles(self.lead),
             bound: self.bound,
         };
-        LinearJoints::build(flow, &config, period)
+        config.build(flow, period)
     }
 }
 
@@ -315,9 +316,7 @@ pub fn morris_lecar(period: Period) -> Result<HalfCentreJoints<MorrisLecar, 4>, 
 /// # Errors
 /// [`BuildError::PeriodTooLong`] above 2 ms.
 pub fn terman_wang(period: Period) -> Result<HalfCentreJoints<TermanWang, 4>, BuildError> {
-    if period.micros() > 2000 {
-        return Err(BuildError::PeriodTooLong { max_micros: 2000 });
-    }
+    allow_period(period, 2000)?;
     let fitted = Fitted {
         cycle: 89.813_01,
         start: [-0.639_72, 8.036_22, -1.466_36, 3.2734],
@@ -360,7 +359,7 @@ pub fn golubitsky(period: Period) -> Result<LinearJoints<LegNetwork, 8, 2>, Buil
 /// # Errors
 /// [`BuildError::PeriodTooLong`] above 68.75 ms.
 pub fn obb(period: Period) -> Result<ObbWalk, BuildError> {
-    ObbWalk::build(&ObbWalkConfig { stride_s: STRIDE_S, ..ObbWalkConfig::default() }, period)
+    ObbWalkConfig { stride_s: STRIDE_S, ..ObbWalkConfig::default() }.build(period)
 }
 
 /// Four Hopf oscillators at the first four harmonics of the stride.
@@ -382,7 +381,7 @@ pub fn programmable(period: Period) -> Result<BankWalk<4>, BuildError> {
         weights: weights.map(|row| row.map(|pair| pair.map(radians))),
         offsets: [7.57, 9.39, 24.44, 26.73].map(Radians::from_degrees),
     };
-    BankWalk::build(&config, period)
+    config.build(period)
 }
 
 /// Six harmonics a joint that begin with what the mean stride of `natural-walk` would have taught them.
@@ -391,7 +390,7 @@ pub fn programmable(period: Period) -> Result<BankWalk<4>, BuildError> {
 /// None for any period.
 pub fn adaptive_fourier(period: Period) -> Result<AdaptiveWalk<6, 4>, BuildError> {
     let config = AdaptiveFourierConfig { frequency_hz: 1.0 / STRIDE_S, ..AdaptiveFourierConfig::default() };
-    Ok(AdaptiveWalk::build(config, 0.5, period)?.taught(&natural_shapes()?))
+    Ok(AdaptiveWalkConfig { learner: config, unit: 0.5 }.build(period)?.taught(&natural_shapes()?))
 }
 
 /// One phase and six harmonics a joint: the mean stride of `natural-walk` itself.
@@ -399,7 +398,7 @@ pub fn adaptive_fourier(period: Period) -> Result<AdaptiveWalk<6, 4>, BuildError
 /// # Errors
 /// None for any period.
 pub fn fourier(period: Period) -> Result<PhaseShape<FourierShape<6>, 4>, BuildError> {
-    PhaseShape::build(natural_shapes()?, STRIDE_S, period)
+    PhaseShapeConfig { shapes: natural_shapes()?, stride_s: STRIDE_S }.build(period)
 }
 
 /// One phase and a periodic spline of twelve knots a joint, through the mean stride of `natural-walk`.
@@ -412,8 +411,8 @@ pub fn spline(period: Period) -> Result<PhaseShape<SplineShape<12>, 4>, BuildErr
         for (knot, place) in (0u64..).zip(&mut knots) {
             place.0 = shape.at(Phase(((knot << 32) / 12) as u32)).angle;
         }
-        SplineShape::build(knots)
+        SplineShape::new(knots)
     };
     let [a, b, c, d] = natural_shapes()?;
-    PhaseShape::build([spline(&a)?, spline(&b)?, spline(&c)?, spline(&d)?], STRIDE_S, period)
+    PhaseShapeConfig { shapes: [spline(&a)?, spline(&b)?, spline(&c)?, spline(&d)?], stride_s: STRIDE_S }.build(period)
 }

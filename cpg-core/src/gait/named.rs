@@ -16,12 +16,12 @@ use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::error::in_range;
 use crate::gait::default_walk::default_config;
-use crate::joints::readout::{PhasePlane, Readout, ReadoutConfig};
+use crate::joints::linear::{PhasePlane, Readout, ReadoutConfig};
 use crate::network::graph::{Biped, HipKnee, LeftRight};
 use crate::network::phase_coupled::Robust;
 use crate::network::symmetric_cells::{LegGait, LegNetwork};
 use crate::network::thesis::{Thesis, ThesisConfig};
-use crate::waveform::shape::{FourierShape, PhaseShape};
+use crate::waveform::shape::{FourierShape, PhaseShape, PhaseShapeConfig};
 use crate::{BuildError, Field, Generator, Rk4, StateFault};
 
 /// The name of a gait.
@@ -114,9 +114,9 @@ impl Gait {
                 config.natural_period /= speed;
                 DefaultGait::Walk(config.build(period)?)
             }
-            Gait::NaturalWalk => {
-                DefaultGait::Shape(PhaseShape::build(natural_shapes()?, self.stride_s() / speed, period)?)
-            }
+            Gait::NaturalWalk => DefaultGait::Shape(
+                PhaseShapeConfig { shapes: natural_shapes()?, stride_s: self.stride_s() / speed }.build(period)?,
+            ),
             Gait::Thesis => {
                 let mut config = ThesisConfig::set_s();
                 for joint in &mut config.joints {
@@ -151,14 +151,14 @@ impl DefaultGait {
     /// Runs on until the gait phase passes `phase`, one stride at most: where a gait should begin that takes over from another.
     #[must_use]
     pub fn aligned(mut self, phase: Phase, period: Period) -> Self {
-        let ahead = |gait: &Self| phase.0.wrapping_sub(gait.phase().0);
+        let ahead = |gait: &Self| phase - gait.phase();
         // The slowest stride that ships, at half speed, and some more.
         let most = 3_000_000_u32.checked_div(period.micros()).unwrap_or(0);
         for _ in 0..most {
             let before = ahead(&self);
             self.step();
             // The distance falls from step to step, and leaps up where the phase has been passed.
-            if ahead(&self) > before {
+            if ahead(&self).0 > before.0 {
                 break;
             }
         }
@@ -179,7 +179,7 @@ const NATURAL: [Harmonics; 4] = [
 pub(crate) fn natural_shapes() -> Result<[FourierShape<6>; 4], BuildError> {
     let shape = |(mean, cos, sin): Harmonics| {
         let radians = |degrees: f32| Radians::from_degrees(degrees).0;
-        FourierShape::build(Radians::from_degrees(mean), cos.map(radians), sin.map(radians))
+        FourierShape::new(Radians::from_degrees(mean), cos.map(radians), sin.map(radians))
     };
     let [a, b, c, d] = NATURAL;
     Ok([shape(a)?, shape(b)?, shape(c)?, shape(d)?])
@@ -210,7 +210,7 @@ fn cells(gait: LegGait, stride_s: f32, period: Period) -> Result<Readout<LegNetw
             *weight = amplitude.0 / RADIUS;
         }
     }
-    Readout::build(LegNetwork::of(gait), config, period)
+    config.build(LegNetwork::of(gait), period)
 }
 
 /// The same call on whichever generator it is.

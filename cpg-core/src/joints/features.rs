@@ -91,7 +91,7 @@ impl<const K: usize, const N: usize> Features for PhaseShape<SplineShape<K>, N> 
         if let Some(first) = knots.first_mut() {
             first.0 = 1.0;
         }
-        let Ok(cardinal) = SplineShape::build(knots) else { return };
+        let Ok(cardinal) = SplineShape::new(knots) else { return };
         let phase = self.phase().0;
         let at = |knot: usize| ((knot as u64) << 32).checked_div(K as u64).unwrap_or(0) as u32;
         fill(out, (0..Self::COUNT).map(|knot| cardinal.at(Phase(phase.wrapping_sub(at(knot)))).angle));

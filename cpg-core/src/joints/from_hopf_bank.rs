@@ -22,11 +22,11 @@
 
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
-use crate::error::{all_in_range, in_range};
+use crate::error::{all_in_range, allow_period, in_range};
 use crate::joints::features::{Features, fill};
 use crate::math::trig::angle;
+use crate::waveform::clock::STRIDE_RANGE_S;
 use crate::waveform::hopf_bank::{ProgrammableConfig, ProgrammableCpg};
-use crate::waveform::shape::STRIDE_RANGE_S;
 use crate::{BuildError, Field, Generator, StateFault};
 
 /// How far from its centre an oscillator may come: the circle has radius 1.
@@ -54,32 +54,29 @@ pub struct BankWalk<const H: usize> {
     start_phase: Phase,
 }
 
-impl<const H: usize> BankWalk<H> {
-    /// Starts at the configured points.
+impl<const H: usize> BankWalkConfig<H> {
+    /// Validates the configuration for a control period; the generator starts at the configured points.
     ///
     /// # Errors
     /// Names the field that is out of range; `PeriodTooLong` for fewer than 50 ticks of the fastest oscillator's cycle, or above 20 ms.
-    pub fn build(config: &BankWalkConfig<H>, period: Period) -> Result<Self, BuildError> {
+    pub fn build(&self, period: Period) -> Result<BankWalk<H>, BuildError> {
         in_range(H as f32, Field::of("start"), 1.0, 64.0)?;
-        in_range(config.stride_s, Field::of("stride_s"), STRIDE_RANGE_S.0, STRIDE_RANGE_S.1)?;
-        all_in_range(config.start.into_iter().flatten(), "start", -2.0, 2.0)?;
-        all_in_range(config.weights.into_iter().flatten().flatten(), "weights", -100.0, 100.0)?;
+        in_range(self.stride_s, Field::of("stride_s"), STRIDE_RANGE_S.0, STRIDE_RANGE_S.1)?;
+        all_in_range(self.start.into_iter().flatten(), "start", -2.0, 2.0)?;
+        all_in_range(self.weights.into_iter().flatten().flatten(), "weights", -100.0, 100.0)?;
         let turn = core::f32::consts::TAU;
-        all_in_range(config.offsets.map(|offset| offset.0), "offsets", -turn, turn)?;
-        let max_micros = (config.stride_s * 1e6 / (50.0 * H as f32)).min(20_000.0) as u32;
-        if period.micros() > max_micros {
-            return Err(BuildError::PeriodTooLong { max_micros });
-        }
-        let frequencies = ProgrammableConfig::harmonics_of(1.0 / config.stride_s);
-        let mut walk = Self {
-            config: *config,
-            bank: ProgrammableCpg::build(&frequencies, period)?,
-            start_phase: first_phase(&config.start),
-        };
+        all_in_range(self.offsets.map(|offset| offset.0), "offsets", -turn, turn)?;
+        let max_micros = (self.stride_s * 1e6 / (50.0 * H as f32)).min(20_000.0) as u32;
+        allow_period(period, max_micros)?;
+        let frequencies = ProgrammableConfig::harmonics_of(1.0 / self.stride_s);
+        let mut walk =
+            BankWalk { config: *self, bank: frequencies.build(period)?, start_phase: first_phase(&self.start) };
         walk.reset();
         Ok(walk)
     }
+}
 
+impl<const H: usize> BankWalk<H> {
     /// The bank below.
     #[must_use]
     pub const fn bank(&self) -> &ProgrammableCpg<H> {
@@ -116,7 +113,7 @@ impl<const H: usize> Generator<4> for BankWalk<H> {
     }
 
     fn phase(&self) -> Phase {
-        Phase(first_phase(&self.bank.points()).0.wrapping_sub(self.start_phase.0))
+        first_phase(&self.bank.points()) - self.start_phase
     }
 
     /// Radius of the first oscillator, 1 on its cycle.
@@ -125,13 +122,12 @@ impl<const H: usize> Generator<4> for BankWalk<H> {
     }
 
     fn check(&self) -> Result<(), StateFault> {
-        // An oscillator is no joint: the first stands for the first joint, and so on.
-        for (joint, point) in self.bank.points().iter().enumerate() {
+        for (index, point) in self.bank.points().iter().enumerate() {
             if point.iter().any(|coordinate| !coordinate.is_finite()) {
-                return Err(StateFault::NotFinite { joint });
+                return Err(StateFault::NotFinite { state: Field::at("points", index) });
             }
             if point.iter().any(|coordinate| coordinate.abs() >= BOUND) {
-                return Err(StateFault::OutOfBounds { joint });
+                return Err(StateFault::OutOfBounds { state: Field::at("points", index) });
             }
         }
         Ok(())

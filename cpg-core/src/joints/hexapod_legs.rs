@@ -10,7 +10,7 @@
 //! use cpg_core::Generator;
 //! use cpg_core::joints::hexapod_legs::{HexapodWalk, HexapodWalkConfig};
 //! use joint_units::Period;
-//! let mut walk = HexapodWalk::build(1, HexapodWalkConfig::default(), Period::MILLISECOND)?;
+//! let mut walk = HexapodWalkConfig::default().build(Period::MILLISECOND)?;
 //! // The tripod: in each half second three legs come forward by 40 degrees while three are drawn back.
 //! let before = walk.angles();
 //! for _ in 0..500 {
@@ -32,6 +32,8 @@ use crate::{BuildError, Field, Generator, StateFault};
 /// How the legs move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HexapodWalkConfig {
+    /// Gait of the ladder: 1 (tripod), 3 (middle gait), 5 (wave) or any other up to [`MAX_REVERSIBILITY`].
+    pub reversibility: u32,
     /// Time of one step of the ladder in seconds, which is the time of a swing; 0.05 to 60.
     pub step_s: f32,
     /// Angle of a leg at the end of its swing; within ±pi/2 and above `rear`.
@@ -41,9 +43,9 @@ pub struct HexapodWalkConfig {
 }
 
 impl Default for HexapodWalkConfig {
-    /// Half a second a step, 20 degrees either way.
+    /// The tripod, half a second a step, 20 degrees either way.
     fn default() -> Self {
-        Self { step_s: 0.5, front: Radians::from_degrees(20.0), rear: Radians::from_degrees(-20.0) }
+        Self { reversibility: 1, step_s: 0.5, front: Radians::from_degrees(20.0), rear: Radians::from_degrees(-20.0) }
     }
 }
 
@@ -70,22 +72,23 @@ pub struct HexapodWalk {
     to: [Knot; 6],
 }
 
-impl HexapodWalk {
-    /// Reversibility 5 (wave), 3 (middle gait), 1 (tripod) or any other, all legs starting where the running gait has them.
+impl HexapodWalkConfig {
+    /// Validates the configuration for a control period; every leg starts where the settled gait has it.
     ///
     /// # Errors
-    /// Names the field of the configuration that is out of range; `reversibility` for a ladder that cannot be.
-    pub fn build(reversibility: u32, config: HexapodWalkConfig, period: Period) -> Result<Self, BuildError> {
-        in_range(config.step_s, Field::of("step_s"), 0.05, 60.0)?;
-        let step_s = config.step_s;
+    /// Names the field that is out of range.
+    pub fn build(&self, period: Period) -> Result<HexapodWalk, BuildError> {
+        in_range(self.step_s, Field::of("step_s"), 0.05, 60.0)?;
+        let step_s = self.step_s;
         let limit = core::f32::consts::FRAC_PI_2;
-        in_range(config.rear.0, Field::of("rear"), -limit, limit)?;
-        let rear = config.rear.0;
-        in_range(config.front.0, Field::of("front"), rear, limit)?;
-        let front = config.front.0;
+        in_range(self.rear.0, Field::of("rear"), -limit, limit)?;
+        let rear = self.rear.0;
+        in_range(self.front.0, Field::of("front"), rear, limit)?;
+        let front = self.front.0;
         let max = MAX_REVERSIBILITY as f32;
-        let mut ladder = Hexapod::build(reversibility).map_err(|_| BuildError::OutOfRange {
+        let mut ladder = Hexapod::new(self.reversibility).map_err(|_| BuildError::OutOfRange {
             field: Field::of("reversibility"),
+            value: self.reversibility as f32,
             min: 1.0,
             max,
         })?;
@@ -94,7 +97,7 @@ impl HexapodWalk {
             ladder.step();
         }
         let ticks_per_step = ((step_s * 1e6) as u32 / period.micros().max(1)).max(1);
-        let mut walk = Self {
+        let mut walk = HexapodWalk {
             start: ladder.clone(),
             ladder,
             front,
@@ -109,7 +112,9 @@ impl HexapodWalk {
         walk.reset();
         Ok(walk)
     }
+}
 
+impl HexapodWalk {
     /// Changes the gait; it takes effect with the next step of the ladder, and no leg jumps.
     ///
     /// # Errors
@@ -217,7 +222,7 @@ mod tests {
     use super::*;
 
     fn walk(reversibility: u32) -> HexapodWalk {
-        HexapodWalk::build(reversibility, HexapodWalkConfig::default(), Period::MILLISECOND).unwrap()
+        HexapodWalkConfig { reversibility, ..HexapodWalkConfig::default() }.build(Period::MILLISECOND).unwrap()
     }
 
     /// In each gait each leg covers its whole stroke, swings for one step of R + 1 and stands for the rest.
@@ -287,8 +292,8 @@ mod tests {
     #[test]
     fn bad_fields_are_named() {
         let build = |r, step_s, front, rear| {
-            let config = HexapodWalkConfig { step_s, front: Radians(front), rear: Radians(rear) };
-            HexapodWalk::build(r, config, Period::MILLISECOND).unwrap_err().to_string()
+            let config = HexapodWalkConfig { reversibility: 1, step_s, front: Radians(front), rear: Radians(rear) };
+            HexapodWalkConfig { reversibility: r, ..config }.build(Period::MILLISECOND).unwrap_err().to_string()
         };
         assert!(build(5, 0.0, 0.3, -0.3).contains("step_s"));
         assert!(build(5, 0.5, 0.3, f32::NAN).contains("rear"));

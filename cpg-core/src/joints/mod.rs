@@ -4,5 +4,4 @@ pub mod features;
 pub mod from_hopf_bank;
 pub mod hexapod_legs;
 pub mod linear;
-pub mod readout;
 pub mod swing_stance;

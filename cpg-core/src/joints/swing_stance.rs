@@ -1,19 +1,19 @@
-//! The building block as a walker: the integer rhythm of [`crate::edge_reversal::obb`] with profiles of swing and stance on hips and knees.
+//! The building block as a walker: the integer block of [`crate::edge_reversal::obb`] with profiles of swing and stance on hips and knees.
 //!
 //! One neuron swings the left leg, the other the right; a leg stands while the other swings. A leg whose turn comes goes from its rear to
-//! its front angle within a step of the rhythm, and is drawn back within the step in which its turn ends; its knee bends once in each
+//! its front angle within a step of the block, and is drawn back within the step in which its turn ends; its knee bends once in each
 //! swing. With s the part of the step that has passed:
 //!
 //! ```text
 //! hip = from + (to - from) (3 s^2 - 2 s^3),   knee = stance + (swing - stance) 16 s^2 (1 - s)^2
 //! ```
 //! so angle and rate are continuous whatever the word is. The word of (1, 1) is FEFE, walking; (1, 2) limps: the right leg has two steps of
-//! three. Yang et al. 2014 leave the way from the rhythm to a joint open; these profiles are ours.
+//! three. Yang et al. 2014 leave the way from the block to a joint open; these profiles are ours.
 //!
 //! ```
 //! use cpg_core::Generator;
 //! use cpg_core::joints::swing_stance::{ObbWalk, ObbWalkConfig};
-//! let mut walk = ObbWalk::build(&ObbWalkConfig::default(), joint_units::Period::MILLISECOND)?;
+//! let mut walk = ObbWalkConfig::default().build(joint_units::Period::MILLISECOND)?;
 //! assert!((walk.angles()[0].degrees() - 25.0).abs() < 1e-3);
 //! for _ in 0..550 {
 //!     walk.step();
@@ -30,9 +30,9 @@
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::edge_reversal::obb::{Neuron, Obb, Reversibilities};
-use crate::error::in_range;
+use crate::error::{all_in_range, allow_period, in_range};
 use crate::joints::features::{Features, fill};
-use crate::waveform::shape::STRIDE_RANGE_S;
+use crate::waveform::clock::STRIDE_RANGE_S;
 use crate::{BuildError, Field, Generator, StateFault};
 
 /// Most steps that a leg may have in a stride.
@@ -74,7 +74,7 @@ struct Leg {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObbWalk {
     config: ObbWalkConfig,
-    rhythm: Obb,
+    block: Obb,
     /// Before the step in which the left leg, in front, begins to stand.
     start: (Obb, [Leg; 2]),
     /// Steps of a stride.
@@ -87,44 +87,43 @@ pub struct ObbWalk {
     steps_since_front: u32,
 }
 
-impl ObbWalk {
-    /// Starts where the left leg has come to its front.
+impl ObbWalkConfig {
+    /// Validates the configuration for a control period; the generator starts where the left leg is in front.
     ///
     /// # Errors
     /// Names the field that is out of range; `PeriodTooLong` for fewer than 8 ticks a step.
-    pub fn build(config: &ObbWalkConfig, period: Period) -> Result<Self, BuildError> {
-        let [left, right] = config.steps;
+    pub fn build(&self, period: Period) -> Result<ObbWalk, BuildError> {
+        let [left, right] = self.steps;
         let most = MAX_STEPS as f32;
         in_range(left as f32, Field::at("steps", 0), 1.0, most)?;
         in_range(right as f32, Field::at("steps", 1), 1.0, if left == 1 { most } else { 1.0 })?;
-        in_range(config.stride_s, Field::of("stride_s"), STRIDE_RANGE_S.0, STRIDE_RANGE_S.1)?;
+        in_range(self.stride_s, Field::of("stride_s"), STRIDE_RANGE_S.0, STRIDE_RANGE_S.1)?;
         let pi = core::f32::consts::PI;
-        crate::error::all_in_range(config.hip.map(|angle| angle.0), "hip", -0.5 * pi, 0.5 * pi)?;
-        crate::error::all_in_range(config.knee.map(|angle| angle.0), "knee", 0.0, pi)?;
+        all_in_range(self.hip.map(|angle| angle.0), "hip", -0.5 * pi, 0.5 * pi)?;
+        all_in_range(self.knee.map(|angle| angle.0), "knee", 0.0, pi)?;
         // A neuron fires as often as the other's reversibility says.
-        let reversibilities = Reversibilities::build(right, left).map_err(|_| BuildError::OutOfRange {
+        let reversibilities = Reversibilities::new(right, left).map_err(|_| BuildError::OutOfRange {
             field: Field::of("steps"),
+            value: left as f32,
             min: 1.0,
             max: most,
         })?;
-        let (steps, stride_us) = (left.saturating_add(right), (config.stride_s * 1e6 + 0.5) as u32);
+        let (steps, stride_us) = (left.saturating_add(right), (self.stride_s * 1e6 + 0.5) as u32);
         let max_micros = (stride_us / 8).checked_div(steps).unwrap_or(0);
-        if period.micros() > max_micros {
-            return Err(BuildError::PeriodTooLong { max_micros });
-        }
-        let mut rhythm = Obb::new(reversibilities);
+        allow_period(period, max_micros)?;
+        let mut block = Obb::new(reversibilities);
         let mut legs = [Leg::default(); 2];
         // Past one stride, up to where the left leg has had its turn.
         for _ in 0..4 * MAX_STEPS {
-            turn(&mut legs, rhythm.step());
+            turn(&mut legs, block.step());
             if legs.first().is_some_and(|left| left.from < left.to) {
                 break;
             }
         }
-        let mut walk = Self {
-            config: *config,
-            rhythm,
-            start: (rhythm, legs),
+        let mut walk = ObbWalk {
+            config: *self,
+            block,
+            start: (block, legs),
             steps,
             elapsed: 0,
             stride_us,
@@ -135,16 +134,18 @@ impl ObbWalk {
         walk.reset();
         Ok(walk)
     }
+}
 
-    /// The rhythm below.
+impl ObbWalk {
+    /// The block below.
     #[must_use]
-    pub const fn rhythm(&self) -> &Obb {
-        &self.rhythm
+    pub const fn block(&self) -> &Obb {
+        &self.block
     }
 
     fn next_step(&mut self) {
         let arrived = self.legs.first().is_some_and(|left| left.from < left.to);
-        turn(&mut self.legs, self.rhythm.step());
+        turn(&mut self.legs, self.block.step());
         self.steps_since_front = if arrived { 0 } else { self.steps_since_front.saturating_add(1) };
     }
 
@@ -234,7 +235,7 @@ impl Generator<4> for ObbWalk {
     }
 
     fn reset(&mut self) {
-        (self.rhythm, self.legs) = self.start;
+        (self.block, self.legs) = self.start;
         self.elapsed = 0;
         self.next_step();
     }
@@ -255,7 +256,7 @@ mod tests {
 
     fn walk(steps: [u32; 2], stride_s: f32, micros: u32) -> ObbWalk {
         let config = ObbWalkConfig { steps, stride_s, ..ObbWalkConfig::default() };
-        ObbWalk::build(&config, Period::from_micros(micros).unwrap()).unwrap()
+        config.build(Period::from_micros(micros).unwrap()).unwrap()
     }
 
     /// Angles differentiate to rates, and no step is larger than the profile's steepest slope; for every word and odd periods.
@@ -335,10 +336,10 @@ mod tests {
         for (broken, name) in broken {
             let mut config = ObbWalkConfig::default();
             broken(&mut config);
-            let error = ObbWalk::build(&config, Period::MILLISECOND).unwrap_err().to_string();
+            let error = config.build(Period::MILLISECOND).unwrap_err().to_string();
             assert!(error.contains(name), "{error} does not name {name}");
         }
-        let slow = ObbWalk::build(&ObbWalkConfig::default(), Period::from_micros(70_000).unwrap());
-        assert_eq!(slow.unwrap_err(), BuildError::PeriodTooLong { max_micros: 68_750 });
+        let slow = ObbWalkConfig::default().build(Period::from_micros(70_000).unwrap());
+        assert_eq!(slow.unwrap_err(), BuildError::PeriodTooLong { micros: 70_000, max_micros: 68_750 });
     }
 }

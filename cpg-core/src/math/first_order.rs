@@ -69,8 +69,8 @@ impl Hyperbolic for f32 {
     }
 }
 
-/// For oracles on the host, as [`Scalar`] is.
-#[cfg(not(target_os = "none"))]
+/// With the feature `f64`, as [`Scalar`].
+#[cfg(feature = "f64")]
 impl Hyperbolic for f64 {
     fn tanh(self) -> Self {
         libm::tanh(self)

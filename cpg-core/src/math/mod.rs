@@ -1,5 +1,6 @@
-//! Scalars, trigonometry and fixed-step integrators.
+//! Scalars, trigonometry, fixed-step integrators and the braking law.
 
+pub(crate) mod braking;
 pub mod first_order;
 pub mod fixed_trig;
 pub(crate) mod scalar;

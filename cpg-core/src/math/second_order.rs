@@ -24,9 +24,7 @@
 //! assert!((x[0] - 1f64.cos()).abs() < 1e-9 && (v[0] / 0.005 + 1f64.sin()).abs() < 1e-9);
 //! ```
 
-use joint_units::Period;
-
-use crate::{BuildError, Scalar};
+use crate::Scalar;
 
 /// A system of `N` second-order equations: velocity is the derivative of displacement, and this is the derivative of velocity.
 pub trait SecondOrder<T, const N: usize> {
@@ -106,11 +104,6 @@ const MAX_STEP: f32 = 0.1;
 pub(crate) fn longest_period<T: Scalar, I: Integrator>(mu: T, steepest: T) -> u32 {
     let seconds = (MAX_STEP / mu.to_f32()).min(I::LONGEST_DECAY / steepest.to_f32());
     (seconds * 1e6) as u32
-}
-
-/// Accepts a control period up to `max_micros`.
-pub(crate) fn allow_period(period: Period, max_micros: u32) -> Result<(), BuildError> {
-    if period.micros() > max_micros { Err(BuildError::PeriodTooLong { max_micros }) } else { Ok(()) }
 }
 
 /// `f` of each pair.

@@ -15,7 +15,7 @@
 //! - a, a0, A: angle, offset and amplitude in rad; w = 2 pi / natural period, in rad/s; phi: phase, as a part of the cycle.
 //! - eps: how fast the amplitude returns, per radian of the cycle. The limit cycle is longer than the natural period by about
 //!   eps^2/16: by a factor of 1.014033 at eps = kap = 0.5.
-//! - [`State`] is normalised: displacement u and velocity v. Both are held within [`HEADROOM`]; the limit cycle reaches 1.0 to 1.1.
+//! - [`State`] is normalised: displacement u and velocity v. Both are held within [`BOUND_FACTOR`]; the limit cycle reaches 1.0 to 1.1.
 //!   `build` refuses a period at which explicit integration could diverge inside of that.
 //!
 //! ```
@@ -40,14 +40,14 @@ use core::marker::PhantomData;
 
 use joint_units::{Period, Phase, Radians};
 
-use crate::error::{all_in_range, in_range};
-use crate::math::second_order::{SecondOrder, allow_period, longest_period};
+use crate::error::{all_in_range, allow_period, in_range};
+use crate::math::second_order::{SecondOrder, longest_period};
 use crate::network::graph::{add, value};
-use crate::network::second_order::{HEADROOM, OscillatorState, Oscillators, Terms};
+use crate::network::second_order::{BOUND_FACTOR, OscillatorState, Oscillators, Terms};
 use crate::{BuildError, Field, Graph, Integrator, Rk4, Scalar};
 
-/// Steepest damping inside the bound, per eps: minus the derivative of (1 - 4/3 v^2) v at v = HEADROOM.
-const STEEPEST: f32 = 4.0 * HEADROOM * HEADROOM - 1.0;
+/// Steepest damping inside the bound, per eps: minus the derivative of (1 - 4/3 v^2) v at v = BOUND_FACTOR.
+const STEEPEST: f32 = 4.0 * BOUND_FACTOR * BOUND_FACTOR - 1.0;
 
 /// What a network R1 is to do. `N` joints, `E` links.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,7 +104,7 @@ impl<const N: usize, const E: usize, T: Scalar> RobustConfig<N, E, T> {
         // c turns v into displacement per time unit of the integrator.
         let unit = T::ratio(period.micros(), 1_000_000 * I::UNITS);
         let c = w * unit;
-        let limit = T::from_f32(HEADROOM);
+        let limit = T::from_f32(BOUND_FACTOR);
         let terms = Terms {
             unit,
             velocity: [T::ONE / c; N],

@@ -45,10 +45,10 @@ use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::math::fixed_trig;
 use crate::network::phase_coupled::RobustConfig;
-use crate::{BuildError, Generator, Graph, HEADROOM, OscillatorState, Rk4, StateFault};
+use crate::{BOUND_FACTOR, BuildError, Field, Generator, Graph, OscillatorState, Rk4, StateFault};
 
 /// Where a state is held, in 2^-16.
-const LIMIT: i32 = (HEADROOM as i32) << 16;
+const LIMIT: i32 = (BOUND_FACTOR as i32) << 16;
 
 /// Where a stage inside a step is held, in 2^-16: the cubic term of a stage at 8 is 1365, so no sum leaves its bits. Only a state at its
 /// limit ever reaches this.
@@ -60,7 +60,7 @@ const SIXTH_BITS: u32 = 40;
 /// A built network R1 in fixed point on the graph `G`: `N` joints, `E` links.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedRobust<G, const N: usize, const E: usize> {
-    field: Field<G, N, E>,
+    field: FixedField<G, N, E>,
     half_step: I2F30,
     step: I2F30,
     /// h/6 in 2^-40.
@@ -90,7 +90,7 @@ struct Carry<const N: usize> {
 
 /// The vector field.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Field<G, const N: usize, const E: usize> {
+struct FixedField<G, const N: usize, const E: usize> {
     damping: [I8F24; N],
     /// 4/3 eps.
     cubic: I8F24,
@@ -126,8 +126,12 @@ impl<const N: usize, const E: usize> RobustConfig<N, E> {
             crate::network::graph::add(&mut sums, i, -kap);
             crate::network::graph::add(&mut sums, j, -kap);
         }
-        let field =
-            Field { damping: sums.map(gain), cubic: gain(self.nonlinearity * (4.0 / 3.0)), links, graph: PhantomData };
+        let field = FixedField {
+            damping: sums.map(gain),
+            cubic: gain(self.nonlinearity * (4.0 / 3.0)),
+            links,
+            graph: PhantomData,
+        };
         let start = Numbers {
             u: start.displacement.map(|u| number(u).to_bits()),
             v: start.velocity.map(|v| number(v).to_bits()),
@@ -171,7 +175,7 @@ fn rounded(sum: i64, bits: u32, limit: i32) -> i32 {
     value.clamp(-limit, limit) as i32
 }
 
-impl<G: Graph<N, E>, const N: usize, const E: usize> Field<G, N, E> {
+impl<G: Graph<N, E>, const N: usize, const E: usize> FixedField<G, N, E> {
     /// dv/dtau in 2^-16; the numbers are at most 8.
     #[inline]
     fn acceleration(&self, at: &Numbers<N>) -> [i32; N] {
@@ -239,7 +243,7 @@ impl<G: Graph<N, E>, const N: usize, const E: usize> FixedRobust<G, N, E> {
     /// Goes on from another state; [`Generator::reset`] still returns to the built one.
     ///
     /// # Errors
-    /// [`StateFault`] where a value is not inside the bound [`HEADROOM`]; the state is then as it was.
+    /// [`StateFault`] where a value is not inside the bound [`BOUND_FACTOR`]; the state is then as it was.
     pub fn set_state(&mut self, state: &OscillatorState<N, I16F16>) -> Result<(), StateFault> {
         let next = Numbers { u: state.displacement.map(I16F16::to_bits), v: state.velocity.map(I16F16::to_bits) };
         inside(&next)?;
@@ -275,11 +279,12 @@ fn product(a: I16F16, b: i32) -> I16F16 {
 }
 
 fn inside<const N: usize>(state: &Numbers<N>) -> Result<(), StateFault> {
-    let fault = |(u, v): (&i32, &i32)| u.unsigned_abs() >= LIMIT as u32 || v.unsigned_abs() >= LIMIT as u32;
-    match state.u.iter().zip(&state.v).position(fault) {
-        Some(joint) => Err(StateFault::OutOfBounds { joint }),
-        None => Ok(()),
+    for (name, values) in [("displacement", &state.u), ("velocity", &state.v)] {
+        if let Some(index) = values.iter().position(|value| value.unsigned_abs() >= LIMIT as u32) {
+            return Err(StateFault::OutOfBounds { state: Field::at(name, index) });
+        }
     }
+    Ok(())
 }
 
 impl<G: Graph<N, E>, const N: usize, const E: usize> Generator<N> for FixedRobust<G, N, E> {

@@ -12,10 +12,10 @@ use core::marker::PhantomData;
 use joint_units::{Phase, RadPerSec, Radians};
 
 use crate::math::second_order::SecondOrder;
-use crate::{Generator, Integrator, Rk4, Scalar, StateFault};
+use crate::{Field, Generator, Integrator, Rk4, Scalar, StateFault};
 
 /// How far a state may go, as a multiple of the amplitude that the limit cycle has in closed form.
-pub const HEADROOM: f32 = 3.0;
+pub const BOUND_FACTOR: f32 = 3.0;
 
 /// Displacement and velocity of each joint, in the terms of the model: its module says which.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -117,13 +117,16 @@ impl<F, const N: usize, T: Scalar, I> Oscillators<F, N, T, I> {
     }
 
     fn inside(&self, state: &Pair<N, T>) -> Result<(), StateFault> {
-        let joints = state.x.iter().zip(&state.v).zip(self.limit.x.iter().zip(&self.limit.v));
-        for (joint, ((&x, &v), (&limit_x, &limit_v))) in joints.enumerate() {
-            if !x.is_finite() || !v.is_finite() {
-                return Err(StateFault::NotFinite { joint });
-            }
-            if x >= limit_x || x <= -limit_x || v >= limit_v || v <= -limit_v {
-                return Err(StateFault::OutOfBounds { joint });
+        let oscillators = state.x.iter().zip(&state.v).zip(self.limit.x.iter().zip(&self.limit.v));
+        for (index, ((&x, &v), (&limit_x, &limit_v))) in oscillators.enumerate() {
+            for (name, value, limit) in [("displacement", x, limit_x), ("velocity", v, limit_v)] {
+                let state = Field::at(name, index);
+                if !value.is_finite() {
+                    return Err(StateFault::NotFinite { state });
+                }
+                if value >= limit || value <= -limit {
+                    return Err(StateFault::OutOfBounds { state });
+                }
             }
         }
         Ok(())
@@ -205,7 +208,7 @@ mod tests {
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             let mut net = net();
             net.now.v[1] = bad;
-            assert_eq!(net.check(), Err(StateFault::NotFinite { joint: 1 }), "{bad}");
+            assert_eq!(net.check(), Err(StateFault::NotFinite { state: Field::at("velocity", 1) }), "{bad}");
         }
         let mut net = net();
         net.now.x[3] = f32::NAN;
@@ -224,7 +227,7 @@ mod tests {
             net.now.x[0] = bad;
             net.step();
             assert!(net.now.x.iter().all(|x| x.abs() <= 3.0), "{bad}: {:?}", net.now.x);
-            assert_eq!(net.check(), Err(StateFault::OutOfBounds { joint: 0 }), "{bad}");
+            assert_eq!(net.check(), Err(StateFault::OutOfBounds { state: Field::at("displacement", 0) }), "{bad}");
             for _ in 0..10_000 {
                 net.step();
             }

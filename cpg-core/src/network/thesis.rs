@@ -43,8 +43,8 @@ use core::marker::PhantomData;
 
 use joint_units::{Period, Phase};
 
-use crate::error::in_range;
-use crate::math::second_order::{SecondOrder, allow_period};
+use crate::error::{allow_period, in_range};
+use crate::math::second_order::SecondOrder;
 use crate::network::graph::{HipKnee, LeftRight, add, value};
 use crate::network::second_order::{OscillatorState, Oscillators, Terms};
 use crate::oscillator::rayleigh::{Folded, RayleighConfig, radians_per_degree};

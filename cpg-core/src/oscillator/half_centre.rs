@@ -26,7 +26,7 @@
 use joint_units::{Period, Radians};
 
 use crate::error::in_range;
-use crate::joints::readout::{PhasePlane, Readout, ReadoutConfig};
+use crate::joints::linear::{PhasePlane, Readout, ReadoutConfig};
 use crate::math::first_order::Flow;
 use crate::oscillator::matsuoka::Matsuoka;
 use crate::{BuildError, Field, Scalar};
@@ -74,7 +74,7 @@ pub fn flexor_extensor(
         plane: PhasePlane { x: 0, y: 2, centre: (-0.1845, fatigue), radius: (0.7972, 0.0981) },
         bound: 10.0,
     };
-    Readout::build(neurons, config, period)
+    config.build(neurons, period)
 }
 
 /// Two half-centres of Matsuoka's neurons, left and right leg: neurons 0 and 2 are flexor and extensor of the left leg, 3 and 1 of the

@@ -33,7 +33,7 @@
 
 use joint_units::Period;
 
-use crate::error::in_range;
+use crate::error::{allow_period, in_range};
 use crate::math::first_order::{Flow, rk4};
 use crate::oscillator::matsuoka::Matsuoka;
 use crate::{BuildError, Field, Scalar};
@@ -101,9 +101,7 @@ impl<T: Scalar> HuConfig<T> {
         let fastest =
             (self.rise.to_f32() * 0.2).min(self.adaptation.to_f32() * 0.2).min(0.025 / self.natural_hz.to_f32());
         let max_micros = (fastest * 1e6) as u32;
-        if period.micros() > max_micros {
-            return Err(BuildError::PeriodTooLong { max_micros });
-        }
+        allow_period(period, max_micros)?;
 
         let neurons = Matsuoka {
             rise: self.rise,

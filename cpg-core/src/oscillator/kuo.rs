@@ -24,7 +24,7 @@
 //!
 //! ```
 //! use cpg_core::oscillator::kuo::{Drive, KuoConfig, Measurement, Pendulum};
-//! let cycle = Pendulum::<f32>::build(0.1)?.cycle(1.0);
+//! let cycle = Pendulum::<f32>::new(0.1)?.cycle(1.0);
 //! assert!((cycle.impulse - 0.887_899_5).abs() < 1e-5 && (cycle.half_period - 2.383_610).abs() < 1e-5);
 //! // A clock needs no sensor: an impulse every half period, for a hundred time units.
 //! let mut clock = KuoConfig::<f32> { damping: 0.1, amplitude: 1.0, drive: Drive::FeedForward }.build(0.01)?;
@@ -83,7 +83,7 @@ impl<T: Scalar> Pendulum<T> {
     ///
     /// # Errors
     /// `damping` out of range.
-    pub fn build(damping: T) -> Result<Self, BuildError> {
+    pub fn new(damping: T) -> Result<Self, BuildError> {
         in_range(damping, Field::of("damping"), 0.01, 0.5)?;
         Ok(Self { damping })
     }
@@ -179,7 +179,7 @@ impl<T: Scalar> KuoConfig<T> {
     /// # Errors
     /// [`BuildError`] naming the first field that is not allowed.
     pub fn build(&self, dt: T) -> Result<Kuo<T>, BuildError> {
-        let limb = Pendulum::build(self.damping)?;
+        let limb = Pendulum::new(self.damping)?;
         in_range(self.amplitude, Field::of("amplitude"), 0.001, 1000.0)?;
         in_range(dt, Field::of("dt"), TICK_RANGE.0, TICK_RANGE.1)?;
         let gain = match self.drive {

@@ -12,14 +12,14 @@
 //! - For small eps: amplitude 2/(sqrt(3 p) mu), velocity 2/sqrt(3 p), period 2 pi/mu (1 + eps^2/16). The thesis says that mu
 //!   controls the frequency; that holds for alpha << mu only. At its own (alpha, p, mu) = (1, 1, 0.2) the period is 1.85 times
 //!   2 pi/mu and the amplitude 2.19 times the small one. The velocity stays within 1.1 percent at any eps.
-//! - [`State`] is a - a0 in deg and a' in deg/s, held within [`HEADROOM`] times the small-eps values, the displacement (1 + eps)
+//! - [`State`] is a - a0 in deg and a' in deg/s, held within [`BOUND_FACTOR`] times the small-eps values, the displacement (1 + eps)
 //!   times that. [`crate::Generator::amplitude`] is relative to the small-eps values.
 
 use joint_units::Period;
 
-use crate::error::in_range;
-use crate::math::second_order::{SecondOrder, allow_period, longest_period};
-use crate::network::second_order::{HEADROOM, OscillatorState, Oscillators, Terms};
+use crate::error::{allow_period, in_range};
+use crate::math::second_order::{SecondOrder, longest_period};
+use crate::network::second_order::{BOUND_FACTOR, OscillatorState, Oscillators, Terms};
 use crate::{BuildError, Field, Integrator, Rk4, Scalar};
 
 /// Parameters of one oscillator.
@@ -102,15 +102,15 @@ impl<T: Scalar> RayleighConfig<T> {
     /// Where displacement and velocity are held.
     pub(crate) fn limit(&self, growth: T) -> (T, T) {
         let (displacement, velocity) = self.cycle(growth);
-        let headroom = T::from_f32(HEADROOM);
+        let headroom = T::from_f32(BOUND_FACTOR);
         (headroom * displacement * (T::ONE + growth / self.mu), headroom * velocity)
     }
 
     /// Longest control period in microseconds that is neither too coarse nor diverges inside the limit; `links` is the sum of the
     /// gains' sizes.
     pub(crate) fn longest_period<I: Integrator>(&self, growth: T, links: T) -> u32 {
-        // Minus the derivative of alpha (1 - p z^2) z at the limit of z, HEADROOM times the cycle's; a link can add twice its gain.
-        let steepest = T::from_f32(4.0 * HEADROOM * HEADROOM) * growth - self.alpha + links + links;
+        // Minus the derivative of alpha (1 - p z^2) z at the limit of z, BOUND_FACTOR times the cycle's; a link can add twice its gain.
+        let steepest = T::from_f32(4.0 * BOUND_FACTOR * BOUND_FACTOR) * growth - self.alpha + links + links;
         longest_period::<T, I>(self.mu, steepest)
     }
 

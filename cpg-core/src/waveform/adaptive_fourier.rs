@@ -48,26 +48,28 @@ pub struct AdaptiveFourier<const H: usize> {
     sin: [f32; H],
 }
 
-impl<const H: usize> AdaptiveFourier<H> {
-    /// Starts from silence at the guessed frequency.
+impl AdaptiveFourierConfig {
+    /// Validates the configuration for a control period; all coefficients start at 0, at the guessed frequency.
     ///
     /// # Errors
     /// Names the field that is out of range.
-    pub fn build(config: AdaptiveFourierConfig, period: Period) -> Result<Self, BuildError> {
-        in_range(config.coupling, Field::of("coupling"), 0.0, 20.0)?;
-        in_range(config.learning, Field::of("learning"), 0.0, 20.0)?;
-        in_range(config.frequency_hz, Field::of("frequency_hz"), 0.05, 5.0)?;
-        Ok(Self {
-            config,
+    pub fn build<const H: usize>(&self, period: Period) -> Result<AdaptiveFourier<H>, BuildError> {
+        in_range(self.coupling, Field::of("coupling"), 0.0, 20.0)?;
+        in_range(self.learning, Field::of("learning"), 0.0, 20.0)?;
+        in_range(self.frequency_hz, Field::of("frequency_hz"), 0.05, 5.0)?;
+        Ok(AdaptiveFourier {
+            config: *self,
             period_s: period.seconds(),
             phase: Phase(0),
-            frequency: core::f32::consts::TAU * config.frequency_hz,
+            frequency: core::f32::consts::TAU * self.frequency_hz,
             mean: 0.0,
             cos: [0.0; H],
             sin: [0.0; H],
         })
     }
+}
 
+impl<const H: usize> AdaptiveFourier<H> {
     /// One control period with the taught signal; returns the error e. A sample that is not a finite number is ignored (the phase runs
     /// on), so that one bad sample can't poison what was learned.
     pub fn learn(&mut self, taught: f32) -> f32 {
@@ -96,7 +98,7 @@ impl<const H: usize> AdaptiveFourier<H> {
 
     fn advance(&mut self, radians_per_second: f32) {
         let cycles = radians_per_second * self.period_s * (1.0 / core::f32::consts::TAU);
-        self.phase = Phase(self.phase.0.wrapping_add(Phase::from_cycles(cycles).0));
+        self.phase += Phase::from_cycles(cycles);
     }
 
     /// The signal q at the phase now.
@@ -147,7 +149,7 @@ impl<const H: usize> AdaptiveFourier<H> {
 /// // A person walks at a stride of 1.084 s; the walker starts from silence, a tenth too slow.
 /// let mut person = Gait::NaturalWalk.build(1.0, Period::MILLISECOND)?;
 /// let config = AdaptiveFourierConfig { frequency_hz: 0.83, ..AdaptiveFourierConfig::default() };
-/// let mut walk = AdaptiveWalk::<6, 4>::build(config, 0.5, Period::MILLISECOND)?;
+/// let mut walk = AdaptiveWalkConfig { learner: config, unit: 0.5 }.build::<6, 4>(Period::MILLISECOND)?;
 /// for _ in 0..60_000 {
 ///     walk.learn(person.angles());
 ///     person.step();
@@ -168,17 +170,28 @@ pub struct AdaptiveWalk<const H: usize, const N: usize> {
     unit: f32,
 }
 
-impl<const H: usize, const N: usize> AdaptiveWalk<H, N> {
-    /// From silence; `unit` is the amplitude in rad, 0.01 to 3, that learns at the rates of the configuration.
+/// Gains and unit of an [`AdaptiveWalk`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AdaptiveWalkConfig {
+    /// Gains and first frequency of every joint.
+    pub learner: AdaptiveFourierConfig,
+    /// Amplitude in rad that learns at the configured rates, 0.01 to 3.
+    pub unit: f32,
+}
+
+impl AdaptiveWalkConfig {
+    /// Validates the configuration for a control period; all coefficients start at 0.
     ///
     /// # Errors
     /// Names the field that is out of range.
-    pub fn build(config: AdaptiveFourierConfig, unit: f32, period: Period) -> Result<Self, BuildError> {
-        in_range(unit, Field::of("unit"), 0.01, 3.0)?;
-        let joints = [AdaptiveFourier::build(config, period)?; N];
-        Ok(Self { joints, start: joints, unit })
+    pub fn build<const H: usize, const N: usize>(&self, period: Period) -> Result<AdaptiveWalk<H, N>, BuildError> {
+        in_range(self.unit, Field::of("unit"), 0.01, 3.0)?;
+        let joints = [self.learner.build(period)?; N];
+        Ok(AdaptiveWalk { joints, start: joints, unit: self.unit })
     }
+}
 
+impl<const H: usize, const N: usize> AdaptiveWalk<H, N> {
     /// Begins with these series as if it had learned them; a reset returns here.
     #[must_use]
     pub fn taught(mut self, shapes: &[FourierShape<H>; N]) -> Self {
@@ -240,7 +253,7 @@ impl<const H: usize, const N: usize> Generator<N> for AdaptiveWalk<H, N> {
     fn check(&self) -> Result<(), StateFault> {
         let finite = |joint: &AdaptiveFourier<H>| joint.value().is_finite() && joint.slope().is_finite();
         match self.joints.iter().position(|joint| !finite(joint)) {
-            Some(joint) => Err(StateFault::NotFinite { joint }),
+            Some(joint) => Err(StateFault::NotFinite { state: Field::at("joints.coefficients", joint) }),
             None => Ok(()),
         }
     }
@@ -275,7 +288,7 @@ mod tests {
     fn reaches_the_floor_of_its_harmonics_within_ten_strides() {
         for start in [0.8, 0.9, 1.1, 1.2] {
             let config = AdaptiveFourierConfig { frequency_hz: start, ..AdaptiveFourierConfig::default() };
-            let mut learner = AdaptiveFourier::<3>::build(config, Period::MILLISECOND).unwrap();
+            let mut learner = config.build::<3>(Period::MILLISECOND).unwrap();
             let mut square = 0.0;
             for tick in 0..12_000u32 {
                 let error = learner.learn(hip(f64::from(tick) * 1e-3, 0.02));
@@ -293,7 +306,7 @@ mod tests {
     /// What was learned plays on, and one bad sample does not change it.
     #[test]
     fn plays_on_and_shrugs_off_bad_samples() {
-        let mut learner = AdaptiveFourier::<3>::build(AdaptiveFourierConfig::default(), Period::MILLISECOND).unwrap();
+        let mut learner = AdaptiveFourierConfig::default().build::<3>(Period::MILLISECOND).unwrap();
         for tick in 0..30_000u32 {
             let taught = if tick % 1000 == 999 {
                 [f32::NAN, f32::INFINITY][tick as usize / 1000 % 2]
@@ -313,7 +326,7 @@ mod tests {
     #[test]
     fn bad_fields_are_named() {
         let build = |coupling, learning, frequency_hz| {
-            AdaptiveFourier::<2>::build(AdaptiveFourierConfig { coupling, learning, frequency_hz }, Period::MILLISECOND)
+            AdaptiveFourierConfig { coupling, learning, frequency_hz }.build::<2>(Period::MILLISECOND)
         };
         for (result, name) in [
             (build(-1.0, 1.0, 1.0), "coupling"),

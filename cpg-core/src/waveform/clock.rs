@@ -3,8 +3,10 @@
 use joint_units::{Period, Phase};
 
 use crate::error::in_range;
-use crate::waveform::shape::STRIDE_RANGE_S;
 use crate::{BuildError, Field};
+
+/// Shortest and longest stride in seconds.
+pub const STRIDE_RANGE_S: (f32, f32) = (0.2, 20.0);
 
 /// A phase that runs through a stride again and again.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +24,7 @@ impl StrideClock {
     ///
     /// # Errors
     /// `stride_s` outside [`STRIDE_RANGE_S`].
-    pub(crate) fn build(stride_s: f32, period: Period) -> Result<Self, BuildError> {
+    pub(crate) fn new(stride_s: f32, period: Period) -> Result<Self, BuildError> {
         let mut built = Self { phase: 0, step: 0, stride_us: 0, period };
         built.set_stride(stride_s)?;
         Ok(built)

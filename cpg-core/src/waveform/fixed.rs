@@ -8,8 +8,8 @@
 //! use cpg_core::waveform::fixed::FixedPhaseShape;
 //! use cpg_core::waveform::shape::{Adjustment, FourierShape};
 //! use joint_units::{Period, Phase, Radians};
-//! let hip = FourierShape::build(Radians(0.1), [0.4], [0.0])?;
-//! let mut walk = FixedPhaseShape::build(&[hip; 2], [Phase(0), Phase(1 << 31)], 1.1, Period::MILLISECOND)?;
+//! let hip = FourierShape::new(Radians(0.1), [0.4], [0.0])?;
+//! let mut walk = FixedPhaseShapeConfig { shapes: [hip; 2], leads: [Phase(0), Phase(1 << 31)], stride_s: 1.1 }.build(Period::MILLISECOND)?;
 //! // 0.5 and -0.3 rad, in units of 2^-16.
 //! assert_eq!(walk.fixed_angles().map(|angle| angle.to_bits()), [32_768, -19_661]);
 //! walk.adjust(0, Adjustment { gain: 0.5, offset: Radians(0.2), lead: Phase(0) })?;
@@ -112,27 +112,35 @@ fn turn_rate(clock: &StrideClock) -> i64 {
     TURN.checked_div(clock.stride_us().into()).unwrap_or(0)
 }
 
-impl<const H: usize, const N: usize> FixedPhaseShape<H, N> {
-    /// From phase 0, a stride of `stride_s` seconds, joint j ahead of the gait phase by `leads[j]`.
+/// Shapes, leads and stride of a [`FixedPhaseShape`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FixedPhaseShapeConfig<const H: usize, const N: usize> {
+    /// The waveform of each joint.
+    pub shapes: [FourierShape<H>; N],
+    /// How far each joint is ahead of the gait phase.
+    pub leads: [Phase; N],
+    /// Stride time in seconds, within [`crate::waveform::clock::STRIDE_RANGE_S`].
+    pub stride_s: f32,
+}
+
+impl<const H: usize, const N: usize> FixedPhaseShapeConfig<H, N> {
+    /// Validates the configuration for a control period; the generator starts at phase 0.
     ///
     /// # Errors
-    /// `stride_s` outside [`crate::waveform::shape::STRIDE_RANGE_S`].
-    pub fn build(
-        shapes: &[FourierShape<H>; N],
-        leads: [Phase; N],
-        stride_s: f32,
-        period: Period,
-    ) -> Result<Self, BuildError> {
-        let uses = leads.map(|lead| Use { gain: I8F24::ONE, offset: I4F28::ZERO, lead });
-        let shapes = shapes.each_ref().map(Coefficients::of);
-        let clock = StrideClock::build(stride_s, period)?;
-        Ok(Self { shapes, uses, clock, turn_rate: turn_rate(&clock) })
+    /// `stride_s` outside [`crate::waveform::clock::STRIDE_RANGE_S`].
+    pub fn build(&self, period: Period) -> Result<FixedPhaseShape<H, N>, BuildError> {
+        let uses = self.leads.map(|lead| Use { gain: I8F24::ONE, offset: I4F28::ZERO, lead });
+        let shapes = self.shapes.each_ref().map(Coefficients::of);
+        let clock = StrideClock::new(self.stride_s, period)?;
+        Ok(FixedPhaseShape { shapes, uses, clock, turn_rate: turn_rate(&clock) })
     }
+}
 
+impl<const H: usize, const N: usize> FixedPhaseShape<H, N> {
     /// Sets the stride time in seconds, to the microsecond. Converts from `f32`, once a change.
     ///
     /// # Errors
-    /// `stride_s` outside [`crate::waveform::shape::STRIDE_RANGE_S`]; the old one then stays.
+    /// `stride_s` outside [`crate::waveform::clock::STRIDE_RANGE_S`]; the old one then stays.
     pub fn set_stride(&mut self, stride_s: f32) -> Result<(), BuildError> {
         self.clock.set_stride(stride_s)?;
         self.turn_rate = turn_rate(&self.clock);
@@ -182,9 +190,9 @@ impl<const H: usize, const N: usize> FixedPhaseShape<H, N> {
 
     fn each(&self, read: impl Fn((i64, i64)) -> i64) -> [I16F16; N] {
         let mut out = [I16F16::ZERO; N];
-        let phase = self.phase().0;
+        let phase = self.phase();
         for ((out, shape), adjusted) in out.iter_mut().zip(&self.shapes).zip(&self.uses) {
-            let (angle, slope) = shape.at(Phase(phase.wrapping_add(adjusted.lead.0)));
+            let (angle, slope) = shape.at(phase + adjusted.lead);
             let mean = i64::from(shape.mean.to_bits()) << 16;
             let rest = mean.wrapping_add(i64::from(adjusted.offset.to_bits()) << 16);
             let value = read((rest.wrapping_add(adjusted.scale(angle.wrapping_sub(mean))), adjusted.scale(slope)));

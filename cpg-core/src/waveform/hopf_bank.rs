@@ -16,7 +16,7 @@
 //! use cpg_core::waveform::hopf_bank::{ProgrammableConfig, ProgrammableCpg};
 //! // Taught a sinusoid of 1 Hz from a first guess of 0.9.
 //! let config = ProgrammableConfig::<1>::harmonics_of(0.9);
-//! let mut bank = ProgrammableCpg::build(&config, joint_units::Period::MILLISECOND)?;
+//! let mut bank = config.build(joint_units::Period::MILLISECOND)?;
 //! for tick in 0..60_000 {
 //!     bank.learn((core::f32::consts::TAU * 1e-3 * (tick % 1000) as f32).sin());
 //! }
@@ -93,25 +93,27 @@ pub struct ProgrammableCpg<const N: usize> {
 const GAIN: f32 = 8.0;
 const COUPLING: f32 = 2.0;
 
-impl<const N: usize> ProgrammableCpg<N> {
-    /// Starts on the circle with no amplitude learned.
+impl<const N: usize> ProgrammableConfig<N> {
+    /// Validates the configuration for a control period; every oscillator starts on its circle with the amplitude 0.
     ///
     /// # Errors
     /// Names the field that is out of range.
-    pub fn build(config: &ProgrammableConfig<N>, period: Period) -> Result<Self, BuildError> {
-        in_range(config.adaptation, Field::of("adaptation"), 0.0, 10.0)?;
-        in_range(config.learning, Field::of("learning"), 0.0, 10.0)?;
-        all_in_range(config.frequencies_hz, "frequencies_hz", 0.01, 20.0)?;
+    pub fn build(&self, period: Period) -> Result<ProgrammableCpg<N>, BuildError> {
+        in_range(self.adaptation, Field::of("adaptation"), 0.0, 10.0)?;
+        in_range(self.learning, Field::of("learning"), 0.0, 10.0)?;
+        all_in_range(self.frequencies_hz, "frequencies_hz", 0.01, 20.0)?;
         let cell = |hz: f32| Cell { x: 1.0, frequency: hz * core::f32::consts::TAU, ..Cell::default() };
-        Ok(Self {
-            adaptation: config.adaptation,
-            learning: config.learning,
+        Ok(ProgrammableCpg {
+            adaptation: self.adaptation,
+            learning: self.learning,
             period_s: period.seconds(),
             mean: 0.0,
-            cells: config.frequencies_hz.map(cell),
+            cells: self.frequencies_hz.map(cell),
         })
     }
+}
 
+impl<const N: usize> ProgrammableCpg<N> {
     /// One control period with the taught signal; returns the error F. Not a finite number is taken as no error.
     pub fn learn(&mut self, taught: f32) -> f32 {
         let error = if taught.is_finite() { taught - self.value() } else { 0.0 };
@@ -230,7 +232,7 @@ mod tests {
     #[test]
     fn learns_the_harmonics_and_plays_them_when_frozen() {
         let config = ProgrammableConfig::<3>::harmonics_of(1.1);
-        let mut bank = ProgrammableCpg::build(&config, Period::MILLISECOND).unwrap();
+        let mut bank = config.build(Period::MILLISECOND).unwrap();
         let mut square = 0.0;
         for tick in 0..300_000u32 {
             let error = bank.learn(hip(f64::from(tick) * 1e-3));
@@ -263,15 +265,14 @@ mod tests {
 
     #[test]
     fn a_bad_sample_changes_little_and_bad_fields_are_named() {
-        let mut bank =
-            ProgrammableCpg::build(&ProgrammableConfig::<3>::harmonics_of(1.0), Period::MILLISECOND).unwrap();
+        let mut bank = ProgrammableConfig::<3>::harmonics_of(1.0).build(Period::MILLISECOND).unwrap();
         for _ in 0..100 {
             bank.learn(f32::NAN);
         }
         assert!(bank.value().is_finite());
         let mut bad = ProgrammableConfig::<2>::harmonics_of(1.0);
         bad.frequencies_hz[1] = f32::INFINITY;
-        let error = ProgrammableCpg::build(&bad, Period::MILLISECOND).unwrap_err().to_string();
+        let error = bad.build(Period::MILLISECOND).unwrap_err().to_string();
         assert!(error.contains("frequencies_hz[1]"), "{error}");
     }
 }

@@ -17,9 +17,9 @@
 //! use cpg_core::waveform::shape::{Adjustment, FourierShape, PhaseShape};
 //! use cpg_core::transition::{Smooth, TransitionConfig};
 //! use joint_units::{Period, Phase, Radians};
-//! let hip = FourierShape::build(Radians(0.1), [0.35], [0.0])?;
-//! let walk = PhaseShape::build([hip; 2], 1.1, Period::MILLISECOND)?;
-//! let mut walk = Smooth::build(walk, TransitionConfig::default(), Period::MILLISECOND)?;
+//! let hip = FourierShape::new(Radians(0.1), [0.35], [0.0])?;
+//! let walk = PhaseShapeConfig { shapes: [hip; 2], stride_s: 1.1 }.build(Period::MILLISECOND)?;
+//! let mut walk = TransitionConfig::default().build(walk, Period::MILLISECOND)?;
 //! for _ in 0..400 {
 //!     walk.step();
 //! }
@@ -43,11 +43,9 @@ use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::error::{all_in_range, in_range};
 use crate::math::trig::sin_cos;
+pub use crate::waveform::clock::STRIDE_RANGE_S;
 use crate::waveform::clock::StrideClock;
 use crate::{BuildError, Field, Generator, StateFault};
-
-/// Fastest and slowest stride in seconds.
-pub const STRIDE_RANGE_S: (f32, f32) = (0.2, 20.0);
 
 /// Largest angle that a shape's coefficients may hold, in radians: an anatomical joint stays well inside.
 pub const MAX_COEFFICIENT: f32 = 6.3;
@@ -82,7 +80,7 @@ impl<const H: usize> FourierShape<H> {
     ///
     /// # Errors
     /// `mean`, `cos` or `sin` if one is not finite or beyond [`MAX_COEFFICIENT`].
-    pub fn build(mean: Radians, cos: [f32; H], sin: [f32; H]) -> Result<Self, BuildError> {
+    pub fn new(mean: Radians, cos: [f32; H], sin: [f32; H]) -> Result<Self, BuildError> {
         in_range(mean.0, Field::of("mean"), -MAX_COEFFICIENT, MAX_COEFFICIENT)?;
         all_in_range(cos, "cos", -MAX_COEFFICIENT, MAX_COEFFICIENT)?;
         all_in_range(sin, "sin", -MAX_COEFFICIENT, MAX_COEFFICIENT)?;
@@ -131,7 +129,7 @@ impl<const K: usize> SplineShape<K> {
     ///
     /// # Errors
     /// `knots` if there are too few or too many, or one is not finite or beyond [`MAX_COEFFICIENT`].
-    pub fn build(knots: [Radians; K]) -> Result<Self, BuildError> {
+    pub fn new(knots: [Radians; K]) -> Result<Self, BuildError> {
         in_range(K as f32, Field::of("knots"), 3.0, 64.0)?;
         let knots = knots.map(|k| k.0);
         all_in_range(knots, "knots", -MAX_COEFFICIENT, MAX_COEFFICIENT)?;
@@ -212,15 +210,30 @@ pub struct PhaseShape<S, const N: usize> {
     clock: StrideClock,
 }
 
-impl<S: Shape, const N: usize> PhaseShape<S, N> {
-    /// From phase 0, a stride of `stride_s` seconds.
+/// Shapes and stride of a [`PhaseShape`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PhaseShapeConfig<S, const N: usize> {
+    /// The waveform of each joint.
+    pub shapes: [S; N],
+    /// Stride time in seconds, within [`STRIDE_RANGE_S`].
+    pub stride_s: f32,
+}
+
+impl<S: Shape + Copy, const N: usize> PhaseShapeConfig<S, N> {
+    /// Validates the configuration for a control period; the generator starts at phase 0.
     ///
     /// # Errors
     /// `stride_s` outside [`STRIDE_RANGE_S`].
-    pub fn build(shapes: [S; N], stride_s: f32, period: Period) -> Result<Self, BuildError> {
-        Ok(Self { shapes, adjustments: [Adjustment::default(); N], clock: StrideClock::build(stride_s, period)? })
+    pub fn build(&self, period: Period) -> Result<PhaseShape<S, N>, BuildError> {
+        Ok(PhaseShape {
+            shapes: self.shapes,
+            adjustments: [Adjustment::default(); N],
+            clock: StrideClock::new(self.stride_s, period)?,
+        })
     }
+}
 
+impl<S: Shape, const N: usize> PhaseShape<S, N> {
     /// Sets the stride time in seconds, to the microsecond.
     ///
     /// # Errors
@@ -254,9 +267,10 @@ impl<S: Shape, const N: usize> PhaseShape<S, N> {
 
     fn points(&self) -> impl Iterator<Item = (ShapePoint, f32, &Adjustment)> {
         let phase = self.phase();
-        self.shapes.iter().zip(&self.adjustments).map(move |(shape, adjustment)| {
-            (shape.at(Phase(phase.0.wrapping_add(adjustment.lead.0))), shape.mean(), adjustment)
-        })
+        self.shapes
+            .iter()
+            .zip(&self.adjustments)
+            .map(move |(shape, adjustment)| (shape.at(phase + adjustment.lead), shape.mean(), adjustment))
     }
 }
 
@@ -309,7 +323,7 @@ mod tests {
     }
 
     fn hip() -> FourierShape<3> {
-        FourierShape::build(Radians(0.1), [0.3, -0.05, 0.01], [0.1, 0.07, -0.02]).unwrap()
+        FourierShape::new(Radians(0.1), [0.3, -0.05, 0.01], [0.1, 0.07, -0.02]).unwrap()
     }
 
     /// Against the series summed in f64, value and slope, for eight harmonics of the size of a joint's.
@@ -317,7 +331,7 @@ mod tests {
     fn fourier_equals_its_series() {
         let cos = [0.3, -0.2, 0.1, 0.05, -0.04, 0.03, 0.02, -0.01];
         let sin = [-0.1, 0.2, -0.05, 0.04, 0.03, -0.02, 0.01, 0.01];
-        let shape = FourierShape::build(Radians(0.2), cos, sin).unwrap();
+        let shape = FourierShape::new(Radians(0.2), cos, sin).unwrap();
         for phase in phases() {
             let turn = core::f64::consts::TAU * f64::from(phase.0) / 4_294_967_296.0;
             let (mut angle, mut slope) = (f64::from(0.2f32), 0.0);
@@ -335,7 +349,7 @@ mod tests {
     #[test]
     fn spline_passes_its_knots_and_is_smooth_across_them() {
         let knots: [Radians; 10] = core::array::from_fn(|k| Radians((k as f32 * 1.7).sin()));
-        let spline = SplineShape::build(knots).unwrap();
+        let spline = SplineShape::new(knots).unwrap();
         for (k, knot) in knots.iter().enumerate() {
             let at = (k as u64 * (1 << 32)).div_ceil(10) as u32;
             assert!((spline.at(Phase(at)).angle - knot.0).abs() < 1e-5);
@@ -349,7 +363,7 @@ mod tests {
     #[test]
     fn spline_reproduces_a_sine() {
         let spline =
-            SplineShape::build(core::array::from_fn::<_, 32, _>(|k| Radians(0.5 + (TAU * k as f32 / 32.0).sin())));
+            SplineShape::new(core::array::from_fn::<_, 32, _>(|k| Radians(0.5 + (TAU * k as f32 / 32.0).sin())));
         let spline = spline.unwrap();
         for phase in phases() {
             let turn = TAU * phase.cycles();
@@ -364,9 +378,9 @@ mod tests {
     fn slope_is_the_derivative() {
         let shape = hip();
         for phase in phases() {
-            let h = 1 << 22;
-            let (a, b) = (shape.at(Phase(phase.0.wrapping_sub(h))), shape.at(Phase(phase.0.wrapping_add(h))));
-            let difference = (b.angle - a.angle) * (1u64 << 32) as f32 / (2 * h) as f32;
+            let h = Phase(1 << 22);
+            let (a, b) = (shape.at(phase - h), shape.at(phase + h));
+            let difference = (b.angle - a.angle) * (1u64 << 32) as f32 / (2 * h.0) as f32;
             assert!((difference - shape.at(phase).slope).abs() < 2e-3);
         }
     }
@@ -374,7 +388,7 @@ mod tests {
     /// 72 h at 1 kHz: the strides that pass are those of the exact period, to 1e-9 of a cycle.
     #[test]
     fn the_period_is_exact_for_days() {
-        let generator = PhaseShape::build([hip(); 1], 1.1, Period::MILLISECOND).unwrap();
+        let generator = PhaseShapeConfig { shapes: [hip(); 1], stride_s: 1.1 }.build(Period::MILLISECOND).unwrap();
         let ticks: u128 = 72 * 3600 * 1000;
         let cycles = (u128::from(generator.clock.step()) * ticks) as f64 / 2f64.powi(64);
         assert!((cycles - 72.0 * 3600.0 / 1.1).abs() < 1e-9 * cycles, "{cycles}");
@@ -383,12 +397,12 @@ mod tests {
 
     #[test]
     fn rates_are_the_derivative_of_the_angles_and_adjustments_do_what_they_say() {
-        let mut generator = PhaseShape::build([hip(); 2], 1.0, Period::MILLISECOND).unwrap();
+        let mut generator = PhaseShapeConfig { shapes: [hip(); 2], stride_s: 1.0 }.build(Period::MILLISECOND).unwrap();
         let lead = Phase(1 << 30);
         generator.adjust(1, Adjustment { gain: 0.5, offset: Radians(0.2), lead }).unwrap();
         for _ in 0..1000 {
             let (before, rates) = (generator.angles(), generator.rates());
-            let quarter_on = hip().at(Phase(generator.phase().0.wrapping_add(lead.0))).angle;
+            let quarter_on = hip().at(generator.phase() + lead).angle;
             assert!((before[1].0 - (0.2 + 0.1 + 0.5 * (quarter_on - 0.1))).abs() < 1e-6);
             generator.step();
             let after = generator.angles();
@@ -402,11 +416,11 @@ mod tests {
     #[test]
     fn bad_fields_are_named() {
         let name = |result: Result<_, BuildError>| result.map(|_: FourierShape<1>| ()).unwrap_err().to_string();
-        assert!(name(FourierShape::build(Radians(f32::NAN), [0.0], [0.0])).contains("mean"));
-        assert!(name(FourierShape::build(Radians(0.0), [7.0], [0.0])).contains("cos"));
-        assert!(name(FourierShape::build(Radians(0.0), [0.0], [f32::INFINITY])).contains("sin"));
-        assert!(SplineShape::build([Radians(0.0); 2]).unwrap_err().to_string().contains("knots"));
-        let mut generator = PhaseShape::build([hip()], 1.0, Period::MILLISECOND).unwrap();
+        assert!(name(FourierShape::new(Radians(f32::NAN), [0.0], [0.0])).contains("mean"));
+        assert!(name(FourierShape::new(Radians(0.0), [7.0], [0.0])).contains("cos"));
+        assert!(name(FourierShape::new(Radians(0.0), [0.0], [f32::INFINITY])).contains("sin"));
+        assert!(SplineShape::new([Radians(0.0); 2]).unwrap_err().to_string().contains("knots"));
+        let mut generator = PhaseShapeConfig { shapes: [hip()], stride_s: 1.0 }.build(Period::MILLISECOND).unwrap();
         let before = generator;
         for stride in [0.0, -1.0, f32::NAN, 21.0] {
             assert!(generator.set_stride(stride).unwrap_err().to_string().contains("stride_s"));

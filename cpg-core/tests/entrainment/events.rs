@@ -1,8 +1,8 @@
 //! Events of the stride on synthetic walkers: what a good one brings, and what the worst one can do.
 
-use cpg_core::Generator;
 use cpg_core::entrainment::phase_lock::Template;
-use cpg_core::entrainment::{Entrained, EntrainedConfig, EventSource, Lock, SensorFault, phase_difference};
+use cpg_core::entrainment::{EventSource, Follower, FollowerConfig, Lock, SensorFault};
+use cpg_core::{Follow, Generator};
 use joint_units::{Joint, Period, Phase, Radians};
 
 use crate::walker::{Walker, templates, walk};
@@ -10,9 +10,9 @@ use crate::walker::{Walker, templates, walk};
 /// Where the heel strikes, in cycles of the templates; nobody is told.
 const STRIKE: f64 = 0.86;
 
-fn legs_with(events: EventSource, sensor: Joint) -> Entrained {
-    let config = EntrainedConfig { events, ..EntrainedConfig::default() };
-    Entrained::build(templates(), sensor, config, Period::MILLISECOND).unwrap()
+fn legs_with(events: EventSource, sensor: Joint) -> Follower {
+    let config = FollowerConfig { events, ..FollowerConfig::default() };
+    config.build(templates(), sensor, Period::MILLISECOND).unwrap()
 }
 
 /// What the switch does.
@@ -74,13 +74,13 @@ impl Foot {
 }
 
 /// Walks with a sensor or without, and with the switch.
-fn tread(legs: &mut Entrained, walker: &mut Walker, foot: &mut Foot, sensed: bool, ticks: u32) {
+fn tread(legs: &mut Follower, walker: &mut Walker, foot: &mut Foot, sensed: bool, ticks: u32) {
     for _ in 0..ticks {
         let angle = walker.tick();
         if foot.closes(walker) {
             legs.heel_strike();
         }
-        legs.sense(sensed.then_some(angle));
+        legs.observe(sensed.then_some(angle));
         legs.step();
     }
 }
@@ -99,18 +99,18 @@ fn a_lock_is_what_it_is_without_a_switch() {
                     walker.wanted = 1.0 / 0.9;
                 }
                 let angle = walker.tick();
-                plain.sense(Some(angle));
+                plain.observe(Some(angle));
                 plain.step();
                 if foot.closes(&walker) {
                     // Without a source they are not even listened to.
                     plain.heel_strike();
                     with.heel_strike();
                 }
-                with.sense(Some(angle));
+                with.observe(Some(angle));
                 with.step();
                 assert_eq!((with.angles(), with.rates()), (plain.angles(), plain.rates()), "{switch:?}, tick {tick}");
                 assert_eq!(with.phase_lock(), plain.phase_lock(), "{switch:?}, tick {tick}");
-                assert_eq!(with.following(), Some(plain.status()), "{switch:?}, tick {tick}");
+                assert_eq!(with.follow_status(), Some(plain.status()), "{switch:?}, tick {tick}");
             }
             assert_eq!((with.status().state, plain.event_phase()), (Lock::Locked, None));
         }
@@ -134,7 +134,7 @@ fn the_place_of_the_strike_is_learned() {
             assert!(strikes_locked < 5 || legs.event_phase().is_some(), "tick {tick}");
         }
         let truth = Phase::from_cycles((STRIKE + late_ms * 1e-3 / 1.05).fract() as f32);
-        let off = phase_difference(legs.event_phase().unwrap(), truth).0.to_degrees();
+        let off = truth.radians_after(legs.event_phase().unwrap()).0.to_degrees();
         assert!(off.abs() < 2.0, "{late_ms} ms late: {off} degrees");
         let fresh = legs_with(EventSource::FootSwitch, Joint::LeftHip);
         legs.reset();
@@ -152,7 +152,7 @@ fn the_place_of_the_strike_is_learned() {
 
 /// Error of the driven phase in degrees, the largest and the last of 2 s without the sensor, of a walker whose cadence changes by this
 /// part when it is lost; and the same legs after it.
-fn lost(first: Switch, then: Switch, seed: u32, change: f64) -> (f32, f32, Entrained, Walker) {
+fn lost(first: Switch, then: Switch, seed: u32, change: f64) -> (f32, f32, Follower, Walker) {
     let mut legs = legs_with(EventSource::FootSwitch, Joint::LeftHip);
     let (mut walker, mut foot) = (Walker::new(Joint::LeftHip, 1.1), Foot::new(first, seed));
     tread(&mut legs, &mut walker, &mut foot, true, 12_000 + 37 * (seed % 30));
@@ -229,7 +229,7 @@ fn a_mad_switch_is_bounded() {
                 legs.heel_strike();
             }
             before = way;
-            legs.sense(None);
+            legs.observe(None);
             legs.step();
             let off = walker.off(legs.phase()).abs();
             assert!(off < 36.0 + 0.05 * 360.0 * 2.0 / 1.1, "{ahead}: {off} degrees");
@@ -255,9 +255,9 @@ fn a_switch_leads_nothing_alone() {
 /// Milliseconds until the estimate is within 18 degrees and 3 % for good, of 100 starts, sorted.
 fn starts(events: EventSource, sensor: Joint) -> Vec<u32> {
     let start = |n: u32| {
-        let mut config = EntrainedConfig { events, ..EntrainedConfig::default() };
+        let mut config = FollowerConfig { events, ..FollowerConfig::default() };
         config.lock.stride_s = 1.1 / [0.6, 0.8, 1.0, 1.2, 1.4][n as usize % 5];
-        let mut legs = Entrained::build(templates(), sensor, config, Period::MILLISECOND).unwrap();
+        let mut legs = config.build(templates(), sensor, Period::MILLISECOND).unwrap();
         let mut walker = Walker::new(sensor, 1.1);
         walker.cycles = f64::from(n / 5) / 20.0;
         let mut last_bad = 0;
@@ -293,12 +293,12 @@ fn peaks_that_are_none_or_two_are_refused() {
     let shape = |first: f32, second: f32| {
         let (mut cos, sin) = ([0.0; 8], [0.0; 8]);
         (cos[0], cos[1]) = (first, second);
-        Template::build(Radians(0.1), cos, sin).unwrap()
+        Template::new(Radians(0.1), cos, sin).unwrap()
     };
     for (template, name) in [(shape(0.012, 0.0), "template.range"), (shape(0.05, 0.3), "template.peaks")] {
         let build = |events| {
-            let config = EntrainedConfig { events, ..EntrainedConfig::default() };
-            Entrained::build([template; 4], Joint::RightHip, config, Period::MILLISECOND)
+            let config = FollowerConfig { events, ..FollowerConfig::default() };
+            config.build([template; 4], Joint::RightHip, Period::MILLISECOND)
         };
         let error = build(EventSource::Peak).unwrap_err().to_string();
         assert!(error.contains(name), "{error} does not name {name}");

@@ -6,9 +6,9 @@ mod walker;
 use core::f32::consts::TAU;
 
 use cpg_core::entrainment::phase_lock::PhaseLockConfig;
-use cpg_core::entrainment::{Entrained, EntrainedConfig, EventSource, Lock, SensorFault, phase_difference};
+use cpg_core::entrainment::{EventSource, FollowerConfig, Lock, SensorFault};
 use cpg_core::waveform::shape::Shape;
-use cpg_core::{BuildError, Generator};
+use cpg_core::{BuildError, Follow, Generator};
 use joint_units::{Joint, Period, Phase, RadPerSec, RadPerSec2, Radians};
 use proptest::prelude::*;
 use walker::{Walker, hip, legs, templates, walk};
@@ -21,8 +21,8 @@ fn it_locks_from_anywhere() {
         for mismatch in [0.6, 0.8, 1.0, 1.2, 1.4] {
             for start in 0..12 {
                 let config = PhaseLockConfig { stride_s: 1.1 / mismatch, ..PhaseLockConfig::default() };
-                let config = EntrainedConfig { lock: config, ..EntrainedConfig::default() };
-                let mut legs = Entrained::build(templates(), sensor, config, Period::MILLISECOND).unwrap();
+                let config = FollowerConfig { lock: config, ..FollowerConfig::default() };
+                let mut legs = config.build(templates(), sensor, Period::MILLISECOND).unwrap();
                 let mut walker = Walker::new(sensor, 1.1);
                 walker.cycles = f64::from(start) / 12.0;
                 let mut last_bad = 0;
@@ -93,7 +93,7 @@ fn the_joints_stop_with_the_walker_and_walk_again() {
             }
             assert!(last_move < limit, "{sensor:?}, start {start}: still after {last_move} ms");
             assert_eq!((legs.status().state, legs.amplitude()), (Lock::Stopped, 0.0));
-            assert_eq!(legs.angles(), EntrainedConfig::default().stand);
+            assert_eq!(legs.angles(), FollowerConfig::default().stand);
             walker.wanted = 1.0 / 1.1;
             walk(&mut legs, &mut walker, 6000);
             assert_eq!(legs.status().state, Lock::Locked, "{sensor:?}, start {start}");
@@ -112,7 +112,7 @@ fn a_lost_sensor_is_walked_through_for_two_seconds() {
         walk(&mut legs, &mut walker, 9321);
         for tick in 0..lost_for {
             walker.tick();
-            legs.sense(None);
+            legs.observe(None);
             legs.step();
             let status = legs.status();
             match tick {
@@ -144,7 +144,7 @@ fn a_stuck_sensor_is_told() {
         let mut told = None;
         for tick in 0..1500u32 {
             walker.tick();
-            legs.sense(Some(next));
+            legs.observe(Some(next));
             legs.step();
             if legs.status().state != Lock::Locked {
                 told = told.or(Some((tick, legs.status().state)));
@@ -170,8 +170,8 @@ fn what_is_not_a_number_is_a_missing_sample() {
         for tick in 0..12_000u32 {
             let angle = walker.tick();
             let lost = tick % 1700 < 3 || (6000..6500).contains(&tick);
-            flagged.sense(if lost { None } else { Some(angle) });
-            raw.sense(Some(if lost { Radians(bad) } else { angle }));
+            flagged.observe(if lost { None } else { Some(angle) });
+            raw.observe(Some(if lost { Radians(bad) } else { angle }));
             flagged.step();
             raw.step();
             assert_eq!(flagged, raw, "tick {tick}");
@@ -185,38 +185,38 @@ fn what_is_not_a_number_is_a_missing_sample() {
 fn other_periods_walk_as_well() {
     for micros in [500, 2000, 4000] {
         let period = Period::from_micros(micros).unwrap();
-        let mut legs = Entrained::build(templates(), Joint::LeftHip, EntrainedConfig::default(), period).unwrap();
+        let mut legs = FollowerConfig::default().build(templates(), Joint::LeftHip, period).unwrap();
         let mut cycles = 0.37;
         for _ in 0..10_000_000 / micros {
             cycles += f64::from(period.seconds()) / 1.2;
-            legs.sense(Some(Radians(hip(0.0).at(Phase::from_cycles(cycles.fract() as f32)).angle)));
+            legs.observe(Some(Radians(hip(0.0).at(Phase::from_cycles(cycles.fract() as f32)).angle)));
             legs.step();
         }
         assert_eq!(legs.status().state, Lock::Locked, "{micros} us");
-        let off = phase_difference(legs.phase(), Phase::from_cycles(cycles.fract() as f32)).0.to_degrees();
+        let off = Phase::from_cycles(cycles.fract() as f32).radians_after(legs.phase()).0.to_degrees();
         assert!(off.abs() < 4.0, "{micros} us: {off} degrees");
         let before = legs;
         legs.reset();
         assert_ne!(legs, before);
-        let fresh = Entrained::build(templates(), Joint::LeftHip, EntrainedConfig::default(), period).unwrap();
+        let fresh = FollowerConfig::default().build(templates(), Joint::LeftHip, period).unwrap();
         assert_eq!(legs, fresh);
     }
     let slow = Period::from_micros(20_000).unwrap();
-    let error = Entrained::build(templates(), Joint::LeftHip, EntrainedConfig::default(), slow).unwrap_err();
-    assert!(matches!(error, BuildError::PeriodTooLong { max_micros: 4000..5000 }), "{error}");
+    let error = FollowerConfig::default().build(templates(), Joint::LeftHip, slow).unwrap_err();
+    assert!(matches!(error, BuildError::PeriodTooLong { max_micros: 4000..5000, .. }), "{error}");
 }
 
 /// Samples that come 20 ms late: joints led by as much are where the walker is, and without it 6.5 degrees behind.
 #[test]
 fn the_joints_are_led_by_the_delay_of_the_samples() {
     for (delay_s, behind) in [(0.0, 360.0 * 0.02 / 1.1), (0.02, 0.0)] {
-        let config = EntrainedConfig { delay_s, ..EntrainedConfig::default() };
-        let mut legs = Entrained::build(templates(), Joint::LeftHip, config, Period::MILLISECOND).unwrap();
+        let config = FollowerConfig { delay_s, ..FollowerConfig::default() };
+        let mut legs = config.build(templates(), Joint::LeftHip, Period::MILLISECOND).unwrap();
         let mut walker = Walker::new(Joint::LeftHip, 1.1);
         let mut late = std::collections::VecDeque::from(vec![None; 20]);
         for tick in 0..10_000 {
             late.push_back(Some(walker.tick()));
-            legs.sense(late.pop_front().flatten());
+            legs.observe(late.pop_front().flatten());
             legs.step();
             let off = walker.off(legs.phase());
             assert!(tick < 6000 || (off - behind).abs() < 0.5, "{delay_s} s, tick {tick}: {off} degrees behind");
@@ -226,7 +226,7 @@ fn the_joints_are_led_by_the_delay_of_the_samples() {
 
 #[test]
 fn bad_fields_are_named() {
-    type Break = fn(&mut EntrainedConfig);
+    type Break = fn(&mut FollowerConfig);
     let broken: [(Break, &str); 14] = [
         (|c| c.lock.stride_s = f32::NAN, "stride_s"),
         (|c| c.delay_s = 0.06, "delay_s"),
@@ -244,9 +244,9 @@ fn bad_fields_are_named() {
         (|c| c.amplitude_acceleration = 0.0, "amplitude_acceleration"),
     ];
     for (broken, name) in broken {
-        let mut config = EntrainedConfig::default();
+        let mut config = FollowerConfig::default();
         broken(&mut config);
-        let error = Entrained::build(templates(), Joint::LeftHip, config, Period::MILLISECOND).unwrap_err().to_string();
+        let error = config.build(templates(), Joint::LeftHip, Period::MILLISECOND).unwrap_err().to_string();
         assert!(error.contains(name), "{error} does not name {name}");
     }
 }
@@ -292,8 +292,8 @@ proptest! {
         seed: u32,
     ) {
         let sensor = Joint::ALL[place];
-        let config = EntrainedConfig { events: EventSource::ALL[source], ..EntrainedConfig::default() };
-        let mut legs = Entrained::build(templates(), sensor, config, Period::MILLISECOND).unwrap();
+        let config = FollowerConfig { events: EventSource::ALL[source], ..FollowerConfig::default() };
+        let mut legs = config.build(templates(), sensor, Period::MILLISECOND).unwrap();
         let bounds = Joint::ALL.map(|joint| legs.acceleration_bound(joint).0);
         let fastest = 2.5 * TAU / 1.1;
         let mut walker = Walker::new(sensor, 1.1);
@@ -316,7 +316,7 @@ proptest! {
                 if walker.cycles.floor() > before_strike || seed.rotate_left(13) < strikes {
                     legs.heel_strike();
                 }
-                legs.sense(match piece {
+                legs.observe(match piece {
                     Piece::Walk(_) | Piece::Stand => Some(Radians(angle)),
                     Piece::Lost => None,
                     Piece::NotANumber => Some(Radians(if random > 0.0 { f32::NAN } else { f32::NEG_INFINITY })),
@@ -336,8 +336,8 @@ proptest! {
                     prop_assert!(((a1 - a0) / 1e-3 - 0.5 * (r0 + r1)).abs() < 3e-3, "joint {joint}: {a0} {a1}, {r0} {r1}");
                     prop_assert!((r1 - r0).abs() / 1e-3 <= bound + 0.5, "joint {joint}: {} rad/s^2", (r1 - r0) / 1e-3);
                 }
-                let turned = phase_difference(before.2, now.2).0 / 1e-3;
-                prop_assert!(legs.amplitude() == 0.0 || (-1e-3..fastest + 1e-2).contains(&turned) || before.0 == EntrainedConfig::default().stand, "{turned} rad/s");
+                let turned = now.2.radians_after(before.2).0 / 1e-3;
+                prop_assert!(legs.amplitude() == 0.0 || (-1e-3..fastest + 1e-2).contains(&turned) || before.0 == FollowerConfig::default().stand, "{turned} rad/s");
                 before = now;
             }
         }

@@ -2,10 +2,10 @@
 
 use core::f32::consts::TAU;
 
-use cpg_core::Generator;
 use cpg_core::entrainment::phase_lock::Template;
-use cpg_core::entrainment::{Entrained, EntrainedConfig, phase_difference};
+use cpg_core::entrainment::{Follower, FollowerConfig};
 use cpg_core::waveform::shape::Shape;
+use cpg_core::{Follow, Generator};
 use joint_units::{Joint, Period, Phase, Radians};
 
 /// A hip like a walker's, degrees of harmonics 1 to 4.
@@ -25,15 +25,15 @@ fn series(mean: f32, amplitudes: [f32; 4], lead: f32) -> Template {
         let turn = TAU * lead * (n + 1) as f32;
         (cos[n], sin[n]) = ((amplitude * turn.cos()).to_radians(), (-amplitude * turn.sin()).to_radians());
     }
-    Template::build(Radians::from_degrees(mean), cos, sin).unwrap()
+    Template::new(Radians::from_degrees(mean), cos, sin).unwrap()
 }
 
 pub(crate) fn templates() -> [Template; 4] {
     [hip(0.0), hip(0.5), knee(0.25), knee(0.75)]
 }
 
-pub(crate) fn legs(sensor: Joint) -> Entrained {
-    Entrained::build(templates(), sensor, EntrainedConfig::default(), Period::MILLISECOND).unwrap()
+pub(crate) fn legs(sensor: Joint) -> Follower {
+    FollowerConfig::default().build(templates(), sensor, Period::MILLISECOND).unwrap()
 }
 
 /// A walker whose stride can be changed, stopped and begun again; the rate of the phase follows within `haste_s`.
@@ -69,13 +69,13 @@ impl Walker {
 
     /// Phase error of an estimate in degrees.
     pub(crate) fn off(&self, phase: Phase) -> f32 {
-        phase_difference(phase, self.phase()).0.to_degrees()
+        self.phase().radians_after(phase).0.to_degrees()
     }
 }
 
-pub(crate) fn walk(legs: &mut Entrained, walker: &mut Walker, ticks: u32) {
+pub(crate) fn walk(legs: &mut Follower, walker: &mut Walker, ticks: u32) {
     for _ in 0..ticks {
-        legs.sense(Some(walker.tick()));
+        legs.observe(Some(walker.tick()));
         legs.step();
     }
 }

@@ -13,7 +13,7 @@ pub(crate) fn config() -> SensorConfig {
     let points = rk09k::points::<17>(Volts(3.3), 0.265, 0.88);
     SensorConfig {
         reference: ReferenceConfig::stm32f4(CAL),
-        calibration: Calibration::build(&points, Interpolation::MonotoneCubic).unwrap(),
+        calibration: Calibration::new(&points, Interpolation::MonotoneCubic).unwrap(),
         filter: FilterConfig::default(),
         health: HealthConfig::default(),
     }

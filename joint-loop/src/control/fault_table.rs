@@ -118,12 +118,8 @@ pub const fn fault_response(verdict: Validity) -> Option<FaultResponse> {
     let (independent, follower) = match verdict {
         Validity::Good => return None,
         Validity::Saturated | Validity::Spike => (Response::CarryOn, Response::CarryOn),
-        Validity::Open
-        | Validity::Short
-        | Validity::Stuck
-        | Validity::Rate
-        | Validity::OutOfTable
-        | Validity::SupplyLow => (Response::Park, Response::Freewheel),
+        // Open, short, stuck, rate, out of table, supply low; a validity that is added later is one of them until the table says more.
+        _ => (Response::Park, Response::Freewheel),
     };
     let classified_ms = verdict.detection_ms();
     let rejected_ms = match verdict {
@@ -138,7 +134,7 @@ pub const fn fault_response(verdict: Validity) -> Option<FaultResponse> {
 mod tests {
     use super::*;
     use crate::{LoopConfig, MonitorConfig};
-    use cpg_core::entrainment::{EntrainedConfig, PlausibilityConfig};
+    use cpg_core::entrainment::{FollowerConfig, PlausibilityConfig};
 
     #[test]
     fn the_function_is_the_documented_table() {
@@ -174,7 +170,7 @@ mod tests {
         assert_eq!(MonitorConfig::DEFAULT.sensor_tolerance_s, seconds(SENSOR_TOLERANCE_MS));
         assert_eq!(LoopConfig::default_biped().blend.hurry_s, seconds(300));
         assert_eq!(PlausibilityConfig::default().bridge_s, seconds(FOLLOWER_BRIDGE_MS));
-        assert_eq!(EntrainedConfig::default().freewheel_s, seconds(FREEWHEEL_MS));
+        assert_eq!(FollowerConfig::default().freewheel_s, seconds(FREEWHEEL_MS));
     }
 
     /// A verdict that does not act by itself is over, or has another name, before the supervisor would act.
@@ -189,7 +185,7 @@ mod tests {
                 _ => continue,
             };
             assert_eq!((is.independent, is.follower), (Response::CarryOn, Response::CarryOn), "{verdict}");
-            assert_eq!(verdict.graver(graver), graver);
+            assert_eq!(verdict.worse(graver), graver);
             let then = fault_response(graver).expect("something follows");
             assert!(then.classified_ms < is.stops_ms() && then.classified_ms <= is.freewheels_ms(), "{verdict}");
         }

@@ -197,7 +197,7 @@ impl MonitorState {
     /// Keeps the gravest verdict of a spell; one of longer ago than `window` periods gives way to any other.
     fn remember(&mut self, verdict: Validity, elapsed: u32, window: u32) {
         self.since_gravest = self.since_gravest.saturating_add(elapsed);
-        let newer = verdict.graver(self.gravest) == verdict || self.since_gravest > window;
+        let newer = verdict.worse(self.gravest) == verdict || self.since_gravest > window;
         if self.sensor == 0 {
             self.gravest = Validity::Good;
         } else if verdict != Validity::Good && newer {
@@ -349,7 +349,7 @@ mod tests {
         for verdict in Validity::ALL.into_iter().filter(|&verdict| verdict != Validity::Good) {
             assert_eq!(cause_of(&[verdict]), Cause::of_sensor(verdict));
             for other in Validity::ALL {
-                let gravest = Cause::of_sensor(verdict.graver(other));
+                let gravest = Cause::of_sensor(verdict.worse(other));
                 // Turn and turn about, in either order, and one of the graver among many.
                 for course in [vec![verdict, verdict, other], vec![other, verdict, verdict]] {
                     assert_eq!(cause_of(&course), gravest, "{verdict} and {other}");

@@ -5,7 +5,7 @@ use crate::control::monitor::{Monitor, MonitorState, Observation};
 use crate::control::supervisor::{Actions, Cause, Demand, Inputs, Motion, SupervisorState, SupervisorStatus, next};
 use crate::motion::blend::{Blend, Weight};
 use crate::{BoardFaults, Command, Frame, Gate, GateState, GateStatus, MAX_ELAPSED, Sample, ServoMap, SetpointHash};
-use cpg_core::Generator;
+use cpg_core::{Follow, Generator};
 use hgod_adc::{Sensor, SensorState, Validity};
 use joint_units::{Joint, PulseMicros, Radians};
 
@@ -25,7 +25,7 @@ pub(crate) struct Stages<const S: usize> {
 
 /// The loop: configuration and state of everything between the sample and the command. [`crate::LoopConfig::build`] makes it.
 #[derive(Debug, Clone)]
-pub struct JointLoop<G: Generator<{ Joint::COUNT }>, const S: usize> {
+pub struct JointLoop<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> {
     stages: Stages<S>,
     generator: G,
     /// The generator's angles when it last passed its check.
@@ -44,7 +44,7 @@ pub struct JointLoop<G: Generator<{ Joint::COUNT }>, const S: usize> {
     frame: Frame<S>,
 }
 
-impl<G: Generator<{ Joint::COUNT }>, const S: usize> JointLoop<G, S> {
+impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     /// One tick: takes one sample set, gives one command. See the module for what comes in which order, and why.
     pub fn tick(&mut self, sample: &Sample<S>) -> Command {
         // Sample. The tick is numbered; periods that were missed are counted and dropped.
@@ -102,7 +102,7 @@ impl<G: Generator<{ Joint::COUNT }>, const S: usize> JointLoop<G, S> {
 
     pub(crate) fn new(stages: Stages<S>, generator: G, parked: GateState) -> Self {
         let park = stages.blend.park();
-        let following = generator.following();
+        let following = generator.follow_status();
         Self {
             wanted: generator.angles(),
             sound: true,
@@ -159,8 +159,8 @@ impl<G: Generator<{ Joint::COUNT }>, const S: usize> JointLoop<G, S> {
             let Some(sensor) = sensor else { continue };
             state.missed(elapsed - 1);
             let reading = sensor.sample(state, code, sample.vrefint);
-            (*angle, *verdict) = (reading.angle, Some(reading.verdict));
-            gravest = gravest.graver(reading.verdict);
+            (*angle, *verdict) = (reading.angle, Some(reading.validity));
+            gravest = gravest.worse(reading.validity);
         }
         gravest
     }
@@ -195,7 +195,7 @@ impl<G: Generator<{ Joint::COUNT }>, const S: usize> JointLoop<G, S> {
         // Only a good sample pulls.
         let gait = self.stages.gait_sensor;
         let good = self.frame.validity.get(gait) == Some(&Some(Validity::Good));
-        self.generator.sense(self.frame.measured.get(gait).copied().filter(|_| good));
+        self.generator.observe(self.frame.measured.get(gait).copied().filter(|_| good));
         if sample.foot && !self.foot {
             self.generator.heel_strike();
         }
@@ -238,7 +238,7 @@ impl<G: Generator<{ Joint::COUNT }>, const S: usize> JointLoop<G, S> {
     fn record(&mut self, command: Command) {
         let frame = &mut self.frame;
         (frame.state, frame.cause) = (self.status.state, self.status.cause);
-        frame.following = self.generator.following();
+        frame.following = self.generator.follow_status();
         frame.pulses = command.pulses.unwrap_or_default();
         let hash = SetpointHash::resumed(frame.setpoint_hash);
         frame.setpoint_hash = hash.then(frame.tick, frame.state, &frame.setpoints).value();

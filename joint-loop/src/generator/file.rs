@@ -193,9 +193,9 @@ impl core::error::Error for SetError {}
 /// The refusal of a configuration as one of its generator file.
 pub(crate) fn in_file(error: BuildError, keys: &[Key]) -> SetError {
     let (field, range) = match error {
-        BuildError::NotFinite { field } => (field, None),
-        BuildError::OutOfRange { field, min, max } => (field, Some((min, max))),
-        BuildError::PeriodTooLong { .. } => return SetError::Build(error),
+        BuildError::NotFinite { field, .. } => (field, None),
+        BuildError::OutOfRange { field, min, max, .. } => (field, Some((min, max))),
+        _ => return SetError::Build(error),
     };
     let found = keys.iter().find_map(|key| {
         let name = match key.field.strip_prefix('*') {

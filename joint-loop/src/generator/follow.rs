@@ -4,8 +4,8 @@
 //! the record of a shape.
 
 use cpg_core::entrainment::phase_lock::PhaseLockConfig;
-use cpg_core::entrainment::{Entrained, EntrainedConfig, EventSource, FollowStatus};
-use cpg_core::{BuildError, Generator};
+use cpg_core::entrainment::{EventSource, FollowStatus, Follower, FollowerConfig};
+use cpg_core::{BuildError, Follow};
 use hgod_adc::FilterConfig;
 use joint_units::{Joint, Period, Radians};
 
@@ -30,16 +30,16 @@ pub struct FollowConfig {
 /// Configuration.
 pub type Config = FollowConfig;
 /// The built follower.
-pub type Built = Entrained;
+pub type Built = Follower;
 
 impl FollowConfig {
     /// The configuration of the follower: it compensates the delay of the sensor's filter; everything else as in
-    /// [`EntrainedConfig::default`].
+    /// [`FollowerConfig::default`].
     #[must_use]
-    pub fn entrained(&self) -> EntrainedConfig {
+    pub fn entrained(&self) -> FollowerConfig {
         let lock = PhaseLockConfig { stride_s: self.shape.stride_s, ..PhaseLockConfig::default() };
         let delay_s = FilterConfig::default().delay_s(Period::MILLISECOND);
-        EntrainedConfig { lock, delay_s, events: self.events, ..EntrainedConfig::default() }
+        FollowerConfig { lock, delay_s, events: self.events, ..FollowerConfig::default() }
     }
 }
 
@@ -50,7 +50,7 @@ impl BoardKind for FollowConfig {
     const WORDS: usize = 2 + <ShapeConfig as BoardKind>::WORDS;
 
     fn build(&self, period: Period) -> Result<Built, BuildError> {
-        Entrained::build(self.shape.shapes()?, self.sensor, self.entrained(), period)
+        self.entrained().build(self.shape.shapes()?, self.sensor, period)
     }
 
     fn write(&self, words: &mut WordWriter<'_>) {
@@ -69,16 +69,16 @@ impl BoardKind for FollowConfig {
         Some(self.sensor)
     }
 
-    fn sense(built: &mut Built, angle: Option<Radians>) {
-        built.sense(angle);
+    fn observe(built: &mut Built, angle: Option<Radians>) {
+        built.observe(angle);
     }
 
     fn heel_strike(built: &mut Built) {
-        Generator::heel_strike(built);
+        built.heel_strike();
     }
 
-    fn following(built: &Built) -> Option<FollowStatus> {
-        built.following()
+    fn follow_status(built: &Built) -> Option<FollowStatus> {
+        built.follow_status()
     }
 }
 
@@ -177,10 +177,11 @@ mod tests {
     use super::*;
     use crate::generator::shape::{SERIES_HARMONICS, SeriesConfig};
     use crate::{BoardGenerator, GeneratorConfig};
+    use cpg_core::Generator;
 
-    /// A follower is one with the core's own: it is sensed, told of strikes, and says how it stands; the others say nothing.
+    /// The board's enum forwards observations, heel strikes and status to a follower, bit for bit; other kinds follow nobody.
     #[test]
-    fn a_walker_passes_on_what_its_follower_is_told() {
+    fn the_boards_enum_forwards_to_the_follower() {
         let joint = |lead: f32| {
             let (mut cos, mut sin) = ([0.0; SERIES_HARMONICS], [0.0; SERIES_HARMONICS]);
             (cos[0], sin[0]) = (0.35 * lead.cos(), 0.35 * lead.sin());
@@ -188,26 +189,26 @@ mod tests {
         };
         let shape = ShapeConfig { stride_s: 1.1, joints: [0.0_f32, 3.1, 1.5, 4.6].map(joint) };
         let follow = FollowConfig { sensor: Joint::LeftHip, events: EventSource::FootSwitch, shape };
-        let mut walker = GeneratorConfig::Follow(follow).build(Period::MILLISECOND).unwrap();
-        let mut core =
-            Entrained::build(shape.shapes().unwrap(), Joint::LeftHip, follow.entrained(), Period::MILLISECOND).unwrap();
+        let mut generator = GeneratorConfig::Follow(follow).build(Period::MILLISECOND).unwrap();
+        let mut core = follow.entrained().build(shape.shapes().unwrap(), Joint::LeftHip, Period::MILLISECOND).unwrap();
         for tick in 0..16_000u32 {
             let cycles = tick as f32 * 1e-3;
             let angle = (tick < 15_000).then(|| Radians(0.1 + 0.35 * (core::f32::consts::TAU * cycles).cos()));
-            Generator::sense(&mut core, angle);
-            walker.sense(angle);
+            core.observe(angle);
+            generator.observe(angle);
             if tick % 1000 == 400 {
                 core.heel_strike();
-                walker.heel_strike();
+                generator.heel_strike();
             }
             core.step();
-            walker.step();
-            assert_eq!((walker.angles(), walker.following()), (core.angles(), Some(core.status())), "tick {tick}");
+            generator.step();
+            let status = (generator.angles(), generator.follow_status());
+            assert_eq!(status, (core.angles(), Some(core.status())), "tick {tick}");
         }
-        let BoardGenerator::Follow(follower) = walker else { unreachable!() };
+        let BoardGenerator::Follow(follower) = generator else { unreachable!() };
         assert_eq!(follower, core);
         assert!((follower.event_phase().expect("learned").cycles() - 0.4).abs() < 0.01);
         let network = GeneratorConfig::default_walk().build(Period::MILLISECOND).unwrap();
-        assert_eq!(network.following(), None);
+        assert_eq!(network.follow_status(), None);
     }
 }

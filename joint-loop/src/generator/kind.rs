@@ -29,11 +29,11 @@ pub(crate) trait BoardKind: Sized {
         None
     }
     /// Passes the measured angle to a follower; `None` if the sample is not valid.
-    fn sense(_built: &mut Self::Built, _angle: Option<Radians>) {}
+    fn observe(_built: &mut Self::Built, _angle: Option<Radians>) {}
     /// Passes a heel strike to a follower.
     fn heel_strike(_built: &mut Self::Built) {}
     /// Tracking status of a follower.
-    fn following(_built: &Self::Built) -> Option<FollowStatus> {
+    fn follow_status(_built: &Self::Built) -> Option<FollowStatus> {
         None
     }
 }

@@ -15,7 +15,7 @@ pub mod shape;
 pub mod thesis;
 
 use cpg_core::entrainment::FollowStatus;
-use cpg_core::{BuildError, Generator, StateFault};
+use cpg_core::{BuildError, Follow, Generator, StateFault};
 use joint_units::{Joint, Period, Phase, RadPerSec, Radians};
 
 #[cfg(feature = "serde")]
@@ -174,9 +174,12 @@ macro_rules! board_generators {
                 }
             }
 
-            fn sense(&mut self, angle: Option<Radians>) {
+        }
+
+        impl Follow for BoardGenerator {
+            fn observe(&mut self, angle: Option<Radians>) {
                 match self {
-                    $(Self::$variant(generator) => <$module::Config as BoardKind>::sense(generator, angle),)+
+                    $(Self::$variant(generator) => <$module::Config as BoardKind>::observe(generator, angle),)+
                 }
             }
 
@@ -186,9 +189,9 @@ macro_rules! board_generators {
                 }
             }
 
-            fn following(&self) -> Option<FollowStatus> {
+            fn follow_status(&self) -> Option<FollowStatus> {
                 match self {
-                    $(Self::$variant(generator) => <$module::Config as BoardKind>::following(generator),)+
+                    $(Self::$variant(generator) => <$module::Config as BoardKind>::follow_status(generator),)+
                 }
             }
         }

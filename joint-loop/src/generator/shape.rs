@@ -2,7 +2,7 @@
 //!
 //! Record: kind 3; stride, then mean, cosines and sines of each joint, in the units of the configuration.
 
-use cpg_core::waveform::shape::{FourierShape, PhaseShape};
+use cpg_core::waveform::shape::{FourierShape, PhaseShape, PhaseShapeConfig};
 use cpg_core::{BuildError, Field};
 use joint_units::{Joint, Period, Radians};
 
@@ -67,7 +67,7 @@ impl ShapeConfig {
 impl SeriesConfig {
     fn shape(&self, joint: Joint) -> Result<FourierShape<SERIES_HARMONICS>, BuildError> {
         let [mean, cos, sin] = FIELDS.get(joint as usize).copied().unwrap_or_default();
-        FourierShape::build(self.mean, self.cos, self.sin).map_err(|error| {
+        FourierShape::new(self.mean, self.cos, self.sin).map_err(|error| {
             of_joint(error, |name| match name {
                 "mean" => mean,
                 "cos" => cos,
@@ -81,9 +81,9 @@ impl SeriesConfig {
 pub(crate) fn of_joint(error: BuildError, rename: impl FnOnce(&str) -> &'static str) -> BuildError {
     let named = |field: Field| Field { name: rename(field.name), ..field };
     match error {
-        BuildError::NotFinite { field } => BuildError::NotFinite { field: named(field) },
-        BuildError::OutOfRange { field, min, max } => BuildError::OutOfRange { field: named(field), min, max },
-        BuildError::PeriodTooLong { .. } => error,
+        BuildError::NotFinite { field, value } => BuildError::NotFinite { field: named(field), value },
+        BuildError::OutOfRange { field, value, min, max } => BuildError::OutOfRange { field: named(field), value, min, max },
+        _ => error,
     }
 }
 
@@ -94,7 +94,7 @@ impl BoardKind for ShapeConfig {
     const WORDS: usize = 1 + Joint::COUNT * (1 + 2 * SERIES_HARMONICS);
 
     fn build(&self, period: Period) -> Result<Built, BuildError> {
-        PhaseShape::build(self.shapes()?, self.stride_s, period)
+        PhaseShapeConfig { shapes: self.shapes()?, stride_s: self.stride_s }.build(period)
     }
 
     fn write(&self, words: &mut WordWriter<'_>) {

@@ -6,7 +6,7 @@
 use crate::control::tick::Stages;
 use crate::error::inside;
 use crate::{BlendConfig, Direction, Gate, JointLoop, LoopError, MonitorConfig, ServoConfig};
-use cpg_core::Generator;
+use cpg_core::{Follow, Generator};
 use hgod_adc::Sensor;
 use joint_units::{Joint, Period, RadPerSec, RadPerSec2, Radians};
 
@@ -158,7 +158,7 @@ impl LoopConfig {
     ///
     /// # Errors
     /// The first rule that the configuration breaks, with the field, the joint, and what is allowed.
-    pub fn build<G: Generator<{ Joint::COUNT }>, const S: usize>(
+    pub fn build<G: Generator<{ Joint::COUNT }> + Follow, const S: usize>(
         &self,
         period: Period,
         generator: G,

@@ -46,7 +46,7 @@ impl JointSensor {
     pub fn uncalibrated(joint: Joint) -> Result<Self, CalibrationError> {
         let (first, last) = SENSOR_FRACTIONS;
         let points = rk09k::points::<SENSOR_POINTS>(SENSOR_SUPPLY, first, last);
-        Ok(Self { joint, divider: 1.0, calibration: Calibration::build(&points, Interpolation::MonotoneCubic)? })
+        Ok(Self { joint, divider: 1.0, calibration: Calibration::new(&points, Interpolation::MonotoneCubic)? })
     }
 
     /// The chain from code to angle on a chip with this factory value.

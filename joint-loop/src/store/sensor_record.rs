@@ -176,7 +176,7 @@ fn sensor(place: usize, words: &mut WordReader<'_>) -> Result<JointSensor, Senso
         let [volts, angle] = words.floats()?;
         *point = CalibrationPoint { volts: Volts(volts), angle: Radians(angle) };
     }
-    let calibration = Calibration::build(used, interpolation)
+    let calibration = Calibration::new(used, interpolation)
         .map_err(|error| SensorRecordError::Calibration { sensor: place, error })?;
     Ok(JointSensor { joint, divider, calibration })
 }
@@ -191,7 +191,7 @@ mod tests {
         let mut sensors = Joint::ALL.map(|joint| JointSensor::uncalibrated(joint).expect("monotone"));
         let points = [(0.5, 1.25), (1.5, 0.1), (2.75, -0.3)];
         let points = points.map(|(volts, angle)| CalibrationPoint { volts: Volts(volts), angle: Radians(angle) });
-        sensors[1].calibration = Calibration::build(&points, Interpolation::Linear).expect("falls");
+        sensors[1].calibration = Calibration::new(&points, Interpolation::Linear).expect("falls");
         sensors[1].divider = 1.5;
         JointSensors::build(sensors).expect("four")
     }

@@ -1,8 +1,9 @@
 //! What the tests of the loop share: a sensor, a body of samples, a generator that does what it is told.
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its own part of this module")]
 
-use cpg_core::gait::default_walk::{Walk, default_walk};
-use cpg_core::{Generator, StateFault};
+use cpg_core::entrainment::FollowStatus;
+use cpg_core::gait::default_walk::{self, default_walk};
+use cpg_core::{Follow, Generator, StateFault, Unguided};
 use hgod_adc::{
     Calibration, CalibrationPoint, FilterConfig, HealthConfig, Interpolation, ReferenceConfig, Sensor, SensorConfig,
 };
@@ -22,13 +23,16 @@ pub fn sensor() -> Sensor {
         .map(|(volts, degrees)| CalibrationPoint { volts: Volts(volts), angle: Radians::from_degrees(degrees) });
     SensorConfig {
         reference: ReferenceConfig::stm32f4(VREFINT),
-        calibration: Calibration::build(&points, Interpolation::Linear).expect("valid"),
+        calibration: Calibration::new(&points, Interpolation::Linear).expect("valid"),
         filter: FilterConfig::default(),
         health: HealthConfig::default(),
     }
     .build(Period::MILLISECOND)
     .expect("valid")
 }
+
+/// The default walk, which follows nobody.
+pub type Walk = Unguided<default_walk::Walk>;
 
 /// The default walk with one sensor.
 pub fn walker() -> JointLoop<Walk, 1> {
@@ -37,7 +41,7 @@ pub fn walker() -> JointLoop<Walk, 1> {
 
 /// The default walk with one sensor, configured.
 pub fn walker_with(config: &LoopConfig) -> JointLoop<Walk, 1> {
-    let walk = default_walk(Period::MILLISECOND).expect("valid");
+    let walk = Unguided(default_walk(Period::MILLISECOND).expect("valid"));
     config.build(Period::MILLISECOND, walk, [Some(sensor())]).expect("valid")
 }
 
@@ -47,7 +51,7 @@ pub fn good(tick: u32) -> Sample<1> {
 }
 
 /// Runs ticks that all get the same sample, but for the sensor's least bit; gives the last command.
-pub fn run<G: Generator<4>>(
+pub fn run<G: Generator<4> + Follow>(
     joints: &mut JointLoop<G, 1>,
     ticks: u32,
     sample: impl Fn(Sample<1>) -> Sample<1>,
@@ -60,17 +64,17 @@ pub fn run<G: Generator<4>>(
 }
 
 /// Holds the button for 20 ticks, so that the last of them is the press.
-pub fn press<G: Generator<4>>(joints: &mut JointLoop<G, 1>) -> Command {
+pub fn press<G: Generator<4> + Follow>(joints: &mut JointLoop<G, 1>) -> Command {
     run(joints, 20, |sample| Sample { button: true, ..sample })
 }
 
 /// Nothing pressed, nothing wrong.
-pub fn idle<G: Generator<4>>(joints: &mut JointLoop<G, 1>, ticks: u32) -> Command {
+pub fn idle<G: Generator<4> + Follow>(joints: &mut JointLoop<G, 1>, ticks: u32) -> Command {
     run(joints, ticks, |sample| sample)
 }
 
 /// One tick with faults of the board.
-pub fn fault<G: Generator<4>>(joints: &mut JointLoop<G, 1>, faults: BoardFaults) -> Command {
+pub fn fault<G: Generator<4> + Follow>(joints: &mut JointLoop<G, 1>, faults: BoardFaults) -> Command {
     run(joints, 1, |sample| Sample { faults, ..sample })
 }
 
@@ -94,7 +98,7 @@ pub fn script(state: SupervisorState) -> Vec<Sample<1>> {
 }
 
 /// Takes a fresh loop to a state, by what the board can say.
-pub fn reach<G: Generator<4> + Clone>(fresh: &JointLoop<G, 1>, state: SupervisorState) -> JointLoop<G, 1> {
+pub fn reach<G: Generator<4> + Follow + Clone>(fresh: &JointLoop<G, 1>, state: SupervisorState) -> JointLoop<G, 1> {
     let mut joints = fresh.clone();
     for sample in script(state) {
         joints.tick(&sample);
@@ -163,6 +167,16 @@ impl Generator<4> for Puppet {
     fn reset(&mut self) {
         self.resets += 1;
         (self.health, self.from_step, self.steps) = (Ok(()), 0, 0);
+    }
+}
+
+impl Follow for Puppet {
+    fn observe(&mut self, _: Option<Radians>) {}
+
+    fn heel_strike(&mut self) {}
+
+    fn follow_status(&self) -> Option<FollowStatus> {
+        None
     }
 }
 

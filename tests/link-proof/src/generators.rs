@@ -1,4 +1,4 @@
-//! Every generator: build with any configuration and period, then everything that a tick calls.
+//! Generators in the link proof: each is built from any configuration and period, then all functions that a tick calls are called.
 
 use core::hint::black_box;
 
@@ -7,7 +7,7 @@ use cpg_core::edge_reversal::obb::{Obb, Reversibilities};
 use cpg_core::edge_reversal::smer::{Edge, Smer};
 use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
 use cpg_core::entrainment::stride_events::{PeakConfig, StrideEventConfig};
-use cpg_core::entrainment::{AdaptiveHopfConfig, Entrained, EntrainedConfig};
+use cpg_core::entrainment::{AdaptiveHopfConfig, Follower, FollowerConfig};
 use cpg_core::gait::catalogue;
 use cpg_core::gait::catalogue::Visitor;
 use cpg_core::gait::default_walk::{Walk, default_config, default_walk};
@@ -15,7 +15,7 @@ use cpg_core::gait::named::Gait;
 use cpg_core::gait::six_and_eight_joints;
 use cpg_core::joints::features::Features;
 use cpg_core::joints::hexapod_legs::{HexapodWalk, HexapodWalkConfig};
-use cpg_core::joints::readout::{PhasePlane, Readout, ReadoutConfig};
+use cpg_core::joints::linear::{PhasePlane, Readout, ReadoutConfig};
 use cpg_core::math::first_order::Flow;
 use cpg_core::math::trig;
 use cpg_core::network::graph::Biped;
@@ -31,11 +31,11 @@ use cpg_core::oscillator::kuo::{Drive, KuoConfig, Measurement, Pendulum};
 use cpg_core::oscillator::matsuoka::Matsuoka;
 use cpg_core::oscillator::rayleigh::{Rayleigh, RayleighConfig};
 use cpg_core::transition::{Smooth, TransitionConfig};
-use cpg_core::waveform::adaptive_fourier::{AdaptiveFourier, AdaptiveFourierConfig, AdaptiveWalk};
-use cpg_core::waveform::fixed::FixedPhaseShape;
+use cpg_core::waveform::adaptive_fourier::{AdaptiveFourier, AdaptiveFourierConfig, AdaptiveWalk, AdaptiveWalkConfig};
+use cpg_core::waveform::fixed::{FixedPhaseShape, FixedPhaseShapeConfig};
 use cpg_core::waveform::hopf_bank::{ProgrammableConfig, ProgrammableCpg};
-use cpg_core::waveform::shape::{Adjustment, FourierShape, PhaseShape, SplineShape};
-use cpg_core::{BuildError, Generator, SemiImplicitEuler};
+use cpg_core::waveform::shape::{Adjustment, FourierShape, PhaseShape, PhaseShapeConfig, SplineShape};
+use cpg_core::{BuildError, Follow, Generator, SemiImplicitEuler};
 use joint_units::{Joint, Period, Phase, Radians};
 
 pub(crate) fn prove(period: Period) {
@@ -48,7 +48,7 @@ pub(crate) fn prove(period: Period) {
     let rayleigh: RayleighConfig = black_box(RayleighConfig { alpha: 0.2, p: 5.0, mu: 1.0, offset: 10.0 });
     run::<1, Rayleigh>(rayleigh.build(period));
     run::<4, Thesis>(black_box(ThesisConfig::set_s()).build(period));
-    catalogue::each(period, &mut Walkers);
+    catalogue::each(period, &mut CatalogueProof);
     flows(period);
     gaits(period);
     shapes(period);
@@ -69,11 +69,11 @@ fn run<const N: usize, G: Generator<N>>(built: Result<G, BuildError>) {
     black_box(&generator);
 }
 
-/// All that a walker is built on comes with it: van der Pol, both Hopf, Matsuoka, FitzHugh-Nagumo, Morris-Lecar, Terman-Wang and so on.
-struct Walkers;
+/// Visits the catalogue, which includes all oscillators: van der Pol, both Hopf, Matsuoka, FitzHugh-Nagumo, Morris-Lecar, Terman-Wang, ...
+struct CatalogueProof;
 
-impl Visitor for Walkers {
-    fn walker<G: Generator<4> + Features + Clone>(&mut self, _: &'static str, built: Result<G, BuildError>) {
+impl Visitor for CatalogueProof {
+    fn generator<G: Generator<4> + Features + Clone>(&mut self, _: &'static str, built: Result<G, BuildError>) {
         if let Ok(walk) = &built {
             let mut features = [0.0; 16];
             black_box(walk).features(black_box(features.as_mut_slice()));
@@ -83,7 +83,7 @@ impl Visitor for Walkers {
     }
 }
 
-/// Any flow, with any read-out of four joints and any phase plane.
+/// Any differential equation, with any read-out of four joints and any phase plane.
 fn flow<F: Flow<f32, D>, const D: usize>(flow: F, period: Period) {
     let config = ReadoutConfig {
         start: black_box([0.1; D]),
@@ -99,7 +99,7 @@ fn flow<F: Flow<f32, D>, const D: usize>(flow: F, period: Period) {
         },
         bound: black_box(5.0),
     };
-    if let Ok(mut readout) = Readout::build(black_box(flow), config, period) {
+    if let Ok(mut readout) = config.build(black_box(flow), period) {
         readout.set_state(black_box([0.2; D]));
         black_box(readout.flow_mut());
         run(Ok(readout));
@@ -133,29 +133,31 @@ fn shapes(period: Period) {
     let angle = || black_box(Radians(0.1));
     let stride_s = black_box(1.1);
     let adjustment = || black_box(Adjustment { gain: 1.0, offset: Radians(0.1), lead: Phase(7) });
-    if let Ok(shape) = FourierShape::<3>::build(angle(), black_box([0.1; 3]), black_box([0.1; 3])) {
-        if let Ok(mut built) = PhaseShape::build([shape; 4], stride_s, period) {
+    if let Ok(shape) = FourierShape::<3>::new(angle(), black_box([0.1; 3]), black_box([0.1; 3])) {
+        let config = PhaseShapeConfig { shapes: [shape; 4], stride_s };
+        if let Ok(mut built) = config.build(period) {
             let _ = black_box(built.set_stride(black_box(0.9)));
             let _ = black_box(built.adjust(black_box(2), adjustment()));
             built.set_phase(black_box(Phase(9)));
             run(Ok(built));
         }
-        if let Ok(mut built) = FixedPhaseShape::build(&[shape; 4], black_box([Phase(3); 4]), stride_s, period) {
+        let config = FixedPhaseShapeConfig { shapes: [shape; 4], leads: black_box([Phase(3); 4]), stride_s };
+        if let Ok(mut built) = config.build(period) {
             let _ = black_box(built.set_stride(black_box(0.9)));
             let _ = black_box(built.adjust(black_box(2), adjustment()));
             built.set_phase(black_box(Phase(9)));
             run(Ok(built));
         }
     }
-    if let Ok(shape) = SplineShape::<8>::build(black_box([Radians(0.1); 8])) {
-        run(PhaseShape::build([shape; 4], stride_s, period));
+    if let Ok(shape) = SplineShape::<8>::new(black_box([Radians(0.1); 8])) {
+        run(PhaseShapeConfig { shapes: [shape; 4], stride_s }.build(period));
     }
     black_box((trig::sin_cos(black_box(Phase(5))), trig::angle(black_box(0.1), black_box(0.2))));
 }
 
 fn changes(period: Period) {
     let Ok(walk) = default_walk(period) else { return };
-    let Ok(smooth) = Smooth::<Walk, 4>::build(walk, black_box(TransitionConfig::default()), period) else { return };
+    let Ok(smooth) = black_box(TransitionConfig::default()).build(walk, period) else { return };
     let mut smooth = black_box(smooth);
     smooth.change(|walk| walk.reset());
     smooth.stop(black_box([Radians(0.0); 4]));
@@ -165,7 +167,7 @@ fn changes(period: Period) {
 }
 
 fn integers(period: Period) {
-    if let Ok(reversibilities) = Reversibilities::build(black_box(1), black_box(2)) {
+    if let Ok(reversibilities) = Reversibilities::new(black_box(1), black_box(2)) {
         let mut obb = black_box(Obb::new(reversibilities));
         black_box(obb.step());
         black_box(obb.potentials());
@@ -173,19 +175,20 @@ fn integers(period: Period) {
         obb.set(black_box(reversibilities));
         black_box(&obb);
     }
-    if let Ok(hexapod) = Hexapod::build(black_box(3)) {
+    if let Ok(hexapod) = Hexapod::new(black_box(3)) {
         let mut hexapod = black_box(hexapod);
         black_box(hexapod.step());
         let _ = black_box(hexapod.set_reversibility(black_box(1)));
         black_box(&hexapod);
     }
-    if let Ok(walk) = HexapodWalk::build(black_box(5), black_box(HexapodWalkConfig::default()), period) {
+    let config = HexapodWalkConfig { reversibility: black_box(5), ..black_box(HexapodWalkConfig::default()) };
+    if let Ok(walk) = config.build(period) {
         let mut walk = black_box(walk);
         let _ = black_box(walk.set_reversibility(black_box(1)));
         run(Ok(walk));
     }
     let edges = black_box([(0, 1), (1, 2), (2, 0)]).map(|(a, b)| Edge { a, b, tokens_at_a: black_box(1) });
-    if let Ok(graph) = Smer::build(black_box([1, 2, 3]), edges) {
+    if let Ok(graph) = Smer::new(black_box([1, 2, 3]), edges) {
         let mut graph = black_box(graph);
         black_box(graph.step());
         black_box((graph.is_forest(), graph.is_acyclic(), graph.cycle().is_ok()));
@@ -194,20 +197,19 @@ fn integers(period: Period) {
 }
 
 fn learners(period: Period) {
-    if let Ok(learner) = AdaptiveFourier::<5>::build(black_box(AdaptiveFourierConfig::default()), period) {
+    if let Ok(learner) = black_box(AdaptiveFourierConfig::default()).build::<5>(period) {
         let mut learner = black_box(learner);
         black_box(learner.learn(black_box(0.1)));
         learner.play();
         black_box((learner.value(), learner.phase(), learner.frequency_hz()));
     }
-    if let Ok(mut walk) =
-        AdaptiveWalk::<6, 4>::build(black_box(AdaptiveFourierConfig::default()), black_box(0.5), period)
-    {
+    let config = AdaptiveWalkConfig { learner: black_box(AdaptiveFourierConfig::default()), unit: black_box(0.5) };
+    if let Ok(mut walk) = config.build::<6, 4>(period) {
         walk.learn(black_box([Radians(0.1); 4]));
         run(Ok(walk));
     }
     let config = black_box(ProgrammableConfig::<4>::harmonics_of(0.9));
-    if let Ok(learner) = ProgrammableCpg::build(&config, period) {
+    if let Ok(learner) = config.build(period) {
         let mut learner = black_box(learner);
         black_box(learner.learn(black_box(0.1)));
         learner.play();
@@ -215,14 +217,14 @@ fn learners(period: Period) {
     }
 }
 
-/// Kuo's pendulum and Hu's joint.
+/// Generators that use a measurement: Kuo's pendulum and Hu's joint.
 fn sensed(period: Period) {
     for drive in [Drive::FeedForward, Drive::Feedback, Drive::Hybrid { gain: [0.5; 2] }] {
         let config: KuoConfig = black_box(KuoConfig { damping: 0.1, amplitude: 1.0, drive });
         if let Ok(control) = config.build(black_box(0.01)) {
             let mut control = black_box(control);
             let kick = black_box(control.step(&black_box(Measurement { angle: 0.1, rate: 0.2, valid: true })));
-            if let Ok(limb) = Pendulum::build(black_box(0.1)) {
+            if let Ok(limb) = Pendulum::new(black_box(0.1)) {
                 let mut state = black_box([0.5, 0.1]);
                 limb.advance(&mut state, black_box(0.01), kick.as_ref());
                 black_box(state);
@@ -241,17 +243,17 @@ fn sensed(period: Period) {
     }
 }
 
-/// What follows a walker: the entrained joints, and the estimators beside theirs.
+/// Followers: the entrained joints, and the estimators that they do not use.
 fn followers(period: Period) {
     let shape = |mean| {
-        Template::build(black_box(mean), black_box([0.1; TEMPLATE_HARMONICS]), black_box([0.1; TEMPLATE_HARMONICS]))
+        Template::new(black_box(mean), black_box([0.1; TEMPLATE_HARMONICS]), black_box([0.1; TEMPLATE_HARMONICS]))
     };
     if let (Ok(hip), Ok(knee)) = (shape(Radians(0.1)), shape(Radians(0.5))) {
-        let config = black_box(EntrainedConfig::default());
-        if let Ok(mut walk) = Entrained::build([hip, hip, knee, knee], black_box(Joint::LeftHip), config, period) {
-            walk.sense(black_box(Some(Radians(0.1))));
+        let config = black_box(FollowerConfig::default());
+        if let Ok(mut walk) = config.build([hip, hip, knee, knee], black_box(Joint::LeftHip), period) {
+            walk.observe(black_box(Some(Radians(0.1))));
             walk.heel_strike();
-            black_box((walk.following(), walk.event_phase(), walk.acceleration_bound(black_box(Joint::LeftKnee))));
+            black_box((walk.follow_status(), walk.event_phase(), walk.acceleration_bound(black_box(Joint::LeftKnee))));
             run(Ok(walk));
         }
     }

@@ -1,10 +1,9 @@
-//! Links for the board only if no panic is reachable from the cores; it is never run.
+//! Link proof: this program links for the board only if no panic is reachable from the cores. It is never run.
 //!
-//! The panic handler calls a function that does not exist. Whatever the optimiser cannot show to be unreachable keeps that call, and then
-//! the linker says `undefined symbol: a_panic_is_reachable`. Every input passes through a black box, so nothing can be shown from the
-//! values that happen to be used here.
+//! The panic handler calls a function that does not exist. If the optimiser cannot remove every panic, the call remains and the linker
+//! reports `undefined symbol: a_panic_is_reachable`. Every input passes through a black box, so that the optimiser cannot use its value.
 //!
-//! To find the panic, give the function an address and look in the disassembly for who calls into `core::panicking`:
+//! To find the panic, give the function an address and search the disassembly for calls into `core::panicking`:
 //! `cargo rustc -p link-proof ... -- -C link-arg=--defsym=a_panic_is_reachable=0`.
 //!
 //! ```text
@@ -31,7 +30,7 @@ mod proof {
     use joint_units::{AdcCode, Period, Volts};
 
     unsafe extern "C" {
-        /// Defined nowhere.
+        /// Not defined, so that a reachable call fails to link.
         fn a_panic_is_reachable() -> !;
     }
 
@@ -41,7 +40,7 @@ mod proof {
         unsafe { a_panic_is_reachable() }
     }
 
-    /// Where the linker starts.
+    /// Entry point for the linker.
     #[unsafe(no_mangle)]
     extern "C" fn prove() {
         let Some(period) = Period::from_micros(black_box(1000)) else { return };
@@ -52,10 +51,10 @@ mod proof {
         unchecked_index();
     }
 
-    /// A sensor: build with any table, reference, filter and limits, then a sample in any state.
+    /// A sensor: build from any table, reference, filter and limits, then one sample in any state.
     fn sensors(period: Period) {
         let points: &[CalibrationPoint] = black_box(&[]);
-        let Ok(calibration) = Calibration::build(points, black_box(Interpolation::MonotoneCubic)) else { return };
+        let Ok(calibration) = Calibration::new(points, black_box(Interpolation::MonotoneCubic)) else { return };
         let config = SensorConfig {
             reference: black_box(ReferenceConfig::stm32f4(AdcCode(1500))),
             calibration,
@@ -68,13 +67,12 @@ mod proof {
         black_box(state);
     }
 
-    /// The loop: any bytes of the parameter sectors, any configuration, then a tick from any state with any sample, and what the board
-    /// reads after it.
+    /// The control loop: any bytes of the parameter sectors, any configuration, then one tick from any state with any sample, and the frame.
     fn joint_loop() {
         let bytes: &[u8] = black_box(&[]);
-        let (Ok(walker), Ok(worn)) = (generator_record::read(bytes), sensor_record::read(bytes)) else { return };
+        let (Ok(generator), Ok(sensors)) = (generator_record::read(bytes), sensor_record::read(bytes)) else { return };
         let parameters =
-            Parameters::with_defaults(walker.map(|stored| stored.config), worn.map(|stored| stored.sensors));
+            Parameters::with_defaults(generator.map(|stored| stored.config), sensors.map(|stored| stored.sensors));
         let Ok(parameters) = parameters else { return };
         black_box(generator_record::record_of(black_box(&parameters.generator)).bytes());
         black_box(sensor_record::record_of(black_box(&parameters.sensors)).bytes());
@@ -106,5 +104,7 @@ mod proof {
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("This program proves something by linking for the board, not by running: see its source.");
+    println!(
+        "This program does nothing on the host. It proves by linking for the board that the cores cannot panic: see its source."
+    );
 }

@@ -1,5 +1,5 @@
-//! Every walker of [`cpg_core::gait::catalogue`], each with a step of its own that is neither generic nor inlined: a symbol to count, and to look
-//! at in a disassembly (`llvm-objdump -d --disassemble-symbols=step_robust`).
+//! Counted generators: every generator of the catalogue [`cpg_core::gait::catalogue`], and a few variants. The step of each is a function with its
+//! own symbol, not generic and not inlined, for a disassembly (`llvm-objdump -d --disassemble-symbols=step_robust`).
 
 use core::fmt::Write as _;
 use core::hint::black_box;
@@ -23,42 +23,42 @@ use cpg_core::oscillator::terman_wang::TermanWang;
 use cpg_core::oscillator::van_der_pol::VanDerPol;
 use cpg_core::transition::{Smooth, TransitionConfig};
 use cpg_core::waveform::adaptive_fourier::AdaptiveWalk;
-use cpg_core::waveform::fixed::FixedPhaseShape;
+use cpg_core::waveform::fixed::{FixedPhaseShape, FixedPhaseShapeConfig};
 use cpg_core::waveform::shape::{FourierShape, PhaseShape, SplineShape};
 use cpg_core::{BuildError, Generator};
 use joint_units::{Period, Phase, RadPerSec2, Radians};
 
-use crate::count::{self, Count, Function, count};
-use crate::semihosting::{Line, exit};
+use crate::count::{self, Function, InstructionCount, count};
+use crate::semihosting::{TextLine, exit};
 
-/// For each walker its name, the function that builds it, its type, and the symbols of a step, and of a step with the angles.
-macro_rules! walkers {
+/// For each generator: its name, the function that builds it, its type, and the symbols of a step and of a step with its angles.
+macro_rules! generators {
     ($($name:literal $build:path, $type:ty, $step:ident $tick:ident;)*) => {
         $(
             #[unsafe(no_mangle)]
             #[inline(never)]
-            extern "C" fn $step(walker: &mut $type) {
-                walker.step();
+            extern "C" fn $step(generator: &mut $type) {
+                generator.step();
             }
 
             #[unsafe(no_mangle)]
             #[inline(never)]
-            extern "C" fn $tick(walker: &mut $type) {
-                walker.step();
-                black_box(walker.angles());
+            extern "C" fn $tick(generator: &mut $type) {
+                generator.step();
+                black_box(generator.angles());
             }
         )*
 
-        /// Counts them all; false if one cannot be built or is not sound afterwards.
-        fn all() -> bool {
-            let mut sound = true;
-            $(sound &= one($name, $build(Period::MILLISECOND).ok(), $step, $tick);)*
-            sound
+        /// Counts all generators; false if one cannot be built or has an invalid state afterwards.
+        fn count_all() -> bool {
+            let mut valid = true;
+            $(valid &= count_one($name, $build(Period::MILLISECOND).ok(), $step, $tick);)*
+            valid
         }
     };
 }
 
-walkers! {
+generators! {
     "robust" catalogue::robust, Walk, step_robust tick_robust;
     "thesis" catalogue::thesis, Thesis, step_thesis tick_thesis;
     "van-der-pol" catalogue::van_der_pol, HalfCentreJoints<VanDerPol, 2>, step_van_der_pol tick_van_der_pol;
@@ -75,7 +75,7 @@ walkers! {
     "adaptive-fourier" catalogue::adaptive_fourier, AdaptiveWalk<6, 4>, step_adaptive_fourier tick_adaptive_fourier;
     "fourier" catalogue::fourier, PhaseShape<FourierShape<6>, 4>, step_fourier tick_fourier;
     "spline" catalogue::spline, PhaseShape<SplineShape<12>, 4>, step_spline tick_spline;
-    // What is no model of its own, or not of four joints.
+    // Variants of the generators above, and one with other joints.
     "+robust-fixed-point" robust_fixed, FixedRobust<Biped, 4, 4>, step_robust_fixed tick_robust_fixed;
     "+fourier-fixed-point" fourier_fixed, FixedPhaseShape<6, 4>, step_fourier_fixed tick_fourier_fixed;
     "+robust-smooth" robust_smooth, Smooth<Walk, 4>, step_robust_smooth tick_robust_smooth;
@@ -87,13 +87,18 @@ fn robust_fixed(period: Period) -> Result<FixedRobust<Biped, 4, 4>, BuildError> 
 }
 
 fn fourier_fixed(period: Period) -> Result<FixedPhaseShape<6, 4>, BuildError> {
-    FixedPhaseShape::build(catalogue::fourier(period)?.shapes(), [Phase(0); 4], catalogue::STRIDE_S, period)
+    FixedPhaseShapeConfig {
+        shapes: *catalogue::fourier(period)?.shapes(),
+        leads: [Phase(0); 4],
+        stride_s: catalogue::STRIDE_S,
+    }
+    .build(period)
 }
 
-/// In the middle of a change that never ends: the offsets are led, not idle.
+/// A smoothed generator in a change that never ends, so that every step computes the offsets.
 fn robust_smooth(period: Period) -> Result<Smooth<Walk, 4>, BuildError> {
     let config = TransitionConfig { acceleration: RadPerSec2(0.1), settling_s: 60.0 };
-    let mut smooth = Smooth::build(catalogue::robust(period)?, config, period)?;
+    let mut smooth = config.build(catalogue::robust(period)?, period)?;
     smooth.stop([Radians(0.5); 4]);
     smooth.resume();
     smooth.change(|walk| (0..250).for_each(|_| walk.step()));
@@ -101,28 +106,33 @@ fn robust_smooth(period: Period) -> Result<Smooth<Walk, 4>, BuildError> {
 }
 
 fn hexapod_walk(period: Period) -> Result<HexapodWalk, BuildError> {
-    HexapodWalk::build(5, HexapodWalkConfig::default(), period)
+    HexapodWalkConfig { reversibility: 5, ..HexapodWalkConfig::default() }.build(period)
 }
 
-/// Called after reset.
+/// Entry point: the start-up code calls it after reset.
 #[unsafe(no_mangle)]
 extern "C" fn after_reset() -> ! {
     count::begin();
-    exit(u32::from(!all()))
+    exit(u32::from(!count_all()))
 }
 
-fn one<G: Generator<N>, const N: usize>(name: &str, built: Option<G>, step: Function<G>, tick: Function<G>) -> bool {
-    // Nothing may be computed from the values that happen to be used here.
-    let Some(mut walker) = built.map(black_box) else { return false };
-    let step = count(&mut walker, step);
-    let tick = count(&mut walker, tick);
-    tell(name, step, tick) && walker.check().is_ok()
+fn count_one<G: Generator<N>, const N: usize>(
+    name: &str,
+    built: Option<G>,
+    step: Function<G>,
+    tick: Function<G>,
+) -> bool {
+    // The compiler must not use the values of the configuration.
+    let Some(mut generator) = built.map(black_box) else { return false };
+    let step = count(&mut generator, step);
+    let tick = count(&mut generator, tick);
+    print_line(name, step, tick) && generator.check().is_ok()
 }
 
-fn tell(name: &str, step: Count, tick: Count) -> bool {
-    let mut line = Line::new();
-    let Count { least, sum, most } = step;
-    let told = write!(line, "{name} {least} {sum} {most} {} {} {}", tick.least, tick.sum, tick.most);
-    line.tell();
-    told.is_ok()
+fn print_line(name: &str, step: InstructionCount, tick: InstructionCount) -> bool {
+    let mut line = TextLine::new();
+    let InstructionCount { least, sum, most } = step;
+    let written = write!(line, "{name} {least} {sum} {most} {} {} {}", tick.least, tick.sum, tick.most);
+    line.print();
+    written.is_ok()
 }

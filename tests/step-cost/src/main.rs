@@ -1,9 +1,9 @@
-//! Counts the instructions that a step of each generator takes on a Cortex-M4F, on an emulator that counts one cycle an instruction.
+//! Counts the instructions of a step of each generator for a Cortex-M4F, on an emulator that counts one cycle per instruction.
 //!
-//! It touches no vendor register and tells a line a generator by semihosting, `name least sum most least sum most`: over 1000 steps, of the
-//! step alone and of the step with its angles; a plus before the name marks what is no model of its own. `cargo xtask bench oscillators`
-//! runs it and prints the table.
-//! Instructions are no cycles: how long they take, flash wait states included, only a chip can tell.
+//! It uses no vendor register and prints one line per generator by semihosting, `name least sum most least sum most`: over 1000 steps, for
+//! the step alone and for the step with its angles. A plus before the name marks a variant of another generator or one with other joints.
+//! `cargo xtask bench oscillators` runs it and prints the table.
+//! The number of cycles on a chip differs, for example by flash wait states, and must be measured there.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

@@ -1,15 +1,15 @@
-//! Vector table and the way from reset to the counting.
+//! Vector table, start-up code and handlers of unexpected exceptions and panics.
 
 use core::arch::global_asm;
 
 use crate::semihosting::exit;
 
-// A plain table of words: what the core reads, in the order in which it reads it.
+// Vector table: one word for each exception number.
 global_asm!(".section .vectors, \"a\"", ".word __stack_top", ".word reset", ".rept 14", ".word unexpected", ".endr",);
 
 global_asm!(include_str!("../../../tools/virtual-board/selftest/src/reset.s"), options(raw));
 
-/// Any exception: nothing here asks for one.
+/// Handler of all exceptions: none is expected, so it ends the program with status 3.
 #[unsafe(no_mangle)]
 extern "C" fn unexpected() -> ! {
     exit(3)

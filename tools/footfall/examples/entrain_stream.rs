@@ -6,7 +6,7 @@
 //! cargo run --profile host -p footfall --example entrain_stream -- 1.3 < angles.txt
 //! ```
 
-use cpg_core::Generator;
+use cpg_core::{Follow, Generator};
 use footfall::command::entrain::{default_generator, run};
 use joint_units::{Joint, Radians};
 use std::fmt::Write as _;
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut out, mut spent) = (String::new(), std::time::Duration::ZERO);
     for &sample in &samples {
         let begin = Instant::now();
-        legs.sense(Some(Radians::from_degrees(sample)));
+        legs.observe(Some(Radians::from_degrees(sample)));
         legs.step();
         let angles = legs.angles();
         spent += begin.elapsed();

@@ -62,6 +62,10 @@ struct Person {
 impl Person {
     /// Types a command into a terminal; `None` where there is no terminal to be had.
     fn types(command: &str) -> Option<Self> {
+        // A shell that runs the tests in the background, or under `nohup`, may have them ignore the interrupt signal, and a child inherits
+        // that. It does not inherit a handler: exec puts the default in its place (POSIX, execve).
+        let end = Arc::new(AtomicBool::new(true));
+        signal_hook::flag::register_conditional_default(signal_hook::consts::SIGINT, end).unwrap();
         let mut script = Command::new("script");
         script.args(["--quiet", "--return", "--flush", "--command", command, "/dev/null"]);
         let child = script.env("SHELL", "/bin/sh").stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();

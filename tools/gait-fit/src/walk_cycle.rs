@@ -3,7 +3,7 @@
 use cpg_core::Generator;
 use gait_trace::stride::cycle::{Cycle, POINTS};
 use generator_file::file::GeneratorSet;
-use joint_units::{Joint, Period, Phase};
+use joint_units::{Joint, Period};
 
 /// Strides before the one that is taken: oscillators come to their limit cycle in a few.
 const SETTLING: f64 = 40.0;
@@ -33,7 +33,7 @@ pub fn walk_cycle(set: &GeneratorSet) -> Result<WalkCycle, String> {
     for _ in 0..PATIENCE {
         walker.step();
         let now = walker.phase();
-        cycles += forward(before, now);
+        cycles += f64::from(now.counts_after(before)) / 4_294_967_296.0;
         before = now;
         if cycles < SETTLING {
             samples.clear();
@@ -44,11 +44,6 @@ pub fn walk_cycle(set: &GeneratorSet) -> Result<WalkCycle, String> {
         }
     }
     Err(format!("its phase has not come round {} times in {} s", SETTLING + 1.0, f64::from(PATIENCE) * 1e-3))
-}
-
-/// How far a phase has gone, in cycles; backwards is negative.
-fn forward(before: Phase, now: Phase) -> f64 {
-    f64::from(now.0.wrapping_sub(before.0) as i32) / 4_294_967_296.0
 }
 
 fn between_wraps(samples: &[(f64, [f64; Joint::COUNT])]) -> WalkCycle {

@@ -65,7 +65,7 @@ impl Recording {
     /// use hgod_adc::{Calibration, CalibrationPoint, Interpolation};
     /// use joint_units::{Radians, Volts};
     /// let point = |volts, degrees| CalibrationPoint { volts: Volts(volts), angle: Radians::from_degrees(degrees) };
-    /// let calibration = Calibration::build(&[point(0.5, 0.0), point(2.5, 100.0)], Interpolation::Linear)?;
+    /// let calibration = Calibration::new(&[point(0.5, 0.0), point(2.5, 100.0)], Interpolation::Linear)?;
     /// let knee = Channel::new("knee", Quantity::Angle, vec![10.0, 60.0]);
     /// let walk = Recording::build(vec![0.0, 0.5], vec![knee])?;
     ///
@@ -112,7 +112,7 @@ mod tests {
     use joint_units::Volts;
 
     fn calibration() -> Calibration {
-        Calibration::build(&rk09k::points::<17>(Volts(3.3), 0.265, 0.88), Interpolation::MonotoneCubic).unwrap()
+        Calibration::new(&rk09k::points::<17>(Volts(3.3), 0.265, 0.88), Interpolation::MonotoneCubic).unwrap()
     }
 
     fn walk(quantity: Quantity, values: Vec<f64>) -> Recording {

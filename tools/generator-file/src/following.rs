@@ -12,9 +12,9 @@
 use std::f64::consts::TAU;
 
 use cpg_core::entrainment::phase_lock::Template;
-use cpg_core::entrainment::{Entrained, Lock, phase_difference};
+use cpg_core::entrainment::{Follower, Lock};
 use cpg_core::waveform::shape::Shape;
-use cpg_core::{BuildError, Generator};
+use cpg_core::{BuildError, Follow, Generator};
 use joint_loop::{BoardGenerator, FollowConfig, GeneratorConfig};
 use joint_units::{Period, Phase, Radians};
 use serde::Serialize;
@@ -138,7 +138,7 @@ impl SimulatedPerson {
 
     /// How far a phase is behind, degrees.
     fn off(&self, phase: Phase) -> f64 {
-        f64::from(phase_difference(phase, self.phase()).0).to_degrees()
+        f64::from(self.phase().radians_after(phase).0).to_degrees()
     }
 }
 
@@ -166,7 +166,7 @@ impl Led {
         if let Some(walker) = &mut self.walker {
             walker.cycles += walker.rate * self.ticks_per_period;
             let angle = Radians(walker.template.at(walker.phase()).angle);
-            self.generator.sense(Some(angle));
+            self.generator.observe(Some(angle));
         }
         self.generator.step();
     }
@@ -180,12 +180,12 @@ struct Start {
 
 impl Start {
     /// Watches a follower and its walker for so long, or until a lock has lasted for so long.
-    fn of(mut legs: Entrained, mut walker: SimulatedPerson, watched_s: f64, lasts_s: f64) -> Self {
+    fn of(mut legs: Follower, mut walker: SimulatedPerson, watched_s: f64, lasts_s: f64) -> Self {
         let cadence = TAU * 1e3 * walker.rate;
         let (mut last_bad, mut wrong_for, mut falsely) = (0, 0, false);
         let (ticks, lasts) = ((watched_s * 1e3) as u32, (lasts_s * 1e3) as u32);
         for tick in 1..=ticks {
-            legs.sense(Some(walker.tick()));
+            legs.observe(Some(walker.tick()));
             legs.step();
             let lock = legs.phase_lock();
             let off = walker.off(lock.phase()).abs() >= WITHIN_DEG;
@@ -218,10 +218,10 @@ struct Bench {
 
 impl Bench {
     /// One that takes the stride to be that long.
-    fn legs(&self, stride_s: f64) -> Result<Entrained, BuildError> {
+    fn legs(&self, stride_s: f64) -> Result<Follower, BuildError> {
         let mut config = self.config.entrained();
         config.lock.stride_s = stride_s as f32;
-        Entrained::build(self.shapes, self.config.sensor, config, Period::MILLISECOND)
+        config.build(self.shapes, self.config.sensor, Period::MILLISECOND)
     }
 
     fn simulated_person(&self, phase: f64, stride_s: f64) -> SimulatedPerson {
@@ -229,7 +229,7 @@ impl Bench {
     }
 
     /// Whether every start phase locks soon at this cadence, in parts of the template's.
-    fn locks(&self, legs: &Entrained, ratio: f64) -> bool {
+    fn locks(&self, legs: &Follower, ratio: f64) -> bool {
         phases().all(|phase| {
             let start =
                 Start::of(*legs, self.simulated_person(phase, self.stride_s / ratio), SOON_S + LASTS_S, LASTS_S);
@@ -238,7 +238,7 @@ impl Bench {
     }
 
     /// The last step outwards that locks.
-    fn edge(&self, legs: &Entrained, limit: f64) -> f64 {
+    fn edge(&self, legs: &Follower, limit: f64) -> f64 {
         let step = if limit > 1.0 { RANGE_STEP } else { -RANGE_STEP };
         let steps = ((limit - 1.0) / step + 1e-3) as u32;
         // To the step: 0.85 and not what a sum comes to.
@@ -246,14 +246,14 @@ impl Bench {
         (1..=steps).map(ratio).take_while(|&ratio| self.locks(legs, ratio)).last().unwrap_or(1.0)
     }
 
-    fn steady(&self, mut legs: Entrained) -> Option<f64> {
+    fn steady(&self, mut legs: Follower) -> Option<f64> {
         let mut walker = self.simulated_person(0.0, self.stride_s);
         let mut errors = vec![];
         let settled = WATCHED_S * 1e3;
         let mut tick = 0.0;
         while walker.cycles < STEADY_STRIDES + settled * 1e-3 / self.stride_s {
             let before = walker.cycles.floor();
-            legs.sense(Some(walker.tick()));
+            legs.observe(Some(walker.tick()));
             legs.step();
             if walker.cycles.floor() > before {
                 let varied = (1.0 + STRIDE_SD * walker.random.normal()).clamp(0.9, 1.1);

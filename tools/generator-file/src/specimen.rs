@@ -2,7 +2,7 @@
 
 use cpg_core::network::graph::{Biped, HipKnee, LeftRight};
 use cpg_core::network::phase_coupled::RobustConfig;
-use cpg_core::{Generator, HEADROOM, OscillatorState, Oscillators, Rk4, SecondOrder, StateFault};
+use cpg_core::{BOUND_FACTOR, Generator, OscillatorState, Oscillators, Rk4, SecondOrder, StateFault};
 use joint_loop::GeneratorConfig;
 use joint_units::Period;
 
@@ -45,13 +45,13 @@ impl<F: SecondOrder<f64, 4> + Copy + 'static> Specimen for Orbiting<F> {
 
     fn state(&self) -> Vec<f64> {
         let (state, limit) = (self.0.state(), self.0.limit());
-        let parts = |x: [f64; 4], limit: [f64; 4]| (0..4).map(move |i| x[i] * f64::from(HEADROOM) / limit[i]);
+        let parts = |x: [f64; 4], limit: [f64; 4]| (0..4).map(move |i| x[i] * f64::from(BOUND_FACTOR) / limit[i]);
         parts(state.displacement, limit.displacement).chain(parts(state.velocity, limit.velocity)).collect()
     }
 
     fn set_state(&mut self, state: &[f64]) -> bool {
         let limit = self.0.limit();
-        let whole = |i: usize, limit: f64| state[i] * limit / f64::from(HEADROOM);
+        let whole = |i: usize, limit: f64| state[i] * limit / f64::from(BOUND_FACTOR);
         let state = OscillatorState {
             displacement: std::array::from_fn(|i| whole(i, limit.displacement[i])),
             velocity: std::array::from_fn(|i| whole(i + 4, limit.velocity[i])),

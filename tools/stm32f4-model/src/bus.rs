@@ -1,4 +1,4 @@
-//! One access on the peripheral bus: its width, and the byte lanes it touches.
+//! Width of an access on the peripheral bus.
 
 use core::fmt;
 
@@ -35,7 +35,7 @@ impl Width {
         }
     }
 
-    /// All ones in the bits that an access of this width carries.
+    /// Mask of the bits that an access of this width transfers.
     #[must_use]
     pub const fn mask(self) -> u32 {
         match self {

@@ -1,4 +1,4 @@
-//! The clock tree as numbers (RM0090 7.2 "Clocks"), and time in seconds through changes of the clock.
+//! Clock tree frequencies (RM0090 7.2 "Clocks"), and conversion between HCLK cycles and seconds across clock changes.
 //!
 //! ```text
 //! HSI 16 MHz --+----------------------------------+
@@ -9,16 +9,16 @@
 /// Frequency of the internal high speed oscillator, Hz.
 pub(crate) const HSI_HZ: u32 = 16_000_000;
 
-/// The dividers and the frequency that follow from the RCC registers.
+/// HCLK frequency and bus dividers that result from the RCC registers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Clocks {
-    /// AHB clock, Hz. A PLL may make it a fraction.
+pub(crate) struct ClockTree {
+    /// AHB clock, Hz; not always a whole number with the PLL.
     pub(crate) hclk: f64,
     /// HCLK cycles per PCLK cycle, APB1 and APB2.
     pub(crate) apb: [u64; 2],
 }
 
-impl Clocks {
+impl ClockTree {
     /// HCLK cycles per timer clock on a bus: the timers run at PCLK where the APB prescaler is 1, at twice PCLK otherwise (7.2, figure 16).
     pub(crate) fn timer(&self, bus: usize) -> u64 {
         match self.apb[bus] {
@@ -54,9 +54,9 @@ pub(crate) fn apb_divider(ppre: u32) -> u64 {
     }
 }
 
-/// A stretch of time with one HCLK frequency.
+/// An interval of constant HCLK frequency: its first cycle, start time and frequency.
 #[derive(Debug, Clone, Copy)]
-struct Stretch {
+struct ClockInterval {
     cycle: u64,
     seconds: f64,
     hz: f64,
@@ -65,16 +65,16 @@ struct Stretch {
 /// Maps HCLK cycles since power-on to seconds and back.
 #[derive(Debug)]
 pub(crate) struct Timebase {
-    /// In the order of time; the first starts at cycle 0.
-    stretches: Vec<Stretch>,
+    /// In the order of time; the first begins at cycle 0.
+    intervals: Vec<ClockInterval>,
 }
 
 impl Timebase {
     pub(crate) fn new(hz: f64) -> Self {
-        Timebase { stretches: vec![Stretch { cycle: 0, seconds: 0.0, hz }] }
+        Timebase { intervals: vec![ClockInterval { cycle: 0, seconds: 0.0, hz }] }
     }
 
-    /// From `cycle` on HCLK has another frequency. `cycle` must not lie before the last change.
+    /// Sets the HCLK frequency from `cycle` on. `cycle` must not lie before the last change.
     pub(crate) fn change(&mut self, cycle: u64, hz: f64) {
         let last = self.last();
         if last.hz == hz {
@@ -82,27 +82,28 @@ impl Timebase {
         }
         let seconds = self.seconds(cycle);
         if last.cycle == cycle {
-            self.stretches.pop();
+            self.intervals.pop();
         }
-        self.stretches.push(Stretch { cycle, seconds, hz });
+        self.intervals.push(ClockInterval { cycle, seconds, hz });
     }
 
-    fn last(&self) -> Stretch {
-        self.stretches[self.stretches.len() - 1]
+    fn last(&self) -> ClockInterval {
+        self.intervals[self.intervals.len() - 1]
     }
 
     /// Seconds since power-on at a cycle.
     pub(crate) fn seconds(&self, cycle: u64) -> f64 {
-        let stretch = self.stretches.iter().rev().find(|stretch| stretch.cycle <= cycle).unwrap_or(&self.stretches[0]);
-        stretch.seconds + (cycle - stretch.cycle) as f64 / stretch.hz
+        let interval =
+            self.intervals.iter().rev().find(|interval| interval.cycle <= cycle).unwrap_or(&self.intervals[0]);
+        interval.seconds + (cycle - interval.cycle) as f64 / interval.hz
     }
 
-    /// The first cycle of the present stretch that is not before a time.
+    /// The first cycle of the present interval that is not before a time.
     pub(crate) fn cycle_at(&self, seconds: f64) -> u64 {
         let last = self.last();
-        // A whole number of cycles must come back as itself in spite of rounding in `seconds`.
+        // 1e-3 cycles of tolerance: rounding in `seconds` must not move a whole number of cycles up by one.
         let cycles = ((seconds - last.seconds) * last.hz - 1e-3).ceil();
-        // `as` saturates: a time of infinity is the last cycle there is.
+        // `as` saturates: infinity becomes `u64::MAX`.
         if cycles > 0.0 { last.cycle.saturating_add(cycles as u64) } else { last.cycle }
     }
 }
@@ -112,12 +113,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn timer_clock_is_twice_the_apb_clock_unless_the_prescaler_is_one() {
+    fn timer_clock_is_twice_the_apb_clock_unless_undivided() {
         // RM0090 7.2: the Discovery's usual 168 MHz with APB1 / 4 and APB2 / 2 gives timers 84 and 168 MHz.
-        let clocks = Clocks { hclk: 168e6, apb: [4, 2] };
+        let clocks = ClockTree { hclk: 168e6, apb: [4, 2] };
         assert_eq!((clocks.timer(0), clocks.timer(1)), (2, 1));
-        assert_eq!(Clocks { hclk: 16e6, apb: [1, 16] }.timer(0), 1);
-        assert_eq!(Clocks { hclk: 16e6, apb: [1, 16] }.timer(1), 8);
+        assert_eq!(ClockTree { hclk: 16e6, apb: [1, 16] }.timer(0), 1);
+        assert_eq!(ClockTree { hclk: 16e6, apb: [1, 16] }.timer(1), 8);
     }
 
     #[test]
@@ -130,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn seconds_run_on_through_a_clock_change() {
+    fn seconds_continue_across_a_clock_change() {
         let mut time = Timebase::new(16e6);
         time.change(16_000, 168e6);
         assert_eq!(time.seconds(8_000), 0.0005);
@@ -142,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_cycles_come_back() {
+    fn cycle_to_seconds_and_back_is_exact() {
         let mut time = Timebase::new(16e6);
         time.change(12_345, 168e6);
         for cycle in (12_345..1 << 44).step_by((1 << 44) / 1009) {

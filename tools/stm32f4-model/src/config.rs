@@ -1,25 +1,25 @@
-//! What a program cannot change: crystal, supply, factory calibration, temperature.
+//! Configuration of the modelled chip: crystal, supply, factory calibration, temperature. A program cannot change it.
 
-/// The chip and what is soldered around it. `Default` is the STM32F4 Discovery: 8 MHz crystal that starts, 32 kHz LSI, VDDA 3.0 V.
+/// Properties of the chip and of its board. `Default` is the STM32F4 Discovery: working 8 MHz crystal, 32 kHz LSI, VDDA 3.0 V.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SocConfig {
     /// Frequency of the HSE crystal, Hz. 4 to 26 MHz; 8 MHz on the Discovery board.
     pub hse_hz: u32,
-    /// False simulates a dead crystal: HSERDY never comes.
+    /// False: the crystal does not start, and HSERDY stays 0.
     pub hse_ready: bool,
-    /// True where a 32 768 Hz crystal is fitted (the Discovery board comes without).
+    /// True where a 32 768 Hz crystal is fitted (the Discovery board has none).
     pub lse_ready: bool,
     /// Frequency of the internal low speed oscillator, Hz: 32 000 nominal, 17 000 to 47 000 by the data sheet. Clocks the watchdog.
     pub lsi_hz: f64,
-    /// Analogue supply and ADC reference, V, unless the plant says otherwise. The Discovery board's diode makes 3.0 V of 5 V USB.
+    /// Analogue supply and ADC reference, V; [`crate::Plant::vdda`] may override it. On the Discovery board, powered by 5 V USB: 3.0 V.
     pub vdda: f64,
     /// Internal reference voltage, V: 1.21 typical, 1.18 to 1.24 by the data sheet.
     pub vrefint: f64,
-    /// Voltage at VBAT, V; channel 18 of ADC1 sees half of it.
+    /// Voltage at VBAT, V; channel 18 of ADC1 measures half of it.
     pub vbat: f64,
-    /// Temperature of the die, degrees Celsius; channel 16 of ADC1 sees 0.76 V + 2.5 mV/K (T - 25).
+    /// Temperature of the die, degrees Celsius; channel 16 of ADC1 measures 0.76 V + 2.5 mV/K (T - 25).
     pub die_celsius: f64,
-    /// VREFINT_CAL at 0x1FFF7A2A; `None`: what an ideal tester reads at VDDA = 3.3 V, round(vrefint / 3.3 * 4095).
+    /// VREFINT_CAL at 0x1FFF7A2A, 0 to 4095; `None`: the ideal value at VDDA = 3.3 V, round(vrefint / 3.3 * 4095).
     pub vrefint_cal: Option<u16>,
     /// The 96 bit unique identifier at 0x1FFF7A10.
     pub unique_id: [u32; 3],
@@ -46,7 +46,7 @@ impl Default for SocConfig {
 }
 
 impl SocConfig {
-    /// VREFINT_CAL as the program reads it.
+    /// VREFINT_CAL as the program reads it, 0 to 4095.
     #[must_use]
     pub fn vrefint_cal(&self) -> u16 {
         self.vrefint_cal.unwrap_or_else(|| (self.vrefint / 3.3 * 4095.0).round() as u16)

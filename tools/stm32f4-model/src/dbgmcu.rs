@@ -1,12 +1,13 @@
-//! DBGMCU: device identity and debug freeze bits (RM0090 38.16). The freeze bits act only while a debugger halts the core, which
-//! does not happen here, so that they are storage.
+//! DBGMCU: device identity and debug freeze bits (RM0090 38.16).
+//!
+//! The freeze bits act only while a debugger halts the core. That is not modelled, so they are plain storage.
 
 use crate::lint::LintKind;
 
 /// Device 0x413 (STM32F405/407/415/417), revision 0x1007.
 const IDCODE: u32 = 0x1007_6413;
 
-/// The block. Only a power-on resets it.
+/// DBGMCU registers. Only a power-on resets them.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Dbgmcu {
     cr: u32,
@@ -23,13 +24,13 @@ impl Dbgmcu {
         })
     }
 
-    pub(crate) fn write(&mut self, offset: u32, value: u32, notes: &mut Vec<LintKind>) {
+    pub(crate) fn write(&mut self, offset: u32, value: u32, lints: &mut Vec<LintKind>) {
         match offset {
-            0x00 => notes.push(LintKind::Misuse("DBGMCU_IDCODE is read only")),
+            0x00 => lints.push(LintKind::Misuse("DBGMCU_IDCODE is read only")),
             0x04 => self.cr = value & 0xE7,
             0x08 => self.freeze[0] = value & 0x06E0_1DFF,
             0x0C => self.freeze[1] = value & 0x0007_0003,
-            _ => notes.push(LintKind::Unmodelled),
+            _ => lints.push(LintKind::Unmodelled),
         }
     }
 }

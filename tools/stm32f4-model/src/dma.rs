@@ -1,8 +1,8 @@
 //! DMA1 and DMA2: streams, transfers, flags (RM0090 chapter 10).
 //!
-//! A request is served in the cycle in which it comes: arbitration, bus cycles and the FIFO's delay are not modelled. The FIFO is passed
-//! through where both sides have one width; packing between widths, bursts, peripheral flow control and memory to memory are not
-//! modelled, and recorded when asked for.
+//! A request is served in its own cycle: arbitration, bus cycles and the delay of the FIFO are not modelled. The FIFO has no effect where
+//! both sides have one width. Packing between widths, bursts, peripheral flow control and memory to memory are not modelled; selecting
+//! one of them makes a lint.
 
 use crate::bus::Width;
 use crate::lint::LintKind;
@@ -19,17 +19,17 @@ const MINC: u32 = 1 << 10;
 const PINCOS: u32 = 1 << 15;
 const DBM: u32 = 1 << 18;
 const CT: u32 = 1 << 19;
-// Flags of a stream, in its six bits.
+// Flags of a stream within its six bits.
 const TEIF: u32 = 1 << 3;
 const HTIF: u32 = 1 << 4;
 const TCIF: u32 = 1 << 5;
 
-/// Place of a stream's six flags in LISR or HISR (10.5.1).
+/// Bit offset of a stream's six flags in LISR or HISR (10.5.1).
 const FLAG_SHIFT: [u32; 4] = [0, 6, 16, 22];
 
-/// Who asks for a transfer.
+/// Origin of a DMA request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Source {
+pub(crate) enum DmaSource {
     /// ADC 0 to 2.
     Adc(usize),
     /// Update of a timer.
@@ -38,35 +38,35 @@ pub(crate) enum Source {
     Compare(usize, u8),
 }
 
-/// Which stream and channel a source is wired to: controller, stream, channel (10.3.3, tables 42 and 43).
+/// Connections of the request sources: source, controller (0 is DMA1), stream, channel (10.3.3, tables 42 and 43).
 #[rustfmt::skip]
-pub(crate) static REQUESTS: [(Source, usize, usize, u32); 49] = [
-    (Source::Adc(0), 1, 0, 0), (Source::Adc(0), 1, 4, 0), (Source::Adc(1), 1, 2, 1), (Source::Adc(1), 1, 3, 1),
-    (Source::Adc(2), 1, 0, 2), (Source::Adc(2), 1, 1, 2),
-    (Source::Update(1), 1, 5, 6), (Source::Update(2), 0, 1, 3), (Source::Update(2), 0, 7, 3), (Source::Update(3), 0, 2, 5),
-    (Source::Update(4), 0, 6, 2), (Source::Update(5), 0, 0, 6), (Source::Update(5), 0, 6, 6), (Source::Update(6), 0, 1, 7),
-    (Source::Update(7), 0, 2, 1), (Source::Update(7), 0, 4, 1), (Source::Update(8), 1, 1, 7),
-    (Source::Compare(1, 0), 1, 1, 6), (Source::Compare(1, 0), 1, 3, 6), (Source::Compare(1, 0), 1, 6, 0),
-    (Source::Compare(1, 1), 1, 2, 6), (Source::Compare(1, 1), 1, 6, 0), (Source::Compare(1, 2), 1, 6, 0),
-    (Source::Compare(1, 2), 1, 6, 6), (Source::Compare(1, 3), 1, 4, 6),
-    (Source::Compare(2, 0), 0, 5, 3), (Source::Compare(2, 1), 0, 6, 3), (Source::Compare(2, 2), 0, 1, 3),
-    (Source::Compare(2, 3), 0, 6, 3), (Source::Compare(2, 3), 0, 7, 3),
-    (Source::Compare(3, 0), 0, 4, 5), (Source::Compare(3, 1), 0, 5, 5), (Source::Compare(3, 2), 0, 7, 5),
-    (Source::Compare(3, 3), 0, 2, 5),
-    (Source::Compare(4, 0), 0, 0, 2), (Source::Compare(4, 1), 0, 3, 2), (Source::Compare(4, 2), 0, 7, 2),
-    (Source::Compare(5, 0), 0, 2, 6), (Source::Compare(5, 1), 0, 4, 6), (Source::Compare(5, 2), 0, 0, 6),
-    (Source::Compare(5, 3), 0, 1, 6), (Source::Compare(5, 3), 0, 3, 6),
-    (Source::Compare(8, 0), 1, 2, 7), (Source::Compare(8, 1), 1, 3, 7), (Source::Compare(8, 2), 1, 4, 7),
-    (Source::Compare(8, 0), 1, 2, 0), (Source::Compare(8, 1), 1, 2, 0), (Source::Compare(8, 2), 1, 2, 0),
-    (Source::Compare(8, 3), 1, 7, 7),
+pub(crate) static REQUESTS: [(DmaSource, usize, usize, u32); 49] = [
+    (DmaSource::Adc(0), 1, 0, 0), (DmaSource::Adc(0), 1, 4, 0), (DmaSource::Adc(1), 1, 2, 1), (DmaSource::Adc(1), 1, 3, 1),
+    (DmaSource::Adc(2), 1, 0, 2), (DmaSource::Adc(2), 1, 1, 2),
+    (DmaSource::Update(1), 1, 5, 6), (DmaSource::Update(2), 0, 1, 3), (DmaSource::Update(2), 0, 7, 3), (DmaSource::Update(3), 0, 2, 5),
+    (DmaSource::Update(4), 0, 6, 2), (DmaSource::Update(5), 0, 0, 6), (DmaSource::Update(5), 0, 6, 6), (DmaSource::Update(6), 0, 1, 7),
+    (DmaSource::Update(7), 0, 2, 1), (DmaSource::Update(7), 0, 4, 1), (DmaSource::Update(8), 1, 1, 7),
+    (DmaSource::Compare(1, 0), 1, 1, 6), (DmaSource::Compare(1, 0), 1, 3, 6), (DmaSource::Compare(1, 0), 1, 6, 0),
+    (DmaSource::Compare(1, 1), 1, 2, 6), (DmaSource::Compare(1, 1), 1, 6, 0), (DmaSource::Compare(1, 2), 1, 6, 0),
+    (DmaSource::Compare(1, 2), 1, 6, 6), (DmaSource::Compare(1, 3), 1, 4, 6),
+    (DmaSource::Compare(2, 0), 0, 5, 3), (DmaSource::Compare(2, 1), 0, 6, 3), (DmaSource::Compare(2, 2), 0, 1, 3),
+    (DmaSource::Compare(2, 3), 0, 6, 3), (DmaSource::Compare(2, 3), 0, 7, 3),
+    (DmaSource::Compare(3, 0), 0, 4, 5), (DmaSource::Compare(3, 1), 0, 5, 5), (DmaSource::Compare(3, 2), 0, 7, 5),
+    (DmaSource::Compare(3, 3), 0, 2, 5),
+    (DmaSource::Compare(4, 0), 0, 0, 2), (DmaSource::Compare(4, 1), 0, 3, 2), (DmaSource::Compare(4, 2), 0, 7, 2),
+    (DmaSource::Compare(5, 0), 0, 2, 6), (DmaSource::Compare(5, 1), 0, 4, 6), (DmaSource::Compare(5, 2), 0, 0, 6),
+    (DmaSource::Compare(5, 3), 0, 1, 6), (DmaSource::Compare(5, 3), 0, 3, 6),
+    (DmaSource::Compare(8, 0), 1, 2, 7), (DmaSource::Compare(8, 1), 1, 3, 7), (DmaSource::Compare(8, 2), 1, 4, 7),
+    (DmaSource::Compare(8, 0), 1, 2, 0), (DmaSource::Compare(8, 1), 1, 2, 0), (DmaSource::Compare(8, 2), 1, 2, 0),
+    (DmaSource::Compare(8, 3), 1, 7, 7),
 ];
 
 /// Interrupt numbers of the streams of both controllers.
 pub(crate) const IRQS: [[u8; 8]; 2] = [[11, 12, 13, 14, 15, 16, 17, 47], [56, 57, 58, 59, 60, 68, 69, 70]];
 
-/// One transfer to make.
+/// One transfer of a single item: addresses, width, direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Transfer {
+pub(crate) struct DmaTransfer {
     pub(crate) peripheral: u32,
     pub(crate) memory: u32,
     pub(crate) width: Width,
@@ -74,30 +74,30 @@ pub(crate) struct Transfer {
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-struct Stream {
+struct DmaStream {
     cr: u32,
     ndtr: u32,
     par: u32,
     memory: [u32; 2],
     fcr: u32,
     flags: u32,
-    /// NDTR when the stream was enabled, to which circular mode returns.
+    /// NDTR when the stream was enabled; circular mode reloads it.
     total: u32,
-    /// Items moved since then.
+    /// Items transferred since then.
     moved: u32,
-    /// The next transfer meets a bus error.
-    cut: bool,
+    /// The next transfer fails with a bus error.
+    fail_next_transfer: bool,
 }
 
-/// One controller.
+/// Registers of one controller.
 #[derive(Debug, Clone)]
 pub(crate) struct Dma {
-    streams: [Stream; 8],
+    streams: [DmaStream; 8],
 }
 
 impl Dma {
     pub(crate) fn new() -> Self {
-        Dma { streams: [Stream { fcr: 0x21, ..Stream::default() }; 8] }
+        Dma { streams: [DmaStream { fcr: 0x21, ..DmaStream::default() }; 8] }
     }
 
     pub(crate) fn peek(&self, offset: u32) -> Option<u32> {
@@ -125,10 +125,10 @@ impl Dma {
         })
     }
 
-    pub(crate) fn write(&mut self, offset: u32, value: u32, controller: usize, notes: &mut Vec<LintKind>) {
+    pub(crate) fn write(&mut self, offset: u32, value: u32, controller: usize, lints: &mut Vec<LintKind>) {
         match offset {
             0x00 | 0x04 => {
-                notes.push(LintKind::Misuse("DMA status registers are read only: clear flags in LIFCR, HIFCR"))
+                lints.push(LintKind::Misuse("DMA status registers are read only: clear flags in LIFCR, HIFCR"))
             }
             0x08 | 0x0C => {
                 for (index, shift) in FLAG_SHIFT.iter().enumerate() {
@@ -139,12 +139,12 @@ impl Dma {
                 let stream = &mut self.streams[(offset as usize - 0x10) / 0x18];
                 let on = stream.cr & EN != 0;
                 match (offset - 0x10) % 0x18 {
-                    0x00 => stream.write_cr(value, controller, notes),
-                    // 10.5.6 to 10.5.9: protected while the stream is on, but for the memory that is not the target now.
+                    0x00 => stream.write_cr(value, controller, lints),
+                    // 10.5.6 to 10.5.9: write-protected while the stream is on, except the memory address that is not the present target.
                     0x10 if on && stream.cr & (DBM | CT) == DBM => stream.memory[1] = value,
                     0x0C if on && stream.cr & (DBM | CT) == DBM | CT => stream.memory[0] = value,
                     _ if on => {
-                        notes.push(LintKind::Misuse("registers of a DMA stream are write-protected while it is on"))
+                        lints.push(LintKind::Misuse("registers of a DMA stream are write-protected while it is on"))
                     }
                     0x04 => stream.ndtr = value & 0xFFFF,
                     0x08 => stream.par = value,
@@ -153,12 +153,12 @@ impl Dma {
                     _ => stream.fcr = (value & 0x87) | 0x20,
                 }
             }
-            _ => notes.push(LintKind::Unmodelled),
+            _ => lints.push(LintKind::Unmodelled),
         }
     }
 
-    /// The transfer that a stream makes on a request on one of its channels, if it is on and listens to that channel.
-    pub(crate) fn transfer(&self, stream: usize, channel: u32) -> Option<Transfer> {
+    /// The transfer that a stream makes for a request on `channel`; `None` if the stream is off or has selected another channel.
+    pub(crate) fn transfer(&self, stream: usize, channel: u32) -> Option<DmaTransfer> {
         let stream = &self.streams[stream];
         if stream.cr & EN == 0 || stream.cr >> 25 & 7 != channel || stream.ndtr == 0 {
             return None;
@@ -171,7 +171,7 @@ impl Dma {
         };
         let memory_step = if stream.cr & MINC != 0 { width.bytes() } else { 0 };
         let memory = stream.memory[usize::from(stream.cr & (DBM | CT) == DBM | CT)];
-        Some(Transfer {
+        Some(DmaTransfer {
             peripheral: stream.par.wrapping_add(stream.moved.wrapping_mul(peripheral_step)),
             memory: memory.wrapping_add(stream.moved.wrapping_mul(memory_step)),
             width,
@@ -179,10 +179,11 @@ impl Dma {
         })
     }
 
-    /// The transfer has been made, or has failed at an address without memory. True where it was the last of the buffer.
+    /// Updates a stream after a transfer; `good` is false if there was no memory at its address.
+    /// Returns true for the last item of the buffer.
     pub(crate) fn transferred(&mut self, stream: usize, good: bool) -> bool {
         let stream = &mut self.streams[stream];
-        if std::mem::take(&mut stream.cut) || !good {
+        if std::mem::take(&mut stream.fail_next_transfer) || !good {
             // 10.3.19: a transfer error switches the stream off.
             stream.flags |= TEIF;
             stream.cr &= !EN;
@@ -208,12 +209,12 @@ impl Dma {
         true
     }
 
-    /// The next transfer of a stream fails.
-    pub(crate) fn cut(&mut self, stream: usize) {
-        self.streams[stream].cut = true;
+    /// Makes the next transfer of a stream fail.
+    pub(crate) fn fail_next_transfer(&mut self, stream: usize) {
+        self.streams[stream].fail_next_transfer = true;
     }
 
-    /// Interrupt line of a stream.
+    /// Level of the interrupt line of a stream.
     pub(crate) fn interrupt(&self, stream: usize) -> bool {
         let stream = &self.streams[stream];
         [(TEIF, TEIE), (HTIF, HTIE), (TCIF, TCIE)]
@@ -222,8 +223,8 @@ impl Dma {
     }
 }
 
-impl Stream {
-    /// Width of one item, at both ends.
+impl DmaStream {
+    /// Width of one item, the same on both sides.
     fn width(&self) -> Width {
         match self.cr >> 11 & 3 {
             0 => Width::Byte,
@@ -232,14 +233,14 @@ impl Stream {
         }
     }
 
-    fn write_cr(&mut self, value: u32, controller: usize, notes: &mut Vec<LintKind>) {
+    fn write_cr(&mut self, value: u32, controller: usize, lints: &mut Vec<LintKind>) {
         let value = value & 0x0FEF_FFFF;
         let (was_on, is_on) = (self.cr & EN != 0, value & EN != 0);
         if was_on && is_on {
             // 10.5.5: only the interrupt enables can be written while the stream is on.
             let free = 0x1E;
             if (value ^ self.cr) & !free != 0 {
-                notes.push(LintKind::Misuse("registers of a DMA stream are write-protected while it is on"));
+                lints.push(LintKind::Misuse("registers of a DMA stream are write-protected while it is on"));
             }
             self.cr = (self.cr & !free) | (value & free);
             return;
@@ -251,37 +252,39 @@ impl Stream {
             return;
         }
         if is_on {
-            self.check(controller, notes);
+            self.check(controller, lints);
             self.total = self.ndtr;
             self.moved = 0;
         }
     }
 
-    fn check(&mut self, controller: usize, notes: &mut Vec<LintKind>) {
+    fn check(&mut self, controller: usize, lints: &mut Vec<LintKind>) {
         const DMDIS: u32 = 1 << 2;
         let (peripheral, memory) = (self.cr >> 11 & 3, self.cr >> 13 & 3);
         if self.cr >> 6 & 3 > 1 {
-            notes.push(LintKind::Mode(match controller {
+            lints.push(LintKind::Mode(match controller {
                 0 => "DMA1 has no memory to memory transfers",
                 _ => "DMA memory to memory",
             }));
         }
         if self.cr & PFCTRL != 0 {
-            notes.push(LintKind::Mode("DMA flow control by the peripheral"));
+            lints.push(LintKind::Mode("DMA flow control by the peripheral"));
         }
         if self.cr >> 21 & 0xF != 0 {
-            notes.push(LintKind::Mode("DMA bursts"));
+            lints.push(LintKind::Mode("DMA bursts"));
         }
-        // 10.3.10: direct mode takes PSIZE for both ends; the FIFO packs.
+        // 10.3.10: direct mode uses PSIZE for both sides; only the FIFO packs.
         if self.fcr & DMDIS != 0 && peripheral != memory {
-            notes.push(LintKind::Mode("DMA FIFO packing between widths"));
+            lints.push(LintKind::Mode("DMA FIFO packing between widths"));
         }
         if self.ndtr == 0 {
-            notes.push(LintKind::Misuse("a DMA stream is switched on with NDTR = 0"));
+            lints.push(LintKind::Misuse("a DMA stream is switched on with NDTR = 0: write the number of items first"));
         }
         // 10.3.17: flags of an earlier transfer must be cleared before the stream is switched on.
         if self.flags != 0 {
-            notes.push(LintKind::Misuse("a DMA stream is switched on with old flags set: it stays off"));
+            lints.push(LintKind::Misuse(
+                "a DMA stream is switched on with flags set and stays off: clear them in LIFCR, HIFCR first",
+            ));
             self.cr &= !EN;
         }
     }

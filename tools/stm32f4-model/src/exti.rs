@@ -1,11 +1,11 @@
-//! EXTI, edges at pins (RM0090 chapter 12), and SYSCFG, which says from which port (chapter 9.2).
+//! EXTI, interrupts from edges at pins (RM0090 chapter 12), and SYSCFG, which selects the port of each line (chapter 9.2).
 
 use crate::lint::LintKind;
 
 /// Lines of the F407: 16 pins, PVD, RTC, USB, Ethernet (12.2.5).
 const LINES: u32 = 0x007F_FFFF;
 
-/// External interrupt controller.
+/// EXTI registers.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Exti {
     imr: u32,
@@ -29,20 +29,20 @@ impl Exti {
         })
     }
 
-    pub(crate) fn write(&mut self, offset: u32, value: u32, notes: &mut Vec<LintKind>) {
+    pub(crate) fn write(&mut self, offset: u32, value: u32, lints: &mut Vec<LintKind>) {
         let value = value & LINES;
         match offset {
             0x00 => self.imr = value,
             0x04 => {
                 if value != 0 {
-                    notes.push(LintKind::Mode("EXTI event lines"));
+                    lints.push(LintKind::Mode("EXTI event lines"));
                 }
                 self.emr = value;
             }
             0x08 => self.rtsr = value,
             0x0C => self.ftsr = value,
             0x10 => {
-                // 12.3.5: a line goes pending when its bit goes from 0 to 1 with the line unmasked.
+                // 12.3.5: an unmasked line becomes pending when its bit changes from 0 to 1.
                 self.pr |= value & !self.swier & self.imr;
                 self.swier |= value;
             }
@@ -51,26 +51,26 @@ impl Exti {
                 self.pr &= !value;
                 self.swier &= !value;
             }
-            _ => notes.push(LintKind::Unmodelled),
+            _ => lints.push(LintKind::Unmodelled),
         }
     }
 
-    /// Levels of lines have changed: `rising` and `falling` hold the lines with such an edge. Returns the lines whose edge is selected.
+    /// Takes the lines with a rising and with a falling edge, one bit a line. Returns the lines whose edge is selected.
     ///
-    /// Only unmasked lines go pending (12.2.4, 12.2.5: a line must be enabled to raise a request).
+    /// Only unmasked lines become pending (12.2.4, 12.2.5: a line must be enabled to raise a request).
     pub(crate) fn edges(&mut self, rising: u32, falling: u32) -> u32 {
         let selected = (rising & self.rtsr) | (falling & self.ftsr);
         self.pr |= selected & self.imr;
         selected
     }
 
-    /// Pending lines, which are unmasked ones.
+    /// Lines that are pending and unmasked.
     pub(crate) fn pending(&self) -> u32 {
         self.pr & self.imr
     }
 }
 
-/// System configuration controller.
+/// SYSCFG registers.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Syscfg {
     memrmp: u32,
@@ -90,11 +90,11 @@ impl Syscfg {
         })
     }
 
-    pub(crate) fn write(&mut self, offset: u32, value: u32, notes: &mut Vec<LintKind>) {
+    pub(crate) fn write(&mut self, offset: u32, value: u32, lints: &mut Vec<LintKind>) {
         match offset {
             0x00 => {
                 if value & 3 != 0 {
-                    notes.push(LintKind::Mode("memory remap: only the main flash lies at address 0"));
+                    lints.push(LintKind::Mode("memory remap: only the main flash lies at address 0"));
                 }
                 self.memrmp = value & 3;
             }
@@ -102,11 +102,11 @@ impl Syscfg {
             0x08..=0x14 => self.exticr[(offset as usize - 8) / 4] = value & 0xFFFF,
             // 9.2.8: the compensation cell is ready as soon as it is on.
             0x20 => self.cmpcr = (value & 1) << 8 | value & 1,
-            _ => notes.push(LintKind::Unmodelled),
+            _ => lints.push(LintKind::Unmodelled),
         }
     }
 
-    /// The port (0 is A) that feeds an EXTI line 0 to 15.
+    /// Port index (0 is A) that is connected to an EXTI line, 0 to 15.
     pub(crate) fn port_of_line(&self, line: u8) -> usize {
         (self.exticr[usize::from(line / 4)] >> (line % 4 * 4) & 0xF) as usize
     }
@@ -125,10 +125,10 @@ mod tests {
     }
 
     #[test]
-    fn selected_edges_of_unmasked_lines_go_pending() {
+    fn selected_edges_of_unmasked_lines_become_pending() {
         let mut exti = exti(&[(0, 0b0101), (8, 0b0011), (12, 0b0100)]);
         assert_eq!(exti.edges(0b1111, 0), 0b0011);
-        assert_eq!(exti.pending(), 0b0001, "line 1 is masked, line 2 waits for a falling edge");
+        assert_eq!(exti.pending(), 0b0001, "line 1 is masked, line 2 selects the falling edge");
         exti.edges(0, 0b0100);
         assert_eq!(exti.pending(), 0b0101);
     }
@@ -163,13 +163,13 @@ mod tests {
     }
 
     #[test]
-    fn memory_remap_is_not_modelled_and_says_so() {
+    fn memory_remap_gives_an_unmodelled_lint() {
         let mut syscfg = Syscfg::default();
-        let mut notes = Vec::new();
-        syscfg.write(0, 0, &mut notes);
-        assert_eq!(notes, []);
-        syscfg.write(0, 3, &mut notes);
-        assert!(notes.len() == 1 && notes[0].is_unmodelled());
+        let mut lints = Vec::new();
+        syscfg.write(0, 0, &mut lints);
+        assert_eq!(lints, []);
+        syscfg.write(0, 3, &mut lints);
+        assert!(lints.len() == 1 && lints[0].is_unmodelled());
     }
 
     #[test]

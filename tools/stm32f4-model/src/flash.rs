@@ -1,19 +1,19 @@
-//! The flash interface's registers (RM0090 chapter 3.9). Erasing and programming are not modelled.
+//! Registers of the flash interface (RM0090 chapter 3.9). Erasing and programming are not modelled.
 
 use crate::lint::LintKind;
 
 const LOCK: u32 = 1 << 31;
 const OPTLOCK: u32 = 1;
-/// PG, SER, MER, STRT: whatever would change the memory.
+/// PG, SER, MER, STRT: bits that erase or program.
 const CHANGES: u32 = 0x1_0007;
 
-/// The block.
+/// Flash interface registers.
 #[derive(Debug, Clone)]
 pub(crate) struct Flash {
     acr: u32,
     cr: u32,
     optcr: u32,
-    /// Keys of the sequence given so far, for CR and OPTCR; 0xFF: a wrong key came, locked until the next reset.
+    /// Number of correct keys written so far, for CR and OPTCR; 0xFF: a wrong key was written, locked until the next reset.
     keys: [u8; 2],
 }
 
@@ -25,7 +25,7 @@ impl Flash {
     pub(crate) fn peek(&self, offset: u32) -> Option<u32> {
         Some(match offset {
             0x00 => self.acr,
-            // Keys read as 0, and so does SR, as no operation ever ends or fails.
+            // The keys read as 0. SR reads as 0 because no operation ends or fails here.
             0x04 | 0x08 | 0x0C => 0,
             0x10 => self.cr,
             0x14 => self.optcr,
@@ -33,31 +33,31 @@ impl Flash {
         })
     }
 
-    pub(crate) fn write(&mut self, offset: u32, value: u32, notes: &mut Vec<LintKind>) {
+    pub(crate) fn write(&mut self, offset: u32, value: u32, lints: &mut Vec<LintKind>) {
         match offset {
             // 3.9.1: LATENCY, prefetch, caches; the cache resets read back as written.
             0x00 => self.acr = value & 0x1F07,
             0x04 => {
-                if self.key(0, value, [0x4567_0123, 0xCDEF_89AB], notes) {
+                if self.key(0, value, [0x4567_0123, 0xCDEF_89AB], lints) {
                     self.cr &= !LOCK;
                 }
             }
             0x08 => {
-                if self.key(1, value, [0x0819_2A3B, 0x4C5D_6E7F], notes) {
+                if self.key(1, value, [0x0819_2A3B, 0x4C5D_6E7F], lints) {
                     self.optcr &= !OPTLOCK;
                 }
             }
-            // 3.9.5: flags are cleared by writing 1, and none is ever set.
+            // 3.9.5: flags are cleared by writing 1; none is set here.
             0x0C => {}
             0x10 => {
                 if self.cr & LOCK != 0 {
                     if value != self.cr {
-                        notes.push(LintKind::Misuse("FLASH_CR is locked: write the two keys to FLASH_KEYR first"));
+                        lints.push(LintKind::Misuse("FLASH_CR is locked: write the two keys to FLASH_KEYR first"));
                     }
                     return;
                 }
                 if value & CHANGES != 0 {
-                    notes.push(LintKind::Mode("erasing or programming the flash"));
+                    lints.push(LintKind::Mode("erasing or programming the flash"));
                 }
                 if value & LOCK != 0 {
                     self.keys[0] = 0;
@@ -66,34 +66,34 @@ impl Flash {
             }
             0x14 => {
                 if self.optcr & OPTLOCK != 0 {
-                    notes.push(LintKind::Misuse("FLASH_OPTCR is locked: write the two keys to FLASH_OPTKEYR first"));
+                    lints.push(LintKind::Misuse("FLASH_OPTCR is locked: write the two keys to FLASH_OPTKEYR first"));
                     return;
                 }
                 if value & OPTLOCK == 0 && value & !3 != self.optcr & !3 {
-                    notes.push(LintKind::Mode("changing option bytes"));
+                    lints.push(LintKind::Mode("changing option bytes"));
                 }
                 if value & OPTLOCK != 0 {
                     self.keys[1] = 0;
                     self.optcr |= OPTLOCK;
                 }
             }
-            _ => notes.push(LintKind::Unmodelled),
+            _ => lints.push(LintKind::Unmodelled),
         }
     }
 
-    /// Takes one key; true when the sequence is complete. 3.6.1: a wrong key locks until the next reset (and is a bus error).
-    fn key(&mut self, which: usize, value: u32, sequence: [u32; 2], notes: &mut Vec<LintKind>) -> bool {
+    /// Takes one key; returns true when the sequence is complete. 3.6.1: a wrong key locks until the next reset (and is a bus error).
+    fn key(&mut self, which: usize, value: u32, sequence: [u32; 2], lints: &mut Vec<LintKind>) -> bool {
         let given = self.keys[which];
         if sequence.get(usize::from(given)) == Some(&value) {
             self.keys[which] = given + 1;
             return given == 1;
         }
         self.keys[which] = 0xFF;
-        notes.push(LintKind::Misuse("wrong flash key: locked until the next reset"));
+        lints.push(LintKind::Misuse("wrong flash key: the register is locked until the next reset"));
         false
     }
 
-    /// LATENCY: wait states of a flash read.
+    /// LATENCY: wait states of a flash read, 0 to 7.
     pub(crate) fn wait_states(&self) -> u32 {
         self.acr & 7
     }
@@ -104,9 +104,9 @@ mod tests {
     use super::*;
 
     fn write(flash: &mut Flash, offset: u32, value: u32) -> Vec<LintKind> {
-        let mut notes = Vec::new();
-        flash.write(offset, value, &mut notes);
-        notes
+        let mut lints = Vec::new();
+        flash.write(offset, value, &mut lints);
+        lints
     }
 
     #[test]
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn two_keys_unlock_and_lock_locks_again() {
+    fn two_keys_unlock_and_the_lock_bit_locks_again() {
         // RM0090 3.6.1.
         let mut flash = Flash::new();
         assert_eq!(flash.peek(0x10), Some(LOCK));
@@ -161,11 +161,11 @@ mod tests {
     }
 
     #[test]
-    fn erasing_is_not_modelled_and_says_so() {
+    fn erasing_gives_an_unmodelled_lint() {
         let mut flash = Flash::new();
         write(&mut flash, 4, 0x4567_0123);
         write(&mut flash, 4, 0xCDEF_89AB);
-        let notes = write(&mut flash, 0x10, 0x1_000A);
-        assert!(notes.len() == 1 && notes[0].is_unmodelled());
+        let lints = write(&mut flash, 0x10, 0x1_000A);
+        assert!(lints.len() == 1 && lints[0].is_unmodelled());
     }
 }

@@ -1,4 +1,4 @@
-//! One GPIO port's registers (RM0090 chapter 8). Which level a pin then has is worked out in `soc/pins.rs`.
+//! Registers of one GPIO port (RM0090 chapter 8). `soc/pins.rs` computes the levels of the pins from them.
 
 use crate::lint::LintKind;
 
@@ -13,17 +13,17 @@ const LCKR: u32 = 0x1C;
 pub(crate) const AFRL: u32 = 0x20;
 pub(crate) const AFRH: u32 = 0x24;
 
-/// What a pin is for (8.4.1).
+/// Mode of a pin (8.4.1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Mode {
+pub(crate) enum PinMode {
     Input,
     Output,
-    /// Alternate function with its number.
+    /// Alternate function, 0 to 15.
     Alternate(u8),
     Analog,
 }
 
-/// One port.
+/// Registers of one port.
 #[derive(Debug, Clone)]
 pub(crate) struct Gpio {
     moder: u32,
@@ -34,15 +34,15 @@ pub(crate) struct Gpio {
     afr: [u32; 2],
     /// Bits 0 to 15: pins whose configuration is frozen; bit 16: LCKK.
     lckr: u32,
-    /// How far the lock sequence of 8.4.8 has come, and with which pins.
+    /// Number of correct writes of the lock sequence of 8.4.8 so far, and their pins.
     lock_steps: u8,
     lock_pins: u32,
-    /// Levels at the pins, as IDR shows them. Kept up by the chip.
+    /// Levels at the pins, as read from IDR. Updated by `soc/pins.rs`.
     pub(crate) idr: u16,
 }
 
 impl Gpio {
-    /// Reset values of 8.4: ports A and B hold the debug pins.
+    /// A port, 0 (A) to 8 (I), with the reset values of 8.4: ports A and B have the debug pins.
     pub(crate) fn new(port: usize) -> Self {
         let (moder, ospeedr, pupdr) = match port {
             0 => (0xA800_0000, 0x0C00_0000, 0x6400_0000),
@@ -68,7 +68,7 @@ impl Gpio {
         })
     }
 
-    pub(crate) fn write(&mut self, offset: u32, value: u32, notes: &mut Vec<LintKind>) {
+    pub(crate) fn write(&mut self, offset: u32, value: u32, lints: &mut Vec<LintKind>) {
         // 8.4.8: the configuration of a locked pin stays until the next reset.
         let locked = if self.lckr & 1 << 16 != 0 { self.lckr & 0xFFFF } else { 0 };
         let mut locked_field = false;
@@ -87,21 +87,21 @@ impl Gpio {
             OTYPER => self.otyper = keep(self.otyper, 1, 0, 16) & 0xFFFF,
             OSPEEDR => self.ospeedr = keep(self.ospeedr, 2, 0, 16),
             PUPDR => self.pupdr = keep(self.pupdr, 2, 0, 16),
-            IDR => notes.push(LintKind::Misuse("GPIO IDR is read only")),
+            IDR => lints.push(LintKind::Misuse("GPIO IDR is read only")),
             ODR => self.odr = value & 0xFFFF,
-            // 8.4.7: where both are given, set wins over reset.
+            // 8.4.7: if both bits of a pin are 1, set has priority over reset.
             BSRR => self.odr = (self.odr & !(value >> 16)) | (value & 0xFFFF),
             LCKR => self.write_lock(value),
             AFRL => self.afr[0] = keep(self.afr[0], 4, 0, 8),
             AFRH => self.afr[1] = keep(self.afr[1], 4, 8, 8),
-            _ => notes.push(LintKind::Unmodelled),
+            _ => lints.push(LintKind::Unmodelled),
         }
         if locked_field {
-            notes.push(LintKind::Misuse("the pin's configuration is locked by GPIO LCKR"));
+            lints.push(LintKind::Misuse("the configuration of the pin is locked by GPIO LCKR until the next reset"));
         }
     }
 
-    /// The lock sequence: LCKK 1, 0, 1 with the same pins each time.
+    /// Follows the lock sequence: LCKK 1, 0, 1 with the same pins each time.
     fn write_lock(&mut self, value: u32) {
         if self.lckr & 1 << 16 != 0 {
             return;
@@ -118,21 +118,21 @@ impl Gpio {
         self.lckr = pins | if self.lock_steps == 3 { 1 << 16 } else { 0 };
     }
 
-    pub(crate) fn mode(&self, pin: u8) -> Mode {
+    pub(crate) fn mode(&self, pin: u8) -> PinMode {
         match self.moder >> (pin * 2) & 3 {
-            0 => Mode::Input,
-            1 => Mode::Output,
-            2 => Mode::Alternate((self.afr[usize::from(pin / 8)] >> (pin % 8 * 4) & 0xF) as u8),
-            _ => Mode::Analog,
+            0 => PinMode::Input,
+            1 => PinMode::Output,
+            2 => PinMode::Alternate((self.afr[usize::from(pin / 8)] >> (pin % 8 * 4) & 0xF) as u8),
+            _ => PinMode::Analog,
         }
     }
 
     /// Pins in analog mode.
     pub(crate) fn analog(&self) -> u16 {
-        (0..16).filter(|&pin| self.mode(pin) == Mode::Analog).fold(0, |mask, pin| mask | 1 << pin)
+        (0..16).filter(|&pin| self.mode(pin) == PinMode::Analog).fold(0, |mask, pin| mask | 1 << pin)
     }
 
-    /// Level of the output register's bit.
+    /// Bit of a pin in the output register.
     pub(crate) fn output(&self, pin: u8) -> bool {
         self.odr >> pin & 1 != 0
     }
@@ -148,9 +148,9 @@ mod tests {
     use super::*;
 
     fn write(port: &mut Gpio, offset: u32, value: u32) -> Vec<LintKind> {
-        let mut notes = Vec::new();
-        port.write(offset, value, &mut notes);
-        notes
+        let mut lints = Vec::new();
+        port.write(offset, value, &mut lints);
+        lints
     }
 
     #[test]
@@ -160,12 +160,12 @@ mod tests {
         assert_eq!([a.peek(0), a.peek(8), a.peek(12)], [Some(0xA800_0000), Some(0x0C00_0000), Some(0x6400_0000)]);
         assert_eq!([b.peek(0), b.peek(8), b.peek(12)], [Some(0x280), Some(0xC0), Some(0x100)]);
         assert_eq!([c.peek(0), c.peek(8), c.peek(12)], [Some(0); 3]);
-        assert_eq!(a.mode(13), Mode::Alternate(0));
-        assert_eq!(a.mode(8), Mode::Input);
+        assert_eq!(a.mode(13), PinMode::Alternate(0));
+        assert_eq!(a.mode(8), PinMode::Input);
     }
 
     #[test]
-    fn bsrr_sets_and_resets_bits_and_set_wins() {
+    fn bsrr_sets_and_resets_bits_and_set_has_priority() {
         // RM0090 8.4.7.
         let mut port = Gpio::new(3);
         write(&mut port, BSRR, 0x0000_1001);
@@ -183,7 +183,7 @@ mod tests {
         write(&mut port, MODER, 2 << 12 | 2 << 16);
         write(&mut port, AFRL, 3 << 24);
         write(&mut port, AFRH, 1);
-        assert_eq!((port.mode(6), port.mode(8)), (Mode::Alternate(3), Mode::Alternate(1)));
+        assert_eq!((port.mode(6), port.mode(8)), (PinMode::Alternate(3), PinMode::Alternate(1)));
     }
 
     #[test]
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_lock_sequence_locks_nothing() {
+    fn an_incomplete_lock_sequence_locks_nothing() {
         let mut port = Gpio::new(2);
         for value in [0x1_0100, 0x0_0200, 0x1_0100] {
             write(&mut port, LCKR, value);

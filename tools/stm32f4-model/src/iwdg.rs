@@ -1,9 +1,9 @@
-//! IWDG: the independent watchdog (RM0090 chapter 21). Runs on LSI; nothing but a reset stops it.
+//! IWDG: the independent watchdog (RM0090 chapter 21). It runs on LSI, and only a reset stops it.
 //!
 //! ```text
 //! timeout = (RLR + 1) * 4 * 2^PR / LSI      PR 0..=6 (7 is 6 again), RLR 0..=4095
 //! ```
-//! The watchdog's times are seconds, so that a change of the core's clock does not touch them.
+//! Its times are kept in seconds, so that a change of the core clock does not affect them.
 
 use crate::lint::LintKind;
 
@@ -12,25 +12,25 @@ const PR: u32 = 0x04;
 const RLR: u32 = 0x08;
 const SR: u32 = 0x0C;
 
-/// LSI cycles until a new PR or RLR has arrived (21.4.4).
+/// LSI cycles that an update of PR or RLR takes (21.4.4).
 const UPDATE_CYCLES: f64 = 5.0;
 
-/// The block.
+/// IWDG registers and timeout.
 #[derive(Debug, Clone)]
 pub(crate) struct Iwdg {
     lsi_hz: f64,
     unlocked: bool,
     pr: u32,
     rlr: u32,
-    /// Times until which PVU and RVU are set.
+    /// Times, s, until which PVU and RVU are set.
     updating: [f64; 2],
-    /// Time of the bite, when started.
+    /// Time of the timeout, s; `None`: not started.
     pub(crate) deadline: Option<f64>,
 }
 
 impl Iwdg {
     pub(crate) fn new(lsi_hz: f64) -> Self {
-        // A nonsense frequency must not stop time; the data sheet's range is 17 to 47 kHz.
+        // At least 1 Hz, so that the timeout stays finite; the data sheet's range is 17 to 47 kHz.
         let lsi_hz = if lsi_hz.is_finite() && lsi_hz > 0.0 { lsi_hz } else { 32_000.0 };
         Iwdg { lsi_hz, unlocked: false, pr: 0, rlr: 0xFFF, updating: [0.0; 2], deadline: None }
     }
@@ -49,7 +49,7 @@ impl Iwdg {
         })
     }
 
-    pub(crate) fn write(&mut self, offset: u32, value: u32, seconds: f64, notes: &mut Vec<LintKind>) {
+    pub(crate) fn write(&mut self, offset: u32, value: u32, seconds: f64, lints: &mut Vec<LintKind>) {
         match offset {
             KR => {
                 self.unlocked = false;
@@ -64,9 +64,13 @@ impl Iwdg {
             PR | RLR => {
                 let which = usize::from(offset == RLR);
                 if !self.unlocked {
-                    notes.push(LintKind::Misuse("IWDG_PR and IWDG_RLR are write-protected until KR = 0x5555"));
+                    lints.push(LintKind::Misuse(
+                        "IWDG_PR and IWDG_RLR are write-protected: write 0x5555 to IWDG_KR first",
+                    ));
                 } else if seconds < self.updating[which] {
-                    notes.push(LintKind::Misuse("IWDG_SR says that the last update is still under way"));
+                    lints.push(LintKind::Misuse(
+                        "the last update of IWDG_PR or IWDG_RLR is not complete: wait until its flag in IWDG_SR is 0",
+                    ));
                 } else {
                     if offset == PR {
                         self.pr = value & 7;
@@ -76,8 +80,8 @@ impl Iwdg {
                     self.updating[which] = seconds + UPDATE_CYCLES / self.lsi_hz;
                 }
             }
-            SR => notes.push(LintKind::Misuse("IWDG_SR is read only")),
-            _ => notes.push(LintKind::Unmodelled),
+            SR => lints.push(LintKind::Misuse("IWDG_SR is read only")),
+            _ => lints.push(LintKind::Unmodelled),
         }
     }
 }
@@ -87,9 +91,9 @@ mod tests {
     use super::*;
 
     fn write(iwdg: &mut Iwdg, offset: u32, value: u32, seconds: f64) -> usize {
-        let mut notes = Vec::new();
-        iwdg.write(offset, value, seconds, &mut notes);
-        notes.len()
+        let mut lints = Vec::new();
+        iwdg.write(offset, value, seconds, &mut lints);
+        lints.len()
     }
 
     #[test]
@@ -119,14 +123,14 @@ mod tests {
     }
 
     #[test]
-    fn feeding_moves_the_deadline_but_does_not_start() {
+    fn a_reload_moves_the_deadline_but_does_not_start() {
         let mut iwdg = Iwdg::new(32_000.0);
         write(&mut iwdg, KR, 0xAAAA, 0.0);
         assert_eq!(iwdg.deadline, None);
         write(&mut iwdg, KR, 0xCCCC, 0.0);
         write(&mut iwdg, KR, 0xAAAA, 0.25);
         assert_eq!(iwdg.deadline, Some(0.25 + 0.512));
-        // Any other key neither feeds nor stops it.
+        // Any other key neither reloads nor stops it.
         write(&mut iwdg, KR, 0x1234, 0.5);
         assert_eq!(iwdg.deadline, Some(0.25 + 0.512));
     }

@@ -1,19 +1,19 @@
-//! Peripheral models of the STM32F407VG, no CPU in it: what a program that runs on the chip finds behind the addresses of its registers.
+//! Models of the STM32F407VG's peripherals: registers, interrupt lines and pins, without the processor.
 //!
 //! [`Soc`] holds RCC, PWR, the flash interface's registers, GPIO, SYSCFG, EXTI, TIM1 to TIM14, ADC1 to ADC3, DMA1 and DMA2, IWDG, DBGMCU
-//! and the factory data. The core's own registers (NVIC, SysTick, SCB, DWT) belong to whoever runs the core. A [`Plant`] is the world at
-//! the pins, a [`DmaMemory`] the SRAM.
+//! and the factory data. The caller models the core and its own registers (NVIC, SysTick, SCB, DWT). A [`Plant`] supplies the signals at
+//! the pins, a [`DmaMemory`] the memory that DMA accesses.
 //!
-//! Written from the reference manual RM0090 and the data sheet; tests name the section they stand for. Not compared with silicon.
+//! Source: reference manual RM0090 and the data sheet; each test names the section that it checks. Not compared with silicon.
 //!
-//! What the model does not do it says: an access to a register or a mode that is not modelled is recorded as a [`Lint`], as is an access
-//! to a block without clock, with a width that the manual forbids, or in a way that silicon would not honour.
+//! Every access that the model cannot follow is recorded as a [`Lint`]: a register or mode that is not modelled, a block without clock, a
+//! width that the manual forbids, or a use that the chip would ignore.
 //!
-//! Time is counted in HCLK cycles. Events (overflows, compare matches, conversions, the watchdog's bite, announced input changes) are
-//! computed, not stepped to: a timer that nobody waits for costs nothing until it is read.
+//! Time is counted in HCLK cycles. Events (overflows, compare matches, conversions, watchdog timeout, announced input changes) are computed
+//! in advance, not found by stepping each cycle: a timer whose signals are not used costs no time until it is read.
 //!
-//! Known limits: oscillators and PLL are ready at once, DMA takes no time, the ADC has neither noise nor source impedance, timers count up
-//! edge-aligned only, flash cannot be erased or programmed, no low power modes, no supply supervision, no WWDG, RTC, serial interfaces.
+//! Limits: oscillators and PLL are ready at once; DMA takes no time; the ADC has neither noise nor source impedance; timers only count up,
+//! edge-aligned; flash cannot be erased or programmed; low power modes, supply supervision, WWDG, RTC and serial interfaces are missing.
 #![forbid(unsafe_code)]
 
 mod adc;

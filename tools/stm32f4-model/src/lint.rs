@@ -1,19 +1,18 @@
-//! What a program did that the model cannot follow, or that the chip would not do as meant.
+//! Lints: records of accesses that are not modelled, not allowed, or without the intended effect on the chip.
 //!
-//! A lint is recorded once for each kind, address, width and direction, with a count: a program that polls a register that is not
-//! modelled makes one lint, not a million.
+//! One record with a count for each kind, address, width and direction, so that polling a register makes one lint.
 
 use core::fmt;
 
 use crate::bus::Width;
-use crate::memory_map::place;
+use crate::memory_map::locate;
 
-/// Why an access was recorded.
+/// Reason for recording an access.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LintKind {
-    /// No model for this block or register: it reads as 0 and ignores writes.
+    /// The block or register is not modelled: it reads as 0 and ignores writes.
     Unmodelled,
-    /// The register is modelled, the mode that was written is not; the text names it.
+    /// The register is modelled, but not the mode that was written; the text names the mode.
     Mode(&'static str),
     /// The block's clock enable bit in RCC is off: it reads as 0 and ignores writes.
     Unclocked,
@@ -23,12 +22,12 @@ pub enum LintKind {
     Width,
     /// The address is no multiple of the access width: it reads as 0 and ignores writes.
     Unaligned,
-    /// The chip accepts the access but does not do what the writer will have wanted, or runs out of its ratings; the text says why.
+    /// The chip ignores the access or leaves its ratings; the text names the rule.
     Misuse(&'static str),
 }
 
 impl LintKind {
-    /// True where the model ends, so that a run which met it proves nothing: [`LintKind::Unmodelled`] and [`LintKind::Mode`].
+    /// True for a limit of the model, [`LintKind::Unmodelled`] and [`LintKind::Mode`]: the run then shows nothing about the chip.
     #[must_use]
     pub const fn is_unmodelled(self) -> bool {
         matches!(self, LintKind::Unmodelled | LintKind::Mode(_))
@@ -49,7 +48,7 @@ impl fmt::Display for LintKind {
     }
 }
 
-/// One kind of access that was recorded; its first occurrence, and how often it came.
+/// A recorded access: its first occurrence and the number of occurrences.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Lint {
     /// HCLK cycle of the first occurrence.
@@ -58,27 +57,27 @@ pub struct Lint {
     pub addr: u32,
     /// Width of the access.
     pub width: Width,
-    /// Why it was recorded.
+    /// Reason.
     pub kind: LintKind,
     /// True for a write, false for a read.
     pub write: bool,
     /// Value of the first write; 0 for a read.
     pub value: u32,
-    /// How many such accesses there were.
+    /// Number of occurrences, at least 1.
     pub count: u64,
 }
 
 impl Lint {
-    /// Name of the block, as `TIM1`; `None` where the memory map has none.
+    /// Name of the peripheral block, for example `TIM1`; `None` for an address outside of all blocks.
     #[must_use]
     pub fn block(&self) -> Option<&'static str> {
-        place(self.addr).map(|(block, _)| block.name)
+        locate(self.addr).map(|(block, _)| block.name)
     }
 
-    /// Offset in the block, or the address itself where the memory map has no block.
+    /// Offset in the block, bytes; the address itself outside of all blocks.
     #[must_use]
     pub fn offset(&self) -> u32 {
-        place(self.addr).map_or(self.addr, |(_, offset)| offset)
+        locate(self.addr).map_or(self.addr, |(_, offset)| offset)
     }
 }
 

@@ -1,6 +1,6 @@
-//! Where each block lies, and which RCC bits clock and reset it (RM0090 2.3 "Memory map", 7.3 "RCC registers").
+//! Memory map: address, size, and RCC clock and reset bits of each peripheral block (RM0090 2.3 "Memory map", 7.3 "RCC registers").
 
-/// The bus a block hangs on: names the RCC enable and reset register that hold its bits.
+/// Bus of a block. It selects the RCC enable and reset registers that hold the block's bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Bus {
     Ahb1,
@@ -10,7 +10,7 @@ pub(crate) enum Bus {
     Apb2,
 }
 
-/// Which model answers for a block.
+/// Model that handles the accesses to a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Model {
     /// General timer: index in [`crate::tim::TIMERS`].
@@ -31,11 +31,11 @@ pub(crate) enum Model {
     Dbgmcu,
     /// Factory data in system memory, read only.
     SystemMemory,
-    /// The block exists in the chip, not in the model.
+    /// The block exists in the chip but is not modelled.
     None,
 }
 
-/// Widths that a block's registers take (RM0090, each block's register chapter).
+/// Access widths that the registers of a block allow (RM0090, each block's register chapter).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Widths {
     Any,
@@ -43,15 +43,15 @@ pub(crate) enum Widths {
     WriteHalf,
     /// Writes by words only, reads by any width.
     WriteWord,
-    /// Half-words and words both ways.
+    /// Half-words and words for reads and writes.
     Half,
-    /// Words only, both ways.
+    /// Words only, for reads and writes.
     Word,
 }
 
 /// One block of the memory map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Block {
+pub(crate) struct PeripheralBlock {
     pub(crate) name: &'static str,
     pub(crate) base: u32,
     pub(crate) size: u32,
@@ -63,21 +63,27 @@ pub(crate) struct Block {
     pub(crate) reset: Option<(Bus, u8)>,
 }
 
-const fn block(name: &'static str, base: u32, model: Model, widths: Widths, gate: Option<(Bus, u8)>) -> Block {
-    Block { name, base, size: 0x400, model, widths, enable: gate, reset: gate }
+const fn block(
+    name: &'static str,
+    base: u32,
+    model: Model,
+    widths: Widths,
+    gate: Option<(Bus, u8)>,
+) -> PeripheralBlock {
+    PeripheralBlock { name, base, size: 0x400, model, widths, enable: gate, reset: gate }
 }
 
-const fn other(name: &'static str, base: u32, gate: Option<(Bus, u8)>) -> Block {
+const fn other(name: &'static str, base: u32, gate: Option<(Bus, u8)>) -> PeripheralBlock {
     block(name, base, Model::None, Widths::Any, gate)
 }
 
-const fn tim(name: &'static str, base: u32, index: usize, bus: Bus, bit: u8) -> Block {
+const fn tim(name: &'static str, base: u32, index: usize, bus: Bus, bit: u8) -> PeripheralBlock {
     block(name, base, Model::Tim(index), Widths::WriteHalf, Some((bus, bit)))
 }
 
-/// The three ADCs share one page and one reset bit; each has an enable bit of its own.
-const fn adc(name: &'static str, base: u32, index: usize, bit: u8) -> Block {
-    Block {
+/// The three ADCs share one page and one reset bit; each has its own enable bit.
+const fn adc(name: &'static str, base: u32, index: usize, bit: u8) -> PeripheralBlock {
+    PeripheralBlock {
         name,
         base,
         size: 0x100,
@@ -88,12 +94,12 @@ const fn adc(name: &'static str, base: u32, index: usize, bit: u8) -> Block {
     }
 }
 
-const fn sized(block: Block, size: u32) -> Block {
-    Block { size, ..block }
+const fn sized(block: PeripheralBlock, size: u32) -> PeripheralBlock {
+    PeripheralBlock { size, ..block }
 }
 
 /// Every block, in the order of addresses.
-pub(crate) static BLOCKS: [Block; 65] = [
+pub(crate) static BLOCKS: [PeripheralBlock; 65] = [
     sized(block("SYSMEM", 0x1FFF_7A00, Model::SystemMemory, Widths::Any, None), 0x100),
     tim("TIM2", 0x4000_0000, 2, Bus::Apb1, 0),
     tim("TIM3", 0x4000_0400, 3, Bus::Apb1, 1),
@@ -130,7 +136,7 @@ pub(crate) static BLOCKS: [Block; 65] = [
     adc("ADC2", 0x4001_2100, 1, 9),
     adc("ADC3", 0x4001_2200, 2, 10),
     // Clocked with any of the three: see `Soc::clocked`.
-    Block {
+    PeripheralBlock {
         name: "ADC",
         base: 0x4001_2300,
         size: 0x100,
@@ -170,8 +176,8 @@ pub(crate) static BLOCKS: [Block; 65] = [
     block("DBGMCU", 0xE004_2000, Model::Dbgmcu, Widths::Any, None),
 ];
 
-/// The block that holds an address, and the offset in it.
-pub(crate) fn place(addr: u32) -> Option<(&'static Block, u32)> {
+/// Finds the block of an address, and the offset in it, bytes.
+pub(crate) fn locate(addr: u32) -> Option<(&'static PeripheralBlock, u32)> {
     let after = BLOCKS.partition_point(|block| block.base <= addr);
     let block = BLOCKS.get(after.checked_sub(1)?)?;
     let offset = addr - block.base;
@@ -191,7 +197,7 @@ mod tests {
 
     #[test]
     fn addresses_decode_to_block_and_offset() {
-        let name = |addr| place(addr).map(|(block, offset)| (block.name, offset));
+        let name = |addr| locate(addr).map(|(block, offset)| (block.name, offset));
         assert_eq!(name(0x4001_0044), Some(("TIM1", 0x44)));
         assert_eq!(name(0x4001_2304), Some(("ADC", 0x04)));
         assert_eq!(name(0x4001_20FF), Some(("ADC1", 0xFF)));

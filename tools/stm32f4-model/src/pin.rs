@@ -1,4 +1,4 @@
-//! Names of the pins: port letter A to I, number 0 to 15.
+//! Pins: port letter A to I and number 0 to 15.
 
 use core::fmt;
 use core::str::FromStr;
@@ -14,7 +14,7 @@ pub struct Pin {
 }
 
 impl Pin {
-    /// The pin of port `'A'..='I'` with number 0 to 15; `None` outside of these.
+    /// Returns the pin of a port `'A'..='I'` with a number 0 to 15; `None` outside of these ranges.
     ///
     /// ```
     /// use stm32f4_model::Pin;
@@ -58,16 +58,20 @@ impl fmt::Display for Pin {
     }
 }
 
-/// A text that names no pin of this chip: wanted is `PA0` to `PI15`.
+/// Error: the text is not the name of a pin; allowed is `PA0` to `PI15`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownPin(
-    /// The text as given.
+    /// The rejected text.
     pub String,
 );
 
 impl fmt::Display for UnknownPin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "`{}` names no pin: wanted is P, a port letter A to I, a number 0 to 15, as in PA1", self.0)
+        write!(
+            f,
+            "`{}` is not the name of a pin; expected P, a port letter A to I and a number 0 to 15, for example PA1",
+            self.0
+        )
     }
 }
 
@@ -84,7 +88,7 @@ impl FromStr for Pin {
         }
         let port = letters.next().ok_or_else(unknown)?;
         let digits = letters.as_str();
-        // `u8::from_str` alone would take `+8` and `08`.
+        // `u8::from_str` alone would accept `+8` and `08`.
         if digits.is_empty() || digits.len() > 2 || !digits.bytes().all(|b| b.is_ascii_digit()) {
             return Err(unknown());
         }
@@ -100,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_names_of_pins_are_names() {
+    fn only_pin_names_are_accepted() {
         for name in ["PA0", "pb9", "PI15", "Pc10"] {
             assert_eq!(name.parse::<Pin>().map(|pin| pin.to_string()), Ok(name.to_ascii_uppercase()));
         }

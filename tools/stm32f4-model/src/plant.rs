@@ -1,55 +1,55 @@
-//! What lies outside of the chip: voltages and levels at its pins ([`Plant`]), and the memory that DMA reaches ([`DmaMemory`]).
+//! Interfaces to the surroundings of the modelled peripherals: signals at the pins ([`Plant`]) and memory for DMA ([`DmaMemory`]).
 //!
-//! Times are seconds since power-on, as `f64`, through all clock changes and resets.
+//! Times are seconds since power-on; clock changes and resets do not set them back.
 
 use crate::adc::AdcChannel;
 use crate::bus::Width;
 use crate::pin::Pin;
 
-/// The world at the pins.
+/// Signals at the pins: supplies the inputs, receives the outputs.
 pub trait Plant {
-    /// Voltage at the pin of an ADC channel at a time, V. Asked at the end of the channel's sampling time.
+    /// Returns the voltage at the pin of an ADC channel, V. Called for the end of the channel's sampling time.
     ///
-    /// Only asked for channels that have a pin; the internal ones come from [`crate::SocConfig`].
+    /// Called only for channels that have a pin; the internal ones come from [`crate::SocConfig`].
     fn volts(&mut self, channel: AdcChannel, seconds: f64) -> f64;
 
-    /// Level of a pin that the chip does not drive, at a time. Asked for every pin of the package, so answer quickly.
-    fn pin(&mut self, pin: Pin, seconds: f64) -> bool;
+    /// Returns the level that the surroundings drive on a pin. Called for all 144 pins at each input sample, so keep it fast.
+    fn input_level(&mut self, pin: Pin, seconds: f64) -> bool;
 
-    /// A pin that the chip drives (general purpose output or timer output) has changed its level at a time.
+    /// Receives a level change of a pin that the chip drives (general purpose output or timer output).
     ///
-    /// Calls come in the order of time. A pin that the chip lets go of counts as low, unless its pull-up is on.
-    fn edge(&mut self, pin: Pin, level: bool, seconds: f64);
+    /// Calls come in the order of time. A pin that the chip stops driving counts as low, unless its pull-up is on.
+    fn record_edge(&mut self, pin: Pin, level: bool, seconds: f64);
 
-    /// The first time, later than `seconds`, at which [`Plant::pin`] may answer otherwise than at `seconds`, which is the time of the
-    /// last look at the pins.
+    /// Returns the first time, later than `seconds`, at which [`Plant::input_level`] may change. `seconds` is the time of the last input
+    /// sample.
     ///
-    /// - `None`: not known. Levels are then asked for at the end of every advance, which is slower, and a change is seen no more
-    ///   exactly than the advances are apart.
+    /// - `None`: not known. Inputs are then sampled at the end of every advance, which is slower, and the time of a change is only known
+    ///   to within one advance.
     /// - `Some(f64::INFINITY)`: no change is scheduled.
-    /// - A time that is not later than `seconds`: something has changed since, look now. So a live input can be announced.
+    /// - A time that is not later than `seconds`: an input has changed since then; the chip samples at once. For inputs of a live user.
     fn next_pin_change(&self, seconds: f64) -> Option<f64> {
         let _ = seconds;
         None
     }
 
-    /// Analogue supply VDDA (here the ADC's reference VREF+ too) at a time, V; `None`: the constant of [`crate::SocConfig`].
+    /// Returns the analogue supply VDDA, which is also the ADC's reference VREF+, V; `None`: use the constant of [`crate::SocConfig`].
     fn vdda(&mut self, seconds: f64) -> Option<f64> {
         let _ = seconds;
         None
     }
 }
 
-/// The memory on the other end of a DMA transfer: SRAM, and flash to read.
+/// Memory that DMA accesses: SRAM, and flash for reading.
 pub trait DmaMemory {
-    /// The value at an address; `None` where there is no memory: the stream then stops with a transfer error.
+    /// Reads an address; `None` where there is no memory: the stream then stops with a transfer error.
     fn read(&mut self, addr: u32, width: Width) -> Option<u32>;
 
-    /// Stores a value at an address; `false` where there is no memory that can be written.
+    /// Writes an address; `false` where there is no writable memory: the stream then stops with a transfer error.
     fn write(&mut self, addr: u32, width: Width, value: u32) -> bool;
 }
 
-/// No memory at all: every transfer is a transfer error.
+/// A [`DmaMemory`] without memory: every transfer fails.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct NoMemory;
 

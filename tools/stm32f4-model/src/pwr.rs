@@ -1,4 +1,6 @@
-//! PWR: registers of the power controller (RM0090 chapter 5.4, STM32F405/407). Low power modes and supply supervision are not modelled.
+//! PWR: registers of the power controller (RM0090 chapter 5.4, STM32F405/407).
+//!
+//! Low power modes and supply supervision are not modelled.
 
 use crate::lint::LintKind;
 
@@ -7,7 +9,7 @@ const DBP: u32 = 1 << 8;
 const PVDE: u32 = 1 << 4;
 const VOS: u32 = 1 << 14;
 
-/// The block.
+/// PWR registers.
 #[derive(Debug, Clone)]
 pub(crate) struct Pwr {
     cr: u32,
@@ -28,23 +30,23 @@ impl Pwr {
         })
     }
 
-    pub(crate) fn write(&mut self, offset: u32, value: u32, notes: &mut Vec<LintKind>) {
+    pub(crate) fn write(&mut self, offset: u32, value: u32, lints: &mut Vec<LintKind>) {
         match offset {
             0x00 => {
                 if value & PVDE != 0 {
-                    notes.push(LintKind::Mode("supply supervisor (PVD)"));
+                    lints.push(LintKind::Mode("supply supervisor (PVD)"));
                 }
                 // CWUF and CSBF clear flags that are never set here, and read as 0. VOS has one bit on this chip; bit 15 is reserved.
                 self.cr = value & 0x43F3;
             }
             // EWUP and BRE; WUF, SBF, PVDO are read only.
             0x04 => self.csr = value & 0x300,
-            _ => notes.push(LintKind::Unmodelled),
+            _ => lints.push(LintKind::Unmodelled),
         }
     }
 
     /// True where RCC_BDCR and the RTC may be written.
-    pub(crate) fn backup_open(&self) -> bool {
+    pub(crate) fn backup_writable(&self) -> bool {
         self.cr & DBP != 0
     }
 }
@@ -63,13 +65,13 @@ mod tests {
     #[test]
     fn backup_access_and_regulator() {
         let mut pwr = Pwr::new();
-        let mut notes = Vec::new();
-        pwr.write(0, VOS | DBP, &mut notes);
-        assert!(pwr.backup_open());
-        pwr.write(4, 1 << 9, &mut notes);
+        let mut lints = Vec::new();
+        pwr.write(0, VOS | DBP, &mut lints);
+        assert!(pwr.backup_writable());
+        pwr.write(4, 1 << 9, &mut lints);
         assert_eq!(pwr.peek(4), Some(0x4208));
-        assert_eq!(notes, []);
-        pwr.write(0, PVDE, &mut notes);
-        assert!(notes.len() == 1 && notes[0].is_unmodelled());
+        assert_eq!(lints, []);
+        pwr.write(0, PVDE, &mut lints);
+        assert!(lints.len() == 1 && lints[0].is_unmodelled());
     }
 }

@@ -1,4 +1,4 @@
-//! Why the chip starts anew, and how RCC_CSR remembers it (RM0090 6.1.1 "System reset", 6.3.21 "RCC_CSR").
+//! Causes of a reset and their flags in RCC_CSR (RM0090 6.1.1 "System reset", 6.3.21 "RCC_CSR").
 
 use core::fmt;
 
@@ -11,12 +11,12 @@ pub enum ResetCause {
     Pin,
     /// SYSRESETREQ written to the core's AIRCR.
     Software,
-    /// The independent watchdog ran out.
+    /// Timeout of the independent watchdog.
     IndependentWatchdog,
 }
 
 impl ResetCause {
-    /// The bits that this reset sets in RCC_CSR. Each reset pulls NRST low inside the chip, so that PINRSTF comes along.
+    /// The bits that this reset sets in RCC_CSR. Each reset pulls NRST low inside the chip, so that PINRSTF is set too.
     pub(crate) const fn flags(self) -> u32 {
         const BOR: u32 = 1 << 25;
         const PIN: u32 = 1 << 26;

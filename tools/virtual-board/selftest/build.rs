@@ -1,4 +1,4 @@
-//! Hands the linker script to the linker, for the board only: the host binary is an empty program.
+//! Passes the linker script to the linker for the board target; the host binary is an empty program.
 
 use std::env;
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ fn main() {
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
         let folder = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it"));
         println!("cargo:rustc-link-arg-bins=-T{}", folder.join("link.x").display());
-        // Segments as small as they are: no headers in front of the vector table.
+        // No page alignment, so that no ELF headers are loaded before the vector table.
         println!("cargo:rustc-link-arg-bins=--nmagic");
     }
 }

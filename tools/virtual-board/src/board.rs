@@ -1,7 +1,7 @@
-//! What the processor hangs on: the peripherals, the NVIC, the private peripheral bus, the plant, and the one clock of them all.
+//! The board around the processor: peripherals, NVIC, private peripheral bus, signals at the pins, and their common clock.
 //!
-//! Time is counted in HCLK cycles since power-on. An instruction costs a constant number of them ([`Board::new`]'s `cpi`), charged when
-//! its block begins, so that a register read inside of a block sees the time of the block's end. Nothing here is cycle-accurate.
+//! Time is counted in HCLK cycles since power-on. An instruction costs a constant number of them (`cpi` of [`BoardModel::new`]), added when
+//! its block begins, so that a register access inside a block happens at the time of the end of the block. Not cycle-accurate.
 
 use stm32f4_model::{DmaMemory, Lint, LintKind, ResetCause, Soc, Width};
 
@@ -16,31 +16,31 @@ const MOE: u32 = 1 << 15;
 /// RCC's reset register of APB2: bit 0 resets TIM1.
 const RCC_APB2RSTR: u32 = 0x4002_3824;
 const DBGMCU_CR: u32 = 0xE004_2004;
-/// DBGMCU_CR.DBG_SLEEP: the core clock goes on while the core sleeps.
+/// DBGMCU_CR.DBG_SLEEP: the core clock runs while the core sleeps.
 const DBG_SLEEP: u32 = 1;
 const NEVER: u64 = u64::MAX;
 
-/// The board around the processor.
-pub(crate) struct Board {
+/// State of the board around the processor.
+pub(crate) struct BoardModel {
     /// The chip's peripherals.
     pub(crate) soc: Soc,
     /// Interrupt controller.
     pub(crate) nvic: Nvic,
     /// Private peripheral bus.
     pub(crate) scs: Scs,
-    /// Everything at the pins.
+    /// Signals at the pins.
     pub(crate) plant: BoardPlant,
     /// Instructions executed since power-on.
     pub(crate) instructions: u64,
     /// The event register of WFE and SEV.
     pub(crate) event: bool,
-    /// A reset that the core has to follow.
+    /// A reset that is requested but not yet carried out.
     pub(crate) reset: Option<ResetCause>,
-    /// Address of the block that runs.
+    /// Address of the block of instructions that runs.
     pub(crate) block: u32,
-    /// Addresses whose first execution is of interest.
-    pub(crate) watch: Vec<u32>,
-    /// The one of them that has been reached.
+    /// Addresses of blocks whose next execution is reported in `reached`.
+    pub(crate) watched: Vec<u32>,
+    /// The watched address that was reached.
     pub(crate) reached: Option<u32>,
     now: u64,
     deadline: u64,
@@ -48,22 +48,22 @@ pub(crate) struct Board {
     next_stop_s: f64,
     hclk_hz: u32,
     cpi_milli: u64,
-    carry: u64,
-    candidate: bool,
+    cycle_remainder: u64,
+    exception_possible: bool,
     nmi: bool,
     debug_in_sleep: bool,
-    /// For each lint of the peripherals and of the core: address of the block that ran when it came.
+    /// Address of the block that ran at each lint of the peripherals and of the core.
     lint_blocks: [Vec<u32>; 2],
 }
 
-impl Board {
-    /// A board at power-on. `cpi`: cycles charged for an instruction, to a thousandth.
+impl BoardModel {
+    /// A board at power-on. `cpi`: cycles per instruction, rounded to a thousandth.
     #[must_use]
     pub(crate) fn new(soc: Soc, plant: BoardPlant, cpi: f64) -> Self {
         let hclk_hz = soc.hclk_hz();
         let mut scs = Scs::default();
         scs.reset();
-        Board {
+        BoardModel {
             soc,
             nvic: Nvic::default(),
             scs,
@@ -72,7 +72,7 @@ impl Board {
             event: false,
             reset: None,
             block: 0,
-            watch: Vec::new(),
+            watched: Vec::new(),
             reached: None,
             now: 0,
             deadline: 0,
@@ -80,8 +80,8 @@ impl Board {
             next_stop_s: 0.0,
             hclk_hz,
             cpi_milli: (cpi * 1000.0).round() as u64,
-            carry: 0,
-            candidate: false,
+            cycle_remainder: 0,
+            exception_possible: false,
             nmi: false,
             debug_in_sleep: false,
             lint_blocks: [Vec::new(), Vec::new()],
@@ -100,20 +100,20 @@ impl Board {
         self.soc.seconds(self.now)
     }
 
-    /// Asks for a stop at a time.
+    /// Schedules a stop at a time, s.
     pub(crate) fn stop_at(&mut self, seconds: f64) {
         self.next_stop_s = seconds;
         self.next_stop = self.soc.cycle_at(seconds);
-        self.plan();
+        self.update_deadline();
     }
 
-    /// True when the time asked for with [`Board::stop_at`] has come.
+    /// True from the time that was set with [`BoardModel::stop_at`].
     #[must_use]
     pub(crate) const fn stop_is_due(&self) -> bool {
         self.now >= self.next_stop
     }
 
-    /// True when an interrupt, a timer or a press can still change something.
+    /// True if an interrupt, a timer or an input can still end a sleep.
     #[must_use]
     pub(crate) fn can_wake(&self) -> bool {
         self.soc.next_event().is_some()
@@ -121,21 +121,21 @@ impl Board {
             || self.plant.expects_change(self.seconds())
     }
 
-    /// Lets cycles pass that no instruction accounts for.
-    pub(crate) const fn spend(&mut self, cycles: u64) {
+    /// Adds cycles that belong to no instruction.
+    pub(crate) const fn add_cycles(&mut self, cycles: u64) {
         self.now += cycles;
     }
 
-    /// Sleeps to the deadline.
+    /// Advances time to the deadline, with the core asleep.
     pub(crate) fn sleep(&mut self) {
         let until = self.deadline.max(self.now + 1);
         if !self.debug_in_sleep {
-            self.scs.slept(until - self.now);
+            self.scs.exclude_cycles(until - self.now);
         }
         self.now = until;
     }
 
-    /// Brings the peripherals to the present, and the interrupt lines from them.
+    /// Advances the peripherals to the present, and updates interrupt lines and reset requests.
     pub(crate) fn sync(&mut self, memory: &mut dyn DmaMemory) {
         self.advance(memory);
         self.reset = self.reset.or_else(|| self.soc.take_reset());
@@ -158,7 +158,7 @@ impl Board {
         if self.nvic.take_newly_pending() && self.scs.event_on_pending() {
             self.event = true;
         }
-        self.candidate = self.nvic.has_candidate();
+        self.exception_possible = self.nvic.has_candidate();
         if self.soc.hclk_hz() != self.hclk_hz {
             self.hclk_hz = self.soc.hclk_hz();
             self.next_stop = self.soc.cycle_at(self.next_stop_s);
@@ -170,29 +170,29 @@ impl Board {
         for (blocks, count) in self.lint_blocks.iter_mut().zip(lints) {
             blocks.resize(count, self.block);
         }
-        self.plan();
+        self.update_deadline();
     }
 
-    /// Every lint of the peripherals, then of the core, each in the order of its first time.
+    /// Lints of the peripherals, and of the core, each in the order of first occurrence.
     #[must_use]
     pub(crate) fn lints(&self) -> [&[Lint]; 2] {
         [self.soc.lints(), self.scs.lints()]
     }
 
-    /// Address of the block that ran when lint `n` of a source came.
+    /// Address of the block that ran at the first occurrence of lint `n` of a source (0 peripherals, 1 core).
     #[must_use]
     pub(crate) fn lint_block(&self, source: usize, n: usize) -> u32 {
         self.lint_blocks[source].get(n).copied().unwrap_or(self.block)
     }
 
-    fn plan(&mut self) {
+    fn update_deadline(&mut self) {
         let events = [self.soc.next_event(), self.scs.systick.next_event(), Some(self.next_stop)];
         self.deadline = if self.reset.is_some() { 0 } else { events.into_iter().flatten().min().unwrap_or(NEVER) };
     }
 
-    /// Resets everything but time, counters and the plant.
+    /// Resets everything except time, counters and the plant.
     pub(crate) fn restart(&mut self, cause: ResetCause, memory: &mut dyn DmaMemory) {
-        // The models stop at a watchdog's bite, which may lie before the end of the last block.
+        // The models stop at a watchdog timeout, which may lie before the end of the last block.
         self.now = self.soc.now();
         self.soc.reset(cause);
         self.advance(memory);
@@ -200,11 +200,11 @@ impl Board {
         self.plant.pulses.reset(seconds);
         self.nvic = Nvic::default();
         self.scs.reset();
-        (self.event, self.reset, self.nmi, self.debug_in_sleep, self.carry) = (false, None, false, false, 0);
+        (self.event, self.reset, self.nmi, self.debug_in_sleep, self.cycle_remainder) = (false, None, false, false, 0);
         self.refresh();
     }
 
-    /// Reads TIM1's main output enable while it is set: the break input clears it without a write.
+    /// Reads TIM1's main output enable while it is set, because the break input clears it without a write.
     pub(crate) fn check_outputs(&mut self) {
         if self.plant.pulses.armed() && !self.output_enable() {
             self.set_armed(false);
@@ -224,20 +224,20 @@ impl Board {
         (0xE000_0000..0xE004_2000).contains(&addr) || (0xE004_2400..0xE010_0000).contains(&addr)
     }
 
-    /// Records a use of the FPU that the chip would refuse: the emulator executes it.
-    pub(crate) fn fpu_used(&mut self) {
+    /// Records a use of the FPU that is a UsageFault on the chip; the emulator executes it.
+    pub(crate) fn note_fpu_use(&mut self) {
         if !self.scs.fpu_enabled() {
             let kind = LintKind::Misuse(
                 "floating-point instruction while CPACR keeps the FPU off: the chip takes a UsageFault",
             );
-            self.scs.lint(kind, 0xE000_ED88, Width::Word, None, self.now);
+            self.scs.record_lint(kind, 0xE000_ED88, Width::Word, None, self.now);
         }
     }
 }
 
-impl Machine for Board {
+impl Machine for BoardModel {
     fn before_block(&mut self, masks: impl FnOnce() -> Masks) -> bool {
-        self.now >= self.deadline || self.candidate && self.nvic.deliverable(masks()).is_some()
+        self.now >= self.deadline || self.exception_possible && self.nvic.deliverable(masks()).is_some()
     }
 
     fn charge(&mut self, pc: u32, instructions: u32) {
@@ -246,12 +246,12 @@ impl Machine for Board {
         if self.cpi_milli == 1000 {
             self.now += u64::from(instructions);
         } else {
-            let spent = u64::from(instructions) * self.cpi_milli + self.carry;
+            let spent = u64::from(instructions) * self.cpi_milli + self.cycle_remainder;
             self.now += spent / 1000;
-            self.carry = spent % 1000;
+            self.cycle_remainder = spent % 1000;
         }
-        if let Some(n) = self.watch.iter().position(|&watched| watched == pc) {
-            self.reached = Some(self.watch.swap_remove(n));
+        if let Some(n) = self.watched.iter().position(|&watched| watched == pc) {
+            self.reached = Some(self.watched.swap_remove(n));
             self.deadline = 0;
         }
     }
@@ -286,7 +286,7 @@ impl Machine for Board {
             RCC_APB2RSTR if value & 1 != 0 => Some(false),
             _ => None,
         };
-        // Arming comes before the edges that it allows, disarming after the edge that it makes.
+        // Arming is recorded before the edges that it enables, disarming after the edge that it causes.
         if armed == Some(true) {
             self.set_armed(true);
         }

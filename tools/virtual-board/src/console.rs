@@ -1,4 +1,4 @@
-//! The person at the board: lines on standard input, and the signals that ask the program to end.
+//! Commands of the user: lines on standard input, and the signals SIGINT and SIGTERM.
 
 use std::io::BufRead;
 use std::sync::Arc;
@@ -7,53 +7,53 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use anyhow::{Context as _, Result};
 
-/// What a person can ask for.
+/// A command of the user.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Command {
-    /// `press`: the user button goes down.
+pub(crate) enum ConsoleCommand {
+    /// `press`: press the user button.
     Press,
-    /// `release`: it goes up.
+    /// `release`: release it.
     Release,
-    /// `quit`, SIGINT or SIGTERM: end, with a complete last line.
+    /// `quit`, SIGINT or SIGTERM: end the run with its summary.
     Quit,
-    /// A line that means nothing.
+    /// Any other line.
     Unknown(String),
 }
 
-impl Command {
+impl ConsoleCommand {
     fn parse(line: &str) -> Option<Self> {
         Some(match line.trim() {
             "" => return None,
-            "press" => Command::Press,
-            "release" => Command::Release,
-            "quit" => Command::Quit,
-            other => Command::Unknown(other.to_owned()),
+            "press" => ConsoleCommand::Press,
+            "release" => ConsoleCommand::Release,
+            "quit" => ConsoleCommand::Quit,
+            other => ConsoleCommand::Unknown(other.to_owned()),
         })
     }
 }
 
 /// Source of commands.
 pub(crate) struct Console {
-    lines: Receiver<Command>,
+    lines: Receiver<ConsoleCommand>,
     signalled: Arc<AtomicBool>,
     open: bool,
 }
 
 impl Console {
-    /// Listens to standard input and to SIGINT and SIGTERM.
+    /// Starts reading standard input and catching SIGINT and SIGTERM.
     ///
     /// # Errors
-    /// The system lets no handler be set.
+    /// A signal handler cannot be installed.
     pub(crate) fn open() -> Result<Self> {
         let signalled = Arc::new(AtomicBool::new(false));
         for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-            signal_hook::flag::register(signal, Arc::clone(&signalled)).context("cannot listen to signals")?;
+            signal_hook::flag::register(signal, Arc::clone(&signalled)).context("cannot install a signal handler")?;
         }
         let (send, lines) = channel();
         std::thread::spawn(move || {
             for line in std::io::stdin().lock().lines() {
                 let Ok(line) = line else { break };
-                if Command::parse(&line).is_some_and(|command| send.send(command).is_err()) {
+                if ConsoleCommand::parse(&line).is_some_and(|command| send.send(command).is_err()) {
                     break;
                 }
             }
@@ -61,10 +61,10 @@ impl Console {
         Ok(Console { lines, signalled, open: true })
     }
 
-    /// The next command that has come in.
-    pub(crate) fn poll(&mut self) -> Option<Command> {
+    /// The next command; `None`: none so far.
+    pub(crate) fn poll(&mut self) -> Option<ConsoleCommand> {
         if self.signalled.load(Ordering::Relaxed) {
-            return Some(Command::Quit);
+            return Some(ConsoleCommand::Quit);
         }
         match self.lines.try_recv() {
             Ok(command) => Some(command),
@@ -76,7 +76,7 @@ impl Console {
         }
     }
 
-    /// False once standard input has ended: only a signal can still come.
+    /// False after the end of standard input; signals are still caught.
     #[must_use]
     pub(crate) const fn is_open(&self) -> bool {
         self.open
@@ -89,10 +89,10 @@ mod tests {
 
     #[test]
     fn lines_are_commands() {
-        assert_eq!(Command::parse("press\r"), Some(Command::Press));
-        assert_eq!(Command::parse(" release "), Some(Command::Release));
-        assert_eq!(Command::parse("quit"), Some(Command::Quit));
-        assert_eq!(Command::parse(""), None);
-        assert_eq!(Command::parse("jump"), Some(Command::Unknown("jump".into())));
+        assert_eq!(ConsoleCommand::parse("press\r"), Some(ConsoleCommand::Press));
+        assert_eq!(ConsoleCommand::parse(" release "), Some(ConsoleCommand::Release));
+        assert_eq!(ConsoleCommand::parse("quit"), Some(ConsoleCommand::Quit));
+        assert_eq!(ConsoleCommand::parse(""), None);
+        assert_eq!(ConsoleCommand::parse("jump"), Some(ConsoleCommand::Unknown("jump".into())));
     }
 }

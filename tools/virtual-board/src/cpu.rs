@@ -1,7 +1,7 @@
-//! The seam between the processor and everything around it: what executes instructions ([`Cpu`]), and what it executes them on ([`Machine`]).
+//! Interfaces between the processor ([`Cpu`]) and the board around it ([`Machine`]).
 //!
-//! The processor only runs straight code. Exceptions, the NVIC and the System Control Space belong to the board, because the emulator
-//! has none of them. One implementation: [`crate::unicorn::UnicornCpu`].
+//! The processor only executes instructions. The board models exceptions, the NVIC and the System Control Space, which the emulator does
+//! not have. One implementation of the processor: [`crate::unicorn::UnicornCpu`].
 
 use stm32f4_model::{DmaMemory, Width};
 
@@ -51,31 +51,31 @@ pub(crate) const XPSR_EXCEPTION: u32 = 0x1FF;
 /// The bits of xPSR that hold the state of an IT block.
 pub(crate) const XPSR_IT: u32 = 0x0600_FC00;
 
-/// Why the processor could not go on at its program counter.
+/// Reason why the instruction at the program counter cannot execute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Trap {
-    /// No such instruction.
+    /// Undefined instruction.
     Undefined,
     /// A branch to an address with bit 0 clear.
     InvalidState,
-    /// Instruction fetch from a place without memory.
+    /// Instruction fetch from an address without memory.
     FetchUnmapped,
-    /// Instruction fetch from a place that never holds code.
+    /// Instruction fetch from a region that holds no code.
     FetchNever,
-    /// Data read where nothing is.
+    /// Data read from an unmapped address, which it holds.
     ReadUnmapped(u32),
-    /// Data write where nothing is.
+    /// Data write to an unmapped address, which it holds.
     WriteUnmapped(u32),
-    /// Data write to flash.
+    /// Data write to flash, with its address.
     WriteFlash(u32),
-    /// The emulator gave up for a reason of its own.
+    /// Another error of the emulator.
     Other,
 }
 
-/// Why [`Cpu::run`] came back.
+/// Reason why [`Cpu::run`] returned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Stop {
-    /// The machine asked for it, before the block at the program counter.
+    /// The machine requested it, before the block at the program counter.
     Requested,
     /// A supervisor call; the program counter is past it.
     Supervisor,
@@ -85,27 +85,27 @@ pub(crate) enum Stop {
     ExceptionReturn(u32),
     /// Wait for interrupt; the program counter is past it.
     WaitForInterrupt,
-    /// Wait for event; the program counter is past it. The event register is the board's business.
+    /// Wait for event; the program counter is past it. The board models the event register.
     WaitForEvent,
-    /// Something went wrong at the program counter.
+    /// The instruction at the program counter cannot execute.
     Trap(Trap),
 }
 
-/// What the processor runs on.
+/// The board as the processor uses it.
 pub(crate) trait Machine {
-    /// Asked before each block of instructions. True: stop before it. `masks` reads the mask registers, should they matter.
+    /// Decides before each block of instructions whether to stop there. `masks` reads the mask registers, which is slow.
     fn before_block(&mut self, masks: impl FnOnce() -> Masks) -> bool;
 
-    /// Told when the block at `pc` is about to run.
+    /// Counts the instructions of the block at `pc`, which runs next.
     fn charge(&mut self, pc: u32, instructions: u32);
 
-    /// The program executed SEV.
+    /// Sets the event register: the program executed SEV.
     fn send_event(&mut self);
 
-    /// A load from the peripherals or the private peripheral bus; what is not modelled reads as 0.
+    /// Loads from the peripherals or the private peripheral bus; 0 if not modelled.
     fn load(&mut self, addr: u32, width: Width, memory: &mut dyn DmaMemory) -> u32;
 
-    /// A store to the peripherals or the private peripheral bus.
+    /// Stores to the peripherals or the private peripheral bus.
     fn store(&mut self, addr: u32, width: Width, value: u32, memory: &mut dyn DmaMemory);
 }
 
@@ -120,16 +120,16 @@ pub(crate) trait Cpu {
     /// Writes xPSR and CONTROL together, from any mode to any other, and banks the stack pointers accordingly.
     fn set_mode(&mut self, xpsr: u32, control: u32);
 
-    /// Forgets an exclusive load, as each exception entry and return does.
+    /// Clears the exclusive monitor, as each exception entry and return does.
     fn clear_exclusive(&mut self);
 
-    /// Reads memory; false when a part of it is neither flash nor RAM.
+    /// Reads memory; false if a part of it is neither flash nor RAM.
     fn read_memory(&self, addr: u32, into: &mut [u8]) -> bool;
 
-    /// Writes RAM; false, and nothing written, when a part of it is not RAM.
+    /// Writes RAM; false, without a write, if a part of it is not RAM.
     fn write_ram(&mut self, addr: u32, bytes: &[u8]) -> bool;
 
-    /// Runs until something happens that the board must look at.
+    /// Runs until an event that the board must handle.
     fn run(&mut self) -> Stop;
 
     /// The mask registers.
@@ -146,14 +146,14 @@ pub(crate) trait Cpu {
         (self.reg(Reg::Xpsr) & XPSR_EXCEPTION) as u8
     }
 
-    /// A word of memory.
+    /// Reads a word of memory; `None`: no memory at the address.
     fn read_word(&self, addr: u32) -> Option<u32> {
         let mut bytes = [0; 4];
         self.read_memory(addr, &mut bytes).then(|| u32::from_le_bytes(bytes))
     }
 }
 
-/// Number of instructions in a run of Thumb code: 32-bit ones start with 0b11101, 0b11110 or 0b11111.
+/// Number of instructions in a sequence of Thumb code; 32-bit ones start with 0b11101, 0b11110 or 0b11111.
 #[must_use]
 pub(crate) fn count_instructions(code: &[u8]) -> u32 {
     let mut count = 0;

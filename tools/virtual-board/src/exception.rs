@@ -1,7 +1,7 @@
-//! Exception entry and return: the stack frame, EXC_RETURN, and the mode the processor is left in (ARMv7-M ARM, B1.5.6 to B1.5.8).
+//! Exception entry and return: stack frame, EXC_RETURN, mode changes (ARMv7-M ARM, B1.5.6 to B1.5.8).
 //!
-//! The floating-point part of the frame is stacked at once. Lazy stacking, the hardware's default, differs only in what stands in the
-//! frame before the handler's first floating-point instruction.
+//! The floating-point part of the frame is written at once. With lazy stacking, the default of the hardware, the frame only differs until
+//! the first floating-point instruction of the handler.
 
 use crate::cpu::{CONTROL_FPCA, CONTROL_NPRIV, CONTROL_SPSEL, Cpu, Reg, XPSR_EXCEPTION, XPSR_IT, XPSR_T};
 use crate::nvic::{NMI, Nvic};
@@ -19,12 +19,12 @@ const NO_FP: u32 = 1 << 4;
 /// xPSR bit 9 in a frame: a word of padding lies above it.
 const PADDED: u32 = 1 << 9;
 
-/// Parts of the exception model that can be left out, so that a self-test can show that it would notice.
+/// Parts of the exception model to leave out, to show that a self-test detects it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) struct Broken {
+pub(crate) struct OmittedParts {
     /// No floating-point registers in frames.
     pub(crate) no_fpu_frame: bool,
-    /// The exclusive monitor survives exceptions.
+    /// Exceptions do not clear the exclusive monitor.
     pub(crate) no_clrex: bool,
 }
 
@@ -35,10 +35,10 @@ pub(crate) struct StackFault {
     pub(crate) address: u32,
 }
 
-/// Why an exception return failed.
+/// Reason why an exception return failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ReturnFault {
-    /// EXC_RETURN, or the exception returned from, does not fit the state.
+    /// EXC_RETURN or the running exception does not match the state.
     Invalid,
     /// The frame could not be read.
     Stack(StackFault),
@@ -47,20 +47,20 @@ pub(crate) enum ReturnFault {
 /// Takes exception `number` at `handler`: writes the frame, sets LR to EXC_RETURN and switches to handler mode.
 ///
 /// # Errors
-/// The frame does not fit into RAM; the handler is entered all the same, with the stack pointer moved, as on the chip.
+/// The frame does not fit into RAM. The handler is entered nevertheless, with the stack pointer moved, as on the chip.
 pub(crate) fn enter(
     cpu: &mut impl Cpu,
     nvic: &mut Nvic,
     number: u8,
     handler: u32,
     return_to: u32,
-    broken: Broken,
+    omitted: OmittedParts,
 ) -> Result<(), StackFault> {
     let xpsr = cpu.reg(Reg::Xpsr);
     let control = cpu.reg(Reg::Control);
     let thread = xpsr & XPSR_EXCEPTION == 0;
     let on_psp = thread && control & CONTROL_SPSEL != 0;
-    let fp = control & CONTROL_FPCA != 0 && !broken.no_fpu_frame;
+    let fp = control & CONTROL_FPCA != 0 && !omitted.no_fpu_frame;
 
     let sp = cpu.reg(Reg::Sp);
     let size = if fp { EXTENDED } else { BASIC };
@@ -83,31 +83,38 @@ pub(crate) fn enter(
     let bytes: Vec<u8> = words[..size as usize / 4].iter().flat_map(|word| word.to_le_bytes()).collect();
     let stacked = if cpu.write_ram(frame, &bytes) { Ok(()) } else { Err(StackFault { address: frame }) };
 
-    // Still in the old mode: this is the stack pointer that was current.
+    // Before the mode changes: this sets the interrupted stack pointer.
     cpu.set_reg(Reg::Sp, frame);
     let exc_return =
         0xFFFF_FFE1 | if on_psp { ON_PSP } else { 0 } | if thread { TO_THREAD } else { 0 } | if fp { 0 } else { NO_FP };
-    vector(cpu, nvic, number, handler, exc_return, broken);
+    start_handler(cpu, nvic, number, handler, exc_return, omitted);
     stacked
 }
 
-/// Starts a handler on a frame that is already there: the end of an entry, and all of a tail-chained one.
-pub(crate) fn vector(cpu: &mut impl Cpu, nvic: &mut Nvic, number: u8, handler: u32, exc_return: u32, broken: Broken) {
+/// Starts a handler whose frame is already written: last part of an entry, and the whole of a tail-chained one.
+pub(crate) fn start_handler(
+    cpu: &mut impl Cpu,
+    nvic: &mut Nvic,
+    number: u8,
+    handler: u32,
+    exc_return: u32,
+    omitted: OmittedParts,
+) {
     nvic.activate(number);
     let xpsr = cpu.reg(Reg::Xpsr);
     let control = cpu.reg(Reg::Control);
     cpu.set_mode(xpsr & !(XPSR_EXCEPTION | XPSR_IT) | XPSR_T | u32::from(number), control & CONTROL_NPRIV);
     cpu.set_reg(Reg::Lr, exc_return);
-    if !broken.no_clrex {
+    if !omitted.no_clrex {
         cpu.clear_exclusive();
     }
     cpu.set_reg(Reg::Pc, handler & !1);
 }
 
-/// Ends the running exception as `exc_return` says. The caller looks for an exception to tail-chain before it unstacks.
+/// Checks an exception return by `exc_return`; returns the number of the exception that ends.
 ///
 /// # Errors
-/// The value, or the state, allows no return.
+/// The value does not match the state.
 pub(crate) fn check_return(cpu: &impl Cpu, nvic: &Nvic, exc_return: u32) -> Result<u8, ReturnFault> {
     let number = cpu.exception();
     if number == 0 || !nvic.is_active(number) {
@@ -121,7 +128,7 @@ pub(crate) fn check_return(cpu: &impl Cpu, nvic: &Nvic, exc_return: u32) -> Resu
     }
 }
 
-/// Drops the running exception: inactive, and FAULTMASK clear unless it was the NMI.
+/// Makes the running exception inactive, and clears FAULTMASK unless it was the NMI.
 pub(crate) fn deactivate(cpu: &mut impl Cpu, nvic: &mut Nvic, number: u8) {
     nvic.deactivate(number);
     if number != NMI {
@@ -129,11 +136,11 @@ pub(crate) fn deactivate(cpu: &mut impl Cpu, nvic: &mut Nvic, number: u8) {
     }
 }
 
-/// Unstacks the frame that `exc_return` names and goes on where it says.
+/// Restores the frame that `exc_return` selects and continues at its return address.
 ///
 /// # Errors
-/// The frame is not in memory, or its exception number does not fit the mode returned to.
-pub(crate) fn unstack(cpu: &mut impl Cpu, exc_return: u32, broken: Broken) -> Result<(), ReturnFault> {
+/// The frame is not in memory, or its exception number does not match the mode to return to.
+pub(crate) fn unstack(cpu: &mut impl Cpu, exc_return: u32, omitted: OmittedParts) -> Result<(), ReturnFault> {
     let from_psp = exc_return & ON_PSP != 0;
     let to_thread = exc_return & TO_THREAD != 0;
     let fp = exc_return & NO_FP == 0;
@@ -164,7 +171,7 @@ pub(crate) fn unstack(cpu: &mut impl Cpu, exc_return: u32, broken: Broken) -> Re
         | if from_psp { CONTROL_SPSEL } else { 0 }
         | if fp { CONTROL_FPCA } else { 0 };
     cpu.set_mode(xpsr & !PADDED, control);
-    if !broken.no_clrex {
+    if !omitted.no_clrex {
         cpu.clear_exclusive();
     }
     cpu.set_reg(Reg::Pc, word(6) & !1);
@@ -176,8 +183,8 @@ mod tests {
     use super::*;
     use crate::cpu::Stop;
 
-    /// Registers and a small RAM, and nothing that executes.
-    struct Paper {
+    /// A processor with registers and a small RAM that executes nothing.
+    struct TestCpu {
         r: [u32; 13],
         s: [u32; 32],
         lr: u32,
@@ -193,9 +200,9 @@ mod tests {
 
     const RAM: u32 = 0x2000_0000;
 
-    impl Paper {
+    impl TestCpu {
         fn new() -> Self {
-            Paper {
+            TestCpu {
                 r: std::array::from_fn(|n| 0x100 + n as u32),
                 s: std::array::from_fn(|n| 0x5000 + n as u32),
                 lr: 0x0800_0101,
@@ -215,7 +222,7 @@ mod tests {
         }
     }
 
-    impl Cpu for Paper {
+    impl Cpu for TestCpu {
         fn reg(&self, reg: Reg) -> u32 {
             match reg {
                 Reg::R(n) => self.r[usize::from(n)],
@@ -274,11 +281,11 @@ mod tests {
         }
     }
 
-    fn leave(cpu: &mut Paper, nvic: &mut Nvic) -> Result<(), ReturnFault> {
+    fn leave(cpu: &mut TestCpu, nvic: &mut Nvic) -> Result<(), ReturnFault> {
         let exc_return = cpu.lr;
         let number = check_return(cpu, nvic, exc_return)?;
         deactivate(cpu, nvic, number);
-        unstack(cpu, exc_return, Broken::default())
+        unstack(cpu, exc_return, OmittedParts::default())
     }
 
     #[test]
@@ -286,16 +293,16 @@ mod tests {
         for (control, exc_return) in
             [(0, 0xFFFF_FFF9u32), (CONTROL_SPSEL, 0xFFFF_FFFD), (CONTROL_FPCA, 0xFFFF_FFE9), (7, 0xFFFF_FFED)]
         {
-            let (mut cpu, mut nvic) = (Paper::new(), Nvic::default());
+            let (mut cpu, mut nvic) = (TestCpu::new(), Nvic::default());
             cpu.control = control;
             // In the middle of an IT block.
             cpu.xpsr |= 0x0200_0C00;
             let (xpsr, sp) = (cpu.xpsr, cpu.reg(Reg::Sp));
-            enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200, Broken::default()).unwrap();
+            enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200, OmittedParts::default()).unwrap();
             assert_eq!(cpu.lr, exc_return);
             assert_eq!(cpu.pc, 0x0800_1000);
             assert_eq!(cpu.exception(), 20);
-            assert_eq!(cpu.xpsr & XPSR_IT, 0, "the handler starts outside of any IT block");
+            assert_eq!(cpu.xpsr & XPSR_IT, 0, "the handler starts outside any IT block");
             assert_eq!(cpu.control, control & CONTROL_NPRIV);
             assert!(!cpu.exclusive && nvic.is_active(20));
             let frame = cpu.reg(if control & CONTROL_SPSEL != 0 { Reg::Psp } else { Reg::Msp });
@@ -318,9 +325,9 @@ mod tests {
 
     #[test]
     fn a_nested_exception_returns_to_the_handler() {
-        let (mut cpu, mut nvic) = (Paper::new(), Nvic::default());
-        enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200, Broken::default()).unwrap();
-        enter(&mut cpu, &mut nvic, 21, 0x0800_2001, 0x0800_1004, Broken::default()).unwrap();
+        let (mut cpu, mut nvic) = (TestCpu::new(), Nvic::default());
+        enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200, OmittedParts::default()).unwrap();
+        enter(&mut cpu, &mut nvic, 21, 0x0800_2001, 0x0800_1004, OmittedParts::default()).unwrap();
         assert_eq!(cpu.lr, 0xFFFF_FFF1);
         leave(&mut cpu, &mut nvic).unwrap();
         assert_eq!((cpu.exception(), cpu.pc), (20, 0x0800_1004));
@@ -329,20 +336,20 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_outside_of_ram_is_told_and_the_handler_entered() {
-        let (mut cpu, mut nvic) = (Paper::new(), Nvic::default());
+    fn a_frame_outside_ram_is_an_error_but_the_handler_starts() {
+        let (mut cpu, mut nvic) = (TestCpu::new(), Nvic::default());
         cpu.msp = 0x1000_0010;
-        let fault = enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200, Broken::default()).unwrap_err();
+        let fault = enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200, OmittedParts::default()).unwrap_err();
         assert_eq!(fault.address, 0x0FFF_FFF0);
         assert_eq!(cpu.pc, 0x0800_1000);
-        assert_eq!(unstack(&mut cpu, 0xFFFF_FFF9, Broken::default()), Err(ReturnFault::Stack(fault)));
+        assert_eq!(unstack(&mut cpu, 0xFFFF_FFF9, OmittedParts::default()), Err(ReturnFault::Stack(fault)));
     }
 
     #[test]
-    fn returns_that_do_not_fit_are_refused() {
-        let (mut cpu, mut nvic) = (Paper::new(), Nvic::default());
+    fn invalid_returns_are_refused() {
+        let (mut cpu, mut nvic) = (TestCpu::new(), Nvic::default());
         assert_eq!(check_return(&cpu, &nvic, 0xFFFF_FFF9), Err(ReturnFault::Invalid), "no exception runs");
-        enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200, Broken::default()).unwrap();
+        enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200, OmittedParts::default()).unwrap();
         for wrong in [0xFFFF_FFF1, 0xFFFF_FFF5, 0xFFFF_FFE1, 0xFFFF_FFFF] {
             assert_eq!(check_return(&cpu, &nvic, wrong), Err(ReturnFault::Invalid), "{wrong:#x}");
         }
@@ -351,10 +358,10 @@ mod tests {
 
     #[test]
     fn without_the_fpu_frame_the_registers_are_lost() {
-        let (mut cpu, mut nvic) = (Paper::new(), Nvic::default());
+        let (mut cpu, mut nvic) = (TestCpu::new(), Nvic::default());
         cpu.control = CONTROL_FPCA;
-        let broken = Broken { no_fpu_frame: true, ..Broken::default() };
-        enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200, broken).unwrap();
+        let omitted = OmittedParts { no_fpu_frame: true, ..OmittedParts::default() };
+        enter(&mut cpu, &mut nvic, 20, 0x0800_1001, 0x0800_0200, omitted).unwrap();
         assert_eq!(cpu.lr, 0xFFFF_FFF9);
         cpu.s[3] = 0;
         leave(&mut cpu, &mut nvic).unwrap();

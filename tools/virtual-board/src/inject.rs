@@ -1,21 +1,21 @@
-//! Faults put into the unchanged image at a virtual time, and the measure of what they lead to.
+//! Fault injection at a virtual time into the unchanged image, and measurement of the outcome.
 //!
-//! - hang: the first instruction of a function becomes `b .` (0xE7FE) in the emulated flash. The task that enters it next never leaves.
-//! - fault: the first instruction becomes `udf #0` (0xDE00), so that the next entry takes a UsageFault, or a HardFault.
-//! - panic: as soon as the core is in thread mode it is made to call the image's own panic function, with a message and a location that
-//!   are built below the stack pointer: the image's panic handler then runs as for any panic of its own. Registers hold the arguments as
-//!   the function expects them: for `core::panicking::panic` R0 and R1 the message, R2 the `&Location`. A build whose optimiser has removed
-//!   unused arguments sees other text; the way to the handler is the same.
+//! - hang: the first instruction of a function becomes `b .` (0xE7FE) in the emulated flash, so that the next call never returns.
+//! - fault: the first instruction becomes `udf #0` (0xDE00), so that the next call takes a UsageFault or a HardFault.
+//! - panic: in thread mode the core calls the image's own panic function, with a message and a location that are written below the stack
+//!   pointer; the image's panic handler then runs as for any other panic. Registers hold the arguments of the function: for
+//!   `core::panicking::panic` R0 and R1 the message, R2 the `&Location`. In a build whose optimiser has removed unused arguments the text
+//!   differs; the path to the handler is the same.
 //! - hse: the crystal stops.
-//! - overrun: a result of ADC1 is lost because the one before was not taken in time.
-//! - dma: a transfer of ADC1's stream, the first of DMA2, meets a bus error.
+//! - overrun: a result of ADC1 is lost, as if the one before had not been read in time.
+//! - dma: a transfer of ADC1's stream, the first of DMA2, fails with a bus error.
 //!
-//! Changes to flash are undone when the chip resets: a task that hung once runs again after the watchdog.
+//! Changes to flash are undone when the chip resets: a task that hung runs again after the watchdog reset.
 
 use std::str::FromStr;
 
 use crate::cpu::{Cpu, Reg, XPSR_IT};
-use crate::pulses::Change;
+use crate::pulses::OutputChange;
 use crate::report::{self, Reaction};
 
 /// `b .`
@@ -23,15 +23,15 @@ pub(crate) const BRANCH_TO_SELF: u16 = 0xE7FE;
 /// `udf #0`
 pub(crate) const PERMANENTLY_UNDEFINED: u16 = 0xDE00;
 
-/// Longer than between two servo pulses, s.
+/// Time without a pulse after which the pins count as low, s; longer than the pause between two servo pulses.
 const STAYS_LOW_S: f64 = 0.05;
 
 /// `SYMBOL@T`: a function and a time in seconds.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SymbolAt {
-    /// The function, as the loader finds it.
+    /// Name of the function.
     pub(crate) symbol: String,
-    /// When, s.
+    /// Time, s.
     pub(crate) at: f64,
 }
 
@@ -39,26 +39,27 @@ impl FromStr for SymbolAt {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let wanted = || format!("`{text}` is not SYMBOL@SECONDS, as in control_tick@2.5");
-        let (symbol, at) = text.rsplit_once('@').ok_or_else(wanted)?;
-        let at: f64 = at.parse().map_err(|_| wanted())?;
+        let expected =
+            || format!("`{text}` is not SYMBOL@SECONDS with 0 or more seconds, for example control_tick@2.5");
+        let (symbol, at) = text.rsplit_once('@').ok_or_else(expected)?;
+        let at: f64 = at.parse().map_err(|_| expected())?;
         if symbol.is_empty() || !at.is_finite() || at < 0.0 {
-            return Err(wanted());
+            return Err(expected());
         }
         Ok(SymbolAt { symbol: symbol.to_owned(), at })
     }
 }
 
-/// How a panic function of `core` takes its arguments.
+/// Arguments of a panic function of `core`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PanicArguments {
     /// Message pointer and length, location.
     MessageAndLocation,
-    /// Location alone.
+    /// Location only.
     Location,
 }
 
-/// The panic functions to look for, the best first.
+/// Panic functions that can be called, in the order of preference.
 pub(crate) const PANIC_FUNCTIONS: [(&str, PanicArguments); 4] = [
     ("core::panicking::panic", PanicArguments::MessageAndLocation),
     ("core::option::unwrap_failed", PanicArguments::Location),
@@ -66,9 +67,9 @@ pub(crate) const PANIC_FUNCTIONS: [(&str, PanicArguments); 4] = [
     ("core::panicking::panic_const::panic_const_add_overflow", PanicArguments::Location),
 ];
 
-/// What is put in.
+/// Kind of an injected fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum InjectionKind {
     /// The function at the address never returns.
     Hang(u32),
     /// The function at the address faults.
@@ -83,53 +84,53 @@ pub(crate) enum Kind {
     Transfer,
 }
 
-impl Kind {
-    /// As the report names it.
+impl InjectionKind {
+    /// Name in the output.
     #[must_use]
     pub(crate) const fn name(self) -> &'static str {
         match self {
-            Kind::Hang(_) => "hang",
-            Kind::Fault(_) => "fault",
-            Kind::Panic(..) => "panic",
-            Kind::Crystal => "hse",
-            Kind::Overrun => "overrun",
-            Kind::Transfer => "dma",
+            InjectionKind::Hang(_) => "hang",
+            InjectionKind::Fault(_) => "fault",
+            InjectionKind::Panic(..) => "panic",
+            InjectionKind::Crystal => "hse",
+            InjectionKind::Overrun => "overrun",
+            InjectionKind::Transfer => "dma",
         }
     }
 }
 
-/// A moment of the run.
+/// A point in the run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Stamp {
+pub(crate) struct Moment {
     /// Virtual time, s.
     pub(crate) seconds: f64,
     /// Instructions executed since power-on.
     pub(crate) instructions: u64,
 }
 
-/// One fault to put in, and what became of it.
+/// A fault to inject, and its outcome.
 #[derive(Debug, Clone)]
 pub(crate) struct Injection {
-    /// What.
-    pub(crate) kind: Kind,
-    /// The symbol as the user named it, or the function that is called.
+    /// Kind.
+    pub(crate) kind: InjectionKind,
+    /// Function as the user gave it, or the panic function, or the peripheral.
     pub(crate) symbol: String,
-    /// When it is due, s.
+    /// Time of the injection, s.
     pub(crate) at: f64,
-    /// The half-word of flash that it replaced.
+    /// The half-word of flash that the injection replaced.
     pub(crate) replaced: Option<u16>,
-    injected: Option<Stamp>,
-    effect: Option<Stamp>,
-    disarmed: Option<Stamp>,
-    low: Option<Stamp>,
-    reset: Option<Stamp>,
-    over: bool,
+    injected: Option<Moment>,
+    effect: Option<Moment>,
+    disarmed: Option<Moment>,
+    low: Option<Moment>,
+    reset: Option<Moment>,
+    closed: bool,
 }
 
 impl Injection {
-    /// A fault that is due at `at` seconds.
+    /// A fault to inject at `at` seconds.
     #[must_use]
-    pub(crate) const fn new(kind: Kind, symbol: String, at: f64) -> Self {
+    pub(crate) const fn new(kind: InjectionKind, symbol: String, at: f64) -> Self {
         let nothing = None;
         Injection {
             kind,
@@ -141,35 +142,35 @@ impl Injection {
             disarmed: nothing,
             low: nothing,
             reset: nothing,
-            over: false,
+            closed: false,
         }
     }
 
-    /// True until it is put in.
+    /// True until the injection.
     #[must_use]
-    pub(crate) const fn waits(&self) -> bool {
+    pub(crate) const fn is_pending(&self) -> bool {
         self.injected.is_none()
     }
 
-    /// True when it is in and has not yet shown.
+    /// True if it is injected, but without effect so far.
     #[must_use]
-    pub(crate) const fn expected(&self) -> bool {
+    pub(crate) const fn awaits_effect(&self) -> bool {
         self.injected.is_some() && self.effect.is_none() && self.reset.is_none()
     }
 
-    /// True once it has shown.
+    /// True after it has taken effect.
     #[must_use]
     pub(crate) const fn took_effect(&self) -> bool {
         self.effect.is_some()
     }
 
-    /// It is in.
-    pub(crate) const fn inject(&mut self, now: Stamp) {
+    /// Records the injection.
+    pub(crate) const fn note_injection(&mut self, now: Moment) {
         self.injected = Some(now);
     }
 
-    /// It shows.
-    pub(crate) const fn show(&mut self, now: Stamp, armed: bool, any_high: bool) {
+    /// Records the effect, with the state of the outputs.
+    pub(crate) const fn note_effect(&mut self, now: Moment, armed: bool, any_high: bool) {
         self.effect = Some(now);
         if !armed {
             self.disarmed = Some(now);
@@ -179,39 +180,38 @@ impl Injection {
         }
     }
 
-    /// The outputs have changed. True when that ends the observation: the program has recovered and armed them again.
-    pub(crate) fn outputs(&mut self, change: Change, now: Stamp) -> bool {
-        if self.over || self.effect.is_none_or(|effect| now.seconds < effect.seconds) {
+    /// Records a change of the outputs. Returns true if it ends the measurement: the program has recovered and armed the outputs again.
+    pub(crate) fn note_output(&mut self, change: OutputChange, now: Moment) -> bool {
+        if self.closed || self.effect.is_none_or(|effect| now.seconds < effect.seconds) {
             return false;
         }
         match change {
-            Change::High(true) => self.low = None,
-            Change::High(false) => self.low = Some(now),
-            Change::Armed(true) => self.over = self.disarmed.is_some(),
-            Change::Armed(false) => self.disarmed = self.disarmed.or(Some(now)),
+            OutputChange::High(true) => self.low = None,
+            OutputChange::High(false) => self.low = Some(now),
+            OutputChange::Armed(true) => self.closed = self.disarmed.is_some(),
+            OutputChange::Armed(false) => self.disarmed = self.disarmed.or(Some(now)),
         }
-        self.over
+        self.closed
     }
 
-    /// The chip was reset.
-    pub(crate) const fn note_reset(&mut self, now: Stamp) {
-        if self.injected.is_some() && self.reset.is_none() && !self.over {
+    /// Records a reset of the chip.
+    pub(crate) const fn note_reset(&mut self, now: Moment) {
+        if self.injected.is_some() && self.reset.is_none() && !self.closed {
             self.reset = Some(now);
         }
     }
 
-    /// What there is to tell at a time. Pins that have been low for less than two and a half periods while the outputs were never disabled
-    /// are only between pulses.
+    /// Outcome at a time. Pins that are low for less than two and a half periods, with the outputs enabled, count as between pulses.
     #[must_use]
     pub(crate) fn reaction(&self, seconds: f64) -> Reaction {
         let low = self.low.filter(|low| self.disarmed.is_some() || seconds - low.seconds > STAYS_LOW_S);
-        let after = |stamp: Option<Stamp>| Some(report::micros((stamp?.seconds - self.effect?.seconds) * 1e6));
-        let instructions = |stamp: Option<Stamp>| Some(stamp?.instructions - self.effect?.instructions);
+        let after = |moment: Option<Moment>| Some(report::micros((moment?.seconds - self.effect?.seconds) * 1e6));
+        let instructions = |moment: Option<Moment>| Some(moment?.instructions - self.effect?.instructions);
         Reaction {
             kind: self.kind.name(),
             symbol: self.symbol.clone(),
-            injected_s: self.injected.map(|stamp| report::seconds(stamp.seconds)),
-            effect_s: self.effect.map(|stamp| report::seconds(stamp.seconds)),
+            injected_s: self.injected.map(|moment| report::seconds(moment.seconds)),
+            effect_s: self.effect.map(|moment| report::seconds(moment.seconds)),
             disarmed_us: after(self.disarmed),
             disarmed_instructions: instructions(self.disarmed),
             low_us: after(low),
@@ -221,14 +221,14 @@ impl Injection {
     }
 }
 
-/// Text of an injected panic.
+/// Message of an injected panic.
 const MESSAGE: &[u8] = b"injected by the virtual board";
-/// File name of its location, with the NUL that `core` keeps behind it.
+/// File name of its location, with the NUL that `core` expects after it.
 const FILE: &[u8] = b"virtual-board\0";
 
-/// Makes the core call a panic function of the image. False when the stack has no room.
+/// Makes the core call a panic function of the image. Returns false if the arguments do not fit below the stack pointer.
 pub(crate) fn call_panic(cpu: &mut impl Cpu, function: u32, arguments: PanicArguments) -> bool {
-    // Below the stack pointer, upwards: location, message, file name.
+    // Below the stack pointer, in ascending order: location, message, file name.
     let sp = cpu.reg(Reg::Sp);
     let location = sp.wrapping_sub(80) & !7;
     let (message, file) = (location + 16, location + 16 + MESSAGE.len() as u32);
@@ -260,12 +260,12 @@ pub(crate) fn call_panic(cpu: &mut impl Cpu, function: u32, arguments: PanicArgu
 mod tests {
     use super::*;
 
-    fn stamp(seconds: f64, instructions: u64) -> Stamp {
-        Stamp { seconds, instructions }
+    fn moment(seconds: f64, instructions: u64) -> Moment {
+        Moment { seconds, instructions }
     }
 
     #[test]
-    fn a_symbol_and_a_time() {
+    fn a_symbol_and_a_time_are_parsed() {
         assert_eq!("a::b@1.5".parse(), Ok(SymbolAt { symbol: "a::b".into(), at: 1.5 }));
         for wrong in ["a", "@1", "a@", "a@x", "a@-1", "a@inf"] {
             let message = wrong.parse::<SymbolAt>().unwrap_err();
@@ -275,20 +275,20 @@ mod tests {
 
     #[test]
     fn measures_from_the_effect_to_low_pins_that_stay_low() {
-        let mut hang = Injection::new(Kind::Hang(0x0801_0000), "tick".into(), 1.0);
-        hang.outputs(Change::High(true), stamp(0.9, 1));
-        hang.inject(stamp(1.0, 1_000));
-        hang.show(stamp(1.001, 2_000), true, true);
-        hang.outputs(Change::High(false), stamp(1.0005, 1_500));
+        let mut hang = Injection::new(InjectionKind::Hang(0x0801_0000), "tick".into(), 1.0);
+        hang.note_output(OutputChange::High(true), moment(0.9, 1));
+        hang.note_injection(moment(1.0, 1_000));
+        hang.note_effect(moment(1.001, 2_000), true, true);
+        hang.note_output(OutputChange::High(false), moment(1.0005, 1_500));
         for (seconds, instructions) in [(1.0, 2_000), (1.02, 3_000)] {
-            hang.outputs(Change::High(true), stamp(seconds, instructions));
-            hang.outputs(Change::High(false), stamp(seconds + 0.0015, instructions + 100));
+            hang.note_output(OutputChange::High(true), moment(seconds, instructions));
+            hang.note_output(OutputChange::High(false), moment(seconds + 0.0015, instructions + 100));
         }
-        assert!(!hang.outputs(Change::Armed(false), stamp(1.04, 5_000)));
-        hang.note_reset(stamp(1.04, 5_000));
-        // Armed anew by the user: the pulses from here on are wanted.
-        assert!(hang.outputs(Change::Armed(true), stamp(2.0, 9_000)));
-        hang.outputs(Change::High(true), stamp(2.0, 9_000));
+        assert!(!hang.note_output(OutputChange::Armed(false), moment(1.04, 5_000)));
+        hang.note_reset(moment(1.04, 5_000));
+        // The user has armed again: later pulses are intended.
+        assert!(hang.note_output(OutputChange::Armed(true), moment(2.0, 9_000)));
+        hang.note_output(OutputChange::High(true), moment(2.0, 9_000));
         let reaction = hang.reaction(2.5);
         assert_eq!(reaction.low_us, Some(20_500.0));
         assert_eq!(reaction.low_instructions, Some(1_100));
@@ -298,12 +298,12 @@ mod tests {
 
     #[test]
     fn pins_that_are_low_already_count_from_the_effect() {
-        let mut panic = Injection::new(Kind::Panic(0, PanicArguments::Location), "panic".into(), 1.0);
-        assert!(panic.waits() && !panic.expected());
-        panic.inject(stamp(1.0, 10));
-        assert!(panic.expected());
-        panic.show(stamp(1.0, 10), true, false);
-        panic.outputs(Change::Armed(false), stamp(1.000_002, 60));
+        let mut panic = Injection::new(InjectionKind::Panic(0, PanicArguments::Location), "panic".into(), 1.0);
+        assert!(panic.is_pending() && !panic.awaits_effect());
+        panic.note_injection(moment(1.0, 10));
+        assert!(panic.awaits_effect());
+        panic.note_effect(moment(1.0, 10), true, false);
+        panic.note_output(OutputChange::Armed(false), moment(1.000_002, 60));
         let reaction = panic.reaction(1.001);
         assert_eq!(
             (reaction.low_us, reaction.disarmed_us, reaction.disarmed_instructions),
@@ -313,18 +313,18 @@ mod tests {
 
     #[test]
     fn a_pause_between_pulses_is_not_low() {
-        let mut hang = Injection::new(Kind::Hang(0), "f".into(), 1.0);
-        hang.inject(stamp(1.0, 0));
-        hang.show(stamp(1.0, 0), true, true);
-        hang.outputs(Change::High(false), stamp(1.001, 10));
+        let mut hang = Injection::new(InjectionKind::Hang(0), "f".into(), 1.0);
+        hang.note_injection(moment(1.0, 0));
+        hang.note_effect(moment(1.0, 0), true, true);
+        hang.note_output(OutputChange::High(false), moment(1.001, 10));
         assert_eq!(hang.reaction(1.02).low_us, None, "armed, and the next pulse may still come");
         assert_eq!(hang.reaction(1.06).low_us, Some(1_000.0));
     }
 
     #[test]
-    fn what_never_showed_has_no_figures() {
-        let mut fault = Injection::new(Kind::Fault(0), "f".into(), 1.0);
-        fault.outputs(Change::High(false), stamp(0.5, 5));
+    fn a_fault_without_effect_has_no_times() {
+        let mut fault = Injection::new(InjectionKind::Fault(0), "f".into(), 1.0);
+        fault.note_output(OutputChange::High(false), moment(0.5, 5));
         let reaction = fault.reaction(9.0);
         assert_eq!((reaction.injected_s, reaction.effect_s, reaction.low_us), (None, None, None));
     }

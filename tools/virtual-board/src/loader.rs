@@ -1,4 +1,4 @@
-//! Reads the ELF that would be flashed: flash contents by physical address, and its symbols by mangled or plain name.
+//! ELF loader: flash contents by physical address, and symbols by mangled or demangled name.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,45 +11,45 @@ use sha2::{Digest as _, Sha256};
 
 use crate::unicorn::{FLASH, FLASH_SIZE, RAMS};
 
-/// A program as it lies in flash.
+/// A program: its flash contents and symbols.
 #[derive(Debug)]
-pub(crate) struct Image {
-    /// Contents of flash from its start; gaps are 0xFF, as erased flash reads.
+pub(crate) struct ProgramImage {
+    /// Contents of flash from its start; gaps are 0xFF, as in erased flash.
     pub(crate) flash: Vec<u8>,
     /// SHA-256 of the ELF file, hexadecimal.
     pub(crate) sha256: String,
-    symbols: Symbols,
+    symbols: SymbolTable,
 }
 
 /// Addresses of functions and objects by name.
 #[derive(Debug, Default)]
-struct Symbols {
-    /// By mangled name.
+struct SymbolTable {
+    /// Functions and objects by mangled name.
     raw: BTreeMap<String, u32>,
     /// Functions by demangled name, without the hash at the end.
     plain: BTreeMap<String, Vec<u32>>,
 }
 
-impl Image {
+impl ProgramImage {
     /// Reads the file at `path`.
     ///
     /// # Errors
-    /// It is no ARM ELF for this chip's flash; the message says what is wrong.
+    /// The file cannot be read, or is not an ARM ELF for the flash of this chip.
     pub(crate) fn read(path: &Path) -> Result<Self> {
         let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
         Self::parse(&bytes).with_context(|| format!("{} cannot run on an STM32F407", path.display()))
     }
 
-    /// Reads an ELF file's bytes.
+    /// Parses the bytes of an ELF file.
     ///
     /// # Errors
-    /// As [`Image::read`].
+    /// As [`ProgramImage::read`].
     pub(crate) fn parse(bytes: &[u8]) -> Result<Self> {
         let elf = ElfFile32::<Endianness>::parse(bytes).context("not a 32-bit ELF file")?;
         let endian = elf.endian();
-        ensure!(endian == Endianness::Little, "the ELF is big-endian");
+        ensure!(endian == Endianness::Little, "the ELF is big-endian; allowed is little-endian");
         let machine = elf.elf_header().e_machine(endian);
-        ensure!(machine == EM_ARM, "the ELF is for machine {machine}, wanted is {EM_ARM} (ARM)");
+        ensure!(machine == EM_ARM, "the ELF is for machine {machine}; allowed is {EM_ARM} (ARM)");
 
         let mut flash = Vec::new();
         for header in elf.elf_program_headers() {
@@ -71,21 +71,21 @@ impl Image {
             }
             flash[start..end].copy_from_slice(data);
         }
-        ensure!(flash.len() >= 8, "nothing is loaded to the start of flash, where the vector table belongs");
+        ensure!(flash.len() >= 8, "no segment is loaded to 0x{FLASH:08X}, the address of the vector table");
         let word = |at: usize| u32::from_le_bytes([flash[at], flash[at + 1], flash[at + 2], flash[at + 3]]);
         let (sp, entry) = (word(0), word(4));
         if !RAMS.iter().any(|&(base, size)| sp > base && sp <= base + size) {
-            bail!("the vector table's stack pointer 0x{sp:08X} is not in RAM");
+            bail!("the stack pointer 0x{sp:08X} in the vector table is not in RAM");
         }
         if entry & 1 == 0 || (entry & !1).wrapping_sub(FLASH) >= FLASH_SIZE {
-            bail!("the vector table's reset vector 0x{entry:08X} is no Thumb address in flash");
+            bail!("the reset vector 0x{entry:08X} in the vector table is not an odd address in flash");
         }
 
-        let mut symbols = Symbols::default();
+        let mut symbols = SymbolTable::default();
         for symbol in elf.symbols() {
             let kind = symbol.elf_symbol().st_type();
             let (Ok(name), true) = (symbol.name(), kind == STT_FUNC || kind == STT_OBJECT) else { continue };
-            // Bit 0 of a function's address says Thumb.
+            // Bit 0 of the address of a function marks Thumb code.
             let address = symbol.address() as u32 & if kind == STT_FUNC { !1 } else { !0 };
             symbols.raw.insert(name.to_owned(), address);
             if kind == STT_FUNC {
@@ -97,14 +97,14 @@ impl Image {
             }
         }
         let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Image { flash, sha256, symbols })
+        Ok(ProgramImage { flash, sha256, symbols })
     }
 
-    /// Writes bytes into flash that the program leaves erased, as a second download would.
+    /// Adds bytes to flash that the program leaves erased, like a second download.
     ///
     /// # Errors
-    /// They do not fit, or something is there.
-    pub(crate) fn download(&mut self, addr: u32, bytes: &[u8]) -> Result<()> {
+    /// The bytes do not fit into flash, or the program uses their addresses.
+    pub(crate) fn add_download(&mut self, addr: u32, bytes: &[u8]) -> Result<()> {
         let start = addr.wrapping_sub(FLASH) as usize;
         let end = start.saturating_add(bytes.len());
         ensure!(
@@ -118,14 +118,14 @@ impl Image {
         }
         ensure!(
             self.flash[start..end].iter().all(|&byte| byte == 0xFF),
-            "the program itself lies in the {} bytes at 0x{addr:08X}; allowed is flash that it leaves erased",
+            "the program uses flash in the {} bytes from 0x{addr:08X}; allowed is flash that it leaves erased",
             bytes.len()
         );
         self.flash[start..end].copy_from_slice(bytes);
         Ok(())
     }
 
-    /// Address of a symbol by its exact mangled name.
+    /// Address of a symbol, by its exact mangled name.
     #[must_use]
     pub(crate) fn symbol(&self, name: &str) -> Option<u32> {
         self.symbols.raw.get(name).copied()
@@ -133,20 +133,20 @@ impl Image {
 
     /// The first function whose demangled name is exactly one of `names`, with its name.
     #[must_use]
-    pub(crate) fn first_function(&self, names: &[&'static str]) -> Option<(&'static str, u32)> {
+    pub(crate) fn find_first_function(&self, names: &[&'static str]) -> Option<(&'static str, u32)> {
         names.iter().find_map(|&name| Some((name, *self.symbols.plain.get(name)?.first()?)))
     }
 
-    /// The function that a person names: the mangled name, the whole plain name, or its last parts (`telemetry::run`).
+    /// Finds a function by its mangled name, its demangled name, or the last parts of that (`telemetry::run`).
     ///
     /// # Errors
-    /// No function, or several, fit; the message lists what comes close.
-    pub(crate) fn function(&self, name: &str) -> Result<u32> {
+    /// No function, or several, match; the message lists similar names.
+    pub(crate) fn find_function(&self, name: &str) -> Result<u32> {
         if let Some(address) = self.symbol(name) {
             return Ok(address);
         }
-        // The body of an async function is a closure in it.
-        let endings = ["", "::{{closure}}", "::{closure#0}"].map(|body| format!("::{name}{body}"));
+        // The code of an async function is in a closure inside it.
+        let endings = ["", "::{{closure}}", "::{closure#0}"].map(|suffix| format!("::{name}{suffix}"));
         let exact = self.symbols.plain.get(name);
         let fitting: Vec<(&str, u32)> = match exact {
             Some(addresses) => addresses.iter().map(|&address| (name, address)).collect(),
@@ -161,17 +161,17 @@ impl Image {
             [] => {
                 let near: Vec<String> =
                     self.symbols.plain.keys().filter(|plain| plain.contains(name)).cloned().collect();
-                ensure!(!near.is_empty(), "the ELF has no function `{name}`, nor one with that in its name");
+                ensure!(!near.is_empty(), "the ELF has no function `{name}`, and none whose name contains it");
                 bail!("the ELF has no function `{name}`; names that contain it:\n  {}", list(near))
             }
             _ => {
                 let all = fitting.iter().map(|(plain, address)| format!("{plain} at 0x{address:08X}")).collect();
-                bail!("`{name}` fits several functions; give one of:\n  {}", list(all))
+                bail!("`{name}` matches several functions; use one of these names:\n  {}", list(all))
             }
         }
     }
 
-    /// The function that holds an address in the image: the nearest one that starts at or before it.
+    /// Function at an address: the nearest one that starts at or before it; `None`: not in the image.
     #[must_use]
     pub(crate) fn function_at(&self, addr: u32) -> Option<&str> {
         if addr.wrapping_sub(FLASH) as usize >= self.flash.len() {
@@ -187,13 +187,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn refuses_what_is_no_program_for_this_chip() {
-        let error = |bytes: &[u8]| format!("{:#}", Image::parse(bytes).unwrap_err());
+    fn refuses_a_file_that_is_not_for_this_chip() {
+        let error = |bytes: &[u8]| format!("{:#}", ProgramImage::parse(bytes).unwrap_err());
         assert!(error(b"hello").contains("not a 32-bit ELF"));
         assert!(error(&host_elf()).contains("not a 32-bit ELF"), "{}", error(&host_elf()));
         for (paddr, sp, entry, words) in [
             (0x2000_0000u32, 0x2000_1000u32, 0x0800_0009u32, "is loaded to 0x20000000"),
-            (0x0800_0000, 0x3000_0000, 0x0800_0009, "stack pointer 0x30000000 is not in RAM"),
+            (0x0800_0000, 0x3000_0000, 0x0800_0009, "stack pointer 0x30000000 in the vector table is not in RAM"),
             (0x0800_0000, 0x2000_1000, 0x0800_0008, "reset vector 0x08000008"),
             (0x080F_FFFC, 0x2000_1000, 0x0800_0009, "flash is 0x08000000 to 0x080FFFFF"),
         ] {
@@ -204,22 +204,22 @@ mod tests {
 
     #[test]
     fn places_segments_by_physical_address() {
-        let image = Image::parse(&elf(0x0800_0000, 0x2000_1000, 0x0800_0009)).unwrap();
+        let image = ProgramImage::parse(&elf(0x0800_0000, 0x2000_1000, 0x0800_0009)).unwrap();
         assert_eq!(image.flash[..8], [0x00, 0x10, 0x00, 0x20, 0x09, 0x00, 0x00, 0x08]);
         let mut image = image;
-        image.download(FLASH + 0x4000, &[1, 2]).unwrap();
+        image.add_download(FLASH + 0x4000, &[1, 2]).unwrap();
         assert_eq!(image.flash[0x3FFF..0x4002], [0xFF, 1, 2]);
         let message = |result: Result<()>| result.unwrap_err().to_string();
-        assert!(message(image.download(FLASH + 4, &[0])).contains("leaves erased"));
-        assert!(message(image.download(FLASH + FLASH_SIZE - 1, &[0, 0])).contains("do not fit"));
-        assert!(message(image.download(0x2000_0000, &[0])).contains("do not fit"));
+        assert!(message(image.add_download(FLASH + 4, &[0])).contains("leaves erased"));
+        assert!(message(image.add_download(FLASH + FLASH_SIZE - 1, &[0, 0])).contains("do not fit"));
+        assert!(message(image.add_download(0x2000_0000, &[0])).contains("do not fit"));
         assert_eq!(image.sha256.len(), 64);
-        assert!(image.function("main").unwrap_err().to_string().contains("no function `main`"));
+        assert!(image.find_function("main").unwrap_err().to_string().contains("no function `main`"));
     }
 
     #[test]
     fn functions_are_found_by_their_last_parts() {
-        let mut symbols = Symbols::default();
+        let mut symbols = SymbolTable::default();
         symbols.raw.insert("_SEGGER_RTT".into(), 0x2000_0000);
         for (name, addresses) in [
             ("app::tasks::telemetry::run", vec![0x0801_0000]),
@@ -228,13 +228,13 @@ mod tests {
         ] {
             symbols.plain.insert(name.into(), addresses);
         }
-        let image = Image { flash: vec![0xFF; 0x2_0000], sha256: String::new(), symbols };
-        assert_eq!(image.function("telemetry::run").unwrap(), 0x0801_0000);
-        assert_eq!(image.function("blink").unwrap(), 0x0801_0300);
-        assert_eq!(image.function("_SEGGER_RTT").unwrap(), 0x2000_0000);
-        assert!(image.function("run").unwrap_err().to_string().contains("fits several"));
-        assert!(image.function("control::run").unwrap_err().to_string().contains("0x08010200"));
-        assert!(image.function("emetry::run").unwrap_err().to_string().contains("app::tasks::telemetry::run"));
+        let image = ProgramImage { flash: vec![0xFF; 0x2_0000], sha256: String::new(), symbols };
+        assert_eq!(image.find_function("telemetry::run").unwrap(), 0x0801_0000);
+        assert_eq!(image.find_function("blink").unwrap(), 0x0801_0300);
+        assert_eq!(image.find_function("_SEGGER_RTT").unwrap(), 0x2000_0000);
+        assert!(image.find_function("run").unwrap_err().to_string().contains("matches several"));
+        assert!(image.find_function("control::run").unwrap_err().to_string().contains("0x08010200"));
+        assert!(image.find_function("emetry::run").unwrap_err().to_string().contains("app::tasks::telemetry::run"));
         assert_eq!(image.function_at(0x0801_0104), Some("app::tasks::control::run"));
         assert_eq!(image.function_at(0xFFFF_FFF8), None);
     }

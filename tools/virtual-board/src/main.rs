@@ -1,8 +1,8 @@
-//! Runs the very ELF that would be flashed on a modelled STM32F407: Unicorn executes, `stm32f4-model` is the rest of the chip.
+//! Virtual board: runs the firmware ELF on a modelled STM32F407. Unicorn executes the code, `stm32f4-model` models the peripherals.
 //!
-//! It ends with status 0 when the time is over or someone asked it to end and nothing was wrong; 1 when an access was not modelled, not
-//! clocked or not allowed, the core locked up, slept for ever or took a fault that was not injected; 2 when it could not start.
-//! A self-test's own status comes before these.
+//! Exit status: 0 after the given time, `quit` or a signal, without error; 1 if an access was not modelled, not clocked or not allowed, or
+//! the core locked up, slept without a wake-up source or took a fault that was not injected; 2 if the run could not start. A self-test's
+//! own status has priority.
 //!
 //! Not cycle-accurate, and no evidence about hardware: an instruction costs a constant number of cycles, and no electrical behaviour,
 //! wait states, bus contention or errata are modelled.
@@ -37,95 +37,95 @@ use clap::{Parser, ValueEnum};
 use stm32f4_model::{Pin, SocConfig};
 
 use crate::console::Console;
-use crate::exception::Broken;
-use crate::inject::{Injection, Kind, PANIC_FUNCTIONS, SymbolAt};
-use crate::loader::Image;
-use crate::plant::{BUTTON, BoardPlant, Levels, Press, Volts};
-use crate::recorder::Recorder;
-use crate::report::Report;
-use crate::run::{Options, Run};
+use crate::exception::OmittedParts;
+use crate::inject::{Injection, InjectionKind, PANIC_FUNCTIONS, SymbolAt};
+use crate::loader::ProgramImage;
+use crate::plant::{BUTTON, BoardPlant, ButtonPress, LevelTable, VoltageTable};
+use crate::recorder::SignalRecorder;
+use crate::report::ReportWriter;
+use crate::run::{BoardRun, RunOptions};
 
-/// Runs an ELF for the STM32F407 without the chip. Reports JSON lines on standard output; standard input takes press, release, quit.
+/// Runs an ELF for the STM32F407 on a modelled chip. Writes JSON lines to standard output; reads press, release, quit from standard input.
 #[derive(Debug, Parser)]
 #[command(version)]
 struct Cli {
-    /// The ELF file that would be flashed
+    /// ELF file of the firmware
     elf: PathBuf,
-    /// Write a file's bytes into flash that the program leaves erased, as in 0x08004000=walker.bin
-    #[arg(long, value_name = "ADDRESS=FILE", value_parser = download)]
-    flash: Vec<Download>,
-    /// Virtual seconds to run; otherwise until quit or a signal
-    #[arg(long, value_parser = positive)]
+    /// Write the bytes of a file to erased flash, for example 0x08004000=generator.bin
+    #[arg(long, value_name = "ADDRESS=FILE", value_parser = parse_download)]
+    flash: Vec<FlashDownload>,
+    /// Virtual seconds to run; by default until quit or a signal
+    #[arg(long, value_parser = parse_positive)]
     secs: Option<f64>,
-    /// Volts over time at ADC pins, and of the analogue supply: CSV with the header time_s,PA1,... or time_s,PA1,VDDA,...
+    /// Voltages over time at ADC pins, V, and of the analogue supply: CSV with the header time_s,PA1,... or time_s,PA1,VDDA,...
     #[arg(long, value_name = "FILE")]
     volts: Option<PathBuf>,
-    /// Repeat the volts instead of holding the last row
+    /// Repeat the voltages instead of holding the last row
     #[arg(long = "loop", requires = "volts")]
     repeat: bool,
-    /// Press the user button at these times, s; T:HOLD sets how long, otherwise 0.1 s
-    #[arg(long, value_name = "T[:HOLD]", num_args = 1.., value_parser = press)]
-    press: Vec<Press>,
-    /// Hold an input pin at a level, as in PB12=1
-    #[arg(long, value_name = "PIN=0|1", value_parser = level)]
+    /// Press the user button at these times, s, for HOLD seconds [default: 0.1]
+    #[arg(long, value_name = "T[:HOLD]", num_args = 1.., value_parser = parse_press)]
+    press: Vec<ButtonPress>,
+    /// Set an input pin to a constant level, for example PB12=1
+    #[arg(long, value_name = "PIN=0|1", value_parser = parse_level)]
     level: Vec<(Pin, bool)>,
-    /// Drive an input pin, as in PC6=edges.csv: CSV with the header time_s,level, an edge a row; low before the first
-    #[arg(long, value_name = "PIN=FILE", value_parser = edge_file)]
+    /// Drive an input pin, for example PC6=edges.csv: CSV with the header time_s,level, one edge per row; low before the first
+    #[arg(long, value_name = "PIN=FILE", value_parser = parse_edge_file)]
     edges: Vec<(Pin, PathBuf)>,
-    /// Make a function hang from a time on
+    /// Make a function hang from a time on, s
     #[arg(long, value_name = "SYMBOL@T")]
     hang: Vec<SymbolAt>,
-    /// Make a function fault from a time on
+    /// Make a function fault from a time on, s
     #[arg(long, value_name = "SYMBOL@T")]
     fault: Vec<SymbolAt>,
     /// Make the program panic at a time, s
-    #[arg(long, value_name = "T", value_parser = time)]
+    #[arg(long, value_name = "T", value_parser = parse_time)]
     panic: Vec<f64>,
     /// Stop the crystal at a time, s
-    #[arg(long, value_name = "T", value_parser = time)]
+    #[arg(long, value_name = "T", value_parser = parse_time)]
     hse_fail: Vec<f64>,
-    /// Make ADC1 lose a result to an overrun at these times, s
-    #[arg(long, value_name = "T", value_parser = time)]
+    /// Make ADC1 lose a result in an overrun at these times, s
+    #[arg(long, value_name = "T", value_parser = parse_time)]
     adc_overrun: Vec<f64>,
-    /// Make a transfer of stream 0 of DMA2 fail at these times, s
-    #[arg(long, value_name = "T", value_parser = time)]
+    /// Make a transfer of DMA2 stream 0 fail at these times, s
+    #[arg(long, value_name = "T", value_parser = parse_time)]
     dma_error: Vec<f64>,
-    /// The crystal never starts
+    /// The crystal does not start
     #[arg(long)]
     hse_dead: bool,
     /// Frequency of the low speed oscillator, which clocks the watchdog, Hz
-    #[arg(long, default_value_t = 32_000.0, value_parser = positive)]
+    #[arg(long, default_value_t = 32_000.0, value_parser = parse_positive)]
     lsi_hz: f64,
-    /// Analogue supply and ADC reference, V, unless the volts have a column VDDA [default: 3]
-    #[arg(long, value_parser = positive)]
+    /// Analogue supply and ADC reference, V, unless the voltages have a column VDDA [default: 3]
+    #[arg(long, value_parser = parse_positive)]
     vdda: Option<f64>,
-    /// RTT mode that the attached debugger sets: 0 skip, 1 trim, 2 wait
+    /// RTT mode that the attached debugger sets when the buffer is full: 0 skip, 1 trim, 2 wait
     #[arg(long, value_parser = clap::value_parser!(u32).range(0..=2))]
     rtt_mode: Option<u32>,
     /// The attached debugger reads nothing from RTT
     #[arg(long)]
     no_drain: bool,
-    /// Cycles that an instruction costs, 0.1 to 100
-    #[arg(long, default_value_t = 1.0, value_parser = cpi)]
+    /// Cycles per instruction, 0.1 to 100
+    #[arg(long, default_value_t = 1.0, value_parser = parse_cpi)]
     cpi: f64,
-    /// Hold real time
+    /// Run no faster than real time
     #[arg(long)]
     pace: bool,
-    /// Write every ADC result that the program was given to a CSV file
+    /// Write every ADC result to a CSV file
     #[arg(long, value_name = "FILE")]
     record_conversions: Option<PathBuf>,
-    /// Write a pin's edges to a CSV file with the header time_s,level, as in PB5=sync.csv
-    #[arg(long, value_name = "PIN=FILE", value_parser = edge_file)]
+    /// Write the edges of a pin to a CSV file with the header time_s,level, for example PB5=sync.csv
+    #[arg(long, value_name = "PIN=FILE", value_parser = parse_edge_file)]
     record_edges: Vec<(Pin, PathBuf)>,
-    /// End at the first access that is not modelled, clocked or allowed
+    /// End at the first access that is not modelled, not clocked or not allowed
     #[arg(long)]
     stop_on_lint: bool,
-    /// Answer semihosting, and exit with the program's own status, 1 to 255, unless that is 0
+    /// Serve semihosting calls, and exit with the program's own status, 1 to 255, unless that is 0
     #[arg(long, value_name = "HOW")]
     self_test_exit: Option<SelfTestExit>,
-    /// Leave out a part of the exception model, to show that a self-test notices
+    /// Leave out a part of the exception model, to show that a self-test detects it
     #[arg(long = "break", value_name = "PART")]
-    broken: Vec<Break>,
+    omitted: Vec<OmittedPart>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -134,117 +134,136 @@ enum SelfTestExit {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Break {
+enum OmittedPart {
     /// No floating-point registers in exception frames
     NoFpuFrame,
-    /// The exclusive monitor survives exceptions
+    /// Exceptions do not clear the exclusive monitor
     NoClrex,
     /// The emulator's cached mode flags are not refreshed at an exception
     StaleFlags,
 }
 
-/// Bytes for flash beside the program.
+/// A file and the flash address for its bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Download {
+struct FlashDownload {
     addr: u32,
     file: PathBuf,
 }
 
-fn download(text: &str) -> Result<Download, String> {
-    let wanted = || format!("`{text}` is not ADDRESS=FILE, as in 0x08004000=walker.bin");
-    let (addr, file) = text.split_once('=').ok_or_else(wanted)?;
-    let digits = addr.strip_prefix("0x").ok_or_else(wanted)?;
-    Ok(Download { addr: u32::from_str_radix(digits, 16).map_err(|_| wanted())?, file: file.into() })
+fn parse_download(text: &str) -> Result<FlashDownload, String> {
+    let expected =
+        || format!("`{text}` is not ADDRESS=FILE with a hexadecimal address, for example 0x08004000=generator.bin");
+    let (addr, file) = text.split_once('=').ok_or_else(expected)?;
+    let digits = addr.strip_prefix("0x").ok_or_else(expected)?;
+    Ok(FlashDownload { addr: u32::from_str_radix(digits, 16).map_err(|_| expected())?, file: file.into() })
 }
 
-fn number(text: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| format!("`{text}` is no finite number"))
+fn parse_number(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| format!("`{text}` is not a finite number"))
 }
 
-fn time(text: &str) -> Result<f64, String> {
-    number(text).and_then(|value| if value >= 0.0 { Ok(value) } else { Err("must be 0 or later".into()) })
+fn parse_time(text: &str) -> Result<f64, String> {
+    parse_number(text).and_then(|value| {
+        if value >= 0.0 { Ok(value) } else { Err(format!("{value} is negative; allowed is 0 or more")) }
+    })
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    number(text).and_then(|value| if value > 0.0 { Ok(value) } else { Err("must be greater than 0".into()) })
+fn parse_positive(text: &str) -> Result<f64, String> {
+    parse_number(text).and_then(|value| {
+        if value > 0.0 { Ok(value) } else { Err(format!("{value} is not allowed; must be greater than 0")) }
+    })
 }
 
-fn cpi(text: &str) -> Result<f64, String> {
-    number(text)
-        .and_then(|value| if (0.1..=100.0).contains(&value) { Ok(value) } else { Err("must be 0.1 to 100".into()) })
+fn parse_cpi(text: &str) -> Result<f64, String> {
+    parse_number(text).and_then(|value| {
+        if (0.1..=100.0).contains(&value) {
+            Ok(value)
+        } else {
+            Err(format!("{value} is not allowed; must be 0.1 to 100"))
+        }
+    })
 }
 
-fn press(text: &str) -> Result<Press, String> {
+fn parse_press(text: &str) -> Result<ButtonPress, String> {
     let (at, hold) = text.split_once(':').unwrap_or((text, "0.1"));
-    Ok(Press { at: time(at)?, hold: positive(hold)? })
+    Ok(ButtonPress { at: parse_time(at)?, hold: parse_positive(hold)? })
 }
 
-fn level(text: &str) -> Result<(Pin, bool), String> {
-    let wanted = || format!("`{text}` is not PIN=0 or PIN=1, as in PB12=1");
-    let (pin, level) = text.split_once('=').ok_or_else(wanted)?;
+fn parse_level(text: &str) -> Result<(Pin, bool), String> {
+    let expected = || format!("`{text}` is not PIN=0 or PIN=1, for example PB12=1");
+    let (pin, level) = text.split_once('=').ok_or_else(expected)?;
     let pin: Pin = pin.parse().map_err(|error| format!("{error}"))?;
     match level {
         "0" => Ok((pin, false)),
         "1" => Ok((pin, true)),
-        _ => Err(wanted()),
+        _ => Err(expected()),
     }
 }
 
-fn edge_file(text: &str) -> Result<(Pin, PathBuf), String> {
-    let wanted = || format!("`{text}` is not PIN=FILE, as in PB5=sync.csv");
-    let (pin, file) = text.split_once('=').filter(|(_, file)| !file.is_empty()).ok_or_else(wanted)?;
+fn parse_edge_file(text: &str) -> Result<(Pin, PathBuf), String> {
+    let expected = || format!("`{text}` is not PIN=FILE, for example PB5=sync.csv");
+    let (pin, file) = text.split_once('=').filter(|(_, file)| !file.is_empty()).ok_or_else(expected)?;
     Ok((pin.parse().map_err(|error| format!("{error}"))?, file.into()))
 }
 
-fn injections(cli: &Cli, image: &Image) -> Result<Vec<Injection>> {
+fn collect_injections(cli: &Cli, image: &ProgramImage) -> Result<Vec<Injection>> {
     let mut all = Vec::new();
     for SymbolAt { symbol, at } in &cli.hang {
-        all.push(Injection::new(Kind::Hang(image.function(symbol)?), symbol.clone(), *at));
+        all.push(Injection::new(InjectionKind::Hang(image.find_function(symbol)?), symbol.clone(), *at));
     }
     for SymbolAt { symbol, at } in &cli.fault {
-        all.push(Injection::new(Kind::Fault(image.function(symbol)?), symbol.clone(), *at));
+        all.push(Injection::new(InjectionKind::Fault(image.find_function(symbol)?), symbol.clone(), *at));
     }
     if !cli.panic.is_empty() {
         let names = PANIC_FUNCTIONS.map(|(name, _)| name);
-        let (name, address) =
-            image.first_function(&names).with_context(|| format!("the ELF has none of {}", names.join(", ")))?;
+        let (name, address) = image
+            .find_first_function(&names)
+            .with_context(|| format!("--panic: the ELF has none of the functions {}", names.join(", ")))?;
         let arguments = PANIC_FUNCTIONS.iter().find(|(known, _)| *known == name).map(|(_, arguments)| *arguments);
-        let arguments = arguments.context("a panic function without known arguments")?;
-        all.extend(cli.panic.iter().map(|&at| Injection::new(Kind::Panic(address, arguments), name.into(), at)));
+        let arguments = arguments.context("the arguments of the panic function are not known")?;
+        all.extend(
+            cli.panic.iter().map(|&at| Injection::new(InjectionKind::Panic(address, arguments), name.into(), at)),
+        );
     }
-    all.extend(cli.hse_fail.iter().map(|&at| Injection::new(Kind::Crystal, "HSE".into(), at)));
-    all.extend(cli.adc_overrun.iter().map(|&at| Injection::new(Kind::Overrun, "ADC1".into(), at)));
-    all.extend(cli.dma_error.iter().map(|&at| Injection::new(Kind::Transfer, "DMA2 stream 0".into(), at)));
+    all.extend(cli.hse_fail.iter().map(|&at| Injection::new(InjectionKind::Crystal, "HSE".into(), at)));
+    all.extend(cli.adc_overrun.iter().map(|&at| Injection::new(InjectionKind::Overrun, "ADC1".into(), at)));
+    all.extend(cli.dma_error.iter().map(|&at| Injection::new(InjectionKind::Transfer, "DMA2 stream 0".into(), at)));
     Ok(all)
 }
 
 fn run(cli: &Cli) -> Result<u8> {
-    let mut image = Image::read(&cli.elf)?;
-    for Download { addr, file } in &cli.flash {
+    let mut image = ProgramImage::read(&cli.elf)?;
+    for FlashDownload { addr, file } in &cli.flash {
         let bytes = std::fs::read(file).with_context(|| format!("cannot read {}", file.display()))?;
-        image.download(*addr, &bytes).with_context(|| format!("cannot write {} to flash", file.display()))?;
+        image.add_download(*addr, &bytes).with_context(|| format!("cannot write {} to flash", file.display()))?;
     }
     let volts = match &cli.volts {
-        Some(path) => Volts::read(path, cli.repeat)?,
-        None => Volts::default(),
+        Some(path) => VoltageTable::read(path, cli.repeat)?,
+        None => VoltageTable::default(),
     };
     ensure!(
         cli.vdda.is_none() || !volts.has_vdda(),
-        "--vdda and a column VDDA of the volts both say what the supply is"
+        "both --vdda and a column VDDA of --volts set the supply; remove one of them"
     );
     let mut lines = BTreeMap::new();
     for &(pin, level) in &cli.level {
-        ensure!(lines.insert(pin, Levels::fixed(level)).is_none(), "--level names {pin} twice");
+        ensure!(
+            lines.insert(pin, LevelTable::fixed(level)).is_none(),
+            "--level is given twice for {pin}; allowed is once"
+        );
     }
     for (pin, file) in &cli.edges {
-        ensure!(lines.insert(*pin, Levels::read(file)?).is_none(), "--edges and --level name {pin} twice");
+        ensure!(
+            lines.insert(*pin, LevelTable::read(file)?).is_none(),
+            "--edges or --level is given twice for {pin}; allowed is once"
+        );
     }
-    ensure!(!lines.contains_key(&BUTTON), "{BUTTON} is the user button; allowed is --press");
-    let recorder = Recorder::create(cli.record_conversions.as_deref(), &cli.record_edges)?;
+    ensure!(!lines.contains_key(&BUTTON), "--level or --edges is given for {BUTTON}, the user button; use --press");
+    let recorder = SignalRecorder::create(cli.record_conversions.as_deref(), &cli.record_edges)?;
     let default = SocConfig::default();
     let vdda = cli.vdda.unwrap_or(default.vdda);
     let config = SocConfig { lsi_hz: cli.lsi_hz, vdda, hse_ready: !cli.hse_dead, ..default };
-    let options = Options {
+    let options = RunOptions {
         secs: cli.secs,
         cpi: cli.cpi,
         pace: cli.pace,
@@ -252,17 +271,17 @@ fn run(cli: &Cli) -> Result<u8> {
         semihosting: cli.self_test_exit.is_some(),
         rtt_mode: cli.rtt_mode,
         drain: !cli.no_drain,
-        broken: Broken {
-            no_fpu_frame: cli.broken.contains(&Break::NoFpuFrame),
-            no_clrex: cli.broken.contains(&Break::NoClrex),
+        omitted: OmittedParts {
+            no_fpu_frame: cli.omitted.contains(&OmittedPart::NoFpuFrame),
+            no_clrex: cli.omitted.contains(&OmittedPart::NoClrex),
         },
-        stale_flags: cli.broken.contains(&Break::StaleFlags),
+        stale_flags: cli.omitted.contains(&OmittedPart::StaleFlags),
     };
-    let injections = injections(cli, &image)?;
+    let injections = collect_injections(cli, &image)?;
     let mut plant = BoardPlant::new(volts, cli.press.clone(), lines);
-    plant.pulses.watch(cli.record_edges.iter().map(|(pin, _)| *pin));
-    let report = Report::new(BufWriter::new(stdout()));
-    Run::new(&image, config, plant, injections, recorder, Console::open()?, report, options)?.run()
+    plant.pulses.record_edges_of(cli.record_edges.iter().map(|(pin, _)| *pin));
+    let report = ReportWriter::new(BufWriter::new(stdout()));
+    BoardRun::new(&image, config, plant, injections, recorder, Console::open()?, report, options)?.run()
 }
 
 fn main() -> ExitCode {
@@ -286,35 +305,35 @@ mod tests {
     }
 
     #[test]
-    fn the_command_line_is_sound() {
+    fn the_command_line_is_parsed() {
         Cli::command().debug_assert();
         let cli =
             parse(&["fw.elf", "--secs", "2", "--press", "0.5", "1:0.2", "--hang", "a::b@1", "--break", "no-clrex"])
                 .unwrap();
-        assert_eq!(cli.press, [Press { at: 0.5, hold: 0.1 }, Press { at: 1.0, hold: 0.2 }]);
+        assert_eq!(cli.press, [ButtonPress { at: 0.5, hold: 0.1 }, ButtonPress { at: 1.0, hold: 0.2 }]);
         assert_eq!((cli.secs, cli.cpi, cli.lsi_hz), (Some(2.0), 1.0, 32_000.0));
-        assert_eq!(cli.broken, [Break::NoClrex]);
+        assert_eq!(cli.omitted, [OmittedPart::NoClrex]);
     }
 
     #[test]
-    fn bad_values_are_refused_by_name() {
+    fn bad_values_are_named_in_the_message() {
         for (arguments, words) in [
             (&["fw.elf", "--secs", "0"][..], "greater than 0"),
-            (&["fw.elf", "--secs", "nan"], "no finite number"),
+            (&["fw.elf", "--secs", "nan"], "not a finite number"),
             (&["fw.elf", "--cpi", "0"], "0.1 to 100"),
-            (&["fw.elf", "--press", "x"], "`x` is no finite number"),
+            (&["fw.elf", "--press", "x"], "`x` is not a finite number"),
             (&["fw.elf", "--press", "1:0"], "greater than 0"),
             (&["fw.elf", "--level", "PB12"], "PB12=1"),
             (&["fw.elf", "--level", "PB12=2"], "PB12=1"),
-            (&["fw.elf", "--level", "PX1=1"], "names no pin"),
+            (&["fw.elf", "--level", "PX1=1"], "is not the name of a pin"),
             (&["fw.elf", "--edges", "PC6"], "PIN=FILE"),
-            (&["fw.elf", "--edges", "PX1=a.csv"], "names no pin"),
+            (&["fw.elf", "--edges", "PX1=a.csv"], "is not the name of a pin"),
             (&["fw.elf", "--hang", "tick"], "SYMBOL@SECONDS"),
             (&["fw.elf", "--flash", "4000=x"], "ADDRESS=FILE"),
             (&["fw.elf", "--flash", "0x4000"], "ADDRESS=FILE"),
             (&["fw.elf", "--vdda", "0"], "greater than 0"),
             (&["fw.elf", "--record-edges", "PB5"], "PIN=FILE"),
-            (&["fw.elf", "--record-edges", "P5=a.csv"], "names no pin"),
+            (&["fw.elf", "--record-edges", "P5=a.csv"], "is not the name of a pin"),
             (&["fw.elf", "--rtt-mode", "3"], "3"),
             (&["fw.elf", "--loop"], "--volts"),
             (&[], "ELF"),

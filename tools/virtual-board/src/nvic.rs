@@ -1,16 +1,16 @@
-//! Which exception runs: enable, pending, active and priority of every exception of the Cortex-M4 with the F407's 82 interrupt lines.
+//! NVIC and system exceptions of the Cortex-M4 with 82 interrupt lines: enable, pending, active and priority of each exception.
 //!
 //! Exceptions carry their architectural numbers: 2 NMI, 3 HardFault, 4 MemManage, 5 BusFault, 6 UsageFault, 11 SVCall, 14 PendSV,
 //! 15 SysTick, 16 + n interrupt line n. A lower priority value is more urgent; Reset, NMI and HardFault have -3, -2 and -1.
-//! Pure bookkeeping: nothing here knows of a processor (ARMv7-M Architecture Reference Manual, B1.5 and B3.4).
+//! State only, independent of the processor (ARMv7-M Architecture Reference Manual, B1.5 and B3.4).
 
 /// Number of interrupt lines of the STM32F407.
 pub(crate) const LINES: u8 = 82;
-/// Number of exceptions: 16 of the core and the lines.
+/// Number of exceptions: 16 of the core, and the lines.
 pub(crate) const EXCEPTIONS: usize = 16 + LINES as usize;
-/// The bits of a priority byte that exist: the F407 has the upper four.
+/// Implemented bits of a priority byte: the F407 has the upper four.
 const PRIORITY_MASK: u8 = 0xF0;
-/// Priority with no exception active and nothing masked: less urgent than all.
+/// Execution priority with no exception active and no mask: less urgent than all.
 const THREAD_PRIORITY: i16 = 256;
 
 /// Non-maskable interrupt.
@@ -32,7 +32,7 @@ pub(crate) const PEND_SV: u8 = 14;
 /// SysTick.
 pub(crate) const SYS_TICK: u8 = 15;
 
-/// The mask registers of the processor at one moment.
+/// Values of the mask registers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Masks {
     /// PRIMASK: raises the execution priority to 0.
@@ -75,20 +75,20 @@ impl Default for Nvic {
 }
 
 impl Nvic {
-    /// True for a number that the F407 has: the system exceptions and its interrupt lines.
+    /// True for an exception number of the F407: system exceptions and interrupt lines.
     #[must_use]
     pub(crate) const fn exists(exception: u8) -> bool {
         (exception as usize) < EXCEPTIONS && exception != 0
     }
 
-    /// Lets an exception be taken.
+    /// Enables an exception.
     pub(crate) fn enable(&mut self, exception: u8) {
         if Self::exists(exception) {
             self.enabled |= bit(exception);
         }
     }
 
-    /// Keeps an exception pending until it is enabled again.
+    /// Disables an exception: if pending, it stays pending until it is enabled.
     pub(crate) fn disable(&mut self, exception: u8) {
         if Self::exists(exception) {
             self.enabled &= !bit(exception);
@@ -113,7 +113,7 @@ impl Nvic {
         self.pending |= which;
     }
 
-    /// Takes the pending state back. A line that is still raised is pending again at once, unless it is active.
+    /// Clears the pending state. A line that is still high is pending again at once, unless it is active.
     pub(crate) fn unpend(&mut self, exception: u8) {
         if Self::exists(exception) {
             self.pending &= !bit(exception);
@@ -121,7 +121,7 @@ impl Nvic {
         }
     }
 
-    /// True when the exception waits to be taken.
+    /// True when the exception is pending.
     #[must_use]
     pub(crate) fn is_pending(&self, exception: u8) -> bool {
         Self::exists(exception) && self.pending & bit(exception) != 0
@@ -139,13 +139,13 @@ impl Nvic {
         self.pending >> 16 != 0
     }
 
-    /// True once after an exception has become pending: what SEVONPEND turns into an event.
+    /// True once after an exception has become pending, which is an event with SEVONPEND.
     pub(crate) fn take_newly_pending(&mut self) -> bool {
         std::mem::take(&mut self.newly_pending)
     }
 
-    /// Level of all interrupt lines, bit n of the words = line n. A raised line becomes pending when it rises, and again when its handler
-    /// returns with the line still raised.
+    /// Sets the levels of all interrupt lines; bit n of the 96 is line n. A line becomes pending when it rises, and again when its handler
+    /// returns while the line is high.
     pub(crate) fn set_lines(&mut self, words: &[u32; 3]) {
         let lines = (u128::from(words[0]) | u128::from(words[1]) << 32 | u128::from(words[2]) << 64) << 16
             & ((1 << EXCEPTIONS) - 1);
@@ -161,7 +161,7 @@ impl Nvic {
         self.set_pending(self.lines & !self.active);
     }
 
-    /// Priority byte of an exception whose priority can be set; the four lower bits do not exist.
+    /// Sets the priority byte of an exception with configurable priority; the lower four bits are ignored.
     pub(crate) fn set_priority(&mut self, exception: u8, priority: u8) {
         if Self::exists(exception) && exception >= MEM_MANAGE {
             self.priority[usize::from(exception)] = priority & PRIORITY_MASK;
@@ -174,7 +174,7 @@ impl Nvic {
         self.priority.get(usize::from(exception)).copied().unwrap_or(0)
     }
 
-    /// AIRCR.PRIGROUP: bits above it preempt, bits at and below it only order what waits.
+    /// Sets AIRCR.PRIGROUP, 0 to 7: priority bits above it decide preemption, the others only the order of pending exceptions.
     pub(crate) fn set_prigroup(&mut self, prigroup: u8) {
         self.prigroup = prigroup & 7;
     }
@@ -200,12 +200,12 @@ impl Nvic {
         }
     }
 
-    /// Most urgent active exception's preemption priority, masks aside.
+    /// Preemption priority of the most urgent active exception, without the masks.
     fn active_priority(&self) -> i16 {
         bits(self.active).map(|n| self.group_priority(n)).min().unwrap_or(THREAD_PRIORITY)
     }
 
-    /// The priority at which the processor runs: an exception is taken when it is more urgent than this.
+    /// Execution priority of the processor: a more urgent exception is taken.
     #[must_use]
     pub(crate) fn execution_priority(&self, masks: Masks) -> i16 {
         let mut priority = self.active_priority();
@@ -236,19 +236,19 @@ impl Nvic {
         self.best_pending().filter(|&n| self.group_priority(n) < self.execution_priority(masks))
     }
 
-    /// True when an exception would be taken if the mask registers allowed it: worth asking them at every block.
+    /// True if an exception would be taken with no mask set; the caller must then read the mask registers.
     #[must_use]
     pub(crate) fn has_candidate(&self) -> bool {
         self.deliverable(Masks::default()).is_some()
     }
 
-    /// Starts the handler of an exception: active, no longer pending.
+    /// Makes an exception active and no longer pending.
     pub(crate) fn activate(&mut self, exception: u8) {
         self.pending &= !bit(exception);
         self.active |= bit(exception);
     }
 
-    /// Ends the handler of an exception. A line that is still raised is pending again.
+    /// Makes an exception inactive. A line that is still high is pending again.
     pub(crate) fn deactivate(&mut self, exception: u8) {
         self.active &= !bit(exception);
         self.latch_lines();
@@ -275,7 +275,7 @@ fn bits(mut set: u128) -> impl Iterator<Item = u8> {
 mod tests {
     use super::*;
 
-    const OPEN: Masks = Masks { primask: false, faultmask: false, basepri: 0 };
+    const UNMASKED: Masks = Masks { primask: false, faultmask: false, basepri: 0 };
 
     fn ready(lines: &[(u8, u8)]) -> Nvic {
         let mut nvic = Nvic::default();
@@ -289,9 +289,9 @@ mod tests {
 
     #[test]
     fn takes_the_lowest_priority_value_then_the_lowest_number() {
-        assert_eq!(ready(&[(20, 0x80), (30, 0x40), (31, 0x40)]).deliverable(OPEN), Some(30));
-        assert_eq!(ready(&[(20, 0x40), (30, 0x40)]).deliverable(OPEN), Some(20));
-        assert_eq!(ready(&[]).deliverable(OPEN), None);
+        assert_eq!(ready(&[(20, 0x80), (30, 0x40), (31, 0x40)]).deliverable(UNMASKED), Some(30));
+        assert_eq!(ready(&[(20, 0x40), (30, 0x40)]).deliverable(UNMASKED), Some(20));
+        assert_eq!(ready(&[]).deliverable(UNMASKED), None);
     }
 
     #[test]
@@ -300,17 +300,17 @@ mod tests {
         nvic.set_priority(40, 0x5F);
         assert_eq!(nvic.priority(40), 0x50);
         let nvic = ready(&[(21, 0x4F), (20, 0x41)]);
-        assert_eq!(nvic.deliverable(OPEN), Some(20), "equal after masking: the number decides");
+        assert_eq!(nvic.deliverable(UNMASKED), Some(20), "equal after masking: the number decides");
     }
 
     #[test]
     fn disabled_exceptions_stay_pending() {
         let mut nvic = ready(&[(20, 0x40)]);
         nvic.disable(20);
-        assert_eq!(nvic.deliverable(OPEN), None);
+        assert_eq!(nvic.deliverable(UNMASKED), None);
         assert!(nvic.is_pending(20));
         nvic.enable(20);
-        assert_eq!(nvic.deliverable(OPEN), Some(20));
+        assert_eq!(nvic.deliverable(UNMASKED), Some(20));
     }
 
     #[test]
@@ -321,11 +321,11 @@ mod tests {
             nvic.enable(21);
             nvic.set_priority(21, priority);
             nvic.pend(21);
-            assert_eq!(nvic.deliverable(OPEN).is_some(), taken, "priority {priority:#x} over 0x40");
+            assert_eq!(nvic.deliverable(UNMASKED).is_some(), taken, "priority {priority:#x} over 0x40");
         }
         nvic.deactivate(20);
         nvic.set_priority(21, 0x50);
-        assert_eq!(nvic.deliverable(OPEN), Some(21), "taken once the handler has ended");
+        assert_eq!(nvic.deliverable(UNMASKED), Some(21), "taken once the handler has ended");
     }
 
     #[test]
@@ -334,24 +334,24 @@ mod tests {
         let mut nvic = ready(&[(20, 0x40), (21, 0x70)]);
         nvic.set_prigroup(5);
         nvic.activate(21);
-        assert_eq!(nvic.deliverable(OPEN), None, "same group: no preemption");
+        assert_eq!(nvic.deliverable(UNMASKED), None, "same group: no preemption");
         nvic.deactivate(21);
         nvic.pend(21);
-        assert_eq!(nvic.deliverable(OPEN), Some(20), "the subpriority orders");
+        assert_eq!(nvic.deliverable(UNMASKED), Some(20), "the subpriority decides the order");
     }
 
     #[test]
-    fn masks_hold_exceptions_back() {
+    fn masks_prevent_exceptions() {
         let nvic = ready(&[(20, 0x40)]);
-        assert_eq!(nvic.deliverable(Masks { primask: true, ..OPEN }), None);
-        assert_eq!(nvic.deliverable(Masks { basepri: 0x40, ..OPEN }), None);
-        assert_eq!(nvic.deliverable(Masks { basepri: 0x50, ..OPEN }), Some(20));
+        assert_eq!(nvic.deliverable(Masks { primask: true, ..UNMASKED }), None);
+        assert_eq!(nvic.deliverable(Masks { basepri: 0x40, ..UNMASKED }), None);
+        assert_eq!(nvic.deliverable(Masks { basepri: 0x50, ..UNMASKED }), Some(20));
         assert!(nvic.has_candidate());
         let mut nvic = nvic;
         nvic.pend(NMI);
-        assert_eq!(nvic.deliverable(Masks { primask: true, ..OPEN }), Some(NMI));
-        assert_eq!(nvic.deliverable(Masks { faultmask: true, ..OPEN }), Some(NMI));
-        assert_eq!(nvic.execution_priority(Masks { faultmask: true, ..OPEN }), -1);
+        assert_eq!(nvic.deliverable(Masks { primask: true, ..UNMASKED }), Some(NMI));
+        assert_eq!(nvic.deliverable(Masks { faultmask: true, ..UNMASKED }), Some(NMI));
+        assert_eq!(nvic.execution_priority(Masks { faultmask: true, ..UNMASKED }), -1);
     }
 
     #[test]
@@ -359,7 +359,7 @@ mod tests {
         let mut nvic = Nvic::default();
         nvic.enable(16 + 28);
         nvic.set_lines(&[1 << 28, 0, 0]);
-        assert_eq!(nvic.deliverable(OPEN), Some(44));
+        assert_eq!(nvic.deliverable(UNMASKED), Some(44));
         nvic.activate(44);
         assert!(!nvic.is_pending(44));
         nvic.unpend(44);
@@ -397,7 +397,7 @@ mod tests {
     }
 
     #[test]
-    fn newly_pending_is_told_once() {
+    fn newly_pending_is_reported_once() {
         let mut nvic = Nvic::default();
         nvic.pend(20);
         assert!(nvic.take_newly_pending());

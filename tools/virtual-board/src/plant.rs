@@ -1,4 +1,4 @@
-//! The world at the pins: volts from a recording, a user button, digital lines, and the meter on the outputs.
+//! Signals at the pins: voltages from a recording, the user button, digital inputs, and the measurement of the outputs.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -16,59 +16,60 @@ pub(crate) const BUTTON: Pin = match Pin::new('A', 0) {
     None => panic!("a pin of port A"),
 };
 
-/// The column of the analogue supply.
+/// Name of the column of the analogue supply.
 const VDDA: &str = "VDDA";
 
-/// Where a column of volts belongs.
+/// Pin or supply of a column of voltages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Node {
+enum VoltageColumn {
     Pin(Pin),
     Vdda,
 }
 
-impl Node {
+impl VoltageColumn {
     fn parse(name: &str) -> Result<Self> {
-        if name == VDDA { Ok(Node::Vdda) } else { Ok(Node::Pin(name.parse()?)) }
+        if name == VDDA { Ok(VoltageColumn::Vdda) } else { Ok(VoltageColumn::Pin(name.parse()?)) }
     }
 
     fn name(self) -> String {
         match self {
-            Node::Pin(pin) => pin.to_string(),
-            Node::Vdda => VDDA.into(),
+            VoltageColumn::Pin(pin) => pin.to_string(),
+            VoltageColumn::Vdda => VDDA.into(),
         }
     }
 }
 
-/// Voltages of some pins, and of the analogue supply, over time, linear in between, held before the first row.
+/// Voltages of pins and of the analogue supply over time, V. Linear interpolation between rows; the first row holds before it.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Volts {
+pub(crate) struct VoltageTable {
     times: Vec<f64>,
-    columns: BTreeMap<Node, Vec<f64>>,
+    columns: BTreeMap<VoltageColumn, Vec<f64>>,
     repeat: bool,
 }
 
-impl Volts {
-    /// Reads a CSV file with the header `time_s,PA1,...`; a column `VDDA` is the analogue supply. With `repeat` the recording starts anew where it ends: its last row is where
-    /// its first row comes again; otherwise the last row is held.
+impl VoltageTable {
+    /// Reads a CSV file with the header `time_s,PA1,...`; a column `VDDA` is the analogue supply. With `repeat` the table is periodic: its
+    /// last row is at the same phase as its first; otherwise the last row is held.
     ///
     /// # Errors
-    /// The file cannot be read, or a row or the header is not as it must be; the message names the line.
+    /// The file cannot be read, or its header or a row is invalid; the message names the line.
     pub(crate) fn read(path: &Path, repeat: bool) -> Result<Self> {
         let file = std::fs::File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
-        Self::parse(file, repeat).with_context(|| format!("{} is no table of volts", path.display()))
+        Self::parse(file, repeat).with_context(|| format!("{} is not a valid table of voltages", path.display()))
     }
 
-    /// Reads the CSV text.
+    /// Parses the CSV text.
     ///
     /// # Errors
-    /// As [`Volts::read`].
+    /// As [`VoltageTable::read`].
     pub(crate) fn parse(text: impl Read, repeat: bool) -> Result<Self> {
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text);
         let header = reader.headers()?.clone();
-        ensure!(header.get(0) == Some("time_s"), "line 1: the first column must be `time_s`, as in `time_s,PA1`");
-        let nodes: Vec<Node> = header.iter().skip(1).map(Node::parse).collect::<Result<_>>().context("line 1")?;
-        ensure!(!nodes.is_empty(), "line 1: no pin is named; wanted is for example `time_s,PA1`");
-        let mut volts = Volts { repeat, ..Volts::default() };
+        ensure!(header.get(0) == Some("time_s"), "line 1: the first column must be `time_s`, for example `time_s,PA1`");
+        let nodes: Vec<VoltageColumn> =
+            header.iter().skip(1).map(VoltageColumn::parse).collect::<Result<_>>().context("line 1")?;
+        ensure!(!nodes.is_empty(), "line 1: no pin is named; expected is for example `time_s,PA1`");
+        let mut volts = VoltageTable { repeat, ..VoltageTable::default() };
         for node in &nodes {
             if volts.columns.insert(*node, Vec::new()).is_some() {
                 bail!("line 1: {} is named twice", node.name());
@@ -79,46 +80,46 @@ impl Volts {
             let line = row.position().map_or(0, csv::Position::line);
             let number = |field: &str| match field.parse::<f64>() {
                 Ok(value) if value.is_finite() => Ok(value),
-                _ => bail!("line {line}: `{field}` is no finite number"),
+                _ => bail!("line {line}: `{field}` is not a finite number"),
             };
             let time = number(&row[0])?;
             if let Some(last) = volts.times.last() {
-                ensure!(time > *last, "line {line}: time {time} s does not come after {last} s");
+                ensure!(time > *last, "line {line}: time {time} s does not come after {last} s; times must increase");
             }
             volts.times.push(time);
             for (node, field) in nodes.iter().zip(row.iter().skip(1)) {
                 let value = number(field)?;
                 ensure!(
-                    *node != Node::Vdda || value > 0.0,
+                    *node != VoltageColumn::Vdda || value > 0.0,
                     "line {line}: {VDDA} of {value} V; the converter divides by it, so it must be greater than 0"
                 );
                 volts.columns.entry(*node).or_default().push(value);
             }
         }
-        ensure!(!volts.times.is_empty(), "there is no row");
-        ensure!(!repeat || volts.times.len() > 1, "a single row cannot be repeated");
+        ensure!(!volts.times.is_empty(), "the table has no row; at least one is required");
+        ensure!(!repeat || volts.times.len() > 1, "a single row cannot be repeated; --loop needs at least two");
         Ok(volts)
     }
 
-    /// True when the table says what the analogue supply is.
+    /// True if the table has the analogue supply.
     #[must_use]
     pub(crate) fn has_vdda(&self) -> bool {
-        self.columns.contains_key(&Node::Vdda)
+        self.columns.contains_key(&VoltageColumn::Vdda)
     }
 
-    /// Volts at a pin; 0 V at a pin that is not in the recording.
+    /// Voltage at a pin, V; 0 V at a pin that is not in the table.
     #[must_use]
     pub(crate) fn at(&self, pin: Pin, seconds: f64) -> f64 {
-        self.of(Node::Pin(pin), seconds).unwrap_or(0.0)
+        self.of(VoltageColumn::Pin(pin), seconds).unwrap_or(0.0)
     }
 
-    /// The analogue supply, V, where the table has it.
+    /// Analogue supply, V; `None`: not in the table.
     #[must_use]
     pub(crate) fn vdda(&self, seconds: f64) -> Option<f64> {
-        self.of(Node::Vdda, seconds)
+        self.of(VoltageColumn::Vdda, seconds)
     }
 
-    fn of(&self, node: Node, seconds: f64) -> Option<f64> {
+    fn of(&self, node: VoltageColumn, seconds: f64) -> Option<f64> {
         let (column, &first, &last) = (self.columns.get(&node)?, self.times.first()?, self.times.last()?);
         let time = if self.repeat && seconds > first { first + (seconds - first) % (last - first) } else { seconds };
         let after = self.times.partition_point(|&row| row <= time);
@@ -131,21 +132,21 @@ impl Volts {
     }
 }
 
-/// The level of a digital line over time; low before its first edge.
+/// Level of a digital input over time; low before its first edge.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Levels {
-    /// Times, and the level from each of them on.
+pub(crate) struct LevelTable {
+    /// Times, s, and the level from each on.
     edges: Vec<(f64, bool)>,
 }
 
-impl Levels {
-    /// Reads a CSV file with the header `time_s,level`, an edge a row: what a logic analyser exports, and what `footfall sync` takes.
+impl LevelTable {
+    /// Reads a CSV file with the header `time_s,level`, one edge per row, as logic analysers export and `footfall sync` reads.
     ///
     /// # Errors
-    /// The file cannot be read, or a row or the header is not as it must be; the message names the line.
+    /// The file cannot be read, or its header or a row is invalid; the message names the line.
     pub(crate) fn read(path: &Path) -> Result<Self> {
         let file = std::fs::File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
-        Self::parse(file).with_context(|| format!("{} is no list of edges", path.display()))
+        Self::parse(file).with_context(|| format!("{} is not a valid list of edges", path.display()))
     }
 
     fn parse(text: impl Read) -> Result<Self> {
@@ -157,7 +158,7 @@ impl Levels {
             let line = row.position().map_or(0, csv::Position::line);
             let time = match row[0].parse::<f64>() {
                 Ok(time) if time.is_finite() => time,
-                _ => bail!("line {line}: `{}` is no finite number", &row[0]),
+                _ => bail!("line {line}: `{}` is not a finite number", &row[0]),
             };
             let level = match &row[1] {
                 "0" => false,
@@ -165,14 +166,14 @@ impl Levels {
                 other => bail!("line {line}: the level is `{other}`; allowed is 0 or 1"),
             };
             if let Some((last, _)) = edges.last() {
-                ensure!(time > *last, "line {line}: time {time} s does not come after {last} s");
+                ensure!(time > *last, "line {line}: time {time} s does not come after {last} s; times must increase");
             }
             edges.push((time, level));
         }
         Ok(Self { edges })
     }
 
-    /// Always the same.
+    /// A constant level.
     pub(crate) fn fixed(level: bool) -> Self {
         Self { edges: vec![(f64::NEG_INFINITY, level)] }
     }
@@ -189,41 +190,41 @@ impl Levels {
 
 /// One press of the user button.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Press {
-    /// When it goes down, s.
+pub(crate) struct ButtonPress {
+    /// Time of the press, s.
     pub(crate) at: f64,
-    /// How long it stays down, s.
+    /// Duration, s.
     pub(crate) hold: f64,
 }
 
-/// The plant of the board.
+/// Signals at the pins of the board.
 #[derive(Debug, Default)]
 pub(crate) struct BoardPlant {
-    volts: Volts,
-    presses: Vec<Press>,
-    lines: BTreeMap<Pin, Levels>,
-    /// The button as a person holds it now.
+    volts: VoltageTable,
+    presses: Vec<ButtonPress>,
+    lines: BTreeMap<Pin, LevelTable>,
+    /// The user holds the button pressed.
     held: bool,
-    /// The person has pressed or let go since the chip last looked.
+    /// The user has pressed or released since the last input sample.
     changed: Cell<bool>,
-    /// Meter on the output pins.
+    /// Measurement of the output pins.
     pub(crate) pulses: Pulses,
 }
 
 impl BoardPlant {
-    /// A plant with recorded volts, presses at given times, and digital lines.
+    /// A plant with recorded voltages, presses at given times, and digital inputs.
     #[must_use]
-    pub(crate) fn new(volts: Volts, presses: Vec<Press>, lines: BTreeMap<Pin, Levels>) -> Self {
+    pub(crate) fn new(volts: VoltageTable, presses: Vec<ButtonPress>, lines: BTreeMap<Pin, LevelTable>) -> Self {
         BoardPlant { volts, presses, lines, ..BoardPlant::default() }
     }
 
-    /// Presses the button, or lets it go, now.
+    /// Presses or releases the button.
     pub(crate) fn hold_button(&mut self, down: bool) {
         self.held = down;
         self.changed.set(true);
     }
 
-    /// True when a press or an edge is still to come after a time.
+    /// True if an input changes after a time, s.
     #[must_use]
     pub(crate) fn expects_change(&self, seconds: f64) -> bool {
         self.presses.iter().any(|press| press.at + press.hold > seconds)
@@ -240,7 +241,7 @@ impl Plant for BoardPlant {
         self.volts.vdda(seconds)
     }
 
-    fn pin(&mut self, pin: Pin, seconds: f64) -> bool {
+    fn input_level(&mut self, pin: Pin, seconds: f64) -> bool {
         if pin == BUTTON {
             self.changed.set(false);
             return self.held || self.presses.iter().any(|press| (press.at..press.at + press.hold).contains(&seconds));
@@ -248,7 +249,7 @@ impl Plant for BoardPlant {
         self.lines.get(&pin).is_some_and(|line| line.at(seconds))
     }
 
-    fn edge(&mut self, pin: Pin, level: bool, seconds: f64) {
+    fn record_edge(&mut self, pin: Pin, level: bool, seconds: f64) {
         self.pulses.edge(pin, level, seconds);
     }
 
@@ -266,8 +267,8 @@ impl Plant for BoardPlant {
 mod tests {
     use super::*;
 
-    fn volts(text: &str, repeat: bool) -> Result<Volts> {
-        Volts::parse(text.as_bytes(), repeat)
+    fn volts(text: &str, repeat: bool) -> Result<VoltageTable> {
+        VoltageTable::parse(text.as_bytes(), repeat)
     }
 
     #[test]
@@ -311,15 +312,15 @@ mod tests {
             ("", "first column"),
             ("t,PA1\n0,1\n", "must be `time_s`"),
             ("time_s\n0\n", "no pin is named"),
-            ("time_s,PQ1\n0,1\n", "`PQ1` names no pin"),
+            ("time_s,PQ1\n0,1\n", "`PQ1` is not the name of a pin"),
             ("time_s,PA1,PA1\n0,1,1\n", "PA1 is named twice"),
-            ("time_s,PA1\n", "there is no row"),
+            ("time_s,PA1\n", "the table has no row; at least one is required"),
             ("time_s,PA1\n0,1\n0,2\n", "line 3: time 0 s does not come after 0 s"),
-            ("time_s,PA1\n0,1\n1,nan\n", "line 3: `nan` is no finite number"),
-            ("time_s,PA1\n0,1\n1,x\n", "line 3: `x` is no finite number"),
+            ("time_s,PA1\n0,1\n1,nan\n", "line 3: `nan` is not a finite number"),
+            ("time_s,PA1\n0,1\n1,x\n", "line 3: `x` is not a finite number"),
             ("time_s,PA1\n0,1\n1\n", "line: 3"),
             ("time_s,VDDA,VDDA\n0,3,3\n", "VDDA is named twice"),
-            ("time_s,vdda\n0,3\n", "`vdda` names no pin"),
+            ("time_s,vdda\n0,3\n", "`vdda` is not the name of a pin"),
             ("time_s,PA1,VDDA\n0,1,3\n1,1,0\n", "line 3: VDDA of 0 V; the converter divides by it"),
             ("time_s,VDDA\n0,-3\n", "line 2: VDDA of -3 V"),
         ] {
@@ -330,37 +331,41 @@ mod tests {
     }
 
     #[test]
-    fn the_button_is_down_during_presses_and_while_held() {
-        let press = Press { at: 1.0, hold: 0.1 };
-        let mut plant = BoardPlant::new(Volts::default(), vec![press], BTreeMap::new());
+    fn the_button_is_high_during_presses_and_while_held() {
+        let press = ButtonPress { at: 1.0, hold: 0.1 };
+        let mut plant = BoardPlant::new(VoltageTable::default(), vec![press], BTreeMap::new());
         assert_eq!(plant.next_pin_change(0.0), Some(1.0));
         assert_eq!(plant.next_pin_change(1.0), Some(1.1));
         assert_eq!(plant.next_pin_change(1.1), Some(f64::INFINITY));
         assert!(
-            !plant.pin(BUTTON, 0.999) && plant.pin(BUTTON, 1.0) && plant.pin(BUTTON, 1.05) && !plant.pin(BUTTON, 1.1)
+            !plant.input_level(BUTTON, 0.999)
+                && plant.input_level(BUTTON, 1.0)
+                && plant.input_level(BUTTON, 1.05)
+                && !plant.input_level(BUTTON, 1.1)
         );
         plant.hold_button(true);
-        assert_eq!(plant.next_pin_change(5.0), Some(5.0), "the chip must look now");
-        assert!(plant.pin(BUTTON, 5.0));
+        assert_eq!(plant.next_pin_change(5.0), Some(5.0), "the chip must sample at once");
+        assert!(plant.input_level(BUTTON, 5.0));
         assert_eq!(plant.next_pin_change(5.0), Some(f64::INFINITY));
         assert!(plant.expects_change(1.05) && !plant.expects_change(1.2));
     }
 
     #[test]
-    fn fixed_levels_are_seen_and_other_pins_are_low() {
+    fn fixed_levels_apply_and_other_pins_are_low() {
         let pin: Pin = "PB12".parse().unwrap();
-        let mut plant = BoardPlant::new(Volts::default(), vec![], BTreeMap::from([(pin, Levels::fixed(true))]));
-        assert!(plant.pin(pin, 0.0));
-        assert!(!plant.pin("PB13".parse().unwrap(), 0.0));
+        let mut plant =
+            BoardPlant::new(VoltageTable::default(), vec![], BTreeMap::from([(pin, LevelTable::fixed(true))]));
+        assert!(plant.input_level(pin, 0.0));
+        assert!(!plant.input_level("PB13".parse().unwrap(), 0.0));
     }
 
     #[test]
     fn a_line_has_the_edges_of_its_file() {
         let pin: Pin = "PC6".parse().unwrap();
-        let line = Levels::parse("time_s,level\n0.5,1\n0.5001,0\n# a comment\n2,1\n".as_bytes()).unwrap();
-        let mut plant = BoardPlant::new(Volts::default(), vec![], BTreeMap::from([(pin, line)]));
+        let line = LevelTable::parse("time_s,level\n0.5,1\n0.5001,0\n# a comment\n2,1\n".as_bytes()).unwrap();
+        let mut plant = BoardPlant::new(VoltageTable::default(), vec![], BTreeMap::from([(pin, line)]));
         for (time, want) in [(0.0, false), (0.5, true), (0.50005, true), (0.5001, false), (1.9, false), (9.0, true)] {
-            assert_eq!(plant.pin(pin, time), want, "at {time}");
+            assert_eq!(plant.input_level(pin, time), want, "at {time}");
         }
         assert_eq!([0.0, 0.5, 1.0, 2.0].map(|t| plant.next_pin_change(t)), [0.5, 0.5001, 2.0, f64::INFINITY].map(Some));
         assert!(plant.expects_change(1.9) && !plant.expects_change(2.0));
@@ -368,9 +373,9 @@ mod tests {
             ("time,level\n", "the header must be `time_s,level`"),
             ("time_s,level\n0,up\n", "line 2: the level is `up`; allowed is 0 or 1"),
             ("time_s,level\n0,1\n0,0\n", "line 3: time 0 s does not come after 0 s"),
-            ("time_s,level\nx,1\n", "line 2: `x` is no finite number"),
+            ("time_s,level\nx,1\n", "line 2: `x` is not a finite number"),
         ] {
-            let message = format!("{:#}", Levels::parse(text.as_bytes()).unwrap_err());
+            let message = format!("{:#}", LevelTable::parse(text.as_bytes()).unwrap_err());
             assert!(message.contains(words), "{message}");
         }
     }

@@ -1,4 +1,4 @@
-//! What the servos see: the width of each pulse on PE9, PE11, PE13 and PE14, every edge counted, and edges that should not be there.
+//! Measurement of the servo outputs PE9, PE11, PE13 and PE14: pulse widths, edge counts, and edges while the outputs are disarmed.
 //!
 //! Armed means that TIM1's main output enable (BDTR.MOE) is set. An edge of a servo pin while it is not is counted as before arming or as
 //! after disarming, by whether MOE has been set since the last reset. The one falling edge that disarming itself causes is not counted.
@@ -13,50 +13,50 @@ pub(crate) const SERVOS: [Pin; 4] = match (Pin::new('E', 9), Pin::new('E', 11), 
     _ => panic!("pins of port E"),
 };
 
-/// How long after disarming a falling edge still counts as its effect, s.
-const DISARM_EDGE: f64 = 1e-6;
+/// Time after disarming in which a falling edge counts as its effect, s.
+const DISARM_EDGE_S: f64 = 1e-6;
 
 /// The pulses of one period.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Period {
+pub(crate) struct PulsePeriod {
     /// Time of the first rising edge, s.
     pub(crate) seconds: f64,
-    /// Width of each servo's pulse, us; `None` where there was none.
+    /// Pulse width of each servo, us; `None`: no pulse.
     pub(crate) us: [Option<f64>; 4],
 }
 
-/// Something that matters to whoever watches for the outputs to be off.
+/// A change of the servo outputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Change {
+pub(crate) enum OutputChange {
     /// The last servo pin went low (false), or the first one high (true).
     High(bool),
     /// The main output enable was cleared or set.
     Armed(bool),
 }
 
-/// A change with its moment.
+/// A change of the servo outputs with its time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Activity {
-    /// When, s.
+pub(crate) struct TimedOutputChange {
+    /// Time, s.
     pub(crate) seconds: f64,
     /// Instructions executed by then.
     pub(crate) instructions: u64,
-    /// What.
-    pub(crate) change: Change,
+    /// Change.
+    pub(crate) change: OutputChange,
 }
 
 /// A change of a pin's level.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Edge {
-    /// Which.
+pub(crate) struct PinEdge {
+    /// Pin.
     pub(crate) pin: Pin,
-    /// When, s.
+    /// Time, s.
     pub(crate) seconds: f64,
     /// The level after it.
     pub(crate) level: bool,
 }
 
-/// Measures the servo pins, and counts the edges of all.
+/// Measures the servo pins, and counts the edges of all pins.
 #[derive(Debug, Default)]
 pub(crate) struct Pulses {
     rise: [Option<f64>; 4],
@@ -74,37 +74,37 @@ pub(crate) struct Pulses {
     pub(crate) after_disarming: u64,
     /// Instructions executed so far; the board keeps it up to date.
     pub(crate) instructions: u64,
-    /// Pins whose edges are kept, and these.
+    /// Pins whose edges are recorded, and the recorded edges.
     watched: Vec<Pin>,
-    kept: Vec<Edge>,
-    periods: Vec<Period>,
-    activity: Vec<Activity>,
+    kept: Vec<PinEdge>,
+    periods: Vec<PulsePeriod>,
+    activity: Vec<TimedOutputChange>,
 }
 
 impl Pulses {
-    /// Keeps the edges of some pins until they are taken.
-    pub(crate) fn watch(&mut self, pins: impl Iterator<Item = Pin>) {
+    /// Starts recording the edges of pins.
+    pub(crate) fn record_edges_of(&mut self, pins: impl Iterator<Item = Pin>) {
         self.watched.extend(pins);
     }
 
     /// The edges of watched pins since the last call, in the order of time.
-    pub(crate) fn take_edges(&mut self) -> Vec<Edge> {
+    pub(crate) fn take_edges(&mut self) -> Vec<PinEdge> {
         std::mem::take(&mut self.kept)
     }
 
-    /// Tells that the main output enable has changed.
+    /// Sets the state of the main output enable.
     pub(crate) fn set_armed(&mut self, armed: bool, seconds: f64) {
         if self.armed && !armed {
             self.disarmed_at = seconds;
         }
         if self.armed != armed {
-            self.note(seconds, Change::Armed(armed));
+            self.note(seconds, OutputChange::Armed(armed));
         }
         self.armed = armed;
         self.armed_since_reset |= armed;
     }
 
-    /// Tells that the chip was reset.
+    /// Records a reset of the chip.
     pub(crate) fn reset(&mut self, seconds: f64) {
         self.set_armed(false, seconds);
         self.armed_since_reset = false;
@@ -122,18 +122,18 @@ impl Pulses {
         self.rise.iter().any(Option::is_some)
     }
 
-    fn note(&mut self, seconds: f64, change: Change) {
-        self.activity.push(Activity { seconds, instructions: self.instructions, change });
+    fn note(&mut self, seconds: f64, change: OutputChange) {
+        self.activity.push(TimedOutputChange { seconds, instructions: self.instructions, change });
     }
 
-    /// Takes an edge of any pin.
+    /// Records an edge of any pin.
     pub(crate) fn edge(&mut self, pin: Pin, level: bool, seconds: f64) {
         *self.edges.entry(pin).or_default() += 1;
         if self.watched.contains(&pin) {
-            self.kept.push(Edge { pin, seconds, level });
+            self.kept.push(PinEdge { pin, seconds, level });
         }
         let Some(servo) = SERVOS.iter().position(|&servo| servo == pin) else { return };
-        let ends_by_disarming = !level && seconds - self.disarmed_at <= DISARM_EDGE;
+        let ends_by_disarming = !level && seconds - self.disarmed_at <= DISARM_EDGE_S;
         if !self.armed && !ends_by_disarming {
             let count = if self.armed_since_reset { &mut self.after_disarming } else { &mut self.before_arming };
             *count += 1;
@@ -150,25 +150,25 @@ impl Pulses {
         }
         let high = self.any_high();
         if high != was_high {
-            self.note(seconds, Change::High(high));
+            self.note(seconds, OutputChange::High(high));
         }
-        // All low again: the period's pulses are complete.
+        // All pins are low again: the pulses of the period are complete.
         if !high && let Some(start) = self.period.take() {
-            self.periods.push(Period { seconds: start, us: std::mem::take(&mut self.done) });
+            self.periods.push(PulsePeriod { seconds: start, us: std::mem::take(&mut self.done) });
         }
     }
 
-    /// The periods that have become complete since the last call.
-    pub(crate) fn take_periods(&mut self) -> Vec<Period> {
+    /// The periods completed since the last call.
+    pub(crate) fn take_periods(&mut self) -> Vec<PulsePeriod> {
         std::mem::take(&mut self.periods)
     }
 
     /// The changes since the last call, in the order of time.
-    pub(crate) fn take_activity(&mut self) -> Vec<Activity> {
+    pub(crate) fn take_activity(&mut self) -> Vec<TimedOutputChange> {
         std::mem::take(&mut self.activity)
     }
 
-    /// Number of edges of each pin that had any.
+    /// Number of edges of each pin with edges.
     #[must_use]
     pub(crate) const fn edges(&self) -> &BTreeMap<Pin, u64> {
         &self.edges
@@ -217,13 +217,13 @@ mod tests {
     }
 
     #[test]
-    fn edges_without_the_output_enable_are_told_apart() {
+    fn edges_while_disarmed_are_counted_separately() {
         let mut pulses = Pulses::default();
         pulses.edge(SERVOS[0], true, 0.1);
         pulses.edge(SERVOS[0], false, 0.2);
         pulses.set_armed(true, 1.0);
         pulses.edge(SERVOS[0], true, 1.5);
-        // The high pulse is cut by disarming: its falling edge comes at the same moment.
+        // Disarming ends the pulse: its falling edge comes at the same time.
         pulses.set_armed(false, 1.5005);
         pulses.edge(SERVOS[0], false, 1.5005);
         assert_eq!((pulses.before_arming, pulses.after_disarming), (2, 0));
@@ -232,20 +232,24 @@ mod tests {
         assert_eq!((pulses.before_arming, pulses.after_disarming), (2, 2));
         pulses.reset(3.0);
         pulses.edge(SERVOS[1], true, 3.0);
-        assert_eq!((pulses.before_arming, pulses.after_disarming), (3, 2), "a rising edge is never the reset's effect");
+        assert_eq!(
+            (pulses.before_arming, pulses.after_disarming),
+            (3, 2),
+            "a rising edge is not an effect of the reset"
+        );
     }
 
     #[test]
-    fn other_pins_are_counted_and_kept_if_watched() {
+    fn other_pins_are_counted_and_recorded_if_selected() {
         let mut pulses = Pulses::default();
         let led = Pin::new('D', 12).unwrap();
         pulses.edge(led, true, 0.0);
         assert_eq!(pulses.edges()[&led], 1);
-        assert_eq!(pulses.take_edges(), [], "nobody watches");
-        pulses.watch([led].into_iter());
+        assert_eq!(pulses.take_edges(), [], "not recorded");
+        pulses.record_edges_of([led].into_iter());
         pulses.edge(led, false, 2.5);
         pulses.edge(Pin::new('B', 5).unwrap(), true, 2.75);
-        assert_eq!(pulses.take_edges(), [Edge { pin: led, seconds: 2.5, level: false }]);
+        assert_eq!(pulses.take_edges(), [PinEdge { pin: led, seconds: 2.5, level: false }]);
         assert_eq!(pulses.take_edges(), []);
         assert_eq!(pulses.before_arming, 0);
         assert!(pulses.take_activity().is_empty());

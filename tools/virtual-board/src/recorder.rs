@@ -1,6 +1,7 @@
-//! Files that a run writes beside its report: what the ADC gave the program, and the edges of pins.
+//! CSV files of a run: ADC results and edges of pins.
 //!
-//! A file of edges is CSV with the header `time_s,level`: virtual seconds since power-on, and 1 after a rising edge, 0 after a falling one.
+//! Columns of a file of edges: `time_s`, virtual seconds since power-on; `level`, 1 after a rising edge, 0 after a falling one. Columns of
+//! the file of ADC results: `time_s`, `group` (`injected` or `regular`), `channel`, `code`.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -8,21 +9,21 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result};
 use stm32f4_model::{Conversion, Pin};
 
-use crate::pulses::Edge;
+use crate::pulses::PinEdge;
 use crate::report;
 
-/// The files of a run.
+/// The open files of a run.
 #[derive(Default)]
-pub(crate) struct Recorder {
+pub(crate) struct SignalRecorder {
     conversions: Option<csv::Writer<File>>,
     edges: Vec<(Pin, csv::Writer<File>)>,
 }
 
-impl Recorder {
+impl SignalRecorder {
     /// Creates the files.
     ///
     /// # Errors
-    /// One that cannot be written.
+    /// A file cannot be written.
     pub(crate) fn create(conversions: Option<&Path>, edges: &[(Pin, PathBuf)]) -> Result<Self> {
         let open = |path: &Path, header: &[&str]| -> Result<_> {
             let create = || -> Result<_, csv::Error> {
@@ -32,7 +33,7 @@ impl Recorder {
             };
             create().with_context(|| format!("cannot write {}", path.display()))
         };
-        Ok(Recorder {
+        Ok(SignalRecorder {
             conversions: conversions.map(|path| open(path, &["time_s", "group", "channel", "code"])).transpose()?,
             edges: edges
                 .iter()
@@ -41,7 +42,7 @@ impl Recorder {
         })
     }
 
-    /// Writes a result that the program was given.
+    /// Writes an ADC result.
     pub(crate) fn conversion(&mut self, seconds: f64, one: &Conversion) -> Result<()> {
         let Some(file) = &mut self.conversions else { return Ok(()) };
         let group = if one.injected { "injected" } else { "regular" };
@@ -51,7 +52,7 @@ impl Recorder {
     }
 
     /// Writes edges to the files of their pins.
-    pub(crate) fn edges(&mut self, edges: &[Edge]) -> Result<()> {
+    pub(crate) fn edges(&mut self, edges: &[PinEdge]) -> Result<()> {
         for edge in edges {
             for (_, file) in self.edges.iter_mut().filter(|(pin, _)| *pin == edge.pin) {
                 let time = report::seconds(edge.seconds).to_string();
@@ -61,7 +62,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Brings everything to disk.
+    /// Flushes all files.
     pub(crate) fn flush(&mut self) -> Result<()> {
         for file in self.conversions.iter_mut().chain(self.edges.iter_mut().map(|(_, file)| file)) {
             file.flush()?;

@@ -1,33 +1,33 @@
-//! What the board tells: one JSON object a line, on standard output.
+//! Output of the virtual board: one JSON object per line on standard output.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use serde::Serialize;
 
-/// One line. Times are virtual seconds since power-on.
+/// One line of output. Times are virtual seconds since power-on.
 #[derive(Debug, Clone, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
-pub(crate) enum Line {
-    /// First line: what runs.
+pub(crate) enum ReportLine {
+    /// First line: the program.
     Start {
         /// SHA-256 of the ELF file.
         elf_sha256: String,
         /// Core clock at power-on, Hz.
         hclk_hz: u32,
-        /// Cycles charged for an instruction.
+        /// Cycles per instruction.
         cpi: f64,
     },
-    /// The chip came out of reset.
+    /// The chip left reset.
     Boot {
-        /// When.
+        /// Time.
         t_s: f64,
         /// `power_on`, `iwdg`, `software` or `pin`.
         cause: String,
     },
     /// Bytes of RTT up channel 0, hexadecimal.
     Rtt {
-        /// When they were taken.
+        /// Time at which they were read.
         t_s: f64,
         /// The bytes.
         hex: String,
@@ -36,12 +36,12 @@ pub(crate) enum Line {
     Pulses {
         /// Time of the first rising edge.
         t_s: f64,
-        /// Widths on the four servo pins, us; null where there was none.
+        /// Widths on the four servo pins, us; null: no pulse.
         us: [Option<f64>; 4],
     },
-    /// Each 100 ms.
+    /// State of the run, every 100 ms.
     Status {
-        /// When.
+        /// Time.
         t_s: f64,
         /// Core clock, Hz.
         hclk_hz: u32,
@@ -49,173 +49,173 @@ pub(crate) enum Line {
         instructions: u64,
         /// Exceptions taken since power-on.
         exceptions: u64,
-        /// Part of the cycles since the last status line that the core slept.
+        /// Fraction of the cycles since the last status line in which the core slept, 0 to 1.
         asleep: f64,
         /// TIM1's main output enable.
         armed: bool,
     },
-    /// The first time of an access that the models cannot follow or the chip would refuse.
+    /// First occurrence of an access that is not modelled, not clocked or not allowed.
     Lint {
-        /// When.
+        /// Time.
         t_s: f64,
-        /// In words.
+        /// Description.
         text: String,
-        /// Function that ran then, as far as known.
+        /// Function that made it; null: not known.
         function: Option<String>,
     },
     /// A fault exception was taken.
     Fault {
-        /// When.
+        /// Time.
         t_s: f64,
         /// The exception taken: 3 HardFault, 4 MemManage, 5 BusFault, 6 UsageFault.
         exception: u8,
-        /// Why.
+        /// Cause, in words.
         cause: &'static str,
-        /// Program counter of the cause.
+        /// Program counter, hexadecimal.
         pc: String,
-        /// Function that holds it.
+        /// Function at the program counter; null: not known.
         function: Option<String>,
     },
-    /// The core locked up; only a reset helps.
+    /// The core locked up; only a reset ends that.
     Lockup {
-        /// When.
+        /// Time.
         t_s: f64,
-        /// Why.
+        /// Cause, in words.
         cause: &'static str,
-        /// Program counter.
+        /// Program counter, hexadecimal.
         pc: String,
     },
     /// Text that the program wrote by semihosting.
     Semihosting {
-        /// When.
+        /// Time.
         t_s: f64,
         /// The text.
         text: String,
     },
-    /// A fault was put in.
+    /// A fault was injected.
     Injected {
-        /// When.
+        /// Time.
         t_s: f64,
-        /// `hang`, `fault`, `panic` or `hse`.
+        /// `hang`, `fault`, `panic`, `hse`, `overrun` or `dma`.
         kind: &'static str,
-        /// The symbol, or the function that was called.
+        /// Name of the function or of the peripheral.
         symbol: String,
     },
-    /// What an injected fault led to, told when the outputs are armed again or at the end.
+    /// Outcome of an injected fault, written when the outputs are armed again or at the end.
     Reaction(Reaction),
     /// Last line.
-    End(Box<End>),
+    End(Box<RunSummary>),
 }
 
-/// From the effect of an injected fault to the outputs.
+/// Outcome of an injected fault: times from its effect to safe outputs and to the reset.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Reaction {
-    /// `hang`, `fault`, `panic` or `hse`.
+    /// `hang`, `fault`, `panic`, `hse`, `overrun` or `dma`.
     pub(crate) kind: &'static str,
-    /// The symbol, or the function that was called.
+    /// Name of the function or of the peripheral.
     pub(crate) symbol: String,
-    /// When it was put in; null: the run ended before.
+    /// Time of the injection; null: the run ended before.
     pub(crate) injected_s: Option<f64>,
-    /// When it took effect: the hung function was entered, the fault handler or the panic function began; null: never.
+    /// Time of its effect: start of the hung function, of the fault handler or of the panic function; null: no effect.
     pub(crate) effect_s: Option<f64>,
-    /// From the effect to TIM1's main output enable being clear, us.
+    /// From the effect until TIM1's main output enable was clear, us; null: it stayed set.
     pub(crate) disarmed_us: Option<f64>,
-    /// The same in instructions executed.
+    /// The same, in instructions executed.
     pub(crate) disarmed_instructions: Option<u64>,
-    /// From the effect to the last moment at which a servo pin was high, us: 0 when all were low already.
+    /// From the effect to the last time at which a servo pin was high, us; 0: all were low already; null: pulses continued.
     pub(crate) low_us: Option<f64>,
-    /// The same in instructions executed.
+    /// The same, in instructions executed.
     pub(crate) low_instructions: Option<u64>,
-    /// From the effect to the next reset of the chip, us.
+    /// From the effect to the next reset of the chip, us; null: no reset.
     pub(crate) reset_us: Option<f64>,
 }
 
-/// One kind of lint with its count.
+/// A lint with its count.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct LintCount {
-    /// In words.
+    /// Description.
     pub(crate) text: String,
-    /// How often.
+    /// Number of occurrences.
     pub(crate) count: u64,
-    /// True where the models end.
+    /// True: the access is not modelled, so that the run shows nothing about the chip.
     pub(crate) unmodelled: bool,
 }
 
-/// A reset that happened.
+/// A reset during the run.
 #[derive(Debug, Clone, Serialize)]
-pub(crate) struct Reset {
-    /// When.
+pub(crate) struct ResetRecord {
+    /// Time.
     pub(crate) t_s: f64,
     /// `iwdg`, `software` or `pin`.
     pub(crate) cause: String,
 }
 
-/// The whole run.
+/// Summary of the run.
 #[derive(Debug, Clone, Serialize)]
-pub(crate) struct End {
-    /// When it ended.
+pub(crate) struct RunSummary {
+    /// Time at which it ended.
     pub(crate) t_s: f64,
-    /// `time`, `lockup`, `asleep`, `lint`, `killed` or `semihosting`.
+    /// `time`, `lockup`, `asleep` (no wake-up source), `lint`, `killed` (`quit`, signal or closed output) or `semihosting`.
     pub(crate) reason: &'static str,
-    /// Status that the program gave by semihosting.
+    /// Exit status that the program passed by semihosting.
     pub(crate) status: Option<u32>,
-    /// Number of accesses that the models cannot follow.
+    /// Number of accesses that are not modelled.
     pub(crate) unmodelled: u64,
-    /// Every kind of lint.
+    /// All lints.
     pub(crate) lints: Vec<LintCount>,
-    /// Every reset after power-on.
-    pub(crate) resets: Vec<Reset>,
+    /// All resets after power-on.
+    pub(crate) resets: Vec<ResetRecord>,
     /// Fault exceptions taken.
     pub(crate) faults: u64,
-    /// Of these, the ones that no injected fault explains.
+    /// Of these, those that were not caused by an injected fault.
     pub(crate) unexpected_faults: u64,
-    /// Edges of each pin that had any.
+    /// Number of edges of each pin with edges.
     pub(crate) edges: BTreeMap<String, u64>,
-    /// Edges of servo pins after a reset and before the first arming.
+    /// Edges of servo pins between a reset and the first arming.
     pub(crate) edges_before_arming: u64,
-    /// Edges of servo pins after disarming.
+    /// Edges of servo pins while disarmed, after an arming.
     pub(crate) edges_after_disarming: u64,
-    /// Shortest and longest pulse of each servo, us.
+    /// Shortest and longest pulse of each servo, us; null: no pulse.
     pub(crate) pulse_us: [Option<[f64; 2]>; 4],
-    /// True for a servo pin that was high at the end.
+    /// Level of each servo pin at the end; true is high.
     pub(crate) high_at_end: [bool; 4],
     /// Instructions executed.
     pub(crate) instructions: u64,
     /// Exceptions taken.
     pub(crate) exceptions: u64,
-    /// Bytes taken from RTT.
+    /// Bytes read from RTT.
     pub(crate) rtt_bytes: u64,
-    /// Injected faults and what they led to.
+    /// Injected faults and their outcomes.
     pub(crate) injections: Vec<Reaction>,
 }
 
-/// A time as it is printed: to the nanosecond.
+/// Rounds a time in s to 1 ns for the output.
 #[must_use]
 pub(crate) fn seconds(value: f64) -> f64 {
     (value * 1e9).round() / 1e9
 }
 
-/// A duration in us as it is printed: to the nanosecond.
+/// Rounds a duration in us to 1 ns for the output.
 #[must_use]
 pub(crate) fn micros(value: f64) -> f64 {
     (value * 1e3).round() / 1e3
 }
 
-/// Writes lines; once the reader has gone away, quietly nothing.
-pub(crate) struct Report<W: Write> {
+/// Writes lines. After the reader has closed the pipe it discards them.
+pub(crate) struct ReportWriter<W: Write> {
     out: W,
     closed: bool,
     unflushed: bool,
 }
 
-impl<W: Write> Report<W> {
-    /// Reports to `out`.
+impl<W: Write> ReportWriter<W> {
+    /// A writer to `out`.
     pub(crate) const fn new(out: W) -> Self {
-        Report { out, closed: false, unflushed: false }
+        ReportWriter { out, closed: false, unflushed: false }
     }
 
     /// Writes a line.
-    pub(crate) fn line(&mut self, line: &Line) {
+    pub(crate) fn line(&mut self, line: &ReportLine) {
         if self.closed {
             return;
         }
@@ -226,14 +226,14 @@ impl<W: Write> Report<W> {
         self.unflushed = true;
     }
 
-    /// Hands written lines to the reader.
+    /// Flushes the written lines.
     pub(crate) fn flush(&mut self) {
         if std::mem::take(&mut self.unflushed) && !self.closed {
             self.closed = self.out.flush().is_err();
         }
     }
 
-    /// True once the reader has gone away.
+    /// True after the reader has closed the pipe.
     #[must_use]
     pub(crate) const fn closed(&self) -> bool {
         self.closed
@@ -247,12 +247,12 @@ mod tests {
     #[test]
     fn a_line_is_one_object_with_its_type_first() {
         let mut out = Vec::new();
-        let mut report = Report::new(&mut out);
-        report.line(&Line::Pulses {
+        let mut report = ReportWriter::new(&mut out);
+        report.line(&ReportLine::Pulses {
             t_s: seconds(0.020_000_000_04),
             us: [Some(1500.0), None, None, Some(micros(1_499.999_96))],
         });
-        report.line(&Line::Boot { t_s: 0.0, cause: "power_on".into() });
+        report.line(&ReportLine::Boot { t_s: 0.0, cause: "power_on".into() });
         report.flush();
         let text = String::from_utf8(out).unwrap();
         assert_eq!(
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reader_that_left_is_noticed_not_fatal() {
+    fn a_closed_pipe_is_detected_and_not_fatal() {
         struct Gone;
         impl Write for Gone {
             fn write(&mut self, _: &[u8]) -> io::Result<usize> {
@@ -272,8 +272,8 @@ mod tests {
                 Ok(())
             }
         }
-        let mut report = Report::new(Gone);
-        report.line(&Line::Boot { t_s: 0.0, cause: "pin".into() });
+        let mut report = ReportWriter::new(Gone);
+        report.line(&ReportLine::Boot { t_s: 0.0, cause: "pin".into() });
         assert!(report.closed());
     }
 }

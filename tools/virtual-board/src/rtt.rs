@@ -1,8 +1,8 @@
-//! The debugger's end of RTT: finds the control block in RAM and takes what the program wrote to up channel 0.
+//! RTT reader, as in a debugger: finds the control block in RAM and reads the bytes that the program wrote to up channel 0.
 //!
 //! Layout (SEGGER RTT, as defmt-rtt writes it): 16 bytes `SEGGER RTT`, number of up and of down channels, then 24 bytes for each
-//! channel: name, buffer, size, write offset, read offset, flags. Bits 0 and 1 of the flags say what a full buffer does to the writer:
-//! 0 drop the message, 1 keep what fits, 2 wait for the reader.
+//! channel: name, buffer, size, write offset, read offset, flags. Bits 0 and 1 of the flags select the mode for a full buffer:
+//! 0 drop the message, 1 write what fits, 2 wait for the reader.
 
 use crate::cpu::Cpu;
 
@@ -18,15 +18,15 @@ const FLAGS: u32 = 20;
 pub(crate) struct Rtt {
     /// Address of `_SEGGER_RTT`.
     pub(crate) address: u32,
-    /// The mode that the attached debugger sets; `None` leaves what the program chose.
+    /// Mode that the attached debugger sets; `None`: as the program set it.
     pub(crate) mode: Option<u32>,
-    /// False: a debugger that is attached but reads nothing.
+    /// False: the debugger is attached but reads nothing.
     pub(crate) drain: bool,
 }
 
 impl Rtt {
-    /// Sets the mode, and takes the bytes written since the last call. Nothing before the program has filled in the control block, or
-    /// when its numbers make no sense.
+    /// Sets the mode and reads the bytes written since the last call: none before the program has initialised the control block, or if its
+    /// fields are invalid.
     pub(crate) fn poll(&self, cpu: &mut impl Cpu) -> Vec<u8> {
         let mut magic = [0; 16];
         if !cpu.read_memory(self.address, &mut magic) || &magic != MAGIC {
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn takes_what_was_written_once_and_around_the_end() {
+    fn reads_each_byte_once_and_across_the_buffer_end() {
         let rtt = Rtt { address: 16, mode: None, drain: true };
         for (write, read, text) in [(3, 0, "abc"), (2, 6, "ghab"), (0, 6, "gh"), (5, 5, "")] {
             let mut ram = ram(write, read);
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn sets_the_mode_and_leaves_the_bytes_when_not_draining() {
+    fn sets_the_mode_and_keeps_the_bytes_if_not_draining() {
         let rtt = Rtt { address: 16, mode: Some(2), drain: false };
         let mut ram = ram(3, 0);
         assert_eq!(rtt.poll(&mut ram), b"");
@@ -117,10 +117,10 @@ mod tests {
     }
 
     #[test]
-    fn a_block_that_makes_no_sense_gives_nothing() {
+    fn an_invalid_control_block_gives_no_bytes() {
         let rtt = Rtt { address: 16, mode: None, drain: true };
         assert_eq!(rtt.poll(&mut ram(8, 0)), b"", "offset beyond the buffer");
-        assert_eq!(rtt.poll(&mut Ram(vec![0; 256])), b"", "before start-up has filled it in");
+        assert_eq!(rtt.poll(&mut Ram(vec![0; 256])), b"", "before the program has initialised it");
         assert_eq!(rtt.poll(&mut Ram(vec![0; 4])), b"", "outside of memory");
     }
 }

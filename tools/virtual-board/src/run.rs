@@ -1,7 +1,7 @@
-//! The run: executes to the next deadline, takes exceptions, sleeps, resets, injects faults, and tells what happens.
+//! Run of a program: executes to the next deadline, takes exceptions, sleeps, resets, injects faults, and reports events.
 
 mod exceptions;
-mod housekeeping;
+mod periodic;
 
 use std::io::Write;
 use std::time::Instant;
@@ -9,69 +9,74 @@ use std::time::Instant;
 use anyhow::Result;
 use stm32f4_model::{ResetCause, Soc, SocConfig};
 
-use crate::board::Board;
+use crate::board::BoardModel;
 use crate::console::Console;
 use crate::cpu::{Cpu, Reg, Stop, XPSR_EXCEPTION};
-use crate::exception::Broken;
-use crate::fault::Cause;
-use crate::inject::{self, BRANCH_TO_SELF, Injection, Kind, PERMANENTLY_UNDEFINED, Stamp};
-use crate::loader::Image;
+use crate::exception::OmittedParts;
+use crate::fault::FaultCause;
+use crate::inject::{self, BRANCH_TO_SELF, Injection, InjectionKind, Moment, PERMANENTLY_UNDEFINED};
+use crate::loader::ProgramImage;
 use crate::nvic::Masks;
 use crate::plant::BoardPlant;
-use crate::recorder::Recorder;
-use crate::report::{self, Line, Report, Reset};
+use crate::recorder::SignalRecorder;
+use crate::report::{self, ReportLine, ReportWriter, ResetRecord};
 use crate::rtt::Rtt;
 use crate::unicorn::UnicornCpu;
 
-/// Housekeeping in virtual time: RTT, commands, the end.
-const HOUSEKEEPING_S: f64 = 1e-3;
-/// How to run.
+/// Virtual time between two periodic jobs (RTT, commands, end of the run), s.
+const PERIODIC_JOB_S: f64 = 1e-3;
+
+/// Options of a run.
 #[derive(Debug, Clone)]
-pub(crate) struct Options {
-    /// Virtual seconds; `None`: until `quit`, a signal, or nothing can happen any more.
+pub(crate) struct RunOptions {
+    /// Virtual seconds to run; `None`: until `quit`, a signal, or no event is left.
     pub(crate) secs: Option<f64>,
-    /// Cycles charged for an instruction.
+    /// Cycles per instruction.
     pub(crate) cpi: f64,
-    /// Hold real time.
+    /// Run no faster than real time.
     pub(crate) pace: bool,
     /// End at the first lint.
     pub(crate) stop_on_lint: bool,
-    /// Answer semihosting calls, and end with the program's status.
+    /// Serve semihosting calls, and exit with the program's status.
     pub(crate) semihosting: bool,
-    /// Mode that the attached debugger sets in RTT.
+    /// RTT mode that the attached debugger sets; `None`: unchanged.
     pub(crate) rtt_mode: Option<u32>,
-    /// Take the bytes of RTT.
+    /// Read the bytes of RTT.
     pub(crate) drain: bool,
     /// Parts of the exception model to leave out.
-    pub(crate) broken: Broken,
-    /// Leave the translator's flags stale.
+    pub(crate) omitted: OmittedParts,
+    /// Do not refresh the translator's cached flags.
     pub(crate) stale_flags: bool,
 }
 
-/// Where the core stands when it does not execute.
+/// State of the core while it does not execute.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Idle {
+enum IdleState {
+    /// It executes.
     No,
+    /// It sleeps after WFI, or after a return with SLEEPONEXIT.
     ForInterrupt,
+    /// It sleeps after WFE.
     ForEvent,
+    /// It is locked up until a reset.
     LockedUp,
 }
 
-/// One run of an image.
-pub(crate) struct Run<'a, W: Write> {
-    cpu: UnicornCpu<Board>,
-    image: &'a Image,
-    options: Options,
-    report: Report<W>,
+/// One run of a program.
+pub(crate) struct BoardRun<'a, W: Write> {
+    cpu: UnicornCpu<BoardModel>,
+    image: &'a ProgramImage,
+    options: RunOptions,
+    report: ReportWriter<W>,
     console: Console,
     rtt: Option<Rtt>,
-    recorder: Recorder,
+    recorder: SignalRecorder,
     injections: Vec<Injection>,
-    idle: Idle,
+    idle: IdleState,
     periods: u64,
     started: Instant,
-    told_lints: [usize; 2],
-    resets: Vec<Reset>,
+    reported_lints: [usize; 2],
+    resets: Vec<ResetRecord>,
     faults: u64,
     unexpected_faults: u64,
     locked_up: bool,
@@ -82,26 +87,26 @@ pub(crate) struct Run<'a, W: Write> {
     status: Option<u32>,
 }
 
-impl<'a, W: Write> Run<'a, W> {
-    /// Prepares a run of `image`.
+impl<'a, W: Write> BoardRun<'a, W> {
+    /// A run of `image` at power-on.
     ///
     /// # Errors
     /// The emulator cannot be set up.
     #[expect(clippy::too_many_arguments, reason = "the parts of a run, each used once")]
     pub(crate) fn new(
-        image: &'a Image,
+        image: &'a ProgramImage,
         config: SocConfig,
         plant: BoardPlant,
         injections: Vec<Injection>,
-        recorder: Recorder,
+        recorder: SignalRecorder,
         console: Console,
-        report: Report<W>,
-        options: Options,
+        report: ReportWriter<W>,
+        options: RunOptions,
     ) -> Result<Self> {
-        let board = Board::new(Soc::new(config), plant, options.cpi);
+        let board = BoardModel::new(Soc::new(config), plant, options.cpi);
         let rtt =
             image.symbol("_SEGGER_RTT").map(|address| Rtt { address, mode: options.rtt_mode, drain: options.drain });
-        Ok(Run {
+        Ok(BoardRun {
             cpu: UnicornCpu::new(&image.flash, board, options.stale_flags)?,
             image,
             options,
@@ -110,10 +115,10 @@ impl<'a, W: Write> Run<'a, W> {
             rtt,
             recorder,
             injections,
-            idle: Idle::No,
+            idle: IdleState::No,
             periods: 0,
             started: Instant::now(),
-            told_lints: [0; 2],
+            reported_lints: [0; 2],
             resets: Vec::new(),
             faults: 0,
             unexpected_faults: 0,
@@ -126,16 +131,16 @@ impl<'a, W: Write> Run<'a, W> {
         })
     }
 
-    /// Runs to the end, and gives back the status to exit with: the program's own where it gave one, else 1 when anything was wrong.
+    /// Runs to the end. Returns the exit status: the program's own if it passed one, else 1 after any error, else 0.
     ///
     /// # Errors
-    /// A file cannot be written, or the emulator refuses what it should not.
+    /// A file cannot be written, or the emulator fails.
     pub(crate) fn run(mut self) -> Result<u8> {
         let hclk_hz = self.cpu.machine().soc.hclk_hz();
         let (elf_sha256, cpi) = (self.image.sha256.clone(), self.options.cpi);
-        self.report.line(&Line::Start { elf_sha256, hclk_hz, cpi });
+        self.report.line(&ReportLine::Start { elf_sha256, hclk_hz, cpi });
         self.boot(ResetCause::PowerOn);
-        self.plan_stop();
+        self.schedule_stop();
         let reason = loop {
             if let Some(reason) = self.step()? {
                 break reason;
@@ -144,26 +149,26 @@ impl<'a, W: Write> Run<'a, W> {
         self.end(reason)
     }
 
-    /// One round: brings everything to the present, then executes or sleeps to the next deadline.
+    /// Advances the peripherals to the present, then executes or sleeps to the next deadline. Returns a reason to end, if any.
     fn step(&mut self) -> Result<Option<&'static str>> {
         let (reset, due) = {
             let (mut board, mut memory) = self.cpu.machine_and_memory();
             board.sync(&mut memory);
             (board.reset, board.stop_is_due())
         };
-        self.observe();
+        self.report_outputs();
         if let Some(cause) = reset {
-            self.follow_reset(cause)?;
+            self.carry_out_reset(cause)?;
             return Ok(None);
         }
         if due {
-            if let Some(reason) = self.housekeeping()? {
+            if let Some(reason) = self.run_periodic_job()? {
                 return Ok(Some(reason));
             }
-            self.plan_stop();
+            self.schedule_stop();
         }
-        self.inject()?;
-        if self.idle != Idle::No && !self.wakes() || self.cpu.machine().soc.clock_stopped() {
+        self.inject_due()?;
+        if self.idle != IdleState::No && !self.wake_if_due() || self.cpu.machine().soc.clock_stopped() {
             let mut board = self.cpu.machine();
             let before = board.now();
             board.sleep();
@@ -172,29 +177,29 @@ impl<'a, W: Write> Run<'a, W> {
         }
         if let Some(number) = self.deliverable() {
             let pc = self.cpu.reg(Reg::Pc);
-            self.take(number, pc);
+            self.take_exception(number, pc);
             return Ok(None);
         }
         match self.cpu.run() {
             Stop::Requested => {}
             Stop::Supervisor => {
                 let pc = self.cpu.reg(Reg::Pc);
-                self.fault(Cause::Supervisor, pc);
+                self.handle_fault(FaultCause::Supervisor, pc);
             }
-            Stop::Breakpoint(0xAB) if self.options.semihosting => return Ok(self.semihosting()),
+            Stop::Breakpoint(0xAB) if self.options.semihosting => return Ok(self.serve_semihosting()),
             Stop::Breakpoint(_) => {
                 let pc = self.cpu.reg(Reg::Pc);
-                self.fault(Cause::Breakpoint, pc);
+                self.handle_fault(FaultCause::Breakpoint, pc);
             }
             Stop::ExceptionReturn(value) => self.exception_return(value),
-            Stop::WaitForInterrupt => self.idle = Idle::ForInterrupt,
+            Stop::WaitForInterrupt => self.idle = IdleState::ForInterrupt,
             Stop::WaitForEvent => {
                 let mut board = self.cpu.machine();
-                self.idle = if std::mem::take(&mut board.event) { Idle::No } else { Idle::ForEvent };
+                self.idle = if std::mem::take(&mut board.event) { IdleState::No } else { IdleState::ForEvent };
             }
             Stop::Trap(trap) => {
                 let pc = self.cpu.reg(Reg::Pc);
-                self.fault(Cause::Trap(trap), pc);
+                self.handle_fault(FaultCause::Trap(trap), pc);
             }
         }
         Ok(None)
@@ -209,137 +214,137 @@ impl<'a, W: Write> Run<'a, W> {
         self.cpu.machine().nvic.deliverable(masks)
     }
 
-    /// True, and no longer idle, when what the core waits for has come.
-    fn wakes(&mut self) -> bool {
+    /// Ends the idle state if its wake-up condition is met; returns true if the core executes.
+    fn wake_if_due(&mut self) -> bool {
         let masks = self.cpu.masks();
         let mut board = self.cpu.machine();
         let awake = match self.idle {
-            Idle::No => true,
-            Idle::LockedUp => false,
-            // PRIMASK does not keep WFI asleep (ARMv7-M ARM, B1.5.19).
-            Idle::ForInterrupt => board.nvic.deliverable(Masks { primask: false, ..masks }).is_some(),
-            Idle::ForEvent => board.nvic.deliverable(masks).is_some() || std::mem::take(&mut board.event),
+            IdleState::No => true,
+            IdleState::LockedUp => false,
+            // An exception that PRIMASK masks still ends WFI (ARMv7-M ARM, B1.5.19).
+            IdleState::ForInterrupt => board.nvic.deliverable(Masks { primask: false, ..masks }).is_some(),
+            IdleState::ForEvent => board.nvic.deliverable(masks).is_some() || std::mem::take(&mut board.event),
         };
         drop(board);
         if awake {
-            self.idle = Idle::No;
+            self.idle = IdleState::No;
         }
         awake
     }
 
-    fn stamp(&self) -> Stamp {
+    fn moment(&self) -> Moment {
         let board = self.cpu.machine();
-        Stamp { seconds: board.seconds(), instructions: board.instructions }
+        Moment { seconds: board.seconds(), instructions: board.instructions }
     }
 
     fn now_s(&self) -> f64 {
         report::seconds(self.cpu.machine().seconds())
     }
 
-    /// Puts in the faults that are due.
-    fn inject(&mut self) -> Result<()> {
+    /// Injects the faults that are due.
+    fn inject_due(&mut self) -> Result<()> {
         let seconds = self.cpu.machine().seconds();
         for n in 0..self.injections.len() {
             let injection = &self.injections[n];
-            if !injection.waits() || injection.at > seconds {
+            if !injection.is_pending() || injection.at > seconds {
                 continue;
             }
             let kind = injection.kind;
-            let (armed, high) = self.outputs();
-            let now = self.stamp();
+            let (armed, high) = self.output_state();
+            let now = self.moment();
             match kind {
-                Kind::Hang(address) => {
+                InjectionKind::Hang(address) => {
                     self.injections[n].replaced = Some(self.cpu.patch_flash(address, BRANCH_TO_SELF)?);
-                    self.cpu.machine().watch.push(address);
-                    self.injections[n].inject(now);
+                    self.cpu.machine().watched.push(address);
+                    self.injections[n].note_injection(now);
                 }
-                Kind::Fault(address) => {
+                InjectionKind::Fault(address) => {
                     self.injections[n].replaced = Some(self.cpu.patch_flash(address, PERMANENTLY_UNDEFINED)?);
-                    self.injections[n].inject(now);
+                    self.injections[n].note_injection(now);
                 }
-                Kind::Panic(function, arguments) => {
-                    // A handler is left alone; the next return to thread mode comes by here again.
-                    if self.cpu.reg(Reg::Xpsr) & XPSR_EXCEPTION != 0 || self.idle == Idle::LockedUp {
+                InjectionKind::Panic(function, arguments) => {
+                    // Not inside a handler: this code runs again at the next return to thread mode.
+                    if self.cpu.reg(Reg::Xpsr) & XPSR_EXCEPTION != 0 || self.idle == IdleState::LockedUp {
                         continue;
                     }
                     anyhow::ensure!(
                         inject::call_panic(&mut self.cpu, function, arguments),
-                        "no room on the stack to call the panic function"
+                        "the panic function cannot be called: the stack pointer leaves no space in RAM"
                     );
-                    self.idle = Idle::No;
-                    self.injections[n].inject(now);
-                    self.injections[n].show(now, armed, high);
+                    self.idle = IdleState::No;
+                    self.injections[n].note_injection(now);
+                    self.injections[n].note_effect(now, armed, high);
                 }
-                Kind::Crystal => {
+                InjectionKind::Crystal => {
                     let (mut board, mut memory) = self.cpu.machine_and_memory();
                     board.soc.fail_hse();
-                    // The clock, and with it the deadline, is another one from here on.
+                    // The clock, and with it the deadline, has changed.
                     board.sync(&mut memory);
                     drop(board);
-                    self.injections[n].inject(now);
-                    self.injections[n].show(now, armed, high);
+                    self.injections[n].note_injection(now);
+                    self.injections[n].note_effect(now, armed, high);
                 }
-                Kind::Overrun | Kind::Transfer => {
+                InjectionKind::Overrun | InjectionKind::Transfer => {
                     let mut board = self.cpu.machine();
                     match kind {
-                        Kind::Overrun => board.soc.hold_up_converter(0),
-                        _ => board.soc.cut_transfer(1, 0),
+                        InjectionKind::Overrun => board.soc.force_overrun(0),
+                        _ => board.soc.fail_next_transfer(1, 0),
                     }
                     drop(board);
-                    self.injections[n].inject(now);
-                    self.injections[n].show(now, armed, high);
+                    self.injections[n].note_injection(now);
+                    self.injections[n].note_effect(now, armed, high);
                 }
             }
-            let line = Line::Injected {
+            let line = ReportLine::Injected {
                 t_s: report::seconds(now.seconds),
                 kind: kind.name(),
                 symbol: self.injections[n].symbol.clone(),
             };
             self.report.line(&line);
-            self.plan_stop();
+            self.schedule_stop();
         }
         Ok(())
     }
 
-    /// Asks the board to stop at the next housekeeping or injection.
-    fn plan_stop(&mut self) {
-        let housekeeping = (self.periods + 1) as f64 * HOUSEKEEPING_S;
+    /// Schedules a stop at the next periodic job or injection.
+    fn schedule_stop(&mut self) {
+        let periodic = (self.periods + 1) as f64 * PERIODIC_JOB_S;
         let now = self.cpu.machine().seconds();
-        let injections = self.injections.iter().filter(|injection| injection.waits() && injection.at > now);
-        let next = injections.map(|injection| injection.at).fold(housekeeping, f64::min);
+        let injections = self.injections.iter().filter(|injection| injection.is_pending() && injection.at > now);
+        let next = injections.map(|injection| injection.at).fold(periodic, f64::min);
         self.cpu.machine().stop_at(next);
     }
 
-    fn follow_reset(&mut self, cause: ResetCause) -> Result<()> {
-        // A debugger reads RAM through a reset: what the program said last is not lost.
+    fn carry_out_reset(&mut self, cause: ResetCause) -> Result<()> {
+        // A debugger can read RAM during a reset: the last output of the program is not lost.
         self.drain_rtt();
-        self.record()?;
+        self.record_signals()?;
         let now = {
             let (mut board, mut memory) = self.cpu.machine_and_memory();
             board.restart(cause, &mut memory);
-            board.watch.clear();
-            Stamp { seconds: board.seconds(), instructions: board.instructions }
+            board.watched.clear();
+            Moment { seconds: board.seconds(), instructions: board.instructions }
         };
         for n in 0..self.injections.len() {
             self.injections[n].note_reset(now);
-            if let (Some(half), Kind::Hang(address) | Kind::Fault(address)) =
+            if let (Some(half), InjectionKind::Hang(address) | InjectionKind::Fault(address)) =
                 (self.injections[n].replaced.take(), self.injections[n].kind)
             {
                 self.cpu.patch_flash(address, half)?;
             }
         }
-        self.resets.push(Reset { t_s: report::seconds(now.seconds), cause: cause.to_string() });
+        self.resets.push(ResetRecord { t_s: report::seconds(now.seconds), cause: cause.to_string() });
         self.boot(cause);
-        self.plan_stop();
+        self.schedule_stop();
         Ok(())
     }
 
     fn boot(&mut self, cause: ResetCause) {
-        self.idle = Idle::No;
-        // The loader has checked both words.
+        self.idle = IdleState::No;
+        // The loader has verified both words.
         let sp = self.cpu.read_word(0).unwrap_or(0);
         let pc = self.cpu.read_word(4).unwrap_or(0);
         self.cpu.reset(sp, pc);
-        self.report.line(&Line::Boot { t_s: self.now_s(), cause: cause.to_string() });
+        self.report.line(&ReportLine::Boot { t_s: self.now_s(), cause: cause.to_string() });
     }
 }

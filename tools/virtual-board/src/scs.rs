@@ -1,7 +1,7 @@
 //! The registers of the private peripheral bus: NVIC, SCB, SysTick, the cycle counter of the DWT, FPU control (ARMv7-M ARM, B3.2 to B3.4).
 //!
-//! What the board cannot honour is recorded as a lint and makes the run fail: a register without a model, a width the register does not
-//! take, and modes such as the MPU, division traps or a floating-point context that is not saved by itself.
+//! An access that is not supported is recorded as a lint and makes the run fail: a register without a model, a width that is not allowed,
+//! modes such as the MPU, division traps or floating-point contexts without automatic saving.
 
 use stm32f4_model::{Lint, LintKind, Width};
 
@@ -24,21 +24,21 @@ const SHCSR_PENDED: [(u32, u8); 4] =
 
 /// CFSR bits that this board sets.
 pub(crate) mod cfsr {
-    /// Instruction fetch from a place that never holds code.
+    /// Instruction fetch from a region that holds no code.
     pub(crate) const IACCVIOL: u32 = 1;
-    /// Instruction fetch from a place without memory.
+    /// Instruction fetch from an address without memory.
     pub(crate) const IBUSERR: u32 = 1 << 8;
     /// Data access that failed, address in BFAR.
     pub(crate) const PRECISERR: u32 = 1 << 9;
-    /// Data access that failed, too late to say where.
+    /// Data access that failed, address not known.
     pub(crate) const IMPRECISERR: u32 = 1 << 10;
-    /// A frame could not be read back.
+    /// A frame could not be read.
     pub(crate) const UNSTKERR: u32 = 1 << 11;
     /// A frame could not be written.
     pub(crate) const STKERR: u32 = 1 << 12;
     /// BFAR holds the address.
     pub(crate) const BFARVALID: u32 = 1 << 15;
-    /// No such instruction.
+    /// Undefined instruction.
     pub(crate) const UNDEFINSTR: u32 = 1 << 16;
     /// Branch to an address with bit 0 clear.
     pub(crate) const INVSTATE: u32 = 1 << 17;
@@ -52,11 +52,11 @@ pub(crate) mod hfsr {
     pub(crate) const VECTTBL: u32 = 1 << 1;
     /// A fault that its own handler could not take.
     pub(crate) const FORCED: u32 = 1 << 30;
-    /// A breakpoint without a debugger.
+    /// A breakpoint without debugger.
     pub(crate) const DEBUGEVT: u32 = 1 << 31;
 }
 
-/// State of the private peripheral bus, the NVIC's own state aside.
+/// State of the private peripheral bus, without that of the NVIC.
 #[derive(Debug, Default)]
 pub(crate) struct Scs {
     /// The SysTick timer.
@@ -69,9 +69,9 @@ pub(crate) struct Scs {
     pub(crate) hfsr: u32,
     /// Address of the last data bus fault.
     pub(crate) bfar: u32,
-    /// A write to AIRCR asked for a reset.
+    /// A write to AIRCR requested a reset.
     pub(crate) reset_requested: bool,
-    /// Cycles that the DWT's counter has not counted: while it was off or the core slept.
+    /// Cycles that the DWT counter has not counted because it was off or the core slept.
     cycles_missed: u64,
     scr: u32,
     ccr_writable: u32,
@@ -88,20 +88,20 @@ pub(crate) struct Scs {
 }
 
 impl Scs {
-    /// All registers as after a reset; the lints of the run stay.
+    /// Resets all registers; lints are kept.
     pub(crate) fn reset(&mut self) {
         let lints = std::mem::take(&mut self.lints);
         *self = Scs { fpccr: 0xC000_0000, lints, ..Scs::default() };
     }
 
-    /// What could not be honoured, one entry for each kind, with counts.
+    /// Lints, in the order of first occurrence.
     #[must_use]
     pub(crate) fn lints(&self) -> &[Lint] {
         &self.lints
     }
 
-    /// Records something the board cannot follow.
-    pub(crate) fn lint(&mut self, kind: LintKind, addr: u32, width: Width, write: Option<u32>, cycle: u64) {
+    /// Records a lint.
+    pub(crate) fn record_lint(&mut self, kind: LintKind, addr: u32, width: Width, write: Option<u32>, cycle: u64) {
         let same =
             |lint: &&mut Lint| (lint.kind, lint.addr, lint.width, lint.write) == (kind, addr, width, write.is_some());
         match self.lints.iter_mut().find(same) {
@@ -125,21 +125,21 @@ impl Scs {
         self.scr & 1 << 4 != 0
     }
 
-    /// True when coprocessors 10 and 11, the FPU, may be used.
+    /// True if CPACR enables coprocessors 10 and 11, the FPU.
     #[must_use]
     pub(crate) const fn fpu_enabled(&self) -> bool {
         self.cpacr >> 20 & 0xF == 0xF
     }
 
-    /// Moves SysTick on and pends its exception.
+    /// Advances SysTick to a cycle and pends its exception if due.
     pub(crate) fn advance(&mut self, cycle: u64, nvic: &mut Nvic) {
         if self.systick.advance(cycle) {
             nvic.pend(nvic::SYS_TICK);
         }
     }
 
-    /// Takes cycles from the cycle counter: the core slept with its clock off.
-    pub(crate) fn slept(&mut self, cycles: u64) {
+    /// Excludes cycles from the cycle counter: the core slept with its clock off.
+    pub(crate) fn exclude_cycles(&mut self, cycles: u64) {
         if self.counting() {
             self.cycles_missed = self.cycles_missed.wrapping_add(cycles);
         }
@@ -154,7 +154,7 @@ impl Scs {
         frozen.wrapping_sub(self.cycles_missed) as u32
     }
 
-    /// Sets the cycle counter, and whether it runs.
+    /// Sets the cycle counter and its enables.
     fn set_cycle_count(&mut self, cycle: u64, count: u32, enabled: bool, demcr: u32) {
         (self.dwt_enabled, self.demcr) = (enabled, demcr);
         let frozen = if self.counting() { cycle } else { 0 };
@@ -173,13 +173,13 @@ impl Scs {
             return self.cfsr >> shift & width.mask();
         }
         if width != Width::Word || shift != 0 {
-            self.lint(LintKind::Width, addr, width, None, cycle);
+            self.record_lint(LintKind::Width, addr, width, None, cycle);
             return 0;
         }
         match self.read_word(addr, nvic, cycle) {
             Some(value) => value,
             None => {
-                self.lint(LintKind::Unmodelled, addr, width, None, cycle);
+                self.record_lint(LintKind::Unmodelled, addr, width, None, cycle);
                 0
             }
         }
@@ -268,11 +268,11 @@ impl Scs {
             return;
         }
         if width != Width::Word || shift != 0 {
-            self.lint(LintKind::Width, addr, width, Some(value), cycle);
+            self.record_lint(LintKind::Width, addr, width, Some(value), cycle);
             return;
         }
         if let Err(kind) = self.write_word(addr, value, nvic, cycle) {
-            self.lint(kind, addr, width, Some(value), cycle);
+            self.record_lint(kind, addr, width, Some(value), cycle);
         }
     }
 
@@ -319,7 +319,7 @@ impl Scs {
             0xE000_ED08 => self.vtor = value & 0xFFFF_FF80,
             0xE000_ED0C => {
                 if value >> 16 != 0x05FA {
-                    return Err(LintKind::Misuse("AIRCR written without its key 0x05FA: ignored"));
+                    return Err(LintKind::Misuse("AIRCR is written without its key 0x05FA: the write is ignored"));
                 }
                 nvic.set_prigroup((value >> 8) as u8);
                 self.reset_requested |= value & 1 << 2 != 0;
@@ -338,11 +338,11 @@ impl Scs {
                 for (bit, exception) in SHCSR_ENABLES {
                     if value & bit != 0 { nvic.enable(exception) } else { nvic.disable(exception) }
                 }
-                // Context switchers rewrite the active bits; this board keeps them itself.
+                // Context switchers rewrite the active bits; changing them is not modelled.
                 let held =
                     SHCSR_ACTIVE.iter().filter(|&&(_, n)| nvic.is_active(n)).fold(0, |word, &(bit, _)| word | bit);
                 if value & 0xFFF != held {
-                    return Err(LintKind::Mode("active bits of SHCSR changed by hand"));
+                    return Err(LintKind::Mode("active bits of SHCSR changed by a write"));
                 }
             }
             0xE000_ED2C => self.hfsr &= !value,
@@ -359,7 +359,7 @@ impl Scs {
             0xE000_EF34 => {
                 self.fpccr = value & 0xC000_017B;
                 if value & 1 << 31 == 0 {
-                    return Err(LintKind::Mode("floating-point context that is not saved by itself (FPCCR.ASPEN = 0)"));
+                    return Err(LintKind::Mode("floating-point context without automatic saving (FPCCR.ASPEN = 0)"));
                 }
             }
             0xE000_EF38 => self.fpcar = value & !7,
@@ -401,7 +401,7 @@ mod tests {
     }
 
     #[test]
-    fn enable_and_pending_registers_name_the_right_lines() {
+    fn enable_and_pending_registers_map_to_lines() {
         let (mut scs, mut nvic) = fresh();
         scs.write(0xE000_E104, Width::Word, 1 << 18, &mut nvic, 0);
         assert!(nvic.is_enabled(16 + 50), "TIM5 is line 50");
@@ -416,7 +416,7 @@ mod tests {
     }
 
     #[test]
-    fn priorities_take_bytes_and_words() {
+    fn priorities_accept_bytes_and_words() {
         let (mut scs, mut nvic) = fresh();
         scs.write(0xE000_E400 + 18, Width::Byte, 0x65, &mut nvic, 0);
         assert_eq!(nvic.priority(16 + 18), 0x60);
@@ -426,13 +426,13 @@ mod tests {
     }
 
     #[test]
-    fn the_cycle_counter_stops_and_goes() {
+    fn the_cycle_counter_stops_and_restarts() {
         let (mut scs, mut nvic) = fresh();
         scs.write(0xE000_1000, Width::Word, 1, &mut nvic, 100);
         assert_eq!(scs.read(0xE000_1004, Width::Word, &nvic, 200), 0, "TRCENA is off");
         scs.write(0xE000_EDFC, Width::Word, 1 << 24, &mut nvic, 1_000);
         assert_eq!(scs.read(0xE000_1004, Width::Word, &nvic, 1_500), 500);
-        scs.slept(300);
+        scs.exclude_cycles(300);
         assert_eq!(scs.read(0xE000_1004, Width::Word, &nvic, 2_000), 700);
         scs.write(0xE000_1004, Width::Word, 7, &mut nvic, 3_000);
         assert_eq!(scs.read(0xE000_1004, Width::Word, &nvic, 3_010), 17);
@@ -444,7 +444,7 @@ mod tests {
     }
 
     #[test]
-    fn unknown_registers_widths_and_modes_are_linted_once_with_a_count() {
+    fn unsupported_accesses_make_one_lint_with_a_count() {
         let (mut scs, mut nvic) = fresh();
         for cycle in 0..3 {
             assert_eq!(scs.read(0xE000_ED94, Width::Word, &nvic, cycle), 0, "MPU_CTRL");
@@ -456,7 +456,7 @@ mod tests {
             [(LintKind::Unmodelled, 3, 0), (LintKind::Width, 1, 5), (LintKind::Mode("trap on division by zero"), 1, 6)];
         assert_eq!(kinds, modes);
         scs.reset();
-        assert_eq!(scs.lints().len(), 3, "a reset of the chip does not wash the run clean");
+        assert_eq!(scs.lints().len(), 3, "a reset of the chip keeps the lints");
     }
 
     #[test]
@@ -481,7 +481,7 @@ mod tests {
     }
 
     #[test]
-    fn cpacr_tells_whether_the_fpu_may_be_used() {
+    fn cpacr_enables_the_fpu() {
         let (mut scs, mut nvic) = fresh();
         assert!(!scs.fpu_enabled());
         scs.write(0xE000_ED88, Width::Word, 0xF << 20, &mut nvic, 0);

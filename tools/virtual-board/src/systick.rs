@@ -1,4 +1,4 @@
-//! The SysTick timer: a 24-bit down-counter on HCLK or HCLK/8, computed when it is looked at instead of at every cycle.
+//! SysTick timer: a 24-bit down-counter on HCLK or HCLK/8, computed at each access instead of stepped every cycle.
 
 /// CSR.ENABLE.
 const ENABLE: u32 = 1;
@@ -10,14 +10,14 @@ const CLKSOURCE: u32 = 1 << 2;
 const COUNTFLAG: u32 = 1 << 16;
 const MASK: u32 = 0x00FF_FFFF;
 
-/// SysTick with its three registers. `cycle` is always the HCLK cycle of the access.
+/// SysTick with its three registers. The argument `cycle` is the HCLK cycle of the access.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SysTick {
     control: u32,
     reload: u32,
     /// Counter value at `base`.
     value: u32,
-    /// HCLK cycle of a counter clock edge at which `value` was current.
+    /// HCLK cycle of the counter clock edge to which `value` belongs.
     base: u64,
     count_flag: bool,
 }
@@ -31,7 +31,7 @@ impl SysTick {
         self.control & ENABLE != 0
     }
 
-    /// Counter clocks from `base` until the counter next becomes 0; `None` when it stays at 0.
+    /// Counter clocks from `base` until the counter next becomes 0; `None`: it stays at 0.
     fn ticks_to_zero(&self) -> Option<u64> {
         match (self.value, self.reload) {
             (0, 0) => None,
@@ -40,7 +40,7 @@ impl SysTick {
         }
     }
 
-    /// Moves the counter to `cycle`; true when it has reached 0 on the way with TICKINT set, so that the exception becomes pending.
+    /// Advances the counter to `cycle`; returns true if it reached 0 with TICKINT set, so that the exception becomes pending.
     pub(crate) fn advance(&mut self, cycle: u64) -> bool {
         if !self.running() || cycle <= self.base {
             return false;
@@ -62,7 +62,7 @@ impl SysTick {
         self.control & TICKINT != 0
     }
 
-    /// The cycle at which the exception next becomes pending.
+    /// Cycle at which the exception next becomes pending; `None`: never.
     #[must_use]
     pub(crate) fn next_event(&self) -> Option<u64> {
         if !self.running() || self.control & TICKINT == 0 {
@@ -125,7 +125,7 @@ mod tests {
         tick
     }
 
-    /// The manual's own words, one clock at a time, as the oracle for the closed form.
+    /// Compares the closed form with a counter that is stepped clock by clock as in the manual.
     #[test]
     fn equals_a_counter_stepped_clock_by_clock() {
         for (reload, divider) in [(1u32, 1u64), (2, 1), (9, 8), (100, 1)] {
@@ -141,11 +141,11 @@ mod tests {
                     }
                     value = next;
                 }
-                // Looked at rarely and irregularly.
+                // Accessed at irregular times.
                 if cycle % 7 == 3 {
                     let due = tick.next_event();
                     if tick.advance(cycle) {
-                        fired.push(due.expect("an event was announced"));
+                        fired.push(due.expect("next_event returned a cycle"));
                     }
                     assert_eq!(tick.value, value, "reload {reload} at {cycle}");
                 }
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn announces_every_event_exactly_when_followed() {
+    fn next_event_is_the_exact_cycle_of_every_event() {
         let mut tick = started(999, TICKINT | CLKSOURCE);
         for n in 1..=5 {
             let due = tick.next_event().unwrap();

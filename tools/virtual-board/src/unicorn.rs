@@ -1,13 +1,13 @@
-//! The processor on Unicorn 2.1.5, with the ways around what Unicorn's Cortex-M lacks.
+//! Processor emulation by Unicorn 2.1.5, with workarounds for the gaps of its Cortex-M model.
 //!
-//! Unicorn has no NVIC, no SCB and no exception entry, so it only runs straight code here. What must be done by hand, and why:
-//! - `Mode::THUMB` with the Cortex-M4 model: `Mode::MCLASS` silently gives a Cortex-M33.
-//! - After any write to xPSR or CONTROL the translator's cached flags are stale until `APSR_NZCV` is written; else a handler that only
-//!   says `bx lr` jumps to 0xFFFFFFF8.
+//! Unicorn has no NVIC, no SCB and no exception entry, so it only executes instructions here. Workarounds:
+//! - `Mode::THUMB` with the Cortex-M4 model, because `Mode::MCLASS` selects a Cortex-M33 without an error.
+//! - After any write to xPSR or CONTROL the translator's cached flags are stale until `APSR_NZCV` is written; otherwise a handler that
+//!   consists of `bx lr` jumps to 0xFFFFFFF8.
 //! - The exclusive monitor has no register: a stub of two instructions clears it.
-//! - WFE and YIELD stop the emulation as invalid, SEV does nothing: each place in flash that may hold one gets a hook.
-//! - Instructions are counted from the flash image in the block hook: Unicorn's own counter slows everything down.
-//! - RAM is not executable: stores to executable memory take the slow path.
+//! - WFE and YIELD stop the emulation as invalid, SEV does nothing: each address in flash that may hold one gets a hook.
+//! - Instructions are counted from the flash image in the block hook: Unicorn's own counter is slow.
+//! - RAM is not executable, because stores to executable memory are slow.
 
 use std::cell::{Cell, RefCell, RefMut};
 use std::rc::Rc;
@@ -19,13 +19,14 @@ use unicorn_engine::{Arch, ArmCpuModel, HookType, MemType, Mode, Prot, RegisterA
 use crate::cpu::{Cpu, Machine, Reg, Stop, Trap, XPSR_IT, XPSR_T, count_instructions, is_wide};
 use crate::nvic::Masks;
 
-/// Start of flash.
+/// Start address of flash.
 pub(crate) const FLASH: u32 = 0x0800_0000;
-/// Size of flash.
+/// Size of flash, bytes.
 pub(crate) const FLASH_SIZE: u32 = 0x10_0000;
-/// The regions of RAM: SRAM1 with SRAM2, and the core-coupled memory.
+/// Start and size in bytes of the RAM regions: SRAM1 with SRAM2, and the core-coupled memory.
 pub(crate) const RAMS: [(u32, u32); 2] = [(0x2000_0000, 0x2_0000), (0x1000_0000, 0x1_0000)];
-/// Regions whose accesses go to the machine: system memory, APB and AHB1, AHB2, FSMC, private peripheral bus.
+/// Start and size in bytes of the regions whose accesses go to the machine: system memory, APB and AHB1, AHB2, FSMC, private peripheral
+/// bus.
 const DEVICES: [(u32, u32); 5] = [
     (0x1FFF_7000, 0x1000),
     (0x4000_0000, 0x8_0000),
@@ -33,7 +34,7 @@ const DEVICES: [(u32, u32); 5] = [
     (0xA000_0000, 0x1000),
     (0xE000_0000, 0x10_0000),
 ];
-/// A page that the chip does not have, for the stub.
+/// Address of the stub, in a page that the chip does not have.
 const STUB: u32 = 0x1E00_0000;
 /// `clrex; svc 0`
 const STUB_CODE: [u8; 6] = [0xBF, 0xF3, 0x2F, 0x8F, 0x00, 0xDF];
@@ -45,19 +46,19 @@ const INTERRUPT_EXCEPTION_RETURN: u32 = 8;
 
 type Uc<'a> = Unicorn<'a, ()>;
 
-/// What the hooks tell the caller of [`UnicornCpu::run`].
+/// Results of the hooks for [`UnicornCpu::run`].
 #[derive(Default)]
-struct Mailbox {
+struct HookResults {
     stop: Cell<Option<Stop>>,
     /// Address of the wait instruction that stopped the run.
     wait_at: Cell<u32>,
     bad_access: Cell<Option<(MemType, u32)>>,
 }
 
-/// Number of instructions of each block in flash, found once.
+/// Number of instructions of each block in flash, counted once.
 struct BlockCounts {
     image: Vec<u8>,
-    /// By half-word of flash: size of the block last seen there, and its number of instructions.
+    /// For each half-word of flash: size in bytes of the last block that began there, and its number of instructions.
     seen: Vec<(u16, u16)>,
 }
 
@@ -73,16 +74,16 @@ impl BlockCounts {
     }
 }
 
-/// The processor.
+/// The emulated processor with the machine around it.
 pub(crate) struct UnicornCpu<M> {
     uc: Uc<'static>,
     machine: Rc<RefCell<M>>,
-    mail: Rc<Mailbox>,
+    hook_results: Rc<HookResults>,
     counts: Rc<RefCell<BlockCounts>>,
     stale_flags: bool,
 }
 
-/// RAM and flash for DMA, from inside of a hook.
+/// RAM and flash for DMA, usable inside a hook.
 pub(crate) struct UcMemory<'a, 'b>(pub(crate) &'a mut Uc<'b>);
 
 fn in_ram(addr: u32, size: usize) -> bool {
@@ -99,7 +100,7 @@ fn in_flash(addr: u32, size: usize) -> bool {
 impl DmaMemory for UcMemory<'_, '_> {
     fn read(&mut self, addr: u32, width: Width) -> Option<u32> {
         let size = width.bytes() as usize;
-        // The core-coupled memory hangs on the core alone: DMA does not reach it.
+        // The core-coupled memory is connected to the core only: DMA cannot access it.
         if addr & (width.bytes() - 1) != 0 || !(in_flash(addr, size) || in_ram(addr, size) && addr >= 0x2000_0000) {
             return None;
         }
@@ -137,7 +138,7 @@ fn register(reg: Reg) -> i32 {
 }
 
 fn get(uc: &Uc<'_>, reg: Reg) -> u32 {
-    // Every identifier comes from `register`, and Unicorn knows them all.
+    // Cannot fail: every identifier comes from `register`, and Unicorn supports them all.
     uc.reg_read(register(reg)).map_or(0, |value| value as u32)
 }
 
@@ -149,9 +150,11 @@ fn read_masks(uc: &Uc<'_>) -> Masks {
     }
 }
 
-/// Unicorn's error as one of ours: `uc_error` implements no `Error`.
-fn told<T>(result: Result<T, unicorn_engine::uc_error>, what: &'static str) -> Result<T> {
-    result.map_err(|error| anyhow::anyhow!("unicorn: {error:?}")).context(what)
+/// Converts an error of Unicorn, because `uc_error` does not implement `Error`.
+fn convert_error<T>(result: Result<T, unicorn_engine::uc_error>, what: &'static str) -> Result<T> {
+    result
+        .map_err(|error| anyhow::anyhow!("unicorn: {error:?}"))
+        .with_context(|| format!("the emulator failed while {what}"))
 }
 
 impl<M: Machine + 'static> UnicornCpu<M> {
@@ -161,24 +164,24 @@ impl<M: Machine + 'static> UnicornCpu<M> {
     /// # Errors
     /// Unicorn refuses a mapping or a hook.
     pub(crate) fn new(image: &[u8], machine: M, stale_flags: bool) -> Result<Self> {
-        let mut uc = told(Unicorn::new(Arch::ARM, Mode::THUMB), "opening")?;
-        told(uc.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32), "choosing the Cortex-M4")?;
+        let mut uc = convert_error(Unicorn::new(Arch::ARM, Mode::THUMB), "starting")?;
+        convert_error(uc.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32), "choosing the Cortex-M4")?;
         let mut flash = image.to_vec();
         flash.resize(FLASH_SIZE as usize, 0xFF);
         for base in [0, FLASH] {
-            told(uc.mem_map(base.into(), FLASH_SIZE.into(), Prot::READ | Prot::EXEC), "mapping flash")?;
-            told(uc.mem_write(base.into(), &flash), "filling flash")?;
+            convert_error(uc.mem_map(base.into(), FLASH_SIZE.into(), Prot::READ | Prot::EXEC), "mapping flash")?;
+            convert_error(uc.mem_write(base.into(), &flash), "filling flash")?;
         }
         for (base, size) in RAMS {
-            told(uc.mem_map(base.into(), size.into(), Prot::READ | Prot::WRITE), "mapping RAM")?;
+            convert_error(uc.mem_map(base.into(), size.into(), Prot::READ | Prot::WRITE), "mapping RAM")?;
         }
-        told(uc.mem_map(STUB.into(), 0x1000, Prot::READ | Prot::EXEC), "mapping the stub")?;
-        told(uc.mem_write(STUB.into(), &STUB_CODE), "filling the stub")?;
+        convert_error(uc.mem_map(STUB.into(), 0x1000, Prot::READ | Prot::EXEC), "mapping the stub")?;
+        convert_error(uc.mem_write(STUB.into(), &STUB_CODE), "filling the stub")?;
 
         let mut cpu = UnicornCpu {
             uc,
             machine: Rc::new(RefCell::new(machine)),
-            mail: Rc::default(),
+            hook_results: Rc::default(),
             counts: Rc::new(RefCell::new(BlockCounts { image: flash, seen: vec![(0, 0); FLASH_SIZE as usize / 2] })),
             stale_flags,
         };
@@ -190,15 +193,15 @@ impl<M: Machine + 'static> UnicornCpu<M> {
         Ok(cpu)
     }
 
-    /// Takes address translation over from the Cortex-M4's default map, in which RAM may hold code: Unicorn then sends every store to RAM the
-    /// slow way, in case it changes code.
+    /// Replaces the address translation of the Cortex-M4's default map, in which RAM may hold code: every store to RAM would be slow, as it
+    /// might change code.
     fn hook_translation(&mut self) -> Result<()> {
-        told(self.uc.ctl_set_tlb_type(TlbType::VIRTUAL), "choosing the translation")?;
+        convert_error(self.uc.ctl_set_tlb_type(TlbType::VIRTUAL), "choosing the translation")?;
         let translate = |_: &mut Uc<'_>, addr: u64, kind: MemType| {
             let data = in_ram(addr as u32, 1) && kind != MemType::FETCH;
             Some(TlbEntry { paddr: addr, perms: if data { Prot::READ | Prot::WRITE } else { Prot::ALL } })
         };
-        told(self.uc.add_tlb_hook(0, u64::from(u32::MAX), translate), "hooking the translation")?;
+        convert_error(self.uc.add_tlb_hook(0, u64::from(u32::MAX), translate), "hooking the translation")?;
         Ok(())
     }
 
@@ -213,31 +216,38 @@ impl<M: Machine + 'static> UnicornCpu<M> {
                 let Some(width) = Width::from_bytes(size) else { return };
                 writer.borrow_mut().store(base + offset as u32, width, value as u32, &mut UcMemory(uc));
             };
-            told(self.uc.mmio_map(base.into(), size.into(), Some(load), Some(store)), "mapping the peripherals")?;
+            convert_error(
+                self.uc.mmio_map(base.into(), size.into(), Some(load), Some(store)),
+                "mapping the peripherals",
+            )?;
         }
         Ok(())
     }
 
     fn hook_blocks(&mut self) -> Result<()> {
         for base in [FLASH, 0] {
-            let (machine, counts, mail) = (Rc::clone(&self.machine), Rc::clone(&self.counts), Rc::clone(&self.mail));
+            let (machine, counts, hook_results) =
+                (Rc::clone(&self.machine), Rc::clone(&self.counts), Rc::clone(&self.hook_results));
             let hook = move |uc: &mut Uc<'_>, addr: u64, size: u32| {
                 let mut machine = machine.borrow_mut();
-                // Decide first, count after: a block that was stopped comes again.
+                // Decide before counting: a block that was stopped runs again.
                 if machine.before_block(|| read_masks(uc)) {
-                    mail.stop.set(Some(Stop::Requested));
+                    hook_results.stop.set(Some(Stop::Requested));
                     let _ = uc.emu_stop();
                 } else {
                     machine.charge(addr as u32, counts.borrow_mut().instructions(addr as u32, size));
                 }
             };
-            told(self.uc.add_block_hook(base.into(), u64::from(base + FLASH_SIZE - 1), hook), "hooking blocks")?;
+            convert_error(
+                self.uc.add_block_hook(base.into(), u64::from(base + FLASH_SIZE - 1), hook),
+                "hooking blocks",
+            )?;
         }
         Ok(())
     }
 
     fn hook_traps(&mut self) -> Result<()> {
-        let mail = Rc::clone(&self.mail);
+        let hook_results = Rc::clone(&self.hook_results);
         let interrupts = move |uc: &mut Uc<'_>, number: u32| {
             let pc = get(uc, Reg::Pc);
             let stop = match number {
@@ -251,11 +261,11 @@ impl<M: Machine + 'static> UnicornCpu<M> {
                 INTERRUPT_PREFETCH_ABORT => Stop::Trap(Trap::FetchNever),
                 _ => Stop::Trap(Trap::Other),
             };
-            mail.stop.set(Some(stop));
+            hook_results.stop.set(Some(stop));
             let _ = uc.emu_stop();
         };
-        told(self.uc.add_intr_hook(interrupts), "hooking exceptions")?;
-        // Not over RAM: with any such hook in reach, Unicorn sends every store the slow way.
+        convert_error(self.uc.add_intr_hook(interrupts), "hooking exceptions")?;
+        // Not for RAM, because stores are slow in regions with such a hook.
         for (begin, end) in [(0, 0x0FFF_FFFF), (0x1001_0000, 0x1FFF_FFFF), (0x2002_0000, 0xFFFF_FFFF)] {
             self.hook_bad_accesses(begin, end)?;
         }
@@ -263,17 +273,17 @@ impl<M: Machine + 'static> UnicornCpu<M> {
     }
 
     fn hook_bad_accesses(&mut self, begin: u64, end: u64) -> Result<()> {
-        let mail = Rc::clone(&self.mail);
+        let hook_results = Rc::clone(&self.hook_results);
         let access = move |_: &mut Uc<'_>, kind: MemType, addr: u64, _: usize, _: i64| {
-            mail.bad_access.set(Some((kind, addr as u32)));
+            hook_results.bad_access.set(Some((kind, addr as u32)));
             false
         };
         let kinds = HookType::MEM_UNMAPPED | HookType::MEM_PROT;
-        told(self.uc.add_mem_hook(kinds, begin, end, access), "hooking bad accesses")?;
+        convert_error(self.uc.add_mem_hook(kinds, begin, end, access), "hooking bad accesses")?;
         Ok(())
     }
 
-    /// Hooks each half-word of the image that reads as a hint. One that is data, or half of a wide instruction, never fires.
+    /// Hooks each half-word of the image that decodes as a hint. A hook on data, or on half of a wide instruction, is never called.
     fn hook_hints(&mut self, image: &[u8]) -> Result<()> {
         let halves: Vec<u16> = image.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect();
         for (n, &half) in halves.iter().enumerate() {
@@ -294,10 +304,10 @@ impl<M: Machine + 'static> UnicornCpu<M> {
     }
 
     fn hook_hint(&mut self, addr: u32, hint: u8, length: u32) -> Result<()> {
-        let (machine, mail) = (Rc::clone(&self.machine), Rc::clone(&self.mail));
+        let (machine, hook_results) = (Rc::clone(&self.machine), Rc::clone(&self.hook_results));
         let hook = move |uc: &mut Uc<'_>, _: u64, _: u32| {
             let stop = match hint {
-                // YIELD: nothing else could run.
+                // YIELD: there is no other thread to run.
                 1 => {
                     let _ = uc.set_pc(u64::from(addr + length) | 1);
                     return;
@@ -307,11 +317,11 @@ impl<M: Machine + 'static> UnicornCpu<M> {
                 // SEV: Unicorn executes it as a NOP.
                 _ => return machine.borrow_mut().send_event(),
             };
-            mail.wait_at.set(addr + length);
-            mail.stop.set(Some(stop));
+            hook_results.wait_at.set(addr + length);
+            hook_results.stop.set(Some(stop));
             let _ = uc.emu_stop();
         };
-        told(self.uc.add_code_hook(addr.into(), addr.into(), hook), "hooking a hint instruction")?;
+        convert_error(self.uc.add_code_hook(addr.into(), addr.into(), hook), "hooking a hint instruction")?;
         Ok(())
     }
 
@@ -325,32 +335,35 @@ impl<M: Machine + 'static> UnicornCpu<M> {
         (self.machine.borrow_mut(), UcMemory(&mut self.uc))
     }
 
-    /// Replaces one half-word of flash, as fault injection does. Gives back what was there.
+    /// Replaces one half-word of flash, for fault injection. Returns the old one.
     ///
     /// # Errors
-    /// The address is not an even one in flash, or Unicorn refuses.
+    /// The address is odd or not in flash, or Unicorn refuses.
     pub(crate) fn patch_flash(&mut self, addr: u32, half: u16) -> Result<u16> {
         let offset = addr.wrapping_sub(FLASH);
-        anyhow::ensure!(offset < FLASH_SIZE && offset.is_multiple_of(2), "0x{addr:08X} is no half-word of flash");
+        anyhow::ensure!(
+            offset < FLASH_SIZE && offset.is_multiple_of(2),
+            "0x{addr:08X} is not an even address in flash"
+        );
         let at = offset as usize;
         let mut counts = self.counts.borrow_mut();
         let old = u16::from_le_bytes([counts.image[at], counts.image[at + 1]]);
         counts.image[at..at + 2].copy_from_slice(&half.to_le_bytes());
-        // Any block over the place may now end elsewhere.
+        // Blocks that contain the address may now end elsewhere.
         counts.seen.fill((0, 0));
         for base in [0, FLASH] {
-            told(self.uc.mem_write(u64::from(base + offset), &half.to_le_bytes()), "patching flash")?;
+            convert_error(self.uc.mem_write(u64::from(base + offset), &half.to_le_bytes()), "patching flash")?;
         }
-        told(self.uc.ctl_flush_tb(), "dropping translated code")?;
+        convert_error(self.uc.ctl_flush_tb(), "dropping translated code")?;
         Ok(old)
     }
 
     fn write(&mut self, reg: RegisterARM, value: u32) {
-        // Every identifier used here is one that Unicorn writes.
+        // Cannot fail: Unicorn supports every identifier that is used here.
         let _ = self.uc.reg_write(reg, value.into());
     }
 
-    /// Registers as after a reset: xPSR with T alone, CONTROL and masks 0, floating-point registers and general registers 0.
+    /// Sets the registers to their values after a reset: only T set in xPSR; CONTROL, masks, floating-point and general registers 0.
     pub(crate) fn reset(&mut self, sp: u32, pc: u32) {
         self.set_mode(XPSR_T, 0);
         for reg in [Reg::Primask, Reg::Faultmask, Reg::Basepri, Reg::Fpscr, Reg::Psp] {
@@ -366,14 +379,14 @@ impl<M: Machine + 'static> UnicornCpu<M> {
 
     fn stopped(&mut self, result: Result<(), unicorn_engine::uc_error>) -> Stop {
         use unicorn_engine::uc_error;
-        let bad = self.mail.bad_access.take();
-        match (self.mail.stop.take(), result) {
+        let bad = self.hook_results.bad_access.take();
+        match (self.hook_results.stop.take(), result) {
             (Some(stop @ (Stop::WaitForEvent | Stop::WaitForInterrupt)), _) => {
-                self.set_reg(Reg::Pc, self.mail.wait_at.get());
+                self.set_reg(Reg::Pc, self.hook_results.wait_at.get());
                 stop
             }
             (Some(stop), _) => stop,
-            // Without the T bit, what stands there was read as code of another instruction set.
+            // Without the T bit, the code was decoded in another instruction set.
             (None, Err(uc_error::INSN_INVALID)) if get(&self.uc, Reg::Xpsr) & XPSR_T == 0 => {
                 Stop::Trap(Trap::InvalidState)
             }
@@ -403,20 +416,20 @@ impl<M: Machine + 'static> Cpu for UnicornCpu<M> {
     fn set_reg(&mut self, reg: Reg, value: u32) {
         // A program counter with bit 0 clear would select the ARM instruction set.
         let value = if reg == Reg::Pc { value | 1 } else { value };
-        // As for `get`.
+        // Cannot fail: see `get`.
         let _ = self.uc.reg_write(register(reg), value.into());
     }
 
     fn set_mode(&mut self, xpsr: u32, control: u32) {
-        // Unicorn obeys the rules of MSR: CONTROL needs privilege, SPSEL needs thread mode. Handler mode is privileged; from there to
-        // privileged thread mode, where both can be written; then to where the caller wants to be.
+        // Unicorn applies the rules of MSR: CONTROL needs privilege, SPSEL needs thread mode. So go to handler mode, which is privileged,
+        // then to privileged thread mode, where both can be written, then to the requested mode.
         self.write(RegisterARM::XPSR_NZCVQG, XPSR_T | 3);
         self.write(RegisterARM::CONTROL, 0);
         self.write(RegisterARM::XPSR_NZCVQG, XPSR_T);
         self.write(RegisterARM::CONTROL, control);
         self.write(RegisterARM::XPSR_NZCVQG, xpsr | XPSR_T);
         if !self.stale_flags {
-            // Writing the flags with their own value makes Unicorn recompute what it cached of the mode.
+            // Writing the flags with their own value makes Unicorn recompute its cached mode flags.
             self.write(RegisterARM::APSR_NZCV, xpsr & 0xF000_0000);
         }
     }
@@ -429,7 +442,7 @@ impl<M: Machine + 'static> Cpu for UnicornCpu<M> {
             self.write(RegisterARM::XPSR_NZCVQG, xpsr & !XPSR_IT | XPSR_T);
         }
         let _ = self.uc.emu_start(u64::from(STUB | 1), 0, 0, 0);
-        self.mail.stop.set(None);
+        self.hook_results.stop.set(None);
         if in_it {
             self.write(RegisterARM::XPSR_NZCVQG, xpsr | XPSR_T);
         }
@@ -445,8 +458,8 @@ impl<M: Machine + 'static> Cpu for UnicornCpu<M> {
     }
 
     fn run(&mut self) -> Stop {
-        self.mail.stop.set(None);
-        self.mail.bad_access.set(None);
+        self.hook_results.stop.set(None);
+        self.hook_results.bad_access.set(None);
         let pc = get(&self.uc, Reg::Pc);
         let result = self.uc.emu_start(u64::from(pc | 1), 0, 0, 0);
         self.stopped(result)
@@ -459,16 +472,16 @@ const _: () = assert!(is_wide(0xF3BF), "the stub's CLREX is a wide instruction")
 mod tests {
     use super::*;
 
-    /// Stops after a number of blocks, and keeps what it is told.
+    /// A machine that stops after a number of blocks and records all calls.
     #[derive(Default)]
-    struct Tape {
+    struct RecordingMachine {
         blocks_left: u32,
         charged: Vec<(u32, u32)>,
         stores: Vec<(u32, Width, u32)>,
         events: u32,
     }
 
-    impl Machine for Tape {
+    impl Machine for RecordingMachine {
         fn before_block(&mut self, _: impl FnOnce() -> Masks) -> bool {
             let stop = self.blocks_left == 0;
             self.blocks_left = self.blocks_left.saturating_sub(1);
@@ -488,15 +501,17 @@ mod tests {
         }
     }
 
-    fn cpu(code: &[u16], blocks: u32) -> UnicornCpu<Tape> {
+    fn cpu(code: &[u16], blocks: u32) -> UnicornCpu<RecordingMachine> {
         let image: Vec<u8> = code.iter().flat_map(|half| half.to_le_bytes()).collect();
-        let mut cpu = UnicornCpu::new(&image, Tape { blocks_left: blocks, ..Tape::default() }, false).unwrap();
+        let mut cpu =
+            UnicornCpu::new(&image, RecordingMachine { blocks_left: blocks, ..RecordingMachine::default() }, false)
+                .unwrap();
         cpu.reset(0x2000_1000, FLASH);
         cpu
     }
 
     #[test]
-    fn blocks_are_charged_once_and_stop_before_they_run() {
+    fn blocks_are_counted_once_and_stop_before_they_run() {
         // movs r0, #0; adds r0, #1; b .-2
         let mut cpu = cpu(&[0x2000, 0x3001, 0xE7FD], 3);
         assert_eq!(cpu.run(), Stop::Requested);
@@ -508,7 +523,7 @@ mod tests {
     }
 
     #[test]
-    fn hints_stop_the_run_behind_themselves() {
+    fn hints_stop_the_run_after_themselves() {
         // sev; yield; wfe; wfi; udf #0
         let mut cpu = cpu(&[0xBF40, 0xBF10, 0xBF20, 0xBF30, 0xDE00], 100);
         assert_eq!((cpu.run(), cpu.reg(Reg::Pc)), (Stop::WaitForEvent, FLASH + 6));
@@ -518,7 +533,7 @@ mod tests {
     }
 
     #[test]
-    fn devices_are_the_machines_and_nothing_else_is_there() {
+    fn device_accesses_go_to_the_machine_others_trap() {
         // ldr r0, [r1]; str r0, [r1]; strb r0, [r1]; ldr r0, [r2]
         let mut cpu = cpu(&[0x6808, 0x6008, 0x7008, 0x6810], 100);
         cpu.set_reg(Reg::R(1), 0x4001_0044);
@@ -543,7 +558,7 @@ mod tests {
     }
 
     #[test]
-    fn a_patch_changes_what_runs_in_both_places_of_flash() {
+    fn a_patch_applies_at_both_addresses_of_flash() {
         // nop; nop; adds r0, #1; b .-2
         let mut cpu = cpu(&[0xBF00, 0xBF00, 0x3001, 0xE7FD], 4);
         assert_eq!(cpu.run(), Stop::Requested);
@@ -558,7 +573,7 @@ mod tests {
     }
 
     #[test]
-    fn dma_reaches_sram_and_flash_but_not_the_core_coupled_memory() {
+    fn dma_accesses_sram_and_flash_but_not_coupled_memory() {
         let mut cpu = cpu(&[0x1234, 0x5678], 0);
         let (_, mut memory) = cpu.machine_and_memory();
         assert!(memory.write(0x2001_FFFC, Width::Word, 0xCAFE_F00D));

@@ -1,8 +1,8 @@
 //! What can only be shown from inside: counters that start just before they wrap.
 
 use crate::{LoopConfig, Sample, SupervisorState};
-use cpg_core::Generator;
 use cpg_core::gait::default_walk::default_walk;
+use cpg_core::{Generator, Unguided};
 use joint_units::Period;
 
 /// 72 hours are 2.6e8 ticks; the counters wrap after 50 days. Starting 10 s before that, a walk goes on as it would have, but
@@ -11,7 +11,7 @@ use joint_units::Period;
 fn the_counters_wrap_in_the_middle_of_a_walk() {
     let mut config = LoopConfig::default_biped();
     config.monitor.sensor_required = false;
-    let walk = default_walk(Period::MILLISECOND).expect("valid");
+    let walk = Unguided(default_walk(Period::MILLISECOND).expect("valid"));
     let mut plain = config.build(Period::MILLISECOND, walk, []).expect("valid");
     let mut old = plain.clone();
     let start = u32::MAX - 10_000;

@@ -161,7 +161,7 @@ fn of_file(file: &GeneratorFile) -> Result<([Template; Joint::COUNT], f64), Fail
             std::array::from_fn(|n| list.get(n).copied().unwrap_or(0.0).to_radians())
         };
         let mean = Radians::from_degrees(joint.mean_deg);
-        templates.push(Template::build(mean, series(&joint.cos_deg), series(&joint.sin_deg)).map_err(Failure::input)?);
+        templates.push(Template::new(mean, series(&joint.cos_deg), series(&joint.sin_deg)).map_err(Failure::input)?);
     }
     let templates = templates.try_into().map_err(|_| Failure::input("allowed are four joints"))?;
     Ok((templates, f64::from(set.stride_s)))

@@ -42,7 +42,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     block(folder, &mut written)?;
     let path = folder.join("hexapod-steps.svg");
     let switches = [(54, 3), (100, 1)];
-    let mut legs = Hexapod::build(5).map_err(Failure::run)?;
+    let mut legs = Hexapod::new(5).map_err(Failure::run)?;
     hexapod::draw(&path, &hexapod::swings(&mut legs, &switches, 120)?, &switches)?;
     written.push(path);
     crate::cli::print(&written.iter().map(|path| format!("{}\n", path.display())).collect::<String>())
@@ -146,7 +146,7 @@ fn network(folder: &Path, written: &mut Vec<PathBuf>) -> Result<(), Failure> {
 const STEP_S: f64 = 3.0;
 
 fn block(folder: &Path, written: &mut Vec<PathBuf>) -> Result<(), Failure> {
-    let pair = |flexor, extensor| Reversibilities::build(flexor, extensor).map_err(Failure::run);
+    let pair = |flexor, extensor| Reversibilities::new(flexor, extensor).map_err(Failure::run);
     let start = Obb::from_potential(pair(1, 5)?, PAPER_POTENTIAL).map_err(Failure::run)?;
     // The changes at 160 s and 300 s act with the next step.
     let switches = [(54, pair(1, 3)?), (100, pair(1, 1)?)];

@@ -80,7 +80,7 @@ struct Rows {
 }
 
 impl Visitor for Rows {
-    fn walker<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>) {
+    fn generator<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>) {
         match built {
             Ok(generator) => self.rows.push(row(name, generator, &self.wanted)),
             Err(error) => self.trouble = Some(format!("{name}: {error}")),

@@ -3,7 +3,7 @@
 use clap::Args;
 use cpg_core::Generator;
 use cpg_core::edge_reversal::hexapod::{Hexapod, Leg, Swings};
-use cpg_core::joints::hexapod_legs::{HexapodWalk, HexapodWalkConfig};
+use cpg_core::joints::hexapod_legs::HexapodWalkConfig;
 use joint_units::{Period, Radians};
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -58,7 +58,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         let steps = options.steps;
         return Err(Failure::input(format!("--steps {steps}: allowed with --svg and --walk is up to {MOST_SHOWN}")));
     }
-    let mut hexapod = Hexapod::build(options.reversibility).map_err(Failure::input)?;
+    let mut hexapod = Hexapod::new(options.reversibility).map_err(Failure::input)?;
     if options.walk {
         let out = setpoints(options, &switches)?;
         if let Some(path) = &options.svg {
@@ -109,7 +109,9 @@ pub(crate) fn draw(path: &std::path::Path, steps: &[Swings], switches: &[(u64, u
 
 fn setpoints(options: &Options, switches: &[(u64, u32)]) -> Result<String, Failure> {
     let config = HexapodWalkConfig { step_s: options.step_s as f32, ..HexapodWalkConfig::default() };
-    let mut walk = HexapodWalk::build(options.reversibility, config, Period::MILLISECOND).map_err(Failure::input)?;
+    let mut walk = HexapodWalkConfig { reversibility: options.reversibility, ..config }
+        .build(Period::MILLISECOND)
+        .map_err(Failure::input)?;
     let ticks_of = |step: u64| (step as f64 * options.step_s * 1e3).round() as u64;
     let mut switches = switches.iter().peekable();
     let mut out = String::new();

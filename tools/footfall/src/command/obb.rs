@@ -48,7 +48,7 @@ const MOST_DRAWN: u64 = 10_000;
 
 fn pair(text: &str) -> Option<Reversibilities> {
     let (flexor, extensor) = text.split_once(',')?;
-    Reversibilities::build(flexor.trim().parse().ok()?, extensor.trim().parse().ok()?).ok()
+    Reversibilities::new(flexor.trim().parse().ok()?, extensor.trim().parse().ok()?).ok()
 }
 
 /// A block stepped through its changes.

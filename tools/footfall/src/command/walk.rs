@@ -89,7 +89,7 @@ impl Walking {
         let mut changes = options.switch.iter().map(|text| change(text)).collect::<Result<Vec<_>, _>>()?;
         changes.sort_by(|a, b| b.0.total_cmp(&a.0));
         let built = gait.build(options.speed, PERIOD).map_err(Failure::input)?;
-        let smooth = Smooth::build(built, TransitionConfig::default(), PERIOD).map_err(Failure::run)?;
+        let smooth = TransitionConfig::default().build(built, PERIOD).map_err(Failure::run)?;
         Ok(Self { gait, speed: options.speed, stopped: false, smooth, tick: 0, changes })
     }
 

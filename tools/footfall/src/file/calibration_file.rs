@@ -134,7 +134,7 @@ pub fn parse_whole(document: &Document) -> Result<CalibrationFile, FileError> {
         points.push(CalibrationPoint { volts: Volts(volts), angle: Radians::from_degrees(degrees) });
         numbers.push((volts, degrees));
     }
-    let calibration = Calibration::build(&points, interpolation).map_err(|error| {
+    let calibration = Calibration::new(&points, interpolation).map_err(|error| {
         let field = match (error.index(), error.field()) {
             (Some(index), Some("angle")) => format!("points[{index}].angle_deg"),
             (Some(index), _) => format!("points[{index}].sensor_v"),
@@ -319,7 +319,7 @@ mod tests {
     fn measured_file() -> CalibrationFile {
         let points = [(0.5, 90.0), (1.25, 35.5), (2.5, -20.0)];
         let points = points.map(|(v, deg)| CalibrationPoint { volts: Volts(v), angle: Radians::from_degrees(deg) });
-        let calibration = Calibration::build(&points, Interpolation::MonotoneCubic).unwrap();
+        let calibration = Calibration::new(&points, Interpolation::MonotoneCubic).unwrap();
         let measured = Measured {
             sensor: "left \"knee\" \\ Nr. 3, grün".into(),
             date: "2026-02-28".into(),

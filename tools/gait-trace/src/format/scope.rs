@@ -112,7 +112,7 @@ struct Layout {
 /// use hgod_adc::{Calibration, CalibrationPoint, Interpolation};
 /// use joint_units::{Radians, Volts};
 /// let point = |volts, degrees| CalibrationPoint { volts: Volts(volts), angle: Radians::from_degrees(degrees) };
-/// let table = Calibration::build(&[point(0.5, 0.0), point(2.5, 100.0)], Interpolation::Linear).unwrap();
+/// let table = Calibration::new(&[point(0.5, 0.0), point(2.5, 100.0)], Interpolation::Linear).unwrap();
 /// let mut how = ReadOptions { calibration: Some(&table), ..ReadOptions::default() };
 /// how.add_map("left_knee=CH1")?;
 /// let text = b"X,CH1,Start,Increment,\nSequence,Volt,-0.01,0.005,\n0,1.5,,\n1,1.7,,\n2,3.1,,\n";

@@ -150,7 +150,7 @@ pub(crate) fn mot(recording: &Recording, version: u8, separator: &str, in_degree
 /// 0.5 V to 2.5 V for -40 to 90 degrees.
 pub(crate) fn calibration() -> Calibration {
     let point = |volts, degrees| CalibrationPoint { volts: Volts(volts), angle: Radians::from_degrees(degrees) };
-    Calibration::build(&[point(0.5, -40.0), point(2.5, 90.0)], Interpolation::Linear).expect("a good table")
+    Calibration::new(&[point(0.5, -40.0), point(2.5, 90.0)], Interpolation::Linear).expect("a good table")
 }
 
 /// The volts of an angle, by that table.

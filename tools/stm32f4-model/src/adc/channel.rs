@@ -1,4 +1,4 @@
-//! Names of the channels, their pins, and results as values.
+//! ADC channels, their pins, and conversion results.
 
 use core::fmt;
 
@@ -14,7 +14,7 @@ pub struct AdcChannel {
 }
 
 impl AdcChannel {
-    /// The pin of a channel (data sheet, table 7); `None`: an internal channel, or one that is not brought out.
+    /// Pin of a channel (data sheet, table 7); `None`: an internal channel, or one without a pin.
     ///
     /// ```
     /// use stm32f4_model::AdcChannel;
@@ -48,7 +48,7 @@ impl fmt::Display for AdcChannel {
     }
 }
 
-/// One result as the converter delivered it. A result lost to an overrun is not delivered.
+/// One conversion result. A result that is lost in an overrun is not recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Conversion {
     /// HCLK cycle of the end of the conversion.
@@ -67,7 +67,7 @@ mod tests {
 
     #[test]
     fn adc3_has_pins_on_port_f() {
-        // Data sheet, table 7: of packages that have the port.
+        // Data sheet, table 7, for packages with port F.
         let pins = [(4, 6), (5, 7), (6, 8), (7, 9), (8, 10), (9, 3), (14, 4), (15, 5)];
         for (channel, number) in pins {
             assert_eq!(AdcChannel { adc: 3, channel }.pin(), Pin::new('F', number));

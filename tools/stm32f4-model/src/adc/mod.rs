@@ -2,21 +2,22 @@
 //!
 //! ```text
 //! conversion = (sampling time + bits) ADCCLK cycles, ADCCLK = PCLK2 / (2, 4, 6 or 8)
-//! code       = round(V / VDDA * 4095), held in 0 ..= 4095; fewer bits drop the low ones
+//! code       = round(V / VDDA * 4095), limited to 0 ..= 4095; a lower resolution drops the low bits
 //! ```
-//! The pin is asked for its voltage at the end of the sampling time. A conversion starts at the cycle of its trigger: the converter's
-//! own latency of up to three ADCCLK cycles, and the power-up time after ADON, are left out.
+//! The voltage is read at the end of the sampling time. A conversion starts at the cycle of its trigger: the latency of up to three ADCCLK
+//! cycles and the power-up time after ADON are not modelled.
 //!
-//! 13.6 calls a timer channel's trigger its "CC event". It is taken here as OCxREF, while CCxE is set: with EXTEN rising in PWM mode 2
+//! 13.6 calls the trigger of a timer channel its "CC event". The model uses OCxREF while CCxE is set: with EXTEN rising in PWM mode 2
 //! that is the compare match.
 //!
-//! Not modelled, and recorded when asked for: discontinuous mode, dual and triple mode.
+//! Not modelled, and recorded as lints when selected: discontinuous mode, dual and triple mode.
 
 mod channel;
+mod common;
 mod registers;
 
 pub use channel::{AdcChannel, Conversion};
-pub(crate) use registers::Common;
+pub(crate) use common::AdcCommonRegisters;
 
 // SR.
 const AWD: u32 = 1;
@@ -46,14 +47,14 @@ const ALIGN: u32 = 1 << 11;
 /// Sampling times by the SMPx field, ADCCLK cycles (13.13.4).
 const SAMPLING: [u64; 8] = [3, 15, 28, 56, 84, 112, 144, 480];
 
-/// The two groups of 13.3.3.
+/// The two groups of conversions (13.3.3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Group {
     Regular,
     Injected,
 }
 
-/// An external trigger as EXTSEL or JEXTSEL of 0 to 15 selects it (13.6, tables 66 and 67).
+/// External trigger of a group, selected by EXTSEL or JEXTSEL (13.6, tables 66 and 67).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Trigger {
     /// Timer, channel 0 to 3.
@@ -102,11 +103,11 @@ const INJECTED_TRIGGERS: [Trigger; 16] = [
     Trigger::Line(15),
 ];
 
-/// A conversion under way.
+/// The conversion that is running.
 #[derive(Debug, Clone, Copy)]
-struct Running {
+struct RunningConversion {
     group: Group,
-    /// Place in the group, from 0.
+    /// Position in the group, from 0.
     rank: usize,
     channel: u8,
     /// Cycles at which sampling and conversion end.
@@ -115,16 +116,16 @@ struct Running {
     code: Option<u16>,
 }
 
-/// What the converter wants done at its next event.
+/// TimerFeatures of the next event of a converter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Step {
-    /// Sampling of a channel ends; answer with [`Adc::sampled`].
+pub(crate) enum AdcEvent {
+    /// Sampling of a channel ends; the caller passes the code to [`Adc::sampled`].
     Sample(u8),
-    /// A conversion ends; call [`Adc::finish`].
+    /// A conversion ends; the caller calls [`Adc::finish`].
     Finish,
 }
 
-/// One converter.
+/// State of one converter.
 #[derive(Debug, Clone)]
 pub(crate) struct Adc {
     /// 0 to 2.
@@ -140,17 +141,17 @@ pub(crate) struct Adc {
     jsqr: u32,
     jdr: [u32; 4],
     dr: u32,
-    /// A DMA request waits for its stream.
-    dma_waits: bool,
-    /// The stream has reported its last transfer with DDS = 0: no request until DMA is set anew.
-    dma_over: bool,
-    /// The next regular result finds the last one not taken.
-    held_up: bool,
+    /// A DMA request is pending.
+    dma_pending: bool,
+    /// The last transfer of the stream was made with DDS = 0: no further request until the DMA bit is set again.
+    dma_finished: bool,
+    /// The next regular result is an overrun.
+    overrun_forced: bool,
     /// HCLK cycles per ADCCLK cycle; `None`: no clock.
     clock: Option<u64>,
-    running: Option<Running>,
+    running: Option<RunningConversion>,
     /// A regular group to start, or to resume at a rank, after the injected one.
-    regular_waits: Option<usize>,
+    pending_regular: Option<usize>,
 }
 
 impl Adc {
@@ -168,16 +169,16 @@ impl Adc {
             jsqr: 0,
             jdr: [0; 4],
             dr: 0,
-            dma_waits: false,
-            dma_over: false,
-            held_up: false,
+            dma_pending: false,
+            dma_finished: false,
+            overrun_forced: false,
             clock: None,
             running: None,
-            regular_waits: None,
+            pending_regular: None,
         }
     }
 
-    /// HCLK cycles per ADCCLK cycle from now on. A conversion under way keeps its times.
+    /// Sets the HCLK cycles per ADCCLK cycle; `None`: no clock. A running conversion keeps its times.
     pub(crate) fn set_clock(&mut self, clock: Option<u64>) {
         self.clock = clock;
         if clock.is_none() {
@@ -189,38 +190,38 @@ impl Adc {
     pub(crate) fn next_event(&self) -> u64 {
         match self.running {
             None => u64::MAX,
-            Some(Running { code: None, sampled_at, .. }) => sampled_at,
+            Some(RunningConversion { code: None, sampled_at, .. }) => sampled_at,
             Some(running) => running.ends_at,
         }
     }
 
-    /// Like [`Adc::next_event`], only where it can move an interrupt line or start a transfer.
+    /// Cycle of the next event if it can change an interrupt line or request a transfer; otherwise `u64::MAX`.
     pub(crate) fn next_visible(&self) -> u64 {
         let seen = self.cr1 & (EOCIE | JEOCIE | AWDIE | OVRIE) != 0 || self.cr2 & DMA != 0;
         if seen { self.next_event() } else { u64::MAX }
     }
 
-    /// The next regular result is lost, where the mode detects an overrun.
-    pub(crate) fn hold_up(&mut self) {
-        self.held_up = true;
+    /// Makes the next regular result an overrun, if the mode detects overruns.
+    pub(crate) fn force_overrun(&mut self) {
+        self.overrun_forced = true;
     }
 
-    /// What is due at [`Adc::next_event`].
-    pub(crate) fn due(&self) -> Option<Step> {
+    /// TimerFeatures of the event at [`Adc::next_event`]; `None`: no conversion is running.
+    pub(crate) fn due(&self) -> Option<AdcEvent> {
         self.running.map(|running| match running.code {
-            None => Step::Sample(running.channel),
-            Some(_) => Step::Finish,
+            None => AdcEvent::Sample(running.channel),
+            Some(_) => AdcEvent::Finish,
         })
     }
 
-    /// The sampling has ended with this 12 bit code.
+    /// Sets the 12 bit code at the end of sampling, 0 to 4095.
     pub(crate) fn sampled(&mut self, code: u16) {
         if let Some(running) = &mut self.running {
             running.code = Some(code);
         }
     }
 
-    /// The triggers that both groups wait for, with the selected edges (rising, falling).
+    /// Selected triggers of both groups, each with its group and whether rising and falling edges start it.
     pub(crate) fn triggers(&self) -> [Option<(Group, Trigger, bool, bool)>; 2] {
         let on = self.cr2 & ADON != 0 && self.clock.is_some();
         let wanted =
@@ -242,12 +243,12 @@ impl Adc {
             // 13.8.1: after an overrun regular triggers are ignored.
             (Group::Regular, _) if self.sr & OVR != 0 => {}
             (Group::Regular, None) => self.begin(Group::Regular, 0, cycle),
-            // The regular group comes after the injected one.
-            (Group::Regular, Some((Group::Injected, _))) => self.regular_waits = self.regular_waits.or(Some(0)),
+            // The regular group starts after the injected one.
+            (Group::Regular, Some((Group::Injected, _))) => self.pending_regular = self.pending_regular.or(Some(0)),
             (Group::Injected, None) => self.begin(Group::Injected, 0, cycle),
-            // The regular conversion is given up and made again after the injected group.
+            // The regular conversion is aborted and repeated after the injected group.
             (Group::Injected, Some((Group::Regular, rank))) => {
-                self.regular_waits = Some(rank);
+                self.pending_regular = Some(rank);
                 self.begin(Group::Injected, 0, cycle);
             }
             (Group::Regular, Some((Group::Regular, _))) | (Group::Injected, Some((Group::Injected, _))) => {}
@@ -261,8 +262,14 @@ impl Adc {
         let bits = u64::from(12 - 2 * (self.cr1 >> 24 & 3));
         self.sr |= if group == Group::Regular { STRT } else { JSTRT };
         let sampled_at = cycle + sampling * clock;
-        self.running =
-            Some(Running { group, rank, channel, sampled_at, ends_at: sampled_at + bits * clock, code: None });
+        self.running = Some(RunningConversion {
+            group,
+            rank,
+            channel,
+            sampled_at,
+            ends_at: sampled_at + bits * clock,
+            code: None,
+        });
     }
 
     fn sampling_field(&self, channel: u8) -> usize {
@@ -270,12 +277,12 @@ impl Adc {
         (self.smpr[register] >> (place * 3) & 7) as usize
     }
 
-    /// Sampling time of a channel, s, at an HCLK frequency.
+    /// Sampling time of a channel, s, at an HCLK frequency in Hz.
     pub(crate) fn sampling_seconds(&self, channel: u8, hclk: f64) -> f64 {
         SAMPLING[self.sampling_field(channel)] as f64 * self.clock.unwrap_or(1) as f64 / hclk
     }
 
-    /// Conversions in a group: 1 without SCAN, else L + 1 or JL + 1 (13.3.7).
+    /// Number of conversions in a group: 1 without SCAN, else L + 1 or JL + 1 (13.3.7).
     fn length(&self, group: Group) -> usize {
         if self.cr1 & SCAN == 0 {
             return 1;
@@ -286,7 +293,7 @@ impl Adc {
         } as usize
     }
 
-    /// Channel at a place of a group. The injected group ends at JSQ4: with JL + 1 conversions it starts at JSQ(4 - JL) (13.13.12).
+    /// Channel at a position of a group. The injected group ends at JSQ4: with JL + 1 conversions it starts at JSQ(4 - JL) (13.13.12).
     fn channel_at(&self, group: Group, rank: usize) -> u8 {
         let field = match group {
             Group::Regular => self.sqr[2 - (rank / 6).min(2)] >> (rank % 6 * 5),
@@ -295,7 +302,8 @@ impl Adc {
         (field & 0x1F) as u8
     }
 
-    /// The conversion under way ends at `cycle`: stores the result, raises flags, starts what comes next. Returns the result.
+    /// Ends the running conversion at `cycle`: stores the result, sets flags, starts the next conversion.
+    /// Returns the result; `None` on overrun.
     pub(crate) fn finish(&mut self, cycle: u64) -> Option<Conversion> {
         let running = self.running.take()?;
         let resolution = self.cr1 >> 24 & 3;
@@ -308,11 +316,11 @@ impl Adc {
             }
             Group::Regular => self.store_regular(code, resolution, last),
         };
-        self.watch(running, code, resolution);
+        self.check_analog_watchdog(running, code, resolution);
         match running.group {
             Group::Injected if last => {
                 self.sr |= JEOC;
-                if let Some(rank) = self.regular_waits.take() {
+                if let Some(rank) = self.pending_regular.take() {
                     self.begin(Group::Regular, rank, cycle);
                 } else if self.cr1 & JAUTO != 0 && self.cr2 & CONT != 0 && self.sr & OVR == 0 {
                     self.begin(Group::Regular, 0, cycle);
@@ -334,7 +342,7 @@ impl Adc {
         delivered.then_some(Conversion { cycle, channel, injected, code })
     }
 
-    /// JDRx is the code less JOFRx, signed (13.13.11); left-aligned it is shifted below its sign (figure 48).
+    /// Stores an injected result: JDRx = code - JOFRx, signed (13.13.11); left-aligned below the sign bits (figure 48).
     fn store_injected(&mut self, rank: usize, code: u16, resolution: u32) {
         let value = i32::from(code) - (self.jofr[rank] & 0xFFF) as i32;
         let shift = match (self.cr2 & ALIGN != 0, resolution) {
@@ -345,19 +353,19 @@ impl Adc {
         self.jdr[rank] = (value << shift) as u32 & 0xFFFF;
     }
 
-    /// False on an overrun, which keeps the old result.
+    /// Stores a regular result in DR; false on an overrun, which keeps the old result.
     fn store_regular(&mut self, code: u16, resolution: u32, last: bool) -> bool {
-        // 13.8.1, 13.8.2, 13.13.3: an overrun is detected with DMA, where the last request has not been served, or with EOC after
-        // each conversion, where the flag still stands.
-        let held_up = std::mem::take(&mut self.held_up);
+        // 13.8.1, 13.8.2, 13.13.3: with DMA it is an overrun if the last request is not yet served, with EOC after each conversion if
+        // EOC is still set.
+        let overrun_forced = std::mem::take(&mut self.overrun_forced);
         let lost = match self.cr2 & (DMA | EOCS) {
             0 => false,
-            EOCS => held_up || self.sr & EOC != 0,
-            _ => held_up || self.dma_waits,
+            EOCS => overrun_forced || self.sr & EOC != 0,
+            _ => overrun_forced || self.dma_pending,
         };
         if lost {
             self.sr |= OVR;
-            self.dma_waits = false;
+            self.dma_pending = false;
             return false;
         }
         let shift = match (self.cr2 & ALIGN != 0, resolution) {
@@ -366,8 +374,8 @@ impl Adc {
             (true, resolution) => 4 + 2 * resolution,
         };
         self.dr = u32::from(code) << shift;
-        if self.cr2 & DMA != 0 && !self.dma_over {
-            self.dma_waits = true;
+        if self.cr2 & DMA != 0 && !self.dma_finished {
+            self.dma_pending = true;
         }
         if last || self.cr2 & EOCS != 0 {
             self.sr |= EOC;
@@ -375,8 +383,8 @@ impl Adc {
         true
     }
 
-    /// Analog watchdog (13.3.8): thresholds compare with all twelve bits.
-    fn watch(&mut self, running: Running, code: u16, resolution: u32) {
+    /// Checks the analog watchdog (13.3.8); the thresholds apply to all twelve bits.
+    fn check_analog_watchdog(&mut self, running: RunningConversion, code: u16, resolution: u32) {
         let enable = if running.group == Group::Regular { AWDEN } else { JAWDEN };
         let guarded = self.cr1 & AWDSGL == 0 || self.cr1 & 0x1F == u32::from(running.channel);
         let full = u32::from(code) << (2 * resolution);
@@ -385,18 +393,23 @@ impl Adc {
         }
     }
 
-    /// True while a transfer of DR is asked for.
+    /// True while a transfer of DR is requested.
     pub(crate) fn dma_request(&self) -> bool {
-        self.dma_waits && self.cr2 & DMA != 0
+        self.dma_pending && self.cr2 & DMA != 0
     }
 
-    /// The stream has served the request; `last`: it was its last transfer, after which DDS = 0 asks for no more (13.8.1).
+    /// Ends the DMA request after its transfer. `last`: it was the last of the buffer, after which DDS = 0 makes no more requests (13.8.1).
     pub(crate) fn dma_served(&mut self, last: bool) {
-        self.dma_waits = false;
-        self.dma_over |= last && self.cr2 & DDS == 0;
+        self.dma_pending = false;
+        self.dma_finished |= last && self.cr2 & DDS == 0;
     }
 
-    /// Interrupt line.
+    /// SR.
+    pub(crate) fn status(&self) -> u32 {
+        self.sr
+    }
+
+    /// Level of the interrupt line.
     pub(crate) fn interrupt(&self) -> bool {
         [(EOC, EOCIE), (AWD, AWDIE), (JEOC, JEOCIE), (OVR, OVRIE)]
             .iter()

@@ -1,8 +1,8 @@
 //! RCC: oscillators, clock tree, clock enables, resets, reset flags (RM0090 chapter 7, STM32F405/407).
 //!
-//! An oscillator or PLL is ready at once when it is switched on and its source runs; lock and start-up times are not modelled.
+//! An oscillator or PLL is ready as soon as it is on and its source runs; start-up and lock times are not modelled.
 
-use crate::clock::{Clocks, HSI_HZ, ahb_divider, apb_divider};
+use crate::clock::{ClockTree, HSI_HZ, ahb_divider, apb_divider};
 use crate::lint::LintKind;
 use crate::memory_map::Bus;
 use crate::reset::ResetCause;
@@ -37,7 +37,7 @@ const SW_HSI: u32 = 0;
 const SW_HSE: u32 = 1;
 const SW_PLL: u32 = 2;
 
-/// Registers that hold what is written, without side effect in this block: offset, reset value, writable bits (7.3).
+/// Registers without side effect in this block: offset, reset value, writable bits (7.3).
 const PLAIN: [(u32, u32, u32); 17] = [
     (0x10, 0, 0x2260_11FF),
     (0x14, 0, 0x0000_00F1),
@@ -58,23 +58,23 @@ const PLAIN: [(u32, u32, u32); 17] = [
     (PLLI2SCFGR, 0x2000_3000, 0x7000_7FC0),
 ];
 
-/// What happened to the crystal.
+/// Effect of a crystal failure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum HseLoss {
-    /// Nothing depended on it.
+pub(crate) enum HseFailure {
+    /// No running clock depended on it.
     Unused,
-    /// The clock security system acts: NMI, timer break, SYSCLK from HSI.
+    /// The clock security system acted: NMI, timer break, SYSCLK from HSI.
     Secured,
-    /// SYSCLK stands still.
+    /// SYSCLK has stopped.
     ClockStopped,
 }
 
-/// The block's registers, and the crystals outside.
+/// RCC registers and the state of the crystals.
 #[derive(Debug)]
 pub(crate) struct Rcc {
     hse_hz: u32,
-    hse_alive: bool,
-    lse_alive: bool,
+    hse_works: bool,
+    lse_works: bool,
     cr: u32,
     pllcfgr: u32,
     cfgr: u32,
@@ -83,16 +83,16 @@ pub(crate) struct Rcc {
     bdcr: u32,
     csr: u32,
     plain: [u32; PLAIN.len()],
-    /// SYSCLK has lost its source.
+    /// SYSCLK is stopped because its source failed.
     stopped: bool,
 }
 
 impl Rcc {
-    pub(crate) fn new(hse_hz: u32, hse_alive: bool, lse_alive: bool) -> Self {
+    pub(crate) fn new(hse_hz: u32, hse_works: bool, lse_works: bool) -> Self {
         let mut rcc = Rcc {
             hse_hz,
-            hse_alive,
-            lse_alive,
+            hse_works,
+            lse_works,
             cr: 0,
             pllcfgr: 0,
             cfgr: 0,
@@ -106,7 +106,7 @@ impl Rcc {
         rcc
     }
 
-    /// Reset values of 7.3; the backup domain keeps BDCR but for a power-on (6.1.3), the flags in CSR gather until RMVF.
+    /// Sets the reset values of 7.3. BDCR keeps its value except at a power-on (6.1.3); the flags in CSR accumulate until RMVF.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         self.cr = HSION | HSIRDY | 16 << 3;
         self.pllcfgr = 0x2400_3010;
@@ -137,32 +137,32 @@ impl Rcc {
             CIR => self.cir,
             BDCR => self.bdcr,
             CSR => self.csr,
-            // Reserved on the F405/407; drivers for the whole family write 0 there.
+            // Reserved on the F405/407; drivers for the whole family write 0 to it.
             DCKCFGR => 0,
             _ => self.plain[Self::plain_index(offset)?],
         })
     }
 
-    /// `backup_open`: PWR_CR.DBP, without which RCC_BDCR is write-protected (7.3.20).
-    pub(crate) fn write(&mut self, offset: u32, value: u32, backup_open: bool, notes: &mut Vec<LintKind>) {
+    /// Writes a register. `backup_writable` is PWR_CR.DBP; while it is false, RCC_BDCR is write-protected (7.3.20).
+    pub(crate) fn write(&mut self, offset: u32, value: u32, backup_writable: bool, lints: &mut Vec<LintKind>) {
         match offset {
-            CR => self.write_cr(value, notes),
-            PLLCFGR => self.write_pllcfgr(value, notes),
-            CFGR => self.write_cfgr(value, notes),
+            CR => self.write_cr(value, lints),
+            PLLCFGR => self.write_pllcfgr(value, lints),
+            CFGR => self.write_cfgr(value, lints),
             CIR => {
                 self.cir = (self.cir & 0xFF) | (value & 0x3F00);
                 // Bits 16 to 21 clear the ready flags, bit 23 the clock security flag.
                 self.cir &= !(value >> 16 & 0xBF);
             }
-            BDCR if !backup_open => {
+            BDCR if !backup_writable => {
                 if value != self.bdcr {
-                    notes.push(LintKind::Misuse("RCC_BDCR is write-protected until PWR_CR.DBP is set"));
+                    lints.push(LintKind::Misuse("RCC_BDCR is write-protected: set PWR_CR.DBP first"));
                 }
             }
             BDCR => {
                 const LSEON: u32 = 1;
                 self.bdcr = if value & 1 << 16 != 0 { 1 << 16 } else { value & 0x8305 };
-                if self.lse_alive && self.bdcr & LSEON != 0 {
+                if self.lse_works && self.bdcr & LSEON != 0 {
                     self.bdcr |= 2;
                 }
             }
@@ -178,17 +178,17 @@ impl Rcc {
                 Some(index) => {
                     let (_, _, writable) = PLAIN[index];
                     if value & !writable & !self.plain[index] != 0 {
-                        notes.push(LintKind::Misuse("reserved bits of an RCC register"));
+                        lints.push(LintKind::Misuse("reserved bits of an RCC register are written"));
                     }
                     self.plain[index] = value & writable;
                 }
-                None => notes.push(LintKind::Unmodelled),
+                None => lints.push(LintKind::Unmodelled),
             },
         }
     }
 
     /// 7.3.1: the oscillator that clocks the system cannot be switched off.
-    fn write_cr(&mut self, value: u32, notes: &mut Vec<LintKind>) {
+    fn write_cr(&mut self, value: u32, lints: &mut Vec<LintKind>) {
         let mut wanted = value & CR_WRITABLE;
         let source = self.source();
         let pll_from_hse = self.pllcfgr & PLLSRC_HSE != 0;
@@ -198,58 +198,58 @@ impl Rcc {
             _ => PLLON | if pll_from_hse { HSEON } else { HSION },
         };
         if wanted & held != held {
-            notes.push(LintKind::Misuse("the oscillator that clocks the system cannot be switched off"));
+            lints.push(LintKind::Misuse("the oscillator that clocks the system cannot be switched off"));
             wanted |= held;
         }
         if self.cr & HSEON != 0 && (wanted ^ self.cr) & HSEBYP != 0 {
-            notes.push(LintKind::Misuse("HSEBYP can only be written while HSE is off"));
+            lints.push(LintKind::Misuse("HSEBYP can only be written while HSE is off"));
             wanted = (wanted & !HSEBYP) | (self.cr & HSEBYP);
         }
         if wanted & !self.cr & PLLON != 0 {
-            self.check_pll(notes);
+            self.check_pll(lints);
         }
         self.cr = wanted | (self.cr & (HSIRDY | HSERDY | PLLRDY | PLLI2SRDY));
-        self.settle();
+        self.update_clocks();
     }
 
     /// 7.3.2: the PLL's factors can only be written while it is off.
-    fn write_pllcfgr(&mut self, value: u32, notes: &mut Vec<LintKind>) {
+    fn write_pllcfgr(&mut self, value: u32, lints: &mut Vec<LintKind>) {
         if self.cr & (PLLON | PLLI2SON) != 0 && value != self.pllcfgr {
-            notes.push(LintKind::Misuse("RCC_PLLCFGR can only be written while the PLLs are off"));
+            lints.push(LintKind::Misuse("RCC_PLLCFGR can only be written while the PLLs are off"));
             return;
         }
         self.pllcfgr = 0x2000_0000 | (value & 0x0F43_7FFF);
     }
 
     /// Limits of 7.3.2 and of the data sheet (table 35), when the PLL is switched on.
-    fn check_pll(&self, notes: &mut Vec<LintKind>) {
+    fn check_pll(&self, lints: &mut Vec<LintKind>) {
         let (m, n) = (self.pllcfgr & 0x3F, self.pllcfgr >> 6 & 0x1FF);
         if m < 2 || !(50..=432).contains(&n) || self.pllcfgr >> 24 & 0xF < 2 {
-            notes.push(LintKind::Misuse("PLL factors: M 2 to 63, N 50 to 432, Q 2 to 15"));
+            lints.push(LintKind::Misuse("a PLL factor is out of range: M 2 to 63, N 50 to 432, Q 2 to 15"));
             return;
         }
         let input = f64::from(self.pll_source_hz()) / f64::from(m);
         if !(0.95e6..=2.1e6).contains(&input) {
-            notes.push(LintKind::Misuse("the PLL's input after M must lie between 0.95 and 2.1 MHz"));
+            lints.push(LintKind::Misuse("the PLL's input after M must lie between 0.95 and 2.1 MHz"));
         }
         if !(100e6..=432e6).contains(&(input * f64::from(n))) {
-            notes.push(LintKind::Misuse("the PLL's VCO must run at 100 to 432 MHz"));
+            lints.push(LintKind::Misuse("the PLL's VCO must run at 100 to 432 MHz"));
         }
     }
 
-    fn write_cfgr(&mut self, value: u32, notes: &mut Vec<LintKind>) {
+    fn write_cfgr(&mut self, value: u32, lints: &mut Vec<LintKind>) {
         if value & 3 == 3 {
-            notes.push(LintKind::Misuse("RCC_CFGR.SW = 3 selects no clock"));
+            lints.push(LintKind::Misuse("RCC_CFGR.SW = 3 selects no clock: allowed is 0 (HSI), 1 (HSE), 2 (PLL)"));
         }
         self.cfgr = (value & 0xFFFF_FCF3) | (self.cfgr & 0xC);
-        self.settle();
+        self.update_clocks();
     }
 
-    /// Carries ready bits and clock switch over from what is on and alive.
-    fn settle(&mut self) {
+    /// Updates the ready flags and the clock switch from the oscillators that are on and working.
+    fn update_clocks(&mut self) {
         let before = self.cr;
         let on = |bit: u32| self.cr & bit != 0;
-        let hse = on(HSEON) && self.hse_alive;
+        let hse = on(HSEON) && self.hse_works;
         let source = if self.pllcfgr & PLLSRC_HSE != 0 { hse } else { on(HSION) };
         let ready =
             [(HSIRDY, on(HSION)), (HSERDY, hse), (PLLRDY, on(PLLON) && source), (PLLI2SRDY, on(PLLI2SON) && source)];
@@ -275,7 +275,7 @@ impl Rcc {
         }
     }
 
-    /// SWS: the clock that SYSCLK has now.
+    /// SWS: the present source of SYSCLK.
     fn source(&self) -> u32 {
         self.cfgr >> 2 & 3
     }
@@ -284,25 +284,25 @@ impl Rcc {
         if self.pllcfgr & PLLSRC_HSE != 0 { self.hse_hz } else { HSI_HZ }
     }
 
-    /// The clock tree as it is now.
-    pub(crate) fn clocks(&self) -> Clocks {
+    /// The present clock tree.
+    pub(crate) fn clocks(&self) -> ClockTree {
         let sysclk = match self.source() {
             SW_HSE => f64::from(self.hse_hz),
             SW_PLL => {
                 let m = f64::from((self.pllcfgr & 0x3F).max(1));
                 let n = f64::from(self.pllcfgr >> 6 & 0x1FF);
                 let p = f64::from(((self.pllcfgr >> 16 & 3) + 1) * 2);
-                // One division: 8 MHz * 168 / (4 * 2) stays exact.
+                // One division, so that 8 MHz * 168 / (4 * 2) is exact.
                 f64::from(self.pll_source_hz()) * n / (m * p)
             }
             _ => f64::from(HSI_HZ),
         };
-        // N = 0 is refused with a lint; time must go on all the same.
+        // N = 0 makes a lint; at least 1 Hz keeps time advancing.
         let hclk = sysclk.max(1.0) / ahb_divider(self.cfgr >> 4) as f64;
-        Clocks { hclk, apb: [apb_divider(self.cfgr >> 10), apb_divider(self.cfgr >> 13)] }
+        ClockTree { hclk, apb: [apb_divider(self.cfgr >> 10), apb_divider(self.cfgr >> 13)] }
     }
 
-    /// True while SYSCLK stands still.
+    /// True while SYSCLK is stopped.
     pub(crate) fn stopped(&self) -> bool {
         self.stopped
     }
@@ -329,21 +329,21 @@ impl Rcc {
         self.plain(offset) >> bit & 1 != 0
     }
 
-    /// RCC global interrupt: a ready flag with its enable.
+    /// RCC global interrupt: a ready flag is set and enabled.
     pub(crate) fn interrupt(&self) -> bool {
         self.cir & self.cir >> 8 & 0x3F != 0
     }
 
-    /// CSSF, which is wired to the core's NMI (7.2.7).
+    /// CSSF, which drives the core's NMI (7.2.7).
     pub(crate) fn nmi(&self) -> bool {
         self.cir & CSSF != 0
     }
 
-    /// The crystal stops, for good.
-    pub(crate) fn lose_hse(&mut self) -> HseLoss {
-        self.hse_alive = false;
+    /// Stops the crystal permanently.
+    pub(crate) fn fail_hse(&mut self) -> HseFailure {
+        self.hse_works = false;
         let was_ready = self.cr & HSERDY != 0;
-        let clocks_core = match self.source() {
+        let drives_sysclk = match self.source() {
             SW_HSE => true,
             SW_PLL => self.pllcfgr & PLLSRC_HSE != 0,
             _ => false,
@@ -353,20 +353,20 @@ impl Rcc {
             // 7.2.7: HSE is switched off, and the PLL too if HSE was its source and it clocked the system; SYSCLK comes from HSI.
             self.cr &= !HSEON;
             self.cir |= CSSF;
-            if clocks_core {
+            if drives_sysclk {
                 self.cr |= HSION;
                 self.cfgr &= !3;
                 self.cr &= !PLLON;
             }
         }
-        self.settle();
-        match (secured, clocks_core) {
-            (true, _) => HseLoss::Secured,
+        self.update_clocks();
+        match (secured, drives_sysclk) {
+            (true, _) => HseFailure::Secured,
             (false, true) => {
                 self.stopped = true;
-                HseLoss::ClockStopped
+                HseFailure::ClockStopped
             }
-            (false, false) => HseLoss::Unused,
+            (false, false) => HseFailure::Unused,
         }
     }
 }

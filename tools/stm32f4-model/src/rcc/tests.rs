@@ -1,4 +1,4 @@
-//! The clock tree's registers alone.
+//! Tests of the RCC registers.
 
 use super::*;
 
@@ -7,9 +7,9 @@ fn rcc() -> Rcc {
 }
 
 fn write(rcc: &mut Rcc, offset: u32, value: u32) -> Vec<LintKind> {
-    let mut notes = Vec::new();
-    rcc.write(offset, value, true, &mut notes);
-    notes
+    let mut lints = Vec::new();
+    rcc.write(offset, value, true, &mut lints);
+    lints
 }
 
 /// 8 MHz HSE, M 4, N 168, P 2, Q 7, APB1 / 4, APB2 / 2: 168 MHz.
@@ -34,12 +34,12 @@ fn hse_through_the_pll_gives_168_mhz() {
     // RM0090 7.3.2: f(VCO) = f(in) * N / M, f(PLL out) = f(VCO) / P: 8 MHz * 168 / 4 / 2.
     let mut rcc = rcc();
     to_168_mhz(&mut rcc);
-    assert_eq!(rcc.clocks(), Clocks { hclk: 168e6, apb: [4, 2] });
+    assert_eq!(rcc.clocks(), ClockTree { hclk: 168e6, apb: [4, 2] });
     assert_eq!(rcc.peek(CFGR).map(|cfgr| cfgr >> 2 & 3), Some(SW_PLL));
 }
 
 #[test]
-fn a_dead_crystal_never_becomes_ready() {
+fn a_failed_crystal_never_becomes_ready() {
     let mut rcc = Rcc::new(8_000_000, false, false);
     write(&mut rcc, CR, 0x83 | HSEON);
     assert_eq!(rcc.cr & HSERDY, 0);
@@ -74,16 +74,16 @@ fn pll_factors_are_locked_while_it_runs_and_checked() {
     // At 8 MHz: 4 * 168 = 672 MHz and 4 MHz in; 2 * 45, N too small; M = 1; Q = 1; 1 * 99 MHz; 2 * 216 = 432 MHz; 2.1 MHz would do.
     let cases =
         [(2, 168, 7, 2), (4, 49, 7, 1), (1, 100, 7, 1), (4, 168, 1, 1), (8, 99, 7, 1), (4, 216, 9, 0), (8, 100, 2, 0)];
-    for (m, n, q, complaints) in cases {
+    for (m, n, q, lints) in cases {
         let mut fresh = Rcc::new(8_000_000, true, false);
         assert_eq!(write(&mut fresh, PLLCFGR, m | n << 6 | PLLSRC_HSE | q << 24), []);
-        assert_eq!(write(&mut fresh, CR, 0x83 | HSEON | PLLON).len(), complaints, "M {m}, N {n}, Q {q}");
-        assert_eq!(write(&mut fresh, CR, 0x83 | HSEON | PLLON), [], "said once");
+        assert_eq!(write(&mut fresh, CR, 0x83 | HSEON | PLLON).len(), lints, "M {m}, N {n}, Q {q}");
+        assert_eq!(write(&mut fresh, CR, 0x83 | HSEON | PLLON), [], "reported once");
     }
 }
 
 #[test]
-fn the_fourth_clock_does_not_exist() {
+fn clock_switch_value_3_is_refused() {
     // RM0090 7.3.3: SW = 3 is not allowed.
     let mut rcc = rcc();
     assert_eq!(write(&mut rcc, CFGR, 3).len(), 1);
@@ -91,7 +91,7 @@ fn the_fourth_clock_does_not_exist() {
 }
 
 #[test]
-fn reset_flags_gather_until_removed() {
+fn reset_flags_accumulate_until_rmvf() {
     // RM0090 7.3.21: flags are set by each reset and cleared by RMVF or power-on.
     let mut rcc = rcc();
     rcc.reset(ResetCause::IndependentWatchdog);
@@ -116,16 +116,16 @@ fn lsi_is_ready_when_on() {
 }
 
 #[test]
-fn backup_domain_needs_dbp_and_outlives_a_reset() {
+fn backup_domain_needs_dbp_and_survives_a_reset() {
     let mut rcc = rcc();
-    let mut notes = Vec::new();
-    rcc.write(BDCR, 0x8100, false, &mut notes);
-    assert_eq!((rcc.bdcr, notes.len()), (0, 1));
+    let mut lints = Vec::new();
+    rcc.write(BDCR, 0x8100, false, &mut lints);
+    assert_eq!((rcc.bdcr, lints.len()), (0, 1));
     write(&mut rcc, BDCR, 0x8100);
     rcc.reset(ResetCause::Software);
     assert_eq!(rcc.bdcr, 0x8100);
     write(&mut rcc, BDCR, 1);
-    assert_eq!(rcc.bdcr, 1, "no low speed crystal is fitted");
+    assert_eq!(rcc.bdcr, 1, "no 32 kHz crystal is fitted");
     rcc.reset(ResetCause::PowerOn);
     assert_eq!(rcc.bdcr, 0);
 }
@@ -155,14 +155,14 @@ fn every_ready_flag_has_its_enable_and_clear_bit() {
             write(&mut rcc, CR, 0x81);
         }
         write(&mut rcc, CIR, 0x3F00 & !(1 << (8 + flag)));
-        let lit = rcc.cr | on;
-        write(&mut rcc, CR, lit);
-        assert!(!rcc.interrupt(), "only flag {flag} could come, and it is disabled");
-        let dark = rcc.cr & !on;
-        write(&mut rcc, CR, dark);
+        let on_value = rcc.cr | on;
+        write(&mut rcc, CR, on_value);
+        assert!(!rcc.interrupt(), "only flag {flag} could be set, and it is disabled");
+        let off_value = rcc.cr & !on;
+        write(&mut rcc, CR, off_value);
         write(&mut rcc, CIR, 1 << (8 + flag));
-        let lit = rcc.cr | on;
-        write(&mut rcc, CR, lit);
+        let on_value = rcc.cr | on;
+        write(&mut rcc, CR, on_value);
         assert_eq!(rcc.peek(CIR), Some(1 << (8 + flag) | 1 << flag));
         assert!(rcc.interrupt());
         write(&mut rcc, CIR, 1 << (8 + flag) | 1 << (16 + flag));
@@ -182,7 +182,7 @@ fn sources_of_the_system_clock() {
     write(&mut rcc, CR, 0x83 | HSEON | PLLON);
     write(&mut rcc, CFGR, SW_PLL | 8 << 4);
     assert_eq!(rcc.clocks().hclk, 42e6);
-    assert_eq!(rcc.lose_hse(), HseLoss::Unused);
+    assert_eq!(rcc.fail_hse(), HseFailure::Unused);
     assert_eq!((rcc.clocks().hclk, rcc.cr & PLLRDY), (42e6, PLLRDY));
 }
 
@@ -192,13 +192,13 @@ fn clock_security_with_the_crystal_as_the_system_clock() {
     write(&mut rcc, CIR, 1 << 11);
     write(&mut rcc, CR, 0x83 | HSEON | CSSON);
     write(&mut rcc, CFGR, SW_HSE);
-    assert_eq!(rcc.lose_hse(), HseLoss::Secured);
+    assert_eq!(rcc.fail_hse(), HseFailure::Secured);
     assert_eq!((rcc.source(), rcc.clocks().hclk), (SW_HSI, 16e6));
-    assert_eq!(rcc.peek(CIR), Some(1 << 11 | 1 << 7 | 1 << 3), "the flags before stay");
+    assert_eq!(rcc.peek(CIR), Some(1 << 11 | 1 << 7 | 1 << 3), "earlier flags stay set");
     let mut rcc = Rcc::new(8_000_000, true, false);
     write(&mut rcc, CR, 0x83 | HSEON);
     write(&mut rcc, CFGR, SW_HSE);
-    assert_eq!(rcc.lose_hse(), HseLoss::ClockStopped);
+    assert_eq!(rcc.fail_hse(), HseFailure::ClockStopped);
 }
 
 #[test]
@@ -208,7 +208,7 @@ fn clock_security_switches_to_hsi_and_raises_nmi() {
     to_168_mhz(&mut rcc);
     let on = rcc.cr | CSSON;
     write(&mut rcc, CR, on);
-    assert_eq!(rcc.lose_hse(), HseLoss::Secured);
+    assert_eq!(rcc.fail_hse(), HseFailure::Secured);
     assert!(rcc.nmi());
     assert_eq!(rcc.clocks().hclk, 16e6);
     assert_eq!(rcc.cr & (HSEON | HSERDY | PLLON | PLLRDY), 0);
@@ -217,11 +217,11 @@ fn clock_security_switches_to_hsi_and_raises_nmi() {
 }
 
 #[test]
-fn clock_security_watches_a_crystal_that_runs() {
+fn clock_security_acts_only_if_hse_was_ready() {
     // RM0090 7.2.7: enabled after HSE is ready.
     let mut rcc = Rcc::new(8_000_000, false, false);
     write(&mut rcc, CR, 0x83 | HSEON | CSSON);
-    assert_eq!(rcc.lose_hse(), HseLoss::Unused);
+    assert_eq!(rcc.fail_hse(), HseFailure::Unused);
     assert!(!rcc.nmi());
 }
 
@@ -229,10 +229,10 @@ fn clock_security_watches_a_crystal_that_runs() {
 fn without_clock_security_the_core_stops() {
     let mut rcc = rcc();
     to_168_mhz(&mut rcc);
-    assert_eq!(rcc.lose_hse(), HseLoss::ClockStopped);
+    assert_eq!(rcc.fail_hse(), HseFailure::ClockStopped);
     assert!(rcc.stopped() && !rcc.nmi());
     rcc.reset(ResetCause::IndependentWatchdog);
     assert!(!rcc.stopped());
     let mut idle = Rcc::new(8_000_000, true, false);
-    assert_eq!(idle.lose_hse(), HseLoss::Unused);
+    assert_eq!(idle.fail_hse(), HseFailure::Unused);
 }

@@ -1,12 +1,12 @@
-//! What a read or a write reaches: address, width, clock and reset are checked here, registers answer in their blocks.
+//! Register access: checks address, width, clock and reset, then reads or writes the register in its block.
 
 use super::Soc;
 use crate::bus::Width;
 use crate::lint::LintKind;
-use crate::memory_map::{Block, Model, Widths, place};
+use crate::memory_map::{Model, PeripheralBlock, Widths, locate};
 
 impl Soc {
-    /// Reads a peripheral register, with the effects that the read has. What is not modelled, clocked or allowed reads as 0, and is
+    /// Reads a peripheral register, with the side effects of the read. An access that is not modelled, clocked or allowed returns 0 and is
     /// recorded as a lint.
     pub fn read(&mut self, addr: u32, width: Width) -> u32 {
         match self.reach(addr, width, false) {
@@ -16,7 +16,7 @@ impl Soc {
             }
             Ok((block, offset)) => {
                 let register = offset & !3;
-                self.settle(block.model);
+                self.advance_block(block.model);
                 let Some(word) = self.peek(block.model, register) else {
                     self.lint(addr, width, LintKind::Unmodelled, None);
                     return 0;
@@ -30,20 +30,20 @@ impl Soc {
         }
     }
 
-    /// Writes a peripheral register. What is not modelled, clocked or allowed is ignored, and recorded as a lint.
+    /// Writes a peripheral register. An access that is not modelled, clocked or allowed is ignored and recorded as a lint.
     pub fn write(&mut self, addr: u32, width: Width, value: u32) {
         match self.reach(addr, width, true) {
             Err(kind) => self.lint(addr, width, kind, Some(value)),
             Ok((block, offset)) => {
                 let register = offset & !3;
-                self.settle(block.model);
-                // A narrow write leaves the other lanes: registers whose bits act when written read as 0 there.
+                self.advance_block(block.model);
+                // A narrow write keeps the other bytes. Registers with bits that act when written read as 0: no effect.
                 let shift = (offset & 3) * 8;
                 let lanes = width.mask() << shift;
                 let rest = if lanes == u32::MAX { 0 } else { self.peek(block.model, register).unwrap_or(0) & !lanes };
-                let mut notes = Vec::new();
-                self.store(block.model, register, (value << shift & lanes) | rest, &mut notes);
-                for kind in notes {
+                let mut lints = Vec::new();
+                self.write_block(block.model, register, (value << shift & lanes) | rest, &mut lints);
+                for kind in lints {
                     self.lint(addr, width, kind, Some(value));
                 }
                 self.refresh();
@@ -51,9 +51,12 @@ impl Soc {
         }
     }
 
-    /// The block and offset that an access reaches, or why it reaches none.
-    fn reach(&self, addr: u32, width: Width, write: bool) -> Result<(&'static Block, u32), LintKind> {
-        let (block, offset) = place(addr).ok_or(LintKind::Unmodelled)?;
+    /// Finds the block and offset of an access.
+    ///
+    /// # Errors
+    /// The reason why the access has no effect.
+    fn reach(&self, addr: u32, width: Width, write: bool) -> Result<(&'static PeripheralBlock, u32), LintKind> {
+        let (block, offset) = locate(addr).ok_or(LintKind::Unmodelled)?;
         if block.model == Model::None {
             return Err(LintKind::Unmodelled);
         }
@@ -77,19 +80,19 @@ impl Soc {
         Ok((block, offset))
     }
 
-    fn clocked(&self, block: &Block) -> bool {
+    fn clocked(&self, block: &PeripheralBlock) -> bool {
         match block.model {
-            // The common registers answer as soon as one of the three converters is clocked.
+            // The common registers are clocked with any of the three converters.
             Model::AdcCommon => (0..3).any(|index| self.adc_enabled(index)),
             _ => block.enable.is_none_or(|gate| self.rcc.enabled(gate)),
         }
     }
 
-    /// Brings a counting block up to now.
-    fn settle(&mut self, model: Model) {
+    /// Advances a timer to the present cycle.
+    fn advance_block(&mut self, model: Model) {
         let now = self.now;
         if let Model::Tim(number) = model {
-            // Signals that anybody waits for were delivered by the advance to now.
+            // Used signals were routed by the advance to the present cycle.
             let _ = self.timers[number].run_to(now);
         }
     }
@@ -98,7 +101,7 @@ impl Soc {
         match model {
             Model::Tim(number) => self.timers[number].peek(offset),
             Model::Adc(index) => self.adcs[index].peek(offset),
-            Model::AdcCommon => self.adc_common.peek(offset, &self.adcs),
+            Model::AdcCommon => self.adc_common.peek(offset, [0, 1, 2].map(|index| self.adcs[index].status())),
             Model::Dma(index) => self.dma[index].peek(offset),
             Model::Gpio(port) => self.gpio[port].peek(offset),
             Model::Rcc => self.rcc.peek(offset),
@@ -108,13 +111,13 @@ impl Soc {
             Model::Exti => self.exti.peek(offset),
             Model::Iwdg => self.iwdg.peek(offset, self.time.seconds(self.now)),
             Model::Dbgmcu => self.dbgmcu.peek(offset),
-            Model::SystemMemory => self.factory(offset),
+            Model::SystemMemory => self.factory_data(offset),
             Model::None => None,
         }
     }
 
-    /// Factory data in system memory (RM0090 39.1, 39.2; data sheet 6.3.22, 6.3.24).
-    fn factory(&self, offset: u32) -> Option<u32> {
+    /// Word of the factory data in system memory (RM0090 39.1, 39.2; data sheet 6.3.22, 6.3.24).
+    fn factory_data(&self, offset: u32) -> Option<u32> {
         let temperature = |celsius: f64| ((0.76 + 0.0025 * (celsius - 25.0)) / 3.3 * 4095.0).round() as u32;
         match offset {
             0x10 | 0x14 | 0x18 => Some(self.config.unique_id[(offset as usize - 0x10) / 4]),
@@ -127,61 +130,61 @@ impl Soc {
         }
     }
 
-    fn store(&mut self, model: Model, offset: u32, value: u32, notes: &mut Vec<LintKind>) {
+    fn write_block(&mut self, model: Model, offset: u32, value: u32, lints: &mut Vec<LintKind>) {
         let now = self.now;
         match model {
             Model::Tim(number) => {
-                let signals = self.timers[number].write(offset, value, now, notes);
-                if offset == crate::tim::BDTR && self.timers[number].break_without_pin() {
-                    notes.push(LintKind::Misuse("the break is enabled, but no pin carries BKIN"));
+                let signals = self.timers[number].write(offset, value, now, lints);
+                if offset == crate::tim::bits::BDTR && self.timers[number].break_without_pin() {
+                    lints.push(LintKind::Misuse("the break is enabled (BDTR.BKE), but no pin is connected to BKIN"));
                 }
-                self.deliver(number, signals);
+                self.pass_signals(number, signals);
             }
             Model::Adc(index) => {
-                self.adcs[index].write(offset, value, now, notes);
-                self.listen();
+                self.adcs[index].write(offset, value, now, lints);
+                self.update_used_signals();
             }
             Model::AdcCommon => {
-                self.adc_common.write(offset, value, notes);
-                self.apply_tree();
+                self.adc_common.write(offset, value, lints);
+                self.apply_clock_tree();
             }
-            Model::Dma(index) => self.dma[index].write(offset, value, index, notes),
+            Model::Dma(index) => self.dma[index].write(offset, value, index, lints),
             Model::Gpio(port) => {
-                self.gpio[port].write(offset, value, notes);
+                self.gpio[port].write(offset, value, lints);
                 self.port_written(port, offset);
             }
             Model::Rcc => {
                 for timer in &mut self.timers {
-                    // Up to now by the old clock.
+                    // Up to the present cycle by the old clock.
                     let _ = timer.run_to(now);
                 }
                 let before = self.clocks;
-                self.rcc.write(offset, value, self.pwr.backup_open(), notes);
-                self.apply_tree();
+                self.rcc.write(offset, value, self.pwr.backup_writable(), lints);
+                self.apply_clock_tree();
                 if self.clocks != before {
-                    self.check_ratings(notes);
+                    self.check_ratings(lints);
                 }
             }
-            Model::Pwr => self.pwr.write(offset, value, notes),
+            Model::Pwr => self.pwr.write(offset, value, lints),
             Model::Flash => {
-                self.flash.write(offset, value, notes);
+                self.flash.write(offset, value, lints);
                 if offset == 0 {
-                    self.check_ratings(notes);
+                    self.check_ratings(lints);
                 }
             }
             Model::Syscfg => {
-                self.syscfg.write(offset, value, notes);
+                self.syscfg.write(offset, value, lints);
                 self.pins_changed();
             }
-            Model::Exti => self.exti.write(offset, value, notes),
+            Model::Exti => self.exti.write(offset, value, lints),
             Model::Iwdg => {
                 let seconds = self.time.seconds(now);
-                self.iwdg.write(offset, value, seconds, notes);
-                self.schedule_bite();
+                self.iwdg.write(offset, value, seconds, lints);
+                self.schedule_watchdog_reset();
             }
-            Model::Dbgmcu => self.dbgmcu.write(offset, value, notes),
-            Model::SystemMemory => notes.push(LintKind::Misuse("system memory is read only")),
-            Model::None => notes.push(LintKind::Unmodelled),
+            Model::Dbgmcu => self.dbgmcu.write(offset, value, lints),
+            Model::SystemMemory => lints.push(LintKind::Misuse("system memory is read only")),
+            Model::None => lints.push(LintKind::Unmodelled),
         }
     }
 }

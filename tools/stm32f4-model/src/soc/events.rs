@@ -1,20 +1,20 @@
-//! Time: events in their order, and what each brings about.
+//! Events: advances time and carries out timer signals, conversions, DMA transfers and the watchdog in the order of time.
 
 use super::{KEPT_CONVERSIONS, Soc};
-use crate::adc::{AdcChannel, Step, Trigger};
+use crate::adc::{AdcChannel, AdcEvent, Trigger};
 use crate::bus::Width;
-use crate::dma::{IRQS, REQUESTS, Source};
-use crate::gpio::Mode;
+use crate::dma::{DmaSource, IRQS, REQUESTS};
+use crate::gpio::PinMode;
 use crate::lint::LintKind;
 use crate::memory_map::Bus;
 use crate::plant::{DmaMemory, Plant};
 use crate::reset::ResetCause;
 use crate::tim::Signals;
 
-/// Interrupt numbers (RM0090 12.1.3).
+// Interrupt numbers (RM0090 12.1.3).
 const IRQ_RCC: u8 = 5;
 const IRQ_ADC: u8 = 18;
-/// EXTI lines by interrupt.
+/// Interrupt number and mask of its EXTI lines (RM0090 12.1.3).
 const EXTI_IRQS: [(u8, u32); 14] = [
     (6, 1),
     (7, 1 << 1),
@@ -33,41 +33,40 @@ const EXTI_IRQS: [(u8, u32); 14] = [
 ];
 
 impl Soc {
-    /// Moves on to a cycle, through every event up to and including it, in order. A cycle that is past does nothing.
+    /// Advances to a cycle and carries out every event up to and including it, in order. A past cycle has no effect.
     ///
-    /// Stops early, at the cycle of the bite, when the watchdog runs out: [`Soc::now`] is then less than `cycle` and
-    /// [`Soc::take_reset`] gives the cause.
+    /// Stops early at a watchdog timeout: [`Soc::now`] is then less than `cycle` and [`Soc::take_reset`] returns the cause.
     pub fn advance_to(&mut self, cycle: u64, plant: &mut dyn Plant, memory: &mut dyn DmaMemory) {
         let target = cycle.max(self.now);
-        self.show_edges(plant);
-        self.serve_requests(memory);
-        self.expect_inputs(plant, true);
+        self.report_edges(plant);
+        self.serve_dma_requests(memory);
+        self.schedule_input_sample(plant, true);
         self.refresh_next();
         while self.next <= target {
             self.now = self.next.max(self.now);
-            self.fire(plant);
-            self.serve_requests(memory);
-            self.show_edges(plant);
-            self.expect_inputs(plant, false);
+            self.process_due_events(plant);
+            self.serve_dma_requests(memory);
+            self.report_edges(plant);
+            self.schedule_input_sample(plant, false);
             self.refresh();
             if self.reset_request.is_some() {
                 return;
             }
         }
         self.now = target;
-        if self.polls_inputs() {
-            self.look_at_inputs(plant);
-            self.show_edges(plant);
+        if self.inputs_are_polled() {
+            self.sample_inputs(plant);
+            self.report_edges(plant);
             self.refresh();
         }
     }
 
-    /// Everything that is due now.
-    fn fire(&mut self, plant: &mut dyn Plant) {
+    /// Carries out all events of the present cycle.
+    fn process_due_events(&mut self, plant: &mut dyn Plant) {
         for number in 1..self.timers.len() {
             if self.timers[number].next_event() <= self.now {
                 let signals = self.timers[number].run_to(self.now);
-                self.deliver(number, signals);
+                self.pass_signals(number, signals);
             }
         }
         for index in 0..self.adcs.len() {
@@ -76,36 +75,36 @@ impl Soc {
             }
         }
         if self.pins.change_at <= self.now {
-            self.look_at_inputs(plant);
+            self.sample_inputs(plant);
         }
-        if self.bite_at <= self.now {
-            self.bite_at = u64::MAX;
+        if self.watchdog_at <= self.now {
+            self.watchdog_at = u64::MAX;
             self.iwdg.deadline = None;
             self.reset_request = Some(ResetCause::IndependentWatchdog);
         }
     }
 
-    /// Carries a timer's signals to ADC, DMA and pins.
-    pub(super) fn deliver(&mut self, timer: usize, signals: Signals) {
+    /// Passes the signals of a timer to ADCs, DMA and pins.
+    pub(super) fn pass_signals(&mut self, timer: usize, signals: Signals) {
         let number = timer as u8;
         self.trigger(Trigger::Trgo(number), signals.trgo_rise, signals.trgo_fall);
         for channel in 0..4 {
             let bit = 1 << channel;
             self.trigger(Trigger::Compare(number, channel), signals.cc_rise & bit != 0, signals.cc_fall & bit != 0);
             if signals.dma_cc & bit != 0 {
-                self.requests.push(Source::Compare(timer, channel));
+                self.requests.push(DmaSource::Compare(timer, channel));
             }
         }
         if signals.dma_update {
-            self.requests.push(Source::Update(timer));
+            self.requests.push(DmaSource::Update(timer));
         }
-        // A timer's output may itself be an input: of EXTI or of another timer's break.
+        // The output of a timer may be an input of EXTI or of the break of another timer.
         if self.timer_pins_changed(timer) {
             self.pins_changed();
         }
     }
 
-    /// A trigger of the converters has risen or fallen (or both, as a pulse does).
+    /// Starts the converters that an edge of a trigger selects; a pulse has both edges.
     pub(super) fn trigger(&mut self, from: Trigger, rise: bool, fall: bool) {
         if !rise && !fall {
             return;
@@ -119,14 +118,14 @@ impl Soc {
         }
     }
 
-    /// The event of a converter that is due.
+    /// Carries out the present event of a converter.
     fn convert(&mut self, index: usize, plant: &mut dyn Plant) {
         match self.adcs[index].due() {
-            Some(Step::Sample(channel)) => {
+            Some(AdcEvent::Sample(channel)) => {
                 let code = self.sample(AdcChannel { adc: index as u8 + 1, channel }, plant);
                 self.adcs[index].sampled(code);
             }
-            Some(Step::Finish) => {
+            Some(AdcEvent::Finish) => {
                 if let Some(conversion) = self.adcs[index].finish(self.now) {
                     if self.conversions.len() >= KEPT_CONVERSIONS {
                         self.conversions.pop_front();
@@ -138,7 +137,7 @@ impl Soc {
         }
     }
 
-    /// The 12 bit code of a channel now.
+    /// Samples a channel: its 12 bit code, 0 to 4095.
     fn sample(&mut self, channel: AdcChannel, plant: &mut dyn Plant) -> u16 {
         let seconds = self.time.seconds(self.now);
         // Data sheet table 67, for a VDDA from 2.4 V.
@@ -146,21 +145,16 @@ impl Soc {
             self.lint(
                 0x4001_2304,
                 Width::Word,
-                LintKind::Misuse("a conversion with ADCCLK above its rating of 36 MHz"),
+                LintKind::Misuse("a conversion runs with ADCCLK above its rating of 36 MHz"),
                 None,
             );
         }
         let vdda = plant.vdda(seconds).unwrap_or(self.config.vdda);
         let volts = match (channel.pin(), channel.adc, channel.channel) {
             (Some(pin), ..) => {
-                if self.gpio[pin.port_index()].mode(pin.number()) != Mode::Analog {
+                if self.gpio[pin.port_index()].mode(pin.number()) != PinMode::Analog {
                     let moder = 0x4002_0000 + 0x400 * pin.port_index() as u32;
-                    self.lint(
-                        moder,
-                        Width::Word,
-                        LintKind::Misuse("a pin is converted that is not in analog mode"),
-                        None,
-                    );
+                    self.lint(moder, Width::Word, LintKind::Misuse("the converted pin is not in analog mode"), None);
                 }
                 plant.volts(channel, seconds)
             }
@@ -168,7 +162,7 @@ impl Soc {
                 // Data sheet 6.3.22, 6.3.24: both need 10 us of sampling.
                 if self.adcs[0].sampling_seconds(internal, self.clocks.hclk) < 10e-6 {
                     let smpr1 = 0x4001_200C;
-                    let kind = LintKind::Misuse("an internal channel is sampled for less than 10 us");
+                    let kind = LintKind::Misuse("an internal channel is sampled for less than its minimum of 10 us");
                     self.lint(smpr1, Width::Word, kind, None);
                 }
                 if internal == 17 { self.config.vrefint } else { 0.76 + 0.0025 * (self.config.die_celsius - 25.0) }
@@ -176,26 +170,26 @@ impl Soc {
             (None, 1, 18) if self.adc_common.vbat_on() => self.config.vbat / 2.0,
             _ => 0.0,
         };
-        // `as` makes 0 of a voltage that is no number.
+        // `as` converts NaN to 0.
         (volts / vdda * 4095.0).round().clamp(0.0, 4095.0) as u16
     }
 
-    /// Serves the DMA requests that have come up.
-    fn serve_requests(&mut self, memory: &mut dyn DmaMemory) {
+    /// Serves all pending DMA requests.
+    fn serve_dma_requests(&mut self, memory: &mut dyn DmaMemory) {
         for source in std::mem::take(&mut self.requests) {
             self.serve(source, memory);
         }
         for index in 0..self.adcs.len() {
             if self.adcs[index].dma_request()
-                && let Some(last) = self.serve(Source::Adc(index), memory)
+                && let Some(last) = self.serve(DmaSource::Adc(index), memory)
             {
                 self.adcs[index].dma_served(last);
             }
         }
     }
 
-    /// Makes one transfer for a source, if a stream listens to it. True where it was the last of the stream's buffer.
-    fn serve(&mut self, source: Source, memory: &mut dyn DmaMemory) -> Option<bool> {
+    /// Makes one transfer for a source; `None`: no stream has selected it. `Some(true)`: it was the last item of the buffer.
+    fn serve(&mut self, source: DmaSource, memory: &mut dyn DmaMemory) -> Option<bool> {
         for &(_, controller, stream, channel) in REQUESTS.iter().filter(|&&(from, ..)| from == source) {
             if !self.rcc.enabled((Bus::Ahb1, 21 + controller as u8)) {
                 continue;
@@ -220,7 +214,7 @@ impl Soc {
         None
     }
 
-    /// Works out interrupt lines and the next event anew, after any change.
+    /// Updates interrupt lines and the next event after a change.
     pub(super) fn refresh(&mut self) {
         self.refresh_lines();
         self.refresh_next();
@@ -228,7 +222,7 @@ impl Soc {
 
     fn refresh_next(&mut self) {
         let timers = self.timers.iter().map(|timer| timer.next_event()).min().unwrap_or(u64::MAX);
-        let common = timers.min(self.bite_at).min(self.pins.change_at);
+        let common = timers.min(self.watchdog_at).min(self.pins.change_at);
         self.next = self.adcs.iter().fold(common, |next, adc| next.min(adc.next_event()));
         self.next_visible = self.adcs.iter().fold(common, |next, adc| next.min(adc.next_visible()));
     }

@@ -1,24 +1,26 @@
-//! The chip around the core: all blocks on one bus with one clock.
+//! The chip without its core: all peripheral blocks on one bus and one time base.
 //!
-//! - `access`: what a read or write of the core, or of DMA, reaches.
-//! - `events`: time: who is due next, triggers, conversions, transfers, the watchdog.
-//! - `tree`: consequences of RCC: clocks, resets, ratings.
-//! - `pins`: levels of the pins, EXTI, break inputs.
+//! - `access`: reads and writes by the core or DMA.
+//! - `events`: order of events, triggers, conversions, transfers, watchdog.
+//! - `clock_tree`: effects of RCC: clocks, resets, ratings.
+//! - `pin_levels`: state of the pins.
+//! - `pins`: effects of pin levels on IDR, EXTI and break inputs.
 
 mod access;
+mod clock_tree;
 mod events;
+mod pin_levels;
 mod pins;
-mod tree;
 
 use std::collections::vec_deque::Drain;
 use std::collections::{HashMap, VecDeque};
 
-use crate::adc::{Adc, Common, Conversion};
+use crate::adc::{Adc, AdcCommonRegisters, Conversion};
 use crate::bus::Width;
-use crate::clock::{Clocks, Timebase};
+use crate::clock::{ClockTree, Timebase};
 use crate::config::SocConfig;
 use crate::dbgmcu::Dbgmcu;
-use crate::dma::{Dma, Source};
+use crate::dma::{Dma, DmaSource};
 use crate::exti::{Exti, Syscfg};
 use crate::flash::Flash;
 use crate::gpio::Gpio;
@@ -30,15 +32,15 @@ use crate::rcc::Rcc;
 use crate::reset::ResetCause;
 use crate::tim::{TIMERS, Timer};
 
-use pins::Pins;
+use pin_levels::Pins;
 
-/// Results kept for [`Soc::conversions`]; older ones are dropped.
+/// Number of results kept for [`Soc::conversions`]; older ones are dropped.
 const KEPT_CONVERSIONS: usize = 1 << 16;
 
-/// The STM32F407VG around its core.
+/// The peripherals of the STM32F407VG.
 ///
-/// Time is counted in HCLK cycles since power-on. The caller runs the core, and before each access to a register advances to the cycle of
-/// that access; an access then takes no time. After an access or an advance [`Soc::next_event`] may have moved, in either direction.
+/// Time is counted in HCLK cycles since power-on. The caller models the core, and calls [`Soc::advance_to`] with the cycle of each register
+/// access before the access, which itself takes no time. An access or an advance may move [`Soc::next_event`] in either direction.
 ///
 /// ```
 /// use stm32f4_model::{NoMemory, Pin, Plant, Soc, SocConfig, Width};
@@ -46,8 +48,8 @@ const KEPT_CONVERSIONS: usize = 1 << 16;
 /// struct Scope(Vec<(Pin, bool, f64)>);
 /// impl Plant for Scope {
 ///     fn volts(&mut self, _: stm32f4_model::AdcChannel, _: f64) -> f64 { 0.0 }
-///     fn pin(&mut self, _: Pin, _: f64) -> bool { false }
-///     fn edge(&mut self, pin: Pin, level: bool, seconds: f64) { self.0.push((pin, level, seconds)) }
+///     fn input_level(&mut self, _: Pin, _: f64) -> bool { false }
+///     fn record_edge(&mut self, pin: Pin, level: bool, seconds: f64) { self.0.push((pin, level, seconds)) }
 /// }
 ///
 /// let mut soc = Soc::new(SocConfig::default());
@@ -65,7 +67,7 @@ pub struct Soc {
     config: SocConfig,
     now: u64,
     time: Timebase,
-    clocks: Clocks,
+    clocks: ClockTree,
     rcc: Rcc,
     pwr: Pwr,
     flash: Flash,
@@ -74,19 +76,19 @@ pub struct Soc {
     exti: Exti,
     iwdg: Iwdg,
     gpio: [Gpio; 9],
-    /// By number; 0 is no timer.
+    /// Index is the number of the timer; 0 is unused.
     timers: [Timer; 15],
     adcs: [Adc; 3],
-    adc_common: Common,
+    adc_common: AdcCommonRegisters,
     dma: [Dma; 2],
     pins: Pins,
     lines: [u32; 3],
     /// DMA requests of timers that have not been served yet.
-    requests: Vec<Source>,
-    /// Cycle of the watchdog's bite.
-    bite_at: u64,
+    requests: Vec<DmaSource>,
+    /// Cycle of the watchdog timeout; `u64::MAX`: not started.
+    watchdog_at: u64,
     reset_request: Option<ResetCause>,
-    /// Cycles of the next event at all, and of the next that the outside can see.
+    /// Cycles of the next event, and of the next event with a visible effect; `u64::MAX`: none.
     next: u64,
     next_visible: u64,
     lints: Vec<Lint>,
@@ -95,7 +97,7 @@ pub struct Soc {
 }
 
 impl Soc {
-    /// A chip that has just been switched on.
+    /// A chip at power-on.
     #[must_use]
     pub fn new(config: SocConfig) -> Self {
         let rcc = Rcc::new(config.hse_hz, config.hse_ready, config.lse_ready);
@@ -114,12 +116,12 @@ impl Soc {
             gpio: std::array::from_fn(Gpio::new),
             timers: std::array::from_fn(|number| Timer::new(&TIMERS[number], 0)),
             adcs: std::array::from_fn(Adc::new),
-            adc_common: Common::default(),
+            adc_common: AdcCommonRegisters::default(),
             dma: [Dma::new(), Dma::new()],
             pins: Pins::new(),
             lines: [0; 3],
             requests: Vec::new(),
-            bite_at: u64::MAX,
+            watchdog_at: u64::MAX,
             reset_request: None,
             next: u64::MAX,
             next_visible: u64::MAX,
@@ -128,58 +130,58 @@ impl Soc {
             conversions: VecDeque::new(),
             config,
         };
-        soc.apply_tree();
+        soc.apply_clock_tree();
         soc.refresh();
         soc
     }
 
-    /// The configuration the chip was made with.
+    /// Configuration of the chip.
     #[must_use]
     pub fn config(&self) -> &SocConfig {
         &self.config
     }
 
-    /// Present time, HCLK cycles since power-on. Resets do not set it back.
+    /// Present time, HCLK cycles since power-on. A reset does not set it back.
     #[must_use]
     pub fn now(&self) -> u64 {
         self.now
     }
 
-    /// Cycle of the next event that can change an interrupt line or a pin, or request a reset; `None`: nothing is under way.
+    /// Cycle of the next event that can change an interrupt line or a pin, or request a reset; `None`: no such event is scheduled.
     ///
-    /// May name a cycle at which nothing turns out to change, never a later one than the first change. Input pins are included as far as
-    /// the plant announces them ([`crate::Plant::next_pin_change`]).
+    /// The cycle is never later than the first change, but the event may turn out to change nothing. Input changes are included if the
+    /// plant announces them ([`crate::Plant::next_pin_change`]).
     #[must_use]
     pub fn next_event(&self) -> Option<u64> {
         (self.next_visible != u64::MAX).then_some(self.next_visible)
     }
 
-    /// Levels of the 82 peripheral interrupt lines: bit n of the 96 is IRQ n.
+    /// Levels of the 82 peripheral interrupt lines: bit n % 32 of word n / 32 is IRQ n.
     #[must_use]
     pub fn irq_lines(&self) -> &[u32; 3] {
         &self.lines
     }
 
-    /// The core's NMI line: high from a failure of the crystal under the clock security system until RCC_CIR.CSSC is written.
+    /// Level of the NMI line: high from a crystal failure with the clock security system on until RCC_CIR.CSSC is written.
     #[must_use]
     pub fn nmi_line(&self) -> bool {
         self.rcc.nmi()
     }
 
-    /// True while the core has no clock, because the crystal that clocks it has failed without the clock security system. Cycles then
-    /// go on as time at the last frequency; the core must not execute, and only the watchdog still runs.
+    /// True while the core has no clock, because its crystal failed with the clock security system off. The cycle count then continues at
+    /// the last frequency; the core must not execute, and only the watchdog runs.
     #[must_use]
     pub fn clock_stopped(&self) -> bool {
         self.rcc.stopped()
     }
 
-    /// A reset that the chip itself wants: answer it with [`Soc::reset`]. [`Soc::advance_to`] stops at the cycle of the request.
+    /// Takes a reset request of the chip, to which the caller responds with [`Soc::reset`]. [`Soc::advance_to`] stops at its cycle.
     pub fn take_reset(&mut self) -> Option<ResetCause> {
         self.reset_request.take()
     }
 
-    /// Resets all blocks at the present cycle (RM0090 6.1.1). RCC_CSR remembers the cause; a power-on also clears the backup domain and
-    /// the debug registers. Pins are let go; time, lints and conversions stay.
+    /// Resets all blocks at the present cycle (RM0090 6.1.1) and sets the cause in RCC_CSR. A power-on also clears the backup domain and the
+    /// debug registers. The chip drives no pin afterwards. Time, lints and conversions are kept.
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
         self.pwr = Pwr::new();
@@ -187,7 +189,7 @@ impl Soc {
         self.syscfg = Syscfg::default();
         self.exti = Exti::default();
         self.iwdg = Iwdg::new(self.config.lsi_hz);
-        self.adc_common = Common::default();
+        self.adc_common = AdcCommonRegisters::default();
         self.dma = [Dma::new(), Dma::new()];
         self.gpio = std::array::from_fn(Gpio::new);
         self.timers = std::array::from_fn(|number| Timer::new(&TIMERS[number], self.now));
@@ -197,7 +199,7 @@ impl Soc {
         }
         self.requests.clear();
         self.reset_request = None;
-        self.apply_tree();
+        self.apply_clock_tree();
         self.refresh();
     }
 
@@ -207,62 +209,62 @@ impl Soc {
         self.clocks.hclk.round() as u32
     }
 
-    /// Seconds from power-on to a cycle, through all clock changes. For a cycle to come: if the clock stays as it is.
+    /// Seconds from power-on to a cycle. For a future cycle the present clock is assumed.
     #[must_use]
     pub fn seconds(&self, cycle: u64) -> f64 {
         self.time.seconds(cycle)
     }
 
-    /// The first cycle that is not before a time, with the clock as it is; a time before the last clock change gives the cycle of that.
+    /// The first cycle that is not before a time, s, with the present clock. Before the last clock change: the cycle of that change.
     #[must_use]
     pub fn cycle_at(&self, seconds: f64) -> u64 {
         self.time.cycle_at(seconds)
     }
 
-    /// What was recorded so far, in the order of first occurrence.
+    /// The lints so far, in the order of first occurrence.
     #[must_use]
     pub fn lints(&self) -> &[Lint] {
         &self.lints
     }
 
-    /// Takes out the ADC results delivered since the last call; only the last 65 536 are kept.
+    /// Removes and returns the ADC results since the last call; only the last 65 536 are kept.
     pub fn conversions(&mut self) -> Drain<'_, Conversion> {
         self.conversions.drain(..)
     }
 
-    /// The level that the chip puts on a pin: false for a pin that it does not drive, unless a timer has let it go to its pull-up.
+    /// Level of a pin as an output. A pin that the chip does not drive counts as low; a timer pin that is not driven, as its pull-up.
     #[must_use]
     pub fn output_level(&self, pin: Pin) -> bool {
         self.pins.output(pin)
     }
 
-    /// The crystal stops, and never starts again: not even after a reset.
+    /// Stops the crystal permanently, also after a reset.
     pub fn fail_hse(&mut self) {
         let cycle = self.now;
         for timer in &mut self.timers {
-            // Whatever was due up to now has been reported.
+            // Signals up to the present cycle were routed by the last advance.
             let _ = timer.run_to(cycle);
         }
-        self.rcc.lose_hse();
-        self.apply_tree();
+        self.rcc.fail_hse();
+        self.apply_clock_tree();
         self.refresh();
     }
 
-    /// The next regular result of a converter (0 to 2) finds the last one not yet taken, as after a bus that was held up: an overrun.
-    pub fn hold_up_converter(&mut self, index: usize) {
+    /// Makes the next regular conversion of a converter (0 to 2) an overrun, as if its last result had not been read in time.
+    pub fn force_overrun(&mut self, index: usize) {
         if let Some(adc) = self.adcs.get_mut(index) {
-            adc.hold_up();
+            adc.force_overrun();
         }
     }
 
-    /// The next transfer of a stream (0 to 7) of a DMA controller (0 or 1) meets a bus error: a transfer error.
-    pub fn cut_transfer(&mut self, controller: usize, stream: usize) {
+    /// Makes the next transfer of a stream (0 to 7) of a DMA controller (0 or 1) fail with a transfer error.
+    pub fn fail_next_transfer(&mut self, controller: usize, stream: usize) {
         if let Some(dma) = self.dma.get_mut(controller).filter(|_| stream < 8) {
-            dma.cut(stream);
+            dma.fail_next_transfer(stream);
         }
     }
 
-    /// Records an access.
+    /// Records a lint.
     fn lint(&mut self, addr: u32, width: Width, kind: LintKind, write: Option<u32>) {
         let key = (addr, width, kind, write.is_some());
         match self.lint_index.get(&key) {

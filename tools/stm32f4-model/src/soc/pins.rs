@@ -1,86 +1,36 @@
-//! Levels of the pins: what the chip drives, what the plant puts on the rest, and who looks at them (IDR, EXTI, break inputs).
+//! Pins: computes which levels the chip drives, samples the inputs, and passes levels to IDR, EXTI and the break inputs.
 
 use super::Soc;
+use super::pin_levels::OutputEdge;
 use crate::adc::Trigger;
-use crate::gpio::{self, Mode};
+use crate::gpio::{self, PinMode};
 use crate::pin::{PORTS, Pin};
 use crate::plant::Plant;
-use crate::tim::{Listeners, PinSignal, route};
-
-/// An output that has changed and waits to be shown to the plant.
-#[derive(Debug, Clone, Copy)]
-struct Edge {
-    cycle: u64,
-    pin: Pin,
-    level: bool,
-}
-
-/// State of all pins.
-#[derive(Debug)]
-pub(super) struct Pins {
-    /// Levels that the chip puts out, as the plant was told; bit n is pin n of the port.
-    levels: [u16; PORTS],
-    /// Pins that the chip drives now.
-    driven: [u16; PORTS],
-    /// Levels the plant puts on pins.
-    inputs: [u16; PORTS],
-    /// Pins with a timer's signal on them.
-    routes: Vec<(Pin, usize, PinSignal)>,
-    /// Levels of EXTI lines 0 to 15.
-    lines: u32,
-    edges: Vec<Edge>,
-    /// Time of the last look at the inputs; `None`: never.
-    looked: Option<f64>,
-    /// Cycle of the next announced change of an input, `u64::MAX`: none.
-    pub(super) change_at: u64,
-    change_seconds: f64,
-    polled: bool,
-}
-
-impl Pins {
-    pub(super) fn new() -> Self {
-        Pins {
-            levels: [0; PORTS],
-            driven: [0; PORTS],
-            inputs: [0; PORTS],
-            routes: Vec::new(),
-            lines: 0,
-            edges: Vec::new(),
-            looked: None,
-            change_at: u64::MAX,
-            change_seconds: 0.0,
-            polled: false,
-        }
-    }
-
-    pub(super) fn output(&self, pin: Pin) -> bool {
-        self.levels[pin.port_index()] >> pin.number() & 1 != 0
-    }
-}
+use crate::tim::{PinSignal, UsedSignals, route};
 
 fn pin(port: usize, number: u8) -> Option<Pin> {
     Pin::new((b'A' + port as u8) as char, number)
 }
 
 impl Soc {
-    /// A GPIO register was written.
+    /// Updates the pins after a write to a GPIO register.
     pub(super) fn port_written(&mut self, port: usize, offset: u32) {
         let functions = matches!(offset, gpio::MODER | gpio::AFRL | gpio::AFRH);
         if functions {
             self.route_pins();
-            self.listen();
+            self.update_used_signals();
         }
         if self.port_changed(port) || functions {
             self.pins_changed();
         }
     }
 
-    /// Works out which pins carry a timer's signal.
+    /// Updates the list of pins that are connected to a timer.
     pub(super) fn route_pins(&mut self) {
         self.pins.routes.clear();
         for (index, port) in self.gpio.iter().enumerate() {
             for number in 0..16 {
-                let Mode::Alternate(af) = port.mode(number) else { continue };
+                let PinMode::Alternate(af) = port.mode(number) else { continue };
                 let Some(pin) = pin(index, number) else { continue };
                 if let Some((timer, signal)) = route(pin.port(), number, af) {
                     self.pins.routes.push((pin, timer, signal));
@@ -89,34 +39,34 @@ impl Soc {
         }
     }
 
-    /// Tells each timer who waits for its signals.
-    pub(super) fn listen(&mut self) {
-        let mut listeners = [Listeners::default(); 15];
+    /// Updates which signals of each timer are used.
+    pub(super) fn update_used_signals(&mut self) {
+        let mut used = [UsedSignals::default(); 15];
         for adc in &self.adcs {
             for (_, trigger, ..) in adc.triggers().into_iter().flatten() {
                 match trigger {
-                    Trigger::Compare(timer, channel) => listeners[usize::from(timer)].channels |= 1 << channel,
-                    Trigger::Trgo(timer) => listeners[usize::from(timer)].trgo = true,
+                    Trigger::Compare(timer, channel) => used[usize::from(timer)].channels |= 1 << channel,
+                    Trigger::Trgo(timer) => used[usize::from(timer)].trgo = true,
                     Trigger::Line(_) => {}
                 }
             }
         }
         for &(_, timer, signal) in &self.pins.routes {
             if let PinSignal::Main(channel) | PinSignal::Complementary(channel) = signal {
-                listeners[timer].pins |= 1 << channel;
+                used[timer].pins |= 1 << channel;
             }
         }
-        for (timer, listeners) in self.timers.iter_mut().zip(listeners) {
-            timer.listen(listeners);
+        for (timer, used) in self.timers.iter_mut().zip(used) {
+            timer.set_used_signals(used);
         }
     }
 
-    /// Level that the chip drives on a pin, `None`: none; and the level at which the pin counts when the chip has let it go.
+    /// Level that the chip drives on a pin (`None`: not driven), and the level that counts if it does not drive the pin.
     fn drive(&self, pin: Pin) -> (Option<bool>, bool) {
         let port = &self.gpio[pin.port_index()];
         match port.mode(pin.number()) {
-            Mode::Output => (Some(port.output(pin.number())), false),
-            Mode::Alternate(af) => match route(pin.port(), pin.number(), af) {
+            PinMode::Output => (Some(port.output(pin.number())), false),
+            PinMode::Alternate(af) => match route(pin.port(), pin.number(), af) {
                 Some((timer, PinSignal::Main(channel))) => {
                     (self.timers[timer].output(channel, false), port.pull_up(pin.number()))
                 }
@@ -125,11 +75,11 @@ impl Soc {
                 }
                 _ => (None, false),
             },
-            Mode::Input | Mode::Analog => (None, false),
+            PinMode::Input | PinMode::Analog => (None, false),
         }
     }
 
-    /// Works out what the chip does to a pin. True where that has changed.
+    /// Updates the output level of a pin. Returns true if level or drive has changed.
     fn drive_pin(&mut self, pin: Pin) -> bool {
         let (driven, released) = self.drive(pin);
         let (port, bit) = (pin.port_index(), 1 << pin.number());
@@ -137,7 +87,7 @@ impl Soc {
         let moved = level != self.pins.output(pin);
         if moved {
             self.pins.levels[port] ^= bit;
-            self.pins.edges.push(Edge { cycle: self.now, pin, level });
+            self.pins.edges.push(OutputEdge { cycle: self.now, pin, level });
         }
         let switched = driven.is_some() != (self.pins.driven[port] & bit != 0);
         if switched {
@@ -146,12 +96,12 @@ impl Soc {
         moved || switched
     }
 
-    /// Works out all pins of a port anew. True where any has changed.
+    /// Updates all pins of a port. Returns true if any has changed.
     pub(super) fn port_changed(&mut self, port: usize) -> bool {
         (0..16).filter_map(|number| pin(port, number)).fold(false, |changed, pin| self.drive_pin(pin) | changed)
     }
 
-    /// Works out the pins of a timer anew. True where any has changed.
+    /// Updates all pins of a timer. Returns true if any has changed.
     pub(super) fn timer_pins_changed(&mut self, timer: usize) -> bool {
         let mut changed = false;
         for index in 0..self.pins.routes.len() {
@@ -161,7 +111,7 @@ impl Soc {
         changed
     }
 
-    /// Carries pin levels over to IDR, EXTI and the break inputs.
+    /// Passes pin levels to IDR, EXTI and the break inputs.
     pub(super) fn pins_changed(&mut self) {
         for index in 0..PORTS {
             let driven = self.pins.driven[index];
@@ -178,7 +128,7 @@ impl Soc {
                 }
             }
             self.timers[timer].set_break_level(level);
-            // A break that acts moves pins, which may be looked at in their turn. It acts once, so that this ends.
+            // A break changes output pins, which may be inputs of other blocks. It acts once, so that the recursion ends.
             if self.timer_pins_changed(timer) {
                 self.pins_changed();
             }
@@ -198,51 +148,51 @@ impl Soc {
         let selected = self.exti.edges(lines & !before, before & !lines);
         for line in [11, 15] {
             if selected >> line & 1 != 0 {
-                // A line hands on the edges it has selected, as pulses.
+                // A line passes its selected edges on as pulses.
                 self.trigger(Trigger::Line(line as u8), true, true);
             }
         }
     }
 
-    /// Shows the plant the edges of outputs that have come up.
-    pub(super) fn show_edges(&mut self, plant: &mut dyn Plant) {
+    /// Reports the new edges of outputs to the plant.
+    pub(super) fn report_edges(&mut self, plant: &mut dyn Plant) {
         if self.pins.edges.is_empty() {
             return;
         }
         for edge in std::mem::take(&mut self.pins.edges) {
-            plant.edge(edge.pin, edge.level, self.time.seconds(edge.cycle));
+            plant.record_edge(edge.pin, edge.level, self.time.seconds(edge.cycle));
         }
     }
 
-    /// Asks the plant when the inputs change next. At the start of an advance it may ask for a look at once; asked for again within the
-    /// advance that would never end.
-    pub(super) fn expect_inputs(&mut self, plant: &dyn Plant, at_start: bool) {
-        let looked = self.pins.looked.unwrap_or(f64::NEG_INFINITY);
-        let announced = plant.next_pin_change(looked.max(0.0));
+    /// Schedules the next input sample as the plant announces it. A sample at once is accepted at the start of an advance only; within the
+    /// advance it would repeat without end.
+    pub(super) fn schedule_input_sample(&mut self, plant: &dyn Plant, at_start: bool) {
+        let sampled_at = self.pins.sampled_at.unwrap_or(f64::NEG_INFINITY);
+        let announced = plant.next_pin_change(sampled_at.max(0.0));
         self.pins.polled = announced.is_none();
         self.pins.change_seconds = 0.0;
-        self.pins.change_at = match (self.pins.looked, announced) {
+        self.pins.change_at = match (self.pins.sampled_at, announced) {
             (None, _) => self.now,
-            (Some(looked), Some(seconds)) if seconds > looked && seconds < f64::INFINITY => {
+            (Some(sampled_at), Some(seconds)) if seconds > sampled_at && seconds < f64::INFINITY => {
                 self.pins.change_seconds = seconds;
                 self.time.cycle_at(seconds).max(self.now)
             }
-            (Some(looked), Some(seconds)) if seconds <= looked && at_start => self.now,
+            (Some(sampled_at), Some(seconds)) if seconds <= sampled_at && at_start => self.now,
             _ => u64::MAX,
         };
     }
 
-    /// Looks at all inputs at the present cycle.
-    pub(super) fn look_at_inputs(&mut self, plant: &mut dyn Plant) {
+    /// Samples all inputs at the present cycle.
+    pub(super) fn sample_inputs(&mut self, plant: &mut dyn Plant) {
         let seconds = self.time.seconds(self.now).max(self.pins.change_seconds);
-        self.pins.looked = Some(seconds);
+        self.pins.sampled_at = Some(seconds);
         self.pins.change_at = u64::MAX;
         let mut changed = false;
         for port in 0..PORTS {
             let mut level = 0;
             for number in 0..16 {
                 if let Some(pin) = pin(port, number) {
-                    level |= u16::from(plant.pin(pin, seconds)) << number;
+                    level |= u16::from(plant.input_level(pin, seconds)) << number;
                 }
             }
             changed |= level != self.pins.inputs[port];
@@ -253,8 +203,8 @@ impl Soc {
         }
     }
 
-    /// True where levels are to be asked for at each advance.
-    pub(super) fn polls_inputs(&self) -> bool {
+    /// True if the inputs must be sampled at the end of each advance.
+    pub(super) fn inputs_are_polled(&self) -> bool {
         self.pins.polled
     }
 }

@@ -1,7 +1,6 @@
 //! The counter of a timer: prescaler, auto-reload, repetition counter and their preload registers (RM0090 17.3.1 to 17.3.3).
 //!
-//! Nothing is simulated clock by clock: the counter keeps the cycle at which its state was true, and works out from it when the next
-//! overflow or compare match comes.
+//! The counter is not stepped clock by clock: it keeps its state at a reference cycle and computes the next overflow or compare match.
 //!
 //! ```text
 //! one count    (PSC + 1) timer clocks
@@ -9,33 +8,33 @@
 //! one update   (RCR + 1) periods
 //! ```
 
-/// A register with a preload and the shadow register that acts.
+/// A preload register with its shadow register.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Preloaded {
-    /// What the program wrote, and reads back.
+    /// Value that the program wrote and reads back.
     pub(crate) written: u32,
-    /// What the hardware works with.
+    /// Value in the shadow register, which the counter uses.
     pub(crate) active: u32,
 }
 
 impl Preloaded {
-    /// Carries the written value over, as an update event does.
+    /// Loads the shadow register, as an update event does.
     pub(crate) fn transfer(&mut self) {
         self.active = self.written;
     }
 }
 
-/// What comes next, and in how many counts.
+/// The next overflow or compare match and the number of counts until then.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Milestone {
+pub(crate) struct CounterEvent {
     pub(crate) counts: u64,
     /// The counter wraps to 0 (it may match there too).
     pub(crate) overflow: bool,
-    /// Channels whose compare value the counter reaches, if it does not wrap.
+    /// Channels whose compare value the counter reaches, one bit each; 0 if it wraps.
     pub(crate) matches: u8,
 }
 
-/// The counter.
+/// State of the counter at a reference cycle.
 #[derive(Debug, Clone)]
 pub(crate) struct Counter {
     /// Largest count the width allows.
@@ -44,14 +43,14 @@ pub(crate) struct Counter {
     pub(crate) psc: Preloaded,
     pub(crate) arr: Preloaded,
     pub(crate) rcr: Preloaded,
-    /// Overflows still to come before the one that is an update.
+    /// Overflows that remain before the one that makes an update.
     pub(crate) repetitions: u32,
     pub(crate) ccr: [Preloaded; 4],
     /// CEN.
     pub(crate) enabled: bool,
     /// HCLK cycles per timer clock; `None`: no clock.
     clock: Option<u64>,
-    /// HCLK cycle for which `cnt` and `phase` are true.
+    /// Reference cycle (HCLK) of `cnt` and `phase`.
     at: u64,
     /// Timer clocks since the last count.
     phase: u64,
@@ -79,22 +78,22 @@ impl Counter {
         self.top
     }
 
-    /// True while counts come. An auto-reload value of 0 blocks the counter (17.4.12).
+    /// True while the counter counts. An auto-reload value of 0 blocks it (17.4.12).
     pub(crate) fn running(&self) -> bool {
         self.enabled && self.clock.is_some() && self.arr.active != 0
     }
 
-    /// Another timer clock from now on; the state must have been brought up to now before.
+    /// Sets the timer clock from now on; the caller must first advance the counter to the present cycle.
     pub(crate) fn set_clock(&mut self, clock: Option<u64>) {
         self.clock = clock;
     }
 
-    /// The state is true for `cycle`: used while the counter stands, and when it starts.
-    pub(crate) fn stand_at(&mut self, cycle: u64) {
+    /// Sets the reference cycle without counting: while the counter is stopped, and when it starts.
+    pub(crate) fn set_reference_cycle(&mut self, cycle: u64) {
         self.at = cycle;
     }
 
-    /// Counter and prescaler back to 0, as UG does.
+    /// Clears counter and prescaler, as UG does.
     pub(crate) fn restart(&mut self, cycle: u64) {
         self.cnt = 0;
         self.phase = 0;
@@ -110,35 +109,35 @@ impl Counter {
         u64::from(self.arr.active) + 1
     }
 
-    /// Whole counts between the state and a cycle. The counter must be running.
+    /// Whole counts from the reference cycle to a cycle. The counter must be running.
     pub(crate) fn counts_until(&self, cycle: u64) -> u64 {
         let clock = self.clock.unwrap_or(u64::MAX);
         (self.phase + cycle.saturating_sub(self.at) / clock) / self.clocks_per_count()
     }
 
-    /// Cycle at which a number of counts, at least one, will have passed.
+    /// Cycle at which a number of counts, at least 1, is complete.
     pub(crate) fn cycle_after(&self, counts: u64) -> u64 {
         let clocks = u128::from(counts) * u128::from(self.clocks_per_count()) - u128::from(self.phase);
         let cycles = clocks * u128::from(self.clock.unwrap_or(u64::MAX));
         u64::try_from(u128::from(self.at) + cycles).unwrap_or(u64::MAX)
     }
 
-    /// Counts to the overflow. Above ARR the counter runs to the end of its width: it compares for equality only.
-    pub(crate) fn to_overflow(&self) -> u64 {
+    /// Counts until the overflow. Above ARR the counter continues to its full width, because only equality ends a period.
+    pub(crate) fn counts_to_overflow(&self) -> u64 {
         let last = if self.cnt <= self.arr.active { self.arr.active } else { self.top };
         u64::from(last - self.cnt) + 1
     }
 
     /// The next overflow or compare match of one of the `channels`.
-    pub(crate) fn next(&self, channels: u8) -> Milestone {
-        let mut next = Milestone { counts: self.to_overflow(), overflow: true, matches: 0 };
+    pub(crate) fn next(&self, channels: u8) -> CounterEvent {
+        let mut next = CounterEvent { counts: self.counts_to_overflow(), overflow: true, matches: 0 };
         for (channel, ccr) in self.ccr.iter().enumerate() {
             if channels >> channel & 1 == 0 || ccr.active <= self.cnt {
                 continue;
             }
             let counts = u64::from(ccr.active - self.cnt);
             if counts < next.counts {
-                next = Milestone { counts, overflow: false, matches: 1 << channel };
+                next = CounterEvent { counts, overflow: false, matches: 1 << channel };
             } else if counts == next.counts && !next.overflow {
                 next.matches |= 1 << channel;
             }
@@ -146,20 +145,20 @@ impl Counter {
         next
     }
 
-    /// Moves on by `counts` counts, which must not go beyond the next overflow; the state is then true for the cycle of the last count.
+    /// Advances by `counts`, which must not pass the next overflow. The reference cycle is then that of the last count.
     pub(crate) fn step(&mut self, counts: u64) {
         self.at = self.cycle_after(counts);
         self.phase = 0;
-        self.cnt = if counts >= self.to_overflow() { 0 } else { self.cnt + counts as u32 };
+        self.cnt = if counts >= self.counts_to_overflow() { 0 } else { self.cnt + counts as u32 };
     }
 
-    /// Moves on over whole periods, whose number the caller answers for.
+    /// Advances the reference cycle by `counts`, which must be a whole number of periods.
     pub(crate) fn skip(&mut self, counts: u64) {
         self.at = self.cycle_after(counts);
         self.phase = 0;
     }
 
-    /// Moves on to a cycle before the next milestone.
+    /// Advances to a cycle before the next event.
     pub(crate) fn step_to(&mut self, cycle: u64) {
         let counts = self.counts_until(cycle);
         if counts > 0 {
@@ -214,12 +213,12 @@ mod tests {
         for (channel, value) in [10, 40, 40, 100].into_iter().enumerate() {
             counter.ccr[channel].active = value;
         }
-        assert_eq!(counter.next(0xF), Milestone { counts: 10, overflow: false, matches: 1 });
+        assert_eq!(counter.next(0xF), CounterEvent { counts: 10, overflow: false, matches: 1 });
         counter.step(10);
-        assert_eq!(counter.next(0xF), Milestone { counts: 30, overflow: false, matches: 6 });
-        assert_eq!(counter.next(0b0010), Milestone { counts: 30, overflow: false, matches: 2 });
+        assert_eq!(counter.next(0xF), CounterEvent { counts: 30, overflow: false, matches: 6 });
+        assert_eq!(counter.next(0b0010), CounterEvent { counts: 30, overflow: false, matches: 2 });
         counter.step(30);
-        assert_eq!(counter.next(0xF), Milestone { counts: 60, overflow: true, matches: 0 });
+        assert_eq!(counter.next(0xF), CounterEvent { counts: 60, overflow: true, matches: 0 });
         counter.step(60);
         assert_eq!(counter.cnt, 0);
     }
@@ -230,7 +229,7 @@ mod tests {
         let mut counter = counter(0, 99);
         counter.step_to(1000 + 2 * 80);
         counter.arr.active = 50;
-        assert_eq!(counter.to_overflow(), 0x1_0000 - 80);
+        assert_eq!(counter.counts_to_overflow(), 0x1_0000 - 80);
     }
 
     #[test]

@@ -1,48 +1,26 @@
 //! TIM1 to TIM14: edge-aligned up-counting, output compare and PWM, trigger output, break (RM0090 chapters 17 to 20).
 //!
-//! Not modelled, and recorded when asked for: down and centre-aligned counting, input capture, slave modes, external clock, encoder,
-//! dead time, commutation preload, DMA bursts.
+//! Not modelled, and recorded as lints when selected: down and centre-aligned counting, input capture, slave modes, external clock,
+//! encoder, dead time, commutation preload, DMA bursts.
 //!
+//! - `bits`: bit masks of the registers.
 //! - `counter`: prescaler, period, repetition, preload registers.
-//! - `registers`: what reads and writes do.
-//! - `output`: from a channel's reference level to its pins, and the break.
-//! - `table`: what the 14 timers have.
+//! - `registers`: effects of reads and writes.
+//! - `output`: from the reference level of a channel to its pins, and the break.
+//! - `table`: features and pins of the 14 timers.
 
+pub(crate) mod bits;
 mod counter;
 mod output;
 mod registers;
 mod table;
 
-pub(crate) use registers::BDTR;
-pub(crate) use table::{Kind, PinSignal, TIMERS, route};
+pub(crate) use table::{PinSignal, TIMERS, TimerFeatures, route};
 
+use bits::{AOE, BIF, CC_DE_SHIFT, CC_IE, CCDS, COMIF, MOE, OPM, TIF, UDE, UDIS, UIE, UIF};
 use counter::Counter;
 
-// SR and DIER.
-const UIF: u32 = 1;
-const TIF: u32 = 1 << 6;
-const COMIF: u32 = 1 << 5;
-const BIF: u32 = 1 << 7;
-const UIE: u32 = 1;
-const CC_IE: u32 = 0x1E;
-const UDE: u32 = 1 << 8;
-const CC_DE_SHIFT: u32 = 9;
-// CR1.
-const UDIS: u32 = 1 << 1;
-const URS: u32 = 1 << 2;
-const OPM: u32 = 1 << 3;
-const ARPE: u32 = 1 << 7;
-// CR2.
-const CCDS: u32 = 1 << 3;
-// BDTR.
-const MOE: u32 = 1 << 15;
-const AOE: u32 = 1 << 14;
-const BKP: u32 = 1 << 13;
-const BKE: u32 = 1 << 12;
-const OSSR: u32 = 1 << 11;
-const OSSI: u32 = 1 << 10;
-
-/// What a timer did that others see.
+/// Signals of a timer to ADCs, DMA and pins since its last update.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Signals {
     /// The trigger output rose or fell; a pulse does both.
@@ -63,23 +41,23 @@ impl Signals {
     }
 }
 
-/// Which signals somebody waits for, so that a timer without listeners costs nothing.
+/// Signals of a timer that other blocks use. Unused signals make no events, which saves time.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) struct Listeners {
-    /// An ADC takes TRGO.
+pub(crate) struct UsedSignals {
+    /// An ADC is triggered by TRGO.
     pub(crate) trgo: bool,
-    /// ADCs take these channels.
+    /// Channels that trigger an ADC, one bit each.
     pub(crate) channels: u8,
-    /// Channels with a pin on them.
+    /// Channels that are connected to a pin, one bit each.
     pub(crate) pins: u8,
 }
 
-/// One timer.
+/// State of one timer.
 #[derive(Debug, Clone)]
 pub(crate) struct Timer {
-    pub(crate) kind: &'static Kind,
+    pub(crate) features: &'static TimerFeatures,
     counter: Counter,
-    /// CR1 but for CEN, which is `counter.enabled`.
+    /// CR1 without CEN, which is `counter.enabled`.
     cr1: u32,
     cr2: u32,
     smcr: u32,
@@ -88,24 +66,24 @@ pub(crate) struct Timer {
     ccmr: [u32; 2],
     ccer: u32,
     bdtr: u32,
-    /// BDTR has been written: its LOCK field stays (17.4.18).
+    /// BDTR has been written: its LOCK field is fixed (17.4.18).
     lock_set: bool,
     option: u32,
-    /// OCxREF, one bit a channel.
+    /// OCxREF, one bit for each channel.
     reference: u8,
     /// The break input is at its active level or the clock has failed.
     break_level: Option<bool>,
     clock_failed: bool,
-    listeners: Listeners,
-    /// Cycle of the next event that somebody waits for; `u64::MAX`: none.
+    used: UsedSignals,
+    /// Cycle of the next event with a used signal; `u64::MAX`: none.
     next: u64,
 }
 
 impl Timer {
-    pub(crate) fn new(kind: &'static Kind, at: u64) -> Self {
+    pub(crate) fn new(features: &'static TimerFeatures, at: u64) -> Self {
         Timer {
-            kind,
-            counter: Counter::new(kind.top, at),
+            features,
+            counter: Counter::new(features.top, at),
             cr1: 0,
             cr2: 0,
             smcr: 0,
@@ -119,7 +97,7 @@ impl Timer {
             reference: 0,
             break_level: None,
             clock_failed: false,
-            listeners: Listeners::default(),
+            used: UsedSignals::default(),
             next: u64::MAX,
         }
     }
@@ -129,23 +107,23 @@ impl Timer {
         self.next
     }
 
-    /// Another clock from `cycle` on: HCLK cycles per timer clock.
+    /// Sets the clock from `cycle` on: HCLK cycles per timer clock; `None`: no clock.
     pub(crate) fn set_clock(&mut self, cycle: u64, clock: Option<u64>) {
-        // Whatever happens up to `cycle` has been reported by the advance to it.
+        // Signals up to `cycle` were routed by the advance to it.
         let _ = self.run_to(cycle);
         self.counter.set_clock(clock);
-        self.counter.stand_at(cycle);
+        self.counter.set_reference_cycle(cycle);
         self.refresh();
     }
 
-    pub(crate) fn listen(&mut self, listeners: Listeners) {
-        if self.listeners != listeners {
-            self.listeners = listeners;
+    pub(crate) fn set_used_signals(&mut self, used: UsedSignals) {
+        if self.used != used {
+            self.used = used;
             self.refresh();
         }
     }
 
-    /// MMS: what the trigger output carries.
+    /// MMS: the signal on the trigger output.
     fn mms(&self) -> u32 {
         self.cr2 >> 4 & 7
     }
@@ -166,34 +144,34 @@ impl Timer {
         (0..4).filter(|channel| self.ccer >> (channel * 4) & 1 != 0).fold(0, |mask, channel| mask | 1 << channel)
     }
 
-    /// Channels whose reference level somebody sees.
-    fn seen_references(&self) -> u8 {
-        let mut seen = self.listeners.channels & self.enabled_channels();
-        if self.listeners.trgo && self.mms() >= 4 {
+    /// Channels whose reference level is used, one bit each.
+    fn used_references(&self) -> u8 {
+        let mut seen = self.used.channels & self.enabled_channels();
+        if self.used.trgo && self.mms() >= 4 {
             seen |= 1 << (self.mms() - 4);
         }
-        seen | (self.listeners.pins & self.driving_channels())
+        seen | (self.used.pins & self.driving_channels())
     }
 
-    /// Channels whose compare match somebody waits for, and whether the overflow is waited for.
-    fn awaited(&self) -> (u8, bool) {
+    /// Channels whose compare match is used, one bit each, and whether the overflow is used.
+    fn used_events(&self) -> (u8, bool) {
         let by_channel = if self.cr2 & CCDS == 0 { self.dier >> CC_DE_SHIFT } else { 0 };
-        let mut channels = ((self.dier & CC_IE) >> 1 | by_channel & 0xF) as u8 | self.seen_references();
-        if self.listeners.trgo && self.mms() == 3 {
+        let mut channels = ((self.dier & CC_IE) >> 1 | by_channel & 0xF) as u8 | self.used_references();
+        if self.used.trgo && self.mms() == 3 {
             channels |= 1;
         }
         let overflow = channels != 0
             || self.dier & (UIE | UDE) != 0
-            || self.listeners.trgo && self.mms() == 2
+            || self.used.trgo && self.mms() == 2
             || self.cr2 & CCDS != 0 && self.dier >> CC_DE_SHIFT & 0xF != 0
             || self.bdtr & AOE != 0
             || self.cr1 & OPM != 0;
         (channels, overflow)
     }
 
-    /// Works out the next event anew, after any change.
+    /// Updates the cycle of the next event after a change.
     fn refresh(&mut self) {
-        let (channels, overflow) = self.awaited();
+        let (channels, overflow) = self.used_events();
         self.next = if self.counter.running() && overflow {
             self.counter.cycle_after(self.counter.next(channels).counts)
         } else {
@@ -201,43 +179,43 @@ impl Timer {
         };
     }
 
-    /// Brings the timer up to a cycle.
+    /// Advances the timer to a cycle and returns its signals.
     ///
-    /// The caller stops at every [`Timer::next_event`], so that signals that matter carry the cycle they are returned for.
+    /// The caller must stop at every [`Timer::next_event`], so that each used signal belongs to the returned cycle.
     #[must_use]
     pub(crate) fn run_to(&mut self, cycle: u64) -> Signals {
         let mut signals = Signals::default();
         if !self.counter.running() {
-            self.counter.stand_at(cycle);
+            self.counter.set_reference_cycle(cycle);
             return signals;
         }
-        let all = (1 << self.kind.channels) - 1;
-        let silent = !self.awaited().1;
+        let all = (1 << self.features.channels) - 1;
+        let unused = !self.used_events().1;
         let mut periods = 0;
         while self.counter.running() {
-            let milestone = self.counter.next(all);
-            if milestone.counts > self.counter.counts_until(cycle) {
+            let event = self.counter.next(all);
+            if event.counts > self.counter.counts_until(cycle) {
                 self.counter.step_to(cycle);
                 break;
             }
-            self.counter.step(milestone.counts);
-            if milestone.overflow {
+            self.counter.step(event.counts);
+            if event.overflow {
                 self.overflow(&mut signals);
                 periods += 1;
-                if silent && periods > 2 * (u64::from(self.counter.rcr.active) + 1) {
+                if unused && periods > 2 * (u64::from(self.counter.rcr.active) + 1) {
                     self.skip_periods(cycle);
                     periods = 0;
                 }
             } else {
-                self.compare(milestone.matches, &mut signals);
+                self.compare(event.matches, &mut signals);
             }
         }
         self.refresh();
         signals
     }
 
-    /// After two whole update periods without a listener every further pair of them changes nothing: flags are set, shadow registers
-    /// loaded, and toggling channels are back where they were.
+    /// Skips pairs of update periods up to a cycle. After two periods without a used signal a further pair changes nothing: flags are set,
+    /// shadow registers loaded, and toggling channels back at their level.
     fn skip_periods(&mut self, cycle: u64) {
         let pair = 2 * (u64::from(self.counter.rcr.active) + 1) * self.counter.period();
         let counts = self.counter.counts_until(cycle) / pair * pair;
@@ -246,7 +224,7 @@ impl Timer {
         }
     }
 
-    /// The counter has wrapped to 0.
+    /// Handles a wrap of the counter to 0.
     fn overflow(&mut self, signals: &mut Signals) {
         // 17.4.5: a compare value above ARR raises its flag at the overflow.
         let arr = self.counter.arr.active;
@@ -267,10 +245,12 @@ impl Timer {
     }
 
     fn channels_where(&self, wanted: impl Fn(&Self, usize) -> bool) -> u8 {
-        (0..usize::from(self.kind.channels)).filter(|&channel| wanted(self, channel)).fold(0, |mask, c| mask | 1 << c)
+        (0..usize::from(self.features.channels))
+            .filter(|&channel| wanted(self, channel))
+            .fold(0, |mask, c| mask | 1 << c)
     }
 
-    /// Update event: the shadow registers take what was written (17.3.1), TRGO pulses, AOE sets MOE (17.4.18).
+    /// Performs an update event: shadow registers are loaded (17.3.1), TRGO pulses, AOE sets MOE (17.4.18).
     fn update(&mut self, signals: &mut Signals) {
         self.counter.psc.transfer();
         self.counter.arr.transfer();
@@ -290,24 +270,24 @@ impl Timer {
         }
     }
 
-    /// The counter has reached the compare value of some channels, or 0: flags, requests, reference levels.
+    /// Handles compare matches: flags, DMA requests, reference levels.
     fn compare(&mut self, matches: u8, signals: &mut Signals) {
         let matches = matches & !self.channels_where(Self::is_input);
         self.sr |= u32::from(matches) << 1;
         if self.cr2 & CCDS == 0 {
             signals.dma_cc |= matches & (self.dier >> CC_DE_SHIFT) as u8;
         }
-        // 17.4.2: the compare pulse comes even if the flag was still set.
+        // 17.4.2: the compare pulse comes even if the flag is already set.
         if matches & 1 != 0 && self.mms() == 3 {
             signals.pulse();
         }
         self.update_references(matches, signals);
     }
 
-    /// OCxREF by OCxM (17.4.7). The PWM modes compare all the time, modes 1 to 3 act on a match.
+    /// Updates OCxREF by OCxM (17.4.7). The PWM modes compare continuously, modes 1 to 3 act on a match.
     fn update_references(&mut self, matches: u8, signals: &mut Signals) {
         let before = self.reference;
-        for channel in 0..usize::from(self.kind.channels) {
+        for channel in 0..usize::from(self.features.channels) {
             let bit = 1 << channel;
             let below = self.counter.cnt < self.counter.ccr[channel].active;
             let high = match self.mode(channel) {
@@ -333,10 +313,10 @@ impl Timer {
         }
     }
 
-    /// Interrupt lines, in the order update, compare, trigger, break.
+    /// Interrupt numbers and levels, in the order update, compare, trigger, break.
     pub(crate) fn interrupts(&self) -> [(u8, bool); 4] {
         let pending = self.sr & self.dier;
-        let irqs = self.kind.irqs;
+        let irqs = self.features.irqs;
         [
             (irqs.update, pending & UIF != 0),
             (irqs.compare, pending & CC_IE != 0),

@@ -1,8 +1,10 @@
-//! From a channel's reference level OCxREF to its pins: polarity, enables, idle state, break (RM0090 17.3.11, 17.3.12, table 94).
+//! Timer outputs: from the reference level OCxREF of a channel to its pins by polarity, enables, idle state and break (RM0090 17.3.11,
+//! 17.3.12, table 94).
 
-use super::{BIF, BKE, BKP, MOE, OSSI, OSSR, Timer};
+use super::Timer;
+use super::bits::{BIF, BKE, BKP, MOE, OSSI, OSSR};
 
-/// A channel's four enable and polarity bits in CCER.
+/// Enable and polarity bits of a channel in CCER.
 struct Enables {
     main: bool,
     main_inverted: bool,
@@ -22,10 +24,10 @@ impl Timer {
     }
 
     fn main_outputs_enabled(&self) -> bool {
-        !self.kind.advanced || self.bdtr & MOE != 0
+        !self.features.advanced || self.bdtr & MOE != 0
     }
 
-    /// Channels that drive a pin with their reference level now.
+    /// Channels that drive a pin with their reference level, one bit each.
     pub(super) fn driving_channels(&self) -> u8 {
         if !self.main_outputs_enabled() {
             return 0;
@@ -33,7 +35,7 @@ impl Timer {
         self.channels_where(|timer, channel| timer.ccer >> (channel * 4) & 5 != 0)
     }
 
-    /// Level that the timer drives on OCx, or OCxN; `None`: the pin is let go (table 94).
+    /// Level that the timer drives on OCx, or on OCxN if `complementary`; `None`: it does not drive the pin (table 94).
     pub(crate) fn output(&self, channel: u8, complementary: bool) -> Option<bool> {
         let enables = self.enables(channel);
         let reference = self.reference >> channel & 1 != 0;
@@ -65,36 +67,36 @@ impl Timer {
     /// True while the break input, or a clock failure, forces the outputs off: BKE with the input at its active level (17.3.12).
     pub(super) fn break_active(&self) -> bool {
         let input = self.break_level == Some(self.bdtr & BKP != 0);
-        self.kind.advanced && self.bdtr & BKE != 0 && (input || self.clock_failed)
+        self.features.advanced && self.bdtr & BKE != 0 && (input || self.clock_failed)
     }
 
-    /// Level of the BKIN pin; `None`: no pin carries it. Acts without a clock.
+    /// Sets the level at BKIN; `None`: no pin is connected to it. The break needs no clock.
     pub(crate) fn set_break_level(&mut self, level: Option<bool>) {
         self.break_level = level;
         self.apply_break();
     }
 
-    /// The clock security system reports that HSE has failed: a break as long as the failure lasts.
+    /// Sets the clock failure signal of the clock security system: a break for as long as it is true.
     pub(crate) fn set_clock_failed(&mut self, failed: bool) {
         self.clock_failed = failed;
         self.apply_break();
     }
 
-    /// True where BKE is set without a pin that carries BKIN.
+    /// True if BKE is set but no pin is connected to BKIN.
     pub(crate) fn break_without_pin(&self) -> bool {
-        self.kind.advanced && self.bdtr & BKE != 0 && self.break_level.is_none()
+        self.features.advanced && self.bdtr & BKE != 0 && self.break_level.is_none()
     }
 
-    /// The break acts on the level: while it is active MOE cannot be set, nor BIF cleared.
+    /// Applies the break. It acts on the level: while it is active MOE cannot be set and BIF cannot be cleared.
     pub(super) fn apply_break(&mut self) {
         if self.break_active() {
-            self.brk();
+            self.trip_break();
         }
         self.refresh();
     }
 
-    /// A break event: MOE falls at once, BIF is set.
-    pub(super) fn brk(&mut self) {
+    /// Performs a break event: clears MOE and sets BIF.
+    pub(super) fn trip_break(&mut self) {
         self.bdtr &= !MOE;
         self.sr |= BIF;
     }

@@ -1,9 +1,10 @@
-//! What reads and writes of a timer's registers do (RM0090 17.4, 18.4, 19.4, 19.5, 20.4).
+//! Timer registers: effects of reads and writes (RM0090 17.4, 18.4, 19.4, 19.5, 20.4).
 
-use super::{AOE, ARPE, BKE, BKP, CCDS, COMIF, MOE, OPM, OSSI, OSSR, Signals, TIF, Timer, UDIS, UIF, URS};
+use super::bits::{
+    AOE, ARPE, BDTR, BKE, BKP, CC_DE_SHIFT, CCDS, COMIF, MOE, OPM, OSSI, OSSR, TIF, UDE, UDIS, UIF, URS,
+};
+use super::{Signals, Timer};
 use crate::lint::LintKind;
-
-pub(crate) const BDTR: u32 = 0x44;
 
 const UG: u32 = 1;
 const BG: u32 = 1 << 7;
@@ -11,9 +12,9 @@ const BG: u32 = 1 << 7;
 const CCMR_MODES: u32 = 0x7878;
 
 impl Timer {
-    /// The value a read gives. The state must have been brought up to now.
+    /// Value of a register; `None`: the timer has none at this offset. The caller must first advance the timer to the present cycle.
     pub(crate) fn peek(&self, offset: u32) -> Option<u32> {
-        if !self.kind.has(offset) {
+        if !self.features.has(offset) {
             return None;
         }
         let counter = &self.counter;
@@ -37,19 +38,19 @@ impl Timer {
         })
     }
 
-    /// A write at `cycle`, up to which the state must have been brought.
-    pub(crate) fn write(&mut self, offset: u32, value: u32, cycle: u64, notes: &mut Vec<LintKind>) -> Signals {
+    /// Writes a register at `cycle`, to which the caller must first advance the timer. Returns the resulting signals.
+    pub(crate) fn write(&mut self, offset: u32, value: u32, cycle: u64, lints: &mut Vec<LintKind>) -> Signals {
         let mut signals = Signals::default();
-        if !self.kind.has(offset) {
-            notes.push(LintKind::Unmodelled);
+        if !self.features.has(offset) {
+            lints.push(LintKind::Unmodelled);
             return signals;
         }
         match offset {
-            0x00 => self.write_cr1(value, cycle, &mut signals, notes),
-            0x04 => self.write_cr2(value, notes),
+            0x00 => self.write_cr1(value, cycle, &mut signals, lints),
+            0x04 => self.write_cr2(value, lints),
             0x08 => {
                 if value & 0x4007 != 0 {
-                    notes.push(LintKind::Mode("timer slave mode or external clock"));
+                    lints.push(LintKind::Mode("timer slave mode or external clock"));
                 }
                 self.smcr = value & 0xFFF7;
             }
@@ -57,8 +58,8 @@ impl Timer {
             // 17.4.5: flags are cleared by writing 0. The break flag stays while the input is active.
             0x10 => self.sr &= value,
             0x14 => self.generate(value, cycle, &mut signals),
-            0x18 | 0x1C => self.write_ccmr(usize::from(offset == 0x1C), value, notes),
-            0x20 => self.write_ccer(value, notes),
+            0x18 | 0x1C => self.write_ccmr(usize::from(offset == 0x1C), value, lints),
+            0x20 => self.write_ccer(value, lints),
             0x24 => self.counter.cnt = value & self.counter.top(),
             0x28 => self.counter.psc.written = value & 0xFFFF,
             0x2C => {
@@ -67,7 +68,7 @@ impl Timer {
                     self.counter.arr.transfer();
                 }
                 if value == 0 {
-                    notes.push(LintKind::Misuse("an auto-reload value of 0 blocks the counter"));
+                    lints.push(LintKind::Misuse("an auto-reload value of 0 blocks the counter"));
                 }
             }
             0x30 => self.counter.rcr.written = value & 0xFF,
@@ -78,26 +79,26 @@ impl Timer {
                     self.counter.ccr[channel].transfer();
                 }
             }
-            BDTR => self.write_bdtr(value, notes),
+            BDTR => self.write_bdtr(value, lints),
             0x50 => {
                 if value != 0 {
-                    notes.push(LintKind::Mode("timer input remapping"));
+                    lints.push(LintKind::Mode("timer input remapping"));
                 }
                 self.option = value & 0xFFFF;
             }
-            _ => notes.push(LintKind::Unmodelled),
+            _ => lints.push(LintKind::Unmodelled),
         }
         self.update_references(0, &mut signals);
         self.apply_break();
         signals
     }
 
-    fn write_cr1(&mut self, value: u32, cycle: u64, signals: &mut Signals, notes: &mut Vec<LintKind>) {
-        let directions = if self.kind.channels >= 4 { 0x70 } else { 0 };
+    fn write_cr1(&mut self, value: u32, cycle: u64, signals: &mut Signals, lints: &mut Vec<LintKind>) {
+        let directions = if self.features.channels >= 4 { 0x70 } else { 0 };
         if value & 0x70 & directions != 0 {
-            notes.push(LintKind::Mode("counting other than up, edge-aligned"));
+            lints.push(LintKind::Mode("counting down or centre-aligned"));
         }
-        let mask = if self.kind.channels == 0 { 0x8E } else { 0x38E | directions };
+        let mask = if self.features.channels == 0 { 0x8E } else { 0x38E | directions };
         self.cr1 = value & mask;
         if self.cr1 & ARPE == 0 {
             self.counter.arr.transfer();
@@ -105,8 +106,8 @@ impl Timer {
         let enable = value & 1 != 0;
         if enable != self.counter.enabled {
             self.counter.enabled = enable;
-            self.counter.stand_at(cycle);
-            // 17.4.2: MMS = 1 carries the counter enable.
+            self.counter.set_reference_cycle(cycle);
+            // 17.4.2: MMS = 1 puts the counter enable on TRGO.
             if self.mms() == 1 {
                 signals.trgo_rise = enable;
                 signals.trgo_fall = !enable;
@@ -114,25 +115,25 @@ impl Timer {
         }
     }
 
-    fn write_cr2(&mut self, value: u32, notes: &mut Vec<LintKind>) {
-        let mask = match (self.kind.advanced, self.kind.channels) {
+    fn write_cr2(&mut self, value: u32, lints: &mut Vec<LintKind>) {
+        let mask = match (self.features.advanced, self.features.channels) {
             (true, _) => 0x7FFD,
             (_, 4) => 0x00F8,
             _ => 0x0070,
         };
         if value & mask & 0x85 != 0 {
-            notes.push(LintKind::Mode("commutation preload or XORed input"));
+            lints.push(LintKind::Mode("commutation preload or XORed input"));
         }
         // 17.4.18: lock level 1 freezes the idle states.
         let idle = if self.lock() >= 1 { 0x7F00 } else { 0 };
         if (value ^ self.cr2) & idle & mask != 0 {
-            notes.push(LintKind::Misuse("the idle states in CR2 are locked by BDTR.LOCK"));
+            lints.push(LintKind::Misuse("the idle states in CR2 are locked by BDTR.LOCK"));
         }
         self.cr2 = (value & mask & !idle) | (self.cr2 & idle);
     }
 
     fn dier_bits(&self) -> u32 {
-        match (self.kind.advanced, self.kind.channels) {
+        match (self.features.advanced, self.features.channels) {
             (true, _) => 0x7FFF,
             (_, 4) => 0x5F5F,
             (_, 2) => 0x0047,
@@ -141,7 +142,7 @@ impl Timer {
         }
     }
 
-    /// EGR (17.4.6).
+    /// Generates events by EGR (17.4.6).
     fn generate(&mut self, value: u32, cycle: u64, signals: &mut Signals) {
         if value & UG != 0 {
             self.counter.restart(cycle);
@@ -150,45 +151,45 @@ impl Timer {
                 // URS: only an overflow raises the flag and the request.
                 if self.cr1 & URS == 0 {
                     self.sr |= UIF;
-                    signals.dma_update |= self.dier & super::UDE != 0;
+                    signals.dma_update |= self.dier & UDE != 0;
                 }
                 if self.cr1 & OPM != 0 {
                     self.counter.enabled = false;
                 }
             }
-            // MMS = 0 carries UG itself.
+            // MMS = 0 puts UG itself on TRGO.
             if self.mms() == 0 {
                 signals.pulse();
             }
         }
-        let channels = (value >> 1 & 0xF) as u8 & ((1 << self.kind.channels) - 1);
+        let channels = (value >> 1 & 0xF) as u8 & ((1 << self.features.channels) - 1);
         self.sr |= u32::from(channels) << 1;
         if self.cr2 & CCDS == 0 {
-            signals.dma_cc |= channels & (self.dier >> super::CC_DE_SHIFT) as u8;
+            signals.dma_cc |= channels & (self.dier >> CC_DE_SHIFT) as u8;
         }
-        if value & 1 << 5 != 0 && self.kind.advanced {
+        if value & 1 << 5 != 0 && self.features.advanced {
             self.sr |= COMIF;
         }
-        if value & 1 << 6 != 0 && self.kind.slave {
+        if value & 1 << 6 != 0 && self.features.slave {
             self.sr |= TIF;
         }
-        if value & BG != 0 && self.kind.advanced {
-            self.brk();
+        if value & BG != 0 && self.features.advanced {
+            self.trip_break();
         }
     }
 
-    fn write_ccmr(&mut self, which: usize, value: u32, notes: &mut Vec<LintKind>) {
-        let mask = if self.kind.channels == 1 { 0x00FF } else { 0xFFFF };
+    fn write_ccmr(&mut self, which: usize, value: u32, lints: &mut Vec<LintKind>) {
+        let mask = if self.features.channels == 1 { 0x00FF } else { 0xFFFF };
         if value & mask & 0x0303 != 0 {
-            notes.push(LintKind::Mode("input capture"));
+            lints.push(LintKind::Mode("input capture"));
         }
         if value & mask & 0x8080 != 0 {
-            notes.push(LintKind::Mode("clearing outputs from ETRF (OCxCE)"));
+            lints.push(LintKind::Mode("clearing outputs from ETRF (OCxCE)"));
         }
         // 17.4.18: lock level 3 freezes modes and preload enables.
         let frozen = if self.lock() >= 3 { CCMR_MODES } else { 0 };
         if (value ^ self.ccmr[which]) & frozen != 0 {
-            notes.push(LintKind::Misuse("output modes in CCMR are locked by BDTR.LOCK"));
+            lints.push(LintKind::Misuse("output modes in CCMR are locked by BDTR.LOCK"));
         }
         self.ccmr[which] = (value & mask & !frozen) | (self.ccmr[which] & frozen);
         for channel in which * 2..which * 2 + 2 {
@@ -198,8 +199,8 @@ impl Timer {
         }
     }
 
-    fn write_ccer(&mut self, value: u32, notes: &mut Vec<LintKind>) {
-        let mask = match (self.kind.advanced, self.kind.channels) {
+    fn write_ccer(&mut self, value: u32, lints: &mut Vec<LintKind>) {
+        let mask = match (self.features.advanced, self.features.channels) {
             (true, _) => 0x3FFF,
             (_, 4) => 0xBBBB,
             (_, 2) => 0x00BB,
@@ -208,25 +209,25 @@ impl Timer {
         // 17.4.18: lock level 2 freezes the polarities.
         let frozen = if self.lock() >= 2 { 0x2AAA } else { 0 };
         if (value ^ self.ccer) & frozen & mask != 0 {
-            notes.push(LintKind::Misuse("output polarities in CCER are locked by BDTR.LOCK"));
+            lints.push(LintKind::Misuse("output polarities in CCER are locked by BDTR.LOCK"));
         }
         self.ccer = (value & mask & !frozen) | (self.ccer & frozen);
-        self.check_dead_time(notes);
+        self.check_dead_time(lints);
     }
 
-    fn check_dead_time(&self, notes: &mut Vec<LintKind>) {
-        let both = self.kind.advanced && (0..3).any(|channel| self.ccer >> (channel * 4) & 5 == 5);
+    fn check_dead_time(&self, lints: &mut Vec<LintKind>) {
+        let both = self.features.advanced && (0..3).any(|channel| self.ccer >> (channel * 4) & 5 == 5);
         if both && self.bdtr & 0xFF != 0 {
-            notes.push(LintKind::Mode("dead time between complementary outputs"));
+            lints.push(LintKind::Mode("dead time between complementary outputs"));
         }
     }
 
-    /// LOCK level, 0 to 3.
+    /// Lock level in BDTR, 0 to 3.
     fn lock(&self) -> u32 {
         self.bdtr >> 8 & 3
     }
 
-    fn write_bdtr(&mut self, value: u32, notes: &mut Vec<LintKind>) {
+    fn write_bdtr(&mut self, value: u32, lints: &mut Vec<LintKind>) {
         let mut frozen = 0;
         if self.lock() >= 1 {
             frozen |= 0xFF | BKE | BKP | AOE;
@@ -238,13 +239,15 @@ impl Timer {
             frozen |= 0x300;
         }
         if (value ^ self.bdtr) & frozen != 0 {
-            notes.push(LintKind::Misuse("bits of BDTR are locked: LOCK can be written once, and freezes others"));
+            lints.push(LintKind::Misuse(
+                "bits of BDTR are locked by BDTR.LOCK, which can be written once after a reset",
+            ));
         }
         self.lock_set = true;
         self.bdtr = (value & 0xFFFF & !frozen) | (self.bdtr & frozen);
-        self.check_dead_time(notes);
+        self.check_dead_time(lints);
         if self.break_active() && value & MOE != 0 {
-            notes.push(LintKind::Misuse("MOE cannot be set while the break is active"));
+            lints.push(LintKind::Misuse("MOE cannot be set while the break input is active"));
         }
     }
 }

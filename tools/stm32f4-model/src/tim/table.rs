@@ -1,6 +1,6 @@
-//! What distinguishes the 14 timers: width, channels, interrupts (RM0090 chapters 17 to 20, 12.1.3), and their pins (data sheet table 9).
+//! Table of the 14 timers: width, channels, interrupts (RM0090 chapters 17 to 20, 12.1.3) and pins (data sheet table 9).
 
-/// Interrupt numbers of a timer. Small timers have one for all.
+/// Interrupt numbers of a timer. Timers other than TIM1 and TIM8 use one number for all.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Irqs {
     pub(crate) update: u8,
@@ -9,12 +9,12 @@ pub(crate) struct Irqs {
     pub(crate) brk: u8,
 }
 
-/// One timer's features.
+/// Features of one timer.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Kind {
+pub(crate) struct TimerFeatures {
     /// 1 to 14.
     pub(crate) number: u8,
-    /// Largest count.
+    /// Largest count: 0xFFFF or 0xFFFF_FFFF.
     pub(crate) top: u32,
     pub(crate) channels: u8,
     /// TIM1 and TIM8: complementary outputs, break, repetition counter.
@@ -26,35 +26,35 @@ pub(crate) struct Kind {
     pub(crate) irqs: Irqs,
 }
 
-const fn kind(number: u8, top: u32, channels: u8, slave: bool, apb: usize, irq: u8) -> Kind {
+const fn basic(number: u8, top: u32, channels: u8, slave: bool, apb: usize, irq: u8) -> TimerFeatures {
     let irqs = Irqs { update: irq, compare: irq, trigger: irq, brk: irq };
-    Kind { number, top, channels, advanced: false, slave, apb, irqs }
+    TimerFeatures { number, top, channels, advanced: false, slave, apb, irqs }
 }
 
-const fn advanced(number: u8, irqs: Irqs) -> Kind {
-    Kind { number, top: 0xFFFF, channels: 4, advanced: true, slave: true, apb: 1, irqs }
+const fn advanced(number: u8, irqs: Irqs) -> TimerFeatures {
+    TimerFeatures { number, top: 0xFFFF, channels: 4, advanced: true, slave: true, apb: 1, irqs }
 }
 
 /// The timers by number, 1 to 14; index 0 stays unused.
-pub(crate) static TIMERS: [Kind; 15] = [
-    kind(0, 0, 0, false, 0, 0),
+pub(crate) static TIMERS: [TimerFeatures; 15] = [
+    basic(0, 0, 0, false, 0, 0),
     advanced(1, Irqs { update: 25, compare: 27, trigger: 26, brk: 24 }),
-    kind(2, u32::MAX, 4, true, 0, 28),
-    kind(3, 0xFFFF, 4, true, 0, 29),
-    kind(4, 0xFFFF, 4, true, 0, 30),
-    kind(5, u32::MAX, 4, true, 0, 50),
-    kind(6, 0xFFFF, 0, false, 0, 54),
-    kind(7, 0xFFFF, 0, false, 0, 55),
+    basic(2, u32::MAX, 4, true, 0, 28),
+    basic(3, 0xFFFF, 4, true, 0, 29),
+    basic(4, 0xFFFF, 4, true, 0, 30),
+    basic(5, u32::MAX, 4, true, 0, 50),
+    basic(6, 0xFFFF, 0, false, 0, 54),
+    basic(7, 0xFFFF, 0, false, 0, 55),
     advanced(8, Irqs { update: 44, compare: 46, trigger: 45, brk: 43 }),
-    kind(9, 0xFFFF, 2, true, 1, 24),
-    kind(10, 0xFFFF, 1, false, 1, 25),
-    kind(11, 0xFFFF, 1, false, 1, 26),
-    kind(12, 0xFFFF, 2, true, 0, 43),
-    kind(13, 0xFFFF, 1, false, 0, 44),
-    kind(14, 0xFFFF, 1, false, 0, 45),
+    basic(9, 0xFFFF, 2, true, 1, 24),
+    basic(10, 0xFFFF, 1, false, 1, 25),
+    basic(11, 0xFFFF, 1, false, 1, 26),
+    basic(12, 0xFFFF, 2, true, 0, 43),
+    basic(13, 0xFFFF, 1, false, 0, 44),
+    basic(14, 0xFFFF, 1, false, 0, 45),
 ];
 
-impl Kind {
+impl TimerFeatures {
     /// True where the register at an offset exists in this timer.
     pub(crate) fn has(&self, offset: u32) -> bool {
         match offset {
@@ -71,7 +71,7 @@ impl Kind {
     }
 }
 
-/// What of a timer a pin carries.
+/// Signal of a timer at a pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PinSignal {
     /// OCx, channel 0 to 3.
@@ -120,7 +120,7 @@ static ROUTES: [Route; 68] = [
 static ROUTES_AF9: [Route; 4] =
     [('B', 14, 9, 12, CH1), ('B', 15, 9, 12, CH2), ('A', 6, 9, 13, CH1), ('A', 7, 9, 14, CH1)];
 
-/// The timer and its signal that an alternate function puts on a pin.
+/// Timer number and signal of an alternate function of a pin; `None`: the function belongs to no timer.
 pub(crate) fn route(port: char, number: u8, af: u8) -> Option<(usize, PinSignal)> {
     ROUTES
         .iter()
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn registers_by_kind() {
+    fn registers_by_timer() {
         // RM0090 17.4.21, 18.4.21, 19.4.13, 20.4.9, 19.5.12: register maps.
         assert!(TIMERS[1].has(0x44) && TIMERS[1].has(0x30) && !TIMERS[1].has(0x50));
         assert!(!TIMERS[2].has(0x44) && TIMERS[2].has(0x50) && TIMERS[2].has(0x40));

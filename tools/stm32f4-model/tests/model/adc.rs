@@ -1,4 +1,4 @@
-//! Conversions: codes, order, timing, triggers, overrun.
+//! Tests of the ADC: codes, order, timing, triggers, overrun.
 
 use stm32f4_model::{AdcChannel, Conversion, SocConfig};
 
@@ -34,10 +34,10 @@ const OVR: u32 = 1 << 5;
 /// HCLK cycles per ADCCLK cycle on the bench: 16 MHz, PCLK2 = HCLK, ADCPRE = 2.
 const K: u64 = 2;
 
-/// ADC1 is on; its channel n sees n * 0.1 V; VDDA 3.0 V; pins PA0 to PA7 analog. Nothing started.
+/// ADC1 is on; its channel n has n * 0.1 V; VDDA 3.0 V; pins PA0 to PA7 analog. No conversion started.
 fn adc() -> Bench {
     let mut bench = Bench::clocked();
-    bench.world.volts = Box::new(|channel, _| f64::from(channel.channel) * 0.1);
+    bench.plant.volts = Box::new(|channel, _| f64::from(channel.channel) * 0.1);
     bench.set(GPIOA, 0xA800_FFFF);
     bench.set(CR2, ADON);
     bench
@@ -70,7 +70,7 @@ fn one_conversion_takes_sampling_plus_twelve_cycles() {
         assert_eq!(bench.get(DR), code(0.5));
         assert_eq!(bench.get(SR), STRT, "reading DR clears EOC");
         // The voltage is that at the end of the sampling time.
-        assert_eq!(bench.world.sampled, [(AdcChannel { adc: 1, channel: 5 }, (1000 + sampling * K) as f64 / 16e6)]);
+        assert_eq!(bench.plant.sampled, [(AdcChannel { adc: 1, channel: 5 }, (1000 + sampling * K) as f64 / 16e6)]);
         let kept: Vec<Conversion> = bench.soc.conversions().collect();
         let channel = AdcChannel { adc: 1, channel: 5 };
         assert_eq!(kept, [Conversion { cycle: end, channel, injected: false, code: code(0.5) as u16 }]);
@@ -78,7 +78,7 @@ fn one_conversion_takes_sampling_plus_twelve_cycles() {
 }
 
 #[test]
-fn every_channel_has_a_sampling_time_of_its_own() {
+fn every_channel_has_its_own_sampling_time() {
     // 13.13.4, 13.13.5: channels 0 to 9 in SMPR2, 10 to 18 in SMPR1, three bits each.
     for channel in 0..19 {
         for other in 0..19 {
@@ -123,10 +123,10 @@ fn alignment() {
 }
 
 #[test]
-fn codes_are_held_in_range() {
+fn codes_are_limited_to_12_bits() {
     for (volts, wanted) in [(-1.0, 0), (0.0, 0), (1.5, 2048), (3.0, 4095), (5.0, 4095), (f64::NAN, 0)] {
         let mut bench = adc();
-        bench.world.volts = Box::new(move |_, _| volts);
+        bench.plant.volts = Box::new(move |_, _| volts);
         bench.set(CR2, ADON | SWSTART);
         bench.to(100);
         assert_eq!(bench.get(DR), wanted, "{volts} V");
@@ -136,8 +136,8 @@ fn codes_are_held_in_range() {
 #[test]
 fn the_code_follows_the_supply() {
     let mut bench = adc();
-    bench.world.volts = Box::new(|_, _| 1.0);
-    bench.world.vdda = Some(2.0);
+    bench.plant.volts = Box::new(|_, _| 1.0);
+    bench.plant.vdda = Some(2.0);
     bench.set(CR2, ADON | SWSTART);
     bench.to(100);
     assert_eq!(bench.get(DR), 2048);
@@ -157,21 +157,21 @@ fn internal_channels() {
         bench.set(CR2, ADON | SWSTART);
         bench.to(2000);
         assert_eq!(bench.get(DR), code(volts), "channel {channel}");
-        assert!(bench.world.sampled.is_empty(), "the plant is not asked for it");
+        assert!(bench.plant.sampled.is_empty(), "the plant does not supply it");
     }
 }
 
 #[test]
 fn a_reference_sampled_too_shortly_is_recorded() {
     // Data sheet 6.3.24: 10 us at least; 144 cycles of 8 MHz are 18 us, 56 are 7.
-    for (field, complaints) in [(6, 0), (3, 1)] {
+    for (field, lint_texts) in [(6, 0), (3, 1)] {
         let mut bench = adc();
         bench.set(ADC_CCR, 1 << 23);
         bench.set(SMPR1, field << 21);
         bench.set(SQR3, 17);
         bench.set(CR2, ADON | SWSTART);
         bench.to(1000);
-        assert_eq!(bench.complaints().len(), complaints, "{:?}", bench.complaints());
+        assert_eq!(bench.lint_texts().len(), lint_texts, "{:?}", bench.lint_texts());
     }
 }
 
@@ -182,7 +182,7 @@ fn a_pin_that_is_not_analog_is_recorded() {
     bench.set(SQR3, 3);
     bench.set(CR2, ADON | SWSTART);
     bench.to(100);
-    assert!(bench.complaints()[0].contains("GPIOA+0x00 (misuse: a pin is converted that is not in analog mode)"));
+    assert!(bench.lint_texts()[0].contains("GPIOA+0x00 (misuse: the converted pin is not in analog mode)"));
 }
 
 #[test]
@@ -215,7 +215,7 @@ fn without_scan_only_the_first_is_converted() {
 }
 
 #[test]
-fn continuous_mode_goes_on_until_cont_is_cleared() {
+fn continuous_mode_continues_until_cont_is_cleared() {
     // 13.3.5.
     let mut bench = adc();
     bench.set(CR2, ADON | CONT | SWSTART);
@@ -223,7 +223,7 @@ fn continuous_mode_goes_on_until_cont_is_cleared() {
     assert_eq!(delivered(&mut bench).len(), 10);
     bench.set(CR2, ADON);
     bench.to(100_000);
-    assert_eq!(delivered(&mut bench).len(), 1, "the one under way is finished");
+    assert_eq!(delivered(&mut bench).len(), 1, "the running one is finished");
     assert_eq!(bench.soc.next_event(), None);
 }
 
@@ -247,7 +247,7 @@ fn eocs_flags_every_conversion_and_detects_overrun() {
     bench.to(10_000);
     assert_eq!(bench.get(DR), code(0.2), "the unread result is kept, the new one lost");
     assert_eq!(delivered(&mut bench).len(), 2);
-    // Starting is in vain while OVR is set.
+    // A start has no effect while OVR is set.
     bench.set(CR2, ADON | EOCS | SWSTART);
     bench.to(20_000);
     assert_eq!(delivered(&mut bench).len(), 0);
@@ -261,7 +261,7 @@ fn eocs_flags_every_conversion_and_detects_overrun() {
 fn without_eocs_and_dma_no_overrun_is_detected() {
     // 13.13.3.
     let mut bench = adc();
-    bench.world.volts = Box::new(|_, seconds| seconds * 1000.0);
+    bench.plant.volts = Box::new(|_, seconds| seconds * 1000.0);
     bench.set(CR2, ADON | CONT | SWSTART);
     bench.to(15 * K * 100);
     assert_eq!(bench.get(SR) & OVR, 0);
@@ -309,7 +309,7 @@ fn injected_offset_makes_a_signed_result() {
 
 #[test]
 fn a_timer_paces_the_injected_group_and_jeoc_interrupts() {
-    // 13.6, table 67: JEXTSEL = 3 is TIM2's TRGO; 18.4.2: MMS = 2 is the update. The board's own arrangement: sensor and VREFINT at 1 kHz.
+    // 13.6, table 67: JEXTSEL = 3 is TIM2's TRGO; 18.4.2: MMS = 2 is the update. As on the board: sensor and VREFINT at 1 kHz.
     let mut bench = adc();
     bench.run_at_168_mhz();
     bench.set(ADC_CCR, 1 << 23 | 1 << 16);
@@ -344,7 +344,7 @@ fn a_timer_paces_the_injected_group_and_jeoc_interrupts() {
         let trigger = start + 168_000 * (tick as u64 + 1);
         assert_eq!(pair, [(trigger + 8 * 96, true, 1), (trigger + 8 * (96 + 492), true, 17)]);
     }
-    assert_eq!(bench.complaints(), [] as [String; 0]);
+    assert_eq!(bench.lint_texts(), [] as [String; 0]);
 }
 
 #[test]
@@ -416,7 +416,7 @@ fn an_update_is_a_pulse_with_two_edges() {
 
 #[test]
 fn an_injected_trigger_interrupts_the_regular_group() {
-    // 13.3.9: the regular conversion under way is given up, and made again after the injected group.
+    // 13.3.9: the running regular conversion is aborted and repeated after the injected group.
     let mut bench = adc();
     bench.set(CR1, SCAN);
     bench.set(SQR1, 2 << 20);
@@ -551,7 +551,7 @@ fn the_common_status_shows_all_three() {
     bench.set(APB2RSTR, 0);
     assert_eq!(bench.get(ADC_CCR), 0, "7.3.9: one reset bit for all");
     bench.set(ADC_CCR, 6);
-    assert!(bench.complaints().iter().any(|text| text.contains("dual or triple")));
+    assert!(bench.lint_texts().iter().any(|text| text.contains("dual or triple")));
 }
 
 #[test]

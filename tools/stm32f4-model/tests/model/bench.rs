@@ -1,4 +1,4 @@
-//! A chip with a scope on its pins, a voltage source on its analog inputs and a RAM behind its DMA.
+//! Test bench: the modelled chip with test inputs, a recorder of its outputs and RAM for DMA.
 
 use stm32f4_model::{AdcChannel, DmaMemory, Pin, Plant, Soc, SocConfig, Width};
 
@@ -39,37 +39,37 @@ pub(crate) const RCR: u32 = 0x30;
 pub(crate) const CCR1: u32 = 0x34;
 pub(crate) const BDTR: u32 = 0x44;
 
-/// The world outside of the chip.
-pub(crate) struct World {
+/// Plant of the tests: supplies the inputs and records the outputs.
+pub(crate) struct TestPlant {
     /// Voltage of each channel over time.
     pub(crate) volts: Box<dyn Fn(AdcChannel, f64) -> f64>,
-    /// When which input takes which level, in the order of time; before that it is low.
+    /// Time, s, pin and level of each input change, in the order of time; a pin is low before its first.
     pub(crate) inputs: Vec<(f64, Pin, bool)>,
-    /// Announces changes of inputs, or leaves the chip to poll.
+    /// True: announces input changes; false: the chip must poll.
     pub(crate) announces: bool,
-    /// Asks for a look at the inputs at once, always.
+    /// Requests an input sample at once, always.
     pub(crate) look_now: bool,
     pub(crate) vdda: Option<f64>,
-    /// What the scope saw.
+    /// Recorded changes of outputs: pin, level, time in s.
     pub(crate) edges: Vec<(Pin, bool, f64)>,
     /// When each channel was sampled.
     pub(crate) sampled: Vec<(AdcChannel, f64)>,
-    /// How often a pin was asked for.
-    pub(crate) asked: usize,
+    /// Number of input levels read.
+    pub(crate) level_reads: usize,
 }
 
-impl Plant for World {
+impl Plant for TestPlant {
     fn volts(&mut self, channel: AdcChannel, seconds: f64) -> f64 {
         self.sampled.push((channel, seconds));
         (self.volts)(channel, seconds)
     }
 
-    fn pin(&mut self, pin: Pin, seconds: f64) -> bool {
-        self.asked += 1;
+    fn input_level(&mut self, pin: Pin, seconds: f64) -> bool {
+        self.level_reads += 1;
         self.inputs.iter().rev().find(|&&(at, of, _)| of == pin && at <= seconds).is_some_and(|&(.., level)| level)
     }
 
-    fn edge(&mut self, pin: Pin, level: bool, seconds: f64) {
+    fn record_edge(&mut self, pin: Pin, level: bool, seconds: f64) {
         self.edges.push((pin, level, seconds));
     }
 
@@ -107,7 +107,7 @@ impl DmaMemory for Ram {
 
 pub(crate) struct Bench {
     pub(crate) soc: Soc,
-    pub(crate) world: World,
+    pub(crate) plant: TestPlant,
     pub(crate) ram: Ram,
 }
 
@@ -121,7 +121,7 @@ impl Bench {
     }
 
     pub(crate) fn with(config: SocConfig) -> Self {
-        let world = World {
+        let plant = TestPlant {
             volts: Box::new(|_, _| 0.0),
             inputs: Vec::new(),
             announces: true,
@@ -129,12 +129,12 @@ impl Bench {
             vdda: None,
             edges: Vec::new(),
             sampled: Vec::new(),
-            asked: 0,
+            level_reads: 0,
         };
-        Bench { soc: Soc::new(config), world, ram: Ram(vec![0; 4096]) }
+        Bench { soc: Soc::new(config), plant, ram: Ram(vec![0; 4096]) }
     }
 
-    /// Everything the tests use is clocked: ports A to D, DMA, timers 1 to 7, ADC1 to ADC3, SYSCFG.
+    /// A bench with all blocks that the tests use clocked: ports A to D, DMA, timers 1 to 7, ADC1 to ADC3, SYSCFG.
     pub(crate) fn clocked() -> Self {
         let mut bench = Self::new();
         bench.clock_all();
@@ -164,12 +164,12 @@ impl Bench {
         self.soc.read(addr, Width::Word)
     }
 
-    /// Moves on to an absolute cycle in one advance.
+    /// Advances to an absolute cycle in one call.
     pub(crate) fn to(&mut self, cycle: u64) {
-        self.soc.advance_to(cycle, &mut self.world, &mut self.ram);
+        self.soc.advance_to(cycle, &mut self.plant, &mut self.ram);
     }
 
-    /// Moves on by a number of cycles in one advance.
+    /// Advances by a number of cycles in one call.
     pub(crate) fn pass(&mut self, cycles: u64) {
         self.to(self.soc.now() + cycles);
     }
@@ -190,14 +190,14 @@ impl Bench {
         self.set(base, value);
     }
 
-    /// What the scope saw on one pin: level and time.
+    /// Recorded changes of one output: level and time in s.
     pub(crate) fn edges_of(&self, name: &str) -> Vec<(bool, f64)> {
         let pin = pin(name);
-        self.world.edges.iter().filter(|&&(of, ..)| of == pin).map(|&(_, level, at)| (level, at)).collect()
+        self.plant.edges.iter().filter(|&&(of, ..)| of == pin).map(|&(_, level, at)| (level, at)).collect()
     }
 
     /// The texts of all lints.
-    pub(crate) fn complaints(&self) -> Vec<String> {
+    pub(crate) fn lint_texts(&self) -> Vec<String> {
         self.soc.lints().iter().map(|lint| lint.to_string()).collect()
     }
 }

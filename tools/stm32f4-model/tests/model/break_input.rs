@@ -1,4 +1,4 @@
-//! The break: a level at BKIN, or a failed crystal, takes the outputs away without a program.
+//! Tests of the break: a level at BKIN or a failed crystal disables the outputs without the program.
 
 use stm32f4_model::SocConfig;
 
@@ -13,7 +13,7 @@ const BIF: u32 = 1 << 7;
 /// TIM1 channel 1 at 50 % of 1000 clocks on PA8, BKIN on a pin, 16 MHz; started.
 fn driven(bdtr: u32, bkin: &str, inputs: &[(f64, bool)]) -> Bench {
     let mut bench = Bench::clocked();
-    bench.world.inputs = inputs.iter().map(|&(at, level)| (at, pin(bkin), level)).collect();
+    bench.plant.inputs = inputs.iter().map(|&(at, level)| (at, pin(bkin), level)).collect();
     bench.function(bkin, 2, 1);
     bench.function("PA8", 2, 1);
     bench.set(TIM1 + ARR, 999);
@@ -39,9 +39,9 @@ fn a_break_clears_moe_sets_bif_and_drops_the_pin_at_once() {
         assert_eq!((bench.get(TIM1 + BDTR) & MOE, bench.get(TIM1 + SR) & BIF), (0, BIF), "{bkin}");
         assert!(bench.irq(24));
         let last = bench.edges_of("PA8").pop();
-        assert_eq!(last, Some((false, 80e-6)), "{bkin}: high from 62.5 us, down with the break");
+        assert_eq!(last, Some((false, 80e-6)), "{bkin}: high from 62.5 us, low at the break");
         bench.to(100_000);
-        assert_eq!(bench.edges_of("PA8").pop(), last, "and never again");
+        assert_eq!(bench.edges_of("PA8").pop(), last, "and no further change");
     }
 }
 
@@ -56,7 +56,7 @@ fn an_active_low_break() {
 }
 
 #[test]
-fn while_the_break_lasts_neither_moe_nor_bif_yield() {
+fn moe_and_bif_cannot_change_while_the_break_is_active() {
     // 17.3.12: the break acts on the level.
     let mut bench = driven(MOE | BKE | BKP, "PB12", &[(100e-6, true), (200e-6, false)]);
     bench.to(2000);
@@ -80,7 +80,7 @@ fn without_aoe_the_outputs_stay_off_after_the_break() {
 }
 
 #[test]
-fn with_aoe_they_return_at_the_next_update() {
+fn with_aoe_the_outputs_return_at_the_next_update() {
     // 17.4.18: AOE sets MOE at the update, if the break is not active.
     let mut bench = driven(MOE | AOE | BKE | BKP, "PB12", &[(70e-6, true), (130e-6, false)]);
     bench.to(2999);
@@ -104,15 +104,15 @@ fn a_pin_in_another_function_is_no_break() {
     bench.to(16_000);
     assert_eq!(bench.get(TIM1 + BDTR) & MOE, MOE);
     bench.set(TIM1 + BDTR, MOE | BKE | BKP);
-    assert!(bench.complaints().iter().any(|text| text.contains("no pin carries BKIN")));
+    assert!(bench.lint_texts().iter().any(|text| text.contains("no pin is connected to BKIN")));
 }
 
 #[test]
-fn tim8_has_a_break_of_its_own() {
+fn tim8_has_its_own_break() {
     // 17.3.12; BKIN of TIM8 is PA6 on AF3, IRQ 43.
     let tim8 = 0x4001_0400;
     let mut bench = Bench::clocked();
-    bench.world.inputs = vec![(80e-6, pin("PA6"), true)];
+    bench.plant.inputs = vec![(80e-6, pin("PA6"), true)];
     bench.function("PA6", 2, 3);
     bench.function("PC6", 2, 3);
     bench.set(tim8 + CCMR1, 0x50);
@@ -150,7 +150,7 @@ fn a_failed_crystal_breaks_and_raises_nmi() {
         assert!(bench.soc.nmi_line());
         assert_eq!(bench.soc.hclk_hz(), 16_000_000);
         assert_eq!(bench.get(TIM1 + BDTR) & MOE, moe_after);
-        // Time goes on at the new clock.
+        // Time continues at the new clock.
         bench.pass(16_000);
         assert!((bench.soc.seconds(bench.soc.now()) - 0.011).abs() < 1e-12);
         // CSSC clears the flag, and with it the break.
@@ -162,7 +162,7 @@ fn a_failed_crystal_breaks_and_raises_nmi() {
 }
 
 #[test]
-fn without_clock_security_only_the_watchdog_is_left() {
+fn without_clock_security_only_the_watchdog_runs() {
     let mut bench = Bench::with(SocConfig::default());
     bench.clock_all();
     bench.run_at_168_mhz();
@@ -174,9 +174,9 @@ fn without_clock_security_only_the_watchdog_is_left() {
     bench.to(168_000_000);
     assert_eq!(bench.soc.take_reset(), Some(stm32f4_model::ResetCause::IndependentWatchdog));
     assert!((bench.soc.seconds(bench.soc.now()) - 0.512).abs() < 1e-8);
-    assert_eq!(bench.get(TIM2 + CNT), 500, "the timer stood still");
+    assert_eq!(bench.get(TIM2 + CNT), 500, "the timer is stopped");
     bench.soc.reset(stm32f4_model::ResetCause::IndependentWatchdog);
     assert!(!bench.soc.clock_stopped());
     bench.set(RCC, 0x1_0083);
-    assert_eq!(bench.get(RCC) & 1 << 17, 0, "the crystal stays dead");
+    assert_eq!(bench.get(RCC) & 1 << 17, 0, "the crystal stays off");
 }

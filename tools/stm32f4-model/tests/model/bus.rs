@@ -1,12 +1,12 @@
-//! Address decoding, clock gating, widths, and what lints say.
+//! Tests of address decoding, clock enables, access widths and the texts of lints.
 
 use stm32f4_model::{LintKind, Width};
 
 use crate::bench::*;
 
 #[test]
-fn a_block_without_clock_reads_zero_ignores_writes_and_is_recorded() {
-    // 7.3.14: registers of a block whose clock is off do not answer.
+fn a_block_without_clock_reads_zero_and_ignores_writes() {
+    // 7.3.14: registers of a block without clock cannot be accessed.
     let mut bench = Bench::new();
     assert_eq!(bench.get(TIM1 + ARR), 0);
     bench.set(TIM1 + ARR, 5);
@@ -24,7 +24,7 @@ fn the_adcs_have_an_enable_bit_each_and_one_common_block() {
     bench.get(ADC_CCR);
     assert_eq!(bench.soc.lints().len(), 0);
     bench.get(ADC1);
-    assert_eq!(bench.complaints(), ["read of ADC1+0x00 (its clock is off) at cycle 0"]);
+    assert_eq!(bench.lint_texts(), ["read of ADC1+0x00 (its clock is off) at cycle 0"]);
     bench.set(APB2ENR, 0);
     bench.get(ADC_CCR);
     assert_eq!(bench.soc.lints().len(), 2);
@@ -40,7 +40,7 @@ fn unmodelled_registers_and_blocks_are_named() {
     bench.get(0x4002_9400);
     bench.get(0x4002_9400);
     assert_eq!(
-        bench.complaints(),
+        bench.lint_texts(),
         [
             "write of 0x00000001 to TIM1+0x50 (unmodelled) at cycle 7",
             "read of TIM1+0x50 (unmodelled) at cycle 7",
@@ -73,7 +73,7 @@ fn widths() {
 }
 
 #[test]
-fn the_backup_domain_opens_through_pwr() {
+fn pwr_enables_writes_to_the_backup_domain() {
     // 5.4.1, 7.3.20.
     let mut bench = Bench::clocked();
     bench.set(RCC + 0x70, 0x8100);
@@ -85,7 +85,7 @@ fn the_backup_domain_opens_through_pwr() {
 }
 
 #[test]
-fn identity_and_wait_states_answer_without_a_clock_bit() {
+fn identity_and_wait_states_need_no_clock_enable() {
     let mut bench = Bench::new();
     assert_eq!(bench.get(0xE004_2000) & 0xFFF, 0x413);
     bench.set(0xE004_2008, 1 << 12);

@@ -1,4 +1,4 @@
-//! The clock tree as the timers and the caller see it.
+//! Tests of the clock tree: its effect on timers and on the time base.
 
 use stm32f4_model::{SocConfig, Width};
 
@@ -13,7 +13,7 @@ fn starts_on_hsi() {
 }
 
 #[test]
-fn hse_pll_168_mhz_and_time_goes_on() {
+fn time_continues_on_the_pll_at_168_mhz() {
     // 7.3.2: 8 MHz / 4 * 168 / 2.
     let mut bench = Bench::new();
     bench.to(16_000);
@@ -23,11 +23,11 @@ fn hse_pll_168_mhz_and_time_goes_on() {
     bench.to(16_000 + 168_000);
     assert!((bench.soc.seconds(bench.soc.now()) - 0.002).abs() < 1e-15);
     assert_eq!(bench.soc.cycle_at(0.003), 16_000 + 2 * 168_000);
-    assert_eq!(bench.complaints(), [] as [String; 0]);
+    assert_eq!(bench.lint_texts(), [] as [String; 0]);
 }
 
 #[test]
-fn a_dead_crystal_leaves_hsi() {
+fn a_failed_crystal_leaves_hsi() {
     let mut bench = Bench::with(SocConfig { hse_ready: false, ..SocConfig::default() });
     bench.run_at_168_mhz();
     assert_eq!(bench.get(RCC) & (1 << 17 | 1 << 25), 0);
@@ -35,12 +35,12 @@ fn a_dead_crystal_leaves_hsi() {
 }
 
 #[test]
-fn another_crystal_is_another_frequency() {
-    // What a wrong crystal constant does: everything by the ratio.
+fn hclk_follows_the_crystal_frequency() {
+    // Effect of a wrong crystal constant: all frequencies scale by the ratio.
     let mut bench = Bench::with(SocConfig { hse_hz: 16_000_000, ..SocConfig::default() });
     bench.run_at_168_mhz();
     assert_eq!(bench.soc.hclk_hz(), 336_000_000);
-    assert!(bench.complaints().iter().any(|text| text.contains("HCLK is above its rating")));
+    assert!(bench.lint_texts().iter().any(|text| text.contains("HCLK is above its rating")));
 }
 
 #[test]
@@ -99,23 +99,23 @@ fn too_few_wait_states_are_recorded() {
     // 3.5.1, table 10: 30 MHz per wait state at 2.7 to 3.6 V.
     let mut bench = Bench::new();
     bench.run_at_168_mhz();
-    assert_eq!(bench.complaints().len(), 0);
+    assert_eq!(bench.lint_texts().len(), 0);
     bench.set(FLASH_ACR, 4);
-    assert!(bench.complaints()[0].contains("FLASH+0x00 (misuse: HCLK is too fast for the flash wait states"));
+    assert!(bench.lint_texts()[0].contains("FLASH+0x00 (misuse: HCLK is too fast for the flash wait states"));
 }
 
 #[test]
-fn just_enough_wait_states_are_enough() {
-    // 8 MHz / 4 * 120 / 4 = 60 MHz wants one wait state and no more.
+fn enough_wait_states_make_no_lint() {
+    // 8 MHz / 4 * 120 / 4 = 60 MHz needs one wait state.
     let mut bench = Bench::new();
     bench.set(FLASH_ACR, 1);
     bench.set(RCC, 0x1_0083);
     bench.set(RCC + 4, 4 | 120 << 6 | 1 << 16 | 1 << 22 | 5 << 24);
     bench.set(RCC, 0x101_0083);
     bench.set(RCC + 8, 2 | 4 << 10);
-    assert_eq!((bench.soc.hclk_hz(), bench.complaints().len()), (60_000_000, 0));
+    assert_eq!((bench.soc.hclk_hz(), bench.lint_texts().len()), (60_000_000, 0));
     bench.set(FLASH_ACR, 0);
-    assert_eq!(bench.complaints().len(), 1);
+    assert_eq!(bench.lint_texts().len(), 1);
 }
 
 #[test]

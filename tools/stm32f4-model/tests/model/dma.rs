@@ -1,4 +1,4 @@
-//! DMA of ADC results and of timer updates.
+//! Tests of DMA: transfers of ADC results and on timer updates.
 
 use stm32f4_model::{DmaMemory, Width};
 
@@ -8,7 +8,7 @@ const LISR: u32 = DMA2;
 const HISR: u32 = DMA2 + 4;
 const LIFCR: u32 = DMA2 + 8;
 const HIFCR: u32 = DMA2 + 12;
-/// Registers of stream n.
+/// Base address of the registers of stream n.
 const fn stream(n: u32) -> u32 {
     DMA2 + 0x10 + 0x18 * n
 }
@@ -36,7 +36,7 @@ const OVR: u32 = 1 << 5;
 /// ADC1 converts channel 1 on every TIM2 update, 1000 cycles apart; the n-th sample is n * 10 codes. A stream is set up for it.
 fn ring(n: u32, length: u32, control: u32, dds: u32) -> Bench {
     let mut bench = Bench::clocked();
-    bench.world.volts = Box::new(|_, seconds| (seconds * 16e6 / 1000.0).floor() * 10.0 / 4095.0 * 3.0);
+    bench.plant.volts = Box::new(|_, seconds| (seconds * 16e6 / 1000.0).floor() * 10.0 / 4095.0 * 3.0);
     bench.set(GPIOA, 0xA800_000C);
     bench.set(stream(n) + NDTR, length);
     bench.set(stream(n) + PAR, ADC1 + 0x4C);
@@ -93,7 +93,7 @@ fn each_flag_has_its_own_interrupt_enable() {
 }
 
 #[test]
-fn a_ring_goes_on_with_dds() {
+fn a_circular_buffer_continues_with_dds() {
     // 10.3.8 and 13.8.1.
     let mut bench = ring(0, 4, CIRC, DDS);
     bench.to(10_500);
@@ -103,8 +103,8 @@ fn a_ring_goes_on_with_dds() {
 }
 
 #[test]
-fn without_dds_the_ring_stops_after_its_first_round() {
-    // 13.8.1: DDS = 0 asks for no transfer after the last one of the buffer; no overrun is then detected.
+fn without_dds_transfers_stop_after_the_first_buffer() {
+    // 13.8.1: DDS = 0 makes no request after the last transfer of the buffer; no overrun is then detected.
     let mut bench = ring(0, 4, CIRC, 0);
     bench.to(10_500);
     assert_eq!(buffer(&mut bench, 4), [10, 20, 30, 40]);
@@ -113,7 +113,7 @@ fn without_dds_the_ring_stops_after_its_first_round() {
 
 #[test]
 fn a_full_buffer_with_dds_overruns() {
-    // 13.8.1: with DDS = 1 requests go on; the stream is off, the next but one result finds DR unread.
+    // 13.8.1: with DDS = 1 requests continue; the stream is off, so that the second result after it is an overrun.
     let mut bench = ring(0, 4, 0, DDS);
     bench.to(5500);
     assert_eq!(bench.get(ADC1) & OVR, 0);
@@ -192,7 +192,7 @@ fn timer_updates_fetch_compare_values_from_memory() {
         seen.push(bench.get(TIM1 + CCR1));
     }
     assert_eq!(seen, [300, 200, 100, 300]);
-    assert_eq!(bench.complaints(), [] as [String; 0]);
+    assert_eq!(bench.lint_texts(), [] as [String; 0]);
 }
 
 #[test]
@@ -203,18 +203,18 @@ fn the_channel_must_be_the_one_of_the_source() {
 }
 
 #[test]
-fn what_is_not_modelled_says_so() {
+fn modes_that_are_not_modelled_make_lints() {
     let mut bench = Bench::clocked();
     bench.set(stream(1) + NDTR, 1);
     bench.set(stream(1), 2 << 6 | EN);
-    assert!(bench.complaints().iter().any(|text| text.contains("unmodelled mode: DMA memory to memory")));
-    // Widths that differ: direct mode takes PSIZE for both, the FIFO would pack.
-    for (n, fifo, complaint) in [(2, 0, false), (3, 1 << 2, true)] {
+    assert!(bench.lint_texts().iter().any(|text| text.contains("unmodelled mode: DMA memory to memory")));
+    // Widths that differ: direct mode uses PSIZE for both, the FIFO would pack.
+    for (n, fifo, lint) in [(2, 0, false), (3, 1 << 2, true)] {
         let mut bench = Bench::clocked();
         bench.set(stream(n) + NDTR, 1);
         bench.set(stream(n) + 0x14, fifo);
         bench.set(stream(n), 1 << 11 | 2 << 13 | EN);
-        assert_eq!(bench.complaints().iter().any(|text| text.contains("FIFO packing")), complaint);
+        assert_eq!(bench.lint_texts().iter().any(|text| text.contains("FIFO packing")), lint);
     }
 }
 
@@ -239,7 +239,7 @@ fn compare_requests_come_with_the_match_or_with_the_update() {
         assert_eq!(bench.get(stream(1) + NDTR), 8);
         bench.to(at);
         assert_eq!((bench.get(stream(1) + NDTR), bench.get(stream(2) + NDTR)), (7, 8));
-        // CC1G asks for it too, unless requests come with updates.
+        // CC1G requests a transfer too, unless requests come with updates.
         bench.set(TIM1 + EGR, 2);
         bench.pass(0);
         assert_eq!(bench.get(stream(1) + NDTR), if ccds == 0 { 6 } else { 7 });
@@ -250,7 +250,7 @@ fn compare_requests_come_with_the_match_or_with_the_update() {
 
 #[test]
 fn only_the_enabled_requests_are_made() {
-    // 17.4.4: UDE, CCxDE; 17.4.1: with URS UG asks for nothing.
+    // 17.4.4: UDE, CCxDE; 17.4.1: with URS UG makes no request.
     let mut bench = Bench::clocked();
     bench.set(stream(5) + NDTR, 8);
     bench.set(stream(5) + PAR, TIM1 + CCR1);
@@ -319,7 +319,7 @@ fn both_ends_step_as_configured() {
 
 #[test]
 fn double_buffer_mode_changes_targets_at_each_end() {
-    // 10.3.9: CT is the target now; it changes when NDTR has run down, which sets TCIF; NDTR starts anew.
+    // 10.3.9: CT is the target now; it changes when NDTR has run down, which sets TCIF; NDTR is reloaded.
     const DBM: u32 = 1 << 18;
     const CT: u32 = 1 << 19;
     let mut bench = ring(0, 4, DBM | CIRC | TCIE, DDS);
@@ -341,15 +341,15 @@ fn double_buffer_mode_changes_targets_at_each_end() {
     assert_eq!((bench.get(LISR) & TCIF, bench.get(stream(0)) & CT), (TCIF, 0));
     bench.to(12_500);
     assert_eq!(buffer(&mut bench, 8), [90, 100, 110, 120, 50, 60, 70, 80]);
-    assert_eq!(bench.complaints(), [] as [String; 0]);
+    assert_eq!(bench.lint_texts(), [] as [String; 0]);
 }
 
 #[test]
-fn a_converter_that_is_held_up_overruns_and_recovers_as_stated() {
-    // 13.8.1: OVR is set, no request comes and triggers are ignored, until the stream is set up anew and OVR is cleared.
+fn a_forced_overrun_is_recovered_as_in_the_manual() {
+    // 13.8.1: OVR is set, no request comes and triggers are ignored, until the stream is set up again and OVR is cleared.
     let mut bench = ring(0, 4, CIRC, DDS);
     bench.to(2500);
-    bench.soc.hold_up_converter(0);
+    bench.soc.force_overrun(0);
     bench.to(9500);
     assert_eq!(bench.get(ADC1) & OVR, OVR);
     assert_eq!(buffer(&mut bench, 4), [10, 20, 0, 0]);
@@ -363,11 +363,11 @@ fn a_converter_that_is_held_up_overruns_and_recovers_as_stated() {
 }
 
 #[test]
-fn a_transfer_that_is_cut_is_a_transfer_error() {
+fn a_failed_transfer_stops_the_stream() {
     // 10.3.19: TEIF, and the stream is off.
     let mut bench = ring(0, 4, CIRC | TEIE, DDS);
     bench.to(2500);
-    bench.soc.cut_transfer(1, 0);
+    bench.soc.fail_next_transfer(1, 0);
     bench.to(3500);
     assert_eq!((bench.get(LISR), bench.get(stream(0)) & EN), (TEIF | HTIF, 0));
     assert!(bench.irq(56));

@@ -12,7 +12,7 @@ const IDR: u32 = 0x10;
 
 fn button() -> Bench {
     let mut bench = Bench::clocked();
-    bench.world.inputs = vec![(1e-3, pin("PA0"), true), (2e-3, pin("PA0"), false), (3e-3, pin("PD5"), true)];
+    bench.plant.inputs = vec![(1e-3, pin("PA0"), true), (2e-3, pin("PA0"), false), (3e-3, pin("PD5"), true)];
     bench
 }
 
@@ -27,7 +27,7 @@ fn idr_shows_the_input_at_its_time() {
     bench.to(32_000);
     assert_eq!(bench.get(GPIOA + IDR), 0);
     bench.set(GPIOA, 0xA800_0003);
-    bench.world.inputs.push((4e-3, pin("PA0"), true));
+    bench.plant.inputs.push((4e-3, pin("PA0"), true));
     bench.to(70_000);
     assert_eq!(bench.get(GPIOA + IDR) & 1, 0, "8.3.12: an analog pin reads 0");
 }
@@ -45,12 +45,12 @@ fn idr_of_an_output_shows_what_is_driven() {
 fn announced_changes_are_events() {
     let mut bench = button();
     bench.to(0);
-    let asked = bench.world.asked;
+    let level_reads = bench.plant.level_reads;
     assert_eq!(bench.soc.next_event(), Some(16_000));
     for cycle in 1..16_000 {
         bench.to(cycle);
     }
-    assert_eq!(bench.world.asked, asked, "nobody asks for levels in between");
+    assert_eq!(bench.plant.level_reads, level_reads, "levels are not read in between");
     bench.to(16_000);
     assert_eq!(bench.soc.next_event(), Some(32_000));
 }
@@ -58,36 +58,40 @@ fn announced_changes_are_events() {
 #[test]
 fn a_change_that_comes_unannounced_is_seen_at_the_next_advance() {
     let mut bench = button();
-    bench.world.inputs.clear();
+    bench.plant.inputs.clear();
     bench.to(1000);
     assert_eq!(bench.soc.next_event(), None);
-    bench.world.inputs.push((2000.0 / 16e6, pin("PA0"), true));
+    bench.plant.inputs.push((2000.0 / 16e6, pin("PA0"), true));
     bench.to(3000);
     assert_eq!(bench.get(GPIOA + IDR), 1);
 }
 
 #[test]
-fn a_plant_may_ask_for_a_look_at_once() {
-    // A live input: pressed at the very moment of the last look, or in the past.
+fn a_plant_may_request_a_sample_at_once() {
+    // A live input: pressed at the time of the last sample, or earlier.
     for at in [1000.0 / 16e6, 10.0 / 16e6] {
         let mut bench = button();
-        bench.world.inputs.clear();
-        bench.world.look_now = true;
+        bench.plant.inputs.clear();
+        bench.plant.look_now = true;
         bench.to(1000);
         assert_eq!(bench.get(GPIOA + IDR), 0);
-        bench.world.inputs.push((at, pin("PA0"), true));
+        bench.plant.inputs.push((at, pin("PA0"), true));
         bench.to(1000);
         assert_eq!(bench.get(GPIOA + IDR), 1);
-        let asked = bench.world.asked;
+        let level_reads = bench.plant.level_reads;
         bench.to(2000);
-        assert_eq!(bench.world.asked, asked + 144, "one look an advance, however often it is asked for");
+        assert_eq!(
+            bench.plant.level_reads,
+            level_reads + 144,
+            "one sample for each advance, however often it is requested"
+        );
     }
 }
 
 #[test]
 fn a_plant_that_announces_nothing_is_polled() {
     let mut bench = button();
-    bench.world.announces = false;
+    bench.plant.announces = false;
     bench.to(15_000);
     assert_eq!((bench.get(GPIOA + IDR), bench.soc.next_event()), (0, None));
     bench.to(17_000);
@@ -109,7 +113,7 @@ fn edges_raise_interrupts() {
     bench.to(40_000);
     assert!(!bench.irq(6), "the falling edge is not selected");
     bench.set(FTSR, 1);
-    bench.world.inputs.extend([(3.1e-3, pin("PA0"), true), (3.2e-3, pin("PA0"), false)]);
+    bench.plant.inputs.extend([(3.1e-3, pin("PA0"), true), (3.2e-3, pin("PA0"), false)]);
     bench.set(RTSR, 0);
     bench.to(50_000);
     assert!(!bench.irq(6));
@@ -131,9 +135,9 @@ fn exticr_selects_the_port_and_needs_its_clock() {
         bench.set(RTSR, 1 << 5);
         bench.to(60_000);
         assert_eq!(bench.irq(23), irq);
-        assert_eq!(bench.complaints().len(), usize::from(!enabled));
+        assert_eq!(bench.lint_texts().len(), usize::from(!enabled));
         if !enabled {
-            assert!(bench.complaints()[0].contains("SYSCFG+0x0C (its clock is off)"));
+            assert!(bench.lint_texts()[0].contains("SYSCFG+0x0C (its clock is off)"));
         }
     }
 }
@@ -165,7 +169,7 @@ fn exti_takes_words_only() {
     let mut bench = button();
     bench.soc.write(IMR, Width::Half, 1);
     assert_eq!(bench.get(IMR), 0);
-    assert_eq!(bench.complaints(), ["write of 0x00000001 to EXTI+0x00 as a half-word (width not allowed) at cycle 0"]);
+    assert_eq!(bench.lint_texts(), ["write of 0x00000001 to EXTI+0x00 as a half-word (width not allowed) at cycle 0"]);
 }
 
 #[test]
@@ -173,7 +177,7 @@ fn exti_15_starts_the_injected_group() {
     // 13.6, table 67: JEXTSEL = 15.
     for edge in 1..=3 {
         let mut bench = button();
-        bench.world.inputs.extend([(4e-3, pin("PB15"), true), (5e-3, pin("PB15"), false)]);
+        bench.plant.inputs.extend([(4e-3, pin("PB15"), true), (5e-3, pin("PB15"), false)]);
         bench.set(SYSCFG + 0x14, 1 << 12);
         bench.set(RTSR, 1 << 15);
         bench.set(ADC1 + 0x08, 1 | 15 << 16 | edge << 20);
@@ -184,7 +188,7 @@ fn exti_15_starts_the_injected_group() {
 }
 
 #[test]
-fn outputs_are_seen_on_the_scope() {
+fn output_changes_are_recorded() {
     let mut bench = Bench::clocked();
     bench.set(GPIOB, 1 << 10 | 0x280);
     for (cycle, value) in [(100, 1 << 5), (200, 1 << 21), (300, 1 << 5)] {
@@ -195,5 +199,5 @@ fn outputs_are_seen_on_the_scope() {
     assert_eq!(bench.edges_of("PB5"), [(true, 100.0 / 16e6), (false, 200.0 / 16e6), (true, 300.0 / 16e6)]);
     bench.set(GPIOB, 0x280);
     bench.to(500);
-    assert_eq!(bench.edges_of("PB5").pop(), Some((false, 400.0 / 16e6)), "an input is let go");
+    assert_eq!(bench.edges_of("PB5").pop(), Some((false, 400.0 / 16e6)), "an input is not driven");
 }

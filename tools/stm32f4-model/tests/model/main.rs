@@ -1,4 +1,4 @@
-//! The chip as a program sees it: each test stands for a statement of the reference manual RM0090, named by its section.
+//! Tests of the peripheral models: each test checks a statement of the reference manual RM0090 and names its section.
 
 mod adc;
 mod bench;
@@ -7,10 +7,10 @@ mod bus;
 mod clocks;
 mod dma;
 mod exti;
-mod naive;
 mod oracle;
 mod properties;
 mod pwm;
 mod registers;
+mod stepped_timer;
 mod timers;
 mod watchdog;

@@ -1,4 +1,4 @@
-//! Tables against data from elsewhere: `stm32f407vg.txt`, collected by embassy-rs/stm32-data from ST's own database.
+//! Comparison of the tables with independent data: `stm32f407vg.txt`, which embassy-rs/stm32-data took from ST's database.
 
 use std::collections::HashSet;
 
@@ -6,7 +6,7 @@ use stm32f4_model::{AdcChannel, DmaMemory, LintKind, Width};
 
 use crate::bench::*;
 
-/// Lines of one kind, split at blanks.
+/// Lines of one kind, split at spaces.
 fn lines(kind: &str) -> Vec<Vec<&'static str>> {
     let all = include_str!("stm32f407vg.txt").lines().map(|line| line.split(' ').collect::<Vec<_>>());
     all.filter(|words| words[0] == kind).collect()
@@ -21,7 +21,7 @@ fn base(name: &str) -> u32 {
     u32::from_str_radix(line[2], 16).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
-/// Everything on.
+/// A bench with all blocks clocked.
 fn all_clocked() -> Bench {
     let mut bench = Bench::new();
     bench.set(AHB1ENR, 0x0060_01FF);
@@ -63,7 +63,7 @@ fn reset_bits() {
     for line in lines("reset") {
         let (name, base) = (line[1], base(line[1]));
         let (reset, bit) = (register(line[3]), number(line[4]));
-        // A register that holds what is written, away from its reset value.
+        // A register that keeps what is written, and a value other than its reset value.
         let (probe, value) = match name {
             _ if name.starts_with("TIM") => (base + 0x28, 0x1234),
             _ if name.starts_with("ADC") => (base + 0x10, 0x3),
@@ -160,7 +160,7 @@ fn timer_outputs_and_their_pins() {
     for (timer, signal) in signals {
         let mut bench = all_clocked();
         for port in 0..5 {
-            // The debug pins' pull-ups would hold a pin high that a timer does not drive.
+            // The pull-ups of the debug pins would keep a pin high that a timer does not drive.
             bench.set(GPIOA + 0x400 * port + 0x0C, 0);
         }
         let base = base(timer);
@@ -190,7 +190,7 @@ fn break_inputs_and_their_pins() {
         for name in ["PA6", "PB12", "PE15", "PA7", "PB13"] {
             for af in 0..16 {
                 let mut bench = all_clocked();
-                bench.world.inputs = vec![(0.0, pin(name), true)];
+                bench.plant.inputs = vec![(0.0, pin(name), true)];
                 bench.function(name, 2, af);
                 bench.set(base + BDTR, 1 << 15 | 1 << 13 | 1 << 12);
                 bench.to(0);
@@ -254,8 +254,8 @@ fn adc_inputs() {
 }
 
 #[test]
-fn the_ram_of_the_bench_answers() {
-    // The oracle above counts transfers, which a RAM that refused them would hide.
+fn the_ram_of_the_bench_accepts_writes() {
+    // The test of the requests counts transfers; a RAM that refused them would hide an error.
     let mut bench = all_clocked();
     assert!(bench.ram.write(0x2000_0000, Width::Byte, 1));
     assert_eq!(bench.ram.read(0x2000_0000, Width::Byte), Some(1));

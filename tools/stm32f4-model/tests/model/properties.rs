@@ -1,13 +1,12 @@
-//! What must hold for any program: agreement with a timer stepped clock by clock, independence of how time is cut into advances, and
-//! no change between events.
+//! Property tests: agreement with a timer stepped clock by clock, independence of the lengths of advances, no change between events.
 
 use proptest::prelude::*;
 use stm32f4_model::{Conversion, Pin};
 
 use crate::bench::*;
-use crate::naive::Naive;
+use crate::stepped_timer::SteppedTimer;
 
-/// One write to TIM1, or time that passes.
+/// A write to TIM1, or an advance of time.
 #[derive(Debug, Clone)]
 enum Act {
     Pass(u64),
@@ -55,7 +54,7 @@ fn tim1(watched: bool) -> Bench {
     bench
 }
 
-/// Does an act to the model, and to the naive timer where there is one.
+/// Applies an act to the model.
 fn perform(bench: &mut Bench, act: &Act, step: u64) {
     match *act {
         Act::Pass(cycles) => {
@@ -80,97 +79,97 @@ fn perform(bench: &mut Bench, act: &Act, step: u64) {
     }
 }
 
-fn perform_naively(naive: &mut Naive, act: &Act) {
+fn perform_stepped(stepped: &mut SteppedTimer, act: &Act) {
     match *act {
-        Act::Pass(cycles) => (0..cycles).for_each(|_| naive.clock()),
-        Act::Psc(value) => naive.psc = value,
-        Act::Arr(value) => naive.arr = value,
-        Act::Rcr(value) => naive.rcr = value,
-        Act::Cnt(value) => naive.cnt = value,
-        Act::Ccr(channel, value) => naive.ccr[channel] = value,
+        Act::Pass(cycles) => (0..cycles).for_each(|_| stepped.clock()),
+        Act::Psc(value) => stepped.psc = value,
+        Act::Arr(value) => stepped.arr = value,
+        Act::Rcr(value) => stepped.rcr = value,
+        Act::Cnt(value) => stepped.cnt = value,
+        Act::Ccr(channel, value) => stepped.ccr[channel] = value,
         Act::Modes(which, a, p, b, q) => {
-            (naive.modes[2 * which], naive.preload[2 * which]) = (a, p);
-            (naive.modes[2 * which + 1], naive.preload[2 * which + 1]) = (b, q);
+            (stepped.modes[2 * which], stepped.preload[2 * which]) = (a, p);
+            (stepped.modes[2 * which + 1], stepped.preload[2 * which + 1]) = (b, q);
         }
         Act::Control(value) => {
-            naive.enabled = value & 1 != 0;
-            naive.udis = value & 2 != 0;
-            naive.urs = value & 4 != 0;
-            naive.opm = value & 8 != 0;
-            naive.arpe = value & 0x80 != 0;
+            stepped.enabled = value & 1 != 0;
+            stepped.udis = value & 2 != 0;
+            stepped.urs = value & 4 != 0;
+            stepped.opm = value & 8 != 0;
+            stepped.arpe = value & 0x80 != 0;
         }
-        Act::Generate => naive.generate(),
-        Act::ClearFlags(flags) => naive.flags &= !flags,
+        Act::Generate => stepped.generate(),
+        Act::ClearFlags(flags) => stepped.flags &= !flags,
         Act::Interrupts(_) => {}
     }
     if !matches!(act, Act::Pass(_)) {
-        naive.written();
+        stepped.written();
     }
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// 17.3, 17.4: count, flags and reference levels as by the plain stepping of every clock; with and without listeners, as a timer
-    /// without listeners takes the short way over whole periods.
+    /// 17.3, 17.4: count, flags and reference levels equal those of the stepped timer, with used signals and without: a timer without
+    /// used signals skips whole periods.
     #[test]
     fn agrees_with_a_timer_stepped_clock_by_clock(acts in prop::collection::vec(act(), 1..40), watched: bool) {
         let mut bench = tim1(watched);
-        let mut naive = Naive::new();
+        let mut stepped = SteppedTimer::new();
         for act in &acts {
             perform(&mut bench, act, u64::MAX / 2);
-            perform_naively(&mut naive, act);
-            prop_assert_eq!(bench.get(TIM1 + CNT), naive.cnt, "count after {:?}", act);
-            prop_assert_eq!(bench.get(TIM1 + SR), naive.flags, "flags after {:?}", act);
-            prop_assert_eq!(bench.get(TIM1 + CR1) & 1 != 0, naive.enabled);
+            perform_stepped(&mut stepped, act);
+            prop_assert_eq!(bench.get(TIM1 + CNT), stepped.cnt, "count after {:?}", act);
+            prop_assert_eq!(bench.get(TIM1 + SR), stepped.flags, "flags after {:?}", act);
+            prop_assert_eq!(bench.get(TIM1 + CR1) & 1 != 0, stepped.enabled);
             if watched {
                 let levels = OUTPUTS.map(|name| bench.soc.output_level(pin(name)));
-                prop_assert_eq!(levels, naive.reference, "levels after {:?}", act);
+                prop_assert_eq!(levels, stepped.reference, "levels after {:?}", act);
             }
         }
     }
 
-    /// Edges come at the very clock at which the plain timer makes them.
+    /// Edges come at the same clock as those of the stepped timer.
     #[test]
     fn edges_come_at_their_clock(acts in prop::collection::vec(act(), 1..20)) {
         let mut bench = tim1(true);
         bench.to(0);
-        bench.world.edges.clear();
-        let mut naive = Naive::new();
+        bench.plant.edges.clear();
+        let mut stepped = SteppedTimer::new();
         let (mut wanted, mut now): (Vec<(Pin, bool, f64)>, u64) = (Vec::new(), 0);
         for act in &acts {
             let clocks = if let Act::Pass(cycles) = act { *cycles } else { 1 };
             for _ in 0..clocks {
-                let before = naive.reference;
+                let before = stepped.reference;
                 if let Act::Pass(_) = act {
-                    naive.clock();
+                    stepped.clock();
                     now += 1;
                 } else {
-                    perform_naively(&mut naive, act);
+                    perform_stepped(&mut stepped, act);
                 }
                 for (channel, name) in OUTPUTS.iter().enumerate() {
-                    if naive.reference[channel] != before[channel] {
-                        wanted.push((pin(name), naive.reference[channel], now as f64 / 16e6));
+                    if stepped.reference[channel] != before[channel] {
+                        wanted.push((pin(name), stepped.reference[channel], now as f64 / 16e6));
                     }
                 }
             }
             perform(&mut bench, act, u64::MAX / 2);
         }
         bench.pass(0);
-        let mut got = bench.world.edges.clone();
-        // Edges of one cycle have no order among themselves.
+        let mut got = bench.plant.edges.clone();
+        // The order of edges within one cycle is not defined.
         got.sort_by(|a, b| a.2.total_cmp(&b.2).then(a.0.cmp(&b.0)));
         wanted.sort_by(|a, b| a.2.total_cmp(&b.2).then(a.0.cmp(&b.0)));
         prop_assert_eq!(got, wanted);
     }
 }
 
-/// The board's arrangement with odd periods: four servos, a paced injected group, a continuous regular group with DMA, a time base, the
-/// watchdog, inputs. What happened, as a record that must not depend on how time is cut.
+/// The configuration of the board with odd periods: four servos, a timer-triggered injected group, a continuous regular group with DMA,
+/// a time base, the watchdog, inputs. Its record must not depend on the lengths of the advances.
 fn arrangement(periods: (u32, u32, u32), smp: u32) -> Bench {
     let mut bench = tim1(true);
-    bench.world.volts = Box::new(|channel, seconds| f64::from(channel.channel) * 0.2 + (seconds * 400.0).sin());
-    bench.world.inputs = (1..40).map(|n| (f64::from(n) * 13.7e-6, pin("PA0"), n % 2 == 1)).collect();
+    bench.plant.volts = Box::new(|channel, seconds| f64::from(channel.channel) * 0.2 + (seconds * 400.0).sin());
+    bench.plant.inputs = (1..40).map(|n| (f64::from(n) * 13.7e-6, pin("PA0"), n % 2 == 1)).collect();
     bench.set(TIM1 + ARR, periods.0);
     for channel in 0..4 {
         bench.set(TIM1 + CCR1 + 4 * channel, periods.0 * (channel + 1) / 6);
@@ -209,9 +208,9 @@ fn record(bench: &mut Bench) -> Record {
     let registers =
         [TIM1 + CNT, TIM2 + CNT, TIM5 + SR, ADC1, ADC1 + 0x3C, DMA2, DMA2 + 0x14, EXTI + 0x14, GPIOA + 0x10];
     (
-        std::mem::take(&mut bench.world.edges),
+        std::mem::take(&mut bench.plant.edges),
         bench.soc.conversions().collect(),
-        bench.world.sampled.iter().map(|&(channel, at)| (u32::from(channel.channel), at)).collect(),
+        bench.plant.sampled.iter().map(|&(channel, at)| (u32::from(channel.channel), at)).collect(),
         bench.ram.0[..16].to_vec(),
         registers.iter().map(|&register| bench.get(register)).collect(),
     )
@@ -220,7 +219,7 @@ fn record(bench: &mut Bench) -> Record {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// One long advance or many short ones: the same history.
+    /// One long advance and many short ones give the same record.
     #[test]
     fn history_does_not_depend_on_the_advances(
         periods in (50u32..3000, 300u32..3000, 20u32..900),
@@ -241,7 +240,7 @@ proptest! {
         prop_assert_eq!(record(&mut whole), record(&mut cut));
     }
 
-    /// Between now and the next event nothing that the outside can see changes, and events come in order.
+    /// No visible change before the next event, and events come in order.
     #[test]
     fn nothing_changes_before_the_next_event(periods in (50u32..3000, 300u32..3000, 20u32..900), smp in 0u32..8) {
         let mut bench = arrangement(periods, smp);
@@ -250,12 +249,12 @@ proptest! {
             let next = bench.soc.next_event().unwrap_or(u64::MAX);
             prop_assert!(next > bench.soc.now());
             let lines = *bench.soc.irq_lines();
-            let edges = bench.world.edges.len();
+            let edges = bench.plant.edges.len();
             bench.to(next - 1);
             prop_assert_eq!(&lines, bench.soc.irq_lines());
-            prop_assert_eq!(edges, bench.world.edges.len());
+            prop_assert_eq!(edges, bench.plant.edges.len());
             bench.to(next);
-            // A program's handlers: flags off, so that lines move again.
+            // As the handlers of a program: clear the flags, so that the lines can rise again.
             bench.set(TIM5 + SR, 0);
             bench.set(DMA2 + 8, 0x3D);
             bench.set(ADC1, !(1 << 2));
@@ -263,7 +262,7 @@ proptest! {
         }
     }
 
-    /// Any address, any width, any value: no panic, and an access that is not carried out leaves a lint.
+    /// Any address, width and value: no panic, and an access without effect makes a lint.
     #[test]
     fn any_access_is_answered(accesses in prop::collection::vec((any::<u32>(), 0usize..65, 0u32..0x400, any::<u32>(), 0u8..6), 1..60)) {
         let others = [0x4000_7000, 0xE004_2000, 0x1FFF_7A00];

@@ -1,4 +1,4 @@
-//! PWM on pins: four servos on TIM1 at 168 MHz, 1 us a count, 50 Hz.
+//! Tests of PWM on pins: four servos on TIM1 at 168 MHz, 1 us per count, 50 Hz.
 
 use crate::bench::*;
 
@@ -7,7 +7,7 @@ const PERIOD: u64 = 168 * 20_000;
 const MOE: u32 = 1 << 15;
 const OSSI: u32 = 1 << 10;
 
-/// Four channels in PWM mode 1 with preload on PA8 to PA11, 1500 us each; MOE as given. Started at a cycle that is returned.
+/// Four channels in PWM mode 1 with preload on PA8 to PA11, 1500 us each, BDTR as given. Returns the bench and the cycle of the start.
 fn servos(bdtr: u32) -> (Bench, u64) {
     let mut bench = Bench::clocked();
     bench.run_at_168_mhz();
@@ -47,7 +47,7 @@ fn pulses_have_their_width_and_period() {
             assert!(close(at, wanted), "{name}: edge {index} at {at}");
         }
     }
-    assert!(bench.soc.lints().is_empty(), "{:?}", bench.complaints());
+    assert!(bench.soc.lints().is_empty(), "{:?}", bench.lint_texts());
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn mode_two_and_polarity_invert() {
     let (mut bench, start) = servos(MOE);
     bench.set(TIM1 + CCMR1, 0x6878);
     bench.set(TIM1 + CCER, 0x1131);
-    bench.world.edges.clear();
+    bench.plant.edges.clear();
     bench.to(start);
     // Channel 2 is inverted by its polarity, channel 1 by its mode: both low now.
     assert!(!bench.soc.output_level(pin("PA8")) && !bench.soc.output_level(pin("PA9")));
@@ -131,7 +131,7 @@ fn match_modes_set_reset_and_toggle() {
     bench.set(TIM1 + CCMR1, 0x4848);
     bench.set(TIM1 + CCMR1, 0x3818);
     bench.to(start);
-    bench.world.edges.clear();
+    bench.plant.edges.clear();
     bench.to(start + 3 * PERIOD - 1);
     assert_eq!(bench.edges_of("PA8").len(), 1, "set once");
     let toggles: Vec<bool> = bench.edges_of("PA9").iter().map(|&(level, _)| level).collect();
@@ -143,17 +143,17 @@ fn match_modes_set_reset_and_toggle() {
 
 #[test]
 fn no_edge_before_moe() {
-    // 17.3.12: MOE is 0 after reset; without OSSI the pins are let go.
+    // 17.3.12: MOE is 0 after reset; without OSSI the pins are not driven.
     let (mut bench, start) = servos(0);
     bench.to(start + 10 * PERIOD);
-    assert_eq!(bench.world.edges, []);
+    assert_eq!(bench.plant.edges, []);
     bench.set(TIM1 + BDTR, MOE);
     bench.pass(PERIOD);
-    assert!(!bench.world.edges.is_empty());
+    assert!(!bench.plant.edges.is_empty());
 }
 
 #[test]
-fn clearing_moe_silences_all_outputs_at_once() {
+fn clearing_moe_disables_all_outputs_at_once() {
     // 17.4.18 and table 94.
     let (mut bench, start) = servos(MOE);
     bench.to(start + 168 * 700);
@@ -162,9 +162,9 @@ fn clearing_moe_silences_all_outputs_at_once() {
     for name in ["PA8", "PA9", "PA10", "PA11"] {
         let edges = bench.edges_of(name);
         assert_eq!(edges.len(), 2, "{name}");
-        assert!(close(edges[1].1, 700.0 * US), "{name}: down at {}", edges[1].1);
+        assert!(close(edges[1].1, 700.0 * US), "{name}: low at {}", edges[1].1);
     }
-    // The timer itself runs on: what MOE gates are the pins.
+    // The timer continues: MOE affects only the pins.
     bench.set(TIM1 + BDTR, MOE);
     bench.pass(PERIOD);
     assert!(bench.edges_of("PA8").len() > 2);
@@ -172,7 +172,7 @@ fn clearing_moe_silences_all_outputs_at_once() {
 
 #[test]
 fn moe_set_in_mid_period_gives_a_runt_pulse() {
-    // What an arming that does not start from CCRx = 0 does: the first pulse is as long as what is left of it.
+    // Effect of setting MOE while CCRx is not 0: the first pulse has the length that remains of it.
     let (mut bench, start) = servos(0);
     bench.to(start + 168 * 1000);
     bench.set(TIM1 + BDTR, MOE);
@@ -191,7 +191,7 @@ fn idle_levels_with_ossi() {
     let levels: Vec<bool> = ["PA8", "PA9", "PA11"].iter().map(|name| bench.soc.output_level(pin(name))).collect();
     assert_eq!(levels, [true, false, false]);
     bench.set(TIM1 + BDTR, 0);
-    assert!(!bench.soc.output_level(pin("PA8")), "without OSSI the pin is let go");
+    assert!(!bench.soc.output_level(pin("PA8")), "without OSSI the pin is not driven");
 }
 
 #[test]
@@ -201,9 +201,9 @@ fn the_pin_follows_only_with_the_right_alternate_function() {
     bench.function("PA8", 2, 2);
     bench.function("PA9", 0, 1);
     bench.function("PA10", 1, 1);
-    bench.world.edges.clear();
+    bench.plant.edges.clear();
     bench.to(start + 2 * PERIOD - 1);
-    // At the first advance the scope still sees the three pins fall as they lose the timer.
+    // The three pins fall at the first advance, as they are disconnected from the timer.
     for name in ["PA8", "PA9", "PA10"] {
         assert!(bench.edges_of(name).iter().all(|&(_, at)| at == 0.0), "{name}");
         assert!(!bench.soc.output_level(pin(name)));
@@ -213,7 +213,7 @@ fn the_pin_follows_only_with_the_right_alternate_function() {
 
 #[test]
 fn complementary_output() {
-    // Table 94: OCxN alone carries the reference, beside OCx its complement.
+    // Table 94: OCxN alone follows the reference, together with OCx its complement.
     let (mut bench, start) = servos(MOE);
     bench.function("PA7", 2, 1);
     bench.to(start + 168 * 100);
@@ -225,13 +225,13 @@ fn complementary_output() {
 
 #[test]
 fn ossr_holds_the_partner_inactive() {
-    // Table 94: CCxE = 0, CCxNE = 1, MOE = 1: with OSSR OCx is driven at its inactive level CCxP, else it is let go.
+    // Table 94: CCxE = 0, CCxNE = 1, MOE = 1: with OSSR OCx is driven at its inactive level CCxP, else it is not driven.
     for (ossr, held) in [(1 << 11, true), (0, false)] {
         let (mut bench, _) = servos(MOE | ossr);
         bench.set(TIM1 + CCER, 0x6);
         assert_eq!(bench.soc.output_level(pin("PA8")), held);
         bench.set(TIM1 + CCER, 0x2);
-        assert!(!bench.soc.output_level(pin("PA8")), "with both off it is let go in any case");
+        assert!(!bench.soc.output_level(pin("PA8")), "with both off it is not driven in any case");
         bench.function("PA7", 2, 1);
         bench.set(TIM1 + CCER, 0x9);
         assert_eq!(bench.soc.output_level(pin("PA7")), held, "the other way round too");
@@ -243,7 +243,7 @@ fn lock_levels_freeze_the_configuration() {
     // 17.4.18: level 1 break and idle bits, level 2 polarities, level 3 modes; LOCK is written once.
     let (mut bench, _) = servos(0);
     bench.set(TIM1 + BDTR, 1 << 8);
-    assert_eq!(bench.get(TIM1 + BDTR), 0, "the first write of BDTR has fixed LOCK = 0");
+    assert_eq!(bench.get(TIM1 + BDTR), 0, "the first write of BDTR fixed LOCK = 0");
 
     let (mut bench, start) = servos(3 << 8 | 1 << 13);
     bench.set(TIM1 + BDTR, MOE | 1 << 12);
@@ -254,8 +254,8 @@ fn lock_levels_freeze_the_configuration() {
         [BDTR, CR2, CCER, CCMR1].map(|offset| bench.get(TIM1 + offset)),
         [MOE | 3 << 8 | 1 << 13, 0, 0x1111, 0x6868]
     );
-    assert!(bench.complaints().len() >= 4);
-    // Widths and MOE stay free.
+    assert!(bench.lint_texts().len() >= 4);
+    // Widths and MOE are not locked.
     bench.set(TIM1 + CCR1, 1000);
     bench.to(start + 2 * PERIOD - 1);
     let edges = bench.edges_of("PA8");
@@ -263,7 +263,7 @@ fn lock_levels_freeze_the_configuration() {
 }
 
 #[test]
-fn a_reset_of_the_block_lets_the_pins_go() {
+fn a_reset_of_the_timer_stops_driving_its_pins() {
     // 7.3.9: APB2RSTR.TIM1RST.
     let (mut bench, start) = servos(MOE);
     bench.to(start + 168 * 100);
@@ -278,7 +278,7 @@ fn a_reset_of_the_block_lets_the_pins_go() {
 
 #[test]
 fn without_its_clock_the_timer_freezes_with_its_output() {
-    // 7.3.14: a frozen timer holds its pin, which is why a servo line may stay high.
+    // 7.3.14: a stopped timer keeps its output level, so that a servo line may stay high.
     let (mut bench, start) = servos(MOE);
     bench.to(start + 168 * 100);
     let enabled = bench.get(APB2ENR);

@@ -1,4 +1,4 @@
-//! Reset values and writable bits of plain registers, block by block, as the register maps of RM0090 give them.
+//! Tests of reset values and writable bits of registers without side effects, from the register maps of RM0090.
 
 use crate::bench::*;
 
@@ -20,7 +20,7 @@ fn check(base: u32, rows: &[Row]) {
 
 #[test]
 fn rcc() {
-    // 7.3. The enables are checked one by one elsewhere; here that no reserved bit sticks.
+    // 7.3. `oracle` checks the enables one by one; this test checks that reserved bits read as 0.
     check(
         RCC,
         &[

@@ -1,4 +1,4 @@
-//! Counting, update events, flags, preload, trigger output.
+//! Tests of timers: counting, update events, flags, preload, trigger output.
 
 use crate::bench::*;
 
@@ -38,7 +38,7 @@ fn update_interrupt_comes_every_period() {
 }
 
 #[test]
-fn a_timer_nobody_waits_for_makes_no_events_but_keeps_count() {
+fn a_timer_without_used_signals_makes_no_events_but_counts() {
     let mut bench = tim2(3, 99);
     bench.set(TIM2 + CR1, CEN);
     assert_eq!(bench.soc.next_event(), None);
@@ -70,9 +70,9 @@ fn the_auto_reload_value_is_preloaded_with_arpe_only() {
     bench.to(20);
     bench.set(TIM2 + ARR, 49);
     bench.to(60);
-    assert_eq!(bench.get(TIM2 + CNT), 60, "the old period runs out");
+    assert_eq!(bench.get(TIM2 + CNT), 60, "the old period is completed");
     bench.to(100 + 50 + 7);
-    assert_eq!(bench.get(TIM2 + CNT), 7, "then the new one runs");
+    assert_eq!(bench.get(TIM2 + CNT), 7, "then the new one applies");
 
     let mut bench = tim2(0, 99);
     bench.set(TIM2 + CR1, CEN);
@@ -84,7 +84,7 @@ fn the_auto_reload_value_is_preloaded_with_arpe_only() {
 
 #[test]
 fn a_shorter_period_below_the_count_is_missed() {
-    // 18.3.2 without preload: only equality with ARR ends the period, so that TIM3 runs on to 0xFFFF.
+    // 18.3.2 without preload: only equality with ARR ends the period, so that TIM3 continues to 0xFFFF.
     let mut bench = Bench::clocked();
     bench.set(TIM3 + ARR, 99);
     bench.set(TIM3 + CR1, CEN);
@@ -112,11 +112,11 @@ fn ug_restarts_and_sets_the_flag_unless_urs() {
     bench.set(TIM2 + SR, 0);
     bench.set(TIM2 + CR1, CEN | URS);
     bench.to(1500);
-    assert!(bench.irq(28), "an overflow raises the flag in spite of URS");
+    assert!(bench.irq(28), "an overflow sets the flag with URS too");
 }
 
 #[test]
-fn udis_holds_updates_back() {
+fn udis_prevents_updates() {
     // 18.4.1: no update event, shadow registers keep their values; UG still restarts the counter.
     let mut bench = tim2(0, 99);
     bench.set(TIM2 + CR1, CEN | UDIS | ARPE);
@@ -139,7 +139,7 @@ fn one_pulse_stops_at_the_update() {
 }
 
 #[test]
-fn repetition_counter_thins_out_updates() {
+fn the_repetition_counter_divides_updates() {
     // 17.3.3: an update every RCR + 1 overflows.
     let mut bench = Bench::clocked();
     bench.set(TIM1 + ARR, 99);
@@ -249,16 +249,16 @@ fn time_driver_with_a_16_bit_period_on_tim5() {
 }
 
 #[test]
-fn modes_that_are_not_modelled_say_so() {
+fn modes_that_are_not_modelled_make_lints() {
     let mut bench = Bench::clocked();
     bench.set(TIM2 + CR1, 1 << 4);
     bench.set(TIM2 + 0x08, 4);
     bench.set(TIM2 + CCMR1, 1);
     bench.set(TIM2 + 0x48, 0);
     assert_eq!(
-        bench.complaints(),
+        bench.lint_texts(),
         [
-            "write of 0x00000010 to TIM2+0x00 (unmodelled mode: counting other than up, edge-aligned) at cycle 0",
+            "write of 0x00000010 to TIM2+0x00 (unmodelled mode: counting down or centre-aligned) at cycle 0",
             "write of 0x00000004 to TIM2+0x08 (unmodelled mode: timer slave mode or external clock) at cycle 0",
             "write of 0x00000001 to TIM2+0x18 (unmodelled mode: input capture) at cycle 0",
             "write of 0x00000000 to TIM2+0x48 (unmodelled) at cycle 0",
@@ -287,7 +287,7 @@ fn events_by_software() {
 
 #[test]
 fn an_input_channel_neither_flags_nor_drives() {
-    // 18.4.7: CCxS other than 0 makes the channel an input, which is not modelled and stays silent.
+    // 18.4.7: CCxS other than 0 makes the channel an input, which is not modelled and has no effect.
     for (value, silent) in [(0x0001, 2), (0x0100, 4)] {
         let mut bench = tim2(0, 99);
         bench.set(TIM2 + CCMR1, value);
@@ -300,7 +300,7 @@ fn an_input_channel_neither_flags_nor_drives() {
 }
 
 #[test]
-fn a_long_silence_keeps_the_repetition_counter_in_step() {
+fn skipped_periods_keep_the_repetition_counter_correct() {
     // 17.3.3 over a billion periods: updates at multiples of (RCR + 1) * (ARR + 1) still.
     for rcr in 0..5 {
         let mut bench = Bench::clocked();
@@ -328,12 +328,12 @@ fn a_long_silence_keeps_the_repetition_counter_in_step() {
 }
 
 #[test]
-fn dead_time_says_so_where_it_would_act() {
+fn dead_time_makes_a_lint_where_it_would_act() {
     // 17.3.11: between OCx and OCxN, when both are on.
-    for (ccer, dead_time, complaints) in [(5 << 4, 10, 1), (5 << 4, 0, 0), (1 << 4, 10, 0)] {
+    for (ccer, dead_time, lint_texts) in [(5 << 4, 10, 1), (5 << 4, 0, 0), (1 << 4, 10, 0)] {
         let mut bench = Bench::clocked();
         bench.set(TIM1 + BDTR, dead_time);
         bench.set(TIM1 + CCER, ccer);
-        assert_eq!(bench.complaints().iter().filter(|text| text.contains("dead time")).count(), complaints);
+        assert_eq!(bench.lint_texts().iter().filter(|text| text.contains("dead time")).count(), lint_texts);
     }
 }

@@ -1,4 +1,4 @@
-//! The independent watchdog, and what a reset does.
+//! Tests of the independent watchdog and of the effects of a reset.
 
 use stm32f4_model::{ResetCause, SocConfig};
 
@@ -19,23 +19,23 @@ fn started(lsi_hz: f64, pr: u32, rlr: u32) -> Bench {
 }
 
 #[test]
-fn bites_after_its_timeout() {
+fn requests_a_reset_after_its_timeout() {
     // 21.3.2, table 107: (RLR + 1) * 4 * 2^PR / LSI; over the range of LSI.
     for lsi in [17_000.0, 32_000.0, 47_000.0] {
         let mut bench = started(lsi, 4, 19);
-        let bite = (20.0 * 64.0 / lsi * 16e6_f64).ceil() as u64;
-        assert_eq!(bench.soc.next_event(), Some(bite));
-        bench.to(bite - 1);
+        let timeout = (20.0 * 64.0 / lsi * 16e6_f64).ceil() as u64;
+        assert_eq!(bench.soc.next_event(), Some(timeout));
+        bench.to(timeout - 1);
         assert_eq!(bench.soc.take_reset(), None);
-        bench.to(bite + 1_000_000);
-        assert_eq!(bench.soc.now(), bite, "the advance stops there");
+        bench.to(timeout + 1_000_000);
+        assert_eq!(bench.soc.now(), timeout, "the advance stops at the timeout");
         assert_eq!(bench.soc.take_reset(), Some(ResetCause::IndependentWatchdog));
         assert_eq!(bench.soc.take_reset(), None);
     }
 }
 
 #[test]
-fn feeding_keeps_it_quiet() {
+fn reloading_prevents_the_timeout() {
     let mut bench = started(32_000.0, 0, 0xFFF);
     for step in 1..=100 {
         bench.to(step * 8_000_000);
@@ -47,7 +47,7 @@ fn feeding_keeps_it_quiet() {
 }
 
 #[test]
-fn a_faster_core_does_not_change_its_time() {
+fn a_faster_core_does_not_change_the_timeout() {
     // 21.2: clocked by LSI alone.
     let mut bench = started(32_000.0, 0, 0xFFF);
     bench.to(1_600_000);
@@ -58,7 +58,7 @@ fn a_faster_core_does_not_change_its_time() {
 }
 
 #[test]
-fn a_reset_stops_it_and_is_remembered() {
+fn a_reset_stops_it_and_sets_its_flag() {
     // 6.1.1, 7.3.21; 21.3.3: only a reset stops it.
     let mut bench = started(32_000.0, 0, 0xFFF);
     bench.set(CSR, 1 << 24);
@@ -75,7 +75,7 @@ fn a_reset_stops_it_and_is_remembered() {
 }
 
 #[test]
-fn only_a_power_on_takes_back_debug_and_backup_registers() {
+fn only_a_power_on_resets_debug_and_backup_registers() {
     // 6.1.1, 6.1.3, 38.16.3.
     let (debug, bdcr) = (0xE004_2004, RCC + 0x70);
     let mut bench = Bench::clocked();
@@ -91,7 +91,7 @@ fn only_a_power_on_takes_back_debug_and_backup_registers() {
 }
 
 #[test]
-fn a_reset_takes_everything_back() {
+fn a_reset_resets_all_blocks() {
     let mut bench = Bench::clocked();
     bench.run_at_168_mhz();
     bench.set(GPIOD, 1 << 24);
@@ -108,7 +108,7 @@ fn a_reset_takes_everything_back() {
     bench.to(1_680_001);
     assert_eq!(bench.edges_of("PD12"), [(true, 0.0), (false, 0.01)]);
     assert_eq!(bench.get(TIM2 + DIER), 0);
-    assert!(bench.complaints().last().is_some_and(|text| text.contains("TIM2+0x0C (its clock is off)")));
+    assert!(bench.lint_texts().last().is_some_and(|text| text.contains("TIM2+0x0C (its clock is off)")));
     bench.clock_all();
     assert_eq!((bench.get(TIM2 + DIER), bench.get(GPIOD)), (0, 0));
     assert_eq!(bench.get(CSR), 0x1E00_0000);

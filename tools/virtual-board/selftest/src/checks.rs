@@ -1,13 +1,13 @@
-//! The checks, in the order of their numbers. What a later one relies on, an earlier one has shown.
+//! The checks, in the order of their numbers. A check may rely on the results of earlier ones.
 
 use core::arch::asm;
 use core::sync::atomic::Ordering;
 
 use crate::context::{self, FpContext};
 use crate::core_registers::*;
-use crate::handlers::{self, LINE0, LINE0_END, LINE1, NOTHING, PEND_LINE1, PEND_SV, SV_CALL, SV_CALL_END, WITNESS};
+use crate::handlers::{self, LINE0, LINE0_END, LINE1, LOG, NOTHING, PEND_LINE1, PEND_SV, SV_CALL, SV_CALL_END};
 
-/// Runs every check; ends the program.
+/// Runs all checks and ends the program.
 #[unsafe(no_mangle)]
 extern "C" fn after_reset() -> ! {
     let checks: [fn(); 18] = [
@@ -45,20 +45,20 @@ extern "C" fn after_reset() -> ! {
     exit(0)
 }
 
-fn forget() {
-    WITNESS.order.store(0, Ordering::SeqCst);
+fn clear_order() {
+    LOG.order.store(0, Ordering::SeqCst);
 }
 
 fn order() -> u32 {
-    WITNESS.order.load(Ordering::SeqCst)
+    LOG.order.load(Ordering::SeqCst)
 }
 
-/// Handlers as [`handlers::Witness::order`] holds them.
+/// A sequence of handlers in the format of [`handlers::HandlerLog::order`].
 fn sequence(handlers: &[u32]) -> u32 {
     handlers.iter().fold(0, |order, handler| order << 4 | handler)
 }
 
-/// The same operations as [`context::arithmetic`], as the compiler sees them.
+/// The operations of [`context::arithmetic`] in Rust.
 fn arithmetic_by_the_compiler(a: u32, b: u32) -> u32 {
     let (signed_a, signed_b) = (a as i32, b as i32);
     let product = i64::from(signed_a) * i64::from(signed_b);
@@ -109,7 +109,7 @@ fn arithmetic() {
     expect(arithmetic_agrees(2_000, 0x1234_5678));
 }
 
-/// 2: EXC_RETURN is understood in a handler that does nothing else.
+/// 2: EXC_RETURN works in a handler that only returns.
 fn a_handler_that_only_returns() {
     for _ in 0..3 {
         trigger(2);
@@ -131,56 +131,56 @@ fn it_block_interrupted_in_the_middle() {
     }
 }
 
-/// 4: R0 to R3, R12, LR and the flags of the interrupted code survive a handler that overwrites what it may.
+/// 4: a handler that overwrites all caller-saved registers does not change R0 to R3, R12, LR and the flags of the interrupted code.
 fn registers_and_flags_survive() {
-    // SAFETY: the function restores what it must.
+    // SAFETY: the function restores the callee-saved registers.
     expect(unsafe { context::registers_through_line3() } == 0);
 }
 
-/// 5: whatever instruction an interrupt comes at, the result is the same.
+/// 5: the result does not depend on the instruction at which an interrupt comes.
 fn arithmetic_under_interrupts() {
     start_sys_tick(4_999);
     let mut rounds = 0;
-    while WITNESS.ticks.load(Ordering::SeqCst) < 200 {
+    while LOG.ticks.load(Ordering::SeqCst) < 200 {
         expect(arithmetic_agrees(16, 0xC0FF_EE00 | rounds & 0xFF) && rounds < 1_000_000);
         rounds += 1;
     }
     stop_sys_tick();
 }
 
-/// 6: SVC finds its number through the stacked PC, and its answer reaches the caller through the frame.
+/// 6: an SVC handler reads its number through the stacked PC and returns a value through the frame.
 fn supervisor_call() {
-    forget();
+    clear_order();
     let answer: u32;
-    // SAFETY: the handler answers in R0.
+    // SAFETY: the handler returns its value in R0.
     unsafe { asm!("svc 42", inlateout("r0") 0 => answer, in("r1") 1_000) }
     expect(answer == 1_042 && order() == sequence(&[SV_CALL, SV_CALL_END]));
 }
 
-/// 7: what an SVC handler pends runs after it, the more urgent first; a line preempts a less urgent one and not an equal one.
+/// 7: exceptions that an SVC handler pends run after it, the most urgent first; a line preempts a less urgent one but not an equal one.
 fn pending_exceptions_run_in_the_order_of_priority() {
-    forget();
-    // SAFETY: the handler answers in R0.
+    clear_order();
+    // SAFETY: the handler returns its value in R0.
     unsafe { asm!("svc 7", inlateout("r0") 0 => _, in("r1") 0) }
     barrier();
     expect(order() == sequence(&[SV_CALL, SV_CALL_END, LINE0, LINE0_END, PEND_SV]));
 
-    WITNESS.line0_task.store(PEND_LINE1, Ordering::SeqCst);
-    forget();
+    LOG.line0_task.store(PEND_LINE1, Ordering::SeqCst);
+    clear_order();
     trigger(0);
     expect(order() == sequence(&[LINE0, LINE1, LINE0_END]));
-    expect(WITNESS.exc_return[1].load(Ordering::SeqCst) | 0x10 == 0xFFFF_FFF1);
+    expect(LOG.exc_return[1].load(Ordering::SeqCst) | 0x10 == 0xFFFF_FFF1);
 
     set_line_priority(1, 0x80);
-    forget();
+    clear_order();
     trigger(0);
     expect(order() == sequence(&[LINE0, LINE0_END, LINE1]));
-    expect(WITNESS.exc_return[1].load(Ordering::SeqCst) | 0x10 == 0xFFFF_FFF9);
+    expect(LOG.exc_return[1].load(Ordering::SeqCst) | 0x10 == 0xFFFF_FFF9);
     set_line_priority(1, 0x40);
-    WITNESS.line0_task.store(NOTHING, Ordering::SeqCst);
+    LOG.line0_task.store(NOTHING, Ordering::SeqCst);
 
     write(NVIC_ICER, 1);
-    forget();
+    clear_order();
     trigger(0);
     expect(order() == 0 && read(NVIC_ISPR) & 1 == 1);
     write(NVIC_ICPR, 1);
@@ -189,13 +189,13 @@ fn pending_exceptions_run_in_the_order_of_priority() {
     expect(order() == 0);
 }
 
-/// 8: each level of three has its own S0 to S31 and FPSCR.
+/// 8: each of three levels has its own S0 to S31 and FPSCR.
 fn nested_floating_point_contexts() {
     // Rounding towards zero and all condition flags in thread mode, other words in the handlers.
     let thread = FpContext::pattern(0x0123_4567, 0xF0C0_0000);
     handlers::fp::prepare();
     let mut after = FpContext::pattern(0, 0);
-    // SAFETY: both contexts are whole, and the function restores what it must.
+    // SAFETY: both contexts are complete, and the function restores the callee-saved registers.
     unsafe { context::fp_context_through_line(&raw const thread, &raw mut after, 4) };
     expect(after == thread);
     expect(handlers::fp::inner_contexts_are_whole());
@@ -205,7 +205,7 @@ fn nested_floating_point_contexts() {
 /// 9: STREX fails when an exception came after LDREX.
 fn exclusive_access_is_lost_to_an_exception() {
     let mut word = 5;
-    // SAFETY: the word is ours.
+    // SAFETY: the word is a local variable.
     unsafe {
         expect(context::exclusive_add(&raw mut word, -1) == 0);
         expect((&raw const word).read_volatile() == 6);
@@ -216,10 +216,10 @@ fn exclusive_access_is_lost_to_an_exception() {
     }
 }
 
-/// 10: PRIMASK holds back what is pending, and lets it go.
+/// 10: while PRIMASK is set no exception is taken; pending ones are taken after it is cleared.
 fn primask() {
-    forget();
-    // SAFETY: the handlers touch only their witness.
+    clear_order();
+    // SAFETY: the handlers change only their log.
     unsafe { asm!("cpsid i") }
     trigger(0);
     let held = order();
@@ -228,10 +228,10 @@ fn primask() {
     expect(held == 0 && order() == sequence(&[LINE0, LINE0_END]));
 }
 
-/// 11: BASEPRI holds back its own priority and less urgent ones only.
+/// 11: BASEPRI masks its own priority and less urgent ones only.
 fn basepri() {
-    forget();
-    // SAFETY: the handlers touch only their witness.
+    clear_order();
+    // SAFETY: the handlers change only their log.
     unsafe { asm!("msr basepri, {}", "isb", in(reg) 0x80) }
     trigger(0);
     let held = order();
@@ -243,10 +243,10 @@ fn basepri() {
     expect(order() == sequence(&[LINE1, LINE0, LINE0_END]));
 }
 
-/// 12: FAULTMASK holds back every interrupt.
+/// 12: FAULTMASK masks every interrupt.
 fn faultmask() {
-    forget();
-    // SAFETY: the handlers touch only their witness.
+    clear_order();
+    // SAFETY: the handlers change only their log.
     unsafe { asm!("cpsid f") }
     trigger(1);
     let held = order();
@@ -256,7 +256,7 @@ fn faultmask() {
 }
 
 fn start_sys_tick(reload: u32) {
-    WITNESS.ticks.store(0, Ordering::SeqCst);
+    LOG.ticks.store(0, Ordering::SeqCst);
     write(SYST_RVR, reload);
     write(SYST_CVR, 0);
     write(SYST_CSR, 7);
@@ -268,16 +268,16 @@ fn stop_sys_tick() {
     barrier();
 }
 
-/// 13: SysTick counts down from its reload value, flags each zero once, and interrupts.
+/// 13: SysTick counts down from its reload value, sets its flag once at each zero, and interrupts.
 fn sys_tick_counts() {
     stop_sys_tick();
-    WITNESS.ticks.store(0, Ordering::SeqCst);
+    LOG.ticks.store(0, Ordering::SeqCst);
     write(SYST_RVR, 0x00FF_FFFF);
     write(SYST_CVR, 0);
     write(SYST_CSR, 5);
     barrier();
-    // QEMU counts by the host's clock and in a thread of its own: the first reload may be late, and under load the counter may wrap between
-    // two readings, but seldom.
+    // QEMU counts by the host's clock in a separate thread: the first reload may be late, and under load the counter may occasionally wrap
+    // between two readings.
     let mut waits = 0;
     while read(SYST_CVR) == 0 {
         waits += 1;
@@ -298,47 +298,47 @@ fn sys_tick_counts() {
         waits += 1;
         expect(waits < 10_000_000 && read(SYST_CVR) <= 9_999);
     }
-    expect(WITNESS.ticks.load(Ordering::SeqCst) == 0);
+    expect(LOG.ticks.load(Ordering::SeqCst) == 0);
     start_sys_tick(9_999);
     let mut waits = 0;
-    while WITNESS.ticks.load(Ordering::SeqCst) < 3 {
+    while LOG.ticks.load(Ordering::SeqCst) < 3 {
         waits += 1;
         expect(waits < 100_000_000);
     }
     stop_sys_tick();
-    let ticks = WITNESS.ticks.load(Ordering::SeqCst);
-    // Pended by hand, it is taken like any other.
+    let ticks = LOG.ticks.load(Ordering::SeqCst);
+    // Pended by software, it is taken like any other exception.
     write(ICSR, ICSR_PENDSTSET);
     barrier();
-    expect(WITNESS.ticks.load(Ordering::SeqCst) == ticks + 1);
+    expect(LOG.ticks.load(Ordering::SeqCst) == ticks + 1);
 }
 
-/// 14: WFE returns for an event that has been, for an exception, and for one that becomes pending with SEVONPEND; WFI for one that PRIMASK
-/// holds back. A core that does not wake up never ends this check.
+/// 14: WFE returns for an earlier event, for an exception, and for an exception that becomes pending with SEVONPEND; WFI for an exception
+/// that PRIMASK masks. If the core does not wake up, this check never ends.
 fn wait_for_event() {
-    // SAFETY: waiting touches no state.
+    // SAFETY: waiting changes no state.
     unsafe { asm!("sev", "wfe", "sev", "wfe") }
     start_sys_tick(19_999);
-    while WITNESS.ticks.load(Ordering::SeqCst) < 3 {
+    while LOG.ticks.load(Ordering::SeqCst) < 3 {
         // SAFETY: as above.
         unsafe { asm!("wfe") }
     }
-    // SAFETY: PRIMASK only holds SysTick back.
+    // SAFETY: PRIMASK only masks SysTick.
     unsafe { asm!("cpsid i") }
-    let ticks = WITNESS.ticks.load(Ordering::SeqCst);
-    // SAFETY: waiting touches no state.
+    let ticks = LOG.ticks.load(Ordering::SeqCst);
+    // SAFETY: waiting changes no state.
     unsafe { asm!("wfi") }
-    let held = WITNESS.ticks.load(Ordering::SeqCst) == ticks;
+    let held = LOG.ticks.load(Ordering::SeqCst) == ticks;
     // SAFETY: as above.
     unsafe { asm!("cpsie i", "isb") }
-    expect(held && WITNESS.ticks.load(Ordering::SeqCst) > ticks);
+    expect(held && LOG.ticks.load(Ordering::SeqCst) > ticks);
     stop_sys_tick();
 
     write(SCR, SCR_SEVONPEND);
     write(NVIC_ICER, 1);
-    forget();
-    // An event that earlier exceptions have left behind is used up first.
-    // SAFETY: waiting touches no state.
+    clear_order();
+    // Clear an event that earlier exceptions have set.
+    // SAFETY: waiting changes no state.
     unsafe { asm!("sev", "wfe") }
     trigger(0);
     // SAFETY: as above.
@@ -355,42 +355,41 @@ fn process_stack() {
     let (base, top) = handlers::process_stack();
     // SAFETY: the stack is large enough for a frame of either size.
     let after = unsafe { context::line0_from_process_stack(top) };
-    expect(after == top && WITNESS.exc_return[0].load(Ordering::SeqCst) == 0xFFFF_FFFD);
-    let [msp, psp, control] = WITNESS.stacks.each_ref().map(|cell| cell.load(Ordering::SeqCst));
+    expect(after == top && LOG.exc_return[0].load(Ordering::SeqCst) == 0xFFFF_FFFD);
+    let [msp, psp, control] = LOG.stacks.each_ref().map(|cell| cell.load(Ordering::SeqCst));
     expect(psp == top - 0x20 && control & 3 == 0 && !(base..=top).contains(&msp));
-    // SAFETY: R3 of the frame, which line 0's handler did not touch.
+    // SAFETY: R3 of the frame, which line 0's handler did not change.
     let r3 = unsafe { core::ptr::with_exposed_provenance::<u32>(psp as usize + 12).read_volatile() };
     expect(r3 == 0x1234);
     // SAFETY: as above.
     let after = unsafe { context::line0_from_process_stack_with_fp(top) };
-    expect(after == top + 1 && WITNESS.exc_return[0].load(Ordering::SeqCst) == 0xFFFF_FFED);
-    expect(WITNESS.stacks[1].load(Ordering::SeqCst) == top - 0x68);
+    expect(after == top + 1 && LOG.exc_return[0].load(Ordering::SeqCst) == 0xFFFF_FFED);
+    expect(LOG.stacks[1].load(Ordering::SeqCst) == top - 0x68);
 }
 
-/// 16: frames are aligned to 8 bytes, and bit 9 of the stacked xPSR remembers the word of padding.
+/// 16: frames are aligned to 8 bytes, and bit 9 of the stacked xPSR marks a word of padding.
 fn stack_alignment() {
     let (_, top) = handlers::process_stack();
     // SAFETY: as for check 15.
     let after = unsafe { context::line0_from_process_stack(top - 4) };
-    let psp = WITNESS.stacks[1].load(Ordering::SeqCst);
+    let psp = LOG.stacks[1].load(Ordering::SeqCst);
     // SAFETY: xPSR of the frame.
     let xpsr = unsafe { core::ptr::with_exposed_provenance::<u32>(psp as usize + 28).read_volatile() };
     expect(after == top - 4 && psp == top - 0x28 && xpsr & 1 << 9 != 0);
 }
 
 fn expect_fault(at: *const u8) {
-    WITNESS.fault_number.store(0, Ordering::SeqCst);
-    WITNESS.fault_at.store(at.expose_provenance() as u32, Ordering::SeqCst);
+    LOG.fault_number.store(0, Ordering::SeqCst);
+    LOG.fault_at.store(at.expose_provenance() as u32, Ordering::SeqCst);
 }
 
 fn fault_was(number: u32, status: u32) -> bool {
-    WITNESS.fault_number.load(Ordering::SeqCst) == number
-        && WITNESS.fault_status.load(Ordering::SeqCst) & status == status
+    LOG.fault_number.load(Ordering::SeqCst) == number && LOG.fault_status.load(Ordering::SeqCst) & status == status
 }
 
 /// 17: UDF is a HardFault with the address of the instruction in the frame, or a UsageFault where that is enabled.
 fn undefined_instruction() {
-    // SAFETY: the fault handler steps over the instruction.
+    // SAFETY: the fault handler continues after the instruction.
     unsafe {
         expect_fault(&raw const context::undefined_at);
         expect(context::undefined() == 2 && fault_was(3, HFSR_FORCED | CFSR_UNDEFINSTR));
@@ -402,16 +401,16 @@ fn undefined_instruction() {
     write(SHCSR, read(SHCSR) & !SHCSR_USGFAULTENA);
 }
 
-/// 18: a load from where nothing is: a precise BusFault with its address.
+/// 18: a load from an unmapped address is a precise BusFault with its address in BFAR.
 fn bus_fault() {
-    const NOWHERE: u32 = 0x6000_0010;
+    const UNMAPPED: u32 = 0x6000_0010;
     write(SHCSR, read(SHCSR) | SHCSR_BUSFAULTENA);
     barrier();
-    // SAFETY: the fault handler steps over the instruction.
+    // SAFETY: the fault handler continues after the instruction.
     unsafe {
         expect_fault(&raw const context::bad_load_at);
-        expect(context::bad_load(NOWHERE) == 2 && fault_was(5, CFSR_PRECISERR | CFSR_BFARVALID));
+        expect(context::bad_load(UNMAPPED) == 2 && fault_was(5, CFSR_PRECISERR | CFSR_BFARVALID));
     }
-    expect(read(BFAR) == NOWHERE);
+    expect(read(BFAR) == UNMAPPED);
     write(SHCSR, read(SHCSR) & !SHCSR_BUSFAULTENA);
 }

@@ -1,4 +1,4 @@
-//! Code that must be written instruction by instruction: what is live while an exception comes is exactly what the check says.
+//! Assembly routines for the checks: they fix the registers and instructions at which an exception comes.
 
 use core::arch::{global_asm, naked_asm};
 
@@ -51,8 +51,8 @@ unsafe extern "C" {
     pub(crate) fn fp_context_through_line(load: *const FpContext, store: *mut FpContext, line: u32);
 }
 
-/// Loads R0 to R9, R12 and LR with known words and the flags with N, Z, C, V, Q and GE all set, pends line 3, and gives back 0 when all
-/// survived.
+/// Loads R0 to R9, R12 and LR with known words, sets the flags N, Z, C, V, Q and GE, pends line 3, and returns 0 if all are unchanged
+/// afterwards.
 #[unsafe(naked)]
 pub(crate) unsafe extern "C" fn registers_through_line3() -> u32 {
     naked_asm!(
@@ -110,8 +110,8 @@ pub(crate) unsafe extern "C" fn registers_through_line3() -> u32 {
     )
 }
 
-// IT blocks that cross a 1 KiB boundary, where QEMU and Unicorn end a block of translated code: the interrupt pended before it is taken
-// in the middle of the IT block.
+// IT blocks that cross a 1 KiB boundary, where QEMU and Unicorn end a block of translated code: an interrupt that was pended before the
+// boundary is taken in the middle of the IT block.
 global_asm!(
     ".section .text.it_boundary, \"ax\"",
     ".balign 1024",
@@ -151,13 +151,13 @@ global_asm!(
 );
 
 unsafe extern "C" {
-    /// Stores `line` to `register` inside of an IT block of which all four instructions execute: 7.
+    /// Stores `line` to `register` inside an IT block whose four instructions all execute; returns 7.
     pub(crate) fn it_all_execute(register: u32, line: u32) -> u32;
-    /// The same with the last two instructions not executing: 1.
+    /// The same, with the last two instructions not executed; returns 1.
     pub(crate) fn it_half_execute(register: u32, line: u32) -> u32;
 }
 
-/// Adds to a word by LDREX and STREX; pends `line` in between unless it is negative. 0 when the store succeeded.
+/// Adds 1 to a word by LDREX and STREX; pends `line` in between unless it is negative. Returns 0 if the store succeeded.
 #[unsafe(naked)]
 pub(crate) unsafe extern "C" fn exclusive_add(word: *mut u32, line: i32) -> u32 {
     naked_asm!(
@@ -176,8 +176,8 @@ pub(crate) unsafe extern "C" fn exclusive_add(word: *mut u32, line: i32) -> u32 
     )
 }
 
-/// Runs on the process stack at `top`, with the floating-point context inactive, pends line 0 and gives back PSP afterwards, plus 1 when
-/// the floating-point context is active then.
+/// Runs on the process stack at `top`, with the floating-point context inactive, pends line 0 and returns PSP afterwards, plus 1 if the
+/// floating-point context is then active.
 #[unsafe(naked)]
 pub(crate) unsafe extern "C" fn line0_from_process_stack(top: u32) -> u32 {
     naked_asm!(
@@ -256,9 +256,9 @@ global_asm!(
 );
 
 unsafe extern "C" {
-    /// Executes UDF at `undefined_at`, then gives back 2.
+    /// Executes UDF at `undefined_at`, then returns 2.
     pub(crate) fn undefined() -> u32;
-    /// Loads from `address` at `bad_load_at`, then gives back 2.
+    /// Loads from `address` at `bad_load_at`, then returns 2.
     pub(crate) fn bad_load(address: u32) -> u32;
     /// The UDF instruction.
     pub(crate) static undefined_at: u8;
@@ -266,7 +266,7 @@ unsafe extern "C" {
     pub(crate) static bad_load_at: u8;
 }
 
-/// Saturating, dividing, bit and multiply instructions and IT blocks on two words, folded into one: the checks know the result.
+/// Saturating, dividing, bit and multiply instructions and IT blocks on two words, combined into one word.
 #[unsafe(naked)]
 pub(crate) unsafe extern "C" fn arithmetic(a: u32, b: u32) -> u32 {
     naked_asm!(

@@ -1,4 +1,4 @@
-//! The handlers: each does little, and leaves a witness of what it saw.
+//! Exception handlers; each records its state in a log for the checks.
 
 use core::arch::{global_asm, naked_asm};
 use core::ptr::addr_of;
@@ -6,31 +6,31 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use crate::core_registers::{CFSR, HFSR, ICSR, ICSR_PENDSVSET, STIR, fail, read, write};
 
-/// What a handler found.
-pub(crate) struct Witness {
+/// Records of the handlers.
+pub(crate) struct HandlerLog {
     /// Handlers in the order in which they began: four bits each, the latest lowest.
     pub(crate) order: AtomicU32,
     /// EXC_RETURN of the latest line 0 and line 1.
     pub(crate) exc_return: [AtomicU32; 2],
-    /// Stack pointers and CONTROL as line 0 saw them: MSP, PSP, CONTROL.
+    /// MSP, PSP and CONTROL at the start of line 0.
     pub(crate) stacks: [AtomicU32; 3],
-    /// Times that SysTick was taken.
+    /// Number of SysTick exceptions.
     pub(crate) ticks: AtomicU32,
-    /// A fault is expected: address of the instruction, and its exception number once it came.
+    /// Address of the instruction that must fault, 0 if none; then exception number and status of the fault.
     pub(crate) fault_at: AtomicU32,
     pub(crate) fault_number: AtomicU32,
     pub(crate) fault_status: AtomicU32,
-    /// What line 0 does besides: see the constants below.
+    /// Action of line 0: one of the constants below.
     pub(crate) line0_task: AtomicU32,
 }
 
-/// Line 0 only leaves its witness.
+/// Line 0 only records its state.
 pub(crate) const NOTHING: u32 = 0;
-/// Line 0 pends line 1 and goes on for a while.
+/// Line 0 pends line 1 and then continues.
 pub(crate) const PEND_LINE1: u32 = 1;
 
 #[unsafe(no_mangle)]
-pub(crate) static WITNESS: Witness = Witness {
+pub(crate) static LOG: HandlerLog = HandlerLog {
     order: AtomicU32::new(0),
     exc_return: [AtomicU32::new(0), AtomicU32::new(0)],
     stacks: [AtomicU32::new(0), AtomicU32::new(0), AtomicU32::new(0)],
@@ -41,7 +41,7 @@ pub(crate) static WITNESS: Witness = Witness {
     line0_task: AtomicU32::new(0),
 };
 
-/// Marks of the handlers in [`Witness::order`].
+/// Marks of the handlers in [`HandlerLog::order`].
 pub(crate) const LINE0: u32 = 1;
 pub(crate) const LINE0_END: u32 = 2;
 pub(crate) const LINE1: u32 = 3;
@@ -50,25 +50,25 @@ pub(crate) const SV_CALL_END: u32 = 5;
 pub(crate) const PEND_SV: u32 = 6;
 
 fn mark(handler: u32) {
-    let order = WITNESS.order.load(Ordering::SeqCst);
-    WITNESS.order.store(order << 4 | handler, Ordering::SeqCst);
+    let order = LOG.order.load(Ordering::SeqCst);
+    LOG.order.store(order << 4 | handler, Ordering::SeqCst);
 }
 
-/// Line 0 and line 1 hand LR and the stack pointers on as arguments.
+/// Lines 0 and 1 pass LR and the stack pointers on as arguments.
 #[unsafe(no_mangle)]
 #[unsafe(naked)]
 unsafe extern "C" fn line0() {
-    naked_asm!("mov r0, lr", "mrs r1, msp", "mrs r2, psp", "mrs r3, control", "b line0_body");
+    naked_asm!("mov r0, lr", "mrs r1, msp", "mrs r2, psp", "mrs r3, control", "b line0_entered");
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn line0_body(exc_return: u32, msp: u32, psp: u32, control: u32) {
+extern "C" fn line0_entered(exc_return: u32, msp: u32, psp: u32, control: u32) {
     mark(LINE0);
-    WITNESS.exc_return[0].store(exc_return, Ordering::SeqCst);
-    for (cell, value) in WITNESS.stacks.iter().zip([msp, psp, control]) {
+    LOG.exc_return[0].store(exc_return, Ordering::SeqCst);
+    for (cell, value) in LOG.stacks.iter().zip([msp, psp, control]) {
         cell.store(value, Ordering::SeqCst);
     }
-    if WITNESS.line0_task.load(Ordering::SeqCst) == PEND_LINE1 {
+    if LOG.line0_task.load(Ordering::SeqCst) == PEND_LINE1 {
         crate::core_registers::trigger(1);
     }
     mark(LINE0_END);
@@ -77,16 +77,16 @@ extern "C" fn line0_body(exc_return: u32, msp: u32, psp: u32, control: u32) {
 #[unsafe(no_mangle)]
 #[unsafe(naked)]
 unsafe extern "C" fn line1() {
-    naked_asm!("mov r0, lr", "b line1_body");
+    naked_asm!("mov r0, lr", "b line1_entered");
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn line1_body(exc_return: u32) {
+extern "C" fn line1_entered(exc_return: u32) {
     mark(LINE1);
-    WITNESS.exc_return[1].store(exc_return, Ordering::SeqCst);
+    LOG.exc_return[1].store(exc_return, Ordering::SeqCst);
 }
 
-// Line 2 does nothing but return: no instruction that would make an emulator look at the mode again.
+// Line 2 only returns, without an instruction that would make an emulator update its cached mode.
 global_asm!(
     ".section .text.line2, \"ax\"",
     ".global line2",
@@ -96,8 +96,8 @@ global_asm!(
     "bx lr",
 );
 
-// Line 3 overwrites the registers and flags that belong to the frame. Its first instruction is the one that an IT state left over from
-// the interrupted code would skip.
+// Line 3 overwrites the registers and flags that belong to the frame. If the IT state of the interrupted code were not cleared, its first
+// instruction would be skipped.
 global_asm!(
     ".section .text.line3, \"ax\"",
     ".global line3",
@@ -123,15 +123,15 @@ global_asm!(
 /// Count of line 3: see [`line3_count`].
 static LINE3_COUNT: AtomicU32 = AtomicU32::new(0);
 
-/// 0x55 for each time that line 3 ran whole.
+/// 0x55 for each complete run of line 3.
 pub(crate) fn line3_count() -> u32 {
     LINE3_COUNT.load(Ordering::SeqCst)
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn sys_tick() {
-    let ticks = WITNESS.ticks.load(Ordering::SeqCst);
-    WITNESS.ticks.store(ticks + 1, Ordering::SeqCst);
+    let ticks = LOG.ticks.load(Ordering::SeqCst);
+    LOG.ticks.store(ticks + 1, Ordering::SeqCst);
 }
 
 #[unsafe(no_mangle)]
@@ -142,14 +142,14 @@ extern "C" fn pend_sv() {
 #[unsafe(no_mangle)]
 #[unsafe(naked)]
 unsafe extern "C" fn sv_call() {
-    naked_asm!("tst lr, #4", "ite eq", "mrseq r0, msp", "mrsne r0, psp", "b sv_call_body");
+    naked_asm!("tst lr, #4", "ite eq", "mrseq r0, msp", "mrsne r0, psp", "b sv_call_entered");
 }
 
-/// Answers with the call's number plus the caller's R1, in the caller's R0. Number 7 pends PendSV and line 0.
+/// Returns the number of the call plus the caller's R1 in the caller's R0. Number 7 also pends PendSV and line 0.
 #[unsafe(no_mangle)]
-unsafe extern "C" fn sv_call_body(frame: *mut u32) {
+unsafe extern "C" fn sv_call_entered(frame: *mut u32) {
     mark(SV_CALL);
-    // SAFETY: the core has just written the frame; the return address lies behind the SVC instruction.
+    // SAFETY: the core has just written the frame; the return address follows the SVC instruction.
     let number = unsafe {
         let pc = frame.add(6).read_volatile();
         core::ptr::with_exposed_provenance::<u16>(pc as usize - 2).read_volatile() & 0xFF
@@ -184,22 +184,22 @@ global_asm!(
     "mrseq r0, msp",
     "mrsne r0, psp",
     "mrs r1, ipsr",
-    "b fault_body",
+    "b fault_entered",
 );
 
-/// Notes an expected fault, clears its status and goes on behind the instruction of two bytes; any other fault ends the test.
+/// Records an expected fault, clears its status and continues after the instruction of two bytes. Any other fault ends the test.
 #[unsafe(no_mangle)]
-unsafe extern "C" fn fault_body(frame: *mut u32, number: u32) {
+unsafe extern "C" fn fault_entered(frame: *mut u32, number: u32) {
     // SAFETY: the core has just written the frame.
     let pc = unsafe { frame.add(6).read_volatile() };
-    let expected = WITNESS.fault_at.load(Ordering::SeqCst);
+    let expected = LOG.fault_at.load(Ordering::SeqCst);
     if expected == 0 || expected != pc {
         fail();
     }
-    WITNESS.fault_at.store(0, Ordering::SeqCst);
-    WITNESS.fault_number.store(number, Ordering::SeqCst);
+    LOG.fault_at.store(0, Ordering::SeqCst);
+    LOG.fault_number.store(number, Ordering::SeqCst);
     let (cfsr, hfsr) = (read(CFSR), read(HFSR));
-    WITNESS.fault_status.store(cfsr | hfsr, Ordering::SeqCst);
+    LOG.fault_status.store(cfsr | hfsr, Ordering::SeqCst);
     write(CFSR, cfsr);
     write(HFSR, hfsr);
     // SAFETY: as above.
@@ -212,7 +212,7 @@ pub(crate) struct ProcessStack([u32; 256]);
 
 static mut PROCESS_STACK: ProcessStack = ProcessStack([0; 256]);
 
-/// Lowest address of the process stack, and the one above it.
+/// First address of the process stack, and the address after its end.
 pub(crate) fn process_stack() -> (u32, u32) {
     let base = addr_of!(PROCESS_STACK).expose_provenance() as u32;
     (base, base + size_of::<ProcessStack>() as u32)
@@ -225,7 +225,7 @@ pub(crate) mod fp {
 
     use crate::context::FpContext;
 
-    /// What a level loads, and what it finds after the level above it has run.
+    /// Context that a level loads, and the context that it finds after the next level has run.
     #[repr(C)]
     struct Level {
         load: FpContext,
@@ -238,7 +238,7 @@ pub(crate) mod fp {
     static mut OUTER: Level = EMPTY;
     static mut INNER: Level = EMPTY;
 
-    // Line 4 loads its context and pends line 5 on the way through; line 5 pends line 2, which only returns.
+    // Line 4 loads its context and pends line 5; line 5 loads its context and pends line 2, which only returns.
     global_asm!(
         ".section .text.fp_lines, \"ax\"",
         ".global line4, line5",
@@ -268,7 +268,7 @@ pub(crate) mod fp {
         inner = sym INNER,
     );
 
-    /// Fills in what the levels load, and their priorities: line 5 preempts line 4, line 2 preempts both.
+    /// Sets the contexts and priorities of the levels: line 5 preempts line 4, line 2 preempts both.
     pub(crate) fn prepare() {
         // SAFETY: the lines are not pending, so nothing else touches the levels.
         unsafe {
@@ -281,7 +281,7 @@ pub(crate) mod fp {
         crate::core_registers::write(crate::core_registers::NVIC_ISER, 1 << 4 | 1 << 5);
     }
 
-    /// True when both levels found the registers as they had loaded them.
+    /// True if both levels found the registers that they had loaded.
     pub(crate) fn inner_contexts_are_whole() -> bool {
         // SAFETY: as for `prepare`.
         unsafe {

@@ -1,8 +1,8 @@
 //! A self-test of the Cortex-M4F core that touches no vendor register: the virtual board and QEMU must both pass it.
 //!
-//! It ends by semihosting with status 0, or with the number of the first check that failed. A fault where none is expected fails the
-//! check that runs. Every check says what the architecture manual (ARMv7-M ARM, DDI 0403E) promises; both emulators are strangers to each
-//! other, so what both pass is not one author's misunderstanding.
+//! It ends by semihosting with status 0, or with the number of the first check that failed. An unexpected fault fails the running check.
+//! Every check tests a statement of the architecture manual (ARMv7-M ARM, DDI 0403E). The two emulators are independent, so that an error
+//! of interpretation in one of them shows.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

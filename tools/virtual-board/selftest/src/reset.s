@@ -1,5 +1,5 @@
-@ From reset to `after_reset`, for programs without a library: enables the FPU before any compiled function can use it, then fills RAM.
-@ The linker's script names the ends of the sections.
+@ Start-up code from reset to `after_reset`: enables the FPU before any compiled function can use it, then initialises RAM.
+@ The linker script defines the ends of the sections.
 .section .text.reset, "ax"
 .global reset
 .type reset, %function

@@ -1,10 +1,10 @@
-//! Vector table and the way from reset to the checks.
+//! Vector table and start-up code.
 
 use core::arch::global_asm;
 
 use crate::core_registers::fail;
 
-// A plain table of words: what the core reads, in the order in which it reads it.
+// Vector table: one word for each exception number.
 global_asm!(
     ".section .vectors, \"a\"",
     ".word __stack_top",
@@ -28,7 +28,7 @@ global_asm!(
 
 global_asm!(include_str!("reset.s"), options(raw));
 
-/// Any exception that no check asks for.
+/// Handler of all exceptions that no check uses: the running check fails.
 #[unsafe(no_mangle)]
 extern "C" fn unexpected() -> ! {
     fail()

@@ -2,58 +2,58 @@
 
 use std::io::Write;
 
-use super::{Idle, Run};
+use super::{BoardRun, IdleState};
 use crate::cpu::{CONTROL_FPCA, Cpu, Reg};
 use crate::exception::{self, ReturnFault};
-use crate::fault::{self, Answer, Cause};
-use crate::inject::Kind;
+use crate::fault::{self, FaultCause, FaultResponse};
+use crate::inject::InjectionKind;
 use crate::nvic;
-use crate::report::{self, Line};
-use crate::semihosting;
+use crate::report::{self, ReportLine};
+use crate::semihosting::{self, SemihostingRequest};
 
-/// Cycles from an exception to its handler's first instruction (Cortex-M4 TRM 3.9.1, no wait states).
+/// Cycles from an exception to the first instruction of its handler (Cortex-M4 TRM 3.9.1, no wait states).
 const ENTRY_CYCLES: u64 = 12;
 /// Cycles of an exception return.
 const RETURN_CYCLES: u64 = 10;
 /// Cycles from the end of a handler to the next one without unstacking.
 const TAIL_CHAIN_CYCLES: u64 = 6;
-/// Faults told one by one; the rest are only counted.
+/// Number of faults that are reported one by one; later ones are only counted.
 const FAULT_LINES: u64 = 50;
 
-impl<W: Write> Run<'_, W> {
-    /// Takes exception `number`; the program counter to return to is `return_to`.
-    pub(super) fn take(&mut self, number: u8, return_to: u32) {
+impl<W: Write> BoardRun<'_, W> {
+    /// Takes exception `number`. Its handler will return to the address `return_to`.
+    pub(super) fn take_exception(&mut self, number: u8, return_to: u32) {
         self.exceptions += 1;
-        let Some(handler) = self.vector(number) else { return };
+        let Some(handler) = self.read_vector(number) else { return };
         if self.cpu.reg(Reg::Control) & CONTROL_FPCA != 0 {
-            self.cpu.machine().fpu_used();
+            self.cpu.machine().note_fpu_use();
         }
-        // The NVIC is lent to the frame's writer: the processor and the board are two halves of one cell.
+        // The NVIC is moved out meanwhile: `enter` needs the processor, whose cell also holds the board.
         let mut nvic = std::mem::take(&mut self.cpu.machine().nvic);
-        let entered = exception::enter(&mut self.cpu, &mut nvic, number, handler, return_to, self.options.broken);
+        let entered = exception::enter(&mut self.cpu, &mut nvic, number, handler, return_to, self.options.omitted);
         let mut board = self.cpu.machine();
         board.nvic = nvic;
         board.event = true;
-        board.spend(ENTRY_CYCLES);
+        board.add_cycles(ENTRY_CYCLES);
         drop(board);
-        // A frame that HardFault itself could not write changes nothing more.
+        // A stacking error of HardFault itself has no further effect.
         if entered.is_err() && number != nvic::HARD_FAULT {
             let pc = self.cpu.reg(Reg::Pc);
-            self.fault(Cause::Stacking, pc);
+            self.handle_fault(FaultCause::Stacking, pc);
         }
     }
 
-    /// Address of a handler; a bad vector becomes a HardFault, or locks the core up.
-    pub(super) fn vector(&mut self, number: u8) -> Option<u32> {
+    /// Address of the handler of an exception; `None` for a bad vector, which becomes a HardFault or locks the core up.
+    pub(super) fn read_vector(&mut self, number: u8) -> Option<u32> {
         let table = self.cpu.machine().scs.vtor;
         let handler = self.cpu.read_word(table + 4 * u32::from(number)).filter(|handler| handler & 1 != 0);
         if handler.is_none() {
             let pc = self.cpu.reg(Reg::Pc);
             if number == nvic::HARD_FAULT {
-                self.lock_up(Cause::Vector, pc);
+                self.lock_up(FaultCause::Vector, pc);
             } else {
                 self.cpu.machine().nvic.unpend(number);
-                self.fault(Cause::Vector, pc);
+                self.handle_fault(FaultCause::Vector, pc);
             }
         }
         handler
@@ -63,7 +63,7 @@ impl<W: Write> Run<'_, W> {
         let checked = exception::check_return(&self.cpu, &self.cpu.machine().nvic, value);
         let number = match checked {
             Ok(number) => number,
-            Err(_) => return self.fault(Cause::Return, value & !1),
+            Err(_) => return self.handle_fault(FaultCause::Return, value & !1),
         };
         let mut nvic = std::mem::take(&mut self.cpu.machine().nvic);
         exception::deactivate(&mut self.cpu, &mut nvic, number);
@@ -75,64 +75,64 @@ impl<W: Write> Run<'_, W> {
             self.tail_chain(next, value);
             return;
         }
-        match exception::unstack(&mut self.cpu, value, self.options.broken) {
+        match exception::unstack(&mut self.cpu, value, self.options.omitted) {
             Ok(()) => {
                 let mut board = self.cpu.machine();
-                board.spend(RETURN_CYCLES);
+                board.add_cycles(RETURN_CYCLES);
                 let sleeps = board.scs.sleeps_on_exit();
                 drop(board);
                 if sleeps && self.cpu.exception() == 0 {
-                    self.idle = Idle::ForInterrupt;
+                    self.idle = IdleState::ForInterrupt;
                 }
             }
-            Err(ReturnFault::Stack(_)) => self.fault(Cause::Unstacking, value & !1),
-            Err(ReturnFault::Invalid) => self.fault(Cause::Return, value & !1),
+            Err(ReturnFault::Stack(_)) => self.handle_fault(FaultCause::Unstacking, value & !1),
+            Err(ReturnFault::Invalid) => self.handle_fault(FaultCause::Return, value & !1),
         }
     }
 
-    /// Starts the next handler on the frame of the one that has just ended.
+    /// Starts the next handler with the frame of the handler that has just ended.
     pub(super) fn tail_chain(&mut self, number: u8, exc_return: u32) {
         self.exceptions += 1;
-        let Some(handler) = self.vector(number) else { return };
+        let Some(handler) = self.read_vector(number) else { return };
         let mut nvic = std::mem::take(&mut self.cpu.machine().nvic);
-        exception::vector(&mut self.cpu, &mut nvic, number, handler, exc_return, self.options.broken);
+        exception::start_handler(&mut self.cpu, &mut nvic, number, handler, exc_return, self.options.omitted);
         let mut board = self.cpu.machine();
         board.nvic = nvic;
-        board.spend(TAIL_CHAIN_CYCLES);
+        board.add_cycles(TAIL_CHAIN_CYCLES);
     }
 
-    /// Answers for something that went wrong at `pc`, or for a supervisor call.
-    pub(super) fn fault(&mut self, cause: Cause, pc: u32) {
+    /// Takes the exception of a fault at `pc` or of a supervisor call, or locks the core up.
+    pub(super) fn handle_fault(&mut self, cause: FaultCause, pc: u32) {
         let masks = self.cpu.masks();
-        let answer = {
+        let response = {
             let board = &mut *self.cpu.machine();
-            fault::answer(cause, &mut board.scs, &board.nvic, masks)
+            fault::respond(cause, &mut board.scs, &board.nvic, masks)
         };
-        match answer {
-            Answer::Take(number) => {
+        match response {
+            FaultResponse::Take(number) => {
                 if number < nvic::SV_CALL {
-                    self.tell_fault(number, cause, pc);
+                    self.report_fault(number, cause, pc);
                 }
-                self.take(number, pc);
+                self.take_exception(number, pc);
             }
-            Answer::LockUp => self.lock_up(cause, pc),
+            FaultResponse::LockUp => self.lock_up(cause, pc),
         }
     }
 
-    pub(super) fn lock_up(&mut self, cause: Cause, pc: u32) {
-        self.idle = Idle::LockedUp;
+    pub(super) fn lock_up(&mut self, cause: FaultCause, pc: u32) {
+        self.idle = IdleState::LockedUp;
         self.locked_up = true;
-        self.report.line(&Line::Lockup { t_s: self.now_s(), cause: cause.name(), pc: format!("0x{pc:08X}") });
+        self.report.line(&ReportLine::Lockup { t_s: self.now_s(), cause: cause.name(), pc: format!("0x{pc:08X}") });
     }
 
-    pub(super) fn tell_fault(&mut self, exception: u8, cause: Cause, pc: u32) {
+    pub(super) fn report_fault(&mut self, exception: u8, cause: FaultCause, pc: u32) {
         self.faults += 1;
-        let now = self.stamp();
-        let (armed, high) = self.outputs();
+        let now = self.moment();
+        let (armed, high) = self.output_state();
         let mut explained = false;
         for injection in &mut self.injections {
-            if matches!(injection.kind, Kind::Fault(_)) && injection.expected() {
-                injection.show(now, armed, high);
+            if matches!(injection.kind, InjectionKind::Fault(_)) && injection.awaits_effect() {
+                injection.note_effect(now, armed, high);
             }
             explained |= injection.took_effect();
         }
@@ -140,26 +140,34 @@ impl<W: Write> Run<'_, W> {
         if self.faults <= FAULT_LINES {
             let function = self.image.function_at(pc & !1).map(str::to_owned);
             let t_s = report::seconds(now.seconds);
-            self.report.line(&Line::Fault { t_s, exception, cause: cause.name(), pc: format!("0x{pc:08X}"), function });
+            self.report.line(&ReportLine::Fault {
+                t_s,
+                exception,
+                cause: cause.name(),
+                pc: format!("0x{pc:08X}"),
+                function,
+            });
         }
     }
 
-    pub(super) fn outputs(&self) -> (bool, bool) {
+    pub(super) fn output_state(&self) -> (bool, bool) {
         let board = self.cpu.machine();
         (board.plant.pulses.armed(), board.plant.pulses.any_high())
     }
 
-    pub(super) fn semihosting(&mut self) -> Option<&'static str> {
+    pub(super) fn serve_semihosting(&mut self) -> Option<&'static str> {
         let pc = self.cpu.reg(Reg::Pc);
         self.cpu.set_reg(Reg::Pc, pc + 2);
-        match semihosting::call(&mut self.cpu) {
-            semihosting::Answer::Exit(status) => {
+        match semihosting::serve(&mut self.cpu) {
+            SemihostingRequest::Exit(status) => {
                 self.status = Some(status);
                 return Some("semihosting");
             }
-            semihosting::Answer::Text(text) => self.report.line(&Line::Semihosting { t_s: self.now_s(), text }),
-            semihosting::Answer::Unknown(operation) => {
-                eprintln!("virtual-board: semihosting operation 0x{operation:02X} is not answered");
+            SemihostingRequest::Text(text) => self.report.line(&ReportLine::Semihosting { t_s: self.now_s(), text }),
+            SemihostingRequest::Unknown(operation) => {
+                eprintln!(
+                    "virtual-board: semihosting operation 0x{operation:02X} is not supported; supported are 0x04, 0x18 and 0x20"
+                );
             }
         }
         None

@@ -113,7 +113,7 @@ pub fn build(
     interpolation: Interpolation,
 ) -> Result<Calibration, CalibrationError> {
     let points: Vec<CalibrationPoint> = places.iter().filter_map(|&place| candidates.get(place).copied()).collect();
-    Calibration::build(&points, interpolation)
+    Calibration::new(&points, interpolation)
 }
 
 /// Largest error and root mean square, one after the other.

@@ -111,7 +111,7 @@ fn turned(template: &Template, cycles: f64) -> Result<Template, BuildError> {
         let (a, b) = (f64::from(cos[n]), f64::from(sin[n]));
         (c[n], s[n]) = ((a * cn + b * sn) as f32, (b * cn - a * sn) as f32);
     }
-    Template::build(Radians(mean), c, s)
+    Template::new(Radians(mean), c, s)
 }
 
 /// Why nothing could be learned.
@@ -362,7 +362,7 @@ fn top(series: &Series) -> f64 {
 
 fn template_of(series: &Series) -> Result<Template, BuildError> {
     let part = |from: usize| std::array::from_fn(|n| series[from + 2 * n].to_radians() as f32);
-    Template::build(Radians(series[0].to_radians() as f32), part(1), part(2))
+    Template::new(Radians(series[0].to_radians() as f32), part(1), part(2))
 }
 
 /// The angle of a template at a phase in cycles, degrees.

@@ -1,7 +1,7 @@
 //! The core that entrains, run over a recording tick by tick, and what that comes to.
 
-use cpg_core::entrainment::{Entrained, Lock, SensorFault, phase_difference};
-use cpg_core::{BuildError, Generator};
+use cpg_core::entrainment::{Follower, Lock, SensorFault};
+use cpg_core::{BuildError, Follow, Generator};
 use gait_trace::{NoChannel, Recording};
 use joint_units::{Joint, Period, Phase, Radians};
 
@@ -32,11 +32,11 @@ pub struct Tick {
 }
 
 /// Feeds a series of samples, one a tick.
-pub fn run(legs: &mut Entrained, samples: impl IntoIterator<Item = Option<f64>>) -> Vec<Tick> {
+pub fn run(legs: &mut Follower, samples: impl IntoIterator<Item = Option<f64>>) -> Vec<Tick> {
     let samples = samples.into_iter();
     samples
         .map(|sample| {
-            legs.sense(sample.map(|degrees| Radians::from_degrees(degrees as f32)));
+            legs.observe(sample.map(|degrees| Radians::from_degrees(degrees as f32)));
             legs.step();
             let status = legs.status();
             Tick {
@@ -108,7 +108,7 @@ pub struct Verdict {
 #[must_use]
 pub fn phase_error_deg(tick: &Tick, cycles: f64) -> f64 {
     let walker = Phase::from_cycles(cycles.rem_euclid(1.0) as f32);
-    f64::from(phase_difference(tick.phase, walker).0).to_degrees()
+    f64::from(walker.radians_after(tick.phase).0).to_degrees()
 }
 
 /// Judges a run.
@@ -190,8 +190,8 @@ pub fn legs(
     templates: [cpg_core::entrainment::phase_lock::Template; Joint::COUNT],
     sensor: Joint,
     stride_s: f64,
-) -> Result<Entrained, BuildError> {
-    let mut config = cpg_core::entrainment::EntrainedConfig::default();
+) -> Result<Follower, BuildError> {
+    let mut config = cpg_core::entrainment::FollowerConfig::default();
     config.lock.stride_s = stride_s as f32;
-    Entrained::build(templates, sensor, config, Period::MILLISECOND)
+    config.build(templates, sensor, Period::MILLISECOND)
 }

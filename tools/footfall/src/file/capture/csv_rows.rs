@@ -65,11 +65,11 @@ fn row(out: &mut String, sample: &Sample, columns: usize) -> std::fmt::Result {
     write!(out, "{},{},{},", seconds(sample.time_ns), sample.boot, sample.tick)?;
     write!(out, "{},", call.vrefint.0)?;
     for (reading, code) in readings.iter().zip(call.sensors).take(columns) {
-        if let Some(reading) = reading.filter(|reading| reading.verdict == Validity::Good) {
+        if let Some(reading) = reading.filter(|reading| reading.validity == Validity::Good) {
             write!(out, "{}", reading.angle.degrees())?;
         }
         match reading {
-            Some(reading) => write!(out, ",{},{},{},", reading.verdict, code.0, reading.volts.0)?,
+            Some(reading) => write!(out, ",{},{},{},", reading.validity, code.0, reading.volts.0)?,
             None => write!(out, ",,{},,", code.0)?,
         }
     }

@@ -93,10 +93,10 @@ impl Messages {
         sensor.insert("tick".into(), sample.tick.into());
         sensor.insert("vrefint".into(), sample.call.vrefint.0.into());
         for ((joint, reading), code) in self.joints.iter().zip(&sample.readings).zip(sample.call.sensors) {
-            let good = reading.filter(|reading| reading.verdict == Validity::Good);
+            let good = reading.filter(|reading| reading.validity == Validity::Good);
             let mut insert = |what: &str, value: Value| sensor.insert(format!("{}_{what}", joint.name()), value);
             insert("deg", number(good.map(|reading| reading.angle.degrees())));
-            insert("verdict", reading.map(|reading| reading.verdict.name()).into());
+            insert("verdict", reading.map(|reading| reading.validity.name()).into());
             insert("code", code.0.into());
             insert("volts", number(reading.map(|reading| reading.volts.0)));
         }

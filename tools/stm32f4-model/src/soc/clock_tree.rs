@@ -1,7 +1,7 @@
-//! Consequences of RCC: who has a clock and which, who is held in reset, and whether the clocks keep to the chip's ratings.
+//! Effects of RCC on the blocks: their clocks and resets, and the check of the clocks against the ratings of the chip.
 
 use super::Soc;
-use crate::adc::{Adc, Common};
+use crate::adc::{Adc, AdcCommonRegisters};
 use crate::dma::Dma;
 use crate::exti::Syscfg;
 use crate::gpio::Gpio;
@@ -10,7 +10,7 @@ use crate::memory_map::{BLOCKS, Bus, Model};
 use crate::pwr::Pwr;
 use crate::tim::{TIMERS, Timer};
 
-/// RCC_APB2ENR.ADC1EN; ADC2 and ADC3 follow.
+/// Bit number of RCC_APB2ENR.ADC1EN; those of ADC2 and ADC3 follow.
 const ADC1_BIT: u8 = 8;
 
 impl Soc {
@@ -18,8 +18,8 @@ impl Soc {
         self.rcc.enabled((Bus::Apb2, ADC1_BIT + index as u8))
     }
 
-    /// Carries RCC's state over to all blocks. Timers must have been brought up to now.
-    pub(super) fn apply_tree(&mut self) {
+    /// Applies the state of RCC to all blocks. The caller must first advance the timers to the present cycle.
+    pub(super) fn apply_clock_tree(&mut self) {
         for block in &BLOCKS {
             if block.reset.is_some_and(|gate| self.rcc.in_reset(gate)) {
                 self.reset_block(block.model);
@@ -39,25 +39,25 @@ impl Soc {
             let clock = self.clocks.apb[1] * self.adc_common.divider();
             self.adcs[index].set_clock(on.then_some(clock));
         }
-        // 7.2.7: a failure that the clock security system reports reaches the break inputs.
+        // 7.2.7: a failure that the clock security system detects acts on the break inputs.
         let failed = self.rcc.nmi();
         for number in [1, 8] {
             self.timers[number].set_clock_failed(failed);
         }
-        self.schedule_bite();
+        self.schedule_watchdog_reset();
         self.route_pins();
         for port in 0..self.gpio.len() {
             self.port_changed(port);
         }
         self.pins_changed();
-        self.listen();
+        self.update_used_signals();
     }
 
     fn reset_block(&mut self, model: Model) {
         match model {
             Model::Tim(number) => self.timers[number] = Timer::new(&TIMERS[number], self.now),
             Model::Adc(index) => self.adcs[index] = Adc::new(index),
-            Model::AdcCommon => self.adc_common = Common::default(),
+            Model::AdcCommon => self.adc_common = AdcCommonRegisters::default(),
             Model::Dma(index) => self.dma[index] = Dma::new(),
             Model::Gpio(port) => self.gpio[port] = Gpio::new(port),
             Model::Pwr => self.pwr = Pwr::new(),
@@ -73,12 +73,12 @@ impl Soc {
         }
     }
 
-    pub(super) fn schedule_bite(&mut self) {
-        self.bite_at = self.iwdg.deadline.map_or(u64::MAX, |seconds| self.time.cycle_at(seconds));
+    pub(super) fn schedule_watchdog_reset(&mut self) {
+        self.watchdog_at = self.iwdg.deadline.map_or(u64::MAX, |seconds| self.time.cycle_at(seconds));
     }
 
-    /// Ratings of the data sheet (table 14, RM0090 table 10) at 2.7 to 3.6 V.
-    pub(super) fn check_ratings(&self, notes: &mut Vec<LintKind>) {
+    /// Checks the clocks against the ratings of the data sheet (table 14, RM0090 table 10) at 2.7 to 3.6 V.
+    pub(super) fn check_ratings(&self, lints: &mut Vec<LintKind>) {
         let hclk = self.clocks.hclk;
         let [pclk1, pclk2] = self.clocks.apb.map(|divider| hclk / divider as f64);
         let rules = [
@@ -87,9 +87,9 @@ impl Soc {
             (pclk2 > 84e6, "PCLK2 is above its rating of 84 MHz"),
             (
                 hclk > 30e6 * f64::from(self.flash.wait_states() + 1),
-                "HCLK is too fast for the flash wait states in FLASH_ACR",
+                "HCLK is too fast for the flash wait states in FLASH_ACR: 30 MHz for each wait state plus one",
             ),
         ];
-        notes.extend(rules.iter().filter(|(broken, _)| *broken).map(|&(_, text)| LintKind::Misuse(text)));
+        lints.extend(rules.iter().filter(|(broken, _)| *broken).map(|&(_, text)| LintKind::Misuse(text)));
     }
 }

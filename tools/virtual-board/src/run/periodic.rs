@@ -1,4 +1,4 @@
-//! What a run does besides executing: tells what the pins did, takes RTT and commands each virtual millisecond, and sums up at the end.
+//! Periodic jobs of a run: reports pulses, reads RTT and commands every virtual millisecond, and writes the summary at the end.
 
 use std::io::Write;
 use std::time::Duration;
@@ -6,19 +6,19 @@ use std::time::Duration;
 use anyhow::Result;
 use stm32f4_model::{Conversion, Lint};
 
-use super::{HOUSEKEEPING_S, Idle, Run};
-use crate::console::Command;
-use crate::inject::{Injection, Kind, Stamp};
-use crate::pulses::{Activity, SERVOS};
-use crate::report::{self, End, Line, LintCount};
+use super::{BoardRun, IdleState, PERIODIC_JOB_S};
+use crate::console::ConsoleCommand;
+use crate::inject::{Injection, InjectionKind, Moment};
+use crate::pulses::{SERVOS, TimedOutputChange};
+use crate::report::{self, LintCount, ReportLine, RunSummary};
 
-/// Housekeeping periods between status lines.
+/// Number of periodic jobs between two status lines: 100 ms.
 const STATUS_EVERY: u64 = 100;
 
-impl<W: Write> Run<'_, W> {
-    /// Passes on what the pins have done, and what that means for injected faults.
-    pub(super) fn observe(&mut self) {
-        let now = self.stamp();
+impl<W: Write> BoardRun<'_, W> {
+    /// Reports the new pulses, and updates the outcomes of injected faults from the outputs.
+    pub(super) fn report_outputs(&mut self) {
+        let now = self.moment();
         let mut board = self.cpu.machine();
         let periods = board.plant.pulses.take_periods();
         let activity = board.plant.pulses.take_activity();
@@ -27,43 +27,47 @@ impl<W: Write> Run<'_, W> {
         drop(board);
         for period in periods {
             let us = period.us.map(|us| us.map(report::micros));
-            self.report.line(&Line::Pulses { t_s: report::seconds(period.seconds), us });
+            self.report.line(&ReportLine::Pulses { t_s: report::seconds(period.seconds), us });
         }
-        let high = self.outputs().1;
+        let high = self.output_state().1;
         for injection in &mut self.injections {
-            if reached.is_some_and(|address| injection.kind == Kind::Hang(address)) && injection.expected() {
-                injection.show(now, armed, high);
+            if reached.is_some_and(|address| injection.kind == InjectionKind::Hang(address))
+                && injection.awaits_effect()
+            {
+                injection.note_effect(now, armed, high);
             }
-            for &Activity { seconds, instructions, change } in &activity {
-                if injection.outputs(change, Stamp { seconds, instructions }) {
-                    self.report.line(&Line::Reaction(injection.reaction(seconds)));
+            for &TimedOutputChange { seconds, instructions, change } in &activity {
+                if injection.note_output(change, Moment { seconds, instructions }) {
+                    self.report.line(&ReportLine::Reaction(injection.reaction(seconds)));
                 }
             }
         }
     }
 
-    /// What is due each virtual millisecond. A reason to end, if there is one.
-    pub(super) fn housekeeping(&mut self) -> Result<Option<&'static str>> {
+    /// Performs the job of each virtual millisecond. Returns a reason to end, if any.
+    pub(super) fn run_periodic_job(&mut self) -> Result<Option<&'static str>> {
         let seconds = self.cpu.machine().seconds();
-        if seconds + 1e-9 < (self.periods + 1) as f64 * HOUSEKEEPING_S {
+        if seconds + 1e-9 < (self.periods + 1) as f64 * PERIODIC_JOB_S {
             // Stopped for an injection.
             return Ok(None);
         }
         self.periods += 1;
         self.cpu.machine().check_outputs();
         self.drain_rtt();
-        self.record()?;
-        self.tell_lints();
+        self.record_signals()?;
+        self.report_lints();
         while let Some(command) = self.console.poll() {
             match command {
-                Command::Press => self.cpu.machine().plant.hold_button(true),
-                Command::Release => self.cpu.machine().plant.hold_button(false),
-                Command::Quit => return Ok(Some("killed")),
-                Command::Unknown(line) => eprintln!("virtual-board: `{line}` is none of press, release, quit"),
+                ConsoleCommand::Press => self.cpu.machine().plant.hold_button(true),
+                ConsoleCommand::Release => self.cpu.machine().plant.hold_button(false),
+                ConsoleCommand::Quit => return Ok(Some("killed")),
+                ConsoleCommand::Unknown(line) => {
+                    eprintln!("virtual-board: `{line}` is not a command; allowed is press, release or quit")
+                }
             }
         }
         if self.periods.is_multiple_of(STATUS_EVERY) {
-            self.tell_status();
+            self.report_status();
         }
         if self.options.pace {
             let ahead = Duration::from_secs_f64(seconds).saturating_sub(self.started.elapsed());
@@ -74,17 +78,18 @@ impl<W: Write> Run<'_, W> {
         if self.report.closed() {
             return Ok(Some("killed"));
         }
-        if self.options.stop_on_lint && self.told_lints != [0; 2] {
+        if self.options.stop_on_lint && self.reported_lints != [0; 2] {
             return Ok(Some("lint"));
         }
-        let dead =
-            self.idle != Idle::No && !self.cpu.machine().can_wake() && !self.injections.iter().any(Injection::waits);
+        let stuck = self.idle != IdleState::No
+            && !self.cpu.machine().can_wake()
+            && !self.injections.iter().any(Injection::is_pending);
         let over = self.options.secs.is_some_and(|secs| seconds + 1e-9 >= secs);
-        if over || dead && self.options.secs.is_none() && !self.console.is_open() {
-            let locked = self.idle == Idle::LockedUp;
+        if over || stuck && self.options.secs.is_none() && !self.console.is_open() {
+            let locked = self.idle == IdleState::LockedUp;
             return Ok(Some(if locked {
                 "lockup"
-            } else if dead {
+            } else if stuck {
                 "asleep"
             } else {
                 "time"
@@ -99,11 +104,11 @@ impl<W: Write> Run<'_, W> {
         if !bytes.is_empty() {
             self.rtt_bytes += bytes.len() as u64;
             let hex = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-            self.report.line(&Line::Rtt { t_s: self.now_s(), hex });
+            self.report.line(&ReportLine::Rtt { t_s: self.now_s(), hex });
         }
     }
 
-    pub(super) fn record(&mut self) -> Result<()> {
+    pub(super) fn record_signals(&mut self) -> Result<()> {
         let (rows, edges): (Vec<(f64, Conversion)>, _) = {
             let mut board = self.cpu.machine();
             let conversions: Vec<_> = board.soc.conversions().collect();
@@ -116,27 +121,27 @@ impl<W: Write> Run<'_, W> {
         self.recorder.edges(&edges)
     }
 
-    pub(super) fn tell_lints(&mut self) {
+    pub(super) fn report_lints(&mut self) {
         let mut lines = Vec::new();
         let board = self.cpu.machine();
         for (source, lints) in board.lints().into_iter().enumerate() {
-            for (n, lint) in lints.iter().enumerate().skip(self.told_lints[source]) {
-                lines.push(Line::Lint {
+            for (n, lint) in lints.iter().enumerate().skip(self.reported_lints[source]) {
+                lines.push(ReportLine::Lint {
                     t_s: report::seconds(board.soc.seconds(lint.cycle)),
                     text: lint.to_string(),
                     function: self.image.function_at(board.lint_block(source, n)).map(str::to_owned),
                 });
             }
-            self.told_lints[source] = lints.len();
+            self.reported_lints[source] = lints.len();
         }
         drop(board);
         lines.iter().for_each(|line| self.report.line(line));
     }
 
-    pub(super) fn tell_status(&mut self) {
+    pub(super) fn report_status(&mut self) {
         let board = self.cpu.machine();
         let cycles = board.now() - self.last_status;
-        let line = Line::Status {
+        let line = ReportLine::Status {
             t_s: report::seconds(board.seconds()),
             hclk_hz: board.soc.hclk_hz(),
             instructions: board.instructions,
@@ -151,12 +156,12 @@ impl<W: Write> Run<'_, W> {
     }
 
     pub(super) fn end(mut self, reason: &'static str) -> Result<u8> {
-        self.observe();
+        self.report_outputs();
         self.drain_rtt();
-        self.record()?;
+        self.record_signals()?;
         self.recorder.flush()?;
-        self.tell_lints();
-        let now = self.stamp().seconds;
+        self.report_lints();
+        let now = self.moment().seconds;
         let injections: Vec<_> = self.injections.iter().map(|injection| injection.reaction(now)).collect();
         let end = {
             let board = self.cpu.machine();
@@ -167,7 +172,7 @@ impl<W: Write> Run<'_, W> {
                 unmodelled: lint.kind.is_unmodelled(),
             };
             let pulses = &board.plant.pulses;
-            End {
+            RunSummary {
                 t_s: report::seconds(board.seconds()),
                 reason,
                 status: self.status,
@@ -191,11 +196,11 @@ impl<W: Write> Run<'_, W> {
         let code = match self.status {
             Some(status) if status != 0 => status.min(255) as u8,
             Some(_) => u8::from(!good),
-            // A self-test that has not ended by itself has not passed.
+            // A self-test that did not end by itself did not pass.
             None if self.options.semihosting => 1,
             None => u8::from(!(good && end.unexpected_faults == 0 && matches!(reason, "time" | "killed"))),
         };
-        self.report.line(&Line::End(Box::new(end)));
+        self.report.line(&ReportLine::End(Box::new(end)));
         self.report.flush();
         Ok(code)
     }

@@ -1,8 +1,8 @@
-//! A timer stepped clock by clock: the statements of RM0090 17.3 and 17.4 in the plainest form, to compare the model with.
+//! Reference timer that is stepped clock by clock: RM0090 17.3 and 17.4 in the simplest form, for comparison with the model.
 
-/// Registers as written and as they act, after 17.3.1's picture.
+/// Registers as written and as active (17.3.1).
 #[derive(Clone)]
-pub(crate) struct Naive {
+pub(crate) struct SteppedTimer {
     pub(crate) cnt: u32,
     prescaled: u32,
     pub(crate) psc: u32,
@@ -25,9 +25,9 @@ pub(crate) struct Naive {
     pub(crate) flags: u32,
 }
 
-impl Naive {
+impl SteppedTimer {
     pub(crate) fn new() -> Self {
-        Naive {
+        SteppedTimer {
             cnt: 0,
             prescaled: 0,
             psc: 0,
@@ -51,7 +51,7 @@ impl Naive {
         }
     }
 
-    /// One timer clock.
+    /// Steps by one timer clock.
     pub(crate) fn clock(&mut self) {
         if !self.enabled || self.arr_shadow == 0 {
             return;
@@ -116,7 +116,7 @@ impl Naive {
         }
     }
 
-    /// After any register write: registers without preload act at once, references are compared anew.
+    /// Updates after a register write: registers without preload act at once, reference levels are updated.
     pub(crate) fn written(&mut self) {
         if !self.arpe {
             self.arr_shadow = self.arr;

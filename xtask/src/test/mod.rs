@@ -1,0 +1,131 @@
+//! `cargo xtask test`: checks everything that must hold before a change is merged, and stops at the first step that fails.
+//!
+//! A step whose optional tool is missing is skipped, with the reason at its place and in the table at the end.
+
+mod counts;
+mod steps;
+mod summary;
+
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+use clap::builder::PossibleValuesParser;
+
+use crate::setup::{Need, Required};
+use crate::workspace::Workspace;
+use steps::{STEPS, State, Step};
+use summary::{Outcome, Row};
+
+/// Options of `cargo xtask test`.
+#[derive(Debug, Default, clap::Args)]
+pub(crate) struct Options {
+    /// Only this step (repeat for more)
+    #[arg(long, value_name = "STEP", hide_possible_values = true)]
+    #[arg(value_parser = PossibleValuesParser::new(STEPS.iter().map(|step| step.name)))]
+    only: Vec<String>,
+    /// List the steps and stop
+    #[arg(long)]
+    list: bool,
+}
+
+/// Runs the steps and prints the table at the end.
+pub(crate) fn test(options: &Options) -> Result<ExitCode> {
+    if options.list {
+        for step in &STEPS {
+            println!("{:<14} {}", step.name, step.claim);
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
+    let required = Required::from_environment()?;
+    let steps = selected(&options.only);
+    let started = Instant::now();
+    let mut workspace = Workspace::open()?;
+    let missing = workspace.prepare(&needs(&steps), &required)?;
+    workspace.strict = true;
+    let state = State::new(workspace, required);
+
+    let mut rows: Vec<Row> = Vec::new();
+    let mut failed = false;
+    for (index, step) in steps.iter().enumerate() {
+        if failed {
+            rows.push(Row { name: step.name, outcome: Outcome::NotRun, took: Duration::ZERO });
+            continue;
+        }
+        eprintln!("\n=== step {} of {}: {} ({})", index + 1, steps.len(), step.name, step.claim);
+        let step_started = Instant::now();
+        let outcome = outcome(step, &missing, &state);
+        failed = matches!(outcome, Outcome::Failed(_));
+        rows.push(Row { name: step.name, outcome, took: step_started.elapsed() });
+    }
+    print!("\n{}", summary::table(&rows, &state.counts.borrow(), started.elapsed()));
+    Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+/// The steps that `--only` names, in their usual order; all without it.
+fn selected(only: &[String]) -> Vec<&'static Step> {
+    STEPS.iter().filter(|step| only.is_empty() || only.iter().any(|name| name == step.name)).collect()
+}
+
+/// What the steps need and use, each once.
+fn needs(steps: &[&Step]) -> Vec<Need> {
+    let mut needs = Vec::new();
+    for need in steps.iter().flat_map(|step| step.needs.iter().chain(step.uses)) {
+        if !needs.contains(need) {
+            needs.push(*need);
+        }
+    }
+    needs
+}
+
+/// Runs a step, unless something that it needs is missing.
+fn outcome(step: &Step, missing: &[(Need, String)], state: &State) -> Outcome {
+    if let Some(reason) = reason_to_skip(step, missing) {
+        eprintln!("SKIPPED: {reason}");
+        return Outcome::Skipped(reason.to_owned());
+    }
+    match (step.run)(state) {
+        Ok(note) => Outcome::Passed(note),
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            Outcome::Failed(format!("{error:#}").lines().next().unwrap_or_default().to_owned())
+        }
+    }
+}
+
+/// Why something that the step needs is missing.
+fn reason_to_skip<'a>(step: &Step, missing: &'a [(Need, String)]) -> Option<&'a str> {
+    missing.iter().find(|(need, _)| step.needs.contains(need)).map(|(_, reason)| reason.as_str())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_selects_in_the_usual_order() {
+        let names = |only: &[&str]| -> Vec<_> {
+            let only: Vec<String> = only.iter().map(|&name| name.to_owned()).collect();
+            selected(&only).iter().map(|step| step.name).collect()
+        };
+        assert_eq!(names(&["docs", "format"]), ["format", "docs"]);
+        assert_eq!(names(&[]).len(), STEPS.len());
+    }
+
+    #[test]
+    fn each_need_is_prepared_once() {
+        let all = needs(&selected(&[]));
+        assert_eq!(all.len(), 4, "{all:?}");
+        assert_eq!(needs(&selected(&["format".to_owned()])), []);
+    }
+
+    #[test]
+    fn a_step_without_its_tool_is_skipped() {
+        let step =
+            Step { name: "x", claim: "", needs: &[Need::Qemu], uses: &[Need::Traces], run: |_| Ok("ran".into()) };
+        let missing = |need| [(need, "not here".to_owned())];
+        assert_eq!(reason_to_skip(&step, &missing(Need::Qemu)), Some("not here"));
+        assert_eq!(reason_to_skip(&step, &missing(Need::Traces)), None);
+        assert_eq!(reason_to_skip(&step, &[]), None);
+    }
+}

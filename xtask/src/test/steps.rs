@@ -1,0 +1,363 @@
+//! The steps of `cargo xtask test`, in their order: cheap ones first.
+//!
+//! Nothing is compiled twice: all steps on the host share two profiles (`dev`, and `host` for programs that must be fast), no step sets `RUSTFLAGS`, and what is built for the board is kept for the later steps.
+
+use std::cell::{OnceCell, RefCell};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail, ensure};
+
+use super::counts::{self, Counts};
+use crate::board::{Board, Drive};
+use crate::self_test::{self, SelfTest};
+use crate::setup::{Need, REQUIRE, Required};
+use crate::shell;
+use crate::toolchain::{SMALLEST_TARGET, TARGET};
+use crate::workspace::Workspace;
+
+/// A check.
+pub(super) struct Step {
+    pub(super) name: &'static str,
+    /// What passing means, for `--list`.
+    pub(super) claim: &'static str,
+    /// Without one of these the step is skipped, or the command stops where it is required.
+    pub(super) needs: &'static [Need],
+    /// Without one of these some of its tests are ignored, or the command stops where it is required.
+    pub(super) uses: &'static [Need],
+    /// Returns a number for the table, such as how many tests ran.
+    pub(super) run: fn(&State) -> Result<String>,
+}
+
+pub(super) const STEPS: [Step; 15] = [
+    Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
+    Step { name: "lints", claim: "clippy finds nothing on the host", needs: &[], uses: &[], run: lints },
+    Step { name: "docs", claim: "the documentation builds without a warning", needs: &[], uses: &[], run: docs },
+    Step { name: "cores-alone", claim: "each core compiles by itself", needs: &[], uses: &[], run: cores_alone },
+    Step {
+        name: "host-tests",
+        claim: "unit, property and replay tests pass",
+        needs: &[],
+        uses: &[Need::Traces],
+        run: host_tests,
+    },
+    Step {
+        name: "endurance",
+        claim: "72 h of ticks lose no stride and keep the rate",
+        needs: &[],
+        uses: &[],
+        run: endurance,
+    },
+    Step {
+        name: "firmware-host",
+        claim: "the firmware's unit tests pass on the host",
+        needs: &[],
+        uses: &[],
+        run: firmware_host,
+    },
+    Step {
+        name: "virtual-board",
+        claim: "the virtual board passes clippy, its docs build, its unit tests pass",
+        needs: &[Need::VirtualBoard],
+        uses: &[],
+        run: virtual_board,
+    },
+    Step {
+        name: "images",
+        claim: "the firmware builds for every board, in single precision",
+        needs: &[Need::BoardCompiler],
+        uses: &[],
+        run: images,
+    },
+    Step {
+        name: "cores-thumb",
+        claim: "each core compiles by itself for Cortex-M4F and Cortex-M0",
+        needs: &[Need::BoardCompiler],
+        uses: &[],
+        run: cores_thumb,
+    },
+    Step {
+        name: "panic-free",
+        claim: "no panic is reachable from the cores",
+        needs: &[Need::BoardCompiler],
+        uses: &[],
+        run: panic_free,
+    },
+    Step {
+        name: "core-selftest",
+        claim: "the virtual board's core passes its self-test",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: core_on_virtual_board,
+    },
+    Step {
+        name: "core-qemu",
+        claim: "QEMU's core passes the self-test too",
+        needs: &[Need::BoardCompiler, Need::Qemu],
+        uses: &[],
+        run: core_on_qemu,
+    },
+    Step {
+        name: "core-controls",
+        claim: "the self-test fails on a core with a fault on purpose",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: core_controls,
+    },
+    Step {
+        name: "image-tests",
+        claim: "the flashed image passes its scenarios on the virtual board",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[Need::Traces],
+        run: image_tests,
+    },
+];
+
+/// What the steps share: the workspace, what an earlier step has built, and the tests that have run.
+pub(super) struct State {
+    workspace: Workspace,
+    required: Required,
+    pub(super) counts: RefCell<Counts>,
+    image: OnceCell<PathBuf>,
+    shadow: OnceCell<PathBuf>,
+    virtual_board: OnceCell<PathBuf>,
+    selftest: OnceCell<PathBuf>,
+}
+
+impl State {
+    pub(super) fn new(workspace: Workspace, required: Required) -> State {
+        State {
+            workspace,
+            required,
+            counts: RefCell::default(),
+            image: OnceCell::new(),
+            shadow: OnceCell::new(),
+            virtual_board: OnceCell::new(),
+            selftest: OnceCell::new(),
+        }
+    }
+
+    fn image(&self) -> Result<&Path> {
+        build_once(&self.image, || Ok(self.workspace.firmware(Board::F4Discovery, Drive::Servos)?.elf))
+    }
+
+    fn shadow(&self) -> Result<&Path> {
+        build_once(&self.shadow, || Ok(self.workspace.firmware(Board::F4Discovery, Drive::Nothing)?.elf))
+    }
+
+    fn virtual_board(&self) -> Result<&Path> {
+        build_once(&self.virtual_board, || self.workspace.virtual_board())
+    }
+
+    fn selftest(&self, log: &str) -> Result<SelfTest<'_>> {
+        Ok(SelfTest { elf: build_once(&self.selftest, || self.workspace.core_selftest())?, log: self.log(log) })
+    }
+
+    /// Where the output of a program that is run under a deadline is kept.
+    fn log(&self, name: &str) -> PathBuf {
+        self.workspace.target_dir.join("xtask-logs").join(format!("{name}.log"))
+    }
+}
+
+fn build_once(cell: &OnceCell<PathBuf>, make: impl FnOnce() -> Result<PathBuf>) -> Result<&Path> {
+    if cell.get().is_none() {
+        // Empty, so this sets it.
+        let _ = cell.set(make()?);
+    }
+    cell.get().map(PathBuf::as_path).context("nothing was built")
+}
+
+/// A cargo command of the host whose output is the step's.
+fn cargo(arguments: &[&str]) -> Result<()> {
+    shell::must_succeed(shell::cargo().args(arguments), &format!("cargo {}", arguments.join(" ")))
+}
+
+/// A cargo command that runs tests: shows its output, counts the tests and names those that fail.
+fn cargo_test(state: &State, command: &mut Command, with_image: bool) -> Result<String> {
+    command.env(REQUIRE, state.required.for_tests(with_image));
+    let counts = counts::run(command, &mut std::io::stderr())?;
+    let text = counts.to_string();
+    state.counts.borrow_mut().add(counts);
+    Ok(text)
+}
+
+fn format(_: &State) -> Result<String> {
+    cargo(&["fmt", "--all", "--", "--check"])?;
+    Ok(String::new())
+}
+
+/// The virtual board has a step of its own: it needs system packages, and its C code is built once, in the profile `host`.
+fn lints(_: &State) -> Result<String> {
+    cargo(&["clippy", "--workspace", "--exclude", "virtual-board", "--all-targets", "--", "-D", "warnings"])?;
+    Ok(String::new())
+}
+
+fn docs(_: &State) -> Result<String> {
+    let mut cargo = shell::cargo();
+    cargo.env("RUSTDOCFLAGS", "-Dwarnings").args(["doc", "--workspace", "--exclude", "virtual-board", "--no-deps"]);
+    shell::must_succeed(&mut cargo, "cargo doc")?;
+    Ok(String::new())
+}
+
+/// The crates that compile for every chip, in the order of their dependencies.
+const CORES: [&str; 4] = ["joint-units", "hgod-adc", "cpg-core", "joint-loop"];
+
+/// In one workspace build the features of all packages are united, which hides what a core lacks by itself.
+fn cores_alone(_: &State) -> Result<String> {
+    for core in CORES {
+        cargo(&["check", "--package", core, "--no-default-features"])?;
+    }
+    Ok(format!("{} crates", CORES.len()))
+}
+
+/// The host has a standard library, 64 bits and every atomic operation; the smallest chip has none of them.
+fn cores_thumb(state: &State) -> Result<String> {
+    let targets = [TARGET, SMALLEST_TARGET];
+    for target in targets {
+        state.workspace.toolchain()?.ready_for(target)?;
+        for core in CORES {
+            let mut check = state.workspace.thumb_check(core, target, &["--no-default-features"])?;
+            shell::must_succeed(&mut check, &format!("checking {core} alone for {target}"))?;
+        }
+    }
+    Ok(format!("{} crates, {}", CORES.len(), targets.join(" and ")))
+}
+
+fn host_tests(state: &State) -> Result<String> {
+    cargo_test(state, shell::cargo().arg("test"), false)
+}
+
+fn firmware_host(state: &State) -> Result<String> {
+    cargo_test(state, shell::cargo().args(["test", "--package", "firmware", "--lib"]), false)
+}
+
+fn endurance(_: &State) -> Result<String> {
+    cargo(&["run", "--package", "cpg-core", "--profile", "host", "--example", "endurance", "--", "72"])?;
+    Ok(String::new())
+}
+
+fn virtual_board(state: &State) -> Result<String> {
+    let package = ["--package", "virtual-board", "--profile", "host"];
+    state.virtual_board()?;
+    cargo(&[&["clippy"], &package[..], &["--all-targets", "--", "-D", "warnings"]].concat())?;
+    let mut doc = shell::cargo();
+    doc.env("RUSTDOCFLAGS", "-Dwarnings").arg("doc").args(package).arg("--no-deps");
+    shell::must_succeed(&mut doc, "cargo doc")?;
+    cargo_test(state, shell::cargo().arg("test").args(package), false)
+}
+
+fn images(state: &State) -> Result<String> {
+    let mut sizes = Vec::new();
+    let shadow = state.workspace.firmware(Board::F4Discovery, Drive::Nothing)?;
+    let _ = state.shadow.set(shadow.elf);
+    for board in Board::ALL {
+        let image = state.workspace.firmware(board, Drive::Servos)?;
+        // One such routine in a tick costs as much as fifty in single precision, and no other test shows it.
+        ensure!(
+            image.double_precision.is_empty(),
+            "{} computes in double precision: {:?}",
+            board.feature(),
+            image.double_precision
+        );
+        sizes.push(format!("{}: {}", board.feature(), image.footprint));
+        if board == Board::F4Discovery {
+            // Set only once: `image` was not asked for before.
+            let _ = state.image.set(image.elf);
+        }
+    }
+    Ok(sizes.join("; "))
+}
+
+/// Links only if no panic is reachable; with one reachable index it must not link, otherwise the proof proves nothing.
+fn panic_free(state: &State) -> Result<String> {
+    shell::must_succeed(&mut state.workspace.thumb_build("link-proof", &[])?, "linking the panic-free proof")?;
+    let mut broken = state.workspace.thumb_build("link-proof", &["--features", "unchecked-index"])?;
+    let finished =
+        shell::with_deadline(&mut broken, Duration::from_secs(600), &state.log("link-proof-unchecked-index"))?;
+    let undefined = finished.output.lines().find(|line| line.contains("undefined symbol"));
+    match (finished.success(), undefined) {
+        (true, _) => bail!("the proof links with a reachable panic: it proves nothing"),
+        (false, None) => bail!("the proof with a reachable panic failed, but not at the link:\n{}", finished.tail(20)),
+        (false, Some(line)) => {
+            eprintln!("with a reachable panic, as it should: {}", line.trim());
+            Ok("links; with a reachable panic it does not".to_owned())
+        }
+    }
+}
+
+fn core_on_virtual_board(state: &State) -> Result<String> {
+    state.selftest("core-selftest")?.on_virtual_board(state.virtual_board()?)
+}
+
+fn core_on_qemu(state: &State) -> Result<String> {
+    state.selftest("core-qemu")?.on_qemu()
+}
+
+fn core_controls(state: &State) -> Result<String> {
+    for fault in self_test::FAULTS {
+        let noticed = state.selftest(fault)?.notices(state.virtual_board()?, fault)?;
+        eprintln!("--break {fault}, as it should: {noticed}");
+    }
+    Ok(format!("{} faults noticed", self_test::FAULTS.len()))
+}
+
+fn image_tests(state: &State) -> Result<String> {
+    let footfall = state.workspace.footfall()?;
+    let mut tests = shell::cargo();
+    tests
+        .env("FOOTFALL_ELF", state.image()?)
+        .env("FOOTFALL_SHADOW_ELF", state.shadow()?)
+        .env("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?)
+        .env("FOOTFALL_BIN", footfall)
+        .env("FOOTFALL_REQUIRE_VIRTUAL_BOARD", "1")
+        // Without `--package`, the features are those of the host tests and nothing is compiled again.
+        .args([
+            "test",
+            "--test",
+            "virtual_board",
+            "--test",
+            "bad_input",
+            "--test",
+            "fits",
+            "--test",
+            "ears",
+            "--test",
+            "follow",
+            "--test",
+            "board_entrainment",
+            "--test",
+            "capture",
+            "--test",
+            "verdicts",
+        ]);
+    cargo_test(state, &mut tests, true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_steps_have_the_same_name() {
+        for (index, step) in STEPS.iter().enumerate() {
+            assert!(STEPS[..index].iter().all(|before| before.name != step.name), "{}", step.name);
+            assert!(step.name.len() <= 14, "{} is too wide for the table", step.name);
+        }
+    }
+
+    #[test]
+    fn only_qemu_is_optional_for_a_step() {
+        let optional = |need: &&Need| !Required::default().contains(**need);
+        let optional: Vec<_> = STEPS.iter().flat_map(|step| step.needs.iter().filter(optional)).collect();
+        assert_eq!(optional, [&Need::Qemu]);
+    }
+
+    #[test]
+    fn a_program_is_built_once() {
+        let cell = OnceCell::new();
+        assert!(build_once(&cell, || bail!("no")).is_err());
+        assert_eq!(build_once(&cell, || Ok("a".into())).unwrap(), Path::new("a"));
+        assert_eq!(build_once(&cell, || panic!("built again")).unwrap(), Path::new("a"));
+    }
+}

@@ -1,0 +1,231 @@
+//! Builds the programs of the workspace: those for the host in its target folder, those for the board there too or in `thumb-debian`
+//! below it (see `toolchain.rs`), so that no build removes the output of another.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, bail};
+
+use crate::board::{Board, Drive};
+use crate::image::{self, Footprint};
+use crate::progress::{self, Build};
+use crate::setup::{self, Need, Required};
+use crate::shell;
+use crate::toolchain::{TARGET, Toolchain};
+
+/// The workspace and what it is built with.
+#[derive(Debug)]
+pub(crate) struct Workspace {
+    /// Cargo's target folder for the host.
+    pub(crate) target_dir: PathBuf,
+    /// Where the command was typed: file names on the command line are relative to it.
+    pub(crate) started_in: PathBuf,
+    /// Warnings in code for the board fail the build. Outside the tests they are only shown.
+    pub(crate) strict: bool,
+    toolchain: Option<Toolchain>,
+}
+
+/// What `cargo xtask run` starts.
+#[derive(Debug)]
+pub(crate) struct Programs {
+    pub(crate) virtual_board: PathBuf,
+    pub(crate) footfall: PathBuf,
+    pub(crate) image: Image,
+}
+
+/// A firmware image.
+#[derive(Debug)]
+pub(crate) struct Image {
+    /// A copy under a name of its own: cargo gives every board's image the same one.
+    pub(crate) elf: PathBuf,
+    /// What it takes on the chip.
+    pub(crate) footprint: Footprint,
+    /// Routines in it that compute in double precision.
+    pub(crate) double_precision: Vec<String>,
+}
+
+impl Workspace {
+    /// Finds the workspace and makes its root the working directory: cargo's configuration follows it.
+    pub(crate) fn open() -> Result<Workspace> {
+        let started_in = std::env::current_dir().context("reading the working directory")?;
+        // Set by `cargo run`; the compiled-in one serves a copy of the program that is started by hand.
+        let manifest = std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
+        let root = Path::new(&manifest).parent().context("xtask is not in a workspace")?;
+        std::env::set_current_dir(root).with_context(|| format!("entering {}", root.display()))?;
+        let metadata =
+            shell::stdout_of(shell::cargo().args(["metadata", "--format-version", "1", "--no-deps", "--offline"]))?;
+        let metadata: serde_json::Value = serde_json::from_str(&metadata).context("reading cargo's metadata")?;
+        let target_dir = metadata["target_directory"].as_str().context("cargo names no target folder")?.into();
+        Ok(Workspace { target_dir, started_in, strict: false, toolchain: None })
+    }
+
+    /// Makes the computer ready for `needs`, all of which are required.
+    pub(crate) fn set_up(&mut self, needs: &[Need]) -> Result<()> {
+        self.prepare(needs, &Required::from_environment()?.and(needs)).map(drop)
+    }
+
+    /// Installs everything that a command may need, and these groups of tools, which are required then. Returns what is missing.
+    pub(crate) fn install(&mut self, groups: &[Need]) -> Result<Vec<(Need, String)>> {
+        let mut needs = vec![Need::BoardCompiler, Need::VirtualBoard, Need::Qemu];
+        needs.extend(groups.iter().filter(|&&group| group != Need::Qemu));
+        self.prepare(&needs, &Required::from_environment()?.and(groups))
+    }
+
+    /// Makes the computer ready for `needs`; returns those optional ones that are missing, each with the reason.
+    pub(crate) fn prepare(&mut self, needs: &[Need], required: &Required) -> Result<Vec<(Need, String)>> {
+        let setup = setup::set_up(needs, required, &self.target_dir)?;
+        self.toolchain = setup.toolchain.or(self.toolchain.take());
+        Ok(setup.missing)
+    }
+
+    /// The toolchain for the board, once [`Workspace::set_up`] was called with [`Need::BoardCompiler`].
+    pub(crate) fn toolchain(&self) -> Result<&Toolchain> {
+        self.toolchain.as_ref().context("no toolchain for the board was set up")
+    }
+
+    /// A `cargo build` of one package for the board.
+    pub(crate) fn thumb_build(&self, package: &str, options: &[&str]) -> Result<Command> {
+        self.thumb_cargo("build", package, TARGET, options)
+    }
+
+    /// A `cargo check` of one package for a target without an operating system, which the toolchain must be
+    /// [ready for](Toolchain::ready_for).
+    pub(crate) fn thumb_check(&self, package: &str, target: &str, options: &[&str]) -> Result<Command> {
+        self.thumb_cargo("check", package, target, options)
+    }
+
+    fn thumb_cargo(&self, command: &str, package: &str, target: &str, options: &[&str]) -> Result<Command> {
+        let toolchain = self.toolchain()?;
+        let mut cargo = toolchain.cargo();
+        cargo.args([command, "--package", package, "--release", "--target", target]).args(options);
+        if self.strict {
+            toolchain.deny_warnings(&mut cargo);
+        }
+        // Without a level defmt compiles every log statement out. The configuration file sets it too, but an empty variable overrides that.
+        if std::env::var_os("DEFMT_LOG").is_none_or(|level| level.is_empty()) {
+            cargo.env("DEFMT_LOG", "info");
+        }
+        Ok(cargo)
+    }
+
+    /// The firmware for a board.
+    pub(crate) fn firmware(&self, board: Board, drive: Drive) -> Result<Image> {
+        let features = features(board, drive);
+        eprintln!("build: firmware for {features}");
+        let built = executable(self.firmware_build(&features)?)?;
+        self.image(&built, &features)
+    }
+
+    /// What `cargo xtask run` needs, built side by side. The two programs for the host are one build, because they share most crates.
+    pub(crate) fn image_and_host_programs(&self, board: Board, drive: Drive) -> Result<Programs> {
+        let features = features(board, drive);
+        eprintln!("build: virtual-board and footfall, firmware for {features} (the first time takes minutes)");
+        let host = host_build("virtual-board and footfall", &["virtual-board", "footfall"]);
+        let built: Vec<PathBuf> =
+            progress::build(vec![host, self.firmware_build(&features)?])?.into_iter().flatten().collect();
+        let Ok([virtual_board, footfall, firmware]) = <[PathBuf; 3]>::try_from(built) else {
+            bail!("cargo built another number of programs than three")
+        };
+        Ok(Programs { virtual_board, footfall, image: self.image(&firmware, &features)? })
+    }
+
+    fn firmware_build(&self, features: &str) -> Result<Build> {
+        let cargo = self.thumb_build("firmware", &["--no-default-features", "--features", features])?;
+        Ok(Build { label: "firmware", cargo, executables: &["firmware"] })
+    }
+
+    /// Reads the image and copies it under a name of its own.
+    fn image(&self, built: &Path, features: &str) -> Result<Image> {
+        let elf = std::fs::read(built).with_context(|| format!("reading {}", built.display()))?;
+        let wrong = |wrong: &'static str| anyhow::anyhow!("{}: {wrong}", built.display());
+        let footprint = image::footprint(&elf).map_err(wrong)?;
+        let double_precision = image::double_precision(&elf).map_err(wrong)?;
+        let images = self.target_dir.join("images");
+        std::fs::create_dir_all(&images).with_context(|| format!("making {}", images.display()))?;
+        let copy = images.join(format!("firmware-{}.elf", features.replace(',', "-")));
+        std::fs::write(&copy, elf).with_context(|| format!("writing {}", copy.display()))?;
+        Ok(Image { elf: copy, footprint, double_precision })
+    }
+
+    /// The self-test of the processor core, which needs no peripheral.
+    pub(crate) fn core_selftest(&self) -> Result<PathBuf> {
+        let cargo = self.thumb_build("core-selftest", &[])?;
+        one_program(Build { label: "core-selftest", cargo, executables: &["core-selftest"] })
+    }
+
+    /// The program that counts the instructions of every generator's step.
+    pub(crate) fn step_cost(&self) -> Result<PathBuf> {
+        let cargo = self.thumb_build("step-cost", &[])?;
+        one_program(Build { label: "step-cost", cargo, executables: &["step-cost"] })
+    }
+
+    /// The program that runs an image without a board.
+    pub(crate) fn virtual_board(&self) -> Result<PathBuf> {
+        one_program(host_build("virtual-board", &["virtual-board"]))
+    }
+
+    /// The command-line program.
+    pub(crate) fn footfall(&self) -> Result<PathBuf> {
+        one_program(host_build("footfall", &["footfall"]))
+    }
+}
+
+fn features(board: Board, drive: Drive) -> String {
+    match drive {
+        Drive::Servos => board.feature().to_owned(),
+        Drive::Nothing => format!("{},shadow", board.feature()),
+    }
+}
+
+/// A build of programs for the host: packages with an executable of the same name.
+fn host_build(label: &'static str, packages: &'static [&'static str]) -> Build {
+    let mut cargo = shell::cargo();
+    cargo.args(["build", "--profile", "host"]);
+    for package in packages {
+        cargo.args(["--package", package]);
+    }
+    Build { label, cargo, executables: packages }
+}
+
+/// A build of one executable, announced by its name.
+fn one_program(build: Build) -> Result<PathBuf> {
+    eprintln!("build: {}", build.label);
+    executable(build)
+}
+
+fn executable(build: Build) -> Result<PathBuf> {
+    let built = progress::build(vec![build])?;
+    built.into_iter().flatten().next().context("the build made no program")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_build_without_a_toolchain_is_refused() {
+        let workspace =
+            Workspace { target_dir: "target".into(), started_in: ".".into(), strict: false, toolchain: None };
+        assert!(workspace.thumb_build("firmware", &[]).unwrap_err().to_string().contains("toolchain"));
+    }
+
+    /// With other features a crate is compiled again: after `cargo xtask run`, which builds both programs at once, neither
+    /// `cargo footfall` nor the tests of the virtual board may do so.
+    #[test]
+    fn the_host_programs_share_their_crates() {
+        let crates = |packages: &[&str]| {
+            let mut cargo = shell::cargo();
+            cargo.args(["tree", "--edges", "normal,build", "--prefix", "none", "--format", "{p} {f}"]);
+            cargo.args(packages.iter().flat_map(|package| ["--package", package]));
+            let tree = shell::stdout_of(&mut cargo).unwrap();
+            tree.lines().map(|line| line.trim_end_matches(" (*)").to_owned()).collect::<std::collections::BTreeSet<_>>()
+        };
+        let both = crates(&["virtual-board", "footfall"]);
+        for package in ["virtual-board", "footfall"] {
+            let alone = crates(&[package]);
+            assert!(alone.len() > 50, "{package} has crates");
+            let other: Vec<_> = alone.difference(&both).collect();
+            assert!(other.is_empty(), "{package} alone has other features than with the other program: {other:#?}");
+        }
+    }
+}
