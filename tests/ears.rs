@@ -3,8 +3,8 @@
 
 use cpg_core::entrainment::{EventSource, Lock};
 use cpg_core::waveform::shape::Shape;
+use firmware::board::{GENERATOR_SECTOR, SENSORS_SECTOR};
 use footfall::board::default_loop::SENSOR_PINS;
-use footfall::board::telemetry::Call;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::chain;
 use footfall_tests::degraded::Random;
@@ -19,6 +19,7 @@ use joint_loop::{FollowConfig, GeneratorConfig, JointSensor, JointSensors, Super
 use joint_units::{Joint, Phase, Radians, Volts};
 use std::ffi::OsString;
 use std::path::Path;
+use wire::Call;
 
 /// Nothing irregular, every line the host's to the bit, and of the stack, which is used most at boot, no more than six tenths.
 fn assert_equal(ran: &Ran) {
@@ -26,7 +27,7 @@ fn assert_equal(ran: &Ran) {
     let books = &ran.books;
     assert_eq!((books.different, books.not_compared, books.lost_lines), (0, 0, 0), "{:?}", books.differences);
     assert!(books.compared > 100);
-    let margin = ran.boots[0].margins.last().unwrap();
+    let margin = ran.boots[0].costs.last().unwrap();
     assert!(10 * margin.stack_used <= 6 * margin.stack_size, "{} of {} bytes", margin.stack_used, margin.stack_size);
 }
 
@@ -76,16 +77,17 @@ fn four_sensors_are_measured_each_by_its_own_calibration() {
     let mut options: Vec<OsString> = ["--secs", "5", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
     options.push(feed.into());
     let record = sensor_record::record_of(&worn);
-    options.extend(download(sensor_record::ADDRESS, record.bytes(), folder.path(), "sensors.bin"));
+    options.extend(download(SENSORS_SECTOR, record.bytes(), folder.path(), "sensors.bin"));
     let ran = board.run_as(&parameters, &options);
     assert_equal(&ran);
     let boot = &ran.boots[0];
-    assert_eq!(boot.boot.as_ref().unwrap().sensors_crc, record.crc());
+    assert_eq!(boot.boot.as_ref().unwrap().sensors_crc, Some(record.crc()));
     // The board's own lines.
     let mut worst = [0.0f64; 4];
     for line in &boot.ticks {
         for (channel, sensor) in worn.iter().enumerate() {
-            assert_eq!(line.verdict[channel], Some(Validity::Good), "{} in tick {}", sensor.joint.name(), line.tick);
+            let reading = line.sensors[channel].unwrap();
+            assert_eq!(reading.validity, Validity::Good, "{} in tick {}", sensor.joint.name(), line.tick);
             if line.tick < 200 {
                 continue;
             }
@@ -93,7 +95,7 @@ fn four_sensors_are_measured_each_by_its_own_calibration() {
             let joint = walk.recording.of_joint(sensor.joint).unwrap();
             let near = |late: f64| {
                 let at = (f64::from(line.tick) * 1e-3 - late).rem_euclid(walk.recording.duration_s());
-                (f64::from(line.sensor_deg[channel]) - walk.recording.at(joint, at)).abs()
+                (f64::from(reading.angle_deg()) - walk.recording.at(joint, at)).abs()
             };
             worst[channel] =
                 worst[channel].max((-12..=12).map(|ms| near(f64::from(ms) * 1e-3)).fold(f64::MAX, f64::min));
@@ -118,13 +120,8 @@ fn a_follower_listens_to_the_channel_of_its_joint() {
     options.push(feed.into());
     let with = |worn: &JointSensors| {
         let mut options = options.clone();
-        options.extend(download(
-            generator_record::ADDRESS,
-            generator_record::record_of(&config).bytes(),
-            folder.path(),
-            "w",
-        ));
-        options.extend(download(sensor_record::ADDRESS, sensor_record::record_of(worn).bytes(), folder.path(), "s"));
+        options.extend(download(GENERATOR_SECTOR, generator_record::record_of(&config).bytes(), folder.path(), "w"));
+        options.extend(download(SENSORS_SECTOR, sensor_record::record_of(worn).bytes(), folder.path(), "s"));
         board.run_as(&Parameters::with_defaults(Some(config), Some(worn.clone())).unwrap(), &options)
     };
     let ran = with(&worn);
@@ -132,9 +129,8 @@ fn a_follower_listens_to_the_channel_of_its_joint() {
     let following = ran.books.following.unwrap();
     assert_eq!((following.state, following.fault), ("locked", None));
     assert!(following.locked_at_s.unwrap() < 4.0, "{following:?}");
-    // Every line of the board's own account came, each after its tick.
-    let (follows, ticks) = (&ran.boots[0].follows, &ran.boots[0].ticks);
-    assert!(follows.iter().map(|follow| follow.tick).eq(ticks.iter().map(|tick| tick.tick)));
+    // Every frame holds the state of the lock.
+    assert!(ran.boots[0].ticks.iter().all(|frame| frame.following.is_some()));
 
     // Without a sensor on that joint the board stays dark and says why.
     let knees = JointSensors::build([Joint::LeftKnee, Joint::RightKnee].map(|j| JointSensor::uncalibrated(j).unwrap()));
@@ -175,12 +171,7 @@ fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
         let mut options: Vec<OsString> = ["--press", "0.3", "--secs", &secs.to_string()].map(Into::into).to_vec();
         options.extend(["--volts".into(), feed.clone().into()]);
         options.extend(["--edges".into(), format!("PC5={}", strikes.display()).into()]);
-        options.extend(download(
-            generator_record::ADDRESS,
-            generator_record::record_of(&config).bytes(),
-            folder.path(),
-            "w",
-        ));
+        options.extend(download(GENERATOR_SECTOR, generator_record::record_of(&config).bytes(), folder.path(), "w"));
         let ran = board.run_with(&config, &options);
         assert_equal(&ran);
         // The foot is in the inputs of every tick, and the host's copy heard the same strikes.
@@ -220,9 +211,11 @@ fn a_broken_sensor_sector_keeps_the_board_dark() {
     let good = sensor_record::record_of(&four());
     let mut changed = good.bytes().to_vec();
     changed[40] ^= 4;
-    for (bytes, words) in [(changed.as_slice(), "sensors: check sum"), (b"FFWK, not sensors", "begins with FFSN")] {
+    for (bytes, words) in
+        [(changed.as_slice(), "sensor_record refused: check sum"), (b"FFWK, not sensors", "begins with FFSN")]
+    {
         let mut options: Vec<OsString> = ["--secs", "0.5", "--press", "0.3"].map(Into::into).to_vec();
-        options.extend(download(sensor_record::ADDRESS, bytes, folder.path(), "sensors.bin"));
+        options.extend(download(SENSORS_SECTOR, bytes, folder.path(), "sensors.bin"));
         let ran = board.run(options);
         assert!(ran.boots[0].ticks.is_empty() && ran.end.edges_before_arming == 0);
         assert!(ran.boots[0].log.iter().any(|line| line.contains(words)), "{:?}", ran.boots[0].log);
@@ -266,7 +259,7 @@ fn edges_at_the_synchronisation_input_are_timed_by_the_boards_clock() {
     );
     // The boot's clock begins later than the feed's; what is left is the handler and the microsecond.
     assert!(most - least < 4e-6, "{least} to {most}");
-    assert!(ran.boots[0].log.iter().all(|line| !line.contains("edges lost")), "{:?}", ran.boots[0].log);
+    assert!(ran.boots[0].edges.iter().all(|edge| !edge.lost_before));
 }
 
 /// A line that rings at 200 kHz for 50 ms: told as lost, and not one tick late for it.
@@ -285,7 +278,7 @@ fn a_line_that_rings_holds_no_tick_up() {
     assert_eq!((last.late, last.missed), (0, 0));
     let told = ran.boots[0].edges.len();
     assert!((100..=500).contains(&told), "{told} edges");
-    assert!(ran.boots[0].log.iter().filter(|line| line.starts_with("edges lost")).count() >= 40);
+    assert!(ran.boots[0].edges.iter().filter(|edge| edge.lost_before).count() >= 40);
 }
 
 /// With the shadow image: the loop arms and walks, its setpoints are the host's, and no servo pin ever moves.
@@ -301,16 +294,16 @@ fn in_shadow_everything_runs_and_no_pin_moves() {
     assert!(boot.boot.as_ref().unwrap().shadow && ran.books.shadow);
     let last = boot.ticks.last().unwrap();
     assert_eq!(last.state, SupervisorState::Walking);
-    assert!(last.pulse_us.iter().all(|us| (500..=2500).contains(us)), "{last:?}");
+    assert!(last.pulses_us.iter().all(|us| (500..=2500).contains(us)), "{last:?}");
     // Of the servo pins nothing was heard; the knees' would-be setpoints walk, and the phase error is told.
     assert!(ran.pulses.is_empty(), "{:?}", ran.pulses.first());
     for pin in ["PE9", "PE11", "PE13", "PE14"] {
         assert_eq!(ran.end.edges.get(pin).copied().unwrap_or(0), 0, "{pin}");
     }
-    let knee = boot.ticks.iter().filter(|tick| tick.tick > 6000).map(|tick| tick.set_deg[2]);
+    let knee = boot.ticks.iter().filter(|tick| tick.tick > 6000).map(|tick| tick.setpoints_deg()[2]);
     let (least, most) = knee.fold((f32::MAX, f32::MIN), |(least, most), deg| (least.min(deg), most.max(deg)));
     assert!(most - least > 40.0, "{least} to {most} degrees");
-    let follow = boot.follows.last().unwrap();
-    assert!(follow.phase_error_deg.abs() < 20.0 && follow.confidence > 0.3, "{follow}");
+    let follow = last.following.unwrap();
+    assert!(follow.phase_error_deg().abs() < 20.0 && follow.confidence > 0.3, "{follow:?}");
     assert_eq!(ran.books.following.map(|following| following.state), Some("locked"));
 }

@@ -60,7 +60,7 @@ fn one_hip_drives_four_joints() {
     for sensor in [Joint::LeftHip, Joint::RightHip] {
         for walker in people("one hip drives four joints", sensor) {
             let run = entrain(&walker.recording, sensor, None).expect("entrained");
-            let verdict = run.verdict;
+            let verdict = run.following;
             let rmse = verdict.steady_rmse_deg.map(|rmse| rmse.expect("all joints"));
             println!("{} {}: {rmse:.2?}, {:?}", walker.name, sensor.name(), verdict.lock_s);
             let other = if sensor == Joint::LeftHip { Joint::RightHip } else { Joint::LeftHip };
@@ -76,7 +76,7 @@ fn one_hip_drives_four_joints() {
     // The recording that ships is two strides: templates and trace are the same, so that only tracking is left.
     for sensor in Joint::ALL {
         let walker = default_loop(sensor, 25.0);
-        let verdict = entrain(&walker.recording, sensor, None).expect("entrained").verdict;
+        let verdict = entrain(&walker.recording, sensor, None).expect("entrained").following;
         println!("shipped {}: {:.2?}", sensor.name(), verdict.steady_rmse_deg.map(Option::unwrap));
         assert!(verdict.steady_rmse_deg.iter().all(|rmse| rmse.is_some_and(|rmse| rmse < 3.0)), "{verdict:?}");
         assert_eq!((verdict.false_locks, verdict.holds.len()), (0, 0));
@@ -116,7 +116,7 @@ fn recorded_walkers_are_locked_on_from_anywhere() {
             for start in 0..12 {
                 let from = 15_000 + (f64::from(start) * walker.learned.stride_s * 1000.0 / 12.0) as usize;
                 let stride_s = walker.learned.stride_s / factor;
-                let mut legs = run::legs(walker.templates, Joint::LeftHip, stride_s).expect("built");
+                let mut legs = run::follower(walker.templates, Joint::LeftHip, stride_s).expect("built");
                 let ticks = run::run(&mut legs, samples[from..from + 12_000].iter().copied().map(Some));
                 let bad = ticks.iter().enumerate().rposition(|(n, tick)| {
                     let phase = walker.learned.phase_at((from + n) as f64 * 1e-3).rem_euclid(1.0);
@@ -138,7 +138,7 @@ fn a_step_of_cadence() {
     for sensor in [Joint::LeftHip, Joint::RightHip] {
         let mut worst = 0.0f64;
         for start in 0..24 {
-            let mut legs = run::legs(walker.templates, sensor, 1.1).expect("built");
+            let mut legs = run::follower(walker.templates, sensor, 1.1).expect("built");
             let mut cycles = f64::from(start) / 24.0;
             for tick in 0..14_000 {
                 let stride_s = if tick < 10_000 { 1.1 } else { 0.9 };

@@ -1,14 +1,15 @@
 //! Fits of real recordings: how near phase and shape comes, on what it saw and on what it did not; and that the board walks a fit.
 
+use firmware::board::GENERATOR_SECTOR;
 use footfall_tests::board::Board;
 use footfall_tests::traces::{self, default_volts_file};
 use gait_fit::fit::{Fit, Settings, Source, fit};
 use gait_fit::judge::HeldOut;
-use gait_trace::clean::condition::{LowPass, Rules};
+use gait_trace::ReadOptions;
 use gait_trace::format::open;
-use gait_trace::format::open::ReadOptions;
+use gait_trace::{LowPass, Rules};
 use joint_loop::SupervisorState;
-use joint_loop::store::generator_record::{ADDRESS, record_of};
+use joint_loop::store::generator_record::record_of;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -107,7 +108,7 @@ fn the_board_walks_a_fit_to_the_bit() {
         "--press".into(),
         "0.3".into(),
         "--flash".into(),
-        OsString::from(format!("{ADDRESS:#010x}={}", sector.path().display())),
+        OsString::from(format!("{GENERATOR_SECTOR:#010x}={}", sector.path().display())),
     ]
     .into();
     let ran = board.run_with(&config, options);
@@ -118,7 +119,7 @@ fn the_board_walks_a_fit_to_the_bit() {
     assert_eq!(frames[frames.len() - 1].state, SupervisorState::Walking);
     let last = ran.boots[0].ticks.last().unwrap();
     let same = frames.iter().find(|frame| frame.tick == last.tick).unwrap();
-    assert_eq!(same.setpoint_hash, last.hash);
+    assert_eq!(same.setpoint_hash, last.setpoint_hash);
     // It is the fitted gait that was walked: over the last strides each joint's range is the mean stride's, within two degrees.
     let mean = fit.strides.mean();
     for joint in 0..4 {

@@ -329,7 +329,7 @@ fn legs(recording: &Recording, channel: &Channel) -> Option<Follower> {
     let learned = learn(&beginning, joint, 12.0).ok()?;
     let learned = learned.completed(&default_generator(joint).ok()?, joint).ok()?;
     let [Some(a), Some(b), Some(c), Some(d)] = learned.templates else { return None };
-    run::legs([a, b, c, d], joint, learned.stride_s).ok()
+    run::follower([a, b, c, d], joint, learned.stride_s).ok()
 }
 
 /// The column `T` of the tables in the folder's own description.

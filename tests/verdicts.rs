@@ -15,9 +15,9 @@ use footfall_tests::degraded::Random;
 use footfall_tests::faulty::{Fault, Knee, LSB, Rig, SUPPLY, table};
 use footfall_tests::traces::{default_trace, default_traces_folder, many, package};
 use gait_fit::fit::{Settings, Source, fit};
+use gait_trace::ReadOptions;
 use gait_trace::format::csv_file;
 use gait_trace::format::open;
-use gait_trace::format::open::ReadOptions;
 use hgod_adc::{Sensor, Supply, Validity};
 use joint_loop::{
     BoardGenerator, Cause, FREEWHEEL_MS, Frame, GeneratorConfig, PARK_MS, Response, SENSOR_TOLERANCE_MS, SENSORS,
@@ -81,7 +81,7 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
     let of = format!("{fault:?} at phase {phase} of {PHASES}, noise {noise}");
 
     // The first sample that is wrong: where the code sticks, the first that repeats.
-    let codes: Vec<AdcCode> = ran.boots[0].calls.iter().map(|(_, call)| call.sensors[0]).collect();
+    let codes: Vec<AdcCode> = ran.boots[0].calls.iter().map(|(_, call)| AdcCode(call.codes[0])).collect();
     let whole = clock.first_wrong(at);
     let repeats = fault == Fault::Stuck && codes[index(whole)] != codes[index(whole - 1)];
     let wrong = whole + u32::from(repeats);

@@ -2,6 +2,7 @@
 //!
 //! What this shows is shown on models of the chip's peripherals, not on hardware.
 
+use firmware::board::GENERATOR_SECTOR;
 use footfall::board::default_loop::SENSOR_JOINT;
 use footfall::command::sync::{coded, edges};
 use footfall_tests::board::{Board, Booted, Ran};
@@ -9,13 +10,14 @@ use footfall_tests::traces::default_volts_file;
 use generator_file::file::{GeneratorFile, GeneratorSet};
 use hgod_adc::{OVERSAMPLING, SensorState, trimmed_mean};
 use joint_loop::io::time_code::level;
-use joint_loop::store::generator_record::{ADDRESS, record_of};
+use joint_loop::store::generator_record::record_of;
 use joint_loop::{GeneratorConfig, JointSensor, LoopConfig, SupervisorState};
-use joint_units::{AdcCode, Joint};
+use joint_units::{AdcCode, Joint, Volts};
 use serde_json::Value;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
+use wire::Reset;
 
 /// The tasks that move the outputs, by the functions that each round of them calls.
 const TASKS: [&str; 4] = ["sensor_step", "control_step", "telemetry_step", "watchdog_step"];
@@ -123,16 +125,17 @@ fn the_angles_that_the_board_logs_are_those_of_the_host_for_the_same_codes() {
     let words = boot.boot.as_ref().unwrap();
     // The sensor alone, without the loop around it.
     let worn = JointSensor::uncalibrated(SENSOR_JOINT).unwrap();
-    let sensor = worn.build(words.vrefint_cal, words.min_supply).unwrap();
+    let sensor = worn.build(AdcCode(words.reference_cal), Volts(words.min_supply_v)).unwrap();
     let mut state = SensorState::default();
     let mut ticks = boot.ticks.iter().peekable();
     let mut compared = 0;
     for (tick, call) in &boot.calls {
         state.missed(u32::from(call.elapsed) - 1);
-        let reading = sensor.sample(&mut state, call.sensors[0], call.vrefint);
+        let reading = sensor.sample(&mut state, AdcCode(call.codes[0]), AdcCode(call.reference));
         if let Some(line) = ticks.next_if(|line| line.tick == *tick) {
-            assert_eq!(line.sensor_deg[0].to_bits(), reading.angle.degrees().to_bits(), "tick {tick}");
-            assert_eq!(line.verdict[0], Some(reading.validity), "tick {tick}");
+            let logged = line.sensors[0].unwrap();
+            assert_eq!(logged.angle_rad.to_bits(), reading.angle.0.to_bits(), "tick {tick}");
+            assert_eq!(logged.validity, reading.validity, "tick {tick}");
             compared += 1;
         }
     }
@@ -160,7 +163,7 @@ fn the_setpoints_of_the_whole_run_are_those_of_a_host_replay() {
     // No call of the loop is missing from the log, so the hash is of the whole run.
     assert_eq!(books.calls as usize, boot.calls.len());
     let last = boot.ticks[boot.ticks.len() - 1];
-    assert_eq!((last.hash, last.seq as usize), (on_board, boot.calls.len()));
+    assert_eq!((last.setpoint_hash, last.seq as usize), (on_board, boot.calls.len()));
 }
 
 /// The codes in the log are trimmed means of the ones that the converter's model delivered, four a tick, in order.
@@ -186,10 +189,10 @@ fn the_codes_that_the_board_logs_are_those_of_the_converter() {
         fours.iter().map(|four| trimmed_mean(*four)).collect()
     };
     let calls = &only(&ran).calls;
-    let logged: Vec<AdcCode> = calls.iter().map(|(_, call)| call.sensors[0]).collect();
+    let logged: Vec<AdcCode> = calls.iter().map(|(_, call)| AdcCode(call.codes[0])).collect();
     assert!(logged.len() > 1_900);
     assert!(codes_of("ADC1_IN1").starts_with(&logged), "the sensor's codes are others");
-    let references: Vec<AdcCode> = calls.iter().map(|(_, call)| call.vrefint).collect();
+    let references: Vec<AdcCode> = calls.iter().map(|(_, call)| AdcCode(call.reference)).collect();
     assert!(codes_of("ADC1_IN17").starts_with(&references), "the reference's codes are others");
 
     // Four scans a tick, 250 us apart to the cycle: four sensors, worn or not, reference, temperature.
@@ -232,7 +235,7 @@ fn a_lost_result_and_a_failed_transfer_are_faults_of_a_tick_and_nothing_more() {
             assert!((f64::from(*tick) - at).abs() < 20.0, "{option}: a fault in tick {tick}, injected at {at} ms");
         }
         // The sensor's codes are still the sensor's: after a restart no channel has changed its place.
-        let code = |call: &footfall::board::telemetry::Call| (call.sensors[0].0, call.vrefint.0);
+        let code = |call: &wire::Call| (call.codes[0], call.reference);
         for (tick, call) in &boot.calls {
             let (sensor, vrefint) = code(call);
             assert!((1640..=1665).contains(&vrefint) && sensor > 1000, "{option}: {sensor} {vrefint} in tick {tick}");
@@ -282,10 +285,10 @@ fn the_board_tells_its_temperature_and_supply() {
     let Some(board) = Board::find("temperature and supply on the virtual board") else { return };
     for vdda in ["2.8", "3.0", "3.3"] {
         let ran = board.run(options(3.2, &[], &["--vdda", vdda]));
-        let told = &only(&ran).env;
+        let told = &only(&ran).environment;
         assert!(told.len() >= 3, "{told:?}");
         for env in told {
-            let (die, supply) = (env.die.unwrap().0, env.supply.unwrap().0);
+            let (die, supply) = (env.die_c.unwrap(), env.supply_v.unwrap());
             assert!((die - 25.0).abs() < 0.5, "{die} degrees at {vdda} V");
             assert!((supply - vdda.parse::<f32>().unwrap()).abs() < 0.003, "{supply} V instead of {vdda} V");
         }
@@ -302,7 +305,7 @@ fn without_a_press_no_pin_ever_moves() {
         assert_eq!(ran.end.edges.get(pin), None, "{pin}");
     }
     assert!(
-        only(&ran).ticks.iter().skip(1).all(|tick| tick.state == SupervisorState::Disarmed && tick.pulse_us == [0; 4])
+        only(&ran).ticks.iter().skip(1).all(|tick| tick.state == SupervisorState::Disarmed && tick.pulses_us == [0; 4])
     );
 }
 
@@ -327,8 +330,8 @@ fn assert_boots_disarmed(ran: &Ran) {
     assert!(after.ticks.len() > 20, "it runs again");
     for tick in &after.ticks {
         assert!(
-            matches!(tick.state, SupervisorState::Boot | SupervisorState::Disarmed) && tick.pulse_us == [0; 4],
-            "{tick}"
+            matches!(tick.state, SupervisorState::Boot | SupervisorState::Disarmed) && tick.pulses_us == [0; 4],
+            "{tick:?}"
         );
     }
     let last_pulse = ran.pulses[ran.pulses.len() - 1].0;
@@ -352,9 +355,9 @@ fn a_task_that_hangs_is_reset_and_boots_disarmed() {
             let after = &ran.boots[1];
             let words = after.boot.as_ref().unwrap();
             let part = task.trim_end_matches("_step");
-            let own = words.reset == "software"
+            let own = words.reset == Reset::Software
                 && after.log.iter().any(|line| line.contains("stalled") && line.contains(part));
-            assert!(words.reset == "iwdg" || own, "{task}: {words:?}, {:?}", after.log);
+            assert!(words.reset == Reset::IndependentWatchdog || own, "{task}: {words:?}, {:?}", after.log);
         }
     }
 }
@@ -403,7 +406,7 @@ fn an_open_wire_stops_the_walk_and_is_named() {
     let frames = boot.replay(&GeneratorConfig::default_walk());
     let left = frames.iter().rposition(|frame| frame.state == SupervisorState::Walking).unwrap();
     let open = frames.iter().position(|frame| frame.validity[0] == Some(hgod_adc::Validity::Open)).unwrap();
-    let off = boot.calls.iter().position(|(_, call)| call.sensors[0].0 < 81).unwrap();
+    let off = boot.calls.iter().position(|(_, call)| call.codes[0] < 81).unwrap();
     assert!(open - off <= 50, "named after {} ms", open - off);
     assert!(left - off <= 55, "the walk goes on for {} ms", left - off);
     assert_eq!(frames[left + 1].cause, joint_loop::Cause::SensorOpen);
@@ -418,7 +421,7 @@ fn an_open_wire_stops_the_walk_and_is_named() {
 fn sector(bytes: &[u8]) -> (tempfile::NamedTempFile, String) {
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), bytes).unwrap();
-    let option = format!("{ADDRESS:#010x}={}", file.path().display());
+    let option = format!("{GENERATOR_SECTOR:#010x}={}", file.path().display());
     (file, option)
 }
 

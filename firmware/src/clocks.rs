@@ -2,12 +2,11 @@
 //!
 //! HSE / 4 * 168 / 2 = 168 MHz; APB1 42 MHz (timers 84), APB2 84 MHz (timers 168), 48 MHz spare on Q.
 
+use embassy_stm32::Config;
 use embassy_stm32::pac::{DBGMCU, FLASH, RCC};
 use embassy_stm32::rcc;
 use embassy_stm32::time::Hertz;
-use embassy_stm32::{Config, Peripherals};
-
-use crate::board::{BOARD, Hse};
+use firmware::board::{BOARD, Hse};
 
 /// Clock of the timers on APB1 (TIM2 to TIM5), MHz.
 pub(crate) const APB1_TIMER_MHZ: u16 = 84;
@@ -23,7 +22,7 @@ const HSE_ROUNDS: u32 = 400_000;
 pub(crate) struct NoHse;
 
 /// Starts HSE and all that hangs on it.
-pub(crate) fn start() -> Result<Peripherals, NoHse> {
+pub(crate) fn start() -> Result<(), NoHse> {
     // Asked for here, because the HAL waits for it without an end and before any watchdog runs.
     RCC.cr().modify(|w| w.set_hsebyp(BOARD.hse == Hse::External));
     RCC.cr().modify(|w| w.set_hseon(true));
@@ -51,12 +50,13 @@ pub(crate) fn start() -> Result<Peripherals, NoHse> {
     config.rcc.ahb_pre = rcc::AHBPrescaler::DIV1;
     config.rcc.apb1_pre = rcc::APBPrescaler::DIV4;
     config.rcc.apb2_pre = rcc::APBPrescaler::DIV2;
-    let peripherals = embassy_stm32::init(config);
+    // The tokens of the peripherals are not used: each driver here owns its registers, see `main.rs`.
+    let _ = embassy_stm32::init(config);
 
     start_flash_accelerator();
     // From here on a crystal that stops raises the non-maskable interrupt, and breaks TIM1 in hardware.
     RCC.cr().modify(|w| w.set_csson(true));
-    Ok(peripherals)
+    Ok(())
 }
 
 /// Waits until a peripheral clock that was just switched on is there (ES0182, "Delay after an RCC peripheral clock enabling").
@@ -86,7 +86,7 @@ fn start_flash_accelerator() {
     });
 }
 
-/// Whether the option bytes, as shipped, let the chip run on at any supply.
+/// Whether the option bytes, as delivered, let the chip run on at any supply.
 pub(crate) fn brown_out_reset_is_off() -> bool {
     /// BOR_LEV (RM0090 3.9.6): 0 is level 3, the highest.
     const OFF: u8 = 3;

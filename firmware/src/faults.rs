@@ -2,7 +2,7 @@
 //! the chip is reset. It boots disarmed; nothing moves again without a person.
 //!
 //! Covers panic, hard fault (and with it bus, usage and memory faults, which are not enabled on their own), the non-maskable interrupt
-//! (the crystal stopped), interrupts that nobody handles, and the watchdog task's verdicts. A hang of the whole processor is the
+//! (the crystal stopped), interrupts that nobody handles, and what the watchdog task finds. A hang of the whole processor is the
 //! independent watchdog's.
 
 use core::cell::UnsafeCell;
@@ -10,6 +10,7 @@ use core::mem::MaybeUninit;
 
 use embassy_stm32::pac::RCC;
 use firmware::post_mortem::{Cause, LOCKOUT_STREAK, Record, WORDS};
+use wire::Reset;
 
 use crate::servo_pwm::outputs_off;
 
@@ -50,39 +51,25 @@ pub(crate) fn die(record: Record) -> ! {
     cortex_m::peripheral::SCB::sys_reset()
 }
 
-/// Why the chip was last reset.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Reset {
-    PowerOn,
-    BrownOut,
-    IndependentWatchdog,
-    WindowWatchdog,
-    Software,
-    LowPower,
-    Pin,
-}
-
-impl Reset {
-    /// Reads the flags and clears them for the next time.
-    fn take() -> Self {
-        let flags = RCC.csr().read();
-        RCC.csr().modify(|w| w.set_rmvf(true));
-        // Every reset pulls the reset pin too, so that flag only counts alone; a power-on also sets the brown-out flag.
-        if flags.porrstf() {
-            Reset::PowerOn
-        } else if flags.borrstf() {
-            Reset::BrownOut
-        } else if flags.wdgrstf() {
-            Reset::IndependentWatchdog
-        } else if flags.wwdgrstf() {
-            Reset::WindowWatchdog
-        } else if flags.sftrstf() {
-            Reset::Software
-        } else if flags.lpwrrstf() {
-            Reset::LowPower
-        } else {
-            Reset::Pin
-        }
+/// Reads the flags of the last reset's cause and clears them for the next one.
+fn take_reset() -> Reset {
+    let flags = RCC.csr().read();
+    RCC.csr().modify(|w| w.set_rmvf(true));
+    // Every reset pulls the reset pin too, so that flag only counts alone; a power-on also sets the brown-out flag.
+    if flags.porrstf() {
+        Reset::PowerOn
+    } else if flags.borrstf() {
+        Reset::BrownOut
+    } else if flags.wdgrstf() {
+        Reset::IndependentWatchdog
+    } else if flags.wwdgrstf() {
+        Reset::WindowWatchdog
+    } else if flags.sftrstf() {
+        Reset::Software
+    } else if flags.lpwrrstf() {
+        Reset::LowPower
+    } else {
+        Reset::Pin
     }
 }
 
@@ -98,7 +85,7 @@ pub(crate) struct LastRun {
 
 /// Takes the post-mortem; once, early in the boot.
 pub(crate) fn last_run() -> LastRun {
-    let reset = Reset::take();
+    let reset = take_reset();
     let kept = load();
     let crash = kept.filter(|record| record.cause != Cause::None);
     let crashed = crash.is_some() || matches!(reset, Reset::IndependentWatchdog | Reset::WindowWatchdog);

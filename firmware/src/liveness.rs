@@ -1,7 +1,8 @@
-//! When the independent watchdog may be fed: only while the control, sensor and telemetry tasks all make progress, and at the right pace.
+//! Decides whether the independent watchdog may be reloaded: only while sampling, control and telemetry all make progress, at the right
+//! pace.
 //!
-//! A watchdog that is fed from an interrupt survives the death of everything else; one that only asks "did it move" is content with a
-//! loop that races. So [`judge`] compares the progress counters with a free-running hardware clock, too slow and too fast alike.
+//! A watchdog that is reloaded in an interrupt outlives a hang of everything else; one that only sees movement accepts a loop that runs
+//! too fast. So [`judge`] compares the progress counters with a free-running hardware clock, too slow and too fast alike.
 //!
 //! # How long it takes
 //! The watchdog runs on the chip's low-speed oscillator, which the data sheets of both boards put anywhere from 17 to 47 kHz.
@@ -58,13 +59,13 @@ const _: () = assert!(
 );
 const _: () = assert!(GRACE_US >= 2 * FEED_US, "one late wake of the watchdog task is no stall");
 
-/// A task that the watchdog insists on.
+/// A part of the program that must make progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Part {
     /// Runs the loop, writes the pulses.
     Control = 0,
-    /// Takes the samples.
+    /// Takes the samples, in the control task: it stands still where the converter delivers none.
     Sensor = 1,
     /// Reports.
     Telemetry = 2,
@@ -93,12 +94,12 @@ impl Part {
     }
 }
 
-/// How far each task has come, and when that was read. All four wrap.
+/// Progress of each part, and when it was read. All four wrap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Progress {
-    /// Ticks that the control task has finished.
+    /// Ticks that were finished.
     pub control: u32,
-    /// Samples that the sensor task has handed over.
+    /// Samples that were taken.
     pub sensor: u32,
     /// Rounds of the telemetry task.
     pub telemetry: u32,
@@ -106,12 +107,12 @@ pub struct Progress {
     pub now_us: u32,
 }
 
-/// What the watchdog task has to do.
+/// Whether all parts make progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// All three moved, at the right pace: feed.
+pub enum Liveness {
+    /// All three moved, at the right pace: reload.
     Alive,
-    /// Not yet: do not feed, ask again.
+    /// Not yet: do not reload, look again.
     Wait,
     /// This one has stood still, or has fallen behind, for [`GRACE_US`]: switch off, reset.
     Stalled(Part),
@@ -122,14 +123,14 @@ pub enum Verdict {
 /// Compares the progress since the last feed with the time since then.
 ///
 /// ```
-/// use firmware::liveness::{Part, Progress, Verdict, judge};
+/// use firmware::liveness::{Part, Progress, Liveness, judge};
 /// let fed = Progress::default();
 /// let healthy = Progress { control: 5, sensor: 5, telemetry: 2, now_us: 5_000 };
-/// assert_eq!(judge(&fed, &healthy), Verdict::Alive);
-/// assert_eq!(judge(&fed, &Progress { control: 50, ..healthy }), Verdict::Racing(Part::Control));
+/// assert_eq!(judge(&fed, &healthy), Liveness::Alive);
+/// assert_eq!(judge(&fed, &Progress { control: 50, ..healthy }), Liveness::Racing(Part::Control));
 /// ```
 #[must_use]
-pub fn judge(fed: &Progress, now: &Progress) -> Verdict {
+pub fn judge(fed: &Progress, now: &Progress) -> Liveness {
     let passed_us = now.now_us.wrapping_sub(fed.now_us);
     let expected = passed_us / crate::pacing::PERIOD_US;
     let ticks = now.control.wrapping_sub(fed.control);
@@ -138,20 +139,20 @@ pub fn judge(fed: &Progress, now: &Progress) -> Verdict {
 
     let too_many = expected + SLACK_TICKS;
     if ticks > too_many {
-        return Verdict::Racing(Part::Control);
+        return Liveness::Racing(Part::Control);
     }
     if samples > too_many {
-        return Verdict::Racing(Part::Sensor);
+        return Liveness::Racing(Part::Sensor);
     }
     let enough = |count: u32| count > 0 && count + SLACK_TICKS >= expected;
-    // The sensor first: without samples the control task cannot move either, so the sensor is the one to name.
+    // Sampling first: without samples there are no ticks either.
     let stalled = match (enough(samples), enough(ticks), rounds > 0) {
         (false, _, _) => Part::Sensor,
         (_, false, _) => Part::Control,
         (_, _, false) => Part::Telemetry,
-        (true, true, true) => return Verdict::Alive,
+        (true, true, true) => return Liveness::Alive,
     };
-    if passed_us < GRACE_US { Verdict::Wait } else { Verdict::Stalled(stalled) }
+    if passed_us < GRACE_US { Liveness::Wait } else { Liveness::Stalled(stalled) }
 }
 
 #[cfg(test)]
@@ -160,7 +161,7 @@ mod tests {
 
     const FED: Progress = Progress { control: u32::MAX - 1, sensor: u32::MAX, telemetry: 7, now_us: u32::MAX - 999 };
 
-    fn after(ticks: u32, samples: u32, rounds: u32, passed_us: u32) -> Verdict {
+    fn after(ticks: u32, samples: u32, rounds: u32, passed_us: u32) -> Liveness {
         let now = Progress {
             control: FED.control.wrapping_add(ticks),
             sensor: FED.sensor.wrapping_add(samples),
@@ -172,8 +173,8 @@ mod tests {
 
     #[test]
     fn alive_at_the_right_pace_through_every_wrap() {
-        assert_eq!(after(5, 5, 2, 5_000), Verdict::Alive);
-        assert_eq!(after(4, 5, 3, 5_200), Verdict::Alive);
+        assert_eq!(after(5, 5, 2, 5_000), Liveness::Alive);
+        assert_eq!(after(4, 5, 3, 5_200), Liveness::Alive);
     }
 
     #[test]
@@ -184,30 +185,30 @@ mod tests {
             (0, 0, 5, Part::Sensor),
             (3, 10, 5, Part::Control),
         ] {
-            assert_eq!(after(ticks, samples, rounds, GRACE_US - 1), Verdict::Wait, "{part:?}");
-            assert_eq!(after(ticks, samples, rounds, GRACE_US), Verdict::Stalled(part), "{part:?}");
+            assert_eq!(after(ticks, samples, rounds, GRACE_US - 1), Liveness::Wait, "{part:?}");
+            assert_eq!(after(ticks, samples, rounds, GRACE_US), Liveness::Stalled(part), "{part:?}");
         }
     }
 
     #[test]
     fn racing_is_caught_at_once() {
-        assert_eq!(after(8, 5, 2, 5_000), Verdict::Racing(Part::Control));
-        assert_eq!(after(5, 8, 2, 5_000), Verdict::Racing(Part::Sensor));
-        assert_eq!(after(3, 3, 1, 0), Verdict::Racing(Part::Control));
+        assert_eq!(after(8, 5, 2, 5_000), Liveness::Racing(Part::Control));
+        assert_eq!(after(5, 8, 2, 5_000), Liveness::Racing(Part::Sensor));
+        assert_eq!(after(3, 3, 1, 0), Liveness::Racing(Part::Control));
     }
 
     #[test]
     fn standing_still_is_not_alive_however_short_the_question() {
         for passed_us in [0, 1_000, 2_999] {
-            assert_eq!(after(0, 1, 1, passed_us), Verdict::Wait, "{passed_us}");
-            assert_eq!(after(1, 0, 1, passed_us), Verdict::Wait, "{passed_us}");
+            assert_eq!(after(0, 1, 1, passed_us), Liveness::Wait, "{passed_us}");
+            assert_eq!(after(1, 0, 1, passed_us), Liveness::Wait, "{passed_us}");
         }
     }
 
     #[test]
     fn half_the_pace_is_too_slow() {
-        assert_eq!(after(5, 5, 5, GRACE_US), Verdict::Stalled(Part::Sensor));
-        assert_eq!(after(8, 8, 5, GRACE_US), Verdict::Alive);
+        assert_eq!(after(5, 5, 5, GRACE_US), Liveness::Stalled(Part::Sensor));
+        assert_eq!(after(8, 8, 5, GRACE_US), Liveness::Alive);
     }
 
     #[test]

@@ -1,36 +1,51 @@
-//! The board's parameters: walker and sensors, each from a flash sector of its own, or built in where that is erased.
+//! Reads the board's parameters: generator and sensors, each from a flash sector of its own; the built-in ones where that is erased.
 
+use firmware::board::{GENERATOR_SECTOR, SECTOR_BYTES, SENSORS_SECTOR};
 use joint_loop::setup::default_loop::{BoardLoopError, Parameters};
 use joint_loop::store::{generator_record, sensor_record};
+use wire::Subject;
+
+const _: () = assert!(generator_record::MAX_BYTES <= SECTOR_BYTES && sensor_record::MAX_BYTES <= SECTOR_BYTES);
 
 /// Why the board has no parameters.
 pub(crate) enum NoParameters {
-    /// The first sector holds something else than a walker.
+    /// The first sector holds something else than a generator record.
     Generator(generator_record::GeneratorRecordError),
-    /// The second sector holds something else than sensors.
+    /// The second sector holds something else than a sensor record.
     Sensors(sensor_record::SensorRecordError),
-    /// What is built in is refused.
+    /// The built-in ones are refused.
     BuiltIn(BoardLoopError),
+}
+
+impl NoParameters {
+    /// What is refused.
+    pub(crate) fn subject(&self) -> Subject {
+        match self {
+            Self::Generator(_) => Subject::GeneratorRecord,
+            Self::Sensors(_) => Subject::SensorRecord,
+            Self::BuiltIn(_) => Subject::Configuration,
+        }
+    }
 }
 
 impl core::fmt::Display for NoParameters {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Generator(error) => write!(f, "walker: {error}"),
-            Self::Sensors(error) => write!(f, "sensors: {error}"),
+            Self::Generator(error) => write!(f, "{error}"),
+            Self::Sensors(error) => write!(f, "{error}"),
             Self::BuiltIn(refusal) => write!(f, "{refusal}"),
         }
     }
 }
 
-/// What to walk with, and with which sensors. A sector that holds something else is an error, not a reason for what is built in: somebody
-/// meant this board to do another thing.
+/// Reads both sectors. A sector that holds something else is an error, not a reason for the built-in one: this board was meant to run
+/// another one.
 pub(crate) fn read() -> Result<Parameters, NoParameters> {
-    let walker = generator_record::read(sector(generator_record::ADDRESS, generator_record::MAX_BYTES));
-    let worn = sensor_record::read(sector(sensor_record::ADDRESS, sensor_record::MAX_BYTES));
-    let walker = walker.map_err(NoParameters::Generator)?.map(|stored| stored.config);
-    let worn = worn.map_err(NoParameters::Sensors)?.map(|stored| stored.sensors);
-    Parameters::with_defaults(walker, worn).map_err(NoParameters::BuiltIn)
+    let generator = generator_record::read(sector(GENERATOR_SECTOR, generator_record::MAX_BYTES));
+    let sensors = sensor_record::read(sector(SENSORS_SECTOR, sensor_record::MAX_BYTES));
+    let generator = generator.map_err(NoParameters::Generator)?.map(|stored| stored.config);
+    let sensors = sensors.map_err(NoParameters::Sensors)?.map(|stored| stored.sensors);
+    Parameters::with_defaults(generator, sensors).map_err(NoParameters::BuiltIn)
 }
 
 /// The start of a sector.

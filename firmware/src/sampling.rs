@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! TIM2, 4 kHz     |         |         |         |
-//! ADC1 scan       [s v t]   [s v t]   [s v t]   [s v t]        sensors, VREFINT, temperature
+//! ADC1 scan       [s v t]   [s v t]   [s v t]   [s v t]        sensors, reference, temperature
 //! DMA2 stream 0   -> block 0 or block 1, in turn        ^ transfer complete: the tick of this trigger
 //! ```
 //! A block is read while the other is filled, so there is a whole millisecond for it. Each channel's four conversions become one code
@@ -14,7 +14,6 @@
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-use embassy_stm32::Peri;
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::adc::regs::Sr;
 use embassy_stm32::pac::adc::vals::{Dds, Exten, SampleTime};
@@ -23,29 +22,22 @@ use embassy_stm32::pac::dma::regs::Ixr;
 use embassy_stm32::pac::dma::vals::{Ct, Pl, Size};
 use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::pac::timer::vals::Mms;
-use embassy_stm32::pac::{ADC1, ADC123_COMMON, DMA2, GPIOA, GPIOB, GPIOC, RCC, TIM2};
-use embassy_stm32::peripherals;
+use embassy_stm32::pac::{ADC1, ADC123_COMMON, DMA2, RCC, TIM2};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
+use firmware::board::{BOARD, REFERENCE_CAL, REFERENCE_CHANNEL, TEMPERATURE_CAL};
 use firmware::pacing::{TRIGGER_US, trigger_us};
 use hgod_adc::{OVERSAMPLING, trimmed_mean};
 use joint_loop::SENSORS;
 use joint_units::AdcCode;
 
-use crate::board::{BOARD, Pin};
 use crate::clocks::{self, APB1_TIMER_MHZ};
+use crate::pins::PinRegisters;
 use crate::stopwatch;
 
-/// Pin and channel of each sensor: pins that neither board uses for anything else. All are converted, whether a sensor is worn or not.
-const SENSOR_INPUTS: [(Pin, u8); SENSORS] = [
-    (Pin { port: GPIOA, number: 1 }, 1),
-    (Pin { port: GPIOC, number: 1 }, 11),
-    (Pin { port: GPIOB, number: 0 }, 8),
-    (Pin { port: GPIOB, number: 1 }, 9),
-];
+const _: () = assert!(BOARD.sensors.len() == SENSORS, "one input for each channel of the loop");
 
-const VREFINT_CHANNEL: u8 = 17;
-/// Conversions of one trigger: the sensors, VREFINT, temperature.
+/// Conversions of one trigger: the sensors, the internal reference, the temperature.
 const SCAN: usize = SENSORS + 2;
 /// Items of one transfer.
 const BLOCK: usize = SCAN * OVERSAMPLING;
@@ -66,11 +58,6 @@ const _: () = assert!(2 * SCAN_US < TRIGGER_US, "a scan is over long before the 
 const STREAM: usize = 0;
 const CHANNEL: u8 = 0;
 
-/// Factory readings at 3.3 V, in system memory (data sheets, "Embedded reference voltage", "Temperature sensor characteristics").
-const VREFINT_CAL: *const u16 = 0x1FFF_7A2A as *const u16;
-const TEMPERATURE_CAL_30: *const u16 = 0x1FFF_7A2C as *const u16;
-const TEMPERATURE_CAL_110: *const u16 = 0x1FFF_7A2E as *const u16;
-
 /// What the four scans of a millisecond delivered.
 #[derive(Clone, Copy)]
 pub(crate) struct SampleSet {
@@ -88,7 +75,7 @@ pub(crate) struct SampleSet {
     pub(crate) torn: bool,
 }
 
-/// The newest set, from the interrupt to the sensor task.
+/// The newest set, from the interrupt to the control task.
 pub(crate) static NEWEST: Signal<CriticalSectionRawMutex, SampleSet> = Signal::new();
 
 type Block = [[u16; SCAN]; OVERSAMPLING];
@@ -120,31 +107,29 @@ impl Blocks {
 /// Conversions were lost since the last set.
 static LOST: AtomicBool = AtomicBool::new(false);
 
-/// The factory's reading of the internal reference.
-pub(crate) fn vrefint_calibration() -> AdcCode {
-    // SAFETY: system memory of both chips, always mapped, aligned, never written.
-    AdcCode(unsafe { VREFINT_CAL.read_volatile() })
+/// The factory's code of the internal reference.
+pub(crate) fn reference_calibration() -> AdcCode {
+    factory_code(REFERENCE_CAL)
 }
 
-/// The factory's readings of the temperature sensor, at 30 and 110 degrees.
+/// The factory's codes of the temperature sensor, at 30 and 110 degrees.
 pub(crate) fn temperature_calibration() -> [AdcCode; 2] {
-    // SAFETY: as above.
-    [TEMPERATURE_CAL_30, TEMPERATURE_CAL_110].map(|word| AdcCode(unsafe { word.read_volatile() }))
+    TEMPERATURE_CAL.map(factory_code)
+}
+
+fn factory_code(address: u32) -> AdcCode {
+    // SAFETY: a half-word of the system memory of both chips: always mapped, aligned, never written.
+    AdcCode(unsafe { (address as *const u16).read_volatile() })
 }
 
 /// Sets up trigger, converter and transfer, and lets the ticks begin.
-pub(crate) fn start(
-    _converter: Peri<'static, peripherals::ADC1>,
-    _pacer: Peri<'static, peripherals::TIM2>,
-    _transfer: Peri<'static, peripherals::DMA2_CH0>,
-    priority: Priority,
-) {
+pub(crate) fn start(priority: Priority) {
     RCC.apb1enr().modify(|w| w.set_tim2en(true));
     RCC.apb2enr().modify(|w| w.set_adc1en(true));
     RCC.ahb1enr().modify(|w| w.set_dma2en(true));
     clocks::settle();
 
-    // The update that loads the divider is a trigger too, so it comes before the converter listens.
+    // The update that loads the divider is a trigger too, so it comes before the converter waits for one.
     TIM2.psc().write_value(APB1_TIMER_MHZ - 1);
     TIM2.arr().write_value(TRIGGER_US - 1);
     TIM2.egr().write(|w| w.set_ug(true));
@@ -155,11 +140,11 @@ pub(crate) fn start(
         w.set_tsvrefe(true);
     });
     ADC1.sqr1().write(|w| w.set_l(SCAN as u8 - 1));
-    for (rank, (pin, channel)) in SENSOR_INPUTS.into_iter().enumerate() {
-        pin.set_mode(Moder::ANALOG);
-        put_in_scan(rank, channel, SampleTime::CYCLES144);
+    for (rank, input) in BOARD.sensors.into_iter().enumerate() {
+        input.pin.set_mode(Moder::ANALOG);
+        put_in_scan(rank, input.channel, SampleTime::CYCLES144);
     }
-    put_in_scan(SENSORS, VREFINT_CHANNEL, SampleTime::CYCLES480);
+    put_in_scan(SENSORS, REFERENCE_CHANNEL, SampleTime::CYCLES480);
     put_in_scan(SENSORS + 1, BOARD.temperature_channel, SampleTime::CYCLES480);
     ADC1.cr1().write(|w| {
         w.set_scan(true);
@@ -169,7 +154,7 @@ pub(crate) fn start(
     stream.par().write_value(ADC1.dr().as_ptr() as u32);
     stream.m0ar().write_value(BLOCKS.address(0) as u32);
     stream.m1ar().write_value(BLOCKS.address(1) as u32);
-    listen();
+    begin();
 
     for interrupt in [interrupt::ADC, interrupt::DMA2_STREAM0] {
         interrupt.set_priority(priority);
@@ -194,7 +179,7 @@ fn put_in_scan(rank: usize, channel: u8, sampling: SampleTime) {
 }
 
 /// Stream and converter begin, with the first channel into block 0, at the next trigger.
-fn listen() {
+fn begin() {
     let stream = DMA2.st(STREAM);
     stream.ndtr().write(|w| w.set_ndt(BLOCK as u16));
     clear(all_flags());
@@ -220,7 +205,7 @@ fn listen() {
     });
 }
 
-/// After a lost result or a failed transfer both sides have stopped, perhaps in the middle of a scan: both begin anew, in step
+/// After a lost result or a failed transfer both sides have stopped, perhaps in the middle of a scan: both begin again, in step
 /// (RM0090 13.8.1). The ticks then come at another quarter of the millisecond, which their time stamps say.
 fn restart() {
     /// A stream finishes the transfer under way before it is off: some bus cycles.
@@ -230,9 +215,9 @@ fn restart() {
     ADC1.sr().write_value(Sr(0));
     let stream = DMA2.st(STREAM);
     stream.cr().modify(|w| w.set_en(false));
-    // Should it not get there, no ticks come, and the watchdog's task names the sensor task.
+    // Should it not get there, no ticks come, and the watchdog task names the sampling.
     if (0..ROUNDS).any(|_| !stream.cr().read().en()) {
-        listen();
+        begin();
     }
 }
 
@@ -251,7 +236,7 @@ fn clear(flags: Ixr) {
     DMA2.ifcr(STREAM / 4).write_value(flags);
 }
 
-/// A block is full, or the transfer has failed. Reads, stamps, hands over; everything else is the sensor task's.
+/// A block is full, or the transfer has failed. Reads, stamps, hands over; everything else is the control task's.
 #[cfg(target_os = "none")]
 #[embassy_stm32::interrupt]
 fn DMA2_STREAM0() {

@@ -7,21 +7,20 @@
 //!   first pulse is a full one.
 //! - [`Outputs::release`] waits for the end of a pulse that is on its way, at most 2.5 ms: half a pulse is a wrong angle.
 //!   [`outputs_off`] does not wait: that one is for faults.
-//! - The break input (PB12, high stops, pulled down) clears MOE in hardware, whatever the processor does; AOE stays 0, so only a new arming
+//! - The break input (high stops, pulled down) clears MOE in hardware, whatever the processor does; AOE stays 0, so only a new arming
 //!   sets it again. The clock security system breaks the same way.
 //!
 //! By registers and not by the HAL, which sets MOE as soon as it has the timer and asserts in the call that writes a width.
 
-use embassy_stm32::Peri;
 use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
 use embassy_stm32::pac::timer::regs::{BdtrAdv, SrAdv};
 use embassy_stm32::pac::timer::vals::{Bkp, Lock, Ocm, Ossi};
-use embassy_stm32::pac::{GPIOB, RCC, TIM1};
-use embassy_stm32::peripherals;
+use embassy_stm32::pac::{RCC, TIM1};
+use firmware::board::BOARD;
 use joint_units::PulseMicros;
 
-use crate::board::{BOARD, Pin};
 use crate::clocks::{self, APB2_TIMER_MHZ};
+use crate::pins::PinRegisters;
 
 /// Servo frame, us: 50 Hz.
 const FRAME_US: u16 = 20_000;
@@ -29,7 +28,6 @@ const FRAME_US: u16 = 20_000;
 /// No pulse is longer than this, us; the gate in joint-loop is the one that chooses, this is what the hardware step will not exceed.
 const LONGEST_US: u16 = 2_500;
 
-const BREAK_PIN: Pin = Pin { port: GPIOB, number: 12 };
 const TIM1_FUNCTION: u8 = 1;
 
 /// Break and dead-time register with MOE off: idle pins are driven (low), not left floating; break input on, active high. Locked, so that
@@ -76,8 +74,8 @@ pub(crate) struct Outputs {
 }
 
 impl Outputs {
-    /// Takes the timer; every line stays low.
-    pub(crate) fn new(_timer: Peri<'static, peripherals::TIM1>) -> Self {
+    /// Starts the timer, once; every line stays low.
+    pub(crate) fn new() -> Self {
         RCC.apb2enr().modify(|w| w.set_tim1en(true));
         clocks::settle();
         TIM1.psc().write_value(APB2_TIMER_MHZ - 1);
@@ -98,8 +96,8 @@ impl Outputs {
 
         // The break pin before the break is switched on, and both before the servo pins: an emergency stop that is pressed now holds from
         // the start.
-        BREAK_PIN.set_pull(Pupdr::PULL_DOWN);
-        BREAK_PIN.set_function(TIM1_FUNCTION);
+        BOARD.emergency_stop.set_pull(Pupdr::PULL_DOWN);
+        BOARD.emergency_stop.set_function(TIM1_FUNCTION);
         TIM1.bdtr().write_value(dark());
         for pin in BOARD.servos {
             pin.set_function(TIM1_FUNCTION);

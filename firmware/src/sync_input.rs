@@ -12,8 +12,10 @@ use embassy_stm32::pac::{EXTI, RCC, SYSCFG};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 
-use crate::board::SYNC_INPUT;
+use firmware::board::{BOARD, Pin};
+
 use crate::clocks;
+use crate::pins::PinRegisters;
 use crate::stopwatch;
 
 /// Edges that are taken between two ticks: of a line of 1 kHz two come.
@@ -34,18 +36,17 @@ static EDGES: Channel<CriticalSectionRawMutex, Edge, EDGES_A_TICK> = Channel::ne
 /// The interrupt is off because too many edges came.
 static FLOODED: AtomicBool = AtomicBool::new(false);
 
-/// SYSCFG's number of port C.
-const PORT_C: u8 = 2;
+const INPUT: Pin = BOARD.sync_input;
+const LINE: usize = INPUT.number as usize;
+const _: () = assert!(5 <= LINE && LINE <= 9, "the lines of the interrupt EXTI9_5");
 
-const LINE: usize = SYNC_INPUT.number;
-
-/// Begins to listen. A line that is not wired is low.
+/// Starts. A line that is not wired is low.
 pub(crate) fn start(priority: Priority) {
     RCC.apb2enr().modify(|w| w.set_syscfgen(true));
     clocks::settle();
-    SYNC_INPUT.set_pull(Pupdr::PULL_DOWN);
-    SYNC_INPUT.set_mode(Moder::INPUT);
-    SYSCFG.exticr(LINE / 4).modify(|w| w.set_exti(LINE % 4, PORT_C));
+    INPUT.set_pull(Pupdr::PULL_DOWN);
+    INPUT.set_mode(Moder::INPUT);
+    SYSCFG.exticr(LINE / 4).modify(|w| w.set_exti(LINE % 4, INPUT.port as u8));
     EXTI.rtsr(0).modify(|w| w.set_line(LINE, true));
     EXTI.ftsr(0).modify(|w| w.set_line(LINE, true));
     EXTI.imr(0).modify(|w| w.set_line(LINE, true));
@@ -78,7 +79,7 @@ fn EXTI9_5() {
 fn on_edge() {
     let at_us = stopwatch::now_us();
     EXTI.pr(0).write(|w| w.set_line(LINE, true));
-    if EDGES.try_send(Edge { at_us, high: SYNC_INPUT.is_high() }).is_err() {
+    if EDGES.try_send(Edge { at_us, high: INPUT.is_high() }).is_err() {
         EXTI.imr(0).modify(|w| w.set_line(LINE, false));
         FLOODED.store(true, Ordering::Relaxed);
     }

@@ -10,18 +10,9 @@
 //! Units: volts. Valid supply: [`ReferenceConfig::min_supply`] to [`MAX_SUPPLY`]; anything else is a [`SupplyFault`].
 
 use crate::range::{RangeError, within};
+use crate::stm32f4::{MAX_SUPPLY, MIN_SUPPLY, REFERENCE_VOLTS, SUPPLY_AT_CAL};
 use core::fmt;
 use joint_units::{AdcCode, Volts};
-
-/// Highest supply that is believed: the greatest VDDA of the STM32F4's operating conditions.
-pub const MAX_SUPPLY: Volts = Volts(3.6);
-
-/// Lowest supply that a chip of this family runs at: [`Supply::new`] takes nothing below.
-const MIN_SUPPLY: Volts = Volts(1.8);
-
-/// Volts of the internal reference that a factory value may imply: 1.18 to 1.24 in the STM32F4's datasheet, and some room.
-/// An erased (0xFFFF) or unreadable (0) factory word falls outside.
-const VREFINT: (f32, f32) = (1.1, 1.3);
 
 const FULL_SCALE: f32 = AdcCode::MAX.0 as f32;
 
@@ -32,7 +23,7 @@ pub type ReferenceError = RangeError;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Excitation {
-    /// A supply of its own: its volts do not follow the converter's supply, and VREFINT corrects for that.
+    /// A supply of its own: its volts do not follow the converter's supply, and the internal reference corrects for that.
     Own,
     /// The converter's supply, as with a potentiometer across it. Sensor and converter sag together, the code is already
     /// the answer, and a correction would add the error that it is meant to remove. Volts are then given as they were at
@@ -46,9 +37,9 @@ pub enum Excitation {
 pub struct ReferenceConfig {
     /// Volts at the sensor for one volt at the pin: 1 without a divider, 2 for two equal resistors, below 1 for an amplifier; 0.05 to 20.
     pub divider: f32,
-    /// The internal reference's code as the factory measured it (STM32F407: the half-word at 0x1FFF_7A2A).
+    /// The internal reference's code as the factory measured it.
     pub vrefint_cal: AdcCode,
-    /// The supply at which the factory measured it: 3.3 V on the STM32F4, 3.0 V on several other families; 1.8 to 3.6 V.
+    /// The supply at which the factory measured it: [`SUPPLY_AT_CAL`] on this family; 1.8 to 3.6 V.
     pub vdda_at_cal: Volts,
     /// Below this supply no sample is good; 1.8 to 3.6 V.
     pub min_supply: Volts,
@@ -57,10 +48,16 @@ pub struct ReferenceConfig {
 }
 
 impl ReferenceConfig {
-    /// A sensor with its own supply straight on a pin of an STM32F4: factory value taken at 3.3 V, samples refused below 3.0 V.
+    /// A sensor with its own supply straight on a pin of the chip of [`crate::stm32f4`]: factory code taken at 3.3 V, samples refused below 3.0 V.
     #[must_use]
     pub const fn stm32f4(vrefint_cal: AdcCode) -> Self {
-        Self { divider: 1.0, vrefint_cal, vdda_at_cal: Volts(3.3), min_supply: Volts(3.0), excitation: Excitation::Own }
+        Self {
+            divider: 1.0,
+            vrefint_cal,
+            vdda_at_cal: SUPPLY_AT_CAL,
+            min_supply: Volts(3.0),
+            excitation: Excitation::Own,
+        }
     }
 
     /// Checks every field.
@@ -79,8 +76,8 @@ impl ReferenceConfig {
         let supply = |field, volts: Volts| within(field, volts.0, MIN_SUPPLY.0, MAX_SUPPLY.0);
         let divider = within("reference.divider", self.divider, 0.05, 20.0)?;
         let at_cal = supply("reference.vdda_at_cal", self.vdda_at_cal)?;
-        let lowest = libm::ceilf(VREFINT.0 / at_cal * FULL_SCALE);
-        let highest = libm::floorf(VREFINT.1 / at_cal * FULL_SCALE);
+        let lowest = libm::ceilf(REFERENCE_VOLTS.0.0 / at_cal * FULL_SCALE);
+        let highest = libm::floorf(REFERENCE_VOLTS.1.0 / at_cal * FULL_SCALE);
         let cal = within("reference.vrefint_cal", f32::from(self.vrefint_cal.0), lowest, highest)?;
         let min_supply = supply("reference.min_supply", self.min_supply)?;
         let nominal = match self.excitation {
@@ -128,7 +125,9 @@ pub enum SupplyFault {
 impl fmt::Display for SupplyFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoReading(code) => write!(f, "VREFINT code {}: allowed is 1 to {}", code.0, AdcCode::MAX.0),
+            Self::NoReading(code) => {
+                write!(f, "code {} of the internal reference: allowed is 1 to {}", code.0, AdcCode::MAX.0)
+            }
             Self::Low(volts) => write!(f, "supply of {} V is below the configured least", volts.0),
             Self::High(volts) => write!(f, "supply of {} V: allowed is up to {} V", volts.0, MAX_SUPPLY.0),
         }

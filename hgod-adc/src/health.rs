@@ -2,7 +2,7 @@
 //!
 //! | validity | rule | said after |
 //! |---|---|---|
-//! | supply_low | the supply by VREFINT is below the configured least, above 3.6 V, or has no reading | 1 ms |
+//! | supply_low | the supply by the internal reference is below the configured least, above 3.6 V, or has no reading | 1 ms |
 //! | open, short | in an end band for [`HealthConfig::wire_ms`]: which of the two, [`Pull`] says | 20 ms |
 //! | saturated | the code lies in an end band (outside 2 to 98 % of full scale by default) | 1 ms |
 //! | stuck | the code has not left a band (of zero width by default) for [`HealthConfig::stuck_ms`] | 1000 ms |

@@ -1,9 +1,9 @@
 //! The ears: codes of the analogue-to-digital converter become joint angles, and every sample gets a validity.
 //!
 //! ```text
-//!  AdcCode, VREFINT --[code]--> Volts --[calibration]--> Radians --[filter]--> Radians
-//!         |                        |                        |
-//!         +---- open, short,       +---- out of table       +---- spike, rate
+//!  AdcCode, reference --[code]--> Volts --[calibration]--> Radians --[filter]--> Radians
+//!         |                          |                        |
+//!         +---- open, short,         +---- out of table       +---- spike, rate
 //!               saturated, stuck, supply low                      [health]
 //! ```
 //!
@@ -30,7 +30,7 @@
 //! }
 //! .build(Period::MILLISECOND)?;
 //!
-//! // VREFINT reads as it did in the factory, so the supply is 3.3 V and code 2172 is 1.7503 V: 45.0 degrees.
+//! // The internal reference reads as it did in the factory, so the supply is 3.3 V and code 2172 is 1.7503 V: 45.0 degrees.
 //! let mut state = SensorState::default();
 //! let reading = sensor.sample(&mut state, AdcCode(2172), AdcCode(1501));
 //! assert_eq!(reading.validity, Validity::Good);
@@ -61,13 +61,13 @@ mod oversampling;
 mod range;
 pub mod rk09k;
 mod sensor;
-mod temperature;
+pub mod stm32f4;
 
 pub use calibration::{
     ANATOMY, Calibration, CalibrationError, CalibrationPoint, MAX_POINTS, MAX_SLOPE, MAX_VOLTS, MIN_ANGLE_STEP,
     MIN_VOLTS_STEP, OutOfTable,
 };
-pub use code::{Excitation, MAX_SUPPLY, Reference, ReferenceConfig, ReferenceError, Supply, SupplyFault};
+pub use code::{Excitation, Reference, ReferenceConfig, ReferenceError, Supply, SupplyFault};
 pub use filter::{Filter, FilterConfig, FilterState};
 pub use health::{
     Health, HealthConfig, HealthState, Pull, SPIKE_MS, STUCK_MS, Validity, WIRE_FAULT_MAX_MS, WIRE_FAULT_MS,
@@ -76,4 +76,3 @@ pub use interpolation::Interpolation;
 pub use oversampling::{OVERSAMPLING, trimmed_mean};
 pub use range::RangeError;
 pub use sensor::{Reading, Sensor, SensorConfig, SensorError, SensorState};
-pub use temperature::DieTemperature;

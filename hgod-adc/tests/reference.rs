@@ -1,6 +1,7 @@
 //! Codes to volts: exhaustive over the converter's codes, against the ratio in f64.
 
-use hgod_adc::{Excitation, MAX_SUPPLY, Reference, ReferenceConfig, Supply, SupplyFault};
+use hgod_adc::stm32f4::MAX_SUPPLY;
+use hgod_adc::{Excitation, Reference, ReferenceConfig, Supply, SupplyFault};
 use joint_units::{AdcCode, Volts};
 
 const CAL: AdcCode = AdcCode(1501);

@@ -4,18 +4,19 @@
 //! out, and say so. With `FOOTFALL_REQUIRE_VIRTUAL_BOARD=1` being left out is a failure.
 
 use crate::left_out;
-use footfall::board::image::Image;
+use footfall::board::image::{Image, Message};
 use footfall::board::lines;
 use footfall::board::lines::{BoardLine, End};
-use footfall::board::session::{Books, Session};
-use footfall::board::telemetry;
-use footfall::board::telemetry::{Boot, Call, Edge, Env, Follow, Inputs, Line, Margin, Tick};
+use footfall::board::run::{BoardRun, Counters};
+use footfall::board::telemetry::record_in;
 use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
 use joint_loop::{Frame, GeneratorConfig, SENSORS};
+use joint_units::{AdcCode, Volts};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use wire::{Boot, Call, Cost, Edge, Environment, Record, Refused};
 
 /// Image and virtual board.
 #[derive(Debug)]
@@ -40,8 +41,8 @@ pub struct Ran {
     pub remarks: Vec<Value>,
     /// Last line.
     pub end: End,
-    /// The books of a [`Session`] that was given the same lines.
-    pub books: Books,
+    /// The books of a [`BoardRun`] that was given the same lines.
+    pub books: Counters,
 }
 
 /// What was heard between two resets.
@@ -53,29 +54,31 @@ pub struct Booted {
     pub cause: String,
     /// The board's first words.
     pub boot: Option<Boot>,
-    /// Lines of telemetry.
-    pub ticks: Vec<Tick>,
+    /// Frames.
+    pub ticks: Vec<wire::Frame>,
     /// When each of them was taken, in virtual seconds.
     pub tick_times: Vec<f64>,
     /// What every call of the loop was given, in order, each with its tick.
     pub calls: Vec<(u32, Call)>,
-    /// How a walker that follows stands, by the board's own account.
-    pub follows: Vec<Follow>,
     /// Edges at the synchronisation input.
     pub edges: Vec<Edge>,
-    /// What was left to spare, once a second.
-    pub margins: Vec<Margin>,
+    /// Load and reserves, once a second.
+    pub costs: Vec<Cost>,
     /// Temperature and supply, once a second.
-    pub env: Vec<Env>,
+    pub environment: Vec<Environment>,
     /// Lines for people.
     pub log: Vec<String>,
+    /// Their time stamps, in seconds by the board's clock.
+    pub log_times: Vec<f64>,
+    /// What the board refused.
+    pub refused: Vec<Refused>,
 }
 
 impl Booted {
     /// The board's loop with this walker, run again on the host: a frame for every call.
     ///
     /// # Panics
-    /// The board did not say which chip it is on, or inputs were lost.
+    /// The board's boot record is missing, or inputs were lost.
     #[must_use]
     pub fn replay(&self, walker: &GeneratorConfig) -> Vec<Frame<SENSORS>> {
         self.watch(walker, BoardLoop::frame)
@@ -96,9 +99,10 @@ impl Booted {
     /// As [`Booted::replay`].
     #[must_use]
     pub fn watch_as<T>(&self, parameters: &Parameters, mut see: impl FnMut(&BoardLoop) -> T) -> Vec<T> {
-        let boot = self.boot.as_ref().expect("the board says what it is");
+        let boot = self.boot.as_ref().expect("a boot record");
         let mut joints =
-            board_loop(parameters, boot.vrefint_cal, boot.min_supply, boot.sensor_required).expect("the loop");
+            board_loop(parameters, AdcCode(boot.reference_cal), Volts(boot.min_supply_v), boot.sensor_required)
+                .expect("the loop");
         let seen = self.calls.iter().map(|(tick, call)| {
             joints.tick(&call.sample());
             assert_eq!(joints.frame().tick, *tick, "inputs were lost");
@@ -178,7 +182,7 @@ impl Board {
     }
 
     fn read(&self, parameters: &Parameters, output: String, code: Option<i32>) -> Ran {
-        let mut session = Session::new(&self.image, parameters.clone());
+        let mut session = BoardRun::new(&self.image, parameters.clone());
         let mut decoder = self.image.decoder();
         let (mut boots, mut pulses, mut remarks, mut end) = (Vec::<Booted>::new(), vec![], vec![], None);
         for text in output.lines() {
@@ -193,7 +197,8 @@ impl Board {
                     decoder.push(&bytes);
                     let boot = boots.last_mut().expect("a log comes after a boot");
                     while let Some(message) = decoder.message() {
-                        take(boot, &message.expect("whole frames").text);
+                        let message = message.expect("whole frames");
+                        take(boot, &message);
                         boot.tick_times.resize(boot.ticks.len(), t_s);
                     }
                 }
@@ -204,7 +209,7 @@ impl Board {
             }
         }
         let end = end.unwrap_or_else(|| panic!("no last line, exit code {code:?}"));
-        Ran { boots, pulses, remarks, end, books: session.books().clone(), code, output }
+        Ran { boots, pulses, remarks, end, books: session.counters().clone(), code, output }
     }
 }
 
@@ -213,22 +218,21 @@ fn with_walker(walker: &GeneratorConfig) -> Parameters {
     Parameters::with_defaults(Some(*walker), None).expect("what ships is sound")
 }
 
-fn take(boot: &mut Booted, text: &str) {
-    match telemetry::parse(text).unwrap_or_else(|error| panic!("{error}")) {
-        Line::Boot(words) => boot.boot = Some(words),
-        Line::Tick(tick) => boot.ticks.push(tick),
-        Line::Inputs(Inputs { first_tick, calls, .. }) => {
-            let mut tick = first_tick;
-            for (n, call) in calls.into_iter().enumerate() {
-                tick = if n == 0 { first_tick } else { tick.wrapping_add(call.elapsed.into()) };
-                boot.calls.push((tick, call));
-            }
-        }
-        Line::Env(env) => boot.env.push(env),
-        Line::Follow(follow) => boot.follows.push(follow),
-        Line::Edge(edge) => boot.edges.push(edge),
-        Line::Margin(margin) => boot.margins.push(margin),
-        Line::State(_) | Line::Cost(_) => {}
-        Line::Text => boot.log.push(text.into()),
+fn take(boot: &mut Booted, message: &Message) {
+    let Some(record) = record_in(&message.text) else {
+        let stamp_s = message.stamp_s.expect("every message has a time stamp");
+        boot.log.push(message.text.clone());
+        boot.log_times.push(stamp_s);
+        return;
+    };
+    match record.unwrap_or_else(|error| panic!("{error}")) {
+        Record::Boot(record) => boot.boot = Some(record),
+        Record::Refused(refused) => boot.refused.push(refused),
+        Record::Frame(frame) => boot.ticks.push(frame),
+        Record::Inputs(inputs) => boot.calls.extend(inputs.ticks().map(|(tick, call)| (tick, call.clone()))),
+        Record::Environment(environment) => boot.environment.push(environment),
+        Record::Edge(edge) => boot.edges.push(edge),
+        Record::Cost(cost) => boot.costs.push(cost),
+        Record::Change(_) => {}
     }
 }

@@ -7,11 +7,12 @@
 
 use crate::board::{Board, Booted, Ran};
 use cpg_core::Generator;
+use firmware::board::GENERATOR_SECTOR;
 use footfall::board::default_loop::{SENSOR_PIN, wired_sensor};
 use footfall::command::entrain::run::Tick;
 use gait_trace::format::csv_file;
 use gait_trace::{Channel, Quantity, Recording};
-use joint_loop::store::generator_record::{ADDRESS, record_of};
+use joint_loop::store::generator_record::record_of;
 use joint_loop::{BoardGenerator, GeneratorConfig, SupervisorState};
 use std::ffi::OsString;
 use std::sync::Mutex;
@@ -75,7 +76,7 @@ pub fn run(board: &Board, config: &GeneratorConfig, volts: &Recording, secs: f64
         "--volts".into(),
         feed.into(),
         "--flash".into(),
-        format!("{ADDRESS:#010x}={}", sector.display()).into(),
+        format!("{GENERATOR_SECTOR:#010x}={}", sector.display()).into(),
     ];
     if press {
         options.extend(["--press".into(), PRESS_S.to_string().into()]);

@@ -3,9 +3,10 @@
 use crate::board::{Board, Ran};
 use crate::degraded::Random;
 use crate::traces::default_volts;
+use firmware::board::GENERATOR_SECTOR;
 use gait_trace::Recording;
 use hgod_adc::Validity;
-use joint_loop::store::generator_record::{ADDRESS, record_of};
+use joint_loop::store::generator_record::record_of;
 use joint_loop::{FaultResponse, Frame, GeneratorConfig, SENSORS, fault_response};
 use std::ffi::OsString;
 use std::path::Path;
@@ -207,7 +208,7 @@ impl<'a> Rig<'a> {
         let mut options: Vec<OsString> = ["--secs".into(), secs.to_string().into()].into();
         options.extend(press.into_iter().chain(["--volts".into(), feed.into()]));
         if let Some(sector) = &self.sector {
-            options.extend(["--flash".into(), format!("{ADDRESS:#010x}={}", sector.path().display()).into()]);
+            options.extend(["--flash".into(), format!("{GENERATOR_SECTOR:#010x}={}", sector.path().display()).into()]);
         }
         options
     }

@@ -56,7 +56,7 @@ impl Person {
     /// The core refuses a template that was learned.
     #[must_use]
     pub fn legs(&self, sensor: Joint) -> Follower {
-        run::legs(self.templates, sensor, self.learned.stride_s).expect("built")
+        run::follower(self.templates, sensor, self.learned.stride_s).expect("built")
     }
 
     /// The same as parameters for a board. `stride_s` is the stride that it looks for first: [`Learned::stride_s`], or another one.

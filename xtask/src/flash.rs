@@ -11,10 +11,10 @@ use crate::setup::{MissingRequirement, Need};
 use crate::shell;
 use crate::workspace::Workspace;
 
-/// `joint_loop::store::generator_record::ADDRESS`.
+/// `GENERATOR_SECTOR` in `firmware/src/board/mod.rs`; `tests/pins.rs` compares the two.
 const GENERATOR_SECTOR: &str = "0x08004000";
-/// `joint_loop::store::sensor_record::ADDRESS`.
-const SENSOR_SECTOR: &str = "0x08008000";
+/// `SENSORS_SECTOR` in the same file.
+const SENSORS_SECTOR: &str = "0x08008000";
 
 /// Options of `cargo xtask flash`.
 #[derive(Debug, clap::Args)]
@@ -59,7 +59,7 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
     if !options.sensor.is_empty() {
         let sensors: Vec<OsString> =
             options.sensor.iter().flat_map(|sensor| ["--sensor".into(), sensor.into()]).collect();
-        download(&workspace, board, &sensors, "sensors.bin", SENSOR_SECTOR)?;
+        download(&workspace, board, &sensors, "sensors.bin", SENSORS_SECTOR)?;
     }
     shell::replace_with(shell::command("probe-rs").args(["run", "--chip", board.chip()]).arg(image.elf))
 }

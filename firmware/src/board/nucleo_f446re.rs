@@ -1,12 +1,12 @@
 //! Nucleo-F446RE (STM32F446RE, user manual UM1724). Servo and sensor pins are on the Arduino and morpho headers:
 //! PA8 D7, PA9 D8, PA10 D2, PA11 CN10-14, PA1 A1, PC1 A4, PB0 A3, PB1 CN10-24, PB12 CN10-16.
 
-use embassy_stm32::pac;
 use joint_units::Volts;
 
-use super::{Board, Hse, Pin};
+use super::{Board, Hse, Pin, SENSORS};
 
-pub(crate) const BOARD: Board = Board {
+/// The board.
+pub const BOARD: Board = Board {
     name: "nucleo-f446re",
     chip: "STM32F446RETx",
     // MCO of the ST-LINK, 8 MHz (solder bridge SB50 on, as delivered).
@@ -15,12 +15,16 @@ pub(crate) const BOARD: Board = Board {
     temperature_channel: 18,
     // 3.3 V.
     min_supply: Volts(3.0),
-    servos: [Pin::new(pac::GPIOA, 8), Pin::new(pac::GPIOA, 9), Pin::new(pac::GPIOA, 10), Pin::new(pac::GPIOA, 11)],
+    servos: [Pin::new("PA8"), Pin::new("PA9"), Pin::new("PA10"), Pin::new("PA11")],
+    sensors: SENSORS,
+    foot_switch: Pin::new("PC5"),
+    emergency_stop: Pin::new("PB12"),
     // B1, with a pull-up on the board.
-    button: Pin::new(pac::GPIOC, 13),
+    button: Pin::new("PC13"),
     button_pressed: false,
-    sync: Pin::new(pac::GPIOB, 5),
+    sync_input: Pin::new("PC6"),
+    sync_output: Pin::new("PB5"),
     // LD2, green: the only one.
-    led_pulses: Some(Pin::new(pac::GPIOA, 5)),
+    led_pulses: Some(Pin::new("PA5")),
     led_fault: None,
 };

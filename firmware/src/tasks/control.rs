@@ -1,64 +1,39 @@
-//! One tick: the measurement goes into the loop, the command goes to the servos, and a record of both goes to telemetry.
+//! One control period after the other: sample, tick, pulses, in one task.
+//!
+//! [`sensor_step`] turns a sample set of the converter into a measurement, [`control_step`] hands it to the loop, writes the pulses and
+//! leaves a copy of both in telemetry's queues.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use firmware::board::{BOARD, Pin};
 use firmware::pacing::{LATE_US, Pacer, since};
 use heapless::spsc::Producer;
 use joint_loop::io::time_code;
 use joint_loop::setup::default_loop::BoardLoop;
 use joint_loop::{BoardFaults, Frame, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
-use joint_units::AdcCode;
+use wire::{CALLS, Edge};
 
 use super::CONTROL;
-use super::sensor::{MEASURED, Measurement};
+use super::sensor::{Measurement, sensor_step};
 use crate::SHADOW;
-use crate::board::{BOARD, Pin};
+use crate::pins::PinRegisters;
+use crate::sampling::NEWEST;
 use crate::servo_pwm::Outputs;
 use crate::stopwatch;
 use crate::sync_input;
 
-/// What one tick was given: with these a host runs the same loop to the same bits.
-#[derive(Clone, Copy)]
-pub(crate) struct TickInputs {
-    pub(crate) tick: u32,
-    pub(crate) sensors: [AdcCode; SENSORS],
-    pub(crate) vrefint: AdcCode,
-    pub(crate) elapsed: u8,
-    pub(crate) flags: u16,
-}
-
-impl TickInputs {
-    const BUTTON: u16 = 1 << 0;
-    const LATE: u16 = 1 << 1;
-    const FAULTS_SHIFT: u32 = 2;
-    const FOOT: u16 = 1 << 8;
-}
-
-/// An edge at the synchronisation input, on the board's clock.
-#[derive(Clone, Copy)]
-pub(crate) struct SyncEdge {
-    /// The tick that took it.
-    pub(crate) tick: u32,
-    /// When it was after that tick's trigger, us; before it, as a rule.
-    pub(crate) offset_us: i32,
-    /// The level after it.
-    pub(crate) high: bool,
-    /// More came before it than could be taken.
-    pub(crate) flooded: bool,
-}
-
 /// One frame in this many ticks goes to telemetry: 100 Hz.
-pub(crate) const TICKS_A_FRAME: u8 = 10;
-/// Room for half a frame period more than the watchdog would let telemetry sleep.
-pub(crate) const INPUTS_QUEUED: usize = 64;
+pub(crate) const TICKS_A_FRAME: u8 = CALLS as u8;
+/// Half a frame period more than the watchdog lets telemetry sleep.
+pub(crate) const SAMPLES_QUEUED: usize = 64;
 /// Edges of a line of 1 kHz over half a frame period more than the watchdog would let telemetry sleep.
 pub(crate) const EDGES_QUEUED: usize = 128;
-/// As many frames as inputs, and one to spare.
+/// As many frames as samples, and one to spare.
 pub(crate) const FRAMES_QUEUED: usize = 8;
 
-/// Longest tick since telemetry last asked, core cycles.
+/// Longest tick since telemetry's last report, core cycles.
 static LONGEST_CYCLES: AtomicU32 = AtomicU32::new(0);
-/// Latest start of a tick after its trigger since telemetry last asked, us.
+/// Latest start of a tick after its trigger since telemetry's last report, us.
 static LATEST_START_US: AtomicU32 = AtomicU32::new(0);
 /// Records that found their queue full.
 static DROPPED: AtomicU32 = AtomicU32::new(0);
@@ -77,9 +52,10 @@ pub(super) fn dropped() -> u32 {
 pub(crate) struct Control {
     pub(crate) walk: BoardLoop,
     pub(crate) outputs: Outputs,
-    pub(crate) inputs: Producer<'static, TickInputs>,
+    /// Each with its tick.
+    pub(crate) samples: Producer<'static, (u32, Sample<SENSORS>)>,
     pub(crate) frames: Producer<'static, Frame<SENSORS>>,
-    pub(crate) edges: Producer<'static, SyncEdge>,
+    pub(crate) edges: Producer<'static, Edge>,
     /// Too many crashes in a row: the button is not passed on.
     pub(crate) locked_out: bool,
     pub(crate) pacer: Pacer,
@@ -88,18 +64,19 @@ pub(crate) struct Control {
     pub(crate) flooded: bool,
 }
 
-/// Woken by the sensor task, once a millisecond.
+/// Woken by the converter's interrupt, once a millisecond.
 #[embassy_executor::task]
 pub(crate) async fn control_task(mut control: Control) -> ! {
+    let mut last_sequence = None;
     loop {
-        let measured = MEASURED.wait().await;
+        let set = NEWEST.wait().await;
+        let measured = sensor_step(&mut last_sequence, &set);
         control_step(&mut control, &measured);
     }
 }
 
 /// One control period.
 #[inline(never)]
-#[cfg_attr(target_os = "none", unsafe(no_mangle))]
 fn control_step(control: &mut Control, measured: &Measurement) {
     let started = stopwatch::cycles();
     let elapsed = control.pacer.elapsed(measured.triggered_us).min(MAX_ELAPSED);
@@ -137,7 +114,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     }
 
     // After what matters more. Its edges come some 10 us after the tick has begun, always about the same.
-    BOARD.sync.set(time_code::level(frame.tick));
+    BOARD.sync_output.set(time_code::level(frame.tick));
     show(BOARD.led_pulses, command.pulses.is_some() && !SHADOW);
     show(BOARD.led_fault, frame.state == SupervisorState::Fault);
     control.report(&sample, frame);
@@ -150,25 +127,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
 
 impl Control {
     fn report(&mut self, sample: &Sample<SENSORS>, frame: Frame<SENSORS>) {
-        let mut flags = u16::from(sample.faults.bits()) << TickInputs::FAULTS_SHIFT;
-        if sample.button {
-            flags |= TickInputs::BUTTON;
-        }
-        if sample.late {
-            flags |= TickInputs::LATE;
-        }
-        if sample.foot {
-            flags |= TickInputs::FOOT;
-        }
-        let inputs = TickInputs {
-            tick: frame.tick,
-            sensors: sample.codes,
-            vrefint: sample.vrefint,
-            // At most MAX_ELAPSED, see `control_step`.
-            elapsed: sample.elapsed as u8,
-            flags,
-        };
-        let mut dropped = u32::from(self.inputs.enqueue(inputs).is_err());
+        let mut dropped = u32::from(self.samples.enqueue((frame.tick, *sample)).is_err());
         self.ticks_to_frame -= 1;
         if self.ticks_to_frame == 0 {
             self.ticks_to_frame = TICKS_A_FRAME;
@@ -181,11 +140,11 @@ impl Control {
 
     fn report_edges(&mut self, tick: u32, triggered_us: u32) {
         let mut dropped = 0;
-        let mut flooded = self.flooded;
+        let mut lost_before = self.flooded;
         self.flooded = sync_input::take(|edge| {
             let offset_us = edge.at_us.wrapping_sub(triggered_us) as i32;
-            let edge = SyncEdge { tick, offset_us, high: edge.high, flooded };
-            flooded = false;
+            let edge = Edge { tick, offset_us, high: edge.high, lost_before };
+            lost_before = false;
             dropped += u32::from(self.edges.enqueue(edge).is_err());
         });
         if dropped > 0 {

@@ -1,15 +1,15 @@
-//! The four tasks, and what passes between them.
+//! The three tasks, and what passes between them.
 //!
 //! ```text
 //!  interrupt executor                                   thread executor
 //!  (above everything that logs)
 //!
-//!  DMA interrupt --> sensor --> control --> queues ---> telemetry --> RTT
-//!                       |          |                        |
-//!                       +----------+------ progress --------+-------> watchdog --> IWDG
+//!  DMA interrupt --> control (sample, tick, pulses) --> queues ---> telemetry --> RTT
+//!                       |                                               |
+//!                       +---------------- progress --------------------+-------> watchdog --> IWDG
 //! ```
 //!
-//! Nothing flows from right to left: what is in the thread can be as slow as it likes, the ticks do not wait.
+//! Nothing flows from right to left: the ticks never wait for the thread.
 
 pub(crate) mod control;
 pub(crate) mod sensor;
@@ -22,7 +22,7 @@ use firmware::liveness::Progress;
 
 use crate::stopwatch;
 
-/// How often a task has come round. Each has one writer, so that load and store need not be one operation.
+/// Counts rounds. Each has one writer, so that load and store need not be one operation.
 struct Rounds(AtomicU32);
 
 impl Rounds {
@@ -43,14 +43,8 @@ static CONTROL: Rounds = Rounds::new();
 static SENSOR: Rounds = Rounds::new();
 static TELEMETRY: Rounds = Rounds::new();
 
-/// How far everybody is.
+/// Snapshot of the counters; the clock is read first, so that errors only overcount.
 fn progress() -> Progress {
-    // The clock first: a tick between the two reads then counts as one too many, never as one too few for long.
     let now_us = stopwatch::now_us();
     Progress { control: CONTROL.read(), sensor: SENSOR.read(), telemetry: TELEMETRY.read(), now_us }
-}
-
-/// Ticks since the start, the time stamp of the log: it exists before any clock does.
-pub(crate) fn ticks() -> u32 {
-    CONTROL.read()
 }

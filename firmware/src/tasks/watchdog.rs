@@ -1,14 +1,14 @@
-//! Feeds the independent watchdog while everybody else makes progress, in the same thread as telemetry: what starves the thread is
-//! caught as well. The rule is [`firmware::liveness::judge`].
+//! Reloads the independent watchdog while sampling, control and telemetry make progress, in the same thread as telemetry: what starves the
+//! thread is found as well. The rule is [`firmware::liveness::judge`].
 
 use embassy_time::Timer;
-use firmware::liveness::{FEED_US, Progress, RETRY_US, Verdict, judge};
+use firmware::liveness::{FEED_US, Liveness, Part, Progress, RETRY_US, judge};
 use firmware::post_mortem::{Cause, Record, STABLE_RUN_S};
 
 use super::progress;
-use crate::{faults, watchdog};
+use crate::{faults, log, servo_pwm, watchdog};
 
-/// Asks every [`FEED_US`].
+/// Looks every [`FEED_US`].
 #[embassy_executor::task]
 pub(crate) async fn watchdog_task() -> ! {
     let mut fed = Feeding { since: progress(), feeds: 0 };
@@ -26,13 +26,12 @@ struct Feeding {
     feeds: u32,
 }
 
-/// One question to the others; true when it could feed.
+/// Looks at the others' progress once; true when it reloaded the watchdog.
 #[inline(never)]
-#[cfg_attr(target_os = "none", unsafe(no_mangle))]
 fn watchdog_step(fed: &mut Feeding) -> bool {
     let now = progress();
     match judge(&fed.since, &now) {
-        Verdict::Alive => {
+        Liveness::Alive => {
             watchdog::feed();
             fed.since = now;
             fed.feeds = fed.feeds.saturating_add(1);
@@ -41,8 +40,15 @@ fn watchdog_step(fed: &mut Feeding) -> bool {
             }
             true
         }
-        Verdict::Wait => false,
-        Verdict::Stalled(part) => faults::die(Record::new(Cause::Stalled, [part as u32, 0], "")),
-        Verdict::Racing(part) => faults::die(Record::new(Cause::Racing, [part as u32, 0], "")),
+        Liveness::Wait => false,
+        Liveness::Stalled(part) => end(part, Cause::Stalled),
+        Liveness::Racing(part) => end(part, Cause::Racing),
     }
+}
+
+/// Switches the servos off, reports the part that is to blame, resets.
+fn end(part: Part, cause: Cause) -> ! {
+    servo_pwm::outputs_off();
+    log::stalled(part, cause.name());
+    faults::die(Record::new(cause, [part as u32, 0], ""))
 }

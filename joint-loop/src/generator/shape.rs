@@ -82,7 +82,9 @@ pub(crate) fn of_joint(error: BuildError, rename: impl FnOnce(&str) -> &'static 
     let named = |field: Field| Field { name: rename(field.name), ..field };
     match error {
         BuildError::NotFinite { field, value } => BuildError::NotFinite { field: named(field), value },
-        BuildError::OutOfRange { field, value, min, max } => BuildError::OutOfRange { field: named(field), value, min, max },
+        BuildError::OutOfRange { field, value, min, max } => {
+            BuildError::OutOfRange { field: named(field), value, min, max }
+        }
         _ => error,
     }
 }

@@ -11,9 +11,6 @@ use joint_units::Period;
 use crate::generator::{GeneratorConfig, WordError};
 use crate::store::flash_record::{FlashRecordError, Framed, bytes_of, open};
 
-/// First address of the generator's sector (16 KiB that the program leaves free, see `memory.x`).
-pub const ADDRESS: u32 = 0x0800_4000;
-
 /// Bytes of the longest record.
 pub const MAX_BYTES: usize = bytes_of(GeneratorConfig::MAX_WORDS);
 

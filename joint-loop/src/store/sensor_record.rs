@@ -17,9 +17,6 @@ use joint_units::{Joint, Radians, Volts};
 use crate::setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSORS};
 use crate::store::flash_record::{FlashRecordError, Framed, WordReader, bytes_of, open};
 
-/// First address of the sector of the sensors (16 KiB that the program leaves free, see `memory.x`).
-pub const ADDRESS: u32 = 0x0800_8000;
-
 /// Bytes of the longest record.
 pub const MAX_BYTES: usize = bytes_of(MAX_WORDS);
 

@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err("the shipped walker has four joints".into());
     };
     let stride_s = std::env::args().nth(1).map_or(Ok(1.1), |text| text.parse())?;
-    let mut legs = run::legs([a, b, c, d], Joint::LeftHip, stride_s)?;
+    let mut legs = run::follower([a, b, c, d], Joint::LeftHip, stride_s)?;
     let mut text = String::new();
     std::io::stdin().read_to_string(&mut text)?;
     let samples = text.lines().map(|line| line.trim().parse::<f32>()).collect::<Result<Vec<_>, _>>()?;

@@ -1,27 +1,22 @@
-//! The command line: what there is to call, and how a call ends.
+//! The command line: lists the commands and gives the exit code.
 
-use crate::board::default_loop;
-use crate::command::{calibrate, check, convert, entrain, fit, pack, record, sync, volts, watch};
-use crate::command::{certify, figures, gait_error, hexapod, obb, walk};
+use crate::command::{
+    calibrate, certify, check, convert, defaults, entrain, figures, fit, gait_error, hexapod, merge, obb, pack, record,
+    sync, volts, walk, watch,
+};
 use crate::failure::Failure;
-use crate::file::{calibration_file, parameter_file};
-use clap::{Parser, Subcommand, ValueEnum};
-use generator_file::file::GeneratorFile;
-use joint_loop::LoopConfig;
-use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::flag;
+use crate::interrupt;
+use clap::{Parser, Subcommand};
 use std::ffi::OsString;
-use std::io::{self, Write};
-use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
-/// Footfall: gait in, four joints out.
+/// Footfall: a recorded or measured gait in, the angles of four joints out.
+///
+/// The gait sensor is an HGOD: a potentiometer goniometer, the joint-angle sensor of the thesis.
 #[derive(Debug, Parser)]
 #[command(
     name = "footfall",
     version,
-    after_help = "Exit codes: 0 done and sound, 1 not, 2 bad input and nothing written."
+    after_help = "Exit codes: 0 success; 1 the run failed or its result is not sound; 2 wrong input, nothing was written."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -30,70 +25,50 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run the firmware's image on the virtual board, fed with a recorded gait, and watch it
+    /// Run the firmware image on the virtual board, fed with a recorded gait, and show the run
     Watch(Box<watch::Options>),
-    /// Record what a board measures, every tick of it, as CSV or MCAP: of the virtual board, or of a real one's RTT bytes
+    /// Record every tick of a board as CSV or MCAP: the virtual board, or a real board through RTT
     Record(Box<record::Options>),
-    /// Turn a recorded gait into the semi-synthetic volts of a sensor: CSV with the header time_s,PA1
+    /// Convert a recorded gait to the semi-synthetic volts of a sensor: CSV with the header time_s,PA1
     Volts(volts::Options),
-    /// Check files: every fault is told with file, line, field and what is allowed
+    /// Check files: each error names file, line, field and what is allowed
     Check(check::Options),
-    /// Show a shipped gait on the host core, with changes on the way: live on a terminal, else CSV, JSON or a picture
+    /// Show a default gait on the host core, with changes during the run: live on a terminal, else CSV, JSON or a picture
     Walk(walk::Options),
-    /// Print the firing word of an oscillatory building block, a letter a step: F flexor, E extensor
+    /// Print the firing word of an oscillatory building block, one letter a step: F flexor, E extensor
     Obb(obb::Options),
-    /// Draw what the two papers show, as pictures of ours
+    /// Draw the figures of the two papers, computed by the core
     Figures(figures::Options),
-    /// Print how near each generator comes to a healthy adult's mean stride
+    /// Print the difference between each generator and the mean stride of a healthy adult
     GaitError(gait_error::Options),
     /// Print which legs of the hexapod swing at each step, or the angles of its legs
     Hexapod(hexapod::Options),
-    /// Measure what a parameter set does and write its certificate; refuse it if perturbed starts diverge or do not come back
+    /// Measure a generator and write its certificate; refuse it if perturbed starts diverge or do not return
     Certify(certify::Options),
-    /// Fit a walker to recorded gait: parameters, a report, and how good they are on strides that were not fitted
+    /// Fit a generator to a recorded gait: parameters, a report, and the error on strides that were not fitted
     Fit(Box<fit::Options>),
-    /// Write any recording as CSV or as an OpenSim .mot: degrees, flexion positive, even steps
+    /// Write any recording as CSV or as OpenSim .mot: degrees, flexion positive, equal time steps
     Convert(convert::Options),
-    /// Make one summary of a folder of fits, wherever their shares were made
-    Merge {
-        /// The folder
-        #[arg(value_name = "FOLDER")]
-        folder: PathBuf,
-    },
-    /// Let the host core follow one sensor of a recorded walker with four joints, and say how well it does
-    Entrain(entrain::Options),
-    /// Make a sensor's calibration from known angles and what the sensor said there
+    /// Write one summary of all fits in a folder, wherever they were computed
+    Merge(merge::Options),
+    /// Let the host core follow one sensor of a recorded person with four joints, and report how well it does
+    Entrain(Box<entrain::Options>),
+    /// Make the calibration of a sensor from known angles and the sensor's readings there
     Calibrate(Box<calibrate::Options>),
-    /// Fit another recorder's clock to the board's, from the edges of the board's synchronisation output or of a line that both recorded
+    /// Fit another recorder's clock to the board's, from the edges of the synchronisation output or of a line that both recorded
     Sync(sync::Options),
-    /// Turn a walker's parameters into the bytes of the board's parameter sector, or into a constant in Rust
+    /// Convert a generator file or sensor files to a flash record of the board, or a generator file to a Rust constant
     Pack(pack::Options),
-    /// Print a file with the defaults, to begin a file of one's own with
-    Defaults {
-        /// Which file
-        #[arg(value_enum)]
-        file: Defaults,
-    },
+    /// Print a file with the default values, as a template
+    Defaults(defaults::Options),
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Defaults {
-    /// The gait sensor's calibration
-    Calibration,
-    /// The loop's parameters
-    Parameters,
-    /// The default walk, as a walker's file
-    Generator,
-    /// The thesis' network, Table 1 and set S, as a walker's file
-    Thesis,
-}
-
-/// Reads the arguments, the program's name first, does what they say, and gives the exit code.
+/// Parses the arguments (the first is the program's name), runs the command, prints its error, and returns the exit code.
 pub fn main(arguments: impl Iterator<Item = OsString>) -> u8 {
     let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(usage) => {
-            // Nobody is left to tell if this fails.
+            // There is no other place to report that standard error is closed.
             let _ = usage.print();
             return if usage.use_stderr() { 2 } else { 0 };
         }
@@ -109,67 +84,35 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> u8 {
     }
 }
 
-/// Reads the arguments, the program's name first, and does what they say: the program without its last words.
+/// Parses the arguments (the first is the program's name) and runs the command, without printing its error.
 ///
 /// # Errors
-/// Arguments that make no sense are bad input; else whatever the command fails with.
+/// Wrong arguments are wrong input; otherwise the failure of the command.
 pub fn call(arguments: impl Iterator<Item = OsString>) -> Result<(), Failure> {
     execute(Cli::try_parse_from(arguments).map_err(Failure::input)?)
 }
 
 fn execute(cli: Cli) -> Result<(), Failure> {
     match cli.command {
-        Command::Watch(options) => watch::run(&options, &interrupt()?),
-        Command::Record(options) => record::run(&options, &interrupt()?),
+        Command::Watch(options) => watch::run(*options, &*interrupt::flag()?),
+        Command::Record(options) => record::run(*options, &*interrupt::flag()?),
         Command::Volts(options) => volts::run(&options),
-        Command::Entrain(options) => entrain::run(&options),
+        Command::Entrain(options) => entrain::run(*options),
         Command::Sync(options) => sync::run(&options),
         Command::Check(options) => check::run(&options),
-        Command::Walk(options) => walk::run(&options, interrupt),
+        Command::Walk(options) => walk::run(options),
         Command::Figures(options) => figures::run(&options),
         Command::GaitError(options) => gait_error::run(&options),
         Command::Obb(options) => obb::run(&options),
         Command::Hexapod(options) => hexapod::run(&options),
         Command::Certify(options) => certify::run(&options),
-        Command::Fit(options) => fit::run(&options),
-        Command::Convert(options) => convert::run(&options),
-        Command::Merge { folder } => fit::merge(&folder),
-        Command::Calibrate(options) => calibrate::run(&options),
+        Command::Fit(options) => fit::run(*options),
+        Command::Convert(options) => convert::run(options),
+        Command::Merge(options) => merge::run(&options),
+        Command::Calibrate(options) => calibrate::run(*options),
         Command::Pack(options) => pack::run(&options),
-        Command::Defaults { file: Defaults::Calibration } => {
-            print(&calibration_file::to_text(&default_loop::wired_sensor().map_err(Failure::run)?))
-        }
-        Command::Defaults { file: Defaults::Parameters } => {
-            print(&parameter_file::to_text(&LoopConfig::default_biped()))
-        }
-        Command::Defaults { file: Defaults::Generator } => print(&default_generator("phase-coupled")?),
-        Command::Defaults { file: Defaults::Thesis } => print(&default_generator("thesis")?),
+        Command::Defaults(options) => defaults::run(&options),
     }
-}
-
-fn default_generator(name: &str) -> Result<String, Failure> {
-    let file = GeneratorFile::default_of(name).ok_or_else(|| Failure::run(format!("{name} does not ship")))?;
-    Ok(file.to_toml())
-}
-
-/// Writes data to standard output. A reader that has read enough is no failure.
-pub(crate) fn print(text: &str) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::run(error)),
-        _ => Ok(()),
-    }
-}
-
-/// Set by SIGINT and SIGTERM, which would otherwise end the program before its recording is finished. A second one does.
-fn interrupt() -> Result<Arc<AtomicBool>, Failure> {
-    let flag = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        // In this order: the first signal finds the flag not set yet.
-        flag::register_conditional_shutdown(signal, 128 + signal, Arc::clone(&flag)).map_err(Failure::run)?;
-        flag::register(signal, Arc::clone(&flag)).map_err(Failure::run)?;
-    }
-    Ok(flag)
 }
 
 #[cfg(test)]
@@ -183,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn help_is_no_fault_and_a_wrong_option_is_bad_input() {
+    fn help_succeeds_and_a_wrong_option_is_wrong_input() {
         let code = |arguments: &[&str]| main(arguments.iter().map(OsString::from));
         assert_eq!(code(&["footfall", "--version"]), 0);
         assert_eq!(code(&["footfall", "watch", "--no-such-option"]), 2);

@@ -1,27 +1,36 @@
-//! How a command ends when it does not end well, and with which exit code.
+//! Why a command failed, and the exit code that follows.
 
 use std::fmt;
 
 /// Why a command failed.
 #[derive(Debug)]
 pub enum Failure {
-    /// What it was given is not as it must be; nothing was written. Exit code 2.
+    /// The input is wrong; nothing was written. Exit code 2.
     Input(String),
-    /// It was given good input and still did not succeed. Exit code 1.
+    /// The input is correct, but the command did not succeed. Exit code 1.
     Run(String),
 }
 
 impl Failure {
-    /// Of bad input.
+    /// A failure caused by the input.
     #[must_use]
     pub fn input(error: impl fmt::Display) -> Self {
         Self::Input(error.to_string())
     }
 
-    /// Of what went wrong on the way.
+    /// A failure during the run.
     #[must_use]
     pub fn run(error: impl fmt::Display) -> Self {
         Self::Run(error.to_string())
+    }
+
+    /// The same failure with a place in front of its text.
+    #[must_use]
+    pub fn at(self, place: impl fmt::Display) -> Self {
+        match self {
+            Self::Input(text) => Self::Input(format!("{place}: {text}")),
+            Self::Run(text) => Self::Run(format!("{place}: {text}")),
+        }
     }
 
     /// The exit code.

@@ -305,7 +305,7 @@ fn a_bad_file_is_refused_with_line_and_column_and_nothing_is_written() {
             b"angle_deg,code,vrefint\n0,1,1500\n1,4,0\n",
             &["--vrefint-cal", "1502"],
             ":3: ",
-            &["column 3 `vrefint`", "VREFINT code 0"],
+            &["column 3 `vrefint`", "code 0 of the internal reference"],
         ),
         (b"angle_deg,volts\n0,1\n1\n", &[], ":3: ", &["has 1 fields; allowed are 2"]),
         (b"angle_deg,volts,direction\n0,1,up\n1,1,left\n", &[], ":3: ", &["column 3 `direction`", "`up` or `down`"]),
@@ -421,7 +421,7 @@ fn the_guide_ends_in_the_same_fit() {
 
 /// What a person reads: which way the sensor goes, what noise had turned round, and where it is saturated.
 #[test]
-fn monotonicity_and_saturation_are_told() {
+fn monotonicity_and_saturation_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let (rows, out) = (folder.path().join("rows.csv"), folder.path().join("knee.toml"));
     let told = |angles: &[f64], sd: f64, code_at: &dyn Fn(f64, usize) -> f64| {

@@ -4,9 +4,10 @@
 mod support;
 
 use footfall::board::image::Image;
+use footfall::board::telemetry::record_in;
 use gait_trace::RawJoints;
+use gait_trace::ReadOptions;
 use gait_trace::format::open;
-use gait_trace::format::open::ReadOptions;
 use hgod_adc::{OVERSAMPLING, trimmed_mean};
 use joint_units::AdcCode;
 use joint_units::Joint;
@@ -16,6 +17,7 @@ use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use support::{Bench, SimulatedBoard, frame};
+use wire::Record;
 
 fn walked(secs: u32) -> SimulatedBoard {
     let mut walker = SimulatedBoard::new();
@@ -138,7 +140,7 @@ fn watch_records_mcap_too_and_other_names_are_refused() {
     assert!(!file.exists());
 }
 
-/// The joint's angle is the same as the loop's own, bit for bit, where the board's line of that tick says it.
+/// The joint's angle equals that of the loop, bit for bit, where the board sent a frame of the tick.
 #[test]
 fn angles_are_the_boards_own() {
     let walker = walked(3);
@@ -150,11 +152,10 @@ fn angles_are_the_boards_own() {
     let (angles, hips) = (column(&csv, "left_knee_deg"), column(&csv, "set_right_hip_deg"));
     let mut compared = 0;
     while let Some(message) = decoder.message() {
-        let line = footfall::board::telemetry::parse(&message.unwrap().text).unwrap();
-        let footfall::board::telemetry::Line::Tick(tick) = line else { continue };
+        let Some(Ok(Record::Frame(tick))) = record_in(&message.unwrap().text) else { continue };
         let row = tick.tick as usize - 1;
-        assert_eq!(angles[row].parse::<f32>().unwrap().to_bits(), tick.sensor_deg[0].to_bits());
-        assert_eq!(hips[row].parse::<f32>().unwrap().to_bits(), tick.set_deg[1].to_bits());
+        assert_eq!(angles[row].parse::<f32>().unwrap().to_bits(), tick.sensors[0].unwrap().angle_deg().to_bits());
+        assert_eq!(hips[row].parse::<f32>().unwrap().to_bits(), tick.setpoints_deg()[1].to_bits());
         compared += 1;
     }
     assert_eq!(compared, 300);
@@ -162,7 +163,7 @@ fn angles_are_the_boards_own() {
 
 /// A reader that stalls makes the board drop whole frames: they are missing, counted, and nothing is put in their place.
 #[test]
-fn what_a_stalled_reader_misses_is_counted_and_not_filled_in() {
+fn samples_missed_by_a_stalled_reader_are_counted() {
     let mut walker = walked(4);
     // 250 ms of the log, lines of both kinds.
     let of_time = |line: &String| {
@@ -233,7 +234,7 @@ fn raw_bytes_of_a_real_board_make_the_same_capture() {
 
 /// Somebody attaches to a board that runs: its factory values are not known, so there are codes, and the angles of its lines.
 #[test]
-fn attaching_late_records_codes_and_says_what_is_missing() {
+fn a_late_start_records_codes_without_the_boot_record() {
     let bytes = log_bytes(&walked(3).lines);
     let bench = Bench::plays(&["{}".into()]);
     let (csv, output) = record_rtt(&bench, &bytes[bytes.len() / 2..], "late.csv", &[]);
@@ -244,7 +245,7 @@ fn attaching_late_records_codes_and_says_what_is_missing() {
     assert!((1400..1600).contains(&codes.len()), "{}", codes.len());
     assert!(codes.iter().zip(&ticks).all(|(found, tick)| *found == f64::from(code(*tick as u32 - 1))));
     assert!(column(&csv, "left_knee_volts").iter().all(String::is_empty));
-    assert_eq!(about(&csv)["boots"][0]["heard"], false);
+    assert_eq!(about(&csv)["boots"][0]["boot_record"], false);
     assert_eq!(about(&csv)["counts"]["lost_samples"], 0);
 }
 
@@ -313,7 +314,7 @@ fn a_killed_recorder_leaves_a_file_that_can_be_read() {
     }
 }
 
-/// A capture of one joint says which joints it lacks.
+/// The errors of a capture of one joint name the missing joints.
 #[test]
 fn fit_of_one_joint_names_the_missing_ones() {
     let bench = Bench::plays(&walked(4).lines);

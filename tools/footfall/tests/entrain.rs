@@ -1,4 +1,4 @@
-//! `footfall entrain` as a person calls it: any file that `fit` takes, captures of one worn sensor, and what it says of all that.
+//! `footfall entrain` called as a program: any file that `fit` reads, captures of one sensor, and its output.
 
 mod support;
 
@@ -145,7 +145,7 @@ fn a_low_pass_is_asked_for() {
 
 /// The board that plays lines: its left knee is a sine of 1.1 s. No other joint is in a capture.
 #[test]
-fn a_capture_of_one_worn_sensor_is_played_and_the_shipped_walker_lends_the_rest() {
+fn a_capture_of_one_sensor_takes_the_other_joints_from_the_default() {
     let mut walker = SimulatedBoard::new();
     walker.walk(24);
     walker.end();
@@ -159,7 +159,7 @@ fn a_capture_of_one_worn_sensor_is_played_and_the_shipped_walker_lends_the_rest(
         assert_eq!(output.status.code(), Some(0), "{}", said(&output));
         let object = object(&file, &[]);
         assert_eq!(object["sensor"], "left_knee", "the only joint there is");
-        assert!(object["template"].as_str().unwrap().ends_with("; shipped left_hip, right_hip, right_knee"));
+        assert!(object["template"].as_str().unwrap().ends_with("; default left_hip, right_hip, right_knee"));
         let [None, None, Some(knee), None] = rmse(&object) else { panic!("{object}") };
         assert!(knee < 3.0, "{object}");
         assert_eq!((object["false_locks"].as_u64(), object["holds"].as_u64()), (Some(0), Some(0)), "{object}");
@@ -175,7 +175,7 @@ fn a_capture_of_one_worn_sensor_is_played_and_the_shipped_walker_lends_the_rest(
 
 /// The walker's file brings shapes and sensor; its cycle may begin elsewhere than the recording's.
 #[test]
-fn a_walkers_file_drives_and_says_the_sensor() {
+fn a_generator_file_has_templates_and_sensor() {
     let folder = folder();
     let path = put(&folder, "walk.csv", &text(OURS, ",", &[0, 1, 2, 3], |deg| deg));
     for (more, kind) in [(&["--follow", "right_hip"][..], "follow"), (&[][..], "shape")] {
@@ -184,26 +184,26 @@ fn a_walkers_file_drives_and_says_the_sensor() {
         let output = command.arg("fit").arg(&path).arg("-o").arg(&walker).args(more).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", said(&output));
         let file = walker.to_str().unwrap();
-        let driven = object(&path, &["--walker", file]);
+        let driven = object(&path, &["--generator", file]);
         assert_eq!(driven["sensor"], if kind == "follow" { "right_hip" } else { "left_hip" });
         assert_eq!(driven["template"], file);
         assert!(rmse(&driven).iter().all(|rmse| rmse.is_some_and(|rmse| rmse < 2.5)), "{driven}");
         assert_eq!(driven["false_locks"], 0);
         // One knee of it alone: the file has the rest.
         let knee = put(&folder, "knee.csv", &text("time_s,left_knee_deg", ",", &[2], |deg| deg));
-        let alone = object(&knee, &["--walker", file]);
+        let alone = object(&knee, &["--generator", file]);
         assert_eq!((alone["sensor"].as_str(), alone["false_locks"].as_u64()), (Some("left_knee"), Some(0)));
         assert!(rmse(&alone)[2].is_some_and(|rmse| rmse < 2.5), "{alone}");
     }
-    let network = folder.path().join("network.toml");
+    let robust = folder.path().join("robust.toml");
     let defaults = Command::new(env!("CARGO_BIN_EXE_footfall")).args(["defaults", "generator"]).output().unwrap();
-    std::fs::write(&network, defaults.stdout).unwrap();
-    let output = entrain(&path, &["--walker", network.to_str().unwrap()]);
+    std::fs::write(&robust, defaults.stdout).unwrap();
+    let output = entrain(&path, &["--generator", robust.to_str().unwrap()]);
     let told = said(&output);
     assert!(output.status.code() == Some(2) && told.contains("allowed are `shape` and `follow`"), "{told}");
 }
 
-/// A sensor that falls silent for 0.8 s: the core gets no sample, says so, walks on, and locks again; short gaps are bridged.
+/// A sensor without samples for 0.8 s: the follower reports a hold, goes on, and locks again; short gaps are bridged.
 #[test]
 fn a_hole_in_the_recording_is_a_lost_sensor() {
     let folder = folder();
@@ -248,7 +248,7 @@ fn a_knee_without_a_side_is_the_one_that_is_asked_for() {
 }
 
 #[test]
-fn what_cannot_be_played_is_refused_in_words() {
+fn recordings_that_cannot_be_played_are_refused() {
     let folder = folder();
     let pin = put(&folder, "pin.csv", &text("time_s,PA1", ",", &[2], |deg| 1.0 + deg / 100.0));
     let cycle: String = (0..=100).map(|n| format!("{},{}\n", n, angles(f64::from(n) * 0.0115)[0].round())).collect();

@@ -1,4 +1,4 @@
-//! `footfall fit` and `merge` as a person calls them: what is printed, what is written, what is left alone.
+//! `footfall fit` and `footfall merge` called as programs: output, files, and files that stay unchanged.
 
 use generator_file::file::GeneratorFile;
 use joint_units::Joint;
@@ -7,7 +7,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-const SHIPPED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/traces/gaitkit_fukuchi_healthy.csv");
+const DEFAULT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/traces/gaitkit_fukuchi_healthy.csv");
 
 fn footfall<A: Into<OsString>>(arguments: impl IntoIterator<Item = A>) -> Output {
     Command::new(env!("CARGO_BIN_EXE_footfall"))
@@ -44,10 +44,10 @@ fn walk(stride_s: f64, strides: usize) -> String {
 #[test]
 fn one_recording_gives_parameters_a_report_and_an_object() {
     let folder = tempfile::tempdir().unwrap();
-    let (params, page) = (folder.path().join("walker.toml"), folder.path().join("walker.html"));
+    let (params, page) = (folder.path().join("generator.toml"), folder.path().join("generator.html"));
     let output = footfall([
         "fit".into(),
-        SHIPPED.into(),
+        DEFAULT.into(),
         "-o".into(),
         OsString::from(&params),
         "--report".into(),
@@ -69,7 +69,7 @@ fn one_recording_gives_parameters_a_report_and_an_object() {
     }
     assert_eq!(value["certificate"]["accepted"], true);
 
-    // The file builds the walker whose errors were printed, and says where it comes from.
+    // The file builds the generator whose errors were printed, and names its source.
     let file = GeneratorFile::read(&params).unwrap();
     assert_eq!(file.provenance.source, "gaitkit_fukuchi_healthy.csv");
     assert_eq!(file.provenance.source_sha256, value["sha256"].as_str().unwrap());
@@ -85,7 +85,7 @@ fn one_recording_gives_parameters_a_report_and_an_object() {
 #[test]
 fn the_same_file_and_seed_give_the_same_bytes_whatever_the_generator() {
     for generator in ["shape", "phase-coupled", "thesis"] {
-        let run = || footfall(["fit", SHIPPED, "--generator", generator, "--evaluations", "2000", "--seed", "3"]);
+        let run = || footfall(["fit", DEFAULT, "--generator", generator, "--evaluations", "2000", "--seed", "3"]);
         let (one, two) = (run(), run());
         assert_eq!(one.status.code(), Some(0), "{generator}: {}", said(&one));
         assert_eq!(one.stdout, two.stdout, "{generator}");
@@ -97,7 +97,7 @@ fn the_same_file_and_seed_give_the_same_bytes_whatever_the_generator() {
 }
 
 #[test]
-fn bad_input_writes_nothing_and_says_what_and_where() {
+fn wrong_input_writes_nothing_and_names_the_error() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out.toml");
     let call = |file: &Path, more: &[&str]| {
@@ -116,9 +116,9 @@ fn bad_input_writes_nothing_and_says_what_and_where() {
     assert!(code == Some(2) && words.contains("bad.csv"), "{words}");
     let (code, words) = call(&folder.path().join("nowhere.csv"), &[]);
     assert!(code == Some(2) && words.contains("nowhere.csv"), "{words}");
-    let (code, words) = call(Path::new(SHIPPED), &["--map", "left_hip=nothing"]);
+    let (code, words) = call(Path::new(DEFAULT), &["--map", "left_hip=nothing"]);
     assert!(code == Some(2) && words.contains("nothing"), "{words}");
-    let (code, words) = call(Path::new(SHIPPED), &["--harmonics", "40"]);
+    let (code, words) = call(Path::new(DEFAULT), &["--harmonics", "40"]);
     assert!(code == Some(2) && words.contains("allowed is 1 to 8"), "{words}");
 }
 
@@ -130,17 +130,17 @@ fn a_recording_converted_to_mot_fits_the_same() {
     let convert = |from: &OsString, to: &Path| {
         footfall(["convert".into(), from.clone(), "--low-pass".into(), "off".into(), "-o".into(), OsString::from(to)])
     };
-    assert_eq!(convert(&SHIPPED.into(), &mot).status.code(), Some(0));
+    assert_eq!(convert(&DEFAULT.into(), &mot).status.code(), Some(0));
     assert_eq!(convert(&OsString::from(&mot), &csv).status.code(), Some(0));
     let errors = |file: OsString| {
         let value = json(&footfall(["fit".into(), file, "--json".into()]));
         [0, 1, 2, 3].map(|joint| value["joints"][joint]["rmse_mean_stride_deg"].as_f64().unwrap())
     };
-    let (direct, through) = (errors(SHIPPED.into()), errors(OsString::from(&csv)));
+    let (direct, through) = (errors(DEFAULT.into()), errors(OsString::from(&csv)));
     for (a, b) in direct.iter().zip(through) {
         assert!((a - b).abs() < 0.01, "{direct:?} {through:?}");
     }
-    let odd = convert(&SHIPPED.into(), &folder.path().join("walk.xlsx"));
+    let odd = convert(&DEFAULT.into(), &folder.path().join("walk.xlsx"));
     assert!(odd.status.code() == Some(2) && said(&odd).contains(".csv and .mot"), "{}", said(&odd));
 }
 
@@ -255,7 +255,7 @@ fn a_bad_file_does_not_stop_the_rest_and_a_second_run_fits_nothing_again() {
 
 /// A subjects' table, a text, and a table of forces lie between the recordings: they are no failures. Named, they are.
 #[test]
-fn what_is_no_gait_is_skipped_in_a_folder_and_told() {
+fn files_without_gait_are_skipped_in_a_folder() {
     let (from, to) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let put = |name: &str, text: &str| std::fs::write(from.path().join(name), text).unwrap();
     put("a.csv", &walk(1.0, 12));
@@ -332,7 +332,7 @@ fn options_of_the_shape_alone_are_refused_with_another_generator() {
         ("thesis", "--harmonics", "4"),
         ("phase-coupled", "--follow", "left_hip"),
     ] {
-        let output = footfall(["fit", SHIPPED, "--generator", generator, option, value]);
+        let output = footfall(["fit", DEFAULT, "--generator", generator, option, value]);
         let words = format!("{option} with --generator {generator}: allowed is {option} with --generator shape");
         assert!(output.status.code() == Some(2) && said(&output).contains(&words), "{}", said(&output));
         assert!(output.stdout.is_empty());
@@ -340,7 +340,7 @@ fn options_of_the_shape_alone_are_refused_with_another_generator() {
 }
 
 #[test]
-fn shares_on_several_computers_merge_to_what_one_computer_makes() {
+fn shares_of_several_computers_merge_to_the_same_summary() {
     let (from, whole, shared) = (laboratory(), tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     batch(from.path(), whole.path(), &["--jobs", "1"]);
     for share in ["1/3", "2/3", "3/3"] {
@@ -353,23 +353,27 @@ fn shares_on_several_computers_merge_to_what_one_computer_makes() {
     std::fs::write(shared.path().join("x.fit.json"), "{\"a\":1}").unwrap();
     let strange = footfall(["merge".into(), OsString::from(shared.path())]);
     assert!(
-        strange.status.code() == Some(2) && said(&strange).contains("x.fit.json: is no outcome"),
+        strange.status.code() == Some(2) && said(&strange).contains("x.fit.json: is no result of a fit"),
         "{}",
         said(&strange)
     );
     let empty = tempfile::tempdir().unwrap();
     let nothing = footfall(["merge".into(), OsString::from(empty.path())]);
-    assert!(nothing.status.code() == Some(2) && said(&nothing).contains("no outcome"), "{}", said(&nothing));
+    assert!(
+        nothing.status.code() == Some(2) && said(&nothing).contains("has no result of `footfall fit`"),
+        "{}",
+        said(&nothing)
+    );
 }
 
-/// A follower's events are in the file, and its certificate says how soon it locks; what cannot be led is refused, not ignored.
+/// A follower's events are in the file, and its certificate has the time to lock; other generators with --follow are refused.
 #[test]
-fn a_follower_has_its_events_and_says_how_soon_it_locks() {
+fn a_follower_has_its_events_and_its_time_to_lock() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("follower.toml");
     let written = out.display().to_string();
     let led =
-        |more: &[&str]| footfall([&["fit", SHIPPED, "--follow", "left_knee", "--json", "-o", &written], more].concat());
+        |more: &[&str]| footfall([&["fit", DEFAULT, "--follow", "left_knee", "--json", "-o", &written], more].concat());
     let output = led(&["--events", "peak"]);
     assert!(output.status.success(), "{}", said(&output));
     let following = &json(&output)["certificate"]["following"];

@@ -225,7 +225,7 @@ fn whoever_breaks_off_leaves_no_file() {
 
 /// A pose that moves is asked for again, with why; a word that is none too; then the sensor falls silent.
 #[test]
-fn an_unsteady_pose_an_odd_word_and_a_silent_sensor_are_told() {
+fn an_unsteady_pose_and_a_silent_sensor_are_reported() {
     let bench = Bench::new();
     let Some(mut person) = Person::types(&bench.command(&bench.pipe)) else { return };
     let sensor = Sensor::on(bench.pipe.clone());

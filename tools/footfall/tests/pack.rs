@@ -1,4 +1,4 @@
-//! A walker's parameters leave the file unchanged: as bytes for the board, as a constant for a Rust program.
+//! `footfall pack` keeps the parameters of a generator file: as a flash record, and as a Rust constant.
 
 // The constants are written for crates that export them.
 #![allow(unreachable_pub)]
@@ -33,13 +33,18 @@ fn awkward() -> ShapeConfig {
 /// The files are what `pack` writes today, the compiler takes them, and their constants are the very parameters.
 #[test]
 fn a_constant_in_rust_is_the_file_bit_for_bit() {
-    let shipped = |name| GeneratorFile::default_of(name).unwrap().set.config();
+    let default = |name| GeneratorFile::default_of(name).unwrap().set.config();
     let followed = FollowConfig { sensor: Joint::RightKnee, events: EventSource::None, shape: awkward() };
     for (name, config, text, compiled) in [
-        ("phase-coupled", shipped("phase-coupled"), include_str!("constants/phase_coupled.rs"), phase_coupled::WALKER),
-        ("thesis", shipped("thesis"), include_str!("constants/thesis.rs"), thesis::WALKER),
-        ("follow", GeneratorConfig::Follow(followed), include_str!("constants/follow.rs"), follow::WALKER),
-        ("shape", GeneratorConfig::Shape(awkward()), include_str!("constants/shape.rs"), shape::WALKER),
+        (
+            "phase-coupled",
+            default("phase-coupled"),
+            include_str!("constants/phase_coupled.rs"),
+            phase_coupled::GENERATOR,
+        ),
+        ("thesis", default("thesis"), include_str!("constants/thesis.rs"), thesis::GENERATOR),
+        ("follow", GeneratorConfig::Follow(followed), include_str!("constants/follow.rs"), follow::GENERATOR),
+        ("shape", GeneratorConfig::Shape(awkward()), include_str!("constants/shape.rs"), shape::GENERATOR),
     ] {
         let written = constant(&config, "a test");
         assert_eq!(text, written, "{name}");
@@ -48,9 +53,9 @@ fn a_constant_in_rust_is_the_file_bit_for_bit() {
 }
 
 #[test]
-fn packed_bytes_are_read_as_the_board_reads_them() {
+fn a_flash_record_has_the_parameters_of_the_file() {
     let folder = tempfile::tempdir().unwrap();
-    let (params, packed) = (folder.path().join("walker.toml"), folder.path().join("walker.bin"));
+    let (params, packed) = (folder.path().join("generator.toml"), folder.path().join("generator.bin"));
     let file = GeneratorFile::default_of("thesis").unwrap();
     std::fs::write(&params, file.to_toml()).unwrap();
     let call =

@@ -231,7 +231,7 @@ fn a_coded_line_pairs_by_its_widths() {
 }
 
 #[test]
-fn what_does_not_belong_together_is_told() {
+fn recordings_of_different_lines_are_refused() {
     let mut random = Random(5);
     let (one, two) = (random_line(100, &mut random), random_line(100, &mut random));
     let (one, two) = (PERFECT.sees(&one, &mut random), PERFECT.sees(&two, &mut random));
@@ -274,7 +274,7 @@ fn file(folder: &tempfile::TempDir, name: &str, edges: &[Edge]) -> PathBuf {
 }
 
 #[test]
-fn the_command_says_offset_drift_and_what_was_used() {
+fn the_command_prints_offset_drift_and_used_pulses() {
     let folder = tempfile::tempdir().unwrap();
     let mut random = Random(1);
     let line = random_line(200, &mut random);

@@ -2,11 +2,13 @@
 
 mod support;
 
+use footfall::board::telemetry::{printed, record_in};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use support::{Bench, SimulatedBoard, frame, hex};
+use wire::Record;
 
 fn walked(secs: u32) -> SimulatedBoard {
     let mut walker = SimulatedBoard::new();
@@ -67,7 +69,7 @@ fn without_a_terminal_there_is_a_line_every_100_ms_and_a_summary() {
 }
 
 #[test]
-fn the_board_is_told_what_was_asked_for_and_fed_with_a_loop_of_volts() {
+fn the_board_gets_the_options_and_a_loop_of_volts() {
     let bench = Bench::plays(&walked(1).lines);
     let board = ["--secs", "7.5", "--disarm", "--press", "0.5,2", "--", "--hang", "control_step@3"];
     run(bench.watch().args(board));
@@ -108,7 +110,7 @@ fn a_long_recording_is_played_as_it_is_and_one_without_strides_is_held() {
 }
 
 #[test]
-fn a_recording_is_finished_and_says_what_it_is_of() {
+fn a_capture_is_finished_and_names_its_source() {
     let bench = Bench::plays(&walked(3).lines);
     let output = run(bench.watch().args(["--json", "--secs", "3", "--record"]).arg(bench.path("out.csv")));
     assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
@@ -121,7 +123,7 @@ fn a_recording_is_finished_and_says_what_it_is_of() {
     let about: Value = serde_json::from_str(&bench.text("out.csv.json")).unwrap();
     assert_eq!((&about["finished"], &about["rows"]), (&true.into(), &3000.into()));
     assert_eq!(about["about"]["elf_sha256"], footfall::board::image::sha256(&support::elf()).as_str());
-    assert_eq!(about["summary"], objects(&output).last().unwrap().clone());
+    assert_eq!(about["result"], objects(&output).last().unwrap().clone());
 }
 
 /// Sends a signal once the first line has come, and gives the end of the program.
@@ -192,12 +194,10 @@ fn a_single_bit_that_differs_is_found_and_the_run_is_not_sound() {
     let index = walker.lines.iter().rposition(|line| line.contains("\"rtt\"")).unwrap();
     let object: Value = serde_json::from_str(&walker.lines[index]).unwrap();
     let text = text_of(object["hex"].as_str().unwrap());
-    let Ok(footfall::board::telemetry::Line::Tick(mut tick)) = footfall::board::telemetry::parse(&text) else {
-        panic!("{text}")
-    };
-    tick.set_deg[2] = f32::from_bits(tick.set_deg[2].to_bits() ^ 1);
+    let Some(Ok(Record::Frame(mut tick))) = record_in(&text) else { panic!("{text}") };
+    tick.setpoints_rad[2] = f32::from_bits(tick.setpoints_rad[2].to_bits() ^ 1);
     let mut changed = object.clone();
-    changed["hex"] = hex(&frame(&tick.to_string())).into();
+    changed["hex"] = hex(&frame(&printed(&Record::Frame(tick)))).into();
     walker.lines[index] = changed.to_string();
     let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "3"]));
     assert_eq!(output.status.code(), Some(1));
@@ -218,9 +218,12 @@ fn text_of(hex: &str) -> String {
 }
 
 #[test]
-fn lost_inputs_are_told_and_nothing_is_called_equal_that_was_not_compared() {
+fn frames_without_inputs_are_not_called_equal() {
     let mut walker = walked(3);
-    let inputs = |line: &String| line.contains("\"rtt\"") && text_of_line(line).starts_with("inputs 1001 ");
+    let inputs = |line: &String| {
+        line.contains("\"rtt\"")
+            && matches!(record_in(&text_of_line(line)), Some(Ok(Record::Inputs(inputs))) if inputs.first_tick == 1001)
+    };
     let index = walker.lines.iter().position(inputs).unwrap();
     walker.lines.remove(index);
     let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "3"]));
@@ -235,7 +238,10 @@ fn lost_inputs_are_told_and_nothing_is_called_equal_that_was_not_compared() {
 #[test]
 fn lost_lines_are_counted_and_do_not_hinder_the_comparison() {
     let mut walker = walked(3);
-    let tick = |line: &String| line.contains("\"rtt\"") && text_of_line(line).starts_with("tick 1010 ");
+    let tick = |line: &String| {
+        line.contains("\"rtt\"")
+            && matches!(record_in(&text_of_line(line)), Some(Ok(Record::Frame(frame))) if frame.tick == 1010)
+    };
     let index = walker.lines.iter().position(tick).unwrap();
     walker.lines.remove(index);
     let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "3"]));
@@ -278,7 +284,7 @@ fn after_a_reset_the_books_begin_anew_and_time_goes_on() {
 }
 
 #[test]
-fn what_is_wrong_with_a_run_is_the_exit_code_and_in_words() {
+fn a_fault_of_a_run_is_in_the_exit_code_and_the_message() {
     for (key, value, words) in [
         ("unmodelled", serde_json::json!(3), "3 accesses that the models cannot follow"),
         ("reason", "lockup".into(), "the board ended early: lockup"),

@@ -10,20 +10,19 @@
 use std::fmt;
 
 use cpg_core::entrainment::EventSource;
-use gait_trace::clean::condition::{ConditionError, Conditioned, LowPass, Rules, condition};
-use gait_trace::raw::RawJoints;
 use gait_trace::stride::cycle::{Cycle, POINTS};
-use gait_trace::stride::strides::{StrideError, Strides, segment};
+use gait_trace::stride::strides::segment;
+use gait_trace::{ConditionError, Conditioned, LowPass, RawJoints, Rules, StrideError, Strides, condition};
 use generator_file::certificate::{Certificate, certify};
 use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet, Provenance};
 use joint_loop::{LoopConfig, SERIES_HARMONICS};
 use joint_units::Joint;
 use serde::Serialize;
 
+use crate::generator_cycle::{aligned, generator_cycle};
 use crate::judge::{HeldOut, JointFit, held_out, judge};
-use crate::search::{Dynamics, SearchSettings, fit_robust, fit_thesis};
+use crate::search::{Dynamics, SearchSettings, fit_phase_coupled, fit_thesis};
 use crate::series::{self, Series};
-use crate::walk_cycle::{aligned, walk_cycle};
 
 /// Difference of the legs, in parts of the range of motion, from which on a walker is called asymmetric.
 pub const ASYMMETRIC: f64 = 0.15;
@@ -157,7 +156,7 @@ pub enum FitError {
     },
     /// What was fitted is no walker: a stride beyond what a generator takes, for instance.
     #[error("{file}: the fit is no walker: {why}")]
-    BoardGenerator {
+    Generator {
         /// The recording.
         file: String,
         /// The rule that it breaks.
@@ -229,7 +228,8 @@ pub struct Fit {
 ///
 /// ```
 /// use gait_fit::fit::{Settings, Source, fit};
-/// use gait_trace::format::open::{ReadOptions, of_bytes};
+/// use gait_trace::ReadOptions;
+/// use gait_trace::format::open::of_bytes;
 /// let mut csv = String::from("time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg\n");
 /// for row in 0..700 {
 ///     let t = f64::from(row) * 0.01;
@@ -276,7 +276,7 @@ pub fn fit(
     let mut checked = check(&found.set, settings, progress);
     if let Some(because) = found.refused_because.take().or_else(|| not_accepted(&checked)) {
         if settings.generator == Kind::Shape {
-            return Err(FitError::BoardGenerator { file: file(), why: because });
+            return Err(FitError::Generator { file: file(), why: because });
         }
         notes.push(format!(
             "the {} generator was refused ({because}); phase and shape is used instead",
@@ -288,8 +288,8 @@ pub fn fit(
         checked = check(&found.set, &used, progress);
     }
     let Found { set, history, .. } = found;
-    let mut certificate = checked.map_err(|why| FitError::BoardGenerator { file: file(), why })?;
-    let walked = walk_cycle(&set).map_err(|why| FitError::BoardGenerator { file: file(), why })?;
+    let mut certificate = checked.map_err(|why| FitError::Generator { file: file(), why })?;
+    let walked = generator_cycle(&set).map_err(|why| FitError::Generator { file: file(), why })?;
     let (cycle, ahead) = aligned(&walked.cycle, &mean);
     let origin = ((1.0 - ahead) * POINTS as f64).round() as usize % POINTS;
 
@@ -332,8 +332,7 @@ pub fn fit(
     let set = match (set, settings.follow) {
         (GeneratorSet::Shape(shape), Some(sensor)) => {
             let set = GeneratorSet::Follow(FollowSet { sensor, events: settings.events, shape });
-            certificate =
-                check(&set, settings, progress).map_err(|why| FitError::BoardGenerator { file: file(), why })?;
+            certificate = check(&set, settings, progress).map_err(|why| FitError::Generator { file: file(), why })?;
             notes.extend(
                 certificate.refused_because.iter().map(|because| format!("not accepted as a follower: {because}")),
             );
@@ -382,7 +381,7 @@ fn of_kind(kind: Kind, mean: &Cycle, period_s: f64, settings: &Settings, progres
             Found { set, history: vec![], refused_because: None }
         }
         Kind::PhaseCoupled => {
-            let fitted = fit_robust(mean, period_s, LINKED, &mut |_| ());
+            let fitted = fit_phase_coupled(mean, period_s, LINKED, &mut |_| ());
             Found { set: GeneratorSet::PhaseCoupled(fitted.set), history: vec![], refused_because: None }
         }
         Kind::Thesis => {
@@ -444,12 +443,12 @@ fn refitted(set: &GeneratorSet, some: &Cycle, period_s: f64) -> Cycle {
     let again = match set {
         GeneratorSet::Shape(fitted) => GeneratorSet::Shape(series::fit(some, period_s, fitted.joints[0].cos_deg.len())),
         GeneratorSet::PhaseCoupled(_) => {
-            GeneratorSet::PhaseCoupled(fit_robust(some, period_s, LINKED, &mut |_| ()).set)
+            GeneratorSet::PhaseCoupled(fit_phase_coupled(some, period_s, LINKED, &mut |_| ()).set)
         }
         _ => set.clone(),
     };
     // A set that was fitted once can be walked; the strides' own mean stands in for one that cannot.
-    walk_cycle(&again).map_or_else(|_| some.clone(), |walked| aligned(&walked.cycle, some).0)
+    generator_cycle(&again).map_or_else(|_| some.clone(), |walked| aligned(&walked.cycle, some).0)
 }
 
 /// The legs differ by more than [`ASYMMETRIC`] of the range of motion, hips or knees.
@@ -471,7 +470,7 @@ fn compare(
 ) -> (Vec<Compared>, Vec<(usize, f64)>) {
     let mut all = vec![];
     let mut add = |name: String, set: &GeneratorSet, holds| {
-        if let Ok(walked) = walk_cycle(set) {
+        if let Ok(walked) = generator_cycle(set) {
             let rmse_deg = aligned(&walked.cycle, mean).0.rmse_deg(mean);
             all.push(Compared { name, rmse_deg, holds });
         }

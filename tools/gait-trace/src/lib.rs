@@ -50,19 +50,26 @@ pub mod clean;
 mod fault;
 mod finding;
 pub mod format;
+pub mod options;
 pub mod raw;
 pub mod recording;
+mod series;
 pub mod stride;
 pub mod volts;
 
-pub use clean::condition::{ConditionError, Conditioned, Done, Finding, FindingKind, LowPass, Rules, condition};
+pub use clean::condition::{Conditioned, condition};
+pub use clean::condition_error::ConditionError;
 pub use clean::resample::ResampleError;
+pub use clean::rules::{LowPass, Rules};
 pub use fault::{Fault, TraceError};
+pub use finding::{Done, Finding, FindingKind};
+pub use options::{MapError, ReadOptions};
 pub use raw::{RawJoint, RawJoints};
 pub use recording::{
     Channel, MAX_ANGLE_DEG, MAX_PIN_VOLTS, MIN_PIN_VOLTS, NoChannel, Quantity, Recording, RecordingError,
 };
 pub use stride::cycle::Cycle;
 pub use stride::looped::{LoopError, Looped};
-pub use stride::strides::{LeftOut, Span, StrideError, Strides, WhyLeftOut};
+pub use stride::spans::{LeftOut, Span, StrideError, WhyLeftOut};
+pub use stride::strides::Strides;
 pub use volts::VoltsError;

@@ -3,7 +3,7 @@
 
 mod synthetic;
 
-use gait_trace::clean::condition::LowPass;
+use gait_trace::LowPass;
 use gait_trace::condition;
 use gait_trace::{ConditionError, Conditioned, Done, Finding, FindingKind, RawJoints, Rules};
 use joint_units::Joint;

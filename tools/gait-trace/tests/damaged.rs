@@ -10,9 +10,9 @@ mod support;
 mod damage;
 
 use damage::{ROOM, check, damage, held};
+use gait_trace::ReadOptions;
 use gait_trace::format::csv_file;
 use gait_trace::format::open;
-use gait_trace::format::open::ReadOptions;
 use support::c3d_writer::Format;
 use support::{c3d_of_angles, calibration, mot, walk};
 

@@ -6,8 +6,8 @@ mod support;
 mod damage;
 
 use damage::{check, damage, held};
+use gait_trace::ReadOptions;
 use gait_trace::format::open;
-use gait_trace::format::open::ReadOptions;
 use support::c3d_of_angles;
 use support::c3d_writer::{C3d, Format};
 

@@ -1,7 +1,7 @@
 //! MCAP files: joints out of JSON messages, and what becomes of files that are cut, bent or not ours.
 
+use gait_trace::ReadOptions;
 use gait_trace::format::open;
-use gait_trace::format::open::ReadOptions;
 use joint_units::Joint;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{WriteOptions, Writer};

@@ -3,9 +3,9 @@
 
 mod support;
 
+use gait_trace::ReadOptions;
 use gait_trace::format::joint_names::AngleUnit;
 use gait_trace::format::open;
-use gait_trace::format::open::ReadOptions;
 use gait_trace::format::{c3d, mapped_csv, opensim, scope};
 use gait_trace::{RawJoints, TraceError};
 use std::path::{Path, PathBuf};

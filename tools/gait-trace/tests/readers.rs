@@ -2,9 +2,9 @@
 
 mod support;
 
+use gait_trace::ReadOptions;
 use gait_trace::format::joint_names::AngleUnit;
 use gait_trace::format::open;
-use gait_trace::format::open::ReadOptions;
 use gait_trace::format::{csv_file, opensim};
 use gait_trace::{RawJoints, Recording};
 use joint_units::Joint;

@@ -1,5 +1,6 @@
-//! The loop that the firmware ships, on the host: what it takes for granted where there is no board to ask.
+//! The firmware's default control loop on the host, with typical values where no board reports its own.
 
+use firmware::board::f4_discovery::BOARD;
 use hgod_adc::Sensor;
 pub use joint_loop::SENSOR_JOINT;
 use joint_loop::setup::default_loop;
@@ -9,47 +10,50 @@ use joint_units::{AdcCode, Volts};
 
 use crate::file::calibration_file::WiredSensor;
 
-/// The pins that the sensors are wired to, straight, from channel 1 on.
-pub const SENSOR_PINS: [&str; SENSORS] = ["PA1", "PC1", "PB0", "PB1"];
+/// The pins of the sensors, connected without a divider, from channel 1 on.
+pub const SENSOR_PINS: [&str; SENSORS] = {
+    let [one, two, three, four] = BOARD.sensors;
+    [one.pin.name, two.pin.name, three.pin.name, four.pin.name]
+};
 
-/// The first of them.
+/// The pin of channel 1.
 pub const SENSOR_PIN: &str = SENSOR_PINS[0];
 
-/// The factory's reading of the internal reference on a chip whose reference is 1.21 V, at 3.3 V.
+/// Factory code of the internal reference (VREFINT at 3.3 V) on a chip whose reference is 1.21 V.
 pub const TYPICAL_VREFINT_CAL: AdcCode = AdcCode(1502);
 
 /// Supply below which no sample is good on the default board, the STM32F4 Discovery.
-pub const TYPICAL_MIN_SUPPLY: Volts = Volts(2.7);
+pub const TYPICAL_MIN_SUPPLY: Volts = BOARD.min_supply;
 
-/// The sensor that a typical chip has where nothing else is said.
+/// The default sensor on a typical chip.
 ///
 /// # Errors
-/// None in a program that passes its tests.
+/// None; a test builds it.
 pub fn typical_sensor() -> Result<Sensor, BoardLoopError> {
-    let worn = JointSensor::uncalibrated(SENSOR_JOINT).map_err(BoardLoopError::Calibration)?;
-    let built = worn.build(TYPICAL_VREFINT_CAL, TYPICAL_MIN_SUPPLY);
+    let sensor = JointSensor::uncalibrated(SENSOR_JOINT).map_err(BoardLoopError::Calibration)?;
+    let built = sensor.build(TYPICAL_VREFINT_CAL, TYPICAL_MIN_SUPPLY);
     built.map_err(|error| BoardLoopError::Sensor { joint: SENSOR_JOINT, error })
 }
 
-/// Its calibration and divider.
+/// Calibration and divider of the default sensor.
 ///
 /// # Errors
-/// None in a program that passes its tests.
+/// None; a test builds it.
 pub fn wired_sensor() -> Result<WiredSensor, BoardLoopError> {
     let JointSensor { calibration, divider, .. } =
         JointSensor::uncalibrated(SENSOR_JOINT).map_err(BoardLoopError::Calibration)?;
     Ok(WiredSensor { calibration, divider })
 }
 
-/// The loop of a typical chip as it boots: disarmed, the default walk, the sensor required.
+/// The loop of a typical chip after boot: disarmed, the default walk, the sensor required.
 ///
 /// # Errors
-/// None in a program that passes its tests.
+/// None; a test builds it.
 pub fn typical_loop() -> Result<BoardLoop, BoardLoopError> {
     loop_with(&LoopConfig::default_biped())
 }
 
-/// The shipped walk and sensor in a loop with other parameters.
+/// The default walk and sensor in a loop with other parameters.
 ///
 /// # Errors
 /// The rule that the parameters break.

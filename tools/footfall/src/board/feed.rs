@@ -1,44 +1,44 @@
-//! What the board's converter is fed with: a recorded gait as volts at the sensors' pins.
+//! The input of the board's converter: a recorded gait as volts at the sensors' pins.
 
 use crate::board::default_loop::SENSOR_PINS;
 use crate::failure::Failure;
-use gait_trace::clean::condition::{LowPass, Rules, condition};
+use gait_trace::ReadOptions;
 use gait_trace::format::csv_file;
 use gait_trace::format::open;
-use gait_trace::format::open::ReadOptions;
 use gait_trace::{Channel, Fault, LoopError, Quantity, Recording, TraceError};
+use gait_trace::{LowPass, Rules, condition};
 use joint_loop::{JointSensor, JointSensors};
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// The recording that ships: a healthy adult walking overground (Fukuchi, Fukuchi and Duarte 2018, CC BY 4.0).
+/// The default recording: a healthy adult walking overground (Fukuchi, Fukuchi and Duarte 2018, CC BY 4.0).
 pub const DEFAULT_TRACE: &str = include_str!("../../../../tests/traces/gaitkit_fukuchi_healthy.csv");
 
-/// Its name.
+/// Its file name.
 pub const DEFAULT_TRACE_NAME: &str = "gaitkit_fukuchi_healthy.csv";
 
-/// Rate of the volts.
+/// Sampling rate of the volts.
 pub const RATE_HZ: f64 = 1000.0;
 
-/// Volts, and how to play them.
+/// Volts at the pins, and how they are played.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Feed {
     /// Volts at the pins.
     pub volts: Recording,
-    /// They are a loop.
+    /// They are repeated.
     pub repeat: bool,
-    /// What they are, for people.
+    /// Title for the user.
     pub title: String,
-    /// What they are, for the record.
+    /// Source and duration, for the file beside a capture.
     pub about: Value,
-    /// What is worth knowing.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
-/// The recording that ships, with its name.
+/// The default recording with its name.
 ///
 /// # Errors
-/// None in a program that passes its tests.
+/// None; a test reads it.
 pub fn default_trace() -> Result<(String, Recording), TraceError> {
     Ok((DEFAULT_TRACE_NAME.into(), csv_file::parse(DEFAULT_TRACE_NAME, DEFAULT_TRACE.as_bytes())?))
 }
@@ -50,34 +50,36 @@ pub struct Opened {
     pub name: String,
     /// Its channels.
     pub recording: Recording,
-    /// What kind of file it was, where it is no plain CSV of ours.
+    /// The kind of file; `None` for CSV of this program.
     pub format: Option<String>,
-    /// What the reader decided and what was done about the recording, a sentence each.
+    /// Decisions of the reader and changes to the recording, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// Opens a recording: plain CSV of ours as it stands, any other format by its joints, in even steps and flexion positive, short gaps
-/// bridged and long ones held as a straight line, each told.
+/// Opens a recording. CSV of this program is taken unchanged. Of any other format the joints are read, with equal time steps and flexion
+/// positive; short gaps are bridged, long ones become a straight line, and each is noted.
 ///
 /// # Errors
-/// The file is not as it must be, or its time axis is a cycle.
+/// The file is wrong, or its time axis is a cycle.
 pub fn opened(path: &Path) -> Result<Opened, Failure> {
     let name = path.display().to_string();
     let plain = match csv_file::read(path) {
         Ok(recording) => return Ok(Opened { name, recording, format: None, notes: vec![] }),
         Err(error) => error,
     };
-    // With a header that is not ours it is another kind of file.
+    // Another header means another kind of file.
     let separated = match *plain.fault {
         Fault::MissingColumn { hint, .. } => hint.contains("separated"),
         Fault::UnknownColumn | Fault::NoChannels | Fault::NotText { .. } => false,
         _ => return Err(Failure::input(plain)),
     };
     let raw = open::read(path, &ReadOptions::default()).map_err(|error| {
-        // Of a plain table our own reader says more shortly what is amiss.
+        // For a plain table the error of the own reader is shorter.
         let is_csv = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
         let error = if is_csv && !separated { plain } else { error };
-        Failure::Input(format!("{error}; `footfall convert` takes what a file does not say, and writes one that does"))
+        Failure::Input(format!(
+            "{error}; `footfall convert` has options for what the file does not state, and writes a complete one"
+        ))
     })?;
     let rules = Rules { low_pass: LowPass::Off, jump_bend_deg: f64::INFINITY, ..Rules::default() };
     let conditioned = condition(&raw, &rules).map_err(Failure::input)?;
@@ -88,14 +90,14 @@ pub fn opened(path: &Path) -> Result<Opened, Failure> {
     Ok(Opened { name, recording: conditioned.recording, format: Some(raw.format), notes })
 }
 
-/// Turns a recording into volts for a run of so many seconds, or for one without end: of the joint of each worn sensor, at its pin.
+/// Converts a recording to volts at the pin of each sensor, for a run of `secs` seconds or without end.
 ///
-/// A recording that lasts as long as the run is played as it is; a shorter one is cut to whole strides and repeated. One that
-/// does not repeat itself is played once, and its last angles held. Volts that were recorded at a sensor's pin are taken as they are.
+/// A recording that lasts as long as the run is played unchanged; a shorter one is cut to whole strides and repeated. One without a
+/// period is played once, and its last angles are held. Volts that were recorded at a sensor's pin are taken unchanged.
 ///
 /// # Errors
-/// The recording has no channel of a sensor's joint, or angles that its calibration does not reach.
-pub fn feed(name: &str, recording: &Recording, worn: &JointSensors, secs: Option<f64>) -> Result<Feed, Failure> {
+/// The recording has no channel of a sensor's joint, or angles outside of its calibration.
+pub fn feed(name: &str, recording: &Recording, sensors: &JointSensors, secs: Option<f64>) -> Result<Feed, Failure> {
     let input = |why: String| Failure::input(format!("{name}: {why}"));
     let one = |(sensor, pin): (&JointSensor, &'static str)| match recording.channel(pin) {
         Ok(channel) => Ok(Source { channel: channel.clone(), sensor: sensor.clone(), pin }),
@@ -104,7 +106,7 @@ pub fn feed(name: &str, recording: &Recording, worn: &JointSensors, secs: Option
             Err(error) => Err(input(error.to_string())),
         },
     };
-    let sources = worn.iter().zip(SENSOR_PINS).map(one).collect::<Result<Vec<_>, _>>()?;
+    let sources = sensors.iter().zip(SENSOR_PINS).map(one).collect::<Result<Vec<_>, _>>()?;
     let columns: Vec<String> = sources.iter().map(|source| source.channel.column()).collect();
     let is_semi_synthetic = sources.iter().any(|source| source.channel.quantity() == Quantity::Angle);
     let mut notes = Vec::new();
@@ -116,10 +118,10 @@ pub fn feed(name: &str, recording: &Recording, worn: &JointSensors, secs: Option
         "semi_synthetic": is_semi_synthetic,
     });
     let volts_of = |recording: &Recording| volts_of(recording, &sources).map_err(input);
-    // Before it is cut, so that an angle out of reach is told with the file's own time.
+    // Before the cut, so that an error has the time of the file.
     volts_of(recording)?;
     let long_enough = secs.is_some_and(|secs| secs <= recording.duration_s());
-    // The cut is chosen by all channels: two poses are alike when all joints are.
+    // The cut is made where the pose of all channels repeats.
     let (played, repeat) = match if long_enough { None } else { Some(recording.looped(RATE_HZ)) } {
         Some(Ok(looped)) => {
             about["strides"] = json!(looped.strides);
@@ -127,7 +129,7 @@ pub fn feed(name: &str, recording: &Recording, worn: &JointSensors, secs: Option
             (looped.recording, true)
         }
         Some(Err(error @ (LoopError::NoStride { .. } | LoopError::TooShort { .. }))) => {
-            notes.push(format!("{name} cannot be repeated ({error}): it is played once and its last value held"));
+            notes.push(format!("{name} cannot be repeated ({error}): it is played once and its last value is held"));
             (recording.clone(), false)
         }
         Some(Err(error @ LoopError::Rate(_))) => return Err(input(error.to_string())),
@@ -143,7 +145,7 @@ pub fn feed(name: &str, recording: &Recording, worn: &JointSensors, secs: Option
     Ok(Feed { volts, repeat, title, about, notes })
 }
 
-/// Where a sensor's volts come from.
+/// Source of a sensor's volts.
 struct Source {
     channel: Channel,
     sensor: JointSensor,
@@ -166,10 +168,10 @@ fn volts_of(recording: &Recording, sources: &[Source]) -> Result<Recording, Stri
     Recording::build(recording.time_s().to_vec(), channels).map_err(|error| error.to_string())
 }
 
-/// The recording with its first row at time 0, where the board begins.
+/// The recording with its first row at time 0, as on the board.
 fn from_zero(recording: &Recording) -> Recording {
     let start = recording.time_s()[0];
     let times = recording.time_s().iter().map(|time| time - start).collect();
-    // Differences of increasing times increase, unless the times are huge; then the recording stays as it is.
+    // Differences of increasing times increase, unless the times are huge; then the recording stays unchanged.
     Recording::build(times, recording.channels().to_vec()).unwrap_or_else(|_| recording.clone())
 }

@@ -1,7 +1,7 @@
-//! The firmware's ELF file: its hash, and the table by which its log is decoded.
+//! The firmware's ELF file: its hash, and the table that decodes its log.
 //!
-//! The bytes of a `defmt` log are indices into the format strings of **that** ELF file. Another one decodes them to plausible
-//! garbage, so the hash of the file goes into every recording, and a stream whose first frame is malformed is refused.
+//! The bytes of a `defmt` log are indices into the format strings of **that** ELF file. Another file decodes them to plausible but
+//! wrong text, so the hash of the file goes into every capture, and a stream whose first frame is malformed is refused.
 
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
 use sha2::{Digest, Sha256};
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// Why an ELF file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("{}: cannot be read: {why}", .file.display())]
     Unreadable {
         /// The file.
@@ -19,7 +19,7 @@ pub enum ImageError {
         /// The system's reason.
         why: std::io::Error,
     },
-    /// It is no ELF file, or its log has a format that is not known here.
+    /// The file is no ELF file, or its log format is not supported.
     #[error("{}: is no firmware image: {why}; allowed is the ELF file that `cargo xtask build` makes", .file.display())]
     NoElf {
         /// The file.
@@ -27,7 +27,7 @@ pub enum ImageError {
         /// The decoder's reason.
         why: String,
     },
-    /// It has no log.
+    /// The file has no log.
     #[error("{}: holds no defmt log; allowed is the ELF file that `cargo xtask build` makes (not stripped)", .file.display())]
     NoLog {
         /// The file.
@@ -75,43 +75,46 @@ pub fn sha256(bytes: &[u8]) -> String {
 }
 
 /// A message of the log.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Message {
-    /// `info`, `warn`, `error` ...; empty where there is none.
+    /// Its time stamp by the board's clock, s; `None` if the image has none.
+    pub stamp_s: Option<f64>,
+    /// `info`, `warn`, `error` ...; empty if the message has no level.
     pub level: String,
     /// The text.
     pub text: String,
 }
 
-/// Bytes that are no frame of this image's log.
+/// The bytes are no frame of this image's log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Malformed;
 
-/// A stream of bytes on its way to messages.
+/// Decodes a stream of bytes to messages.
 pub struct Decoder<'t> {
     table: &'t Table,
     stream: Box<dyn StreamDecoder + Send + Sync + 't>,
 }
 
 impl Decoder<'_> {
-    /// Takes bytes.
+    /// Adds bytes.
     pub fn push(&mut self, bytes: &[u8]) {
         self.stream.received(bytes);
     }
 
-    /// The next whole message, if there is one. After [`Malformed`] the frames behind it can still be read.
+    /// The next complete message. After [`Malformed`] the following frames can still be read.
     pub fn message(&mut self) -> Option<Result<Message, Malformed>> {
         match self.stream.decode() {
             Ok(frame) => {
                 let level = frame.level().map_or(String::new(), |level| level.as_str().to_owned());
-                Some(Ok(Message { level, text: frame.display_message().to_string() }))
+                let stamp_s = frame.display_timestamp().and_then(|stamp| stamp.to_string().parse().ok());
+                Some(Ok(Message { stamp_s, level, text: frame.display_message().to_string() }))
             }
             Err(DecodeError::UnexpectedEof) => None,
             Err(DecodeError::Malformed) => Some(Err(Malformed)),
         }
     }
 
-    /// Forgets what has come of an unfinished frame: the board was reset.
+    /// Discards an unfinished frame, after a reset of the board.
     pub fn restart(&mut self) {
         self.stream = self.table.new_stream_decoder();
     }
@@ -138,7 +141,7 @@ mod tests {
             let error = Image::read(&path).unwrap_err();
             assert!(matches!(error, ImageError::NoElf { .. }) && error.to_string().contains("fw.elf"), "{error}");
         }
-        // A program of this computer: an ELF file without a log.
+        // The running test program: an ELF file without a log.
         std::fs::copy(std::env::current_exe().unwrap(), &path).unwrap();
         assert!(matches!(Image::read(&path).unwrap_err(), ImageError::NoLog { .. }));
     }

@@ -1,4 +1,4 @@
-//! What the virtual board's process writes: one JSON object a line. Fields that are not needed here are passed over.
+//! The output of the virtual board's process: one JSON object a line. Fields that are not needed here are ignored.
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -9,38 +9,38 @@ use std::collections::BTreeMap;
 pub enum BoardLine {
     /// First line.
     Start {
-        /// SHA-256 of the ELF file that runs.
+        /// SHA-256 of the ELF file.
         elf_sha256: String,
     },
-    /// The chip came out of reset.
+    /// The chip left reset.
     Boot {
-        /// When, in virtual seconds since power-on.
+        /// Virtual seconds since power-on.
         t_s: f64,
         /// `power_on`, `iwdg`, `software` or `pin`.
         cause: String,
     },
     /// Bytes of the log.
     Rtt {
-        /// When they were taken.
+        /// Virtual time, s.
         t_s: f64,
         /// The bytes.
         bytes: Vec<u8>,
     },
     /// Servo pulses of one period, measured at the pins.
     Pulses {
-        /// When.
+        /// Virtual time, s.
         t_s: f64,
-        /// Widths in microseconds, left hip, right hip, left knee, right knee; none where there was no pulse.
+        /// Widths in microseconds, left hip, right hip, left knee, right knee; `None` without a pulse.
         us: [Option<f64>; 4],
     },
     /// Every 100 ms.
     Status {
-        /// When.
+        /// Virtual time, s.
         t_s: f64,
     },
-    /// An access that the models cannot follow, a fault, a lock-up, an injected fault or what came of it.
+    /// An unsupported access, a fault, a lock-up, an injected fault or its effect.
     Remark {
-        /// When, if it says so.
+        /// Virtual time, if the line has it.
         t_s: Option<f64>,
         /// The type of the line.
         kind: String,
@@ -51,14 +51,14 @@ pub enum BoardLine {
     End(Box<End>),
 }
 
-/// The whole run, as the board saw it.
+/// The result of a run, from the virtual board.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct End {
     /// Virtual seconds.
     pub t_s: f64,
     /// `time`, `killed`, `lockup`, `asleep`, `lint` ...
     pub reason: String,
-    /// Accesses that the models cannot follow.
+    /// Accesses that the models do not support.
     pub unmodelled: u64,
     /// Every kind of irregular access.
     #[serde(default)]
@@ -66,10 +66,10 @@ pub struct End {
     /// Every reset after power-on.
     #[serde(default)]
     pub resets: Vec<Reset>,
-    /// Faults that nobody injected.
+    /// Faults that were not injected.
     #[serde(default)]
     pub unexpected_faults: u64,
-    /// Edges of each pin that had any.
+    /// Edges of each pin with edges.
     #[serde(default)]
     pub edges: BTreeMap<String, u64>,
     /// Edges of servo pins before the first arming after a reset.
@@ -78,7 +78,7 @@ pub struct End {
     pub edges_after_disarming: u64,
     /// Shortest and longest pulse of each servo.
     pub pulse_us: [Option<[f64; 2]>; 4],
-    /// Injected faults and what they led to.
+    /// Injected faults and their effects.
     #[serde(default)]
     pub injections: Vec<Value>,
     /// Instructions executed.
@@ -89,13 +89,13 @@ pub struct End {
 /// A reset of the chip.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Reset {
-    /// When.
+    /// Virtual time, s.
     pub t_s: f64,
     /// `iwdg`, `software` or `pin`.
     pub cause: String,
 }
 
-/// A line that is not as agreed.
+/// A line with the wrong format.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the virtual board wrote `{line}`: {why}")]
 pub struct LineError {
@@ -122,7 +122,7 @@ struct Fields {
 /// Reads a line.
 ///
 /// # Errors
-/// It is no JSON object, or lacks what its type needs.
+/// It is no JSON object, or lacks a field of its type.
 pub fn parse(line: &str) -> Result<BoardLine, LineError> {
     let fail = |why: String| LineError { line: line.chars().take(120).collect(), why };
     let fields: Fields = serde_json::from_str(line).map_err(|error| fail(error.to_string()))?;

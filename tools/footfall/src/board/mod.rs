@@ -6,5 +6,6 @@ pub mod image;
 pub mod lines;
 pub mod process;
 pub mod replay;
-pub mod session;
+pub mod run;
+pub mod run_result;
 pub mod telemetry;

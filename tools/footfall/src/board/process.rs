@@ -1,7 +1,7 @@
-//! The virtual board as a process: started, listened to, its button pressed, and ended.
+//! Runs the virtual board as a process: start, output, button, end.
 //!
-//! Two threads read its output and its complaints, until these end or nobody listens any more; everything arrives in one
-//! queue, in order for each of the two.
+//! Two threads read its standard output and standard error until these are closed. Everything arrives in one queue, in order for each
+//! of the two.
 
 use crate::board::lines::{BoardLine, LineError, parse};
 use std::ffi::OsString;
@@ -11,22 +11,22 @@ use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
-/// Lines that wait in the queue before the board has to wait.
+/// Lines in the queue before the board has to wait.
 const QUEUE: usize = 4096;
 
-/// How long a board that was asked to end may take.
+/// Longest time from the request to end to the end.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Something from the process.
+/// Output of the process.
 #[derive(Debug)]
 pub enum Output {
     /// A line of its output.
     Line(BoardLine),
-    /// A line of its output that is not as agreed.
-    Strange(LineError),
-    /// A line that it wrote for people.
-    Complaint(String),
-    /// Its output has ended.
+    /// A line of its output with the wrong format.
+    Malformed(LineError),
+    /// A line of its standard error, for the user.
+    Message(String),
+    /// Its output is closed.
     Closed,
 }
 
@@ -36,11 +36,11 @@ pub enum Output {
 pub struct StartError {
     /// The program.
     pub program: PathBuf,
-    /// The system's reason.
+    /// The reason of the operating system.
     pub why: std::io::Error,
 }
 
-/// A running board. Dropping it ends it.
+/// A running board. Dropping it ends the process.
 #[derive(Debug)]
 pub struct BoardProcess {
     child: Child,
@@ -52,7 +52,7 @@ impl BoardProcess {
     /// Starts a program with its arguments.
     ///
     /// # Errors
-    /// The system cannot.
+    /// The operating system cannot start it.
     pub fn start(program: &Path, arguments: &[OsString]) -> Result<Self, StartError> {
         let mut child = Command::new(program)
             .args(arguments)
@@ -67,13 +67,13 @@ impl BoardProcess {
             std::thread::spawn(move || read_lines(stdout, &send));
         }
         if let Some(stderr) = child.stderr.take() {
-            std::thread::spawn(move || read_complaints(stderr, &send));
+            std::thread::spawn(move || read_messages(stderr, &send));
         }
         let stdin = child.stdin.take();
         Ok(Self { child, stdin, output })
     }
 
-    /// Waits for the next output for so long at most; `None` when there was none.
+    /// Waits at most this long for the next output.
     pub fn next(&self, patience: Duration) -> Option<Output> {
         match self.output.recv_timeout(patience) {
             Ok(output) => Some(output),
@@ -82,30 +82,30 @@ impl BoardProcess {
         }
     }
 
-    /// Presses the user button or lets it go.
+    /// Presses or releases the user button.
     pub fn hold_button(&mut self, down: bool) {
-        self.say(if down { "press" } else { "release" });
+        self.write(if down { "press" } else { "release" });
     }
 
-    /// Asks the board to end; its last line is still to come.
+    /// Asks the board to end. Its last line follows.
     pub fn quit(&mut self) {
-        self.say("quit");
+        self.write("quit");
     }
 
-    /// Says a line. A board that has ended hears nothing, and that it has ended is told by its output.
-    fn say(&mut self, word: &str) {
+    /// Writes a command. A board that has ended is reported by its closed output, not here.
+    fn write(&mut self, word: &str) {
         if let Some(stdin) = &mut self.stdin {
-            let said = writeln!(stdin, "{word}").and_then(|()| stdin.flush());
-            if said.is_err() {
+            let written = writeln!(stdin, "{word}").and_then(|()| stdin.flush());
+            if written.is_err() {
                 self.stdin = None;
             }
         }
     }
 
-    /// Waits for the end of the process; one that does not end in time is killed.
+    /// Waits for the end of the process; kills it after the time limit.
     ///
     /// # Errors
-    /// The system cannot tell.
+    /// The operating system reports no status.
     pub fn wait(&mut self) -> std::io::Result<ExitStatus> {
         self.stdin = None;
         let deadline = Instant::now() + PATIENCE;
@@ -116,7 +116,7 @@ impl BoardProcess {
             if Instant::now() >= deadline {
                 self.child.kill()?;
             }
-            // A board that is full of unread lines would never end.
+            // A board whose output is not read would block and never end.
             while self.output.try_recv().is_ok() {}
             std::thread::sleep(Duration::from_millis(5));
         }
@@ -126,7 +126,7 @@ impl BoardProcess {
 impl Drop for BoardProcess {
     fn drop(&mut self) {
         self.stdin = None;
-        // Both fail only for a process that has ended already.
+        // Both fail only for a process that has already ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -137,7 +137,7 @@ fn read_lines(stdout: impl Read, send: &SyncSender<Output>) {
         let Ok(line) = line else { break };
         let output = match parse(&line) {
             Ok(line) => Output::Line(line),
-            Err(error) => Output::Strange(error),
+            Err(error) => Output::Malformed(error),
         };
         if send.send(output).is_err() {
             return;
@@ -146,10 +146,10 @@ fn read_lines(stdout: impl Read, send: &SyncSender<Output>) {
     let _ = send.send(Output::Closed);
 }
 
-fn read_complaints(stderr: impl Read, send: &SyncSender<Output>) {
+fn read_messages(stderr: impl Read, send: &SyncSender<Output>) {
     for line in BufReader::new(stderr).lines() {
         let Ok(line) = line else { return };
-        if send.send(Output::Complaint(line)).is_err() {
+        if send.send(Output::Message(line)).is_err() {
             return;
         }
     }
@@ -164,20 +164,20 @@ mod tests {
     }
 
     #[test]
-    fn lines_complaints_and_the_end_arrive() {
-        let mut board = shell(r#"echo '{"type":"status","t_s":0.1}'; echo junk; echo trouble >&2; exit 3"#);
-        let (mut lines, mut strange, mut complaints) = (0, 0, 0);
+    fn lines_messages_and_the_end_arrive() {
+        let mut board = shell(r#"echo '{"type":"status","t_s":0.1}'; echo junk; echo message >&2; exit 3"#);
+        let (mut lines, mut malformed, mut messages) = (0, 0, 0);
         let mut closed = false;
-        while !(closed && complaints == 1) {
+        while !(closed && messages == 1) {
             match board.next(Duration::from_secs(20)).expect("in time") {
                 Output::Line(BoardLine::Status { t_s }) => lines += usize::from(t_s == 0.1),
-                Output::Strange(error) => strange += usize::from(error.line == "junk"),
-                Output::Complaint(text) => complaints += usize::from(text == "trouble"),
+                Output::Malformed(error) => malformed += usize::from(error.line == "junk"),
+                Output::Message(text) => messages += usize::from(text == "message"),
                 Output::Closed => closed = true,
                 Output::Line(other) => panic!("{other:?}"),
             }
         }
-        assert_eq!((lines, strange, board.wait().unwrap().code()), (1, 1, Some(3)));
+        assert_eq!((lines, malformed, board.wait().unwrap().code()), (1, 1, Some(3)));
     }
 
     #[test]

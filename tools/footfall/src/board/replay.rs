@@ -1,28 +1,28 @@
-//! The host's copy of the board's loop, fed with what the board was fed.
+//! The host's copy of the board's control loop, with the board's inputs.
 //!
-//! The same core crates run here; the same inputs must give the same bits. The board's `inputs` lines hold every call since the
-//! boot, so nothing else is needed. Once a line is lost the copy no longer knows the board's state and says so: from there on
-//! nothing is compared, which is not the same as equal.
+//! The same core crates run here, so the same inputs must give the same bits. The board's inputs records have every call since the
+//! boot. After a lost record the state of the board is unknown, and nothing is compared from there on, which is not the same as
+//! equal.
 
 use crate::board::default_loop::BoardLoop;
-use crate::board::telemetry::{Call, Follow, Inputs, Tick};
-use joint_loop::{Frame, SENSORS};
+use joint_loop::SENSORS;
 use std::collections::VecDeque;
+use wire::{Call, Follow, Frame, Inputs};
 
-/// How many frames are kept to compare with: the board is never further behind than its queue of 64 calls.
+/// Number of frames that are kept for comparison: the board lags at most by its queue of 64 calls.
 const KEPT: usize = 256;
 
-/// Inputs are missing.
+/// Inputs were lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("inputs of ticks {} to {} were lost", .after.wrapping_add(1), .found.wrapping_sub(1))]
 pub struct Gap {
-    /// The last tick before it.
+    /// The last tick before the gap.
     pub after: u32,
-    /// The next tick that there is.
+    /// The first tick after the gap.
     pub found: u32,
 }
 
-/// A field in which board and host differ.
+/// A field that differs between board and host.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("tick {tick}: {field} is {board} on the board and {host} on the host")]
 pub struct Difference {
@@ -40,22 +40,22 @@ pub struct Difference {
 #[derive(Debug, Clone)]
 pub struct Replay {
     joints: BoardLoop,
-    frames: VecDeque<(Call, Frame<SENSORS>)>,
+    frames: VecDeque<(Call, joint_loop::Frame<SENSORS>)>,
     gap: Option<Gap>,
     calls: u64,
 }
 
 impl Replay {
-    /// Begins with a loop as it boots.
+    /// Begins with a loop after boot.
     #[must_use]
     pub fn new(joints: BoardLoop) -> Self {
         Self { joints, frames: VecDeque::new(), gap: None, calls: 0 }
     }
 
-    /// Runs the calls of one line.
+    /// Runs the calls of one record.
     ///
     /// # Errors
-    /// The line does not follow on the one before; the copy is then of no more use.
+    /// The record does not continue the one before; the copy cannot be used any more.
     pub fn feed(&mut self, inputs: &Inputs) -> Result<(), Gap> {
         if let Some(gap) = self.gap {
             return Err(gap);
@@ -74,12 +74,12 @@ impl Replay {
             if self.frames.len() == KEPT {
                 self.frames.pop_front();
             }
-            self.frames.push_back((*call, self.joints.frame()));
+            self.frames.push_back((call.clone(), self.joints.frame()));
         }
         Ok(())
     }
 
-    /// The tick that has been reached.
+    /// The last tick.
     #[must_use]
     pub fn tick(&self) -> u32 {
         self.joints.frame().tick
@@ -91,22 +91,23 @@ impl Replay {
         self.calls
     }
 
-    /// What was lost, if anything was.
+    /// The gap, if inputs were lost.
     #[must_use]
     pub const fn gap(&self) -> Option<Gap> {
         self.gap
     }
 
-    /// Input and frame of a tick, if it is one of the last.
+    /// Input and frame of a tick, if it is among the last ones.
     #[must_use]
-    pub fn at(&self, tick: u32) -> Option<(Call, &Frame<SENSORS>)> {
-        self.frames.iter().rev().find(|(_, frame)| frame.tick == tick).map(|(call, frame)| (*call, frame))
+    pub fn at(&self, tick: u32) -> Option<(&Call, &joint_loop::Frame<SENSORS>)> {
+        self.frames.iter().rev().find(|(_, frame)| frame.tick == tick).map(|(call, frame)| (call, frame))
     }
 }
 
-/// The fields in which a line of the board differs from the host's frame of the same tick. Numbers are compared by their bits.
+/// The fields that differ between the board's and the host's frame of a tick, compared by their bits.
 #[must_use]
-pub fn differences(board: &Tick, host: &Frame<SENSORS>) -> Vec<Difference> {
+pub fn differences(board: &Frame, host: &joint_loop::Frame<SENSORS>) -> Vec<Difference> {
+    let host = Frame::from(host);
     let mut found = Vec::new();
     let tick = host.tick;
     let mut compare = |field, same: bool, board: String, host: String| {
@@ -114,93 +115,62 @@ pub fn differences(board: &Tick, host: &Frame<SENSORS>) -> Vec<Difference> {
             found.push(Difference { tick, field, board, host });
         }
     };
-    let degrees = host.measured.map(|angle| angle.degrees());
-    let same = board.sensor_deg.map(f32::to_bits) == degrees.map(f32::to_bits);
-    compare("sensor", same, format!("{:?}", board.sensor_deg), format!("{degrees:?}"));
-    let verdicts =
-        |of: [Option<hgod_adc::Validity>; SENSORS]| of.map(|verdict| verdict.map_or("none", |v| v.name())).join(", ");
-    compare("verdict", board.verdict == host.validity, verdicts(board.verdict), verdicts(host.validity));
+    let angles = |frame: &Frame| frame.sensors.map(|sensor| sensor.map(|sensor| sensor.angle_rad.to_bits()));
+    let degrees = |frame: &Frame| format!("{:?}", frame.sensors.map(|sensor| sensor.map(|sensor| sensor.angle_deg())));
+    compare("sensor", angles(board) == angles(&host), degrees(board), degrees(&host));
+    let validity = |frame: &Frame| frame.sensors.map(|sensor| sensor.map_or("none", |sensor| sensor.validity.name()));
+    compare("validity", validity(board) == validity(&host), validity(board).join(", "), validity(&host).join(", "));
     compare("state", board.state == host.state, board.state.name().into(), host.state.name().into());
-    let set = host.setpoints.map(|angle| angle.degrees());
-    let same = board.set_deg.map(f32::to_bits) == set.map(f32::to_bits);
-    compare("set", same, format!("{:?}", board.set_deg), format!("{set:?}"));
-    let pulses = host.pulses.map(|pulse| pulse.0);
-    compare("pulse", board.pulse_us == pulses, format!("{:?}", board.pulse_us), format!("{pulses:?}"));
+    compare("cause", board.cause == host.cause, board.cause.name().into(), host.cause.name().into());
+    let bits = |follow: &Follow| {
+        let Follow { state, fault, stride_s, phase_error_rad, confidence } = *follow;
+        (state, fault, [stride_s, phase_error_rad, confidence].map(f32::to_bits))
+    };
+    let same = board.following.as_ref().map(bits) == host.following.as_ref().map(bits);
+    compare("following", same, format!("{:?}", board.following), format!("{:?}", host.following));
+    let same = board.setpoints_rad.map(f32::to_bits) == host.setpoints_rad.map(f32::to_bits);
+    compare("set", same, format!("{:?}", board.setpoints_deg()), format!("{:?}", host.setpoints_deg()));
+    let same = board.pulses_us == host.pulses_us;
+    compare("pulse", same, format!("{:?}", board.pulses_us), format!("{:?}", host.pulses_us));
     for (field, board, host) in [
-        ("late", u64::from(board.late), u64::from(host.late)),
-        ("missed", u64::from(board.missed), u64::from(host.missed)),
-        ("limited", u64::from(board.limited), u64::from(host.limited.bits())),
-        ("seq", u64::from(board.seq), u64::from(host.seq)),
+        ("late", board.late, host.late),
+        ("missed", board.missed, host.missed),
+        ("overruns", board.overruns, host.overruns),
+        ("limited", board.limited.into(), host.limited.into()),
+        ("limited_ticks", board.limited_ticks, host.limited_ticks),
+        ("seq", board.seq, host.seq),
     ] {
         compare(field, board == host, board.to_string(), host.to_string());
     }
-    let (board, host) = (format!("{:016x}", board.hash), format!("{:016x}", host.setpoint_hash));
-    compare("hash", board == host, board.clone(), host.clone());
+    let hash = |frame: &Frame| format!("{:016x}", frame.setpoint_hash);
+    compare("hash", board.setpoint_hash == host.setpoint_hash, hash(board), hash(&host));
     found
-}
-
-/// The fields in which a `follow` line of the board differs from the host's frame of the same tick, by their bits.
-#[must_use]
-pub fn follow_differences(board: &Follow, host: &Frame<SENSORS>) -> Vec<Difference> {
-    let bits = |line: &Follow| {
-        let Follow { tick, state, fault, stride_s, phase_error_deg, confidence } = *line;
-        (tick, state, fault, [stride_s, phase_error_deg, confidence].map(f32::to_bits))
-    };
-    let here = follow_line_of(host);
-    if here.as_ref().map(bits) == Some(bits(board)) {
-        return vec![];
-    }
-    let host_words = here.map_or("nothing".into(), |line| line.to_string());
-    vec![Difference { tick: host.tick, field: "follow", board: board.to_string(), host: host_words }]
-}
-
-/// The `follow` line as a board with this frame would print it.
-#[must_use]
-pub fn follow_line_of(frame: &Frame<SENSORS>) -> Option<Follow> {
-    frame.following.map(|status| Follow {
-        tick: frame.tick,
-        state: status.state,
-        fault: status.fault,
-        stride_s: status.stride_s,
-        phase_error_deg: status.phase_error.degrees(),
-        confidence: status.confidence,
-    })
-}
-
-/// A line as a board with this frame would print it.
-#[must_use]
-pub fn line_of(frame: &Frame<SENSORS>) -> Tick {
-    Tick {
-        tick: frame.tick,
-        state: frame.state,
-        sensor_deg: frame.measured.map(|angle| angle.degrees()),
-        verdict: frame.validity,
-        set_deg: frame.setpoints.map(|angle| angle.degrees()),
-        pulse_us: frame.pulses.map(|pulse| pulse.0),
-        late: frame.late,
-        missed: frame.missed,
-        limited: frame.limited.bits(),
-        seq: frame.seq,
-        hash: frame.setpoint_hash,
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::board::default_loop::typical_loop;
+    use cpg_core::entrainment::Lock;
     use hgod_adc::Validity;
-    use joint_loop::SupervisorState;
+    use joint_loop::{Cause, Sample, SupervisorState};
     use joint_units::AdcCode;
 
     fn call(code: u16) -> Call {
-        Call { sensors: [AdcCode(code); SENSORS], vrefint: AdcCode(1652), elapsed: 1, flags: 0 }
+        let sample = Sample { codes: [AdcCode(code); SENSORS], vrefint: AdcCode(1652), ..Sample::default() };
+        Call::of(&sample, 1)
+    }
+
+    fn one(first_tick: u32, call: Call) -> Inputs {
+        Inputs { first_tick, calls: [call].into_iter().collect() }
     }
 
     fn replay() -> Replay {
         let mut replay = Replay::new(typical_loop().unwrap());
-        let calls = (0..50).map(|n| call(2100 + n)).collect();
-        assert_eq!(replay.feed(&Inputs { first_tick: 1, sensors: 1, calls }), Ok(()));
+        for first_tick in [1, 11, 21, 31, 41] {
+            let calls = (0..10).map(|n| call(2099 + first_tick as u16 + n)).collect();
+            assert_eq!(replay.feed(&Inputs { first_tick, calls }), Ok(()));
+        }
         replay
     }
 
@@ -208,21 +178,36 @@ mod tests {
     fn each_field_that_differs_is_named() {
         let replay = replay();
         let (_, frame) = replay.at(50).unwrap();
-        let same = line_of(frame);
+        let same = Frame::from(frame);
         assert_eq!(differences(&same, frame), []);
         let flip = |x: f32| f32::from_bits(x.to_bits() ^ 1);
-        type Change = fn(&mut Tick, fn(f32) -> f32);
-        let changes: [(&str, Change); 10] = [
-            ("sensor", |tick, flip| tick.sensor_deg[0] = flip(tick.sensor_deg[0])),
-            ("verdict", |tick, _| tick.verdict[0] = Some(Validity::Rate)),
+        type Change = fn(&mut Frame, fn(f32) -> f32);
+        let changes: [(&str, Change); 14] = [
+            ("sensor", |tick, flip| {
+                let sensor = tick.sensors[0].as_mut().unwrap();
+                sensor.angle_rad = flip(sensor.angle_rad);
+            }),
+            ("validity", |tick, _| tick.sensors[0].as_mut().unwrap().validity = Validity::Rate),
+            ("cause", |tick, _| tick.cause = Cause::Gap),
+            ("following", |tick, _| {
+                tick.following = Some(Follow {
+                    state: Lock::Locked,
+                    fault: None,
+                    phase_error_rad: 0.0,
+                    stride_s: 1.0,
+                    confidence: 1.0,
+                })
+            }),
+            ("overruns", |tick, _| tick.overruns ^= 1),
+            ("limited_ticks", |tick, _| tick.limited_ticks ^= 1),
             ("state", |tick, _| tick.state = SupervisorState::Walking),
-            ("set", |tick, flip| tick.set_deg[3] = flip(tick.set_deg[3])),
-            ("pulse", |tick, _| tick.pulse_us[0] ^= 1),
+            ("set", |tick, flip| tick.setpoints_rad[3] = flip(tick.setpoints_rad[3])),
+            ("pulse", |tick, _| tick.pulses_us[0] ^= 1),
             ("late", |tick, _| tick.late ^= 1),
             ("missed", |tick, _| tick.missed ^= 1),
             ("limited", |tick, _| tick.limited ^= 1),
             ("seq", |tick, _| tick.seq ^= 1),
-            ("hash", |tick, _| tick.hash ^= 1),
+            ("hash", |tick, _| tick.setpoint_hash ^= 1),
         ];
         for (field, change) in changes {
             let mut other = same;
@@ -235,7 +220,7 @@ mod tests {
     #[test]
     fn a_line_that_does_not_follow_ends_the_replay_for_good() {
         let mut replay = replay();
-        let line = |first_tick| Inputs { first_tick, sensors: 1, calls: vec![call(2200)] };
+        let line = |first_tick| one(first_tick, call(2200));
         let gap = Gap { after: 50, found: 61 };
         assert_eq!(replay.feed(&line(61)), Err(gap));
         assert_eq!((replay.tick(), replay.gap()), (50, Some(gap)));
@@ -247,7 +232,7 @@ mod tests {
     fn a_missed_period_is_no_gap() {
         let mut replay = replay();
         let late = Call { elapsed: 3, ..call(2200) };
-        assert_eq!(replay.feed(&Inputs { first_tick: 53, sensors: 1, calls: vec![late] }), Ok(()));
+        assert_eq!(replay.feed(&one(53, late)), Ok(()));
         assert_eq!((replay.tick(), replay.calls(), replay.at(51).is_none()), (53, 51, true));
     }
 }

@@ -1,5 +1,5 @@
-//! `footfall certify`: what a parameter set does, measured; refuses a set whose perturbed starts diverge or do not come back, and a follower
-//! that does not lock from every start.
+//! `footfall certify`: measures a generator and writes its certificate; refuses one whose perturbed starts diverge or do not return, and a
+//! follower that does not lock from every start.
 
 use clap::Args;
 use generator_file::certificate::{Certificate, RETURN_STRIDES, certify};
@@ -9,20 +9,21 @@ use joint_loop::LoopConfig;
 use std::path::PathBuf;
 
 use crate::failure::Failure;
+use crate::output;
 
 /// Options of `footfall certify`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A walker's parameters, or the name of a default set: phase-coupled, thesis, thesis-double
+    /// A generator file, or the name of a default: robust, thesis, thesis-double
     #[arg(value_name = "PARAMS")]
     pub params: PathBuf,
-    /// Random starts to try
+    /// Number of random starts
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub starts: u32,
-    /// Where to write the certificate [default: PARAMS with the ending .certificate.json, for a file]
+    /// The certificate to write [default: PARAMS with the extension .certificate.json, for a file]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
-    /// One JSON object instead of the table
+    /// Print one JSON object instead of the table
     #[arg(long)]
     pub json: bool,
 }
@@ -30,11 +31,11 @@ pub struct Options {
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input; a set that is refused; the certificate cannot be written.
+/// Wrong input, a generator that is refused, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let shipped = options.params.to_str().filter(|_| !options.params.exists()).and_then(GeneratorFile::default_of);
-    let is_file = shipped.is_none();
-    let file = match shipped {
+    let default = options.params.to_str().filter(|_| !options.params.exists()).and_then(GeneratorFile::default_of);
+    let is_file = default.is_none();
+    let file = match default {
         Some(file) => file,
         None => GeneratorFile::read(&options.params).map_err(Failure::input)?,
     };
@@ -44,11 +45,10 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let json = serde_json::to_string(&certificate).map_err(Failure::run)? + "\n";
     let beside = || options.params.with_extension("certificate.json");
     if let Some(path) = options.out.clone().or_else(|| is_file.then(beside)) {
-        std::fs::write(&path, &json)
-            .map_err(|error| Failure::run(format!("{}: cannot be written: {error}", path.display())))?;
+        output::write_text(&path, &json)?;
         eprintln!("written: {}", path.display());
     }
-    crate::cli::print(&if options.json { json } else { table(&certificate) })?;
+    output::print(&if options.json { json } else { table(&certificate) })?;
     match &certificate.refused_because {
         Some(because) => Err(Failure::run(format!("refused: {because}"))),
         None => Ok(()),
@@ -62,7 +62,7 @@ fn table(c: &Certificate) -> String {
         ("period", format!("{:.6} s", c.period_s)),
     ];
     if c.starts == 0 {
-        rows.push(("starts", "none: nothing but the phase can be off".into()));
+        rows.push(("starts", "none: only the phase can be perturbed".into()));
     } else {
         rows.extend([
             (
@@ -78,7 +78,7 @@ fn table(c: &Certificate) -> String {
     rows.extend(c.entrainment.iter().map(|tongue| ("", entrained(tongue))));
     match &c.following {
         Some(following) => rows.extend(following.in_words()),
-        None => rows.push(("lock on a walker", "not led by a sensor".into())),
+        None => rows.push(("lock on a person", "no follower".into())),
     }
     rows.extend([("largest f32 step", format!("{:.1} ms", c.largest_step_ms))]);
     for joint in &c.joints {
@@ -91,8 +91,8 @@ fn table(c: &Certificate) -> String {
             ),
         ));
     }
-    let verdict = if c.accepted { "yes".into() } else { format!("no; {}", c.status.words()) };
-    rows.push(("accepted", verdict));
+    let accepted = if c.accepted { "yes".into() } else { format!("no; {}", c.status.words()) };
+    rows.push(("accepted", accepted));
     rows.into_iter().map(|(name, value)| format!("{name:<22} {value}\n")).collect()
 }
 

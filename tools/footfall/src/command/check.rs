@@ -1,4 +1,4 @@
-//! `footfall check`: whether files are as they must be, without doing anything with them.
+//! `footfall check`: reads files and reports their errors.
 
 use crate::board::feed;
 use crate::board::feed::Opened;
@@ -14,34 +14,34 @@ pub struct Options {
     /// A recording, in any format that `fit` reads
     #[arg(long, value_name = "FILE")]
     pub trace: Vec<PathBuf>,
-    /// A sensor's calibration
+    /// A sensor file: the calibration of a sensor
     #[arg(long, value_name = "TOML")]
     pub calibration: Vec<PathBuf>,
-    /// The loop's parameters
+    /// A parameter file of the control loop
     #[arg(long, value_name = "TOML")]
     pub parameters: Vec<PathBuf>,
-    /// A walker's parameters
+    /// A generator file
     #[arg(long, value_name = "TOML")]
-    pub walker: Vec<PathBuf>,
+    pub generator: Vec<PathBuf>,
 }
 
-/// Runs the command: one line on standard output for each good file.
+/// Runs the command: prints one line for each correct file.
 ///
 /// # Errors
-/// The faults of all bad files, a line each.
+/// The errors of all wrong files, one a line.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    if [&options.trace, &options.calibration, &options.parameters, &options.walker].into_iter().all(Vec::is_empty) {
+    if [&options.trace, &options.calibration, &options.parameters, &options.generator].into_iter().all(Vec::is_empty) {
         return Err(Failure::input(
-            "no file named: allowed are --trace, --calibration, --parameters and --walker, each any number of times",
+            "no file named: allowed are --trace, --calibration, --parameters and --generator, each any number of times",
         ));
     }
     let (mut good, mut faults) = (String::new(), Vec::new());
-    let mut told = |result: Result<String, String>| match result {
+    let mut report = |result: Result<String, String>| match result {
         Ok(line) => good.extend([line.as_str(), "\n"]),
         Err(fault) => faults.push(fault),
     };
     for path in &options.trace {
-        told(feed::opened(path).map_err(|error| error.to_string()).map(
+        report(feed::opened(path).map_err(|error| error.to_string()).map(
             |Opened { recording, format, notes, .. }| {
                 for note in &notes {
                     eprintln!("note: {}: {note}", path.display());
@@ -54,7 +54,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         ));
     }
     for path in &options.calibration {
-        told(calibration_file::read(path).map_err(|error| error.to_string()).map(|sensor| {
+        report(calibration_file::read(path).map_err(|error| error.to_string()).map(|sensor| {
             let (least, most) = sensor.calibration.span();
             let points = sensor.calibration.points().len();
             format!(
@@ -66,17 +66,17 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         }));
     }
     for path in &options.parameters {
-        told(
+        report(
             parameter_file::read(path).map_err(|error| error.to_string()).map(|_| format!("{}: good", path.display())),
         );
     }
-    for path in &options.walker {
-        told(
+    for path in &options.generator {
+        report(
             GeneratorFile::read(path)
                 .map_err(|error| error.to_string())
-                .map(|file| format!("{}: good: a {} walker", path.display(), file.set.name())),
+                .map(|file| format!("{}: good: a {} generator", path.display(), file.set.name())),
         );
     }
-    crate::cli::print(&good)?;
+    crate::output::print(&good)?;
     if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults.join("\n"))) }
 }

@@ -1,13 +1,15 @@
-//! `footfall convert`: any recording as our CSV or as an OpenSim .mot: joint angles in degrees, flexion positive, even steps, gaps and
-//! jumps bridged or told.
+//! `footfall convert`: writes any recording as CSV or as OpenSim .mot: joint angles in degrees, flexion positive, equal time steps; gaps
+//! and jumps are bridged or reported.
 
 use clap::Args;
-use gait_trace::clean::condition::{Rules, condition};
 use gait_trace::format::{csv_file, opensim};
+use gait_trace::{LowPass, Rules, condition};
 use std::path::PathBuf;
 
-use crate::command::fit::{Reading, raw};
 use crate::failure::Failure;
+use crate::file::recording;
+use crate::options::reading::Reading;
+use crate::output;
 
 /// Options of `footfall convert`.
 #[derive(Debug, Clone, Args)]
@@ -15,7 +17,7 @@ pub struct Options {
     /// A recording: CSV, OpenSim .mot and .sto, C3D, oscilloscope CSV
     #[arg(value_name = "RECORDING")]
     pub recording: PathBuf,
-    /// Where it goes: the ending .csv or .mot says as what
+    /// The file to write; its extension, .csv or .mot, gives the format
     #[arg(short, long, value_name = "FILE")]
     pub out: PathBuf,
     /// How it is read
@@ -26,22 +28,20 @@ pub struct Options {
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input, an ending that is neither, or the file cannot be written.
-pub fn run(options: &Options) -> Result<(), Failure> {
-    let ending = options.out.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
-    let write = match ending.as_deref() {
+/// Wrong input, another extension, or a file that cannot be written.
+pub fn run(options: Options) -> Result<(), Failure> {
+    let Options { recording, out, reading } = options;
+    let extension = out.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
+    let write = match extension.as_deref() {
         Some("csv") => csv_file::write,
         Some("mot") => opensim::write,
-        _ => {
-            return Err(Failure::input(format!("{}: allowed are the endings .csv and .mot", options.out.display())));
-        }
+        _ => return Err(Failure::input(format!("{}: allowed are the extensions .csv and .mot", out.display()))),
     };
-    let raw = raw(&options.recording, &options.reading, None)?;
-    let rules = Rules { low_pass: options.reading.low_pass_or_customary(), ..Rules::default() };
-    let conditioned = condition(&raw, &rules).map_err(Failure::input)?;
-    for told in raw.notes.iter().map(ToString::to_string).chain(conditioned.findings.iter().map(ToString::to_string)) {
-        eprintln!("note: {told}");
-    }
-    write(&options.out, &conditioned.recording)
-        .map_err(|error| Failure::run(format!("{}: cannot be written: {error}", options.out.display())))
+    let reading = reading.settings(LowPass::Customary)?;
+    let raw = recording::read(&recording, &reading)?;
+    let conditioned =
+        condition(&raw, &Rules { low_pass: reading.low_pass, ..Rules::default() }).map_err(Failure::input)?;
+    output::notes(&raw.notes);
+    output::notes(&conditioned.findings);
+    write(&out, &conditioned.recording).map_err(|error| output::cannot_write(&out, error))
 }

@@ -1,4 +1,4 @@
-//! `footfall figures`: our own pictures of what the two papers show, computed by the core.
+//! `footfall figures`: draws the figures of the two papers, computed by the core.
 //!
 //! Thesis: single Rayleigh oscillators (figures 2.4 to 2.8) and the network with Table 1, set S (5.1 to 5.6). Yang et al. 2014: the
 //! membrane potentials and outputs of the building block through (1,5), (1,3), (1,1) (figure 3), its duty (figure 4), and the steps of
@@ -14,11 +14,11 @@ use cpg_core::oscillator::rayleigh::{Rayleigh, RayleighConfig};
 use joint_units::{Joint, Period};
 use std::path::{Path, PathBuf};
 
-use super::hexapod;
-use super::obb::Course;
-use super::walk::{self, Motion};
+use crate::edge_reversal::{BlockRun, step_diagram, swings};
 use crate::failure::Failure;
 use crate::file::svg::{Curve, Panel, write};
+use crate::output;
+use crate::view::gait_charts::{self, Motion};
 
 /// Options of `footfall figures`.
 #[derive(Debug, Clone, Args)]
@@ -43,9 +43,10 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let path = folder.join("hexapod-steps.svg");
     let switches = [(54, 3), (100, 1)];
     let mut legs = Hexapod::new(5).map_err(Failure::run)?;
-    hexapod::draw(&path, &hexapod::swings(&mut legs, &switches, 120)?, &switches)?;
+    let diagram = step_diagram(&swings(&mut legs, &switches, 120)?, &switches);
+    write(&path, "Hexapod: step diagram", &[diagram])?;
     written.push(path);
-    crate::cli::print(&written.iter().map(|path| format!("{}\n", path.display())).collect::<String>())
+    output::print(&written.iter().map(|path| format!("{}\n", path.display())).collect::<String>())
 }
 
 /// What a picture of a single oscillator shows.
@@ -129,10 +130,11 @@ fn network(folder: &Path, written: &mut Vec<PathBuf>) -> Result<(), Failure> {
         }
         gait.step();
     }
-    let mut figures = vec![("5-1", walk::angles(&motion))];
-    let portraits = Joint::ALL.into_iter().zip(&motion).map(|(joint, points)| walk::portrait(joint.name(), points));
+    let mut figures = vec![("5-1", gait_charts::angles(&motion))];
+    let portraits =
+        Joint::ALL.into_iter().zip(&motion).map(|(joint, points)| gait_charts::portrait(joint.name(), points));
     figures.extend(["5-2", "5-3", "5-4", "5-5"].into_iter().zip(portraits));
-    figures.push(("5-6", walk::velocities(&motion)));
+    figures.push(("5-6", gait_charts::velocities(&motion)));
     for (figure, panel) in figures {
         let path = folder.join(format!("thesis-{figure}.svg"));
         let title = format!("The thesis' network, Table 1, set S (thesis, figure {})", dotted(figure));
@@ -150,7 +152,7 @@ fn block(folder: &Path, written: &mut Vec<PathBuf>) -> Result<(), Failure> {
     let start = Obb::from_potential(pair(1, 5)?, PAPER_POTENTIAL).map_err(Failure::run)?;
     // The changes at 160 s and 300 s act with the next step.
     let switches = [(54, pair(1, 3)?), (100, pair(1, 1)?)];
-    let course = Course::of(start, &switches, 120, true);
+    let course = BlockRun::of(start, &switches, 120, true);
     let marks = [(162.0, "(1,3) from 160 s".to_owned()), (300.0, "(1,1)".to_owned())];
     let title = |what: &str| format!("Building block (1,5), (1,3), (1,1): {what}");
     for (figure, what, panels) in [

@@ -1,7 +1,7 @@
-//! `footfall gait-error`: how near each generator comes to a healthy adult's mean stride.
+//! `footfall gait-error`: prints the difference between each generator and the mean stride of a healthy adult.
 //!
-//! The stride is that of the recording that ships, its two whole strides averaged. Each generator runs onto its limit cycle and is read
-//! out over ten strides; see [`generator_file::gait_error`].
+//! The stride is the mean of the two whole strides of the default recording. Each generator runs onto its limit cycle and is then read out
+//! over ten strides; see [`generator_file::gait_error`].
 
 use clap::Args;
 use cpg_core::gait::catalogue::{STRIDE_S, Visitor, each};
@@ -17,7 +17,7 @@ use crate::failure::Failure;
 /// Options of `footfall gait-error`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// One JSON object instead of the table
+    /// Print one JSON object instead of the table
     #[arg(long)]
     pub json: bool,
 }
@@ -25,13 +25,13 @@ pub struct Options {
 /// Points of the stride.
 const POINTS: usize = 200;
 
-/// Strides that a generator is given to settle.
+/// Strides for settling.
 const SETTLE_STRIDES: u32 = 60;
 
-/// Strides that it is read out over.
+/// Strides that are read out.
 const STRIDES: usize = 10;
 
-/// A generator's line.
+/// The result of one generator.
 struct Row {
     name: &'static str,
     /// Weights and the offset.
@@ -45,13 +45,13 @@ struct Row {
 /// # Errors
 /// A generator cannot be built.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let mut rows = Rows { wanted: mean_stride()?, rows: vec![], trouble: None };
+    let mut rows = Rows { wanted: mean_stride()?, rows: vec![], error: None };
     each(Period::MILLISECOND, &mut rows);
-    if let Some(trouble) = rows.trouble {
-        return Err(Failure::run(trouble));
+    if let Some(error) = rows.error {
+        return Err(Failure::run(error));
     }
     let text = if options.json { object(&rows.rows) + "\n" } else { table(&rows.rows) };
-    crate::cli::print(&text)
+    crate::output::print(&text)
 }
 
 /// The mean stride of the recording, degrees, by joint.
@@ -76,14 +76,14 @@ fn mean_stride() -> Result<[Vec<f64>; 4], Failure> {
 struct Rows {
     wanted: [Vec<f64>; 4],
     rows: Vec<Row>,
-    trouble: Option<String>,
+    error: Option<String>,
 }
 
 impl Visitor for Rows {
     fn generator<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>) {
         match built {
             Ok(generator) => self.rows.push(row(name, generator, &self.wanted)),
-            Err(error) => self.trouble = Some(format!("{name}: {error}")),
+            Err(why) => self.error = Some(format!("{name}: {why}")),
         }
     }
 }
@@ -93,7 +93,7 @@ fn row<G: Generator<4> + Features>(name: &'static str, mut generator: G, wanted:
     for _ in 0..(f64::from(SETTLE_STRIDES) * stride_ticks) as u32 {
         generator.step();
     }
-    // The tick before each point, and the one after it: in between a straight line is good to 1e-5 of an amplitude.
+    // The ticks before and after each point: linear interpolation between them is accurate to 1e-5 of an amplitude.
     let mut features = vec![vec![]; G::COUNT];
     let mut angles: [Vec<f64>; 4] = Default::default();
     let sample = |generator: &G| {
@@ -157,7 +157,7 @@ fn object(rows: &[Row]) -> String {
 mod tests {
     use super::*;
 
-    /// Six harmonics leave what six harmonics must leave: the floor of a Fourier series by projection, computed here another way.
+    /// The error equals the residual of a Fourier series of six harmonics, computed here by projection.
     #[test]
     fn the_fourier_shape_reaches_the_floor_of_six_harmonics() {
         let wanted = mean_stride().unwrap();
@@ -187,10 +187,10 @@ mod tests {
 
     /// The best read-out is never worse than the one that was built.
     #[test]
-    fn no_read_out_is_worse_than_the_one_that_ships() {
-        let mut rows = Rows { wanted: mean_stride().unwrap(), rows: vec![], trouble: None };
+    fn no_read_out_is_worse_than_the_built_in_one() {
+        let mut rows = Rows { wanted: mean_stride().unwrap(), rows: vec![], error: None };
         each(Period::MILLISECOND, &mut rows);
-        assert_eq!(rows.trouble, None);
+        assert_eq!(rows.error, None);
         assert!(rows.rows.len() >= 13);
         for row in rows.rows {
             let all = |error: GaitError| error.hip_deg.powi(2) + error.knee_deg.powi(2);

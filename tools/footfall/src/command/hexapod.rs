@@ -1,4 +1,4 @@
-//! `footfall hexapod`: which legs swing at each step, and the joint setpoints that go with it.
+//! `footfall hexapod`: prints which legs swing at each step, or the joint angles of the legs.
 
 use clap::Args;
 use cpg_core::Generator;
@@ -6,10 +6,14 @@ use cpg_core::edge_reversal::hexapod::{Hexapod, Leg, Swings};
 use cpg_core::joints::hexapod_legs::HexapodWalkConfig;
 use joint_units::{Period, Radians};
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use crate::edge_reversal::{step_diagram, swings};
 use crate::failure::Failure;
-use crate::file::svg::{Bars, Panel};
+use crate::file::svg;
+use crate::options::steps::switches;
+use crate::options::value::number;
+use crate::output;
 
 /// Options of `footfall hexapod`.
 #[derive(Debug, Clone, Args)]
@@ -17,30 +21,30 @@ pub struct Options {
     /// Reversibility of the flexors: 5 wave, 3 middle gait, 1 tripod
     #[arg(long, value_name = "R", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub reversibility: u32,
-    /// How many steps
+    /// Number of steps
     #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     pub steps: u64,
-    /// Changes, as `54:3 100:1`: from that step (counted from 0) on, this reversibility
+    /// Changes, as `54:3 100:1`: a step, counted from 0, and the reversibility from this step on
     #[arg(long, value_name = "STEP:R ...", default_value = "")]
     pub switch: String,
-    /// One JSON object instead of the words
+    /// Print one JSON object instead of the words
     #[arg(long)]
     pub json: bool,
     /// Draw the step diagram
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
-    /// The angles of the six legs instead of the words: CSV, or with --json an object a line
+    /// Print the angles of the six legs instead of the words: CSV, or with --json one object a line
     #[arg(long)]
     pub walk: bool,
     /// Seconds of a step, for --walk
-    #[arg(long, value_name = "S", default_value_t = 0.5, value_parser = super::steps::step_seconds, requires = "walk")]
+    #[arg(long, value_name = "S", default_value_t = 0.5, value_parser = number(0.05..=60.0, " seconds"), requires = "walk")]
     pub step_s: f64,
-    /// A line every so many milliseconds, for --walk
+    /// Milliseconds from one line to the next, for --walk
     #[arg(long, value_name = "MS", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1000), requires = "walk")]
     pub every_ms: u32,
 }
 
-/// Most steps of a picture, and of a walk.
+/// Largest number of steps for a picture or for --walk.
 const MOST_SHOWN: u64 = 10_000;
 
 /// Columns of the setpoints, in the order of [`Leg::ALL`].
@@ -50,10 +54,10 @@ const COLUMNS: [&str; 6] =
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input, or the picture cannot be written.
+/// Wrong input, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let reversibility = |text: &str| text.parse().ok().filter(|r| (1..=1_000_000).contains(r));
-    let switches = super::steps::switches(&options.switch, reversibility, "R with a whole number from 1 to 1000000")?;
+    let switches = switches(&options.switch, reversibility, "R with a whole number from 1 to 1000000")?;
     if (options.svg.is_some() || options.walk) && options.steps > MOST_SHOWN {
         let steps = options.steps;
         return Err(Failure::input(format!("--steps {steps}: allowed with --svg and --walk is up to {MOST_SHOWN}")));
@@ -65,7 +69,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             let steps = swings(&mut hexapod, &switches, options.steps)?;
             draw(path, &steps, &switches)?;
         }
-        return crate::cli::print(&out);
+        return output::print(&out);
     }
     let steps = swings(&mut hexapod, &switches, options.steps)?;
     if let Some(path) = &options.svg {
@@ -74,37 +78,15 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if options.json {
         let legs: Vec<Vec<&str>> = steps.iter().map(|swings| swings.legs().map(Leg::name).collect()).collect();
         let object = serde_json::json!({ "steps": legs, "reversibility": hexapod.reversibility() });
-        crate::cli::print(&format!("{object}\n"))
+        output::print(&format!("{object}\n"))
     } else {
         let words: Vec<String> = steps.iter().map(ToString::to_string).collect();
-        crate::cli::print(&(words.join(" ") + "\n"))
+        output::print(&(words.join(" ") + "\n"))
     }
 }
 
-/// The legs that swing at each step.
-pub(crate) fn swings(hexapod: &mut Hexapod, switches: &[(u64, u32)], steps: u64) -> Result<Vec<Swings>, Failure> {
-    let mut switches = switches.iter().peekable();
-    let mut all = vec![];
-    for step in 0..steps {
-        while let Some((_, to)) = switches.next_if(|(at, _)| *at == step) {
-            hexapod.set_reversibility(*to).map_err(Failure::run)?;
-        }
-        all.push(hexapod.step());
-    }
-    Ok(all)
-}
-
-/// The step diagram: a bar where a leg swings.
-pub(crate) fn draw(path: &std::path::Path, steps: &[Swings], switches: &[(u64, u32)]) -> Result<(), Failure> {
-    let row = |leg: Leg| {
-        let swings = steps.iter().enumerate().filter(|(_, swings)| swings.contains(leg));
-        Bars { name: leg.name().into(), spans: swings.map(|(step, _)| (step as f64, step as f64 + 1.0)).collect() }
-    };
-    let inside = switches.iter().filter(|(at, _)| *at < steps.len() as u64);
-    let marks: Vec<(f64, String)> = inside.map(|(at, to)| (*at as f64, format!("R = {to}"))).collect();
-    let title = "a bar where the leg swings; between them it stands";
-    let panel = Panel::bars(title, "step", "leg", Leg::ALL.map(row).to_vec()).marked(&marks);
-    crate::file::svg::write(path, "Hexapod: step diagram", &[panel])
+fn draw(path: &Path, steps: &[Swings], switches: &[(u64, u32)]) -> Result<(), Failure> {
+    svg::write(path, "Hexapod: step diagram", &[step_diagram(steps, switches)])
 }
 
 fn setpoints(options: &Options, switches: &[(u64, u32)]) -> Result<String, Failure> {

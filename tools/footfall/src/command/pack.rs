@@ -1,28 +1,29 @@
-//! `footfall pack`: a walker's parameters, or the worn sensors, as the bytes of a parameter sector of the board; or a walker as a
+//! `footfall pack`: writes a generator or the sensors as a flash record of the board, or a generator as a Rust constant.
 //! constant in Rust.
 
 use clap::Args;
+use firmware::board::{GENERATOR_SECTOR, SENSORS_SECTOR};
 use generator_file::file::GeneratorFile;
 use joint_loop::GeneratorConfig;
 use joint_loop::store::{generator_record, sensor_record};
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
-use crate::file::sensors::SensorArgument;
+use crate::options::sensors::SensorArgument;
 
 /// Options of `footfall pack`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A walker's parameters
+    /// A generator file
     #[arg(value_name = "PARAMS", required_unless_present = "sensor", conflicts_with = "sensor")]
     pub params: Option<PathBuf>,
-    /// A worn sensor instead, from channel 1 on, up to four: its joint, and its calibration [default: the published curve]
+    /// A sensor instead, from channel 1 on, up to four: its joint, and its sensor file [default: the published curve]
     #[arg(long, value_name = "JOINT[=TOML]", requires = "out")]
     pub sensor: Vec<SensorArgument>,
-    /// Print a constant in Rust for programs that use `joint-loop`, instead
+    /// Print a Rust constant for programs that use `joint-loop` instead
     #[arg(long, conflicts_with = "out", required_unless_present = "out")]
     pub rust: bool,
-    /// Write the bytes here
+    /// The record to write
     #[arg(short, long, value_name = "FILE")]
     pub out: Option<PathBuf>,
 }
@@ -30,7 +31,7 @@ pub struct Options {
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input, or the file cannot be written.
+/// Wrong input, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let write = |path: &Path, what: &str, bytes: &[u8], crc: u32, address: u32| {
         gait_trace::format::whole_file::write(path, |out| out.write_all(bytes))
@@ -40,30 +41,30 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Ok(())
     };
     let Some(params) = &options.params else {
-        let (worn, path) = (SensorArgument::read_all(&options.sensor)?, options.out.as_ref());
-        let record = sensor_record::record_of(&worn);
-        let joints: Vec<&str> = worn.iter().map(|sensor| sensor.joint.name()).collect();
+        let (sensors, path) = (SensorArgument::read_all(&options.sensor)?, options.out.as_ref());
+        let record = sensor_record::record_of(&sensors);
+        let joints: Vec<&str> = sensors.iter().map(|sensor| sensor.joint.name()).collect();
         let what = format!("sensors on {}", joints.join(", "));
-        let path = path.ok_or_else(|| Failure::input("--out is missing"))?;
-        return write(path, &what, record.bytes(), record.crc(), sensor_record::ADDRESS);
+        let path = path.ok_or_else(|| Failure::input("--out is missing; name the file to write"))?;
+        return write(path, &what, record.bytes(), record.crc(), SENSORS_SECTOR);
     };
     let file = GeneratorFile::read(params).map_err(Failure::input)?;
     let config = file.set.config();
     let Some(path) = &options.out else {
-        return crate::cli::print(&constant(&config, &file.provenance.source));
+        return crate::output::print(&constant(&config, &file.provenance.source));
     };
     let record = generator_record::record_of(&config);
-    let what = format!("a {} walker", config.name());
-    write(path, &what, record.bytes(), record.crc(), generator_record::ADDRESS)
+    let what = format!("a {} generator", config.name());
+    write(path, &what, record.bytes(), record.crc(), GENERATOR_SECTOR)
 }
 
-/// The configuration as a Rust file: what `Debug` prints is the expression itself, and its numbers read back to the same bits.
+/// The configuration as Rust source: the output of `Debug` is the expression, and its numbers read back to the same bits.
 #[must_use]
 pub fn constant(config: &GeneratorConfig, source: &str) -> String {
     let uses = config.rust_imports();
     let source: String = source.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     format!(
-        "// Written by `footfall pack --rust`. Angles in radians, times in seconds.\n{uses}\n/// A walker from: {}\n#[rustfmt::skip]\n#[allow(clippy::all)]\npub const WALKER: GeneratorConfig = GeneratorConfig::{config:#?};\n",
-        if source.is_empty() { "nowhere told" } else { &source }
+        "// Written by `footfall pack --rust`. Angles in radians, times in seconds.\n{uses}\n/// A generator fitted to: {}\n#[rustfmt::skip]\n#[allow(clippy::all)]\npub const GENERATOR: GeneratorConfig = GeneratorConfig::{config:#?};\n",
+        if source.is_empty() { "not stated" } else { &source }
     )
 }

@@ -1,29 +1,28 @@
-//! `footfall record`: what a board measures, every tick of it, as CSV or MCAP.
+//! `footfall record`: records every tick of a board as CSV or MCAP.
 //!
-//! The board is the virtual one, or a real one whose RTT bytes a debug probe's program hands on.
+//! The board is the virtual one, or a real one whose RTT bytes a debug probe's program passes on.
 
-use crate::board::image::Image;
-use crate::cli;
-use crate::command::watch;
-use crate::command::watch::{Played, output_file};
-use crate::failure::Failure;
-use crate::file::capture;
-use crate::file::capture::rtt::{Came, Source, Stream};
-use crate::file::capture::samples::Counts;
-use crate::file::capture::{Capture, about_sensors};
 use clap::Args;
 use joint_loop::setup::default_loop::Parameters;
-use joint_loop::store::{generator_record, sensor_record};
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
+
+use crate::board::image::Image;
+use crate::failure::Failure;
+use crate::file::capture;
+use crate::file::capture::Capture;
+use crate::file::capture::rtt::{Came, Source, Stream};
+use crate::file::capture::samples::Counts;
+use crate::options::played::Played;
+use crate::output;
+use crate::virtual_run::run;
 
 /// Options of `footfall record`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// Where it goes: a name that ends in .csv or .mcap; what belongs to the whole run goes to FILE.json
+    /// The capture to write: a name that ends in .csv or .mcap; data of the whole run go to FILE.json
     #[arg(short, long, value_name = "FILE")]
     pub out: PathBuf,
     /// The firmware's ELF file: the one that runs on the board
@@ -33,14 +32,14 @@ pub struct Options {
     #[arg(long, value_name = "PROGRAM", required_unless_present = "rtt")]
     pub virtual_board: Option<PathBuf>,
     /// Record a real board: the raw bytes of its RTT up channel 0, from a file, `-` (standard input) or tcp:HOST:PORT. Reset the
-    /// board after this has begun: what it says at its boot makes volts of codes
+    /// board after the recording has begun: its boot record has the calibration that converts codes to volts
     #[arg(
         long,
         value_name = "SOURCE",
         conflicts_with_all = ["virtual_board", "trace", "press", "disarm", "pace", "plain", "board"]
     )]
     pub rtt: Option<Source>,
-    /// What is played, and how it is shown
+    /// What is fed to the board, and how the run is shown
     #[command(flatten)]
     pub played: Played,
 }
@@ -48,62 +47,55 @@ pub struct Options {
 /// Runs the command. `interrupt` is set by a signal that asks it to end.
 ///
 /// # Errors
-/// Bad input, a board or a source that cannot be reached, a file that cannot be written, or a run that was not sound.
-pub fn run(options: &Options, interrupt: &Arc<AtomicBool>) -> Result<(), Failure> {
-    match (&options.rtt, &options.virtual_board) {
-        (Some(source), _) => from_rtt(options, source, interrupt),
-        (None, Some(board)) => {
-            let watched = watch::Options {
-                elf: options.elf.clone(),
-                virtual_board: board.clone(),
-                record: Some(options.out.clone()),
-                played: options.played.clone(),
-            };
-            watch::run(&watched, interrupt)
+/// Wrong input, a board or a source that cannot be reached, a file that cannot be written, or a run that was not sound.
+pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
+    let Options { out, elf, virtual_board, rtt, played } = options;
+    match (rtt, virtual_board) {
+        (Some(source), _) => {
+            let parameters = played.parameters()?;
+            let Played { generator, secs, json, .. } = played;
+            from_rtt(&RealBoard { out, elf, source, parameters, generator, secs, json }, interrupt)
         }
+        (None, Some(board)) => run::run(&played.settings(elf, board, Some(out))?, interrupt),
         (None, None) => Err(Failure::input("nothing to record; allowed is --virtual-board or --rtt")),
     }
 }
 
-fn from_rtt(options: &Options, source: &Source, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let image = Image::read(&options.elf).map_err(Failure::input)?;
-    let parameters = options.played.parameters()?;
-    let Parameters { generator, sensors } = &parameters;
-    output_file(&options.out)?;
-    let stream =
-        Stream::open(source).map_err(|error| Failure::input(format!("{source}: cannot be opened: {error}")))?;
-    let about = json!({
-        "elf": options.elf,
-        "elf_sha256": image.sha256,
-        "rtt": source.to_string(),
-        "params": options.played.params,
-        "generator": generator.name(),
-        "generator_crc": format!("{:08x}", generator_record::record_of(generator).crc()),
-        "sensors": about_sensors(sensors),
-        "sensors_crc": format!("{:08x}", sensor_record::record_of(sensors).crc()),
-        "secs": options.played.secs,
-    });
-    let writing = |error| Failure::run(format!("{}: cannot be written: {error}", options.out.display()));
-    let mut capture = Capture::begin(&options.out, about, &image, parameters.clone()).map_err(writing)?;
-    let ended = listen(&mut capture, &stream, source, options.played.secs, interrupt);
-    // Whatever happened, what has come is a finished file.
-    let counts =
-        capture.finish(&json!({ "ended": ended.as_ref().map_or_else(ToString::to_string, ToString::to_string) }));
-    let counts = counts.map_err(writing)?;
-    if options.played.json {
-        let object = json!({
-            "type": "end", "samples": counts.samples, "lost_samples": counts.lost, "missed_periods": counts.missed,
-            "dropped_by_the_board": counts.board_dropped, "confirmed_ticks": counts.confirmed,
-            "different_ticks": counts.different, "malformed_frames": counts.malformed, "no_replay": counts.why_no_replay,
-        });
-        cli::print(&format!("{object}\n"))?;
-    }
-    ended?;
-    sound(&options.out, &counts)
+/// A recording of a real board.
+struct RealBoard {
+    out: PathBuf,
+    elf: PathBuf,
+    source: Source,
+    parameters: Parameters,
+    /// The generator file, if one is in the board's flash.
+    generator: Option<PathBuf>,
+    secs: Option<f64>,
+    json: bool,
 }
 
-/// Takes what comes until it ends, enough has come, or somebody asks for the end. Gives the reason.
-fn listen(
+fn from_rtt(settings: &RealBoard, interrupt: &AtomicBool) -> Result<(), Failure> {
+    let RealBoard { out, elf, source, parameters, generator, secs, json } = settings;
+    let image = Image::read(elf).map_err(Failure::input)?;
+    capture::check_name(out).map_err(Failure::input)?;
+    let stream =
+        Stream::open(source).map_err(|error| Failure::input(format!("{source}: cannot be opened: {error}")))?;
+    let more = json!({ "rtt": source.to_string(), "secs": secs });
+    let about = capture::about(elf, &image, generator.as_deref(), parameters, more);
+    let cannot_write = |error| output::cannot_write(out, error);
+    let mut capture = Capture::begin(out, about, &image, parameters.clone()).map_err(cannot_write)?;
+    let ended = receive(&mut capture, &stream, source, *secs, interrupt);
+    // Even after an error the samples so far are a finished file.
+    let ending = json!({ "ended": ended.as_ref().map_or_else(ToString::to_string, ToString::to_string) });
+    let counts = capture.finish(&ending).map_err(cannot_write)?;
+    if *json {
+        output::print(&format!("{}\n", end_object(&counts)))?;
+    }
+    ended?;
+    report(out, &counts)
+}
+
+/// Records until the source ends, enough seconds are recorded, or a signal asks for the end. Gives the reason.
+fn receive(
     capture: &mut Capture<'_>,
     stream: &Stream,
     source: &Source,
@@ -123,38 +115,30 @@ fn listen(
             Came::End => return Ok("the source ended"),
             Came::Broken(error) => return Err(Failure::run(format!("{source}: broke off: {error}"))),
         }
-        for line in capture.talk() {
+        for line in capture.messages() {
             eprintln!("board: {line}");
         }
     }
 }
 
-/// What the capture came to in a line; a failure if board and host differ or nothing came.
-fn sound(out: &Path, counts: &Counts) -> Result<(), Failure> {
-    eprintln!("{}", told(out, counts));
+/// The last JSON object of the output.
+fn end_object(counts: &Counts) -> serde_json::Value {
+    json!({
+        "type": "end", "samples": counts.samples, "lost_samples": counts.lost, "missed_periods": counts.missed,
+        "dropped_by_the_board": counts.board_dropped, "confirmed_ticks": counts.confirmed,
+        "different_ticks": counts.different, "malformed_frames": counts.malformed, "no_replay": counts.why_no_replay,
+    })
+}
+
+/// Prints the counts; fails if board and host differ or no sample came.
+fn report(out: &Path, counts: &Counts) -> Result<(), Failure> {
+    eprintln!("{}", capture::counts_in_words(out, counts));
     if counts.samples == 0 {
-        return Err(Failure::run("no sample came: does the board run, and is this its RTT channel 0?"));
+        return Err(Failure::run("no sample came; check that the board runs and that this is its RTT channel 0"));
     }
     if counts.different > 0 {
         let words: Vec<String> = counts.differences.iter().map(ToString::to_string).collect();
         return Err(Failure::run(format!("board and host differ: {}", words.join("; "))));
     }
     Ok(())
-}
-
-/// What a capture came to, in a line.
-#[must_use]
-pub fn told(out: &Path, counts: &Counts) -> String {
-    let Counts { samples, lost, missed, malformed, edges, .. } = counts;
-    let mut text = format!("{}: {samples} samples, {lost} lost, {missed} periods missed by the board", out.display());
-    if *edges > 0 {
-        text += &format!(", {edges} edges at the synchronisation input in {}", capture::edges_beside(out).display());
-    }
-    if *malformed > 0 {
-        text += &format!(", {malformed} frames without sense");
-    }
-    if let Some(why) = &counts.why_no_replay {
-        text += &format!("; setpoints are not known throughout: {why}");
-    }
-    text
 }

@@ -1,4 +1,4 @@
-//! `footfall volts`: a recorded angle as the semi-synthetic volts of a sensor, looped, as `footfall watch` feeds them.
+//! `footfall volts`: converts a recorded angle to the semi-synthetic volts of a sensor, looped, as `footfall watch` feeds them.
 
 use crate::board::default_loop;
 use crate::board::default_loop::SENSOR_JOINT;
@@ -14,13 +14,13 @@ use std::path::PathBuf;
 /// Options of `footfall volts`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A recording of angles, in any format that `fit` reads: its left knee, or its only channel [default: the shipped recording]
+    /// A recording of angles, in any format that `fit` reads: its left knee, or its only channel [default: a healthy adult]
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
-    /// The sensor's calibration [default: the firmware's]
+    /// A sensor file with the calibration [default: the firmware's]
     #[arg(long, value_name = "TOML")]
     pub calibration: Option<PathBuf>,
-    /// Where to write [default: standard output]
+    /// The file to write [default: standard output]
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
 }
@@ -28,7 +28,7 @@ pub struct Options {
 /// Runs the command.
 ///
 /// # Errors
-/// Bad input, or the output cannot be written.
+/// Wrong input, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let (name, recording) = match &options.trace {
         Some(path) => {
@@ -44,9 +44,9 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Some(path) => calibration_file::read(path).map_err(Failure::input)?,
         None => default_loop::wired_sensor().map_err(Failure::run)?,
     };
-    let worn = JointSensor { joint: SENSOR_JOINT, divider: sensor.divider, calibration: sensor.calibration };
-    let worn = JointSensors::build([worn]).map_err(Failure::run)?;
-    let feed = feed::feed(&name, &recording, &worn, None)?;
+    let sensor = JointSensor { joint: SENSOR_JOINT, divider: sensor.divider, calibration: sensor.calibration };
+    let sensors = JointSensors::build([sensor]).map_err(Failure::run)?;
+    let feed = feed::feed(&name, &recording, &sensors, None)?;
     for note in &feed.notes {
         eprintln!("note: {note}");
     }
@@ -56,7 +56,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         None => {
             let mut text = Vec::new();
             csv_file::write_to(&mut text, &feed.volts).map_err(Failure::run)?;
-            crate::cli::print(&String::from_utf8_lossy(&text))?;
+            crate::output::print(&String::from_utf8_lossy(&text))?;
         }
     }
     eprintln!("{} ({} rows)", feed.title, feed.volts.time_s().len());

@@ -1,4 +1,4 @@
-//! A sensor's calibration as a file.
+//! The sensor file: the calibration of a sensor.
 //!
 //! Written by hand, schema 1:
 //! ```toml
@@ -39,12 +39,12 @@ const MEASURED_FIELDS: [&str; 10] =
 const INTERPOLATIONS: [(&str, Interpolation); 2] =
     [("linear", Interpolation::Linear), ("monotone_cubic", Interpolation::MonotoneCubic)];
 
-/// What a sensor may be called: it stands on a line of its own.
+/// Allowed names of a sensor; the name is on a line of its own.
 const NAME_ALLOWED: &str = "a name of 1 to 100 characters on one line";
 
 const DATE_ALLOWED: &str = "a day as YYYY-MM-DD";
 
-/// A sensor as it is wired to the pin.
+/// A sensor with its connection to the pin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WiredSensor {
     /// Volts at the sensor to the angle.
@@ -53,7 +53,7 @@ pub struct WiredSensor {
     pub divider: f32,
 }
 
-/// How far up and down sweeps lie apart, in degrees.
+/// Difference of up and down sweeps, in degrees.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Hysteresis {
     /// The largest difference at a pose, without its sign.
@@ -67,19 +67,19 @@ pub struct Hysteresis {
 /// How a calibration was measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
-    /// Which sensor.
+    /// Name of the sensor.
     pub sensor: String,
-    /// On which day, YYYY-MM-DD.
+    /// Day of the measurement, YYYY-MM-DD.
     pub date: String,
     /// Root mean square over the rows of the table's angle less the known one, in degrees.
     pub rms_deg: f32,
     /// The largest of these differences, without its sign.
     pub worst_deg: f32,
-    /// `None` where the angle went one way only. In the file `[largest, mean]` or `[]`.
+    /// `None` if the angle was reached in one direction only. In the file `[largest, mean]` or `[]`.
     pub hysteresis: Option<Hysteresis>,
 }
 
-/// All that a file says.
+/// The content of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CalibrationFile {
     /// Table and wiring.
@@ -91,7 +91,7 @@ pub struct CalibrationFile {
 /// Reads a file.
 ///
 /// # Errors
-/// The first thing that is wrong with it, with line and field.
+/// The first error, with line and field.
 pub fn read(path: &Path) -> Result<WiredSensor, FileError> {
     parse(&Document::read(path)?)
 }
@@ -114,7 +114,7 @@ pub fn parse(document: &Document) -> Result<WiredSensor, FileError> {
     parse_whole(document).map(|file| file.sensor)
 }
 
-/// Reads a text with all that it says.
+/// Reads a text with all its content.
 ///
 /// # Errors
 /// As [`read`].
@@ -148,7 +148,7 @@ pub fn parse_whole(document: &Document) -> Result<CalibrationFile, FileError> {
     Ok(CalibrationFile { sensor: WiredSensor { calibration, divider }, measured })
 }
 
-/// Which fields to expect has to be known before they are looked at.
+/// The version decides which fields are expected.
 fn says_measured(top: &DeTable<'_>) -> bool {
     let schema =
         top.iter().find(|(key, _)| key.get_ref() == "schema").and_then(|(_, value)| value.get_ref().as_integer());
@@ -195,10 +195,10 @@ fn check_crc(top: &Section<'_>, computed: u32) -> Result<(), FileError> {
     Err(top.error_at("crc", Problem::Range { value, allowed }))
 }
 
-/// The check sum of a table, CRC-32/ISO-HDLC, as in zip and PNG, of these bytes: 0 for linear or 1 for monotone cubic, then
+/// The check sum of a table, CRC-32/ISO-HDLC as in zip and PNG, of these bytes: 0 for linear or 1 for monotone cubic, then
 /// each point's `sensor_v` and `angle_deg` as IEEE 754 single precision, little-endian.
 ///
-/// The divider is not in it: a sensor that is wired to another divider is still the same sensor.
+/// The divider is not included: a sensor with another divider is still the same sensor.
 #[must_use]
 pub fn crc(interpolation: Interpolation, points: &[(f32, f32)]) -> u32 {
     const ALGORITHM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -214,13 +214,13 @@ pub fn crc(interpolation: Interpolation, points: &[(f32, f32)]) -> u32 {
     digest.finalize()
 }
 
-/// Whether a sensor can be called this.
+/// Whether a name is allowed.
 fn is_name(name: &str) -> bool {
     let length = name.chars().count();
     (1..=100).contains(&length) && !name.chars().any(char::is_control) && name.trim() == name
 }
 
-/// The day that a text names.
+/// The day of a text.
 fn day(text: &str) -> Option<Date> {
     let mut parts = text.split('-');
     let mut part = |digits: usize| {
@@ -234,18 +234,18 @@ fn day(text: &str) -> Option<Date> {
     Date::from_calendar_date(year.into(), month, u8::try_from(of_month).ok()?).ok().filter(|_| whole)
 }
 
-/// A sensor's name, for the command line.
+/// The parser of a sensor's name for the command line.
 ///
 /// # Errors
-/// Says what is allowed.
+/// Names what is allowed.
 pub fn name_argument(text: &str) -> Result<String, String> {
     if is_name(text) { Ok(text.into()) } else { Err(format!("allowed is {NAME_ALLOWED}")) }
 }
 
-/// A day, for the command line.
+/// The parser of a day for the command line.
 ///
 /// # Errors
-/// Says what is allowed.
+/// Names what is allowed.
 ///
 /// ```
 /// use footfall::file::calibration_file::date_argument;
@@ -256,14 +256,14 @@ pub fn date_argument(text: &str) -> Result<String, String> {
     day(text).map(|_| text.into()).ok_or_else(|| format!("allowed is {DATE_ALLOWED}"))
 }
 
-/// The text of a file as people write it: table and wiring.
+/// The text of a file of schema 1: table and connection.
 #[must_use]
 pub fn to_text(sensor: &WiredSensor) -> String {
     let head = "# Calibration of a gait sensor: volts at the sensor and angle of the joint, flexion positive.\n";
     format!("{head}schema = {SCHEMA}\n{}{}", wiring(sensor), points(sensor))
 }
 
-/// The text of a file with how it was measured, and a check sum.
+/// The text of a file of schema 2: also how it was measured, and a check sum.
 #[must_use]
 pub fn to_measured_text(sensor: &WiredSensor, measured: &Measured) -> String {
     let mut text = format!(
@@ -289,7 +289,7 @@ fn wiring(sensor: &WiredSensor) -> String {
     format!("interpolation = \"{word}\"\ndivider = {}\n", sensor.divider)
 }
 
-/// The numbers of the points as they stand in a file.
+/// The numbers of the points as in a file.
 fn numbers(sensor: &WiredSensor) -> impl Iterator<Item = (f32, f32)> {
     sensor.calibration.points().iter().map(|point| (point.volts.0, crate::file::degrees::shortest(point.angle)))
 }
@@ -304,14 +304,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_shipped_calibration_is_written_and_read_back() {
-        let shipped = crate::board::default_loop::wired_sensor().unwrap();
-        let back = parse(&Document::of_text("sensor.toml", to_text(&shipped))).unwrap();
+    fn the_default_calibration_is_written_and_read_back() {
+        let default = crate::board::default_loop::wired_sensor().unwrap();
+        let back = parse(&Document::of_text("sensor.toml", to_text(&default))).unwrap();
         assert_eq!((back.divider, back.calibration.interpolation()), (1.0, Interpolation::MonotoneCubic));
-        assert_eq!(back.calibration.points().len(), shipped.calibration.points().len());
-        for (back, point) in back.calibration.points().iter().zip(shipped.calibration.points()) {
+        assert_eq!(back.calibration.points().len(), default.calibration.points().len());
+        for (back, point) in back.calibration.points().iter().zip(default.calibration.points()) {
             assert_eq!(back.volts, point.volts);
-            // The curve was computed in radians; a few of its angles lie between two numbers of degrees.
+            // The curve was computed in radians; a few of its angles have no exact number of degrees.
             assert!(back.angle.0.to_bits().abs_diff(point.angle.0.to_bits()) <= 1, "{back:?} for {point:?}");
         }
     }

@@ -1,11 +1,11 @@
-//! Captures: everything that the board's log says of a run, every tick of it, as a file that other programs read.
+//! Captures: every tick of a run, from the board's log, as a file for other programs.
 //!
 //! ```text
 //! bytes of the log --[image]--> text --[samples]--> samples --[csv_rows | mcap_messages]--> file
 //! ```
-//! A capture holds what was measured: the codes of the converter as they came, and what the sensor chain of the same core crates
-//! makes of them. A lost sample is a missing row, and is counted; nothing is filled in. [`Recorder`] writes the file and, beside
-//! it, `FILE.json` with what belongs to the run as a whole.
+//! A capture has the measured data: the codes of the converter, and what the sensor chain of the same core crates computes from
+//! them. A lost sample is a missing row, and is counted; nothing is filled in. [`Recorder`] writes the file and, beside it,
+//! `FILE.json` with the data of the whole run.
 
 mod csv_rows;
 mod header;
@@ -15,7 +15,8 @@ pub mod samples;
 
 use crate::board::image::{Decoder, Image};
 use crate::board::lines::BoardLine;
-use crate::file::sensors::joints;
+use crate::board::telemetry::RecordError;
+use crate::options::sensors::joints;
 use gait_trace::format::whole_file;
 use joint_loop::setup::default_loop::Parameters;
 use joint_units::Joint;
@@ -26,27 +27,30 @@ use std::fs::File;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-pub use header::about_sensors;
+pub use header::{SCHEMA, about};
 
-/// Version of the layout of captures and of the file beside them.
-pub const SCHEMA: u32 = 3;
-
-/// Frames without sense, at least, before a log is said to be of another image.
+/// Fewest malformed frames for the error that the log is of another image.
 const ENOUGH_MALFORMED: u64 = 16;
 
-/// The log makes no sense.
+/// The log cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{malformed} frames of the log made no sense, and {samples} samples came: the board runs another image than the ELF file's, or the bytes are not those of RTT channel 0"
-)]
-pub struct OtherLog {
-    /// Frames that made no sense.
-    pub malformed: u64,
-    /// Samples that came.
-    pub samples: u64,
+pub enum LogError {
+    /// Most frames are malformed.
+    #[error(
+        "{malformed} malformed frames in the log and {samples} samples: the board runs another image than this ELF file, or the bytes are not of RTT channel 0; give the ELF file that was flashed"
+    )]
+    OtherImage {
+        /// Malformed frames.
+        malformed: u64,
+        /// Samples so far.
+        samples: u64,
+    },
+    /// The board's image was built with another version of the records.
+    #[error(transparent)]
+    OtherVersion(RecordError),
 }
 
-/// What a file is, by its name.
+/// The format of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Comma-separated values.
@@ -56,7 +60,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// Of a file's name.
+    /// From the extension of a file's name.
     ///
     /// # Errors
     /// Another extension, or none.
@@ -65,58 +69,84 @@ impl Format {
         match extension.as_deref() {
             Some("csv") => Ok(Self::Csv),
             Some("mcap") => Ok(Self::Mcap),
-            _ => Err(format!("{}: which format? allowed is a name that ends in .csv or .mcap", path.display())),
+            _ => Err(format!("{}: allowed is a name that ends in .csv or .mcap", path.display())),
         }
     }
 }
 
-/// Bytes of the log on their way to samples.
-pub struct Listener<'t> {
-    decoder: Decoder<'t>,
-    sampler: Sampler,
-    /// When the last reset was, if somebody outside of the board said so.
-    reset_ns: Option<u64>,
-    /// Lines for people, since they were last taken.
-    talk: Vec<String>,
+/// Refuses a name that no capture can have.
+///
+/// # Errors
+/// It is a folder, or its extension is not that of a format.
+pub fn check_name(path: &Path) -> Result<(), String> {
+    if path.is_dir() {
+        return Err(format!("{}: is a folder; allowed is the name of a file", path.display()));
+    }
+    Format::of(path).map(|_| ())
 }
 
-impl<'t> Listener<'t> {
-    /// For the log of an image that walks with these parameters.
+/// The counts of a capture in one line.
+#[must_use]
+pub fn counts_in_words(out: &Path, counts: &Counts) -> String {
+    let Counts { samples, lost, missed, malformed, edges, .. } = counts;
+    let mut text = format!("{}: {samples} samples, {lost} lost, {missed} periods missed by the board", out.display());
+    if *edges > 0 {
+        text += &format!(", {edges} edges at the synchronisation input in {}", edges_beside(out).display());
+    }
+    if *malformed > 0 {
+        text += &format!(", {malformed} malformed frames");
+    }
+    if let Some(why) = &counts.why_no_replay {
+        text += &format!("; some setpoints are not known: {why}");
+    }
+    text
+}
+
+/// Converts bytes of the log to samples.
+pub struct LogReader<'t> {
+    decoder: Decoder<'t>,
+    sampler: Sampler,
+    /// Time of the last reset, if known from outside of the board.
+    reset_ns: Option<u64>,
+    /// Warnings and errors of the board, not taken yet.
+    messages: Vec<String>,
+}
+
+impl<'t> LogReader<'t> {
+    /// For the log of an image that runs with these parameters.
     #[must_use]
     pub fn new(image: &'t Image, parameters: Parameters) -> Self {
-        Self { decoder: image.decoder(), sampler: Sampler::new(parameters), reset_ns: None, talk: Vec::new() }
+        Self { decoder: image.decoder(), sampler: Sampler::new(parameters), reset_ns: None, messages: Vec::new() }
     }
 
-    /// The chip came out of reset; what has come of an unfinished frame is void.
+    /// The chip left reset; an unfinished frame is discarded.
     pub fn reset(&mut self, t_s: f64) {
         self.decoder.restart();
         self.reset_ns = Some((t_s * 1e9).round().max(0.0) as u64);
     }
 
-    /// Takes bytes; gives boots as they are heard, and puts samples into `out`.
+    /// Takes bytes; returns boots, and appends samples to `out`.
     ///
     /// # Errors
     /// The bytes are not of this image's log.
-    pub fn bytes(&mut self, bytes: &[u8], out: &mut Vec<Sample>) -> Result<Vec<Booted>, OtherLog> {
+    pub fn bytes(&mut self, bytes: &[u8], out: &mut Vec<Sample>) -> Result<Vec<Booted>, LogError> {
         let mut boots = Vec::new();
         self.decoder.push(bytes);
         while let Some(message) = self.decoder.message() {
-            let heard = match &message {
-                Ok(message) => self.sampler.line(&message.text, self.reset_ns, out).map_err(|_| ()),
-                Err(_) => Err(()),
-            };
-            match (heard, message) {
-                (Ok(booted), Ok(message)) => {
+            let read = message.as_ref().ok().map(|message| self.sampler.line(&message.text, self.reset_ns, out));
+            match (read, message) {
+                (Some(Ok(booted)), Ok(message)) => {
                     boots.extend(booted);
                     if matches!(message.level.as_str(), "warn" | "error") {
-                        self.talk.push(format!("{} {}", message.level, message.text));
+                        self.messages.push(format!("{} {}", message.level, message.text));
                     }
                 }
+                (Some(Err(error)), _) if error.is_other_version() => return Err(LogError::OtherVersion(error)),
                 _ => {
                     self.sampler.malformed();
                     let Counts { malformed, samples, .. } = *self.sampler.counts();
                     if malformed >= ENOUGH_MALFORMED && malformed > samples {
-                        return Err(OtherLog { malformed, samples });
+                        return Err(LogError::OtherImage { malformed, samples });
                     }
                 }
             }
@@ -124,7 +154,7 @@ impl<'t> Listener<'t> {
         Ok(boots)
     }
 
-    /// Nothing more will come: the samples that still waited.
+    /// Appends the samples that are still waiting, at the end of the log.
     pub fn finish(&mut self, out: &mut Vec<Sample>) {
         self.sampler.finish(out);
     }
@@ -135,12 +165,12 @@ impl<'t> Listener<'t> {
         self.sampler.counts()
     }
 
-    /// Warnings and errors of the board since they were last taken.
-    pub fn talk(&mut self) -> Vec<String> {
-        std::mem::take(&mut self.talk)
+    /// Warnings and errors of the board since the last call.
+    pub fn messages(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.messages)
     }
 
-    /// Edges at the synchronisation input since they were last taken.
+    /// Edges at the synchronisation input since the last call.
     pub fn edges(&mut self) -> Vec<EdgeAt> {
         self.sampler.edges()
     }
@@ -151,11 +181,11 @@ enum Sink {
     Mcap(Box<mcap_messages::Messages>),
 }
 
-/// A capture under way.
+/// A capture that is being written.
 pub struct Recorder {
     path: PathBuf,
     sink: Sink,
-    /// Where the synchronisation input's edges go; made with the first one.
+    /// The file of the edges at the synchronisation input; made with the first edge.
     edges: Option<File>,
     about: Value,
     boots: Vec<Value>,
@@ -163,16 +193,16 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a file; `about` says what runs, `joints` where the sensors are worn.
+    /// Begins a file; `about` is what runs, `joints` are the joints with a sensor.
     ///
     /// # Errors
-    /// A file cannot be written, or its name does not say in which format.
+    /// A file cannot be written, or its name has no known extension.
     pub fn begin(path: &Path, joints: &[Joint], about: Value) -> io::Result<Self> {
         let sink = match Format::of(path).map_err(io::Error::other)? {
             Format::Csv => Sink::Csv(csv_rows::Rows::begin(path, joints)?),
             Format::Mcap => Sink::Mcap(Box::new(mcap_messages::Messages::begin(path, joints, &about)?)),
         };
-        // Those of another recording must not be taken for this one's.
+        // The edges of an earlier capture must not remain.
         match std::fs::remove_file(edges_beside(path)) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
             _ => {}
@@ -195,7 +225,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Writes samples, whole ones, at once.
+    /// Writes samples.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -208,7 +238,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Writes edges at the synchronisation input, whole ones, at once.
+    /// Writes edges at the synchronisation input.
     ///
     /// # Errors
     /// A file cannot be written.
@@ -235,21 +265,21 @@ impl Recorder {
         Ok(())
     }
 
-    /// Ends the file; `summary` is what the run came to.
+    /// Ends the file; `result` is the result of the run.
     ///
     /// # Errors
     /// A file cannot be written.
-    pub fn finish(mut self, counts: &Counts, summary: &Value) -> io::Result<u64> {
+    pub fn finish(mut self, counts: &Counts, result: &Value) -> io::Result<u64> {
         let counted = header::counts(counts);
         match &mut self.sink {
             Sink::Csv(rows) => rows.finish()?,
             Sink::Mcap(messages) => messages.finish(&counted)?,
         }
-        self.write_about(true, &counted, summary)?;
+        self.write_about(true, &counted, result)?;
         Ok(self.rows)
     }
 
-    fn write_about(&self, finished: bool, counts: &Value, summary: &Value) -> io::Result<()> {
+    fn write_about(&self, finished: bool, counts: &Value, result: &Value) -> io::Result<()> {
         let about = json!({
             "schema": SCHEMA,
             "recording": self.path.file_name().map(|name| name.to_string_lossy()),
@@ -259,7 +289,7 @@ impl Recorder {
             "about": self.about,
             "boots": self.boots,
             "counts": counts,
-            "summary": summary,
+            "result": result,
         });
         whole_file::write(&beside(&self.path), |out| {
             serde_json::to_writer_pretty(&mut *out, &about)?;
@@ -276,8 +306,8 @@ pub fn beside(capture: &Path) -> PathBuf {
     name.into()
 }
 
-/// The file of the edges at the synchronisation input, beside a capture: the header `time_s,level`, as `footfall sync` reads it. There is
-/// none where no edge came.
+/// The file of the edges at the synchronisation input, beside a capture: the header `time_s,level`, as `footfall sync` reads it. It does not
+/// exist without edges.
 #[must_use]
 pub fn edges_beside(capture: &Path) -> PathBuf {
     let mut name = capture.file_stem().map_or_else(OsString::new, OsString::from);
@@ -285,32 +315,32 @@ pub fn edges_beside(capture: &Path) -> PathBuf {
     capture.with_file_name(name)
 }
 
-/// Why a capture cannot go on.
+/// Why a capture cannot continue.
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
-    /// The log makes no sense.
+    /// The log is not of this image.
     #[error(transparent)]
-    Log(#[from] OtherLog),
+    Log(#[from] LogError),
     /// The file cannot be written.
     #[error("cannot be written: {0}")]
     Io(#[from] io::Error),
 }
 
-/// A log on its way to a file.
+/// Writes a log to a file.
 pub struct Capture<'t> {
-    listener: Listener<'t>,
+    log_reader: LogReader<'t>,
     recorder: Recorder,
     samples: Vec<Sample>,
 }
 
 impl<'t> Capture<'t> {
-    /// Begins one; see [`Recorder::begin`] and [`Listener::new`].
+    /// Begins one; see [`Recorder::begin`] and [`LogReader::new`].
     ///
     /// # Errors
     /// A file cannot be written.
     pub fn begin(path: &Path, about: Value, image: &'t Image, parameters: Parameters) -> io::Result<Self> {
         let recorder = Recorder::begin(path, &joints(&parameters.sensors), about)?;
-        Ok(Self { listener: Listener::new(image, parameters), recorder, samples: Vec::new() })
+        Ok(Self { log_reader: LogReader::new(image, parameters), recorder, samples: Vec::new() })
     }
 
     /// Takes a line of the virtual board.
@@ -320,7 +350,7 @@ impl<'t> Capture<'t> {
     pub fn board_line(&mut self, line: &BoardLine) -> Result<(), CaptureError> {
         match line {
             BoardLine::Boot { t_s, .. } => {
-                self.listener.reset(*t_s);
+                self.log_reader.reset(*t_s);
                 Ok(())
             }
             BoardLine::Rtt { bytes, .. } => self.bytes(bytes),
@@ -334,9 +364,9 @@ impl<'t> Capture<'t> {
     /// The log makes no sense, or the file cannot be written.
     pub fn bytes(&mut self, bytes: &[u8]) -> Result<(), CaptureError> {
         self.samples.clear();
-        let heard = self.listener.bytes(bytes, &mut self.samples);
+        let heard = self.log_reader.bytes(bytes, &mut self.samples);
         self.recorder.samples(&self.samples)?;
-        self.recorder.edges(&self.listener.edges())?;
+        self.recorder.edges(&self.log_reader.edges())?;
         for booted in heard? {
             self.recorder.boot(&booted)?;
         }
@@ -346,24 +376,24 @@ impl<'t> Capture<'t> {
     /// The counts so far.
     #[must_use]
     pub fn counts(&self) -> &Counts {
-        self.listener.counts()
+        self.log_reader.counts()
     }
 
-    /// Warnings and errors of the board since they were last taken.
-    pub fn talk(&mut self) -> Vec<String> {
-        self.listener.talk()
+    /// Warnings and errors of the board since the last call.
+    pub fn messages(&mut self) -> Vec<String> {
+        self.log_reader.messages()
     }
 
-    /// Ends the file; `summary` is what the run came to.
+    /// Ends the file; `result` is the result of the run.
     ///
     /// # Errors
     /// A file cannot be written.
-    pub fn finish(mut self, summary: &Value) -> io::Result<Counts> {
+    pub fn finish(mut self, result: &Value) -> io::Result<Counts> {
         self.samples.clear();
-        self.listener.finish(&mut self.samples);
+        self.log_reader.finish(&mut self.samples);
         self.recorder.samples(&self.samples)?;
-        let counts = self.listener.counts().clone();
-        self.recorder.finish(&counts, summary)?;
+        let counts = self.log_reader.counts().clone();
+        self.recorder.finish(&counts, result)?;
         Ok(counts)
     }
 }

@@ -1,4 +1,4 @@
-//! Angles in degrees for people, such that reading them gives the same bits in radians.
+//! Angles in degrees that read back to the same bits in radians.
 
 use joint_units::Radians;
 
@@ -16,8 +16,8 @@ pub fn shortest(angle: Radians) -> f32 {
         let scale = 10_f64.powi(decimals);
         ((exact * scale).round() / scale) as f32
     });
-    // Two roundings lie between degrees and radians, so the number may be a neighbour of the nearest one. A few angles are
-    // not the image of any number of degrees.
+    // Two roundings are between degrees and radians, so the number may be a neighbour of the nearest one. A few angles have no
+    // exact number of degrees.
     let nearest = exact as f32;
     let neighbours =
         [nearest.next_up(), nearest.next_down(), nearest.next_up().next_up(), nearest.next_down().next_down()];

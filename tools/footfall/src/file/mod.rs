@@ -1,8 +1,9 @@
-//! Files that the commands read and write.
+//! The files that commands read and write.
 
 pub mod calibration_file;
 pub mod capture;
 pub mod degrees;
+pub mod fit_summary;
 pub mod parameter_file;
-pub mod sensors;
+pub mod recording;
 pub mod svg;

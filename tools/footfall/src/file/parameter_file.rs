@@ -1,7 +1,7 @@
-//! The loop's parameters as a file: gate, servos, blend and monitor of [`joint_loop::LoopConfig`], in units that people use.
+//! The loop's parameters as a file: gate, servos, blend and monitor of [`joint_loop::LoopConfig`], in degrees, seconds and microseconds.
 //!
-//! `footfall defaults parameters` prints the shipped set in this layout. Every field has to be there: a file says all that it
-//! means, whatever the defaults of the program that reads it later are.
+//! `footfall defaults parameters` prints the default set in this layout. Every field is required, so that a file does not depend on the
+//! defaults of the program that reads it.
 
 use crate::board::default_loop::BoardLoopError;
 use crate::file::degrees;
@@ -31,13 +31,13 @@ const MONITOR: [&str; 7] = [
     "debounce_s",
 ];
 
-/// Any number of a sensible size: what is allowed exactly, the loop itself says.
+/// Range of all numbers here; the loop checks the exact ranges.
 const SENSIBLE: (f32, f32) = (-1e6, 1e6);
 
 /// Reads a file.
 ///
 /// # Errors
-/// The first thing that is wrong with it, with line and field.
+/// The first error, with line and field.
 pub fn read(path: &Path) -> Result<LoopConfig, FileError> {
     parse(&Document::read(path)?)
 }
@@ -60,7 +60,7 @@ pub fn parse(document: &Document) -> Result<LoopConfig, FileError> {
     match crate::board::default_loop::loop_with(&config) {
         Ok(_) => Ok(config),
         Err(BoardLoopError::Loop(error)) => Err(document.at(&field_of(&error), Problem::Rule(error.to_string()))),
-        // Not the file's fault: the shipped sensor and walk do not depend on it.
+        // Not an error of the file: the default sensor and walk do not depend on it.
         Err(other) => Err(document.at("schema", Problem::Rule(other.to_string()))),
     }
 }
@@ -186,7 +186,7 @@ pub fn to_text(config: &LoopConfig) -> String {
 }
 
 fn write_to(out: &mut String, config: &LoopConfig) -> std::fmt::Result {
-    // The channel that is listened to belongs to the worn sensors.
+    // The channel of the gait sensor belongs to the sensor file.
     let LoopConfig { gate, servos, blend, monitor, gait_sensor: _ } = config;
     let deg = degrees::shortest;
     writeln!(
@@ -242,17 +242,17 @@ mod tests {
     }
 
     #[test]
-    fn the_shipped_set_is_written_and_read_back_bit_for_bit() {
-        let shipped = LoopConfig::default_biped();
-        assert_eq!(parsed(to_text(&shipped)), Ok(shipped));
-        let mut bare = shipped;
+    fn the_default_set_is_written_and_read_back_bit_for_bit() {
+        let default = LoopConfig::default_biped();
+        assert_eq!(parsed(to_text(&default)), Ok(default));
+        let mut bare = default;
         bare.gate.pose = [None; POSE_LIMITS];
         assert_eq!(parsed(to_text(&bare)), Ok(bare));
     }
 
     #[test]
     fn rules_of_the_loop_name_the_line_of_the_file() {
-        let shipped = to_text(&LoopConfig::default_biped());
+        let default = to_text(&LoopConfig::default_biped());
         for (from, to, field) in [
             ("rate_deg_per_s = 500", "rate_deg_per_s = 5000", "gate.rate_deg_per_s"),
             ("acceleration_deg_per_s2 = 20000", "acceleration_deg_per_s2 = 1", "gate.acceleration_deg_per_s2"),
@@ -269,12 +269,12 @@ mod tests {
             ("second = \"right_knee\"", "second = \"left_knee\"", "gate.pose[0]"),
             ("most_deg = 150", "most_deg = 5", "gate.pose[0]"),
         ] {
-            let at = shipped.find(from).unwrap_or_else(|| panic!("{from} is not in the file"));
-            let text = format!("{}{to}{}", &shipped[..at], &shipped[at + from.len()..]);
+            let at = default.find(from).unwrap_or_else(|| panic!("{from} is not in the file"));
+            let text = format!("{}{to}{}", &default[..at], &default[at + from.len()..]);
             let error = parsed(text).unwrap_err();
             assert_eq!(error.field.as_deref(), Some(field), "{to}: {error}");
             // A limit on a pose is a table: the line where it begins is two or more above.
-            let line = shipped[..at].matches('\n').count() + 1;
+            let line = default[..at].matches('\n').count() + 1;
             let found = error.line.unwrap();
             assert!(if field == "gate.pose[0]" { line - found <= 4 } else { line == found }, "{line}: {error}");
             assert!(matches!(error.problem, Problem::Rule(_)), "{error}");

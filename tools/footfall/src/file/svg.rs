@@ -1,16 +1,16 @@
-//! Pictures as files.
+//! Writes charts as SVG files.
 
 use picture::draw;
 pub use picture::{Bars, Curve, Panel};
 use std::path::Path;
 
 use crate::failure::Failure;
+use crate::output;
 
 /// Draws the panels below one another and writes the file.
 ///
 /// # Errors
 /// The file cannot be written.
 pub fn write(path: &Path, title: &str, panels: &[Panel]) -> Result<(), Failure> {
-    let text = draw(title, panels, 1).map_err(Failure::run)?;
-    std::fs::write(path, text).map_err(|error| Failure::run(format!("{}: cannot be written: {error}", path.display())))
+    output::write_text(path, &draw(title, panels, 1).map_err(Failure::run)?)
 }

@@ -1,4 +1,4 @@
-//! `footfall walk` on a terminal: the gait in real time, changed by keys, stopped and resumed.
+//! The live screen of `footfall walk`: a gait in real time, with keys to change, stop and resume it.
 
 use cpg_core::Generator;
 use cpg_core::gait::named::Gait;
@@ -14,23 +14,25 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::command::walk::{Change, Walking};
 use crate::failure::Failure;
+use crate::gait_player::{Change, GaitPlayer};
 
 /// How much of the past is shown, seconds.
 const PAST_S: f64 = 4.0;
 
-/// Pictures a second, and points a second of the curves.
+/// Time between two frames.
 const FRAME: Duration = Duration::from_millis(33);
+
+/// Ticks between two points of the curves.
 const POINT_TICKS: u32 = 10;
 
-/// The walk goes on by no more than this from one picture to the next.
-const LONGEST_PICTURE: Duration = Duration::from_millis(250);
+/// The longest time that the gait advances between two frames.
+const LONGEST_FRAME: Duration = Duration::from_millis(250);
 
 /// Smallest terminal that shows everything; on a smaller one there is text only.
 const LEAST: (u16, u16) = (80, 24);
 
-/// By how much a key changes the speed, and how far.
+/// Change of the speed by one key, and the range of the speed.
 const SPEED_STEP: f32 = 0.05;
 const SPEED_RANGE: (f32, f32) = (0.5, 1.5);
 
@@ -39,15 +41,15 @@ const KEYS: &str = " left, right: gait   + -: speed   space: stop, go on   q: en
 /// A point of the past: seconds, degrees, degrees per second.
 type Point = (f64, [f64; 4], [f64; 4]);
 
-/// The walk and what there is to see of it.
+/// The gait and what is shown of it.
 struct Live {
-    walking: Walking,
+    player: GaitPlayer,
     past: VecDeque<Point>,
     /// Why the last key had no effect.
     note: String,
 }
 
-/// What a key means.
+/// Meaning of a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Key {
     Next,
@@ -59,18 +61,18 @@ enum Key {
 }
 
 impl Live {
-    fn new(walking: Walking) -> Self {
-        let mut live = Self { walking, past: VecDeque::new(), note: String::new() };
+    fn new(player: GaitPlayer) -> Self {
+        let mut live = Self { player, past: VecDeque::new(), note: String::new() };
         live.remember();
         live
     }
 
-    /// Walks on to this time.
+    /// Plays the gait up to this time.
     fn advance(&mut self, until_s: f64) -> Result<(), Failure> {
-        while self.walking.t_s() < until_s {
-            self.walking.due()?;
-            self.walking.step();
-            if self.walking.tick.is_multiple_of(POINT_TICKS) {
+        while self.player.t_s() < until_s {
+            self.player.make_due_changes()?;
+            self.player.step();
+            if self.player.tick().is_multiple_of(POINT_TICKS) {
                 self.remember();
             }
         }
@@ -78,22 +80,22 @@ impl Live {
     }
 
     fn remember(&mut self) {
-        let t = self.walking.t_s();
-        let angles = self.walking.smooth.angles().map(|angle| f64::from(angle.degrees()));
-        let rates = self.walking.smooth.rates().map(|rate| f64::from(rate.0.to_degrees()));
+        let t = self.player.t_s();
+        let angles = self.player.motion().angles().map(|angle| f64::from(angle.degrees()));
+        let rates = self.player.motion().rates().map(|rate| f64::from(rate.0.to_degrees()));
         self.past.push_back((t, angles, rates));
         while self.past.front().is_some_and(|first| first.0 < t - PAST_S) {
             self.past.pop_front();
         }
     }
 
-    /// Does what a key says. Whether to go on.
+    /// Acts on a key; false if the run ends.
     fn press(&mut self, key: Key) -> bool {
-        let place = Gait::ALL.iter().position(|gait| *gait == self.walking.gait).unwrap_or(0);
+        let place = Gait::ALL.iter().position(|gait| *gait == self.player.gait()).unwrap_or(0);
         let gait = |by: usize| Change::To(Gait::ALL[(place + by) % Gait::ALL.len()]);
         let speed = |by: f32| {
-            // In whole steps, so that up and down again is where it was.
-            let steps = ((self.walking.speed + by) / SPEED_STEP).round();
+            // In whole steps, so that up and down again gives the same speed.
+            let steps = ((self.player.speed() + by) / SPEED_STEP).round();
             Change::Speed((steps * SPEED_STEP).clamp(SPEED_RANGE.0, SPEED_RANGE.1))
         };
         let change = match key {
@@ -102,10 +104,10 @@ impl Live {
             Key::Previous => gait(Gait::ALL.len() - 1),
             Key::Faster => speed(SPEED_STEP),
             Key::Slower => speed(-SPEED_STEP),
-            Key::Stop if self.walking.stopped => Change::To(self.walking.gait),
+            Key::Stop if self.player.is_stopped() => Change::To(self.player.gait()),
             Key::Stop => Change::Stop,
         };
-        self.note = match self.walking.change(change) {
+        self.note = match self.player.change(change) {
             Ok(()) => String::new(),
             Err(failure) => failure.to_string(),
         };
@@ -113,15 +115,16 @@ impl Live {
     }
 }
 
-/// Shows the walk until a key, a signal or `secs` ends it.
-pub(crate) fn run(walking: Walking, secs: Option<f32>, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let mut terminal = ratatui::try_init().map_err(|error| Failure::run(format!("no screen: {error}")))?;
-    let mut live = Live::new(walking);
+/// Shows the gait until a key, a signal or `secs` ends it.
+pub(crate) fn run(player: GaitPlayer, secs: Option<f32>, interrupt: &AtomicBool) -> Result<(), Failure> {
+    let mut terminal =
+        ratatui::try_init().map_err(|error| Failure::run(format!("the screen cannot be opened: {error}")))?;
+    let mut live = Live::new(player);
     let end_s = secs.map_or(f64::INFINITY, f64::from);
     let (mut now_s, mut seen) = (0.0, Instant::now());
     let shown = loop {
-        // A terminal that was asleep for an hour is not worth an hour of steps.
-        now_s += seen.elapsed().min(LONGEST_PICTURE).as_secs_f64();
+        // After a suspended terminal the missed time is not made up.
+        now_s += seen.elapsed().min(LONGEST_FRAME).as_secs_f64();
         seen = Instant::now();
         if interrupt.load(Ordering::Relaxed) || now_s >= end_s {
             break Ok(());
@@ -139,7 +142,7 @@ pub(crate) fn run(walking: Walking, secs: Option<f32>, interrupt: &AtomicBool) -
     shown.and(restored)
 }
 
-/// The meaning of the next key that is pressed before the next picture.
+/// The meaning of the next key that is pressed before the next frame.
 fn key() -> std::io::Result<Option<Key>> {
     let until = Instant::now() + FRAME;
     loop {
@@ -174,24 +177,24 @@ fn meaning(key: &KeyEvent) -> Option<Key> {
 
 fn draw(frame: &mut Frame<'_>, live: &Live) {
     let area = frame.area();
-    let walking = &live.walking;
-    let state = if walking.stopped {
+    let player = &live.player;
+    let state = if player.is_stopped() {
         " stopped "
-    } else if walking.smooth.is_changing() {
+    } else if player.motion().is_changing() {
         " changing "
     } else {
         " walking "
     };
     let numbers = format!(
         " {}   speed {:.2}   stride {:.2} s   t {:.2} s   phase {:.2}",
-        walking.gait.name(),
-        walking.speed,
-        walking.gait.stride_s() / walking.speed,
-        walking.t_s(),
-        walking.smooth.phase().cycles(),
+        player.gait().name(),
+        player.speed(),
+        player.gait().stride_s() / player.speed(),
+        player.t_s(),
+        player.motion().phase().cycles(),
     );
     if area.width < LEAST.0 || area.height < LEAST.1 {
-        let angles = walking.smooth.angles().map(Radians::degrees);
+        let angles = player.motion().angles().map(Radians::degrees);
         let joints: Vec<String> =
             Joint::ALL.iter().zip(angles).map(|(joint, angle)| format!("{} {angle:.1} deg", joint.name())).collect();
         let text = format!("{state}{numbers}\n{}\n{KEYS}", joints.join("\n"));
@@ -201,7 +204,7 @@ fn draw(frame: &mut Frame<'_>, live: &Live) {
     let [head, hips, knees, keys] =
         Layout::vertical([Constraint::Length(2), Constraint::Fill(1), Constraint::Fill(1), Constraint::Length(1)])
             .areas(area);
-    let colour = if walking.stopped { Color::Yellow } else { Color::Green };
+    let colour = if player.is_stopped() { Color::Yellow } else { Color::Green };
     let style = Style::new().fg(Color::Black).bg(colour).add_modifier(Modifier::BOLD);
     let first = Line::from(vec![Span::raw(" "), Span::styled(state, style), Span::raw(numbers)]);
     frame.render_widget(Paragraph::new(vec![first, Line::from(format!(" {}", live.note))]), head);
@@ -216,7 +219,7 @@ fn draw(frame: &mut Frame<'_>, live: &Live) {
     frame.render_widget(Line::from(KEYS).style(Style::new().add_modifier(Modifier::DIM)), keys);
 }
 
-/// Whole tens around the values, so that the axis does not creep along with the curve.
+/// Whole tens around the values, so that the axis changes seldom.
 fn tens(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let (least, most) = values.fold((0.0, 10.0), |(l, m): (f64, f64), y| (l.min(y), m.max(y)));
     [(least / 10.0).floor() * 10.0, (most / 10.0).ceil() * 10.0]
@@ -225,7 +228,7 @@ fn tens(values: impl Iterator<Item = f64>) -> [f64; 2] {
 fn over_time(frame: &mut Frame<'_>, area: Rect, live: &Live, joint: usize) {
     let points: Vec<(f64, f64)> = live.past.iter().map(|(t, angles, _)| (*t, angles[joint])).collect();
     let now = points.last().map_or(0.0, |point| point.1);
-    let end = live.walking.t_s().max(PAST_S);
+    let end = live.player.t_s().max(PAST_S);
     let title = format!(" {} {now:.1} deg ", Joint::ALL[joint].name());
     chart(frame, area, title, Color::Magenta, &points, [end - PAST_S, end], tens(points.iter().map(|p| p.1)));
 }
@@ -260,15 +263,11 @@ fn chart(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::walk::Options;
-    use clap::{Args as _, FromArgMatches as _};
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
 
-    fn live(arguments: &[&str]) -> Live {
-        let command = Options::augment_args(clap::Command::new("walk"));
-        let matches = command.get_matches_from([&["walk"], arguments].concat());
-        Live::new(Walking::begin(&Options::from_arg_matches(&matches).unwrap()).unwrap())
+    fn live(gait: Gait, changes: Vec<(f32, Change)>) -> Live {
+        Live::new(GaitPlayer::build(gait, 1.0, changes).unwrap())
     }
 
     fn shown(live: &Live, width: u16, height: u16) -> String {
@@ -279,10 +278,10 @@ mod tests {
 
     #[test]
     fn the_screen_shows_the_gait_its_numbers_and_curves() {
-        let mut live = live(&["--gait", "natural-walk"]);
+        let mut live = live(Gait::NaturalWalk, vec![]);
         live.advance(4.5).unwrap();
         let screen = shown(&live, 100, 30);
-        let hip = format!("left_hip {:.1} deg", live.walking.smooth.angles()[0].degrees());
+        let hip = format!("left_hip {:.1} deg", live.player.motion().angles()[0].degrees());
         for words in
             ["walking", "natural-walk", "speed 1.00", "stride 1.08 s", "t 4.50 s", &hip, "right_knee", "q: end"]
         {
@@ -297,37 +296,37 @@ mod tests {
 
     #[test]
     fn keys_change_gait_and_speed_stop_and_go_on() {
-        let mut live = live(&[]);
+        let mut live = live(Gait::Walk, vec![]);
         live.advance(1.0).unwrap();
         assert!(live.press(Key::Next));
-        assert_eq!(live.walking.gait, Gait::NaturalWalk);
+        assert_eq!(live.player.gait(), Gait::NaturalWalk);
         assert!(live.press(Key::Previous) && live.press(Key::Previous));
-        assert_eq!(live.walking.gait, Gait::ALL[Gait::ALL.len() - 1]);
+        assert_eq!(live.player.gait(), Gait::ALL[Gait::ALL.len() - 1]);
         for _ in 0..30 {
             assert!(live.press(Key::Faster));
         }
-        assert_eq!(live.walking.speed, 1.5);
+        assert_eq!(live.player.speed(), 1.5);
         for _ in 0..40 {
             assert!(live.press(Key::Slower));
         }
-        assert_eq!(live.walking.speed, 0.5);
+        assert_eq!(live.player.speed(), 0.5);
         assert!(live.press(Key::Stop));
         live.advance(4.0).unwrap();
         assert!(shown(&live, 100, 30).contains("stopped"));
-        assert_eq!(live.walking.smooth.rates().map(|rate| rate.0), [0.0; 4]);
+        assert_eq!(live.player.motion().rates().map(|rate| rate.0), [0.0; 4]);
         assert!(live.press(Key::Stop));
         live.advance(5.0).unwrap();
-        assert!(live.walking.smooth.rates().iter().any(|rate| rate.0 != 0.0));
+        assert!(live.player.motion().rates().iter().any(|rate| rate.0 != 0.0));
         assert!(live.note.is_empty() && !live.press(Key::End));
     }
 
     #[test]
-    fn changes_of_the_command_line_happen_here_too() {
-        let mut live = live(&["--switch", "t=1 run", "--switch", "t=2 stop"]);
+    fn planned_changes_happen() {
+        let mut live = live(Gait::Walk, vec![(1.0, Change::To(Gait::from_name("run").unwrap())), (2.0, Change::Stop)]);
         live.advance(1.5).unwrap();
-        assert_eq!((live.walking.gait.name(), live.walking.stopped), ("run", false));
+        assert_eq!((live.player.gait().name(), live.player.is_stopped()), ("run", false));
         live.advance(2.5).unwrap();
-        assert!(live.walking.stopped);
+        assert!(live.player.is_stopped());
     }
 
     #[test]

@@ -1,25 +1,24 @@
-//! A run as lines of text: for people without a terminal, and as JSON for programs.
+//! A run as lines of text for terminals and logs, and as JSON for programs.
 
-use crate::board::session::Event;
-use crate::board::telemetry::Tick;
+use crate::board::run::Event;
+use crate::board::run_result::RunResult;
 use crate::view::state::View;
-use crate::view::summary::Summary;
 use serde_json::{Value, json};
+use wire::{Frame, Reading};
 
-/// The present in one line.
+/// The present state in one line.
 #[must_use]
 pub fn line(view: &View) -> String {
     let t_s = view.t_s;
-    let Some(tick) = &view.last else { return format!("{t_s:8.3} s  no telemetry yet") };
-    let Tick { tick: n, state, sensor_deg, verdict, set_deg: [s0, s1, s2, s3], late, missed, .. } = tick;
+    let Some(tick) = &view.last else { return format!("{t_s:8.3} s  no frame yet") };
+    let Frame { tick: n, state, late, missed, .. } = tick;
+    let [s0, s1, s2, s3] = tick.setpoints_deg();
     let rate = view.tick_rate_hz().map_or("   -".into(), |rate| format!("{rate:4.0}"));
     let pulse = |us: Option<f64>| us.map_or("   -".into(), |us| format!("{us:4.0}"));
     let [p0, p1, p2, p3] = view.pins_us.map(pulse);
-    let readings = sensor_deg.iter().zip(verdict);
-    let sensors: String = readings
-        .filter_map(|(deg, verdict)| verdict.map(|verdict| format!("sensor {deg:6.1} deg {verdict}  ")))
-        .collect();
-    let shadow = if view.books.shadow { "  shadow" } else { "" };
+    let reading = |sensor: &Reading| format!("sensor {:6.1} deg {}  ", sensor.angle_deg(), sensor.validity);
+    let sensors: String = tick.sensors.iter().flatten().map(reading).collect();
+    let shadow = if view.counters.shadow { "  shadow" } else { "" };
     let following = view.following().map_or(String::new(), |words| format!("  following {words}"));
     format!(
         "{t_s:8.3} s  {:<8}  tick {n:>6}  {rate} Hz  late {late}  missed {missed}  {sensors}\
@@ -28,7 +27,7 @@ pub fn line(view: &View) -> String {
     )
 }
 
-/// The present as an object.
+/// The present state as an object.
 #[must_use]
 pub fn object(view: &View) -> Value {
     let Some(tick) = &view.last else { return json!({ "type": "tick", "t_s": view.t_s, "state": null }) };
@@ -40,33 +39,34 @@ pub fn object(view: &View) -> Value {
         "tick_rate_hz": view.tick_rate_hz(),
         "late_ticks": tick.late,
         "missed_ticks": tick.missed,
-        "measured_deg": tick.sensor_deg[0],
-        "verdict": tick.verdict[0].map(|verdict| verdict.name()),
+        "measured_deg": tick.sensors[0].map_or(0.0, |sensor| sensor.angle_deg()),
+        "validity": tick.sensors[0].map(|sensor| sensor.validity.name()),
         "sensors": sensors(view, tick),
-        "shadow": view.books.shadow,
-        "following": view.books.following,
-        "setpoint_deg": tick.set_deg,
+        "shadow": view.counters.shadow,
+        "following": view.counters.following,
+        "setpoint_deg": tick.setpoints_deg(),
         "pulse_us": view.pins_us,
-        "commanded_us": tick.pulse_us,
+        "commanded_us": tick.pulses_us,
         "limited": tick.limited,
         "seq": tick.seq,
-        "setpoint_hash": format!("{:016x}", tick.hash),
+        "setpoint_hash": format!("{:016x}", tick.setpoint_hash),
     })
 }
 
-/// Every worn sensor.
-fn sensors(view: &View, tick: &Tick) -> Vec<Value> {
-    let readings = view.sensors.iter().zip(tick.sensor_deg.iter().zip(&tick.verdict));
+/// All sensors.
+fn sensors(view: &View, tick: &Frame) -> Vec<Value> {
+    let readings = view.sensors.iter().zip(&tick.sensors);
     readings
-        .map(|(joint, (deg, verdict))| {
-            json!({ "joint": joint.name(), "deg": deg, "verdict": verdict.map(|verdict| verdict.name()) })
+        .map(|(joint, sensor)| {
+            let deg = sensor.map_or(0.0, |sensor| sensor.angle_deg());
+            json!({ "joint": joint.name(), "deg": deg, "validity": sensor.map(|sensor| sensor.validity.name()) })
         })
         .collect()
 }
 
-/// What is worth a line of its own as soon as it happens.
+/// An event that is printed at once, as a line.
 #[must_use]
-pub fn news(event: &Event) -> Option<String> {
+pub fn event_line(event: &Event) -> Option<String> {
     match event {
         Event::Booted { t_s, cause } => Some(format!("{t_s:8.3} s  boot: {cause}")),
         Event::Log { t_s, level, text } => Some(format!("{t_s:8.3} s  log: {level} {text}")),
@@ -77,7 +77,7 @@ pub fn news(event: &Event) -> Option<String> {
 
 /// The same as an object.
 #[must_use]
-pub fn news_object(event: &Event) -> Option<Value> {
+pub fn event_object(event: &Event) -> Option<Value> {
     match event {
         Event::Booted { t_s, cause } => Some(json!({ "type": "boot", "t_s": t_s, "cause": cause })),
         Event::Log { t_s, level, text } => Some(json!({ "type": "log", "t_s": t_s, "level": level, "text": text })),
@@ -87,15 +87,15 @@ pub fn news_object(event: &Event) -> Option<Value> {
     }
 }
 
-/// The whole run in a few lines.
+/// The result of a run in a few lines.
 #[must_use]
-pub fn summary(summary: &Summary) -> String {
+pub fn result(result: &RunResult) -> String {
     let servo =
         |range: &Option<[f64; 2]>| range.map_or("none".into(), |[least, most]| format!("{least:.0}..{most:.0}"));
-    let pulses: Vec<String> = summary.pulse_us.iter().map(servo).collect();
+    let pulses: Vec<String> = result.pulse_us.iter().map(servo).collect();
     let none = || "-".to_owned();
-    let shadow = if summary.shadow { "in shadow, nothing was driven; " } else { "" };
-    let following = summary.following.as_ref().map_or(String::new(), |following| {
+    let shadow = if result.shadow { "shadow mode, outputs off; " } else { "" };
+    let following = result.following.as_ref().map_or(String::new(), |following| {
         let first = following.locked_at_s.map_or("never locked".into(), |at| format!("first locked at {at:.2} s"));
         format!("following: {first}; at the end {}, stride {:.2} s\n", following.state, following.stride_s)
     });
@@ -104,22 +104,22 @@ pub fn summary(summary: &Summary) -> String {
          ticks {}, late {}, missed {}; unmodelled accesses {}\n\
          {shadow}pulses {} us (left hip, right hip, left knee, right knee); edges before arming {}, after disarming {}\n\
          setpoint hash: board {}, host {}: {}; {} lines and {} calls replayed, {} lines lost\n{following}",
-        summary.t_s,
-        summary.reason,
-        summary.boots,
-        summary.state,
-        summary.ticks,
-        summary.late_ticks,
-        summary.missed_ticks,
-        summary.unmodelled,
+        result.t_s,
+        result.reason,
+        result.boots,
+        result.state,
+        result.ticks,
+        result.late_ticks,
+        result.missed_ticks,
+        result.unmodelled,
         pulses.join(" "),
-        summary.edges_before_arming,
-        summary.edges_after_disarming,
-        summary.setpoint_hash.clone().unwrap_or_else(none),
-        summary.host_replay_hash.clone().unwrap_or_else(none),
-        summary.host_replay,
-        summary.compared_lines,
-        summary.replayed_calls,
-        summary.lost_lines,
+        result.edges_before_arming,
+        result.edges_after_disarming,
+        result.setpoint_hash.clone().unwrap_or_else(none),
+        result.host_replay_hash.clone().unwrap_or_else(none),
+        result.host_replay,
+        result.compared_lines,
+        result.replayed_calls,
+        result.lost_lines,
     )
 }

@@ -9,12 +9,12 @@ use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Block, Chart, Dataset, Gauge, GraphType, Paragraph, Wrap};
 
-/// Smallest terminal that shows everything; on a smaller one there is text only.
+/// Smallest terminal with charts; on a smaller one there is text only.
 pub const LEAST: (u16, u16) = (80, 24);
 
 const SERVOS: [&str; 4] = ["left hip", "right hip", "left knee", "right knee"];
 
-/// Pulses that a hobby servo can be given, in microseconds.
+/// Range of the pulses of a hobby servo, in microseconds.
 const PULSE_RANGE: (f64, f64) = (500.0, 2500.0);
 
 /// Draws the view.
@@ -26,7 +26,7 @@ pub fn draw(frame: &mut Frame<'_>, view: &View) {
         return;
     }
     let [head, measured, setpoints, pulses, log, keys] = Layout::vertical([
-        Constraint::Length(if view.books.following.is_some() { 4 } else { 3 }),
+        Constraint::Length(if view.counters.following.is_some() { 4 } else { 3 }),
         Constraint::Fill(2),
         Constraint::Fill(2),
         Constraint::Length(4),
@@ -50,7 +50,7 @@ pub fn draw(frame: &mut Frame<'_>, view: &View) {
     frame.render_widget(Line::from(KEYS).style(Style::new().add_modifier(Modifier::DIM)), keys);
 }
 
-const SHADOW: &str = " SHADOW: nothing is driven, pulses are what they would be ";
+const SHADOW: &str = " SHADOW MODE: outputs off, pulses as they would be ";
 
 const KEYS: &str = " space: press the button (arms, stops)   q: end";
 
@@ -64,11 +64,11 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
         _ => Color::Gray,
     };
     let rate = view.tick_rate_hz().map_or("-".into(), |rate| format!("{rate:.0}"));
-    let counted = |of: fn(&crate::board::telemetry::Tick) -> u32| tick.map_or("-".into(), |tick| of(tick).to_string());
+    let counted = |of: fn(&wire::Frame) -> u32| tick.map_or("-".into(), |tick| of(tick).to_string());
     let first = Line::from(vec![
         Span::raw(" "),
         Span::styled(
-            format!(" {} ", state.map_or("no telemetry yet", SupervisorState::name)),
+            format!(" {} ", state.map_or("no frame yet", SupervisorState::name)),
             Style::new().fg(Color::Black).bg(colour).add_modifier(Modifier::BOLD),
         ),
         Span::raw(format!(
@@ -82,15 +82,16 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
         )),
     ]);
     let cost = view.cost.map_or(String::new(), |cost| format!("   tick {} cycles", cost.longest_cycles));
-    let margin = view.margin.map_or(String::new(), |margin| format!("   stack {} B", margin.stack_used));
-    let die = view.env.and_then(|env| env.die).map_or(String::new(), |die| format!("   die {:.0} °C", die.0));
-    let supply = view.env.and_then(|env| env.supply).map_or(String::new(), |supply| format!("   {:.2} V", supply.0));
+    let margin = view.cost.map_or(String::new(), |cost| format!("   stack {} B", cost.stack_used));
+    let die = view.environment.and_then(|means| means.die_c).map_or(String::new(), |die| format!("   die {die:.0} °C"));
+    let supply =
+        view.environment.and_then(|means| means.supply_v).map_or(String::new(), |supply| format!("   {supply:.2} V"));
     let second = Line::from(format!(
-        " host replay: {}   lines lost {}{cost}{margin}{die}{supply}",
+        " host replay: {}   frames lost {}{cost}{margin}{die}{supply}",
         view.replay(),
-        view.books.lost_lines
+        view.counters.lost_lines
     ));
-    let shadow = if view.books.shadow { SHADOW } else { "" };
+    let shadow = if view.counters.shadow { SHADOW } else { "" };
     let title = Line::from(vec![
         Span::styled(shadow, Style::new().fg(Color::Black).bg(Color::Cyan)),
         Span::raw(format!(" {}", view.title)),
@@ -102,10 +103,9 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
 
 fn measured_angle(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let now = view.last.as_ref().map_or(" measured joint angle ".into(), |tick| {
-        let readings = tick.sensor_deg.iter().zip(&tick.verdict).zip(0..);
-        let words = readings.filter_map(|((deg, verdict), channel): (_, usize)| {
+        let words = tick.sensors.iter().enumerate().filter_map(|(channel, sensor)| {
             let name = view.sensors.get(channel).map_or("joint", |joint| joint.name()).replace('_', " ");
-            verdict.map(|verdict| format!("{name} {deg:.1} deg ({verdict})"))
+            sensor.map(|sensor| format!("{name} {:.1} deg ({})", sensor.angle_deg(), sensor.validity))
         });
         format!(" measured {} ", words.collect::<Vec<_>>().join(", "))
     });
@@ -115,13 +115,16 @@ fn measured_angle(frame: &mut Frame<'_>, area: Rect, view: &View) {
 
 fn setpoint(frame: &mut Frame<'_>, area: Rect, view: &View, joint: usize) {
     let name = SERVOS[joint];
-    let now = view.last.as_ref().map_or(format!(" {name} "), |tick| format!(" {name} {:.1} deg ", tick.set_deg[joint]));
+    let now = view
+        .last
+        .as_ref()
+        .map_or(format!(" {name} "), |tick| format!(" {name} {:.1} deg ", tick.setpoints_deg()[joint]));
     chart(frame, area, view, now, &[Color::Magenta], |point| vec![point.set[joint]]);
 }
 
 const SENSOR_COLOURS: [Color; SENSORS] = [Color::Cyan, Color::Yellow, Color::Green, Color::Red];
 
-/// A series for each colour over the last seconds.
+/// One series for each colour over the last seconds.
 fn chart(
     frame: &mut Frame<'_>,
     area: Rect,
@@ -138,7 +141,7 @@ fn chart(
     }
     let least = all.iter().flatten().map(|(_, y)| *y).fold(0.0, f64::min);
     let most = all.iter().flatten().map(|(_, y)| *y).fold(10.0, f64::max);
-    // Whole tens, so that the axis does not creep along with the curve.
+    // Whole tens, so that the axis changes seldom.
     let (least, most) = ((least / 10.0).floor() * 10.0, (most / 10.0).ceil() * 10.0);
     let end = view.past.back().map_or(PAST_S, |point| point.t_s.max(PAST_S));
     let line = |(series, colour): (_, &Color)| {
@@ -155,8 +158,8 @@ fn chart(
 fn pulse(frame: &mut Frame<'_>, area: Rect, view: &View, servo: usize) {
     let [name, bar] = Layout::horizontal([Constraint::Length(12), Constraint::Fill(1)]).areas(area);
     frame.render_widget(Line::from(format!(" {}", SERVOS[servo])), name);
-    let would_be = || view.last.map(|tick| f64::from(tick.pulse_us[servo])).filter(|us| *us > 0.0);
-    let us = if view.books.shadow { would_be() } else { view.pins_us[servo] };
+    let would_be = || view.last.map(|tick| f64::from(tick.pulses_us[servo])).filter(|us| *us > 0.0);
+    let us = if view.counters.shadow { would_be() } else { view.pins_us[servo] };
     let (least, most) = PULSE_RANGE;
     let ratio = us.map_or(0.0, |us| ((us - least) / (most - least)).clamp(0.0, 1.0));
     let label = us.map_or("no pulse".into(), |us| format!("{us:.0} us"));
@@ -166,31 +169,43 @@ fn pulse(frame: &mut Frame<'_>, area: Rect, view: &View, servo: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::board::session::Following;
-    use crate::board::session::{Books, Event};
-    use crate::board::telemetry;
-    use joint_units::Joint;
+    use crate::board::default_loop::typical_loop;
+    use crate::board::run::Following;
+    use crate::board::run::{Counters, Event};
+    use hgod_adc::Validity;
+    use joint_units::{Joint, Radians};
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
 
+    fn sensor(deg: f32, validity: Validity) -> wire::Reading {
+        wire::Reading { angle_rad: Radians::from_degrees(deg).0, validity }
+    }
+
+    fn tick(n: u32) -> wire::Frame {
+        wire::Frame {
+            tick: n,
+            seq: n,
+            state: SupervisorState::Walking,
+            setpoints_rad: [11.5, -12.5, 33.5, 44.5].map(|deg| Radians::from_degrees(deg).0),
+            pulses_us: [1500, 1600, 1700, 1800],
+            late: 3,
+            missed: 7,
+            ..wire::Frame::from(&typical_loop().unwrap().frame())
+        }
+    }
+
     fn view(ticks: u32) -> View {
         let mut view = View::titled("footfall watch".into(), vec![Joint::LeftKnee]);
-        let books = Books { compared: u64::from(ticks), ..Books::default() };
-        view.take(&Event::Booted { t_s: 0.0, cause: "power_on".into() }, &books);
+        let counters = Counters { compared: u64::from(ticks), ..Counters::default() };
+        view.take(&Event::Booted { t_s: 0.0, cause: "power_on".into() }, &counters);
         for n in 1..=ticks {
-            let line = format!(
-                "tick {} walking sensor {}.5 deg good set 11.5 -12.5 33.5 44.5 deg pulse 1500 1600 1700 1800 us late 3 missed 7 \
-                 limited 0 seq {} hash 0123456789abcdef",
-                n * 10,
-                n % 60,
-                n * 10
-            );
-            let Ok(telemetry::Line::Tick(tick)) = telemetry::parse(&line) else { panic!() };
+            let mut tick = tick(n * 10);
+            tick.sensors[0] = Some(sensor((n % 60) as f32 + 0.5, Validity::Good));
             let t_s = f64::from(n) * 0.01;
-            view.take(&Event::Tick { t_s, tick }, &books);
-            view.take(&Event::Pulses { t_s, us: [Some(1501.0), Some(1602.0), Some(1703.0), Some(1804.0)] }, &books);
+            view.take(&Event::Tick { t_s, tick }, &counters);
+            view.take(&Event::Pulses { t_s, us: [Some(1501.0), Some(1602.0), Some(1703.0), Some(1804.0)] }, &counters);
         }
-        view.take(&Event::Log { t_s: view.t_s, level: "info".into(), text: "hello from the board".into() }, &books);
+        view.take(&Event::Log { t_s: view.t_s, level: "info".into(), text: "hello from the board".into() }, &counters);
         view
     }
 
@@ -222,7 +237,7 @@ mod tests {
             "host replay: equal in 200 lines",
             "hello from the board",
             "q: end",
-            // The upper ends of the axes of the two knees, the lower one of the right hip: each curve is its own.
+            // The upper ends of the axes of the two knees, and the lower one of the right hip: each chart has its own curve.
             "40│",
             "50│",
             "-20│",
@@ -247,7 +262,7 @@ mod tests {
     #[test]
     fn a_board_that_says_nothing_yet_is_shown_as_such() {
         let screen = shown(&View::default(), 100, 30);
-        assert!(screen.contains("no telemetry yet") && screen.contains("no pulse"), "{screen}");
+        assert!(screen.contains("no frame yet") && screen.contains("no pulse"), "{screen}");
     }
 
     #[test]
@@ -261,8 +276,8 @@ mod tests {
             phase_error_deg: -3.25,
             locked_at_s: Some(1.5),
         };
-        view.books.shadow = true;
-        view.books.following = Some(following);
+        view.counters.shadow = true;
+        view.counters.following = Some(following);
         view.pins_us = [None; 4];
         let screen = shown(&view, 100, 30);
         for words in
@@ -277,12 +292,10 @@ mod tests {
     fn four_sensors_are_four_curves_with_their_names() {
         let mut view = View::titled("four".into(), Joint::ALL.to_vec());
         for n in 1..=100 {
-            let line = format!(
-                "tick {n} walking sensor 11 deg good sensor 22 deg good sensor 33 deg open sensor 44 deg good set 1 2 3 4 deg \
-                 pulse 1 2 3 4 us late 0 missed 0 limited 0 seq {n} hash 0123456789abcdef"
-            );
-            let Ok(telemetry::Line::Tick(tick)) = telemetry::parse(&line) else { panic!() };
-            view.take(&Event::Tick { t_s: f64::from(n) * 0.01, tick }, &Books::default());
+            let good = Validity::Good;
+            let sensors = [(11.0, good), (22.0, good), (33.0, Validity::Open), (44.0, good)];
+            let tick = wire::Frame { sensors: sensors.map(|(deg, validity)| Some(sensor(deg, validity))), ..tick(n) };
+            view.take(&Event::Tick { t_s: f64::from(n) * 0.01, tick }, &Counters::default());
         }
         let screen = shown(&view, 140, 40);
         for words in ["left hip 11.0 deg (good)", "left knee 33.0 deg (open)", "right knee 44.0 deg (good)", "50│"] {
@@ -293,7 +306,7 @@ mod tests {
     #[test]
     fn pulses_that_stop_are_not_shown_any_longer() {
         let mut view = view(200);
-        view.take(&Event::Status { t_s: view.t_s + 0.1 }, &Books::default());
+        view.take(&Event::Status { t_s: view.t_s + 0.1 }, &Counters::default());
         let screen = shown(&view, 100, 30);
         assert!(screen.contains("no pulse") && !screen.contains("1501 us"), "{screen}");
     }

@@ -1,87 +1,87 @@
-//! What there is to see of a run at this moment, for a screen or a line of text.
+//! The present state of a run, for a screen or a line of text.
 
-use crate::board::session::{Books, Event};
-use crate::board::telemetry::{Cost, Env, Margin, Tick};
+use crate::board::run::{Counters, Event};
+use crate::line_fit::line_fit;
 use joint_loop::SENSORS;
 use joint_units::Joint;
 use std::collections::VecDeque;
+use wire::{Cost, Environment, Frame};
 
-/// How much of the past the charts show, in virtual seconds.
+/// Length of the charts, in virtual seconds.
 pub const PAST_S: f64 = 4.0;
 
-/// Over how long the tick rate is taken, in virtual seconds.
+/// Averaging time of the tick rate, in virtual seconds.
 const RATE_OVER_S: f64 = 1.0;
 
-/// Lines of the log that are kept.
+/// Number of log lines that are kept.
 const LOG_LINES: usize = 50;
 
-/// What the charts are drawn from.
+/// A point of the charts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
-    /// When, in virtual seconds.
+    /// Virtual time, s.
     pub t_s: f64,
     /// The counter of ticks.
     pub tick: u32,
-    /// Measured angles, in degrees; 0 where no sensor is worn.
+    /// Measured angles, in degrees; 0 without a sensor.
     pub measured: [f32; SENSORS],
     /// Setpoints, in degrees.
     pub set: [f32; 4],
 }
 
-/// The present, and a little of the past.
+/// The present state and the recent past.
 #[derive(Debug, Clone, Default)]
 pub struct View {
-    /// What runs, in words.
+    /// Title of the run.
     pub title: String,
-    /// Where the sensors are worn, from channel 1 on.
+    /// The joints with a sensor, from channel 1 on.
     pub sensors: Vec<Joint>,
-    /// Virtual time.
+    /// Virtual time, s.
     pub t_s: f64,
-    /// The last line of telemetry of this boot.
-    pub last: Option<Tick>,
-    /// Its past.
+    /// The last frame of this boot.
+    pub last: Option<Frame>,
+    /// The points of the charts.
     pub past: VecDeque<Point>,
-    /// Pulses at the pins in the last servo period; none while the outputs are off.
+    /// Pulses at the pins in the last servo period, in microseconds; `None` while the outputs are off.
     pub pins_us: [Option<f64>; 4],
-    /// When the last pulses came.
+    /// Time of the last pulses, s.
     pulses_at_s: f64,
-    /// Boots so far, and the cause of the last.
+    /// Boots so far.
     pub boots: u32,
-    /// See `boots`.
+    /// Cause of the last boot.
     pub boot_cause: String,
     /// The last lines of the log.
     pub log: VecDeque<String>,
-    /// What a tick costs.
+    /// Load and reserves of the processor.
     pub cost: Option<Cost>,
-    /// What it leaves to spare.
-    pub margin: Option<Margin>,
-    /// How warm and how well supplied the board is.
-    pub env: Option<Env>,
-    /// The books.
-    pub books: Books,
+    /// Temperature and supply of the board.
+    pub environment: Option<Environment>,
+    /// Counters of the run.
+    pub counters: Counters,
 }
 
 impl View {
-    /// The view before anything has happened.
+    /// The state before the first event.
     #[must_use]
     pub fn titled(title: String, sensors: Vec<Joint>) -> Self {
         Self { title, sensors, ..Self::default() }
     }
 
-    /// Takes what happened.
-    pub fn take(&mut self, event: &Event, books: &Books) {
+    /// Takes an event.
+    pub fn take(&mut self, event: &Event, counters: &Counters) {
         match event {
             Event::Booted { t_s, cause } => {
                 self.advance(*t_s);
                 (self.boots, self.boot_cause) = (self.boots + 1, cause.clone());
-                (self.last, self.cost, self.margin, self.env) = (None, None, None, None);
+                (self.last, self.cost, self.environment) = (None, None, None);
                 self.past.clear();
                 self.note(format!("{t_s:9.3} s  boot: {cause}"));
             }
             Event::Tick { t_s, tick } => {
                 self.advance(*t_s);
                 self.last = Some(*tick);
-                let (measured, set) = (tick.sensor_deg, tick.set_deg);
+                let measured = tick.sensors.map(|sensor| sensor.map_or(0.0, |sensor| sensor.angle_deg()));
+                let set = tick.setpoints_deg();
                 self.past.push_back(Point { t_s: *t_s, tick: tick.tick, measured, set });
                 while self.past.front().is_some_and(|first| first.t_s < t_s - PAST_S) {
                     self.past.pop_front();
@@ -93,8 +93,7 @@ impl View {
                 self.note(format!("{t_s:9.3} s  {level:<5} {text}"));
             }
             Event::Cost(cost) => self.cost = Some(*cost),
-            Event::Margin(margin) => self.margin = Some(*margin),
-            Event::Env(env) => self.env = Some(*env),
+            Event::Environment(environment) => self.environment = Some(*environment),
             Event::Pulses { t_s, us } => {
                 self.advance(*t_s);
                 (self.pins_us, self.pulses_at_s) = (*us, *t_s);
@@ -103,13 +102,13 @@ impl View {
             Event::Remark { kind, text } => self.note(format!("board: {kind} {text}")),
             Event::Ended(end) => self.advance(end.t_s),
         }
-        self.books.clone_from(books);
+        self.counters.clone_from(counters);
     }
 
-    /// How it stands with the person who is followed, in a few words; `None` where nobody is.
+    /// State of the follower in a few words; `None` for other generators.
     #[must_use]
     pub fn following(&self) -> Option<String> {
-        self.books.following.map(|following| {
+        self.counters.following.map(|following| {
             let fault = following.fault.map_or(String::new(), |fault| format!(" ({fault} sensor)"));
             format!(
                 "{}{fault}   stride {:.2} s   phase error {:.1} deg   confidence {:.2}",
@@ -128,43 +127,34 @@ impl View {
 
     fn advance(&mut self, t_s: f64) {
         self.t_s = self.t_s.max(t_s);
-        // Two servo periods and a half without a pulse: there is none.
+        // More than two servo periods without a pulse: the outputs are off.
         if self.t_s - self.pulses_at_s > 0.05 {
             self.pins_us = [None; 4];
         }
     }
 
-    /// Ticks a virtual second over the last second; `None` until there are enough lines to tell by.
+    /// Ticks a virtual second over the last second; `None` until there are enough points.
     ///
-    /// The slope of the straight line through all points: a line of telemetry leaves the board up to 2 ms after its tick, and
-    /// the two end points alone would be off by 2 in 1000.
+    /// The slope of the straight line through all points: a record leaves the board up to 2 ms after its tick, and the two end points alone
+    /// would have an error of 2 in 1000.
     #[must_use]
     pub fn tick_rate_hz(&self) -> Option<f64> {
         let last = self.past.back()?;
-        let of_late = || self.past.iter().rev().take_while(|point| point.t_s >= last.t_s - RATE_OVER_S);
-        let count = of_late().count() as f64;
-        // From the last point back: differences are small and exact.
+        // Counted from the last point back: differences are small and exact.
         let from_last = |point: &Point| (last.t_s - point.t_s, f64::from(last.tick.wrapping_sub(point.tick)));
-        let (mut t_mean, mut n_mean) = (0.0, 0.0);
-        for (t, n) in of_late().map(from_last) {
-            t_mean += t / count;
-            n_mean += n / count;
-        }
-        let (mut tt, mut tn) = (0.0, 0.0);
-        for (t, n) in of_late().map(from_last) {
-            tt += (t - t_mean) * (t - t_mean);
-            tn += (t - t_mean) * (n - n_mean);
-        }
-        (tt > 0.0).then(|| tn / tt)
+        let recent = self.past.iter().rev().take_while(|point| point.t_s >= last.t_s - RATE_OVER_S);
+        let points: Vec<(f64, f64)> = recent.map(from_last).collect();
+        let (_, slope) = line_fit(&points);
+        slope.is_finite().then_some(slope)
     }
 
-    /// Whether board and host agree so far, in a few words.
+    /// Comparison of board and host so far, in a few words.
     #[must_use]
     pub fn replay(&self) -> String {
-        match (self.books.different, self.books.compared, &self.books.why_not) {
-            (1.., ..) => format!("DIFFERENT in {} lines", self.books.different),
+        match (self.counters.different, self.counters.compared, &self.counters.why_not) {
+            (1.., ..) => format!("DIFFERENT in {} lines", self.counters.different),
             (0, 0, None) => "no lines yet".into(),
-            (0, _, Some(why)) => format!("cannot be told: {why}"),
+            (0, _, Some(why)) => format!("not known: {why}"),
             (0, compared, None) => format!("equal in {compared} lines"),
         }
     }
@@ -173,14 +163,10 @@ impl View {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::board::telemetry::{Line, parse};
+    use crate::board::default_loop::typical_loop;
 
-    fn tick(n: u32) -> Tick {
-        let line = format!(
-            "tick {n} walking sensor 1 deg good set 1 2 3 4 deg pulse 1 2 3 4 us late 0 missed 0 limited 0 seq {n} hash {n:016x}"
-        );
-        let Ok(Line::Tick(tick)) = parse(&line) else { panic!() };
-        tick
+    fn tick(n: u32) -> Frame {
+        Frame { tick: n, seq: n, ..Frame::from(&typical_loop().unwrap().frame()) }
     }
 
     #[test]
@@ -191,7 +177,7 @@ mod tests {
             for n in 0..150_u32 {
                 // 0, 1 or 2 ms late, in no order.
                 let t_s = f64::from(n * 10) / rate + f64::from(n * 7 % 3) * 1e-3;
-                view.take(&Event::Tick { t_s, tick: tick(first.wrapping_add(n * 10)) }, &Books::default());
+                view.take(&Event::Tick { t_s, tick: tick(first.wrapping_add(n * 10)) }, &Counters::default());
             }
             let found = view.tick_rate_hz().unwrap();
             assert!((found - rate).abs() < 0.2, "{found} for {rate}");
@@ -202,10 +188,10 @@ mod tests {
     fn the_past_ends_where_the_charts_do_and_at_a_boot() {
         let mut view = View::default();
         for n in 0..1000_u32 {
-            view.take(&Event::Tick { t_s: f64::from(n) * 0.01, tick: tick(n * 10) }, &Books::default());
+            view.take(&Event::Tick { t_s: f64::from(n) * 0.01, tick: tick(n * 10) }, &Counters::default());
         }
         assert_eq!(view.past.len(), (PAST_S / 0.01) as usize + 1);
-        view.take(&Event::Booted { t_s: 10.5, cause: "iwdg".into() }, &Books::default());
+        view.take(&Event::Booted { t_s: 10.5, cause: "iwdg".into() }, &Counters::default());
         assert!(view.past.is_empty() && view.last.is_none() && view.boots == 1);
     }
 }

@@ -4,10 +4,10 @@ use joint_loop::{FollowConfig, GeneratorConfig, SeriesConfig, ShapeConfig};
 use joint_units::Joint::*;
 use joint_units::Radians;
 
-/// A walker from: a test
+/// A generator fitted to: a test
 #[rustfmt::skip]
 #[allow(clippy::all)]
-pub const WALKER: GeneratorConfig = GeneratorConfig::Follow(
+pub const GENERATOR: GeneratorConfig = GeneratorConfig::Follow(
     FollowConfig {
         sensor: RightKnee,
         events: None,

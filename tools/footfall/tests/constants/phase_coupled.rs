@@ -3,10 +3,10 @@ use cpg_core::network::phase_coupled::RobustConfig;
 use joint_loop::GeneratorConfig;
 use joint_units::{Phase, Radians};
 
-/// A walker from: a test
+/// A generator fitted to: a test
 #[rustfmt::skip]
 #[allow(clippy::all)]
-pub const WALKER: GeneratorConfig = GeneratorConfig::PhaseCoupled(
+pub const GENERATOR: GeneratorConfig = GeneratorConfig::PhaseCoupled(
     RobustConfig {
         natural_period: 1.0847774,
         nonlinearity: 0.5,

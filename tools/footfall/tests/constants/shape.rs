@@ -2,10 +2,10 @@
 use joint_loop::{GeneratorConfig, SeriesConfig, ShapeConfig};
 use joint_units::Radians;
 
-/// A walker from: a test
+/// A generator fitted to: a test
 #[rustfmt::skip]
 #[allow(clippy::all)]
-pub const WALKER: GeneratorConfig = GeneratorConfig::Shape(
+pub const GENERATOR: GeneratorConfig = GeneratorConfig::Shape(
     ShapeConfig {
         stride_s: 1.1,
         joints: [

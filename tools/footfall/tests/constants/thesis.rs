@@ -4,10 +4,10 @@ use cpg_core::oscillator::rayleigh::RayleighConfig;
 use joint_loop::GeneratorConfig;
 use joint_units::Phase;
 
-/// A walker from: a test
+/// A generator fitted to: a test
 #[rustfmt::skip]
 #[allow(clippy::all)]
-pub const WALKER: GeneratorConfig = GeneratorConfig::Thesis(
+pub const GENERATOR: GeneratorConfig = GeneratorConfig::Thesis(
     NetworkConfig {
         joints: [
             RayleighConfig {

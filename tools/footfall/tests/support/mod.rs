@@ -2,11 +2,10 @@
 //! which a host copy of the loop has made.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
-use footfall::board::default_loop::{BoardLoop, TYPICAL_VREFINT_CAL, typical_loop};
+use footfall::board::default_loop::{BoardLoop, TYPICAL_MIN_SUPPLY, TYPICAL_VREFINT_CAL, typical_loop};
 use footfall::board::image::sha256;
-use footfall::board::replay::line_of;
-use footfall::board::telemetry::{Call, Inputs};
-use joint_loop::SENSORS;
+use footfall::board::telemetry::printed;
+use joint_loop::Sample;
 use joint_loop::setup::default_loop::Parameters;
 use joint_loop::store::generator_record::record_of;
 use joint_loop::store::sensor_record;
@@ -17,6 +16,7 @@ use serde_json::json;
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::process::Command;
+use wire::{Boot, Call, Frame, Inputs, Record, Reset};
 
 /// Where the one format string, `{=str}` at level info, lies in the log table.
 const INDEX: u16 = 1;
@@ -114,13 +114,22 @@ impl SimulatedBoard {
 
     fn boot(&mut self, cause: &str) {
         self.line(json!({ "type": "boot", "t_s": self.t_s(), "cause": cause }));
-        let cal = TYPICAL_VREFINT_CAL.0;
         let default = Parameters::with_defaults(None, None).unwrap();
         let (walker, sensors) = (record_of(&default.generator).crc(), sensor_record::record_of(&default.sensors).crc());
-        self.log(&format!(
-            "boot f4-discovery STM32F407VGTx reset {cause} streak 0 vrefint_cal {cal} min_supply 2.7 sensor required \
-             walker {walker:08x} sensors {sensors:08x} outputs servos"
-        ));
+        let reset = Reset::ALL.into_iter().find(|reset| reset.name() == cause).unwrap();
+        self.log(&printed(&Record::Boot(Boot {
+            version: wire::VERSION,
+            board: "f4-discovery".try_into().unwrap(),
+            chip: "STM32F407VGTx".try_into().unwrap(),
+            reset,
+            streak: 0,
+            reference_cal: TYPICAL_VREFINT_CAL.0,
+            min_supply_v: TYPICAL_MIN_SUPPLY.0,
+            sensor_required: true,
+            generator_crc: Some(walker),
+            sensors_crc: Some(sensors),
+            shadow: false,
+        })));
     }
 
     /// A reset: the loop begins anew, what was not sent is lost.
@@ -148,15 +157,16 @@ impl SimulatedBoard {
         for _ in 0..ticks {
             let knee = 2200.0 + 500.0 * (f64::from(self.t_ms) * 0.0057).sin();
             let vrefint = AdcCode(1652);
-            let call = Call { sensors: [AdcCode(knee as u16); SENSORS], vrefint, elapsed: 1, flags: u16::from(button) };
-            let command = self.joints.tick(&call.sample());
-            self.calls.push(call);
+            let codes = [AdcCode(knee as u16), AdcCode(0), AdcCode(0), AdcCode(0)];
+            let sample = Sample { codes, vrefint, button, ..Sample::default() };
+            let command = self.joints.tick(&sample);
+            self.calls.push(Call::of(&sample, 1));
             self.t_ms += 1;
             if self.calls.len() == 10 {
                 let frame = self.joints.frame();
-                let calls = std::mem::take(&mut self.calls);
-                self.log(&Inputs { first_tick: frame.tick - 9, sensors: 1, calls }.to_string());
-                self.log(&line_of(&frame).to_string());
+                let calls = std::mem::take(&mut self.calls).into_iter().collect();
+                self.log(&printed(&Record::Inputs(Inputs { first_tick: frame.tick - 9, calls })));
+                self.log(&printed(&Record::Frame(Frame::from(&frame))));
             }
             if self.t_ms.is_multiple_of(20) && command.pulses.is_some() {
                 let us = command.pulses.map(|pulses| pulses.map(|pulse| f64::from(pulse.0)));

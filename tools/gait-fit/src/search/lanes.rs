@@ -12,7 +12,7 @@ use pulp::Simd;
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
 /// Arithmetic on vectors.
-pub(crate) trait Lanes: Copy {
+pub trait Lanes: Copy {
     /// One number.
     type Scalar: Copy + Send + Sync;
     /// One number for each lane.
@@ -42,7 +42,7 @@ pub(crate) trait Lanes: Copy {
 
 /// One individual in f64.
 #[derive(Clone, Copy)]
-pub(crate) struct Plain;
+pub struct Plain;
 
 impl Lanes for Plain {
     type Scalar = f64;
@@ -89,11 +89,11 @@ impl Lanes for Plain {
 
 /// f32 in the widest vectors of the machine.
 #[derive(Clone, Copy)]
-pub(crate) struct Singles<S>(pub(crate) S);
+pub struct Singles<S>(pub S);
 
 /// f64 in the widest vectors of the machine.
 #[derive(Clone, Copy)]
-pub(crate) struct Doubles<S>(pub(crate) S);
+pub struct Doubles<S>(pub S);
 
 macro_rules! simd_lanes {
     ($name:ident, $scalar:ty, $vector:ident, $width:ident, $splat:ident, $add:ident, $sub:ident, $mul:ident, $fma:ident, $fnma:ident) => {

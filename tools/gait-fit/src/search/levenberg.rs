@@ -10,7 +10,6 @@ use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::evaluator::Evaluator;
-use super::random::Random;
 
 /// Difference of u for the derivatives: the root of f64's precision, and what truncation and rounding share evenly.
 const STEP: f64 = 1e-7;
@@ -85,14 +84,6 @@ pub fn levenberg(evaluator: &mut Evaluator<'_>, residuals: &mut Residuals<'_>, s
     if problem.now.is_some() {
         // The evaluator keeps the best point; how the run ended is of no further use.
         let _ = LevenbergMarquardt::new().with_patience(30).minimize(problem);
-    }
-}
-
-/// Runs from random starts until the evaluator is done; give it a budget.
-pub fn levenberg_from_many(evaluator: &mut Evaluator<'_>, residuals: &mut Residuals<'_>, random: &mut Random) {
-    while !evaluator.done() {
-        let start = random.point(evaluator.dimensions());
-        levenberg(evaluator, residuals, &start);
     }
 }
 

@@ -54,31 +54,6 @@ pub struct Network {
 }
 
 impl Network {
-    /// Set S: Table 1 of the thesis with what it leaves out (p, mu, a0) as in [`cpg_core::network::thesis::ThesisConfig::set_s`], started at
-    /// angles of 25, -15, 45, 15 degrees and velocities of 0, 0, 100, -100 degrees per second, which is off its cycle.
-    #[must_use]
-    pub fn set_s() -> Self {
-        let config = cpg_core::network::thesis::ThesisConfig::<f64>::set_s();
-        let mut network = Self::from_config(&config);
-        let angles = [25.0, -15.0, 45.0, 15.0];
-        network.start.displacement = std::array::from_fn(|i| angles[i] - network.joints[i].offset);
-        network.start.velocity = [0.0, 0.0, 100.0, -100.0];
-        network
-    }
-
-    /// The network of a configuration of the core, at rest.
-    #[must_use]
-    pub fn from_config(config: &cpg_core::network::thesis::ThesisConfig<f64>) -> Self {
-        let difference =
-            [config.difference[0][0], config.difference[0][1], config.difference[1][0], config.difference[1][1]];
-        let product = [config.product[0][0], config.product[1][0], config.product[0][1], config.product[1][1]];
-        let joints = std::array::from_fn(|i| {
-            let cpg_core::oscillator::rayleigh::RayleighConfig { alpha, p, mu, offset } = config.joints[i];
-            Oscillator { alpha, p, mu, offset, difference: difference[i], product: product[i] }
-        });
-        Self { joints, start: NetworkState::default() }
-    }
-
     /// Velocity amplitude of each joint by harmonic balance, neighbours in antiphase: where `cpg_core::network::thesis` starts.
     #[must_use]
     pub fn cycle_velocity(&self) -> [f64; 4] {
@@ -98,22 +73,22 @@ impl Network {
     /// The state after `steps` steps of `step_s` seconds in f64.
     ///
     /// ```
-    /// use gait_fit::search::Network;
-    /// // Set S after one second (the values of an integration at a relative tolerance of 1e-13).
-    /// let set_s = Network::set_s();
-    /// let state = set_s.run(1e-3, 1000);
-    /// assert!((state.displacement[0] + set_s.joints[0].offset - 21.829_929_48).abs() < 1e-6);
-    /// assert!((state.velocity[3] + 143.895_546_7).abs() < 1e-5);
+    /// use gait_fit::search::{Network, NetworkState, Oscillator};
+    /// // Without growth and links each joint is a harmonic oscillator: after half a period it is on the other side.
+    /// let joint = Oscillator { mu: std::f64::consts::TAU, ..Oscillator::default() };
+    /// let start = NetworkState { displacement: [10.0; 4], velocity: [0.0; 4] };
+    /// let state = Network { joints: [joint; 4], start }.run(1e-3, 500);
+    /// assert!((state.displacement[0] + 10.0).abs() < 1e-6);
     /// ```
     #[must_use]
     pub fn run(&self, step_s: f64, steps: usize) -> NetworkState {
         let mut now = self.start;
-        self.walk(step_s, steps, |state| now = *state);
+        self.each_state(step_s, steps, |state| now = *state);
         now
     }
 
-    /// Shows each of `steps` states after the start.
-    pub fn walk(&self, step_s: f64, steps: usize, mut see: impl FnMut(&NetworkState)) {
+    /// Calls `see` with each of the `steps` states after the start.
+    pub fn each_state(&self, step_s: f64, steps: usize, mut see: impl FnMut(&NetworkState)) {
         let plain = super::lanes::Plain;
         let field = Field::new(plain, &[self], step_s);
         let mut state = Pair::new(plain, &[self], step_s);
@@ -129,7 +104,7 @@ impl Network {
 /// Aligned, because the vectors themselves are not: a stack that begins inside of a cache line costs 40 percent of the speed.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
-pub(crate) struct Field<V> {
+pub struct Field<V> {
     /// c (alpha + d).
     damping: [V; 4],
     /// alpha p / c.
@@ -148,7 +123,7 @@ pub(crate) struct Field<V> {
 impl<V: Copy> Field<V> {
     /// Lanes beyond the individuals repeat the last.
     #[inline(always)]
-    pub(crate) fn new<L: Lanes<Vector = V>>(l: L, individuals: &[&Network], step_s: f64) -> Self {
+    pub fn new<L: Lanes<Vector = V>>(l: L, individuals: &[&Network], step_s: f64) -> Self {
         let c = 0.5 * step_s;
         let last = individuals.len() - 1;
         let each = |of: &dyn Fn(&Oscillator) -> f64| -> [V; 4] {
@@ -183,14 +158,17 @@ impl<V: Copy> Field<V> {
 /// Displacement in degrees and velocity in degrees per half a step.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
-pub(crate) struct Pair<V> {
-    pub(crate) x: [V; 4],
-    pub(crate) v: [V; 4],
+pub struct Pair<V> {
+    /// Displacement from the offset, degrees.
+    pub x: [V; 4],
+    /// Velocity, degrees per half a step.
+    pub v: [V; 4],
 }
 
 impl<V: Copy> Pair<V> {
+    /// The individuals' starts; lanes beyond them repeat the last.
     #[inline(always)]
-    pub(crate) fn new<L: Lanes<Vector = V>>(l: L, individuals: &[&Network], step_s: f64) -> Self {
+    pub fn new<L: Lanes<Vector = V>>(l: L, individuals: &[&Network], step_s: f64) -> Self {
         let last = individuals.len() - 1;
         let start = |lane: usize| &individuals[lane.min(last)].start;
         Self {
@@ -199,7 +177,8 @@ impl<V: Copy> Pair<V> {
         }
     }
 
-    pub(crate) fn lane<L: Lanes<Vector = V>>(&self, l: L, lane: usize, step_s: f64) -> NetworkState {
+    /// The state of one individual, in degrees and degrees per second.
+    pub fn lane<L: Lanes<Vector = V>>(&self, l: L, lane: usize, step_s: f64) -> NetworkState {
         NetworkState {
             displacement: self.x.map(|x| l.lane(x, lane)),
             velocity: self.v.map(|v| l.lane(v, lane) / (0.5 * step_s)),
@@ -213,7 +192,7 @@ impl<V: Copy> Pair<V> {
     /// x <- x + 2 v + (k1 + k2 + k3) 2/3,   v <- v + (k1 + 2 k2 + 2 k3 + k4) / 3
     /// ```
     #[inline(always)]
-    pub(crate) fn step<L: Lanes<Vector = V>>(&mut self, l: L, field: &Field<V>) {
+    pub fn step<L: Lanes<Vector = V>>(&mut self, l: L, field: &Field<V>) {
         let Pair { x, v } = *self;
         let k1 = field.acceleration(l, &x, &v);
         let (mut x2, mut v2) = (x, v);

@@ -1,7 +1,7 @@
 //! One cycle of an orbit, taken from a record of its states, and how near it can be brought to a recorded stride.
 //!
 //! The thesis' equations keep their form when time is stretched, when an offset moves, and when hips or knees are scaled as pairs
-//! (see [`super::walking`]). So period, offsets and the two scales are not searched for: they follow from the cycle in closed form,
+//! (see [`super::thesis`]). So period, offsets and the two scales are not searched for: they follow from the cycle in closed form,
 //! and so does the shift in time, by correlation.
 
 use gait_trace::stride::cycle::{Cycle, POINTS};

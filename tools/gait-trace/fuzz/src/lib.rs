@@ -6,7 +6,7 @@
 //! Run it in this folder's parent. What is found goes to `../tests/corpus/<reader>/found_*`, where a plain test reads it from
 //! then on.
 
-use gait_trace::format::open::ReadOptions;
+use gait_trace::ReadOptions;
 use gait_trace::{RawJoints, TraceError};
 use hgod_adc::{Calibration, CalibrationPoint, Interpolation};
 use joint_units::{Radians, Volts};

@@ -1,10 +1,12 @@
 //! The time column, understood: which rows count, the rate that they were meant to have, and the joints at even times.
 
-use crate::clean::condition::{ConditionError, FEWEST_ROWS, MOST_PERCENT_ROWS, Rules};
+use crate::clean::condition_error::ConditionError;
 use crate::clean::repair;
 use crate::clean::resample::MAX_SAMPLES;
+use crate::clean::rules::{FEWEST_ROWS, MOST_PERCENT_ROWS, Rules};
 use crate::finding::{Done, Finding, FindingKind};
 use crate::raw::RawJoints;
+use crate::series::{quantile, range};
 use joint_units::Joint;
 
 /// The file's times, understood.
@@ -88,8 +90,7 @@ impl Clock {
             let kind = FindingKind::RepeatedTimes { rows: repeated.len() };
             findings.push(all(raw.time_s[first] - start_s, raw.time_s[last] - start_s, kind, Done::LeftOut));
         }
-        let share =
-            repair::quantile(steps.iter().filter(|s| **s <= 1.5 * median).map(|s| (s / median - 1.0).abs()), 0.95);
+        let share = quantile(steps.iter().filter(|s| **s <= 1.5 * median).map(|s| (s / median - 1.0).abs()), 0.95);
         if share > rules.jitter_share {
             findings.push(all(0.0, end_s, FindingKind::UnevenTimes { share }, Done::Resampled));
         }
@@ -130,7 +131,7 @@ fn cycle_length(raw: &RawJoints, rows: &[usize], rules: &Rules) -> Option<f64> {
     let closes = raw.joints.iter().flatten().all(|column| {
         let known: Vec<f64> = column.angle_deg.iter().copied().filter(|x| x.is_finite()).collect();
         let off = (column.angle_deg[last] - column.angle_deg[first]).abs();
-        off <= rules.cycle_end_deg.max(rules.cycle_end_share * repair::range(&known))
+        off <= rules.cycle_end_deg.max(rules.cycle_end_share * range(&known))
     });
     closes.then_some(length)
 }

@@ -16,101 +16,17 @@
 //! Times count from the file's first row; [`Conditioned::start_s`] is that row's time in the file.
 
 use crate::clean::clock::Clock;
+use crate::clean::condition_error::ConditionError;
 use crate::clean::convention;
 use crate::clean::repair;
 use crate::clean::repair::JumpRule;
-use crate::clean::resample::MAX_SAMPLES;
-pub use crate::finding::{Done, Finding, FindingKind};
+use crate::clean::rules::{LowPass, MOST_CUT_OFF, RUNNING_HZ, RUNNING_STRIDE_S, Rules, WALKING_HZ};
+use crate::finding::{Done, Finding, FindingKind};
 use crate::raw::RawJoints;
-use crate::recording::{Channel, Quantity, Recording, RecordingError};
+use crate::recording::{Channel, Quantity, Recording};
+use crate::series::{range, runs};
 use crate::stride::segment;
 use joint_units::Joint;
-
-/// Fewest rows that are looked at.
-pub const FEWEST_ROWS: usize = 16;
-/// Most rows that a time axis from 0 to 100 may have to be taken for percent of a cycle.
-pub const MOST_PERCENT_ROWS: usize = 401;
-/// Highest cut-off of a low-pass, as a share of the rate.
-pub const MOST_CUT_OFF: f64 = 0.4;
-
-/// A low-pass of fourth order without lag (Butterworth, forwards and backwards), for joints computed from unfiltered markers.
-///
-/// A treadmill walker's knee from unfiltered markers has 0.9 to 1.0 degrees (root mean square) above the sixth harmonic of a
-/// stride; after the customary low-pass it has 0.4 to 0.5.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum LowPass {
-    /// All frequencies stay.
-    Off,
-    /// At this cut-off, Hz.
-    At(f64),
-    /// At the cut-off that is customary in gait laboratories: [`WALKING_HZ`], or [`RUNNING_HZ`] for strides shorter than
-    /// [`RUNNING_STRIDE_S`]. Where nothing repeats nothing is taken out.
-    Customary,
-}
-
-/// Customary cut-off for walking (D. A. Winter, Biomechanics and Motor Control of Human Movement).
-pub const WALKING_HZ: f64 = 6.0;
-/// Customary cut-off for running.
-pub const RUNNING_HZ: f64 = 12.0;
-/// Strides shorter than this are running: 146 steps a minute, between the fastest walkers and the slowest runners.
-pub const RUNNING_STRIDE_S: f64 = 0.82;
-
-/// Every threshold of the conditioning. The defaults leave sound recordings of walking, running and sprinting as they are.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rules {
-    /// Longest gap that is bridged, seconds. Bridges over 0.1 s of knees that were known are off by 0.2 to 0.5 degrees (root
-    /// mean square; 2.8 at most) for three walkers, by 2 (10 at most) for a runner. Twice the length, sixteen times the error.
-    pub longest_bridge_s: f64,
-    /// Longest jump that is bridged, seconds, with its two guards: about 20 ms of disturbance.
-    /// What lasts longer is seldom one event.
-    pub longest_jump_s: f64,
-    /// Unevenness of stamps that is worth saying: 95th percentile of the steps' distance from their median, as a share of it.
-    /// Six decimals at 1 kHz give 0.001.
-    pub jitter_share: f64,
-    /// Least bend within 4 ms that can be a jump, degrees. Sprinters reach 1.9 at 250 Hz, swapped markers 4 to 60.
-    pub jump_bend_deg: f64,
-    /// The same as a multiple of the series' own usual bend. Running at 100 Hz reaches 9, swapped markers 44.
-    pub jump_usual_bends: f64,
-    /// How much on each side of a jump is not believed either, seconds: swapped markers drift for 20 ms before they snap.
-    pub jump_guard_s: f64,
-    /// Least offset that a jump must leave behind to be a step, degrees.
-    pub step_deg: f64,
-    /// The same as a share of the joint's range.
-    pub step_share: f64,
-    /// Longest time after which a step may be undone by another one, so that all in between counts as displaced, seconds.
-    pub longest_excursion_s: f64,
-    /// Least range of the most moving joint, degrees. A radian is 57 degrees: a knee's 60 degrees are 1.05.
-    pub least_range_deg: f64,
-    /// Largest share of a joint's time that may be unusable.
-    pub most_unusable: f64,
-    /// How far ends of a normalised cycle may be apart, degrees, or the joint's range times [`Self::cycle_end_share`].
-    pub cycle_end_deg: f64,
-    /// See [`Self::cycle_end_deg`].
-    pub cycle_end_share: f64,
-    /// Whether high frequencies are taken out. A normalised cycle is left alone.
-    pub low_pass: LowPass,
-}
-
-impl Default for Rules {
-    fn default() -> Self {
-        Self {
-            longest_bridge_s: 0.1,
-            longest_jump_s: 0.12,
-            jitter_share: 0.02,
-            jump_bend_deg: 2.5,
-            jump_usual_bends: 15.0,
-            jump_guard_s: 0.03,
-            step_deg: 4.0,
-            step_share: 0.08,
-            longest_excursion_s: 2.0,
-            least_range_deg: 3.0,
-            most_unusable: 0.5,
-            cycle_end_deg: 3.0,
-            cycle_end_share: 0.1,
-            low_pass: LowPass::Off,
-        }
-    }
-}
 
 /// Joints that can be fitted.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,118 +53,13 @@ impl Conditioned {
     }
 }
 
-/// Why a recording cannot be conditioned.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ConditionError {
-    /// No joint at all.
-    #[error("{file}: no joint; allowed are 1 to 4 of left and right hip and knee")]
-    NoJoints {
-        /// The file.
-        file: String,
-    },
-    /// Too few rows.
-    #[error("{file}: {rows} rows; allowed are {FEWEST_ROWS} or more")]
-    TooFewRows {
-        /// The file.
-        file: String,
-        /// How many there are.
-        rows: usize,
-    },
-    /// A joint with more or fewer values than there are times.
-    #[error("{file}: {joint} has {found} values; allowed are {wanted}, one a time", joint = .joint.name())]
-    Length {
-        /// The file.
-        file: String,
-        /// The joint.
-        joint: Joint,
-        /// Its values.
-        found: usize,
-        /// The times.
-        wanted: usize,
-    },
-    /// A time that is not finite.
-    #[error("{file}: row {row}: time {value} s; allowed is a finite number")]
-    TimeNotFinite {
-        /// The file.
-        file: String,
-        /// The row, counted from 1.
-        row: usize,
-        /// The time.
-        value: f64,
-    },
-    /// Time runs backwards.
-    #[error("{file}: row {row}: time {value} s after {before} s; allowed are times that increase")]
-    TimeOrder {
-        /// The file.
-        file: String,
-        /// The row, counted from 1.
-        row: usize,
-        /// The time.
-        value: f64,
-        /// The time of the row before.
-        before: f64,
-    },
-    /// More samples than any recording has: a time is wrong.
-    #[error("{file}: {duration_s} s at {rate_hz} Hz; allowed are {MAX_SAMPLES} samples: is a time stamp wrong?")]
-    TooLong {
-        /// The file.
-        file: String,
-        /// From the first row to the last.
-        duration_s: f64,
-        /// The rate that the steps have.
-        rate_hz: f64,
-    },
-    /// Numbers of angles in radians where degrees were promised, or nobody moves.
-    #[error(
-        "{file}: no joint moves by more than {range:.2} degrees; are these radians, or does nobody walk? Allowed is {least} degrees or more"
-    )]
-    Radians {
-        /// The file.
-        file: String,
-        /// Range of the joint that moves most.
-        range: f64,
-        /// Least range.
-        least: f64,
-    },
-    /// Most of a joint is gaps and jumps.
-    #[error("{file}: {share:.0} % of {joint} cannot be used (gaps and jumps too long to bridge); allowed is {most:.0} %", share = 100.0 * .share, joint = .joint.name(), most = 100.0 * .most)]
-    MostlyUnusable {
-        /// The file.
-        file: String,
-        /// The joint.
-        joint: Joint,
-        /// The share of the time.
-        share: f64,
-        /// The largest that is allowed.
-        most: f64,
-    },
-    /// The cut-off asked for makes no sense at this rate.
-    #[error("{file}: low-pass at {hz} Hz; allowed is above 0 and below {most:.0} Hz, {MOST_CUT_OFF} of the rate")]
-    LowPass {
-        /// The file.
-        file: String,
-        /// What was asked for.
-        hz: f64,
-        /// The limit.
-        most: f64,
-    },
-    /// The table that came out is none.
-    #[error("{file}: {source}")]
-    Table {
-        /// The file.
-        file: String,
-        /// Why.
-        source: RecordingError,
-    },
-}
-
 /// Conditions a recording; the module says how.
 ///
 /// # Errors
 /// Times that run backwards or are not finite, too few rows, radians, a joint that is mostly missing.
 ///
 /// ```
-/// use gait_trace::clean::condition::{Done, FindingKind, Rules, condition};
+/// use gait_trace::{Done, FindingKind, Rules, condition};
 /// use gait_trace::{RawJoint, RawJoints};
 /// use joint_units::Joint;
 /// // Three strides of a knee that the file counts negative, with a marker swap of 12 degrees at 1.5 s.
@@ -271,7 +82,7 @@ pub enum ConditionError {
 /// ]);
 /// let value = done.joint(Joint::LeftKnee).unwrap()[150];
 /// assert!((value - knee(1.5)).abs() < 0.5);
-/// # Ok::<(), gait_trace::clean::condition::ConditionError>(())
+/// # Ok::<(), gait_trace::ConditionError>(())
 /// ```
 pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, ConditionError> {
     let clock = Clock::of(raw, rules)?;
@@ -296,7 +107,7 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         let Some(column) = &raw.joints[joint as usize] else { continue };
         let mut bad = vec![false; samples];
         let mut x = clock.even(&column.angle_deg);
-        for (from, to) in repair::runs(samples, |n| !x[n].is_finite()) {
+        for (from, to) in runs(samples, |n| !x[n].is_finite()) {
             // A hole between samples 3 and 7 is 4 steps long, though 3 samples are missing.
             let open = from == 0 || to == samples;
             let long = open || (to - from + 1) as f64 > most_bridged;
@@ -339,7 +150,7 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
     findings.extend(gap_findings(&gaps, &joints, samples, rate_hz, most_bridged));
     findings.extend(jumps);
 
-    let widest = joints.iter().flatten().map(|x| repair::range(x)).fold(0.0, f64::max);
+    let widest = joints.iter().flatten().map(|x| range(x)).fold(0.0, f64::max);
     if widest < rules.least_range_deg {
         let (file, least) = (raw.file.clone(), rules.least_range_deg);
         return Err(ConditionError::Radians { file, range: widest, least });
@@ -380,7 +191,7 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         .collect();
     let recording =
         Recording::build(times, channels).map_err(|source| ConditionError::Table { file: raw.file.clone(), source })?;
-    let unusable = repair::runs(samples, |n| unusable[n]);
+    let unusable = runs(samples, |n| unusable[n]);
     let unusable = unusable
         .into_iter()
         .map(|(from, to)| (seconds(from.saturating_sub(1)), seconds(to.min(samples - 1))))

@@ -15,8 +15,8 @@
 //! range, which no sign changes. Where two witnesses contradict each other nothing is changed and the finding says so. What no
 //! recording of angles can tell: whether left is left.
 
-use crate::clean::condition::{Done, FindingKind};
-use crate::clean::repair::range;
+use crate::finding::{Done, FindingKind};
+use crate::series::range;
 use crate::stride::segment;
 use joint_units::Joint;
 use std::f64::consts::TAU;

@@ -2,6 +2,8 @@
 
 pub(crate) mod clock;
 pub mod condition;
+pub mod condition_error;
 pub mod convention;
 pub mod repair;
 pub mod resample;
+pub mod rules;

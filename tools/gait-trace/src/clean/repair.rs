@@ -14,6 +14,8 @@
 //!
 //! Units: degrees, seconds, samples of equal steps.
 
+use crate::series::{median, quantile, runs};
+
 /// How much of the good samples on each side of a hole gives the slope there.
 pub const SHORE_S: f64 = 0.04;
 /// Scale of the second difference that jumps are seen in.
@@ -39,34 +41,6 @@ pub(crate) struct Jump {
     pub to: usize,
     /// Offset that stays afterwards, if any.
     pub lasting_deg: Option<f64>,
-}
-
-/// The value of a series of equal steps at a place between its samples, by the cubic through the four samples around it
-/// (held at the ends). `place` is in samples.
-#[must_use]
-pub fn between(x: &[f64], place: f64) -> f64 {
-    let last = x.len().saturating_sub(1);
-    let Some(&end) = x.last() else { return f64::NAN };
-    if place <= 0.0 {
-        return x[0];
-    }
-    if place >= last as f64 {
-        return end;
-    }
-    let i = place as usize;
-    let u = place - i as f64;
-    let (x0, x1) = (x[i], x[i + 1]);
-    // Beyond an end the parabola goes on.
-    let before = if i > 0 {
-        x[i - 1]
-    } else if last >= 2 {
-        3.0 * x0 - 3.0 * x1 + x[2]
-    } else {
-        2.0 * x0 - x1
-    };
-    let after = if i + 2 <= last { x[i + 2] } else { 3.0 * x1 - 3.0 * x0 + before };
-    let (u1, u2, u3) = (u + 1.0, u - 1.0, u - 2.0);
-    -before * u * u2 * u3 / 6.0 + x0 * u1 * u2 * u3 / 2.0 - x1 * u1 * u * u3 / 2.0 + after * u1 * u * u2 / 6.0
 }
 
 /// Rows of uneven times at the times `n / rate`; NaN where two rows are further apart than `hole_s`, and beyond both ends.
@@ -110,18 +84,6 @@ pub(crate) fn even(times: &[f64], values: &[f64], rate_hz: f64, samples: usize, 
 fn hermite(x0: f64, x1: f64, s0: f64, s1: f64, u: f64) -> f64 {
     let v = 1.0 - u;
     x0 * v * v * (1.0 + 2.0 * u) + x1 * u * u * (3.0 - 2.0 * u) + s0 * u * v * v - s1 * u * u * v
-}
-
-/// Runs of samples for which `is` holds, as `from..to`.
-pub(crate) fn runs(samples: usize, is: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
-    let mut runs: Vec<(usize, usize)> = Vec::new();
-    for n in (0..samples).filter(|&n| is(n)) {
-        match runs.last_mut() {
-            Some((_, to)) if *to == n => *to = n + 1,
-            _ => runs.push((n, n + 1)),
-        }
-    }
-    runs
 }
 
 /// Slope per sample at `at`, by the parabola through the good samples from there on in direction `step`.
@@ -209,30 +171,6 @@ pub(crate) fn low_pass(x: &mut [f64], rate_hz: f64, cut_hz: f64) {
     x.copy_from_slice(&long[reach..reach + x.len()]);
 }
 
-/// Median; 0 of nothing.
-pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
-    quantile(values, 0.5)
-}
-
-/// The value below which that share lies; 0 of nothing.
-pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
-    let mut sorted: Vec<f64> = values.into_iter().collect();
-    sorted.sort_by(f64::total_cmp);
-    let place = share * sorted.len().saturating_sub(1) as f64;
-    let (low, part) = (place as usize, place.fract());
-    match (sorted.get(low), sorted.get(low + 1)) {
-        (Some(a), Some(b)) => a + (b - a) * part,
-        (Some(a), None) => *a,
-        _ => 0.0,
-    }
-}
-
-/// Largest minus least; 0 of nothing.
-pub(crate) fn range(x: &[f64]) -> f64 {
-    let (least, most) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &x| (a.min(x), b.max(x)));
-    if most > least { most - least } else { 0.0 }
-}
-
 /// The jumps of a whole series (no NaN), in order, apart from each other. What is `made_up` has no jumps.
 pub(crate) fn jumps(x: &[f64], made_up: &[bool], rate_hz: f64, rule: &JumpRule) -> Vec<Jump> {
     let h = ((BEND_S * rate_hz).round() as usize).max(1);
@@ -295,6 +233,7 @@ pub(crate) fn jumps(x: &[f64], made_up: &[bool], rate_hz: f64, rule: &JumpRule) 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::series::between;
     use proptest::prelude::*;
     use std::f64::consts::TAU;
 

@@ -10,11 +10,11 @@
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::joint_names::{AngleUnit, joint_of, sideless_of, time_of, unit_of};
-use crate::format::open::ReadOptions;
 use crate::format::scope;
 use crate::format::text_table::{
     Delimiter, column_called, finite, lines, listed, number_or_missing, room_after, short, text,
 };
+use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use crate::recording::{Channel, Quantity};
 use joint_units::Joint;
@@ -30,7 +30,7 @@ const MAX_STEP_S: f64 = 1.0;
 ///
 /// ```
 /// use gait_trace::format::mapped_csv;
-/// use gait_trace::format::open::ReadOptions;
+/// use gait_trace::ReadOptions;
 /// let text = b"time_s,left_knee_deg\n0,3\n0.01,abc\n";
 /// let error = mapped_csv::parse("walk.csv", text, &ReadOptions::default()).unwrap_err();
 /// assert_eq!(error.to_string(), "walk.csv:3: column 2 `left_knee_deg`: `abc` is not a number; allowed is a decimal number such as -12.5");

@@ -10,8 +10,8 @@
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::joint_names::{joint_of, unit_of};
-use crate::format::open::ReadOptions;
 use crate::format::text_table::{column_called, listed, room_after, short};
+use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use joint_units::Joint;
 use mcap::records::{Channel, Record};

@@ -9,11 +9,11 @@
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::joint_names::{AngleUnit, joint_of, time_of};
-use crate::format::open::ReadOptions;
 use crate::format::text_table::{
     Delimiter, bare_lines, column_called, finite, lines, listed, number_or_missing, room_after, short, text,
 };
 use crate::format::whole_file;
+use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use crate::recording::{Quantity, Recording};
 use joint_units::Joint;
@@ -40,7 +40,7 @@ fn is_end(line: &str) -> bool {
 ///
 /// ```
 /// use gait_trace::format::opensim;
-/// use gait_trace::format::open::ReadOptions;
+/// use gait_trace::ReadOptions;
 /// let text = b"walk\nversion=1\nnRows=2\nnColumns=3\ninDegrees=no\nendheader\ntime\thip_flexion_l\tpelvis_tx\n0\t0.5\t1\n0.01\t1.0\t1\n";
 /// let raw = opensim::parse("walk.mot", text, &ReadOptions::default())?;
 /// assert_eq!(raw.format, "OpenSim motion, version 1, tabs, radians");

@@ -16,10 +16,10 @@
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::joint_names::{AngleUnit, joint_of};
-use crate::format::open::ReadOptions;
 use crate::format::text_table::{
     Delimiter, bare_lines, column_called, finite, lines, listed, number_or_missing, room_after, short, text,
 };
+use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use joint_units::{Joint, Volts};
 use std::borrow::Cow;
@@ -108,7 +108,7 @@ struct Layout {
 ///
 /// ```
 /// use gait_trace::format::scope;
-/// use gait_trace::format::open::ReadOptions;
+/// use gait_trace::ReadOptions;
 /// use hgod_adc::{Calibration, CalibrationPoint, Interpolation};
 /// use joint_units::{Radians, Volts};
 /// let point = |volts, degrees| CalibrationPoint { volts: Volts(volts), angle: Radians::from_degrees(degrees) };

@@ -16,12 +16,13 @@
 //!
 //! Units inside: samples.
 
-use crate::clean::condition::{Conditioned, FindingKind};
-use crate::clean::repair;
-use crate::clean::repair::{between, median, range};
+use crate::clean::condition::Conditioned;
+use crate::finding::FindingKind;
+use crate::series;
+use crate::series::{between, median, range, variance};
 use crate::stride::segment;
 use crate::stride::segment::{Bout, Joints};
-use crate::stride::strides::{Cuts, LeftOut, Span, StrideError, WhyLeftOut};
+use crate::stride::spans::{Cuts, LeftOut, Span, StrideError, WhyLeftOut};
 use joint_units::Joint;
 use std::f64::consts::TAU;
 
@@ -58,7 +59,7 @@ const WINDOW: i64 = 12;
 /// Nothing repeats, or no whole stride can be used.
 ///
 /// ```
-/// use gait_trace::clean::condition::{Rules, condition};
+/// use gait_trace::{Rules, condition};
 /// use gait_trace::{RawJoint, RawJoints};
 /// use gait_trace::stride::cut;
 /// // Two seconds of standing, then five strides of 1.2 s.
@@ -175,7 +176,7 @@ fn align(strides: &mut [Stride], joints: &Joints<'_>) {
         return;
     }
     let joints: Vec<&[f64]> = joints.iter().flatten().copied().collect();
-    let weights: Vec<f64> = joints.iter().map(|x| 1.0 / crate::stride::period::variance(x).max(1e-9)).collect();
+    let weights: Vec<f64> = joints.iter().map(|x| 1.0 / variance(x).max(1e-9)).collect();
     let last = joints.first().map_or(0, |x| x.len() - 1) as f64;
     let usual = median(strides.iter().map(|stride| stride.to - stride.from));
     let first: Vec<(f64, f64)> = strides.iter().map(|stride| (stride.from, stride.to)).collect();
@@ -237,7 +238,7 @@ fn single(joints: &Joints<'_>, period: f64, rate: f64, bad: &[Option<WhyLeftOut>
         let (from, to) = (at.saturating_sub(reach), (at + reach).min(samples - 1));
         (x[to] - x[from]) / (to - from) as f64
     };
-    let variances = joints.map(|joint| joint.map_or(1.0, |x| crate::stride::period::variance(x).max(1e-9)));
+    let variances = joints.map(|joint| joint.map_or(1.0, |x| variance(x).max(1e-9)));
     let mut best: Option<(f64, usize, usize)> = None;
     for length in shortest..=longest {
         for from in 0..samples - length {
@@ -296,7 +297,7 @@ fn judge(strides: &mut [Stride], joints: &Joints<'_>, bouts: &[Bout], samples: u
         .zip(&distances)
         .map(|(&i, distance)| *distance > limit || (length(&strides[i]) - usual).abs() > OUTLIER_LENGTH * usual)
         .collect();
-    for (from, to) in repair::runs(sound.len(), |n| odd[n]) {
+    for (from, to) in series::runs(sound.len(), |n| odd[n]) {
         for n in from..to {
             let bout = strides[sound[n]].bout;
             let same = |n: usize| strides[sound[n]].bout == bout;
@@ -333,7 +334,7 @@ fn rest(
     let first = strides.iter().find(|s| s.why.is_none()).map_or(f64::INFINITY, |s| s.from);
     let last = strides.iter().rev().find(|s| s.why.is_none()).map_or(f64::NEG_INFINITY, |s| s.to);
     let ranges = joints
-        .map(|joint| joint.map_or(0.0, |x| repair::quantile(x.to_vec(), 0.95) - repair::quantile(x.to_vec(), 0.05)));
+        .map(|joint| joint.map_or(0.0, |x| series::quantile(x.to_vec(), 0.95) - series::quantile(x.to_vec(), 0.05)));
     let half = (0.25 * rate).round() as usize;
     let stands = |n: usize| {
         let (from, to) = (n.saturating_sub(half), (n + half).min(steps));
@@ -350,12 +351,12 @@ fn rest(
     };
     let mut labels: Vec<Option<WhyLeftOut>> = (0..steps).map(|n| if kept(n) { None } else { known(n) }).collect();
     let open: Vec<bool> = (0..steps).map(|n| !kept(n) && labels[n].is_none()).collect();
-    for (from, to) in repair::runs(steps, |n| open[n]) {
+    for (from, to) in series::runs(steps, |n| open[n]) {
         let still: Vec<bool> = (from..to).map(stands).collect();
-        for (a, b) in repair::runs(to - from, |n| still[n]) {
+        for (a, b) in series::runs(to - from, |n| still[n]) {
             labels[from + a..from + b].fill(Some(WhyLeftOut::Standing));
         }
-        for (a, b) in repair::runs(to - from, |n| !still[n]) {
+        for (a, b) in series::runs(to - from, |n| !still[n]) {
             let (a, b) = (from + a, from + b);
             let whole = (a, b) == (from, to);
             let at_edge = a == 0 || b == steps;

@@ -17,6 +17,7 @@
 
 use crate::clean::resample::ResampleError;
 use crate::recording::{Channel, Recording};
+use crate::series::variance;
 use crate::stride::period;
 use std::f64::consts::TAU;
 
@@ -125,7 +126,7 @@ fn cut(even: &Recording, period: f64, strides: usize) -> Option<Cut> {
     let channels: Vec<(&[f64], f64)> = even
         .channels()
         .iter()
-        .map(|channel| (channel.values(), period::variance(channel.values())))
+        .map(|channel| (channel.values(), variance(channel.values())))
         .filter(|(_, variance)| *variance > 0.0)
         .collect();
     let unlike = |start: usize, end: usize| -> f64 {

@@ -6,4 +6,5 @@ pub mod looped;
 pub mod metrics;
 pub mod period;
 pub mod segment;
+pub mod spans;
 pub mod strides;

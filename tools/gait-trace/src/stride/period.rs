@@ -11,6 +11,7 @@
 //! Units: seconds. Searched: [`SHORTEST_S`] to [`LONGEST_S`], as far as [`OVERLAP_S`] of the recording are left to compare.
 
 use crate::recording::Recording;
+use crate::series::variance;
 
 /// Shortest stride: sprinters take 0.45 s.
 pub const SHORTEST_S: f64 = 0.4;
@@ -84,11 +85,6 @@ pub fn find(recording: &Recording) -> Option<Stride> {
     let curvature = before - 2.0 * here + after;
     let fraction = if curvature < 0.0 { 0.5 * (before - after) / curvature } else { 0.0 };
     Some(Stride { period_s: ((first + peak) as f64 + fraction) / RATE_HZ, likeness: here })
-}
-
-pub(crate) fn variance(x: &[f64]) -> f64 {
-    let mean = x.iter().sum::<f64>() / x.len() as f64;
-    x.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / x.len() as f64
 }
 
 #[cfg(test)]

@@ -7,8 +7,8 @@
 //!
 //! A crossing counts when the signal came from below the middle by [`HYSTERESIS`] of its half range and goes on to as far above.
 
-use crate::clean::repair::{quantile, runs};
 use crate::recording::{Channel, Quantity, Recording};
+use crate::series::{median, quantile, runs, variance};
 use crate::stride::period;
 use joint_units::Joint;
 
@@ -27,9 +27,8 @@ pub(crate) type Joints<'a> = [Option<&'a [f64]>; Joint::COUNT];
 /// First sample of the stretch of `length` samples, none of them `bad`, in which the joints move most (in variance, summed
 /// over joints).
 pub(crate) fn most_active(joints: &Joints<'_>, bad: &[bool], length: usize, step: usize) -> Option<usize> {
-    let activity = |from: usize| -> f64 {
-        joints.iter().flatten().filter_map(|x| x.get(from..from + length)).map(period::variance).sum()
-    };
+    let activity =
+        |from: usize| -> f64 { joints.iter().flatten().filter_map(|x| x.get(from..from + length)).map(variance).sum() };
     let starts = (0..(bad.len() + 1).saturating_sub(length)).step_by(step.max(1));
     starts
         .filter(|&from| !bad[from..from + length].contains(&true))
@@ -64,7 +63,7 @@ fn period_by_halves(joints: &Joints<'_>, rate_hz: f64) -> Option<f64> {
             let (late, early) = (&a[half..], &b[..samples - half]);
             let offset = late.iter().zip(early).map(|(x, y)| x - y).sum::<f64>() / n;
             let squares: f64 = late.iter().zip(early).map(|(x, y)| (x - y - offset).powi(2)).sum();
-            squares / n / (period::variance(a) + period::variance(b))
+            squares / n / (variance(a) + variance(b))
         };
         pairs.iter().map(|[a, b]| 0.5 * (one(a, b) + one(b, a))).sum::<f64>() / pairs.len() as f64
     };
@@ -171,7 +170,7 @@ pub(crate) fn bouts(events: &[f64], period: f64, samples: usize) -> Vec<Bout> {
     let bout = |(events, (from, to)): (Vec<f64>, (f64, f64))| {
         let period = match events.len() {
             1 => period,
-            _ => crate::clean::repair::median(events.windows(2).map(|pair| pair[1] - pair[0])),
+            _ => median(events.windows(2).map(|pair| pair[1] - pair[0])),
         };
         Bout { events, from, to, period }
     };

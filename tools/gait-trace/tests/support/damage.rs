@@ -1,7 +1,7 @@
 //! One damaged file after the other: each must give a clear error, soon, and hold little memory.
 
+use gait_trace::ReadOptions;
 use gait_trace::format::open;
-use gait_trace::format::open::ReadOptions;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::time::{Duration, Instant};

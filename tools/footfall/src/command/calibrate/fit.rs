@@ -1,11 +1,11 @@
-//! Poses to a table that the board accepts, or a fault with a name.
+//! Makes a table that the board accepts from rows of known angles, or reports the fault.
 //!
-//! 1. Poses of rows of the same angle ([`poses`]).
-//! 2. The sensor moves at all, and holds still in a pose; else [`What::Stuck`], [`What::Unsteady`].
-//! 3. By rising volts, what falls by no more than the spread is pooled ([`monotone`]); more is
+//! 1. Rows of the same angle become poses ([`poses`]).
+//! 2. The sensor must follow the angle, and be steady within a pose; else [`What::Stuck`], [`What::Unsteady`].
+//! 3. In the order of volts, a pose that falls by no more than the spread is pooled ([`monotone`]); a larger fall is
 //!    [`What::NotMonotone`]: such a sensor has two angles for the same volts.
-//! 4. From either end, poses at the converter's end, and poses where the sensor hardly moves any more, are left out, and so are
-//!    those that noise could take for them: a reading there is out of the table, not a wrong angle.
+//! 4. At both ends, poses at the converter's limit, poses where the sensor saturates, and poses that noise cannot tell from those are left
+//!    out: a reading there is outside of the table, not a wrong angle.
 //! 5. Up to 32 poses become points ([`knots`]).
 
 use super::knots::{self, Extended};
@@ -16,27 +16,34 @@ use crate::file::calibration_file::Hysteresis;
 use hgod_adc::{Calibration, CalibrationError, CalibrationPoint, Interpolation, MAX_POINTS, MAX_SLOPE};
 use joint_units::{AdcCode, Radians, Volts};
 
-/// Fewest poses of a table: two make a line, the third one says whether it is one.
+/// Fewest poses of a table: two make a line, the third one tests it.
 pub const MIN_POSES: usize = 3;
 
-/// Supply that a code's worth is told for where the rows have none.
+/// Supply for the worth of a code if the rows have none, V.
 const TYPICAL_SUPPLY_V: f64 = 3.3;
 
-/// Standard deviations that the end of the table keeps from what was left out beyond it.
+/// Distance of the table's end from the poses left out beyond it, in standard deviations.
 const CLEAR_SD: f64 = 4.0;
 
-/// Shortest stretch that sensitivity is measured over, as a share of all angles: nearer poses would show their noise.
+/// Shortest stretch for measuring the sensitivity, as a share of the range of angles: a shorter one would measure noise.
 const STRETCH: f64 = 0.05;
 
-/// And in degrees.
+/// The same in degrees.
 const LEAST_STRETCH_DEG: f64 = 2.0;
 
-/// How to fit.
+/// A number with at most two decimals.
+#[must_use]
+pub fn short(value: f64) -> String {
+    // Adding 0 removes the sign of a rounded zero.
+    format!("{}", (value * 100.0).round() / 100.0 + 0.0)
+}
+
+/// Settings of the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Between the points.
+    /// Interpolation between the points.
     pub interpolation: Interpolation,
-    /// Most points, 2 to 32.
+    /// Largest number of points, 2 to 32.
     pub points: usize,
     /// Rows whose angles differ by less are one pose, in degrees.
     pub same_deg: f64,
@@ -62,32 +69,32 @@ impl Default for Settings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LeftOut {
-    /// A code of it is 0 or 4095.
+    /// One of its codes is 0 or 4095.
     Clipped,
-    /// The volts hardly move there.
+    /// The volts hardly change there.
     Saturated,
-    /// Noise could take it for one that was left out.
+    /// Noise cannot tell it from a pose that was left out.
     NearTheEnd,
 }
 
 impl LeftOut {
-    /// In words.
+    /// Text for the user.
     #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
             Self::Clipped => "at the converter's end",
             Self::Saturated => "saturated",
-            Self::NearTheEnd => "too near to a saturated pose to be told from it",
+            Self::NearTheEnd => "too near to a saturated pose",
         }
     }
 }
 
-/// A fault of the rows as a whole, and where it shows.
+/// A fault of the rows as a whole.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fault {
     /// Line of the file.
     pub line: Option<u64>,
-    /// What.
+    /// Kind of the fault.
     pub what: What,
 }
 
@@ -97,7 +104,7 @@ pub enum What {
     /// Fewer than [`MIN_POSES`].
     #[error("too few poses: {poses}; allowed are {MIN_POSES} angles and more")]
     TooFewPoses {
-        /// How many angles.
+        /// Number of angles.
         poses: usize,
     },
     /// The volts do not follow the angle.
@@ -107,10 +114,10 @@ pub enum What {
         angle_deg: f64,
         /// Range of the volts.
         volts: f64,
-        /// Least range.
+        /// Smallest range of a working sensor.
         least_v: f64,
     },
-    /// The volts wander while the angle is held.
+    /// The volts vary while the angle is held.
     #[error(
         "unsteady: at {angle_deg} degrees the rows spread by {sd_deg:.2} degrees (standard deviation); allowed is {most_deg}: \
          hold still, or look for a row that does not belong there"
@@ -120,16 +127,16 @@ pub enum What {
         angle_deg: f64,
         /// Its spread.
         sd_deg: f64,
-        /// What is allowed.
+        /// The largest allowed spread.
         most_deg: f64,
     },
-    /// The volts turn back.
+    /// The volts reverse their direction.
     #[error(
         "not monotone: from {from_deg} to {to_deg} degrees the volts go from {from_v:.4} to {to_v:.4} V, {fall_v:.4} V against \
          the direction of the rest; allowed is the rows' own spread, {allowed_v:.4} V"
     )]
     NotMonotone {
-        /// The pose before.
+        /// The previous pose.
         from_deg: f64,
         /// Its volts.
         from_v: f64,
@@ -137,36 +144,36 @@ pub enum What {
         to_deg: f64,
         /// Its volts.
         to_v: f64,
-        /// By how much.
+        /// The reversal.
         fall_v: f64,
         /// Spread of the two.
         allowed_v: f64,
     },
-    /// A stretch in the middle where the volts stand still.
+    /// An inner stretch where the volts do not change.
     #[error(
         "dead zone: from {from_deg} to {to_deg} degrees the volts move by {volts:.4} V; must be {least_v:.4} V at least"
     )]
     DeadZone {
-        /// Where it begins.
+        /// Its start.
         from_deg: f64,
-        /// Where it ends.
+        /// Its end.
         to_deg: f64,
         /// Range of the volts in it.
         volts: f64,
-        /// Least range.
+        /// Smallest range of a working sensor.
         least_v: f64,
     },
-    /// Saturation has left too little.
+    /// Saturation leaves too few poses.
     #[error("saturated: {left_out} of {poses} poses are at a flat end, {left} are left; must be {MIN_POSES} at least")]
     Saturated {
-        /// How many there are.
+        /// Number of poses.
         poses: usize,
-        /// How many were left out.
+        /// Number of poses that were left out.
         left_out: usize,
-        /// How many remain.
+        /// Number of poses that remain.
         left: usize,
     },
-    /// What the board's own check says.
+    /// The table breaks a rule of the board.
     #[error("{0}")]
     Table(CalibrationError),
 }
@@ -180,11 +187,11 @@ pub struct Residual {
     pub angle_deg: f64,
     /// The row's volts.
     pub volts: f64,
-    /// The table's angle less the known one; `None` at poses that are not in the table.
+    /// The table's angle minus the known one; `None` at poses that are not in the table.
     pub error_deg: Option<f64>,
 }
 
-/// A table and what there is to know of it.
+/// A table with its errors.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     /// The table.
@@ -193,7 +200,7 @@ pub struct Fit {
     pub poses: Vec<Pose>,
     /// Why a pose is not in the table, for each pose.
     pub left_out: Vec<Option<LeftOut>>,
-    /// How many poses were joined with neighbours because noise had turned their order round.
+    /// Number of poses that were joined with neighbours because noise had reversed their order.
     pub pooled: usize,
     /// For each row, in order.
     pub residuals: Vec<Residual>,
@@ -203,20 +210,20 @@ pub struct Fit {
     pub worst_deg: (f64, u64),
     /// Largest error at the poses' means.
     pub worst_pose_deg: f64,
-    /// Largest error at a pose that the table does not know, each inner point being taken out in turn; `None` if there are but
-    /// the ends.
+    /// Largest error at a pose that the table does not contain, leaving out each inner point in turn; `None` if there are only the
+    /// ends.
     pub unknown_pose_deg: Option<f64>,
-    /// Up against down; `None` for one direction.
+    /// Difference of up and down; `None` for one direction.
     pub hysteresis: Option<Hysteresis>,
     /// Standard deviation within visits, of all poses together, in volts; `None` without repeated rows.
     pub noise_v: Option<f64>,
-    /// What one code is worth where the table is steepest, in degrees.
+    /// Angle of one code where the table is steepest, in degrees.
     pub code_deg: f64,
-    /// Rows of left-out poses whose volts are nevertheless in the table.
+    /// Rows of left-out poses whose volts are within the table.
     pub inside: usize,
 }
 
-/// Fits.
+/// Fits a table to rows.
 ///
 /// # Errors
 /// What is wrong with the rows, and where.
@@ -229,7 +236,7 @@ pub fn fit(rows: &Rows, settings: &Settings) -> Result<Fit, Fault> {
     let floor_v = if rows.code_v > 0.0 { rows.code_v } else { f64::from(hgod_adc::MIN_VOLTS_STEP.0) };
     moves(&poses, noise_v.unwrap_or(0.0), settings)?;
 
-    // By rising volts from here on.
+    // From here on in the order of rising volts.
     let mut order: Vec<usize> = (0..poses.len()).collect();
     if !rises(&poses) {
         order.reverse();
@@ -296,20 +303,20 @@ pub fn fit(rows: &Rows, settings: &Settings) -> Result<Fit, Fault> {
     })
 }
 
-/// A pose with the volts that the monotone regression gives it: neighbours that were joined have the same.
+/// A pose with the volts of the monotone regression: joined neighbours have the same.
 #[derive(Debug, Clone, Copy)]
 struct Step {
     volts: f64,
     angle_deg: f64,
     weight: f64,
-    /// Its place among the poses.
+    /// Its index among the poses.
     pose: usize,
 }
 
-/// What can become points: poses of the same volts are one, at their mean angle; in the digits that a file needs, a microvolt and a
+/// The candidates for points: poses of equal volts are one, at their mean angle; rounded as in the file, to a microvolt and a
 /// ten thousandth of a degree.
 fn candidates(steps: &[Step]) -> Vec<CalibrationPoint> {
-    // Adding 0 takes the sign from a zero.
+    // Adding 0 removes the sign of a zero.
     let rounded = |value: f64, digits: f64| ((value * digits).round() / digits + 0.0) as f32;
     let point = |steps: &[Step]| {
         let weight: f64 = steps.iter().map(|step| step.weight).sum();
@@ -328,17 +335,17 @@ fn noise(poses: &[Pose]) -> Option<f64> {
     (freedom > 0).then(|| (squares / freedom as f64).sqrt())
 }
 
-/// Least volts a degree of a table.
+/// Smallest sensitivity of a table, volts a degree.
 fn least_sensitivity() -> f64 {
     1.0 / f64::from(Radians(MAX_SLOPE).degrees())
 }
 
-/// Whether the sensor follows the joint, and holds still when the joint does.
+/// Checks that the sensor follows the joint, and is steady at a pose.
 fn moves(poses: &[Pose], noise_v: f64, settings: &Settings) -> Result<(), Fault> {
     let (low, high) = poses.iter().fold((f64::MAX, f64::MIN), |(l, h), pose| (l.min(pose.volts), h.max(pose.volts)));
     let angle_deg = poses[poses.len() - 1].angle_deg - poses[0].angle_deg;
     let least_v = (angle_deg * least_sensitivity()).max(CLEAR_SD * noise_v);
-    // A voltage that wanders widely is not one that stands still.
+    // A voltage that varies widely is unsteady, not stuck.
     for pose in poses {
         let sd_deg = pose.sd_v.unwrap_or(0.0) * angle_deg / (high - low).max(angle_deg * least_sensitivity());
         if sd_deg > settings.most_sd_deg {
@@ -359,7 +366,7 @@ fn rises(poses: &[Pose]) -> bool {
     poses.iter().map(|pose| (pose.angle_deg - middle) * pose.volts).sum::<f64>() > 0.0
 }
 
-/// No pose falls below one before it by more than the two spread.
+/// Checks that no pose falls below a previous one by more than the spread of both.
 fn in_order(poses: &[Pose], order: &[usize], spread: impl Fn(&Pose) -> f64) -> Result<(), Fault> {
     let Some(&first) = order.first() else { return Ok(()) };
     let mut highest = &poses[first];
@@ -378,7 +385,7 @@ fn in_order(poses: &[Pose], order: &[usize], spread: impl Fn(&Pose) -> f64) -> R
     Ok(())
 }
 
-/// Volts a degree from a step inward, over a stretch at least, or as far as there is something.
+/// Sensitivity from a step inward, volts a degree, over a minimum stretch, or as far as the poses reach.
 fn sensitivity<'a>(end: &Step, inward: impl Iterator<Item = &'a Step>, stretch: f64) -> Option<f64> {
     let mut last = None;
     for step in inward {
@@ -391,7 +398,7 @@ fn sensitivity<'a>(end: &Step, inward: impl Iterator<Item = &'a Step>, stretch: 
     last
 }
 
-/// What lies between the flat ends; what does not is marked.
+/// The range between the flat ends; poses outside are marked.
 fn ends<'a>(
     steps: &'a [Step],
     poses: &[Pose],
@@ -414,7 +421,7 @@ fn ends<'a>(
         to -= 1;
         mark(&steps[to], left_out, LeftOut::Saturated);
     }
-    // Visits of what was left out, at the low end and at the high end.
+    // Visits of the poses that were left out, at the low and at the high end.
     let middle = 0.5 * (steps.first().map_or(0.0, |step| step.volts) + steps.last().map_or(0.0, |step| step.volts));
     let out = |left_out: &[Option<LeftOut>]| -> (f64, f64) {
         let visits = poses.iter().zip(left_out).filter(|(_, why)| why.is_some()).flat_map(|(pose, _)| &pose.visits);
@@ -439,7 +446,7 @@ fn mark(step: &Step, left_out: &mut [Option<LeftOut>], why: LeftOut) {
     left_out[step.pose] = Some(why);
 }
 
-/// No stretch between the ends is flat.
+/// Checks that no stretch between the ends is flat.
 fn alive(steps: &[Step], poses: &[Pose], stretch: f64) -> Result<(), Fault> {
     for (k, step) in steps.iter().enumerate() {
         let far = |other: &&Step| (other.angle_deg - step.angle_deg).abs() >= stretch * (1.0 - 1e-6);
@@ -455,7 +462,7 @@ fn alive(steps: &[Step], poses: &[Pose], stretch: f64) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The largest error where the table does not know the pose.
+/// The largest error at a pose that the table does not contain.
 fn unknown(candidates: &[CalibrationPoint], places: &[usize], interpolation: Interpolation) -> Option<f64> {
     let whole = knots::build(candidates, places, interpolation).ok()?;
     let errors = (0..candidates.len()).filter_map(|place| {
@@ -509,7 +516,7 @@ fn judge(rows: &Rows, poses: &[Pose], left_out: &[Option<LeftOut>], table: &Cali
     let worst_pose_deg = kept().map(|pose| (extended.degrees(pose.volts) - pose.angle_deg).abs()).fold(0.0, f64::max);
     let apart: Vec<f64> =
         kept().filter_map(|pose| Some((extended.degrees(pose.up_v?) - extended.degrees(pose.down_v?)).abs())).collect();
-    // Four digits are what a file has room for.
+    // The file has four decimals.
     let rounded = |value: f64| ((value * 1e4).round() / 1e4) as f32;
     let hysteresis = (!apart.is_empty()).then(|| Hysteresis {
         largest: rounded(apart.iter().copied().fold(0.0, f64::max)),
@@ -525,7 +532,7 @@ fn judge(rows: &Rows, poses: &[Pose], left_out: &[Option<LeftOut>], table: &Cali
     }
 }
 
-/// Degrees a volt of the steepest interval.
+/// The largest slope of an interval, degrees a volt.
 fn steepest(table: &Calibration) -> f64 {
     let slope = |pair: &[CalibrationPoint]| match pair {
         [a, b] => f64::from((b.angle.degrees() - a.angle.degrees()).abs() / (b.volts.0 - a.volts.0)),

@@ -1,48 +1,38 @@
-//! A calibration while the sensor is on: one angle after the other is asked for, with the live codes on the screen meanwhile; codes are
-//! taken at each, and what they come to is said at once, so that a bad pose is repeated while it still can be.
+//! A guided calibration: asks the operator for one angle after the other, takes live codes at each, and reports their statistics at once, so
+//! that a bad pose is repeated while the sensor is still in place.
 //!
-//! Live codes come as lines of `CODE` or `CODE VREFINT`, or as the `inputs` lines of the board's log; other lines of a log are passed
-//! over. An empty answer takes samples at the angle that was asked for, a number takes them at that angle instead, `skip` leaves the
-//! angle out, and `end` ends with what there is. Nothing is written before the end: whoever breaks off leaves no file.
+//! Live codes are lines of `CODE` or `CODE VREFINT`, or the inputs records of the board's log; other lines of a log are skipped. An empty
+//! answer takes samples at the requested angle, a number takes them at that angle instead, `skip` omits the angle, and `end` ends the
+//! session with the rows so far. Nothing is written before the end, so an aborted session leaves no file.
 
-use super::Options;
 use super::live::{self, Live};
 use super::rows::{self, Reading, Rows};
-use crate::board::telemetry;
-use crate::board::telemetry::Line;
+use super::samples::{Sample, read_samples, statistics, take};
 use crate::failure::Failure;
-use gait_trace::format::whole_file;
+use crate::output;
 use hgod_adc::ANATOMY;
-use joint_units::AdcCode;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, IsTerminal, Write};
-use std::path::Path;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel, sync_channel};
-use std::time::Duration;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 
-/// What is asked for unless said otherwise: a knee, up and down.
+/// The default angles: a knee, up and down.
 pub const ANGLES_DEG: [f64; 17] =
     [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 70.0, 60.0, 50.0, 40.0, 30.0, 20.0, 10.0, 0.0];
 
-/// How long to wait for a code.
-const PATIENCE: Duration = Duration::from_secs(5);
-
-/// One live sample: a code and, where it is told, that of the internal reference.
-pub(crate) type Sample = (u16, Option<u16>);
-
-/// How codes come.
+/// The source of the codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Codes {
-    /// Out of a file: the next ones are taken.
+    /// A file: codes are taken one after the other.
     Kept,
-    /// As the sensor measures: what came before an answer is passed over.
+    /// A live source: codes before an answer are discarded.
     Live,
-    /// The same, shown while an answer is waited for: `out` is a terminal.
+    /// The same, with the codes shown until the answer: `out` is a terminal.
     LiveOnScreen,
 }
 
-/// What there is to know before the first angle.
+/// What is asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// Angles in degrees, in the order in which they are asked for.
@@ -53,7 +43,7 @@ pub struct Plan {
     pub most_sd: f64,
 }
 
-/// What a person says to an angle that is asked for.
+/// The operator's answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Answer {
     Take(f64),
@@ -62,14 +52,31 @@ enum Answer {
     Unclear,
 }
 
-/// Rows from a person and live codes.
+/// Settings of a guided calibration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Where the live codes come from: a file, a pipe, or `-` for standard input.
+    pub codes: PathBuf,
+    /// Where the rows are kept.
+    pub keep_rows: Option<PathBuf>,
+    /// What is asked for.
+    pub plan: Plan,
+}
+
+impl Settings {
+    /// The name of the rows in error texts.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.keep_rows.as_ref().map_or("guide".into(), |path| path.display().to_string())
+    }
+}
+
+/// Takes rows from live codes, with an operator who sets the angles.
 ///
 /// # Errors
-/// A source that ends, falls silent or says something else; an answer that cannot be had; too little for a calibration.
-pub fn rows(options: &Options, reading: &Reading) -> Result<Rows, Failure> {
-    let Some(source) = &options.codes else { return Err(Failure::input("--codes is missing")) };
-    let plan =
-        Plan { angles_deg: options.angles.clone(), samples: options.samples as usize, most_sd: options.most_sd_codes };
+/// A source that ends, sends nothing, or sends other text; answers that cannot be read; too few rows for a calibration.
+pub fn rows(settings: &Settings, reading: &Reading) -> Result<Rows, Failure> {
+    let source = &settings.codes;
     let from_stdin = source.as_os_str() == "-";
     let cannot = |name: &Path, error: io::Error| Failure::input(format!("{}: cannot be read: {error}", name.display()));
     let codes: Box<dyn BufRead + Send> = if from_stdin {
@@ -77,7 +84,7 @@ pub fn rows(options: &Options, reading: &Reading) -> Result<Rows, Failure> {
     } else {
         Box::new(BufReader::new(File::open(source).map_err(|error| cannot(source, error))?))
     };
-    // Where codes come in by standard input, answers are the terminal's.
+    // If codes come from standard input, answers come from the terminal.
     let terminal = Path::new("/dev/tty");
     let answers: Box<dyn BufRead + Send> = if from_stdin {
         Box::new(BufReader::new(File::open(terminal).map_err(|error| cannot(terminal, error))?))
@@ -90,21 +97,14 @@ pub fn rows(options: &Options, reading: &Reading) -> Result<Rows, Failure> {
         (false, false) => Codes::Live,
         (false, true) => Codes::LiveOnScreen,
     };
-    let text = ask(&plan, codes, how, answers, io::stderr())?;
-    if let Some(path) = &options.keep_rows {
-        whole_file::write(path, |out| out.write_all(text.as_bytes()))
-            .map_err(|error| Failure::run(format!("{}: cannot be written: {error}", path.display())))?;
+    let text = ask(&settings.plan, codes, how, answers, io::stderr())?;
+    if let Some(path) = &settings.keep_rows {
+        output::write_text(path, &text)?;
     }
-    rows::parse(&name(options), text.as_bytes(), reading).map_err(Failure::input)
+    rows::parse(&settings.name(), text.as_bytes(), reading).map_err(Failure::input)
 }
 
-/// What errors call the rows.
-#[must_use]
-pub fn name(options: &Options) -> String {
-    options.keep_rows.as_ref().map_or("guide".into(), |path| path.display().to_string())
-}
-
-/// Asks, and gives the rows as the text of a file.
+/// Asks for the angles, and gives the rows as the text of a file.
 ///
 /// # Errors
 /// As [`rows()`].
@@ -115,7 +115,7 @@ pub fn ask(
     answers: impl BufRead + Send + 'static,
     mut out: impl Write,
 ) -> Result<String, Failure> {
-    let (samples, answers) = (reader(codes), lines(answers));
+    let (samples, answers) = (read_samples(codes), lines(answers));
     let mut text = String::new();
     let mut with_vrefint = None;
     'angles: for &asked in &plan.angles_deg {
@@ -144,7 +144,10 @@ pub fn ask(
             let (mean, sd, drift) = statistics(&taken);
             tell(format!("{angle} degrees: mean {mean:.1}, standard deviation {sd:.2}, drift {drift:+.1} codes"))?;
             if sd > plan.most_sd {
-                tell(format!("unsteady: allowed is a standard deviation of {} codes; once more", plan.most_sd))?;
+                tell(format!(
+                    "unsteady: allowed is a standard deviation of {} codes; hold the angle again",
+                    plan.most_sd
+                ))?;
                 continue;
             }
             for (code, vrefint) in taken {
@@ -161,7 +164,7 @@ pub fn ask(
     Ok(format!("{header}{text}"))
 }
 
-/// Lines as they are typed, from a thread of their own: the screen must not have to wait for them.
+/// Reads lines in a thread of its own, so that the screen does not block.
 fn lines(answers: impl BufRead + Send + 'static) -> Receiver<io::Result<String>> {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {
@@ -175,7 +178,7 @@ fn lines(answers: impl BufRead + Send + 'static) -> Receiver<io::Result<String>>
     receiver
 }
 
-/// The next answer, with the codes on the screen until it comes; `None` where there will be none.
+/// The next answer, with the codes on the screen until then; `None` at the end of the answers.
 fn answer(
     answers: &Receiver<io::Result<String>>,
     samples: &Receiver<Result<Sample, String>>,
@@ -212,89 +215,12 @@ fn understand(answer: &str, asked: f64) -> Answer {
     }
 }
 
-/// Samples as they come, from a thread of their own: a source must not have to wait while a person thinks.
-fn reader(codes: impl BufRead + Send + 'static) -> Receiver<Result<Sample, String>> {
-    let (sender, receiver) = sync_channel(1 << 16);
-    std::thread::spawn(move || {
-        for (number, line) in (1_u64..).zip(codes.lines()) {
-            let read = line.map_err(|error| error.to_string()).and_then(|line| understand_codes(&line));
-            let sent = match read {
-                Ok(samples) => samples.into_iter().try_for_each(|sample| sender.send(Ok(sample))),
-                Err(what) => sender.send(Err(format!("codes, line {number}: {what}"))),
-            };
-            if sent.is_err() {
-                break;
-            }
-        }
-    });
-    receiver
-}
-
-fn understand_codes(line: &str) -> Result<Vec<Sample>, String> {
-    let words: Vec<&str> = line.split_whitespace().collect();
-    let code = |word: &str| word.parse::<u16>().ok().filter(|code| *code <= AdcCode::MAX.0);
-    let begins_with_digit = words.first().is_some_and(|word| word.starts_with(|c: char| c.is_ascii_digit()));
-    match (&words[..], begins_with_digit) {
-        ([one], true) => code(one).map(|code| vec![(code, None)]),
-        ([one, other], true) => code(one).zip(code(other)).map(|(code, vrefint)| vec![(code, Some(vrefint))]),
-        (_, true) => None,
-        _ => match telemetry::parse(line) {
-            Ok(Line::Inputs(inputs)) => {
-                Some(inputs.calls.iter().map(|call| (call.sensors[0].0, Some(call.vrefint.0))).collect())
-            }
-            Ok(_) => Some(Vec::new()),
-            Err(error) => return Err(error.to_string()),
-        },
-    }
-    .ok_or_else(|| {
-        let short: String = line.chars().take(60).collect();
-        format!("`{short}`: allowed are `CODE`, `CODE VREFINT`, both 0 to 4095, or the board's log")
-    })
-}
-
-fn take(
-    samples: &Receiver<Result<Sample, String>>,
-    count: usize,
-    with_vrefint: &mut Option<bool>,
-) -> Result<Vec<Sample>, Failure> {
-    let mut taken = Vec::with_capacity(count);
-    while taken.len() < count {
-        let sample = samples.recv_timeout(PATIENCE).map_err(|error| {
-            let had = taken.len();
-            Failure::input(match error {
-                RecvTimeoutError::Timeout => {
-                    format!("no code came for {} s, {had} of {count} were had", PATIENCE.as_secs())
-                }
-                RecvTimeoutError::Disconnected => format!("the codes end, {had} of {count} were had"),
-            })
-        })?;
-        let sample = sample.map_err(Failure::input)?;
-        if *with_vrefint.get_or_insert(sample.1.is_some()) != sample.1.is_some() {
-            return Err(Failure::input("codes with and without VREFINT; allowed is one or the other throughout"));
-        }
-        taken.push(sample);
-    }
-    Ok(taken)
-}
-
-/// Mean, standard deviation, and rise of the straight line from the first to the last, in codes.
-pub(crate) fn statistics(samples: &[Sample]) -> (f64, f64, f64) {
-    let n = samples.len() as f64;
-    let mean = samples.iter().map(|&(code, _)| f64::from(code)).sum::<f64>() / n;
-    let (mut squares, mut cross, mut times) = (0.0, 0.0, 0.0);
-    for (k, &(code, _)) in samples.iter().enumerate() {
-        let (time, off) = (k as f64 - 0.5 * (n - 1.0), f64::from(code) - mean);
-        squares += off * off;
-        cross += time * off;
-        times += time * time;
-    }
-    (mean, (squares / (n - 1.0)).sqrt(), cross / times * (n - 1.0))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board::telemetry::printed;
     use std::io::Cursor;
+    use wire::{Call, Inputs, Record};
 
     fn plan(angles_deg: &[f64]) -> Plan {
         Plan { angles_deg: angles_deg.into(), samples: 4, most_sd: 3.0 }
@@ -319,25 +245,32 @@ mod tests {
     fn an_unsteady_pose_is_repeated_and_an_unclear_answer_asked_again() {
         let (text, said) = guided(&[0.0], "0\n9\n0\n9\n5\n5\n5\n5\n", "\n200\n\n");
         assert_eq!(text.unwrap(), "angle_deg,code\n0,5\n0,5\n0,5\n0,5\n");
-        assert!(said.contains("unsteady: allowed is a standard deviation of 3 codes; once more"), "{said}");
+        assert!(said.contains("unsteady: allowed is a standard deviation of 3 codes; hold the angle again"), "{said}");
         assert!(said.contains("an angle from -60 to 170 degrees"), "{said}");
     }
 
     #[test]
     fn the_boards_log_is_taken_as_it_is() {
-        let log = "ready\ninputs 7 2 2048 1502 1 0 2049 1503 1 0\ncost 9100 cycles dropped 2\ninputs 9 2 2047 1502 1 0 2046 1501 1 0\n";
-        let (text, _) = guided(&[30.0, 40.0, 50.0], log, "skip\n\nend\n");
-        assert_eq!(text.unwrap(), "angle_deg,code,vrefint\n40,2048,1502\n40,2049,1503\n40,2047,1502\n40,2046,1501\n");
+        let inputs = |first_tick, codes: [u16; 2]| {
+            let call =
+                |code| Call { codes: [code].into_iter().collect(), reference: 1502, elapsed: 1, ..Call::default() };
+            printed(&Record::Inputs(Inputs { first_tick, calls: codes.map(call).into_iter().collect() }))
+        };
+        let (one, two) = (inputs(7, [2048, 2049]), inputs(9, [2047, 2046]));
+        let log = format!("ready\n1.204 [INFO ] {one} (a.rs:1)\n1.5 walking: hips 1 2\nwire [07, 00, 00]\n{two}\n");
+        let (text, _) = guided(&[30.0, 40.0, 50.0], &log, "skip\n\nend\n");
+        assert_eq!(text.unwrap(), "angle_deg,code,vrefint\n40,2048,1502\n40,2049,1502\n40,2047,1502\n40,2046,1502\n");
     }
 
     #[test]
     fn what_cannot_be_used_is_said() {
         for (codes, answers, words) in [
-            ("1\n2\n", "\n", "the codes end, 2 of 4 were had"),
+            ("1\n2\n", "\n", "the codes end, 2 of 4 were taken"),
             ("1\n5000\n", "\n", "codes, line 2: `5000`: allowed are"),
             ("1\n1 2 3\n", "\n", "codes, line 2: `1 2 3`"),
             ("1\n1 2\n", "\n", "with and without VREFINT"),
-            ("inputs 7 x\n", "\n", "a number expected at `x`"),
+            ("wire [03, 7]\n", "\n", "codes, line 1: printed record: byte 1 is not two hexadecimal digits"),
+            ("wire [00, 02]\n", "\n", "the board sends records of version 2, this program reads version 1"),
             ("1\n", "", "the answers end at 0 degrees; allowed is `end`"),
         ] {
             let error = guided(&[0.0], codes, answers).0.unwrap_err();

@@ -1,29 +1,29 @@
-//! Which of the poses become the points of a table: those that leave the least error at the others.
+//! Selects the poses that become the points of a table: those with the smallest error at the others.
 //!
-//! From the two ends on, the pose with the largest error becomes a point until there are enough or nothing is left to gain; then
-//! each inner point is moved between its neighbours as long as that makes the table better. The objective is the largest error,
+//! Starting with the two ends, the pose with the largest error becomes a point until there are enough or no error is left; then
+//! each inner point is moved between its neighbours as long as that improves the table. The objective is the largest error,
 //! and among tables with the same one the root mean square.
 
 use hgod_adc::{Calibration, CalibrationError, CalibrationPoint, Interpolation};
 use joint_units::Volts;
 
-/// Errors that are not worth a point: a hundredth of what a goniometer can be read to.
+/// Errors too small for another point: a hundredth of the reading accuracy of a goniometer.
 const NOTHING_DEG: f64 = 1e-3;
 
-/// Places tried for a point between its neighbours, and rounds over all points.
+/// Candidates for a point between its neighbours, and rounds over all points.
 const TRIES: usize = 24;
 const ROUNDS: usize = 4;
 
-/// A table that goes on straight beyond its ends, so that the noise of a row at an end has an error and not a verdict.
+/// A table extended by straight lines beyond its ends, so that a noisy row at an end has an error instead of a validity.
 #[derive(Debug, Clone, Copy)]
 pub struct Extended<'a> {
     table: &'a Calibration,
-    /// Volts, degrees and degrees a volt at either end.
+    /// Volts, degrees and degrees a volt at each end.
     ends: [(f64, f64, f64); 2],
 }
 
 impl<'a> Extended<'a> {
-    /// Of a table.
+    /// Extends a table.
     #[must_use]
     pub fn new(table: &'a Calibration) -> Self {
         let (low, high) = table.volts_span();
@@ -49,7 +49,7 @@ impl<'a> Extended<'a> {
         }
     }
 
-    /// Degrees a volt, without the sign.
+    /// Slope without its sign, degrees a volt.
     #[must_use]
     pub fn slope(&self, volts: f64) -> f64 {
         let step = 0.005 * (self.ends[1].0 - self.ends[0].0);
@@ -60,14 +60,14 @@ impl<'a> Extended<'a> {
 fn inside(table: &Calibration, volts: f64) -> f64 {
     let (low, high) = table.volts_span();
     let volts = (volts as f32).max(low.0).min(high.0);
-    // Between its own ends a table has an angle everywhere.
+    // Within its ends a table always has an angle.
     table.angle(Volts(volts)).map_or(f64::NAN, |angle| f64::from(angle.0).to_degrees())
 }
 
-/// Places of the points among the candidates, which come by rising volts; `wanted` are the volts and degrees to be met.
+/// Indices of the points among the candidates, which are sorted by volts; `wanted` are the volts and degrees to be met.
 ///
 /// # Errors
-/// Not even the two ends are a table.
+/// The two ends alone break a rule of tables.
 pub fn choose(
     candidates: &[CalibrationPoint],
     wanted: &[(f64, f64)],
@@ -116,7 +116,7 @@ pub fn build(
     Calibration::new(&points, interpolation)
 }
 
-/// Largest error and root mean square, one after the other.
+/// Largest error, and root mean square.
 fn objective(table: &Calibration, wanted: &[(f64, f64)]) -> (f64, f64) {
     let table = Extended::new(table);
     let (mut worst, mut squares) = (0.0_f64, 0.0);
@@ -128,7 +128,7 @@ fn objective(table: &Calibration, wanted: &[(f64, f64)]) -> (f64, f64) {
     (worst, squares)
 }
 
-/// The same places and the candidate that is worst off without being one; `None` if none is, or none can be one.
+/// The same indices and the candidate with the largest error; `None` if no candidate can be added.
 fn one_more(candidates: &[CalibrationPoint], places: &[usize], interpolation: Interpolation) -> Option<Vec<usize>> {
     let table = build(candidates, places, interpolation).ok()?;
     let table = Extended::new(&table);
@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(choose(&candidates, &wanted, 32, Interpolation::Linear).unwrap(), [0, 100]);
     }
 
-    /// Straight lines through a parabola are off by c h^2 / 4 in an interval of width h, so even steps are the best ones: for
+    /// The error of straight lines through a parabola is c h^2 / 4 in an interval of width h, so equal steps are optimal: for
     /// 10 deg/V^2, 2 V and 8 intervals 0.1563 degrees.
     #[test]
     fn straight_lines_share_the_error_of_a_parabola_evenly() {
@@ -179,7 +179,7 @@ mod tests {
         assert!((0.156..1.15 * 0.1563).contains(&worst), "{worst} with {places:?}");
     }
 
-    /// The inner point of three belongs at the corner, which is no point that halving would find.
+    /// The inner point of three belongs at the corner, which bisection would not find.
     #[test]
     fn the_corner_of_a_bent_line_is_found() {
         let (candidates, wanted) = curve(101, |v| if v < 1.0 { 80.0 * v } else { 80.0 + 20.0 * (v - 1.0) });

@@ -1,38 +1,38 @@
-//! What a person sees of the sensor while he brings the joint to an angle: the last second of its codes, on one line of the terminal above
-//! the one that he types on.
+//! Shows the last second of the sensor's codes on one line of the terminal, above the input line, while the operator sets an
+//! angle.
 
-use super::guide::{Sample, statistics};
+use super::samples::{Sample, statistics};
 use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 
-/// How often it is written.
+/// Interval of the updates.
 pub(crate) const EVERY: Duration = Duration::from_millis(200);
 
-/// Samples that it is about: a second of the board.
+/// Number of samples in the statistics: one second of the board.
 const WINDOW: usize = 1000;
 
-/// Silence that is worth a word.
+/// Time without codes until this is shown.
 const SILENT: Duration = Duration::from_secs(1);
 
 /// The line.
 pub(crate) struct Live {
     window: VecDeque<Sample>,
     last: Instant,
-    /// What is wrong with the codes.
+    /// The error of the codes.
     wrong: Option<String>,
 }
 
 impl Live {
-    /// Makes room for the line, and begins the one below it.
+    /// Writes the empty line and the input line below it.
     pub(crate) fn begin(out: &mut impl Write) -> io::Result<Self> {
         write!(out, "\n> ")?;
         out.flush()?;
         Ok(Self { window: VecDeque::with_capacity(WINDOW), last: Instant::now(), wrong: None })
     }
 
-    /// Takes what has come since, and writes the line anew; the cursor stays where it is.
+    /// Takes the new samples and writes the line again; the cursor stays in place.
     pub(crate) fn refresh(
         &mut self,
         samples: &Receiver<Result<Sample, String>>,
@@ -91,7 +91,7 @@ mod tests {
         }
         said.clear();
         live.refresh(&receive, &mut said).unwrap();
-        // A straight line: its mean is the middle of the last thousand, its drift their rise.
+        // A straight line: its mean is the middle of the last thousand samples, its drift their rise.
         assert_eq!(
             String::from_utf8(said.clone()).unwrap(),
             "\u{1b}7\u{1b}[1A\r\u{1b}[Kcode 2999: mean 2499.5, standard deviation 288.82, drift +999.0 of 1000\u{1b}8"

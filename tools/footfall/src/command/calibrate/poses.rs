@@ -1,16 +1,16 @@
-//! Rows to poses: rows of the same angle, with their mean, spread, drift and, where the angle was come to from both sides, the two
-//! means.
+//! Collects rows of the same angle to poses, with mean, spread and drift, and the two means if the angle was reached from both
+//! sides.
 
 use super::rows::{Direction, Row};
 
-/// Rows in a row that were taken at the same pose.
+/// Consecutive rows of the same pose.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Visit {
     /// First and last line of the file.
     pub lines: (u64, u64),
-    /// From where.
+    /// Direction in which the angle was reached.
     pub direction: Direction,
-    /// How many rows.
+    /// Number of rows.
     pub rows: usize,
     /// Mean volts.
     pub mean_v: f64,
@@ -20,24 +20,24 @@ pub struct Visit {
     pub drift_v: Option<f64>,
 }
 
-/// A known angle and what the sensor said there.
+/// A known angle and the sensor's volts there.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Pose {
     /// Mean of the rows' angles.
     pub angle_deg: f64,
-    /// Middle between the means of up and down, or the mean of the only direction.
+    /// Middle between the means of up and down, or the mean of the only direction, in volts.
     pub volts: f64,
-    /// How many rows.
+    /// Number of rows.
     pub rows: usize,
     /// Standard deviation within visits, in volts; `None` where no visit has two rows.
     pub sd_v: Option<f64>,
-    /// Standard deviation of all rows about the pose's volts, hysteresis and all.
+    /// Standard deviation of all rows about the pose's volts, including hysteresis.
     pub spread_v: f64,
     /// Mean volts of the visits from smaller angles.
     pub up_v: Option<f64>,
     /// Mean volts of the visits from greater angles.
     pub down_v: Option<f64>,
-    /// Whether a row was at the converter's end.
+    /// A row was at the converter's limit.
     pub clipped: bool,
     /// In the order of the file.
     pub visits: Vec<Visit>,
@@ -50,7 +50,7 @@ impl Pose {
         self.visits.first().map_or(0, |visit| visit.lines.0)
     }
 
-    /// Up less down, in volts.
+    /// Up minus down, in volts.
     #[must_use]
     pub fn hysteresis_v(&self) -> Option<f64> {
         Some(self.up_v? - self.down_v?)
@@ -63,7 +63,7 @@ impl Pose {
     }
 }
 
-/// The poses of the rows, by rising angle: angles less than `same_deg` above the smallest of a pose belong to it.
+/// The poses of the rows, by rising angle: angles less than `same_deg` above the smallest one of a pose belong to it.
 #[must_use]
 pub fn poses(rows: &[Row], same_deg: f64) -> Vec<Pose> {
     let places = places(rows, same_deg);
@@ -96,7 +96,7 @@ pub(crate) fn places(rows: &[Row], same_deg: f64) -> Vec<usize> {
     let (mut place, mut smallest) = (0, order.first().map_or(0.0, |&first| rows[first].angle_deg));
     for index in order {
         let angle = rows[index].angle_deg;
-        // Steps of exactly this width are steps, whatever their rounding.
+        // Steps of exactly this width are separate poses, whatever their rounding.
         if angle - smallest > same_deg * (1.0 - 1e-6) {
             place += 1;
             smallest = angle;
@@ -115,7 +115,7 @@ fn means(values: impl Iterator<Item = f64>, places: &[usize], count: usize) -> V
     sums.into_iter().map(|(sum, n): (f64, f64)| sum / n).collect()
 }
 
-/// From the pose before; the first visit is taken to continue as it begins.
+/// From the previous pose; the first visit is assumed to continue its first direction.
 fn direction(runs: &[(usize, std::ops::Range<usize>)], number: usize) -> Direction {
     let from = number.saturating_sub(1);
     let rises = match (runs.get(from), runs.get(from + 1)) {

@@ -1,9 +1,9 @@
-//! What is told of a calibration: text for a terminal, JSON, a page, a picture.
+//! Reports of a calibration: text for a terminal, JSON, a page, a picture.
 
-use super::Calibrated;
-use super::fit::Fit;
+use super::fit::{Fit, short};
 use super::knots::Extended;
 use super::poses::Pose;
+use super::result::Calibrated;
 use crate::file::calibration_file::Hysteresis;
 use joint_units::Volts;
 use picture::{Curve, Panel, draw};
@@ -13,14 +13,8 @@ use std::fmt::Write as _;
 /// Points of the drawn curve.
 const CURVE: usize = 400;
 
-/// Rows that the page shows: all of them could be gigabytes.
+/// Largest number of rows on the page, which limits its size.
 const MOST_ROWS: usize = 5000;
-
-/// A number in as few of two digits as it has.
-#[must_use]
-pub fn short(value: f64) -> String {
-    format!("{}", (value * 100.0).round() / 100.0 + 0.0)
-}
 
 /// The headings of the table of poses, with their units.
 const HEADINGS: [&str; 9] =
@@ -31,11 +25,11 @@ fn cells(fit: &Fit) -> Vec<[String; 9]> {
     let table = Extended::new(&fit.calibration);
     let row = |(pose, why): (&Pose, &Option<super::fit::LeftOut>)| {
         let maybe = |value: Option<f64>, digits: usize| {
-            // Adding 0 takes the sign from a rounded zero.
+            // Adding 0 removes the sign of a rounded zero.
             let scale = 10_f64.powi(digits as i32);
             value.map_or("-".into(), |value| format!("{:.digits$}", (value * scale).round() / scale + 0.0))
         };
-        // Where the sensor is saturated, millivolts say nothing about degrees.
+        // Where the sensor is saturated, volts do not convert to degrees.
         let kept = |value: Option<f64>| value.filter(|_| why.is_none());
         let slope = table.slope(pose.volts);
         let apart = pose.up_v.zip(pose.down_v).map(|(up, down)| table.degrees(up) - table.degrees(down));
@@ -54,32 +48,32 @@ fn cells(fit: &Fit) -> Vec<[String; 9]> {
     fit.poses.iter().zip(&fit.left_out).map(row).collect()
 }
 
-/// Which way the volts go with the angle, and what it took for that.
+/// Direction of the volts with the angle, and the number of joined poses.
 fn monotone(fit: &Fit) -> String {
     let rises = fit.poses.first().zip(fit.poses.last()).is_some_and(|(first, last)| first.volts < last.volts);
     let way = if rises { "rise" } else { "fall" };
     let joined = match fit.pooled {
-        0 => "no two poses the other way round".into(),
-        n => format!("{n} poses joined where noise had turned their order round"),
+        0 => "no poses joined".into(),
+        n => format!("{n} poses joined because noise had reversed their order"),
     };
     format!("volts {way} with the angle, {joined}")
 }
 
-/// Where the sensor says the same for different angles.
+/// The angles that are left out of the table.
 fn saturation(fit: &Fit) -> String {
     let there = fit.poses.iter().zip(&fit.left_out).filter(|(_, why)| why.is_some());
     let angles: Vec<String> = there.map(|(pose, _)| short(pose.angle_deg)).collect();
     if angles.is_empty() { "none".into() } else { format!("left out of the table: {} degrees", angles.join(", ")) }
 }
 
-/// Lines of a name and its value.
+/// Name and value of each result.
 fn summary(calibrated: &Calibrated) -> Vec<(&'static str, String)> {
     let fit = &calibrated.fit;
     let (low, high) = fit.calibration.span();
     let (low_v, high_v) = fit.calibration.volts_span();
     let hysteresis = match fit.hysteresis {
         None => "not known".into(),
-        Some(Hysteresis { largest, mean }) => format!("{largest:.3} degrees at most, {mean:.3} in the mean"),
+        Some(Hysteresis { largest, mean }) => format!("{largest:.3} degrees at most, {mean:.3} on average"),
     };
     let (worst, line) = fit.worst_deg;
     let in_table = fit.left_out.iter().filter(|why| why.is_none()).count();
@@ -99,7 +93,7 @@ fn summary(calibrated: &Calibrated) -> Vec<(&'static str, String)> {
         ("residual", format!("{:.3} degrees rms over the rows, {worst:.3} at worst (line {line})", fit.rms_deg)),
         ("at the poses' means", format!("{:.3} degrees at worst", fit.worst_pose_deg)),
         (
-            "at a pose that the table does not know",
+            "at a pose outside of the table",
             fit.unknown_pose_deg.map_or("not known".into(), |deg| format!("{deg:.3} degrees at worst")),
         ),
         ("hysteresis", hysteresis),
@@ -113,7 +107,7 @@ fn summary(calibrated: &Calibrated) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// For a terminal.
+/// Text for a terminal.
 #[must_use]
 pub fn text(calibrated: &Calibrated) -> String {
     let rows = cells(&calibrated.fit);
@@ -141,7 +135,7 @@ pub fn text(calibrated: &Calibrated) -> String {
     text
 }
 
-/// Everything, for programs.
+/// All results as JSON.
 #[must_use]
 pub fn json(calibrated: &Calibrated) -> Value {
     let (fit, measured) = (&calibrated.fit, &calibrated.measured);
@@ -184,7 +178,7 @@ pub fn json(calibrated: &Calibrated) -> Value {
     })
 }
 
-/// The curve with its points, and the residuals.
+/// Charts: the curve with its points, and the residuals.
 fn panels(calibrated: &Calibrated) -> Vec<Panel> {
     let fit = &calibrated.fit;
     let table = Extended::new(&fit.calibration);
@@ -199,7 +193,7 @@ fn panels(calibrated: &Calibrated) -> Vec<Panel> {
     let outside: Vec<(f64, f64)> =
         [(first, f64::from(low.0)), (f64::from(high.0), last)].into_iter().filter(|(from, to)| from < to).collect();
     let sensor = Panel::curves(
-        "The sensor; grey is out of the table",
+        "The sensor; grey is outside of the table",
         "at the sensor, V",
         "angle, deg",
         vec![Curve::new("table", (0..=CURVE).filter_map(curve).collect()), Curve::new("poses", means)],
@@ -217,7 +211,7 @@ fn panels(calibrated: &Calibrated) -> Vec<Panel> {
         rows.chunk_by(|a, b| a.0 == b.0).filter_map(of_angle).collect()
     };
     let residuals = Panel::curves(
-        "Table less known angle",
+        "Table minus known angle",
         "known angle, deg",
         "residual, deg",
         vec![
@@ -230,10 +224,10 @@ fn panels(calibrated: &Calibrated) -> Vec<Panel> {
     vec![sensor, residuals]
 }
 
-/// The pictures.
+/// The charts as SVG.
 ///
 /// # Errors
-/// The drawing library's own.
+/// The error of the drawing library.
 pub fn svg(calibrated: &Calibrated) -> Result<String, String> {
     let title = format!("{}, {}", calibrated.measured.sensor, calibrated.measured.date);
     draw(&title, &panels(calibrated), 1)
@@ -245,7 +239,7 @@ table{border-collapse:collapse;margin:1em 0}td,th{border:1px solid #ccc;padding:
 th{background:#f3f3f3}svg{max-width:100%;height:auto}.note{background:#fff6df;padding:.4em .8em;margin:.4em 0}\
 </style>";
 
-/// Text as HTML shows it.
+/// Text with the special characters of HTML escaped.
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -265,7 +259,7 @@ fn table<'a>(page: &mut String, head: &[&str], rows: impl Iterator<Item = Vec<&'
     *page += "</table>";
 }
 
-/// One self-contained page.
+/// One self-contained HTML page.
 ///
 /// # Errors
 /// A picture cannot be drawn.

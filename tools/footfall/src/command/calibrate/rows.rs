@@ -1,13 +1,13 @@
-//! Rows of known angles, as people write them down or a script logs them: CSV with a header.
+//! Reads rows of known angles from CSV with a header.
 //!
-//! | column | what |
+//! | column | content |
 //! |---|---|
 //! | `angle_deg` or `angle_rad` | the known angle of the joint, flexion positive |
 //! | `volts`, or `code` (`codes`) | volts at the sensor, or the converter's 12 bit code, also as a mean with decimals |
-//! | `vrefint` | the internal reference's code of the same moment, where the supply is to be had from it |
-//! | `direction` | `up` or `down`: which way the joint had turned to get there |
+//! | `vrefint` | the internal reference's code at the same time, if the supply is computed from it |
+//! | `direction` | `up` or `down`: the direction in which the joint reached the angle |
 //!
-//! Other columns are not read. Commas, semicolons or tabs separate; lines that begin with `#` are passed over. Rows are in the order
+//! Other columns are not read. Commas, semicolons or tabs separate; lines that begin with `#` are skipped. Rows are in the order
 //! in which they were taken.
 
 use hgod_adc::{ANATOMY, MAX_VOLTS, Reference};
@@ -18,10 +18,10 @@ use std::path::Path;
 /// Most bytes of a file of rows.
 const MAX_BYTES: u64 = 64 << 20;
 
-/// Most rows: an hour of a board's codes.
+/// Most rows: an hour of codes of a board.
 const MAX_ROWS: usize = 4_000_000;
 
-/// Which way the joint turned to get to an angle.
+/// Direction in which the joint reached an angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
@@ -40,35 +40,35 @@ pub struct Row {
     pub angle_deg: f64,
     /// Volts at the sensor.
     pub volts: f64,
-    /// Whether the code was 0 or 4095, where a converter ends: the true volts lie there or beyond.
+    /// The code was 0 or 4095, the limits of the converter: the true volts are there or beyond.
     pub clipped: bool,
-    /// As the file says.
+    /// The direction, if the file has it.
     pub direction: Option<Direction>,
 }
 
-/// Rows and what else the file has to say.
+/// The rows of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rows {
     /// In the order of the file.
     pub rows: Vec<Row>,
-    /// Name of the column that the volts are from.
+    /// Name of the column of the volts.
     pub signal: String,
-    /// What one code is worth at the sensor, in volts; 0 for rows of volts.
+    /// Worth of one code at the sensor, in volts; 0 for rows of volts.
     pub code_v: f64,
-    /// Remarks for people.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
-/// What is wrong with a file of rows, and where.
+/// An error of a file of rows, and its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RowsError {
-    /// The file, as the caller named it.
+    /// The file, as named by the caller.
     pub file: String,
-    /// Line from 1, where it is one line's fault.
+    /// Line from 1, if the error is in one line.
     pub line: Option<u64>,
-    /// Column from 1, where its place is known, and its name.
+    /// Column from 1, if known, and its name.
     pub column: Option<(Option<usize>, String)>,
-    /// What, and what is allowed.
+    /// What is wrong, and what is allowed.
     pub what: String,
 }
 
@@ -90,12 +90,12 @@ impl fmt::Display for RowsError {
 
 impl std::error::Error for RowsError {}
 
-/// How a code becomes volts at the pin.
+/// Conversion of codes to volts at the pin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scale {
-    /// Nobody has said: rows of codes are refused.
+    /// Not known: rows of codes are refused.
     Unknown,
-    /// The converter's supply, as stated; a `vrefint` column is not read.
+    /// The converter's supply in volts, as given; a `vrefint` column is not read.
     Supply(f64),
     /// The supply of each row from its `vrefint`.
     Reference(Reference),
@@ -104,9 +104,9 @@ pub enum Scale {
 /// How to read a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
-    /// How a code becomes volts at the pin.
+    /// Conversion of codes to volts at the pin.
     pub scale: Scale,
-    /// Volts at the sensor for one volt at the pin; for codes only, since volts are at the sensor already.
+    /// Volts at the sensor for one volt at the pin; for codes only, since rows of volts are at the sensor already.
     pub divider: f64,
     /// Name of the column of angles, where it is not `angle_deg` or `angle_rad`.
     pub angle: Option<String>,
@@ -125,7 +125,7 @@ impl Default for Reading {
 /// Reads a file of rows.
 ///
 /// # Errors
-/// The first thing that is wrong with it, with line and column.
+/// The first error, with line and column.
 pub fn read(path: &Path, reading: &Reading) -> Result<Rows, RowsError> {
     let file = path.display().to_string();
     let fail = |what: String| RowsError { file: file.clone(), line: None, column: None, what };
@@ -139,7 +139,7 @@ pub fn read(path: &Path, reading: &Reading) -> Result<Rows, RowsError> {
     parse(&file, &bytes, reading)
 }
 
-/// Reads rows from bytes; `file` is what errors call them.
+/// Reads rows from bytes; `file` is their name in errors.
 ///
 /// # Errors
 /// As [`read`].
@@ -216,7 +216,7 @@ struct Columns {
     direction: Option<usize>,
 }
 
-/// A column from 0, and what is wrong with its field.
+/// A column from 0, and the error of its field.
 type FieldError = (usize, String);
 
 impl Columns {
@@ -267,7 +267,7 @@ impl Columns {
         Ok(Self { angle, radians, signal, codes, vrefint, direction: place("direction") })
     }
 
-    /// The row, and the supply that its code was taken at.
+    /// The row, and the supply at which its code was taken.
     fn row(&self, record: &csv::StringRecord, line: u64, reading: &Reading) -> Result<(Row, f64), FieldError> {
         let number = |column: usize| -> Result<f64, FieldError> {
             let field = record.get(column).unwrap_or_default();
@@ -286,12 +286,11 @@ impl Columns {
         let angle = number(self.angle)?;
         let degrees = if self.radians { angle.to_degrees() } else { angle };
         let (least, most) = (f64::from(ANATOMY.0.degrees()).round(), f64::from(ANATOMY.1.degrees()).round());
-        // What was written in radians may have been rounded.
-        let room = if self.radians { 1e-3 } else { 0.0 };
-        if !(least - room..=most + room).contains(&degrees) {
+        // Angles in radians may have been rounded.
+        let tolerance = if self.radians { 1e-3 } else { 0.0 };
+        if !(least - tolerance..=most + tolerance).contains(&degrees) {
             let value = if self.radians { format!("{angle} rad, {degrees:.2} degrees") } else { angle.to_string() };
-            let what =
-                format!("is {value}; allowed is {least} to {most} degrees, what a joint with a sensor can be at");
+            let what = format!("is {value}; allowed is {least} to {most} degrees, the range of a joint with a sensor");
             return Err((self.angle, what));
         }
         let angle_deg = degrees.clamp(least, most);
@@ -324,7 +323,7 @@ impl Columns {
         match (reading.scale, self.vrefint) {
             (Scale::Reference(reference), Some(column)) => {
                 let code = number(column)?;
-                // Supply from the code as the board has it: whole, and checked for being possible.
+                // The supply from the code as on the board: whole, and checked for plausibility.
                 let whole = AdcCode(code.round().clamp(0.0, f64::from(u16::MAX)) as u16);
                 reference
                     .supply(whole)

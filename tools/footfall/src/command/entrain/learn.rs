@@ -1,12 +1,12 @@
-//! A walker's templates and the phase of every sample, from a recording and with all the time of the world.
+//! Learns the templates of a person from a recording, and the phase of every sample, offline.
 //!
-//! 1. The stride period ([`gait_trace::stride::period`]), over the window that is learned from.
-//! 2. A first phase: the measured joint demodulated at that period under a Hann window of two strides, no lag.
+//! 1. The stride period ([`gait_trace::stride::period`]) over the window.
+//! 2. A first phase: the measured joint demodulated at that period under a Hann window of two strides, without lag.
 //! 3. Fourier series of every joint in that phase, by least squares over the window.
 //! 4. The phase again: `phi += sum_j e_j S_j' / sum_j S_j'^2`, both sums under a Hann window of 0.6 strides; then 3 again, six times.
 //!
-//! The phase is 0 where the left hip is most flexed (without a left hip, the measured joint). It uses what comes after a sample and all
-//! joints, which an estimator on a leg cannot: it is what that is judged against, not what it is given.
+//! The phase is 0 at the largest flexion of the left hip (without a left hip, of the measured joint). It uses later samples and all joints,
+//! which a follower cannot: it is the reference for the follower, not its input.
 
 use cpg_core::BuildError;
 use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
@@ -17,10 +17,10 @@ use joint_units::{Joint, Phase, Radians};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Rate of the analysis; walking has nothing above 20 Hz.
+/// Sampling rate of the analysis; gait has no content above 20 Hz.
 pub const RATE_HZ: f64 = 200.0;
 
-/// Windows to learn from begin within so many seconds: whoever walks has begun to by then.
+/// Windows begin within this time: by then the person walks.
 pub const SEARCH_S: f64 = 120.0;
 
 /// Coefficients of a template: mean, cosines, sines.
@@ -29,18 +29,18 @@ const TERMS: usize = 1 + 2 * TEMPLATE_HARMONICS;
 /// What was learned.
 #[derive(Debug, Clone)]
 pub struct Learned {
-    /// Template of each joint that the recording has.
+    /// Template of each joint of the recording.
     pub templates: [Option<Template>; Joint::COUNT],
     /// Mean stride of the window, s.
     pub stride_s: f64,
-    /// The window that templates are from: seconds from the first row.
+    /// The window of the templates: seconds from the first row.
     pub window_s: (f64, f64),
-    /// Phase in cycles, unwrapped, at [`RATE_HZ`] from the recording's first row on.
+    /// Phase in cycles, unwrapped, at [`RATE_HZ`] from the first row of the recording on.
     pub phase: Vec<f64>,
 }
 
 impl Learned {
-    /// Phase in cycles at a time since the first row, held at both ends.
+    /// Phase in cycles at a time since the first row, constant before and after the recording.
     #[must_use]
     pub fn phase_at(&self, time_s: f64) -> f64 {
         let place = (time_s * RATE_HZ).max(0.0);
@@ -50,7 +50,7 @@ impl Learned {
         self.phase[n] + (self.phase[next] - self.phase[n]) * (place - n as f64).min(1.0)
     }
 
-    /// Angular frequency at a time, a mean over half a stride to either side, rad/s.
+    /// Angular frequency at a time, averaged over half a stride to either side, rad/s.
     #[must_use]
     pub fn frequency_at(&self, time_s: f64) -> f64 {
         let half = 0.5 * self.stride_s;
@@ -61,11 +61,11 @@ impl Learned {
 }
 
 impl Learned {
-    /// With the templates that are missing taken from another walker, whose phase this one then has: turned so that both measured joints
-    /// are most alike.
+    /// Takes missing templates from another person. The phase then has that person's origin, at which the templates of the measured joint are
+    /// most alike.
     ///
     /// # Errors
-    /// Never for templates that were learned; the core's own check of the turned series.
+    /// None for learned templates; the core checks the shifted series.
     pub fn completed(mut self, other: &Self, sensor: Joint) -> Result<Self, BuildError> {
         let (Some(mine), Some(theirs)) = (self.templates[sensor as usize], other.templates[sensor as usize]) else {
             return Ok(self);
@@ -84,7 +84,7 @@ impl Learned {
         Ok(self)
     }
 
-    /// The phase as another template of the measured joint counts it: 0 where that one's cycle begins.
+    /// Shifts the phase to the origin of another template of the measured joint.
     pub fn count_as(&mut self, template: &Template, sensor: Joint) {
         if let Some(mine) = &self.templates[sensor as usize] {
             let turn = lead(mine, template);
@@ -93,7 +93,7 @@ impl Learned {
     }
 }
 
-/// The turn, in cycles, after which one template is most like another: `mine(phi + turn)` and `theirs(phi)`.
+/// The shift, in cycles, at which two templates are most alike: `mine(phi + shift)` and `theirs(phi)`.
 fn lead(mine: &Template, theirs: &Template) -> f64 {
     let alike = |turn: usize| -> f64 {
         let by = turn as f64 / 1000.0;
@@ -102,7 +102,7 @@ fn lead(mine: &Template, theirs: &Template) -> f64 {
     (0..1000).max_by(|&a, &b| alike(a).total_cmp(&alike(b))).unwrap_or(0) as f64 / 1000.0
 }
 
-/// The template a part of a cycle on: `S(phi + cycles)`.
+/// The template shifted by a part of a cycle: `S(phi + cycles)`.
 fn turned(template: &Template, cycles: f64) -> Result<Template, BuildError> {
     let (mean, cos, sin) = template.coefficients();
     let (mut c, mut s) = (*cos, *sin);
@@ -114,7 +114,7 @@ fn turned(template: &Template, cycles: f64) -> Result<Template, BuildError> {
     Template::new(Radians(mean), c, s)
 }
 
-/// Why nothing could be learned.
+/// Why nothing can be learned.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LearnError {
     /// The recording has no channel of the sensor's joint.
@@ -128,16 +128,16 @@ pub enum LearnError {
         "nothing in {window_s:.1} s repeats itself: no template can be learned from them; allowed are two strides or more of steady walking"
     )]
     NoStride {
-        /// How much was looked at.
+        /// Duration that was searched, s.
         window_s: f64,
     },
-    /// The series is none.
+    /// The core refuses the series.
     #[error(transparent)]
     Template(#[from] BuildError),
 }
 
-/// Learns from a window of `window_s` seconds; the phase is found for all rows. The window is the first one, or, where that does not
-/// repeat itself, the one that does so best among those that begin within [`SEARCH_S`].
+/// Learns from a window of `window_s` seconds, and finds the phase of all rows. The window is the first one, or, if that has no period, the
+/// most periodic one among those that begin within [`SEARCH_S`].
 ///
 /// # Errors
 /// See [`LearnError`].
@@ -145,7 +145,7 @@ pub fn learn(recording: &Recording, sensor: Joint, window_s: f64) -> Result<Lear
     learn_without(recording, sensor, window_s, &[])
 }
 
-/// As [`learn`], from a recording of which some spans, in seconds from the first row, hold nothing that was measured.
+/// As [`learn`], without the given spans, in seconds from the first row, in which nothing was measured.
 ///
 /// # Errors
 /// See [`LearnError`].
@@ -177,7 +177,7 @@ pub fn learn_without(
         refine(&mut phase, &joints, &series, &known, period_s);
         series = fitted(&joints, &phase, &window, &known);
     }
-    // Phase 0 where the first joint is most flexed.
+    // Phase 0 is the largest flexion of the first joint.
     let first = if series[0].is_some() { 0 } else { sensor as usize };
     let top = series[first].as_ref().map_or(0.0, top);
     phase.iter_mut().for_each(|phase| *phase -= top);
@@ -194,13 +194,13 @@ pub fn learn_without(
     Ok(Learned { templates, stride_s: (to - from) / strides, window_s: (from, to), phase })
 }
 
-/// The rows to learn from, and their stride period.
+/// The rows of the window, and their stride period.
 fn window(even: &Recording, known: &[bool], window_s: f64) -> Option<(Range<usize>, f64)> {
     let (rows, length, second) = (known.len(), (window_s * RATE_HZ) as usize + 1, RATE_HZ as usize);
     let at = |start: usize| {
         let window = start..rows.min(start + length);
         let found = period::find(&part(even, &window)?)?;
-        // What is a straight line repeats itself, too.
+        // A constant signal would be periodic, too.
         let holes = known[window.clone()].iter().filter(|known| !**known).count();
         let long = window.len() as f64 >= 1.5 * found.period_s * RATE_HZ && 2 * window.len() >= length.min(rows);
         let enough = long && 4 * holes <= window.len();
@@ -222,12 +222,12 @@ fn part(even: &Recording, rows: &Range<usize>) -> Option<Recording> {
     Recording::build(even.time_s()[rows.clone()].to_vec(), channels).ok()
 }
 
-/// A Hann window that reaches `half` rows to either side.
+/// A Hann window of `half` rows to either side.
 fn hann(half: usize) -> Vec<f64> {
     (0..=2 * half).map(|n| 0.5 - 0.5 * (TAU * (n + 1) as f64 / (2 * half + 2) as f64).cos()).collect()
 }
 
-/// Sum of `values` under a window about each row, as far as there are rows.
+/// Sum of `values` under a window around each row, within the recording.
 fn smoothed(values: &[f64], window: &[f64]) -> Vec<f64> {
     let half = window.len() / 2;
     (0..values.len())
@@ -272,7 +272,7 @@ fn basis(phase: f64) -> [f64; TERMS] {
 
 type Series = [f64; TERMS];
 
-/// Least squares of each joint over the known rows of a window.
+/// Least squares of each joint over the measured rows of the window.
 fn fitted(
     joints: &[Option<Vec<f64>>; Joint::COUNT],
     phase: &[f64],
@@ -376,7 +376,7 @@ mod tests {
     use super::*;
     use gait_trace::{Channel, Quantity};
 
-    /// A walker whose stride time wanders by a tenth: phase and templates come back.
+    /// A person whose stride time varies by a tenth: phase and templates are found.
     #[test]
     fn a_wandering_phase_comes_back() {
         let cycles = |t: f64| t / 1.1 + 0.05 * (0.9 * t).sin();
@@ -400,7 +400,7 @@ mod tests {
         assert!((0..100).all(|n| angle_deg(&template, f64::from(n) / 100.0) <= angle_deg(&template, 0.0) + 0.01));
     }
 
-    /// One knee alone gets the other joints of a whole walker, in step with it.
+    /// A recording of one knee gets the other joints of a complete one, at the same phase.
     #[test]
     fn a_knee_alone_is_completed_in_phase() {
         let times: Vec<f64> = (0..3000).map(|n| f64::from(n) * 0.005).collect();
@@ -424,7 +424,7 @@ mod tests {
         assert!((angle_deg(&own, alone.phase_at(t)) - 10.0 - 0.8 * knee(t / 1.3 + 0.3)).abs() < 1.0);
     }
 
-    /// Ten seconds of standing, then a walk of which two seconds were not measured: templates of the walk alone.
+    /// Ten seconds of standing, then a walk with a gap of two seconds: the templates are of the walk alone.
     #[test]
     fn standing_and_what_was_not_measured_teach_nothing() {
         let times: Vec<f64> = (0..8000).map(|n| f64::from(n) * 0.005).collect();

@@ -1,4 +1,4 @@
-//! The core that entrains, run over a recording tick by tick, and what that comes to.
+//! Runs a follower over a recording tick by tick, and compares it with the recording.
 
 use cpg_core::entrainment::{Follower, Lock, SensorFault};
 use cpg_core::{BuildError, Follow, Generator};
@@ -15,39 +15,39 @@ pub const TICKS_PER_S: f64 = 1000.0;
 pub struct Tick {
     /// Setpoints, degrees.
     pub angles: [f64; Joint::COUNT],
-    /// Their rates, degrees per second.
+    /// Rates of the setpoints, degrees per second.
     pub rates: [f64; Joint::COUNT],
-    /// Driven phase.
+    /// Phase of the setpoints.
     pub phase: Phase,
-    /// Estimated phase.
+    /// Estimated phase of the person.
     pub estimate: Phase,
     /// Amplitude factor.
     pub amplitude: f32,
     /// State.
     pub state: Lock,
-    /// What is wrong with the sensor.
+    /// Fault of the sensor.
     pub fault: Option<SensorFault>,
     /// Estimated angular frequency, rad/s.
     pub frequency: f64,
 }
 
-/// Feeds a series of samples, one a tick.
-pub fn run(legs: &mut Follower, samples: impl IntoIterator<Item = Option<f64>>) -> Vec<Tick> {
+/// Plays a series of samples, one a tick.
+pub fn run(follower: &mut Follower, samples: impl IntoIterator<Item = Option<f64>>) -> Vec<Tick> {
     let samples = samples.into_iter();
     samples
         .map(|sample| {
-            legs.observe(sample.map(|degrees| Radians::from_degrees(degrees as f32)));
-            legs.step();
-            let status = legs.status();
+            follower.observe(sample.map(|degrees| Radians::from_degrees(degrees as f32)));
+            follower.step();
+            let status = follower.status();
             Tick {
-                angles: legs.angles().map(|angle| f64::from(angle.degrees())),
-                rates: legs.rates().map(|rate| f64::from(rate.0).to_degrees()),
-                phase: legs.phase(),
-                estimate: legs.phase_lock().phase(),
-                amplitude: legs.amplitude(),
+                angles: follower.angles().map(|angle| f64::from(angle.degrees())),
+                rates: follower.rates().map(|rate| f64::from(rate.0).to_degrees()),
+                phase: follower.phase(),
+                estimate: follower.phase_lock().phase(),
+                amplitude: follower.amplitude(),
                 state: status.state,
                 fault: status.fault,
-                frequency: f64::from(legs.phase_lock().frequency().0),
+                frequency: f64::from(follower.phase_lock().frequency().0),
             }
         })
         .collect()
@@ -64,39 +64,39 @@ pub fn samples(recording: &Recording, sensor: Joint) -> Result<Vec<f64>, NoChann
     Ok((0..=ticks).map(|tick| recording.at(channel, start + tick as f64 / TICKS_PER_S)).collect())
 }
 
-/// What of a recording was not measured: spans of seconds from its first row.
+/// Spans of a recording that were not measured, in seconds from its first row.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Holes {
-    /// Of the joint that wears the sensor: the core gets no sample there, as on a board whose sensor is bad.
+    /// Of the joint with the sensor: the follower gets no sample, as on a board with a bad sensor.
     pub sensor: Vec<(f64, f64)>,
-    /// Of any joint: nothing is learned or judged there.
+    /// Of any joint: nothing is learned or compared.
     pub any: Vec<(f64, f64)>,
 }
 
-/// The samples without those that were not measured.
+/// The samples, `None` where they were not measured.
 #[must_use]
 pub fn without(samples: Vec<f64>, holes: &[(f64, f64)]) -> Vec<Option<f64>> {
     let lost = |tick: usize| within(holes, tick as f64 / TICKS_PER_S);
     samples.into_iter().enumerate().map(|(tick, sample)| (!lost(tick)).then_some(sample)).collect()
 }
 
-/// Strictly: at either end there is a row.
+/// Exclusive: both ends are rows.
 fn within(holes: &[(f64, f64)], time_s: f64) -> bool {
     holes.iter().any(|&(from, to)| from < time_s && time_s < to)
 }
 
-/// What a run comes to, against the recording.
+/// How well a follower follows the recording.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Verdict {
-    /// When it first was locked within 18 degrees of the walker's phase for a second, s.
+pub struct Following {
+    /// Start of the first second in which it was locked within 18 degrees of the person's phase, s.
     pub lock_s: Option<f64>,
     /// Root mean square difference of setpoints and recorded joints over the steady part, degrees; `None` for joints that were not recorded.
     pub steady_rmse_deg: [Option<f64>; Joint::COUNT],
     /// The steady part: from 3 s after the lock, 15 s or later in recordings of 20 s and more, s.
     pub steady_s: Option<(f64, f64)>,
-    /// Times that it called itself locked while a second long 18 degrees or more off.
+    /// Number of seconds in which it reported a lock with a phase error of 18 degrees or more.
     pub false_locks: u32,
-    /// Times that it took the sensor for faulty, with the tick and the fault.
+    /// Sensor faults that it reported, with their ticks.
     pub holds: Vec<(usize, SensorFault)>,
     /// Mean cadence over the steady part, steps per minute.
     pub cadence_steps_per_min: Option<f64>,
@@ -104,20 +104,20 @@ pub struct Verdict {
     pub phase_sd_deg: Option<f64>,
 }
 
-/// Phase error of a tick in degrees, the walker's phase less the driven one.
+/// Phase error of a tick in degrees: the person's phase less that of the setpoints.
 #[must_use]
 pub fn phase_error_deg(tick: &Tick, cycles: f64) -> f64 {
-    let walker = Phase::from_cycles(cycles.rem_euclid(1.0) as f32);
-    f64::from(walker.radians_after(tick.phase).0).to_degrees()
+    let person = Phase::from_cycles(cycles.rem_euclid(1.0) as f32);
+    f64::from(person.radians_after(tick.phase).0).to_degrees()
 }
 
-/// Judges a run.
+/// Compares a run with the recording.
 #[must_use]
-pub fn judge(ticks: &[Tick], recording: &Recording, sensor: Joint, learned: &Learned) -> Verdict {
+pub fn judge(ticks: &[Tick], recording: &Recording, sensor: Joint, learned: &Learned) -> Following {
     judge_without(ticks, recording, sensor, learned, &[])
 }
 
-/// As [`judge`], but for the holes of the recording, where nothing is judged.
+/// As [`judge`], without the given spans of the recording.
 #[must_use]
 pub fn judge_without(
     ticks: &[Tick],
@@ -125,7 +125,7 @@ pub fn judge_without(
     sensor: Joint,
     learned: &Learned,
     holes: &[(f64, f64)],
-) -> Verdict {
+) -> Following {
     let time = |tick: usize| tick as f64 / TICKS_PER_S;
     let known = |tick: usize| !within(holes, time(tick));
     let errors: Vec<f64> =
@@ -150,7 +150,7 @@ pub fn judge_without(
     let end = time(ticks.len());
     let steady = lock.map(|lock| if end >= 20.0 { (lock + 3.0).max(15.0) } else { lock + 3.0 });
     let steady = steady.filter(|&from| from + 0.5 < end).map(|from| (from, end));
-    let mut verdict = Verdict {
+    let mut following = Following {
         lock_s: lock,
         steady_rmse_deg: [None; Joint::COUNT],
         steady_s: steady,
@@ -159,11 +159,11 @@ pub fn judge_without(
         cadence_steps_per_min: None,
         phase_sd_deg: None,
     };
-    let Some((from, _)) = steady else { return verdict };
+    let Some((from, _)) = steady else { return following };
     let first = (from * TICKS_PER_S) as usize;
     let rows: Vec<usize> = (first..ticks.len()).filter(|&tick| known(tick)).collect();
     if rows.is_empty() {
-        return verdict;
+        return following;
     }
     let count = rows.len() as f64;
     let start = recording.time_s()[0];
@@ -172,21 +172,21 @@ pub fn judge_without(
         let Ok(channel) = channel else { continue };
         let off = |&n: &usize| ticks[n].angles[joint as usize] - recording.at(channel, start + time(n));
         let sum: f64 = rows.iter().map(|n| off(n).powi(2)).sum();
-        verdict.steady_rmse_deg[joint as usize] = Some((sum / count).sqrt());
+        following.steady_rmse_deg[joint as usize] = Some((sum / count).sqrt());
     }
     let mean = rows.iter().map(|&n| errors[n]).sum::<f64>() / count;
     let variance = rows.iter().map(|&n| (errors[n] - mean).powi(2)).sum::<f64>() / count;
-    verdict.phase_sd_deg = Some(variance.sqrt());
+    following.phase_sd_deg = Some(variance.sqrt());
     let turning = rows.iter().map(|&n| ticks[n].frequency).sum::<f64>() / count;
-    verdict.cadence_steps_per_min = Some(turning / std::f64::consts::TAU * 120.0);
-    verdict
+    following.cadence_steps_per_min = Some(turning / std::f64::consts::TAU * 120.0);
+    following
 }
 
-/// The legs for a walker, with the sensor on that joint; templates of joints that the walker's recording lacks come from `others`.
+/// A follower of a person, with the sensor on this joint.
 ///
 /// # Errors
 /// Names the field that is out of range.
-pub fn legs(
+pub fn follower(
     templates: [cpg_core::entrainment::phase_lock::Template; Joint::COUNT],
     sensor: Joint,
     stride_s: f64,

@@ -1,43 +1,42 @@
-//! What is played to the core, from a file of any format: the joints as `fit` reads them, without what only hindsight could mend.
+//! The input of a follower from a recording of any format: the joints as `fit` reads them, without corrections that need later samples.
 //!
-//! Times are made even, short gaps are bridged and signs turned as `fit` does it, each told. Not mended are jumps, since a sensor that
-//! jumps is what the core must live with, and longer gaps: there the core gets no sample.
+//! Time steps are made equal, short gaps are bridged and signs turned as in `fit`, each with a note. Jumps are kept, since a follower must
+//! handle a sensor that jumps; in longer gaps it gets no sample.
 
-use gait_trace::clean::condition::{Conditioned, Done, Finding, FindingKind, LowPass, Rules, condition};
+use gait_trace::{Conditioned, Done, Finding, FindingKind, LowPass, Rules, condition};
 use gait_trace::{RawJoints, Recording};
 use joint_units::Joint;
 
 use super::run::Holes;
 use crate::failure::Failure;
 
-/// A recording and the joint that wears the sensor.
+/// A recording and the joint with the sensor.
 #[derive(Debug, Clone)]
 pub struct Trace {
     /// The joints.
     pub recording: Recording,
-    /// The joint that wears the sensor.
+    /// The joint with the sensor.
     pub sensor: Joint,
-    /// What was not measured.
+    /// The spans that were not measured.
     pub holes: Holes,
-    /// What kind of file it was.
+    /// The kind of file.
     pub format: String,
-    /// What the reader decided and what was done about the recording, a sentence each.
+    /// Decisions of the reader and changes to the recording, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// Prepares a recording for the core. `asked` is the joint that wears the sensor by the caller, `wanted` the one that the walker's file
-/// says; with neither it is the recording's only joint, or the left hip.
+/// Prepares a recording. `asked` is the joint with the sensor by the caller, `of_file` the one of the generator file; with neither it is the
+/// recording's only joint, or the left hip.
 ///
 /// # Errors
-/// The recording has no such joint, is a cycle and no time, or cannot be conditioned.
+/// The recording has no such joint, its time axis is a cycle, or it cannot be conditioned.
 pub fn trace(
     raw: &RawJoints,
     asked: Option<Joint>,
-    wanted: Option<Joint>,
-    low_pass: Option<LowPass>,
+    of_file: Option<Joint>,
+    low_pass: LowPass,
 ) -> Result<Trace, Failure> {
-    let sensor = sensor(raw, asked, wanted)?;
-    let low_pass = low_pass.unwrap_or(LowPass::Off);
+    let sensor = sensor(raw, asked, of_file)?;
     let rules = Rules { low_pass, jump_bend_deg: f64::INFINITY, ..Rules::default() };
     let Conditioned { recording, findings, unusable, normalised_cycle, .. } =
         condition(raw, &rules).map_err(Failure::input)?;
@@ -53,13 +52,16 @@ pub fn trace(
     };
     let holes = findings.iter().filter(is_hole).map(|finding| (finding.from_s, finding.to_s)).collect();
     let holes = Holes { sensor: holes, any: unusable };
-    let notes = raw.notes.iter().cloned().chain(findings.iter().map(ToString::to_string)).collect();
+    let mut notes: Vec<String> = raw.notes.iter().cloned().chain(findings.iter().map(ToString::to_string)).collect();
+    if let Some(of_file) = of_file.filter(|of_file| *of_file != sensor) {
+        notes.push(format!("the generator file follows {}; {} is played", of_file.name(), sensor.name()));
+    }
     Ok(Trace { recording, sensor, holes, format: raw.format.clone(), notes })
 }
 
-fn sensor(raw: &RawJoints, asked: Option<Joint>, wanted: Option<Joint>) -> Result<Joint, Failure> {
+fn sensor(raw: &RawJoints, asked: Option<Joint>, of_file: Option<Joint>) -> Result<Joint, Failure> {
     let there: Vec<Joint> = Joint::ALL.into_iter().filter(|joint| raw.joints[*joint as usize].is_some()).collect();
-    let sensor = asked.or(wanted.filter(|joint| there.contains(joint))).unwrap_or(match there[..] {
+    let sensor = asked.or(of_file.filter(|joint| there.contains(joint))).unwrap_or(match there[..] {
         [only] => only,
         _ => Joint::LeftHip,
     });

@@ -1,4 +1,4 @@
-//! What came of a recording, as JSON: what a script wants to know, and what a later run needs to see that it is done.
+//! The result of one recording, as JSON for programs and as a line of text.
 
 use gait_fit::fit::{Compared, Fit, Refused};
 use gait_fit::judge::{HeldOut, JointFit};
@@ -6,15 +6,17 @@ use generator_file::certificate::Certificate;
 use serde::Serialize;
 
 use crate::failure::Failure;
+use crate::output;
 
-/// A recording that was fitted.
+/// The result of a recording that was fitted.
 #[derive(Debug, Serialize)]
-pub(crate) struct Outcome<'a> {
-    /// The recording.
+pub(super) struct Outcome<'a> {
+    #[serde(skip)]
+    fit: &'a Fit,
     recording: &'a str,
     sha256: &'a str,
     format: &'a str,
-    /// What it takes to do it again.
+    /// The settings of the fit, in words.
     settings: String,
     made_by: &'a str,
     generator: &'static str,
@@ -29,16 +31,18 @@ pub(crate) struct Outcome<'a> {
     certificate: &'a Certificate,
     refused: Option<&'a Refused>,
     compared: &'a [Compared],
-    /// What was found in the recording and done about it.
+    /// Defects of the recording, and how each was handled.
     findings: Vec<String>,
     left_out: Vec<String>,
     notes: &'a [String],
+    /// Computing time, s.
     seconds: f64,
 }
 
 impl<'a> Outcome<'a> {
-    pub(crate) fn of(fit: &'a Fit, seconds: f64) -> Self {
+    pub(super) fn of(fit: &'a Fit, seconds: f64) -> Self {
         Self {
+            fit,
             recording: &fit.source.name,
             sha256: &fit.source.sha256,
             format: &fit.format,
@@ -62,34 +66,40 @@ impl<'a> Outcome<'a> {
         }
     }
 
-    pub(crate) fn to_json(&self) -> Result<String, Failure> {
+    /// One JSON object.
+    pub(super) fn to_json(&self) -> Result<String, Failure> {
         serde_json::to_string(self).map_err(Failure::run)
+    }
+
+    /// Prints notes and findings to standard error.
+    pub(super) fn print_notes(&self) {
+        output::notes(self.notes);
+        for finding in &self.findings {
+            eprintln!("found: {finding}");
+        }
+    }
+
+    /// One line of text.
+    pub(super) fn line(&self) -> String {
+        let error = |joint: &JointFit| format!("{} {:.2}", joint.name.replace('_', " "), joint.rmse_mean_stride_deg);
+        let joints: Vec<String> = self.joints.iter().map(error).collect();
+        format!(
+            "{}: {}, {} strides of {:.3} s, RMSE to the mean stride in degrees: {}",
+            self.recording,
+            self.generator,
+            self.strides,
+            self.fit.strides.period_s,
+            joints.join(", ")
+        )
     }
 }
 
 /// A recording that could not be fitted.
 #[derive(Debug, Serialize)]
-pub(crate) struct Failed<'a> {
-    pub(crate) recording: &'a str,
-    pub(crate) sha256: &'a str,
-    pub(crate) settings: String,
-    pub(crate) made_by: &'static str,
-    pub(crate) error: String,
-}
-
-/// The outcome in one line for a person.
-pub(crate) fn line(fit: &Fit) -> String {
-    let joints: Vec<String> = fit
-        .joints
-        .iter()
-        .map(|joint| format!("{} {:.2}", joint.name.replace('_', " "), joint.rmse_mean_stride_deg))
-        .collect();
-    format!(
-        "{}: {}, {} strides of {:.3} s, RMSE to the mean stride in degrees: {}",
-        fit.source.name,
-        fit.file.set.name(),
-        fit.strides.cycles().len(),
-        fit.strides.period_s,
-        joints.join(", ")
-    )
+pub(super) struct Failed<'a> {
+    pub(super) recording: &'a str,
+    pub(super) sha256: &'a str,
+    pub(super) settings: String,
+    pub(super) made_by: &'static str,
+    pub(super) error: String,
 }

@@ -1,27 +1,28 @@
-//! The code of a Footfall board's synchronisation output ([`joint_loop::io::time_code`]), as somebody recorded it: the recorder's clock against that
-//! of the board.
+//! Decodes a recording of a board's synchronisation output ([`joint_loop::io::time_code`]), and relates the recorder's clock to the
+//! board's.
 //!
-//! Frames that came whole and pass their check number the slots; a straight line through their rising edges then numbers every other pulse,
-//! whole frame or not, and the line through all of these is the answer.
+//! Complete frames that pass their check number the slots; a straight line through their rising edges then numbers all other pulses, and
+//! the line through all of these is the result.
 
+use super::clocks::{Clocks, outlier_s};
 use super::edges::{Edge, pulses};
-use super::{Clocks, line, outlier_s};
+use crate::line_fit::line_fit;
 use joint_loop::io::time_code::{FRAME_TICKS, NUMBER_BITS, SLOT_TICKS, SLOTS, Symbol, check};
 
-/// A pulse is this near to a width, or to its place, to be taken for it, s.
+/// Tolerance of widths and positions of pulses, s.
 const TOLERANCE_S: f64 = 0.009;
 const SLOT_S: f64 = SLOT_TICKS as f64 * 1e-3;
 
-/// How the two clocks relate, and by what.
+/// The relation of the two clocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit {
     /// The line.
     pub clocks: Clocks,
     /// Pulses that were used.
     pub used: usize,
-    /// Pulses that were not: no width of the code, or not where the line puts one.
+    /// Pulses that were not used: not a width of the code, or not at a position of the line.
     pub unused: usize,
-    /// Frames that came whole and passed their check.
+    /// Complete frames that passed their check.
     pub frames: usize,
     /// Tick of the first and of the last pulse that was used.
     pub ticks: (u32, u32),
@@ -33,7 +34,7 @@ struct Pulse {
     symbol: Option<Symbol>,
 }
 
-/// The rising edges that are followed by a falling one.
+/// The rising edges with a falling edge.
 fn symbols(edges: &[Edge]) -> Vec<Pulse> {
     let of_width = |width: f64| {
         [Symbol::Mark, Symbol::Bit(false), Symbol::Bit(true)]
@@ -66,7 +67,7 @@ fn frame(pulses: &[Pulse]) -> Option<(u32, &[Pulse])> {
 /// The relation of the two clocks.
 ///
 /// # Errors
-/// No frame came whole, or the frames contradict each other: the board was reset in between.
+/// No complete frame, or frames that contradict each other: the board was reset in between.
 pub fn fit(edges: &[Edge]) -> Result<Fit, String> {
     let pulses = symbols(edges);
     let mut numbered: Vec<(f64, f64)> = Vec::new();
@@ -81,12 +82,12 @@ pub fn fit(edges: &[Edge]) -> Result<Fit, String> {
     if frames == 0 {
         return Err(format!("no whole frame among {} pulses: {} s without a lost pulse are needed", pulses.len(), 6.4));
     }
-    let (mut offset, mut slope) = line(&numbered);
+    let (mut offset, mut slope) = line_fit(&numbered);
     if numbered.iter().any(|(x, y)| (offset + slope * x - y).abs() > TOLERANCE_S) {
         return Err("the frames' numbers do not go with their times: was the board reset in between?".into());
     }
-    // From the middle of the frames outwards the line only gets better: twice is enough for what drifts by some 100 ppm. Then what is far
-    // off is left out: of a pulse that was up when the recording or the board began, the edge is that of the beginning.
+    // From the frames in the middle outwards the line becomes more accurate: two rounds suffice for a drift of some 100 ppm. Then outliers
+    // are left out: the edge of a pulse that was high when the recording or the board began is the edge of that beginning.
     let (mut points, mut off_s) = (Vec::new(), TOLERANCE_S);
     for _ in 0..4 {
         points.clear();
@@ -97,7 +98,7 @@ pub fn fit(edges: &[Edge]) -> Result<Fit, String> {
                 points.push((board_s, pulse.time_s));
             }
         }
-        (offset, slope) = line(&points);
+        (offset, slope) = line_fit(&points);
         off_s = TOLERANCE_S.min(outlier_s(&points, (offset, slope)));
     }
     let tick = |point: Option<&(f64, f64)>| point.map_or(0, |(board_s, _)| (board_s * 1e3).round() as u32);
@@ -148,7 +149,7 @@ mod tests {
             let edges = edges(1_234_567..1_834_567, -17.25, ppm, 0.5e-3, 0.02, seed);
             let fit = fit(&edges).unwrap();
             assert!((fit.clocks.drift_ppm - ppm).abs() < 0.2, "{fit:?}");
-            // At the middle of the recording, where it is used.
+            // In the middle of the recording, where it is used.
             let error = fit.clocks.offset_s + 17.25 + 1534.567 * (fit.clocks.drift_ppm - ppm) * 1e-6;
             assert!(error.abs() < 3e-5, "{error} s: {fit:?}");
             assert!((fit.clocks.rms_s - 0.5e-3 / 3_f64.sqrt()).abs() < 2e-5 && fit.clocks.worst_s <= 0.6e-3, "{fit:?}");

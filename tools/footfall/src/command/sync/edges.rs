@@ -1,4 +1,4 @@
-//! Edges of a line as somebody recorded them: CSV with the header `time_s,level`, an edge a row, in the order of time; level 1 after a
+//! Reads edges of a line: CSV with the header `time_s,level`, one edge a row, in the order of time; level 1 after a
 //! rising edge, 0 after a falling one.
 
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 /// A change of the line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
-    /// When, s.
+    /// Time, s.
     pub time_s: f64,
     /// True for a rising edge.
     pub rising: bool,
@@ -15,16 +15,16 @@ pub struct Edge {
 /// A rising edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pulse {
-    /// When, s.
+    /// Time, s.
     pub time_s: f64,
-    /// How long the line was high; `None` where the falling edge is not there.
+    /// Duration of the high level, s; `None` without a falling edge.
     pub width_s: Option<f64>,
 }
 
 /// Reads a file of edges.
 ///
 /// # Errors
-/// The first thing that is wrong with it, with its line.
+/// The first error, with its line.
 pub fn read(path: &Path) -> Result<Vec<Edge>, String> {
     let at = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let text = std::fs::read_to_string(path).map_err(|error| at(&error))?;

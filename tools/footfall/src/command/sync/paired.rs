@@ -1,55 +1,56 @@
-//! Two recordings of one line, each by its own clock: which pulse of the one is which of the other.
+//! Finds which pulses of two recordings of one line, each with its own clock, are the same.
 //!
-//! A guess is a pair of pulses, one of each recording, taken for the same. It is followed outwards from there: with a clock drift of at
-//! most [`MOST_PPM`] the pulses near by must lie where the guess puts them, and the more do, the better the drift is known and the
-//! further the next are looked for. A guess is scored by the pulses that have a partner, and by those that have none though the other
-//! recording was running. A pulse counts with its width where both recordings have one, so that regular pulses of changing width pair,
-//! too.
+//! A guess takes one pulse of each recording for the same. It is extended outwards: with a clock drift of at most [`MOST_PPM`] the next
+//! pulses must be where the guess predicts them; the more are, the better the drift is known, and the further the next ones are
+//! searched. The score of a guess counts the pulses with a partner, minus those without one while the other recording was
+//! running. A pulse is compared with its width where both recordings have one, so that regular pulses of changing width can be
+//! paired.
 //!
-//! The best guess is taken only if no other one could be true: any other pairing of at least half as many pulses must leave more of them
-//! without a partner, by more than chance can. Pulses at a steady rate pair almost as well when they are shifted, and of the places where
-//! each recording lost one some then coincide: at n places, of which either recording lost a share p, Poisson(n p^2) of them. Each spares two
-//! pulses without partner, as the true pairing of one pause in the line does. So many coincidences as would be less likely than [`CHANCE`]
-//! in any of n shifts tell a pairing from all others.
+//! The best guess is accepted only if no other one can be true: any other pairing of at least half as many pulses must leave more of them
+//! without a partner than chance explains. Pulses at a constant rate pair almost as well when they are shifted, and then some of the
+//! places where each recording lost a pulse coincide: at n places, of which each recording lost a share p, Poisson(n p^2) of them. Each
+//! coincidence saves two pulses without a partner, as the true pairing of one pause in the line does. The margin is the number of
+//! coincidences that is less likely than [`CHANCE`] in any of n shifts.
 
+use super::clocks::{Clocks, outlier_s};
 use super::edges::{Edge, Pulse, pulses};
-use super::{Clocks, line, outlier_s};
+use crate::line_fit::line_fit;
 use std::ops::Range;
 
-/// Largest drift that is looked for, parts per million; twenty times what a crystal does.
+/// Largest drift, parts per million; twenty times that of a crystal.
 pub const MOST_PPM: f64 = 300.0;
-/// Pulses of the same moment are this near to each other at most, s: two recorders that look every millisecond are within one.
+/// Largest difference of two times of the same pulse, s: two recorders with a period of 1 ms are within one.
 pub const TOLERANCE_S: f64 = 0.002;
 /// The same as a share of the usual time between two pulses.
 const TOLERANCE_SHARE: f64 = 0.2;
-/// Where the drift is not known yet, this share of the time between two pulses is as far as one is looked for.
+/// While the drift is unknown, pulses are searched within this share of the time between two pulses.
 const REACH_SHARE: f64 = 0.4;
 /// Fewest pairs.
 pub const FEWEST: usize = 4;
-/// Least share of the pulses, in the time that both recorded, that must have a partner.
+/// Smallest share of pulses with a partner, while both recordings run.
 pub const LEAST_SHARE: f64 = 0.6;
-/// How unlikely it must be that another pairing is the true one.
+/// Largest probability that another pairing is the true one.
 pub const CHANCE: f64 = 1e-3;
 
-/// Pulses to either side that a first score looks at.
+/// Pulses to either side that the first score uses.
 const NEAR: usize = 20;
-/// Guesses of each anchor that are followed.
+/// Number of guesses that are extended for each anchor.
 const FOLLOWED: usize = 24;
 
-/// How the two clocks relate, and by what.
+/// The relation of the two clocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit {
     /// The line.
     pub clocks: Clocks,
     /// Pairs that were used.
     pub used: usize,
-    /// Pulses that were not, of the board and of the recorder: lost by the other one, glitches, or before and after the other's.
+    /// Pulses that were not used, of the board and of the recorder: lost by the other one, glitches, or outside of the common time.
     pub unused: (usize, usize),
     /// Board time of the first and of the last pair, s.
     pub board_s: (f64, f64),
 }
 
-/// A recording of pulses, and how far apart they usually are.
+/// A recording of pulses, and their usual distance.
 struct Train {
     pulses: Vec<Pulse>,
     interval_s: f64,
@@ -63,7 +64,7 @@ impl Train {
         }
         let mut intervals: Vec<f64> = pulses.windows(2).map(|two| two[1].time_s - two[0].time_s).collect();
         intervals.sort_by(f64::total_cmp);
-        // The lower quartile: not the glitches, and not the pauses.
+        // The lower quartile is affected neither by glitches nor by pauses.
         Ok(Self { interval_s: intervals[intervals.len() / 4], pulses })
     }
 
@@ -76,12 +77,12 @@ impl Train {
     }
 }
 
-/// A pairing that was followed to its end.
+/// A guess extended over the recordings.
 #[derive(Debug, Clone)]
 struct Pairing {
     /// Pulse of the board, pulse of the recorder.
     pairs: Vec<(usize, usize)>,
-    /// Pulses without partner, though the other recorder was running.
+    /// Pulses without a partner while the other recorder was running.
     alone: usize,
     /// Offset and slope.
     line: (f64, f64),
@@ -109,12 +110,12 @@ impl Search<'_> {
         0..self.other.pulses.len()
     }
 
-    /// The first pulse of the other recording at a time or later, among some.
+    /// The first pulse of the other recording at or after a time, in a range.
     fn at_or_after(&self, time_s: f64, among: &Range<usize>) -> usize {
         among.start + self.other.pulses[among.clone()].partition_point(|pulse| pulse.time_s < time_s)
     }
 
-    /// The pulse of the other recording that is nearest to a time, among some.
+    /// The pulse of the other recording nearest to a time, in a range.
     fn nearest(&self, time_s: f64, among: &Range<usize>) -> usize {
         let after = self.at_or_after(time_s, among);
         let before = after.saturating_sub(1).max(among.start);
@@ -127,8 +128,8 @@ impl Search<'_> {
         widths.is_none_or(|(a, b)| (a - b).abs() <= 2.0 * self.tolerance_s)
     }
 
-    /// Pairs and lonely pulses among some of the board's pulses and some of the other's; `expected` says where one lies on the other's
-    /// clock, and how far off it may be.
+    /// Pairs and pulses without a partner, in a range of the board's pulses and a range of the other's; `expected` gives the time on the other
+    /// clock and its tolerance.
     fn pairs(
         &self,
         range: Range<usize>,
@@ -152,7 +153,7 @@ impl Search<'_> {
                 continue;
             }
             match pairs.last_mut() {
-                // Two for one: the nearer has it.
+                // Of two candidates for one pulse the nearer is taken.
                 Some(before) if before.1 == m => {
                     alone += 1;
                     if by < before.2 {
@@ -167,7 +168,7 @@ impl Search<'_> {
         (pairs.into_iter().map(|(n, m, _)| (n, m)).collect(), alone)
     }
 
-    /// A first score of a guess, by the pulses near by.
+    /// A first score of a guess, from the pulses near it.
     fn near(&self, n: usize, m: usize) -> i64 {
         let (x0, y0) = (self.board.time(n), self.other.time(m));
         let range = n.saturating_sub(NEAR)..(n + NEAR + 1).min(self.board.pulses.len());
@@ -177,7 +178,7 @@ impl Search<'_> {
         pairs.len() as i64 - alone as i64
     }
 
-    /// Follows a guess as far as it leads.
+    /// Extends a guess.
     fn follow(&self, n: usize, m: usize) -> Pairing {
         let x0 = self.board.time(n);
         let (mut at_x0, mut slope, mut slope_off) = (self.other.time(m), 1.0, MOST_PPM * 1e-6);
@@ -194,20 +195,20 @@ impl Search<'_> {
             let few = points.len() < FEWEST || span <= 0.0;
             let limit = MOST_PPM * 1e-6;
             if !few {
-                (at_x0, slope) = line(&points);
+                (at_x0, slope) = line_fit(&points);
                 slope = slope.clamp(1.0 - limit, 1.0 + limit);
             }
             if few || to - from <= covered {
                 return Pairing { pairs, alone, line: (at_x0 - slope * x0, slope) };
             }
             covered = to - from;
-            // Six standard deviations of a slope through evenly spread points that are off by half of what is tolerated.
+            // Six standard deviations of a slope through equally spaced points with an error of half the tolerance.
             let known = 10.0 * self.tolerance_s / ((points.len() as f64).sqrt() * span);
             slope_off = known.min(limit);
         }
     }
 
-    /// Pulses to begin from: those after the longest pauses, and some in between.
+    /// Pulses to start from: those after the longest pauses, and some in between.
     fn anchors(&self) -> Vec<usize> {
         let all = self.board.pulses.len();
         let mut by_pause: Vec<usize> = (1..all).collect();
@@ -222,12 +223,12 @@ impl Search<'_> {
         anchors
     }
 
-    /// All guesses that are worth following, followed.
+    /// The best guesses, extended.
     fn pairings(&self) -> Vec<Pairing> {
         let (all, others) = (self.board.pulses.len(), self.other.pulses.len());
         let mut found = Vec::new();
         for n in self.anchors() {
-            // Of equal ones those of the longest common time come first.
+            // Of equal scores the longest common time comes first.
             let common = |m: usize| n.min(m) + (all - n).min(others - m);
             let mut guesses: Vec<(i64, usize)> = (0..others).map(|m| (self.near(n, m), m)).collect();
             guesses.sort_by_key(|&(score, m)| std::cmp::Reverse((score, common(m))));
@@ -237,11 +238,11 @@ impl Search<'_> {
         found
     }
 
-    /// Whether two pairings are one.
+    /// Whether two pairings are the same.
     fn same(&self, one: &Pairing, two: &Pairing) -> bool {
         let (first, last) = self.board.ends();
         let (o, t) = (one.pairs.len() / 2, two.pairs.len() / 2);
-        // Where each of them has its pairs; at the ends a drift that is known badly may part them.
+        // Compared where each has its pairs; at the ends a badly known drift may separate them.
         [one.pairs[o].0, two.pairs[t].0]
             .into_iter()
             .map(|n| self.board.time(n).clamp(first, last))
@@ -249,7 +250,7 @@ impl Search<'_> {
     }
 }
 
-/// How many more pulses without a partner tell another pairing from this one.
+/// The margin: how many more pulses without a partner rule out another pairing.
 fn telling_of(best: &Pairing) -> usize {
     let n = best.pairs.len() as f64;
     let lost = (best.alone + 1) as f64 / (2.0 * (n + 1.0));
@@ -263,7 +264,7 @@ fn telling_of(best: &Pairing) -> usize {
         }
         n * tail
     };
-    // By 3 pulses in 4 lost nothing would be taken for a pairing; far before that this is met.
+    // With a loss of 3 pulses in 4 there would be no pairing; the condition is met far earlier.
     2 * (2..=best.pairs.len()).find(|&least| at_least(least) < CHANCE).unwrap_or(best.pairs.len())
 }
 
@@ -320,7 +321,7 @@ pub fn fit(board: &[Edge], other: &[Edge], first_is_first: bool) -> Result<Fit, 
             rival.alone
         ));
     }
-    // Widths have done their part; a pulse whose end was lost or cut is where its beginning is.
+    // Widths are no longer used: a pulse whose end was lost or cut still has its beginning.
     let (mut offset, mut slope) = best.line;
     let (mut pairs, mut off_s) = (Vec::new(), tolerance_s);
     for _ in 0..4 {
@@ -329,8 +330,8 @@ pub fn fit(board: &[Edge], other: &[Edge], first_is_first: bool) -> Result<Fit, 
             return Err("no straight line goes through the pairs: was one of the clocks set in between?".into());
         }
         let points: Vec<_> = pairs.iter().map(|&(n, m)| (board.time(n), other.time(m))).collect();
-        (offset, slope) = line(&points);
-        // A glitch beside the place of a lost pulse is no partner of it.
+        (offset, slope) = line_fit(&points);
+        // A glitch near a lost pulse is not its partner.
         off_s = tolerance_s.min(outlier_s(&points, (offset, slope)));
     }
     if 2 * pairs.len() < best.pairs.len() {

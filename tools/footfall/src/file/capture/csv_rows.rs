@@ -3,12 +3,12 @@
 //! ```text
 //! time_s,boot,tick,                                                    board's own clock: seconds, boots, ticks of this boot
 //! vrefint,                                                             code of the internal reference
-//! left_knee_deg,left_knee_verdict,left_knee_code,left_knee_volts,      each sensor: angle (empty unless good), code as it came
-//! state,set_left_hip_deg,...,left_hip_us,...,known,                    loop: setpoints, pulses (0 is none), where these are from
-//! seq,elapsed,flags,late,missed,limited,lost                           counters; lost: samples gone before this row, in all
+//! left_knee_deg,left_knee_validity,left_knee_code,left_knee_volts,     each sensor: angle (empty unless good), measured code
+//! state,set_left_hip_deg,...,left_hip_us,...,known,                    loop: setpoints, pulses (0 is none), their source
+//! seq,elapsed,flags,late,missed,limited,lost                           counters; lost: all samples lost before this row
 //! ```
-//! A sensor's columns are called after the joint that it is worn on, as those of recordings are. Rows are written whole, so
-//! that whatever ends the program leaves whole lines.
+//! A sensor's columns have the name of its joint, as those of recordings do. Rows are written whole, so that a program that is killed
+//! leaves whole lines.
 
 use super::samples::Sample;
 use hgod_adc::Validity;
@@ -50,7 +50,7 @@ impl Rows {
 fn header(joints: &[Joint]) -> String {
     let of =
         |prefix: &str, suffix: &str| Joint::ALL.map(|joint| format!("{prefix}{}_{suffix}", joint.name())).join(",");
-    let sensor = |joint: &Joint| ["deg", "verdict", "code", "volts"].map(|what| format!("{}_{what}", joint.name()));
+    let sensor = |joint: &Joint| ["deg", "validity", "code", "volts"].map(|what| format!("{}_{what}", joint.name()));
     let sensors: Vec<String> = joints.iter().flat_map(sensor).collect();
     format!(
         "time_s,boot,tick,vrefint,{},state,{},{},known,seq,elapsed,flags,late,missed,limited,lost\n",
@@ -63,8 +63,8 @@ fn header(joints: &[Joint]) -> String {
 fn row(out: &mut String, sample: &Sample, columns: usize) -> std::fmt::Result {
     let Sample { call, readings, output, .. } = sample;
     write!(out, "{},{},{},", seconds(sample.time_ns), sample.boot, sample.tick)?;
-    write!(out, "{},", call.vrefint.0)?;
-    for (reading, code) in readings.iter().zip(call.sensors).take(columns) {
+    write!(out, "{},", call.reference)?;
+    for (reading, code) in readings.iter().zip(call.sample().codes).take(columns) {
         if let Some(reading) = reading.filter(|reading| reading.validity == Validity::Good) {
             write!(out, "{}", reading.angle.degrees())?;
         }
@@ -76,16 +76,16 @@ fn row(out: &mut String, sample: &Sample, columns: usize) -> std::fmt::Result {
     match output {
         Some(tick) => {
             out.push_str(tick.state.name());
-            for angle in tick.set_deg {
+            for angle in tick.setpoints_deg() {
                 write!(out, ",{angle}")?;
             }
-            for pulse in tick.pulse_us {
+            for pulse in tick.pulses_us {
                 write!(out, ",{pulse}")?;
             }
-            write!(out, ",{},{},{},{}", sample.known.name(), tick.seq, call.elapsed, call.flags)?;
+            write!(out, ",{},{},{},{}", sample.known.name(), tick.seq, call.elapsed, call.flags.bits())?;
             write!(out, ",{},{},{}", tick.late, tick.missed, tick.limited)?;
         }
-        None => write!(out, ",,,,,,,,,,,{},{},,,", call.elapsed, call.flags)?,
+        None => write!(out, ",,,,,,,,,,,{},{},,,", call.elapsed, call.flags.bits())?,
     }
     writeln!(out, ",{}", sample.lost)
 }

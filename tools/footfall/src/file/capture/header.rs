@@ -1,17 +1,44 @@
-//! What belongs to a capture as a whole, as JSON: in `FILE.json`, and in the metadata of an MCAP file.
+//! The data of a whole capture, as JSON: in `FILE.json`, and in the metadata of an MCAP file.
 
 use super::samples::{Booted, Counts};
 use crate::board::default_loop::SENSOR_PINS;
+use crate::board::image::Image;
 use crate::file::degrees::shortest;
 use hgod_adc::Interpolation;
+use joint_loop::setup::default_loop::Parameters;
+use joint_loop::store::{generator_record, sensor_record};
 use joint_loop::{JointSensor, JointSensors};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
+use std::path::Path;
 
-/// The sensors by which the board measures: where each is worn, its pin, and the whole of its calibration.
+/// Version of the layout of captures and of the file beside them.
+///
+/// Version 4 has `validity` instead of `verdict`, `generator_file` instead of `params`, `result` instead of `summary`, and `boot_record`
+/// instead of `heard`.
+pub const SCHEMA: u32 = 4;
+
+/// What runs on the board: image, generator, sensors; and `more` about the run.
 #[must_use]
-pub fn about_sensors(worn: &JointSensors) -> Value {
-    worn.iter().zip(SENSOR_PINS).map(|(sensor, pin)| about_sensor(sensor, pin)).collect()
+pub fn about(elf: &Path, image: &Image, generator_file: Option<&Path>, parameters: &Parameters, more: Value) -> Value {
+    let Parameters { generator, sensors } = parameters;
+    let mut about = json!({
+        "elf": elf,
+        "elf_sha256": image.sha256,
+        "generator_file": generator_file,
+        "generator": generator.name(),
+        "generator_crc": format!("{:08x}", generator_record::record_of(generator).crc()),
+        "sensors": about_sensors(sensors),
+        "sensors_crc": format!("{:08x}", sensor_record::record_of(sensors).crc()),
+    });
+    if let (Some(about), Value::Object(more)) = (about.as_object_mut(), more) {
+        about.extend(more);
+    }
+    about
+}
+
+fn about_sensors(sensors: &JointSensors) -> Value {
+    sensors.iter().zip(SENSOR_PINS).map(|(sensor, pin)| about_sensor(sensor, pin)).collect()
 }
 
 fn about_sensor(sensor: &JointSensor, pin: &str) -> Value {
@@ -34,24 +61,25 @@ fn about_sensor(sensor: &JointSensor, pin: &str) -> Value {
 /// A boot.
 pub(crate) fn boot(booted: &Booted) -> Value {
     let time_s = booted.time_ns as f64 / 1e9;
-    let Some(boot) = &booted.boot else { return json!({ "time_s": time_s, "heard": false }) };
+    let crc = |crc: Option<u32>| crc.map(|crc| format!("{crc:08x}"));
+    let Some(boot) = &booted.boot else { return json!({ "time_s": time_s, "boot_record": false }) };
     json!({
         "time_s": time_s,
-        "heard": true,
-        "board": boot.board,
-        "chip": boot.chip,
-        "reset": boot.reset,
+        "boot_record": true,
+        "board": boot.board.as_str(),
+        "chip": boot.chip.as_str(),
+        "reset": boot.reset.name(),
         "streak": boot.streak,
-        "vrefint_cal": boot.vrefint_cal.0,
-        "min_supply_v": boot.min_supply.0,
+        "vrefint_cal": boot.reference_cal,
+        "min_supply_v": boot.min_supply_v,
         "sensor_required": boot.sensor_required,
-        "generator_crc": format!("{:08x}", boot.generator_crc),
-        "sensors_crc": format!("{:08x}", boot.sensors_crc),
+        "generator_crc": crc(boot.generator_crc),
+        "sensors_crc": crc(boot.sensors_crc),
         "shadow": boot.shadow,
     })
 }
 
-/// What a capture came to.
+/// The counts of a capture.
 pub(crate) fn counts(counts: &Counts) -> Value {
     let gap =
         |&(boot, after, found): &(u32, u32, u32)| json!({ "boot": boot, "after_tick": after, "next_tick": found });
@@ -71,7 +99,7 @@ pub(crate) fn counts(counts: &Counts) -> Value {
     })
 }
 
-/// An object as the text-to-text map that MCAP's metadata is.
+/// An object as the text-to-text map of MCAP metadata.
 pub(crate) fn flat(value: &Value) -> BTreeMap<String, String> {
     let none = Map::new();
     let object = value.as_object().unwrap_or(&none);

@@ -1,17 +1,17 @@
 //! A capture as MCAP (<https://mcap.dev/spec>): messages in JSON with JSON Schema, time stamps in nanoseconds of the board's own
 //! clock. Opens in Foxglove and PlotJuggler.
 //!
-//! | topic | a message for | what |
+//! | topic | a message for | content |
 //! |---|---|---|
-//! | `/sensor` | every sample | of each sensor: code, volts, angle of its joint (null unless good), verdict; samples lost so far |
-//! | `/joints` | every sample with known outputs | four setpoints, four pulses, and where they are from |
+//! | `/sensor` | every sample | for each sensor: code, volts, angle of its joint (null unless good), validity; samples lost so far |
+//! | `/joints` | every sample with known outputs | four setpoints, four pulses, and their source |
 //! | `/sync` | every edge at the synchronisation input | the level after it |
 //! | `/state` | every change | state of the supervisor, late and missed ticks |
 //!
 //! Metadata: `footfall` (what runs, the calibration), `boot 1`, `boot 2`, ... (chip, factory values), `end` (the counts).
-//! A chunk is written whole once a second: a file whose end is missing is whole up to the last one.
+//! A chunk is written at once every second: a file without an end is complete up to its last chunk.
 
-use super::header::flat;
+use super::header::{SCHEMA, flat};
 use super::samples::{EdgeAt, Sample};
 use hgod_adc::Validity;
 use joint_units::Joint;
@@ -44,7 +44,7 @@ impl Messages {
             .profile("")
             .library(concat!("footfall ", env!("CARGO_PKG_VERSION")))
             .chunk_size(None)
-            // A chunk is then written in one piece, with its length: what comes after a kill is a whole chunk or none.
+            // A chunk is then written in one piece, with its length: a killed program leaves whole chunks.
             .disable_seeking(true);
         let mut writer = options.create(BufWriter::new(File::create(path)?)).map_err(io)?;
         let mut channel = |topic: &str, name: &str, schema: Value| -> io::Result<u16> {
@@ -59,7 +59,7 @@ impl Messages {
         ];
         let mut metadata = flat(about);
         metadata.insert("footfall".into(), env!("CARGO_PKG_VERSION").into());
-        metadata.insert("schema".into(), super::SCHEMA.to_string());
+        metadata.insert("schema".into(), SCHEMA.to_string());
         writer.write_metadata(&Metadata { name: "footfall".into(), metadata }).map_err(io)?;
         writer.flush().map_err(io)?;
         Ok(Self { writer, joints: joints.to_vec(), channels, sequences: [0; 4], in_chunk: 0, boots: 0, state: None })
@@ -91,17 +91,17 @@ impl Messages {
         let mut sensor = Map::new();
         sensor.insert("boot".into(), sample.boot.into());
         sensor.insert("tick".into(), sample.tick.into());
-        sensor.insert("vrefint".into(), sample.call.vrefint.0.into());
-        for ((joint, reading), code) in self.joints.iter().zip(&sample.readings).zip(sample.call.sensors) {
+        sensor.insert("vrefint".into(), sample.call.reference.into());
+        for ((joint, reading), code) in self.joints.iter().zip(&sample.readings).zip(sample.call.sample().codes) {
             let good = reading.filter(|reading| reading.validity == Validity::Good);
             let mut insert = |what: &str, value: Value| sensor.insert(format!("{}_{what}", joint.name()), value);
             insert("deg", number(good.map(|reading| reading.angle.degrees())));
-            insert("verdict", reading.map(|reading| reading.validity.name()).into());
+            insert("validity", reading.map(|reading| reading.validity.name()).into());
             insert("code", code.0.into());
             insert("volts", number(reading.map(|reading| reading.volts.0)));
         }
         sensor.insert("elapsed".into(), sample.call.elapsed.into());
-        sensor.insert("flags".into(), sample.call.flags.into());
+        sensor.insert("flags".into(), sample.call.flags.bits().into());
         sensor.insert("lost".into(), sample.lost.into());
         self.message(0, at, &Value::Object(sensor))?;
 
@@ -109,10 +109,10 @@ impl Messages {
         let mut joints = Map::new();
         joints.insert("boot".into(), sample.boot.into());
         joints.insert("tick".into(), sample.tick.into());
-        for (joint, angle) in Joint::ALL.into_iter().zip(tick.set_deg) {
+        for (joint, angle) in Joint::ALL.into_iter().zip(tick.setpoints_deg()) {
             joints.insert(format!("set_{}_deg", joint.name()), number(Some(angle)));
         }
-        for (joint, pulse) in Joint::ALL.into_iter().zip(tick.pulse_us) {
+        for (joint, pulse) in Joint::ALL.into_iter().zip(tick.pulses_us) {
             joints.insert(format!("{}_us", joint.name()), pulse.into());
         }
         joints.insert("known".into(), sample.known.name().into());
@@ -147,7 +147,7 @@ impl Messages {
     }
 }
 
-/// With as many digits as tell it from its neighbours, as the board prints it: not the longer ones of its double.
+/// With as many digits as its neighbours require, as the board prints it, not the longer ones of its double.
 fn number(value: Option<f32>) -> Value {
     value.and_then(|value| value.to_string().parse::<f64>().ok()).map_or(Value::Null, Value::from)
 }
@@ -169,7 +169,7 @@ fn object(properties: &[(&str, &str, &str)]) -> Value {
 
 fn sensor_schema(joints: &[Joint]) -> Value {
     let mut fields: Vec<(String, &str, &str)> = vec![
-        ("boot".into(), "integer", "boots that the recording has heard of, this one included"),
+        ("boot".into(), "integer", "number of boots in the capture, this one included"),
         ("tick".into(), "integer", "control periods of 1 ms since the boot"),
         ("vrefint".into(), "integer", "code of the internal reference in the same tick"),
     ];
@@ -179,21 +179,21 @@ fn sensor_schema(joints: &[Joint]) -> Value {
             (
                 format!("{name}_deg"),
                 "number|null",
-                "angle in degrees, flexion positive; null unless the verdict is good",
+                "angle in degrees, flexion positive; null unless the validity is good",
             ),
-            (format!("{name}_verdict"), "string|null", "verdict on the sample"),
-            (format!("{name}_code"), "integer", "code of the sensor, 12 bit, as it came"),
+            (format!("{name}_validity"), "string|null", "validity of the sample"),
+            (format!("{name}_code"), "integer", "code of the sensor, 12 bit"),
             (format!("{name}_volts"), "number|null", "V at the sensor"),
         ]);
     }
     fields.extend([
-        ("elapsed".into(), "integer", "control periods since the call before"),
+        ("elapsed".into(), "integer", "control periods since the previous call"),
         (
             "flags".into(),
             "integer",
-            "bit 0 button, bit 1 late, bits 2 to 7 faults of the board, bit 8 foot on the floor",
+            "bit 0 button, bit 1 late, bits 2 to 7 faults of the board, bit 8 foot switch closed",
         ),
-        ("lost".into(), "integer", "samples lost since the recording began"),
+        ("lost".into(), "integer", "samples lost since the start of the capture"),
     ]);
     object_of(&fields)
 }
@@ -202,7 +202,7 @@ fn sync_schema() -> Value {
     object(&[("level", "integer", "level of the synchronisation input after the edge: 0 or 1")])
 }
 
-/// The same of names that were made.
+/// The same for names that are made.
 fn object_of(fields: &[(String, &str, &str)]) -> Value {
     let fields: Vec<(&str, &str, &str)> =
         fields.iter().map(|(name, kind, about)| (name.as_str(), *kind, *about)).collect();
@@ -211,27 +211,23 @@ fn object_of(fields: &[(String, &str, &str)]) -> Value {
 
 fn joints_schema() -> Value {
     let mut fields: Vec<(String, &str, &str)> = vec![
-        ("boot".into(), "integer", "boots that the recording has heard of, this one included"),
+        ("boot".into(), "integer", "number of boots in the capture, this one included"),
         ("tick".into(), "integer", "control periods of 1 ms since the boot"),
     ];
     let of = |prefix: &str, suffix: &str| Joint::ALL.map(|joint| format!("{prefix}{}_{suffix}", joint.name()));
     fields.extend(of("set_", "deg").map(|name| (name, "number", "setpoint in degrees, flexion positive")));
     fields.extend(of("", "us").map(|name| (name, "integer", "commanded pulse in microseconds; 0 is none")));
     fields.extend([
-        (
-            "known".into(),
-            "string",
-            "replay: by the host's copy of the loop; line: by the board's own line of this tick",
-        ),
+        ("known".into(), "string", "source: replay is the host's copy of the loop, line is the board's own frame"),
         ("seq".into(), "integer", "calls of the loop since the boot"),
-        ("limited".into(), "integer", "what held the setpoints back, bits"),
+        ("limited".into(), "integer", "limits that acted on the setpoints, bits"),
     ]);
     object_of(&fields)
 }
 
 fn state_schema() -> Value {
     object(&[
-        ("boot", "integer", "boots that the recording has heard of, this one included"),
+        ("boot", "integer", "number of boots in the capture, this one included"),
         ("tick", "integer", "control periods of 1 ms since the boot"),
         ("state", "string", "state of the supervisor"),
         ("late", "integer", "ticks that ended late so far"),

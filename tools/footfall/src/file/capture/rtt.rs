@@ -1,13 +1,13 @@
-//! Where the raw bytes of a board's log come from: RTT up channel 0, as a debug probe's program hands it on.
+//! Sources of the raw bytes of a board's log: RTT up channel 0, as a debug probe's program provides it.
 //!
-//! | source | what it is |
+//! | source | meaning |
 //! |---|---|
-//! | a file or a named pipe | bytes that were saved before, by `nc` from a server or by J-Link's RTT Logger |
+//! | a file or a named pipe | bytes saved by `nc` from a server or by J-Link's RTT Logger |
 //! | `-` | standard input |
 //! | `tcp:HOST:PORT` | a server of raw bytes: OpenOCD's `rtt server start PORT 0`, J-Link's on port 19021 |
 //!
-//! A thread reads, so that nothing waits for the disk; what waits in its queue is bounded, and then the source has to wait. A
-//! board whose source waits drops whole frames, which the gaps of its log show.
+//! A thread reads, so that the disk does not block it; its queue is bounded, and when it is full the source waits. A board whose source
+//! waits drops whole frames, which the gaps of its log show.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -18,13 +18,13 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::thread;
 use std::time::Duration;
 
-/// Reads that wait in the queue.
+/// Reads in the queue.
 const QUEUE: usize = 1024;
 
 /// Bytes of one read.
 const BLOCK: usize = 4096;
 
-/// Where the bytes come from.
+/// The source of the bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Source {
     /// A file or a named pipe.
@@ -64,20 +64,20 @@ impl std::fmt::Display for Source {
     }
 }
 
-/// What came.
+/// What was received.
 #[derive(Debug)]
 pub enum Came {
     /// Bytes.
     Bytes(Vec<u8>),
-    /// Nothing yet.
+    /// Nothing within the time limit.
     Nothing,
     /// The source has ended.
     End,
-    /// The source broke off.
+    /// The source failed.
     Broken(io::Error),
 }
 
-/// Bytes as they come.
+/// A stream of bytes.
 #[derive(Debug)]
 pub struct Stream {
     receiver: Receiver<io::Result<Vec<u8>>>,
@@ -87,7 +87,7 @@ impl Stream {
     /// Opens a source.
     ///
     /// # Errors
-    /// There is no such file or server.
+    /// The file or server does not exist.
     pub fn open(source: &Source) -> io::Result<Self> {
         let mut reader: Box<dyn Read + Send> = match source {
             Source::File(path) => Box::new(File::open(path)?),
@@ -113,7 +113,7 @@ impl Stream {
         Ok(Self { receiver })
     }
 
-    /// Waits for bytes, at most so long.
+    /// Waits at most this long for bytes.
     #[must_use]
     pub fn next(&self, patience: Duration) -> Came {
         match self.receiver.recv_timeout(patience) {

@@ -1,46 +1,47 @@
-//! The board's log as samples: one for every call of the loop, with what is known of it, and the lost ones counted.
+//! Converts the board's log to samples, one for every call of the loop, and counts the lost ones.
 //!
 //! ```text
-//! inputs line -> calls -> sensor chain -> volts, angle, verdict
-//!                      -> the loop's copy -> state, setpoints, pulses, counters      (whole since the boot)
-//! tick line   -> compared with the copy; where there is no copy it is itself what is known of its tick
+//! inputs record -> calls -> sensor chain     -> volts, angle, validity
+//!                        -> copy of the loop -> state, setpoints, pulses, counters      (if complete since the boot)
+//! frame         -> compared with the copy; without a copy it is the source of its tick
 //! ```
-//! A sample is lost when the first tick of an `inputs` line does not follow on the last one. Nothing takes its place: the
-//! next sample says how many are gone. The loop's copy cannot go on then, since its state depends on all that went before; the
-//! sensor chain begins anew with the next sample, as it does on a board that boots, and is exact again once its filter and its
-//! limits of belief have forgotten.
+//! A sample is lost if the first tick of an inputs record does not continue the last one. Nothing takes its place: the next sample has
+//! the number of lost ones. The copy of the loop stops there, since its state depends on all earlier inputs. The sensor chain starts
+//! again with the next sample, as on a board after boot, and is exact once its filter and its plausibility limits no longer depend on
+//! earlier samples.
 
-use crate::board::replay::{Difference, Replay, differences, line_of};
-use crate::board::session::loop_of;
-use crate::board::telemetry;
-use crate::board::telemetry::{Boot, Call, Edge, Inputs, Line, Tick};
+use crate::board::replay::{Difference, Replay, differences};
+use crate::board::run::loop_of;
+use crate::board::telemetry::{RecordError, record_in};
 use hgod_adc::{Reading, Sensor, SensorState};
 use joint_loop::SENSORS;
 use joint_loop::setup::default_loop::Parameters;
+use joint_units::{AdcCode, Volts};
 use std::collections::VecDeque;
+use wire::{Boot, Call, Edge, Frame, Inputs, Record};
 
-/// Samples that wait for their `tick` line: more than the board's queues hold.
+/// Samples that wait for their frame: more than the board's queues hold.
 const WAITING: usize = 64;
 
-/// `tick` lines that wait for their inputs.
+/// Frames that wait for their inputs.
 const WAITING_LINES: usize = 16;
 
-/// Differences that are kept word for word.
+/// Number of differences that are kept.
 const KEPT_DIFFERENCES: usize = 10;
 
-/// Where state, setpoints and pulses of a sample are from.
+/// Source of state, setpoints and pulses of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Known {
-    /// From the host's copy of the loop, fed with every call since the boot; equal to the board's `tick` line where there is one.
+    /// The host's copy of the loop, with every call since the boot; equal to the board's frame where there is one.
     Replayed,
-    /// From the board's `tick` line.
+    /// The board's frame.
     Line,
-    /// They are not known: a sample before was lost, and only every tenth tick has a line.
+    /// None: an earlier sample was lost, and only every tenth tick has a frame.
     Nothing,
 }
 
 impl Known {
-    /// As recordings write it; empty where nothing is known.
+    /// Name in captures; empty for none.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -54,83 +55,83 @@ impl Known {
 /// One call of the board's loop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
-    /// Boots that the recording has heard of, this one included.
+    /// Number of boots in the capture, this one included.
     pub boot: u32,
     /// Control periods since the boot, missed ones included: the board's own clock.
     pub tick: u32,
-    /// Nanoseconds since the first power-on that the recording knows of, by the board's own clock.
+    /// Nanoseconds since the first power-on in the capture, by the board's own clock.
     pub time_ns: u64,
-    /// What the loop was given.
+    /// Input of the loop.
     pub call: Call,
-    /// What the sensor chain makes of each; `None` where none is worn, or the chip's reference is not known, since its boot was not heard.
+    /// Output of the sensor chain; `None` without a sensor, or if the boot record with the chip's reference is not known.
     pub readings: [Option<Reading>; SENSORS],
-    /// What the loop did.
-    pub output: Option<Tick>,
-    /// Where that is from.
+    /// Output of the loop.
+    pub output: Option<Frame>,
+    /// Source of the output.
     pub known: Known,
-    /// Samples lost since the recording began, in all.
+    /// All samples lost since the start of the capture.
     pub lost: u64,
 }
 
 /// An edge at the synchronisation input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EdgeAt {
-    /// When, on the recording's time axis.
+    /// Time on the axis of the capture, ns.
     pub time_ns: u64,
     /// The level after it.
     pub high: bool,
 }
 
-/// A boot that was heard.
+/// A boot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Booted {
-    /// The board's first words; `None` where they were lost.
+    /// The boot record; `None` if it was lost.
     pub boot: Option<Boot>,
-    /// When, on the recording's time axis.
+    /// Time on the axis of the capture, ns.
     pub time_ns: u64,
 }
 
-/// What a recording comes to.
+/// Counters of a capture.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Counts {
-    /// Samples that were recorded.
+    /// Samples in the capture.
     pub samples: u64,
-    /// Control periods of which no sample came, by the gaps of the `inputs` lines.
+    /// Control periods without a sample, from the gaps of the inputs records.
     pub lost: u64,
-    /// The gaps themselves: boot, last tick before, first tick after. The first thousand.
+    /// The gaps: boot, last tick before, first tick after. The first thousand.
     pub gaps: Vec<(u32, u32, u32)>,
-    /// Control periods that the board's loop did not run in, as it says itself; no sample exists of them.
+    /// Control periods in which the board's loop did not run, from the board's counter; they have no sample.
     pub missed: u64,
-    /// Records that the board's log had no room for, as it says itself, over all boots.
+    /// Records that the board's log dropped, from the board's counter, over all boots.
     pub board_dropped: u64,
-    /// `tick` lines that were compared with the host's copy of the loop.
+    /// Frames that were compared with the host's copy of the loop.
     pub confirmed: u64,
-    /// Of these, those in which something differed.
+    /// Of these, frames with a difference.
     pub different: u64,
     /// The first differences.
     pub differences: Vec<Difference>,
     /// Edges at the synchronisation input.
     pub edges: u64,
-    /// Ticks before which more edges came than the board could take.
+    /// Ticks with more edges before them than the board can store.
     pub edges_lost: u64,
-    /// Frames of the log that made no sense.
+    /// Malformed frames of the log.
     pub malformed: u64,
-    /// Why the host's copy could not follow, the first time it could not.
+    /// The first reason why the host's copy stopped.
     pub why_no_replay: Option<String>,
 }
 
-/// Gaps that are kept one by one.
+/// Number of gaps that are kept.
 const KEPT_GAPS: usize = 1000;
 
-/// From lines of the log to samples.
+/// Converts lines of the log to samples.
 #[derive(Debug)]
 pub struct Sampler {
     parameters: Parameters,
     counts: Counts,
     boot: u32,
-    /// Where tick 0 of the present boot lies on the time axis.
+    /// Time of tick 0 of the present boot on the axis of the capture.
     began_ns: u64,
-    /// A whole turn of the tick counter, in ticks, for every time that it went round.
+    /// Overflows of the tick counter, in ticks.
     turns: u64,
     last: Option<u32>,
     last_ns: u64,
@@ -140,11 +141,11 @@ pub struct Sampler {
     edges: Vec<EdgeAt>,
     replay: Option<Replay>,
     waiting: VecDeque<Sample>,
-    lines: VecDeque<Tick>,
+    lines: VecDeque<Frame>,
 }
 
 impl Sampler {
-    /// Of a board that walks with these parameters.
+    /// For a board with these parameters.
     #[must_use]
     pub fn new(parameters: Parameters) -> Self {
         Self {
@@ -171,39 +172,39 @@ impl Sampler {
         &self.counts
     }
 
-    /// A frame of the log that makes no sense.
+    /// Counts a malformed frame.
     pub fn malformed(&mut self) {
         self.counts.malformed += 1;
     }
 
-    /// Takes a line of the log. `reset_ns` is when the present boot began, if somebody outside of the board knows it.
-    /// Samples that are complete are put into `out`; what it gives is a boot that the line is about.
+    /// Takes a line of the log. `reset_ns` is the start of the present boot, if known from outside of the board.
+    /// Appends complete samples to `out`; returns the boot that the line reports.
     ///
     /// # Errors
-    /// The line is not as agreed. It is left out; the next one can be taken.
+    /// The record cannot be read. It is skipped; the next line can be taken.
     pub fn line(
         &mut self,
         text: &str,
         reset_ns: Option<u64>,
         out: &mut Vec<Sample>,
-    ) -> Result<Option<Booted>, telemetry::LineError> {
-        match telemetry::parse(text)? {
-            Line::Boot(boot) => return Ok(Some(self.boot(Some(boot), reset_ns, out))),
-            Line::Inputs(inputs) => return Ok(self.inputs(&inputs, out)),
-            Line::Tick(tick) => self.tick(tick, out),
-            Line::Cost(cost) => {
+    ) -> Result<Option<Booted>, RecordError> {
+        let Some(record) = record_in(text) else { return Ok(None) };
+        match record? {
+            Record::Boot(boot) => return Ok(Some(self.boot(Some(boot), reset_ns, out))),
+            Record::Inputs(inputs) => return Ok(self.inputs(&inputs, out)),
+            Record::Frame(frame) => self.tick(frame, out),
+            Record::Cost(cost) => {
                 let more = cost.dropped.checked_sub(self.dropped_this_boot).unwrap_or(cost.dropped);
                 self.counts.board_dropped += u64::from(more);
                 self.dropped_this_boot = cost.dropped;
             }
-            Line::Edge(edge) => self.edge(&edge),
-            Line::Text if text.starts_with("edges lost ") => self.counts.edges_lost += 1,
-            Line::State(_) | Line::Follow(_) | Line::Env(_) | Line::Margin(_) | Line::Text => {}
+            Record::Edge(edge) => self.edge(&edge),
+            Record::Change(_) | Record::Environment(_) | Record::Refused(_) => {}
         }
         Ok(None)
     }
 
-    /// Nothing more will come: hands out the samples that still wait.
+    /// Appends the samples that still wait, at the end of the log.
     pub fn finish(&mut self, out: &mut Vec<Sample>) {
         self.settle(true, out);
     }
@@ -212,7 +213,7 @@ impl Sampler {
         self.settle(true, out);
         self.lines.clear();
         self.boot += 1;
-        // Without somebody outside who knows better, a boot begins when the last sample before it ended.
+        // Without a known reset, a boot begins at the end of the last sample before it.
         let after = if self.boot == 1 { 0 } else { self.last_ns };
         self.began_ns = reset_ns.map_or(after, |at| at.max(after));
         (self.turns, self.dropped_this_boot) = (0, 0);
@@ -221,8 +222,10 @@ impl Sampler {
         self.last = boot.as_ref().map(|_| 0);
         if let Some(boot) = &boot {
             let channels = self.parameters.sensors.channels().iter();
-            for (sensor, worn) in self.sensors.iter_mut().zip(channels) {
-                *sensor = worn.as_ref().and_then(|worn| worn.build(boot.vrefint_cal, boot.min_supply).ok());
+            for (sensor, channel) in self.sensors.iter_mut().zip(channels) {
+                *sensor = channel
+                    .as_ref()
+                    .and_then(|channel| channel.build(AdcCode(boot.reference_cal), Volts(boot.min_supply_v)).ok());
             }
             self.begin_replay(boot);
         }
@@ -246,11 +249,13 @@ impl Sampler {
             None => 0,
         };
         if lost > u32::MAX / 2 || (self.last.is_none() && self.boot == 0) {
-            // Ticks that run backwards are a boot whose first words were lost; ticks before any boot, one that was not heard.
+            // Decreasing ticks mean a boot whose record was lost; ticks before any boot mean a capture that began later.
             let reset = self.boot > 0;
             booted = Some(self.boot(None, None, out));
             lost = if reset { inputs.first_tick.wrapping_sub(first.elapsed.max(1).into()) } else { 0 };
-            self.counts.why_no_replay.get_or_insert_with(|| "the board's boot was not heard".into());
+            self.counts.why_no_replay.get_or_insert_with(|| {
+                "the capture has no boot record of the board; reset the board after the capture has begun".into()
+            });
         }
         if lost > 0 {
             self.counts.lost += u64::from(lost);
@@ -273,7 +278,7 @@ impl Sampler {
             self.turns += u64::from(self.last.is_some_and(|last| tick < last)) << 32;
             self.last = Some(tick);
             self.counts.missed += u64::from(elapsed - 1);
-            let sample = self.sample(tick, *call);
+            let sample = self.sample(tick, call);
             self.last_ns = sample.time_ns;
             self.waiting.push_back(sample);
         }
@@ -281,21 +286,21 @@ impl Sampler {
         booted
     }
 
-    fn sample(&mut self, tick: u32, call: Call) -> Sample {
+    fn sample(&mut self, tick: u32, call: &Call) -> Sample {
         let mut readings = [None; SENSORS];
-        let channels = self.sensors.iter().zip(&mut self.states).zip(call.sensors);
+        let channels = self.sensors.iter().zip(&mut self.states).zip(call.sample().codes);
         for (reading, ((sensor, state), code)) in readings.iter_mut().zip(channels) {
             *reading = sensor.as_ref().map(|sensor| {
                 state.missed(u32::from(call.elapsed.max(1)) - 1);
-                sensor.sample(state, code, call.vrefint)
+                sensor.sample(state, code, AdcCode(call.reference))
             });
         }
-        let replayed = self.replay.as_ref().and_then(|replay| replay.at(tick)).map(|(_, frame)| line_of(frame));
+        let replayed = self.replay.as_ref().and_then(|replay| replay.at(tick)).map(|(_, frame)| Frame::from(frame));
         Sample {
             boot: self.boot,
             tick,
             time_ns: self.began_ns.saturating_add((self.turns + u64::from(tick)).saturating_mul(1_000_000)),
-            call,
+            call: call.clone(),
             readings,
             known: if replayed.is_some() { Known::Replayed } else { Known::Nothing },
             output: replayed,
@@ -303,19 +308,20 @@ impl Sampler {
         }
     }
 
-    /// Edges since they were last taken.
+    /// Edges since the last call.
     pub fn edges(&mut self) -> Vec<EdgeAt> {
         std::mem::take(&mut self.edges)
     }
 
     fn edge(&mut self, edge: &Edge) {
         self.counts.edges += 1;
+        self.counts.edges_lost += u64::from(edge.lost_before);
         let tick_ns = (self.turns + u64::from(edge.tick)).saturating_mul(1_000_000);
         let time_ns = self.began_ns.saturating_add(tick_ns).saturating_add_signed(i64::from(edge.offset_us) * 1000);
         self.edges.push(EdgeAt { time_ns, high: edge.high });
     }
 
-    fn tick(&mut self, tick: Tick, out: &mut Vec<Sample>) {
+    fn tick(&mut self, tick: Frame, out: &mut Vec<Sample>) {
         if self.lines.len() == WAITING_LINES {
             self.lines.pop_front();
         }
@@ -323,7 +329,7 @@ impl Sampler {
         self.settle(false, out);
     }
 
-    /// Hands out the samples up to the last `tick` line, those that have waited long enough, or all of them.
+    /// Appends the samples up to the last frame, those that have waited long enough, or all of them.
     fn settle(&mut self, all: bool, out: &mut Vec<Sample>) {
         while let Some(first) = self.waiting.front() {
             let seen = self.lines.back().is_some_and(|line| line.tick.wrapping_sub(first.tick) <= u32::MAX / 2);
@@ -337,8 +343,8 @@ impl Sampler {
                         let found = differences(line, frame);
                         self.counts.confirmed += 1;
                         self.counts.different += u64::from(!found.is_empty());
-                        let room = KEPT_DIFFERENCES.saturating_sub(self.counts.differences.len());
-                        self.counts.differences.extend(found.into_iter().take(room));
+                        let free = KEPT_DIFFERENCES.saturating_sub(self.counts.differences.len());
+                        self.counts.differences.extend(found.into_iter().take(free));
                     }
                     None => (sample.output, sample.known) = (Some(*line), Known::Line),
                 }

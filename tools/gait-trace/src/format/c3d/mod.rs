@@ -9,6 +9,7 @@
 //! negative residual, or one at exactly 0, 0, 0, is missing. Only the chosen points are kept: memory is bounded by the
 //! file's own size, whatever its header announces.
 
+mod bytes;
 mod processor;
 mod section;
 mod segments;
@@ -16,32 +17,17 @@ mod segments;
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::joint_names::{AngleUnit, joint_of};
-use crate::format::open::ReadOptions;
 use crate::format::text_table::{column_called, listed, room_after};
+use crate::options::ReadOptions;
 use crate::raw::RawJoints;
+use bytes::{Ctx, Track};
 use joint_units::Joint;
 use section::{KEY, Layout, Parameters};
-
-/// A file that is read: its name for errors, and its bytes.
-pub(crate) struct Ctx<'a> {
-    pub(crate) file: &'a str,
-    pub(crate) bytes: &'a [u8],
-}
-
-impl Ctx<'_> {
-    pub(crate) fn bad(&self, offset: usize, field: &str, found: &str, allowed: &str) -> TraceError {
-        let fault = Fault::Binary { offset, field: field.into(), found: found.into(), allowed: allowed.into() };
-        TraceError::new(self.file, None, fault)
-    }
-}
 
 /// Whether the bytes begin as a C3D file does and no text can.
 pub(crate) fn looks_like(bytes: &[u8]) -> bool {
     bytes.get(1) == Some(&KEY) && bytes.iter().take(512).any(|&byte| byte == 0)
 }
-
-/// Where a point was in each frame; NaN where it was not seen.
-pub(crate) type Track = Vec<[f64; 3]>;
 
 /// Reads the bytes of a file.
 ///
@@ -50,7 +36,7 @@ pub(crate) type Track = Vec<[f64; 3]>;
 ///
 /// ```
 /// use gait_trace::format::c3d;
-/// use gait_trace::format::open::ReadOptions;
+/// use gait_trace::ReadOptions;
 /// let error = c3d::parse("walk.c3d", b"\x02\x51", &ReadOptions::default()).unwrap_err();
 /// assert_eq!(error.to_string(), "walk.c3d: byte 1: the key of the header is 0x51; allowed is 0x50: is this a C3D file?");
 /// ```

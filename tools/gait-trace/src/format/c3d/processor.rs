@@ -1,8 +1,5 @@
 //! The three number formats that a C3D file may be written in, and reading them from bytes without running out of them.
 
-use super::Ctx;
-use crate::fault::TraceError;
-
 /// Whose number format a file is in; the fourth byte of the parameter section says it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Processor {
@@ -48,20 +45,6 @@ impl Processor {
             Self::Dec => f32::from_le_bytes([c, d, a, b]) / 4.0,
         }
     }
-}
-
-/// `N` bytes at an offset, or the error that the file ends before them.
-pub(crate) fn bytes_at<const N: usize>(ctx: &Ctx<'_>, offset: usize, field: &str) -> Result<[u8; N], TraceError> {
-    let end = offset.checked_add(N);
-    let slice = end.and_then(|end| ctx.bytes.get(offset..end)).and_then(|slice| slice.try_into().ok());
-    slice.ok_or_else(|| {
-        ctx.bad(
-            offset,
-            field,
-            &format!("beyond the end of the file, at {}", ctx.bytes.len()),
-            "a place inside of the file",
-        )
-    })
 }
 
 #[cfg(test)]

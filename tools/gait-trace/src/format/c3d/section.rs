@@ -5,8 +5,8 @@
 //! floats), word 8 the block of the data, words 10-11 frames a second. Blocks count from 1 and have 512 bytes.
 //! Parameters: a chain of records, groups with negative numbers, parameters with their group's.
 
-use super::Ctx;
-use super::processor::{Processor, bytes_at};
+use super::bytes::Ctx;
+use super::processor::Processor;
 use crate::fault::TraceError;
 use crate::format::text_table::listed;
 use std::collections::{HashMap, HashSet};
@@ -38,7 +38,7 @@ pub(crate) struct Parameters {
 
 impl Parameters {
     pub(crate) fn parse(ctx: &Ctx<'_>) -> Result<Self, TraceError> {
-        let [block, key] = bytes_at(ctx, 0, "the header")?;
+        let [block, key] = ctx.at(0, "the header")?;
         if key != KEY {
             return Err(ctx.bad(1, "the key of the header", &format!("{key:#04x}"), "0x50: is this a C3D file?"));
         }
@@ -46,14 +46,13 @@ impl Parameters {
             return Err(ctx.bad(0, "the pointer to the parameter section", "block 0", "block 1 or later, usually 2"));
         }
         let start = (usize::from(block) - 1) * BLOCK;
-        let [_, _, blocks, kind] = bytes_at(ctx, start, "the parameter section")?;
+        let [_, _, blocks, kind] = ctx.at(start, "the parameter section")?;
         let processor = Processor::of_byte(kind).ok_or_else(|| {
             let allowed = "84 (Intel), 85 (DEC) or 86 (MIPS)";
             ctx.bad(start + 3, "the processor", &kind.to_string(), allowed)
         })?;
         // Some programs write too few blocks, or 0; nothing but parameters is before the data.
-        let data =
-            (usize::from(processor.u16(bytes_at(ctx, 16, "the pointer to the data")?)) * BLOCK).saturating_sub(BLOCK);
+        let data = (usize::from(processor.u16(ctx.at(16, "the pointer to the data")?)) * BLOCK).saturating_sub(BLOCK);
         let end = (start + usize::from(blocks) * BLOCK).max(data).min(ctx.bytes.len());
         let mut groups: HashMap<i8, String> = HashMap::new();
         let mut parameters: Vec<(i8, String, Parameter)> = Vec::new();
@@ -69,7 +68,7 @@ impl Parameters {
             let link_at = name_at + name_len;
             let name = ctx.bytes.get(name_at..link_at).unwrap_or_default();
             let name = String::from_utf8_lossy(name).trim().to_ascii_uppercase();
-            let link = usize::from(processor.u16(bytes_at(ctx, link_at, "the link of a parameter")?));
+            let link = usize::from(processor.u16(ctx.at(link_at, "the link of a parameter")?));
             if group < 0 {
                 groups.insert(group, name);
             } else {
@@ -131,8 +130,8 @@ impl Parameters {
         }
         match kind {
             1 => ctx.bytes.get(offset + n).map(|&byte| f64::from(byte)),
-            2 => bytes_at(ctx, offset + 2 * n, name).ok().map(|bytes| f64::from(self.processor.u16(bytes))),
-            4 => bytes_at(ctx, offset + 4 * n, name).ok().map(|bytes| f64::from(self.processor.f32(bytes))),
+            2 => ctx.at(offset + 2 * n, name).ok().map(|bytes| f64::from(self.processor.u16(bytes))),
+            4 => ctx.at(offset + 4 * n, name).ok().map(|bytes| f64::from(self.processor.f32(bytes))),
             _ => None,
         }
     }
@@ -140,7 +139,7 @@ impl Parameters {
 
 impl Parameter {
     fn parse(ctx: &Ctx<'_>, at: usize, name: &str) -> Result<Self, TraceError> {
-        let [kind, rank] = bytes_at(ctx, at, name)?;
+        let [kind, rank] = ctx.at(at, name)?;
         let kind = kind as i8;
         if !matches!(kind, -1 | 1 | 2 | 4) {
             return Err(ctx.bad(at, &format!("the type of parameter {name}"), &kind.to_string(), "-1, 1, 2 or 4"));
@@ -179,8 +178,8 @@ pub(crate) struct Layout {
 impl Layout {
     pub(crate) fn parse(ctx: &Ctx<'_>, parameters: &Parameters, notes: &mut Vec<String>) -> Result<Self, TraceError> {
         let processor = parameters.processor;
-        let word = |n: usize| bytes_at(ctx, 2 * n, "the header").map(|bytes| processor.u16(bytes));
-        let float = |n: usize| bytes_at(ctx, 2 * n, "the header").map(|bytes| processor.f32(bytes));
+        let word = |n: usize| ctx.at(2 * n, "the header").map(|bytes| processor.u16(bytes));
+        let float = |n: usize| ctx.at(2 * n, "the header").map(|bytes| processor.f32(bytes));
         let points = usize::from(word(1)?);
         if let Some(used) = parameters.number(ctx, "POINT:USED")
             && used != points as f64

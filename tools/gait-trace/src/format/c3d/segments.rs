@@ -8,7 +8,7 @@
 //! left to right, averaged over [`WINDOW_S`] so that it turns with a walker who turns and not with the pelvis in each
 //! stride; with one leg only, it is the way from the first to the last place.
 
-use super::Track;
+use super::bytes::Track;
 use crate::fault::Fault;
 use crate::format::angle_columns::AngleColumn;
 use crate::format::joint_names::AngleUnit;

@@ -1,0 +1,207 @@
+//! The log: binary records for host tools, and lines for people who have probe-rs alone.
+//!
+//! A record of the crate `wire` is one message without a level, `wire {=[u8]:02x}`; `probe-rs run ... | grep -v wire` leaves the lines for
+//! people. No program reads those lines. Time stamps are those of the free-running timer, so they go on when the control task does not.
+//!
+//! The log is written without waiting: a message that does not fit into the ring is dropped whole. [`wire::Frame::seq`] and
+//! [`wire::Inputs::first_tick`] show the gap.
+
+use core::fmt::Display;
+
+use firmware::post_mortem::LOCKOUT_STREAK;
+use heapless::String;
+use joint_loop::setup::default_loop::Parameters;
+use joint_loop::store::{generator_record, sensor_record};
+use joint_units::AdcCode;
+use wire::{Boot, Record, Refused, Subject, VERSION};
+
+use crate::faults::LastRun;
+use crate::{BOARD, SENSOR_REQUIRED, SHADOW};
+
+/// Reports the boot; `parameters` are `None` where they were refused, which is the next report.
+pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, parameters: Option<&Parameters>) {
+    // A name that were too long would be empty; none is.
+    let text = |name: &str| String::try_from(name).unwrap_or_default();
+    let boot = Boot {
+        version: VERSION,
+        board: text(BOARD.name),
+        chip: text(BOARD.chip),
+        reset: last.reset,
+        streak: last.streak,
+        reference_cal: reference_cal.0,
+        min_supply_v: BOARD.min_supply.0,
+        sensor_required: SENSOR_REQUIRED,
+        generator_crc: parameters.map(|parameters| generator_record::record_of(&parameters.generator).crc()),
+        sensors_crc: parameters.map(|parameters| sensor_record::record_of(&parameters.sensors).crc()),
+        shadow: SHADOW,
+    };
+    lines::boot(&boot);
+    send(&Record::Boot(boot));
+    lines::crash(last);
+    lines::brown_out();
+    if last.streak >= LOCKOUT_STREAK {
+        refused(
+            Subject::Arming,
+            format_args!(
+                "{} crashes in a row; allowed is less than {LOCKOUT_STREAK}: switch the power off, or press reset",
+                last.streak
+            ),
+        );
+    }
+}
+
+/// Reports what is refused, and why.
+pub(crate) fn refused(subject: Subject, reason: impl Display) {
+    let refused = Refused::new(subject, reason);
+    lines::refused(&refused);
+    send(&Record::Refused(refused));
+}
+
+/// Sends a record.
+#[inline(never)]
+pub(crate) fn send(record: &Record) {
+    let mut buffer = [0; wire::MAX_BYTES];
+    if let Some(bytes) = wire::encode(record, &mut buffer) {
+        lines::wire(bytes);
+    }
+}
+
+pub(crate) use lines::{stalled, state, status};
+
+/// The messages.
+#[cfg(target_os = "none")]
+mod lines {
+    use defmt::{Format, Formatter};
+    use defmt_rtt as _;
+    use firmware::liveness::Part;
+    use firmware::post_mortem::Cause;
+    use wire::{Boot, Change, Frame, Refused};
+
+    use crate::faults::LastRun;
+
+    defmt::timestamp!("{=u64:us}", crate::stopwatch::log_us());
+
+    pub(super) fn wire(bytes: &[u8]) {
+        defmt::println!("wire {=[u8]:02x}", bytes);
+    }
+
+    pub(super) fn boot(boot: &Boot) {
+        defmt::info!(
+            "{=str} {=str}: reset {=str}, {=u32} crashes in a row before; generator {=u32:08x}, sensors {=u32:08x} ({=str}); outputs {=str}",
+            boot.board.as_str(),
+            boot.chip.as_str(),
+            boot.reset.name(),
+            boot.streak,
+            boot.generator_crc.unwrap_or(0),
+            boot.sensors_crc.unwrap_or(0),
+            if boot.sensor_required { "required" } else { "not required" },
+            if boot.shadow { "off: shadow mode" } else { "drive the servos" }
+        );
+    }
+
+    pub(super) fn crash(last: &LastRun) {
+        let Some(crash) = &last.crash else { return };
+        let [first, second] = crash.details;
+        let cause = crash.cause.name();
+        match crash.cause {
+            Cause::Panic => {
+                defmt::error!("last run ended by {=str} in {=str} line {=u32}", cause, crash.text(), first)
+            }
+            Cause::HardFault => {
+                defmt::error!("last run ended by {=str} at pc {=u32:#x} cfsr {=u32:#x}", cause, first, second)
+            }
+            Cause::StackOverflow => {
+                defmt::error!("last run ended by {=str} at sp {=u32:#x} cfsr {=u32:#x}", cause, first, second)
+            }
+            Cause::Stalled | Cause::Racing => {
+                let part = Part::from_number(first).map_or("?", Part::name);
+                defmt::error!("last run ended by {=str} task {=str}", cause, part);
+            }
+            Cause::UnexpectedInterrupt => defmt::error!("last run ended by {=str} {=u32}", cause, first),
+            Cause::None | Cause::ClockFailure | Cause::NonMaskable => {
+                defmt::error!("last run ended by {=str}", cause)
+            }
+        }
+    }
+
+    pub(super) fn brown_out() {
+        if crate::clocks::brown_out_reset_is_off() {
+            // An option byte, which only a person with a probe should write.
+            defmt::warn!(
+                "brown-out reset is off in the option bytes: a servo that pulls the supply down does not reset the board"
+            );
+        }
+    }
+
+    pub(super) fn refused(refused: &Refused) {
+        defmt::error!("{=str} refused: {=str}", refused.subject.name(), refused.reason.as_str());
+    }
+
+    /// The watchdog task is about to reset the board.
+    pub(crate) fn stalled(part: Part, how: &'static str) {
+        defmt::error!("{=str} {=str}: outputs off, reset", part.name(), how);
+    }
+
+    /// A change of state.
+    pub(crate) fn state(change: &Change) {
+        defmt::info!("{=str}, cause {=str}", change.state.name(), change.cause.name());
+    }
+
+    /// Angles and pulses, twice a second.
+    pub(crate) fn status(frame: &Frame) {
+        let [lh, rh, lk, rk] = frame.setpoints_rad.map(whole_degrees);
+        let [lh_us, rh_us, lk_us, rk_us] = frame.pulses_us;
+        defmt::println!(
+            "{=str}:{} hips {=i32} {=i32} knees {=i32} {=i32} deg, pulses {=u16} {=u16} {=u16} {=u16} us",
+            frame.state.name(),
+            Sensors(frame),
+            lh,
+            rh,
+            lk,
+            rk,
+            lh_us,
+            rh_us,
+            lk_us,
+            rk_us
+        );
+    }
+
+    struct Sensors<'a>(&'a Frame);
+
+    impl Format for Sensors<'_> {
+        fn format(&self, to: Formatter<'_>) {
+            for sensor in self.0.sensors.iter().flatten() {
+                defmt::write!(
+                    to,
+                    " sensor {=i32} deg {=str},",
+                    whole_degrees(sensor.angle_rad),
+                    sensor.validity.name()
+                );
+            }
+        }
+    }
+
+    fn whole_degrees(radians: f32) -> i32 {
+        let degrees = joint_units::Radians(radians).degrees();
+        // The cast rounds towards zero.
+        (degrees + if degrees < 0.0 { -0.5 } else { 0.5 }) as i32
+    }
+}
+
+/// The host has no log: it only checks the types.
+#[cfg(not(target_os = "none"))]
+mod lines {
+    use firmware::liveness::Part;
+    use wire::{Boot, Change, Frame, Refused};
+
+    use crate::faults::LastRun;
+
+    pub(super) fn wire(_bytes: &[u8]) {}
+    pub(super) fn boot(_boot: &Boot) {}
+    pub(super) fn crash(_last: &LastRun) {}
+    pub(super) fn brown_out() {}
+    pub(super) fn refused(_refused: &Refused) {}
+    pub(crate) fn stalled(_part: Part, _how: &'static str) {}
+    pub(crate) fn state(_change: &Change) {}
+    pub(crate) fn status(_frame: &Frame) {}
+}

@@ -1,0 +1,64 @@
+//! The registers of a board's pins.
+
+use embassy_stm32::pac;
+use embassy_stm32::pac::gpio::Gpio;
+use embassy_stm32::pac::gpio::vals::{Idr, Moder, Pupdr};
+use firmware::board::{BOARD, Pin, Port};
+
+/// A pin's registers. The clock of its port must be on.
+pub(crate) trait PinRegisters: Copy {
+    /// The port.
+    fn gpio(self) -> Gpio;
+
+    /// 0 to 15.
+    fn index(self) -> usize;
+
+    /// Sets the level that the pin takes while it is an output.
+    fn set(self, high: bool) {
+        self.gpio().bsrr().write(|w| if high { w.set_bs(self.index(), true) } else { w.set_br(self.index(), true) });
+    }
+
+    /// Whether the pin is high.
+    fn is_high(self) -> bool {
+        self.gpio().idr().read().idr(self.index()) == Idr::HIGH
+    }
+
+    /// Sets the mode: input, output, alternate, analogue.
+    fn set_mode(self, mode: Moder) {
+        self.gpio().moder().modify(|w| w.set_moder(self.index(), mode));
+    }
+
+    /// Sets the pull.
+    fn set_pull(self, pull: Pupdr) {
+        self.gpio().pupdr().modify(|w| w.set_pupdr(self.index(), pull));
+    }
+
+    /// Gives the pin to a peripheral.
+    fn set_function(self, function: u8) {
+        self.gpio().afr(self.index() / 8).modify(|w| w.set_afr(self.index() % 8, function));
+        self.set_mode(Moder::ALTERNATE);
+    }
+}
+
+impl PinRegisters for Pin {
+    #[inline(always)]
+    fn gpio(self) -> Gpio {
+        match self.port {
+            Port::A => pac::GPIOA,
+            Port::B => pac::GPIOB,
+            Port::C => pac::GPIOC,
+            Port::D => pac::GPIOD,
+            Port::E => pac::GPIOE,
+        }
+    }
+
+    #[inline(always)]
+    fn index(self) -> usize {
+        self.number.into()
+    }
+}
+
+/// The lamps that the board has.
+pub(crate) fn lamps() -> impl Iterator<Item = Pin> {
+    [BOARD.led_pulses, BOARD.led_fault].into_iter().flatten()
+}

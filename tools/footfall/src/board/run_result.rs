@@ -1,0 +1,140 @@
+//! The result of a run: the last object of the output, and whether the run was sound.
+
+use crate::board::lines::{End, Reset};
+use crate::board::run::{Counters, Following};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+/// The result of a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunResult {
+    /// `end`.
+    pub r#type: &'static str,
+    /// Virtual time, s.
+    pub t_s: f64,
+    /// Why it ended: `time` for the time limit, `killed` for a request.
+    pub reason: String,
+    /// Control periods since the last boot, from the last tick record.
+    pub ticks: u32,
+    /// Ticks that began late, since the last boot.
+    pub late_ticks: u32,
+    /// Control periods without a tick, since the last boot.
+    pub missed_ticks: u32,
+    /// State of the supervisor.
+    pub state: &'static str,
+    /// Cause of its last change.
+    pub cause: &'static str,
+    /// Shortest and longest pulse at each servo's pin, in microseconds: left hip, right hip, left knee, right knee.
+    pub pulse_us: [Option<[f64; 2]>; 4],
+    /// Edges of servo pins before the first arming after a reset.
+    pub edges_before_arming: u64,
+    /// Edges of servo pins after disarming.
+    pub edges_after_disarming: u64,
+    /// Accesses that the models of the virtual board do not support.
+    pub unmodelled: u64,
+    /// Every kind of irregular access.
+    pub lints: Vec<Value>,
+    /// Faults that were not injected.
+    pub unexpected_faults: u64,
+    /// Boots, the first one included.
+    pub boots: u32,
+    /// Resets after power-on.
+    pub resets: Vec<Value>,
+    /// Injected faults and their effects.
+    pub injections: Vec<Value>,
+    /// Hash of all setpoints of the last boot, by the board.
+    pub setpoint_hash: Option<String>,
+    /// The same of the host's copy of the loop at the same tick; null if not known.
+    pub host_replay_hash: Option<String>,
+    /// `equal`, `different`, or why the comparison is not possible.
+    pub host_replay: String,
+    /// Tick records that were compared with the host, field by field, bit for bit.
+    pub compared_lines: u64,
+    /// Of these, records with a difference.
+    pub different_lines: u64,
+    /// The first differences.
+    pub differences: Vec<String>,
+    /// Calls of the loop that the host repeated.
+    pub replayed_calls: u64,
+    /// The board's outputs are off (shadow mode).
+    pub shadow: bool,
+    /// State of a follower at the end.
+    pub following: Option<Following>,
+    /// Tick records that were lost.
+    pub lost_lines: u64,
+    /// Malformed frames of the log.
+    pub malformed_frames: u64,
+    /// SHA-256 of the ELF file.
+    pub elf_sha256: String,
+    /// The input of the sensors.
+    pub trace: Value,
+}
+
+impl RunResult {
+    /// From the board's last line and the counters; without a last line the board's part is empty and the reason names this.
+    #[must_use]
+    pub fn new(end: Option<&End>, counters: &Counters, elf_sha256: &str, trace: Value) -> Self {
+        let last = counters.last;
+        let hex = |hash: u64| format!("{hash:016x}");
+        let host_replay = match (counters.different, counters.compared, &counters.why_not) {
+            (1.., ..) => "different".into(),
+            (0, _, Some(why)) => format!("not known: {why}"),
+            (0, 0, None) => "not known: the log has no frames".into(),
+            (0, 1.., None) => "equal".into(),
+        };
+        let reset = |reset: &Reset| json!({ "t_s": reset.t_s, "cause": reset.cause });
+        Self {
+            r#type: "end",
+            t_s: end.map_or(0.0, |end| end.t_s),
+            reason: end.map_or("the virtual board ended without its last line".into(), |end| end.reason.clone()),
+            ticks: last.map_or(0, |tick| tick.tick),
+            late_ticks: last.map_or(0, |tick| tick.late),
+            missed_ticks: last.map_or(0, |tick| tick.missed),
+            state: last.map_or("unknown", |tick| tick.state.name()),
+            cause: counters.cause.name(),
+            pulse_us: end.map_or([None; 4], |end| end.pulse_us),
+            edges_before_arming: end.map_or(0, |end| end.edges_before_arming),
+            edges_after_disarming: end.map_or(0, |end| end.edges_after_disarming),
+            unmodelled: end.map_or(0, |end| end.unmodelled),
+            lints: end.map_or(vec![], |end| end.lints.clone()),
+            unexpected_faults: end.map_or(0, |end| end.unexpected_faults),
+            boots: counters.boots,
+            resets: end.map_or(vec![], |end| end.resets.iter().map(reset).collect()),
+            injections: end.map_or(vec![], |end| end.injections.clone()),
+            setpoint_hash: counters.hashes.map(|(board, _)| board).or(last.map(|tick| tick.setpoint_hash)).map(hex),
+            host_replay_hash: counters.hashes.filter(|_| counters.why_not.is_none()).map(|(_, host)| hex(host)),
+            host_replay,
+            compared_lines: counters.compared,
+            different_lines: counters.different,
+            differences: counters.differences.iter().map(ToString::to_string).collect(),
+            replayed_calls: counters.calls,
+            shadow: counters.shadow,
+            following: counters.following,
+            lost_lines: counters.lost_lines,
+            malformed_frames: counters.malformed,
+            elf_sha256: elf_sha256.into(),
+            trace,
+        }
+    }
+
+    /// The faults of the run in words; empty if it was sound.
+    #[must_use]
+    pub fn faults(&self) -> Vec<String> {
+        let mut faults = Vec::new();
+        let mut when = |wrong: bool, words: String| {
+            if wrong {
+                faults.push(words);
+            }
+        };
+        let ended = matches!(self.reason.as_str(), "time" | "killed");
+        when(!ended, format!("the board ended early: {}", self.reason));
+        when(self.unmodelled > 0, format!("{} accesses that the models do not support", self.unmodelled));
+        when(!self.lints.is_empty(), format!("irregular accesses: {}", Value::from(self.lints.clone())));
+        when(self.unexpected_faults > 0, format!("{} faults that were not injected", self.unexpected_faults));
+        let edges = self.edges_before_arming + self.edges_after_disarming;
+        when(edges > 0, format!("{edges} edges of servo pins while disarmed"));
+        when(self.different_lines > 0, format!("board and host differ: {}", self.differences.join("; ")));
+        when(self.malformed_frames > 0, format!("{} malformed frames in the log", self.malformed_frames));
+        faults
+    }
+}

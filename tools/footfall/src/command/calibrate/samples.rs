@@ -1,0 +1,103 @@
+//! Live codes of a sensor and their statistics.
+//!
+//! A line is `CODE`, `CODE VREFINT`, or a line of the board's log as `probe-rs run` prints it, whose inputs records have codes.
+
+use std::io::BufRead;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::Duration;
+
+use joint_units::AdcCode;
+use wire::{Call, Record};
+
+use crate::board::telemetry::record_in;
+use crate::failure::Failure;
+
+/// Longest wait for a code.
+const TIMEOUT: Duration = Duration::from_secs(5);
+
+/// One live sample: a code and, if known, the code of the internal reference.
+pub(super) type Sample = (u16, Option<u16>);
+
+/// Reads samples in a thread of its own, so that the source does not block while the operator sets an angle.
+pub(super) fn read_samples(codes: impl BufRead + Send + 'static) -> Receiver<Result<Sample, String>> {
+    let (sender, receiver) = sync_channel(1 << 16);
+    std::thread::spawn(move || {
+        for (number, line) in (1_u64..).zip(codes.lines()) {
+            let read = line.map_err(|error| error.to_string()).and_then(|line| parse_codes(&line));
+            let sent = match read {
+                Ok(samples) => samples.into_iter().try_for_each(|sample| sender.send(Ok(sample))),
+                Err(what) => sender.send(Err(format!("codes, line {number}: {what}"))),
+            };
+            if sent.is_err() {
+                break;
+            }
+        }
+    });
+    receiver
+}
+
+/// The samples of a line; none for other lines of a log.
+fn parse_codes(line: &str) -> Result<Vec<Sample>, String> {
+    if let Some(record) = record_in(line) {
+        let sample = |call: &Call| Some((*call.codes.first()?, Some(call.reference)));
+        return match record.map_err(|error| error.to_string())? {
+            Record::Inputs(inputs) => Ok(inputs.calls.iter().filter_map(sample).collect()),
+            _ => Ok(Vec::new()),
+        };
+    }
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let code = |word: &str| word.parse::<u16>().ok().filter(|code| *code <= AdcCode::MAX.0);
+    // A number with a point is the time stamp of a log line.
+    let begins_with_code =
+        words.first().is_some_and(|word| word.starts_with(|c: char| c.is_ascii_digit()) && !word.contains('.'));
+    match (&words[..], begins_with_code) {
+        ([one], true) => code(one).map(|code| vec![(code, None)]),
+        ([one, other], true) => code(one).zip(code(other)).map(|(code, vrefint)| vec![(code, Some(vrefint))]),
+        (_, true) => None,
+        _ => Some(Vec::new()),
+    }
+    .ok_or_else(|| {
+        let short: String = line.chars().take(60).collect();
+        format!("`{short}`: allowed are `CODE`, `CODE VREFINT`, both 0 to 4095, or the board's log")
+    })
+}
+
+/// Takes so many samples; they have VREFINT throughout, or never.
+pub(super) fn take(
+    samples: &Receiver<Result<Sample, String>>,
+    count: usize,
+    with_vrefint: &mut Option<bool>,
+) -> Result<Vec<Sample>, Failure> {
+    let mut taken = Vec::with_capacity(count);
+    while taken.len() < count {
+        let sample = samples.recv_timeout(TIMEOUT).map_err(|error| {
+            let had = taken.len();
+            Failure::input(match error {
+                RecvTimeoutError::Timeout => {
+                    format!("no code came for {} s, {had} of {count} were taken", TIMEOUT.as_secs())
+                }
+                RecvTimeoutError::Disconnected => format!("the codes end, {had} of {count} were taken"),
+            })
+        })?;
+        let sample = sample.map_err(Failure::input)?;
+        if *with_vrefint.get_or_insert(sample.1.is_some()) != sample.1.is_some() {
+            return Err(Failure::input("codes with and without VREFINT; allowed is one or the other throughout"));
+        }
+        taken.push(sample);
+    }
+    Ok(taken)
+}
+
+/// Mean, standard deviation, and rise of the straight line from the first to the last, in codes.
+pub(super) fn statistics(samples: &[Sample]) -> (f64, f64, f64) {
+    let n = samples.len() as f64;
+    let mean = samples.iter().map(|&(code, _)| f64::from(code)).sum::<f64>() / n;
+    let (mut squares, mut cross, mut times) = (0.0, 0.0, 0.0);
+    for (k, &(code, _)) in samples.iter().enumerate() {
+        let (time, off) = (k as f64 - 0.5 * (n - 1.0), f64::from(code) - mean);
+        squares += off * off;
+        cross += time * off;
+        times += time * time;
+    }
+    (mean, (squares / (n - 1.0)).sqrt(), cross / times * (n - 1.0))
+}

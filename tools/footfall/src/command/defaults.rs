@@ -1,0 +1,50 @@
+//! `footfall defaults`: prints a file with the default values, as a template for a file of one's own.
+
+use clap::{Args, ValueEnum};
+use generator_file::file::GeneratorFile;
+use joint_loop::LoopConfig;
+
+use crate::board::default_loop;
+use crate::failure::Failure;
+use crate::file::{calibration_file, parameter_file};
+use crate::output;
+
+/// Options of `footfall defaults`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// Which file
+    #[arg(value_enum)]
+    pub file: File,
+}
+
+/// The files that have defaults.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum File {
+    /// A sensor file: the calibration of the gait sensor
+    Sensor,
+    /// A parameter file: gate, servos, blend and monitor of the control loop
+    Parameters,
+    /// A generator file: the default walk of the board
+    Generator,
+    /// A generator file: the thesis' network, Table 1 and set S
+    Thesis,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Standard output cannot be written.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    let text = match options.file {
+        File::Sensor => calibration_file::to_text(&default_loop::wired_sensor().map_err(Failure::run)?),
+        File::Parameters => parameter_file::to_text(&LoopConfig::default_biped()),
+        File::Generator => generator("phase-coupled")?,
+        File::Thesis => generator("thesis")?,
+    };
+    output::print(&text)
+}
+
+fn generator(name: &str) -> Result<String, Failure> {
+    let file = GeneratorFile::default_of(name).ok_or_else(|| Failure::run(format!("there is no default `{name}`")))?;
+    Ok(file.to_toml())
+}

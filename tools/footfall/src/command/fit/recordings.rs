@@ -1,0 +1,86 @@
+//! Finds the recordings under the paths of the command line, and gives each a name.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use super::job::name_of;
+use crate::failure::Failure;
+
+/// File extensions of recordings.
+const EXTENSIONS: [&str; 6] = ["csv", "mot", "sto", "c3d", "mcap", "txt"];
+
+/// A recording and the name that its files get.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Recording {
+    /// The path within the named folder, with `__` between the parts.
+    pub(super) name: String,
+    pub(super) path: PathBuf,
+    /// Found in a folder; otherwise named on the command line.
+    pub(super) found: bool,
+}
+
+/// Every recording under the paths, sorted by name, each file once. The folder `out` is not searched.
+pub(super) fn recordings(paths: &[PathBuf], out: &Path) -> Result<Vec<Recording>, Failure> {
+    let mut all = vec![];
+    for path in paths {
+        if path.is_dir() {
+            search(path, path, out, &mut all)?;
+        } else if path.exists() {
+            all.push(Recording { name: name_of(path), path: path.clone(), found: false });
+        } else {
+            return Err(Failure::input(format!("{}: no such file or folder", path.display())));
+        }
+    }
+    all.sort();
+    all.dedup();
+    if all.is_empty() {
+        let paths: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+        let extensions = EXTENSIONS.join(", .");
+        return Err(Failure::input(format!("{}: has no recording; allowed are files .{extensions}", paths.join(", "))));
+    }
+    make_names_unique(&mut all);
+    Ok(all)
+}
+
+/// Renames recordings of equal names, in the order of their paths, with a note; one file by two paths is one recording.
+fn make_names_unique(all: &mut Vec<Recording>) {
+    let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    all.dedup_by(|later, first| later.name == first.name && real(&later.path) == real(&first.path));
+    let mut taken: BTreeSet<String> = all.iter().map(|recording| recording.name.clone()).collect();
+    for n in 1..all.len() {
+        if all[..n].iter().any(|before| before.name == all[n].name) {
+            let (stem, extension) = all[n].name.rsplit_once('.').unwrap_or((&all[n].name, ""));
+            let free = (2..).map(|k| format!("{stem}~{k}.{extension}")).find(|name| !taken.contains(name));
+            let name = free.unwrap_or_default();
+            eprintln!("note: {} is called {name}: another recording has the same name", all[n].path.display());
+            taken.insert(name.clone());
+            all[n].name = name;
+        }
+    }
+}
+
+fn search(folder: &Path, top: &Path, out: &Path, all: &mut Vec<Recording>) -> Result<(), Failure> {
+    let wrong = |error: std::io::Error| Failure::input(format!("{}: cannot be read: {error}", folder.display()));
+    for entry in std::fs::read_dir(folder).map_err(wrong)? {
+        let entry = entry.map_err(wrong)?;
+        let path = entry.path();
+        // A link to a folder may lead back to a folder above it; a link to a file is a recording by another name.
+        if entry.file_type().map_err(wrong)?.is_symlink() && path.is_dir() {
+            continue;
+        }
+        if path.is_dir() {
+            // The output of an earlier run is no recording.
+            if path.canonicalize().ok() != out.canonicalize().ok() || !out.exists() {
+                search(&path, top, out, all)?;
+            }
+        } else if path
+            .extension()
+            .is_some_and(|extension| EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known)))
+        {
+            let within = path.strip_prefix(top).unwrap_or(&path);
+            let parts: Vec<_> = within.iter().map(|part| part.to_string_lossy()).collect();
+            all.push(Recording { name: parts.join("__"), path, found: true });
+        }
+    }
+    Ok(())
+}

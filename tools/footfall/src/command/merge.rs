@@ -1,0 +1,23 @@
+//! `footfall merge`: writes one summary of all fits in a folder.
+
+use clap::Args;
+use std::path::PathBuf;
+
+use crate::failure::Failure;
+use crate::file::fit_summary;
+
+/// Options of `footfall merge`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// The folder with the results of `footfall fit`
+    #[arg(value_name = "FOLDER")]
+    pub folder: PathBuf,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The folder has no results, or the summary cannot be written.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    fit_summary::write(&options.folder)
+}

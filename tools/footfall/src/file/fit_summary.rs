@@ -1,0 +1,157 @@
+//! One table of all fits in a folder: as CSV, as JSON, as a page.
+
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::failure::Failure;
+use crate::output::write_text;
+
+const JOINTS: [&str; 4] = ["left_hip", "right_hip", "left_knee", "right_knee"];
+const ERRORS: [&str; 3] = ["rmse_mean_stride_deg", "rmse_heldout_deg", "stride_sd_deg"];
+
+/// Reads every result of `footfall fit` in a folder and writes `summary.csv`, `summary.json` and `summary.html` beside them.
+///
+/// # Errors
+/// The folder has no results or a wrong one, or a file cannot be written.
+pub fn write(folder: &Path) -> Result<(), Failure> {
+    let all = outcomes(folder)?;
+    let rows: Vec<Vec<String>> = all.iter().map(row).collect();
+    write_text(&folder.join("summary.csv"), &csv(&rows))?;
+    write_text(&folder.join("summary.json"), &(Value::Array(all.iter().map(short).collect()).to_string() + "\n"))?;
+    write_text(&folder.join("summary.html"), &html(&rows))?;
+    let failed = all.iter().filter(|outcome| outcome["error"].is_string()).count();
+    eprintln!(
+        "summary of {} recordings, {failed} of them failed: {}",
+        all.len(),
+        folder.join("summary.html").display()
+    );
+    Ok(())
+}
+
+fn outcomes(folder: &Path) -> Result<Vec<Value>, Failure> {
+    let wrong = |error: std::io::Error| Failure::input(format!("{}: cannot be read: {error}", folder.display()));
+    let mut names: Vec<_> = std::fs::read_dir(folder)
+        .map_err(wrong)?
+        .filter_map(|entry| entry.ok().map(|entry| entry.path()))
+        .filter(|path| path.to_string_lossy().ends_with(".fit.json"))
+        .collect();
+    names.sort();
+    if names.is_empty() {
+        return Err(Failure::input(format!(
+            "{}: has no result of `footfall fit` (*.fit.json); run `footfall fit` with this folder as --out",
+            folder.display()
+        )));
+    }
+    let read = |path: &std::path::PathBuf| {
+        let bytes = std::fs::read(path).map_err(wrong)?;
+        let wrong_file = |why: String| {
+            Failure::input(format!("{}: {why}; allowed is a file that `footfall fit` wrote", path.display()))
+        };
+        let outcome: Value = serde_json::from_slice(&bytes).map_err(|error| wrong_file(error.to_string()))?;
+        let ended = outcome["error"].is_string() || outcome["generator"].is_string();
+        if outcome["recording"].is_string() && ended {
+            Ok(outcome)
+        } else {
+            Err(wrong_file("is no result of a fit".into()))
+        }
+    };
+    names.iter().map(read).collect()
+}
+
+fn header() -> Vec<String> {
+    let mut cells: Vec<String> =
+        ["recording", "generator", "period_s", "strides", "asymmetric", "accepted"].map(String::from).into();
+    for joint in JOINTS {
+        cells.extend(ERRORS.map(|error| format!("{joint}_{error}")));
+    }
+    cells.push("error".into());
+    cells
+}
+
+fn row(outcome: &Value) -> Vec<String> {
+    let text = |value: &Value| match value {
+        Value::String(text) => text.clone(),
+        Value::Null => String::new(),
+        Value::Number(number) => number.as_f64().map_or(number.to_string(), |x| {
+            if x.fract() == 0.0 && x.abs() < 1e9 { format!("{x:.0}") } else { format!("{x:.4}") }
+        }),
+        other => other.to_string(),
+    };
+    let mut cells: Vec<String> = ["recording", "generator", "period_s", "strides", "asymmetric"]
+        .into_iter()
+        .map(|key| text(&outcome[key]))
+        .collect();
+    cells.push(text(&outcome["certificate"]["accepted"]));
+    for joint in 0..JOINTS.len() {
+        cells.extend(ERRORS.map(|error| text(&outcome["joints"][joint][error])));
+    }
+    cells.push(text(&outcome["error"]));
+    cells
+}
+
+/// A result without the fields that are only in its own file.
+fn short(outcome: &Value) -> Value {
+    if outcome["error"].is_string() {
+        return json!({ "recording": outcome["recording"], "sha256": outcome["sha256"], "error": outcome["error"] });
+    }
+    json!({
+        "recording": outcome["recording"],
+        "sha256": outcome["sha256"],
+        "generator": outcome["generator"],
+        "period_s": outcome["period_s"],
+        "strides": outcome["strides"],
+        "joints": outcome["joints"],
+        "asymmetric": outcome["asymmetric"],
+        "accepted": outcome["certificate"]["accepted"],
+        "notes": outcome["notes"],
+    })
+}
+
+fn csv(rows: &[Vec<String>]) -> String {
+    let quoted = |cell: &String| {
+        if cell.contains([',', '"', '\n', '\r']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.clone() }
+    };
+    let line = |cells: &[String]| cells.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n";
+    std::iter::once(header()).chain(rows.iter().cloned()).map(|cells| line(&cells)).collect()
+}
+
+fn html(rows: &[Vec<String>]) -> String {
+    let escape = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    let mut page = String::from(
+        "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Footfall: fits</title><style>\
+         body{font:14px sans-serif;margin:2em}table{border-collapse:collapse}td,th{border:1px solid #ccc;padding:.2em .5em;text-align:right}\
+         td:first-child{text-align:left}th{background:#f3f3f3;font-size:11px}</style></head><body><h1>Fits</h1><table><tr>",
+    );
+    // Writing to a String cannot fail.
+    for name in header() {
+        let _ = write!(page, "<th>{}</th>", escape(&name.replace('_', " ")));
+    }
+    page += "</tr>";
+    for cells in rows {
+        page += "<tr>";
+        for cell in cells {
+            let _ = write!(page, "<td>{}</td>", escape(cell));
+        }
+        page += "</tr>";
+    }
+    page + "</table></body></html>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_with_commas_and_quotes_stay_one_cell() {
+        let rows = vec![vec!["a,b".into(), "say \"so\"".into()]];
+        assert!(csv(&rows).ends_with("\"a,b\",\"say \"\"so\"\"\"\n"));
+    }
+
+    #[test]
+    fn a_failure_has_a_row_of_its_own() {
+        let cells = row(&json!({ "recording": "x.csv", "error": "x.csv:3: no number" }));
+        assert_eq!(cells.len(), header().len());
+        assert_eq!((cells[0].as_str(), cells[cells.len() - 1].as_str()), ("x.csv", "x.csv:3: no number"));
+    }
+}

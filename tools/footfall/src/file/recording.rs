@@ -1,0 +1,134 @@
+//! Reads recordings of a person's gait, of any format, as joint angles.
+
+use gait_trace::LowPass;
+use gait_trace::format::csv_file::MAX_BYTES;
+use gait_trace::format::joint_names::AngleUnit;
+use gait_trace::format::open::of_bytes;
+use gait_trace::{Fault, RawJoints, ReadOptions, TraceError};
+use hgod_adc::Calibration;
+use joint_units::Joint;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use crate::board::image::sha256;
+use crate::failure::Failure;
+use crate::file::calibration_file;
+
+/// How recordings are read.
+#[derive(Debug, Clone)]
+pub struct ReadSettings {
+    /// Columns of joints and time, as on the command line: `left_hip=COLUMN,time=COLUMN`.
+    pub map: Vec<String>,
+    /// Unit of the angles where the file does not state it.
+    pub unit: Option<AngleUnit>,
+    /// Low-pass filter before all other processing.
+    pub low_pass: LowPass,
+    /// Calibration for recordings of volts.
+    pub calibration: Option<SensorCalibration>,
+    /// The joint of a recording whose only joint has no side in its name.
+    pub sideless: Option<Joint>,
+}
+
+/// A calibration and the file that it is from.
+#[derive(Debug, Clone)]
+pub struct SensorCalibration {
+    /// The file.
+    pub path: PathBuf,
+    /// The curve.
+    pub curve: Calibration,
+}
+
+impl ReadSettings {
+    /// Settings with the calibration read from its file and the map checked.
+    ///
+    /// # Errors
+    /// The calibration cannot be read, or the map is wrong.
+    pub fn new(
+        map: Vec<String>,
+        unit: Option<AngleUnit>,
+        low_pass: LowPass,
+        calibration: Option<PathBuf>,
+    ) -> Result<Self, Failure> {
+        let calibration = match calibration {
+            Some(path) => {
+                let curve = calibration_file::read(&path).map_err(Failure::input)?.calibration;
+                Some(SensorCalibration { path, curve })
+            }
+            None => None,
+        };
+        let settings = Self { map, unit, low_pass, calibration, sideless: None };
+        settings.options()?;
+        Ok(settings)
+    }
+
+    fn options(&self) -> Result<ReadOptions<'_>, Failure> {
+        let mut options = ReadOptions {
+            unit: self.unit,
+            calibration: self.calibration.as_ref().map(|calibration| &calibration.curve),
+            sideless: self.sideless,
+            ..ReadOptions::default()
+        };
+        for map in &self.map {
+            options.add_map(map).map_err(Failure::input)?;
+        }
+        Ok(options)
+    }
+}
+
+/// A recording that was read.
+#[derive(Debug)]
+pub struct Recorded {
+    /// SHA-256 of the file.
+    pub sha256: String,
+    /// The joints as they are in the file, or what is wrong with them.
+    pub joints: Result<RawJoints, TraceError>,
+}
+
+impl Recorded {
+    /// Why the file is no recording of gait at all: it has no time, no joint, or no trajectory. `None` for recordings, also for wrong ones.
+    #[must_use]
+    pub fn other_than_gait(&self) -> Option<String> {
+        let error = self.joints.as_ref().err()?;
+        let other =
+            matches!(*error.fault, Fault::NoTime { .. } | Fault::NoJoints { .. } | Fault::NoTrajectories { .. });
+        other.then(|| error.to_string())
+    }
+}
+
+/// The bytes of a recording.
+///
+/// # Errors
+/// It is no regular file, is larger than allowed, or cannot be read.
+pub fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
+    let wrong = |error: std::io::Error| Failure::input(format!("{}: cannot be read: {error}", path.display()));
+    // Opening a named pipe would block until another program writes into it.
+    if !std::fs::metadata(path).map_err(wrong)?.is_file() {
+        return Err(Failure::input(format!("{}: is no regular file; allowed is a recording on disk", path.display())));
+    }
+    let file = std::fs::File::open(path).map_err(wrong)?;
+    let too_large =
+        || Failure::input(format!("{}: is larger than the allowed {} MiB", path.display(), MAX_BYTES >> 20));
+    if file.metadata().map_err(wrong)?.len() > MAX_BYTES {
+        return Err(too_large());
+    }
+    let mut bytes = vec![];
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(wrong)?;
+    if bytes.len() as u64 > MAX_BYTES { Err(too_large()) } else { Ok(bytes) }
+}
+
+/// Reads a recording from its bytes.
+///
+/// # Errors
+/// The map is wrong. What is wrong with the recording itself is in the result.
+pub fn parse(path: &Path, bytes: &[u8], settings: &ReadSettings) -> Result<Recorded, Failure> {
+    let joints = of_bytes(&path.display().to_string(), bytes, &settings.options()?);
+    Ok(Recorded { sha256: sha256(bytes), joints })
+}
+
+/// Reads a recording.
+///
+/// # Errors
+/// The file cannot be read or is wrong.
+pub fn read(path: &Path, settings: &ReadSettings) -> Result<RawJoints, Failure> {
+    parse(path, &bytes(path)?, settings)?.joints.map_err(Failure::input)
+}

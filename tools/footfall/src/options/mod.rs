@@ -1,0 +1,7 @@
+//! Option groups and value parsers that several commands share.
+
+pub mod played;
+pub mod reading;
+pub mod sensors;
+pub mod steps;
+pub mod value;

@@ -1,0 +1,103 @@
+//! Options of a run on a board: what is fed to it, and how the run is shown.
+
+use clap::Args;
+use generator_file::file::GeneratorFile;
+use joint_loop::setup::default_loop::Parameters;
+use std::ffi::OsString;
+use std::io::{self, IsTerminal};
+use std::path::PathBuf;
+
+use super::sensors::SensorArgument;
+use super::value::number;
+use crate::failure::Failure;
+use crate::virtual_run::settings::{Press, Settings, Show};
+
+/// What is fed to the board, and how the run is shown.
+#[derive(Debug, Clone, Args)]
+pub struct Played {
+    /// A recording to feed the sensors with: angles in degrees (of the joints with a sensor, or its only channel), or volts at the
+    /// sensors' pins (PA1, PC1, PB0, PB1) [default: a recording of a healthy adult]
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
+    /// A sensor, from channel 1 on, up to four: its joint, and the sensor file that `footfall calibrate` writes. They go into the board's
+    /// second parameter sector [default: one sensor with the published curve, on the joint that the generator follows or on left_knee]
+    #[arg(long, value_name = "JOINT[=TOML]")]
+    pub sensor: Vec<SensorArgument>,
+    /// A generator file; it goes into the board's parameter sector [default: the built-in walk]
+    #[arg(long, value_name = "TOML")]
+    pub generator: Option<PathBuf>,
+    /// Virtual seconds to run [default: until q or Ctrl-C on a terminal, else 10]
+    #[arg(long, value_name = "N", value_parser = number(0.1..=86_400.0, " seconds"))]
+    pub secs: Option<f64>,
+    /// Print one JSON object a line; the last one is the result of the run
+    #[arg(long)]
+    pub json: bool,
+    /// Print plain lines even on a terminal
+    #[arg(long, conflicts_with = "json")]
+    pub plain: bool,
+    /// When to press the user button: `auto` (at 0.3 s), `none`, or times in virtual seconds such as 0.5,4
+    #[arg(long, value_name = "WHEN", default_value = "auto")]
+    pub press: Press,
+    /// Press the button again before the end, early enough to come to rest (needs --secs)
+    #[arg(long, requires = "secs")]
+    pub disarm: bool,
+    /// Run in real time, as on a terminal
+    #[arg(long)]
+    pub pace: bool,
+    /// More options for the virtual board, as in `-- --hang control_step@3`
+    #[arg(last = true, value_name = "OPTION")]
+    pub board: Vec<OsString>,
+}
+
+impl Played {
+    /// The content of the board's two parameter sectors, with the built-in values where no option is given.
+    ///
+    /// # Errors
+    /// A file is wrong, the sensors do not go together, or the generator follows a joint without a sensor.
+    pub fn parameters(&self) -> Result<Parameters, Failure> {
+        let generator = match &self.generator {
+            Some(path) => Some(GeneratorFile::read(path).map_err(Failure::input)?.set.config()),
+            None => None,
+        };
+        let sensors = if self.sensor.is_empty() { None } else { Some(SensorArgument::read_all(&self.sensor)?) };
+        let parameters = Parameters::with_defaults(generator, sensors).map_err(Failure::run)?;
+        match parameters.generator.follows() {
+            Some(joint) if parameters.sensors.channel_of(joint).is_none() => {
+                let joint = joint.name();
+                Err(Failure::input(format!(
+                    "the generator follows {joint}, which has no sensor; add --sensor {joint}, or leave --sensor out"
+                )))
+            }
+            _ => Ok(parameters),
+        }
+    }
+
+    /// The settings of a run of this image on the virtual board.
+    ///
+    /// # Errors
+    /// As [`Played::parameters`].
+    pub fn settings(self, elf: PathBuf, virtual_board: PathBuf, record: Option<PathBuf>) -> Result<Settings, Failure> {
+        let terminal = io::stdout().is_terminal() && io::stdin().is_terminal();
+        let show = match (self.json, self.plain, terminal) {
+            (true, ..) => Show::Json,
+            (false, false, true) => Show::Screen,
+            (false, ..) => Show::Plain,
+        };
+        let parameters = self.parameters()?;
+        Ok(Settings {
+            elf,
+            virtual_board,
+            record,
+            trace: self.trace,
+            parameters,
+            generator: self.generator,
+            own_sensors: !self.sensor.is_empty(),
+            secs: self.secs,
+            press: self.press,
+            disarm: self.disarm,
+            pace: self.pace,
+            show,
+            board: self.board,
+        })
+    }
+}

@@ -1,0 +1,314 @@
+//! Runs an image on the virtual board until it ends, shows it, and reports the result.
+//!
+//! Screen, plain lines and JSON lines show the same [`View`].
+
+use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use serde_json::Value;
+use std::io::{self, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use super::prepare::{Prepared, about, arguments, prepare};
+use super::settings::{PRESS_S, Settings, Show};
+use crate::board::process::{BoardProcess, Output};
+use crate::board::run::{BoardRun, Event};
+use crate::board::run_result::RunResult;
+use crate::failure::Failure;
+use crate::file::capture::{Capture, counts_in_words};
+use crate::options::sensors::joints;
+use crate::output;
+use crate::view::plain;
+use crate::view::screen;
+use crate::view::state::View;
+
+/// Time between two frames of the screen.
+const FRAME: Duration = Duration::from_millis(33);
+
+/// How long the board may take for its last line after it was asked to end.
+const LAST_LINE: Duration = Duration::from_secs(10);
+
+/// Runs the image. `interrupt` is set by a signal that asks the run to end.
+///
+/// # Errors
+/// Wrong input, a board that cannot be started or reached, a file that cannot be written, or a run that was not sound.
+pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
+    let prepared = prepare(settings)?;
+    output::notes(&prepared.notes);
+    let arguments = arguments(settings, &prepared)?;
+    let mut board = BoardProcess::start(&settings.virtual_board, &arguments.all).map_err(Failure::input)?;
+    let mut run = Run::begin(settings, &prepared)?;
+    let shown = match settings.show {
+        Show::Screen => on_screen(&mut run, &mut board, interrupt),
+        Show::Plain | Show::Json => in_lines(&mut run, &mut board, interrupt, settings.show),
+    };
+    // Even after an error the capture is finished, and the board has ended.
+    run.finish(settings, &prepared, &mut board)?;
+    shown?;
+    run.report(settings.show)
+}
+
+/// A run in progress.
+struct Run<'t> {
+    board_run: BoardRun<'t>,
+    view: View,
+    capture: Option<Capture<'t>>,
+    result: Option<RunResult>,
+    /// The error that ended the run early.
+    error: Option<Failure>,
+}
+
+impl<'t> Run<'t> {
+    fn begin(settings: &Settings, prepared: &'t Prepared) -> Result<Self, Failure> {
+        let parameters = &settings.parameters;
+        let capture = match &settings.record {
+            Some(path) => {
+                let begun = Capture::begin(path, about(settings, prepared), &prepared.image, parameters.clone());
+                Some(begun.map_err(|error| output::cannot_write(path, error))?)
+            }
+            None => None,
+        };
+        let view = View::titled(format!("footfall watch: {}", prepared.feed.title), joints(&parameters.sensors));
+        let board_run = BoardRun::new(&prepared.image, parameters.clone());
+        Ok(Self { board_run, view, capture, result: None, error: None })
+    }
+
+    /// Takes one output of the board; returns the events, or `None` after the last output.
+    fn take(&mut self, output: Output) -> Option<Vec<Event>> {
+        let events = match output {
+            Output::Line(line) => {
+                let captured = self.capture.as_mut().map_or(Ok(()), |capture| capture.board_line(&line));
+                match self.board_run.take(line) {
+                    Ok(events) => {
+                        if let Err(error) = captured {
+                            self.error = Some(Failure::run(format!("the capture: {error}")));
+                        }
+                        events
+                    }
+                    Err(error) => {
+                        self.error = Some(Failure::run(error));
+                        return None;
+                    }
+                }
+            }
+            Output::Malformed(error) => {
+                self.error = Some(Failure::run(error));
+                return None;
+            }
+            Output::Message(text) => vec![Event::Remark { kind: "message".into(), text }],
+            Output::Closed => return None,
+        };
+        for event in &events {
+            self.account(event);
+        }
+        Some(events)
+    }
+
+    fn account(&mut self, event: &Event) {
+        self.view.take(event, self.board_run.counters());
+        if let Event::Ended(end) = event {
+            self.result = Some(RunResult::new(Some(end), self.board_run.counters(), "", Value::Null));
+        }
+    }
+
+    fn finish(&mut self, settings: &Settings, prepared: &Prepared, board: &mut BoardProcess) -> Result<(), Failure> {
+        for event in self.board_run.finish() {
+            self.account(&event);
+        }
+        let complete = self.result.is_some();
+        let mut result =
+            self.result.take().unwrap_or_else(|| RunResult::new(None, self.board_run.counters(), "", Value::Null));
+        result.elf_sha256.clone_from(&prepared.image.sha256);
+        result.trace.clone_from(&prepared.feed.about);
+        if let (Some(capture), Some(path)) = (self.capture.take(), &settings.record) {
+            let value = serde_json::to_value(&result).map_err(Failure::run)?;
+            let counts = capture.finish(&value).map_err(|error| output::cannot_write(path, error))?;
+            eprintln!("{}", counts_in_words(path, &counts));
+        }
+        self.result = Some(result);
+        let status = board.wait().map_err(Failure::run)?;
+        if !complete && self.error.is_none() {
+            let words = format!("the virtual board ended without its last line ({status}); {}", self.last_log_line());
+            self.error = Some(Failure::run(words));
+        }
+        Ok(())
+    }
+
+    /// The last log line, which often has the reason of the end.
+    fn last_log_line(&self) -> String {
+        self.view.log.back().map_or("its log is empty".into(), |line| format!("its last log line is: {line}"))
+    }
+
+    fn report(mut self, show: Show) -> Result<(), Failure> {
+        if let Some(error) = self.error.take() {
+            return Err(error);
+        }
+        let Some(result) = &self.result else { return Ok(()) };
+        let text = match show {
+            Show::Json => serde_json::to_string(result).map_err(Failure::run)? + "\n",
+            Show::Plain | Show::Screen => plain::result(result),
+        };
+        // A closed pipe is no error here.
+        let _ = io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush());
+        let faults = result.faults();
+        if faults.is_empty() {
+            Ok(())
+        } else {
+            Err(Failure::run(format!("the run was not sound: {}", faults.join("; "))))
+        }
+    }
+}
+
+/// The request to end the run.
+struct Ending<'a> {
+    interrupt: &'a AtomicBool,
+    /// Set by a key or a closed pipe.
+    requested: bool,
+    asked: Option<Instant>,
+}
+
+impl<'a> Ending<'a> {
+    fn new(interrupt: &'a AtomicBool) -> Self {
+        Self { interrupt, requested: false, asked: None }
+    }
+
+    /// Asks the board to end once requested; true when the time limit for its end is over.
+    fn end_if_requested(&mut self, board: &mut BoardProcess) -> bool {
+        match self.asked {
+            None if self.requested || self.interrupt.load(Ordering::Relaxed) => {
+                board.quit();
+                self.asked = Some(Instant::now());
+                false
+            }
+            None => false,
+            Some(asked) => asked.elapsed() > LAST_LINE,
+        }
+    }
+}
+
+fn in_lines(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool, show: Show) -> Result<(), Failure> {
+    let mut ending = Ending::new(interrupt);
+    while run.error.is_none() && !ending.end_if_requested(board) {
+        let Some(output) = board.next(Duration::from_millis(50)) else { continue };
+        let Some(events) = run.take(output) else { break };
+        for event in &events {
+            match print_event(event, &run.view, show) {
+                Ok(()) => {}
+                // A closed pipe ends the run like Ctrl-C.
+                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => ending.requested = true,
+                Err(error) => return Err(Failure::run(error)),
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Prints an event. Data go to standard output; in plain text, messages go to standard error.
+fn print_event(event: &Event, view: &View, show: Show) -> io::Result<()> {
+    let status = matches!(event, Event::Status { .. });
+    let mut out = io::stdout().lock();
+    match show {
+        Show::Json => {
+            let object = if status { Some(plain::object(view)) } else { plain::event_object(event) };
+            let Some(object) = object else { return Ok(()) };
+            writeln!(out, "{object}")?;
+        }
+        Show::Plain | Show::Screen => {
+            if let Some(line) = plain::event_line(event) {
+                eprintln!("{line}");
+            }
+            if !status {
+                return Ok(());
+            }
+            writeln!(out, "{}", plain::line(view))?;
+        }
+    }
+    out.flush()
+}
+
+fn on_screen(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool) -> Result<(), Failure> {
+    let mut terminal =
+        ratatui::try_init().map_err(|error| Failure::run(format!("the screen cannot be opened: {error}")))?;
+    let mut ending = Ending::new(interrupt);
+    let mut released_at: Option<f64> = None;
+    let mut drawn = Instant::now();
+    let shown = loop {
+        if run.error.is_some() || ending.end_if_requested(board) {
+            break Ok(());
+        }
+        if let Some(output) = board.next(FRAME / 4)
+            && run.take(output).is_none()
+        {
+            break Ok(());
+        }
+        if released_at.is_some_and(|at| run.view.t_s >= at) {
+            board.hold_button(false);
+            released_at = None;
+        }
+        if drawn.elapsed() < FRAME {
+            continue;
+        }
+        drawn = Instant::now();
+        let key = match terminal.draw(|frame| screen::draw(frame, &run.view)).and_then(|_| key()) {
+            Ok(key) => key,
+            Err(error) => break Err(Failure::run(error)),
+        };
+        match key {
+            Some(Key::Button) if released_at.is_none() => {
+                board.hold_button(true);
+                released_at = Some(run.view.t_s + PRESS_S);
+            }
+            Some(Key::End) => ending.requested = true,
+            Some(Key::Button) | None => {}
+        }
+    };
+    let restored = ratatui::try_restore().map_err(Failure::run);
+    shown.and(restored)
+}
+
+/// Meaning of a key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Key {
+    Button,
+    End,
+}
+
+/// The meaning of the next key in the queue.
+fn key() -> io::Result<Option<Key>> {
+    while event::poll(Duration::ZERO)? {
+        if let event::Event::Key(key) = event::read()?
+            && let Some(meaning) = meaning(&key)
+        {
+            return Ok(Some(meaning));
+        }
+    }
+    Ok(None)
+}
+
+fn meaning(key: &KeyEvent) -> Option<Key> {
+    if key.kind != KeyEventKind::Press {
+        return None;
+    }
+    match key.code {
+        KeyCode::Char(' ') => Some(Key::Button),
+        KeyCode::Char('q') | KeyCode::Esc => Some(Key::End),
+        // In raw mode the terminal sends no signal.
+        KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => Some(Key::End),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_mean_what_the_last_line_of_the_screen_says() {
+        let pressed = |code, modifiers| meaning(&KeyEvent::new(code, modifiers));
+        assert_eq!(pressed(KeyCode::Char(' '), KeyModifiers::NONE), Some(Key::Button));
+        assert_eq!(pressed(KeyCode::Char('q'), KeyModifiers::NONE), Some(Key::End));
+        assert_eq!(pressed(KeyCode::Char('c'), KeyModifiers::CONTROL), Some(Key::End));
+        assert_eq!(pressed(KeyCode::Char('c'), KeyModifiers::NONE), None);
+        let released = KeyEvent::new_with_kind(KeyCode::Char('q'), KeyModifiers::NONE, KeyEventKind::Release);
+        assert_eq!(meaning(&released), None);
+    }
+}

@@ -1,0 +1,204 @@
+//! The commands that show generators, through the binary: exact words, exit codes, and what is on which stream.
+
+use serde_json::Value;
+use std::process::Command;
+
+/// Exit code, standard output, standard error.
+fn footfall(arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_footfall")).args(arguments).output().expect("it starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
+    (output.status.code().expect("a code"), text(output.stdout), text(output.stderr))
+}
+
+/// The data of a command that must succeed without a word of talk.
+fn data(arguments: &[&str]) -> String {
+    let (code, out, talk) = footfall(arguments);
+    assert_eq!((code, talk.as_str()), (0, ""), "{arguments:?}");
+    out
+}
+
+fn json(arguments: &[&str]) -> Value {
+    serde_json::from_str(&data(arguments)).expect("JSON")
+}
+
+/// The paper's start, 0.35 and 0.65: a first burst that is one short, then the Christoffel word.
+#[test]
+fn the_firing_words_of_the_building_block() {
+    let word = |pair: &str, steps: &str| data(&["obb", "--reversibility", pair, "--steps", steps]);
+    assert_eq!(word("1,5", "24"), "FFFFEFFFFFEFFFFFEFFFFFEF\n");
+    assert_eq!(word("1,3", "17"), "FFFFEFFFEFFFEFFFE\n");
+    assert_eq!(word("1,1", "11"), "FFFFEFEFEFE\n");
+    let full = |pair: &str| data(&["obb", "--reversibility", pair, "--steps", "8", "--start", "full"]);
+    assert_eq!(full("3,5"), "FFEFFEFE\n");
+    assert_eq!(full("2,3"), "FFEFEFFE\n");
+}
+
+/// (1,5), then (1,3) from step 54, then (1,1) from step 100.
+#[test]
+fn the_transition_of_the_building_block() {
+    let switch = "54:1,3 100:1,1";
+    let arguments = ["obb", "--reversibility", "1,5", "--steps", "140", "--switch", switch];
+    let slow = format!("FFFFE{}F", "FFFFFE".repeat(8));
+    assert_eq!(slow.len(), 54);
+    let middle = format!("FFFFE{}F", "FFFE".repeat(10));
+    assert_eq!(middle.len(), 46);
+    let fast = format!("FFE{}F", "FE".repeat(18));
+    assert_eq!(fast.len(), 40);
+    let wanted = slow + &middle + &fast;
+    assert_eq!(data(&arguments), wanted.clone() + "\n");
+    let object = json(&[arguments.as_slice(), &["--json"]].concat());
+    assert_eq!((object["word"].as_str(), object["period_steps"].as_u64()), (Some(wanted.as_str()), Some(2)));
+    assert_eq!(object["flexor_fired"].as_u64(), Some(wanted.matches('F').count() as u64));
+    // At the end, like the period; and each stretch has its own.
+    assert_eq!(object["reversibility"], "1,1");
+    let stretches = object["stretches"].as_array().expect("stretches");
+    let told = |key: &str| stretches.iter().map(|one| one[key].clone()).collect::<Vec<_>>();
+    assert_eq!(told("from_step"), [0, 54, 100]);
+    assert_eq!(told("to_step"), [54, 100, 140]);
+    assert_eq!(told("reversibility"), ["1,5", "1,3", "1,1"]);
+    assert_eq!(told("period_steps"), [6, 4, 2]);
+    let fired = [&wanted[..54], &wanted[54..100], &wanted[100..]].map(|word| word.matches('F').count());
+    assert_eq!(told("flexor_fired"), fired);
+    assert_eq!(told("extensor_fired"), [54 - fired[0], 46 - fired[1], 40 - fired[2]]);
+}
+
+/// The ladder: the wave, the middle gait from step 54, the tripod from step 100.
+#[test]
+fn the_swings_of_the_hexapod_through_all_three_gaits() {
+    let walk = |options: &[&str]| data(&[&["hexapod", "--reversibility", "5"], options].concat());
+    let wave = "BL ML TL BR MR TR";
+    assert_eq!(walk(&["--steps", "12"]), format!("{wave} {wave}\n"));
+    let mut words = vec![wave; 9];
+    words.extend(["BL ML+BR TL+MR TR"; 11]);
+    words.push("BL ML+BR");
+    words.extend(["TL+BL+MR ML+TR+BR"; 5]);
+    let all = walk(&["--steps", "110", "--switch", "54:3 100:1"]);
+    assert_eq!(all, words.join(" ") + "\n");
+    let object = json(&["hexapod", "--steps", "110", "--switch", "54:3 100:1", "--json"]);
+    let legs = |step: &Value| {
+        let legs = step.as_array().expect("legs").iter().map(|leg| leg.as_str().expect("a name").to_owned());
+        legs.collect::<Vec<_>>().join("+")
+    };
+    let steps: Vec<String> = object["steps"].as_array().expect("steps").iter().map(legs).collect();
+    assert_eq!(steps.join(" ") + "\n", all);
+    assert_eq!(object["reversibility"], 1);
+}
+
+/// Six columns; a leg goes forward only in the steps that the words name, and no angle jumps.
+#[test]
+fn the_setpoints_of_the_hexapod() {
+    let table = data(&["hexapod", "--walk", "--steps", "24", "--step-s", "0.5", "--switch", "12:1", "--every-ms", "1"]);
+    let mut lines = table.lines();
+    let header = "time_s,top_left_deg,middle_left_deg,bottom_left_deg,top_right_deg,middle_right_deg,bottom_right_deg";
+    assert_eq!(lines.next(), Some(header));
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|cell| cell.parse().expect("a number")).collect()).collect();
+    assert_eq!(rows.len(), 12_001);
+    let largest = |rows: &[Vec<f64>]| {
+        let pairs = rows.windows(2);
+        pairs.flat_map(|pair| (1..7).map(move |leg| (pair[1][leg] - pair[0][leg]).abs())).fold(0.0, f64::max)
+    };
+    // 40 degrees in half a second, at most one and a half times as fast as evenly, and a little for the lift.
+    assert!(largest(&rows) < 0.16, "{}", largest(&rows));
+    let swinging = |rows: &[Vec<f64>]| (1..7).filter(|&leg| rows[499][leg] - rows[0][leg] > 10.0).count();
+    assert_eq!((0..8).map(|step| swinging(&rows[500 * step..])).collect::<Vec<_>>(), [1; 8]);
+    assert_eq!((18..23).map(|step| swinging(&rows[500 * step..])).collect::<Vec<_>>(), [3; 5]);
+    let first = data(&["hexapod", "--walk", "--steps", "1", "--json"]);
+    let first: Value = serde_json::from_str(first.lines().next().expect("a line")).expect("JSON");
+    assert_eq!((first["t_s"].as_f64(), first["angles_deg"].as_array().map(Vec::len)), (Some(0.0), Some(6)));
+}
+
+#[test]
+fn a_walk_without_a_terminal_is_csv() {
+    let table = data(&["walk", "--secs", "1", "--every-ms", "100"]);
+    assert!(table.starts_with("time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg\n0.000,"), "{table}");
+    assert_eq!(table.lines().count(), 12);
+    let arguments =
+        ["walk", "--gait", "natural-walk", "--secs", "3", "--switch", "t=1 run", "--switch", "t=2 stop", "--json"];
+    let lines = data(&arguments);
+    let gaits: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    assert_eq!((gaits[50]["gait"].as_str(), gaits[150]["gait"].as_str()), (Some("natural-walk"), Some("run")));
+    // A second after the stop: nothing but the knees' 5 degrees.
+    let last = gaits.last().expect("a line")["angles_deg"].as_array().expect("angles").clone();
+    assert!((last[0].as_f64().unwrap()).abs() < 0.5 && (last[2].as_f64().unwrap() - 5.0).abs() < 0.5, "{last:?}");
+    assert_eq!(data(&["walk", "--gait", "list"]).lines().count(), 10);
+}
+
+#[test]
+fn wrong_input_ends_with_2_and_names_what_is_allowed() {
+    for arguments in [
+        &["obb", "--reversibility", "1;5"][..],
+        &["obb", "--reversibility", "0,5"],
+        &["obb", "--reversibility", "1,5", "--switch", "10:1,3 9:1,1"],
+        &["obb", "--reversibility", "1,5", "--svg", "x.svg", "--steps", "10001"],
+        &["obb", "--reversibility", "1,5", "--switch", "24:1,3"],
+        &["walk", "--secs", "3", "--switch", "t=3.5 run"],
+        &["walk", "--switch", "t=8 run", "--switch", "t=1 stop"],
+        &["hexapod", "--switch", "x:1"],
+        &["hexapod", "--switch", "5:0"],
+        &["hexapod", "--walk", "--step-s", "0"],
+        &["walk", "--gait", "canter"],
+        &["walk", "--speed", "3"],
+        &["walk", "--secs", "0"],
+        &["walk", "--switch", "t=1"],
+        &["certify", "no-such-set"],
+    ] {
+        let (code, out, talk) = footfall(arguments);
+        assert_eq!((code, out.as_str()), (2, ""), "{arguments:?}: {talk}");
+        assert!(["allowed", "must be", "no-such-set"].iter().any(|word| talk.contains(word)), "{arguments:?}: {talk}");
+    }
+}
+
+/// A change that would never come names itself and the end.
+#[test]
+fn a_change_after_the_end_is_refused_with_both_times() {
+    let talk = |arguments: &[&str]| footfall(arguments).2;
+    let said = talk(&["walk", "--secs", "3", "--switch", "t=1 run", "--switch", "t=3.5 stop"]);
+    assert!(said.contains("--switch at t=3.5, --secs 3: allowed are changes up to the end, or a later end"), "{said}");
+    let said = talk(&["walk", "--switch", "t=8 run"]);
+    assert!(said.contains("--switch at t=8, without --secs the end is at 5: allowed"), "{said}");
+    let said = talk(&["obb", "--reversibility", "1,5", "--steps", "54", "--switch", "54:1,3"]);
+    assert!(said.contains("--switch at step 54, --steps 54: allowed are changes at step 53 or before"), "{said}");
+    assert_eq!(footfall(&["walk", "--secs", "3", "--switch", "t=3 run"]).0, 0);
+}
+
+/// The thesis' set: a verdict of its own, on both streams, and exit code 1.
+#[test]
+fn a_generator_that_does_not_return_is_refused() {
+    let (code, out, talk) = footfall(&["certify", "thesis", "--starts", "5"]);
+    assert_eq!(code, 1, "{talk}");
+    assert!(out.contains("no; perturbed starts do not come back"), "{out}");
+    assert!(talk.contains("refused: perturbed starts do not come back: 0 of 100"), "{talk}");
+    let (code, out, _) = footfall(&["certify", "thesis", "--starts", "5", "--json"]);
+    let object: Value = serde_json::from_str(&out).expect("JSON");
+    assert_eq!((code, object["accepted"].as_bool()), (1, Some(false)));
+    assert_eq!(object["status"], "perturbed_starts_do_not_come_back");
+}
+
+#[test]
+fn the_default_walk_is_accepted_with_its_tongue() {
+    let (code, out, _) = footfall(&["certify", "phase-coupled", "--starts", "50", "--json"]);
+    let object: Value = serde_json::from_str(&out).expect("JSON");
+    assert_eq!((code, object["status"].as_str(), object["converged"].as_u64()), (0, Some("accepted"), Some(50)));
+    let tongue = object["entrainment"].as_array().expect("a tongue");
+    let widths = tongue.iter().map(|at| at["high_hz"].as_f64().unwrap() - at["low_hz"].as_f64().unwrap());
+    let widths: Vec<f64> = widths.collect();
+    assert!(widths.len() == 3 && widths.is_sorted() && widths[0] > 0.005, "{widths:?}");
+}
+
+#[test]
+fn every_figure_is_written_and_has_its_axes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let files = data(&["figures", "--out", folder.path().to_str().expect("text")]);
+    let names: Vec<&str> = files.lines().filter_map(|line| line.rsplit('/').next()).collect();
+    let wanted = "thesis-2-4 thesis-2-5 thesis-2-6 thesis-2-7 thesis-2-8 thesis-5-1 thesis-5-2 thesis-5-3 thesis-5-4 thesis-5-5 thesis-5-6 obb-3 obb-4 hexapod-steps";
+    assert_eq!(names.iter().map(|name| name.trim_end_matches(".svg")).collect::<Vec<_>>().join(" "), wanted);
+    for name in names {
+        let text = std::fs::read_to_string(folder.path().join(name)).expect("a file");
+        assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"), "{name}");
+        let axis = ["time, s", "angle, deg", "step"].iter().any(|axis| text.contains(axis));
+        assert!(axis && text.len() > 5_000, "{name}: {} bytes", text.len());
+    }
+    let legs = std::fs::read_to_string(folder.path().join("hexapod-steps.svg")).expect("a file");
+    assert!(["TL", "BR", "R = 3", "R = 1"].iter().all(|word| legs.contains(word)));
+}

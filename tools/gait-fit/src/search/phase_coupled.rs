@@ -1,0 +1,244 @@
+//! R1 (`cpg_core::network::phase_coupled`) fitted to a recorded stride: amplitude, offset and phase of each joint, and what bends its sinusoids a
+//! little, eps and kap.
+//!
+//! Levenberg-Marquardt on the waveform of the limit cycle, which is the core's own network in f64 at 5 ms, run until it has settled.
+//! Amplitudes and offsets are linear and follow from the waveform by least squares, so the search is over three phase differences, one
+//! common phase, and eps and kap if they are free; the natural period follows from the measured one. Starts: the phases of the
+//! target's fundamentals, which is near enough that one start is all it takes.
+
+use std::f64::consts::TAU;
+
+use cpg_core::network::graph::Biped;
+use cpg_core::network::phase_coupled::{Robust, RobustConfig};
+use cpg_core::{Generator as _, Rk4};
+use gait_trace::stride::cycle::{Cycle, POINTS};
+use generator_file::file::{PhaseCoupledJoint, PhaseCoupledSet};
+use joint_units::{Period, Phase, Radians};
+use rayon::prelude::*;
+
+use super::evaluator::{Evaluator, Progress};
+use super::levenberg::levenberg;
+
+/// Whether eps and kap are searched for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Dynamics {
+    /// As given: eps, kap of all links.
+    Fixed(f64, f64),
+    /// eps from 0.05 to 1, kap from 0.1 to 1.
+    Free,
+}
+
+/// A fit of R1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PhaseCoupledFit {
+    /// Its numbers.
+    pub set: PhaseCoupledSet,
+    /// Root mean square error of each joint on the limit cycle, degrees.
+    pub rmse_deg: [f64; 4],
+    /// Evaluations at which the fit became better, and its root mean square error over all joints, degrees.
+    pub history: Vec<(usize, f64)>,
+    /// Limit cycles computed.
+    pub evaluations: usize,
+    /// The limit cycle, beginning where the target begins.
+    pub best_cycle: Cycle,
+    /// Period of the limit cycle, seconds.
+    pub period_s: f64,
+}
+
+const EPS: (f64, f64) = (0.05, 1.0);
+const KAP: (f64, f64) = (0.1, 1.0);
+
+/// Fits R1 to a stride of `period_s` seconds, 0.2 to 20. It has no random part. `progress` is told root mean
+/// square errors in degrees.
+///
+/// ```
+/// use gait_fit::search::{Dynamics, fit_phase_coupled};
+/// use gait_trace::stride::cycle::Cycle;
+/// // Sinusoids: what R1 is best at.
+/// let target = Cycle(std::array::from_fn(|joint| std::array::from_fn(|k| {
+///     let lead = [0.0, 0.5, 0.7, 0.2][joint];
+///     25.0 + 20.0 * (std::f64::consts::TAU * (k as f64 / 200.0 + lead)).cos()
+/// })));
+/// let fit = fit_phase_coupled(&target, 1.2, Dynamics::Fixed(0.2, 0.2), &mut |_| ());
+/// assert!(fit.rmse_deg.iter().all(|rmse| *rmse < 0.3), "{:?}", fit.rmse_deg);
+/// assert!((fit.set.joints[2].amplitude_deg - 20.0).abs() < 0.2);
+/// ```
+pub fn fit_phase_coupled(
+    target: &Cycle,
+    period_s: f64,
+    dynamics: Dynamics,
+    progress: &mut dyn FnMut(Progress),
+) -> PhaseCoupledFit {
+    let leads = target.0.each_ref().map(fundamental);
+    // Coordinates: the common phase, leads of the others before the first, eps, kap; phases as +-half a cycle about the first guess.
+    let dimensions = if dynamics == Dynamics::Free { 6 } else { 4 };
+    let decode = |point: &[f64]| -> Guess {
+        let (eps, kap) = match dynamics {
+            Dynamics::Fixed(eps, kap) => (eps, kap),
+            Dynamics::Free => (EPS.0 + (EPS.1 - EPS.0) * point[4], KAP.0 + (KAP.1 - KAP.0) * point[5]),
+        };
+        let lead = |i: usize| if i == 0 { 0.0 } else { leads[i] - leads[0] + point[i] - 0.5 };
+        Guess { begin: leads[0] + point[0] - 0.5, leads: std::array::from_fn(lead), eps, kap }
+    };
+    let mut residuals = |points: &[Vec<f64>]| -> Vec<Option<Vec<f64>>> {
+        points.par_iter().map(|point| Some(decode(point).fitted(target)?.residuals(target))).collect()
+    };
+    let mut unused = |points: &[Vec<f64>]| vec![f64::INFINITY; points.len()];
+    let mut root = |p: Progress| progress(Progress { best: p.best.sqrt(), ..p });
+    let mut evaluator = Evaluator::new(dimensions, &mut unused, &mut root).with_budget(400);
+    let start: Vec<f64> = [0.5; 6][..dimensions].to_vec();
+    levenberg(&mut evaluator, &mut residuals, &start);
+    let best = evaluator.best().map_or(start, <[f64]>::to_vec);
+    let guess = decode(&best);
+    let fitted = guess.fitted(target).unwrap_or_else(|| Fitted::mean(target));
+    let set = PhaseCoupledSet {
+        natural_period_s: (period_s / fitted.stretch) as f32,
+        nonlinearity: guess.eps as f32,
+        coupling: [guess.kap as f32; 4],
+        joints: std::array::from_fn(|i| PhaseCoupledJoint {
+            amplitude_deg: fitted.amplitude[i] as f32,
+            offset_deg: fitted.offset[i] as f32,
+            phase_deg: ((guess.leads[i] + 0.5).rem_euclid(1.0) * 360.0 - 180.0) as f32,
+        }),
+    };
+    PhaseCoupledFit {
+        set,
+        rmse_deg: fitted.cycle.rmse_deg(target),
+        history: evaluator.history().iter().map(|&(at, cost)| (at, cost.sqrt())).collect(),
+        evaluations: evaluator.evaluations(),
+        best_cycle: fitted.cycle,
+        period_s: f64::from(set.natural_period_s) * fitted.stretch,
+    }
+}
+
+/// Part of the cycle by which the fundamental is ahead of a cosine.
+fn fundamental(points: &[f64; POINTS]) -> f64 {
+    let (mut c, mut s) = (0.0, 0.0);
+    for (k, x) in points.iter().enumerate() {
+        let angle = TAU * k as f64 / POINTS as f64;
+        c += x * libm::cos(angle);
+        s -= x * libm::sin(angle);
+    }
+    libm::atan2(s, c) / TAU
+}
+
+struct Guess {
+    /// Part of the cycle at which the target begins.
+    begin: f64,
+    leads: [f64; 4],
+    eps: f64,
+    kap: f64,
+}
+
+struct Fitted {
+    amplitude: [f64; 4],
+    offset: [f64; 4],
+    cycle: Cycle,
+    /// Period over natural period.
+    stretch: f64,
+}
+
+/// The network is run at this natural period in seconds; its waveform does not depend on it.
+const NATURAL: f64 = 1.0;
+const STEP_S: f64 = 5e-3;
+const SETTLE: usize = 30 * 200;
+
+impl Guess {
+    /// Displacements over a cycle from where the first joint goes through zero upwards, and the stretch of the period.
+    fn limit_cycle(&self) -> Option<(Vec<[f64; 4]>, f64)> {
+        let config = RobustConfig::<4, 4, f64> {
+            natural_period: NATURAL,
+            nonlinearity: self.eps,
+            coupling: [self.kap; 4],
+            phases: self.leads.map(|lead| Phase((lead.rem_euclid(1.0) * 4_294_967_296.0) as u64 as u32)),
+            amplitudes: [Radians(1.0); 4],
+            offsets: [Radians(0.0); 4],
+        };
+        let mut net: Robust<Biped, 4, 4, f64, Rk4> = config.build(Period::from_micros((STEP_S * 1e6) as u32)?).ok()?;
+        for _ in 0..SETTLE {
+            net.step();
+        }
+        let mut now = net.state();
+        let mut states = vec![];
+        let mut marks = vec![];
+        for _ in 0..800 {
+            net.step();
+            let next = net.state();
+            if now.displacement[0] < 0.0 && next.displacement[0] >= 0.0 {
+                marks.push(states.len() as f64 + crossing(&now, &next));
+            }
+            states.push(now);
+            now = next;
+        }
+        let (first, second) = (*marks.first()?, *marks.get(1)?);
+        let samples = second - first;
+        let at = |time: f64| -> [f64; 4] {
+            let k = time as usize;
+            std::array::from_fn(|i| hermite(&states[k], &states[k + 1], i, time - k as f64))
+        };
+        let points = (0..POINTS).map(|k| at(first + samples * k as f64 / POINTS as f64)).collect();
+        Some((points, samples * STEP_S / NATURAL))
+    }
+
+    /// With the amplitudes and offsets that leave the least error.
+    fn fitted(&self, target: &Cycle) -> Option<Fitted> {
+        let (points, stretch) = self.limit_cycle()?;
+        // The record begins at a quarter of a cycle before the greatest flexion of the first joint.
+        let shift = (self.begin + 0.25).rem_euclid(1.0) * POINTS as f64;
+        let (mut amplitude, mut offset) = ([0.0; 4], [0.0; 4]);
+        let mut cycle = Cycle([[0.0; POINTS]; 4]);
+        for joint in 0..4 {
+            let wave: Vec<f64> = (0..POINTS).map(|k| periodic(&points, joint, k as f64 + shift)).collect();
+            let mean = |of: &dyn Fn(usize) -> f64| (0..POINTS).map(of).sum::<f64>() / POINTS as f64;
+            let (wave_mean, target_mean) = (mean(&|k| wave[k]), mean(&|k| target.0[joint][k]));
+            let covariance = mean(&|k| (wave[k] - wave_mean) * (target.0[joint][k] - target_mean));
+            let variance = mean(&|k| (wave[k] - wave_mean).powi(2));
+            amplitude[joint] = (covariance / variance).clamp(0.0, 180.0);
+            offset[joint] = target_mean - amplitude[joint] * wave_mean;
+            for (point, wave) in cycle.0[joint].iter_mut().zip(&wave) {
+                *point = offset[joint] + amplitude[joint] * wave;
+            }
+        }
+        Some(Fitted { amplitude, offset, cycle, stretch })
+    }
+}
+
+impl Fitted {
+    /// Every joint at rest at its mean.
+    fn mean(target: &Cycle) -> Self {
+        let offset = target.0.map(|points| points.iter().sum::<f64>() / POINTS as f64);
+        Self { amplitude: [0.0; 4], offset, cycle: Cycle(offset.map(|mean| [mean; POINTS])), stretch: 1.0 }
+    }
+
+    fn residuals(&self, target: &Cycle) -> Vec<f64> {
+        let joints = self.cycle.0.iter().zip(&target.0);
+        joints.flat_map(|(own, target)| own.iter().zip(target).map(|(a, b)| a - b)).collect()
+    }
+}
+
+/// Part of a step at which the first joint goes through zero.
+fn crossing(a: &cpg_core::OscillatorState<4, f64>, b: &cpg_core::OscillatorState<4, f64>) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if hermite(a, b, 0, middle) < 0.0 { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// Displacement between two states, on the cubic through both with their velocities; u' = w v.
+fn hermite(a: &cpg_core::OscillatorState<4, f64>, b: &cpg_core::OscillatorState<4, f64>, joint: usize, t: f64) -> f64 {
+    let per_step = TAU / NATURAL * STEP_S;
+    let (xa, xb) = (a.displacement[joint], b.displacement[joint]);
+    let (va, vb) = (a.velocity[joint] * per_step, b.velocity[joint] * per_step);
+    xa + t * (va + t * (3.0 * (xb - xa) - 2.0 * va - vb + t * (2.0 * (xa - xb) + va + vb)))
+}
+
+/// Between the points of a closed cycle (Catmull and Rom).
+fn periodic(points: &[[f64; 4]], joint: usize, at: f64) -> f64 {
+    let (k, t) = (at as usize, at.fract());
+    let x = |offset: usize| points[(k + POINTS + offset - 1) % POINTS][joint];
+    let (before, a, b, after) = (x(0), x(1), x(2), x(3));
+    let (va, vb) = (0.5 * (b - before), 0.5 * (after - a));
+    a + t * (va + t * (3.0 * (b - a) - 2.0 * va - vb + t * (2.0 * (a - b) + va + vb)))
+}

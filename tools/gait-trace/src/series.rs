@@ -1,0 +1,71 @@
+//! Series of equal steps: values between samples, runs of samples, and simple statistics.
+
+/// The value of a series of equal steps at a place between its samples, by the cubic through the four samples around it
+/// (held at the ends). `place` is in samples.
+#[must_use]
+pub(crate) fn between(x: &[f64], place: f64) -> f64 {
+    let last = x.len().saturating_sub(1);
+    let Some(&end) = x.last() else { return f64::NAN };
+    if place <= 0.0 {
+        return x[0];
+    }
+    if place >= last as f64 {
+        return end;
+    }
+    let i = place as usize;
+    let u = place - i as f64;
+    let (x0, x1) = (x[i], x[i + 1]);
+    // Beyond an end the parabola goes on.
+    let before = if i > 0 {
+        x[i - 1]
+    } else if last >= 2 {
+        3.0 * x0 - 3.0 * x1 + x[2]
+    } else {
+        2.0 * x0 - x1
+    };
+    let after = if i + 2 <= last { x[i + 2] } else { 3.0 * x1 - 3.0 * x0 + before };
+    let (u1, u2, u3) = (u + 1.0, u - 1.0, u - 2.0);
+    -before * u * u2 * u3 / 6.0 + x0 * u1 * u2 * u3 / 2.0 - x1 * u1 * u * u3 / 2.0 + after * u1 * u * u2 / 6.0
+}
+
+/// Runs of samples for which `is` holds, as `from..to`.
+pub(crate) fn runs(samples: usize, is: impl Fn(usize) -> bool) -> Vec<(usize, usize)> {
+    let mut runs: Vec<(usize, usize)> = Vec::new();
+    for n in (0..samples).filter(|&n| is(n)) {
+        match runs.last_mut() {
+            Some((_, to)) if *to == n => *to = n + 1,
+            _ => runs.push((n, n + 1)),
+        }
+    }
+    runs
+}
+
+/// Median; 0 of nothing.
+pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
+    quantile(values, 0.5)
+}
+
+/// The value below which that share lies; 0 of nothing.
+pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
+    let mut sorted: Vec<f64> = values.into_iter().collect();
+    sorted.sort_by(f64::total_cmp);
+    let place = share * sorted.len().saturating_sub(1) as f64;
+    let (low, part) = (place as usize, place.fract());
+    match (sorted.get(low), sorted.get(low + 1)) {
+        (Some(a), Some(b)) => a + (b - a) * part,
+        (Some(a), None) => *a,
+        _ => 0.0,
+    }
+}
+
+/// Largest minus least; 0 of nothing.
+pub(crate) fn range(x: &[f64]) -> f64 {
+    let (least, most) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &x| (a.min(x), b.max(x)));
+    if most > least { most - least } else { 0.0 }
+}
+
+/// Mean square distance from the mean.
+pub(crate) fn variance(x: &[f64]) -> f64 {
+    let mean = x.iter().sum::<f64>() / x.len() as f64;
+    x.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / x.len() as f64
+}

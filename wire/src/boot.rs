@@ -1,0 +1,143 @@
+//! What a board reports when it starts: what it is and what it runs, or why it does not run.
+
+use heapless::String;
+use serde::{Deserialize, Serialize};
+
+/// The board, its image and its parameters: the first record after a reset.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Boot {
+    /// [`crate::VERSION`] of the image. It is the first field in every version, so that any reader can read it.
+    pub version: u16,
+    /// Name of the board, as its Cargo feature.
+    pub board: String<24>,
+    /// Name of the chip, as probe-rs writes it.
+    pub chip: String<24>,
+    /// Cause of the reset.
+    pub reset: Reset,
+    /// Crashes in a row before this boot.
+    pub streak: u32,
+    /// The factory's code of the internal voltage reference.
+    pub reference_cal: u16,
+    /// Supply below which no sample is good, V.
+    pub min_supply_v: f32,
+    /// Whether the robot walks only while the sensors are good.
+    pub sensor_required: bool,
+    /// Check sum of the generator record that the board runs; `None` where the parameters are refused, see [`Refused`].
+    pub generator_crc: Option<u32>,
+    /// Check sum of the sensor record that the board runs; `None` as above.
+    pub sensors_crc: Option<u32>,
+    /// Whether the outputs stay off: the image is built with the feature `shadow`.
+    pub shadow: bool,
+}
+
+/// Cause of a reset. The order is part of the version.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Reset {
+    /// Supply switched on.
+    PowerOn,
+    /// Supply too low for a moment.
+    BrownOut,
+    /// The independent watchdog was not reloaded in time.
+    IndependentWatchdog,
+    /// The window watchdog was not reloaded in time.
+    WindowWatchdog,
+    /// The program asked for it.
+    Software,
+    /// A low-power mode was entered against the option bytes.
+    LowPower,
+    /// The reset pin.
+    Pin,
+}
+
+impl Reset {
+    /// Every cause, in order.
+    pub const ALL: [Self; 7] = [
+        Self::PowerOn,
+        Self::BrownOut,
+        Self::IndependentWatchdog,
+        Self::WindowWatchdog,
+        Self::Software,
+        Self::LowPower,
+        Self::Pin,
+    ];
+
+    /// The word for it in recordings and on screens.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::PowerOn => "power_on",
+            Self::BrownOut => "brown_out",
+            Self::IndependentWatchdog => "iwdg",
+            Self::WindowWatchdog => "wwdg",
+            Self::Software => "software",
+            Self::LowPower => "low_power",
+            Self::Pin => "pin",
+        }
+    }
+}
+
+/// Something that the board was asked to use or to do and does not, with the reason.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Refused {
+    /// What is refused.
+    pub subject: Subject,
+    /// Why, for people: what is wrong and what is allowed; cut at 160 bytes.
+    pub reason: String<160>,
+}
+
+/// What can be refused. The order is part of the version.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Subject {
+    /// The generator record in flash. The outputs stay off until another one is written.
+    GeneratorRecord,
+    /// The sensor record in flash. The outputs stay off until another one is written.
+    SensorRecord,
+    /// Generator, sensors and chip do not fit together. The outputs stay off.
+    Configuration,
+    /// The clock: the crystal does not start. The outputs stay off.
+    Clock,
+    /// Arming: the button is ignored.
+    Arming,
+}
+
+impl Subject {
+    /// Every subject, in order.
+    pub const ALL: [Self; 5] =
+        [Self::GeneratorRecord, Self::SensorRecord, Self::Configuration, Self::Clock, Self::Arming];
+
+    /// The word for it in recordings and on screens.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::GeneratorRecord => "generator_record",
+            Self::SensorRecord => "sensor_record",
+            Self::Configuration => "configuration",
+            Self::Clock => "clock",
+            Self::Arming => "arming",
+        }
+    }
+}
+
+impl Refused {
+    /// From anything that can be printed; a text that is too long is cut between two characters.
+    ///
+    /// ```
+    /// use wire::{Refused, Subject};
+    /// let refused = Refused::new(Subject::Clock, format_args!("no {} MHz from HSE", 8));
+    /// assert_eq!(refused.reason, "no 8 MHz from HSE");
+    /// assert_eq!(Refused::new(Subject::Clock, "é".repeat(100)).reason.len(), 160);
+    /// ```
+    #[must_use]
+    pub fn new(subject: Subject, reason: impl core::fmt::Display) -> Self {
+        struct Cut(String<160>);
+        impl core::fmt::Write for Cut {
+            fn write_str(&mut self, text: &str) -> core::fmt::Result {
+                text.chars().try_for_each(|character| self.0.push(character).map_err(|_| core::fmt::Error))
+            }
+        }
+        let mut cut = Cut(String::new());
+        // An error means that the text was cut.
+        let _ = core::fmt::write(&mut cut, format_args!("{reason}"));
+        Self { subject, reason: cut.0 }
+    }
+}

@@ -1,0 +1,89 @@
+//! The inputs of every call of the loop: with them a host runs the same loop to the same bits.
+
+use heapless::Vec;
+use joint_loop::{MAX_ELAPSED, SENSORS, Sample};
+use joint_units::AdcCode;
+use serde::{Deserialize, Serialize};
+
+use crate::Flags;
+
+/// Most calls in one record, and the calls between two frames.
+pub const CALLS: usize = 10;
+
+/// The inputs of successive calls of the loop, in order, without a gap between them.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Inputs {
+    /// Tick of the first call: control periods since the boot, missed ones included, wrapping.
+    pub first_tick: u32,
+    /// The calls; 1 to [`CALLS`] on the wire of a board.
+    pub calls: Vec<Call, CALLS>,
+}
+
+/// The inputs of one call of the loop.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Call {
+    /// Raw codes of the sensors that the board has, from channel 1 on, 12 bits each.
+    pub codes: Vec<u16, SENSORS>,
+    /// Raw code of the internal voltage reference, 12 bits.
+    pub reference: u16,
+    /// Control periods since the call before: 1, or more where periods were missed.
+    pub elapsed: u8,
+    /// Button, foot switch, lateness and faults.
+    pub flags: Flags,
+}
+
+impl Inputs {
+    /// Each call with its tick.
+    ///
+    /// ```
+    /// use wire::{Call, Inputs};
+    /// let calls = [1, 1, 3].map(|elapsed| Call { elapsed, ..Call::default() }).into_iter().collect();
+    /// let inputs = Inputs { first_tick: 7, calls };
+    /// assert_eq!(inputs.ticks().map(|(tick, _)| tick).collect::<Vec<_>>(), [7, 8, 11]);
+    /// ```
+    pub fn ticks(&self) -> impl Iterator<Item = (u32, &Call)> {
+        let mut tick = self.first_tick;
+        self.calls.iter().enumerate().map(move |(place, call)| {
+            if place > 0 {
+                tick = tick.wrapping_add(call.elapsed.into());
+            }
+            (tick, call)
+        })
+    }
+}
+
+impl Call {
+    /// From a sample of which the first `sensors` codes are those of sensors.
+    #[must_use]
+    pub fn of(sample: &Sample<SENSORS>, sensors: usize) -> Self {
+        let mut codes = Vec::new();
+        for code in sample.codes.iter().take(sensors) {
+            // One place for each channel.
+            let _ = codes.push(code.0);
+        }
+        Self {
+            codes,
+            reference: sample.vrefint.0,
+            elapsed: sample.elapsed.min(MAX_ELAPSED) as u8,
+            flags: Flags::of(sample),
+        }
+    }
+
+    /// As the loop takes it; the code of a channel without a sensor is 0, which no loop reads.
+    #[must_use]
+    pub fn sample(&self) -> Sample<SENSORS> {
+        let mut codes = [AdcCode(0); SENSORS];
+        for (code, sent) in codes.iter_mut().zip(&self.codes) {
+            *code = AdcCode(*sent);
+        }
+        Sample {
+            elapsed: self.elapsed.into(),
+            codes,
+            vrefint: AdcCode(self.reference),
+            button: self.flags.button(),
+            foot: self.flags.foot(),
+            late: self.flags.late(),
+            faults: self.flags.faults(),
+        }
+    }
+}

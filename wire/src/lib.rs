@@ -1,0 +1,26 @@
+#![doc = include_str!("../README.md")]
+#![cfg_attr(not(test), no_std)]
+#![forbid(unsafe_code)]
+
+mod boot;
+mod codec;
+mod events;
+mod flags;
+mod frame;
+mod inputs;
+mod load;
+mod number;
+mod text;
+
+pub use boot::{Boot, Refused, Reset, Subject};
+pub use codec::{DecodeError, Kind, MAX_BYTES, Record, decode, encode};
+pub use events::{Change, Edge};
+pub use flags::Flags;
+pub use frame::{Follow, Frame, Reading};
+pub use inputs::{CALLS, Call, Inputs};
+pub use load::{Cost, Environment};
+pub use text::{TextError, bytes_in};
+
+/// Version of the records in this crate. It changes whenever any byte of any record changes its place or its meaning: a new field, a new
+/// record, another order of the variants of an enum that is sent.
+pub const VERSION: u16 = 1;

@@ -1,0 +1,27 @@
+//! What a board reports once a second: load and reserves of the processor, temperature and supply of the chip.
+
+use serde::{Deserialize, Serialize};
+
+/// Load and reserves in the last second.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Cost {
+    /// Longest tick, cycles of the core.
+    pub longest_cycles: u32,
+    /// Latest start of a tick after its trigger, us.
+    pub latest_start_us: u32,
+    /// Records dropped since the boot because a queue was full.
+    pub dropped: u32,
+    /// Deepest stack since the boot, bytes.
+    pub stack_used: u32,
+    /// Size of the stack, bytes.
+    pub stack_size: u32,
+}
+
+/// Means over the last second.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Environment {
+    /// Temperature of the die, degrees Celsius; `None` on a chip without usable factory readings.
+    pub die_c: Option<f32>,
+    /// Supply of the converter, V; `None` where the reference has no usable reading.
+    pub supply_v: Option<f32>,
+}

@@ -1,0 +1,164 @@
+//! Every record makes an exact round trip, and no bytes make the decoder panic.
+
+use cpg_core::entrainment::{Lock, SensorFault};
+use hgod_adc::Validity;
+use joint_loop::{Cause, SENSORS, SupervisorState};
+use proptest::prelude::*;
+use proptest::sample::select;
+use wire::*;
+
+/// Any bits, those that are not numbers included.
+fn float() -> impl Strategy<Value = f32> {
+    any::<u32>().prop_map(f32::from_bits)
+}
+
+fn few<T: std::fmt::Debug + Clone, const N: usize>(
+    item: impl Strategy<Value = T>,
+) -> impl Strategy<Value = heapless::Vec<T, N>> {
+    prop::collection::vec(item, 0..=N).prop_map(|items| heapless::Vec::from_slice(&items).expect("N at most"))
+}
+
+fn text<const N: usize>() -> impl Strategy<Value = heapless::String<N>> {
+    "\\PC{0,5}".prop_map(|text| heapless::String::try_from(text.as_str()).unwrap_or_default())
+}
+
+fn boot() -> impl Strategy<Value = Record> {
+    let names = (text(), text(), select(&Reset::ALL[..]));
+    let numbers = (any::<u32>(), any::<u16>(), float(), any::<Option<u32>>(), any::<Option<u32>>());
+    (names, numbers, any::<bool>(), any::<bool>()).prop_map(|(names, numbers, sensor_required, shadow)| {
+        let ((board, chip, reset), (streak, reference_cal, min_supply_v, generator_crc, sensors_crc)) =
+            (names, numbers);
+        Record::Boot(Boot {
+            version: VERSION,
+            board,
+            chip,
+            reset,
+            streak,
+            reference_cal,
+            min_supply_v,
+            sensor_required,
+            generator_crc,
+            sensors_crc,
+            shadow,
+        })
+    })
+}
+
+fn inputs() -> impl Strategy<Value = Record> {
+    let flags = any::<u16>().prop_filter_map("known bits", |bits| Flags::from_bits(bits & Flags::ALL));
+    let call = (few::<u16, SENSORS>(any::<u16>()), any::<u16>(), any::<u8>(), flags)
+        .prop_map(|(codes, reference, elapsed, flags)| Call { codes, reference, elapsed, flags });
+    (any::<u32>(), few::<Call, CALLS>(call))
+        .prop_map(|(first_tick, calls)| Record::Inputs(Inputs { first_tick, calls }))
+}
+
+fn frame() -> impl Strategy<Value = Record> {
+    let reading =
+        (float(), select(&Validity::ALL[..])).prop_map(|(angle_rad, validity)| Reading { angle_rad, validity });
+    let follow =
+        (select(&Lock::ALL[..]), prop::option::of(select(&SensorFault::ALL[..])), prop::array::uniform3(float()))
+            .prop_map(|(state, fault, [phase_error_rad, stride_s, confidence])| Follow {
+                state,
+                fault,
+                phase_error_rad,
+                stride_s,
+                confidence,
+            });
+    let head = (any::<u32>(), any::<u32>(), select(&SupervisorState::ALL[..]), select(&Cause::ALL[..]));
+    let middle =
+        (prop::array::uniform4(prop::option::of(reading)), prop::option::of(follow), prop::array::uniform4(float()));
+    let tail = (prop::array::uniform4(any::<u16>()), prop::array::uniform4(any::<u32>()), any::<u8>(), any::<u64>());
+    (head, middle, tail).prop_map(|(head, (sensors, following, setpoints_rad), tail)| {
+        let ((tick, seq, state, cause), (pulses_us, counters, limited, setpoint_hash)) = (head, tail);
+        let [late, missed, overruns, limited_ticks] = counters;
+        Record::Frame(Frame {
+            tick,
+            seq,
+            state,
+            cause,
+            sensors,
+            following,
+            setpoints_rad,
+            pulses_us,
+            late,
+            missed,
+            overruns,
+            limited,
+            limited_ticks,
+            setpoint_hash,
+        })
+    })
+}
+
+fn record() -> impl Strategy<Value = Record> {
+    let refused = (select(&Subject::ALL[..]), "\\PC{0,200}")
+        .prop_map(|(subject, reason)| Record::Refused(Refused::new(subject, reason)));
+    let change = (any::<u32>(), select(&SupervisorState::ALL[..]), select(&Cause::ALL[..]))
+        .prop_map(|(tick, state, cause)| Record::Change(Change { tick, state, cause }));
+    let edge = (any::<u32>(), any::<i32>(), any::<bool>(), any::<bool>())
+        .prop_map(|(tick, offset_us, high, lost_before)| Record::Edge(Edge { tick, offset_us, high, lost_before }));
+    let cost = prop::array::uniform5(any::<u32>()).prop_map(|[a, b, c, d, e]| {
+        Record::Cost(Cost { longest_cycles: a, latest_start_us: b, dropped: c, stack_used: d, stack_size: e })
+    });
+    let environment = prop::array::uniform2(prop::option::of(float()))
+        .prop_map(|[die_c, supply_v]| Record::Environment(Environment { die_c, supply_v }));
+    prop_oneof![boot(), refused, change, inputs(), frame(), edge, cost, environment]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+    #[test]
+    fn every_record_makes_an_exact_round_trip(record in record()) {
+        let mut buffer = [0; MAX_BYTES];
+        let bytes = encode(&record, &mut buffer).expect("it fits");
+        let back = decode(bytes).expect("a record");
+        // By their bytes: a number that is not one is not equal to itself.
+        let mut again = [0; MAX_BYTES];
+        prop_assert_eq!(encode(&back, &mut again), Some(bytes));
+        prop_assert_eq!(format!("{back:?}"), format!("{record:?}"));
+    }
+
+    #[test]
+    fn no_truncation_and_no_addition_is_a_record(record in record()) {
+        let mut buffer = [0; MAX_BYTES + 1];
+        let length = encode(&record, &mut buffer).expect("it fits").len();
+        for short in 0..length {
+            prop_assert!(decode(&buffer[..short]).is_err(), "{} of {} bytes", short, length);
+        }
+        prop_assert!(decode(&buffer[..=length]).is_err());
+    }
+
+    #[test]
+    fn no_line_panics(line in "(wire|\\[|\\]|, |[0-9a-f]{2}|[a-z]{1,6}| |é){0,60}") {
+        let _ = bytes_in(&line);
+    }
+}
+
+/// 200,000 strings of random bytes; half of them begin as a record does.
+#[test]
+fn no_bytes_panic() {
+    let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut random = || {
+        seed ^= seed << 13;
+        seed ^= seed >> 7;
+        seed ^= seed << 17;
+        seed
+    };
+    let mut accepted = 0;
+    for round in 0..200_000_u32 {
+        let length = random() as usize % (MAX_BYTES + 8);
+        let mut bytes: Vec<u8> = (0..length).map(|_| (random() >> 24) as u8).collect();
+        if let (0, Some(first)) = (round % 2, bytes.first_mut()) {
+            *first %= 8;
+        }
+        if let Ok(record) = decode(&bytes) {
+            accepted += 1;
+            // What is accepted is what would be sent, or a longer form of the same numbers.
+            let mut buffer = [0; MAX_BYTES];
+            let written = encode(&record, &mut buffer).expect("it fits");
+            assert!(written.len() <= bytes.len());
+        }
+    }
+    println!("{accepted} of 200000 strings are records");
+}
