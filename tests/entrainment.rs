@@ -479,7 +479,7 @@ fn the_command_says_how_it_ended() {
     assert!(std::fs::read_to_string(&picture).expect("drawn").contains("phase error"));
     assert_eq!(call(&folder.path().join("none.csv"), &[]), 2);
     assert_eq!(call(&path, &["--sensor", "left_toe"]), 2);
-    assert_eq!(call(&path, &["--template", &path.display().to_string()]), 2);
+    assert_eq!(call(&path, &["--generator", &path.display().to_string()]), 2);
     std::fs::write(&path, "time_s,left_hip_deg\n0,1\n1,1\n2,1\n3,1\n").expect("written");
     assert_eq!(call(&path, &[]), 2, "what does not walk");
 }

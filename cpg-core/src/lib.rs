@@ -1,8 +1,9 @@
-//! The rhythm: central pattern generators that run at a fixed control period, bit-equal on host and board.
+//! Central pattern generators that make joint angles at a fixed control period, bit-equal on host and microcontroller.
 //!
-//! A central pattern generator (CPG) is a network of oscillators that makes rhythmic joint setpoints without rhythmic input. Every
-//! generator here is configured in SI or in its paper's units, validated and folded for one control period by its `build`, and is
-//! then a [`Generator`]: one `step` a tick, no clock, no allocation, no panic, no division and no trigonometry in the step.
+//! A central pattern generator (CPG) is a network of oscillators that makes a periodic motion without periodic input. Every generator has
+//! a configuration in SI units (or in those of its paper). `config.build(period)` validates it, folds it for one control period and
+//! returns a [`Generator`]: one `step` a tick, without clock, allocation or panic. What the generator is built on, such as a flow or
+//! a template, is given before the period: `config.build(flow, period)`. Values without time, such as a waveform, have `new`.
 //!
 //! ```
 //! use cpg_core::Generator;
@@ -18,40 +19,48 @@
 //! # Ok::<(), cpg_core::BuildError>(())
 //! ```
 //!
-//! # The generators
-//! | module | model | source |
+//! # Modules
+//! | module | content | source |
 //! |---|---|---|
-//! | [`walking`] | the walking set that ships: R1 with four joints | - |
-//! | [`bipeds`] | six joints with ankles, eight with arms, on R1 | - |
-//! | [`robust`] | R1: Rayleigh oscillators, phase-rotated diffusive links | after the thesis |
-//! | [`thesis`] | Rayleigh oscillators, difference and product links | thesis, eqs 13-16 and Table 1 |
-//! | [`rayleigh`] | the isolated Rayleigh oscillator | thesis, eqs 5-12 |
-//! | [`shape`] | one exact phase, a Fourier or spline shape per joint | - |
-//! | [`van_der_pol`], [`hopf`] | van der Pol; Hopf, also with adaptive frequency | 1926; Righetti, Buchli, Ijspeert 2006 |
-//! | [`matsuoka`] | mutually inhibiting neurons with adaptation, the half-centre | Matsuoka 1985 |
-//! | [`fitzhugh_nagumo`], [`morris_lecar`], [`terman_wang`] | neurons | 1961; 1981; 1995 |
-//! | [`golubitsky`] | four and eight symmetric cells: the gaits of two and four legs | Golubitsky et al. 1998, 2006 |
-//! | [`obb`], [`smer`], [`hexapod`], [`hexapod_walk`] | edge reversal in integers, the six-legged ladder | Yang et al. 2014 |
-//! | [`adaptive_fourier`], [`programmable`] | learn a signal on line | Petric et al. 2011; Righetti, Ijspeert 2006 |
-//! | [`half_centre`] | two alike cells that push each other apart; flexor and extensor | Brown 1911 |
-//! | [`readout`], [`joint_walker`], [`bank_walk`], [`obb_walk`] | any flow, the bank and the building block as joint angles | - |
-//! | [`walkers`], [`features`] | all of them as walkers of four joints at one stride, and what a read-out can use | - |
-//! | [`kuo`], [`hu`] | clock, feedback and their hybrid on a pendulum; an oscillator that finds a joint's resonance | Kuo 2002; Hu, Williamson, Pratt |
-//! | [`fixed_point`], [`fixed_shape`], [`fixed_trig`] | R1, phase and shape without a floating-point unit | - |
-//! | [`gaits`] | the gaits that ship, by name | - |
-//! | [`entrainment`] | four joints follow a walking person, from one worn joint sensor | - |
-//! | [`phase_lock`], [`sogi`], [`stride_event`] | the walker's phase and cadence: loop, quadrature filter, events | Rodriguez et al. 2006 (the filter) |
-//! | [`transition`] | any of them, changed at any tick without a jump | - |
+//! | [`gait::default_walk`] | the default walk: R1 with four joints | - |
+//! | [`gait::named`] | gaits by name, behind one type | - |
+//! | [`gait::six_and_eight_joints`] | R1 with ankles (six joints), and with arms (eight) | - |
+//! | [`gait::catalogue`], [`gait::fitted`] | every model as a generator of four joints; the fitted numbers | - |
+//! | [`network::phase_coupled`] | R1: Rayleigh oscillators with phase-rotated diffusive links | after the thesis |
+//! | [`network::phase_coupled_fixed`] | R1 without a floating-point unit | - |
+//! | [`network::thesis`] | Rayleigh oscillators with difference and product links | thesis, eqs 13-16 and Table 1 |
+//! | [`network::symmetric_cells`] | four and eight symmetric cells: gaits of two and four legs | Golubitsky et al. 1998, 2006 |
+//! | [`oscillator::rayleigh`] | the isolated Rayleigh oscillator | thesis, eqs 5-12 |
+//! | [`oscillator::van_der_pol`], [`oscillator::hopf`] | van der Pol; Hopf, also with adaptive frequency | 1926; Righetti, Buchli, Ijspeert 2006 |
+//! | [`oscillator::matsuoka`], [`oscillator::half_centre`] | mutually inhibiting neurons with adaptation; two cells that repel each other | Matsuoka 1985; Brown 1911 |
+//! | [`oscillator::fitzhugh_nagumo`], [`oscillator::morris_lecar`], [`oscillator::terman_wang`] | neurons | 1961; 1981; 1995 |
+//! | [`oscillator::kuo`], [`oscillator::hu`] | clock, feedback and their hybrid on a pendulum; resonance of a joint | Kuo 2002; Hu, Williamson, Pratt |
+//! | [`edge_reversal`] | edge reversal in integers: graphs, building blocks, six legs | Yang et al. 2014 |
+//! | [`waveform::shape`], [`waveform::fixed`] | one exact phase, a Fourier or spline waveform for each joint; the same in fixed point | - |
+//! | [`waveform::adaptive_fourier`], [`waveform::hopf_bank`] | learn a signal on line | Petric et al. 2011; Righetti, Ijspeert 2006 |
+//! | [`joints`] | from states of a model to joint angles | - |
+//! | [`transition`] | any generator to any other without a jump, at any tick | - |
+//! | [`entrainment`] | four joints follow a walking person, measured by one joint sensor | - |
+//! | [`math`] | integrators, sine, cosine and arc tangent, also in fixed point | - |
 //!
 //! The thesis is "Designing CPG for Biped Locomotion Control using Nonlinear Dynamical Theory" (IIITA Allahabad).
 //!
-//! A new model of second-order oscillators is one file: its configuration, its vector field ([`SecondOrder`]), and a `build` that
-//! folds the one into the other for [`Oscillators`].
+//! # Features
+//! - `f64`: [`Scalar`] for `f64`, for reference computations on a host. A microcontroller does not need it.
+//! - `defmt`: `defmt::Format` for errors and status. For a target that links a defmt logger.
+//!
+//! # A new model
+//! A model of second-order oscillators is one file: its configuration, its vector field ([`SecondOrder`]), and a `build` that folds
+//! the configuration into the field of an [`Oscillators`]. A first-order model implements [`math::first_order::Flow`] and is read out with
+//! [`joints::linear`].
 //!
 //! # Glossary
-//! - **limit cycle**: the closed orbit that a generator settles on from any start in its basin.
-//! - **phase**: where on that orbit it is, as a part of the cycle; the gait phase is that of the first joint.
-//! - **lead**: by how much a joint's phase is ahead of the gait phase.
+//! - **generator**: a program that makes joint angles; **gait**: a named pattern of a generator.
+//! - **follower**: a generator whose phase is locked to that of a measured **person**, see [`Follow`].
+//! - **stride**: one full cycle; **step** of a person: half of it; `step` of a generator: one control period (**tick**).
+//! - **limit cycle**: the closed orbit on which a generator settles from any start in its basin.
+//! - **phase**: the position on that orbit as a part of the cycle; the gait phase is that of the first joint.
+//! - **lead**: how far the phase of a joint is ahead of the gait phase.
 //! - **harmonic balance**: the amplitude at which a sinusoid gains no energy over a cycle; exact for weak damping.
 //! - **time unit**: the fraction of a control period in which an [`Integrator`] counts.
 #![cfg_attr(not(test), no_std)]
@@ -77,3 +86,7 @@ pub use math::scalar::Scalar;
 pub use math::second_order::{Integrator, Rk4, SecondOrder, SemiImplicitEuler};
 pub use network::graph::Graph;
 pub use network::second_order::{BOUND_FACTOR, OscillatorState, Oscillators};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

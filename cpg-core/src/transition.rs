@@ -1,4 +1,4 @@
-//! Smooth change of anything at any tick: parameters, gait, speed, stop, also while an earlier change still runs.
+//! Smooth changes at any tick: parameters, gait, speed, stop, also while an earlier change still runs.
 //!
 //! At a change the generator's new motion differs from the motion that was put out by an offset in angle, d, and in rate, d'. The
 //! output is the new motion plus that offset, which is led to nothing by a bounded acceleration:
@@ -344,6 +344,31 @@ mod tests {
             let nearest = gaits.iter().map(|g| (smooth.angles()[0].0 - g.angles()[0].0).abs()).fold(f32::MAX, f32::min);
             assert!(tick < 1000 || nearest < 0.6, "tick {tick}: {nearest} from either gait");
         }
+    }
+
+    /// A follower inside receives the measurements: it locks on, to the bit as without the wrapper.
+    #[test]
+    fn a_smooth_follower_locks_on() {
+        use crate::entrainment::phase_lock::Template;
+        use crate::entrainment::{FollowerConfig, Lock};
+        use crate::waveform::shape::Shape;
+        use joint_units::Joint;
+        let hip = Template::new(Radians(0.1), [0.35, -0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 8]).unwrap();
+        let mut bare = FollowerConfig::default().build([hip; 4], Joint::LeftHip, Period::MILLISECOND).unwrap();
+        let mut smooth = TransitionConfig::default().build(bare, Period::MILLISECOND).unwrap();
+        for tick in 0..6000 {
+            let angle = Some(Radians(hip.at(Phase::from_cycles(0.3 + tick as f32 * 1e-3 / 1.2)).angle));
+            for follower in [&mut bare as &mut dyn Follow, &mut smooth] {
+                follower.observe(angle);
+                if tick % 1200 == 0 {
+                    follower.heel_strike();
+                }
+            }
+            bare.step();
+            smooth.step();
+            assert_eq!((smooth.angles(), smooth.follow_status()), (bare.angles(), bare.follow_status()), "tick {tick}");
+        }
+        assert_eq!(smooth.follow_status().map(|status| status.state), Some(Lock::Locked));
     }
 
     #[test]

@@ -179,18 +179,21 @@ fn a_state_that_leaves_is_reported_and_comes_back() {
 fn a_state_outside_is_refused_and_changes_nothing() {
     let mut net: R1<Rk4> = r1_single(0.5, 0.5).build(Period::MILLISECOND).unwrap();
     let built = net.state();
-    for (value, fault) in [
-        (f32::NAN, StateFault::NotFinite { state: Field::at("velocity", 2) }),
-        (f32::INFINITY, StateFault::NotFinite { state: Field::at("velocity", 2) }),
-        (BOUND_FACTOR, StateFault::OutOfBounds { state: Field::at("velocity", 2) }),
-        (-1e30, StateFault::OutOfBounds { state: Field::at("velocity", 2) }),
-    ] {
+    let not_finite = |name| StateFault::NotFinite { state: Field::at(name, 2) };
+    let out_of_bounds = |name| StateFault::OutOfBounds { state: Field::at(name, 2) };
+    let faults: [(f32, &dyn Fn(&'static str) -> StateFault); 4] = [
+        (f32::NAN, &not_finite),
+        (f32::INFINITY, &not_finite),
+        (BOUND_FACTOR, &out_of_bounds),
+        (-1e30, &out_of_bounds),
+    ];
+    for (value, fault) in faults {
         let mut state = built;
         state.displacement[2] = value;
-        assert_eq!(net.set_state(&state), Err(fault));
+        assert_eq!(net.set_state(&state), Err(fault("displacement")));
         let mut state = built;
         state.velocity[2] = value * 1.001;
-        assert_eq!(net.set_state(&state), Err(fault));
+        assert_eq!(net.set_state(&state), Err(fault("velocity")));
         assert_eq!(net.state(), built);
     }
 }

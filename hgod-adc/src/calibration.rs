@@ -9,11 +9,9 @@
 //! out of the table.
 
 use crate::interpolation::{Interpolation, Interval, slopes};
+use crate::point::{CalibrationPoint, MAX_POINTS};
 use core::fmt;
 use joint_units::{Radians, Volts};
-
-/// Most points that a table may have.
-pub const MAX_POINTS: usize = 32;
 
 /// Most volts that a point may have; the least is 0.
 pub const MAX_VOLTS: Volts = Volts(30.0);
@@ -31,16 +29,6 @@ pub const MAX_SLOPE: f32 = Radians::from_degrees(400.0).0;
 
 /// Angles that a hip or a knee with a goniometer strapped askew can be at: -60 to 170 degrees, flexion positive.
 pub const ANATOMY: (Radians, Radians) = (Radians::from_degrees(-60.0), Radians::from_degrees(170.0));
-
-/// One measured pair of a calibration.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct CalibrationPoint {
-    /// Volts at the sensor, 0 to [`MAX_VOLTS`].
-    pub volts: Volts,
-    /// Angle of the joint, within [`ANATOMY`].
-    pub angle: Radians,
-}
 
 /// Why a table was refused. `index` counts from 0 and is the point at fault, or the second one of a pair at fault.
 #[derive(Debug, Clone, Copy, PartialEq)]

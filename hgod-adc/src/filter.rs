@@ -24,7 +24,7 @@ const MIN_CUTOFF_HZ: f32 = 0.01;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FilterConfig {
     /// Cut-off of the pole in Hz: 0.01 to half the sampling rate. The default is 40 Hz, far above the 6 Hz or so of
-    /// joint angles in walking: the delay stays below 5 ms, and who follows a walker sees him change his pace as much sooner.
+    /// joint angles in walking: the delay stays below 5 ms, so that tracking reacts sooner to a change of pace.
     pub cutoff_hz: f32,
 }
 

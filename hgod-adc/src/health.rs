@@ -1,6 +1,6 @@
-//! Whether a sample can be believed.
+//! Determines the validity of a sample.
 //!
-//! | validity | rule | said after |
+//! | validity | rule | found after |
 //! |---|---|---|
 //! | supply_low | the supply by the internal reference is below the configured least, above 3.6 V, or has no reading | 1 ms |
 //! | open, short | in an end band for [`HealthConfig::wire_ms`]: which of the two, [`Pull`] says | 20 ms |
@@ -10,18 +10,18 @@
 //! | rate | an impossible jump that has lasted for [`HealthConfig::spike_ms`] | 5 ms |
 //! | spike | an impossible jump: the angle is further from the last good one than a joint can have turned since | 1 ms |
 //!
-//! The first rule of this order that holds gives the validity. It is also the order of [`Validity::graver`]: each can be the reason for
+//! The first rule of this order that holds gives the validity. It is also the order of [`Validity::worse`]: each can be the reason for
 //! those below it.
 //!
-//! *Said after*, [`Validity::detection_ms`], is the time from the last right sample to the one that gets the validity, at the default
+//! *Found after*, [`Validity::detection_ms`], is the time from the last right sample to the one that gets the validity, at the default
 //! limits and at 1 kHz: with `n` ms it is the n-th wrong sample. The fault itself lies between the last right sample and the first wrong
 //! one, so it is named no later than that after it happened. Before a validity that takes its time there is another: an open wire is
 //! saturated for 19 ms, a jump that stays is a spike for 4 ms; no sample of it is taken for an angle. Only a code that sticks is good
 //! until it is called stuck.
 //!
 //! *Intermittent wires*: the time in an end band counts up, the time out of it counts down, so that a wire that is open for
-//! more than half of the time is found too; and a wire that was open is believed again after as much time as it took to be
-//! condemned.
+//! more than half of the time is found too; and a wire that was open is accepted again after as much time as it took to be
+//! rejected.
 //!
 //! *Standing still is not stuck*: a leg at rest still shows the converter's noise, so its code changes. Only a code that does
 //! not change at all is called stuck. Gait recordings turned into noise-free codes repeat one for 0.2 s at most (seen over
@@ -29,8 +29,8 @@
 //! only someone who knows that the leg walks can tell.
 //!
 //! *Impossible jumps*: the allowance is `max_rate` times the time since the last good sample, plus `rate_noise`. It grows with
-//! time, so a true jump (a strap that slipped) is believed again as soon as a joint could have made it; nothing locks out. At the
-//! default limits a jump of d degrees is believed after (d - 3) / 1.5 ms: what is over within 5 ms, as noise from the servos is, was a
+//! time, so a true jump (a strap that slipped) is accepted again as soon as a joint could have made it; nothing locks out. At the
+//! default limits a jump of d degrees is accepted after (d - 3) / 1.5 ms: what is over within 5 ms, as noise from the servos is, was a
 //! *spike*; a *rate* is a jump of more than 10 degrees that stayed, or spikes on more than half of the samples. They are counted as
 //! intermittent wires are.
 
@@ -48,14 +48,14 @@ pub const WIRE_FAULT_MAX_MS: u16 = 50;
 /// code in noise-free recordings.
 pub const STUCK_MS: u16 = 1000;
 
-/// Default of [`HealthConfig::spike_ms`]: longer than a servo's commutation disturbs a wire, and short enough to tell before a jump of
-/// more than 10 degrees is believed.
+/// Default of [`HealthConfig::spike_ms`]: longer than a servo's commutation disturbs a wire, and short enough to report a jump of more than
+/// 10 degrees before it is accepted.
 pub const SPIKE_MS: u16 = 5;
 
-/// What is told from a single sample, at 1 kHz.
+/// Detection time of what a single sample shows, at 1 kHz.
 const AT_ONCE_MS: u16 = 1;
 
-/// What is to be thought of a sample.
+/// Validity of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -189,7 +189,7 @@ pub enum Pull {
     Up,
 }
 
-/// The limits of belief.
+/// Limits of the rules.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct HealthConfig {
@@ -284,7 +284,7 @@ pub struct Health {
     rate_noise: f32,
 }
 
-/// What the rules remember of the samples so far.
+/// State of the rules.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct HealthState {
     low: Persistence,
@@ -326,7 +326,7 @@ impl Health {
             Pull::Down => (Validity::Open, Validity::Short),
             Pull::Up => (Validity::Short, Validity::Open),
         };
-        // A wire may go from one rail to the other: the end where it is now has the word.
+        // A wire may go from one rail to the other: the end where it is now decides.
         if state.low.holds && !high {
             at_low
         } else if state.high.holds && !low {

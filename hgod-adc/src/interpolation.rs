@@ -10,7 +10,7 @@
 //! leave the table. Rounding can turn a cubic back between neighbouring voltages, by less than 0.0001 degrees; a line
 //! never. Units: volts, radians, radians a volt.
 
-use crate::calibration::{CalibrationPoint, MAX_POINTS};
+use crate::point::{CalibrationPoint, MAX_POINTS};
 use core::cell::Cell;
 
 /// How the angle runs between two calibration points.

@@ -1,4 +1,7 @@
-//! The ears: codes of the analogue-to-digital converter become joint angles, and every sample gets a validity.
+//! Converts ADC codes to calibrated joint angles and classifies every sample.
+//!
+//! The sensor is a potentiometer goniometer on a joint (the HGOD of the thesis that Footfall builds on); its voltage is read by a 12 bit
+//! analogue-to-digital converter (ADC). Any sensor with a monotone voltage does.
 //!
 //! ```text
 //!  AdcCode, reference --[code]--> Volts --[calibration]--> Radians --[filter]--> Radians
@@ -37,7 +40,7 @@
 //! assert!((reading.volts.0 - 1.7503).abs() < 1e-4);
 //! assert!((reading.angle.degrees() - 44.98).abs() < 0.01);
 //!
-//! // The wire comes off: not one sample of it is taken for an angle, and after 20 ms it has its name.
+//! // The wire comes off: no sample becomes an angle, and after 20 ms the fault is identified.
 //! let first = sensor.sample(&mut state, AdcCode(3), AdcCode(1501));
 //! assert_eq!((first.code, first.validity, first.angle), (AdcCode(3), Validity::Saturated, reading.angle));
 //! let last = (2..=20).map(|_| sensor.sample(&mut state, AdcCode(3), AdcCode(1501)).validity).last();
@@ -47,8 +50,16 @@
 //!
 //! # What a caller may rely on
 //! - No input makes a call panic, loop without bound or return a number that is not finite.
-//! - An angle lies in the span of the calibration table, always. Outside the table there is a validity, no extrapolation.
-//! - When a validity is not [`Validity::Good`], the code and the volts of the sample are still there, and the angle is the last good one.
+//! - An angle always lies in the span of the calibration table. Outside the table the sample is not good; nothing is extrapolated.
+//! - If the validity is not [`Validity::Good`], code and volts are those of the sample and the angle is the last good one.
+//!
+//! # Features
+//! - `defmt`: `defmt::Format` for readings and errors. For a target that links a defmt logger.
+//!
+//! # Glossary
+//! - **code**: one raw count of the converter; **supply**: its reference voltage (VDDA), measured through the internal reference (VREFINT).
+//! - **validity**: what is known about one sample: `good`, or the name of the fault.
+//! - **calibration**: a table of measured pairs of volts and angle.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
@@ -58,14 +69,14 @@ mod filter;
 mod health;
 mod interpolation;
 mod oversampling;
+mod point;
 mod range;
 pub mod rk09k;
 mod sensor;
 pub mod stm32f4;
 
 pub use calibration::{
-    ANATOMY, Calibration, CalibrationError, CalibrationPoint, MAX_POINTS, MAX_SLOPE, MAX_VOLTS, MIN_ANGLE_STEP,
-    MIN_VOLTS_STEP, OutOfTable,
+    ANATOMY, Calibration, CalibrationError, MAX_SLOPE, MAX_VOLTS, MIN_ANGLE_STEP, MIN_VOLTS_STEP, OutOfTable,
 };
 pub use code::{Excitation, Reference, ReferenceConfig, ReferenceError, Supply, SupplyFault};
 pub use filter::{Filter, FilterConfig, FilterState};
@@ -74,5 +85,10 @@ pub use health::{
 };
 pub use interpolation::Interpolation;
 pub use oversampling::{OVERSAMPLING, trimmed_mean};
+pub use point::{CalibrationPoint, MAX_POINTS};
 pub use range::RangeError;
 pub use sensor::{Reading, Sensor, SensorConfig, SensorError, SensorState};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

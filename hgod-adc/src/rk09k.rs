@@ -8,7 +8,7 @@
 //! A potentiometer divides its supply, so the curve is one of the fraction a / 1023, whatever the supply. It stands in where
 //! nobody has calibrated a goniometer of their own; single specimens differ from it.
 
-use crate::calibration::CalibrationPoint;
+use crate::point::CalibrationPoint;
 use joint_units::{Radians, Volts};
 
 /// Angle of the shaft at a fraction of the supply, 0 to 1; 0 degrees near the middle.

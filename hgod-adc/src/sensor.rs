@@ -1,7 +1,7 @@
-//! The whole chain of one sensor channel: code to volts to angle, judged and filtered.
+//! The whole chain of one sensor channel: code to volts to angle, with validity, filtered.
 //!
 //! After samples that are not good the filter carries on if the gap is short ([`HealthConfig::wire_ms`] at most), else it
-//! starts afresh from the first good sample: an old angle is not blended into a new one.
+//! starts again from the first good sample: an old angle is not blended into a new one.
 
 use crate::calibration::{Calibration, OutOfTable};
 use crate::code::{Reference, ReferenceConfig, Supply};
@@ -20,7 +20,7 @@ pub struct SensorConfig {
     pub calibration: Calibration,
     /// Low-pass filter.
     pub filter: FilterConfig,
-    /// Limits of belief.
+    /// Limits of the validity rules.
     pub health: HealthConfig,
 }
 
@@ -51,7 +51,7 @@ impl fmt::Display for SensorError {
             Self::Range(error) => error.fmt(f),
             Self::TableInEndBand { index, code, min, max } => write!(
                 f,
-                "points[{index}].volts: reads code {} where only {} to {} are told from a broken wire; \
+                "points[{index}].volts: reads code {} where only {} to {} differ from a broken wire; \
                  shorten the table or change the divider",
                 code.0, min.0, max.0
             ),

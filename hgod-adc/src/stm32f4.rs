@@ -32,7 +32,7 @@ pub const REFERENCE_VOLTS: (Volts, Volts) = (Volts(1.1), Volts(1.3));
 const COOL: f32 = 30.0;
 const HOT: f32 = 110.0;
 
-/// Volts that a reading at 30 degrees may imply: 0.76 at 25 degrees in the data sheets, and some room.
+/// Volts that a reading at 30 degrees may imply: 0.76 at 25 degrees in the data sheets, and a margin.
 const VOLTS_AT_30: (f32, f32) = (0.6, 0.95);
 /// Slope in volts per degree that the two readings may imply: 2.5 mV in the data sheets, and a quarter.
 const SLOPE: (f32, f32) = (1.9e-3, 3.1e-3);

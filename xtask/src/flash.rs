@@ -24,7 +24,7 @@ pub(crate) struct Options {
     board: Board,
     /// Write a generator's parameters into the board's first parameter sector first
     #[arg(long, value_name = "TOML")]
-    params: Option<PathBuf>,
+    generator: Option<PathBuf>,
     /// Write the sensors into the second: for each its joint and its calibration, from channel 1 on, up to four
     #[arg(long, value_name = "JOINT[=TOML]")]
     sensor: Vec<String>,
@@ -53,8 +53,8 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
     let image = workspace.firmware(board, Drive::unless(options.shadow))?;
     eprintln!("image: {}, {}", image.elf.display(), image.footprint);
     // Each sector is a download of its own: that of the program does not erase them, so parameters outlast a new program.
-    if let Some(params) = &options.params {
-        download(&workspace, board, &[params.into()], "generator.bin", GENERATOR_SECTOR)?;
+    if let Some(generator) = &options.generator {
+        download(&workspace, board, &[generator.into()], "generator.bin", GENERATOR_SECTOR)?;
     }
     if !options.sensor.is_empty() {
         let sensors: Vec<OsString> =

@@ -1,4 +1,4 @@
-//! What entrainment is told, and what it tells: parameters, states, status.
+//! Parameters, states and status of the follower.
 
 use core::f32::consts::TAU;
 
@@ -15,8 +15,8 @@ use crate::{BuildError, Field};
 pub struct FollowerConfig {
     /// The estimator.
     pub lock: PhaseLockConfig,
-    /// What samples are believed.
-    pub gate: PlausibilityConfig,
+    /// Limits of plausible samples.
+    pub plausibility: PlausibilityConfig,
     /// How old a sample is when it comes, s: what the sensor's filter delays. The joints are led ahead of the estimate by as much; 0 to 0.05.
     pub delay_s: f32,
     /// Where the joints stand while the amplitude is 0; up to ±2 pi.
@@ -33,16 +33,16 @@ pub struct FollowerConfig {
     pub stiffness: f32,
     /// Acceleration of the amplitude, 1/s^2: 100 stops within 0.3 s; 2 to 200.
     pub amplitude_acceleration: f32,
-    /// What tells moments of the stride beside the angle.
+    /// Source of stride events beside the angle.
     pub events: EventSource,
 }
 
 impl Default for FollowerConfig {
-    /// Samples as they are now; stands straight, walks through 2 s of fault, comes back after 1 s, listens to the angle only.
+    /// No delay; stands straight, walks through 2 s of fault, tracks again after 1 s of good samples, uses the angle only.
     fn default() -> Self {
         Self {
             lock: PhaseLockConfig::default(),
-            gate: PlausibilityConfig::default(),
+            plausibility: PlausibilityConfig::default(),
             delay_s: 0.0,
             stand: [Radians(0.0), Radians(0.0), Radians::from_degrees(5.0), Radians::from_degrees(5.0)],
             freewheel_s: 2.0,
@@ -58,7 +58,7 @@ impl Default for FollowerConfig {
 
 impl FollowerConfig {
     pub(super) fn validate(&self) -> Result<(), BuildError> {
-        self.gate.validate()?;
+        self.plausibility.validate()?;
         in_range(self.delay_s, Field::of("delay_s"), 0.0, 0.05)?;
         all_in_range(self.stand.map(|angle| angle.0), "stand", -TAU, TAU)?;
         in_range(self.freewheel_s, Field::of("freewheel_s"), 0.0, 2.0)?;
@@ -70,18 +70,18 @@ impl FollowerConfig {
     }
 }
 
-/// How it stands with the walker.
+/// State of the tracking.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Lock {
-    /// The walker stands, or nothing can be told.
+    /// The person stands, or there is no signal.
     Stopped,
-    /// Phase and cadence are looked for.
+    /// Phase and cadence are being searched.
     Seeking,
     /// Phase and cadence are known.
     Locked,
-    /// The sensor is at fault, the walk goes on by itself.
+    /// The sensor is at fault; the joints go on at the last cadence.
     Holding,
 }
 
@@ -101,7 +101,7 @@ impl Lock {
     }
 }
 
-/// How it stands, for the supervisor and for people.
+/// Status of the tracking.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FollowStatus {
@@ -109,10 +109,10 @@ pub struct FollowStatus {
     pub state: Lock,
     /// What is wrong with the sensor, if something is.
     pub fault: Option<SensorFault>,
-    /// Phase of the walker as filtered from the sensor, less the estimated one, -pi to pi.
+    /// Phase of the person as filtered from the sensor, less the estimated one, -pi to pi.
     pub phase_error: Radians,
     /// Estimated stride time, s.
     pub stride_s: f32,
-    /// 1 where the sensor says what the template foretells, 0 where the difference is a fault or there is no sensor.
+    /// 1 if the sensor agrees with the prediction, 0 if the difference is a fault or there is no sensor.
     pub confidence: f32,
 }

@@ -1,4 +1,4 @@
-//! Moments of the stride beside the angle: peaks of the measured joint, or strikes of the heel that a foot switch tells.
+//! Stride events that support the angle: peaks of the measured joint, or heel strikes of a foot switch.
 //!
 //! ```text
 //! at an event:  phi := phi + g d,   w := w + g_w (2 pi k / T - w),   d = wrap(phi_event - phi)
@@ -13,15 +13,15 @@
 //!
 //! *In a lock no event acts*, so that whatever a switch does, a lock stays to the bit what it is without one. The angle tells the phase a
 //! thousand times a second, an event once a stride, and little is lost: a frequency gain of 0.5 would shorten the way from strides of 1.1 to
-//! 0.9 s from 1.28 to 1.16 s (hip, median of 24 phases). The steady phase error of two recorded walkers, 2.1 to 3.1 degrees, would change by
+//! 0.9 s from 1.28 to 1.16 s (hip, median of 24 phases). The steady phase error of two recorded persons, 2.1 to 3.1 degrees, would change by
 //! -0.06 to 0.24 with it, by -0.24 with a phase gain of 0.5 and strikes that are exact, by up to 0.43 with strikes that jitter by 10 ms.
 //!
-//! *A switch has to earn belief, and loses it at once*: strikes less than 50 ms apart are one that bounces; one that comes later than that,
-//! but sooner than half a nominal stride, and one more than a tenth of a stride from where it is foretold, make it forget what it has
+//! *A switch is used once its strikes agree, and ignored as soon as they do not*: strikes less than 50 ms apart are one that bounces; one that comes later than that,
+//! but sooner than half a nominal stride, and one more than a tenth of a stride from its predicted phase, make it forget what it has
 //! learned. In one hold all strikes together move the phase by a tenth of a stride at most, and the cadence by a twentieth.
 //!
-//! *A peak is told by the fall from it*, where an angle is steep and passes but once; a top may be flat, or two of one height. Recorded knees
-//! are locked 0.14 and 0.42 s sooner with them (two walkers, medians of 120 starts), hips are not.
+//! *A peak is reported at the fall after it*, where the angle is steep; a top may be flat, or two of one height. Recorded knees
+//! are locked 0.14 and 0.42 s sooner with them (two persons, medians of 120 starts), hips are not.
 //!
 //! A switch may be on either foot and late by any constant time, as phi_event is learned. It leads nothing by itself: without an angle the
 //! joints stand after the same 2 s.
@@ -37,7 +37,7 @@ use crate::math::trig::{angle, sin_cos};
 use crate::waveform::shape::Shape;
 use crate::{BuildError, Field};
 
-/// What tells moments of the stride beside the angle.
+/// Source of stride events beside the angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum EventSource {
@@ -111,8 +111,8 @@ impl Events {
     pub(super) const fn reset(&mut self) {
         match self {
             Self::None => {}
-            Self::Peak(peaks) => *peaks = peaks.anew(),
-            Self::FootSwitch(switch) => *switch = switch.anew(),
+            Self::Peak(peaks) => *peaks = peaks.restarted(),
+            Self::FootSwitch(switch) => *switch = switch.restarted(),
         }
     }
 
@@ -130,12 +130,12 @@ impl Events {
         }
     }
 
-    /// Where in the stride the event is; `None` without a source, and of a switch that has not earned belief.
+    /// Where in the stride the event is; `None` without a source, and before the strikes of a switch agree.
     pub(super) fn phase(&self) -> Option<Phase> {
         match self {
             Self::None => None,
             Self::Peak(peaks) => Some(peaks.place),
-            Self::FootSwitch(switch) => switch.believed(),
+            Self::FootSwitch(switch) => switch.learned_phase(),
         }
     }
 
@@ -187,8 +187,8 @@ impl Peaks {
         Ok(Self { fresh, detector: fresh, timer, place })
     }
 
-    const fn anew(&self) -> Self {
-        Self { detector: self.fresh, timer: self.timer.anew(), ..*self }
+    const fn restarted(&self) -> Self {
+        Self { detector: self.fresh, timer: self.timer.restarted(), ..*self }
     }
 
     fn step(&mut self, lock: &mut PhaseLock, angle: Option<f32>, role: Role) {
@@ -234,7 +234,7 @@ const ENOUGH: u8 = 4;
 const MEAN_OVER: u8 = 8;
 /// Square of the length of the mean from which on they agree: a spread of 14 degrees.
 const AGREE: f32 = 0.94;
-/// How far from its place a strike is believed, and how far all strikes of a hold may move the phase: a tenth of a stride.
+/// How far from its learned phase a strike may be, and how far all strikes of a hold may move the phase: a tenth of a stride.
 const WITHIN: f32 = 0.1 * TAU;
 /// How far they may move the cadence.
 const CADENCE: f32 = 0.05;
@@ -244,12 +244,12 @@ impl FootSwitch {
         Self { timer, struck: false, mean: (0.0, 0.0), strikes: 0, held: 0.0, moved: 0.0 }
     }
 
-    const fn anew(&self) -> Self {
-        Self::new(self.timer.anew())
+    const fn restarted(&self) -> Self {
+        Self::new(self.timer.restarted())
     }
 
     /// Where the strikes are, if they agree.
-    fn believed(&self) -> Option<Phase> {
+    fn learned_phase(&self) -> Option<Phase> {
         let (cos, sin) = self.mean;
         (self.strikes >= ENOUGH && cos * cos + sin * sin >= AGREE).then(|| angle(sin, cos))
     }
@@ -283,12 +283,12 @@ impl FootSwitch {
             let share = 1.0 / f32::from(self.strikes);
             let (s, c) = sin_cos(phase);
             self.mean = if self.strikes == 1 { (c, s) } else { (cos + (c - cos) * share, sin + (s - sin) * share) };
-        } else if let Some(place) = self.believed() {
+        } else if let Some(place) = self.learned_phase() {
             if let Some(interval) = interval {
                 let frequency = lock.frequency().0;
                 let strides = ((interval * frequency * (1.0 / TAU) + 0.5) as u32).max(1);
-                let told = TAU * strides as f32 / interval;
-                let frequency = frequency + STRIKE_FREQUENCY_GAIN * (told - frequency);
+                let measured = TAU * strides as f32 / interval;
+                let frequency = frequency + STRIKE_FREQUENCY_GAIN * (measured - frequency);
                 let (least, most) = (self.held * (1.0 - CADENCE), self.held * (1.0 + CADENCE));
                 lock.set_frequency(frequency.max(least).min(most));
             }

@@ -16,7 +16,7 @@ use crate::math::braking::Braking;
 use crate::waveform::shape::Shape;
 use crate::{BuildError, Field, Follow, Generator, StateFault};
 
-/// Four joints that follow a walker.
+/// Four joints that follow a person.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Follower {
     config: FollowerConfig,
@@ -31,7 +31,7 @@ pub struct Follower {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct FollowerState {
-    gate: PlausibilityCheck,
+    plausibility: PlausibilityCheck,
     activity: Activity,
     innovation: Innovation,
     history: History,
@@ -82,7 +82,7 @@ impl Follower {
     /// State of the tracking.
     #[must_use]
     pub fn status(&self) -> FollowStatus {
-        let limit = self.config.gate.innovation * self.amplitude_expected();
+        let limit = self.config.plausibility.innovation * self.amplitude_expected();
         let doubt = self.state.innovation.root() / limit;
         let blind = self.state.fault.is_some() || self.state.lock == Lock::Stopped;
         FollowStatus {
@@ -140,18 +140,19 @@ impl Follower {
     fn estimate(&mut self) {
         let t = self.period.seconds();
         let sample = self.sensed.take();
-        let foretold = self.lock.predicted();
-        let verdict = self.state.gate.judge(sample, foretold.0);
-        let rates = self.lock.predicted_rates(SLACK);
+        let predicted = self.lock.predicted();
+        let sample = self.state.plausibility.judge(sample, predicted.0);
+        let rates = self.lock.predicted_rates(PREDICTION_CYCLES);
         let usual = self.lock.moments().absolute_slope * self.lock.sensor().1 * self.lock.frequency().0;
         self.state.time += t;
-        match verdict {
+        match sample {
             Plausibility::Good(y) => {
                 self.state.activity.step(y, rates, usual, t);
                 let [_, rate, _] = rates;
                 let off = self.lock.innovation().0.abs();
-                self.state.waits =
-                    off > WAITS * self.amplitude_expected() && rate.abs() > usual && self.state.activity.lags(rate);
+                self.state.waits = off > LAG_AMPLITUDE_FRACTION * self.amplitude_expected()
+                    && rate.abs() > usual
+                    && self.state.activity.lags(rate);
                 self.good(Radians(y), usual);
             }
             Plausibility::Bridged => {
@@ -168,7 +169,7 @@ impl Follower {
             Lock::Seeking if !self.state.walk => Role::Finds,
             Lock::Stopped | Lock::Seeking | Lock::Locked => Role::Ignored,
         };
-        let good = if let Plausibility::Good(y) = verdict { Some(y) } else { None };
+        let good = if let Plausibility::Good(y) = sample { Some(y) } else { None };
         self.state.events.step(&mut self.lock, good, role);
         if self.lock.check().is_err() {
             // No finite sample can bring it here; if something else ever does, it begins again.
@@ -181,9 +182,9 @@ impl Follower {
         let t = self.period.seconds();
         match self.state.lock {
             Lock::Stopped => {
-                self.lock.listen(angle);
+                self.lock.settle_filter(angle);
                 self.state.fault = None;
-                if self.state.activity.mean_rate() > MOVES * usual {
+                if self.state.activity.mean_rate() > START_RATE_FRACTION * usual {
                     if self.is_hesitation() {
                         self.enter(Lock::Locked);
                     } else {
@@ -195,7 +196,7 @@ impl Follower {
             Lock::Seeking => {
                 self.lock.step(angle);
                 self.state.innovation.step(self.lock.innovation().0, t);
-                let (least, most) = self.config.gate.amplitude;
+                let (least, most) = self.config.plausibility.amplitude;
                 let amplitude = self.lock.relative_amplitude();
                 let fits = self.lock.is_near() && amplitude > least && amplitude < most && self.is_explained();
                 self.state.waited = if fits { self.state.waited + t } else { 0.0 };
@@ -203,7 +204,7 @@ impl Follower {
                     self.enter(Lock::Stopped);
                 } else if self.state.waited > self.config.settle_s {
                     self.enter(Lock::Locked);
-                } else if self.state.time > GIVE_UP_S {
+                } else if self.state.time > SEARCH_LIMIT_S {
                     // Not one that walks, or one whom the search has lost: begin the search again, standing.
                     self.state.walk = false;
                     self.enter(Lock::Seeking);
@@ -216,7 +217,7 @@ impl Follower {
                 self.locked(usual, t);
             }
             Lock::Holding => {
-                self.lock.listen(angle);
+                self.lock.settle_filter(angle);
                 self.state.waited += t;
                 if self.state.activity.has_stopped() {
                     // A sound sensor on a leg that stands.
@@ -235,16 +236,16 @@ impl Follower {
 
     fn locked(&mut self, usual: f32, t: f32) {
         let amplitude = self.lock.relative_amplitude();
-        let (least, most) = self.config.gate.amplitude;
+        let (least, most) = self.config.plausibility.amplitude;
         if self.state.activity.has_stopped() || amplitude < least {
             self.enter(Lock::Stopped);
         } else if amplitude > most {
             self.hold(SensorFault::Amplitude);
         } else if !self.is_explained() {
-            if self.state.activity.mean_rate() > RESTLESS * usual {
+            if self.state.activity.mean_rate() > FAULT_RATE_FACTOR * usual {
                 self.hold(SensorFault::Innovation);
             } else {
-                // It moves no more than a leg does: the walker does something else. The joints stand until there is a stride again.
+                // It moves no more than a leg does: the person does something else. The joints stand until there is a stride again.
                 self.state.walk = false;
                 self.enter(Lock::Seeking);
             }
@@ -334,12 +335,12 @@ impl Follower {
         self.state.paused
             && self.state.time < HESITATION_S
             && !self.state.activity.is_idle()
-            && self.lock.relative_amplitude() > self.config.gate.amplitude.0
+            && self.lock.relative_amplitude() > self.config.plausibility.amplitude.0
             && self.lock.far_error().0.abs() < self.config.lock.near_within.0
     }
 
     fn is_explained(&self) -> bool {
-        self.state.innovation.root() < self.config.gate.innovation * self.amplitude_expected()
+        self.state.innovation.root() < self.config.plausibility.innovation * self.amplitude_expected()
     }
 
     /// Moves what drives the joints.
@@ -352,14 +353,16 @@ impl Follower {
         let state = &mut self.state;
         let mut target = if state.walk { 1.0 } else { 0.0 };
         if state.walk {
-            // The estimate is of the walker as the samples show him: so much ago.
+            // The estimate belongs to the sample, which is older by the delay.
             let rate = self.lock.frequency().0;
             let now = self.lock.phase() + Phase::from_cycles(config.delay_s * rate * (1.0 / TAU));
             if state.amplitude == BoundedNumber::default() {
                 // Nothing moves: the phase may be taken as it is.
                 state.driven = BoundedPhase { phase: now, rate: rate.min(self.fastest) };
-            } else if state.amplitude.value < REJOIN && now.radians_after(state.driven.phase).0.abs() > ASTRAY {
-                // Catching up would be a stride that nobody makes: stand first, or until the walker comes by.
+            } else if state.amplitude.value < STAND_BELOW_AMPLITUDE
+                && now.radians_after(state.driven.phase).0.abs() > FAR_PHASE_RAD
+            {
+                // Catching up would need an unnatural stride: stand until the phases meet.
                 target = 0.0;
                 state.driven.halt(&halt);
             } else if state.waits && state.lock == Lock::Locked {
@@ -385,31 +388,31 @@ impl Follower {
     }
 }
 
-/// How long a search goes on before it begins anew, s.
-const GIVE_UP_S: f32 = 5.0;
-/// By how much of a stride the walker may be early or late before not moving is a stop.
-const SLACK: f32 = 0.04;
+/// How long a search goes on before it starts again, s.
+const SEARCH_LIMIT_S: f32 = 5.0;
+/// By how much of a stride the person may be early or late before not moving is a stop.
+const PREDICTION_CYCLES: f32 = 0.04;
 /// How far, in amplitudes, the template may be ahead of a leg that does not move before the joints wait for it.
-const WAITS: f32 = 0.35;
+const LAG_AMPLITUDE_FRACTION: f32 = 0.35;
 /// Part of the usual rate from which on a joint that stood is one that moves.
-const MOVES: f32 = 0.5;
+const START_RATE_FRACTION: f32 = 0.5;
 /// Multiple of the usual rate beyond which it is not a leg that moves.
-const RESTLESS: f32 = 3.0;
+const FAULT_RATE_FACTOR: f32 = 3.0;
 /// How short a stop may be to have been none, s.
 const HESITATION_S: f32 = 0.25;
 /// How long a lock may be far before it is lost, s.
 const LOST_S: f32 = 1.0;
 /// k of the amplitude, 1/s.
 const AMPLITUDE_STIFFNESS: f32 = 16.0;
-/// Amplitude below which joints that are far from the walker's phase stand before they join him.
-const REJOIN: f32 = 0.5;
+/// Amplitude below which joints that are far from the person's phase stand before they move.
+const STAND_BELOW_AMPLITUDE: f32 = 0.5;
 /// How far that is, rad: an eighth of a stride.
-const ASTRAY: f32 = 0.125 * TAU;
+const FAR_PHASE_RAD: f32 = 0.125 * TAU;
 
 impl FollowerState {
     const fn new(config: &FollowerConfig, lock: &PhaseLock, events: Events, period: Period) -> Self {
         Self {
-            gate: PlausibilityCheck::new(config.gate, period),
+            plausibility: PlausibilityCheck::new(config.plausibility, period),
             activity: Activity::new(),
             innovation: Innovation::new(),
             history: History::new(lock.nominal().0, period),
@@ -513,15 +516,15 @@ mod tests {
         (fastest, legs.lock.phase().radians_after(legs.state.driven.phase).0.abs())
     }
 
-    /// With little amplitude left and far behind, they stand first, or wait for the walker: they never run after him.
+    /// With little amplitude left and far behind, they stand first, or wait for the person: they never catch up at a run.
     #[test]
-    fn joints_that_have_all_but_stopped_do_not_run_after_the_walker() {
+    fn joints_that_almost_stopped_do_not_catch_up_at_a_run() {
         for tenth in 1..10 {
             let (fastest, left) = walks_again(0.3, 0.1 * tenth as f32);
             assert!(left < 0.01, "{tenth}: {left} rad");
-            assert!(fastest < 1.6, "{tenth}: {fastest} of the walker's rate");
+            assert!(fastest < 1.6, "{tenth}: {fastest} of the person's rate");
         }
-        // Joints that walk do run after him.
+        // Joints that walk do catch up.
         let (fastest, left) = walks_again(0.9, 0.4);
         assert!(left < 0.01 && fastest > 1.6, "{left} rad, {fastest}");
     }

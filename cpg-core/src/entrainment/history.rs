@@ -1,6 +1,6 @@
-//! What the estimator held a while ago: where a hold goes back to, before the fault had any influence.
+//! Past phase and cadence of the estimator, from before a fault had any influence: a hold starts from them.
 //!
-//! A ring of fixed size with an entry every 50 ms, so that a fault that takes 0.4 s to be told, and the cadence of 2.4 s ago, are both in it.
+//! A ring of fixed size with an entry every 50 ms, long enough for a fault that is found after 0.4 s and for the cadence of 2.4 s ago.
 
 use joint_units::{Period, Phase};
 

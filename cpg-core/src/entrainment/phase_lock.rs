@@ -1,4 +1,4 @@
-//! The phase and the cadence of a walker from the angle of one joint: a hybrid phase-locked loop of second order.
+//! Estimates phase and cadence of a person from the angle of one joint: a hybrid phase-locked loop of second order.
 //!
 //! ```text
 //! far:   r = arg[ (x + j q) conj(X(phi) + j Q(phi)) ]                                  x, q of the SOGI, X, Q what it would make of S
@@ -29,7 +29,7 @@ use crate::math::trig::atan2;
 use crate::waveform::shape::{FourierShape, Shape};
 use crate::{BuildError, Field, StateFault};
 
-/// Harmonics of a template: eight follow the mean stride of a walker within a fifth of a degree.
+/// Harmonics of a template: eight follow the mean stride of a person within a fifth of a degree.
 pub const TEMPLATE_HARMONICS: usize = 8;
 
 /// The waveform of a joint over the gait phase.
@@ -41,7 +41,7 @@ const FILTERED: usize = 3;
 /// Parameters of the loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseLockConfig {
-    /// Stride time of the template's walker, s: where the search for the cadence begins; 0.3 to 5.
+    /// Stride time of the template's person, s: where the search for the cadence begins; 0.3 to 5.
     pub stride_s: f32,
     /// Bandwidth wn in rad/s; 0.5 to 5.
     pub bandwidth: RadPerSec,
@@ -143,7 +143,7 @@ fn filtered(template: &Template, sogi: &SogiConfig) -> Result<Filtered, BuildErr
 
 /// Means over the cycle of a template, in radians and per radian of phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Moments {
+pub(crate) struct Moments {
     /// Amplitude of the first harmonic.
     pub fundamental: f32,
     /// mean((S - a0)^2).
@@ -157,7 +157,7 @@ pub struct Moments {
 impl Moments {
     /// Of a template; sums over 256 points are exact for eight harmonics but for the mean of |S'|.
     #[must_use]
-    pub fn of(template: &Template) -> Self {
+    pub(crate) fn of(template: &Template) -> Self {
         let (_, cos, sin) = template.coefficients();
         let first = |list: &[f32; TEMPLATE_HARMONICS]| list.first().copied().unwrap_or(0.0);
         let fundamental = libm::sqrtf(first(cos) * first(cos) + first(sin) * first(sin));
@@ -174,13 +174,13 @@ impl Moments {
 }
 
 /// Offset and gain are at first learned at 1 / (this + time), this in s.
-const EAGER_S: f32 = 1.0;
+const FIRST_LEARNING_S: f32 = 1.0;
 
 /// By how much the bandwidth is wider right after a search, and how fast that decays: a frequency that is wrong by 40 % is found a
 /// second sooner.
-const HASTE: f32 = 1.0;
-/// See [`HASTE`].
-const HASTE_S: f32 = 0.7;
+const WIDENING: f32 = 1.0;
+/// See [`WIDENING`].
+const WIDENING_S: f32 = 0.7;
 
 /// The loop at work.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -211,7 +211,7 @@ struct LockState {
     /// How long the far error has been small, s.
     small_for: f32,
     /// By how much the bandwidth is wider than the configured one; decays after a search.
-    haste: f32,
+    widening: f32,
     far_error: f32,
     /// The error r that was acted on last.
     error: f32,
@@ -231,7 +231,7 @@ impl LockState {
             near: false,
             near_for: 0.0,
             small_for: 0.0,
-            haste: 0.0,
+            widening: 0.0,
             far_error: PI,
             error: 0.0,
             innovation: 0.0,
@@ -244,15 +244,15 @@ impl PhaseLock {
     pub fn step(&mut self, angle: Radians) {
         let (y, t, config) = (angle.0, self.period_s, self.config);
         if self.state.fill > 0.0 {
-            self.listen(angle);
+            self.settle_filter(angle);
             self.state.fill -= t;
             if self.state.fill <= 0.0 {
                 self.search();
             }
             return;
         }
-        let bandwidth = config.bandwidth.0 * (1.0 + self.state.haste);
-        self.state.haste -= self.state.haste * t / HASTE_S;
+        let bandwidth = config.bandwidth.0 * (1.0 + self.state.widening);
+        self.state.widening -= self.state.widening * t / WIDENING_S;
         self.advance(2.0 * bandwidth * self.state.error);
         let turn = self.state.frequency * t;
         self.state.sogi.step(&config.sogi, y, turn);
@@ -277,9 +277,9 @@ impl PhaseLock {
             let limit = config.largest_error.0;
             // At first as fast as a mean over all the time so far: what the filter took over may be far off.
             self.state.near_for += t;
-            let eager = 1.0 / (EAGER_S + self.state.near_for);
-            self.state.offset += config.offset_rate.max(eager) * e * t;
-            let gain = self.state.gain + config.gain_rate.max(eager) * e * off / self.moments.variance * t;
+            let first_rate = 1.0 / (FIRST_LEARNING_S + self.state.near_for);
+            self.state.offset += config.offset_rate.max(first_rate) * e * t;
+            let gain = self.state.gain + config.gain_rate.max(first_rate) * e * off / self.moments.variance * t;
             self.state.gain = gain.max(config.gain_range.0).min(config.gain_range.1);
             (e * self.state.gain * slope / self.moments.square_slope).max(-limit).min(limit)
         } else {
@@ -297,7 +297,7 @@ impl PhaseLock {
     }
 
     /// One period in which a measured angle only settles the filter, while the phase goes on by itself.
-    pub fn listen(&mut self, angle: Radians) {
+    pub fn settle_filter(&mut self, angle: Radians) {
         self.begin(angle.0);
         self.state.error = 0.0;
         self.advance(0.0);
@@ -325,7 +325,7 @@ impl PhaseLock {
         self.state.near = false;
         self.state.near_for = 0.0;
         self.state.small_for = 0.0;
-        self.state.haste = HASTE;
+        self.state.widening = WIDENING;
         // The far error is the distance to the phase at which the filtered template points where the filtered signal does; the
         // response turns unevenly, so that a second look is needed.
         for _ in 0..3 {
@@ -346,7 +346,7 @@ impl PhaseLock {
         self.state = LockState::new(self.template.mean(), self.nominal, self.config.fill_s);
     }
 
-    /// Gait phase that the walker is at.
+    /// Gait phase of the person.
     #[must_use]
     pub const fn phase(&self) -> Phase {
         self.state.phase
@@ -382,20 +382,20 @@ impl PhaseLock {
         Radians(self.state.error)
     }
 
-    /// The measured angle less the one that the template foretold.
+    /// The measured angle less the predicted one.
     #[must_use]
     pub const fn innovation(&self) -> Radians {
         Radians(self.state.innovation)
     }
 
-    /// The angle that the template foretells now, offset and gain included.
+    /// The predicted angle now, with the learned offset and gain.
     #[must_use]
     pub fn predicted(&self) -> Radians {
         let (mean, point) = (self.template.mean(), self.template.at(self.state.phase));
         Radians(self.state.offset + mean + self.state.gain * (point.angle - mean))
     }
 
-    /// The rate that it foretells for so much of a cycle ago, for now, and for so much later, rad/s.
+    /// Predicted rates so much of a cycle earlier, now, and so much later, rad/s.
     #[must_use]
     pub fn predicted_rates(&self, cycles: f32) -> [f32; 3] {
         let scale = self.state.gain * self.state.frequency * (1.0 / TAU);
@@ -417,8 +417,7 @@ impl PhaseLock {
     }
 
     /// Means of the template.
-    #[must_use]
-    pub const fn moments(&self) -> &Moments {
+    pub(crate) const fn moments(&self) -> &Moments {
         &self.moments
     }
 
@@ -496,8 +495,8 @@ mod tests {
         for tick in 0..30_000u32 {
             let phase = Phase::from_cycles(tick as f32 * (turn / TAU));
             lock.set_phase(phase);
-            lock.listen(Radians(hip().at(lock.state.phase).angle));
-            // The phase is that of the sample, not the one that `listen` goes on to.
+            lock.settle_filter(Radians(hip().at(lock.state.phase).angle));
+            // The phase is that of the sample, not the one that `settle_filter` goes on to.
             if tick > 15_000 {
                 worst = worst.max(lock.far_error().0.abs());
             }

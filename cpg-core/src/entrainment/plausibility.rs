@@ -1,6 +1,6 @@
-//! The fault gate: which samples of a worn sensor are to be believed, tick by tick.
+//! Decides for every sample of the sensor whether it is plausible, and names the fault if it is not.
 //!
-//! | fault | rule | told after |
+//! | fault | rule | found after |
 //! |---|---|---|
 //! | missing | flagged invalid, not a number, or beyond ±200 degrees, for longer than the bridge | the bridge |
 //! | erratic | steps that no joint can make, in more than a third of the last 0.1 s | 0.04 to 0.11 s if all are |
@@ -17,7 +17,7 @@ use joint_units::{Period, RadPerSec, Radians};
 use crate::error::in_range;
 use crate::{BuildError, Field};
 
-/// Limits of the gate.
+/// Limits of what is plausible.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlausibilityConfig {
     /// Fastest that a joint moves; 5 to 100 rad/s. Running knees reach 16.
@@ -30,7 +30,7 @@ pub struct PlausibilityConfig {
     pub stuck_s: f32,
     /// Rate that no leg loses within a few hundredths of a second; 0.1 to 10 rad/s.
     pub abrupt: RadPerSec,
-    /// Least and largest amplitude relative to the template: below, the walker stands; above, the sensor is at fault. 0.05 to 1, 1 to 10.
+    /// Least and largest amplitude relative to the template: below, the person stands; above, the sensor is at fault. 0.05 to 1, 1 to 10.
     pub amplitude: (f32, f32),
     /// Largest root mean square innovation relative to the amplitude; 0.1 to 2.
     pub innovation: f32,
@@ -58,14 +58,14 @@ impl PlausibilityConfig {
     /// # Errors
     /// Names the field that is out of range.
     pub fn validate(&self) -> Result<(), BuildError> {
-        in_range(self.fastest.0, Field::of("gate.fastest"), 5.0, 100.0)?;
-        in_range(self.noise.0, Field::of("gate.noise"), 0.0, 0.1)?;
-        in_range(self.bridge_s, Field::of("gate.bridge_s"), 0.0, 0.2)?;
-        in_range(self.stuck_s, Field::of("gate.stuck_s"), 0.02, 1.0)?;
-        in_range(self.abrupt.0, Field::of("gate.abrupt"), 0.1, 10.0)?;
-        in_range(self.amplitude.0, Field::at("gate.amplitude", 0), 0.05, 1.0)?;
-        in_range(self.amplitude.1, Field::at("gate.amplitude", 1), 1.0, 10.0)?;
-        in_range(self.innovation, Field::of("gate.innovation"), 0.1, 2.0)
+        in_range(self.fastest.0, Field::of("plausibility.fastest"), 5.0, 100.0)?;
+        in_range(self.noise.0, Field::of("plausibility.noise"), 0.0, 0.1)?;
+        in_range(self.bridge_s, Field::of("plausibility.bridge_s"), 0.0, 0.2)?;
+        in_range(self.stuck_s, Field::of("plausibility.stuck_s"), 0.02, 1.0)?;
+        in_range(self.abrupt.0, Field::of("plausibility.abrupt"), 0.1, 10.0)?;
+        in_range(self.amplitude.0, Field::at("plausibility.amplitude", 0), 0.05, 1.0)?;
+        in_range(self.amplitude.1, Field::at("plausibility.amplitude", 1), 1.0, 10.0)?;
+        in_range(self.innovation, Field::of("plausibility.innovation"), 0.1, 2.0)
     }
 }
 
@@ -114,20 +114,20 @@ pub(crate) enum Plausibility {
     Fault(SensorFault),
 }
 
-/// Largest angle that is believed, in radians: that of recordings, 200 degrees.
-const LARGEST: f32 = 3.5;
+/// Largest plausible angle, rad: 200 degrees.
+const LARGEST_ANGLE: f32 = 3.5;
 /// Time constant of the share of erratic samples, s, and the share that is a fault.
 const ERRATIC_S: f32 = 0.1;
 const ERRATIC_SHARE: f32 = 0.35;
 /// Time over which the rate before a halt is taken, in samples of it.
 const SPEED_SAMPLES: usize = 6;
 const SPEED_STEP_S: f32 = 0.004;
-/// How far the template must have moved on for a halt to be told, as a multiple of the noise; at least [`LEAST_TRAVEL`].
+/// How far the template must have moved on for a halt to count as stuck, as a multiple of the noise; at least [`LEAST_TRAVEL`].
 const TRAVEL: f32 = 8.0;
 /// 1.2 degrees.
 const LEAST_TRAVEL: f32 = 0.021;
 
-/// The gate at work.
+/// The check and its state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PlausibilityCheck {
     config: PlausibilityConfig,
@@ -135,7 +135,7 @@ pub(crate) struct PlausibilityCheck {
     last_good: Option<f32>,
     bad_for: f32,
     erratic: f32,
-    /// Where the sensor last left the band of the noise: angle, what was foretold then, how fast it was.
+    /// Where the sensor last left the band of the noise: angle, the prediction then, its rate before.
     still: Still,
     /// Recent angles, `SPEED_STEP_S` apart, the newest first.
     recent: [f32; SPEED_SAMPLES],
@@ -145,7 +145,7 @@ pub(crate) struct PlausibilityCheck {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Still {
     angle: f32,
-    foretold: f32,
+    predicted: f32,
     speed: f32,
     time: f32,
     /// It was found stuck; that holds until it moves.
@@ -160,17 +160,17 @@ impl PlausibilityCheck {
             last_good: None,
             bad_for: 0.0,
             erratic: 0.0,
-            still: Still { angle: 0.0, foretold: 0.0, speed: 0.0, time: 0.0, stuck: false },
+            still: Still { angle: 0.0, predicted: 0.0, speed: 0.0, time: 0.0, stuck: false },
             recent: [0.0; SPEED_SAMPLES],
             since_recent: 0.0,
         }
     }
 
-    /// One tick: the sample, and the angle that the estimator foretells for it.
-    pub(crate) fn judge(&mut self, sample: Option<Radians>, foretold: f32) -> Plausibility {
+    /// One tick: the sample, and the predicted angle for it.
+    pub(crate) fn judge(&mut self, sample: Option<Radians>, predicted: f32) -> Plausibility {
         let t = self.period_s;
-        let believed = sample.map(|angle| angle.0).filter(|y| y.is_finite() && y.abs() <= LARGEST);
-        let Some(y) = believed else {
+        let plausible = sample.map(|angle| angle.0).filter(|y| y.is_finite() && y.abs() <= LARGEST_ANGLE);
+        let Some(y) = plausible else {
             self.bad_for += t;
             return if self.bad_for > self.config.bridge_s {
                 self.last_good = None;
@@ -198,19 +198,19 @@ impl PlausibilityCheck {
         if self.erratic > ERRATIC_SHARE {
             return Plausibility::Fault(SensorFault::Erratic);
         }
-        if self.is_stuck(y, foretold) {
+        if self.is_stuck(y, predicted) {
             return Plausibility::Fault(SensorFault::Stuck);
         }
         Plausibility::Good(y)
     }
 
-    fn is_stuck(&mut self, y: f32, foretold: f32) -> bool {
+    fn is_stuck(&mut self, y: f32, predicted: f32) -> bool {
         if (y - self.still.angle).abs() > self.config.noise.0 {
-            self.still = Still { angle: y, foretold, speed: self.speed(y), time: 0.0, stuck: false };
+            self.still = Still { angle: y, predicted, speed: self.speed(y), time: 0.0, stuck: false };
             return false;
         }
         self.still.time += self.period_s;
-        let travelled = (foretold - self.still.foretold).abs();
+        let travelled = (predicted - self.still.predicted).abs();
         self.still.stuck |= self.still.time >= self.config.stuck_s
             && self.still.speed > self.config.abrupt.0
             && travelled > (TRAVEL * self.config.noise.0).max(LEAST_TRAVEL);
@@ -251,7 +251,7 @@ mod tests {
         0.35 * (tick as f32 * 1e-3 * core::f32::consts::TAU).sin()
     }
 
-    /// The first verdict that is not good after a sound second, and its tick.
+    /// The first result that is not good after a sound second, and its tick.
     fn first_bad(ticks: u32, sample: impl Fn(u32) -> Option<f32>) -> Option<(u32, Plausibility)> {
         let mut gate = gate();
         for tick in 0..1000 {
@@ -262,34 +262,31 @@ mod tests {
             );
         }
         (1000..1000 + ticks).find_map(|tick| {
-            let verdict = gate.judge(sample(tick).map(Radians), swing(tick));
-            (!matches!(verdict, Plausibility::Good(_) | Plausibility::Bridged)).then_some((tick - 1000, verdict))
+            let result = gate.judge(sample(tick).map(Radians), swing(tick));
+            (!matches!(result, Plausibility::Good(_) | Plausibility::Bridged)).then_some((tick - 1000, result))
         })
     }
 
     #[test]
-    fn each_fault_is_told_in_its_time() {
+    fn each_fault_is_found_in_its_time() {
         assert_eq!(first_bad(5000, |tick| Some(swing(tick))), None);
         for lost in [None, Some(f32::NAN), Some(4.0)] {
-            let (at, verdict) = first_bad(500, |_| lost).unwrap();
-            assert!(
-                (19..=20).contains(&at) && verdict == Plausibility::Fault(SensorFault::Missing),
-                "{at}: {verdict:?}"
-            );
+            let (at, result) = first_bad(500, |_| lost).unwrap();
+            assert!((19..=20).contains(&at) && result == Plausibility::Fault(SensorFault::Missing), "{at}: {result:?}");
         }
         let noisy = |tick: u32| Some(swing(tick) + if tick.is_multiple_of(2) { 0.3 } else { -0.3 });
-        let (at, verdict) = first_bad(500, noisy).unwrap();
-        assert!(at < 120 && verdict == Plausibility::Fault(SensorFault::Erratic), "{at}: {verdict:?}");
+        let (at, result) = first_bad(500, noisy).unwrap();
+        assert!(at < 120 && result == Plausibility::Fault(SensorFault::Erratic), "{at}: {result:?}");
         // Zero is where it swings fastest.
-        let (at, verdict) = first_bad(500, |_| Some(0.0)).unwrap();
-        assert!((79..=83).contains(&at) && verdict == Plausibility::Fault(SensorFault::Stuck), "{at}: {verdict:?}");
+        let (at, result) = first_bad(500, |_| Some(0.0)).unwrap();
+        assert!((79..=83).contains(&at) && result == Plausibility::Fault(SensorFault::Stuck), "{at}: {result:?}");
     }
 
     /// A wire that breaks: the jump is bridged, and the standstill after it is a fault although no speed was seen in the samples.
     #[test]
     fn a_jump_to_a_standstill_is_stuck() {
-        let (at, verdict) = first_bad(500, |_| Some(-0.6)).unwrap();
-        assert!(at < 130 && verdict == Plausibility::Fault(SensorFault::Stuck), "{at}: {verdict:?}");
+        let (at, result) = first_bad(500, |_| Some(-0.6)).unwrap();
+        assert!(at < 130 && result == Plausibility::Fault(SensorFault::Stuck), "{at}: {result:?}");
     }
 
     /// A leg that slows down within a tenth of a second and stands is no fault, for however long, with 12 bits of noise on it.
@@ -309,17 +306,17 @@ mod tests {
         let mut gate = gate();
         for tick in 0..5000u32 {
             let spike = tick > 0 && tick % 50 == 0;
-            let verdict = gate.judge(Some(Radians(swing(tick) + if spike { 0.7 } else { 0.0 })), swing(tick));
+            let result = gate.judge(Some(Radians(swing(tick) + if spike { 0.7 } else { 0.0 })), swing(tick));
             assert_eq!(
-                verdict,
+                result,
                 if spike { Plausibility::Bridged } else { Plausibility::Good(swing(tick)) },
                 "tick {tick}"
             );
         }
         let last = swing(4999);
-        let verdicts: Vec<Plausibility> =
+        let results: Vec<Plausibility> =
             (5000..9000).map(|tick| gate.judge(Some(Radians(last)), swing(tick))).collect();
-        assert!(verdicts[100..].iter().all(|&verdict| verdict == Plausibility::Fault(SensorFault::Stuck)));
+        assert!(results[100..].iter().all(|&result| result == Plausibility::Fault(SensorFault::Stuck)));
         assert_eq!(gate.judge(Some(Radians(last + 0.01)), last), Plausibility::Good(last + 0.01));
     }
 }

@@ -1,4 +1,4 @@
-//! What a joint does against what it was foretold to do: how a walker who stops is told from one who walks.
+//! Detects a stop by comparing measured with predicted motion.
 
 /// Mean square of the innovation against that of the amplitude.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -24,9 +24,9 @@ impl Innovation {
     }
 }
 
-/// How much a joint moves against how much it is foretold to: what tells a walker who stops.
+/// Mean absolute rate of the measured joint and of its prediction.
 ///
-/// Mean absolute rates over a time constant; the measured angle is smoothed first, as differences of noise would be all there is.
+/// The measured angle is smoothed before it is differentiated: else the rate would be that of the noise.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Activity {
     smooth: Option<f32>,
@@ -34,33 +34,34 @@ pub(crate) struct Activity {
     /// Smoothed rate now.
     rate: f32,
     /// A little earlier in the stride, now, and a little later.
-    foretold: [f32; 3],
+    predicted: [f32; 3],
     /// How long it has been idle, s.
     idle_for: f32,
     /// How long it has hardly moved at all, s.
     still_for: f32,
 }
 
-/// Time constants, s.
+/// Time constant of the smoothed angle, s.
 const SMOOTH_S: f32 = 0.025;
+/// Time constant of the mean rates, s.
 const ACTIVITY_S: f32 = 0.14;
-/// Part of the foretold rate below which it stays behind.
-const LAGS: f32 = 0.35;
-/// Part of the usual rate below which not even a knee in stance is that walks.
-const RESTS: f32 = 0.06;
-/// Part of the usual rate below which it hardly moves, and for how long it does when it stands, s.
-const STILL: f32 = 0.1;
-/// See [`STILL`]; a stiff knee rests 0.4 s in stance.
+/// Fraction of the predicted rate below which the joint lags.
+const LAG_RATE_FRACTION: f32 = 0.35;
+/// Fraction of the template's mean rate below which the joint counts as stationary: a knee in stance moves faster.
+const STOP_RATE_FRACTION: f32 = 0.06;
+/// Fraction of the template's mean rate below which the joint is still.
+const STILL_RATE_FRACTION: f32 = 0.1;
+/// How long a joint must be still to stand, s: a stiff knee is still for 0.4 s in stance.
 const STILL_S: f32 = 0.6;
-/// Part of the foretold movement below which it is idle.
-const IDLE: f32 = 0.36;
+/// Fraction of the predicted rate below which the joint is idle.
+const IDLE_RATE_FRACTION: f32 = 0.36;
 
 impl Activity {
     pub(crate) const fn new() -> Self {
-        Self { smooth: None, measured: 0.0, rate: 0.0, foretold: [0.0; 3], idle_for: 0.0, still_for: 0.0 }
+        Self { smooth: None, measured: 0.0, rate: 0.0, predicted: [0.0; 3], idle_for: 0.0, still_for: 0.0 }
     }
 
-    /// One tick: the angle, the foretold rate, and the mean absolute rate of the template at the walker's cadence.
+    /// One tick: the angle, the predicted rates, and the template's mean absolute rate at the person's cadence, rad/s.
     pub(crate) fn step(&mut self, angle: f32, predicted_rates: [f32; 3], usual: f32, period_s: f32) {
         let before = self.smooth.unwrap_or(angle);
         let rate = (angle - before) / SMOOTH_S.max(period_s);
@@ -69,29 +70,29 @@ impl Activity {
         let share = (period_s / ACTIVITY_S).min(1.0);
         self.measured += (rate.abs() - self.measured) * share;
         let mut least = f32::MAX;
-        for (foretold, rate) in self.foretold.iter_mut().zip(predicted_rates) {
-            *foretold += (rate.abs() - *foretold) * share;
-            least = least.min(*foretold);
+        for (predicted, rate) in self.predicted.iter_mut().zip(predicted_rates) {
+            *predicted += (rate.abs() - *predicted) * share;
+            least = least.min(*predicted);
         }
-        let idle = self.measured < IDLE * least && least > 0.35 * usual;
-        self.idle_for = if idle || self.measured < RESTS * usual { self.idle_for + period_s } else { 0.0 };
-        self.still_for = if self.measured < STILL * usual { self.still_for + period_s } else { 0.0 };
+        let idle = self.measured < IDLE_RATE_FRACTION * least && least > 0.35 * usual;
+        self.idle_for = if idle || self.measured < STOP_RATE_FRACTION * usual { self.idle_for + period_s } else { 0.0 };
+        self.still_for = if self.measured < STILL_RATE_FRACTION * usual { self.still_for + period_s } else { 0.0 };
     }
 
-    /// Whether the walker has stopped.
+    /// Whether the person has stopped.
     pub(crate) fn has_stopped(&self) -> bool {
         self.idle_for > 0.03 || self.is_still()
     }
 
-    /// Whether it stands, whatever it was foretold to do.
+    /// Whether the joint stands, whatever the prediction.
     pub(crate) fn is_still(&self) -> bool {
         self.still_for > STILL_S
     }
 
-    /// Whether the joint stays behind while it is foretold to move at this rate, rad/s.
-    pub(crate) fn lags(&self, foretold_rate: f32) -> bool {
-        let along = if foretold_rate < 0.0 { -self.rate } else { self.rate };
-        along < LAGS * foretold_rate.abs()
+    /// Whether the joint lags behind this predicted rate, rad/s.
+    pub(crate) fn lags(&self, predicted_rate: f32) -> bool {
+        let along = if predicted_rate < 0.0 { -self.rate } else { self.rate };
+        along < LAG_RATE_FRACTION * predicted_rate.abs()
     }
 
     /// Mean absolute rate now, rad/s.
@@ -104,7 +105,7 @@ impl Activity {
         self.idle_for > 0.0
     }
 
-    /// Forgets what was foretold: what comes next is a new walk.
+    /// Starts the idle time again.
     pub(crate) const fn rest(&mut self) {
         self.idle_for = 0.0;
     }

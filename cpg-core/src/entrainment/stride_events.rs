@@ -7,10 +7,9 @@
 //! stride are not strides: too short and the event is a bounce and is left out; too long and steps were missed, so that the phase is
 //! reset and the cadence is not. Two events are enough to lock; between them nothing is corrected.
 //!
-//! [`StrideEvents`] knows nothing else than its events. [`StrideTimer`] is the part of it that judges the intervals, and
-//! [`crate::entrainment`] uses it where there is an angle as well.
+//! [`StrideEvents`] uses nothing but its events. [`crate::entrainment`] applies the same rules for intervals to events beside an angle.
 //!
-//! [`PeakDetector`] makes events of an angle: the top of a swing, told when the angle has fallen by a part of its range, with the time
+//! [`PeakDetector`] makes events of an angle: the top of a swing, reported when the angle has fallen by a part of its range, with the time
 //! that has passed since the top.
 
 use core::f32::consts::TAU;
@@ -65,7 +64,7 @@ impl StrideEventConfig {
 
 /// The time from one event to the next, and what it is the time of.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StrideTimer {
+pub(crate) struct StrideTimer {
     period_s: f32,
     /// Shortest and longest stride, s.
     least: f32,
@@ -76,7 +75,7 @@ pub struct StrideTimer {
 
 /// What the time since the event before is, in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Interval {
+pub(crate) enum Interval {
     /// There was no event before, or steps were missed since.
     None,
     /// Shorter than a stride: the event is left out, and the one before stays the last.
@@ -93,19 +92,19 @@ impl StrideTimer {
     }
 
     /// Before the first event again.
-    pub(crate) const fn anew(&self) -> Self {
+    pub(crate) const fn restarted(&self) -> Self {
         Self { since: None, ..*self }
     }
 
     /// One period.
-    pub fn step(&mut self) {
+    pub(crate) fn step(&mut self) {
         // Time is not counted on for ever: beyond the longest interval its exact value is of no use.
         self.since = self.since.map(|since| (since + self.period_s).min(2.0 * self.most));
     }
 
     /// An event that happened `ago_s` before now; what is beyond the shortest interval, or no number, is taken as its limit or as now.
     /// Returns the time that was taken too.
-    pub fn event(&mut self, ago_s: f32) -> (Interval, f32) {
+    pub(crate) fn event(&mut self, ago_s: f32) -> (Interval, f32) {
         let ago = if ago_s.is_finite() { ago_s.max(0.0).min(self.least) } else { 0.0 };
         let interval = match self.since.map(|since| since - ago) {
             Some(interval) if interval < self.least => return (Interval::TooShort(interval), ago),
@@ -196,7 +195,7 @@ pub struct PeakConfig {
 }
 
 impl Default for PeakConfig {
-    /// 15 degrees, told after a fall of a fifth.
+    /// 15 degrees, reported after a fall of a fifth.
     fn default() -> Self {
         Self { least: Radians::from_degrees(15.0), fall: 0.2 }
     }
@@ -210,11 +209,11 @@ impl PeakConfig {
     pub fn build(self, period: Period) -> Result<PeakDetector, BuildError> {
         in_range(self.least.0, Field::of("least"), 0.02, 3.0)?;
         in_range(self.fall, Field::of("fall"), 0.05, 0.9)?;
-        Ok(PeakDetector { config: self, period_s: period.seconds(), range: None, since_top: 0.0, told: false })
+        Ok(PeakDetector { config: self, period_s: period.seconds(), range: None, since_top: 0.0, reported: false })
     }
 }
 
-/// Tells the tops of an angle.
+/// Detects the peaks of an angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeakDetector {
     config: PeakConfig,
@@ -222,8 +221,8 @@ pub struct PeakDetector {
     /// Trough before, and top since.
     range: Option<(f32, f32)>,
     since_top: f32,
-    /// The top has been told; a new rise is awaited.
-    told: bool,
+    /// The top has been reported; a new rise is awaited.
+    reported: bool,
 }
 
 impl PeakDetector {
@@ -235,10 +234,10 @@ impl PeakDetector {
             return None;
         }
         let (trough, top) = self.range.unwrap_or((y, y));
-        if self.told {
+        if self.reported {
             // Falling: the trough follows, until the angle has risen from it by the same part of a least peak.
             let trough = trough.min(y);
-            self.told = y - trough < self.config.fall * self.config.least.0;
+            self.reported = y - trough < self.config.fall * self.config.least.0;
             self.range = Some((trough, y));
             self.since_top = 0.0;
             return None;
@@ -257,7 +256,7 @@ impl PeakDetector {
         self.range = Some((trough, top));
         let height = top - trough;
         if height >= self.config.least.0 && top - y >= self.config.fall * height {
-            self.told = true;
+            self.reported = true;
             self.range = Some((y, y));
             return Some(self.since_top);
         }
@@ -318,7 +317,7 @@ mod tests {
     fn peaks_are_the_tops() {
         let mut peaks = PeakConfig::default().build(Period::MILLISECOND).unwrap();
         let mut seed = 3u32;
-        let (mut told, mut worst) = (0, 0.0f32);
+        let (mut peaks_found, mut worst) = (0, 0.0f32);
         for tick in 0..20_000u32 {
             seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             let noise = ((seed >> 8) as f32 / 16_777_216.0 - 0.5) * 0.02;
@@ -329,10 +328,10 @@ mod tests {
                 let at = (tick % 1000) as f32 * 1e-3 - ago;
                 let top = 0.321;
                 worst = worst.max((at - top).abs().min((at - (1.0 - top)).abs()));
-                told += 1;
+                peaks_found += 1;
             }
         }
-        assert!((19..=21).contains(&told), "{told} peaks in 20 strides");
+        assert!((19..=21).contains(&peaks_found), "{peaks_found} peaks in 20 strides");
         assert!(worst < 0.03, "{worst} s off");
     }
 

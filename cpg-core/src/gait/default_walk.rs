@@ -1,7 +1,7 @@
-//! The walking set that ships: four joints on R1, stable from any sane start.
+//! The default walk: four joints on R1, stable from every start inside its bounds.
 //!
 //! Left hip, right hip, left knee, right knee at phases 0, 180, 80, -100 degrees: a knee leads its hip by 80 degrees, as the fundamentals
-//! of recorded walkers do (the other way round, 100 degrees behind, it would bend in stance). Turning both knees by half a stride is a
+//! of recorded persons do (the other way round, 100 degrees behind, it would bend in stance). Turning both knees by half a stride is a
 //! symmetry of R1, so nothing else depends on it. Amplitudes 20 and 30 degrees about offsets of 5 and 30; eps = kap = 0.5; a stride of
 //! 1.1 s. On the limit cycle:
 //!

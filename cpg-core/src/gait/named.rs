@@ -1,4 +1,4 @@
-//! The gaits that ship, by name, behind one type: any of them in the place of any other, at any speed.
+//! Named gaits behind one type, at any speed.
 //!
 //! | name | generator | stride at speed 1 |
 //! |---|---|---|
@@ -16,6 +16,7 @@ use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::error::in_range;
 use crate::gait::default_walk::default_config;
+use crate::gait::fitted::{Harmonics, NATURAL_WALK};
 use crate::joints::linear::{PhasePlane, Readout, ReadoutConfig};
 use crate::network::graph::{Biped, HipKnee, LeftRight};
 use crate::network::phase_coupled::Robust;
@@ -38,7 +39,7 @@ pub enum Gait {
 }
 
 impl Gait {
-    /// Every gait that ships.
+    /// Every gait.
     pub const ALL: [Gait; 10] = [
         Gait::Walk,
         Gait::NaturalWalk,
@@ -97,7 +98,7 @@ impl Gait {
     /// use cpg_core::Generator;
     /// use cpg_core::gait::named::Gait;
     /// use joint_units::Period;
-    /// let mut run = Gait::from_name("run").expect("it ships").build(1.0, Period::MILLISECOND)?;
+    /// let mut run = Gait::from_name("run").expect("a gait").build(1.0, Period::MILLISECOND)?;
     /// let left = run.angles()[0];
     /// for _ in 0..350 {
     ///     run.step();
@@ -152,7 +153,7 @@ impl DefaultGait {
     #[must_use]
     pub fn aligned(mut self, phase: Phase, period: Period) -> Self {
         let ahead = |gait: &Self| phase - gait.phase();
-        // The slowest stride that ships, at half speed, and some more.
+        // Longer than the slowest stride at half speed.
         let most = 3_000_000_u32.checked_div(period.micros()).unwrap_or(0);
         for _ in 0..most {
             let before = ahead(&self);
@@ -166,22 +167,12 @@ impl DefaultGait {
     }
 }
 
-/// The mean stride of the healthy adult of Fukuchi et al. 2018 (CC BY 4.0), least squares over the recording that the project ships:
-/// mean, cosines and sines in degrees, phase 0 where the left hip is most flexed.
-type Harmonics = (f32, [f32; 6], [f32; 6]);
-const NATURAL: [Harmonics; 4] = [
-    (7.57, [14.73, 1.91, -0.09, 0.70, 0.55, 0.06], [12.00, -4.21, -2.05, 0.41, 0.22, 0.00]),
-    (9.39, [-14.42, 2.20, 0.32, 0.60, -0.38, -0.03], [-11.54, -3.42, 1.94, 0.32, -0.38, 0.00]),
-    (24.44, [17.00, -1.44, 0.30, 2.64, 1.77, 0.43], [-15.74, -17.79, -5.53, 0.51, 0.48, 0.20]),
-    (26.73, [-16.94, -1.11, 0.37, 2.26, -1.44, 0.21], [16.43, -17.19, 5.50, 0.48, -0.82, 0.17]),
-];
-
 pub(crate) fn natural_shapes() -> Result<[FourierShape<6>; 4], BuildError> {
     let shape = |(mean, cos, sin): Harmonics| {
         let radians = |degrees: f32| Radians::from_degrees(degrees).0;
         FourierShape::new(Radians::from_degrees(mean), cos.map(radians), sin.map(radians))
     };
-    let [a, b, c, d] = NATURAL;
+    let [a, b, c, d] = NATURAL_WALK;
     Ok([shape(a)?, shape(b)?, shape(c)?, shape(d)?])
 }
 

@@ -3,7 +3,7 @@
 //! ```text
 //! a_j = c_j0 + sum_m c_jm f_m
 //! ```
-//! The best c (least squares over a stride of a walker) is how well a model can walk at all, and one scale for all models. Features are
+//! The error of the best c (least squares over a recorded stride) compares the waveforms of all models on one scale. Features are
 //! once continuously differentiable in time, so that every such read-out is a setpoint without jumps. Some are nearly dependent on the
 //! gait (the joints of R1 are nearly sinusoids): solve with a ridge of 1e-3 of their variance, over ten strides or more. With less, large
 //! weights amplify what is hardly there, such as the trace of second harmonic in the thesis' network.

@@ -1,4 +1,4 @@
-//! The programmable bank as a walker: one bank of Hopf oscillators at the stride's harmonics, read out on hips and knees.
+//! Hips and knees from one bank of Hopf oscillators at the stride's harmonics.
 //!
 //! ```text
 //! a_j = offset_j + sum_i w_ji x_i + v_ji y_i,   (x_i, y_i) oscillator i of a bank that plays

@@ -1,4 +1,4 @@
-//! The building block as a walker: the integer block of [`crate::edge_reversal::obb`] with profiles of swing and stance on hips and knees.
+//! Hips and knees from the oscillatory building block ([`crate::edge_reversal::obb`]), with profiles of swing and stance.
 //!
 //! One neuron swings the left leg, the other the right; a leg stands while the other swings. A leg whose turn comes goes from its rear to
 //! its front angle within a step of the block, and is drawn back within the step in which its turn ends; its knee bends once in each
@@ -38,7 +38,7 @@ use crate::{BuildError, Field, Generator, StateFault};
 /// Most steps that a leg may have in a stride.
 pub const MAX_STEPS: u32 = 8;
 
-/// Rhythm and profiles.
+/// Steps of each leg, stride and profiles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObbWalkConfig {
     /// Steps of a stride that are the left leg's, and the right leg's, 1 to [`MAX_STEPS`]; one of the two is 1.

@@ -7,7 +7,7 @@
 //! what inhibits, and what tires the active half, is the cell's affair. This is it for any cell of two variables whose first one is
 //! its activity (a neuron's potential): the difference link of the thesis' eqs 13-16 and of the cells of [`crate::network::symmetric_cells`], which
 //! drives differences for k > 0, so that antiphase is the attractor. Two Hopf or van der Pol oscillators are one as well as two neurons.
-//! [`flexor_extensor`] is the half-centre with inhibition and fatigue in so many words: Matsuoka's pair of neurons on one joint.
+//! [`flexor_extensor`] models inhibition and fatigue explicitly: Matsuoka's pair of neurons on one joint.
 //!
 //! ```
 //! use cpg_core::Generator;

@@ -1,4 +1,4 @@
-//! Hu's half-centre with a compensator and a joint: the rhythm takes on the resonance that the compensator gives the joint.
+//! Hu's half-centre with a compensator and a joint: the oscillation adopts the resonance that the compensator gives the joint.
 //!
 //! ```text
 //! neurons      Tr x_i' = -x_i - b v_i - a y_j + s - h max(0, +-th),   Ta v_i' = -v_i + y_i,   y_i = max(0, x_i)

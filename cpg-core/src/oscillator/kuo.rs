@@ -1,4 +1,4 @@
-//! Kuo's pendulum: a rhythm from a clock, from the sensor, or from an observer that is both.
+//! Kuo's pendulum: an oscillation driven by a clock, by the sensor, or by an observer that combines both.
 //!
 //! A limb that swings as a damped pendulum is kept going by an impulse at each extreme. In units of its natural frequency:
 //!
@@ -13,8 +13,8 @@
 //! | [`Drive`] | the observer | disturbance of the limb | noise of the sensor | sensor lost |
 //! |---|---|---|---|---|
 //! | feed-forward | L = 0: a clock | only the limb's own damping | cannot matter | cannot matter |
-//! | feedback | replaced by the measurement | corrected at once | false triggers | the rhythm stops |
-//! | hybrid | L in between | corrected in about 1/L | averaged over about 1/L | must be told, see below |
+//! | feedback | replaced by the measurement | corrected at once | false triggers | the oscillation stops |
+//! | hybrid | L in between | corrected in about 1/L | averaged over about 1/L | must be detected, see below |
 //!
 //! With both kinds of noise there is a best L, neither nought nor infinite. A dead sensor that the observer still believes is worse
 //! than none: the observer then tracks a limb that stands still, and the limb's amplitude falls to 0.57 at L = 0.5. So every
@@ -217,11 +217,11 @@ impl<T: Scalar> Flow<T, 2> for Observer<T> {
 impl<T: Scalar> Kuo<T> {
     /// One tick, from the measurement at its start. The kick, if there is one, belongs inside this tick.
     pub fn step(&mut self, measured: &Measurement<T>) -> Option<Kick<T>> {
-        // Not a number is never believed.
+        // A measurement that is not a number is ignored.
         let valid = measured.valid && measured.angle.is_finite() && measured.rate.is_finite();
         let start = match (self.feedback, valid) {
             (true, true) => [measured.angle, measured.rate],
-            // Nothing to go by: no rhythm.
+            // Without a measurement there is no oscillation.
             (true, false) => [T::ZERO; 2],
             (false, _) => self.estimate,
         };

@@ -6,8 +6,13 @@
 //! ```
 //! P is the taught signal in units of its own amplitude (about ±1: un-normalised radians learn some ten times slower), phi in radians,
 //! w in radians per second. From a frequency wrong by a fifth it reaches the least-squares error of its N harmonics in some ten
-//! strides. Freeze it with a learning rate of 0: it plays the learned signal for ever.
-//! Source: the adaptive-oscillator-with-Fourier-series form of Petric, Gams and Ijspeert 2011 (from memory of the literature).
+//! strides. With [`AdaptiveFourier::play`] it repeats the learned signal.
+//!
+//! The coefficient laws are a gradient descent: with the squared error E = e^2 / 2, `-dE/da_k = e cos k phi` and `-dE/db_k = e sin k phi`.
+//! The laws of phase and frequency are those of an adaptive-frequency oscillator that is driven by e (Righetti, Buchli and Ijspeert, Physica
+//! D 216, 2006: a Hopf oscillator in polar coordinates has `phi' = w - (K/r) e sin phi` and `w' = -K e sin phi`, here with r = 1). The
+//! combination of one such oscillator with a Fourier series is that of Petric, Gams, Ijspeert and Zlajpah, "On-line frequency adaptation
+//! and movement imitation for rhythmic robotic tasks", Int. J. Robotics Research 30, 2011.
 
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
@@ -139,14 +144,14 @@ impl<const H: usize> AdaptiveFourier<H> {
     }
 }
 
-/// N joints that share one phase: the first teaches frequency and phase, all learn their own series. A walker that is taught by walking.
+/// N joints that share one phase: the first teaches frequency and phase, all learn their own series. It learns a walk from recorded or measured angles.
 ///
 /// ```
 /// use cpg_core::Generator;
 /// use cpg_core::gait::named::Gait;
-/// use cpg_core::waveform::adaptive_fourier::{AdaptiveFourierConfig, AdaptiveWalk};
+/// use cpg_core::waveform::adaptive_fourier::{AdaptiveFourierConfig, AdaptiveWalkConfig};
 /// use joint_units::Period;
-/// // A person walks at a stride of 1.084 s; the walker starts from silence, a tenth too slow.
+/// // A person walks at a stride of 1.084 s; the generator starts with zero coefficients, a tenth too slow.
 /// let mut person = Gait::NaturalWalk.build(1.0, Period::MILLISECOND)?;
 /// let config = AdaptiveFourierConfig { frequency_hz: 0.83, ..AdaptiveFourierConfig::default() };
 /// let mut walk = AdaptiveWalkConfig { learner: config, unit: 0.5 }.build::<6, 4>(Period::MILLISECOND)?;

@@ -5,7 +5,7 @@
 //! [`I2F30`], products 64 bits; an angle comes out in units of 2^-16 rad, within one such unit (0.9 millidegrees) of the series.
 //!
 //! ```
-//! use cpg_core::waveform::fixed::FixedPhaseShape;
+//! use cpg_core::waveform::fixed::FixedPhaseShapeConfig;
 //! use cpg_core::waveform::shape::{Adjustment, FourierShape};
 //! use joint_units::{Period, Phase, Radians};
 //! let hip = FourierShape::new(Radians(0.1), [0.4], [0.0])?;
@@ -51,7 +51,7 @@ impl Use {
     #[inline]
     fn scale(&self, value: i64) -> i64 {
         let gain = i64::from(self.gain.to_bits());
-        // In two parts: 45 bits of an angle and 26 of a gain have no room in 64.
+        // In two parts: 45 bits of an angle and 26 of a gain do not fit into 64.
         let (high, low) = (value >> 20, value & 0xf_ffff);
         (high.wrapping_mul(gain) >> 4).wrapping_add(low.wrapping_mul(gain) >> 24)
     }
@@ -72,7 +72,7 @@ const fn rounded(value: i64, bits: u32) -> i64 {
 
 #[inline]
 fn times(coefficient: I4F28, sine: I2F30) -> i64 {
-    // 2^-58 to 2^-44: room for the sum of any number of harmonics.
+    // 2^-58 to 2^-44: enough for the sum of any number of harmonics.
     rounded(i64::from(coefficient.to_bits()).wrapping_mul(i64::from(sine.to_bits())), 14)
 }
 

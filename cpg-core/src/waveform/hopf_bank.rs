@@ -4,13 +4,18 @@
 //! x_i' = g (m - r_i^2) x_i - w_i y_i + eps F + tau sin(R_i - f_i),   y_i' = g (m - r_i^2) y_i + w_i x_i,   w_i' = -eps F y_i / r_i
 //! al_i' = eta x_i F,   f_i' = sin(R_i - th_i - f_i),   R_i = (w_i / w_0) th_0,   F = P - sum_i al_i x_i
 //! ```
-//! with th_i = sgn(x_i) acos(-y_i/r_i). g = 8, m = 1, tau = 2. P is the taught signal in units of its own amplitude.
-//! Source: Righetti and Ijspeert 2006 (constants from memory of the literature). The coupling is also printed as tau sin(th_i - f_i):
-//! that form does not reach harmonic ratios, so R_i - f_i stands here.
+//! with th_i = sgn(x_i) acos(-y_i/r_i). P is the taught signal in units of its own amplitude.
+//! Source of the structure: Righetti and Ijspeert, "Programmable central pattern generators: an application to biped locomotion control",
+//! Proc. IEEE ICRA 2006. The constants g = 8, m = 1, tau = 2 are chosen here: g returns the radius within an eighth of a second, tau
+//! keeps the oscillators together while they play; the tests check that a signal is learned with them.
 //!
-//! Oscillators may waste themselves (two on one harmonic), small harmonics take minutes, and after freezing the small errors of w_i/w_0
-//! remain: the single-phase [`crate::waveform::adaptive_fourier`] reaches the Fourier floor in seconds and is what to use; this is the
-//! comparison that the field knows.
+//! The coupling needs the rotated phase R_i: the oscillators are in step if their phases keep the offset f_i to the first phase scaled by the
+//! ratio of frequencies, so the coupling must vanish at R_i = f_i. With th_i in place of R_i it would hold each oscillator at a constant
+//! phase.
+//!
+//! Two oscillators may learn the same harmonic, small harmonics take minutes, and the small errors of w_i/w_0 remain when learning ends. The
+//! single-phase [`crate::waveform::adaptive_fourier`] reaches the error of a Fourier series in seconds and is preferred; this model is here
+//! for comparison.
 //!
 //! ```
 //! use cpg_core::waveform::hopf_bank::{ProgrammableConfig, ProgrammableCpg};

@@ -1,4 +1,4 @@
-//! The programmable generator: one phase, and a periodic shape per joint.
+//! Phase and shape: one phase, and a periodic waveform for each joint.
 //!
 //! ```text
 //! phi' = 1/T,   a_j = offset_j + mean_j + gain_j (S_j(phi + lead_j) - mean_j)
@@ -9,13 +9,13 @@
 //! [`crate::transition::Smooth::change`]: angle and rate then go on without a jump, and the acceleration stays within that of the motion
 //! asked for plus the stated bound of the transition, as below.
 //!
-//! A [`FourierShape`] of 6 harmonics follows the mean stride of a walker within half a degree (least squares on real recordings), a
+//! A [`FourierShape`] of 6 harmonics follows the mean stride of a person within half a degree (least squares on real recordings), a
 //! [`SplineShape`] trades harmonics for knots.
 //!
 //! ```
 //! use cpg_core::Generator;
-//! use cpg_core::waveform::shape::{Adjustment, FourierShape, PhaseShape};
-//! use cpg_core::transition::{Smooth, TransitionConfig};
+//! use cpg_core::waveform::shape::{Adjustment, FourierShape, PhaseShapeConfig};
+//! use cpg_core::transition::TransitionConfig;
 //! use joint_units::{Period, Phase, Radians};
 //! let hip = FourierShape::new(Radians(0.1), [0.35], [0.0])?;
 //! let walk = PhaseShapeConfig { shapes: [hip; 2], stride_s: 1.1 }.build(Period::MILLISECOND)?;

@@ -14,9 +14,9 @@ use std::io::Read as _;
 use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let walker = default_generator(Joint::LeftHip)?;
-    let [Some(a), Some(b), Some(c), Some(d)] = walker.templates else {
-        return Err("the shipped walker has four joints".into());
+    let default = default_generator(Joint::LeftHip)?;
+    let [Some(a), Some(b), Some(c), Some(d)] = default.templates else {
+        return Err("the default recording has four joints".into());
     };
     let stride_s = std::env::args().nth(1).map_or(Ok(1.1), |text| text.parse())?;
     let mut legs = run::follower([a, b, c, d], Joint::LeftHip, stride_s)?;

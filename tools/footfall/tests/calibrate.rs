@@ -173,7 +173,7 @@ fn a_saturated_end_is_left_out_and_reads_as_out_of_the_table() {
         let out: Vec<(f64, LeftOut)> =
             fit.poses.iter().zip(&fit.left_out).filter_map(|(pose, why)| Some((pose.angle_deg, (*why)?))).collect();
         let (least, most) = fit.calibration.span();
-        // Without noise the 40 degrees can be told from the flat end; 12 codes are also more than 4 standard deviations of 2.
+        // Without noise the 40 degrees are outside of the flat end; 12 codes are also more than 4 standard deviations of 2.
         assert_eq!(out, [10.0, 20.0, 30.0].map(|angle| (angle, LeftOut::Saturated)), "noise {sd}");
         assert!((least.degrees() - 40.0).abs() < 0.01 && (most.degrees() - 150.0).abs() < 0.01);
         assert_eq!(fit.inside, 0);
@@ -190,7 +190,7 @@ fn a_saturated_end_is_left_out_and_reads_as_out_of_the_table() {
     }
 }
 
-/// With noise of 4 codes the 40 degrees, 12 codes from the flat end, cannot be told from it any more.
+/// With noise of 4 codes the 40 degrees, 12 codes from the flat end, are not distinguishable from it.
 #[test]
 fn an_angle_that_noise_could_take_for_a_saturated_one_is_left_out_too() {
     let rows = read(&code_rows(&up_and_down(10.0, 150.0, 10.0), 40, 4.0, |degrees, _| saturating(degrees)));
@@ -424,20 +424,20 @@ fn the_guide_ends_in_the_same_fit() {
 fn monotonicity_and_saturation_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let (rows, out) = (folder.path().join("rows.csv"), folder.path().join("knee.toml"));
-    let told = |angles: &[f64], sd: f64, code_at: &dyn Fn(f64, usize) -> f64| {
+    let text_of = |angles: &[f64], sd: f64, code_at: &dyn Fn(f64, usize) -> f64| {
         std::fs::write(&rows, code_rows(angles, 40, sd, code_at)).unwrap();
         let mut footfall = std::process::Command::new(env!("CARGO_BIN_EXE_footfall"));
         let output = footfall.args(["calibrate", "--supply", "3.3"]).arg(&rows).arg("-o").arg(&out).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).unwrap()
     };
-    let text = told(&up_and_down(10.0, 150.0, 10.0), 1.0, &|degrees, _| saturating(degrees));
-    assert!(text.contains("monotone: volts fall with the angle, no two poses the other way round"), "{text}");
+    let text = text_of(&up_and_down(10.0, 150.0, 10.0), 1.0, &|degrees, _| saturating(degrees));
+    assert!(text.contains("monotone: volts fall with the angle, no poses joined"), "{text}");
     assert!(text.contains("saturation: left out of the table: 10, 20, 30 degrees"), "{text}");
     // Poses that are nearer to each other than what noise leaves of their means.
-    let text = told(&steps(0.0, 60.0, 0.2), 30.0, &|degrees, _| 600.0 + 25.0 * degrees);
+    let text = text_of(&steps(0.0, 60.0, 0.2), 30.0, &|degrees, _| 600.0 + 25.0 * degrees);
     assert!(
-        text.contains("monotone: volts rise with the angle, ") && text.contains(" poses joined where noise"),
+        text.contains("monotone: volts rise with the angle, ") && text.contains(" poses joined because noise"),
         "{text}"
     );
     assert!(text.contains("saturation: none"), "{text}");

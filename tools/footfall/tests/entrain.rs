@@ -32,7 +32,7 @@ fn rmse(object: &Value) -> [Option<f64>; 4] {
     Joint::ALL.map(|joint| object["steady_rmse_deg"][joint.name()].as_f64())
 }
 
-/// Angles of a walker whose stride time wanders a little: left and right hip, left and right knee, degrees.
+/// Angles of a person whose stride time varies a little: left and right hip, left and right knee, degrees.
 fn angles(t: f64) -> [f64; 4] {
     let cycles = t / 1.15 + 0.01 * (0.7 * t).sin();
     let of = |mean: f64, one: f64, two: f64, turn: f64, lead: f64| {
@@ -126,8 +126,8 @@ fn every_format_that_is_fitted_is_played() {
             assert!((a.unwrap() - b.unwrap()).abs() < 0.02, "{format}: {other}");
         }
     }
-    let told = said(&entrain(&backwards, &[]));
-    assert!(told.contains("left knee: extension is positive in the file"), "{told}");
+    let notes = said(&entrain(&backwards, &[]));
+    assert!(notes.contains("left knee: extension is positive in the file"), "{notes}");
     // Without a map the columns are nobody's.
     let output = entrain(&foreign, &[]);
     assert!(output.status.code() == Some(2) && said(&output).contains("left_hip=COLUMN"), "{}", said(&output));
@@ -139,17 +139,17 @@ fn a_low_pass_is_asked_for() {
     let folder = folder();
     let path = put(&folder, "walk.csv", &text(OURS, ",", &[0, 1, 2, 3], |deg| deg));
     assert!(!said(&entrain(&path, &[])).contains("low-pass"));
-    let told = said(&entrain(&path, &["--low-pass", "8"]));
-    assert!(told.contains("low-pass") && told.contains("8 Hz"), "{told}");
+    let notes = said(&entrain(&path, &["--low-pass", "8"]));
+    assert!(notes.contains("low-pass") && notes.contains("8 Hz"), "{notes}");
 }
 
 /// The board that plays lines: its left knee is a sine of 1.1 s. No other joint is in a capture.
 #[test]
 fn a_capture_of_one_sensor_takes_the_other_joints_from_the_default() {
-    let mut walker = SimulatedBoard::new();
-    walker.walk(24);
-    walker.end();
-    let bench = Bench::plays(&walker.lines);
+    let mut simulated = SimulatedBoard::new();
+    simulated.walk(24);
+    simulated.end();
+    let bench = Bench::plays(&simulated.lines);
     let mut locks = vec![];
     for name in ["walk.csv", "walk.mcap"] {
         let file = bench.path(name);
@@ -167,23 +167,23 @@ fn a_capture_of_one_sensor_takes_the_other_joints_from_the_default() {
         // A sensor that nobody wore is refused by what there is.
         let output = entrain(&file, &["--sensor", "left_hip"]);
         assert_eq!(output.status.code(), Some(2));
-        let told = said(&output);
-        assert!(told.contains("no left_hip to play; there is left_knee: allowed is --sensor"), "{told}");
+        let notes = said(&output);
+        assert!(notes.contains("no left_hip to play; there is left_knee: allowed is --sensor"), "{notes}");
     }
     assert_eq!(locks[0], locks[1], "both formats hold the same");
 }
 
-/// The walker's file brings shapes and sensor; its cycle may begin elsewhere than the recording's.
+/// The generator file has templates and sensor; its cycle may begin elsewhere than the recording's.
 #[test]
 fn a_generator_file_has_templates_and_sensor() {
     let folder = folder();
     let path = put(&folder, "walk.csv", &text(OURS, ",", &[0, 1, 2, 3], |deg| deg));
     for (more, kind) in [(&["--follow", "right_hip"][..], "follow"), (&[][..], "shape")] {
-        let walker = folder.path().join(format!("{kind}.toml"));
+        let generator = folder.path().join(format!("{kind}.toml"));
         let mut command = Command::new(env!("CARGO_BIN_EXE_footfall"));
-        let output = command.arg("fit").arg(&path).arg("-o").arg(&walker).args(more).output().unwrap();
+        let output = command.arg("fit").arg(&path).arg("-o").arg(&generator).args(more).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", said(&output));
-        let file = walker.to_str().unwrap();
+        let file = generator.to_str().unwrap();
         let driven = object(&path, &["--generator", file]);
         assert_eq!(driven["sensor"], if kind == "follow" { "right_hip" } else { "left_hip" });
         assert_eq!(driven["template"], file);
@@ -199,8 +199,8 @@ fn a_generator_file_has_templates_and_sensor() {
     let defaults = Command::new(env!("CARGO_BIN_EXE_footfall")).args(["defaults", "generator"]).output().unwrap();
     std::fs::write(&robust, defaults.stdout).unwrap();
     let output = entrain(&path, &["--generator", robust.to_str().unwrap()]);
-    let told = said(&output);
-    assert!(output.status.code() == Some(2) && told.contains("allowed are `shape` and `follow`"), "{told}");
+    let notes = said(&output);
+    assert!(output.status.code() == Some(2) && notes.contains("allowed are `shape` and `follow`"), "{notes}");
 }
 
 /// A sensor without samples for 0.8 s: the follower reports a hold, goes on, and locks again; short gaps are bridged.
@@ -224,8 +224,8 @@ fn a_hole_in_the_recording_is_a_lost_sensor() {
     assert!((18.0..18.1).contains(&at), "{at}");
     assert_eq!(object["false_locks"], 0);
     assert!(rmse(&object).iter().all(|rmse| rmse.is_some_and(|rmse| rmse < 2.5)), "{object}");
-    let told = said(&entrain(&lost, &[]));
-    assert!(told.contains("17.990 s to 18.800 s"), "{told}");
+    let notes = said(&entrain(&lost, &[]));
+    assert!(notes.contains("17.990 s to 18.800 s"), "{notes}");
     let short = put(&folder, "short.csv", &hole(18.0, 18.05));
     let output = entrain(&short, &["--json"]);
     let bridged: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -262,8 +262,8 @@ fn recordings_that_cannot_be_played_are_refused() {
         (&folder.path().to_path_buf(), "no regular file"),
     ] {
         let output = entrain(path, &["--json"]);
-        let told = said(&output);
-        assert_eq!(output.status.code(), Some(2), "{told}");
-        assert!(output.stdout.is_empty() && told.contains(words), "{words}: {told}");
+        let notes = said(&output);
+        assert_eq!(output.status.code(), Some(2), "{notes}");
+        assert!(output.stdout.is_empty() && notes.contains(words), "{words}: {notes}");
     }
 }

@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::process::{Command, Output};
 
-const SHIPPED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/traces/gaitkit_fukuchi_healthy.csv");
+const DEFAULT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/traces/gaitkit_fukuchi_healthy.csv");
 
 fn footfall(arguments: &[&str], path: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_footfall")).args(arguments).arg(OsString::from(path)).output().unwrap()
@@ -18,18 +18,18 @@ fn said(output: &Output) -> String {
 #[test]
 fn a_recording_of_any_format_is_checked_and_made_volts() {
     let folder = tempfile::tempdir().unwrap();
-    let shipped = csv_file::read(Path::new(SHIPPED)).unwrap();
+    let recording = csv_file::read(Path::new(DEFAULT)).unwrap();
     let mot = folder.path().join("walk.mot");
-    opensim::write(&mot, &shipped).unwrap();
+    opensim::write(&mot, &recording).unwrap();
     // A laboratory's own table: semicolons, extension positive at the knees.
     let foreign = folder.path().join("lab.csv");
-    let column = |name: &str| shipped.channel(name).unwrap().values();
+    let column = |name: &str| recording.channel(name).unwrap().values();
     let mut text = "Time (s);Left Hip Flexion (deg);Left Knee Flexion (deg)\n".to_owned();
-    for ((time, hip), knee) in shipped.time_s().iter().zip(column("left_hip")).zip(column("left_knee")) {
+    for ((time, hip), knee) in recording.time_s().iter().zip(column("left_hip")).zip(column("left_knee")) {
         text += &format!("{time};{hip};{}\n", -knee);
     }
     std::fs::write(&foreign, text).unwrap();
-    let plain = footfall(&["volts", "--trace"], Path::new(SHIPPED));
+    let plain = footfall(&["volts", "--trace"], Path::new(DEFAULT));
     let volts = |output: &Output| csv_file::parse("volts", output.stdout.as_slice()).unwrap();
     for (path, format, columns) in [
         (&mot, "OpenSim motion", "left_hip_deg right_hip_deg left_knee_deg right_knee_deg"),
@@ -49,8 +49,8 @@ fn a_recording_of_any_format_is_checked_and_made_volts() {
         assert!((a - c).abs() < 0.01 && (b - d).abs() < 0.01, "{format}: {a} to {b} V, {c} to {d} V");
     }
     for command in ["check", "volts"] {
-        let told = said(&footfall(&[command, "--trace"], &foreign));
-        assert!(told.contains("left knee: extension is positive in the file"), "{command}: {told}");
+        let text = said(&footfall(&[command, "--trace"], &foreign));
+        assert!(text.contains("left knee: extension is positive in the file"), "{command}: {text}");
     }
 }
 
@@ -66,13 +66,14 @@ fn plain_files_keep_their_strict_reader_and_others_say_where_to_go() {
     let mapped = put("mapped.csv", "t,a,b\n0,1,2\n0.01,2,3\n");
     for command in ["check", "volts"] {
         let output = footfall(&[command, "--trace"], &hole);
-        let told = said(&output);
-        assert!(output.status.code() == Some(2) && told.contains("hole.csv:3: column 2 `left_knee_deg`"), "{told}");
+        let text = said(&output);
+        assert!(output.status.code() == Some(2) && text.contains("hole.csv:3: column 2 `left_knee_deg`"), "{text}");
         let output = footfall(&[command, "--trace"], &mapped);
-        let told = said(&output);
+        let text = said(&output);
         assert!(
-            output.status.code() == Some(2) && told.contains("`footfall convert` takes what a file does not say"),
-            "{told}"
+            output.status.code() == Some(2)
+                && text.contains("`footfall convert` has options for what the file does not state"),
+            "{text}"
         );
         assert!(output.stdout.is_empty());
     }

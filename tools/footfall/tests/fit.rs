@@ -153,10 +153,10 @@ fn outputs_that_would_destroy_something_are_refused() {
     std::fs::write(&own, &text).unwrap();
     let (here, other) = (OsString::from(&own), OsString::from(folder.path().join("w.toml")));
     for (arguments, words) in [
-        (vec!["-o".into(), here.clone()], "is what is read"),
-        (vec!["--report".into(), here.clone()], "is what is read"),
+        (vec!["-o".into(), here.clone()], "is an input of this command"),
+        (vec!["--report".into(), here.clone()], "is an input of this command"),
         (vec!["-o".into(), other.clone(), "--report".into(), other.clone()], "is named twice"),
-        (vec!["-o".into(), folder.path().join("no/where.toml").into()], "no such folder"),
+        (vec!["-o".into(), folder.path().join("no/where.toml").into()], "its folder does not exist"),
     ] {
         let output = footfall(["fit".into(), here.clone()].into_iter().chain(arguments));
         assert!(output.status.code() == Some(2) && said(&output).contains(words), "{words}: {}", said(&output));
@@ -177,7 +177,7 @@ fn neither_pipes_nor_links_in_a_circle_hold_a_batch_up() {
     assert!(said(&output).contains("pipe.csv: is no regular file"), "{}", said(&output));
 }
 
-/// Three walkers, one of them in a folder of its own, and one file that is none.
+/// Three recordings, one of them in a folder of its own, and one other file.
 fn laboratory() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::create_dir(folder.path().join("day2")).unwrap();
@@ -290,7 +290,7 @@ fn files_without_gait_are_skipped_in_a_folder() {
     assert!(none.status.code() == Some(2) && said(&none).contains("none of 2 files is a recording"), "{}", said(&none));
 }
 
-/// Two files of one name: each has an outcome, and the second is told by what it is called.
+/// Two files of one name: each has a result, and a note gives the new name of the second.
 #[test]
 fn two_recordings_of_one_name_are_two() {
     let (from, to) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
@@ -309,7 +309,7 @@ fn two_recordings_of_one_name_are_two() {
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     assert!(said(&output).contains("4 fitted"), "{}", said(&output));
     assert!(
-        said(&output).contains("tue/walk.csv is called walk~3.csv: there are two of its name"),
+        said(&output).contains("tue/walk.csv is called walk~3.csv: another recording has the same name"),
         "{}",
         said(&output)
     );
@@ -381,7 +381,7 @@ fn a_follower_has_its_events_and_its_time_to_lock() {
     assert!(following["lock_worst_s"].as_f64().is_some_and(|worst| worst < 4.0), "{following}");
     let text = std::fs::read_to_string(&out).expect("written");
     assert!(text.contains("sensor = \"left_knee\"\nevents = \"peak\"\n"), "{text}");
-    GeneratorFile::read(&out).expect("a walker");
+    GeneratorFile::read(&out).expect("a generator file");
 
     for (more, wanted) in [
         (&["--generator", "phase-coupled"][..], "allowed is --follow with --generator shape"),

@@ -52,14 +52,14 @@ fn the_transition_of_the_building_block() {
     // At the end, like the period; and each stretch has its own.
     assert_eq!(object["reversibility"], "1,1");
     let stretches = object["stretches"].as_array().expect("stretches");
-    let told = |key: &str| stretches.iter().map(|one| one[key].clone()).collect::<Vec<_>>();
-    assert_eq!(told("from_step"), [0, 54, 100]);
-    assert_eq!(told("to_step"), [54, 100, 140]);
-    assert_eq!(told("reversibility"), ["1,5", "1,3", "1,1"]);
-    assert_eq!(told("period_steps"), [6, 4, 2]);
+    let of = |key: &str| stretches.iter().map(|one| one[key].clone()).collect::<Vec<_>>();
+    assert_eq!(of("from_step"), [0, 54, 100]);
+    assert_eq!(of("to_step"), [54, 100, 140]);
+    assert_eq!(of("reversibility"), ["1,5", "1,3", "1,1"]);
+    assert_eq!(of("period_steps"), [6, 4, 2]);
     let fired = [&wanted[..54], &wanted[54..100], &wanted[100..]].map(|word| word.matches('F').count());
-    assert_eq!(told("flexor_fired"), fired);
-    assert_eq!(told("extensor_fired"), [54 - fired[0], 46 - fired[1], 40 - fired[2]]);
+    assert_eq!(of("flexor_fired"), fired);
+    assert_eq!(of("extensor_fired"), [54 - fired[0], 46 - fired[1], 40 - fired[2]]);
 }
 
 /// The ladder: the wave, the middle gait from step 54, the tripod from step 100.

@@ -186,7 +186,7 @@ fn calibrates(bench: &Bench, command: &str) {
     for line in [
         "residual: 0.0",
         "hysteresis: 0.000 degrees at most",
-        "monotone: volts rise with the angle, no two poses the other way round",
+        "monotone: volts rise with the angle, no poses joined",
         "saturation: none",
     ] {
         assert!(screen.contains(line), "{line}: {screen}");
@@ -239,12 +239,12 @@ fn an_unsteady_pose_and_a_silent_sensor_are_reported() {
     // Within the 200 samples: long enough for it to have begun, not for it to have ended.
     std::thread::sleep(Duration::from_millis(60));
     sensor.at(10.0);
-    person.sees("unsteady: allowed is a standard deviation of 8 codes; once more");
+    person.sees("unsteady: allowed is a standard deviation of 8 codes; hold the angle again");
     person.sees("0 degrees: hold");
     drop(sensor);
     person.sees("the codes have ended");
     person.presses("\r");
-    person.sees("the codes end, 0 of 200 were had");
+    person.sees("the codes end, 0 of 200 were taken");
     let (code, screen) = person.ends();
     assert_eq!((code, bench.files()), (Some(2), vec!["codes".to_owned()]), "{screen}");
 }

@@ -11,10 +11,10 @@ use support::{Bench, SimulatedBoard, frame, hex};
 use wire::Record;
 
 fn walked(secs: u32) -> SimulatedBoard {
-    let mut walker = SimulatedBoard::new();
-    walker.walk(secs);
-    walker.end();
-    walker
+    let mut simulated = SimulatedBoard::new();
+    simulated.walk(secs);
+    simulated.end();
+    simulated
 }
 
 fn run(command: &mut Command) -> Output {
@@ -147,10 +147,10 @@ fn interrupted(bench: &Bench, signal: &str) -> (Option<i32>, Vec<String>) {
 #[test]
 fn ctrl_c_ends_cleanly_and_leaves_a_finished_recording() {
     for signal in ["-INT", "-TERM"] {
-        let mut walker = SimulatedBoard::new();
-        walker.walk(2);
-        walker.end_as("killed", serde_json::json!({}));
-        let bench = Bench::waits(&walker.lines);
+        let mut simulated = SimulatedBoard::new();
+        simulated.walk(2);
+        simulated.end_as("killed", serde_json::json!({}));
+        let bench = Bench::waits(&simulated.lines);
         let started = Instant::now();
         let (code, lines) = interrupted(&bench, signal);
         assert_eq!(code, Some(0), "{signal}");
@@ -165,10 +165,10 @@ fn ctrl_c_ends_cleanly_and_leaves_a_finished_recording() {
 
 #[test]
 fn a_reader_that_leaves_ends_the_run_and_the_recording_is_finished() {
-    let mut walker = SimulatedBoard::new();
-    walker.walk(60);
-    walker.end();
-    let bench = Bench::plays(&walker.lines);
+    let mut simulated = SimulatedBoard::new();
+    simulated.walk(60);
+    simulated.end();
+    let bench = Bench::plays(&simulated.lines);
     let mut child = bench
         .watch()
         .args(["--json", "--record"])
@@ -190,16 +190,16 @@ fn a_reader_that_leaves_ends_the_run_and_the_recording_is_finished() {
 /// One bit of one setpoint is other than the host's.
 #[test]
 fn a_single_bit_that_differs_is_found_and_the_run_is_not_sound() {
-    let mut walker = walked(3);
-    let index = walker.lines.iter().rposition(|line| line.contains("\"rtt\"")).unwrap();
-    let object: Value = serde_json::from_str(&walker.lines[index]).unwrap();
+    let mut simulated = walked(3);
+    let index = simulated.lines.iter().rposition(|line| line.contains("\"rtt\"")).unwrap();
+    let object: Value = serde_json::from_str(&simulated.lines[index]).unwrap();
     let text = text_of(object["hex"].as_str().unwrap());
     let Some(Ok(Record::Frame(mut tick))) = record_in(&text) else { panic!("{text}") };
     tick.setpoints_rad[2] = f32::from_bits(tick.setpoints_rad[2].to_bits() ^ 1);
     let mut changed = object.clone();
     changed["hex"] = hex(&frame(&printed(&Record::Frame(tick)))).into();
-    walker.lines[index] = changed.to_string();
-    let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "3"]));
+    simulated.lines[index] = changed.to_string();
+    let output = run(Bench::plays(&simulated.lines).watch().args(["--json", "--secs", "3"]));
     assert_eq!(output.status.code(), Some(1));
     assert!(complaints(&output).contains("board and host differ: tick 3000: set is ["), "{}", complaints(&output));
     let objects = objects(&output);
@@ -219,32 +219,32 @@ fn text_of(hex: &str) -> String {
 
 #[test]
 fn frames_without_inputs_are_not_called_equal() {
-    let mut walker = walked(3);
+    let mut simulated = walked(3);
     let inputs = |line: &String| {
         line.contains("\"rtt\"")
             && matches!(record_in(&text_of_line(line)), Some(Ok(Record::Inputs(inputs))) if inputs.first_tick == 1001)
     };
-    let index = walker.lines.iter().position(inputs).unwrap();
-    walker.lines.remove(index);
-    let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "3"]));
+    let index = simulated.lines.iter().position(inputs).unwrap();
+    simulated.lines.remove(index);
+    let output = run(Bench::plays(&simulated.lines).watch().args(["--json", "--secs", "3"]));
     assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
     let objects = objects(&output);
     let last = objects.last().unwrap();
     assert_eq!(last["host_replay_hash"], Value::Null);
-    assert_eq!(last["host_replay"], "cannot be told: inputs of ticks 1001 to 1010 were lost");
+    assert_eq!(last["host_replay"], "not known: inputs of ticks 1001 to 1010 were lost");
     assert_eq!((&last["compared_lines"], &last["ticks"]), (&100.into(), &3000.into()));
 }
 
 #[test]
 fn lost_lines_are_counted_and_do_not_hinder_the_comparison() {
-    let mut walker = walked(3);
+    let mut simulated = walked(3);
     let tick = |line: &String| {
         line.contains("\"rtt\"")
             && matches!(record_in(&text_of_line(line)), Some(Ok(Record::Frame(frame))) if frame.tick == 1010)
     };
-    let index = walker.lines.iter().position(tick).unwrap();
-    walker.lines.remove(index);
-    let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "3"]));
+    let index = simulated.lines.iter().position(tick).unwrap();
+    simulated.lines.remove(index);
+    let output = run(Bench::plays(&simulated.lines).watch().args(["--json", "--secs", "3"]));
     let objects = objects(&output);
     let last = objects.last().unwrap();
     assert_eq!(
@@ -260,16 +260,16 @@ fn text_of_line(line: &str) -> String {
 
 #[test]
 fn after_a_reset_the_books_begin_anew_and_time_goes_on() {
-    let mut walker = SimulatedBoard::new();
-    walker.walk(1);
-    walker.tick(7, false);
+    let mut simulated = SimulatedBoard::new();
+    simulated.walk(1);
+    simulated.tick(7, false);
     // The reset comes in the middle of a frame.
     let cut = frame("tick 1010 walk");
-    walker.line(serde_json::json!({ "type": "rtt", "t_s": walker.t_s(), "hex": hex(&cut[..cut.len() / 2]) }));
-    walker.reset();
-    walker.walk(1);
-    walker.end_as("time", serde_json::json!({ "resets": [{ "t_s": 1.012, "cause": "iwdg" }] }));
-    let bench = Bench::plays(&walker.lines);
+    simulated.line(serde_json::json!({ "type": "rtt", "t_s": simulated.t_s(), "hex": hex(&cut[..cut.len() / 2]) }));
+    simulated.reset();
+    simulated.walk(1);
+    simulated.end_as("time", serde_json::json!({ "resets": [{ "t_s": 1.012, "cause": "iwdg" }] }));
+    let bench = Bench::plays(&simulated.lines);
     let output = run(bench.watch().args(["--json", "--secs", "3", "--record"]).arg(bench.path("out.csv")));
     assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
     let objects = objects(&output);
@@ -286,16 +286,16 @@ fn after_a_reset_the_books_begin_anew_and_time_goes_on() {
 #[test]
 fn a_fault_of_a_run_is_in_the_exit_code_and_the_message() {
     for (key, value, words) in [
-        ("unmodelled", serde_json::json!(3), "3 accesses that the models cannot follow"),
+        ("unmodelled", serde_json::json!(3), "3 accesses that the models do not support"),
         ("reason", "lockup".into(), "the board ended early: lockup"),
-        ("unexpected_faults", 1.into(), "1 faults that nobody injected"),
+        ("unexpected_faults", 1.into(), "1 faults that were not injected"),
         ("edges_before_arming", 2.into(), "2 edges of servo pins while disarmed"),
         ("edges_after_disarming", 1.into(), "1 edges of servo pins while disarmed"),
     ] {
-        let mut walker = SimulatedBoard::new();
-        walker.walk(1);
-        walker.end_as("time", serde_json::json!({ key: value }));
-        let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "1"]));
+        let mut simulated = SimulatedBoard::new();
+        simulated.walk(1);
+        simulated.end_as("time", serde_json::json!({ key: value }));
+        let output = run(Bench::plays(&simulated.lines).watch().args(["--json", "--secs", "1"]));
         assert_eq!(output.status.code(), Some(1), "{key}");
         assert!(complaints(&output).contains(words), "{key}: {}", complaints(&output));
     }
@@ -303,9 +303,9 @@ fn a_fault_of_a_run_is_in_the_exit_code_and_the_message() {
 
 #[test]
 fn a_board_that_breaks_off_is_no_good_run_but_the_recording_is_finished() {
-    let mut walker = SimulatedBoard::new();
-    walker.walk(1);
-    let bench = Bench::plays(&walker.lines);
+    let mut simulated = SimulatedBoard::new();
+    simulated.walk(1);
+    let bench = Bench::plays(&simulated.lines);
     let output = run(bench.watch().args(["--secs", "1", "--record"]).arg(bench.path("out.csv")));
     assert_eq!(output.status.code(), Some(1));
     assert!(complaints(&output).contains("ended without its last line"), "{}", complaints(&output));
@@ -324,7 +324,7 @@ fn another_image_or_another_version_is_refused() {
     version.log("tick 10 walking sensor 1 rad good");
     let strange = vec!["thread 'main' panicked".to_owned()];
     for (lines, words) in [
-        (other.lines, "was the file just rebuilt?"),
+        (other.lines, "do not rebuild it during the run"),
         (garbage.lines, "does not begin with a frame of this image"),
         (version.lines, "`deg` expected at `rad`; image and program are of different versions"),
         (strange, "the virtual board wrote `thread 'main' panicked`"),
@@ -337,12 +337,12 @@ fn another_image_or_another_version_is_refused() {
 
 #[test]
 fn a_broken_frame_on_the_way_is_counted_and_the_next_one_is_read() {
-    let mut walker = SimulatedBoard::new();
-    walker.walk(1);
-    walker.line(serde_json::json!({ "type": "rtt", "t_s": walker.t_s(), "hex": "0102030405060700" }));
-    walker.tick(1000, false);
-    walker.end();
-    let output = run(Bench::plays(&walker.lines).watch().args(["--json", "--secs", "2"]));
+    let mut simulated = SimulatedBoard::new();
+    simulated.walk(1);
+    simulated.line(serde_json::json!({ "type": "rtt", "t_s": simulated.t_s(), "hex": "0102030405060700" }));
+    simulated.tick(1000, false);
+    simulated.end();
+    let output = run(Bench::plays(&simulated.lines).watch().args(["--json", "--secs", "2"]));
     let objects = objects(&output);
     let last = objects.last().unwrap();
     assert_eq!(

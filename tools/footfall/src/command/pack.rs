@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 use crate::options::sensors::SensorArgument;
+use crate::output;
 
 /// Options of `footfall pack`.
 #[derive(Debug, Clone, Args)]
@@ -34,8 +35,7 @@ pub struct Options {
 /// Wrong input, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let write = |path: &Path, what: &str, bytes: &[u8], crc: u32, address: u32| {
-        gait_trace::format::whole_file::write(path, |out| out.write_all(bytes))
-            .map_err(|error| Failure::run(format!("{}: cannot be written: {error}", path.display())))?;
+        output::write_bytes(path, bytes)?;
         let (path, length) = (path.display(), bytes.len());
         eprintln!("{path}: {what}, {length} bytes, check sum {crc:08x}, for {address:#010x}");
         Ok(())
@@ -51,7 +51,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let file = GeneratorFile::read(params).map_err(Failure::input)?;
     let config = file.set.config();
     let Some(path) = &options.out else {
-        return crate::output::print(&constant(&config, &file.provenance.source));
+        return output::print(&constant(&config, &file.provenance.source));
     };
     let record = generator_record::record_of(&config);
     let what = format!("a {} generator", config.name());

@@ -113,7 +113,7 @@ fn receive(
             Came::Bytes(bytes) => capture.bytes(&bytes).map_err(Failure::run)?,
             Came::Nothing => {}
             Came::End => return Ok("the source ended"),
-            Came::Broken(error) => return Err(Failure::run(format!("{source}: broke off: {error}"))),
+            Came::Broken(error) => return Err(Failure::run(format!("{source}: the connection failed: {error}"))),
         }
         for line in capture.messages() {
             eprintln!("board: {line}");

@@ -6,6 +6,7 @@ use crate::board::feed;
 use crate::board::feed::Opened;
 use crate::failure::Failure;
 use crate::file::calibration_file;
+use crate::output;
 use clap::Args;
 use gait_trace::format::csv_file;
 use joint_loop::{JointSensor, JointSensors};
@@ -33,9 +34,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let (name, recording) = match &options.trace {
         Some(path) => {
             let Opened { name, recording, notes, .. } = feed::opened(path)?;
-            for note in &notes {
-                eprintln!("note: {note}");
-            }
+            output::notes(&notes);
             (name, recording)
         }
         None => feed::default_trace().map_err(Failure::input)?,
@@ -47,16 +46,13 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let sensor = JointSensor { joint: SENSOR_JOINT, divider: sensor.divider, calibration: sensor.calibration };
     let sensors = JointSensors::build([sensor]).map_err(Failure::run)?;
     let feed = feed::feed(&name, &recording, &sensors, None)?;
-    for note in &feed.notes {
-        eprintln!("note: {note}");
-    }
+    output::notes(&feed.notes);
     match &options.out {
-        Some(path) => csv_file::write(path, &feed.volts)
-            .map_err(|error| Failure::run(format!("{}: cannot be written: {error}", path.display())))?,
+        Some(path) => csv_file::write(path, &feed.volts).map_err(|error| output::cannot_write(path, error))?,
         None => {
             let mut text = Vec::new();
             csv_file::write_to(&mut text, &feed.volts).map_err(Failure::run)?;
-            crate::output::print(&String::from_utf8_lossy(&text))?;
+            output::print(&String::from_utf8_lossy(&text))?;
         }
     }
     eprintln!("{} ({} rows)", feed.title, feed.volts.time_s().len());

@@ -95,7 +95,7 @@ pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// A board that walks: the loop that ships, on the host.
+/// A simulated board: the default loop on the host.
 pub(crate) struct SimulatedBoard {
     joints: BoardLoop,
     calls: Vec<Call>,
@@ -106,16 +106,17 @@ pub(crate) struct SimulatedBoard {
 impl SimulatedBoard {
     pub(crate) fn new() -> Self {
         let start = json!({ "type": "start", "elf_sha256": sha256(&elf()), "hclk_hz": 16_000_000 });
-        let mut walker =
+        let mut simulated =
             Self { joints: typical_loop().unwrap(), calls: vec![], lines: vec![start.to_string()], t_ms: 0 };
-        walker.boot("power_on");
-        walker
+        simulated.boot("power_on");
+        simulated
     }
 
     fn boot(&mut self, cause: &str) {
         self.line(json!({ "type": "boot", "t_s": self.t_s(), "cause": cause }));
         let default = Parameters::with_defaults(None, None).unwrap();
-        let (walker, sensors) = (record_of(&default.generator).crc(), sensor_record::record_of(&default.sensors).crc());
+        let (generator, sensors) =
+            (record_of(&default.generator).crc(), sensor_record::record_of(&default.sensors).crc());
         let reset = Reset::ALL.into_iter().find(|reset| reset.name() == cause).unwrap();
         self.log(&printed(&Record::Boot(Boot {
             version: wire::VERSION,
@@ -126,13 +127,13 @@ impl SimulatedBoard {
             reference_cal: TYPICAL_VREFINT_CAL.0,
             min_supply_v: TYPICAL_MIN_SUPPLY.0,
             sensor_required: true,
-            generator_crc: Some(walker),
+            generator_crc: Some(generator),
             sensors_crc: Some(sensors),
             shadow: false,
         })));
     }
 
-    /// A reset: the loop begins anew, what was not sent is lost.
+    /// A reset: the loop starts again, records that were not sent are lost.
     pub(crate) fn reset(&mut self) {
         self.joints = typical_loop().unwrap();
         self.calls.clear();

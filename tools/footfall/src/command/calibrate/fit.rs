@@ -108,7 +108,7 @@ pub enum What {
         poses: usize,
     },
     /// The volts do not follow the angle.
-    #[error("stuck: over {angle_deg:.1} degrees the sensor moves by {volts:.4} V; must be more than {least_v:.4} V")]
+    #[error("stuck: over {angle_deg:.1} degrees the sensor changes by {volts:.4} V; must be more than {least_v:.4} V")]
     Stuck {
         /// Range of the angles.
         angle_deg: f64,
@@ -120,7 +120,7 @@ pub enum What {
     /// The volts vary while the angle is held.
     #[error(
         "unsteady: at {angle_deg} degrees the rows spread by {sd_deg:.2} degrees (standard deviation); allowed is {most_deg}: \
-         hold still, or look for a row that does not belong there"
+         hold the joint still, or remove a wrong row"
     )]
     Unsteady {
         /// The pose.
@@ -151,7 +151,7 @@ pub enum What {
     },
     /// An inner stretch where the volts do not change.
     #[error(
-        "dead zone: from {from_deg} to {to_deg} degrees the volts move by {volts:.4} V; must be {least_v:.4} V at least"
+        "dead zone: from {from_deg} to {to_deg} degrees the volts change by {volts:.4} V; must be {least_v:.4} V at least"
     )]
     DeadZone {
         /// Its start.

@@ -125,7 +125,7 @@ pub enum LearnError {
     Rate(#[from] gait_trace::ResampleError),
     /// No stride period.
     #[error(
-        "nothing in {window_s:.1} s repeats itself: no template can be learned from them; allowed are two strides or more of steady walking"
+        "no stride period in {window_s:.1} s, so no template can be learned; allowed are two strides or more of steady walking"
     )]
     NoStride {
         /// Duration that was searched, s.
@@ -449,6 +449,6 @@ mod tests {
         let noise = times.iter().map(|t| (t * t * 7.0).sin() * 3.0).collect();
         let recording = Recording::build(times, vec![Channel::new("left_hip", Quantity::Angle, noise)]).unwrap();
         let error = learn(&recording, Joint::LeftHip, 12.0).unwrap_err();
-        assert!(error.to_string().contains("nothing in 10.0 s repeats itself"), "{error}");
+        assert!(error.to_string().contains("no stride period in 10.0 s"), "{error}");
     }
 }
