@@ -159,9 +159,9 @@ fn parameter_files() {
         ("direction = \"forward\"", "direction = \"up\"", vec!["field `servos.left_hip.direction`", "\"mirrored\""]),
         ("ramp_s = 2", "ramp_s = 60", vec!["field `blend.ramp_s`", "60", "0.5 to 30 s"]),
         ("left_hip = 0", "left_hip = 90", vec!["field `blend.park_deg.left_hip`", "90", "-30 to 60 deg"]),
-        ("sensor_required = true", "sensor_required = 1", vec!["field `watch.sensor_required`", "`true` or `false`"]),
-        ("overruns_per_s = 2", "overruns_per_s = -1", vec!["field `watch.overruns_per_s`", "-1", "0 to 100"]),
-        ("debounce_s = 0.02", "debounce_s = 0.02\nspeed = 3", vec!["field `watch.speed`", "unknown field"]),
+        ("sensor_required = true", "sensor_required = 1", vec!["field `monitor.sensor_required`", "`true` or `false`"]),
+        ("overruns_per_s = 2", "overruns_per_s = -1", vec!["field `monitor.overruns_per_s`", "-1", "0 to 100"]),
+        ("debounce_s = 0.02", "debounce_s = 0.02\nspeed = 3", vec!["field `monitor.speed`", "unknown field"]),
         ("left_knee = [-2, 120]", "left_knee = [-2, 140]", vec!["gate.range", "left_knee", "pulse"]),
     ] {
         let at = good.find(from).unwrap_or_else(|| panic!("{from} is not in the file"));

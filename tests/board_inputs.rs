@@ -84,7 +84,7 @@ fn volts(walk: &Looped, sensors: &JointSensors) -> Recording {
 fn each_of_four_sensors_has_its_own_calibration() {
     let board = Board::find();
     let (folder, walk, sensors) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap(), four());
-    let parameters = Parameters::or_default(None, Some(sensors.clone())).unwrap();
+    let parameters = Parameters::with_defaults(None, Some(sensors.clone())).unwrap();
     let feed = folder.path().join("volts.csv");
     csv_file::write(&feed, &volts(&walk, &sensors)).unwrap();
     let mut options: Vec<OsString> = ["--secs", "5", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
@@ -134,7 +134,7 @@ fn a_follower_uses_the_channel_of_its_joint() {
         let mut options = options.clone();
         options.extend(download(GENERATOR_SECTOR, generator_record::record_of(&config).bytes(), folder.path(), "w"));
         options.extend(download(SENSORS_SECTOR, sensor_record::record_of(sensors).bytes(), folder.path(), "s"));
-        board.run_as(&Parameters::or_default(Some(config), Some(sensors.clone())).unwrap(), &options)
+        board.run_as(&Parameters::with_defaults(Some(config), Some(sensors.clone())).unwrap(), &options)
     };
     let ran = with(&sensors);
     assert_equal(&ran);

@@ -4,7 +4,7 @@ use footfall_tests::degraded::Degraded;
 use footfall_tests::host_loop::{HostLoop, Ticked};
 use footfall_tests::recordings::default_trace;
 use hgod_adc::Validity;
-use joint_loop::{Cause, LoopConfig, SENSORS, SupervisorState, anatomy, reaction};
+use joint_loop::{Cause, LoopConfig, SENSORS, SupervisorState, anatomy, fault_response};
 use joint_units::{AdcCode, Joint};
 use std::f64::consts::TAU;
 
@@ -24,7 +24,7 @@ fn a_minute_of_walking_keeps_every_limit_of_the_gate() {
     for (n, ticked) in all.iter().enumerate() {
         let frame = &ticked.frame;
         assert_eq!((frame.tick, frame.missed, frame.late), (n as u32 + 1, 0, 0));
-        assert_eq!(frame.verdict[0], Some(Validity::Good), "tick {n}");
+        assert_eq!(frame.validity[0], Some(Validity::Good), "tick {n}");
         for ((joint, angle), range) in Joint::ALL.into_iter().zip(degrees(ticked)).zip(gate.range) {
             let (least, most) = (f64::from(range.least.0).to_degrees(), f64::from(range.most.0).to_degrees());
             assert!((least - 1e-4..=most + 1e-4).contains(&angle), "tick {n}: {} at {angle}", joint.name());
@@ -166,7 +166,7 @@ fn a_broken_sensor_stops_the_walk_in_time() {
         (Degraded::Short(at), Validity::Short),
         (Degraded::Stuck(at), Validity::Stuck),
     ] {
-        let is = reaction(verdict).expect("something follows");
+        let is = fault_response(verdict).expect("something follows");
         let within = u32::from(is.stops_ms());
         let (after, cause) = leaves(condition, at).unwrap_or_else(|| panic!("{condition:?}: the walk goes on"));
         assert!(after <= within, "{condition:?}: after {after} ms");

@@ -1,7 +1,7 @@
 //! Every verdict on the gait sensor, on the virtual board: the flashed image is fed with a recorded knee as volts, the fault begins at 24
 //! phases all over the stride and between any two of the four conversions of a tick, with noise on the volts and without. Measured: when the
 //! verdict has its name, when the supervisor stops and why, when the outputs are off; asserted: the constants of
-//! [`hgod_adc::Validity::detection_ms`] and the table of [`joint_loop::reaction`].
+//! [`hgod_adc::Validity::detection_ms`] and the table of [`joint_loop::fault_response`].
 //!
 //! The frames are those of a replay of the board's own inputs, which is equal to the board's log bit for bit: that is asserted too.
 //! What this shows is shown on models of the chip's peripherals, not on hardware.
@@ -20,8 +20,8 @@ use gait_trace::format::csv_file;
 use gait_trace::format::open;
 use hgod_adc::{Sensor, Supply, Validity};
 use joint_loop::{
-    Answer, BoardGenerator, Cause, FREEWHEEL_MS, Frame, GeneratorConfig, PARK_MS, SENSOR_TOLERANCE_MS, SENSORS,
-    SupervisorState, reaction,
+    BoardGenerator, Cause, FREEWHEEL_MS, Frame, GeneratorConfig, PARK_MS, Response, SENSOR_TOLERANCE_MS, SENSORS,
+    SupervisorState, fault_response,
 };
 use joint_units::{AdcCode, Joint, Radians, Volts};
 use std::f64::consts::PI;
@@ -75,7 +75,7 @@ fn used_up(frames: &[Frame<SENSORS>], from: u32) -> Option<u32> {
     let tolerance = i32::from(SENSOR_TOLERANCE_MS);
     first(frames, from, |_| true)?;
     frames[index(from)..].iter().find_map(|frame| {
-        spell = if frame.verdict[0] == Some(Validity::Good) { (spell - 1).max(0) } else { spell + 1 };
+        spell = if frame.validity[0] == Some(Validity::Good) { (spell - 1).max(0) } else { spell + 1 };
         (spell > tolerance).then_some(frame.tick)
     })
 }
@@ -102,23 +102,23 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
     // Before it all is well, but for the one tick of which half is the fault's.
     let sound = &frames[..index(whole - 1)];
     assert!(
-        sound.iter().all(|frame| frame.verdict[0] == Some(Validity::Good)),
+        sound.iter().all(|frame| frame.validity[0] == Some(Validity::Good)),
         "{of}: a sample rejected without a fault"
     );
     assert_eq!(sound[sound.len() - 1].state, SupervisorState::Walking, "{of}");
 
     // The verdict, in time; and until then no sample is taken for an angle, if it is one of those that are doubted at once.
-    let found = first(&frames, whole - 1, |frame| frame.verdict[0] == Some(fault.verdict()))
+    let found = first(&frames, whole - 1, |frame| frame.validity[0] == Some(fault.verdict()))
         .unwrap_or_else(|| panic!("{of}: not classified"));
-    let detection = u32::from(is.said_ms);
+    let detection = u32::from(is.classified_ms);
     assert!(found < wrong + detection, "{of}: found in tick {found}, wrong from {wrong}");
     let detected_ms = clock.ms(at, found);
     // The fault may begin after the second of a tick's conversions, and a code that sticks right after a change.
     let late = if fault == Fault::Stuck { 1.5 } else { 0.5 };
-    assert!(detected_ms <= f64::from(is.said_ms) + late, "{of}: {detected_ms} ms");
-    if is.doubted_ms == 1 && fault != Fault::Loose {
+    assert!(detected_ms <= f64::from(is.classified_ms) + late, "{of}: {detected_ms} ms");
+    if is.rejected_ms == 1 && fault != Fault::Loose {
         assert!(
-            frames[index(wrong)..index(found)].iter().all(|frame| frame.verdict[0] != Some(Validity::Good)),
+            frames[index(wrong)..index(found)].iter().all(|frame| frame.validity[0] != Some(Validity::Good)),
             "{of}"
         );
     }
@@ -131,20 +131,20 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
         Fault::Jump => {
             let supply = Supply::new(Volts(SUPPLY as f32)).unwrap();
             let angle = |code| sensor.calibration().angle(sensor.reference().volts(code, supply)).unwrap().degrees();
-            let good = first(&frames[..index(whole + 1)], whole - 2, |frame| frame.verdict[0] != Some(Validity::Good))
+            let good = first(&frames[..index(whole + 1)], whole - 2, |frame| frame.validity[0] != Some(Validity::Good))
                 .unwrap()
                 - 1;
             let far = (angle(codes[index(wrong)]) - angle(codes[index(good)])).abs();
             let (doubted, limit) = ((far - 3.0) / 1.5, f32::from(SENSOR_TOLERANCE_MS) + 1.0);
             // A code of noise is a few hundredths of a degree: right at the limit either is right.
             let either = (doubted - limit).abs() < 0.5;
-            if if either { left.is_some() } else { doubted > limit } { Answer::Park } else { Answer::CarryOn }
+            if if either { left.is_some() } else { doubted > limit } { Response::Park } else { Response::CarryOn }
         }
-        _ => is.own_rhythm,
+        _ => is.independent,
     };
     let mut measured = Measured { noise, detected_ms, stopped_ms: None, off_ms: None };
     match expected {
-        Answer::Park => {
+        Response::Park => {
             let left = left.unwrap_or_else(|| panic!("{of}: the walk goes on"));
             let frame = &frames[index(left)];
             assert_eq!((frame.state, frame.cause), (SupervisorState::Stopping, is.cause), "{of}");
@@ -167,8 +167,8 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
             measured.stopped_ms = Some(clock.ms(at, left));
             measured.off_ms = Some(clock.ms(at, off));
         }
-        Answer::CarryOn => assert_eq!((left, ran.books.cause), (None, Cause::None), "{of}"),
-        Answer::Freewheel => unreachable!("the generator follows nobody"),
+        Response::CarryOn => assert_eq!((left, ran.books.cause), (None, Cause::None), "{of}"),
+        Response::Freewheel => unreachable!("the generator follows nobody"),
     }
     measured
 }
@@ -195,16 +195,16 @@ fn measure_brief(rig: &Rig<'_>, fault: Fault, noise: f64) -> Vec<Measured> {
         let over = clock.first_wrong(at + fault.lasts()) + 1;
         bad[index(wrong - 1)..=index(over)].fill(true);
         let of = format!("{fault:?} in tick {wrong}, noise {noise}");
-        let found = first(&frames, wrong - 1, |frame| frame.verdict[0] == Some(fault.verdict())).expect("classified");
-        assert!(found < wrong + u32::from(is.said_ms), "{of}: found in tick {found}");
+        let found = first(&frames, wrong - 1, |frame| frame.validity[0] == Some(fault.verdict())).expect("classified");
+        assert!(found < wrong + u32::from(is.classified_ms), "{of}: found in tick {found}");
         let during = &frames[index(wrong - 1)..=index(over)];
         let worst =
-            during.iter().fold(Validity::Good, |worst, frame| worst.worse(frame.verdict[0].unwrap_or_default()));
+            during.iter().fold(Validity::Good, |worst, frame| worst.worse(frame.validity[0].unwrap_or_default()));
         assert_eq!(worst, fault.verdict(), "{of}: a worse validity");
         Measured { noise, detected_ms: clock.ms(at, found), stopped_ms: None, off_ms: None }
     });
     let measured = measured.collect();
-    let other = frames.iter().zip(&bad).find(|(frame, bad)| !**bad && frame.verdict[0] != Some(Validity::Good));
+    let other = frames.iter().zip(&bad).find(|(frame, bad)| !**bad && frame.validity[0] != Some(Validity::Good));
     assert!(other.is_none(), "{fault:?}: a sample rejected without a fault: {other:?}");
     measured
 }
@@ -276,7 +276,7 @@ fn every_fault_is_classified_and_acted_on_in_time() {
             fault.verdict(),
             all.len(),
             all.iter().filter(|measured| measured.noise > 0.0).count(),
-            is.said_ms,
+            is.classified_ms,
             spread(all.iter().map(|measured| measured.detected_ms)),
             spread(all.iter().filter_map(|measured| measured.stopped_ms)),
             spread(all.iter().filter_map(|measured| measured.off_ms)),
@@ -314,7 +314,7 @@ fn loses(rig: &Rig<'_>, fault: Fault, phase: u32) -> [f64; 3] {
     let ticks = following(&ran, &rig.generator);
     let of = format!("{fault:?} at phase {phase} of {PHASES}");
     let wrong = clock.first_wrong(at);
-    assert!(frames[..index(wrong - 1)].iter().all(|frame| frame.verdict[0] == Some(Validity::Good)), "{of}");
+    assert!(frames[..index(wrong - 1)].iter().all(|frame| frame.validity[0] == Some(Validity::Good)), "{of}");
     assert_eq!((ticks[index(wrong - 1)].0, ticks[index(wrong - 1)].1), (Lock::Locked, 1.0), "{of}: before the fault");
 
     // It holds at once: no good sample for 20 ms, or sooner by what a moving leg does not do.
@@ -363,7 +363,7 @@ fn a_follower_walks_through_spikes_and_short_interruptions() {
     let board = Board::find();
     let rig = Rig::new(&board, follower(), false);
     for fault in [Fault::Spike, Fault::Brief] {
-        assert_eq!(fault.reaction().follower, Answer::CarryOn);
+        assert_eq!(fault.reaction().follower, Response::CarryOn);
         let knee = Knee::new(1.0, 13.0, 11);
         let apart = knee.stride_s() * 5.0 / f64::from(PHASES);
         let faults: Vec<_> = (0..PHASES).map(|n| (fault, rig.clock.moment(6.0 + f64::from(n) * apart, n))).collect();
@@ -430,7 +430,7 @@ fn check_in_a_row(people: &[(&str, &str)]) {
     }
     let secs = angles.len() as f64 * 1e-3;
     let (ran, frames) = rig.run(&text, secs);
-    let bad: Vec<_> = frames.iter().filter(|frame| frame.verdict[0] != Some(Validity::Good)).collect();
+    let bad: Vec<_> = frames.iter().filter(|frame| frame.validity[0] != Some(Validity::Good)).collect();
     report!("{} frames of {names:?}: {} rejected", frames.len(), bad.len());
     assert!(bad.is_empty(), "{:?}", bad[0]);
     let walking = frames.iter().filter(|frame| frame.state == SupervisorState::Walking).count();
@@ -445,13 +445,13 @@ fn the_document_has_the_constants() {
     let rows: Vec<Vec<&str>> =
         rows.map(|row| row.split('|').map(|cell| cell.trim().trim_matches('`')).collect()).collect();
     for verdict in Validity::ALL {
-        let Some(is) = reaction(verdict) else { continue };
+        let Some(is) = fault_response(verdict) else { continue };
         let row = rows.iter().find(|row| row[0] == verdict.name()).unwrap_or_else(|| panic!("{verdict}: no row"));
         let [stops, freewheels] = [is.stops_ms(), is.freewheels_ms()].map(|ms| ms.to_string());
         let expected = [
-            is.said_ms.to_string(),
+            is.classified_ms.to_string(),
             is.cause.name().into(),
-            is.own_rhythm.name().into(),
+            is.independent.name().into(),
             stops,
             is.follower.name().into(),
             freewheels,

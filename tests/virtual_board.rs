@@ -438,7 +438,7 @@ fn an_open_wire_stops_the_walk_and_is_named() {
     let boot = only(&ran);
     let frames = boot.replay(&GeneratorConfig::default_walk());
     let left = frames.iter().rposition(|frame| frame.state == SupervisorState::Walking).unwrap();
-    let open = frames.iter().position(|frame| frame.verdict[0] == Some(hgod_adc::Validity::Open)).unwrap();
+    let open = frames.iter().position(|frame| frame.validity[0] == Some(hgod_adc::Validity::Open)).unwrap();
     let off = boot.calls.iter().position(|(_, call)| call.codes[0] < 81).unwrap();
     assert!(open - off <= 50, "named after {} ms", open - off);
     assert!(left - off <= 55, "the walk goes on for {} ms", left - off);
@@ -460,9 +460,9 @@ fn sector(bytes: &[u8]) -> (tempfile::NamedTempFile, String) {
 
 fn the_board_runs_the_generator_of_its_parameter_sector() {
     let board = Board::find();
-    for name in ["robust", "thesis"] {
+    for name in ["phase-coupled", "thesis"] {
         let mut file = GeneratorFile::default_of(name).unwrap();
-        if let GeneratorSet::Robust(set) = &mut file.set {
+        if let GeneratorSet::PhaseCoupled(set) = &mut file.set {
             // Not the built-in one.
             set.natural_period_s *= 0.9;
             set.joints[2].amplitude_deg = 25.0;

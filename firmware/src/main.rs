@@ -50,7 +50,7 @@ mod boot {
     use firmware::pacing::Pacer;
     use firmware::post_mortem::LOCKOUT_STREAK;
     use heapless::spsc::Queue;
-    use joint_loop::setup::default_loop::walk_loop;
+    use joint_loop::setup::default_loop::board_loop;
     use joint_loop::{Frame, SENSORS, Sample};
     use wire::{Edge, Inputs, Subject};
 
@@ -101,7 +101,7 @@ mod boot {
         stopwatch::start();
 
         // Everything that can be refused is refused here, before anything can move.
-        let walk = match walk_loop(&parameters, reference_cal, BOARD.min_supply, SENSOR_REQUIRED) {
+        let walk = match board_loop(&parameters, reference_cal, BOARD.min_supply, SENSOR_REQUIRED) {
             Ok(walk) => walk,
             Err(refusal) => stay_off(Subject::Configuration, refusal),
         };

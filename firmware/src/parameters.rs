@@ -1,7 +1,7 @@
 //! Reads the board's parameters: generator and sensors, each from a flash sector of its own; the built-in ones where that is erased.
 
 use firmware::board::{GENERATOR_SECTOR, SECTOR_BYTES, SENSORS_SECTOR};
-use joint_loop::setup::default_loop::{Parameters, Refusal};
+use joint_loop::setup::default_loop::{BoardLoopError, Parameters};
 use joint_loop::store::{generator_record, sensor_record};
 use wire::Subject;
 
@@ -14,7 +14,7 @@ pub(crate) enum NoParameters {
     /// The second sector holds something else than a sensor record.
     Sensors(sensor_record::SensorRecordError),
     /// The built-in ones are refused.
-    BuiltIn(Refusal),
+    BuiltIn(BoardLoopError),
 }
 
 impl NoParameters {
@@ -45,7 +45,7 @@ pub(crate) fn read() -> Result<Parameters, NoParameters> {
     let sensors = sensor_record::read(sector(SENSORS_SECTOR, sensor_record::MAX_BYTES));
     let generator = generator.map_err(NoParameters::Generator)?.map(|stored| stored.config);
     let sensors = sensors.map_err(NoParameters::Sensors)?.map(|stored| stored.sensors);
-    Parameters::or_default(generator, sensors).map_err(NoParameters::BuiltIn)
+    Parameters::with_defaults(generator, sensors).map_err(NoParameters::BuiltIn)
 }
 
 /// The start of a sector.

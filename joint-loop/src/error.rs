@@ -59,7 +59,7 @@ pub enum LoopError {
     },
     /// The park pose is not a pose that the gate lets pass.
     Park,
-    /// `watch.sensor_required` is set, but there is no sensor.
+    /// `monitor.sensor_required` is set, but there is no sensor.
     NoSensor,
     /// The generator that was handed over does not pass its own check.
     Generator,
@@ -111,7 +111,7 @@ impl fmt::Display for LoopError {
             Self::SameJoint { index } => write!(f, "gate.pose[{index}] must name two different joints"),
             Self::ParkOutsidePose { index } => write!(f, "blend.park must be strictly inside gate.pose[{index}]"),
             Self::Park => f.write_str("blend.park must be inside gate.range and gate.pose"),
-            Self::NoSensor => f.write_str("watch.sensor_required is set, so at least one sensor must be given"),
+            Self::NoSensor => f.write_str("monitor.sensor_required is set, so at least one sensor must be given"),
             Self::Generator => f.write_str("the generator does not pass its own check before its first step"),
         }
     }

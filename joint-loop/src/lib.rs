@@ -13,7 +13,7 @@
 //!
 //! // From its own rhythm, with no sensor on the leg.
 //! let mut config = LoopConfig::default_biped();
-//! config.watch.sensor_required = false;
+//! config.monitor.sensor_required = false;
 //! let mut joints = config.build(Period::MILLISECOND, default_walk(Period::MILLISECOND)?, [])?;
 //! let idle = Sample::default();
 //! let pressed = Sample { button: true, ..idle };
@@ -71,22 +71,21 @@ pub mod motion;
 pub mod setup;
 pub mod store;
 
-pub use control::button::{Button, Press};
 pub use control::fault_table::{
-    Answer, FOLLOWER_BRIDGE_MS, FREEWHEEL_MS, PARK_MS, Reaction, SENSOR_TOLERANCE_MS, reaction,
+    FOLLOWER_BRIDGE_MS, FREEWHEEL_MS, FaultResponse, PARK_MS, Response, SENSOR_TOLERANCE_MS, fault_response,
 };
-pub use control::monitor::{Seen, Watch, WatchConfig, Watched};
+pub use control::monitor::MonitorConfig;
 pub use control::supervisor::{Cause, SupervisorState};
 pub use control::tick::JointLoop;
 pub use error::LoopError;
-pub use generator::board_generator::{
-    BoardGenerator, FollowConfig, GeneratorConfig, SERIES_HARMONICS, SeriesConfig, ShapeConfig,
-};
+pub use generator::follow::FollowConfig;
+pub use generator::shape::{SERIES_HARMONICS, SeriesConfig, ShapeConfig};
+pub use generator::{BoardGenerator, GeneratorConfig};
 pub use io::board::{BoardFaults, Command, MAX_ELAPSED, Sample};
 pub use io::frame::{Frame, SetpointHash};
-pub use motion::blend::{Blend, BlendConfig, Weight};
+pub use motion::blend::BlendConfig;
 pub use motion::gate::{Gate, GateState, GateStatus, NonFinite};
 pub use motion::servo::{Direction, ServoConfig, ServoMap};
 pub use setup::config::{GateConfig, JointRange, LoopConfig, POSE_LIMITS, PoseLimit, PoseSense, anatomy};
 pub use setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSOR_JOINT, SENSORS};
-pub use store::flash_record::FrameError;
+pub use store::flash_record::FlashRecordError;

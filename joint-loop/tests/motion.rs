@@ -164,7 +164,7 @@ fn a_hurried_stop_is_smooth_from_every_tick() {
 #[test]
 fn a_jumping_generator_is_bounded() {
     let mut config = LoopConfig::default_biped();
-    config.watch.pose_tolerance_s = 1.0;
+    config.monitor.pose_tolerance_s = 1.0;
     let wild = [[60.0, -30.0, 120.0, 0.0], [-30.0, 60.0, 0.0, 120.0], [400.0, -400.0, 400.0, 400.0], [0.0; 4]];
     for period_of_jumps in [1, 7, 50, 130, 400] {
         let mut joints = config
@@ -240,7 +240,7 @@ fn one_step_a_call() {
 #[test]
 fn the_course_does_not_depend_on_the_period() {
     let mut config = LoopConfig::default_biped();
-    config.watch.sensor_required = false;
+    config.monitor.sensor_required = false;
     let mut poses = Vec::new();
     for micros in [500, 1_000, 2_000] {
         let period = Period::from_micros(micros).expect("valid");

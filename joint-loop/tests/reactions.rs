@@ -4,7 +4,7 @@ mod support;
 
 use cpg_core::{Field, StateFault};
 use hgod_adc::Validity;
-use joint_loop::{BoardFaults, Cause, Command, LoopConfig, PARK_MS, Sample, SupervisorState, reaction};
+use joint_loop::{BoardFaults, Cause, Command, LoopConfig, PARK_MS, Sample, SupervisorState, fault_response};
 use joint_units::{AdcCode, Period, Radians};
 use support::{Puppet, fault, good, idle, press, puppet, reach, run, sensor, walker, walker_with};
 
@@ -104,7 +104,7 @@ fn sound_in(state: SupervisorState, verdict: Validity) -> joint_loop::JointLoop<
     for tick in 0..400 {
         let code = from - (from - to) * tick / 399 + (tick & 1);
         joints.tick(&Sample { codes: [AdcCode(code as u16)], ..good(0) });
-        assert_eq!(joints.frame().verdict, [Some(Validity::Good)], "{tick}");
+        assert_eq!(joints.frame().validity, [Some(Validity::Good)], "{tick}");
     }
     joints
 }
@@ -129,19 +129,19 @@ fn wrong(verdict: Validity, n: u32) -> Sample<1> {
     }
 }
 
-/// The table of [`joint_loop::reaction`], walked through: the verdict has its name in its ms and not before, the walk is left in the ms
+/// The table of [`joint_loop::fault_response`], walked through: the verdict has its name in its ms and not before, the walk is left in the ms
 /// that is stated, with the cause that is stated, and the outputs are off in time.
 #[test]
 fn every_verdict_has_the_reaction_of_the_table() {
     for verdict in Validity::ALL {
-        let Some(is) = reaction(verdict) else { continue };
+        let Some(is) = fault_response(verdict) else { continue };
         let mut joints = sound_in(SupervisorState::Walking, verdict);
         let (mut said, mut stops, mut off) = (None, None, None);
         // A rate is one for 72 ms, and then believed.
-        for n in 1..=if is.said_ms < 1_000 { 400 } else { 1_400 } {
+        for n in 1..=if is.classified_ms < 1_000 { 400 } else { 1_400 } {
             let command = joints.tick(&wrong(verdict, n));
             let frame = joints.frame();
-            if frame.verdict == [Some(verdict)] && said.is_none() {
+            if frame.validity == [Some(verdict)] && said.is_none() {
                 said = Some(n);
             }
             if frame.state != SupervisorState::Walking && stops.is_none() {
@@ -155,7 +155,7 @@ fn every_verdict_has_the_reaction_of_the_table() {
                 off = Some(n);
             }
         }
-        assert_eq!(said, Some(u32::from(is.said_ms)), "{verdict}");
+        assert_eq!(said, Some(u32::from(is.classified_ms)), "{verdict}");
         assert_eq!(stops, Some(u32::from(is.stops_ms())), "{verdict}");
         let last = u32::from(is.stops_ms() + PARK_MS);
         assert!(off.is_some_and(|off| (last - 4..=last).contains(&off)), "{verdict}: {off:?}, {last} stated");
@@ -177,7 +177,7 @@ fn what_the_table_says_is_carried_through_is() {
             let held = joints.frame().measured;
             joints.tick(&if verdict == Validity::Saturated { wrong(Validity::Open, n) } else { wrong(verdict, n) });
             other.tick(&sound(verdict, n));
-            last = joints.frame().verdict[0].expect("worn");
+            last = joints.frame().validity[0].expect("worn");
             assert_eq!(joints.frame().measured, held, "the last good angle is kept");
         }
         assert_eq!(last, verdict);
@@ -194,9 +194,9 @@ fn what_the_table_says_is_carried_through_is() {
 #[test]
 fn with_any_verdict_but_good_a_press_does_not_arm_and_the_cause_says_which() {
     for verdict in Validity::ALL {
-        let Some(is) = reaction(verdict) else { continue };
+        let Some(is) = fault_response(verdict) else { continue };
         let mut joints = sound_in(SupervisorState::Disarmed, verdict);
-        let said = u32::from(is.said_ms);
+        let said = u32::from(is.classified_ms);
         // 20 ms of the button are a press; the sensor's trouble begins so that its name comes with the last of them.
         for tick in 0..1_200 {
             let button = (1_180..1_200).contains(&tick);
@@ -204,7 +204,7 @@ fn with_any_verdict_but_good_a_press_does_not_arm_and_the_cause_says_which() {
             let sample = if tick >= begins { wrong(verdict, tick + 1 - begins) } else { sound(verdict, tick) };
             joints.tick(&Sample { button, ..sample });
         }
-        assert_eq!(joints.frame().verdict, [Some(verdict)]);
+        assert_eq!(joints.frame().validity, [Some(verdict)]);
         assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, is.cause), "{verdict}");
     }
 }
@@ -227,7 +227,7 @@ fn a_flickering_wire_uses_the_tolerance_up() {
 #[test]
 fn without_a_required_sensor_the_rhythm_goes_on() {
     let mut config = LoopConfig::default_biped();
-    config.watch.sensor_required = false;
+    config.monitor.sensor_required = false;
     let mut joints = walker_with(&config);
     let open = |s| Sample { codes: [support::OPEN], vrefint: joint_units::AdcCode(0), ..s };
     run(&mut joints, 100, open);
@@ -235,7 +235,7 @@ fn without_a_required_sensor_the_rhythm_goes_on() {
     run(&mut joints, 60_000, open);
     assert_eq!(joints.state(), SupervisorState::Walking);
     // And still every verdict is reported.
-    assert_eq!(joints.frame().verdict, [Some(hgod_adc::Validity::SupplyLow)]);
+    assert_eq!(joints.frame().validity, [Some(hgod_adc::Validity::SupplyLow)]);
     assert_eq!(joints.frame().limited_ticks, 0);
 }
 
@@ -415,12 +415,12 @@ fn a_configuration_that_cannot_work_is_refused_by_name() {
         ("blend.ramp_s is 0.4 s; allowed are 0.5 to 30 s", |c| c.blend.ramp_s = 0.4),
         ("blend.stop_s is 31 s", |c| c.blend.stop_s = 31.0),
         ("blend.hurry_s is 0.31 s; allowed are 0.1 to 0.3 s", |c| c.blend.hurry_s = 0.31),
-        ("watch.sensor_tolerance_s is 1.5 s", |c| c.watch.sensor_tolerance_s = 1.5),
-        ("watch.pose_tolerance_s is not", |c| c.watch.pose_tolerance_s = f32::INFINITY),
-        ("watch.stop_gap_s is 0.03 s; allowed are 0 to 0.02 s", |c| c.watch.stop_gap_s = 0.03),
-        ("watch.fault_gap_s is 0.3 s; allowed are 0.001 to 0.1 s", |c| c.watch.fault_gap_s = 0.3),
-        ("watch.overruns_per_s is 101", |c| c.watch.overruns_per_s = 101),
-        ("watch.debounce_s is 0 s; allowed are 0.005 to 0.2 s", |c| c.watch.debounce_s = 0.0),
+        ("monitor.sensor_tolerance_s is 1.5 s", |c| c.monitor.sensor_tolerance_s = 1.5),
+        ("monitor.pose_tolerance_s is not", |c| c.monitor.pose_tolerance_s = f32::INFINITY),
+        ("monitor.stop_gap_s is 0.03 s; allowed are 0 to 0.02 s", |c| c.monitor.stop_gap_s = 0.03),
+        ("monitor.fault_gap_s is 0.3 s; allowed are 0.001 to 0.1 s", |c| c.monitor.fault_gap_s = 0.3),
+        ("monitor.overruns_per_s is 101", |c| c.monitor.overruns_per_s = 101),
+        ("monitor.debounce_s is 0 s; allowed are 0.005 to 0.2 s", |c| c.monitor.debounce_s = 0.0),
         ("gate.pose[2] must name two different joints", |c| {
             c.gate.pose[2] = c.gate.pose[2].map(|p| joint_loop::PoseLimit { first: p.second, ..p });
         }),

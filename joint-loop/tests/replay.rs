@@ -33,7 +33,7 @@ fn every_code_in_every_state() {
                 assert_eq!((frame.state, command.pulses.is_some()), (after, after.moving()), "{code} {state:?}");
                 assert!(frame.measured[0].0.is_finite() && (0.0..=120.1).contains(&frame.measured[0].degrees()));
                 let reading = alone.sample(&mut listening.clone(), sample.codes[0], sample.vrefint);
-                assert_eq!(frame.verdict, [Some(reading.validity)], "{code} {state:?}");
+                assert_eq!(frame.validity, [Some(reading.validity)], "{code} {state:?}");
                 assert_eq!(frame.measured[0].0.to_bits(), reading.angle.0.to_bits(), "{code} {state:?}");
                 for tick in 0..if code % 64 == 0 { 60 } else { 1 } {
                     let before = joints.frame();
@@ -127,7 +127,7 @@ proptest! {
                 prop_assert_eq!(command.pulses.is_some(), after.state.moving());
                 if !before.state.moving() && after.state.moving() {
                     prop_assert!(before.state == SupervisorState::Disarmed && held_for >= 20);
-                    prop_assert!(after.verdict == [Some(Validity::Good)] && sample.faults.is_empty());
+                    prop_assert!(after.validity == [Some(Validity::Good)] && sample.faults.is_empty());
                 }
                 recorded.push((sample, after));
             }

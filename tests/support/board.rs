@@ -8,7 +8,7 @@ use footfall::board::lines;
 use footfall::board::lines::{BoardLine, End};
 use footfall::board::run::{BoardRun, Counters};
 use footfall::board::telemetry::record_in;
-use joint_loop::setup::default_loop::{Parameters, WalkLoop, walk_loop};
+use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
 use joint_loop::{Frame, GeneratorConfig, SENSORS};
 use joint_units::{AdcCode, Volts};
 use serde_json::Value;
@@ -80,7 +80,7 @@ impl Booted {
     /// The boot record is missing, or inputs were lost.
     #[must_use]
     pub fn replay(&self, generator: &GeneratorConfig) -> Vec<Frame<SENSORS>> {
-        self.watch(generator, WalkLoop::frame)
+        self.watch(generator, BoardLoop::frame)
     }
 
     /// The same, and what `see` makes of the loop after every call.
@@ -88,7 +88,7 @@ impl Booted {
     /// # Panics
     /// As [`Booted::replay`].
     #[must_use]
-    pub fn watch<T>(&self, generator: &GeneratorConfig, see: impl FnMut(&WalkLoop) -> T) -> Vec<T> {
+    pub fn watch<T>(&self, generator: &GeneratorConfig, see: impl FnMut(&BoardLoop) -> T) -> Vec<T> {
         self.watch_as(&with_generator(generator), see)
     }
 
@@ -97,10 +97,10 @@ impl Booted {
     /// # Panics
     /// As [`Booted::replay`].
     #[must_use]
-    pub fn watch_as<T>(&self, parameters: &Parameters, mut see: impl FnMut(&WalkLoop) -> T) -> Vec<T> {
+    pub fn watch_as<T>(&self, parameters: &Parameters, mut see: impl FnMut(&BoardLoop) -> T) -> Vec<T> {
         let boot = self.boot.as_ref().expect("a boot record");
         let mut joints =
-            walk_loop(parameters, AdcCode(boot.reference_cal), Volts(boot.min_supply_v), boot.sensor_required)
+            board_loop(parameters, AdcCode(boot.reference_cal), Volts(boot.min_supply_v), boot.sensor_required)
                 .expect("the loop");
         let seen = self.calls.iter().map(|(tick, call)| {
             joints.tick(&call.sample());
@@ -206,7 +206,7 @@ impl Board {
 
 /// A board with this generator, and the default sensors.
 fn with_generator(generator: &GeneratorConfig) -> Parameters {
-    Parameters::or_default(Some(*generator), None).expect("the defaults are valid")
+    Parameters::with_defaults(Some(*generator), None).expect("the defaults are valid")
 }
 
 fn take(boot: &mut Booted, message: &Message) {

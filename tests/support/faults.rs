@@ -7,7 +7,7 @@ use firmware::board::GENERATOR_SECTOR;
 use gait_trace::Recording;
 use hgod_adc::Validity;
 use joint_loop::store::generator_record::record_of;
-use joint_loop::{Frame, GeneratorConfig, Reaction, SENSORS, reaction};
+use joint_loop::{FaultResponse, Frame, GeneratorConfig, SENSORS, fault_response};
 use std::ffi::OsString;
 use std::path::Path;
 
@@ -74,8 +74,8 @@ impl Fault {
     /// # Panics
     /// Never: it is not good.
     #[must_use]
-    pub fn reaction(self) -> Reaction {
-        reaction(self.verdict()).expect("something follows")
+    pub fn reaction(self) -> FaultResponse {
+        fault_response(self.verdict()).expect("something follows")
     }
 
     /// Volts at the sensor's pin, `since` seconds after the fault began, where a sound sensor gives `sound` now and gave `then` at the

@@ -2,7 +2,7 @@
 
 use crate::degraded::{Degraded, Stream};
 use crate::recordings::default_volts;
-use footfall::board::default_loop::{WalkLoop, typical_loop, typical_sensor};
+use footfall::board::default_loop::{BoardLoop, typical_loop, typical_sensor};
 use gait_trace::Recording;
 use hgod_adc::{Reference, Supply};
 use joint_loop::{Command, Frame, SENSORS, Sample};
@@ -16,7 +16,7 @@ pub struct HostLoop {
     stream: Stream,
     tick: u32,
     /// The loop.
-    pub joints: WalkLoop,
+    pub joints: BoardLoop,
 }
 
 /// What one tick was given and gave.

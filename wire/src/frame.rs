@@ -110,7 +110,7 @@ impl From<&entrainment::FollowStatus> for Follow {
 impl From<&joint_loop::Frame<SENSORS>> for Frame {
     fn from(frame: &joint_loop::Frame<SENSORS>) -> Self {
         let mut sensors = [None; SENSORS];
-        for (sensor, (angle, validity)) in sensors.iter_mut().zip(frame.measured.iter().zip(&frame.verdict)) {
+        for (sensor, (angle, validity)) in sensors.iter_mut().zip(frame.measured.iter().zip(&frame.validity)) {
             *sensor = validity.map(|validity| Reading { angle_rad: angle.0, validity });
         }
         Self {

@@ -9,7 +9,7 @@ use firmware::board::{BOARD, Pin};
 use firmware::pacing::{LATE_US, Pacer, since};
 use heapless::spsc::Producer;
 use joint_loop::io::time_code;
-use joint_loop::setup::default_loop::WalkLoop;
+use joint_loop::setup::default_loop::BoardLoop;
 use joint_loop::{BoardFaults, Frame, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
 use wire::{CALLS, Edge};
 
@@ -50,7 +50,7 @@ pub(super) fn dropped() -> u32 {
 
 /// All that a tick needs.
 pub(crate) struct Control {
-    pub(crate) walk: WalkLoop,
+    pub(crate) walk: BoardLoop,
     pub(crate) outputs: Outputs,
     /// Each with its tick.
     pub(crate) samples: Producer<'static, (u32, Sample<SENSORS>)>,

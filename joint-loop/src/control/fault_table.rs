@@ -1,4 +1,4 @@
-//! What follows from each verdict on a gait sensor that must be good, while the joints move. [`reaction`] is the table:
+//! What follows from each verdict on a gait sensor that must be good, while the joints move. [`fault_response`] is the table:
 //!
 //! | verdict | cause | said | doubted | own rhythm | acts | follower | acts |
 //! |---|---|---|---|---|---|---|---|
@@ -30,14 +30,14 @@
 //!   follower. A smaller one is believed before, and the joints go on.
 //!
 //! At rest there is no tolerance: with any verdict but good a press does not arm, and the cause says why. Where no sensor is
-//! required ([`crate::WatchConfig::sensor_required`]) nothing follows from a verdict but its place in the frame.
+//! required ([`crate::MonitorConfig::sensor_required`]) nothing follows from a verdict but its place in the frame.
 
 use crate::control::supervisor::Cause;
 #[cfg(doc)]
 use crate::control::supervisor::Motion;
 use hgod_adc::Validity;
 
-/// How long a required sensor may be not good while the joints move: [`crate::WatchConfig::sensor_tolerance_s`] of the default, in ms.
+/// How long a required sensor may be not good while the joints move: [`crate::MonitorConfig::sensor_tolerance_s`] of the default, in ms.
 pub const SENSOR_TOLERANCE_MS: u16 = 50;
 
 /// Longest time from the tick in which a stop in a hurry begins to the first one with the outputs off: the ramp of 0.3 s and what the gate
@@ -53,7 +53,7 @@ pub const FREEWHEEL_MS: u16 = 2000;
 /// What a walker does when a verdict lasts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Answer {
+pub enum Response {
     /// The last good angle is kept and the rhythm goes on.
     CarryOn,
     /// The supervisor brings the joints to the park pose in a hurry and switches the outputs off.
@@ -62,7 +62,7 @@ pub enum Answer {
     Freewheel,
 }
 
-impl Answer {
+impl Response {
     /// In words.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -77,63 +77,63 @@ impl Answer {
 /// What follows from a verdict. Times in ms from the last right sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Reaction {
+pub struct FaultResponse {
     /// What telemetry calls it when it stops the joints or keeps them from arming.
     pub cause: Cause,
     /// When the verdict has its name.
-    pub said_ms: u16,
+    pub classified_ms: u16,
     /// When the first verdict that is not good comes.
-    pub doubted_ms: u16,
+    pub rejected_ms: u16,
     /// A walker with a rhythm of its own.
-    pub own_rhythm: Answer,
+    pub independent: Response,
     /// A walker that follows the sensor.
-    pub follower: Answer,
+    pub follower: Response,
 }
 
-impl Reaction {
+impl FaultResponse {
     /// When the supervisor stops a walker with a rhythm of its own, if the sensor is not good for so long.
     ///
     /// ```
     /// use hgod_adc::Validity;
-    /// use joint_loop::{Answer, Cause, reaction};
-    /// let open = reaction(Validity::Open).expect("it is not good");
-    /// assert_eq!((open.cause, open.own_rhythm, open.stops_ms()), (Cause::SensorOpen, Answer::Park, 51));
+    /// use joint_loop::{Response, Cause, fault_response};
+    /// let open = fault_response(Validity::Open).expect("it is not good");
+    /// assert_eq!((open.cause, open.independent, open.stops_ms()), (Cause::SensorOpen, Response::Park, 51));
     /// ```
     #[must_use]
     pub const fn stops_ms(&self) -> u16 {
-        self.doubted_ms.saturating_add(SENSOR_TOLERANCE_MS)
+        self.rejected_ms.saturating_add(SENSOR_TOLERANCE_MS)
     }
 
     /// When a follower begins to freewheel at the latest, if the sensor is not good for so long.
     #[must_use]
     pub const fn freewheels_ms(&self) -> u16 {
-        self.doubted_ms.saturating_add(FOLLOWER_BRIDGE_MS)
+        self.rejected_ms.saturating_add(FOLLOWER_BRIDGE_MS)
     }
 }
 
 /// What follows from a verdict, the table of [`crate::control::fault_table`]; nothing follows from good.
 #[must_use]
-pub const fn reaction(verdict: Validity) -> Option<Reaction> {
+pub const fn fault_response(verdict: Validity) -> Option<FaultResponse> {
     let cause = Cause::of_sensor(verdict);
-    let (own_rhythm, follower) = match verdict {
+    let (independent, follower) = match verdict {
         Validity::Good => return None,
-        Validity::Saturated | Validity::Spike => (Answer::CarryOn, Answer::CarryOn),
+        Validity::Saturated | Validity::Spike => (Response::CarryOn, Response::CarryOn),
         // Open, short, stuck, rate, out of table, supply low; a validity that is added later is one of them until the table says more.
-        _ => (Answer::Park, Answer::Freewheel),
+        _ => (Response::Park, Response::Freewheel),
     };
-    let said_ms = verdict.detection_ms();
-    let doubted_ms = match verdict {
+    let classified_ms = verdict.detection_ms();
+    let rejected_ms = match verdict {
         // Until then it is a code like any other.
-        Validity::Stuck => said_ms,
+        Validity::Stuck => classified_ms,
         _ => 1,
     };
-    Some(Reaction { cause, said_ms, doubted_ms, own_rhythm, follower })
+    Some(FaultResponse { cause, classified_ms, rejected_ms, independent, follower })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{LoopConfig, WatchConfig};
+    use crate::{LoopConfig, MonitorConfig};
     use cpg_core::entrainment::{FollowerConfig, PlausibilityConfig};
 
     #[test]
@@ -147,27 +147,27 @@ mod tests {
         let faults: Vec<_> = Validity::ALL.into_iter().filter(|&verdict| verdict != Validity::Good).collect();
         assert_eq!(rows.len(), 1 + faults.len(), "a row for each verdict");
         for verdict in faults {
-            let is = reaction(verdict).expect("something follows");
+            let is = fault_response(verdict).expect("something follows");
             let row = rows.iter().find(|row| row[0] == verdict.name()).expect("a row of its own");
             let cells = [
                 verdict.name().to_string(),
                 is.cause.name().to_string(),
-                is.said_ms.to_string(),
-                is.doubted_ms.to_string(),
-                is.own_rhythm.name().to_string(),
+                is.classified_ms.to_string(),
+                is.rejected_ms.to_string(),
+                is.independent.name().to_string(),
                 is.stops_ms().to_string(),
                 is.follower.name().to_string(),
                 is.freewheels_ms().to_string(),
             ];
             assert_eq!(*row, cells);
         }
-        assert_eq!(reaction(Validity::Good), None);
+        assert_eq!(fault_response(Validity::Good), None);
     }
 
     #[test]
     fn the_constants_are_those_of_the_default_configurations() {
         let seconds = |ms: u16| f32::from(ms) / 1000.0;
-        assert_eq!(WatchConfig::DEFAULT.sensor_tolerance_s, seconds(SENSOR_TOLERANCE_MS));
+        assert_eq!(MonitorConfig::DEFAULT.sensor_tolerance_s, seconds(SENSOR_TOLERANCE_MS));
         assert_eq!(LoopConfig::default_biped().blend.hurry_s, seconds(300));
         assert_eq!(PlausibilityConfig::default().bridge_s, seconds(FOLLOWER_BRIDGE_MS));
         assert_eq!(FollowerConfig::default().freewheel_s, seconds(FREEWHEEL_MS));
@@ -177,17 +177,17 @@ mod tests {
     #[test]
     fn what_is_carried_through_ends_before_the_tolerance() {
         for verdict in Validity::ALL {
-            let Some(is) = reaction(verdict) else { continue };
-            assert!(is.doubted_ms <= is.said_ms, "{verdict}");
+            let Some(is) = fault_response(verdict) else { continue };
+            assert!(is.rejected_ms <= is.classified_ms, "{verdict}");
             let graver = match verdict {
                 Validity::Spike => Validity::Rate,
                 Validity::Saturated => Validity::Open,
                 _ => continue,
             };
-            assert_eq!((is.own_rhythm, is.follower), (Answer::CarryOn, Answer::CarryOn), "{verdict}");
+            assert_eq!((is.independent, is.follower), (Response::CarryOn, Response::CarryOn), "{verdict}");
             assert_eq!(verdict.worse(graver), graver);
-            let then = reaction(graver).expect("something follows");
-            assert!(then.said_ms < is.stops_ms() && then.said_ms <= is.freewheels_ms(), "{verdict}");
+            let then = fault_response(graver).expect("something follows");
+            assert!(then.classified_ms < is.stops_ms() && then.classified_ms <= is.freewheels_ms(), "{verdict}");
         }
     }
 }

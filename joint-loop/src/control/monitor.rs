@@ -18,16 +18,17 @@
 //! spikes and impossible rates in between, is an open wire. Of several sensors it is the gravest of each tick. [`crate::control::fault_table`] is the table
 //! of verdicts, times and what follows.
 
+use crate::control::button::Button;
 use crate::control::supervisor::{Cause, Demand};
 use crate::error::inside;
 use crate::setup::config::ticks;
-use crate::{BoardFaults, Button, LoopError, MAX_ELAPSED};
+use crate::{BoardFaults, LoopError, MAX_ELAPSED};
 use hgod_adc::Validity;
 use joint_units::Period;
 
 /// What is tolerated.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WatchConfig {
+pub struct MonitorConfig {
     /// Whether the gait sensors must be good to move. Set it to false to walk from the generator's own rhythm, with no sensor
     /// worn: verdicts and angles are then still reported, and nothing follows from them.
     pub sensor_required: bool,
@@ -46,7 +47,7 @@ pub struct WatchConfig {
     pub debounce_s: f32,
 }
 
-impl WatchConfig {
+impl MonitorConfig {
     /// Sensor required; 50 ms of tolerance (the time within which a broken wire must have its effect); gaps of 5 and 20 ms;
     /// 2 overruns a second; 20 ms of debounce, longer than a tactile switch bounces.
     pub const DEFAULT: Self = Self {
@@ -63,26 +64,26 @@ impl WatchConfig {
     ///
     /// # Errors
     /// The first field that is not as its documentation says.
-    pub fn build(&self, period: Period) -> Result<Watch, LoopError> {
+    pub fn build(&self, period: Period) -> Result<Monitor, LoopError> {
         let tolerance = |field, seconds| -> Result<u32, LoopError> {
             let seconds = inside(field, None, seconds, 0.0, 1.0, "s")?;
             Ok((seconds / period.seconds() + 0.5) as u32)
         };
         let most = (period.seconds() * (MAX_ELAPSED - 1) as f32).min(0.1);
-        let fault_gap = ticks("watch.fault_gap_s", self.fault_gap_s, period.seconds(), most, period)?;
-        inside("watch.stop_gap_s", None, self.stop_gap_s, 0.0, self.fault_gap_s, "s")?;
-        let stop_gap = ticks("watch.stop_gap_s", self.stop_gap_s, 0.0, 0.1, period)?;
+        let fault_gap = ticks("monitor.fault_gap_s", self.fault_gap_s, period.seconds(), most, period)?;
+        inside("monitor.stop_gap_s", None, self.stop_gap_s, 0.0, self.fault_gap_s, "s")?;
+        let stop_gap = ticks("monitor.stop_gap_s", self.stop_gap_s, 0.0, 0.1, period)?;
         if stop_gap > fault_gap {
-            return Err(LoopError::Inverted { field: "watch.stop_gap_s..fault_gap_s", joint: None });
+            return Err(LoopError::Inverted { field: "monitor.stop_gap_s..fault_gap_s", joint: None });
         }
-        inside("watch.overruns_per_s", None, self.overruns_per_s as f32, 0.0, 100.0, "1/s")?;
-        Ok(Watch {
+        inside("monitor.overruns_per_s", None, self.overruns_per_s as f32, 0.0, 100.0, "1/s")?;
+        Ok(Monitor {
             sensor_required: self.sensor_required,
             sensor_tolerance: match self.sensor_tolerance_s {
                 f32::INFINITY => None,
-                seconds => Some(tolerance("watch.sensor_tolerance_s", seconds)?),
+                seconds => Some(tolerance("monitor.sensor_tolerance_s", seconds)?),
             },
-            pose_tolerance: tolerance("watch.pose_tolerance_s", self.pose_tolerance_s)?,
+            pose_tolerance: tolerance("monitor.pose_tolerance_s", self.pose_tolerance_s)?,
             stop_gap,
             fault_gap,
             overruns: self.overruns_per_s,
@@ -95,13 +96,13 @@ impl WatchConfig {
     /// # Errors
     /// `debounce_s` is not as its documentation says.
     pub fn button(&self, period: Period) -> Result<Button, LoopError> {
-        Ok(Button::new(ticks("watch.debounce_s", self.debounce_s, 0.005, 0.2, period)?))
+        Ok(Button::new(ticks("monitor.debounce_s", self.debounce_s, 0.005, 0.2, period)?))
     }
 }
 
-/// A checked [`WatchConfig`], in ticks.
+/// A checked [`MonitorConfig`], in ticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Watch {
+pub struct Monitor {
     sensor_required: bool,
     /// None tolerates everything while moving.
     sensor_tolerance: Option<u32>,
@@ -114,7 +115,7 @@ pub struct Watch {
 
 /// What one tick saw.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Seen {
+pub struct Observation {
     /// The joints are moving.
     pub moving: bool,
     /// Control periods since the last tick.
@@ -131,7 +132,7 @@ pub struct Seen {
 
 /// What has accumulated so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Watched {
+pub struct MonitorState {
     /// Periods that the sensors were not good, less those that they were.
     sensor: u32,
     /// The gravest verdict of late: good where the spell above is over, or where it was all overruns.
@@ -146,28 +147,28 @@ pub struct Watched {
     window: u32,
 }
 
-impl Watch {
+impl Monitor {
     /// Takes what one tick saw, and says what follows.
-    pub fn judge(&self, watched: &mut Watched, seen: &Seen) -> Demand {
+    pub fn judge(&self, monitor_state: &mut MonitorState, seen: &Observation) -> Demand {
         // Spells are held at just above the tolerance, so that they are over as long after their end as they lasted to count.
         let overrun = seen.faults.contains(BoardFaults::ADC_OVERRUN);
         let tolerance = self.sensor_tolerance.unwrap_or(0);
-        spell(&mut watched.sensor, overrun || seen.sensors != Validity::Good, seen.elapsed, tolerance);
-        watched.remember(seen.sensors, seen.elapsed, tolerance);
-        spell(&mut watched.pose, seen.pose_limited, 1, self.pose_tolerance);
-        watched.window = watched.window.saturating_add(seen.elapsed);
+        spell(&mut monitor_state.sensor, overrun || seen.sensors != Validity::Good, seen.elapsed, tolerance);
+        monitor_state.remember(seen.sensors, seen.elapsed, tolerance);
+        spell(&mut monitor_state.pose, seen.pose_limited, 1, self.pose_tolerance);
+        monitor_state.window = monitor_state.window.saturating_add(seen.elapsed);
         if overrun {
-            if watched.overruns == 0 || watched.window >= self.second {
-                (watched.overruns, watched.window) = (0, 0);
+            if monitor_state.overruns == 0 || monitor_state.window >= self.second {
+                (monitor_state.overruns, monitor_state.window) = (0, 0);
             }
-            watched.overruns = watched.overruns.saturating_add(1);
-        } else if watched.window >= self.second {
-            watched.overruns = 0;
+            monitor_state.overruns = monitor_state.overruns.saturating_add(1);
+        } else if monitor_state.window >= self.second {
+            monitor_state.overruns = 0;
         }
 
         let sensor_bad = match self.sensor_tolerance {
             None if seen.moving => false,
-            tolerance => watched.sensor > if seen.moving { tolerance.unwrap_or(0) } else { 0 },
+            tolerance => monitor_state.sensor > if seen.moving { tolerance.unwrap_or(0) } else { 0 },
         };
         if let Some(cause) = named(seen.faults) {
             Demand::Fault(cause)
@@ -177,14 +178,14 @@ impl Watch {
             Demand::Stop(Cause::Gap)
         } else if !seen.generator_sound {
             Demand::Stop(Cause::Generator)
-        } else if watched.overruns > self.overruns {
+        } else if monitor_state.overruns > self.overruns {
             Demand::Stop(Cause::AdcOverrun)
         } else if self.sensor_required && sensor_bad {
-            Demand::Stop(match Cause::of_sensor(watched.gravest) {
+            Demand::Stop(match Cause::of_sensor(monitor_state.gravest) {
                 Cause::None => Cause::AdcOverrun,
                 cause => cause,
             })
-        } else if watched.pose > self.pose_tolerance {
+        } else if monitor_state.pose > self.pose_tolerance {
             Demand::Stop(Cause::Pose)
         } else {
             Demand::Go
@@ -192,7 +193,7 @@ impl Watch {
     }
 }
 
-impl Watched {
+impl MonitorState {
     /// Keeps the gravest verdict of a spell; one of longer ago than `window` periods gives way to any other.
     fn remember(&mut self, verdict: Validity, elapsed: u32, window: u32) {
         self.since_gravest = self.since_gravest.saturating_add(elapsed);
@@ -226,7 +227,7 @@ fn named(faults: BoardFaults) -> Option<Cause> {
 mod tests {
     use super::*;
 
-    const WELL: Seen = Seen {
+    const WELL: Observation = Observation {
         moving: true,
         elapsed: 1,
         faults: BoardFaults::NONE,
@@ -235,17 +236,17 @@ mod tests {
         pose_limited: false,
     };
 
-    fn watch() -> Watch {
-        WatchConfig::DEFAULT.build(Period::MILLISECOND).expect("valid")
+    fn watch() -> Monitor {
+        MonitorConfig::DEFAULT.build(Period::MILLISECOND).expect("valid")
     }
 
     /// Overruns at these ticks: on which ticks is a stop asked for?
     fn stops(overruns: &[u32], ticks: u32) -> Vec<u32> {
-        let (watch, mut watched) = (watch(), Watched::default());
+        let (watch, mut monitor_state) = (watch(), MonitorState::default());
         (0..ticks)
             .filter(|tick| {
                 let faults = if overruns.contains(tick) { BoardFaults::ADC_OVERRUN } else { BoardFaults::NONE };
-                let demand = watch.judge(&mut watched, &Seen { faults, ..WELL });
+                let demand = watch.judge(&mut monitor_state, &Observation { faults, ..WELL });
                 assert!(demand == Demand::Go || demand == Demand::Stop(Cause::AdcOverrun));
                 demand != Demand::Go
             })
@@ -266,20 +267,20 @@ mod tests {
     #[test]
     fn a_gap_must_fit_into_what_is_counted() {
         let build = |fault_gap_s| {
-            WatchConfig { fault_gap_s, ..WatchConfig::DEFAULT }.build(Period::from_micros(100).expect("valid"))
+            MonitorConfig { fault_gap_s, ..MonitorConfig::DEFAULT }.build(Period::from_micros(100).expect("valid"))
         };
         assert_eq!(build(0.025).map(|watch| (watch.stop_gap, watch.fault_gap)), Ok((50, 250)));
         let error = build(0.026).expect_err("too long").to_string();
-        assert_eq!(error, "watch.fault_gap_s is 0.026 s; allowed are 0.0001 to 0.025 s");
+        assert_eq!(error, "monitor.fault_gap_s is 0.026 s; allowed are 0.0001 to 0.025 s");
     }
 
     #[test]
     fn a_tolerance_is_exact_and_recovers_as_fast_as_it_went() {
-        let (watch, mut watched) = (watch(), Watched::default());
+        let (watch, mut monitor_state) = (watch(), MonitorState::default());
         let mut see = |ticks: u32, good, moving| {
             let sensors = if good { Validity::Good } else { Validity::OutOfTable };
-            let seen = Seen { sensors, moving, ..WELL };
-            (0..ticks).map(|_| watch.judge(&mut watched, &seen)).last().expect("some")
+            let seen = Observation { sensors, moving, ..WELL };
+            (0..ticks).map(|_| watch.judge(&mut monitor_state, &seen)).last().expect("some")
         };
         assert_eq!(see(50, false, true), Demand::Go);
         assert_eq!(see(1, false, true), Demand::Stop(Cause::SensorOutOfTable));
@@ -291,14 +292,14 @@ mod tests {
         assert_eq!(see(1, false, false), Demand::Stop(Cause::SensorOutOfTable));
         // Periods that were missed count as the tick that follows them.
         see(100, true, true);
-        let seen = Seen { sensors: Validity::OutOfTable, elapsed: 5, ..WELL };
-        let demands: Vec<_> = (0..11).map(|_| watch.judge(&mut watched, &seen)).collect();
+        let seen = Observation { sensors: Validity::OutOfTable, elapsed: 5, ..WELL };
+        let demands: Vec<_> = (0..11).map(|_| watch.judge(&mut monitor_state, &seen)).collect();
         assert_eq!(demands[9..], [Demand::Go, Demand::Stop(Cause::SensorOutOfTable)]);
     }
 
     #[test]
     fn the_gravest_comes_first() {
-        let all = Seen {
+        let all = Observation {
             elapsed: 255,
             faults: BoardFaults::from_bits(0x3f),
             sensors: Validity::OutOfTable,
@@ -306,33 +307,38 @@ mod tests {
             pose_limited: true,
             moving: true,
         };
-        let judge = |seen: Seen| {
-            watch().judge(&mut Watched { sensor: 51, pose: 51, overruns: 9, window: 1, ..Watched::default() }, &seen)
+        let judge = |seen: Observation| {
+            watch().judge(
+                &mut MonitorState { sensor: 51, pose: 51, overruns: 9, window: 1, ..MonitorState::default() },
+                &seen,
+            )
         };
-        let faults = |bits| Seen { faults: BoardFaults::from_bits(bits), ..all };
+        let faults = |bits| Observation { faults: BoardFaults::from_bits(bits), ..all };
         assert_eq!(judge(all), Demand::Fault(Cause::BreakInput));
         assert_eq!(judge(faults(0x3d)), Demand::Fault(Cause::Clock));
         assert_eq!(judge(faults(0x39)), Demand::Fault(Cause::Outputs));
         assert_eq!(judge(faults(0x29)), Demand::Fault(Cause::Watchdog));
         assert_eq!(judge(faults(0x21)), Demand::Fault(Cause::Board));
         assert_eq!(judge(faults(0x01)), Demand::Fault(Cause::Gap));
-        let none = Seen { elapsed: 20, ..faults(0) };
+        let none = Observation { elapsed: 20, ..faults(0) };
         assert_eq!(judge(none), Demand::Stop(Cause::Gap));
-        let none = Seen { elapsed: 5, ..none };
+        let none = Observation { elapsed: 5, ..none };
         assert_eq!(judge(none), Demand::Stop(Cause::Generator));
-        let none = Seen { generator_sound: true, ..none };
+        let none = Observation { generator_sound: true, ..none };
         assert_eq!(judge(none), Demand::Stop(Cause::AdcOverrun));
-        let later = Seen { elapsed: 1, ..none };
-        let judge = |seen: Seen, sensor| watch().judge(&mut Watched { sensor, pose: 51, ..Watched::default() }, &seen);
+        let later = Observation { elapsed: 1, ..none };
+        let judge = |seen: Observation, sensor| {
+            watch().judge(&mut MonitorState { sensor, pose: 51, ..MonitorState::default() }, &seen)
+        };
         assert_eq!(judge(later, 51), Demand::Stop(Cause::SensorOutOfTable));
-        assert_eq!(judge(Seen { sensors: Validity::Good, ..later }, 0), Demand::Stop(Cause::Pose));
+        assert_eq!(judge(Observation { sensors: Validity::Good, ..later }, 0), Demand::Stop(Cause::Pose));
     }
 
     /// The cause at the end of the tolerance, for a course of verdicts that begins anew when it is over.
     fn cause_of(course: &[Validity]) -> Cause {
-        let (watch, mut watched) = (watch(), Watched::default());
+        let (watch, mut monitor_state) = (watch(), MonitorState::default());
         let demands = course.iter().cycle().take(10_000).map(|&sensors| {
-            let demand = watch.judge(&mut watched, &Seen { sensors, ..WELL });
+            let demand = watch.judge(&mut monitor_state, &Observation { sensors, ..WELL });
             if let Demand::Stop(cause) = demand { Some(cause) } else { None }
         });
         demands.flatten().next().expect("it stops")
@@ -359,10 +365,10 @@ mod tests {
     /// What is over is not told for ever: 50 ms after the last of a graver verdict the cause is the one that there is now.
     #[test]
     fn a_graver_verdict_is_forgotten_after_the_tolerance() {
-        let (watch, mut watched) = (watch(), Watched::default());
+        let (watch, mut monitor_state) = (watch(), MonitorState::default());
         let mut see = |sensors: Validity, ticks: u32| {
-            let seen = Seen { sensors, moving: false, ..WELL };
-            (0..ticks).map(|_| watch.judge(&mut watched, &seen)).last().expect("some")
+            let seen = Observation { sensors, moving: false, ..WELL };
+            (0..ticks).map(|_| watch.judge(&mut monitor_state, &seen)).last().expect("some")
         };
         assert_eq!(see(Validity::SupplyLow, 200), Demand::Stop(Cause::SensorSupplyLow));
         assert_eq!(see(Validity::Open, 50), Demand::Stop(Cause::SensorSupplyLow));
@@ -376,9 +382,9 @@ mod tests {
     /// An overrun leaves no sample to be judged: until it is forgotten a press does not arm, and the cause is its own.
     #[test]
     fn samples_that_were_lost_are_not_good() {
-        let (watch, mut watched) = (watch(), Watched::default());
-        let lost = Seen { faults: BoardFaults::ADC_OVERRUN, moving: false, ..WELL };
-        assert_eq!(watch.judge(&mut watched, &lost), Demand::Stop(Cause::AdcOverrun));
-        assert_eq!(watch.judge(&mut watched, &Seen { moving: false, ..WELL }), Demand::Go);
+        let (watch, mut monitor_state) = (watch(), MonitorState::default());
+        let lost = Observation { faults: BoardFaults::ADC_OVERRUN, moving: false, ..WELL };
+        assert_eq!(watch.judge(&mut monitor_state, &lost), Demand::Stop(Cause::AdcOverrun));
+        assert_eq!(watch.judge(&mut monitor_state, &Observation { moving: false, ..WELL }), Demand::Go);
     }
 }

@@ -1,10 +1,10 @@
 //! One tick of the loop, from sample to command, in order.
 
+use crate::control::button::{Button, Press};
+use crate::control::monitor::{Monitor, MonitorState, Observation};
 use crate::control::supervisor::{Actions, Cause, Demand, Inputs, Motion, SupervisorState, SupervisorStatus, next};
-use crate::{
-    Blend, BoardFaults, Button, Command, Frame, Gate, GateState, GateStatus, MAX_ELAPSED, Press, Sample, Seen,
-    ServoMap, SetpointHash, Watch, Watched, Weight,
-};
+use crate::motion::blend::{Blend, Weight};
+use crate::{BoardFaults, Command, Frame, Gate, GateState, GateStatus, MAX_ELAPSED, Sample, ServoMap, SetpointHash};
 use cpg_core::{Follow, Generator};
 use hgod_adc::{Sensor, SensorState, Validity};
 use joint_units::{Joint, PulseMicros, Radians};
@@ -15,7 +15,7 @@ pub(crate) struct Stages<const S: usize> {
     pub(crate) gate: Gate,
     pub(crate) servos: [ServoMap; Joint::COUNT],
     pub(crate) blend: Blend,
-    pub(crate) watch: Watch,
+    pub(crate) monitor: Monitor,
     pub(crate) button: Button,
     /// `None` where no sensor is worn.
     pub(crate) sensors: [Option<Sensor>; S],
@@ -36,7 +36,7 @@ pub struct JointLoop<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> {
     foot: bool,
     listening: [SensorState; S],
     press: Press,
-    watched: Watched,
+    monitor_state: MonitorState,
     status: SupervisorStatus,
     weight: Weight,
     gating: GateState,
@@ -56,7 +56,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
 
         // Supervise, before anything moves: a fault of this sample switches off in this tick.
         let seen = self.seen(sample, elapsed, sensors);
-        let demand = self.stages.watch.judge(&mut self.watched, &seen);
+        let demand = self.stages.monitor.judge(&mut self.monitor_state, &seen);
         let inputs = Inputs { press, settled: self.settled(), demand };
         let (mut status, mut actions) = next(self.status, inputs);
 
@@ -111,7 +111,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             generator,
             listening: [SensorState::default(); S],
             press: Press::default(),
-            watched: Watched::default(),
+            monitor_state: MonitorState::default(),
             status: SupervisorStatus::default(),
             weight: Weight::default(),
             gating: parked,
@@ -122,7 +122,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
                 state: SupervisorState::Boot,
                 cause: Cause::None,
                 measured: [Radians(0.0); S],
-                verdict: [None; S],
+                validity: [None; S],
                 following,
                 setpoints: park,
                 pulses: [PulseMicros(0); Joint::COUNT],
@@ -154,7 +154,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     fn measure(&mut self, sample: &Sample<S>, elapsed: u32) -> Validity {
         let mut gravest = Validity::Good;
         let channels = self.stages.sensors.iter().zip(&mut self.listening).zip(sample.codes);
-        let seen = self.frame.measured.iter_mut().zip(&mut self.frame.verdict);
+        let seen = self.frame.measured.iter_mut().zip(&mut self.frame.validity);
         for (((sensor, state), code), (angle, verdict)) in channels.zip(seen) {
             let Some(sensor) = sensor else { continue };
             state.missed(elapsed - 1);
@@ -165,8 +165,8 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         gravest
     }
 
-    fn seen(&self, sample: &Sample<S>, elapsed: u32, sensors: Validity) -> Seen {
-        Seen {
+    fn seen(&self, sample: &Sample<S>, elapsed: u32, sensors: Validity) -> Observation {
+        Observation {
             moving: self.status.state.moving(),
             elapsed,
             faults: sample.faults,
@@ -194,7 +194,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     fn generate(&mut self, sample: &Sample<S>, state: SupervisorState) {
         // Only a good sample pulls.
         let gait = self.stages.gait_sensor;
-        let good = self.frame.verdict.get(gait) == Some(&Some(Validity::Good));
+        let good = self.frame.validity.get(gait) == Some(&Some(Validity::Good));
         self.generator.observe(self.frame.measured.get(gait).copied().filter(|_| good));
         if sample.foot && !self.foot {
             self.generator.heel_strike();

@@ -23,7 +23,7 @@ pub struct Frame<const S: usize> {
     /// Angle of each gait sensor, filtered; the last good one where the verdict is not good; 0 where none is worn.
     pub measured: [Radians; S],
     /// Validity on each gait sensor's sample; `None` where none is worn.
-    pub verdict: [Option<Validity>; S],
+    pub validity: [Option<Validity>; S],
     /// How a generator that follows the gait sensor stands; `None` of any other.
     pub following: Option<entrainment::FollowStatus>,
     /// The four angles that the gate let pass; the park pose while disarmed, the last ones after a fault.

@@ -5,7 +5,7 @@
 
 use crate::control::tick::Stages;
 use crate::error::inside;
-use crate::{BlendConfig, Direction, Gate, JointLoop, LoopError, ServoConfig, WatchConfig};
+use crate::{BlendConfig, Direction, Gate, JointLoop, LoopError, MonitorConfig, ServoConfig};
 use cpg_core::{Follow, Generator};
 use hgod_adc::Sensor;
 use joint_units::{Joint, Period, RadPerSec, RadPerSec2, Radians};
@@ -104,7 +104,7 @@ pub struct LoopConfig {
     /// Park pose, and how long ramps take.
     pub blend: BlendConfig,
     /// What is watched, and how much of it is tolerated.
-    pub watch: WatchConfig,
+    pub monitor: MonitorConfig,
     /// Channel of the sensor that the generator listens to, counted from 0. Where none is worn there, it hears nothing.
     pub gait_sensor: usize,
 }
@@ -148,7 +148,7 @@ impl LoopConfig {
                 ServoConfig::hobby(Radians::from_degrees(45.0), Direction::Mirrored),
             ],
             blend: BlendConfig::DEFAULT,
-            watch: WatchConfig::DEFAULT,
+            monitor: MonitorConfig::DEFAULT,
             gait_sensor: 0,
         }
     }
@@ -176,9 +176,9 @@ impl LoopConfig {
             map.reaches(joint, range)?;
         }
         let blend = self.blend.build(period, &self.gate)?;
-        let watch = self.watch.build(period)?;
-        let button = self.watch.button(period)?;
-        if self.watch.sensor_required && sensors.iter().all(Option::is_none) {
+        let monitor = self.monitor.build(period)?;
+        let button = self.monitor.button(period)?;
+        if self.monitor.sensor_required && sensors.iter().all(Option::is_none) {
             return Err(LoopError::NoSensor);
         }
         if generator.check().is_err() {
@@ -186,7 +186,7 @@ impl LoopConfig {
         }
         let parked = gate.rest(blend.park()).ok_or(LoopError::Park)?;
         Ok(JointLoop::new(
-            Stages { gate, servos, blend, watch, button, sensors, gait_sensor: self.gait_sensor },
+            Stages { gate, servos, blend, monitor, button, sensors, gait_sensor: self.gait_sensor },
             generator,
             parked,
         ))

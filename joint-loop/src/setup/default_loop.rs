@@ -11,7 +11,7 @@ use crate::setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSOR
 use crate::{BoardGenerator, GeneratorConfig, JointLoop, LoopConfig, LoopError};
 
 /// The loop that the firmware runs: whichever walker its parameters name, and the sensors.
-pub type WalkLoop = JointLoop<BoardGenerator, SENSORS>;
+pub type BoardLoop = JointLoop<BoardGenerator, SENSORS>;
 
 /// What a board is told by its two parameter sectors: everything about it that is not compiled in.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,14 +28,17 @@ impl Parameters {
     ///
     /// # Errors
     /// None in a program that passes its tests.
-    pub fn or_default(generator: Option<GeneratorConfig>, sensors: Option<JointSensors>) -> Result<Self, Refusal> {
+    pub fn with_defaults(
+        generator: Option<GeneratorConfig>,
+        sensors: Option<JointSensors>,
+    ) -> Result<Self, BoardLoopError> {
         let generator = generator.unwrap_or(GeneratorConfig::default_walk());
         let sensors = match sensors {
             Some(sensors) => sensors,
             None => {
                 let joint = generator.follows().unwrap_or(SENSOR_JOINT);
-                let one = JointSensor::uncalibrated(joint).map_err(Refusal::Calibration)?;
-                JointSensors::build([one]).map_err(Refusal::Sensors)?
+                let one = JointSensor::uncalibrated(joint).map_err(BoardLoopError::Calibration)?;
+                JointSensors::build([one]).map_err(BoardLoopError::Sensors)?
             }
         };
         Ok(Self { generator, sensors })
@@ -44,7 +47,7 @@ impl Parameters {
 
 /// Why the shipped configuration was refused: on a chip whose factory values cannot be read, or after a change that does not fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Refusal {
+pub enum BoardLoopError {
     /// The calibration table that ships.
     Calibration(CalibrationError),
     /// The sensors do not go together.
@@ -64,31 +67,31 @@ pub enum Refusal {
     Loop(LoopError),
 }
 
-impl fmt::Display for Refusal {
+impl fmt::Display for BoardLoopError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refusal::Calibration(error) => write!(f, "calibration: {error}"),
-            Refusal::Sensors(error) => write!(f, "sensors: {error}"),
-            Refusal::Sensor { joint, error } => write!(f, "sensor on {}: {error}", joint.name()),
-            Refusal::NoSensor(joint) => {
+            BoardLoopError::Calibration(error) => write!(f, "calibration: {error}"),
+            BoardLoopError::Sensors(error) => write!(f, "sensors: {error}"),
+            BoardLoopError::Sensor { joint, error } => write!(f, "sensor on {}: {error}", joint.name()),
+            BoardLoopError::NoSensor(joint) => {
                 write!(f, "the walker follows {0}, and no sensor is worn on it; allowed is one on {0}", joint.name())
             }
-            Refusal::Walk(error) => write!(f, "walk: {error}"),
-            Refusal::Loop(error) => write!(f, "loop: {error}"),
+            BoardLoopError::Walk(error) => write!(f, "walk: {error}"),
+            BoardLoopError::Loop(error) => write!(f, "loop: {error}"),
         }
     }
 }
 
-impl core::error::Error for Refusal {}
+impl core::error::Error for BoardLoopError {}
 
 /// The loop, disarmed. Without `sensor_required` it walks whatever the sensors say.
 ///
 /// ```
-/// use joint_loop::setup::default_loop::{Parameters, walk_loop};
+/// use joint_loop::setup::default_loop::{Parameters, board_loop};
 /// use joint_loop::{SENSORS, Sample, SupervisorState};
 /// use joint_units::{AdcCode, Volts};
-/// let default = Parameters::or_default(None, None)?;
-/// let mut walk = walk_loop(&default, AdcCode(1501), Volts(2.7), true)?;
+/// let default = Parameters::with_defaults(None, None)?;
+/// let mut walk = board_loop(&default, AdcCode(1501), Volts(2.7), true)?;
 /// // 1.5 V at a supply of 3.0 V: the middle of the potentiometer.
 /// let sample = Sample { codes: [AdcCode(2048); SENSORS], vrefint: AdcCode(1651), ..Sample::default() };
 /// for _ in 0..100 {
@@ -97,49 +100,49 @@ impl core::error::Error for Refusal {}
 /// assert_eq!(walk.frame().state, SupervisorState::Disarmed);
 /// assert!(walk.frame().measured[0].degrees().abs() < 0.5);
 /// // Of the four channels, one has a sensor.
-/// assert_eq!(walk.frame().verdict.map(|verdict| verdict.is_some()), [true, false, false, false]);
+/// assert_eq!(walk.frame().validity.map(|verdict| verdict.is_some()), [true, false, false, false]);
 ///
-/// let refusal = walk_loop(&default, AdcCode(0xFFFF), Volts(2.7), true).unwrap_err();
+/// let refusal = board_loop(&default, AdcCode(0xFFFF), Volts(2.7), true).unwrap_err();
 /// assert_eq!(refusal.to_string(), "sensor on left_knee: reference.vrefint_cal = 65535: allowed is 1365 to 1613");
-/// # Ok::<(), joint_loop::setup::default_loop::Refusal>(())
+/// # Ok::<(), joint_loop::setup::default_loop::BoardLoopError>(())
 /// ```
 ///
 /// # Errors
-/// [`Refusal`] says what does not fit.
-pub fn walk_loop(
+/// [`BoardLoopError`] says what does not fit.
+pub fn board_loop(
     parameters: &Parameters,
     vrefint_cal: AdcCode,
     min_supply: Volts,
     sensor_required: bool,
-) -> Result<WalkLoop, Refusal> {
+) -> Result<BoardLoop, BoardLoopError> {
     let mut config = LoopConfig::default_biped();
-    config.watch.sensor_required = sensor_required;
+    config.monitor.sensor_required = sensor_required;
     if parameters.generator.follows().is_some() {
         // It goes on without a sensor for two seconds, then stands, and walks again when the sensor is back.
-        config.watch.sensor_tolerance_s = f32::INFINITY;
+        config.monitor.sensor_tolerance_s = f32::INFINITY;
     }
-    walk_loop_with(&config, parameters, vrefint_cal, min_supply)
+    board_loop_with(&config, parameters, vrefint_cal, min_supply)
 }
 
 /// The same with other parameters of the loop; which sensor the walker listens to is not one of them.
 ///
 /// # Errors
-/// [`Refusal`] says what does not fit.
-pub fn walk_loop_with(
+/// [`BoardLoopError`] says what does not fit.
+pub fn board_loop_with(
     config: &LoopConfig,
     parameters: &Parameters,
     vrefint_cal: AdcCode,
     min_supply: Volts,
-) -> Result<WalkLoop, Refusal> {
-    let walk = parameters.generator.build(Period::MILLISECOND).map_err(Refusal::Walk)?;
+) -> Result<BoardLoop, BoardLoopError> {
+    let walk = parameters.generator.build(Period::MILLISECOND).map_err(BoardLoopError::Walk)?;
     let gait_sensor = match parameters.generator.follows() {
-        Some(joint) => parameters.sensors.channel_of(joint).ok_or(Refusal::NoSensor(joint))?,
+        Some(joint) => parameters.sensors.channel_of(joint).ok_or(BoardLoopError::NoSensor(joint))?,
         None => 0,
     };
     let mut sensors: [Option<Sensor>; SENSORS] = [const { None }; SENSORS];
     for (sensor, worn) in sensors.iter_mut().zip(parameters.sensors.iter()) {
         let built = worn.build(vrefint_cal, min_supply);
-        *sensor = Some(built.map_err(|error| Refusal::Sensor { joint: worn.joint, error })?);
+        *sensor = Some(built.map_err(|error| BoardLoopError::Sensor { joint: worn.joint, error })?);
     }
-    LoopConfig { gait_sensor, ..*config }.build(Period::MILLISECOND, walk, sensors).map_err(Refusal::Loop)
+    LoopConfig { gait_sensor, ..*config }.build(Period::MILLISECOND, walk, sensors).map_err(BoardLoopError::Loop)
 }

@@ -13,6 +13,7 @@
 use core::fmt;
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use joint_units::Phase;
 
 /// Bytes before the words.
 const HEAD: usize = 12;
@@ -29,7 +30,7 @@ pub(crate) const fn bytes_of(words: usize) -> usize {
 
 /// Why bytes are no whole record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FrameError {
+pub enum FlashRecordError {
     /// They do not begin with the magic word, and are not erased either.
     Magic {
         /// The magic word of what was looked for.
@@ -60,7 +61,7 @@ pub enum FrameError {
     },
 }
 
-impl fmt::Display for FrameError {
+impl fmt::Display for FlashRecordError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Magic { wanted } => {
@@ -69,13 +70,13 @@ impl fmt::Display for FrameError {
             }
             Self::Short => f.write_str("ends before its check sum"),
             Self::Schema { found, known } => write!(f, "schema {found}; allowed is {known}"),
-            Self::Kind { kind, words } => write!(f, "kind {kind} with {words} words, which is not known"),
+            Self::Kind { kind, words } => write!(f, "unknown record kind {kind} ({words} words)"),
             Self::Crc { written, computed } => write!(f, "check sum {computed:08x}, written is {written:08x}"),
         }
     }
 }
 
-impl core::error::Error for FrameError {}
+impl core::error::Error for FlashRecordError {}
 
 /// A record of at most `BYTES` bytes, ready to be written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,17 +87,21 @@ pub struct Framed<const BYTES: usize> {
 
 impl<const BYTES: usize> Framed<BYTES> {
     /// A record whose words `fill` writes. There is room for them: `BYTES` is [`bytes_of`] the most that it writes.
-    pub(crate) fn new(magic: [u8; 4], schema: u16, kind: u16, fill: impl FnOnce(&mut Self)) -> Self {
+    pub(crate) fn new(magic: [u8; 4], schema: u16, kind: u16, fill: impl FnOnce(&mut WordWriter<'_>)) -> Self {
         let mut record = Self { bytes: [0; BYTES], length: 0 };
-        record.push(u32::from_le_bytes(magic));
-        record.push(u32::from(schema) | u32::from(kind) << 16);
-        record.push(0);
-        fill(&mut record);
-        let words = (record.length.saturating_sub(HEAD) / 4) as u32;
-        if let Some(place) = record.bytes.get_mut(8..).and_then(|rest| rest.first_chunk_mut::<4>()) {
-            *place = words.to_le_bytes();
-        }
-        record.push(CRC.checksum(record.bytes()));
+        let mut writer = WordWriter { bytes: &mut record.bytes, length: 0 };
+        writer.push(u32::from_le_bytes(magic));
+        writer.push(u32::from(schema) | u32::from(kind) << 16);
+        writer.push(0);
+        fill(&mut writer);
+        let length = writer.length;
+        let words = (length.saturating_sub(HEAD) / 4) as u32;
+        WordWriter { bytes: &mut record.bytes, length: 8 }.push(words);
+        record.length = length;
+        let crc = CRC.checksum(record.bytes());
+        let mut writer = WordWriter { bytes: &mut record.bytes, length };
+        writer.push(crc);
+        record.length = writer.length;
         record
     }
 
@@ -112,7 +117,15 @@ impl<const BYTES: usize> Framed<BYTES> {
         let end = self.bytes().last_chunk::<4>();
         end.map_or(0, |bytes| u32::from_le_bytes(*bytes))
     }
+}
 
+/// Appends words to a record. A word for which there is no room is dropped.
+pub(crate) struct WordWriter<'a> {
+    bytes: &'a mut [u8],
+    length: usize,
+}
+
+impl WordWriter<'_> {
     pub(crate) fn push(&mut self, word: u32) {
         if let Some(place) = self.bytes.get_mut(self.length..).and_then(|rest| rest.first_chunk_mut::<4>()) {
             *place = word.to_le_bytes();
@@ -123,13 +136,24 @@ impl<const BYTES: usize> Framed<BYTES> {
     pub(crate) fn floats(&mut self, values: &[f32]) {
         values.iter().for_each(|value| self.push(value.to_bits()));
     }
+
+    pub(crate) fn phases(&mut self, values: &[Phase]) {
+        values.iter().for_each(|value| self.push(value.0));
+    }
 }
 
 /// A record that was found whole.
 pub(crate) struct Found<'a> {
     pub(crate) kind: u16,
-    pub(crate) words: Words<'a>,
+    pub(crate) words: WordReader<'a>,
     pub(crate) crc: u32,
+}
+
+impl Found<'_> {
+    /// Number of words that are not read yet.
+    pub(crate) const fn words_left(&self) -> u32 {
+        (self.words.0.len() / 4) as u32
+    }
 }
 
 /// Opens the record at the start of `bytes`; `None` when they are erased flash. What follows it is not looked at. `is_known` says which
@@ -139,51 +163,59 @@ pub(crate) fn open(
     magic: [u8; 4],
     known: u16,
     is_known: impl FnOnce(u16, u32) -> bool,
-) -> Result<Option<Found<'_>>, FrameError> {
-    let mut head = Words(bytes);
+) -> Result<Option<Found<'_>>, FlashRecordError> {
+    let mut head = WordReader(bytes);
     match head.word()? {
         ERASED => return Ok(None),
         word if word == u32::from_le_bytes(magic) => {}
-        _ => return Err(FrameError::Magic { wanted: magic }),
+        _ => return Err(FlashRecordError::Magic { wanted: magic }),
     }
     let schema_kind = head.word()?;
     let (found, kind) = (schema_kind as u16, (schema_kind >> 16) as u16);
     if found != known {
-        return Err(FrameError::Schema { found, known });
+        return Err(FlashRecordError::Schema { found, known });
     }
     let count = head.word()?;
     if !is_known(kind, count) {
-        return Err(FrameError::Kind { kind, words: count });
+        return Err(FlashRecordError::Kind { kind, words: count });
     }
     let (words, rest) =
-        (count as usize).checked_mul(4).and_then(|end| head.0.split_at_checked(end)).ok_or(FrameError::Short)?;
-    let written = Words(rest).word()?;
-    let covered = bytes.get(..HEAD.saturating_add(words.len())).ok_or(FrameError::Short)?;
+        (count as usize).checked_mul(4).and_then(|end| head.0.split_at_checked(end)).ok_or(FlashRecordError::Short)?;
+    let written = WordReader(rest).word()?;
+    let covered = bytes.get(..HEAD.saturating_add(words.len())).ok_or(FlashRecordError::Short)?;
     let computed = CRC.checksum(covered);
     if written != computed {
-        return Err(FrameError::Crc { written, computed });
+        return Err(FlashRecordError::Crc { written, computed });
     }
-    Ok(Some(Found { kind, words: Words(words), crc: written }))
+    Ok(Some(Found { kind, words: WordReader(words), crc: written }))
 }
 
 /// The words that are left.
-pub(crate) struct Words<'a>(&'a [u8]);
+pub(crate) struct WordReader<'a>(&'a [u8]);
 
-impl Words<'_> {
-    pub(crate) fn word(&mut self) -> Result<u32, FrameError> {
-        let (word, rest) = self.0.split_first_chunk::<4>().ok_or(FrameError::Short)?;
+impl WordReader<'_> {
+    pub(crate) fn word(&mut self) -> Result<u32, FlashRecordError> {
+        let (word, rest) = self.0.split_first_chunk::<4>().ok_or(FlashRecordError::Short)?;
         self.0 = rest;
         Ok(u32::from_le_bytes(*word))
     }
 
-    pub(crate) fn float(&mut self) -> Result<f32, FrameError> {
+    pub(crate) fn float(&mut self) -> Result<f32, FlashRecordError> {
         self.word().map(f32::from_bits)
     }
 
-    pub(crate) fn floats<const N: usize>(&mut self) -> Result<[f32; N], FrameError> {
+    pub(crate) fn floats<const N: usize>(&mut self) -> Result<[f32; N], FlashRecordError> {
         let mut all = [0.0; N];
         for value in &mut all {
             *value = self.float()?;
+        }
+        Ok(all)
+    }
+
+    pub(crate) fn phases<const N: usize>(&mut self) -> Result<[Phase; N], FlashRecordError> {
+        let mut all = [Phase(0); N];
+        for value in &mut all {
+            *value = Phase(self.word()?);
         }
         Ok(all)
     }
@@ -212,8 +244,8 @@ mod tests {
         assert!(found.words.is_empty());
         let mut long = record.bytes().to_vec();
         long[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
-        assert!(matches!(open(&long, *b"FFXX", 3, |_, _| true), Err(FrameError::Short)));
+        assert!(matches!(open(&long, *b"FFXX", 3, |_, _| true), Err(FlashRecordError::Short)));
         let known = open(record.bytes(), *b"FFXX", 2, |_, _| true).map(|_| ());
-        assert_eq!(known, Err(FrameError::Schema { found: 3, known: 2 }));
+        assert_eq!(known, Err(FlashRecordError::Schema { found: 3, known: 2 }));
     }
 }

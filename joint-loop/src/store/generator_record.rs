@@ -1,46 +1,37 @@
-//! A walker's parameters as bytes: what a host writes into the board's first parameter sector and the board reads at boot.
+//! A generator's parameters as bytes: the host writes them into the board's first parameter sector, the board reads them at boot.
 //!
-//! A record as [`crate::store::flash_record`] says, magic word "FFWK"; its kind is 1 robust, 2 thesis, 3 shape or 4 follow, and fixes the number of
-//! words: bits of f32, or a phase in 2^-32 of a cycle.
-//!
-//! Words, in this order: **robust** natural period, nonlinearity, couplings, phases, amplitudes, offsets; **thesis** alpha, p, mu,
-//! offset of each joint, difference gains, product gains, phases; **shape** stride, then mean, cosines, sines of each joint; **follow**
-//! the sensor's joint as its place in [`Joint::ALL`], the source of events as its place in [`EventSource::ALL`], then as shape. Units as
-//! in the configurations themselves.
+//! The frame is that of [`crate::store::flash_record`], with the magic word "FFWK". The kind and its words are described in the file of
+//! the kind, see [`crate::generator`]: bits of f32, a phase in 2^-32 of a cycle, or the place of a value in a list.
 
 use core::fmt;
 
 use cpg_core::BuildError;
-use cpg_core::entrainment::EventSource;
-use cpg_core::network::phase_coupled::RobustConfig;
-use cpg_core::network::thesis::ThesisConfig;
-use cpg_core::oscillator::rayleigh::RayleighConfig;
-use joint_units::{Joint, Period, Phase, Radians};
+use joint_units::Period;
 
-use crate::generator::board_generator::{FollowConfig, GeneratorConfig, SERIES_HARMONICS, SeriesConfig, ShapeConfig};
-use crate::store::flash_record::{FrameError, Framed, Words, bytes_of, open};
+use crate::generator::{GeneratorConfig, WordError};
+use crate::store::flash_record::{FlashRecordError, Framed, bytes_of, open};
 
 /// Bytes of the longest record.
-pub const MAX_BYTES: usize = bytes_of(MAX_WORDS);
+pub const MAX_BYTES: usize = bytes_of(GeneratorConfig::MAX_WORDS);
 
 const MAGIC: [u8; 4] = *b"FFWK";
 const SCHEMA: u16 = 1;
-const ROBUST: (u16, usize) = (1, 18);
-const THESIS: (u16, usize) = (2, 28);
-const SHAPE: (u16, usize) = (3, 1 + 4 * (1 + 2 * SERIES_HARMONICS));
-const FOLLOW: (u16, usize) = (4, MAX_WORDS);
-const MAX_WORDS: usize = 2 + SHAPE.1;
-const KINDS: [(u16, usize); 4] = [ROBUST, THESIS, SHAPE, FOLLOW];
 
-/// Why bytes are no walker.
+/// Why bytes are not a generator's record.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum GeneratorRecordError {
-    /// They are no whole record.
-    Frame(FrameError),
-    /// There is no joint of this number.
-    Joint(u32),
-    /// There is no source of events of this number.
-    Events(u32),
+    /// They are not a whole record, or one of an unknown kind.
+    Frame(FlashRecordError),
+    /// A word that stands for a place in a list is too large.
+    Word {
+        /// The parameter.
+        field: &'static str,
+        /// The word.
+        word: u32,
+        /// The largest word that is allowed.
+        most: u32,
+    },
     /// A parameter is not allowed.
     Parameter(BuildError),
 }
@@ -48,17 +39,18 @@ pub enum GeneratorRecordError {
 impl fmt::Display for GeneratorRecordError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Frame(error @ FrameError::Kind { .. }) => {
-                write!(f, "{error}; allowed is")?;
-                for (place, (kind, words)) in KINDS.into_iter().enumerate() {
-                    let between = if place == 0 { "" } else { " or" };
-                    write!(f, "{between} {kind} with {words}")?;
+            Self::Frame(error @ FlashRecordError::Kind { .. }) => {
+                write!(f, "{error}; expected")?;
+                for (place, (kind, words)) in GeneratorConfig::RECORD_KINDS.iter().enumerate() {
+                    write!(f, "{} kind {kind} with {words} words", if place == 0 { "" } else { "," })?;
                 }
-                Ok(())
+                f.write_str("; make the record again with `footfall pack`")
+            }
+            Self::Frame(error @ FlashRecordError::Schema { .. }) => {
+                write!(f, "{error}; make the record again with `footfall pack`")
             }
             Self::Frame(error) => write!(f, "{error}"),
-            Self::Joint(place) => write!(f, "the sensor is on joint {place}; allowed is 0 to 3"),
-            Self::Events(place) => write!(f, "the events are of source {place}; allowed is 0 to 2"),
+            Self::Word { field, word, most } => write!(f, "{field} is {word}; allowed is 0 to {most}"),
             Self::Parameter(error) => write!(f, "{error}"),
         }
     }
@@ -66,74 +58,43 @@ impl fmt::Display for GeneratorRecordError {
 
 impl core::error::Error for GeneratorRecordError {}
 
-impl From<FrameError> for GeneratorRecordError {
-    fn from(error: FrameError) -> Self {
+impl From<FlashRecordError> for GeneratorRecordError {
+    fn from(error: FlashRecordError) -> Self {
         Self::Frame(error)
     }
 }
 
-/// A walker that was read, with the check sum that names it.
+impl From<WordError> for GeneratorRecordError {
+    fn from(error: WordError) -> Self {
+        match error {
+            WordError::Record(error) => Self::Frame(error),
+            WordError::Choice { field, word, most } => Self::Word { field, word, most },
+        }
+    }
+}
+
+/// A generator's parameters that were read, and the checksum that identifies them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stored {
-    /// The parameters: every one of them is allowed.
+    /// The parameters; all are allowed.
     pub config: GeneratorConfig,
-    /// The record's check sum.
+    /// The record's checksum.
     pub crc: u32,
 }
 
 /// A record, ready to be written.
 pub type Record = Framed<MAX_BYTES>;
 
-/// The record of a walker.
+/// The record of a generator's parameters.
 #[must_use]
 pub fn record_of(config: &GeneratorConfig) -> Record {
-    let (kind, _) = match config {
-        GeneratorConfig::Robust(_) => ROBUST,
-        GeneratorConfig::Thesis(_) => THESIS,
-        GeneratorConfig::Shape(_) => SHAPE,
-        GeneratorConfig::Follow(_) => FOLLOW,
-    };
-    Record::new(MAGIC, SCHEMA, kind, |record| match config {
-        GeneratorConfig::Robust(robust) => {
-            record.floats(&[robust.natural_period, robust.nonlinearity]);
-            record.floats(&robust.coupling);
-            phases(record, &robust.phases);
-            record.floats(&robust.amplitudes.map(|angle| angle.0));
-            record.floats(&robust.offsets.map(|angle| angle.0));
-        }
-        GeneratorConfig::Thesis(thesis) => {
-            for joint in &thesis.joints {
-                record.floats(&[joint.alpha, joint.p, joint.mu, joint.offset]);
-            }
-            thesis.difference.iter().chain(&thesis.product).for_each(|pair| record.floats(pair));
-            phases(record, &thesis.phases);
-        }
-        GeneratorConfig::Shape(config) => shape(record, config),
-        GeneratorConfig::Follow(follow) => {
-            record.push(follow.sensor as u32);
-            record.push(follow.events as u32);
-            shape(record, &follow.shape);
-        }
-    })
+    Record::new(MAGIC, SCHEMA, config.record_kind(), |words| config.write(words))
 }
 
-fn shape(record: &mut Record, shape: &ShapeConfig) {
-    record.floats(&[shape.stride_s]);
-    for joint in &shape.joints {
-        record.floats(&[joint.mean.0]);
-        record.floats(&joint.cos);
-        record.floats(&joint.sin);
-    }
-}
-
-fn phases(record: &mut Record, values: &[Phase]) {
-    values.iter().for_each(|value| record.push(value.0));
-}
-
-/// Reads the walker at the start of `bytes`; `None` when they are erased flash. What follows the record is not looked at.
+/// Reads the record at the start of `bytes`; `None` if they are erased flash. Bytes after the record are ignored.
 ///
 /// ```
-/// use joint_loop::{FrameError, GeneratorConfig};
+/// use joint_loop::{FlashRecordError, GeneratorConfig};
 /// use joint_loop::store::generator_record::{GeneratorRecordError, read, record_of};
 /// let record = record_of(&GeneratorConfig::default_walk());
 /// let stored = read(record.bytes())?.unwrap();
@@ -141,82 +102,34 @@ fn phases(record: &mut Record, values: &[Phase]) {
 /// assert_eq!(read(&[0xFF; 64]), Ok(None));
 /// let mut broken = record.bytes().to_vec();
 /// broken[20] ^= 1;
-/// assert!(matches!(read(&broken), Err(GeneratorRecordError::Frame(FrameError::Crc { .. }))));
+/// assert!(matches!(read(&broken), Err(GeneratorRecordError::Frame(FlashRecordError::Crc { .. }))));
 /// # Ok::<(), GeneratorRecordError>(())
 /// ```
 ///
 /// # Errors
-/// [`GeneratorRecordError`]; a parameter that is not allowed at a period of 1 ms is one of them.
+/// [`GeneratorRecordError`]; also if a parameter is not allowed at a period of 1 ms.
 pub fn read(bytes: &[u8]) -> Result<Option<Stored>, GeneratorRecordError> {
-    let is_known = |kind, words| KINDS.into_iter().any(|known| (known.0, known.1 as u32) == (kind, words));
-    let Some(found) = open(bytes, MAGIC, SCHEMA, is_known)? else { return Ok(None) };
-    let mut words = found.words;
-    let config = match found.kind {
-        kind if kind == ROBUST.0 => words.robust()?,
-        kind if kind == THESIS.0 => words.thesis()?,
-        kind if kind == SHAPE.0 => GeneratorConfig::Shape(words.shape()?),
-        _ => {
-            let place = words.word()?;
-            let sensor = Joint::ALL.get(place as usize).copied().ok_or(GeneratorRecordError::Joint(place))?;
-            let place = words.word()?;
-            let events = EventSource::ALL.get(place as usize).copied().ok_or(GeneratorRecordError::Events(place))?;
-            GeneratorConfig::Follow(FollowConfig { sensor, events, shape: words.shape()? })
-        }
-    };
+    let is_known =
+        |kind, words| GeneratorConfig::RECORD_KINDS.iter().any(|known| (known.0, known.1 as u32) == (kind, words));
+    let Some(mut found) = open(bytes, MAGIC, SCHEMA, is_known)? else { return Ok(None) };
+    let words = found.words_left();
+    let unknown = FlashRecordError::Kind { kind: found.kind, words };
+    let config = GeneratorConfig::read(found.kind, &mut found.words).ok_or(unknown)??;
     config.build(Period::MILLISECOND).map_err(GeneratorRecordError::Parameter)?;
     Ok(Some(Stored { config, crc: found.crc }))
-}
-
-impl Words<'_> {
-    fn phases(&mut self) -> Result<[Phase; 4], FrameError> {
-        let mut all = [Phase(0); 4];
-        for value in &mut all {
-            *value = Phase(self.word()?);
-        }
-        Ok(all)
-    }
-
-    fn robust(&mut self) -> Result<GeneratorConfig, FrameError> {
-        Ok(GeneratorConfig::Robust(RobustConfig {
-            natural_period: self.float()?,
-            nonlinearity: self.float()?,
-            coupling: self.floats()?,
-            phases: self.phases()?,
-            amplitudes: self.floats()?.map(Radians),
-            offsets: self.floats()?.map(Radians),
-        }))
-    }
-
-    fn thesis(&mut self) -> Result<GeneratorConfig, FrameError> {
-        let mut joints = [RayleighConfig { alpha: 0.0, p: 0.0, mu: 0.0, offset: 0.0 }; 4];
-        for joint in &mut joints {
-            let [alpha, p, mu, offset] = self.floats()?;
-            *joint = RayleighConfig { alpha, p, mu, offset };
-        }
-        Ok(GeneratorConfig::Thesis(ThesisConfig {
-            joints,
-            difference: [self.floats()?, self.floats()?],
-            product: [self.floats()?, self.floats()?],
-            phases: self.phases()?,
-        }))
-    }
-
-    fn shape(&mut self) -> Result<ShapeConfig, FrameError> {
-        let stride_s = self.float()?;
-        let mut joints =
-            [SeriesConfig { mean: Radians(0.0), cos: [0.0; SERIES_HARMONICS], sin: [0.0; SERIES_HARMONICS] }; 4];
-        for joint in &mut joints {
-            *joint = SeriesConfig { mean: Radians(self.float()?), cos: self.floats()?, sin: self.floats()? };
-        }
-        Ok(ShapeConfig { stride_s, joints })
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{FollowConfig, SERIES_HARMONICS, SeriesConfig, ShapeConfig};
+    use cpg_core::entrainment::EventSource;
+    use cpg_core::network::thesis::ThesisConfig;
+    use joint_units::{Joint, Radians};
     use proptest::prelude::*;
     use std::vec::Vec;
+
+    const FOLLOW: (u16, usize) = (4, 71);
 
     fn shape() -> GeneratorConfig {
         let series =
@@ -254,8 +167,8 @@ mod tests {
                 (2..FOLLOW.1).for_each(|_| record.push(0));
             })
         };
-        assert_eq!(read(of(4, 0).bytes()), Err(GeneratorRecordError::Joint(4)));
-        assert_eq!(read(of(0, 3).bytes()), Err(GeneratorRecordError::Events(3)));
+        assert_eq!(read(of(4, 0).bytes()), Err(GeneratorRecordError::Word { field: "sensor", word: 4, most: 3 }));
+        assert_eq!(read(of(0, 3).bytes()), Err(GeneratorRecordError::Word { field: "events", word: 3, most: 2 }));
         for (place, source) in EventSource::ALL.into_iter().enumerate() {
             assert_eq!(source as usize, place);
         }
@@ -266,8 +179,8 @@ mod tests {
     fn a_follower_of_the_old_length_is_refused() {
         let old = Record::new(MAGIC, SCHEMA, FOLLOW.0, |record| (1..FOLLOW.1).for_each(|_| record.push(0)));
         let told = read(old.bytes()).unwrap_err();
-        assert_eq!(told, GeneratorRecordError::Frame(FrameError::Kind { kind: 4, words: 70 }));
-        assert!(told.to_string().ends_with("or 4 with 71"), "{told}");
+        assert_eq!(told, GeneratorRecordError::Frame(FlashRecordError::Kind { kind: 4, words: 70 }));
+        assert!(told.to_string().contains("kind 4 with 71 words"), "{told}");
     }
 
     #[test]
@@ -292,10 +205,12 @@ mod tests {
         assert!(told(&[]).contains("ends before"));
         let mut other = record.bytes().to_vec();
         other[4] = 9;
-        assert_eq!(told(&other), "schema 9; allowed is 1");
+        assert_eq!(told(&other), "schema 9; allowed is 1; make the record again with `footfall pack`");
         let mut other = record.bytes().to_vec();
         other[6] = 7;
-        assert!(told(&other).starts_with("kind 7 with 69 words, which is not known; allowed is 1 with 18"));
+        assert!(
+            told(&other).starts_with("unknown record kind 7 (69 words); expected kind 1 with 18 words, kind 2 with 28")
+        );
         // A right check sum does not make a wrong number right.
         let GeneratorConfig::Shape(mut config) = shape() else { unreachable!() };
         config.stride_s = f32::NAN;

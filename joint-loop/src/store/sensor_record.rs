@@ -15,7 +15,7 @@ use hgod_adc::{Calibration, CalibrationError, CalibrationPoint, Interpolation, M
 use joint_units::{Joint, Radians, Volts};
 
 use crate::setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSORS};
-use crate::store::flash_record::{FrameError, Framed, Words, bytes_of, open};
+use crate::store::flash_record::{FlashRecordError, Framed, WordReader, bytes_of, open};
 
 /// Bytes of the longest record.
 pub const MAX_BYTES: usize = bytes_of(MAX_WORDS);
@@ -31,7 +31,7 @@ const MAX_WORDS: usize = SENSORS * (HEAD_WORDS + 2 * MAX_POINTS);
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SensorRecordError {
     /// They are no whole record.
-    Frame(FrameError),
+    Frame(FlashRecordError),
     /// A word of this sensor, counted from 0, is none of those that are allowed.
     Word {
         /// The sensor.
@@ -82,8 +82,8 @@ impl fmt::Display for SensorRecordError {
 
 impl core::error::Error for SensorRecordError {}
 
-impl From<FrameError> for SensorRecordError {
-    fn from(error: FrameError) -> Self {
+impl From<FlashRecordError> for SensorRecordError {
+    fn from(error: FlashRecordError) -> Self {
         Self::Frame(error)
     }
 }
@@ -152,7 +152,7 @@ pub fn read(bytes: &[u8]) -> Result<Option<Stored>, SensorRecordError> {
     Ok(Some(Stored { sensors, crc: found.crc }))
 }
 
-fn sensor(place: usize, words: &mut Words<'_>) -> Result<JointSensor, SensorRecordError> {
+fn sensor(place: usize, words: &mut WordReader<'_>) -> Result<JointSensor, SensorRecordError> {
     let wrong = |field, word| SensorRecordError::Word { sensor: place, field, word };
     let word = words.word()?;
     let joint = Joint::ALL.get(word as usize).copied().ok_or(wrong("joint", word))?;

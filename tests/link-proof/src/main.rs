@@ -24,7 +24,7 @@ mod proof {
         Calibration, CalibrationPoint, FilterConfig, HealthConfig, Interpolation, ReferenceConfig, SensorConfig,
         SensorState,
     };
-    use joint_loop::setup::default_loop::{Parameters, WalkLoop, walk_loop_with};
+    use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop_with};
     use joint_loop::store::{generator_record, sensor_record};
     use joint_loop::{BoardFaults, LoopConfig, SENSORS, Sample};
     use joint_units::{AdcCode, Period, Volts};
@@ -72,15 +72,15 @@ mod proof {
         let bytes: &[u8] = black_box(&[]);
         let (Ok(generator), Ok(sensors)) = (generator_record::read(bytes), sensor_record::read(bytes)) else { return };
         let parameters =
-            Parameters::or_default(generator.map(|stored| stored.config), sensors.map(|stored| stored.sensors));
+            Parameters::with_defaults(generator.map(|stored| stored.config), sensors.map(|stored| stored.sensors));
         let Ok(parameters) = parameters else { return };
         black_box(generator_record::record_of(black_box(&parameters.generator)).bytes());
         black_box(sensor_record::record_of(black_box(&parameters.sensors)).bytes());
         let cal = AdcCode(black_box(1502));
         let config = black_box(LoopConfig::default_biped());
-        let built = walk_loop_with(&config, black_box(&parameters), cal, Volts(black_box(2.7)));
+        let built = board_loop_with(&config, black_box(&parameters), cal, Volts(black_box(2.7)));
         let Ok(built) = built else { return };
-        let mut joints: WalkLoop = black_box(built);
+        let mut joints: BoardLoop = black_box(built);
         let sample = Sample {
             elapsed: black_box(1),
             codes: black_box([AdcCode(0); SENSORS]),

@@ -84,7 +84,7 @@ fn one_recording_gives_parameters_a_report_and_an_object() {
 
 #[test]
 fn the_same_file_and_seed_give_the_same_bytes_whatever_the_generator() {
-    for generator in ["shape", "robust", "thesis"] {
+    for generator in ["shape", "phase-coupled", "thesis"] {
         let run = || footfall(["fit", DEFAULT, "--generator", generator, "--evaluations", "2000", "--seed", "3"]);
         let (one, two) = (run(), run());
         assert_eq!(one.status.code(), Some(0), "{generator}: {}", said(&one));
@@ -92,7 +92,7 @@ fn the_same_file_and_seed_give_the_same_bytes_whatever_the_generator() {
         let file = GeneratorFile::parse("x", &String::from_utf8_lossy(&one.stdout)).unwrap();
         // A thesis network that perturbed starts do not come back to is not what gets out.
         let refused = said(&one).contains("was refused");
-        assert_eq!(file.set.kind(), if refused { "shape" } else { generator }, "{}", said(&one));
+        assert_eq!(file.set.name(), if refused { "shape" } else { generator }, "{}", said(&one));
     }
 }
 
@@ -327,9 +327,11 @@ fn two_recordings_of_one_name_are_two() {
 /// What a generator would not heed is not taken in silence.
 #[test]
 fn options_of_the_shape_alone_are_refused_with_another_generator() {
-    for (generator, option, value) in
-        [("robust", "--harmonics", "4"), ("thesis", "--harmonics", "4"), ("robust", "--follow", "left_hip")]
-    {
+    for (generator, option, value) in [
+        ("phase-coupled", "--harmonics", "4"),
+        ("thesis", "--harmonics", "4"),
+        ("phase-coupled", "--follow", "left_hip"),
+    ] {
         let output = footfall(["fit", DEFAULT, "--generator", generator, option, value]);
         let words = format!("{option} with --generator {generator}: allowed is {option} with --generator shape");
         assert!(output.status.code() == Some(2) && said(&output).contains(&words), "{}", said(&output));
@@ -382,7 +384,7 @@ fn a_follower_has_its_events_and_its_time_to_lock() {
     GeneratorFile::read(&out).expect("a generator file");
 
     for (more, wanted) in [
-        (&["--generator", "robust"][..], "allowed is --follow with --generator shape"),
+        (&["--generator", "phase-coupled"][..], "allowed is --follow with --generator shape"),
         (&["--events", "heel"], "none, peak, foot_switch"),
     ] {
         let output = led(more);

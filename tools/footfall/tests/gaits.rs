@@ -177,7 +177,7 @@ fn a_generator_that_does_not_return_is_refused() {
 
 #[test]
 fn the_default_walk_is_accepted_with_its_tongue() {
-    let (code, out, _) = footfall(&["certify", "robust", "--starts", "50", "--json"]);
+    let (code, out, _) = footfall(&["certify", "phase-coupled", "--starts", "50", "--json"]);
     let object: Value = serde_json::from_str(&out).expect("JSON");
     assert_eq!((code, object["status"].as_str(), object["converged"].as_u64()), (0, Some("accepted"), Some(50)));
     let tongue = object["entrainment"].as_array().expect("a tongue");

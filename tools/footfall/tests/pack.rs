@@ -13,8 +13,8 @@ use std::ffi::OsString;
 
 #[path = "constants/follow.rs"]
 mod follow;
-#[path = "constants/robust.rs"]
-mod robust;
+#[path = "constants/phase_coupled.rs"]
+mod phase_coupled;
 #[path = "constants/shape.rs"]
 mod shape;
 #[path = "constants/thesis.rs"]
@@ -36,7 +36,12 @@ fn a_constant_in_rust_is_the_file_bit_for_bit() {
     let default = |name| GeneratorFile::default_of(name).unwrap().set.config();
     let followed = FollowConfig { sensor: Joint::RightKnee, events: EventSource::None, shape: awkward() };
     for (name, config, text, compiled) in [
-        ("robust", default("robust"), include_str!("constants/robust.rs"), robust::GENERATOR),
+        (
+            "phase-coupled",
+            default("phase-coupled"),
+            include_str!("constants/phase_coupled.rs"),
+            phase_coupled::GENERATOR,
+        ),
         ("thesis", default("thesis"), include_str!("constants/thesis.rs"), thesis::GENERATOR),
         ("follow", GeneratorConfig::Follow(followed), include_str!("constants/follow.rs"), follow::GENERATOR),
         ("shape", GeneratorConfig::Shape(awkward()), include_str!("constants/shape.rs"), shape::GENERATOR),

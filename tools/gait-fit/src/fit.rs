@@ -57,7 +57,7 @@ impl Kind {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Shape => "shape",
-            Self::PhaseCoupled => "robust",
+            Self::PhaseCoupled => "phase-coupled",
             Self::Thesis => "thesis",
         }
     }
@@ -384,7 +384,7 @@ fn of_kind(kind: Kind, mean: &Cycle, period_s: f64, settings: &Settings, progres
         }
         Kind::PhaseCoupled => {
             let fitted = fit_phase_coupled(mean, period_s, LINKED, &mut |_| ());
-            Found { set: GeneratorSet::Robust(fitted.set), history: vec![], refused_because: None }
+            Found { set: GeneratorSet::PhaseCoupled(fitted.set), history: vec![], refused_because: None }
         }
         Kind::Thesis => {
             let search =
@@ -419,9 +419,10 @@ fn harmonics(mean: &Cycle, settings: &Settings) -> usize {
 
 fn kind_of(set: &GeneratorSet) -> Kind {
     match set {
-        GeneratorSet::Shape(_) | GeneratorSet::Follow(_) => Kind::Shape,
-        GeneratorSet::Robust(_) => Kind::PhaseCoupled,
+        GeneratorSet::PhaseCoupled(_) => Kind::PhaseCoupled,
         GeneratorSet::Thesis(_) => Kind::Thesis,
+        // A follower is made from a fitted shape.
+        _ => Kind::Shape,
     }
 }
 
@@ -443,8 +444,10 @@ fn not_accepted(checked: &Result<Certificate, String>) -> Option<String> {
 fn refitted(set: &GeneratorSet, some: &Cycle, period_s: f64) -> Cycle {
     let again = match set {
         GeneratorSet::Shape(fitted) => GeneratorSet::Shape(series::fit(some, period_s, fitted.joints[0].cos_deg.len())),
-        GeneratorSet::Robust(_) => GeneratorSet::Robust(fit_phase_coupled(some, period_s, LINKED, &mut |_| ()).set),
-        GeneratorSet::Thesis(_) | GeneratorSet::Follow(_) => set.clone(),
+        GeneratorSet::PhaseCoupled(_) => {
+            GeneratorSet::PhaseCoupled(fit_phase_coupled(some, period_s, LINKED, &mut |_| ()).set)
+        }
+        _ => set.clone(),
     };
     // A generator that was fitted once can be stepped; otherwise the mean of the strides is used.
     generator_cycle(&again).map_or_else(|_| some.clone(), |own| aligned(&own.cycle, some).0)

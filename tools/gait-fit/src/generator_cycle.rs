@@ -26,7 +26,7 @@ pub struct GeneratorCycle {
 /// # Errors
 /// The generator cannot be built, or its phase does not complete the strides; the text says which.
 pub fn generator_cycle(set: &GeneratorSet) -> Result<GeneratorCycle, String> {
-    let mut generator = set.generator(Period::MILLISECOND)?;
+    let mut generator = set.build(Period::MILLISECOND).map_err(|error| error.to_string())?;
     let (mut before, mut cycles) = (generator.phase(), f64::from(generator.phase().cycles()));
     // The last sample before the stride, its samples, and one after; each with the cycles completed.
     let mut samples: Vec<(f64, [f64; Joint::COUNT])> = vec![];
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn the_default_walk_has_its_stride_period() {
-        let own = generator_cycle(&GeneratorFile::default_of("robust").unwrap().set).unwrap();
+        let own = generator_cycle(&GeneratorFile::default_of("phase-coupled").unwrap().set).unwrap();
         assert!((own.period_s - 1.1).abs() < 2e-4, "{}", own.period_s);
         let knee = own.cycle.0[2].iter().copied().fold(f64::MIN, f64::max);
         assert!((60.0..63.0).contains(&knee), "{knee}");

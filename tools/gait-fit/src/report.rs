@@ -59,7 +59,7 @@ fn summary(page: &mut String, fit: &Fit) {
     let [hip, knee] = fit.strides.asymmetry_deg();
     *page += "<table>";
     for (name, value) in [
-        ("generator", fit.file.set.kind().to_owned()),
+        ("generator", fit.file.set.name().to_owned()),
         ("stride time", format!("{:.4} s", fit.period_s)),
         (
             "strides",

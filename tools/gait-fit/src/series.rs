@@ -9,7 +9,7 @@
 use std::f64::consts::TAU;
 
 use gait_trace::stride::cycle::{Cycle, POINTS};
-use generator_file::file::{ShapeJoint, ShapeSet};
+use generator_file::file::{Coefficients, ShapeJoint, ShapeSet};
 use joint_loop::SERIES_HARMONICS;
 
 /// A joint's series, degrees.
@@ -96,11 +96,10 @@ pub fn fit(cycle: &Cycle, stride_s: f64, harmonics: usize) -> ShapeSet {
     let origin = Series::through(left_hip, harmonics).peak();
     let joint = |points: &[f64; POINTS]| {
         let series = Series::through(points, harmonics).from_phase(origin);
-        ShapeJoint {
-            mean_deg: series.mean as f32,
-            cos_deg: series.terms.iter().map(|term| term.0 as f32).collect(),
-            sin_deg: series.terms.iter().map(|term| term.1 as f32).collect(),
-        }
+        let (cos_deg, sin_deg): (Vec<f32>, Vec<f32>) =
+            series.terms.iter().map(|term| (term.0 as f32, term.1 as f32)).unzip();
+        let [cos_deg, sin_deg] = [cos_deg, sin_deg].map(|terms| Coefficients::new(&terms).expect("checked above"));
+        ShapeJoint { mean_deg: series.mean as f32, cos_deg, sin_deg }
     };
     ShapeSet { stride_s: stride_s as f32, joints: cycle.0.each_ref().map(joint) }
 }

@@ -33,7 +33,7 @@ fn an_accepted_fit_has_the_same_orbit_on_the_core() {
     assert!(fit.rmse_deg.iter().all(|rmse| *rmse < 12.0), "{:?}", fit.rmse_deg);
     assert!(fit.history.windows(2).all(|w| w[0].0 < w[1].0 && w[0].1 > w[1].1));
     // The core's f32 network follows the reported cycle after it has settled.
-    let mut generator = GeneratorSet::Thesis(fit.set).generator(Period::MILLISECOND).expect("it was checked");
+    let mut generator = GeneratorSet::Thesis(fit.set).build(Period::MILLISECOND).expect("it was checked");
     for _ in 0..RETURN_STRIDES * 1100 {
         generator.step();
     }
@@ -78,7 +78,7 @@ fn r1_is_fitted_and_has_the_same_cycle_on_the_core() {
             assert!((rmse - left).abs() < 0.25, "{dynamics:?}: {:?}", fit.rmse_deg);
         }
         assert!(fit.evaluations <= 410 && (fit.period_s - 0.9).abs() < 1e-6);
-        let mut generator = GeneratorSet::Robust(fit.set).generator(Period::MILLISECOND).expect("in range");
+        let mut generator = GeneratorSet::PhaseCoupled(fit.set).build(Period::MILLISECOND).expect("in range");
         for _ in 0..30_000 {
             generator.step();
         }

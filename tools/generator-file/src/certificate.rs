@@ -27,6 +27,7 @@ use crate::file::GeneratorSet;
 use crate::following::{Following, following};
 use crate::in_single::{largest_step, peaks};
 use crate::random::Random;
+use crate::specimen::specimen;
 
 /// Size of the box of random starts, in amplitudes.
 pub const START_BOX: f64 = 1.5;
@@ -192,7 +193,7 @@ pub fn certify(
     progress("limit cycle");
     let (peaks, f32_sound) = peaks(set, gate)?;
     let mut certificate = Certificate {
-        generator: set.kind(),
+        generator: set.name(),
         oscillates: false,
         period_s: f64::NAN,
         starts,
@@ -213,7 +214,7 @@ pub fn certify(
         accepted: false,
         refused_because: None,
     };
-    let Some(specimen) = set.specimen(step)? else {
+    let Some(specimen) = specimen(set, step)? else {
         // One phase that advances by a constant: every start is on the cycle, and a push to a joint does not reach the phase.
         certificate.oscillates = f32_sound;
         certificate.period_s = set.stride_guess_s();
@@ -456,9 +457,13 @@ fn multipliers(built: &dyn Specimen, orbit: &Orbit) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::file::{FollowSet, GeneratorFile, ShapeJoint, ShapeSet};
+    use crate::file::{Coefficients, FollowSet, GeneratorFile, ShapeJoint, ShapeSet};
     use cpg_core::entrainment::EventSource;
     use joint_units::Joint;
+
+    fn coefficients(numbers: &[f32]) -> Coefficients {
+        Coefficients::new(numbers).expect("1 to 8")
+    }
 
     fn certificate(set: &GeneratorSet, starts: u32) -> Certificate {
         certify(set, starts, &LoopConfig::default_biped(), &mut |_| ()).expect("built")
@@ -467,7 +472,7 @@ mod tests {
     /// The default walk: the numbers that the literature table of R1 at eps = kap = 0.5 gives.
     #[test]
     fn the_default_walk_is_certified() {
-        let got = certificate(&GeneratorFile::default_of("robust").unwrap().set, 200);
+        let got = certificate(&GeneratorFile::default_of("phase-coupled").unwrap().set, 200);
         assert!(got.accepted && got.oscillates);
         assert_eq!((got.converged, got.diverged, got.perturbed, got.perturbed_locked), (200, 0, 100, 100));
         assert!((got.period_s - 1.1).abs() < 1e-4, "{}", got.period_s);
@@ -505,10 +510,12 @@ mod tests {
             (0.5, 0.5, 1.115_436_42, 0.054),
             (1.0, 0.5, 1.157_577_24, 0.024),
         ] {
-            let GeneratorSet::Robust(mut set) = GeneratorFile::default_of("robust").unwrap().set else { panic!("R1") };
+            let GeneratorSet::PhaseCoupled(mut set) = GeneratorFile::default_of("phase-coupled").unwrap().set else {
+                panic!("R1")
+            };
             (set.natural_period_s, set.nonlinearity, set.coupling) = (1.1, nonlinearity, [coupling; 4]);
             let step = Period::from_micros(STEP_MICROS).unwrap();
-            let specimen = GeneratorSet::Robust(set).specimen(step).unwrap().unwrap();
+            let specimen = super::specimen(&GeneratorSet::PhaseCoupled(set), step).unwrap().unwrap();
             let orbit = limit_cycle(specimen.as_ref(), 1.1).unwrap();
             assert!((orbit.period_s - period_s).abs() < 3e-6, "{nonlinearity}, {coupling}: {}", orbit.period_s);
             let found = multipliers(specimen.as_ref(), &orbit)[0];
@@ -519,7 +526,7 @@ mod tests {
     /// One phase: nothing to perturb, and it follows any stride that it can be set to.
     #[test]
     fn a_shape_is_accepted_and_says_how_it_is_led() {
-        let joint = ShapeJoint { mean_deg: 10.0, cos_deg: vec![20.0], sin_deg: vec![0.0] };
+        let joint = ShapeJoint { mean_deg: 10.0, cos_deg: coefficients(&[20.0]), sin_deg: coefficients(&[0.0]) };
         let joints = std::array::from_fn(|_| joint.clone());
         let got = certificate(&GeneratorSet::Shape(ShapeSet { stride_s: 1.1, joints }), 10);
         assert!(got.accepted && (got.starts, got.perturbed) == (0, 0) && got.entrainment.is_empty());
@@ -532,7 +539,8 @@ mod tests {
     #[test]
     fn a_follower_is_certified_on_its_walker() {
         let set = |cos_deg: Vec<f32>| {
-            let joint = ShapeJoint { mean_deg: 10.0, sin_deg: vec![0.0; cos_deg.len()], cos_deg };
+            let sin_deg = coefficients(&vec![0.0; cos_deg.len()]);
+            let joint = ShapeJoint { mean_deg: 10.0, sin_deg, cos_deg: coefficients(&cos_deg) };
             let shape = ShapeSet { stride_s: 1.1, joints: std::array::from_fn(|_| joint.clone()) };
             GeneratorSet::Follow(FollowSet { sensor: Joint::LeftHip, events: EventSource::None, shape })
         };
@@ -568,7 +576,7 @@ mod tests {
         let because = got.refused_because.unwrap();
         assert!(because.contains(&named), "{because}");
         // The start that was named does diverge, in a run of its own.
-        let mut specimen = set.specimen(Period::from_micros(STEP_MICROS).unwrap()).unwrap().unwrap();
+        let mut specimen = super::specimen(&set, Period::from_micros(STEP_MICROS).unwrap()).unwrap().unwrap();
         assert!(specimen.set_state(&first.state));
         let sizes = |specimen: &mut dyn Specimen| {
             let mut sizes = [0.0f64; 4];

@@ -148,7 +148,7 @@ mod tests {
     /// The stronger the link, the wider the range, at both ends; it begins at the generator's own frequency.
     #[test]
     fn the_range_of_the_default_walk_is_a_tongue() {
-        let set: GeneratorSet = GeneratorFile::default_of("robust").unwrap().set;
+        let set: GeneratorSet = GeneratorFile::default_of("phase-coupled").unwrap().set;
         let got = certify(&set, 1, &LoopConfig::default_biped(), &mut |_| ()).unwrap();
         assert_eq!(got.entrainment.len(), STRENGTHS.len());
         let mut inner = [1.0, 1.0];

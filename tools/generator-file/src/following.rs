@@ -151,7 +151,7 @@ pub(crate) struct Led {
 
 impl Led {
     pub(crate) fn new(set: &GeneratorSet, period: Period) -> Result<Self, String> {
-        let generator = set.generator(period)?;
+        let generator = set.build(period).map_err(|error| error.to_string())?;
         let walker = match set.config() {
             GeneratorConfig::Follow(config) => {
                 let shapes = config.shape.shapes().map_err(|error| error.to_string())?;

@@ -2,10 +2,10 @@
 //!
 //! ```
 //! use generator_file::file::{GeneratorSet, GeneratorFile};
-//! let file = GeneratorFile::default_of("robust").expect("the default walk");
+//! let file = GeneratorFile::default_of("phase-coupled").expect("the default walk");
 //! let text = file.to_toml();
-//! assert_eq!(GeneratorFile::parse("walker.toml", &text).expect("what was written can be read"), file);
-//! assert!(matches!(file.set, GeneratorSet::Robust(_)));
+//! assert_eq!(GeneratorFile::parse("generator.toml", &text).expect("what was written can be read"), file);
+//! assert!(matches!(file.set, GeneratorSet::PhaseCoupled(_)));
 //! ```
 
 pub mod certificate;
@@ -16,4 +16,5 @@ pub mod gait_error;
 mod in_single;
 mod random;
 mod specimen;
+pub mod toml_file;
 pub mod toml_table;

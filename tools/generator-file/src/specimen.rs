@@ -1,8 +1,38 @@
 //! The generators as the certificate sees them: every state in parts of its amplitude.
 
+use cpg_core::network::graph::{Biped, HipKnee, LeftRight};
+use cpg_core::network::phase_coupled::RobustConfig;
 use cpg_core::{BOUND_FACTOR, Generator, OscillatorState, Oscillators, Rk4, SecondOrder, StateFault};
+use joint_loop::GeneratorConfig;
+use joint_units::Period;
 
 use crate::certificate::Specimen;
+use crate::file::GeneratorSet;
+
+/// The model of a generator; `None` where the only state is a phase, which nothing can push off its cycle.
+///
+/// # Errors
+/// The rule that a number breaks.
+pub(crate) fn specimen(set: &GeneratorSet, period: Period) -> Result<Option<Box<dyn Specimen>>, String> {
+    let specimen: Box<dyn Specimen> = match (set, set.config()) {
+        (_, GeneratorConfig::PhaseCoupled(config)) => {
+            let config = RobustConfig {
+                natural_period: f64::from(config.natural_period),
+                nonlinearity: f64::from(config.nonlinearity),
+                coupling: config.coupling.map(f64::from),
+                phases: config.phases,
+                amplitudes: config.amplitudes,
+                offsets: config.offsets,
+            };
+            Box::new(Orbiting(config.build::<Biped, Rk4>(period).map_err(|e| e.to_string())?))
+        }
+        (GeneratorSet::Thesis(set), _) => Box::new(Orbiting(
+            set.config_of::<f64>().build::<LeftRight, HipKnee, Rk4>(period).map_err(|e| e.to_string())?,
+        )),
+        _ => return Ok(None),
+    };
+    Ok(Some(specimen))
+}
 
 /// A network of second-order oscillators.
 #[derive(Clone)]

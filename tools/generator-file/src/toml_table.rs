@@ -1,90 +1,16 @@
-//! Hand-written TOML files, read so that every fault can be told with file, line, field, what was found and what is allowed.
+//! Reads TOML files field by field; each error has file, line, field, the value and what is allowed.
 //!
-//! A file is checked in this order: text, syntax, headings that nobody asked for (a misspelt field is named as such, not as a
+//! A file is checked in this order: text, syntax, unknown fields (a misspelt field is named as such, not as a
 //! missing one), then each field as it is asked for. Every field has to be there; nothing has a silent default.
 
 use std::cell::RefCell;
-use std::fmt;
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Most bytes that such a file may have.
-pub const MAX_BYTES: usize = 1 << 20;
+use crate::toml_file::{in_words, list, read_text};
 
-/// What is wrong, and what is allowed.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Problem {
-    /// The file cannot be opened or read.
-    #[error("cannot be read: {0}")]
-    Unreadable(String),
-    /// More than [`MAX_BYTES`].
-    #[error("is larger than {MAX_BYTES} bytes; allowed is up to that")]
-    TooLarge,
-    /// Bytes that are no text.
-    #[error("is not text; allowed is a TOML file in UTF-8")]
-    NotText,
-    /// Nothing in it.
-    #[error("is empty; allowed is {0}")]
-    Empty(String),
-    /// Not TOML.
-    #[error("is not TOML: {0}")]
-    Syntax(String),
-    /// A heading that nobody asked for.
-    #[error("unknown field; allowed here: {0}")]
-    Unknown(String),
-    /// A field that has to be there.
-    #[error("is missing; allowed is {0}")]
-    Missing(String),
-    /// A value of another type.
-    #[error("is {found}; allowed is {allowed}")]
-    Type {
-        /// What was found, in words.
-        found: String,
-        /// What is allowed, in words.
-        allowed: String,
-    },
-    /// A number outside its range, or not finite.
-    #[error("is {value}; allowed is {allowed}")]
-    Range {
-        /// What was found.
-        value: String,
-        /// What is allowed, in words.
-        allowed: String,
-    },
-    /// A rule of the part that the values are for. The text says what is allowed.
-    #[error("{0}")]
-    Rule(String),
-}
-
-/// A [`Problem`] and where it is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FileError {
-    /// The file, as the caller named it.
-    pub file: String,
-    /// The line, counted from 1.
-    pub line: Option<usize>,
-    /// The path of the field: `gate.range_deg.left_hip`.
-    pub field: Option<String>,
-    /// What is wrong.
-    pub problem: Problem,
-}
-
-impl fmt::Display for FileError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.file)?;
-        if let Some(line) = self.line {
-            write!(f, ":{line}")?;
-        }
-        f.write_str(": ")?;
-        if let Some(field) = &self.field {
-            write!(f, "field `{field}`: ")?;
-        }
-        self.problem.fmt(f)
-    }
-}
-
-impl std::error::Error for FileError {}
+pub use crate::toml_file::{FileError, MAX_BYTES, Problem};
 
 /// The text of a file and its name.
 #[derive(Debug)]
@@ -101,22 +27,7 @@ impl Document {
     /// # Errors
     /// It cannot be read, or is no text.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let file = path.display().to_string();
-        let fail = |problem| FileError { file: file.clone(), line: None, field: None, problem };
-        let unreadable = |error: std::io::Error| fail(Problem::Unreadable(error.to_string()));
-        let mut bytes = Vec::new();
-        let opened = std::fs::File::open(path).map_err(unreadable)?;
-        std::io::Read::read_to_end(&mut std::io::Read::take(opened, MAX_BYTES as u64 + 1), &mut bytes)
-            .map_err(unreadable)?;
-        if bytes.len() > MAX_BYTES {
-            return Err(fail(Problem::TooLarge));
-        }
-        let text = String::from_utf8(bytes).map_err(|error| {
-            let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-            let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
-            FileError { line: Some(line), ..fail(Problem::NotText) }
-        })?;
-        Ok(Self::of_text(&file, text))
+        Ok(Self::of_text(&path.display().to_string(), read_text(path)?))
     }
 
     /// A text; `file` is what errors call it.
@@ -372,21 +283,5 @@ impl<'a> Section<'a> {
             return Ok(());
         }
         Err(self.error("schema", value.span().start, Problem::Range { value: integer.to_string(), allowed }))
-    }
-}
-
-fn list(fields: &[&str]) -> String {
-    fields.iter().map(|field| format!("`{field}`")).collect::<Vec<_>>().join(", ")
-}
-
-fn in_words(value: &DeValue<'_>) -> String {
-    match value {
-        DeValue::String(text) => format!("the text \"{}\"", text.chars().take(40).collect::<String>()),
-        DeValue::Integer(integer) => format!("the whole number {integer}"),
-        DeValue::Float(float) => format!("the number {float}"),
-        DeValue::Boolean(flag) => format!("`{flag}`"),
-        DeValue::Datetime(_) => "a date".into(),
-        DeValue::Array(array) => format!("a list of {}", array.len()),
-        DeValue::Table(_) => "a table".into(),
     }
 }

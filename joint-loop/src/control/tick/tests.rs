@@ -10,7 +10,7 @@ use joint_units::Period;
 #[test]
 fn the_counters_wrap_in_the_middle_of_a_walk() {
     let mut config = LoopConfig::default_biped();
-    config.watch.sensor_required = false;
+    config.monitor.sensor_required = false;
     let walk = Unguided(default_walk(Period::MILLISECOND).expect("valid"));
     let mut plain = config.build(Period::MILLISECOND, walk, []).expect("valid");
     let mut old = plain.clone();

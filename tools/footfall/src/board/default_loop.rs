@@ -4,7 +4,7 @@ use firmware::board::f4_discovery::BOARD;
 use hgod_adc::Sensor;
 pub use joint_loop::SENSOR_JOINT;
 use joint_loop::setup::default_loop;
-pub use joint_loop::setup::default_loop::{Parameters, Refusal, WalkLoop};
+pub use joint_loop::setup::default_loop::{BoardLoop, BoardLoopError, Parameters};
 use joint_loop::{JointSensor, LoopConfig, SENSORS};
 use joint_units::{AdcCode, Volts};
 
@@ -29,19 +29,19 @@ pub const TYPICAL_MIN_SUPPLY: Volts = BOARD.min_supply;
 ///
 /// # Errors
 /// None; a test builds it.
-pub fn typical_sensor() -> Result<Sensor, Refusal> {
-    let sensor = JointSensor::uncalibrated(SENSOR_JOINT).map_err(Refusal::Calibration)?;
+pub fn typical_sensor() -> Result<Sensor, BoardLoopError> {
+    let sensor = JointSensor::uncalibrated(SENSOR_JOINT).map_err(BoardLoopError::Calibration)?;
     let built = sensor.build(TYPICAL_VREFINT_CAL, TYPICAL_MIN_SUPPLY);
-    built.map_err(|error| Refusal::Sensor { joint: SENSOR_JOINT, error })
+    built.map_err(|error| BoardLoopError::Sensor { joint: SENSOR_JOINT, error })
 }
 
 /// Calibration and divider of the default sensor.
 ///
 /// # Errors
 /// None; a test builds it.
-pub fn wired_sensor() -> Result<WiredSensor, Refusal> {
+pub fn wired_sensor() -> Result<WiredSensor, BoardLoopError> {
     let JointSensor { calibration, divider, .. } =
-        JointSensor::uncalibrated(SENSOR_JOINT).map_err(Refusal::Calibration)?;
+        JointSensor::uncalibrated(SENSOR_JOINT).map_err(BoardLoopError::Calibration)?;
     Ok(WiredSensor { calibration, divider })
 }
 
@@ -49,7 +49,7 @@ pub fn wired_sensor() -> Result<WiredSensor, Refusal> {
 ///
 /// # Errors
 /// None; a test builds it.
-pub fn typical_loop() -> Result<WalkLoop, Refusal> {
+pub fn typical_loop() -> Result<BoardLoop, BoardLoopError> {
     loop_with(&LoopConfig::default_biped())
 }
 
@@ -57,6 +57,11 @@ pub fn typical_loop() -> Result<WalkLoop, Refusal> {
 ///
 /// # Errors
 /// The rule that the parameters break.
-pub fn loop_with(config: &LoopConfig) -> Result<WalkLoop, Refusal> {
-    default_loop::walk_loop_with(config, &Parameters::or_default(None, None)?, TYPICAL_VREFINT_CAL, TYPICAL_MIN_SUPPLY)
+pub fn loop_with(config: &LoopConfig) -> Result<BoardLoop, BoardLoopError> {
+    default_loop::board_loop_with(
+        config,
+        &Parameters::with_defaults(None, None)?,
+        TYPICAL_VREFINT_CAL,
+        TYPICAL_MIN_SUPPLY,
+    )
 }

@@ -4,7 +4,7 @@
 //! boot. After a lost record the state of the board is unknown, and nothing is compared from there on, which is not the same as
 //! equal.
 
-use crate::board::default_loop::WalkLoop;
+use crate::board::default_loop::BoardLoop;
 use joint_loop::SENSORS;
 use std::collections::VecDeque;
 use wire::{Call, Follow, Frame, Inputs};
@@ -39,7 +39,7 @@ pub struct Difference {
 /// The host's loop and its last frames.
 #[derive(Debug, Clone)]
 pub struct Replay {
-    joints: WalkLoop,
+    joints: BoardLoop,
     frames: VecDeque<(Call, joint_loop::Frame<SENSORS>)>,
     gap: Option<Gap>,
     calls: u64,
@@ -48,7 +48,7 @@ pub struct Replay {
 impl Replay {
     /// Begins with a loop after boot.
     #[must_use]
-    pub fn new(joints: WalkLoop) -> Self {
+    pub fn new(joints: BoardLoop) -> Self {
         Self { joints, frames: VecDeque::new(), gap: None, calls: 0 }
     }
 

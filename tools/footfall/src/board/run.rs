@@ -11,7 +11,7 @@ use crate::board::lines::{BoardLine, End};
 use crate::board::replay::{Difference, Gap, Replay, differences};
 use crate::board::telemetry::{RecordError, record_in};
 use cpg_core::entrainment::{Lock, SensorFault};
-use joint_loop::setup::default_loop::{Parameters, WalkLoop, walk_loop};
+use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
 use joint_loop::store::{generator_record, sensor_record};
 use joint_loop::{Cause, SENSORS};
 use joint_units::{AdcCode, Volts};
@@ -379,7 +379,7 @@ impl<'t> BoardRun<'t> {
 }
 
 /// The host's copy of the loop of a board with this boot record; an error says why there is none.
-pub(crate) fn loop_of(parameters: &Parameters, boot: &Boot) -> Result<WalkLoop, String> {
+pub(crate) fn loop_of(parameters: &Parameters, boot: &Boot) -> Result<BoardLoop, String> {
     let generator = generator_record::record_of(&parameters.generator).crc();
     let sensors = sensor_record::record_of(&parameters.sensors).crc();
     for (what, board, known, option) in [
@@ -397,5 +397,5 @@ pub(crate) fn loop_of(parameters: &Parameters, boot: &Boot) -> Result<WalkLoop, 
         }
     }
     let (reference_cal, min_supply) = (AdcCode(boot.reference_cal), Volts(boot.min_supply_v));
-    walk_loop(parameters, reference_cal, min_supply, boot.sensor_required).map_err(|error| error.to_string())
+    board_loop(parameters, reference_cal, min_supply, boot.sensor_required).map_err(|error| error.to_string())
 }

@@ -74,7 +74,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         report(
             GeneratorFile::read(path)
                 .map_err(|error| error.to_string())
-                .map(|file| format!("{}: good: a {} generator", path.display(), file.set.kind())),
+                .map(|file| format!("{}: good: a {} generator", path.display(), file.set.name())),
         );
     }
     crate::output::print(&good)?;

@@ -38,7 +38,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let text = match options.file {
         File::Sensor => calibration_file::to_text(&default_loop::wired_sensor().map_err(Failure::run)?),
         File::Parameters => parameter_file::to_text(&LoopConfig::default_biped()),
-        File::Generator => generator("robust")?,
+        File::Generator => generator("phase-coupled")?,
         File::Thesis => generator("thesis")?,
     };
     output::print(&text)

@@ -133,7 +133,7 @@ pub fn entrain_without(
 
 fn of_file(file: &GeneratorFile) -> Result<([Template; Joint::COUNT], f64), Failure> {
     let (GeneratorSet::Shape(set) | GeneratorSet::Follow(FollowSet { shape: set, .. })) = &file.set else {
-        let kind = file.set.kind();
+        let kind = file.set.name();
         return Err(Failure::input(format!(
             "generator: kind `{kind}` has no templates; allowed are `shape` and `follow`"
         )));
@@ -292,8 +292,8 @@ mod tests {
 
     #[test]
     fn a_generator_file_of_another_kind_is_refused() {
-        let robust = GeneratorFile::default_of("robust").expect("a default");
-        let failure = of_file(&robust).expect_err("no templates");
+        let network = GeneratorFile::default_of("phase-coupled").expect("a default");
+        let failure = of_file(&network).expect_err("no templates");
         assert_eq!(failure.exit_code(), 2);
         assert!(failure.to_string().contains("allowed are `shape` and `follow`"), "{failure}");
     }

@@ -61,7 +61,7 @@ pub struct Options {
 /// What is fitted.
 #[derive(Debug, Clone, Args)]
 pub struct Method {
-    /// The generator: shape (phase and Fourier series), robust (phase-coupled network) or thesis
+    /// The generator: shape (phase and Fourier series), phase-coupled (R1) or thesis
     #[arg(long, value_name = "KIND", default_value = "shape", value_parser = one_of(Kind::ALL, Kind::name))]
     pub generator: Kind,
     /// Make a follower of the shape, with the gait sensor on this joint: left_hip, right_hip, left_knee, right_knee
@@ -237,7 +237,7 @@ mod tests {
             command.try_get_matches_from([&["fit", "a.csv"], arguments].concat()).unwrap_err().to_string()
         };
         assert!(refused(&["--follow", "left_hip", "--events", "heel"]).contains("none, peak, foot_switch"));
-        assert!(refused(&["--generator", "fourier"]).contains("shape, robust, thesis"));
+        assert!(refused(&["--generator", "fourier"]).contains("shape, phase-coupled, thesis"));
         assert!(refused(&["--harmonics", "9"]).contains("allowed is 1 to 8"));
         assert!(refused(&["--stride", "nan"]).contains("allowed is 0.2 to 20 seconds"));
     }

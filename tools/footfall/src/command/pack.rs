@@ -61,20 +61,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
 /// The configuration as Rust source: the output of `Debug` is the expression, and its numbers read back to the same bits.
 #[must_use]
 pub fn constant(config: &GeneratorConfig, source: &str) -> String {
-    let uses = match config {
-        GeneratorConfig::Robust(_) => {
-            "use cpg_core::network::phase_coupled::RobustConfig;\nuse joint_loop::GeneratorConfig;\nuse joint_units::{Phase, Radians};\n"
-        }
-        GeneratorConfig::Thesis(_) => {
-            "use cpg_core::oscillator::rayleigh::RayleighConfig;\nuse cpg_core::network::thesis::NetworkConfig;\nuse joint_loop::GeneratorConfig;\nuse joint_units::Phase;\n"
-        }
-        GeneratorConfig::Follow(_) => {
-            "use cpg_core::entrainment::EventSource::*;\nuse joint_loop::{FollowConfig, SeriesConfig, ShapeConfig, GeneratorConfig};\nuse joint_units::Joint::*;\nuse joint_units::Radians;\n"
-        }
-        GeneratorConfig::Shape(_) => {
-            "use joint_loop::{SeriesConfig, ShapeConfig, GeneratorConfig};\nuse joint_units::Radians;\n"
-        }
-    };
+    let uses = config.rust_imports();
     let source: String = source.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     format!(
         "// Written by `footfall pack --rust`. Angles in radians, times in seconds.\n{uses}\n/// A generator fitted to: {}\n#[rustfmt::skip]\n#[allow(clippy::all)]\npub const GENERATOR: GeneratorConfig = GeneratorConfig::{config:#?};\n",

@@ -1,14 +1,14 @@
-//! The loop's parameters as a file: gate, servos, blend and watch of [`joint_loop::LoopConfig`], in degrees, seconds and microseconds.
+//! The loop's parameters as a file: gate, servos, blend and monitor of [`joint_loop::LoopConfig`], in degrees, seconds and microseconds.
 //!
 //! `footfall defaults parameters` prints the default set in this layout. Every field is required, so that a file does not depend on the
 //! defaults of the program that reads it.
 
-use crate::board::default_loop::Refusal;
+use crate::board::default_loop::BoardLoopError;
 use crate::file::degrees;
 use generator_file::toml_table::{Document, FileError, Problem, Section};
 use joint_loop::{
-    BlendConfig, Direction, GateConfig, JointRange, LoopConfig, LoopError, POSE_LIMITS, PoseLimit, PoseSense,
-    ServoConfig, WatchConfig,
+    BlendConfig, Direction, GateConfig, JointRange, LoopConfig, LoopError, MonitorConfig, POSE_LIMITS, PoseLimit,
+    PoseSense, ServoConfig,
 };
 use joint_units::{Joint, PulseMicros, RadPerSec, RadPerSec2, Radians};
 use std::fmt::Write as _;
@@ -21,7 +21,7 @@ const JOINTS: [&str; Joint::COUNT] = ["left_hip", "right_hip", "left_knee", "rig
 const SENSES: [(&str, PoseSense); 2] = [("sum", PoseSense::Sum), ("difference", PoseSense::Difference)];
 const DIRECTIONS: [(&str, Direction); 2] = [("forward", Direction::Forward), ("mirrored", Direction::Mirrored)];
 const SERVO: [&str; 6] = ["neutral_us", "angle_at_neutral_deg", "us_per_rad", "direction", "shortest_us", "longest_us"];
-const WATCH: [&str; 7] = [
+const MONITOR: [&str; 7] = [
     "sensor_required",
     "sensor_tolerance_s",
     "pose_tolerance_s",
@@ -48,18 +48,18 @@ pub fn read(path: &Path) -> Result<LoopConfig, FileError> {
 /// As [`read`].
 pub fn parse(document: &Document) -> Result<LoopConfig, FileError> {
     let tree = document.parse()?;
-    let top = document.top(tree.get_ref(), &["schema", "gate", "servos", "blend", "watch"])?;
+    let top = document.top(tree.get_ref(), &["schema", "gate", "servos", "blend", "monitor"])?;
     top.schema(SCHEMA)?;
     let config = LoopConfig {
         gate: gate(&top)?,
         servos: servos(&top)?,
         blend: blend(&top)?,
-        watch: watch(&top)?,
+        monitor: monitor(&top)?,
         ..LoopConfig::default_biped()
     };
     match crate::board::default_loop::loop_with(&config) {
         Ok(_) => Ok(config),
-        Err(Refusal::Loop(error)) => Err(document.at(&field_of(&error), Problem::Rule(error.to_string()))),
+        Err(BoardLoopError::Loop(error)) => Err(document.at(&field_of(&error), Problem::Rule(error.to_string()))),
         // Not an error of the file: the default sensor and walk do not depend on it.
         Err(other) => Err(document.at("schema", Problem::Rule(other.to_string()))),
     }
@@ -133,16 +133,16 @@ fn blend(top: &Section<'_>) -> Result<BlendConfig, FileError> {
     Ok(BlendConfig { park, ramp_s: seconds("ramp_s")?, stop_s: seconds("stop_s")?, hurry_s: seconds("hurry_s")? })
 }
 
-fn watch(top: &Section<'_>) -> Result<WatchConfig, FileError> {
-    let watch = top.table("watch", &WATCH)?;
-    let seconds = |key: &str| sensible(&watch, key);
-    Ok(WatchConfig {
-        sensor_required: watch.flag("sensor_required")?,
+fn monitor(top: &Section<'_>) -> Result<MonitorConfig, FileError> {
+    let monitor = top.table("monitor", &MONITOR)?;
+    let seconds = |key: &str| sensible(&monitor, key);
+    Ok(MonitorConfig {
+        sensor_required: monitor.flag("sensor_required")?,
         sensor_tolerance_s: seconds("sensor_tolerance_s")?,
         pose_tolerance_s: seconds("pose_tolerance_s")?,
         stop_gap_s: seconds("stop_gap_s")?,
         fault_gap_s: seconds("fault_gap_s")?,
-        overruns_per_s: watch.whole("overruns_per_s", 0, 100, "")?,
+        overruns_per_s: monitor.whole("overruns_per_s", 0, 100, "")?,
         debounce_s: seconds("debounce_s")?,
     })
 }
@@ -156,7 +156,7 @@ fn field_of(error: &LoopError) -> String {
         LoopError::BeyondPulses { joint, .. } => ("gate.range", Some(joint)),
         LoopError::SameJoint { index } | LoopError::ParkOutsidePose { index } => return format!("gate.pose[{index}]"),
         LoopError::Park => ("blend.park", None),
-        LoopError::NoSensor => ("watch.sensor_required", None),
+        LoopError::NoSensor => ("monitor.sensor_required", None),
         LoopError::Generator => ("", None),
     };
     let of = |path: &str| joint.map_or(path.to_owned(), |joint| format!("{path}.{}", joint.name()));
@@ -171,7 +171,7 @@ fn field_of(error: &LoopError) -> String {
         "servos.neutral" => servo("neutral_us"),
         "servos.angle_at_neutral" => servo("angle_at_neutral_deg"),
         "servos.micros_per_radian" => servo("us_per_rad"),
-        "watch.stop_gap_s..fault_gap_s" => "watch.stop_gap_s".into(),
+        "monitor.stop_gap_s..fault_gap_s" => "monitor.stop_gap_s".into(),
         same => same.into(),
     }
 }
@@ -187,7 +187,7 @@ pub fn to_text(config: &LoopConfig) -> String {
 
 fn write_to(out: &mut String, config: &LoopConfig) -> std::fmt::Result {
     // The channel of the gait sensor belongs to the sensor file.
-    let LoopConfig { gate, servos, blend, watch, gait_sensor: _ } = config;
+    let LoopConfig { gate, servos, blend, monitor, gait_sensor: _ } = config;
     let deg = degrees::shortest;
     writeln!(
         out,
@@ -222,10 +222,14 @@ fn write_to(out: &mut String, config: &LoopConfig) -> std::fmt::Result {
     for (joint, park) in JOINTS.iter().zip(blend.park) {
         writeln!(out, "{joint} = {}", deg(park))?;
     }
-    writeln!(out, "\n[watch]\nsensor_required = {}", watch.sensor_required)?;
-    writeln!(out, "sensor_tolerance_s = {}\npose_tolerance_s = {}", watch.sensor_tolerance_s, watch.pose_tolerance_s)?;
-    writeln!(out, "stop_gap_s = {}\nfault_gap_s = {}", watch.stop_gap_s, watch.fault_gap_s)?;
-    writeln!(out, "overruns_per_s = {}\ndebounce_s = {}", watch.overruns_per_s, watch.debounce_s)
+    writeln!(out, "\n[monitor]\nsensor_required = {}", monitor.sensor_required)?;
+    writeln!(
+        out,
+        "sensor_tolerance_s = {}\npose_tolerance_s = {}",
+        monitor.sensor_tolerance_s, monitor.pose_tolerance_s
+    )?;
+    writeln!(out, "stop_gap_s = {}\nfault_gap_s = {}", monitor.stop_gap_s, monitor.fault_gap_s)?;
+    writeln!(out, "overruns_per_s = {}\ndebounce_s = {}", monitor.overruns_per_s, monitor.debounce_s)
 }
 
 #[cfg(test)]
@@ -257,8 +261,8 @@ mod tests {
             ("left_knee = 5", "left_knee = 130", "blend.park_deg.left_knee"),
             ("ramp_s = 2", "ramp_s = 0.1", "blend.ramp_s"),
             ("hurry_s = 0.3", "hurry_s = 3", "blend.hurry_s"),
-            ("stop_gap_s = 0.005", "stop_gap_s = 0.05", "watch.stop_gap_s"),
-            ("debounce_s = 0.02", "debounce_s = 2", "watch.debounce_s"),
+            ("stop_gap_s = 0.005", "stop_gap_s = 0.05", "monitor.stop_gap_s"),
+            ("debounce_s = 0.02", "debounce_s = 2", "monitor.debounce_s"),
             ("neutral_us = 1500", "neutral_us = 2600", "servos.left_hip.neutral_us"),
             ("shortest_us = 500", "shortest_us = 400", "servos.left_hip.shortest_us"),
             ("us_per_rad = 636.62", "us_per_rad = 63.662", "servos.left_hip.us_per_rad"),

@@ -60,7 +60,7 @@ impl Played {
             None => None,
         };
         let sensors = if self.sensor.is_empty() { None } else { Some(SensorArgument::read_all(&self.sensor)?) };
-        let parameters = Parameters::or_default(generator, sensors).map_err(Failure::run)?;
+        let parameters = Parameters::with_defaults(generator, sensors).map_err(Failure::run)?;
         match parameters.generator.follows() {
             Some(joint) if parameters.sensors.channel_of(joint).is_none() => {
                 let joint = joint.name();

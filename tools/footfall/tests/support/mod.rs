@@ -2,7 +2,7 @@
 //! which a host copy of the loop has made.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
-use footfall::board::default_loop::{TYPICAL_MIN_SUPPLY, TYPICAL_VREFINT_CAL, WalkLoop, typical_loop};
+use footfall::board::default_loop::{BoardLoop, TYPICAL_MIN_SUPPLY, TYPICAL_VREFINT_CAL, typical_loop};
 use footfall::board::image::sha256;
 use footfall::board::telemetry::printed;
 use joint_loop::Sample;
@@ -97,7 +97,7 @@ pub(crate) fn hex(bytes: &[u8]) -> String {
 
 /// A simulated board: the default loop on the host.
 pub(crate) struct SimulatedBoard {
-    joints: WalkLoop,
+    joints: BoardLoop,
     calls: Vec<Call>,
     pub(crate) lines: Vec<String>,
     t_ms: u32,
@@ -114,7 +114,7 @@ impl SimulatedBoard {
 
     fn boot(&mut self, cause: &str) {
         self.line(json!({ "type": "boot", "t_s": self.t_s(), "cause": cause }));
-        let default = Parameters::or_default(None, None).unwrap();
+        let default = Parameters::with_defaults(None, None).unwrap();
         let (generator, sensors) =
             (record_of(&default.generator).crc(), sensor_record::record_of(&default.sensors).crc());
         let reset = Reset::ALL.into_iter().find(|reset| reset.name() == cause).unwrap();

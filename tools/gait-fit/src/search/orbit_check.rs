@@ -65,11 +65,11 @@ type Net = Thesis<f64>;
 pub(crate) fn check(set: &ThesisSet, target: &Cycle, stride_s: f64) -> Check {
     for micros in [1000, COARSE_MICROS] {
         let Some(period) = Period::from_micros(micros) else { continue };
-        if let Err(rule) = GeneratorSet::Thesis(*set).generator(period) {
-            return Check::refused(rule);
+        if let Err(rule) = GeneratorSet::Thesis(*set).build(period) {
+            return Check::refused(rule.to_string());
         }
     }
-    let built = set.config::<f64>().build::<LeftRight, HipKnee, _>(Period::MILLISECOND);
+    let built = set.config_of::<f64>().build::<LeftRight, HipKnee, _>(Period::MILLISECOND);
     let mut net: Net = match built {
         Ok(net) => net,
         Err(rule) => return Check::refused(rule.to_string()),

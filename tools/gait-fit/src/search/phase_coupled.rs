@@ -12,7 +12,7 @@ use cpg_core::network::graph::Biped;
 use cpg_core::network::phase_coupled::{Robust, RobustConfig};
 use cpg_core::{Generator as _, Rk4};
 use gait_trace::stride::cycle::{Cycle, POINTS};
-use generator_file::file::{RobustJoint, RobustSet};
+use generator_file::file::{PhaseCoupledJoint, PhaseCoupledSet};
 use joint_units::{Period, Phase, Radians};
 use rayon::prelude::*;
 
@@ -32,7 +32,7 @@ pub enum Dynamics {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhaseCoupledFit {
     /// Its parameters.
-    pub set: RobustSet,
+    pub set: PhaseCoupledSet,
     /// Root mean square error of each joint on the limit cycle, degrees.
     pub rmse_deg: [f64; 4],
     /// Evaluations at which the fit improved, with the root mean square error over all joints, degrees.
@@ -91,11 +91,11 @@ pub fn fit_phase_coupled(
     let best = evaluator.best().map_or(start, <[f64]>::to_vec);
     let guess = decode(&best);
     let fitted = guess.fitted(target).unwrap_or_else(|| Fitted::mean(target));
-    let set = RobustSet {
+    let set = PhaseCoupledSet {
         natural_period_s: (period_s / fitted.stretch) as f32,
         nonlinearity: guess.eps as f32,
         coupling: [guess.kap as f32; 4],
-        joints: std::array::from_fn(|i| RobustJoint {
+        joints: std::array::from_fn(|i| PhaseCoupledJoint {
             amplitude_deg: fitted.amplitude[i] as f32,
             offset_deg: fitted.offset[i] as f32,
             phase_deg: ((guess.leads[i] + 0.5).rem_euclid(1.0) * 360.0 - 180.0) as f32,

@@ -48,7 +48,7 @@ impl<'a> Outcome<'a> {
             format: &fit.format,
             settings: fit.settings.to_string(),
             made_by: &fit.file.provenance.made_by,
-            generator: fit.file.set.kind(),
+            generator: fit.file.set.name(),
             period_s: fit.period_s,
             strides: fit.strides.cycles().len(),
             stride_time_sd_s: fit.strides.period_sd_s(),

@@ -6,7 +6,7 @@ use joint_units::{Phase, Radians};
 /// A generator fitted to: a test
 #[rustfmt::skip]
 #[allow(clippy::all)]
-pub const GENERATOR: GeneratorConfig = GeneratorConfig::Robust(
+pub const GENERATOR: GeneratorConfig = GeneratorConfig::PhaseCoupled(
     RobustConfig {
         natural_period: 1.0847774,
         nonlinearity: 0.5,

@@ -1,0 +1,214 @@
+//! A follower as a generator of a board: the Fourier series of [`crate::generator::shape`], with the phase locked to a person's.
+//!
+//! Record: kind 4; the sensor's joint as its place in [`Joint::ALL`], the source of events as its place in [`EventSource::ALL`], then as
+//! the record of a shape.
+
+use cpg_core::entrainment::phase_lock::PhaseLockConfig;
+use cpg_core::entrainment::{EventSource, FollowStatus, Follower, FollowerConfig};
+use cpg_core::{BuildError, Follow};
+use hgod_adc::FilterConfig;
+use joint_units::{Joint, Period, Radians};
+
+use crate::generator::kind::{BoardKind, WordError, choice};
+use crate::generator::shape::ShapeConfig;
+use crate::store::flash_record::{WordReader, WordWriter};
+
+#[cfg(feature = "serde")]
+pub use set::{FollowSet, FollowSet as Set};
+
+/// A follower: the joint with the sensor that it follows, the events beside the sensor's angle, and the shapes of its joints.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FollowConfig {
+    /// The joint that is measured.
+    pub sensor: Joint,
+    /// Source of the events of the stride beside the angle.
+    pub events: EventSource,
+    /// The person's undisturbed gait; the stride within the range of [`PhaseLockConfig::stride_s`].
+    pub shape: ShapeConfig,
+}
+
+/// Configuration.
+pub type Config = FollowConfig;
+/// The built follower.
+pub type Built = Follower;
+
+impl FollowConfig {
+    /// The configuration of the follower: it compensates the delay of the sensor's filter; everything else as in
+    /// [`FollowerConfig::default`].
+    #[must_use]
+    pub fn entrained(&self) -> FollowerConfig {
+        let lock = PhaseLockConfig { stride_s: self.shape.stride_s, ..PhaseLockConfig::default() };
+        let delay_s = FilterConfig::default().delay_s(Period::MILLISECOND);
+        FollowerConfig { lock, delay_s, events: self.events, ..FollowerConfig::default() }
+    }
+}
+
+impl BoardKind for FollowConfig {
+    type Built = Built;
+    const NAME: &'static str = "follow";
+    const RECORD_KIND: u16 = 4;
+    const WORDS: usize = 2 + <ShapeConfig as BoardKind>::WORDS;
+
+    fn build(&self, period: Period) -> Result<Built, BuildError> {
+        self.entrained().build(self.shape.shapes()?, self.sensor, period)
+    }
+
+    fn write(&self, words: &mut WordWriter<'_>) {
+        words.push(self.sensor as u32);
+        words.push(self.events as u32);
+        self.shape.write(words);
+    }
+
+    fn read(words: &mut WordReader<'_>) -> Result<Self, WordError> {
+        let sensor = choice(words, "sensor", &Joint::ALL)?;
+        let events = choice(words, "events", &EventSource::ALL)?;
+        Ok(Self { sensor, events, shape: ShapeConfig::read(words)? })
+    }
+
+    fn follows(&self) -> Option<Joint> {
+        Some(self.sensor)
+    }
+
+    fn observe(built: &mut Built, angle: Option<Radians>) {
+        built.observe(angle);
+    }
+
+    fn heel_strike(built: &mut Built) {
+        built.heel_strike();
+    }
+
+    fn follow_status(built: &Built) -> Option<FollowStatus> {
+        built.follow_status()
+    }
+}
+
+#[cfg(feature = "serde")]
+mod set {
+    use super::{EventSource, FollowConfig, Joint};
+    use crate::generator::file::{JOINTS, Key, KindSet, SetError, one_of};
+    use crate::generator::shape::{ShapeJoint, ShapeSet};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    const EVENTS: [&str; 3] = [EventSource::ALL[0].name(), EventSource::ALL[1].name(), EventSource::ALL[2].name()];
+
+    /// The parameters in the units of the generator file.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    #[serde(from = "Table", into = "Table")]
+    pub struct FollowSet {
+        /// The joint with the sensor.
+        pub sensor: Joint,
+        /// Source of the events of the stride beside the angle.
+        pub events: EventSource,
+        /// The person's undisturbed gait.
+        pub shape: ShapeSet,
+    }
+
+    impl KindSet for FollowSet {
+        type Config = FollowConfig;
+        const KEYS: &'static [Key] = ShapeSet::SHAPE_KEYS;
+        const RUST_IMPORTS: &'static str = "use cpg_core::entrainment::EventSource::*;\nuse joint_loop::{FollowConfig, SeriesConfig, ShapeConfig, GeneratorConfig};\nuse joint_units::Joint::*;\nuse joint_units::Radians;\n";
+
+        fn config(&self) -> FollowConfig {
+            FollowConfig { sensor: self.sensor, events: self.events, shape: self.shape.config() }
+        }
+
+        fn stride_guess_s(&self) -> f64 {
+            self.shape.stride_guess_s()
+        }
+
+        fn check_form(&self) -> Result<(), SetError> {
+            self.shape.check_form()
+        }
+    }
+
+    /// The layout of the table.
+    #[derive(Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Table {
+        #[serde(serialize_with = "joint_name", deserialize_with = "joint")]
+        sensor: Joint,
+        /// None if the key is not there.
+        #[serde(default, serialize_with = "source_name", deserialize_with = "source")]
+        events: EventSource,
+        stride_s: f32,
+        left_hip: ShapeJoint,
+        right_hip: ShapeJoint,
+        left_knee: ShapeJoint,
+        right_knee: ShapeJoint,
+    }
+
+    fn joint<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Joint, D::Error> {
+        let place = one_of(deserializer, &JOINTS)?;
+        Ok(Joint::ALL.get(place).copied().unwrap_or(Joint::LeftHip))
+    }
+
+    fn joint_name<S: Serializer>(joint: &Joint, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(joint.name())
+    }
+
+    fn source<'de, D: Deserializer<'de>>(deserializer: D) -> Result<EventSource, D::Error> {
+        let place = one_of(deserializer, &EVENTS)?;
+        Ok(EventSource::ALL.get(place).copied().unwrap_or_default())
+    }
+
+    fn source_name<S: Serializer>(source: &EventSource, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(source.name())
+    }
+
+    impl From<Table> for FollowSet {
+        fn from(table: Table) -> Self {
+            let Table { sensor, events, stride_s, left_hip, right_hip, left_knee, right_knee } = table;
+            let joints = [left_hip, right_hip, left_knee, right_knee];
+            Self { sensor, events, shape: ShapeSet { stride_s, joints } }
+        }
+    }
+
+    impl From<FollowSet> for Table {
+        fn from(set: FollowSet) -> Self {
+            let FollowSet { sensor, events, shape: ShapeSet { stride_s, joints } } = set;
+            let [left_hip, right_hip, left_knee, right_knee] = joints;
+            Self { sensor, events, stride_s, left_hip, right_hip, left_knee, right_knee }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generator::shape::{SERIES_HARMONICS, SeriesConfig};
+    use crate::{BoardGenerator, GeneratorConfig};
+    use cpg_core::Generator;
+
+    /// The board's enum forwards observations, heel strikes and status to a follower, bit for bit; other kinds follow nobody.
+    #[test]
+    fn the_boards_enum_forwards_to_the_follower() {
+        let joint = |lead: f32| {
+            let (mut cos, mut sin) = ([0.0; SERIES_HARMONICS], [0.0; SERIES_HARMONICS]);
+            (cos[0], sin[0]) = (0.35 * lead.cos(), 0.35 * lead.sin());
+            SeriesConfig { mean: Radians(0.1), cos, sin }
+        };
+        let shape = ShapeConfig { stride_s: 1.1, joints: [0.0_f32, 3.1, 1.5, 4.6].map(joint) };
+        let follow = FollowConfig { sensor: Joint::LeftHip, events: EventSource::FootSwitch, shape };
+        let mut generator = GeneratorConfig::Follow(follow).build(Period::MILLISECOND).unwrap();
+        let mut core = follow.entrained().build(shape.shapes().unwrap(), Joint::LeftHip, Period::MILLISECOND).unwrap();
+        for tick in 0..16_000u32 {
+            let cycles = tick as f32 * 1e-3;
+            let angle = (tick < 15_000).then(|| Radians(0.1 + 0.35 * (core::f32::consts::TAU * cycles).cos()));
+            core.observe(angle);
+            generator.observe(angle);
+            if tick % 1000 == 400 {
+                core.heel_strike();
+                generator.heel_strike();
+            }
+            core.step();
+            generator.step();
+            let status = (generator.angles(), generator.follow_status());
+            assert_eq!(status, (core.angles(), Some(core.status())), "tick {tick}");
+        }
+        let BoardGenerator::Follow(follower) = generator else { unreachable!() };
+        assert_eq!(follower, core);
+        assert!((follower.event_phase().expect("learned").cycles() - 0.4).abs() < 0.01);
+        let network = GeneratorConfig::default_walk().build(Period::MILLISECOND).unwrap();
+        assert_eq!(network.follow_status(), None);
+    }
+}

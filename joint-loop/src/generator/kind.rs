@@ -1,0 +1,61 @@
+//! What the file of one kind of generator provides: name, build and flash record.
+
+use cpg_core::entrainment::FollowStatus;
+use cpg_core::{BuildError, Generator};
+use joint_units::{Joint, Period, Radians};
+
+use crate::store::flash_record::{FlashRecordError, WordReader, WordWriter};
+
+/// Implemented by the configuration of each kind, in SI units. The list in [`crate::generator`] combines the kinds.
+pub(crate) trait BoardKind: Sized {
+    /// The generator that it builds.
+    type Built: Generator<{ Joint::COUNT }>;
+    /// Name on the command line, in the generator file and in the boot record.
+    const NAME: &'static str;
+    /// Number of the kind in a flash record. A number is never used again for another kind.
+    const RECORD_KIND: u16;
+    /// Number of words in a flash record.
+    const WORDS: usize;
+
+    /// Checks every parameter and builds the generator for one control period.
+    fn build(&self, period: Period) -> Result<Self::Built, BuildError>;
+    /// Writes [`BoardKind::WORDS`] words.
+    fn write(&self, words: &mut WordWriter<'_>);
+    /// Reads the words in the order in which [`BoardKind::write`] writes them; [`BoardKind::build`] checks the numbers.
+    fn read(words: &mut WordReader<'_>) -> Result<Self, WordError>;
+
+    /// The joint whose sensor the generator follows; `None` for a generator that follows nobody.
+    fn follows(&self) -> Option<Joint> {
+        None
+    }
+    /// Passes the measured angle to a follower; `None` if the sample is not valid.
+    fn observe(_built: &mut Self::Built, _angle: Option<Radians>) {}
+    /// Passes a heel strike to a follower.
+    fn heel_strike(_built: &mut Self::Built) {}
+    /// Tracking status of a follower.
+    fn follow_status(_built: &Self::Built) -> Option<FollowStatus> {
+        None
+    }
+}
+
+/// Why the words of a record are not the parameters of its kind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum WordError {
+    /// The record ends too early.
+    Record(FlashRecordError),
+    /// The word of this field must be from 0 to `most`.
+    Choice { field: &'static str, word: u32, most: u32 },
+}
+
+impl From<FlashRecordError> for WordError {
+    fn from(error: FlashRecordError) -> Self {
+        Self::Record(error)
+    }
+}
+
+/// Reads a word that is the place of a value in a list.
+pub(crate) fn choice<T: Copy>(words: &mut WordReader<'_>, field: &'static str, all: &[T]) -> Result<T, WordError> {
+    let word = words.word()?;
+    let most = all.len().saturating_sub(1) as u32;
+    all.get(word as usize).copied().ok_or(WordError::Choice { field, word, most })
+}

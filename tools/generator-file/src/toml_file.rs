@@ -1,0 +1,355 @@
+//! Reads TOML files through serde; each error has file, line, key, the value and what is allowed.
+
+use std::fmt;
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Error, ValueDeserializer};
+
+/// Most bytes that such a file may have.
+pub const MAX_BYTES: usize = 1 << 20;
+
+/// What is wrong, and what is allowed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Problem {
+    /// The file cannot be opened or read.
+    #[error("cannot be read: {0}")]
+    Unreadable(String),
+    /// More than [`MAX_BYTES`].
+    #[error("is larger than {MAX_BYTES} bytes; allowed is up to that")]
+    TooLarge,
+    /// The bytes are not UTF-8.
+    #[error("is not text; allowed is a TOML file in UTF-8")]
+    NotText,
+    /// The file is empty.
+    #[error("is empty; allowed is {0}")]
+    Empty(String),
+    /// The text is not TOML.
+    #[error("is not TOML: {0}")]
+    Syntax(String),
+    /// An unknown field.
+    #[error("unknown field; allowed here: {0}")]
+    Unknown(String),
+    /// A field that has to be there.
+    #[error("is missing; allowed is {0}")]
+    Missing(String),
+    /// A value of another type.
+    #[error("is {found}; allowed is {allowed}")]
+    Type {
+        /// What was found, in words.
+        found: String,
+        /// What is allowed, in words.
+        allowed: String,
+    },
+    /// A number outside its range, or not finite.
+    #[error("is {value}; allowed is {allowed}")]
+    Range {
+        /// What was found.
+        value: String,
+        /// What is allowed, in words.
+        allowed: String,
+    },
+    /// A rule of the part that the values are for. The text says what is allowed.
+    #[error("{0}")]
+    Rule(String),
+}
+
+/// A [`Problem`] and where it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FileError {
+    /// The file, as the caller named it.
+    pub file: String,
+    /// The line, counted from 1.
+    pub line: Option<usize>,
+    /// The path of the field: `gate.range_deg.left_hip`.
+    pub field: Option<String>,
+    /// What is wrong.
+    pub problem: Problem,
+}
+
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.file)?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+        }
+        f.write_str(": ")?;
+        if let Some(field) = &self.field {
+            write!(f, "field `{field}`: ")?;
+        }
+        self.problem.fmt(f)
+    }
+}
+
+impl std::error::Error for FileError {}
+
+/// Reads the text of a file.
+///
+/// # Errors
+/// The file cannot be read, is too large or is not UTF-8.
+pub(crate) fn read_text(path: &Path) -> Result<String, FileError> {
+    let file = path.display().to_string();
+    let fail = |problem| FileError { file: file.clone(), line: None, field: None, problem };
+    let unreadable = |error: std::io::Error| fail(Problem::Unreadable(error.to_string()));
+    let mut bytes = Vec::new();
+    let opened = std::fs::File::open(path).map_err(unreadable)?;
+    std::io::Read::read_to_end(&mut std::io::Read::take(opened, MAX_BYTES as u64 + 1), &mut bytes)
+        .map_err(unreadable)?;
+    if bytes.len() > MAX_BYTES {
+        return Err(fail(Problem::TooLarge));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
+        FileError { line: Some(line), ..fail(Problem::NotText) }
+    })
+}
+
+/// The text of a file and its name.
+#[derive(Debug)]
+pub struct TomlFile {
+    file: String,
+    text: String,
+}
+
+impl TomlFile {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// The file cannot be read, is too large or is not UTF-8.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        Ok(Self::of_text(&path.display().to_string(), read_text(path)?))
+    }
+
+    /// A text; `file` is its name in errors.
+    #[must_use]
+    pub fn of_text(file: &str, text: String) -> Self {
+        Self { file: file.into(), text }
+    }
+
+    /// The keys at the top.
+    ///
+    /// # Errors
+    /// The text is not TOML, or empty.
+    pub fn top(&self) -> Result<Top<'_>, FileError> {
+        let tree = DeTable::parse(&self.text).map_err(|error| FileError {
+            file: self.file.clone(),
+            line: error.span().map(|span| self.line(span.start)),
+            field: None,
+            problem: Problem::Syntax(format!("{}; allowed is TOML 1.0", error.message())),
+        })?;
+        if tree.get_ref().is_empty() {
+            let problem = Problem::Empty("a file with `schema` and the keys of its kind".into());
+            return Err(FileError { file: self.file.clone(), line: None, field: None, problem });
+        }
+        Ok(Top { file: self, tree })
+    }
+
+    fn line(&self, offset: usize) -> usize {
+        1 + self.text.as_bytes().iter().take(offset).filter(|&&byte| byte == b'\n').count()
+    }
+}
+
+/// The parsed file.
+#[derive(Debug)]
+pub struct Top<'a> {
+    file: &'a TomlFile,
+    tree: Spanned<DeTable<'a>>,
+}
+
+impl<'a> Top<'a> {
+    /// Checks the key `schema`.
+    ///
+    /// # Errors
+    /// It is missing or another number; `make_again` says how a file of this version is made.
+    pub fn schema(&self, version: u32, make_again: &str) -> Result<(), FileError> {
+        let found: i64 = self.get("schema")?;
+        if found == i64::from(version) {
+            return Ok(());
+        }
+        let allowed = format!("{version}, the version of this file's layout; {make_again}");
+        Err(self.error("schema", Problem::Range { value: found.to_string(), allowed }))
+    }
+
+    /// Checks that there are no other keys at the top.
+    ///
+    /// # Errors
+    /// The first other key.
+    pub fn only(&self, keys: &[&str]) -> Result<(), FileError> {
+        let table = self.tree.get_ref();
+        let unknown = table.keys().filter(|key| !keys.contains(&key.get_ref().as_ref()));
+        match unknown.min_by_key(|key| key.span().start) {
+            None => Ok(()),
+            Some(key) => Err(self.error_at(key.get_ref(), key.span().start, Problem::Unknown(list(keys)))),
+        }
+    }
+
+    /// The value of a key at the top.
+    ///
+    /// # Errors
+    /// It is missing, or not of the type `T`.
+    pub fn get<T: Deserialize<'a>>(&self, key: &str) -> Result<T, FileError> {
+        self.get_with(key, |value| T::deserialize(value))
+    }
+
+    /// The value of a key at the top, as `read` makes it.
+    ///
+    /// # Errors
+    /// It is missing, or `read` refuses it.
+    pub fn get_with<T>(
+        &self,
+        key: &str,
+        read: impl FnOnce(ValueDeserializer<'a>) -> Result<T, Error>,
+    ) -> Result<T, FileError> {
+        let Some(value) = self.tree.get_ref().get(key) else {
+            return Err(self.error_at(key, 0, Problem::Rule(MISSING.into())));
+        };
+        let place = value.span().start;
+        read(ValueDeserializer::from(value.clone())).map_err(|error| self.in_file(&error, place))
+    }
+
+    /// An error of the deserializer, with the key that it is about.
+    fn in_file(&self, error: &Error, place: usize) -> FileError {
+        let place = error.span().map_or(place, |span| span.start);
+        let path = path_at(self.tree.get_ref(), place).unwrap_or_default();
+        match error.message().strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`')) {
+            Some(missing) => {
+                let path = if path.is_empty() { missing.to_owned() } else { format!("{path}.{missing}") };
+                self.error_at(&path, place, Problem::Rule(MISSING.into()))
+            }
+            None => self.error_at(&path, place, problem_of(error.message())),
+        }
+    }
+
+    fn error_at(&self, path: &str, offset: usize, problem: Problem) -> FileError {
+        FileError {
+            file: self.file.file.clone(),
+            line: Some(self.file.line(offset)),
+            field: Some(path.into()),
+            problem,
+        }
+    }
+
+    /// An error at a key: `shape.left_hip.cos_deg[2]`.
+    #[must_use]
+    pub fn error(&self, path: &str, problem: Problem) -> FileError {
+        self.error_at(path, find(self.tree.get_ref(), path).0, problem)
+    }
+
+    /// The value of a key is not allowed.
+    #[must_use]
+    pub fn not_allowed(&self, path: &str, allowed: &str) -> FileError {
+        let (offset, value) = find(self.tree.get_ref(), path);
+        let value = match value {
+            Some(DeValue::Integer(integer)) => integer.to_string(),
+            Some(DeValue::Float(float)) => float.as_str().into(),
+            Some(other) => in_words(other),
+            None => "not there".into(),
+        };
+        self.error_at(path, offset, Problem::Range { value, allowed: allowed.into() })
+    }
+}
+
+const MISSING: &str = "is missing; the key has to be there";
+
+/// Where the longest known part of a path stands, and its value if all of it is known.
+fn find<'t>(table: &'t DeTable<'_>, path: &str) -> (usize, Option<&'t DeValue<'t>>) {
+    let (key, rest) = path.split_once('.').map_or((path, None), |(key, rest)| (key, Some(rest)));
+    let (key, index) = match key.split_once('[') {
+        Some((key, index)) => (key, index.trim_end_matches(']').parse::<usize>().ok()),
+        None => (key, None),
+    };
+    let Some((name, value)) = table.get_key_value(key) else { return (0, None) };
+    let here = name.span().start;
+    let value = match index {
+        None => Some(value.get_ref()),
+        Some(index) => value.get_ref().as_array().and_then(|list| list.get(index)).map(Spanned::get_ref),
+    };
+    match (rest, value.and_then(DeValue::as_table)) {
+        (None, _) => (here, value),
+        (Some(rest), Some(table)) => match find(table, rest) {
+            (0, None) => (here, None),
+            found => found,
+        },
+        (Some(_), None) => (here, None),
+    }
+}
+
+/// The path of the key or value at this place of the text.
+fn path_at(table: &DeTable<'_>, place: usize) -> Option<String> {
+    table.iter().find_map(|(key, value)| {
+        let name = key.get_ref();
+        if key.span().contains(&place) {
+            return Some(name.to_string());
+        }
+        let within = match value.get_ref() {
+            DeValue::Table(inner) => path_at(inner, place).map(|path| format!("{name}.{path}")),
+            DeValue::Array(list) => {
+                list.iter().position(|entry| entry.span().contains(&place)).map(|index| format!("{name}[{index}]"))
+            }
+            _ => None,
+        };
+        within.or_else(|| value.span().contains(&place).then(|| name.to_string()))
+    })
+}
+
+/// A message of serde as a [`Problem`].
+fn problem_of(message: &str) -> Problem {
+    if let Some((_, fields)) = message.strip_prefix("unknown field ").and_then(|rest| rest.split_once(", expected ")) {
+        return Problem::Unknown(fields.trim_start_matches("one of ").into());
+    }
+    let invalid = ["invalid type: ", "invalid value: ", "invalid length "];
+    let rest = invalid.iter().find_map(|start| message.strip_prefix(start).map(|rest| (*start, rest)));
+    match rest.and_then(|(start, rest)| Some((start, rest.split_once(", expected ")?))) {
+        Some((start, (found, allowed))) => {
+            let found = if start == "invalid length " { format!("a list of {found}") } else { found_in_words(found) };
+            Problem::Type { found, allowed: expected_in_words(allowed) }
+        }
+        None => Problem::Rule(message.into()),
+    }
+}
+
+/// What serde found, in the words of [`in_words`].
+fn found_in_words(found: &str) -> String {
+    let plain = found.replace('`', "");
+    let words = [("string ", "the text "), ("integer ", "the whole number "), ("floating point ", "the number ")];
+    let known = words.iter().find_map(|(start, words)| Some(format!("{words}{}", plain.strip_prefix(start)?)));
+    known.unwrap_or_else(|| match plain.as_str() {
+        "sequence" => "a list".into(),
+        "map" => "a table".into(),
+        other => other.trim_start_matches("boolean ").into(),
+    })
+}
+
+fn expected_in_words(expected: &str) -> String {
+    match expected {
+        "f32" | "f64" => "a number".into(),
+        "i64" | "u32" => "a whole number".into(),
+        "a string" => "a text".into(),
+        "a boolean" => "`true` or `false`".into(),
+        other if other.starts_with("struct ") => "a table".into(),
+        other => match other.strip_prefix("an array of length ") {
+            Some(count) => format!("a list of {count} numbers"),
+            None => other.into(),
+        },
+    }
+}
+
+/// Names of keys, quoted.
+pub(crate) fn list(fields: &[&str]) -> String {
+    fields.iter().map(|field| format!("`{field}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// A value of a file in words.
+pub(crate) fn in_words(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::String(text) => format!("the text \"{}\"", text.chars().take(40).collect::<String>()),
+        DeValue::Integer(integer) => format!("the whole number {integer}"),
+        DeValue::Float(float) => format!("the number {float}"),
+        DeValue::Boolean(flag) => format!("`{flag}`"),
+        DeValue::Datetime(_) => "a date".into(),
+        DeValue::Array(array) => format!("a list of {}", array.len()),
+        DeValue::Table(_) => "a table".into(),
+    }
+}
