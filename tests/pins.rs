@@ -81,7 +81,7 @@ fn the_virtual_board_has_the_pins_of_the_discovery() {
 
 #[test]
 fn help_texts_and_flash_have_the_board_files_numbers() {
-    let help = read("tools/footfall/src/command/watch.rs");
+    let help = read("tools/footfall/src/options/played.rs");
     assert!(help.contains(&format!("({})", SENSOR_PINS.join(", "))), "the pins in the help of `footfall watch`");
     let flash = read("xtask/src/flash.rs");
     for (name, address) in [("GENERATOR_SECTOR", GENERATOR_SECTOR), ("SENSORS_SECTOR", SENSORS_SECTOR)] {

@@ -57,7 +57,7 @@
 //! - `defmt`: `defmt::Format` for readings and errors. For a target that links a defmt logger.
 //!
 //! # Glossary
-//! - **code**: one raw count of the converter; **supply**: its reference voltage (VDDA), measured through the internal reference (VREFINT).
+//! - **code**: one raw count of the converter; **supply**: its reference voltage (VDDA), measured through the internal reference.
 //! - **validity**: what is known about one sample: `good`, or the name of the fault.
 //! - **calibration**: a table of measured pairs of volts and angle.
 #![cfg_attr(not(test), no_std)]
