@@ -10,19 +10,19 @@ use std::sync::LazyLock;
 use serde_json::Value;
 
 /// What each core may know of this workspace.
-const CORES: [(&str, &[&str]); 4] = [
+const CORES: [(&str, &[&str]); 5] = [
     ("joint-units", &[]),
     ("hgod-adc", &["joint-units"]),
     ("cpg-core", &["joint-units"]),
     ("joint-loop", &["joint-units", "hgod-adc", "cpg-core"]),
+    ("wire", &["joint-units", "hgod-adc", "cpg-core", "joint-loop"]),
 ];
 
 /// Libraries that a core may use: no allocation, no input or output, no hardware.
-const CORE_LIBRARIES: [&str; 6] = ["crc", "defmt", "fixed", "heapless", "libm", "micromath"];
+const CORE_LIBRARIES: [&str; 8] = ["crc", "defmt", "fixed", "heapless", "libm", "micromath", "postcard", "serde"];
 
 /// Packages that nothing may depend on: programs, chores and tests. The virtual board is one for its licence too (GPL-2.0-only).
-const ENDS: [&str; 7] =
-    ["core-selftest", "firmware", "footfall-tests", "link-proof", "step-cost", "virtual-board", "xtask"];
+const ENDS: [&str; 6] = ["core-selftest", "footfall-tests", "link-proof", "step-cost", "virtual-board", "xtask"];
 
 /// Packages that need a second target or system packages, so that plain `cargo test` leaves them out.
 const NOT_DEFAULT: [&str; 5] = ["core-selftest", "firmware", "link-proof", "step-cost", "virtual-board"];
@@ -111,6 +111,56 @@ fn nothing_depends_on_an_end() {
             assert!(!ours(package).contains(end), "{name} depends on {end}");
         }
     }
+}
+
+/// The firmware's library holds the tables of the boards; its program, and with it the HAL, is nobody's.
+#[test]
+fn of_the_firmware_tools_see_the_board_files_alone() {
+    for (name, package) in packages() {
+        for dependency in dependencies(package).iter().filter(|dependency| dependency["name"] == "firmware") {
+            assert!(["footfall", "footfall-tests"].contains(&name), "{name} depends on firmware");
+            assert_eq!(dependency["uses_default_features"], false, "{name} would compile the HAL");
+            assert_eq!(dependency["features"], Value::Array(Vec::new()), "{name} asks for features of firmware");
+        }
+    }
+}
+
+/// Names of chips, of their parts and of their manuals. `stm32f4` in lower case is the module that may hold them.
+const CHIP_NAMES: [&str; 16] = [
+    "STM32", "RM0090", "RM0390", "UM1472", "UM1724", "ES0182", "VREFINT", "VDDA_", "ADC1", "DMA2", "EXTI", "TIM1",
+    "TIM2", "TIM4", "TIM5", "0x1FFF",
+];
+
+/// The chip names in the sources of the cores, that one module aside, by file.
+fn chip_names(text: &str) -> Vec<&'static str> {
+    CHIP_NAMES.into_iter().filter(|name| text.contains(name)).collect()
+}
+
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("a folder of sources") {
+        let path = entry.expect("a readable folder").path();
+        if path.is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn the_cores_name_no_chip() {
+    for (core, _) in CORES {
+        let mut files = Vec::new();
+        sources(&root().join(core).join("src"), &mut files);
+        assert!(!files.is_empty(), "{core} has no sources");
+        for file in files.iter().filter(|file| !file.ends_with("hgod-adc/src/stm32f4.rs")) {
+            assert_eq!(chip_names(&read(file)), Vec::<&str>::new(), "{}", file.display());
+        }
+    }
+    assert!(
+        !chip_names(&read("hgod-adc/src/stm32f4.rs")).is_empty(),
+        "the list finds nothing where there is something"
+    );
 }
 
 #[test]

@@ -362,6 +362,27 @@ fn a_task_that_hangs_is_reset_and_boots_disarmed() {
     }
 }
 
+/// No sample comes any more: the control task stands still, the log and its time stamps go on until the watchdog task resets the board.
+#[test]
+fn time_stamps_go_on_while_the_control_task_stands_still() {
+    let Some(board) = Board::find("a control task without samples on the virtual board") else { return };
+    let ran = board.run(options(3.6, &[0.3], &["--trigger-stop", "3"]));
+    assert_boots_disarmed(&ran);
+    let before = &ran.boots[0];
+    let last = before.ticks[before.ticks.len() - 1];
+    let (line, stamp_s) = before.log.iter().zip(&before.log_times).next_back().expect("a line for people");
+    println!("last tick {}, then at {stamp_s} s: {line}", last.tick);
+    assert!(line.contains("sensor stalled"), "{line}");
+    // Ticks are numbered from the clock's start on, to some milliseconds; the watchdog task waits for 10 ms at least.
+    let after_last_tick_s = stamp_s - f64::from(last.tick) * 1e-3;
+    assert!((0.010..0.040).contains(&after_last_tick_s), "{after_last_tick_s} s after the last frame");
+    let [dark, reset] = ["disarmed_us", "reset_us"].map(|key| number(reaction(&ran), key));
+    assert!(dark <= reset && reset <= LATEST_RESET_US, "outputs off after {dark} us, reset after {reset} us");
+    let after = &ran.boots[1];
+    assert_eq!(after.boot.as_ref().map(|boot| boot.reset), Some(Reset::Software));
+    assert!(after.log.iter().any(|line| line.contains("stalled task sensor")), "{:?}", after.log);
+}
+
 #[test]
 fn a_panic_and_a_fault_switch_the_outputs_off_before_anything_else() {
     let Some(board) = Board::find("panic and HardFault on the virtual board") else { return };

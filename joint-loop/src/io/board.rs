@@ -1,6 +1,6 @@
 //! The contract with the board: what it delivers for a tick, and what it does with the answer.
 //!
-//! A board is anything that can fill a [`Sample`] once a control period and carry out a [`Command`]: STM32 firmware, a host
+//! A board is anything that can fill a [`Sample`] once a control period and carry out a [`Command`]: firmware, a host
 //! replay of its recorded inputs, a test. The field docs state the duties of whoever implements one.
 
 use joint_units::{AdcCode, Joint, PulseMicros};

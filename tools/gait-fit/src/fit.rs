@@ -1,11 +1,11 @@
-//! From a recording as read to a walker's file: conditioned, cut into strides, fitted, judged, certified.
+//! Fits a generator to a recording: conditioning, strides, fit, judgement, certificate, generator file.
 //!
 //! ```text
-//! RawJoints --condition--> joints --segment--> strides --fit--> set --walk a stride--> judge beside the strides
+//! RawJoints --condition--> joints --segment--> strides --fit--> set --one stride--> judged against the strides
 //!                                                         \--certify--> accepted, or phase and shape instead
 //! ```
-//! The parameters are fitted to the mean of all kept strides. What is said about strides that were not fitted comes from separate fits
-//! to some of them ([`crate::judge::HeldOut`]), by the same method.
+//! The parameters are fitted to the mean of all kept strides. The errors on strides that were not fitted come from
+//! separate fits to some of the strides by the same method ([`crate::judge::HeldOut`]).
 
 use std::fmt;
 
@@ -24,25 +24,25 @@ use crate::judge::{HeldOut, JointFit, held_out, judge};
 use crate::search::{Dynamics, SearchSettings, fit_phase_coupled, fit_thesis};
 use crate::series::{self, Series};
 
-/// Difference of the legs, in parts of the range of motion, from which on a walker is called asymmetric.
+/// Difference of the legs, as a fraction of the range of motion, beyond which a gait counts as asymmetric.
 pub const ASYMMETRIC: f64 = 0.15;
 
-/// Harmonics of phase and shape where nobody asks for another number: enough for nearly every walker.
+/// Default number of harmonics of phase and shape, enough for nearly every person.
 pub const LEAST_HARMONICS: usize = 6;
 
-/// What the error of a hip and of a knee against the mean stride should not exceed, degrees.
+/// Goal for the error of hip and knee against the mean stride, degrees.
 pub const GOAL_DEG: [f64; 2] = [0.4, 0.5];
 
-/// Nonlinearity and coupling of R1: those of the shipped walk, which returns to its gait within a few strides.
+/// Nonlinearity and coupling of R1: those of the default walk, which returns to its gait within a few strides of a disturbance.
 const LINKED: Dynamics = Dynamics::Fixed(0.5, 0.5);
 
 /// Which generator is fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// Phase and shape: one phase, a Fourier series a joint.
+    /// Phase and shape: one phase, one Fourier series per joint.
     Shape,
-    /// R1: four oscillators that cannot run away, near to sinusoids.
+    /// R1: four coupled oscillators with bounded states and nearly sinusoidal angles.
     PhaseCoupled,
     /// The thesis' network.
     Thesis,
@@ -52,7 +52,7 @@ impl Kind {
     /// All kinds, the most exact first.
     pub const ALL: [Self; 3] = [Self::Shape, Self::PhaseCoupled, Self::Thesis];
 
-    /// As in a walker's file.
+    /// The name in generator files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -63,29 +63,29 @@ impl Kind {
     }
 }
 
-/// What to fit, and how.
+/// Settings of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// The generator.
     pub generator: Kind,
-    /// Harmonics of phase and shape, 1 to [`joint_loop::SERIES_HARMONICS`]; none takes [`LEAST_HARMONICS`] or as many more as it takes to
-    /// come within [`GOAL_DEG`] of the mean stride.
+    /// Harmonics of phase and shape, 1 to [`joint_loop::SERIES_HARMONICS`]; `None` uses [`LEAST_HARMONICS`], or more if needed to be
+    /// within [`GOAL_DEG`] of the mean stride.
     pub harmonics: Option<usize>,
-    /// Seed of whatever searches.
+    /// Seed of the search.
     pub seed: u64,
-    /// Networks that a search for the thesis' parameters may simulate.
+    /// Largest number of networks that the search for the thesis' parameters simulates.
     pub evaluations: usize,
     /// Random starts of the certificate.
     pub starts: u32,
-    /// Stride time for a recording whose time axis is a cycle, seconds.
+    /// Stride period for a recording whose time axis is a cycle, seconds.
     pub stride_s: f64,
     /// Thresholds of the conditioning.
     pub rules: Rules,
-    /// Fit the other generators too, to compare.
+    /// Whether the other generators are fitted too, for comparison.
     pub compare: bool,
-    /// Phase and shape are to follow a gait sensor that is worn on this joint.
+    /// Joint whose sensor the fitted phase and shape follows; `None` for no follower.
     pub follow: Option<Joint>,
-    /// What tells a follower moments of the stride beside the angle.
+    /// Source of stride events for a follower, besides the angle.
     pub events: EventSource,
 }
 
@@ -98,7 +98,7 @@ impl Default for Settings {
             evaluations: 60_000,
             starts: 1000,
             stride_s: 1.0,
-            // What gait laboratories do to the trajectories of markers; every fit says that it was done.
+            // Customary for marker trajectories; every fit reports it.
             rules: Rules { low_pass: LowPass::Customary, ..Rules::default() },
             compare: false,
             follow: None,
@@ -108,7 +108,7 @@ impl Default for Settings {
 }
 
 impl fmt::Display for Settings {
-    /// What it takes to do the same again.
+    /// The settings in words, for the generator file.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "generator {}", self.generator.name())?;
         match self.generator {
@@ -120,16 +120,16 @@ impl fmt::Display for Settings {
             Kind::Thesis => write!(f, ", CMA-ES, {} evaluations, seed {}", self.evaluations, self.seed),
         }?;
         match self.follow {
-            Some(joint) => write!(f, ", led by {}, events {}", joint.name(), self.events.name()),
+            Some(joint) => write!(f, ", follows {}, events {}", joint.name(), self.events.name()),
             None => Ok(()),
         }
     }
 }
 
-/// The file that a recording came from.
+/// The file of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
-    /// Its name, without the way to it.
+    /// Its name without folders.
     pub name: String,
     /// SHA-256 of its bytes, in hex.
     pub sha256: String,
@@ -138,93 +138,92 @@ pub struct Source {
 /// Why there is no fit.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
-    /// The joints cannot be used.
+    /// The joints cannot be conditioned.
     #[error("{file}: {why}")]
     Condition {
         /// The recording.
         file: String,
-        /// What is wrong with it.
+        /// The reason.
         why: ConditionError,
     },
-    /// There is no stride to fit.
+    /// The recording has no strides.
     #[error("{file}: {why}")]
     Strides {
         /// The recording.
         file: String,
-        /// What is wrong with it.
+        /// The reason.
         why: StrideError,
     },
-    /// What was fitted is no walker: a stride beyond what a generator takes, for instance.
-    #[error("{file}: the fit is no walker: {why}")]
+    /// The fitted parameters are not a valid generator: the stride period is out of range, for instance.
+    #[error("{file}: the fitted parameters are not a valid generator: {why}")]
     Generator {
         /// The recording.
         file: String,
-        /// The rule that it breaks.
+        /// The rule that they break.
         why: String,
     },
 }
 
-/// A generator that was fitted and then not used.
+/// A generator that was fitted and refused.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Refused {
-    /// Which.
+    /// Its kind.
     pub generator: &'static str,
-    /// Why.
+    /// The reason.
     pub because: String,
 }
 
-/// Another generator on the same strides.
+/// Another generator fitted to the same strides, for comparison.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Compared {
-    /// Which, in words.
+    /// Its name in words.
     pub name: String,
     /// Root mean square error against the mean stride, degrees, in the order of the joints.
     pub rmse_deg: [f64; 4],
-    /// Whether perturbed starts come back; none where that is no question.
+    /// Whether perturbed starts return to the orbit; `None` for a generator without states.
     pub holds: Option<bool>,
 }
 
-/// A fit.
+/// The result of a fit.
 #[derive(Debug, Clone)]
 pub struct Fit {
     /// The recording.
     pub source: Source,
-    /// What kind of file it was.
+    /// Its format in words.
     pub format: String,
     /// The settings.
     pub settings: Settings,
-    /// The joints, and what was found in them.
+    /// The conditioned joints and the findings.
     pub conditioned: Conditioned,
     /// The strides.
     pub strides: Strides,
-    /// The parameters, ready to be written.
+    /// The generator file, ready to be written.
     pub file: GeneratorFile,
-    /// Stride time on the generator's own cycle, seconds.
+    /// Stride period of the generator, seconds.
     pub period_s: f64,
     /// The generator's cycle, aligned with the mean stride.
     pub cycle: Cycle,
-    /// The point of that cycle at which the generator's phase is 0: the left hip is most flexed.
+    /// Index of the cycle's point at which the generator's phase is 0: the left hip is most flexed.
     pub origin: usize,
-    /// The joints.
+    /// The errors of the joints.
     pub joints: [JointFit; 4],
-    /// How the strides that were not fitted were chosen.
+    /// Choice of the strides that were not fitted.
     pub held_out: HeldOut,
-    /// The certificate of the set that is in the file.
+    /// The certificate of the generator in the file.
     pub certificate: Certificate,
-    /// What was wanted and could not be used.
+    /// The requested generator, if it was refused.
     pub refused: Option<Refused>,
-    /// Other generators.
+    /// The other generators, if a comparison was requested.
     pub compared: Vec<Compared>,
-    /// Evaluations at which a search for the thesis' parameters became better, and how good it was, degrees; empty where nothing was
-    /// searched.
+    /// Evaluations at which the search for the thesis' parameters improved, with the error in degrees; empty without a search.
     pub history: Vec<(usize, f64)>,
-    /// Difference of the legs beyond [`ASYMMETRIC`].
+    /// Whether the difference of the legs is beyond [`ASYMMETRIC`].
     pub asymmetric: bool,
-    /// What a person should know, a sentence each.
+    /// Notes for the user, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// Fits a recording. `progress` is told what is being done.
+/// Fits a generator to a recording. `progress` is called with the name of each step.
 ///
 /// ```
 /// use gait_fit::fit::{Settings, Source, fit};
@@ -239,11 +238,11 @@ pub struct Fit {
 /// }
 /// let raw = of_bytes("walk.csv", csv.as_bytes(), &ReadOptions::default())?;
 /// let source = Source { name: "walk.csv".into(), sha256: String::new() };
-/// let walker = fit(&source, &raw, &Settings::default(), &mut |_| ())?;
-/// assert!((walker.period_s - 1.1).abs() < 1e-3);
-/// assert!(walker.joints.iter().all(|joint| joint.rmse_mean_stride_deg < 0.05));
-/// assert!(walker.certificate.accepted && !walker.asymmetric);
-/// // Led by a sensor, the certificate says how soon it locks.
+/// let fitted = fit(&source, &raw, &Settings::default(), &mut |_| ())?;
+/// assert!((fitted.period_s - 1.1).abs() < 1e-3);
+/// assert!(fitted.joints.iter().all(|joint| joint.rmse_mean_stride_deg < 0.05));
+/// assert!(fitted.certificate.accepted && !fitted.asymmetric);
+/// // For a follower of a sensor, the certificate has the time to lock.
 /// let settings = Settings { follow: Some(joint_units::Joint::LeftHip), ..Settings::default() };
 /// let follower = fit(&source, &raw, &settings, &mut |_| ())?;
 /// assert!(follower.certificate.following.is_some_and(|lock| lock.lock_worst_s.is_some_and(|worst| worst < 4.0)));
@@ -251,7 +250,7 @@ pub struct Fit {
 /// ```
 ///
 /// # Errors
-/// Nothing in the recording can be fitted; the error names the file and what is wrong.
+/// The recording cannot be fitted; the error names the file and the reason.
 pub fn fit(
     source: &Source,
     raw: &RawJoints,
@@ -264,7 +263,10 @@ pub fn fit(
     let strides = segment(&conditioned).map_err(|why| FitError::Strides { file: file(), why })?;
     let mut notes: Vec<String> = raw.notes.clone();
     let period_s = if conditioned.normalised_cycle {
-        notes.push(format!("the time axis is a cycle, not seconds: a stride of {} s was assumed", settings.stride_s));
+        notes.push(format!(
+            "the time axis is a cycle, not seconds: a stride of {} s is assumed (set it with --stride)",
+            settings.stride_s
+        ));
         settings.stride_s
     } else {
         strides.period_s
@@ -289,8 +291,8 @@ pub fn fit(
     }
     let Found { set, history, .. } = found;
     let mut certificate = checked.map_err(|why| FitError::Generator { file: file(), why })?;
-    let walked = generator_cycle(&set).map_err(|why| FitError::Generator { file: file(), why })?;
-    let (cycle, ahead) = aligned(&walked.cycle, &mean);
+    let own = generator_cycle(&set).map_err(|why| FitError::Generator { file: file(), why })?;
+    let (cycle, ahead) = aligned(&own.cycle, &mean);
     let origin = ((1.0 - ahead) * POINTS as f64).round() as usize % POINTS;
 
     progress("held-out strides");
@@ -300,12 +302,12 @@ pub fn fit(
     if asymmetric {
         let [hip, knee] = strides.asymmetry_deg();
         notes.push(format!(
-            "asymmetric: left and right differ by {hip:.1} degrees at the hip and {knee:.1} at the knee once half a stride apart"
+            "asymmetric: left and right, shifted by half a stride, differ by {hip:.1} degrees at the hip and {knee:.1} at the knee"
         ));
     }
     for peaks in certificate.joints.iter().filter(|joint| !joint.inside_gate) {
         notes.push(format!(
-            "{}: {:.0} deg/s and {:.0} deg/s^2 at most, beyond the default gate: the board will hold it back",
+            "{}: up to {:.0} deg/s and {:.0} deg/s^2, beyond the default gate: the board will limit it",
             peaks.name, peaks.peak_velocity_deg_s, peaks.peak_acceleration_deg_s2
         ));
     }
@@ -315,7 +317,7 @@ pub fn fit(
     {
         let [hip, knee] = GOAL_DEG;
         notes.push(format!(
-            "{} harmonics: with {LEAST_HARMONICS} a hip would be off by more than {hip} degrees or a knee by more than {knee}",
+            "{} harmonics: with {LEAST_HARMONICS} the error would be more than {hip} degrees at a hip or {knee} at a knee",
             shape.joints[0].cos_deg.len()
         ));
     }
@@ -328,7 +330,7 @@ pub fn fit(
         }
         other => Settings { generator: kind_of(other), ..settings.clone() },
     };
-    // What was judged is the walker's own shape: led by a sensor it is as good as its phase, and how soon it has that is measured.
+    // The errors are those of the shape itself; as a follower it also depends on its phase, and the certificate measures the locking.
     let set = match (set, settings.follow) {
         (GeneratorSet::Shape(shape), Some(sensor)) => {
             let set = GeneratorSet::Follow(FollowSet { sensor, events: settings.events, shape });
@@ -353,7 +355,7 @@ pub fn fit(
         conditioned,
         strides,
         file: GeneratorFile { provenance, set },
-        period_s: walked.period_s,
+        period_s: own.period_s,
         cycle,
         origin,
         joints,
@@ -402,7 +404,7 @@ fn of_kind(kind: Kind, mean: &Cycle, period_s: f64, settings: &Settings, progres
     }
 }
 
-/// The number that was asked for, or the least that comes within the goal, or the most.
+/// The requested number of harmonics, else the smallest one within the goal, else the largest.
 fn harmonics(mean: &Cycle, settings: &Settings) -> usize {
     let reaches = |harmonics: &usize| {
         let within = |joint: Joint| {
@@ -424,8 +426,8 @@ fn kind_of(set: &GeneratorSet) -> Kind {
 }
 
 fn check(set: &GeneratorSet, settings: &Settings, progress: &mut dyn FnMut(&str)) -> Result<Certificate, String> {
-    let mut told = |what: &str| progress(&format!("certificate: {what}"));
-    certify(set, settings.starts, &LoopConfig::default_biped(), &mut told)
+    let mut report = |what: &str| progress(&format!("certificate: {what}"));
+    certify(set, settings.starts, &LoopConfig::default_biped(), &mut report)
 }
 
 fn not_accepted(checked: &Result<Certificate, String>) -> Option<String> {
@@ -436,16 +438,16 @@ fn not_accepted(checked: &Result<Certificate, String>) -> Option<String> {
     }
 }
 
-/// A template from other strides by the method that made the set. A network of oscillators is not searched for anew: its waveform is
-/// what the equations can do and hardly depends on which strides it saw, so the same one is judged.
+/// The cycle of a fit to other strides by the same method. The search for a thesis network is not repeated: its waveform is limited by
+/// the equations and hardly depends on the strides, so the same network is judged.
 fn refitted(set: &GeneratorSet, some: &Cycle, period_s: f64) -> Cycle {
     let again = match set {
         GeneratorSet::Shape(fitted) => GeneratorSet::Shape(series::fit(some, period_s, fitted.joints[0].cos_deg.len())),
         GeneratorSet::Robust(_) => GeneratorSet::Robust(fit_phase_coupled(some, period_s, LINKED, &mut |_| ()).set),
         GeneratorSet::Thesis(_) | GeneratorSet::Follow(_) => set.clone(),
     };
-    // A set that was fitted once can be walked; the strides' own mean stands in for one that cannot.
-    generator_cycle(&again).map_or_else(|_| some.clone(), |walked| aligned(&walked.cycle, some).0)
+    // A generator that was fitted once can be stepped; otherwise the mean of the strides is used.
+    generator_cycle(&again).map_or_else(|_| some.clone(), |own| aligned(&own.cycle, some).0)
 }
 
 /// The legs differ by more than [`ASYMMETRIC`] of the range of motion, hips or knees.
@@ -458,7 +460,7 @@ fn is_asymmetric(strides: &Strides) -> bool {
     strides.asymmetry_deg().iter().zip(ranges).any(|(difference, range)| *difference > ASYMMETRIC * range)
 }
 
-/// The other generators on the same mean stride, and how the search for the thesis' parameters went.
+/// The other generators fitted to the same mean stride, and the history of the search for the thesis' parameters.
 fn compare(
     mean: &Cycle,
     period_s: f64,
@@ -467,21 +469,21 @@ fn compare(
 ) -> (Vec<Compared>, Vec<(usize, f64)>) {
     let mut all = vec![];
     let mut add = |name: String, set: &GeneratorSet, holds| {
-        if let Ok(walked) = generator_cycle(set) {
-            let rmse_deg = aligned(&walked.cycle, mean).0.rmse_deg(mean);
+        if let Ok(own) = generator_cycle(set) {
+            let rmse_deg = aligned(&own.cycle, mean).0.rmse_deg(mean);
             all.push(Compared { name, rmse_deg, holds });
         }
     };
     for harmonics in [1, 2, 3, 4, 5, 6, 8] {
         let set = GeneratorSet::Shape(series::fit(mean, period_s, harmonics));
         let name = match harmonics {
-            1 => "one sinusoid a joint".into(),
+            1 => "one sinusoid per joint".into(),
             _ => format!("phase and shape, {harmonics} harmonics"),
         };
         add(name, &set, None);
     }
-    let robust = of_kind(Kind::PhaseCoupled, mean, period_s, settings, progress);
-    add("R1, the robust network".into(), &robust.set, Some(true));
+    let coupled = of_kind(Kind::PhaseCoupled, mean, period_s, settings, progress);
+    add("R1, the phase-coupled network".into(), &coupled.set, Some(true));
     let thesis = of_kind(Kind::Thesis, mean, period_s, settings, progress);
     add("the thesis' network".into(), &thesis.set, Some(thesis.refused_because.is_none()));
     (all, thesis.history)

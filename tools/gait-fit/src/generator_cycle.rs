@@ -1,53 +1,57 @@
-//! One stride of a generator as the board walks it, and its best alignment with a recorded one.
+//! Computes one stride of a generator as the board does, and aligns it with a recorded stride.
 
 use cpg_core::Generator;
 use gait_trace::stride::cycle::{Cycle, POINTS};
 use generator_file::file::GeneratorSet;
 use joint_units::{Joint, Period};
 
-/// Strides before the one that is taken: oscillators come to their limit cycle in a few.
+/// Strides before the recorded one; oscillators reach their limit cycle within a few.
 const SETTLING: f64 = 40.0;
 
-/// Ticks after which a phase that has not come round far enough never will.
-const PATIENCE: u32 = 1_000_000;
+/// Largest number of ticks; a generator whose phase has not completed the strides by then is refused.
+const MAX_TICKS: u32 = 1_000_000;
 
 /// A stride of a generator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GeneratorCycle {
     /// The angles.
     pub cycle: Cycle,
-    /// How long it took, seconds.
+    /// Stride period, seconds.
     pub period_s: f64,
 }
 
-/// Steps the set in `f32` at 1 ms, as the board does, to its limit cycle, and takes one stride: from one wrap of its phase to the
-/// next, at equal parts of the time in between.
+/// Steps the generator in `f32` at 1 ms, as the board does, until it is on its limit cycle, and returns one stride: from one wrap of
+/// its phase to the next, at equal time steps.
 ///
 /// # Errors
-/// The set cannot be built, or its phase does not come round; the text says which.
+/// The generator cannot be built, or its phase does not complete the strides; the text says which.
 pub fn generator_cycle(set: &GeneratorSet) -> Result<GeneratorCycle, String> {
-    let mut walker = set.generator(Period::MILLISECOND)?;
-    let (mut before, mut cycles) = (walker.phase(), f64::from(walker.phase().cycles()));
-    // The last sample before the stride, the samples of it, and one after; each with the cycles so far.
+    let mut generator = set.generator(Period::MILLISECOND)?;
+    let (mut before, mut cycles) = (generator.phase(), f64::from(generator.phase().cycles()));
+    // The last sample before the stride, its samples, and one after; each with the cycles completed.
     let mut samples: Vec<(f64, [f64; Joint::COUNT])> = vec![];
-    for _ in 0..PATIENCE {
-        walker.step();
-        let now = walker.phase();
+    for _ in 0..MAX_TICKS {
+        generator.step();
+        let now = generator.phase();
         cycles += f64::from(now.counts_after(before)) / 4_294_967_296.0;
         before = now;
         if cycles < SETTLING {
             samples.clear();
         }
-        samples.push((cycles, walker.angles().map(|angle| f64::from(angle.degrees()))));
+        samples.push((cycles, generator.angles().map(|angle| f64::from(angle.degrees()))));
         if cycles > SETTLING + 1.0 {
             return Ok(between_wraps(&samples));
         }
     }
-    Err(format!("its phase has not come round {} times in {} s", SETTLING + 1.0, f64::from(PATIENCE) * 1e-3))
+    Err(format!(
+        "its phase has not completed {} cycles within {} s; allowed is a generator whose phase advances",
+        SETTLING + 1.0,
+        f64::from(MAX_TICKS) * 1e-3
+    ))
 }
 
 fn between_wraps(samples: &[(f64, [f64; Joint::COUNT])]) -> GeneratorCycle {
-    // When the phase passed a number of cycles, in ticks after the first sample.
+    // Time at which the phase passed a number of cycles, in ticks after the first sample.
     let when = |cycles: f64| {
         let after = samples.iter().position(|sample| sample.0 >= cycles).unwrap_or(0).max(1);
         let (a, b) = (samples[after - 1].0, samples[after].0);
@@ -64,12 +68,12 @@ fn between_wraps(samples: &[(f64, [f64; Joint::COUNT])]) -> GeneratorCycle {
     GeneratorCycle { cycle: Cycle(cycle), period_s: (end - begin) * 1e-3 }
 }
 
-/// Turns a cycle so that it fits another best, by one shift for all joints; also how far, in cycles.
+/// Shifts a cycle to fit another best, by one shift for all joints; also returns the shift in cycles.
 #[must_use]
 pub fn aligned(cycle: &Cycle, to: &Cycle) -> (Cycle, f64) {
     let error = |shift: f64| shifted(cycle, shift).rmse_deg(to).iter().map(|e| e * e).sum::<f64>();
     let whole = (0..POINTS).map(|k| k as f64).min_by(|a, b| error(*a).total_cmp(&error(*b))).unwrap_or(0.0);
-    // Between the points by thirds: the error is smooth there.
+    // Ternary search between the points, where the error is smooth.
     let (mut low, mut high) = (whole - 1.0, whole + 1.0);
     for _ in 0..30 {
         let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
@@ -83,7 +87,7 @@ pub fn aligned(cycle: &Cycle, to: &Cycle) -> (Cycle, f64) {
     (shifted(cycle, best), (best / POINTS as f64).rem_euclid(1.0))
 }
 
-/// The cycle read so many points later, between its points on cubics through four of them (Catmull-Rom).
+/// The cycle shifted by a number of points, with Catmull-Rom interpolation between points.
 fn shifted(cycle: &Cycle, points: f64) -> Cycle {
     let whole = points.floor();
     let (first, t) = (whole.rem_euclid(POINTS as f64) as usize, points - whole);
@@ -119,21 +123,21 @@ mod tests {
     }
 
     #[test]
-    fn a_shape_walks_the_cycle_that_it_was_fitted_to() {
+    fn a_shape_reproduces_the_cycle_it_was_fitted_to() {
         for stride_s in [0.65, 1.0, 1.2345] {
             let set = GeneratorSet::Shape(series::fit(&walk(), stride_s, 6));
-            let walked = generator_cycle(&set).unwrap();
-            assert!((walked.period_s - stride_s).abs() < 1e-5, "{}", walked.period_s);
-            let (turned, _) = aligned(&walked.cycle, &walk());
+            let own = generator_cycle(&set).unwrap();
+            assert!((own.period_s - stride_s).abs() < 1e-5, "{}", own.period_s);
+            let (turned, _) = aligned(&own.cycle, &walk());
             assert!(turned.rmse_deg(&walk()).iter().all(|rmse| *rmse < 0.002), "{:?}", turned.rmse_deg(&walk()));
         }
     }
 
     #[test]
-    fn the_shipped_walk_takes_its_stride() {
-        let walked = generator_cycle(&GeneratorFile::default_of("robust").unwrap().set).unwrap();
-        assert!((walked.period_s - 1.1).abs() < 2e-4, "{}", walked.period_s);
-        let knee = walked.cycle.0[2].iter().copied().fold(f64::MIN, f64::max);
+    fn the_default_walk_has_its_stride_period() {
+        let own = generator_cycle(&GeneratorFile::default_of("robust").unwrap().set).unwrap();
+        assert!((own.period_s - 1.1).abs() < 2e-4, "{}", own.period_s);
+        let knee = own.cycle.0[2].iter().copied().fold(f64::MIN, f64::max);
         assert!((60.0..63.0).contains(&knee), "{knee}");
     }
 

@@ -1,4 +1,4 @@
-//! How near a fit comes to the walker, beside how near the walker comes to himself.
+//! Errors of a fit against the recorded strides, compared with the person's own variability.
 
 use gait_trace::stride::cycle::{Cycle, POINTS};
 use gait_trace::stride::strides::Strides;
@@ -8,35 +8,35 @@ use std::ops::Range;
 
 use crate::series::Series;
 
-/// From this many strides on, a fit to the first half is judged on the second half; with fewer, each stride is judged by a fit to the
-/// others.
+/// With this many strides or more, a fit to the first half is judged on the second half; with fewer, each stride is judged by a fit to
+/// the others.
 pub const HALVES_FROM: usize = 10;
 
-/// One joint of a fit.
+/// The errors of one joint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct JointFit {
-    /// Name of the joint.
+    /// Name of the joint, as [`Joint::name`].
     pub name: &'static str,
-    /// Root mean square error of the generator against the walker's mean stride, degrees.
+    /// Root mean square error of the generator against the person's mean stride, degrees.
     pub rmse_mean_stride_deg: f64,
-    /// Root mean square error on strides that were not fitted, each at its own time; none where there is one stride only.
+    /// Root mean square error on strides that were not fitted, degrees; `None` if there is only one stride.
     pub rmse_heldout_deg: Option<f64>,
-    /// What the mean of the fitted strides itself scores on those held-out strides: the walker's own variability, which a generator
-    /// that was fitted to that mean cannot be expected to beat.
+    /// The same error of the mean of the fitted strides, degrees: the person's own variability. A generator fitted to that mean cannot
+    /// be expected to have a smaller one.
     pub heldout_floor_deg: Option<f64>,
-    /// Deviation of all strides from the mean stride; none where there is one stride only.
+    /// Standard deviation of the strides about the mean stride, degrees; `None` if there is only one stride.
     pub stride_sd_deg: Option<f64>,
-    /// Largest angle of the fit less that of the mean stride, degrees.
+    /// Largest angle of the fit minus that of the mean stride, degrees.
     pub peak_error_deg: f64,
-    /// How much later the fit has it, in percent of the gait cycle.
+    /// Time of the fit's largest angle minus that of the mean stride, percent of the gait cycle.
     pub peak_timing_percent: f64,
-    /// Phase of the fit's first harmonic less that of the mean stride, degrees of the cycle; positive is early.
+    /// Phase of the fit's first harmonic minus that of the mean stride, degrees of the cycle; positive means early.
     pub phase_error_deg: f64,
     /// Range of motion of the mean stride, degrees.
     pub range_deg: f64,
 }
 
-/// How the strides that were not fitted were chosen.
+/// Choice of the strides that are not fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HeldOut {
@@ -44,12 +44,12 @@ pub enum HeldOut {
     SecondHalf,
     /// Each judged by a fit to all the others.
     EachByTheOthers,
-    /// There is one stride only.
+    /// There is only one stride.
     None,
 }
 
 impl HeldOut {
-    /// The way for so many strides.
+    /// The choice for a number of strides.
     #[must_use]
     pub const fn of(strides: usize) -> Self {
         match strides {
@@ -65,12 +65,12 @@ impl HeldOut {
         match self {
             Self::SecondHalf => "fitted to the first half of the strides, judged on the second",
             Self::EachByTheOthers => "each stride judged by a fit to all the others",
-            Self::None => "one stride only: nothing is left to judge on",
+            Self::None => "only one stride: none is left for the judgement",
         }
     }
 }
 
-/// Errors on held-out strides and their floor, a joint each. `refit` makes a template of the mean of some strides.
+/// Errors on held-out strides and their floor, per joint, degrees. `refit` fits the mean of some strides and returns the fitted cycle.
 #[must_use]
 pub fn held_out(strides: &Strides, refit: impl Fn(&Cycle) -> Cycle) -> (HeldOut, Option<[f64; 4]>, Option<[f64; 4]>) {
     let (n, way) = (strides.cycles().len(), HeldOut::of(strides.cycles().len()));
@@ -96,7 +96,7 @@ pub fn held_out(strides: &Strides, refit: impl Fn(&Cycle) -> Cycle) -> (HeldOut,
     }
 }
 
-/// Root mean square difference of some strides from what is expected of each.
+/// Root mean square difference of some strides from the cycle expected for each, per joint.
 fn spread(strides: &Strides, which: Range<usize>, expected: impl Fn(usize) -> Cycle) -> [f64; Joint::COUNT] {
     let count = which.len() as f64;
     let mut squares = [0.0; Joint::COUNT];
@@ -108,7 +108,7 @@ fn spread(strides: &Strides, which: Range<usize>, expected: impl Fn(usize) -> Cy
     squares.map(|sum| (sum / count).sqrt())
 }
 
-/// All joints of a fit: its own cycle, aligned, beside the strides.
+/// The errors of all joints. `fitted` is the generator's cycle, aligned with the mean stride.
 #[must_use]
 pub fn judge(strides: &Strides, fitted: &Cycle, errors: Option<[f64; 4]>, floor: Option<[f64; 4]>) -> [JointFit; 4] {
     let mean = strides.mean();
@@ -134,7 +134,7 @@ pub fn judge(strides: &Strides, fitted: &Cycle, errors: Option<[f64; 4]>, floor:
     })
 }
 
-/// The largest value and its place in cycles, between the points by a parabola.
+/// The largest value and its place in cycles, interpolated by a parabola.
 fn largest(points: &[f64; POINTS]) -> (f64, f64) {
     let k = (0..POINTS).max_by(|a, b| points[*a].total_cmp(&points[*b])).unwrap_or(0);
     let [before, top, after] = [POINTS - 1, 0, 1].map(|by| points[(k + by) % POINTS]);
@@ -143,13 +143,13 @@ fn largest(points: &[f64; POINTS]) -> (f64, f64) {
     (top - 0.25 * (before - after) * part, (k as f64 + part) / POINTS as f64)
 }
 
-/// Where the first harmonic is largest, in cycles.
+/// Place of the first harmonic's maximum, cycles.
 fn fundamental(points: &[f64; POINTS]) -> f64 {
     let (cos, sin) = Series::through(points, 1).terms[0];
     sin.atan2(cos) / std::f64::consts::TAU
 }
 
-/// A difference of phases in -1/2 to 1/2 cycles.
+/// A phase difference brought to -1/2 to 1/2 cycles.
 fn wrapped(cycles: f64) -> f64 {
     cycles - cycles.round()
 }
@@ -160,7 +160,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     #[test]
-    fn a_peak_that_comes_late_and_low_is_told_so() {
+    fn a_late_and_low_peak_is_measured() {
         let bump = |lead: f64, size: f64| -> [f64; POINTS] {
             std::array::from_fn(|k| size * (TAU * (k as f64 / POINTS as f64 - lead)).cos())
         };

@@ -1,13 +1,13 @@
-//! From recorded strides to a generator's parameters: fits, judgement on strides that were not fitted, certificates, reports.
+//! Fits generators to recorded gait: parameters, errors on strides that were not fitted, certificate, report.
 //!
-//! | module | what it is for |
+//! | module | content |
 //! |---|---|
-//! | [`fit`](mod@fit) | a recording as read to a walker's file, with everything that is to be said about it |
-//! | [`series`] | phase and shape by linear least squares |
-//! | [`search`] | the oscillator networks: populations, the thesis' genetic algorithm, CMA-ES, Levenberg-Marquardt |
-//! | [`generator_cycle`](mod@generator_cycle) | a stride of a generator as the board walks it |
-//! | [`judge`](mod@judge) | errors beside the walker's own variability |
-//! | [`report`] | one self-contained HTML page that a gait lab can read |
+//! | [`fit`](mod@fit) | from a recording as read to a generator file, with all results |
+//! | [`series`] | the phase-and-shape generator, by linear least squares |
+//! | [`search`] | the oscillator networks, by CMA-ES and Levenberg-Marquardt |
+//! | [`generator_cycle`](mod@generator_cycle) | one stride of a generator as the board computes it |
+//! | [`judge`](mod@judge) | errors of a fit, compared with the person's own variability |
+//! | [`report`] | the results as one self-contained HTML page |
 #![forbid(unsafe_code)]
 
 pub mod fit;

@@ -1,4 +1,4 @@
-//! A fit as one self-contained HTML page: numbers, pictures, and what it takes to do it again.
+//! Writes a fit as one self-contained HTML page: errors, plots, findings, and the command that repeats it.
 
 use std::fmt::Write as _;
 
@@ -9,10 +9,10 @@ use picture::{Band, Curve, Panel, draw};
 use crate::fit::{Fit, Kind};
 use crate::judge::HeldOut;
 
-/// The page. `command` is the line that makes it again.
+/// The page as text. `command` is the command line that repeats the fit.
 ///
 /// # Errors
-/// A picture cannot be drawn; the text is the drawing library's own.
+/// A plot cannot be drawn; the text is that of the drawing library.
 pub fn html(fit: &Fit, command: &str) -> Result<String, String> {
     let mut page = String::from(HEAD);
     let title = escape(&fit.source.name);
@@ -21,12 +21,12 @@ pub fn html(fit: &Fit, command: &str) -> Result<String, String> {
     summary(&mut page, fit);
     joints(&mut page, fit);
     page += "<h2>Mean stride, its variability, and the fit</h2>";
-    page += "<p>Band: the mean stride plus and minus one standard deviation over the strides. 0 % is where the left hip is most flexed: phase 0 of the generator.</p>";
+    page += "<p>Band: mean stride plus and minus one standard deviation over the strides. 0 % is phase 0 of the generator, where the left hip is most flexed.</p>";
     page += &draw("Joint angles over the gait cycle", &stride_panels(fit), 2)?;
     page += "<h2>Phase portraits</h2>";
     page += &draw("Angular velocity over angle", &portraits(fit), 2)?;
     page += "<h2>The recording</h2>";
-    page += &draw("What was used; grey was left out", &timeline(fit), 1)?;
+    page += &draw("Joint angles; grey parts were left out", &timeline(fit), 1)?;
     findings(&mut page, fit);
     compared(&mut page, fit)?;
     certificate(&mut page, fit);
@@ -42,7 +42,7 @@ th:first-child,td:first-child{text-align:left}th{background:#f3f3f3}svg{max-widt
 .note{background:#fff6df;padding:.4em .8em;margin:.4em 0}code,pre{background:#f3f3f3;padding:.1em .3em}pre{overflow-x:auto}\
 </style>";
 
-/// Text as HTML shows it.
+/// Escapes text for HTML.
 pub(crate) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -70,7 +70,7 @@ fn summary(page: &mut String, fit: &Fit) {
                 fit.strides.period_sd_s()
             ),
         ),
-        ("left against right, half a stride apart", format!("hip {hip:.1} deg, knee {knee:.1} deg")),
+        ("left against right, shifted by half a stride", format!("hip {hip:.1} deg, knee {knee:.1} deg")),
         ("certificate", fit.certificate.status.words().to_owned()),
         ("recording", fit.format.clone()),
     ] {
@@ -91,7 +91,7 @@ fn joints(page: &mut String, fit: &Fit) {
             "joint",
             "RMSE to the mean stride, deg",
             "RMSE on held-out strides, deg",
-            "their own floor, deg",
+            "floor (own variability), deg",
             "stride-to-stride SD, deg",
             "peak error, deg",
             "peak timing, % of cycle",
@@ -116,7 +116,7 @@ fn joints(page: &mut String, fit: &Fit) {
     }
     *page += "</table>";
     if fit.held_out != HeldOut::None {
-        *page += "<p>Standard deviations are root mean squares over all strides, each closed. The floor is what the mean of the fitted strides itself scores on the held-out ones: the walker's own variability.</p>";
+        *page += "<p>Standard deviations are root mean squares over all strides, each closed to a cycle. The floor is the error of the mean of the fitted strides on the held-out ones: the person's own variability.</p>";
     }
 }
 
@@ -128,7 +128,7 @@ fn joint_title(joint: Joint) -> String {
     joint.name().replace('_', " ")
 }
 
-/// From `origin` on. The cycle closes: its first point is drawn once more at 100 %.
+/// A closed cycle from `origin` on; its first point is drawn again at 100 %.
 fn curve(name: &str, points: &[f64; POINTS], origin: usize) -> Curve {
     Curve::new(name, (0..=POINTS).map(|k| (percent(k), points[(k + origin) % POINTS])).collect())
 }
@@ -171,7 +171,7 @@ fn timeline(fit: &Fit) -> Vec<Panel> {
     let recording = &fit.conditioned.recording;
     let mut shades: Vec<(f64, f64)> = fit.strides.left_out.iter().map(|part| (part.from_s, part.to_s)).collect();
     shades.extend(fit.conditioned.unusable.iter().copied());
-    // No screen shows more points than this.
+    // More points than this would not be visible.
     let every = recording.time_s().len().div_ceil(2000).max(1);
     let x = if fit.conditioned.normalised_cycle { "cycle" } else { "time, s" };
     let panel = |part: &str| {
@@ -187,7 +187,7 @@ fn timeline(fit: &Fit) -> Vec<Panel> {
 
 fn findings(page: &mut String, fit: &Fit) {
     if fit.conditioned.findings.is_empty() && fit.strides.left_out.is_empty() {
-        *page += "<p>Nothing was repaired and nothing left out.</p>";
+        *page += "<p>No defect was found and every part of the recording was used.</p>";
         return;
     }
     *page += "<ul>";
@@ -205,12 +205,16 @@ fn compared(page: &mut String, fit: &Fit) -> Result<(), String> {
         return Ok(());
     }
     *page += "<h2>Other generators on the same mean stride</h2><table>";
-    row(page, "th", ["generator", "left hip", "right hip", "left knee", "right knee", "perturbed starts come back"]);
+    row(
+        page,
+        "th",
+        ["generator", "left hip", "right hip", "left knee", "right knee", "perturbed starts return to the orbit"],
+    );
     for other in &fit.compared {
         let mut cells = vec![other.name.clone()];
         cells.extend(other.rmse_deg.map(|rmse| format!("{rmse:.2}")));
         cells.push(match other.holds {
-            None => "no state but the phase".into(),
+            None => "no state except the phase".into(),
             Some(true) => "yes".into(),
             Some(false) => "no".into(),
         });
@@ -222,7 +226,7 @@ fn compared(page: &mut String, fit: &Fit) -> Result<(), String> {
     let series = Curve::new("", harmonics.map(|(n, other)| (n, all(other.rmse_deg))).collect());
     let mut panels = vec![Panel::curves("phase and shape", "harmonics", "RMSE of all joints, deg", vec![series])];
     if !fit.history.is_empty() {
-        // The first few are anything; from where it is a gait at all it is worth looking at.
+        // The first points of a search are arbitrary; only those close to a gait are drawn.
         let steps = fit.history.iter().filter(|(_, best)| *best < 30.0).map(|(n, best)| (*n as f64, *best)).collect();
         panels.push(Panel::curves(
             "the thesis' network, CMA-ES",
@@ -231,30 +235,25 @@ fn compared(page: &mut String, fit: &Fit) -> Result<(), String> {
             vec![Curve::new("", steps)],
         ));
     }
-    *page += &draw("Error over effort", &panels, 2)?;
+    *page += &draw("Error against effort", &panels, 2)?;
     Ok(())
 }
 
 fn certificate(page: &mut String, fit: &Fit) {
     let certificate = &fit.certificate;
     *page += "<h2>Certificate</h2><table>";
-    let settling =
-        certificate.settling_s.map_or("not within the strides that it was given".into(), |s| format!("{s:.2} s"));
+    let settling = certificate.settling_s.map_or("not within the simulated strides".into(), |s| format!("{s:.2} s"));
     let multiplier = certificate.multipliers.first().map_or("none".into(), |largest| format!("{largest:.3}"));
     let no_state = certificate.starts == 0;
     let of = |some: u32, all: u32| {
-        if no_state {
-            "no state but the phase: nothing can be pushed off the cycle".into()
-        } else {
-            format!("{some} of {all}")
-        }
+        if no_state { "not applicable: no state except the phase".into() } else { format!("{some} of {all}") }
     };
     let following = certificate.following.iter().flat_map(generator_file::following::Following::in_words);
     for (name, value) in [
-        ("verdict", certificate.status.words().to_owned()),
+        ("result", certificate.status.words().to_owned()),
         ("random starts on the orbit", of(certificate.converged, certificate.starts)),
-        ("perturbed starts back on the orbit", of(certificate.perturbed_locked, certificate.perturbed)),
-        ("settling after a push", if no_state { "none needed".into() } else { settling }),
+        ("perturbed starts that return to the orbit", of(certificate.perturbed_locked, certificate.perturbed)),
+        ("settling time after a disturbance", if no_state { "not applicable".into() } else { settling }),
         ("largest Floquet multiplier", multiplier),
         ("largest stable step in f32", format!("{:.1} ms", certificate.largest_step_ms)),
     ]
@@ -274,7 +273,7 @@ fn again(page: &mut String, fit: &Fit, command: &str) {
     };
     let _ = write!(
         page,
-        "<h2>To do it again</h2><pre>{}</pre><table><tr><td>recording, SHA-256</td><td><code>{}</code></td></tr>\
+        "<h2>Repeating this fit</h2><pre>{}</pre><table><tr><td>recording, SHA-256</td><td><code>{}</code></td></tr>\
          <tr><td>program</td><td>{}</td></tr><tr><td>settings</td><td>{}; {}</td></tr></table><h2>Parameters</h2><pre>{}</pre>",
         escape(command),
         escape(&fit.source.sha256),

@@ -1,10 +1,10 @@
-//! A Fourier series a joint through a cycle, by linear least squares.
+//! Fits one Fourier series per joint to a cycle, by linear least squares.
 //!
 //! ```text
 //! S(phi) = mean + sum_k  cos_k cos(2 pi k phi) + sin_k sin(2 pi k phi),   k = 1 ... harmonics
 //! ```
 //! At equally spaced points the normal equations are diagonal, so the least squares solution is the projection
-//! `cos_k = 2/n sum_i y_i cos(2 pi k i/n)` and likewise for the sines: exact, and nothing to tune.
+//! `cos_k = 2/n sum_i y_i cos(2 pi k i/n)`, and likewise for the sines. The solution is exact and has no settings.
 
 use std::f64::consts::TAU;
 
@@ -54,7 +54,7 @@ impl Series {
         (squares.sum::<f64>() / n).sqrt()
     }
 
-    /// The same series with the phase counted from `origin` on.
+    /// The same series with its phase counted from `origin`, in cycles.
     #[must_use]
     pub fn from_phase(&self, origin: f64) -> Self {
         let turn = |(k, (c, s)): (usize, &(f64, f64))| {

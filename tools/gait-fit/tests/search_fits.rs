@@ -22,17 +22,17 @@ fn stride() -> Cycle {
 }
 
 #[test]
-fn a_fit_that_walks_is_what_it_says_on_the_core_itself() {
+fn an_accepted_fit_has_the_same_orbit_on_the_core() {
     let target = stride();
     let settings = SearchSettings { seed: 2, evaluations: 6000, ..SearchSettings::default() };
     let fit = fit_thesis(&target, 1.1, &settings, &mut |_| ());
     assert!(fit.accepted, "{:?}", fit.refused_because);
     assert_eq!((fit.perturbed, fit.perturbed_lost), (PERTURBED, 0));
     assert!((fit.period_s / 1.1 - 1.0).abs() < 0.01, "{}", fit.period_s);
-    // Better than standing still at the mean (14.2 degrees in the hips, 16.7 in the knees).
+    // Better than the constant mean (14.2 degrees in the hips, 16.7 in the knees).
     assert!(fit.rmse_deg.iter().all(|rmse| *rmse < 12.0), "{:?}", fit.rmse_deg);
     assert!(fit.history.windows(2).all(|w| w[0].0 < w[1].0 && w[0].1 > w[1].1));
-    // The board's own f32 network follows the cycle that was promised, for a minute more than it takes to settle.
+    // The core's f32 network follows the reported cycle after it has settled.
     let mut generator = GeneratorSet::Thesis(fit.set).generator(Period::MILLISECOND).expect("it was checked");
     for _ in 0..RETURN_STRIDES * 1100 {
         generator.step();
@@ -50,9 +50,9 @@ fn a_fit_that_walks_is_what_it_says_on_the_core_itself() {
     assert_eq!(fit, fit_thesis(&target, 1.1, &settings, &mut |_| ()));
 }
 
-/// No budget, no stride, no such period: the answer is refused and says why.
+/// Without budget, stride or valid period the fit is refused with the reason.
 #[test]
-fn what_cannot_be_fitted_is_refused_with_the_reason() {
+fn a_bad_input_is_refused_with_the_reason() {
     let settings = SearchSettings { evaluations: 0, ..SearchSettings::default() };
     let fit = fit_thesis(&stride(), 1.1, &settings, &mut |_| ());
     assert!(fit.evaluations == 0 && !fit.accepted && fit.refused_because.is_some());
@@ -68,7 +68,7 @@ fn what_cannot_be_fitted_is_refused_with_the_reason() {
 }
 
 #[test]
-fn r1_is_fitted_in_a_few_limit_cycles_and_the_core_runs_what_was_promised() {
+fn r1_is_fitted_and_has_the_same_cycle_on_the_core() {
     let target = stride();
     for dynamics in [Dynamics::Fixed(0.5, 0.5), Dynamics::Free] {
         let fit = fit_phase_coupled(&target, 0.9, dynamics, &mut |_| ());

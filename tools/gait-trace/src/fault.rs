@@ -1,88 +1,88 @@
-//! What can be wrong with a recording's file: which file, which line, which column, what was found and what is allowed.
+//! Errors of a recording's file: file, line, column, what was found, what is allowed and what to do.
 
 use crate::recording::{Quantity, RecordingError};
 use std::fmt;
 
-/// What is wrong. The text of each says what is allowed.
+/// What is wrong with a file. Each text says what is allowed.
 #[derive(Debug, thiserror::Error)]
 pub enum Fault {
     /// The file cannot be opened or read.
     #[error("cannot be read: {0}")]
     Io(#[source] std::io::Error),
-    /// More bytes than any recording has.
-    #[error("is larger than {most} bytes; allowed is up to that")]
+    /// The file has more bytes than the limit.
+    #[error("is larger than {most} bytes; allowed is up to that: cut the recording")]
     TooLarge {
         /// The limit.
         most: u64,
     },
-    /// Bytes that are no text.
+    /// The file is not text.
     #[error("is not text (byte {byte:#04x}); allowed is UTF-8 text: comma-separated values")]
     NotText {
-        /// The first such byte.
+        /// The first byte that is not text.
         byte: u8,
     },
-    /// No line at all.
+    /// The file has no line.
     #[error("is empty; allowed is a header `time_s,left_knee_deg,...` and rows of numbers below it")]
     Empty,
-    /// Too few rows below the header.
+    /// There are too few rows below the header.
     #[error("{rows} rows of numbers; allowed are 2 or more")]
     TooFewRows {
-        /// How many there are.
+        /// Number found.
         rows: usize,
     },
-    /// The header has no such column.
+    /// A column of the header is missing.
     #[error(
         "column `{wanted}` is missing{hint}; allowed is a header such as `time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg`"
     )]
     MissingColumn {
-        /// What is missing.
+        /// The missing column.
         wanted: &'static str,
-        /// What may be the cause.
+        /// The probable cause.
         hint: &'static str,
     },
-    /// Nothing but a time column.
-    #[error("no channel beside `time_s`; allowed are 1 or more, such as `left_knee_deg`")]
+    /// There is only a time column.
+    #[error("no channel besides `time_s`; allowed are 1 or more, such as `left_knee_deg`")]
     NoChannels,
-    /// A heading that says neither joint angle nor pin.
+    /// A heading is neither a joint angle nor a pin.
     #[error(
         "unknown heading; allowed are `time_s`, angles in degrees such as `left_knee_deg`, and volts at a pin such as `PA1`"
     )]
     UnknownColumn,
-    /// A heading that is there twice.
-    #[error("the heading is there twice; allowed is once")]
+    /// A heading occurs twice.
+    #[error("the heading occurs twice; allowed is once")]
     DuplicateColumn,
-    /// A row with more or fewer fields than the header.
+    /// A row has more or fewer fields than the header.
     #[error("{found} fields; allowed are {wanted}, as in the header")]
     FieldCount {
-        /// How many there are.
+        /// Number found.
         found: usize,
-        /// How many headings there are.
+        /// Number of headings.
         wanted: usize,
     },
-    /// A field that is no number.
+    /// A field is not a number.
     #[error("`{text}` is not a number; allowed is a decimal number such as -12.5")]
     NotANumber {
         /// The field.
         text: String,
     },
-    /// A field that is not finite.
+    /// A field is not finite.
     #[error("`{text}` is not finite; allowed is a decimal number such as -12.5")]
     NotFinite {
         /// The field.
         text: String,
     },
-    /// A number that is so large that the unit must be wrong.
-    #[error("{value} {unit}: wrong unit? allowed is {least} to {most} {unit}", unit = .quantity.unit(), least = .quantity.allowed().0, most = .quantity.allowed().1)]
+    /// A value is out of range; usually the unit is wrong.
+    #[error("{value} {unit} is out of range (wrong unit?); allowed is {least} to {most} {unit}", unit = .quantity.unit(), least = .quantity.allowed().0, most = .quantity.allowed().1)]
     Magnitude {
-        /// The number.
+        /// The value.
         value: f64,
-        /// What it should be.
+        /// The quantity that the column holds.
         quantity: Quantity,
     },
-    /// The table as a whole breaks a rule.
+    /// The table as a whole is not valid.
     #[error("{0}")]
     Table(#[source] RecordingError),
-    /// A time that is not after the one before.
+    /// A time is not later than the time of the row before.
     #[error("time {value} s after {before} s; allowed is a later time in each row")]
     TimeOrder {
         /// The time.
@@ -90,194 +90,200 @@ pub enum Fault {
         /// The time of the row before.
         before: f64,
     },
-    /// Bytes that are no text, with their place in the file.
+    /// The file is not text; with the place of the first wrong byte.
     #[error("byte {byte:#04x} at offset {offset} is not text{hint}; allowed is UTF-8 text")]
     Bytes {
-        /// The first such byte.
+        /// The first byte that is not text.
         byte: u8,
-        /// Where it is, counted from 0.
+        /// Its offset, counted from 0.
         offset: usize,
-        /// What the file may be instead.
+        /// What the file probably is.
         hint: &'static str,
     },
-    /// Content that no reader knows.
+    /// The format is not known.
     #[error(
-        "is of no known format: {why}; allowed are CSV, OpenSim .mot and .sto, C3D, MCAP, and CSV exports of Rigol, Siglent, Tektronix and Keysight oscilloscopes"
+        "has an unknown format: {why}; allowed are CSV, OpenSim .mot and .sto, C3D, MCAP, and CSV exports of Rigol, Siglent, Tektronix and Keysight oscilloscopes"
     )]
     UnknownFormat {
-        /// What was seen.
+        /// What was found.
         why: String,
     },
-    /// A header announces something that is not what follows.
+    /// The header announces a number of rows or columns that the file does not have.
     #[error(
-        "`{field}` promises {promised}, found {found}: truncated, or two files in one? allowed is what is promised"
+        "`{field}` announces {announced}, but the file has {found} (cut off, or two files in one?); allowed is the number that is announced: export the file again"
     )]
-    Promised {
-        /// The header's word.
+    Announced {
+        /// The field of the header.
         field: String,
-        /// What it says.
-        promised: String,
-        /// What there is.
+        /// What the field announces.
+        announced: String,
+        /// What the file has.
         found: String,
     },
-    /// A field of a header that cannot be used.
+    /// A field of the header cannot be used.
     #[error("`{field}` is {found}; allowed is {allowed}")]
     HeaderField {
         /// The field.
         field: String,
-        /// What it says.
+        /// Its value.
         found: String,
-        /// What it may say.
+        /// Allowed values.
         allowed: String,
     },
-    /// A field of a binary file that cannot be used.
+    /// A field of a binary file cannot be used.
     #[error("byte {offset}: {field} is {found}; allowed is {allowed}")]
     Binary {
-        /// Where, counted from 0.
+        /// Its offset, counted from 0.
         offset: usize,
         /// The field.
         field: String,
-        /// What it says.
+        /// Its value.
         found: String,
-        /// What it may say.
+        /// Allowed values.
         allowed: String,
     },
-    /// A record of an MCAP file that cannot be used.
-    #[error("up to byte {offset}: {what}")]
+    /// A record of an MCAP file cannot be used.
+    #[error("before byte {offset}: {what}")]
     Mcap {
-        /// How far the file was read.
+        /// Number of bytes read so far.
         offset: u64,
         /// What is wrong, and what is allowed.
         what: String,
     },
-    /// A quote that opens and does not close on its line.
-    #[error("a quote opens and does not close on this line; allowed are pairs of \"")]
+    /// A quote is not closed on its line.
+    #[error("a quote is opened and not closed on this line; allowed are pairs of \"")]
     OpenQuote,
-    /// A line that no table has.
+    /// A line is too long.
     #[error("a line of {bytes} bytes; allowed are up to {most}")]
     LongLine {
-        /// Its length.
+        /// Length of the line, bytes.
         bytes: usize,
         /// The limit.
         most: usize,
     },
-    /// More rows than any recording has.
-    #[error("more than {most} rows; allowed are up to that: cut the recording, or thin it out")]
+    /// There are more rows than the limit.
+    #[error("more than {most} rows; allowed are up to that: cut the recording or reduce its rate")]
     TooManyRows {
         /// The limit.
         most: usize,
     },
-    /// More columns than any recording has.
+    /// There are more columns than the limit.
     #[error("{found} columns; allowed are up to {most}")]
     TooManyColumns {
-        /// How many there are.
+        /// Number found.
         found: usize,
         /// The limit.
         most: usize,
     },
-    /// The header again, below rows of numbers.
-    #[error("a second header; allowed is one, at the top: are these two recordings in one file?")]
+    /// The header occurs again below rows of numbers.
+    #[error("a second header; allowed is one, at the top: put each recording in a file of its own")]
     SecondHeader,
-    /// No column can be taken for the time.
+    /// No column is recognised as the time.
     #[error(
-        "no column is the time{hint}; the columns are {have}; allowed is one called `time`, `time_s`, `t`, `Time (s)` or `time_ms`, or `--map time=COLUMN`"
+        "no column is recognised as the time{hint}; the columns are {have}; allowed is one called `time`, `time_s`, `t`, `Time (s)` or `time_ms`, or `--map time=COLUMN`"
     )]
     NoTime {
-        /// What there is.
+        /// What the file has.
         have: String,
-        /// What may be the cause.
+        /// The probable cause.
         hint: &'static str,
     },
-    /// No column can be taken for a joint.
+    /// No column is recognised as a joint.
     #[error(
-        "no column is a joint; there are {have}; allowed are names such as `left_hip_deg`, `hip_flexion_l`, `LKneeAngles`, or `--map left_hip=COLUMN,...`"
+        "no column is recognised as a joint; there are {have}; allowed are names such as `left_hip_deg`, `hip_flexion_l`, `LKneeAngles`, or `--map left_hip=COLUMN,...`"
     )]
     NoJoints {
-        /// What there is.
+        /// What the file has.
         have: String,
     },
-    /// The map names a column that is not there.
+    /// The map names a column that the file does not have.
     #[error(
         "the map takes `{joint}` from `{wanted}`; the file has {have}; allowed is one of these, or its number from 1"
     )]
     MapColumn {
         /// The joint, or `time`.
         joint: &'static str,
-        /// What was asked for.
+        /// The column in the map.
         wanted: String,
-        /// What there is.
+        /// What the file has.
         have: String,
     },
-    /// Two columns for one joint.
-    #[error("`{first}` and `{second}` both look like `{joint}`; allowed is one: choose with `--map {joint}=COLUMN`")]
+    /// Two columns are recognised as the same joint.
+    #[error(
+        "`{first}` and `{second}` are both recognised as `{joint}`; allowed is one: choose with `--map {joint}=COLUMN`"
+    )]
     TwoColumns {
         /// The joint, or `time`.
         joint: &'static str,
-        /// The one.
+        /// The first column.
         first: String,
-        /// The other.
+        /// The second column.
         second: String,
     },
-    /// Nothing says whether the angles are degrees or radians.
+    /// The unit of the angles is unknown.
     #[error(
-        "the unit of the angles is not said{why}; allowed are a suffix `_deg` or `_rad`, `[deg]` or `(rad)`, or `--unit degrees|radians`"
+        "the unit of the angles is unknown{why}; allowed are a suffix `_deg` or `_rad`, `[deg]` or `(rad)`, or `--unit degrees|radians`"
     )]
     NoUnit {
-        /// Why the numbers do not tell.
+        /// Why the unit does not follow from the values.
         why: String,
     },
-    /// The unit that the file names does not fit its numbers.
+    /// The unit that the file names does not fit its values.
     #[error(
-        "the file says {said}, but no angle in {values} values is beyond {largest:.3}: radians? allowed is `--unit degrees|radians` to say which"
+        "the file names {said}, but the largest of {values} values is {largest:.3} (radians?); allowed is `--unit degrees` or `--unit radians` to confirm the unit"
     )]
     UnitDoubt {
-        /// What the file says.
+        /// The unit that the file names.
         said: &'static str,
-        /// How many numbers there are.
+        /// Number of values.
         values: usize,
-        /// The largest of them.
+        /// The largest value.
         largest: f64,
     },
-    /// The time's steps are those of another unit.
-    #[error("the time's median step is {step}: milliseconds? allowed is to name the column `time_ms` or `time_s`")]
+    /// The time steps are too long for seconds.
+    #[error(
+        "the median time step is {step}, too long for seconds (milliseconds?); allowed is a column named with its unit, `time_ms` or `time_s`"
+    )]
     TimeUnit {
-        /// The median step.
+        /// The median time step.
         step: f64,
     },
-    /// Volts without a table that makes angles of them.
-    #[error("`{channel}` is in volts; allowed is with a calibration table (`--calibration`) that makes angles of them")]
+    /// A column is in volts and there is no calibration.
+    #[error(
+        "`{channel}` is in volts; allowed is with a calibration that converts volts to angles (`--calibration FILE`)"
+    )]
     NoCalibration {
         /// The channel.
         channel: String,
     },
-    /// Channels of an oscilloscope of which nothing says which joint they are.
-    #[error("nothing says which joint a channel is; the file has {have}; allowed is `--map left_knee=CHANNEL,...`")]
+    /// No channel of an oscilloscope is assigned to a joint.
+    #[error("no channel is assigned to a joint; the file has {have}; allowed is `--map left_knee=CHANNEL,...`")]
     NoChannelMap {
-        /// What there is.
+        /// What the file has.
         have: String,
     },
-    /// A column without a single number.
-    #[error("no row has a number; allowed are some gaps, not nothing but gaps")]
+    /// The joint columns have no number.
+    #[error("no row has a number in any joint column; allowed are gaps, but not only gaps")]
     NoValues,
-    /// A C3D file without what angles can be made of.
+    /// A C3D file has neither joint angles nor joint centres.
     #[error(
         "neither joint angles nor joint centres: the points are {have}; allowed are angles such as `LHipAngles`, `LKneeAngles`, or trajectories of hip, knee and ankle such as `LHJC`, `LKJC`, `LAJC`"
     )]
     NoTrajectories {
-        /// What there is.
+        /// What the file has.
         have: String,
     },
-    /// Trajectories from which up or forward cannot be told.
-    #[error("{what} cannot be told from the trajectories; allowed are {allowed}")]
+    /// The vertical or the walking direction does not follow from the trajectories.
+    #[error("{what} does not follow from the trajectories; allowed are {allowed}")]
     NoFrameOfReference {
-        /// Up, or forward.
+        /// The vertical, or the walking direction.
         what: &'static str,
-        /// What would do.
+        /// What is needed.
         allowed: &'static str,
     },
 }
 
-/// A [`Fault`] and where it is.
+/// A [`Fault`] and its place.
 #[derive(Debug)]
 pub struct TraceError {
     /// The file, as the caller named it.

@@ -1,95 +1,95 @@
-//! What was found in a recording and what was done about it, a sentence each that a gait lab understands.
+//! Defects found in a recording and what was done about each, as sentences for the report.
 
 use joint_units::Joint;
 use std::fmt;
 
-/// What was found.
+/// The defect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum FindingKind {
     /// Times are unevenly spaced.
     UnevenTimes {
-        /// 95th percentile of the steps' distance from their median, as a share of it.
+        /// 95th percentile of the deviation of the time steps from their median, as a fraction of the median.
         share: f64,
     },
-    /// Rows of the same time as the one before.
+    /// Rows with the same time as the row before.
     RepeatedTimes {
-        /// How many.
+        /// Number of such rows.
         rows: usize,
     },
-    /// The time axis is a cycle fraction.
+    /// The time axis is a fraction of a cycle, not seconds.
     NormalisedCycle,
-    /// A low-pass was asked for.
+    /// A low-pass was requested, so the data are treated as unfiltered.
     Unfiltered,
     /// Values are missing.
     Gap,
-    /// The angle jumps as no leg does.
+    /// The angle jumps faster than a leg can move.
     Jump {
-        /// Largest distance from what was put in its place, degrees.
+        /// Largest difference from the replacement, degrees.
         deg: f64,
     },
-    /// The angle jumps and does not come back.
+    /// The angle jumps and stays displaced.
     Step {
-        /// By how much, degrees.
+        /// Displacement, degrees.
         deg: f64,
     },
     /// The joint hardly moves.
     Still {
-        /// Its range.
+        /// Range of the angle, degrees.
         range_deg: f64,
     },
     /// The file counts extension as positive.
     ExtensionPositive {
-        /// The file's mean angle.
+        /// Mean angle in the file, degrees.
         mean_deg: f64,
     },
-    /// The witnesses of the sign contradict each other.
+    /// The indicators of the sign contradict each other.
     SignUnclear,
-    /// The columns of hip and knee of a leg look exchanged.
+    /// The columns of hip and knee of one leg appear to be exchanged.
     HipIsKnee,
-    /// Each knee goes with the other leg's hip, or both hips count extension as positive.
+    /// Each knee moves in the phase of the other leg's hip, or both hips count extension as positive.
     KneesCrossed,
     /// Left and right are not half a stride apart.
     NotOpposed {
-        /// How far they are.
+        /// Phase difference of the two, cycles.
         cycles: f64,
     },
 }
 
-/// What was done about it.
+/// What was done about the defect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Done {
-    /// Replaced by a cubic.
+    /// Replaced by a cubic between the good samples on both sides.
     Bridged,
-    /// Not used: the span is among [`crate::Conditioned::unusable`], or the rows are not there any more.
+    /// Not used: the span is listed in [`crate::Conditioned::unusable`], or the rows were dropped.
     LeftOut,
-    /// Nothing.
+    /// Reported only; the data are unchanged.
     Reported,
-    /// The sign was turned.
+    /// The sign was changed.
     Flipped,
-    /// Two columns changed places.
+    /// Two columns were exchanged.
     Exchanged,
-    /// Brought to even steps.
+    /// Resampled to equal time steps.
     Resampled,
-    /// High frequencies were taken out.
+    /// Low-pass filtered.
     Smoothed {
-        /// Cut-off of the low-pass.
+        /// Cut-off frequency, Hz.
         hz: f64,
     },
 }
 
-/// Something that a person should know about the recording.
+/// A defect of the recording, with its place and what was done about it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Finding {
-    /// From here, seconds from the first row.
+    /// Start of the span, seconds from the first row.
     pub from_s: f64,
-    /// To here.
+    /// End of the span, seconds from the first row.
     pub to_s: f64,
-    /// Which joint; `None` is all of them.
+    /// The joint; `None` for all joints.
     pub joint: Option<Joint>,
-    /// What.
+    /// The defect.
     pub what: FindingKind,
-    /// And what of it.
+    /// What was done about it.
     pub done: Done,
 }
 
@@ -101,48 +101,48 @@ impl fmt::Display for Finding {
         let (from, to) = (self.from_s, self.to_s);
         match self.what {
             FindingKind::UnevenTimes { share } => {
-                write!(f, "time stamps are uneven by {:.0} % of a step", 100.0 * share)?;
+                write!(f, "the time stamps are uneven by {:.0} % of a time step", 100.0 * share)?;
             }
             FindingKind::RepeatedTimes { rows } => {
-                write!(f, "rows with the time of the row before: {rows}, the first at {from:.3} s")?;
+                write!(f, "rows with the same time as the row before: {rows}, the first at {from:.3} s")?;
             }
             FindingKind::NormalisedCycle => {
-                write!(f, "the time axis runs over one cycle whose ends meet: a normalised cycle, not seconds")?;
+                write!(f, "the time axis is the fraction of one cycle (0 to 1 or 0 to 100 %), not seconds")?;
             }
-            FindingKind::Unfiltered => write!(f, "all joints: taken for unfiltered")?,
-            FindingKind::Gap => write!(f, "{joint}, {from:.3} s to {to:.3} s: values are missing")?,
+            FindingKind::Unfiltered => write!(f, "all joints: treated as unfiltered")?,
+            FindingKind::Gap => write!(f, "{joint}, {from:.3} s to {to:.3} s: missing values")?,
             FindingKind::Jump { deg } => {
-                write!(f, "{joint}, {from:.3} s to {to:.3} s: a jump of {deg:.1} deg that no leg makes")?;
+                write!(f, "{joint}, {from:.3} s to {to:.3} s: a jump of {deg:.1} deg, faster than a leg can move")?;
             }
             FindingKind::Step { deg } => {
-                write!(f, "{joint}, {from:.3} s to {to:.3} s: a step of {deg:.1} deg that does not come back")?;
+                write!(f, "{joint}, {from:.3} s to {to:.3} s: a lasting step of {deg:.1} deg")?;
             }
-            FindingKind::Still { range_deg } => write!(f, "{joint}: moves by {range_deg:.1} deg only")?,
+            FindingKind::Still { range_deg } => write!(f, "{joint}: moves by only {range_deg:.1} deg")?,
             FindingKind::ExtensionPositive { mean_deg } => {
-                write!(f, "{joint}: extension is positive in the file (mean {mean_deg:.0} deg)")?;
+                write!(f, "{joint}: the file counts extension as positive (mean {mean_deg:.0} deg)")?;
             }
             FindingKind::SignUnclear => {
-                write!(f, "{joint}: whether flexion is positive is ambiguous")?;
+                write!(f, "{joint}: it is unclear whether flexion is positive")?;
             }
             FindingKind::HipIsKnee => {
-                write!(f, "{side} leg: the column of the hip moves like a knee and that of the knee like a hip")?;
+                write!(f, "{side} leg: the hip column moves like a knee and the knee column like a hip")?;
             }
             FindingKind::KneesCrossed => {
-                write!(f, "each knee moves with the hip of the other leg: left and right knee may be exchanged")?;
+                write!(f, "each knee moves in the phase of the other leg's hip: left and right knee may be exchanged")?;
             }
             FindingKind::NotOpposed { cycles } => {
-                write!(f, "the {part} are {cycles:.2} of a stride apart, not half: columns may be mixed up")?;
+                write!(f, "left and right {part} are {cycles:.2} strides apart, not 0.5: columns may be exchanged")?;
             }
         }
         match (self.what, self.done) {
             (FindingKind::NormalisedCycle, Done::Reported) => Ok(()),
             (FindingKind::RepeatedTimes { .. }, Done::LeftOut) => f.write_str("; dropped"),
-            (_, Done::Bridged) => f.write_str("; bridged"),
+            (_, Done::Bridged) => f.write_str("; replaced by a cubic"),
             (_, Done::LeftOut) => f.write_str("; left out"),
-            (_, Done::Reported) => f.write_str("; left as it is"),
-            (_, Done::Flipped) => f.write_str("; the sign was turned"),
+            (_, Done::Reported) => f.write_str("; not changed"),
+            (_, Done::Flipped) => f.write_str("; the sign was changed"),
             (_, Done::Exchanged) => f.write_str("; exchanged"),
-            (_, Done::Resampled) => f.write_str("; resampled to even steps"),
+            (_, Done::Resampled) => f.write_str("; resampled to equal time steps"),
             (_, Done::Smoothed { hz }) => write!(f, "; low-pass at {hz} Hz"),
         }
     }

@@ -1,35 +1,44 @@
-//! Recordings of gait on the host: in and out of files, resampled, cut into loops, turned into volts, compared.
+//! Recordings of gait on the host: reading and writing files, repair, strides, and conversion to sensor volts.
 //!
-//! A [`Recording`] is a table: one strictly increasing time column in seconds, and channels by name. Angles are in degrees,
-//! flexion positive, as people read and write them; the cores get radians through [`Channel::radians`].
+//! A [`Recording`] is a table: one strictly increasing time column in seconds, and channels by name. Angles are in degrees with flexion
+//! positive, as people read and write them; [`Channel::radians`] converts them for the cores.
 //!
-//! | module | what it is for |
+//! The usual path: [`format::open`] reads a file to [`RawJoints`], [`condition`](fn@condition) repairs them to [`Conditioned`] joints at a
+//! fixed rate, [`stride::strides`] cuts these into strides and averages them.
+//!
+//! | module | content |
 //! |---|---|
-//! | [`csv_file`] | CSV in and out: header `time_s,left_hip_deg,...`; every fault of a file has an error that names line and column |
-//! | [`open`] | any file: recognises its format and reads its joints |
-//! | [`mapped_csv`] | CSV with any header, delimiter and unit; columns by name or by map |
-//! | [`opensim`] | OpenSim .mot and .sto, in and out |
-//! | [`c3d`] | C3D: joint angles, or hips and knees from joint centres |
-//! | [`mcap_file`] | MCAP: joint angles in JSON messages, such as a capture's |
-//! | [`scope`] | exports of oscilloscopes: volts to angles through a calibration |
-//! | [`joint_names`] | which joint a column is by its name |
-//! | [`raw`] | the four joints as a file has them, before repair |
+//! | **file formats** | [`format`](mod@format) |
+//! | [`format::open`] | any file: recognises the format and reads the joints |
+//! | [`format::csv_file`] | the project's own CSV, in and out: header `time_s,left_hip_deg,...`; every error names line and column |
+//! | [`format::mapped_csv`] | CSV with any header, delimiter and unit; columns by name or by the caller's map |
+//! | [`format::opensim`] | OpenSim .mot and .sto, in and out |
+//! | [`format::c3d`] | C3D: joint angles, or hips and knees computed from joint centres |
+//! | [`format::mcap_file`] | MCAP: joint angles in JSON messages |
+//! | [`format::scope`] | oscilloscope exports: volts to angles through a calibration |
+//! | [`format::joint_names`] | which joint a column is, from its name |
+//! | [`format::whole_file`] | writes a file completely or not at all |
+//! | **defects** | [`clean`] |
+//! | [`clean::condition`](mod@clean::condition) | from the joints of a file to joints that can be fitted: fixed rate, no gaps, no jumps, flexion positive |
+//! | [`clean::rules`] | thresholds of the conditioning, and its low-pass |
+//! | [`clean::convention`] | signs and exchanged columns, recognised by the shape of the gait |
+//! | [`clean::repair`] | resampling of uneven times, bridges over gaps, jumps |
+//! | [`clean::resample`] | linear interpolation to a fixed rate |
+//! | **strides** | [`stride`] |
+//! | [`stride::strides`] | the strides of four joints and their mean cycle |
+//! | [`stride::cut`](mod@stride::cut) | where the strides are, with a reason for every part that is in none |
+//! | [`stride::segment`] | the events that strides are counted by |
+//! | [`stride::period`] | the stride period of a periodic recording |
+//! | [`stride::looped`] | a whole number of strides that can be repeated without a jump |
+//! | [`stride::cycle`] | one stride at a fixed number of points |
+//! | [`stride::metrics`] | root mean square and peak of a difference |
+//! | **shared** | |
 //! | [`recording`] | the table and its rules |
-//! | [`cycle`] | one stride, stretched to a fixed number of points |
-//! | [`mod@condition`] | from what a file has to what can be fitted: even times, no gaps, no jumps, flexion positive |
-//! | [`convention`] | signs and exchanged columns, read off the shape of gait |
-//! | [`repair`] | interpolation, bridges, and what a leg cannot have done |
-//! | [`strides`] | the strides, what is none and why, and the mean cycle |
-//! | [`mod@cut`] | from the beat to strides, with a reason for all that is in none |
-//! | [`segment`] | the beat that strides are counted by |
-//! | [`resample`] | linear interpolation to a fixed rate |
-//! | [`stride`] | the stride period of a periodic recording |
-//! | [`looped`] | a whole number of strides that can be played end to end without a jump |
-//! | [`volts`] | angles backwards through a calibration: *semi-synthetic* volts |
-//! | [`metrics`] | root mean square and peak of a difference |
-//! | [`whole_file`] | files that are there whole or not at all |
+//! | [`raw`] | the four joints as the file has them, before repair |
+//! | [`options`] | what the caller knows and the file does not say |
+//! | [`volts`] | angles to *semi-synthetic* volts, backwards through a calibration |
 //!
-//! Another file format is one more file beside [`csv_file`] that makes a [`Recording`] and speaks [`TraceError`].
+//! A further file format is one more file in [`format`](mod@format) that returns [`RawJoints`] or a [`Recording`] and reports a [`TraceError`].
 //!
 //! ```
 //! use gait_trace::Recording;

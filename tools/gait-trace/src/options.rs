@@ -7,19 +7,19 @@ use joint_units::Joint;
 /// What the caller knows of a file and the file does not say.
 #[derive(Debug, Clone, Default)]
 pub struct ReadOptions<'a> {
-    /// Which column each joint is, by name or by number from 1. Joints that are not here are found by the names of columns.
+    /// Column of each joint, by name or by number from 1. Joints that are not listed are found by the names of the columns.
     pub map: Vec<(Joint, String)>,
-    /// Which column is the time.
+    /// Column of the time, by name or by number from 1.
     pub time: Option<String>,
-    /// The unit of all angles, whatever the file says.
+    /// Unit of all angles; overrides the file's own.
     pub unit: Option<AngleUnit>,
-    /// What makes angles of volts.
+    /// Calibration of the sensor, for columns in volts.
     pub calibration: Option<&'a Calibration>,
-    /// Which joint a CSV file's only one is, where its name says no side (`knee_deg`): the left one if this is another joint or none.
+    /// Joint of a CSV file whose only joint column names no side (`knee_deg`); the left one if this is `None` or does not fit the name.
     pub sideless: Option<Joint>,
 }
 
-/// A map that cannot be read.
+/// A map of columns that cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "map `{text}`: {why}; allowed is `left_hip=COLUMN,left_knee=COLUMN,...` with left_hip, right_hip, left_knee, right_knee and time, each once"
@@ -32,10 +32,10 @@ pub struct MapError {
 }
 
 impl ReadOptions<'_> {
-    /// Adds to the map what a command line says: `left_hip=COLUMN,time=COLUMN`, columns by name or by number from 1.
+    /// Adds the columns of a command line's text: `left_hip=COLUMN,time=COLUMN`, by name or by number from 1.
     ///
     /// # Errors
-    /// A part that is no joint and column, or one that is there twice.
+    /// A part is not `JOINT=COLUMN`, or a joint occurs twice.
     ///
     /// ```
     /// use gait_trace::ReadOptions;
@@ -49,13 +49,13 @@ impl ReadOptions<'_> {
     pub fn add_map(&mut self, text: &str) -> Result<(), MapError> {
         for part in text.split(',') {
             let fault = |why| MapError { text: part.trim().into(), why };
-            let (joint, column) = part.split_once('=').ok_or_else(|| fault("no `=`"))?;
+            let (joint, column) = part.split_once('=').ok_or_else(|| fault("`=` is missing"))?;
             let (joint, column) = (joint.trim(), column.trim());
             if column.is_empty() {
-                return Err(fault("no column"));
+                return Err(fault("the column is missing"));
             }
             let joint = match joint {
-                "time" if self.time.is_some() => return Err(fault("there twice")),
+                "time" if self.time.is_some() => return Err(fault("this joint occurs twice")),
                 "time" => {
                     self.time = Some(column.into());
                     continue;
@@ -65,7 +65,7 @@ impl ReadOptions<'_> {
                 }
             };
             if self.map.iter().any(|&(other, _)| other == joint) {
-                return Err(fault("there twice"));
+                return Err(fault("this joint occurs twice"));
             }
             self.map.push((joint, column.into()));
         }

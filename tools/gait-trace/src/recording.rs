@@ -1,19 +1,19 @@
-//! The table: strictly increasing times in seconds and channels of finite numbers, all of one length, at least two rows.
+//! A recording as a table: strictly increasing times in seconds and channels of finite numbers, all of one length, at least two rows.
 //!
-//! Times may be unevenly spaced, as clocks of recorders are. What a channel measures follows from the name of its column:
+//! Times may be unevenly spaced. The quantity of a channel follows from the name of its column:
 //! `left_knee_deg` is the angle `left_knee` in degrees, `PA1` the volts at a pin of that name.
 
 use joint_units::Radians;
 
-/// Largest angle that is believed, in degrees either way. Beyond it the unit is wrong, or the file is.
+/// Largest absolute angle that is accepted, degrees. A larger one means a wrong unit or a damaged file.
 pub const MAX_ANGLE_DEG: f64 = 200.0;
 
-/// Least and most volts that a pin of the converter can be recorded at: just beyond what destroys it.
+/// Smallest voltage that is accepted at a pin of the converter, volts: just beyond its absolute maximum ratings.
 pub const MIN_PIN_VOLTS: f64 = -0.5;
-/// See [`MIN_PIN_VOLTS`].
+/// Largest voltage that is accepted at a pin, volts; see [`MIN_PIN_VOLTS`].
 pub const MAX_PIN_VOLTS: f64 = 6.0;
 
-/// What the numbers of a channel are.
+/// The quantity that a channel holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Quantity {
     /// Joint angle in degrees, flexion positive.
@@ -23,7 +23,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// Least and most value that is believed.
+    /// Smallest and largest accepted value, in [`Self::unit`].
     #[must_use]
     pub const fn allowed(self) -> (f64, f64) {
         match self {
@@ -32,7 +32,7 @@ impl Quantity {
         }
     }
 
-    /// The unit, in words.
+    /// Name of the unit.
     #[must_use]
     pub const fn unit(self) -> &'static str {
         match self {
@@ -51,7 +51,7 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// A channel; [`Recording::build`] checks its numbers.
+    /// A channel; [`Recording::build`] checks its values.
     #[must_use]
     pub fn new(name: impl Into<String>, quantity: Quantity, values: Vec<f64>) -> Self {
         Self { name: name.into(), quantity, values }
@@ -63,24 +63,24 @@ impl Channel {
         &self.name
     }
 
-    /// What the numbers are.
+    /// The quantity.
     #[must_use]
     pub const fn quantity(&self) -> Quantity {
         self.quantity
     }
 
-    /// The numbers, in degrees or volts.
+    /// The values, in degrees or volts.
     #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// The angles as the cores want them.
+    /// The angles in radians, as the cores take them.
     pub fn radians(&self) -> impl ExactSizeIterator<Item = Radians> + '_ {
         self.values.iter().map(|&degrees| Radians::from_degrees(degrees as f32))
     }
 
-    /// Name and quantity of a column by its heading; `None` for a heading that says neither.
+    /// Name and quantity of a column from its heading; `None` for a heading that is neither an angle nor a pin.
     ///
     /// ```
     /// use gait_trace::{Channel, Quantity};
@@ -110,35 +110,35 @@ impl Channel {
     }
 }
 
-/// Why a table was refused. `row` counts the rows of numbers from 0.
+/// Why a table is not valid. `row` counts the rows of numbers from 0.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RecordingError {
     /// Fewer than two rows.
     #[error("{rows} rows of numbers; allowed are 2 or more")]
     TooFewRows {
-        /// How many there are.
+        /// Number of rows.
         rows: usize,
     },
-    /// No channel beside time.
-    #[error("no channel beside the time; allowed are 1 or more")]
+    /// There is no channel besides time.
+    #[error("no channel besides the time; allowed are 1 or more")]
     NoChannels,
-    /// A channel with more or fewer rows than there are times.
-    #[error("channel `{channel}` has {found} rows; allowed are {wanted}, one a time")]
+    /// A channel has more or fewer rows than the time column.
+    #[error("channel `{channel}` has {found} rows; allowed are {wanted}, one per time")]
     Length {
         /// The channel.
         channel: String,
-        /// Its rows.
+        /// Number of its rows.
         found: usize,
-        /// The times.
+        /// Number of times.
         wanted: usize,
     },
-    /// Two channels of one name.
-    #[error("channel `{channel}` is there twice; allowed is once")]
+    /// Two channels have one name.
+    #[error("channel `{channel}` occurs twice; allowed is once")]
     Twice {
         /// The channel.
         channel: String,
     },
-    /// A time that is not finite.
+    /// A time is not finite.
     #[error("row {row}: time {value} s; allowed is a finite number")]
     TimeNotFinite {
         /// The row.
@@ -146,7 +146,7 @@ pub enum RecordingError {
         /// The time.
         value: f64,
     },
-    /// A time that is not after the one before.
+    /// A time is not later than the time of the row before.
     #[error("row {row}: time {value} s after {before} s; allowed is a later time in each row")]
     TimeOrder {
         /// The row.
@@ -156,35 +156,35 @@ pub enum RecordingError {
         /// The time of the row before.
         before: f64,
     },
-    /// A number that is not finite, or so large that the unit must be wrong.
+    /// A value is not finite or out of range; usually the unit is wrong.
     #[error("row {row}: `{channel}` is {value} {unit}; allowed is {least} to {most}")]
     Value {
         /// The row.
         row: usize,
         /// The channel.
         channel: String,
-        /// The number.
+        /// The value.
         value: f64,
-        /// Unit of the three.
+        /// Unit of the values.
         unit: &'static str,
-        /// Least that is allowed.
+        /// Smallest allowed value.
         least: f64,
-        /// Most that is allowed.
+        /// Largest allowed value.
         most: f64,
     },
 }
 
-/// A channel was asked for that is not there.
+/// The recording does not have the requested channel.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("no channel `{wanted}`; the recording has {have}")]
 pub struct NoChannel {
-    /// What was asked for.
+    /// The requested name.
     pub wanted: String,
-    /// What there is, in words.
+    /// The names of the recording's channels.
     pub have: String,
 }
 
-/// A checked table.
+/// A checked table of times and channels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     time_s: Vec<f64>,
@@ -192,10 +192,10 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Checks the table.
+    /// Checks the table and builds the recording.
     ///
     /// # Errors
-    /// The first rule that it breaks.
+    /// The first rule that the table breaks.
     ///
     /// ```
     /// use gait_trace::{Channel, Quantity, Recording, RecordingError};
@@ -250,7 +250,7 @@ impl Recording {
         &self.channels
     }
 
-    /// From the first to the last row.
+    /// Time from the first to the last row, seconds.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.time_s[self.time_s.len() - 1] - self.time_s[0]
@@ -259,7 +259,7 @@ impl Recording {
     /// The channel of that name.
     ///
     /// # Errors
-    /// There is none; the error lists what there is.
+    /// The recording has no such channel; the error lists its channels.
     pub fn channel(&self, name: &str) -> Result<&Channel, NoChannel> {
         self.channels.iter().find(|channel| channel.name == name).ok_or_else(|| NoChannel {
             wanted: name.into(),
@@ -267,7 +267,7 @@ impl Recording {
         })
     }
 
-    /// A recording of that one channel alone.
+    /// A recording of one channel only.
     ///
     /// # Errors
     /// As [`Recording::channel`].
@@ -275,11 +275,10 @@ impl Recording {
         Ok(Self { time_s: self.time_s.clone(), channels: vec![self.channel(name)?.clone()] })
     }
 
-    /// The channel that a sensor on this joint would have measured: the joint's own (`left_knee`), or the only channel of a
-    /// recording of one.
+    /// The channel of a joint: the one of the joint's name (`left_knee`), or the only channel of a recording that has one.
     ///
     /// # Errors
-    /// The recording has several channels and none of them is the joint's.
+    /// The recording has several channels and none has the joint's name.
     pub fn of_joint(&self, joint: joint_units::Joint) -> Result<&Channel, NoChannel> {
         match self.channels.as_slice() {
             [only] => Ok(only),
@@ -287,7 +286,7 @@ impl Recording {
         }
     }
 
-    /// The value of a channel at a time, linear in between and held at both ends.
+    /// The value of a channel at a time in seconds: linear between rows, constant beyond both ends.
     #[must_use]
     pub fn at(&self, channel: &Channel, time_s: f64) -> f64 {
         let right = self.time_s.partition_point(|&row| row <= time_s);
@@ -313,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn every_rule_is_kept() {
+    fn every_rule_is_checked() {
         let times = vec![0.0, 1.0];
         let good = || angle("knee", vec![1.0, 2.0]);
         let build = |times: &[f64], channels: Vec<Channel>| Recording::build(times.to_vec(), channels).unwrap_err();
@@ -335,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_name_their_quantity() {
+    fn headings_give_the_quantity() {
         for bad in ["", "_deg", "Left_deg", "knee deg", "PA16", "PA01", "PJ1", "P", "PA", "knee", "time_s", "PÄ1"] {
             assert_eq!(Channel::of_column(bad), None, "{bad}");
         }
@@ -346,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn values_between_rows_are_linear_and_ends_are_held() {
+    fn values_are_linear_between_rows_and_constant_beyond() {
         let recording = Recording::build(vec![1.0, 2.0, 4.0], vec![angle("knee", vec![0.0, 10.0, 0.0])]).unwrap();
         let knee = &recording.channels()[0];
         for (time, want) in [(0.0, 0.0), (1.0, 0.0), (1.25, 2.5), (2.0, 10.0), (3.0, 5.0), (4.0, 0.0), (9.0, 0.0)] {
@@ -355,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn a_single_channel_stands_for_any_joint_but_several_do_not() {
+    fn only_a_single_channel_stands_for_any_joint() {
         use joint_units::Joint;
         let times = vec![0.0, 1.0];
         let one = Recording::build(times.clone(), vec![angle("knee", vec![1.0, 2.0])]).unwrap();

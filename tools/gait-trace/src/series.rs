@@ -1,7 +1,7 @@
-//! Series of equal steps: values between samples, runs of samples, and simple statistics.
+//! Functions on a series of equal time steps: interpolation, runs of samples, simple statistics.
 
-/// The value of a series of equal steps at a place between its samples, by the cubic through the four samples around it
-/// (held at the ends). `place` is in samples.
+/// The value at a place between samples, by the cubic through the four samples around it; constant beyond the ends. `place` is in
+/// samples.
 #[must_use]
 pub(crate) fn between(x: &[f64], place: f64) -> f64 {
     let last = x.len().saturating_sub(1);
@@ -15,7 +15,7 @@ pub(crate) fn between(x: &[f64], place: f64) -> f64 {
     let i = place as usize;
     let u = place - i as f64;
     let (x0, x1) = (x[i], x[i + 1]);
-    // Beyond an end the parabola goes on.
+    // At an end the parabola is extrapolated for the missing sample.
     let before = if i > 0 {
         x[i - 1]
     } else if last >= 2 {
@@ -40,12 +40,12 @@ pub(crate) fn runs(samples: usize, is: impl Fn(usize) -> bool) -> Vec<(usize, us
     runs
 }
 
-/// Median; 0 of nothing.
+/// The median; 0 for no values.
 pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     quantile(values, 0.5)
 }
 
-/// The value below which that share lies; 0 of nothing.
+/// The quantile at a fraction of 0 to 1, linear between values; 0 for no values.
 pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
     let mut sorted: Vec<f64> = values.into_iter().collect();
     sorted.sort_by(f64::total_cmp);
@@ -58,7 +58,7 @@ pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64
     }
 }
 
-/// Largest minus least; 0 of nothing.
+/// Largest minus smallest value; 0 for no values.
 pub(crate) fn range(x: &[f64]) -> f64 {
     let (least, most) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &x| (a.min(x), b.max(x)));
     if most > least { most - least } else { 0.0 }

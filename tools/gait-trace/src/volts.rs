@@ -1,8 +1,8 @@
-//! Angles backwards through a calibration: the volts that a sensor on the leg would have given.
+//! Converts joint angles to the volts that a calibrated sensor on the joint would have given.
 //!
 //! `V_pin = calibration^-1(angle) / divider`, rounded to a microvolt (one code of 12 bit at 3.3 V is 806). The angles are
-//! real, the sensor is not: such volts are called **semi-synthetic** wherever they are used. Nothing is added; noise, supply
-//! droop and faults are for whoever needs them to add and to name.
+//! real, the sensor is not: such volts are called **semi-synthetic** wherever they are used. Noise, supply droop and faults are not
+//! included; a caller that needs them adds and names them.
 
 use crate::recording::{Channel, Quantity, Recording, RecordingError};
 use hgod_adc::{Calibration, OutOfTable};
@@ -15,50 +15,49 @@ pub enum VoltsError {
     NotAngles {
         /// The channel.
         channel: String,
-        /// What it holds.
+        /// The quantity that it holds.
         quantity: Quantity,
     },
-    /// The name is no pin.
-    #[error("`{pin}` is no pin; allowed is for example `PA1`")]
+    /// The name is not a pin.
+    #[error("`{pin}` is not a pin; allowed is for example `PA1`")]
     Pin {
         /// The name.
         pin: String,
     },
-    /// The divider is no divider.
+    /// The divider is not a finite number above 0.
     #[error("divider {divider}; allowed is a number above 0")]
     Divider {
-        /// What was given.
+        /// The given value.
         divider: f32,
     },
-    /// An angle for which the calibration has no volts.
+    /// An angle is outside of the calibration table.
     #[error(
         "`{channel}` is {angle_deg} degrees at {time_s} s, {why}; allowed is {least_deg:.2} to {most_deg:.2} degrees"
     )]
     OutOfTable {
         /// The channel.
         channel: String,
-        /// When.
+        /// Time of the row, seconds.
         time_s: f64,
-        /// The angle.
+        /// The angle, degrees.
         angle_deg: f64,
-        /// On which side.
+        /// Side of the table.
         why: OutOfTable,
-        /// Least angle of the table.
+        /// Smallest angle of the table, degrees.
         least_deg: f32,
-        /// Greatest angle of the table.
+        /// Largest angle of the table, degrees.
         most_deg: f32,
     },
-    /// The volts are none that a pin can have.
+    /// The volts are out of the range of a pin.
     #[error("the volts at the pin: {0}")]
     Volts(#[from] RecordingError),
 }
 
 impl Recording {
-    /// The semi-synthetic volts at a pin that is wired through a divider to a sensor with this calibration on the joint of
-    /// `channel`.
+    /// The semi-synthetic volts of `channel` at a pin: a sensor with this calibration on that joint, wired through a divider.
     ///
     /// # Errors
-    /// The channel holds no angles or one that the calibration does not reach, or there is no such pin or divider.
+    /// The channel holds no angles, an angle is outside of the calibration, or pin or divider are not valid.
     ///
     /// ```
     /// use gait_trace::{Channel, Quantity, Recording};
@@ -121,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn volts_lead_back_to_the_angle() {
+    fn volts_convert_back_to_the_angle() {
         let angles: Vec<f64> = (-50..88).map(f64::from).collect();
         let walk = walk(Quantity::Angle, angles.clone());
         let volts = walk.semi_synthetic_volts(&walk.channels()[0], &calibration(), 1.5, "PC3").unwrap();
@@ -132,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_volts_is_refused() {
+    fn bad_inputs_are_refused() {
         let angles = walk(Quantity::Angle, vec![0.0, 150.0]);
         let knee = &angles.channels()[0];
         let error = angles.semi_synthetic_volts(knee, &calibration(), 1.0, "PA1").unwrap_err().to_string();

@@ -209,8 +209,9 @@ fn what_cannot_be_known_is_said_and_left() {
     doubled.joints[3] = doubled.joints[2].clone();
     let out = done(&doubled);
     let lines: Vec<String> = out.findings.iter().map(Finding::to_string).collect();
-    let line =
-        |part: &str| format!("the {part} are 0.00 of a stride apart, not half: columns may be mixed up; left as it is");
+    let line = |part: &str| {
+        format!("left and right {part} are 0.00 strides apart, not 0.5: columns may be exchanged; not changed")
+    };
     assert_eq!(lines, [line("hips"), line("knees")]);
 
     // A knee whose sensor was strapped on 40 degrees off and that bends as it should: the mean says no, the shape yes.
@@ -244,7 +245,10 @@ fn times_are_understood_or_refused_with_the_row() {
         condition(&raw, &Rules::default())
     };
     let error = times(&|t| t[100] = t[98]).unwrap_err();
-    assert_eq!(error.to_string(), "walk.csv: row 101: time 0.98 s after 0.99 s; allowed are times that increase");
+    assert_eq!(
+        error.to_string(),
+        "walk.csv: row 101: time 0.98 s after 0.99 s; allowed are times that increase: sort the rows, or split the file"
+    );
     let error = times(&|t| t[7] = f64::NAN).unwrap_err();
     assert!(matches!(error, ConditionError::TimeNotFinite { row: 8, .. }), "{error}");
     let error = times(&|t| t[300] = 1e12).unwrap_err();
@@ -257,7 +261,7 @@ fn times_are_understood_or_refused_with_the_row() {
     assert_eq!((out.start_s, out.recording.time_s()[0], out.findings.len()), (1_000.0, 0.0, 0));
     let out = times(&|t| t[120] = t[119]).unwrap();
     let said: Vec<String> = out.findings.iter().map(Finding::to_string).collect();
-    assert_eq!(said[0], "rows with the time of the row before: 1, the first at 1.190 s; dropped");
+    assert_eq!(said[0], "rows with the same time as the row before: 1, the first at 1.190 s; dropped");
     assert!(off(&out, Joint::LeftKnee, |t| angle(Joint::LeftKnee, t / 1.1)) < 0.5);
 }
 
@@ -280,7 +284,7 @@ fn what_is_no_recording_of_degrees_is_refused() {
     let error = refused(&missing).to_string();
     assert_eq!(
         error,
-        "walk.csv: 66 % of right_knee cannot be used (gaps and jumps too long to bridge); allowed is 50 %"
+        "walk.csv: 66 % of right_knee cannot be used (gaps and jumps too long to bridge); allowed is up to 50 %"
     );
     let mut far = walk(3.0, 100.0, 1.1, 0.0);
     column(&mut far, Joint::LeftHip).iter_mut().for_each(|x| *x *= 10.0);

@@ -12,7 +12,7 @@ fn error(bytes: &[u8]) -> TraceError {
 }
 
 #[test]
-fn each_kind_of_fault_names_file_line_column_and_what_is_allowed() {
+fn each_fault_names_file_line_column_and_allowed_values() {
     let number = "allowed is a decimal number such as -12.5";
     for (bytes, place, words, allowed) in [
         (&b""[..], "walk.csv: ", "is empty", "allowed is a header"),
@@ -58,10 +58,15 @@ fn each_kind_of_fault_names_file_line_column_and_what_is_allowed() {
         (
             b"time_s,knee_deg\n0,1\n1,314.2\n",
             "walk.csv:3: column 2 `knee_deg`: ",
-            "314.2 degrees: wrong unit?",
+            "314.2 degrees is out of range (wrong unit?)",
             "allowed is -200 to 200 degrees",
         ),
-        (b"time_s,PA1\n0,1\n1,1650\n", "walk.csv:3: column 2 `PA1`: ", "1650 volts: wrong unit?", "-0.5 to 6 volts"),
+        (
+            b"time_s,PA1\n0,1\n1,1650\n",
+            "walk.csv:3: column 2 `PA1`: ",
+            "1650 volts is out of range (wrong unit?)",
+            "-0.5 to 6 volts",
+        ),
         (b"\x7fELF\x01\x01\x00\x00", "walk.csv:1: ", "is not text (byte 0x7f)", "allowed is UTF-8 text"),
         (b"time_s,knee_deg\n0,1\n\x89PNG\n", "walk.csv:3: ", "is not text (byte 0x89)", "allowed is UTF-8 text"),
         (b"time_s,knee_deg\n0,1\n1,\x00\n", "walk.csv:3: ", "is not text (byte 0x00)", "allowed is UTF-8 text"),

@@ -41,7 +41,7 @@ fn c3d_files() {
             .map(|(name, place)| (name.to_owned(), vec![Some(place); 40]))
             .into();
     let unseen = vec![("LKneeAngles".to_owned(), vec![None; 40])];
-    // Labels of length 0, 255 to the 6th of them, take no room in the file.
+    // Labels of length 0, 255 to the 6th of them, take no bytes in the file.
     let endless = [vec![0xff, 7, 0], vec![255; 6]].concat();
     check(
         vec![
@@ -159,7 +159,7 @@ fn c3d_files() {
                 &["byte 20: the frame rate is 0; allowed is above 0"],
             ),
             damage(
-                "a rate that is no number",
+                "a rate that is not a number",
                 "a.c3d",
                 with(&[(rate, &f32::NAN.to_le_bytes()), (20, &f32::NAN.to_le_bytes())]),
                 &["byte 20: the frame rate is NaN"],
@@ -171,7 +171,7 @@ fn c3d_files() {
                 &["byte 12: the scale of the points is 0; allowed is below 0 for floats"],
             ),
             damage(
-                "a scale that is no number",
+                "a scale that is not a number",
                 "a.c3d",
                 with(&[(scale, &f32::INFINITY.to_le_bytes())]),
                 &["byte 12: the scale of the points is inf"],
@@ -238,10 +238,10 @@ fn c3d_files() {
                 &["neither joint angles nor joint centres: the points are `LASI`", "`LHJC`"],
             ),
             damage(
-                "a walker who lies",
+                "a person who lies",
                 "a.c3d",
                 C3d::new(Format::Intel, None, 100.0, lying).bytes(),
-                &["the direction of walking cannot be told"],
+                &["the direction of walking does not follow from the trajectories"],
             ),
             damage(
                 "points that nobody saw",

@@ -64,7 +64,7 @@ fn joints_times_gaps_and_losses_are_read() {
     assert!((0..300).all(|n| n == 5 || knee.angle_deg[n] == angle(n)));
     assert_eq!(raw.joints.iter().flatten().count(), 1, "a setpoint is no measured joint");
     assert_eq!(raw.format, "MCAP, JSON, 1 joints of 2 channels");
-    assert!(raw.notes.iter().any(|note| note.contains("7 samples were lost")), "{:?}", raw.notes);
+    assert!(raw.notes.iter().any(|note| note.contains("7 lost samples")), "{:?}", raw.notes);
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn channels_of_the_same_times_make_one_table_and_a_map_chooses() {
     assert!(error.contains("the map takes `left_knee` from `/c`") && error.contains("`/b.gonio_deg`"), "{error}");
 }
 
-/// The recorder was killed: what is whole is read, and it is said that the end is missing.
+/// A recorder that was stopped: the complete chunks are read, with a note that the end is missing.
 #[test]
 fn a_file_without_its_end_is_read_up_to_the_last_whole_chunk() {
     let whole = knee(300);
@@ -96,7 +96,7 @@ fn a_file_without_its_end_is_read_up_to_the_last_whole_chunk() {
         match read(&whole[..cut]) {
             Ok(raw) => {
                 assert_eq!(raw.time_s.len() % (CHUNK / 2), 0, "cut at {cut}");
-                assert!(raw.notes.iter().any(|note| note.contains("The file has no end")), "cut at {cut}");
+                assert!(raw.notes.iter().any(|note| note.contains("The file has no end record")), "cut at {cut}");
                 assert!(raw.time_s.len() >= most, "cut at {cut}");
                 most = raw.time_s.len();
             }
@@ -136,13 +136,13 @@ fn damage_is_told() {
     for (what, bytes, words) in [
         ("a bit", bent, "Chunk CRC failed"),
         ("a length", long, "longer than the whole file"),
-        ("magic alone", mcap::MAGIC.to_vec(), "no column is a joint"),
+        ("magic alone", mcap::MAGIC.to_vec(), "no column is recognised as a joint"),
         ("compressed", lz4, "compressed with lz4; allowed are chunks that are not"),
-        ("another encoding", cdr, "no column is a joint; there are the channels `/joint_states (cdr)`"),
-        ("no joint", file(&text(r#"{"x": 1}"#)), "no column is a joint; there are `/sensor.x`"),
-        ("two", file(&text(two)), "both look like `left_knee`"),
+        ("another encoding", cdr, "no column is recognised as a joint; there are the channels `/joint_states (cdr)`"),
+        ("no joint", file(&text(r#"{"x": 1}"#)), "no column is recognised as a joint; there are `/sensor.x`"),
+        ("two", file(&text(two)), "are both recognised as `left_knee`"),
         ("a word", file(&later), "`/sensor.left_knee_deg` is \"ten\"; allowed is a number or null"),
-        ("no JSON", file(&junk), "message: is no JSON object"),
+        ("no JSON", file(&junk), "message: is not a JSON object"),
         ("a long message", file(&huge), "message: 80020 bytes; allowed are up to 65536"),
         ("one message", file(&text(r#"{"left_knee_deg": 10}"#)[..1]), "1 rows of numbers; allowed are 2 or more"),
     ] {

@@ -1,5 +1,5 @@
 //! Every file of the corpus, and thousands of damaged copies of each, through every reader: no panic, and whatever is read
-//! keeps the promises of `RawJoints`. The same seeds, the same files, each time.
+//! satisfies the guarantees of `RawJoints`. The same seeds, the same files, each time.
 
 mod support;
 

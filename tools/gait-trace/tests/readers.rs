@@ -86,7 +86,7 @@ fn csv_of_anybody_has_any_names_delimiters_and_units() {
         }
     }
     // Nothing says the unit: the numbers do, and a note says so.
-    for (scale, word) in [(1.0, "taken as degrees"), (radians, "taken as radians")] {
+    for (scale, word) in [(1.0, "read as degrees"), (radians, "read as radians")] {
         let raw = read("walk.csv", write("time_s,x,lhip,rhip,lknee,rknee", ',', false, scale, "\n").as_bytes());
         assert!(worst(&raw, &walk) < 1e-9 && has_note(&raw, word), "{:?}", raw.notes);
     }
@@ -208,7 +208,7 @@ const AXES: [([f64; 3], [f64; 3]); 6] = [
 ];
 
 #[test]
-fn c3d_joint_centres_give_the_angles_they_were_made_of_whichever_way_is_up() {
+fn c3d_joint_centres_give_their_angles_for_every_up_axis() {
     let walk = walk();
     for (up, forward) in AXES {
         for step_mm in [0.0, 6.0] {
@@ -227,12 +227,12 @@ fn c3d_joint_centres_give_the_angles_they_were_made_of_whichever_way_is_up() {
 }
 
 #[test]
-fn c3d_forward_turns_with_the_walker() {
+fn c3d_forward_turns_with_the_person() {
     let walk = walk();
     let stand = Stand { up: [0.0, 0.0, 1.0], forward: [1.0, 0.0, 0.0], step_mm: 8.0, turn_deg: 90.0 };
     let file = C3d::new(Format::Intel, None, rate_hz(&walk), centre_points(&walk, stand));
     let raw = read("walk.c3d", &file.bytes());
-    assert!(has_note(&raw, "The walker turns by up to 3"), "{:?}", raw.notes);
+    assert!(has_note(&raw, "The person turns by up to 3"), "{:?}", raw.notes);
     // Where the window is whole, the mean over it is the direction in its middle; at the ends it lags by up to a quarter.
     let middle = 100..270;
     for which in Joint::ALL {
@@ -251,18 +251,18 @@ fn c3d_says_what_does_not_agree() {
     let mut file = C3d::new(Format::Intel, None, rate_hz(&walk), centre_points(&walk, stand));
     file.texts.push(("POINT", "Y_SCREEN", "+Y"));
     let raw = read("walk.c3d", &file.bytes());
-    assert!(has_note(&raw, "POINT:Y_SCREEN says +Y and is not believed"), "{:?}", raw.notes);
+    assert!(has_note(&raw, "POINT:Y_SCREEN names +Y and is ignored"), "{:?}", raw.notes);
     file.texts[0].2 = "+Z";
-    assert!(has_note(&read("walk.c3d", &file.bytes()), "as POINT:Y_SCREEN says"));
+    assert!(has_note(&read("walk.c3d", &file.bytes()), "POINT:Y_SCREEN agrees"));
     // Left and right swapped: forward from the hips is then backward.
     for (name, _) in &mut file.points {
         *name = if name.starts_with('L') { name.replacen('L', "R", 1) } else { name.replacen('R', "L", 1) };
     }
-    assert!(has_note(&read("walk.c3d", &file.bytes()), "left and right are swapped"));
+    assert!(has_note(&read("walk.c3d", &file.bytes()), "left and right exchanged"));
 }
 
 #[test]
-fn c3d_of_one_leg_needs_a_walker_who_walks() {
+fn c3d_of_one_leg_needs_a_person_who_walks() {
     let walk = walk();
     let one_leg = |step_mm| {
         let stand = Stand { up: [0.0, 0.0, 1.0], forward: [0.0, 1.0, 0.0], step_mm, turn_deg: 0.0 };
@@ -273,11 +273,11 @@ fn c3d_of_one_leg_needs_a_walker_who_walks() {
     let knee = &raw.joints[3].as_ref().unwrap().angle_deg;
     assert!(knee.iter().zip(joint(&walk, Joint::RightKnee)).all(|(a, b)| (a - b).abs() < 0.001));
     let error = open::of_bytes("walk.c3d", &one_leg(0.0), &ReadOptions::default()).unwrap_err().to_string();
-    assert!(error.contains("the direction of walking cannot be told"), "{error}");
+    assert!(error.contains("the direction of walking does not follow from the trajectories"), "{error}");
 }
 
 #[test]
-fn c3d_points_that_were_not_seen_are_missing_and_markers_are_averaged() {
+fn c3d_unseen_points_are_missing_and_markers_are_averaged() {
     let walk = walk();
     let mut file = c3d_of_angles(Format::Mips, Some(0.01));
     file.points[3].1[17] = None;
@@ -304,7 +304,7 @@ fn c3d_points_that_were_not_seen_are_missing_and_markers_are_averaged() {
 }
 
 #[test]
-fn c3d_with_more_frames_than_the_header_counts_and_more_names_than_one_parameter_holds() {
+fn c3d_long_files_have_counts_and_names_in_parameters() {
     let frames = 70_000;
     let angle = |n: usize| (n as f32 * 0.01).sin() * 60.0 + 1.0;
     let points = vec![("LKneeAngles".to_owned(), (0..frames).map(|n| Some([angle(n), 0.0, 1.0])).collect())];
@@ -320,7 +320,7 @@ fn c3d_with_more_frames_than_the_header_counts_and_more_names_than_one_parameter
 }
 
 #[test]
-fn c3d_sections_that_count_their_blocks_wrongly_are_read_up_to_the_data() {
+fn c3d_sections_with_wrong_block_counts_are_read() {
     for blocks in [0, 1] {
         let mut points = angle_points(&walk());
         points
@@ -422,11 +422,11 @@ fn oscilloscopes_of_all_dialects() {
         // Without the map, and without the table, there is nothing to be said.
         how.map.clear();
         let error = open::of_bytes("scope.csv", text.as_bytes(), &how).unwrap_err().to_string();
-        assert!(error.contains("nothing says which joint a channel is; the file has `CH1`"), "{error}");
+        assert!(error.contains("no channel is assigned to a joint; the file has `CH1`"), "{error}");
         how.add_map("left_knee=CH1").unwrap();
         how.calibration = None;
         let error = open::of_bytes("scope.csv", text.as_bytes(), &how).unwrap_err().to_string();
-        assert!(error.contains("`CH1` is in volts; allowed is with a calibration table"), "{error}");
+        assert!(error.contains("`CH1` is in volts; allowed is with a calibration that converts"), "{error}");
     }
 }
 
@@ -436,7 +436,7 @@ fn volts_in_a_csv_of_our_own_go_through_the_calibration() {
     let mut how = ReadOptions { calibration: Some(&calibration), ..ReadOptions::default() };
     let text = format!("time_s,PA1\n0,{}\n0.01,{}\n0.02,3.0\n", volts(10.0), volts(20.0));
     let error = open::of_bytes("volts.csv", text.as_bytes(), &how).unwrap_err().to_string();
-    assert!(error.contains("nothing says which joint a channel is; the file has `PA1`"), "{error}");
+    assert!(error.contains("no channel is assigned to a joint; the file has `PA1`"), "{error}");
     how.add_map("left_knee=PA1").unwrap();
     let raw = open::of_bytes("volts.csv", text.as_bytes(), &how).unwrap();
     let knee = &raw.joints[2].as_ref().unwrap().angle_deg;

@@ -133,7 +133,7 @@ fn tiles(done: &Conditioned, walk: &Strides, name: &str) {
 }
 
 #[test]
-fn every_bilateral_recording_gives_its_strides_and_a_cycle_that_six_harmonics_fit() {
+fn bilateral_recordings_give_strides_that_6_harmonics_fit() {
     let Some(folder) = folder("strides of many recordings") else { return };
     let mut table = String::from(
         "\nfile: strides, period s (sd %), stride sd deg, closure deg, asymmetry deg, six harmonics hip/knee deg\n",
@@ -188,7 +188,7 @@ fn every_bilateral_recording_gives_its_strides_and_a_cycle_that_six_harmonics_fi
 /// together within a tenth, stride times within a sixth.
 #[test]
 fn variability_agrees_with_what_others_found() {
-    let Some(folder) = folder("variability of three walkers") else { return };
+    let Some(folder) = folder("variability of three persons") else { return };
     let known: [(&str, [f64; 4], Option<f64>); 3] = [
         ("gaitprint_young_overground", [1.08, 1.13, 0.89, 1.24], Some(1.26)),
         ("gaitprint_middle_overground", [0.76, 0.94, 0.86, 1.21], Some(1.13)),
@@ -264,7 +264,7 @@ fn only_the_walking_of_a_whole_trial_is_kept() {
 #[test]
 fn real_recordings_turned_and_exchanged_come_back() {
     let Some(folder) = folder("conventions on real recordings") else { return };
-    // A patient's crouch has no usual lead of the knee over the hip; a trial that is half standing is told by its walking.
+    // A patient's crouch has no usual lead of the knee over the hip; a trial that is half standing is judged by its walking part.
     for (name, ..) in BILATERAL.into_iter().filter(|file| !file.0.contains("crouch")) {
         let sound = raw(&folder.join(format!("{name}.csv")));
         let wanted = condition(&sound, &Rules::default()).unwrap().recording;

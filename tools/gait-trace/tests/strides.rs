@@ -1,4 +1,4 @@
-//! Strides against known truth: the phase that was walked is known, and so is what is no stride.
+//! Strides of synthetic gait whose phase, and the parts without strides, are known.
 
 mod synthetic;
 
@@ -219,7 +219,7 @@ fn what_has_no_strides_says_why() {
     let mut three = walk(5.0, 100.0, 1.1, 0.0);
     three.joints[1] = None;
     let error = strides::segment(&done(&three)).unwrap_err();
-    assert_eq!(error.to_string(), "no right_hip; allowed for a cycle are both hips and both knees");
+    assert_eq!(error.to_string(), "no right_hip; allowed is a recording with both hips and both knees");
     assert!(cut::cut(&done(&three)).unwrap().spans.len() >= 3);
 
     let mut knee = walk(5.0, 100.0, 1.1, 0.0);

@@ -1,8 +1,8 @@
-//! How fast the thesis' genetic algorithm is here: 100,000 evaluations of 5 s of the four-joint network, Runge-Kutta at 1 ms and at
-//! 5 ms, in f32 lanes on one core and on two, beside a naive f64 loop, beside what the processor could do at best, and beside
-//! GNU Octave with `ode45` and `octave-ga`, if there is an `octave-cli` on the path.
+//! Measures the speed of the thesis' genetic algorithm: 100,000 evaluations of 5 s of the four-joint network, Runge-Kutta at 1 ms and at
+//! 5 ms, in f32 lanes on one core and on two, compared with a plain f64 loop, with the peak of the processor, and with
+//! GNU Octave (`ode45` and `octave-ga`) if `octave-cli` is on the path.
 //!
-//! Runs that last are timed by what they took of the processor, so that other work on the machine does not count, and by the clock.
+//! Long runs are timed by their processor time, so that other work on the machine does not count, and by the clock.
 //!
 //! `cargo run --profile host -p reproduce --example search_speed`
 
@@ -27,7 +27,7 @@ fn main() {
 
     println!("Median (best) of {REPEATS} or more runs.\n");
     println!("| what | ns per network step | 100,000 evaluations | by the clock |\n|---|---|---|---|");
-    // The best of many short runs: what others do on the machine can only slow it down.
+    // The best of many short runs: other work on the machine can only slow it down.
     let floor = (0..60).map(|_| Arch::new().dispatch(Peak)).fold(f64::MAX, f64::min);
     println!("| floor: {STEP_INSTRUCTIONS} instructions a step at this processor's peak, one core | {floor:.2} | | |");
     for (name, grid) in [("1 ms", Grid::FINE), ("5 ms", Grid::SEARCH)] {
@@ -70,7 +70,7 @@ fn main() {
     octave();
 }
 
-/// What Octave's script says, or why there is nothing.
+/// Prints the results of the Octave script, or why there are none.
 fn octave() {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../benches/octave/thesis_ga.m");
     let run = Command::new("octave-cli").args(["--no-gui", "--quiet"]).arg(script).output();
@@ -115,7 +115,7 @@ impl Times {
     }
 }
 
-/// Seconds that all threads of this process have had of a processor, to a hundredth; none where the system does not say.
+/// Processor time of all threads of this process in seconds, to a hundredth; `None` if the system does not report it.
 fn cpu_seconds() -> Option<f64> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
     // After the name in brackets: user and system time are the 12th and 13th field, in hundredths.
@@ -130,7 +130,7 @@ fn time<R>(work: impl FnOnce() -> R) -> f64 {
     start.elapsed().as_secs_f64()
 }
 
-/// As many individuals as fill all lanes, for long enough that threads are awake.
+/// Enough individuals to fill all lanes of all threads.
 fn population(genes: &Genes) -> Vec<Network> {
     let mut random = Random::new(1);
     let near = |random: &mut Random| -> Vec<f64> { (0..12).map(|_| 0.2 + 0.1 * random.unit()).collect() };
@@ -150,8 +150,8 @@ fn genetic(genes: &Genes, target: &Target, grid: Grid, seed: u64) -> (f64, usize
     (seconds, evaluator.evaluations())
 }
 
-/// Nanoseconds that the instructions of one network step take at the processor's peak: nothing waits for anything, and nothing comes
-/// from memory. Of 164, 132 are multiplications and multiply-adds and 32 additions, which some processors do beside them; so four to one.
+/// Nanoseconds that the instructions of one network step take at the processor's peak, without dependencies and without memory
+/// access. Of 164, 132 are multiplications and multiply-adds and 32 additions, which some processors do beside them; so four to one.
 struct Peak;
 
 impl WithSimd for Peak {
@@ -181,7 +181,7 @@ impl WithSimd for Peak {
     }
 }
 
-/// The textbook: y' = f(y), four stages, arrays of f64.
+/// The textbook form: y' = f(y), four stages, arrays of f64.
 fn naive(network: &Network, h: f64, steps: usize) -> f64 {
     let field = |y: &[f64; 8]| -> [f64; 8] {
         let mut dy = [0.0; 8];

@@ -1,4 +1,4 @@
-//! The thesis' network found again from its own waveform: the thesis' genetic algorithm with its 12 genes, beside what finds it sooner.
+//! Recovers the thesis' network from its own waveform: the thesis' genetic algorithm with its 12 genes, and four other searches.
 //!
 //! `cargo run --profile host -p reproduce --example thesis_mode`: a table on stdout, progress on stderr, less than a minute.
 
@@ -23,9 +23,9 @@ enum Method {
     Levenberg,
 }
 
-/// What one seed came to.
+/// The result of one seed.
 struct Outcome {
-    /// Of the champion, scored again at 1 ms in f64, degrees.
+    /// Error of the champion at 1 ms in f64, degrees.
     rmse: f64,
     history: Vec<(usize, f64)>,
     evaluations: usize,
@@ -131,37 +131,37 @@ fn search(method: Method, genes: &Genes, target: &Target, seed: u64) -> Outcome 
     }
 }
 
-/// What becomes of "error converged to 0.001".
+/// Prints what the thesis' statement "error converged to 0.001" amounts to.
 fn claim(truth: &Network, target: &Target) {
     let own = errors(&[*truth], target, Grid::SEARCH, false)[0].rmse_deg();
     println!(
         "\n\"Error converged to 0.001\": the true genes themselves err by {own:.1e} degrees in the search's own arithmetic"
     );
     println!(
-        "(5 ms, f32), so 0.001 degrees can be told from the truth; which searches of a self-made target reach it, the tables say."
+        "(5 ms, f32), so 0.001 degrees is above that error; the tables show which searches reach it on a synthetic target."
     );
     let Some((stride, period_s, next)) = recorded() else {
-        println!("The recording in tests/traces could not be read; nothing is said about recorded gait.");
+        println!("The recording in tests/traces could not be read, so there is no result for recorded gait.");
         return;
     };
     eprintln!("a recorded stride");
     let fit = fit_thesis(&stride, period_s, &SearchSettings::default(), &mut |_| ());
     println!(
-        "\nA recorded stride of {period_s:.3} s (a healthy adult), all numbers free, to be held for hundreds of strides:"
+        "\nA recorded stride of {period_s:.3} s (a healthy adult), all parameters free, with an orbit that is stable for hundreds of strides:"
     );
     println!(
         "{:.1?} degrees (left hip, right hip, left knee, right knee) after {} evaluations, accepted: {}.",
         fit.rmse_deg, fit.evaluations, fit.accepted
     );
     println!(
-        "The walker's own next stride differs from this one by {next:.1} degrees. So for recorded gait 0.001 is out of reach of any"
+        "The person's own next stride differs from this one by {next:.1} degrees. So for recorded gait 0.001 is out of reach of any"
     );
     println!(
-        "search: these equations bend their sinusoids too little for a knee, and a stride is not that much like the next."
+        "search: these equations deform their sinusoids too little for a knee, and consecutive strides differ by more."
     );
 }
 
-/// The first stride of the recording that ships, its period, and how far the next one is from it, degrees.
+/// The first stride of the recording in tests/traces, its period in seconds, and the difference of the next stride in degrees.
 fn recorded() -> Option<(Cycle, f64, f64)> {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/traces/gaitkit_fukuchi_healthy.csv");
     let text = std::fs::read_to_string(path).ok()?;

@@ -1,8 +1,8 @@
-//! What the coordinates of a search mean: which numbers of a network are free, and between which bounds.
+//! Decodes a point of the unit box to a network: which parameters are free, and their ranges.
 
 use gait_fit::search::Network;
 
-/// A number of each joint.
+/// A parameter that each joint has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
     /// alpha.
@@ -25,7 +25,7 @@ pub enum Parameter {
 
 impl Parameter {
     /// Lowest and highest value, and whether a gene moves on a logarithmic scale between them. The thesis states no ranges; these
-    /// hold its Table 1 with room.
+    /// contain its Table 1 with a margin.
     ///
     /// | parameter | range | scale |
     /// |---|---|---|
@@ -90,7 +90,7 @@ impl Genes {
         Self { base, free: vec![Parameter::Difference, Parameter::Product, Parameter::Alpha] }
     }
 
-    /// With more parameters free.
+    /// The same with more parameters free.
     #[must_use]
     pub fn and(mut self, more: &[Parameter]) -> Self {
         for &parameter in more {
@@ -101,20 +101,20 @@ impl Genes {
         self
     }
 
-    /// All 32.
+    /// All 32 parameters.
     #[must_use]
     pub fn all(base: Network) -> Self {
         use Parameter::{Displacement, Mu, Offset, P, Velocity};
         Self::thesis(base).and(&[P, Mu, Offset, Displacement, Velocity])
     }
 
-    /// How many genes.
+    /// Number of genes.
     #[must_use]
     pub fn count(&self) -> usize {
         4 * self.free.len()
     }
 
-    /// The network of a point of the unit box; coordinates outside of it are taken at its border.
+    /// The network of a point of the unit box; coordinates outside are clamped to it.
     #[must_use]
     pub fn decode(&self, point: &[f64]) -> Network {
         let mut network = self.base;
@@ -139,7 +139,7 @@ mod tests {
     use crate::table_1::set_s;
 
     #[test]
-    fn each_gene_moves_its_own_number_over_its_own_range_and_no_other() {
+    fn each_gene_changes_one_parameter_over_its_range() {
         let base = set_s();
         let genes = Genes::all(base);
         assert_eq!(genes.count(), 32);

@@ -1,9 +1,9 @@
-//! Micro-GA (Krishnakumar, SPIE 1196, 1989), which the thesis names as future work: a population of five whose best always goes on,
-//! tournament, crossover always, no mutation; whenever the five have become alike, four new random ones join the best.
+//! Micro-GA (Krishnakumar, SPIE 1196, 1989), which the thesis names as future work: a population of five whose best is always kept,
+//! tournament selection, crossover always, no mutation. When the five have become similar, four new random ones join the best.
 //!
-//! As there, genes are bit strings ([`BITS`] bits each, plain binary), and the crossover cuts the whole string at one place: a cut
-//! inside of a gene makes a new value, which is all that moves a gene between restarts. "Alike" is: the others differ from the best
-//! in less than a twentieth of the bits.
+//! As in the paper, genes are bit strings ([`BITS`] bits each, plain binary), and the crossover cuts the whole string at one place. A
+//! cut inside of a gene gives a new value; nothing else changes a gene between restarts. "Similar" means that the others differ from
+//! the best in less than a twentieth of the bits.
 
 use gait_fit::search::{Evaluator, Random};
 
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cut_inside_of_a_gene_makes_a_new_value() {
+    fn a_cut_inside_a_gene_gives_a_new_value() {
         let (a, b) = ([0xFFFF; 3], [0; 3]);
         assert_eq!(cross(&a, &b, 20), [0xFFFF, 0xF000, 0]);
         assert_eq!(cross(&b, &a, 16), [0, 0xFFFF, 0xFFFF]);

@@ -1,16 +1,15 @@
-//! What a search makes small: the distance of the joints' angles from a target in time.
+//! The cost of a search: the distance of the joints' angles from a target over time.
 //!
 //! ```text
 //! J = mean over joints and samples of  w1 e^2 + w2 (de/dt)^2 + w3 (integral of e dt)^2,     e = recorded angle - network's angle
 //! ```
 //!
-//! The thesis' own fitness F = c1 e + c2 de/dt + c3 integral of e dt is *signed*: its mean falls without bound as the network swings
-//! above the recording, and errors of opposite sign cancel. It is here as [`Objective::Signed`] so that this can be shown, not to be
-//! used.
+//! The thesis' own fitness F = c1 e + c2 de/dt + c3 integral of e dt is *signed*: its mean decreases without bound when the network is
+//! above the recording, and errors of opposite sign cancel. [`Objective::Signed`] only demonstrates this; do not use it for a fit.
 
 use gait_fit::search::Network;
 
-/// What is made small.
+/// The cost to minimise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Objective {
     /// J with the weights w1, w2 in s^2, w3 in 1/s^2.
@@ -23,13 +22,13 @@ impl Objective {
     /// Mean square error of the angle alone: the root of J is then the root mean square error in degrees.
     pub const ANGLE: Objective = Objective::Squared([1.0, 0.0, 0.0]);
 
-    /// Whether rates or integrals of the error are wanted: the last argument of [`crate::errors`].
+    /// Whether rates or integrals of the error are needed: the last argument of [`crate::errors`].
     #[must_use]
     pub fn wants_all(&self) -> bool {
         !matches!(self, Objective::Squared([_, 0.0, 0.0]))
     }
 
-    /// The cost; +infinity where a term is not finite, so that an individual that ran away is the worst and never not a number.
+    /// The cost; +infinity if a term is not finite, so that a diverged individual is the worst and the cost is never NaN.
     #[must_use]
     pub fn cost(&self, errors: &Errors) -> f64 {
         let (weights, terms) = match self {
@@ -41,7 +40,7 @@ impl Objective {
     }
 }
 
-/// Means over joints and samples of the error, its rate and its integral. All but `square` are 0 where the objective does not ask.
+/// Means over joints and samples of the error, its rate and its integral. All but `square` are 0 if the objective does not need them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Errors {
     /// e^2, deg^2.
@@ -59,7 +58,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Root mean square error over all joints, degrees; +infinity for an individual that ran away.
+    /// Root mean square error over all joints, degrees; +infinity for a diverged individual.
     #[must_use]
     pub fn rmse_deg(&self) -> f64 {
         let rmse = self.square.sqrt();
@@ -67,7 +66,7 @@ impl Errors {
     }
 }
 
-/// Angles and rates to be met, sample k at the time (k + 1) `sample_s`.
+/// Target angles and rates; sample k is at the time (k + 1) `sample_s`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
     /// Seconds between samples.
@@ -79,7 +78,7 @@ pub struct Target {
 }
 
 impl Target {
-    /// What a network itself does for `seconds`, integrated in f64 at 1 ms.
+    /// The motion of a network over `seconds`, integrated in f64 at 1 ms, with a sample every `sample_ms` milliseconds.
     #[must_use]
     pub fn of_network(network: &Network, seconds: f64, sample_ms: usize) -> Self {
         let (mut angles, mut rates) = (vec![], vec![]);

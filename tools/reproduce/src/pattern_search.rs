@@ -1,13 +1,13 @@
-//! Generalised pattern search (Torczon, SIAM J. Optim. 7, 1997): look one mesh length along every axis, both ways; go where it is
-//! lowest and double the mesh, or stay and halve it.
+//! Generalised pattern search (Torczon, SIAM J. Optim. 7, 1997): evaluate points one mesh length away along every axis in both
+//! directions; move to the lowest and double the mesh, or stay and halve it.
 //!
-//! The thesis ends its genetic algorithm with MATLAB's `patternsearch`. That moves at the first improvement; here all 2 n points are
-//! looked at ("complete poll"), because they cost no more than one in a batch. Its limits are kept: mesh tolerance 1e-6, 2000 n
-//! evaluations. Mesh lengths are parts of a gene's range.
+//! The thesis ends its genetic algorithm with MATLAB's `patternsearch`, which moves at the first improvement. Here all 2 n points are
+//! evaluated ("complete poll"), because in a batch they cost no more than one. Its limits are the same: mesh tolerance 1e-6, 2000 n
+//! evaluations. Mesh lengths are fractions of a gene's range.
 
 use gait_fit::search::Evaluator;
 
-/// Goes on from the best point of the evaluator, with the mesh length `mesh`.
+/// Continues from the best point of the evaluator with the mesh length `mesh`; does nothing if there is none.
 pub fn pattern_search(evaluator: &mut Evaluator<'_>, mut mesh: f64) {
     let Some(mut centre) = evaluator.best().map(<[f64]>::to_vec) else { return };
     let mut cost = evaluator.best_cost();
@@ -41,7 +41,7 @@ mod tests {
 
     /// A tilted bowl with its lowest point on the border of the box in one coordinate.
     #[test]
-    fn it_walks_down_and_along_the_border() {
+    fn it_descends_and_follows_the_border() {
         let mut bowl = |points: &[Vec<f64>]| -> Vec<f64> {
             points.iter().map(|x| (x[0] - 0.3).powi(2) + (x[1] + 0.5).powi(2) + 0.5 * (x[0] - 0.3) * x[1]).collect()
         };

@@ -1,7 +1,7 @@
-//! Many networks at once: one individual a lane, two vectors of lanes in flight on a core, every core.
+//! Simulates many networks at once: one individual per SIMD lane, two vectors in parallel on each core, on all cores.
 //!
 //! The step has about eight independent chains of operations, and a fused multiply-add takes four cycles on each of two units: one
-//! vector cannot fill them, two nearly do.
+//! vector cannot keep them busy, two nearly do.
 
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -11,10 +11,10 @@ use gait_fit::search::Network;
 use gait_fit::search::lanes::{Doubles, Lanes, Plain, Singles};
 use gait_fit::search::network::{Field, Pair};
 
-/// Vectors in flight.
+/// Vectors in parallel.
 const VECTORS: usize = 2;
 
-/// The steps that the searches take between two samples of a target, and the reference.
+/// The integration steps between two samples of a target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Grid {
     /// Integration steps in each sample interval.
@@ -22,13 +22,13 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// One step a sample: 5 ms where a target has a sample every 5 ms.
+    /// One step per sample: 5 ms for a target with a sample every 5 ms.
     pub const SEARCH: Grid = Grid { steps_per_sample: 1 };
-    /// Five steps a sample: 1 ms there.
+    /// Five steps per sample: 1 ms for the same target.
     pub const FINE: Grid = Grid { steps_per_sample: 5 };
 }
 
-/// Errors of each network against the target, in f32 lanes; `all` also fills rates and integrals.
+/// Errors of each network against the target, in f32 lanes; `all` also computes rates and integrals.
 ///
 /// ```
 /// use gait_fit::search::Network;
@@ -36,7 +36,7 @@ impl Grid {
 /// let set_s = set_s();
 /// let target = Target::of_network(&set_s, 5.0, 5);
 /// let [same, other] = errors(&[set_s, Network { joints: [Default::default(); 4], ..set_s }], &target, Grid::SEARCH, false)[..] else {
-///     panic!("one for each network")
+///     panic!("one result per network")
 /// };
 /// assert!(same.rmse_deg() < 1e-3);
 /// assert!(other.rmse_deg() > 100.0);
@@ -47,23 +47,23 @@ pub fn errors(networks: &[Network], target: &Target, grid: Grid, all: bool) -> V
     lists.into_iter().flatten().collect()
 }
 
-/// Errors of one network in f64: what every champion is scored with again.
+/// Errors of one network in f64: the reference for the champion of a search.
 #[must_use]
 pub fn reference_errors(network: &Network, target: &Target, grid: Grid) -> Errors {
     let list = score(Plain, &[network], target, grid, true);
     list[0]
 }
 
-/// Angles of each network at every sample of the target, in f64 lanes; empty for a network that ran away.
+/// Angles of each network at every sample of the target, in f64 lanes; empty for a network that diverged.
 #[must_use]
 pub fn angles(networks: &[Network], target: &Target, grid: Grid) -> Vec<Vec<[f64; 4]>> {
     let lists = chunks(networks, |chunk| Arch::new().dispatch(Record { chunk, target, grid }));
     lists.into_iter().flatten().collect()
 }
 
-/// Splits a population over the cores. The order of the results is that of the networks, whatever core computed them.
+/// Splits a population over the cores. The results are in the order of the networks.
 fn chunks<R: Send>(networks: &[Network], run: impl Fn(&[Network]) -> R + Sync + Send) -> Vec<R> {
-    // Lanes of the widest vectors there are, so that the split does not depend on the machine.
+    // The widest vectors of any machine, so that the split does not depend on the machine.
     networks.par_chunks(16 * VECTORS).map(run).collect()
 }
 

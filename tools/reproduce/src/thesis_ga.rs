@@ -1,15 +1,15 @@
-//! The genetic algorithm of the thesis ("Designing CPG for Biped Locomotion Control using Nonlinear Dynamical Theory", IIITA
-//! Allahabad), as stated there: population 100, uniform random start, elite 2, selection "remainder", two-point crossover 0.99,
+//! The thesis' genetic algorithm ("Designing CPG for Biped Locomotion Control using Nonlinear Dynamical Theory", IIITA
+//! Allahabad), with its settings: population 100, uniform random start, elite 2, selection "remainder", two-point crossover 0.99,
 //! uniform mutation 0.001 with gene rate 0.01, 1000 generations, then a pattern search.
 //!
-//! It ran in MATLAB's toolbox, so what the thesis leaves open is read as that toolbox does it:
+//! The thesis used MATLAB's toolbox; settings that it does not state are those of the toolbox:
 //! - Scaling: by rank. The expectation of the n-th best is proportional to 1/sqrt(n) and sums to the number of parents wanted.
-//! - Selection "remainder": the integer part of each expectation is given out; the slots that are left go by roulette over the
+//! - Selection "remainder": each parent is chosen as often as the integer part of its expectation; the other places are drawn by roulette over the
 //!   fractions. Parents are then shuffled.
-//! - Crossover 0.99 (its text; its table says 0.999): of the 98 that are not elite, 97 are children of two parents each, who take
+//! - Crossover 0.99 (its text; its table says 0.999): of the 98 that are not elite, 97 are children of two parents, with
 //!   the genes between two cuts from the second.
-//! - The other 1 is a mutant: a parent with each gene drawn anew with the gene rate 0.01.
-//! - Mutation 0.001: each child of a crossover is mutated likewise with this probability.
+//! - The other 1 is a mutant: a parent in which each gene is drawn again with probability 0.01 (the gene rate).
+//! - Mutation 0.001: each child of a crossover is mutated in the same way with this probability.
 //! - Elites keep their costs; they are not evaluated again. So 1000 generations are 100 + 999 x 98 = 98,002 evaluations.
 
 use crate::pattern_search::pattern_search;
@@ -20,17 +20,17 @@ use gait_fit::search::{Evaluator, Random};
 pub struct ThesisGa {
     /// Individuals, at least 1.
     pub population: usize,
-    /// How many of the best go on unchanged.
+    /// Number of the best individuals that are kept unchanged.
     pub elite: usize,
-    /// Part of the others that are children of two.
+    /// Fraction of the others that are children of two parents.
     pub crossover: f64,
     /// Probability that such a child is mutated.
     pub mutation: f64,
-    /// Probability that a gene of a mutant is drawn anew.
+    /// Probability that a gene of a mutant is drawn again.
     pub gene_rate: f64,
-    /// Generations, the first included.
+    /// Number of generations, including the first.
     pub generations: usize,
-    /// Whether a pattern search ends it.
+    /// Whether a pattern search follows.
     pub hybrid: bool,
 }
 
@@ -49,7 +49,7 @@ impl Default for ThesisGa {
 }
 
 impl ThesisGa {
-    /// Runs until the generations are over or the evaluator is done.
+    /// Runs for all generations or until the evaluator is done.
     pub fn run(&self, evaluator: &mut Evaluator<'_>, random: &mut Random) {
         let dimensions = evaluator.dimensions();
         let mut points: Vec<Vec<f64>> = (0..self.population.max(1)).map(|_| random.point(dimensions)).collect();
@@ -102,7 +102,7 @@ impl ThesisGa {
     }
 }
 
-/// So many parents in random order, by rank, with "remainder" selection.
+/// `wanted` parents in random order, by rank, with "remainder" selection.
 fn remainder(order: &[usize], wanted: usize, random: &mut Random) -> Vec<usize> {
     let weights: Vec<f64> = (1..=order.len()).map(|rank| 1.0 / libm::sqrt(rank as f64)).collect();
     let scale = wanted as f64 / weights.iter().sum::<f64>();
@@ -128,7 +128,7 @@ fn remainder(order: &[usize], wanted: usize, random: &mut Random) -> Vec<usize> 
 /// The genes of `first` with those between two different cuts from `second`.
 fn two_point(first: &[f64], second: &[f64], random: &mut Random) -> Vec<f64> {
     let cut = random.below(first.len());
-    // A second cut, at another place of the ring of genes' borders.
+    // A second cut at a different border between genes.
     let other = (cut + 1 + random.below(first.len().max(2) - 1)) % first.len();
     let (low, high) = (cut.min(other), cut.max(other));
     let mut child = first.to_vec();
@@ -141,7 +141,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_best_are_chosen_as_often_as_their_rank_says() {
+    fn parents_are_chosen_by_rank() {
         let order: Vec<usize> = (0..100).rev().collect();
         let mut random = Random::new(3);
         let mut counts = [0.0; 100];
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn a_child_has_one_run_of_genes_from_its_second_parent() {
+    fn a_child_has_one_run_of_genes_of_its_second_parent() {
         let (mut random, mut lengths) = (Random::new(1), [0; 13]);
         for _ in 0..2000 {
             let child = two_point(&[0.0; 12], &[1.0; 12], &mut random);

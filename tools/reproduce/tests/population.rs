@@ -12,7 +12,7 @@ use reproduce::{
 
 /// Sets S and D from (25, -15, 45, 15) deg, (0, 0, 100, -100) deg/s: states of an integration at a relative tolerance of 1e-13.
 #[test]
-fn the_reference_goes_through_known_states() {
+fn the_reference_reproduces_known_states() {
     let oracle: [(_, usize, [f64; 4], [f64; 4]); 6] = [
         (
             "S",
@@ -69,7 +69,7 @@ fn the_reference_goes_through_known_states() {
 
 /// The core's network from the same state, away from its bounds: the same equations, so the same to rounding.
 #[test]
-fn the_core_and_the_search_have_the_same_equations() {
+fn core_and_search_have_the_same_equations() {
     fn core_run<T: Scalar>(config: &ThesisConfig<T>, steps: usize, of: impl Fn(f64) -> T) -> OscillatorState<4, T> {
         let mut net: Thesis<T> = config.build::<LeftRight, HipKnee, _>(Period::MILLISECOND).expect("set S");
         let start = set_s().start;
@@ -128,9 +128,9 @@ fn the_lanes_agree_with_the_reference() {
     assert!(compared > 50, "{compared}");
 }
 
-/// An individual's score does not depend on who stands beside it, on how many, or on the number of threads.
+/// An individual's score does not depend on the others in its batch or on the number of threads.
 #[test]
-fn scores_are_the_same_in_any_company_and_on_any_number_of_threads() {
+fn scores_do_not_depend_on_batch_or_threads() {
     let (networks, target) = individuals(5, 77);
     let bits = |all: &[Errors]| -> Vec<u64> { all.iter().map(|e| e.square.to_bits()).collect() };
     let together = bits(&errors(&networks, &target, Grid::SEARCH, false));
@@ -144,9 +144,9 @@ fn scores_are_the_same_in_any_company_and_on_any_number_of_threads() {
     }
 }
 
-/// With the product gains at their highest some run away: their cost is +infinity, and their neighbours are none the worse.
+/// With the largest product gains some individuals diverge: their cost is +infinity, and the others are not affected.
 #[test]
-fn who_runs_away_costs_infinity_and_is_never_not_a_number() {
+fn a_diverged_individual_costs_infinity() {
     let base = set_s();
     let target = Target::of_network(&base, 5.0, 5);
     let mut wild = base;
@@ -186,7 +186,7 @@ fn the_three_terms_are_those_of_the_formula() {
     assert!((Objective::Squared([1.0, 0.5, 2.0]).cost(&got) - (1.0 + 2.0 + 2.0 * t2)).abs() < 0.02);
 }
 
-/// The thesis' signed fitness prefers a network that swings far above the target to the truth itself.
+/// The thesis' signed fitness prefers a network far above the target to the true one.
 #[test]
 fn the_signed_form_rewards_a_wrong_network() {
     let base = set_s();
@@ -202,9 +202,9 @@ fn the_signed_form_rewards_a_wrong_network() {
     assert!(squared.cost(&all[1]) > squared.cost(&all[0]) + 1000.0);
 }
 
-/// At 5 ms a wide box holds individuals that a search would take for better than they are: the reason for the second score.
+/// At 5 ms some individuals of a wide box have a lower error than at 1 ms: the reason for the second score.
 #[test]
-fn a_champion_must_be_scored_again_at_a_finer_step() {
+fn a_champion_needs_a_second_score_at_a_finer_step() {
     let base = set_s();
     let genes = Genes::all(base);
     let target = Target::of_network(&base, 5.0, 5);
@@ -225,9 +225,9 @@ fn a_champion_must_be_scored_again_at_a_finer_step() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Time stretched by r, hips scaled by s and knees by s': the same motion, stretched and scaled. What the walking fit rests on.
+    /// Time stretched by r, hips scaled by s and knees by s': the same motion, stretched and scaled. The fit to recorded gait depends on it.
     #[test]
-    fn the_equations_keep_their_form_when_stretched_and_scaled(
+    fn the_equations_are_invariant_under_scaling(
         r in 0.5..2.0f64, hips in 0.5..2.0f64, knees in 0.5..2.0f64, seed in 0u64..1000,
     ) {
         let mut random = Random::new(seed);

@@ -9,6 +9,7 @@
 //! - hse: the crystal stops.
 //! - overrun: a result of ADC1 is lost, as if the one before had not been read in time.
 //! - dma: a transfer of ADC1's stream, the first of DMA2, fails with a bus error.
+//! - trigger: TIM2, which triggers the conversions, stops: no sample comes, and the processor runs on.
 //!
 //! Changes to flash are undone when the chip resets: a task that hung runs again after the watchdog reset.
 
@@ -82,6 +83,8 @@ pub(crate) enum InjectionKind {
     Overrun,
     /// A transfer of stream 0 of DMA2 fails.
     Transfer,
+    /// TIM2 stops.
+    Trigger,
 }
 
 impl InjectionKind {
@@ -95,6 +98,7 @@ impl InjectionKind {
             InjectionKind::Crystal => "hse",
             InjectionKind::Overrun => "overrun",
             InjectionKind::Transfer => "dma",
+            InjectionKind::Trigger => "trigger",
         }
     }
 }

@@ -90,6 +90,9 @@ struct Cli {
     /// Make a transfer of DMA2 stream 0 fail at these times, s
     #[arg(long, value_name = "T", value_parser = parse_time)]
     dma_error: Vec<f64>,
+    /// Stop TIM2, which triggers the conversions, at these times, s
+    #[arg(long, value_name = "T", value_parser = time)]
+    trigger_stop: Vec<f64>,
     /// The crystal does not start
     #[arg(long)]
     hse_dead: bool,
@@ -228,6 +231,7 @@ fn collect_injections(cli: &Cli, image: &ProgramImage) -> Result<Vec<Injection>>
     all.extend(cli.hse_fail.iter().map(|&at| Injection::new(InjectionKind::Crystal, "HSE".into(), at)));
     all.extend(cli.adc_overrun.iter().map(|&at| Injection::new(InjectionKind::Overrun, "ADC1".into(), at)));
     all.extend(cli.dma_error.iter().map(|&at| Injection::new(InjectionKind::Transfer, "DMA2 stream 0".into(), at)));
+    all.extend(cli.trigger_stop.iter().map(|&at| Injection::new(InjectionKind::Trigger, "TIM2".into(), at)));
     Ok(all)
 }
 

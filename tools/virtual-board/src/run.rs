@@ -7,7 +7,7 @@ use std::io::Write;
 use std::time::Instant;
 
 use anyhow::Result;
-use stm32f4_model::{ResetCause, Soc, SocConfig};
+use stm32f4_model::{ResetCause, Soc, SocConfig, Width};
 
 use crate::board::BoardModel;
 use crate::console::Console;
@@ -279,6 +279,17 @@ impl<'a, W: Write> BoardRun<'a, W> {
                     let (mut board, mut memory) = self.cpu.machine_and_memory();
                     board.soc.fail_hse();
                     // The clock, and with it the deadline, has changed.
+                    board.sync(&mut memory);
+                    drop(board);
+                    self.injections[n].note_injection(now);
+                    self.injections[n].note_effect(now, armed, high);
+                }
+                InjectionKind::Trigger => {
+                    /// Control register 1 of TIM2.
+                    const TIM2_CR1: u32 = 0x4000_0000;
+                    let (mut board, mut memory) = self.cpu.machine_and_memory();
+                    board.soc.write(TIM2_CR1, Width::Word, 0);
+                    // The deadline has changed.
                     board.sync(&mut memory);
                     drop(board);
                     self.injections[n].note_injection(now);

@@ -30,11 +30,18 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 15] = [
+pub(super) const STEPS: [Step; 17] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step { name: "lints", claim: "clippy finds nothing on the host", needs: &[], uses: &[], run: lints },
     Step { name: "docs", claim: "the documentation builds without a warning", needs: &[], uses: &[], run: docs },
     Step { name: "cores-alone", claim: "each core compiles by itself", needs: &[], uses: &[], run: cores_alone },
+    Step {
+        name: "packages",
+        claim: "each core can be packaged for a registry and compiles from its package",
+        needs: &[],
+        uses: &[],
+        run: packages,
+    },
     Step {
         name: "host-tests",
         claim: "unit, property and replay tests pass",
@@ -76,6 +83,13 @@ pub(super) const STEPS: [Step; 15] = [
         needs: &[Need::BoardCompiler],
         uses: &[],
         run: cores_thumb,
+    },
+    Step {
+        name: "example",
+        claim: "a firmware of one's own compiles with cpg-core",
+        needs: &[Need::BoardCompiler],
+        uses: &[],
+        run: example_firmware,
     },
     Step {
         name: "panic-free",
@@ -201,7 +215,7 @@ fn docs(_: &State) -> Result<String> {
 }
 
 /// The crates that compile for every chip, in the order of their dependencies.
-const CORES: [&str; 4] = ["joint-units", "hgod-adc", "cpg-core", "joint-loop"];
+const CORES: [&str; 5] = ["joint-units", "hgod-adc", "cpg-core", "joint-loop", "wire"];
 
 /// In one workspace build the features of all packages are united, which hides what a core lacks by itself.
 fn cores_alone(_: &State) -> Result<String> {
@@ -209,6 +223,19 @@ fn cores_alone(_: &State) -> Result<String> {
         cargo(&["check", "--package", core, "--no-default-features"])?;
     }
     Ok(format!("{} crates", CORES.len()))
+}
+
+/// Packages every core as it would be published; each is compiled from its package, beside the packages of the others.
+fn packages(_: &State) -> Result<String> {
+    let cores: Vec<_> = CORES.iter().flat_map(|core| ["--package", core]).collect();
+    cargo(&[&["package", "--allow-dirty", "--offline"], cores.as_slice()].concat())?;
+    Ok(format!("{} crates", CORES.len()))
+}
+
+fn example_firmware(state: &State) -> Result<String> {
+    let mut build = state.workspace.thumb_build("bare-metal-example", &[])?;
+    shell::must_succeed(&mut build, "building the example for the board")?;
+    Ok(String::new())
 }
 
 /// The host has a standard library, 64 bits and every atomic operation; the smallest chip has none of them.

@@ -1,40 +1,40 @@
-//! CMA-ES (Hansen, "The CMA evolution strategy: a tutorial", arXiv 1604.00772) with restarts: BIPOP (Hansen, GECCO 2009), which
-//! alternates between ever larger populations and small ones of random size and step, or IPOP (Auger and Hansen, CEC 2005), which
-//! only doubles.
+//! The search method CMA-ES with restarts (Hansen, "The CMA evolution strategy: a tutorial", arXiv 1604.00772). BIPOP (Hansen, GECCO
+//! 2009) alternates between doubled populations and small ones of random size and step; IPOP (Auger and Hansen, CEC 2005) only doubles.
 //!
-//! Our own, because the crates evaluate one point at a time, and a population here costs as much as one point of it would alone.
-//! Eigenvalues are `nalgebra`'s. Points beyond the unit box are evaluated at its border and pay for the distance.
+//! It is written here because the available crates evaluate one point at a time, while a population evaluated in SIMD lanes costs as
+//! much as a single point. `nalgebra` computes the eigenvalues. Points outside of the unit box are evaluated at its border with a
+//! penalty for the distance.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::evaluator::Evaluator;
 use super::random::Random;
 
-/// How it starts again.
+/// The restarts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Restart {
-    /// Once is enough.
+    /// No restart.
     Never,
     /// Twice the population each time.
     Ipop,
-    /// Alternately twice the population, and a small one.
+    /// Alternately twice the population and a small one.
     Bipop,
 }
 
 /// Settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CmaEs {
-    /// Population of the first run; 16 fill a vector.
+    /// Population of the first run; 16 individuals fill a SIMD vector.
     pub population: usize,
-    /// First standard deviation, as a part of each range.
+    /// Initial standard deviation, as a fraction of each range.
     pub sigma: f64,
-    /// Where the first run starts; every other starts at a random point.
+    /// Start of the first run; the others start at a random point.
     pub start: Option<Vec<f64>>,
-    /// How it starts again.
+    /// The restarts.
     pub restart: Restart,
-    /// Random points that are tried before each run but a given first; the best is where it starts. With 1, any point is.
+    /// Number of random points evaluated before a run without a given start; the run starts at the best. With 1, a single point is used.
     pub scouts: usize,
-    /// A run ends when its best costs have stayed within this part of each other for a while.
+    /// A run ends when its recent best costs differ by less than this fraction.
     pub tolerance: f64,
 }
 
@@ -45,7 +45,7 @@ impl Default for CmaEs {
 }
 
 impl CmaEs {
-    /// Runs until the evaluator is done, or one run ends if there are no restarts. Give the evaluator a budget.
+    /// Runs until the evaluator is done, or for one run if there are no restarts. The evaluator needs a budget.
     pub fn run(&self, evaluator: &mut Evaluator<'_>, random: &mut Random) {
         if evaluator.done() {
             return;
@@ -67,7 +67,7 @@ impl CmaEs {
         }
     }
 
-    /// A random point, or the best of some.
+    /// The best of [`Self::scouts`] random points.
     fn scout(&self, evaluator: &mut Evaluator<'_>, random: &mut Random) -> Vec<f64> {
         let mut points: Vec<Vec<f64>> = (0..self.scouts.max(1)).map(|_| random.point(evaluator.dimensions())).collect();
         if points.len() == 1 {
@@ -78,7 +78,7 @@ impl CmaEs {
         points.swap_remove(best)
     }
 
-    /// One run to its end; the evaluations it took.
+    /// One complete run; returns its number of evaluations.
     fn run_once(
         &self,
         evaluator: &mut Evaluator<'_>,
@@ -95,7 +95,7 @@ impl CmaEs {
         let mut covariance = DMatrix::<f64>::identity(n, n);
         let (mut path_sigma, mut path_c) = (DVector::<f64>::zeros(n), DVector::<f64>::zeros(n));
         let (mut axes, mut scales) = (DMatrix::<f64>::identity(n, n), DVector::<f64>::from_element(n, 1.0));
-        // The tutorial's limits: no better for so long, or a hundred generations and more.
+        // Limits of the tutorial: generations without improvement, and generations in total.
         let patience = 10 + (30.0 * nf / population as f64) as usize;
         let most = 100 + (50.0 * (nf + 3.0) * (nf + 3.0) / (population as f64).sqrt()) as usize;
         let mut recent: Vec<f64> = vec![];
@@ -120,7 +120,7 @@ impl CmaEs {
             let mut order: Vec<usize> = (0..population).collect();
             order.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
             if !costs[order[0]].is_finite() {
-                // All ran away: this region is none to learn from.
+                // All individuals diverged; the run cannot adapt from here.
                 break;
             }
 
@@ -216,9 +216,9 @@ mod tests {
         (evaluator.best_cost(), evaluator.evaluations())
     }
 
-    /// Rosenbrock's valley in eight dimensions: without a learnt covariance this takes hundreds of thousands of evaluations.
+    /// Rosenbrock's valley in eight dimensions: without an adapted covariance this takes hundreds of thousands of evaluations.
     #[test]
-    fn it_learns_a_bent_valley() {
+    fn it_adapts_to_a_curved_valley() {
         let rosenbrock = |x: &[f64]| {
             let x: Vec<f64> = x.iter().map(|x| 4.0 * x - 2.0).collect();
             x.windows(2).map(|w| 100.0 * (w[1] - w[0] * w[0]).powi(2) + (1.0 - w[0]).powi(2)).sum()

@@ -1,19 +1,19 @@
-//! What every search asks for costs, and what is kept of it: how many points were asked for, the best, and when it was found.
+//! Counts the evaluations of a search, keeps the best point, and ends the search at a budget or a goal.
 //!
-//! All searches live in the unit box; what a coordinate means is for [`super::genes`] or another decoding to say.
+//! All searches use the unit box; the caller's decoding gives the coordinates their meaning.
 
-/// How far a search is.
+/// Progress of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// Points evaluated so far.
     pub evaluations: usize,
-    /// The most that will be evaluated.
+    /// Largest number of evaluations.
     pub budget: usize,
     /// Lowest cost so far.
     pub best: f64,
 }
 
-/// Costs of points in batches, counted, until a budget is spent or a goal is reached.
+/// Evaluates costs of points in batches until a budget is used up or a goal is reached.
 ///
 /// ```
 /// use gait_fit::search::Evaluator;
@@ -36,7 +36,7 @@ pub struct Evaluator<'a> {
 }
 
 impl<'a> Evaluator<'a> {
-    /// Asks `of` for the costs of a batch of points; a cost that is not a number counts as +infinity.
+    /// An evaluator with the cost function `of` for batches of points; NaN counts as +infinity.
     pub fn new(
         dimensions: usize,
         of: &'a mut dyn FnMut(&[Vec<f64>]) -> Vec<f64>,
@@ -46,27 +46,27 @@ impl<'a> Evaluator<'a> {
         Self { dimensions, of, progress, budget, goal, evaluations: 0, best: None, history: vec![] }
     }
 
-    /// No new batch is begun once so many points have been evaluated.
+    /// Ends the search after this many evaluations; a started batch is completed.
     #[must_use]
     pub fn with_budget(mut self, evaluations: usize) -> Self {
         self.budget = evaluations;
         self
     }
 
-    /// No new batch is begun once a cost is this low.
+    /// Ends the search at this cost; a started batch is completed.
     #[must_use]
     pub fn with_goal(mut self, cost: f64) -> Self {
         self.goal = cost;
         self
     }
 
-    /// How many coordinates a point has.
+    /// Number of coordinates of a point.
     #[must_use]
     pub fn dimensions(&self) -> usize {
         self.dimensions
     }
 
-    /// The costs of a batch.
+    /// Evaluates a batch.
     pub fn costs(&mut self, points: &[Vec<f64>]) -> Vec<f64> {
         let mut costs = (self.of)(points);
         for cost in costs.iter_mut().filter(|cost| cost.is_nan()) {
@@ -76,7 +76,7 @@ impl<'a> Evaluator<'a> {
         costs
     }
 
-    /// Counts points whose costs came by another way, as residuals do.
+    /// Counts points whose costs were computed elsewhere, from residuals for instance.
     pub(crate) fn note(&mut self, points: &[Vec<f64>], costs: &[f64]) {
         for (point, &cost) in points.iter().zip(costs) {
             self.evaluations += 1;
@@ -89,7 +89,7 @@ impl<'a> Evaluator<'a> {
         (self.progress)(now);
     }
 
-    /// Whether the budget is spent or the goal reached.
+    /// Whether the budget is used up or the goal reached.
     #[must_use]
     pub fn done(&self) -> bool {
         self.evaluations >= self.budget || self.best_cost() <= self.goal
@@ -113,7 +113,7 @@ impl<'a> Evaluator<'a> {
         self.best.as_ref().map(|(point, _)| &point[..])
     }
 
-    /// Evaluations at which the best became better, and that cost.
+    /// Evaluations at which the best cost improved, with that cost.
     #[must_use]
     pub fn history(&self) -> &[(usize, f64)] {
         &self.history

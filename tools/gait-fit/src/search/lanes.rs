@@ -1,12 +1,12 @@
-//! Numbers that stand side by side: one individual of a population in each lane.
+//! Arithmetic on SIMD vectors with one individual of a population in each lane.
 //!
 //! The equations are written once, over [`Lanes`], and run as plain f64 (the reference), as SIMD vectors of f32 (the search) and as
-//! SIMD vectors of f64 (derivatives). Which instructions the machine has is asked at run time, by `pulp`: AVX-512, AVX2 with FMA, or
-//! none of these.
+//! SIMD vectors of f64 (derivatives). `pulp` detects the instruction set at run time: AVX-512, AVX2 with FMA, or none
+//! of these.
 //!
-//! A lane computes the same operations in the same order whatever its width, and every product that is added to is a fused
-//! multiply-add. So the bits do not depend on the machine, nor on which lane an individual stands in. A processor without fused
-//! multiply-add (x86 before 2013) gives them too, from software, and is slow at it.
+//! A lane computes the same operations in the same order for every vector width, and every sum with a product is a fused multiply-add.
+//! So the bits depend neither on the machine nor on the lane of an individual. A processor without fused multiply-add (x86 before
+//! 2013) gives the same bits in software, slowly.
 
 use pulp::Simd;
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
@@ -17,16 +17,16 @@ pub trait Lanes: Copy {
     type Scalar: Copy + Send + Sync;
     /// One number for each lane.
     type Vector: Copy + Send;
-    /// How many lanes.
+    /// Number of lanes.
     const WIDTH: usize;
 
-    /// The nearest number.
+    /// The nearest number of the lane type.
     fn scalar(x: f64) -> Self::Scalar;
     /// The same number in each lane.
     fn splat(self, x: Self::Scalar) -> Self::Vector;
     /// `of(lane)` in each lane.
     fn each(self, of: impl Fn(usize) -> f64) -> Self::Vector;
-    /// One lane.
+    /// The value of one lane.
     fn lane(self, v: Self::Vector, lane: usize) -> f64;
     /// a + b.
     fn add(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
@@ -77,7 +77,7 @@ impl Lanes for Plain {
         a * b
     }
 
-    // Two roundings: this is the reference, and a fused one would come from software in a plain x86-64 build.
+    // Two roundings: in a plain x86-64 build a fused multiply-add would be computed in software.
     fn mul_add(self, a: f64, b: f64, c: f64) -> f64 {
         a * b + c
     }

@@ -1,7 +1,7 @@
-//! Levenberg-Marquardt from many starts, for least squares in the unit box.
+//! Levenberg-Marquardt for least squares in the unit box.
 //!
-//! The crate `levenberg-marquardt` (MINPACK's algorithm) asks for a whole Jacobian at once, so its forward differences are one batch
-//! of a point for each coordinate. Inside, a coordinate is x = (1 + sin u)/2, which cannot leave the box and is smooth at its border.
+//! The crate `levenberg-marquardt` (MINPACK's algorithm) takes a complete Jacobian at once, so its forward differences are one batch
+//! with one point per coordinate. A coordinate is x = (1 + sin u)/2, which cannot leave the box and is smooth at its border.
 
 use std::cell::RefCell;
 
@@ -11,10 +11,10 @@ use nalgebra::{DMatrix, DVector, Dyn};
 
 use super::evaluator::Evaluator;
 
-/// Difference of u for the derivatives: the root of f64's precision, and what truncation and rounding share evenly.
+/// Difference of u for the derivatives: about the root of f64's precision, where truncation and rounding errors are equal.
 const STEP: f64 = 1e-7;
 
-/// Residuals of a batch of points; none for a point that has none.
+/// Residuals of a batch of points; `None` for a point without residuals.
 pub type Residuals<'a> = dyn FnMut(&[Vec<f64>]) -> Vec<Option<Vec<f64>>> + 'a;
 
 struct Problem<'a, 'b, 'c, 'd> {
@@ -42,7 +42,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_, '_, '_, '_> {
 
     fn set_params(&mut self, u: &DVector<f64>) {
         self.u.copy_from(u);
-        // Nothing here ends a run that has reached the goal or spent the budget; having no residuals does.
+        // Missing residuals end the run once the goal is reached or the budget used up; the crate has no other way.
         let over = self.evaluator.borrow().done();
         self.now = if over { None } else { self.batch(std::slice::from_ref(u)).swap_remove(0) };
     }
@@ -82,7 +82,7 @@ pub fn levenberg(evaluator: &mut Evaluator<'_>, residuals: &mut Residuals<'_>, s
         Problem { evaluator: RefCell::new(evaluator), residuals: RefCell::new(residuals), u: u.clone(), now: None };
     problem.set_params(&u);
     if problem.now.is_some() {
-        // The evaluator keeps the best point; how the run ended is of no further use.
+        // The evaluator keeps the best point; the reason for the end is not needed.
         let _ = LevenbergMarquardt::new().with_patience(30).minimize(problem);
     }
 }
@@ -92,7 +92,7 @@ fn inside(u: f64) -> f64 {
 }
 
 fn outside(x: f64) -> f64 {
-    // At the very border the derivative is 0 and the search could never leave it.
+    // At the border the derivative is 0 and the search could not leave it.
     libm::asin((2.0 * x - 1.0).clamp(-0.9999, 0.9999))
 }
 
@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_finds_the_only_minimum_and_the_nearest_point_of_the_box() {
+    fn it_finds_the_minimum_inside_and_on_the_border() {
         for (peak, expected) in [(0.3, 0.3), (1.4, 1.0)] {
             // exp decay through three points, the second coordinate its rate.
             let mut residuals = |points: &[Vec<f64>]| -> Vec<Option<Vec<f64>>> {

@@ -1,5 +1,5 @@
 //! The thesis' network (eqs 13-16 of "Designing CPG for Biped Locomotion Control using Nonlinear Dynamical Theory", IIITA Allahabad)
-//! as the searches see it: all 32 numbers of one individual, and its fourth-order Runge-Kutta step on [`Lanes`].
+//! for the searches: the 32 numbers of one individual, and its fourth-order Runge-Kutta step on [`Lanes`].
 //!
 //! ```text
 //! a_i'' - alpha_i (1 - p_i a_i'^2) a_i' + mu_i^2 (a_i - a_i0) - d_i (a_i' - a_l') - c_i a_m' (a_m - a_m0) = 0
@@ -7,8 +7,8 @@
 //!
 //! where l is the same joint of the other side and m the other joint of the same leg. Degrees and seconds.
 //!
-//! Same equations as `cpg_core::network::thesis`, without the bounds that hold the states there: an individual that runs away shall be seen
-//! to. As in `cpg_core::math::second_order`, the time unit is half a step and the stages of displacement collapse into sums of accelerations
+//! Same equations as `cpg_core::network::thesis`, but without its bounds on the states, so that a diverging individual is
+//! detected. As in `cpg_core::math::second_order`, the time unit is half a step and the stages of displacement collapse into sums of accelerations
 //! (Nystrom), which leaves 164 operations a step, 28 for each of four accelerations and 13 a joint for the stages.
 
 use super::lanes::Lanes;
@@ -49,12 +49,12 @@ pub struct NetworkState {
 pub struct Network {
     /// The joints.
     pub joints: [Oscillator; 4],
-    /// Where it starts.
+    /// The start.
     pub start: NetworkState,
 }
 
 impl Network {
-    /// Velocity amplitude of each joint by harmonic balance, neighbours in antiphase: where `cpg_core::network::thesis` starts.
+    /// Velocity amplitude of each joint by harmonic balance, neighbours in antiphase: the start of `cpg_core::network::thesis`.
     #[must_use]
     pub fn cycle_velocity(&self) -> [f64; 4] {
         self.joints.map(|j| 2.0 * ((j.alpha + 2.0 * j.difference.max(0.0)) / (3.0 * j.alpha * j.p)).sqrt())
@@ -101,7 +101,7 @@ impl Network {
 
 /// The constants of the equations, folded for a time unit c of half a step, for one individual a lane.
 ///
-/// Aligned, because the vectors themselves are not: a stack that begins inside of a cache line costs 40 percent of the speed.
+/// Aligned to a cache line, because the vectors themselves are not: without it the search is slower by 40 percent.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 pub struct Field<V> {

@@ -1,5 +1,5 @@
-//! Whether a set walks: run as the board runs it, at 1 ms, but in f64, for ten times as many strides as the search had, and from
-//! perturbed starts.
+//! Checks that a fitted network has a stable orbit: simulated at 1 ms as on the board, but in f64, for ten times as many strides as in
+//! the search, and from perturbed starts.
 
 use cpg_core::network::graph::{HipKnee, LeftRight};
 use cpg_core::network::thesis::Thesis;
@@ -11,22 +11,22 @@ use rayon::prelude::*;
 
 use super::random::Random;
 
-/// Strides of the run from the set's own start.
+/// Strides of the simulation from the network's own start.
 pub const STRIDES: usize = 600;
-/// Perturbed starts; each state is off by up to 8 percent of its amplitude, left and right differently.
+/// Number of perturbed starts; each state is changed by up to 8 percent of its amplitude, left and right differently.
 pub const PERTURBED: usize = 16;
-/// Strides that a perturbed start is given.
+/// Strides within which a perturbed start must return.
 pub const RETURN_STRIDES: usize = 300;
-/// The period that a control loop may have at most, of those that every walker is run with, in microseconds.
+/// Longest control period for which a generator must be valid, microseconds.
 const COARSE_MICROS: u32 = 5000;
-/// A start has come back when its state is this near to the orbit, as a root mean square in parts of the amplitudes. It begins about
-/// 0.046 away; where nothing locks the joints, phases keep most of that, and no joint leaves. The points of the orbit are 0.004 apart.
+/// A start has returned when its state is within this distance of the orbit, as a root mean square relative to the amplitudes. It
+/// begins about 0.046 away; without coupling the phases keep most of that distance. The points of the orbit are 0.004 apart.
 const NEAR: f64 = 0.01;
 
-/// By how much the orbit's period may differ from the stride's, as a part of it.
+/// Largest deviation of the orbit's period from the stride's, as a fraction.
 const SAME_PERIOD: f64 = 0.01;
 
-/// What was found.
+/// The result of a check.
 pub(crate) struct Check {
     pub(crate) rmse_deg: [f64; 4],
     pub(crate) cycle: Cycle,
@@ -61,7 +61,7 @@ impl Check {
 
 type Net = Thesis<f64>;
 
-/// Runs a set.
+/// Checks a set of parameters.
 pub(crate) fn check(set: &ThesisSet, target: &Cycle, stride_s: f64) -> Check {
     for micros in [1000, COARSE_MICROS] {
         let Some(period) = Period::from_micros(micros) else { continue };
@@ -77,8 +77,8 @@ pub(crate) fn check(set: &ThesisSet, target: &Cycle, stride_s: f64) -> Check {
     let stride = (stride_s * 1e3).round() as usize;
     let offsets = set.joints.map(|joint| f64::from(joint.offset_deg));
     settle(&mut net, stride * STRIDES / 2);
-    if !walk(&mut net, stride * STRIDES / 2) {
-        return Check::refused(format!("it leaves its bounds within {STRIDES} strides"));
+    if !stays_inside(&mut net, stride * STRIDES / 2) {
+        return Check::refused(format!("its states reach their bounds within {STRIDES} strides"));
     }
     let Some(own) = Turn::of(&mut net, stride) else {
         return Check::refused(format!("it has no closed orbit after {STRIDES} strides"));
@@ -93,7 +93,8 @@ pub(crate) fn check(set: &ThesisSet, target: &Cycle, stride_s: f64) -> Check {
     let why = if another {
         Some(format!("it settles on an orbit of {period_s:.4} s, the stride is {stride_s:.4} s"))
     } else {
-        (perturbed_lost > 0).then(|| format!("{perturbed_lost} of {PERTURBED} perturbed starts do not come back"))
+        (perturbed_lost > 0)
+            .then(|| format!("{perturbed_lost} of {PERTURBED} perturbed starts do not return to the orbit"))
     };
     Check {
         rmse_deg: cycle.rmse_deg(target),
@@ -105,33 +106,33 @@ pub(crate) fn check(set: &ThesisSet, target: &Cycle, stride_s: f64) -> Check {
     }
 }
 
-/// So many steps, in which the bounds may hold the states: a start need not be on the orbit.
+/// Advances by `steps`; the bounds may limit the states, since a start need not be on the orbit.
 fn settle(net: &mut Net, steps: usize) {
     for _ in 0..steps {
         net.step();
     }
 }
 
-/// So many steps; false if a state comes to its bound or is no number.
-fn walk(net: &mut Net, steps: usize) -> bool {
+/// Advances by `steps`; false if a state reaches its bound or is NaN.
+fn stays_inside(net: &mut Net, steps: usize) -> bool {
     (0..steps).all(|_| {
         net.step();
         net.check().is_ok()
     })
 }
 
-/// One turn of an orbit.
+/// One period of an orbit.
 struct Turn {
-    /// States at each millisecond, a little more than one period of them.
+    /// States at each millisecond, for slightly more than one period.
     states: Vec<OscillatorState<4, f64>>,
-    /// Milliseconds.
+    /// Period, milliseconds.
     period: f64,
-    /// Greatest displacement and velocity from the middle.
+    /// Amplitudes of displacement and velocity.
     amplitude: OscillatorState<4, f64>,
 }
 
 impl Turn {
-    /// The turn that begins now; none if it does not come back to where it began within 1.6 strides.
+    /// The period that begins now; `None` if the state does not return to its start within 1.6 strides.
     fn of(net: &mut Net, stride: usize) -> Option<Self> {
         let mut states = vec![net.state()];
         for _ in 0..stride * 16 / 10 {
@@ -149,14 +150,14 @@ impl Turn {
         };
         let far = |s: &OscillatorState<4, f64>| distance(s, &states[0], &amplitude);
         let nearest = (stride / 2..states.len() - 1).min_by(|&a, &b| far(&states[a]).total_cmp(&far(&states[b])))?;
-        // Between milliseconds: where the distance, as a parabola of time, is least.
+        // Between milliseconds a parabola gives the time of the smallest distance.
         let [before, here, after] = [nearest - 1, nearest, nearest + 1].map(|k| far(&states[k]));
         let bend = before - 2.0 * here + after;
         let part = if bend > 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
         (here < 0.02 * 0.02).then_some(Self { states, period: nearest as f64 + part, amplitude })
     }
 
-    /// Displacements at a part of the turn.
+    /// Displacements at a fraction of the period.
     fn at(&self, part: f64) -> [f64; 4] {
         let time = part.rem_euclid(1.0) * self.period;
         let k = (time as usize).min(self.states.len() - 2);
@@ -175,7 +176,7 @@ impl Turn {
         cycle
     }
 
-    /// The turn from where it is nearest to a target, to a tenth of a point.
+    /// The cycle from the start that fits a target best, to a tenth of a point.
     fn beginning_as(&self, target: &Cycle, offsets: &[f64; 4]) -> Cycle {
         let error = |begin: f64| -> f64 { self.cycle(begin, offsets).rmse_deg(target).iter().map(|r| r * r).sum() };
         let least = |tries: &mut dyn Iterator<Item = f64>| {
@@ -187,7 +188,7 @@ impl Turn {
         self.cycle(begin, offsets)
     }
 
-    /// A state of the turn, each coordinate off by up to 8 percent of its amplitude.
+    /// A state of the orbit with each coordinate changed by up to 8 percent of its amplitude.
     fn perturbed(&self, k: usize, random: &mut Random) -> OscillatorState<4, f64> {
         let mut state = self.states[k * self.period as usize / PERTURBED];
         for i in 0..4 {
@@ -197,14 +198,14 @@ impl Turn {
         state
     }
 
-    /// Whether a start is not on this orbit after its strides.
+    /// Whether a start has not returned to this orbit after [`RETURN_STRIDES`].
     fn loses(&self, net: &Net, start: &OscillatorState<4, f64>, stride: usize) -> bool {
         let mut net = *net;
         if net.set_state(start).is_err() {
             return true;
         }
         settle(&mut net, stride * RETURN_STRIDES / 2);
-        if !walk(&mut net, stride * RETURN_STRIDES / 2) {
+        if !stays_inside(&mut net, stride * RETURN_STRIDES / 2) {
             return true;
         }
         let now = net.state();
@@ -213,7 +214,7 @@ impl Turn {
     }
 }
 
-/// Mean square distance in parts of the amplitudes.
+/// Mean square distance relative to the amplitudes.
 fn distance(a: &OscillatorState<4, f64>, b: &OscillatorState<4, f64>, amplitude: &OscillatorState<4, f64>) -> f64 {
     let term = |i: usize| {
         ((a.displacement[i] - b.displacement[i]) / amplitude.displacement[i]).powi(2)

@@ -1,10 +1,10 @@
-//! R1 (`cpg_core::network::phase_coupled`) fitted to a recorded stride: amplitude, offset and phase of each joint, and what bends its sinusoids a
-//! little, eps and kap.
+//! Fits R1 (`cpg_core::network::phase_coupled`) to a recorded stride: amplitude, offset and phase of each
+//! joint, and eps and kap, which deform its sinusoids slightly.
 //!
 //! Levenberg-Marquardt on the waveform of the limit cycle, which is the core's own network in f64 at 5 ms, run until it has settled.
 //! Amplitudes and offsets are linear and follow from the waveform by least squares, so the search is over three phase differences, one
 //! common phase, and eps and kap if they are free; the natural period follows from the measured one. Starts: the phases of the
-//! target's fundamentals, which is near enough that one start is all it takes.
+//! target's fundamentals, which are close enough for a single start.
 
 use std::f64::consts::TAU;
 
@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use super::evaluator::{Evaluator, Progress};
 use super::levenberg::levenberg;
 
-/// Whether eps and kap are searched for.
+/// Whether eps and kap are searched.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Dynamics {
     /// As given: eps, kap of all links.
@@ -31,15 +31,15 @@ pub enum Dynamics {
 /// A fit of R1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhaseCoupledFit {
-    /// Its numbers.
+    /// Its parameters.
     pub set: RobustSet,
     /// Root mean square error of each joint on the limit cycle, degrees.
     pub rmse_deg: [f64; 4],
-    /// Evaluations at which the fit became better, and its root mean square error over all joints, degrees.
+    /// Evaluations at which the fit improved, with the root mean square error over all joints, degrees.
     pub history: Vec<(usize, f64)>,
-    /// Limit cycles computed.
+    /// Number of limit cycles computed.
     pub evaluations: usize,
-    /// The limit cycle, beginning where the target begins.
+    /// The limit cycle, from the start of the target.
     pub best_cycle: Cycle,
     /// Period of the limit cycle, seconds.
     pub period_s: f64,
@@ -48,13 +48,13 @@ pub struct PhaseCoupledFit {
 const EPS: (f64, f64) = (0.05, 1.0);
 const KAP: (f64, f64) = (0.1, 1.0);
 
-/// Fits R1 to a stride of `period_s` seconds, 0.2 to 20. It has no random part. `progress` is told root mean
+/// Fits R1 to a stride of `period_s` seconds, 0.2 to 20. It uses no random numbers. `progress` gets root mean
 /// square errors in degrees.
 ///
 /// ```
 /// use gait_fit::search::{Dynamics, fit_phase_coupled};
 /// use gait_trace::stride::cycle::Cycle;
-/// // Sinusoids: what R1 is best at.
+/// // Sinusoids, which R1 reproduces best.
 /// let target = Cycle(std::array::from_fn(|joint| std::array::from_fn(|k| {
 ///     let lead = [0.0, 0.5, 0.7, 0.2][joint];
 ///     25.0 + 20.0 * (std::f64::consts::TAU * (k as f64 / 200.0 + lead)).cos()
@@ -111,7 +111,7 @@ pub fn fit_phase_coupled(
     }
 }
 
-/// Part of the cycle by which the fundamental is ahead of a cosine.
+/// Lead of the fundamental over a cosine, cycles.
 fn fundamental(points: &[f64; POINTS]) -> f64 {
     let (mut c, mut s) = (0.0, 0.0);
     for (k, x) in points.iter().enumerate() {
@@ -123,7 +123,7 @@ fn fundamental(points: &[f64; POINTS]) -> f64 {
 }
 
 struct Guess {
-    /// Part of the cycle at which the target begins.
+    /// Fraction of the cycle at the start of the target.
     begin: f64,
     leads: [f64; 4],
     eps: f64,
@@ -138,13 +138,13 @@ struct Fitted {
     stretch: f64,
 }
 
-/// The network is run at this natural period in seconds; its waveform does not depend on it.
+/// Natural period of the simulation, seconds; the waveform does not depend on it.
 const NATURAL: f64 = 1.0;
 const STEP_S: f64 = 5e-3;
 const SETTLE: usize = 30 * 200;
 
 impl Guess {
-    /// Displacements over a cycle from where the first joint goes through zero upwards, and the stretch of the period.
+    /// Displacements over a cycle from the first joint's upward zero crossing, and the period relative to the natural period.
     fn limit_cycle(&self) -> Option<(Vec<[f64; 4]>, f64)> {
         let config = RobustConfig::<4, 4, f64> {
             natural_period: NATURAL,
@@ -180,10 +180,10 @@ impl Guess {
         Some((points, samples * STEP_S / NATURAL))
     }
 
-    /// With the amplitudes and offsets that leave the least error.
+    /// The limit cycle with the amplitudes and offsets of the smallest error.
     fn fitted(&self, target: &Cycle) -> Option<Fitted> {
         let (points, stretch) = self.limit_cycle()?;
-        // The record begins at a quarter of a cycle before the greatest flexion of the first joint.
+        // The record begins a quarter of a cycle before the largest flexion of the first joint.
         let shift = (self.begin + 0.25).rem_euclid(1.0) * POINTS as f64;
         let (mut amplitude, mut offset) = ([0.0; 4], [0.0; 4]);
         let mut cycle = Cycle([[0.0; POINTS]; 4]);
@@ -216,7 +216,7 @@ impl Fitted {
     }
 }
 
-/// Part of a step at which the first joint goes through zero.
+/// Fraction of a step at which the first joint crosses zero.
 fn crossing(a: &cpg_core::OscillatorState<4, f64>, b: &cpg_core::OscillatorState<4, f64>) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..50 {
@@ -226,7 +226,7 @@ fn crossing(a: &cpg_core::OscillatorState<4, f64>, b: &cpg_core::OscillatorState
     0.5 * (low + high)
 }
 
-/// Displacement between two states, on the cubic through both with their velocities; u' = w v.
+/// Displacement between two states by cubic Hermite interpolation; u' = w v.
 fn hermite(a: &cpg_core::OscillatorState<4, f64>, b: &cpg_core::OscillatorState<4, f64>, joint: usize, t: f64) -> f64 {
     let per_step = TAU / NATURAL * STEP_S;
     let (xa, xb) = (a.displacement[joint], b.displacement[joint]);
@@ -234,7 +234,7 @@ fn hermite(a: &cpg_core::OscillatorState<4, f64>, b: &cpg_core::OscillatorState<
     xa + t * (va + t * (3.0 * (xb - xa) - 2.0 * va - vb + t * (2.0 * (xa - xb) + va + vb)))
 }
 
-/// Between the points of a closed cycle (Catmull and Rom).
+/// Catmull-Rom interpolation between the points of a closed cycle.
 fn periodic(points: &[[f64; 4]], joint: usize, at: f64) -> f64 {
     let (k, t) = (at as usize, at.fract());
     let x = |offset: usize| points[(k + POINTS + offset - 1) % POINTS][joint];

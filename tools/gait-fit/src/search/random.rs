@@ -1,10 +1,10 @@
-//! Random numbers of the searches: ChaCha8 from a seed, drawn in one order on one thread, so that the same seed gives the same bits
-//! on every machine and on any number of threads.
+//! Random numbers of the searches: ChaCha8 from a seed, drawn in order on one thread, so that the same seed gives the same bits on
+//! every machine and on any number of threads.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// A stream.
+/// A stream of random numbers.
 #[derive(Debug, Clone)]
 pub struct Random(ChaCha8Rng);
 
@@ -36,7 +36,7 @@ impl Random {
         (0..dimensions).map(|_| self.unit()).collect()
     }
 
-    /// Into random order (Fisher and Yates).
+    /// Shuffles the items (Fisher and Yates).
     pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for last in (1..items.len()).rev() {
             items.swap(last, self.below(last + 1));
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn shuffling_keeps_every_item_and_moves_each_anywhere() {
+    fn shuffling_is_a_uniform_permutation() {
         let mut random = Random::new(2);
         let mut first = [0; 5];
         for _ in 0..5000 {

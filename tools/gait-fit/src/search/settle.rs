@@ -1,7 +1,7 @@
-//! Where networks settle: each is run for many strides, kicked, run again, and its states recorded after each wait.
+//! Simulates networks until they settle, from their start and after two disturbances, and records their states.
 //!
-//! A kick multiplies each state by 0.9 to 1.1, left and right differently: an orbit that only lives because left and right start
-//! exactly opposite dies here.
+//! A disturbance multiplies each state by 0.9 to 1.1, left and right differently. An orbit that exists only because left and right
+//! start exactly opposite does not survive it.
 
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -10,13 +10,13 @@ use super::lanes::{Lanes, Singles};
 use super::network::{Field, Network, Pair};
 use super::waveform::Sample;
 
-/// Kicks: factors of displacements and velocities. The first pass is not kicked.
-const KICKS: [[f64; 8]; 3] =
+/// Disturbances as factors of displacements and velocities. The first pass has none.
+const DISTURBANCES: [[f64; 8]; 3] =
     [[1.0; 8], [1.1, 0.92, 0.9, 1.06, 0.95, 1.1, 1.04, 0.9], [0.93, 1.1, 1.1, 0.9, 1.08, 0.9, 0.91, 1.1]];
 
-/// How long a network is watched; times in steps.
+/// Durations of the simulation, in steps.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Watch {
+pub(crate) struct Durations {
     pub(crate) step: f64,
     pub(crate) first_wait: usize,
     pub(crate) wait: usize,
@@ -24,18 +24,18 @@ pub(crate) struct Watch {
     pub(crate) samples: usize,
 }
 
-/// `judge` of the three records of each network, in their order.
+/// Calls `judge` with the three records of each network; results in the order of the networks.
 pub(crate) fn settle<R: Send>(
     networks: &[Network],
-    watch: Watch,
+    durations: Durations,
     judge: impl Fn(&Network, &[Vec<Sample>; 3]) -> R + Sync + Send,
 ) -> Vec<R> {
-    // Half as many in a chunk where that is what it takes to have two.
+    // Smaller chunks if there would be only one otherwise.
     let chunk = if networks.len() < 64 { 16 } else { 32 };
     let lists: Vec<Vec<R>> = networks
         .par_chunks(chunk)
         .map(|chunk| {
-            let records = Arch::new().dispatch(Run { chunk, watch });
+            let records = Arch::new().dispatch(Run { chunk, durations });
             chunk.iter().zip(&records).map(|(network, records)| judge(network, records)).collect()
         })
         .collect();
@@ -44,7 +44,7 @@ pub(crate) fn settle<R: Send>(
 
 struct Run<'a> {
     chunk: &'a [Network],
-    watch: Watch,
+    durations: Durations,
 }
 
 impl WithSimd for Run<'_> {
@@ -58,9 +58,9 @@ impl WithSimd for Run<'_> {
         for part in self.chunk.chunks(2 * width) {
             let part: Vec<&Network> = part.iter().collect();
             if part.len() > width {
-                out.extend(passes::<_, 2>(l, &part, self.watch));
+                out.extend(passes::<_, 2>(l, &part, self.durations));
             } else {
-                out.extend(passes::<_, 1>(l, &part, self.watch));
+                out.extend(passes::<_, 1>(l, &part, self.durations));
             }
         }
         out
@@ -68,28 +68,28 @@ impl WithSimd for Run<'_> {
 }
 
 #[inline(always)]
-fn passes<L: Lanes, const G: usize>(l: L, part: &[&Network], watch: Watch) -> Vec<[Vec<Sample>; 3]> {
+fn passes<L: Lanes, const G: usize>(l: L, part: &[&Network], durations: Durations) -> Vec<[Vec<Sample>; 3]> {
     let of = |g: usize| &part[g * L::WIDTH..part.len().min((g + 1) * L::WIDTH)];
-    let fields: [Field<L::Vector>; G] = std::array::from_fn(|g| Field::new(l, of(g), watch.step));
-    let mut states: [Pair<L::Vector>; G] = std::array::from_fn(|g| Pair::new(l, of(g), watch.step));
+    let fields: [Field<L::Vector>; G] = std::array::from_fn(|g| Field::new(l, of(g), durations.step));
+    let mut states: [Pair<L::Vector>; G] = std::array::from_fn(|g| Pair::new(l, of(g), durations.step));
     // Velocity per half a step to displacement per sample.
-    let per_sample = l.splat(L::scalar(2.0 * watch.steps_per_sample as f64));
-    let empty = || std::array::from_fn(|_| Vec::with_capacity(watch.samples));
+    let per_sample = l.splat(L::scalar(2.0 * durations.steps_per_sample as f64));
+    let empty = || std::array::from_fn(|_| Vec::with_capacity(durations.samples));
     let mut out: Vec<[Vec<Sample>; 3]> = (0..part.len()).map(|_| empty()).collect();
-    for (pass, kick) in KICKS.iter().enumerate() {
+    for (pass, factors) in DISTURBANCES.iter().enumerate() {
         for state in &mut states {
             for joint in 0..4 {
-                state.x[joint] = l.mul(state.x[joint], l.splat(L::scalar(kick[joint])));
-                state.v[joint] = l.mul(state.v[joint], l.splat(L::scalar(kick[joint + 4])));
+                state.x[joint] = l.mul(state.x[joint], l.splat(L::scalar(factors[joint])));
+                state.v[joint] = l.mul(state.v[joint], l.splat(L::scalar(factors[joint + 4])));
             }
         }
-        let wait = if pass == 0 { watch.first_wait } else { watch.wait };
+        let wait = if pass == 0 { durations.first_wait } else { durations.wait };
         for _ in 0..wait {
             for g in 0..G {
                 states[g].step(l, &fields[g]);
             }
         }
-        for _ in 0..watch.samples {
+        for _ in 0..durations.samples {
             for (g, state) in states.iter().enumerate() {
                 let v = state.v.map(|v| l.mul(v, per_sample));
                 let lanes = out[g * L::WIDTH..].iter_mut().take(L::WIDTH);
@@ -98,7 +98,7 @@ fn passes<L: Lanes, const G: usize>(l: L, part: &[&Network], watch: Watch) -> Ve
                     out[pass].push(std::array::from_fn(|i| one(i) as f32));
                 }
             }
-            for _ in 0..watch.steps_per_sample {
+            for _ in 0..durations.steps_per_sample {
                 for g in 0..G {
                     states[g].step(l, &fields[g]);
                 }

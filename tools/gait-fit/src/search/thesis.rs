@@ -1,27 +1,27 @@
-//! The thesis' network fitted to a recorded stride in a form that walks: not a transient of a few seconds, but an orbit that holds for
-//! hundreds of strides and takes perturbed starts back.
+//! Fits the thesis' network to a recorded stride so that its orbit is stable: it persists for hundreds of strides, and perturbed starts
+//! return to it.
 //!
-//! The equations (see [`super::Network`]) keep their form when
-//! - time is stretched: alpha, mu and d by r, p by 1/r^2, the product gains by r;
-//! - an offset a0 moves;
-//! - the hips are scaled by s, the knees by s': p by 1/s^2, the hips' product gains by s/s'^2, the knees' by s'/s^2.
+//! The equations (see [`super::Network`]) are invariant under
+//! - a change of the time scale: alpha, mu and d times r, p times 1/r^2, the product gains times r;
+//! - a change of an offset a0;
+//! - a scale of the hips by s, the knees by s': p by 1/s^2, the hips' product gains by s/s'^2, the knees' by s'/s^2.
 //!
-//! So period, offsets and amplitudes follow from the orbit in closed form ([`super::waveform`]), and the search runs over what is left,
-//! in units in which a hip has mu = 1 and every joint an amplitude of about 1: 8 numbers if left and right are alike, 20 if not.
+//! So period, offsets and amplitudes follow from the orbit in closed form ([`super::waveform`]), and the search is over the other
+//! numbers, in units in which a hip has mu = 1 and every joint an amplitude of about 1: 8 numbers if left and right are equal, 20 if not.
 //!
 //! | gene | range |
 //! |---|---|
 //! | alpha / mu of the hip | 0.02 to 1.5, logarithmic |
 //! | mu over that of the hip | 0.7 to 3 |
 //! | gain of a difference link / mu of the hip | 0 to 1 |
-//! | gain of a product link, in parts of where it turns a spring negative on the cycle | -0.95 to 0.95 |
+//! | gain of a product link, as a fraction of the value at which it makes a spring negative on the cycle | -0.95 to 0.95 |
 //! | phase of the start | 0 to 1 |
 //! | p of right over left (sides free) | 0.25 to 4, logarithmic |
 //!
-//! CMA-ES with BIPOP restarts at 200 steps a stride over 60 strides and two kicks. With half the steps an optimiser finds the error
-//! of the integrator and calls it a fit; so the best few different individuals are then run as the board would run them, at 1 ms, in
-//! f64, for ten times as many strides ([`super::orbit_check`]), and the best that holds is the answer. If none does, the best is returned
-//! as not accepted.
+//! CMA-ES with BIPOP restarts at 200 steps a stride over 60 strides and two disturbances. With half the steps an optimiser exploits the
+//! error of the integrator. So the best few different individuals are then simulated as on the board, at 1 ms, but in f64, for ten times
+//! as many strides ([`super::orbit_check`]); the best one with a stable orbit is the result. If there is none, the best is returned as
+//! not accepted.
 
 use std::sync::Mutex;
 
@@ -33,19 +33,19 @@ use super::evaluator::{Evaluator, Progress};
 use super::network::{Network, Oscillator};
 use super::orbit_check::{Check, check};
 use super::random::Random;
-use super::settle::{Watch, settle};
+use super::settle::{Durations, settle};
 use super::waveform::{Match, Sample, Stride, Turns, orbit};
 
 /// Settings of a fit to a recorded stride.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchSettings {
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Individuals simulated.
+    /// Number of individuals to simulate.
     pub evaluations: usize,
-    /// Whether a second search lets left and right differ.
+    /// Whether a second search allows left and right to differ.
     pub free_sides: bool,
-    /// How many of the best are run at 1 ms until one holds.
+    /// How many of the best are simulated at 1 ms, at most, until one has a stable orbit.
     pub candidates: usize,
 }
 
@@ -58,26 +58,26 @@ impl Default for SearchSettings {
 /// A fit of the thesis' network.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ThesisFit {
-    /// Its numbers.
+    /// Its parameters.
     pub set: ThesisSet,
-    /// Root mean square error of each joint, degrees, on the orbit that it holds at 1 ms.
+    /// Root mean square error of each joint, degrees, on its orbit at 1 ms.
     pub rmse_deg: [f64; 4],
-    /// Evaluations at which the best of the search became better, and its root mean square error over all joints, degrees, with the
-    /// penalties for orbits that do not close.
+    /// Evaluations at which the search improved, with the root mean square error over all joints, degrees, including the penalties for
+    /// orbits that do not close.
     pub history: Vec<(usize, f64)>,
     /// Individuals simulated.
     pub evaluations: usize,
-    /// The orbit, beginning where the target begins.
+    /// The orbit, from the start of the target.
     pub best_cycle: Cycle,
     /// Period of the orbit at 1 ms, seconds.
     pub period_s: f64,
-    /// Perturbed starts that were run.
+    /// Number of perturbed starts.
     pub perturbed: usize,
-    /// Those that did not come back to the orbit.
+    /// Perturbed starts that did not return to the orbit.
     pub perturbed_lost: usize,
-    /// Whether it holds, and every perturbed start came back.
+    /// Whether the orbit is stable and every perturbed start returned to it.
     pub accepted: bool,
-    /// Why it was not.
+    /// The reason if it was not accepted.
     pub refused_because: Option<String>,
 }
 
@@ -85,22 +85,22 @@ pub struct ThesisFit {
 const STEPS: usize = 200;
 const STEP: f64 = std::f64::consts::TAU / STEPS as f64;
 const PER_SAMPLE: usize = 4;
-const WATCH: Watch = Watch {
+const DURATIONS: Durations = Durations {
     step: STEP,
     first_wait: 25 * STEPS,
     wait: 15 * STEPS,
     steps_per_sample: PER_SAMPLE,
-    // The longest period that is looked for is 1.7 natural ones.
+    // The longest period that is searched is 1.7 natural periods.
     samples: 17 * STEPS / PER_SAMPLE / 10,
 };
 const SHORTEST: usize = 4 * STEPS / PER_SAMPLE / 10;
 
 /// Fits the thesis' network to a stride of `period_s` seconds. The same seed gives the same bits.
 ///
-/// `progress` is told root mean square errors in degrees, not costs.
+/// `progress` gets root mean square errors in degrees, not costs.
 ///
-/// Do not expect a good likeness: on a healthy stride the best that holds inside of the core's bounds errs by 3 degrees in the hips
-/// and 10 to 11 in the knees. Two products of neighbours are all that can bend its sinusoids.
+/// The fit is coarse: for a healthy stride, the best stable orbit within the core's bounds has an error of 3 degrees at the hips and 10
+/// to 11 at the knees, because only two product terms deform its sinusoids.
 ///
 /// ```no_run
 /// use gait_fit::search::{SearchSettings, fit_thesis};
@@ -132,7 +132,7 @@ pub fn fit_thesis(
         if tried.len() == settings.candidates {
             break;
         }
-        // What is close to one that was refused fails likewise.
+        // A point close to a refused one would be refused too.
         if tried.iter().any(|other| distance(other, &genes) < APART) {
             continue;
         }
@@ -172,7 +172,7 @@ fn fit_of(set: ThesisSet, checked: Check, history: Vec<(usize, f64)>, evaluation
     }
 }
 
-/// Why a target cannot be fitted.
+/// The reason why a target cannot be fitted, if any.
 fn not_a_stride(target: &Cycle, period_s: f64) -> Option<String> {
     if !(0.2..=20.0).contains(&period_s) {
         return Some(format!("the stride's period is {period_s} s; allowed is 0.2 to 20 s"));
@@ -190,24 +190,24 @@ fn not_a_stride(target: &Cycle, period_s: f64) -> Option<String> {
     None
 }
 
-/// Whether left and right have their own numbers.
+/// Whether left and right have separate parameters.
 #[derive(Clone, Copy, PartialEq)]
 enum Sides {
     Alike,
     Free,
 }
 
-/// What is to be met.
+/// The target of the search.
 struct Aim {
     stride: Stride,
     period_s: f64,
 }
 
-/// What the searches leave.
+/// Results of the searches.
 struct Found {
     history: Vec<(usize, f64)>,
     evaluations: usize,
-    /// Good points in the 20 genes of free sides, lowest cost first.
+    /// Good points in the 20 genes of separate sides, lowest cost first.
     pool: Mutex<Vec<(Vec<f64>, f64)>>,
 }
 
@@ -229,7 +229,7 @@ impl Found {
             let points: Vec<Vec<f64>> = points.iter().map(all).collect();
             let networks: Vec<Network> = points.iter().map(|point| decode(point)).collect();
             let judge = |network: &Network, records: &[Vec<Sample>; 3]| cost(network, records, aim, &turns);
-            let costs = settle(&networks, WATCH, judge);
+            let costs = settle(&networks, DURATIONS, judge);
             keep(&mut pool.lock().unwrap_or_else(std::sync::PoisonError::into_inner), points, &costs);
             costs
         };
@@ -254,7 +254,7 @@ impl Found {
     }
 }
 
-/// Adds good points to the pool, lowest first.
+/// Adds good points to the pool, lowest cost first.
 fn keep(pool: &mut Vec<(Vec<f64>, f64)>, points: Vec<Vec<f64>>, costs: &[f64]) {
     const LONG: usize = 200;
     for (point, &cost) in points.into_iter().zip(costs) {
@@ -262,7 +262,7 @@ fn keep(pool: &mut Vec<(Vec<f64>, f64)>, points: Vec<Vec<f64>>, costs: &[f64]) {
         if full && pool.last().is_some_and(|worst| cost >= worst.1) || !cost.is_finite() {
             continue;
         }
-        // Of points that are nearly the same only the best stays, or one run would fill the pool.
+        // Of nearly equal points only the best stays; otherwise one run would fill the pool.
         if pool.iter().any(|kept| kept.1 <= cost && distance(&kept.0, &point) < NEAR) {
             continue;
         }
@@ -272,16 +272,16 @@ fn keep(pool: &mut Vec<(Vec<f64>, f64)>, points: Vec<Vec<f64>>, costs: &[f64]) {
     }
 }
 
-/// Points of the unit box that are taken for one.
+/// Points closer than this, in the unit box, count as one.
 const NEAR: f64 = 0.04;
-/// Points that are not tried one after the other.
+/// A point closer than this to one that was checked is not checked.
 const APART: f64 = 0.08;
 
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// The genes of free sides from those of sides alike.
+/// The genes of separate sides from those of equal sides.
 fn both_sides(g: &[f64]) -> Vec<f64> {
     let half = |x: f64| (x + 0.5).rem_euclid(1.0);
     // alpha; mu of all but the left hip; p ratios; difference; product; start phases of all but the left hip.
@@ -337,7 +337,7 @@ fn decode(g: &[f64]) -> Network {
     network
 }
 
-/// Mean square error in deg^2 of the worst of three passes, plus what an orbit that does not close or leaves the core's bounds pays.
+/// Mean square error in deg^2 of the worst of three passes, plus a penalty for an orbit that does not close or leaves the core's bounds.
 fn cost(network: &Network, records: &[Vec<Sample>; 3], aim: &Aim, turns: &Turns) -> f64 {
     let (mut worst, mut defect) = (0.0f64, 0.0);
     let (mut first, mut scale) = (f64::NAN, [1.0; 2]);
@@ -383,16 +383,16 @@ fn beyond_bounds(network: &Network, record: &[Sample], samples: f64, period_s: f
     beyond
 }
 
-/// The set in degrees and seconds, started on its orbit where the stride begins; none if it has none.
+/// The parameters in degrees and seconds, starting on the orbit where the stride begins; `None` if there is no orbit.
 fn realise(network: &Network, aim: &Aim) -> Option<ThesisSet> {
-    // Finer than the search, in f64, from the state that the search left.
+    // Finer than the search, in f64, from the network's settled state.
     let fine = STEP / 4.0;
     let settled = Network { start: network.run(fine, 4 * STEPS * 60), ..*network };
     let mut record: Vec<Sample> = vec![];
     let mut states = vec![];
     let per_sample = 4 * PER_SAMPLE;
     let mut count = 0;
-    settled.each_state(fine, per_sample * WATCH.samples, |state| {
+    settled.each_state(fine, per_sample * DURATIONS.samples, |state| {
         if count % per_sample == 0 {
             let v = state.velocity.map(|v| v * fine * per_sample as f64);
             record.push(std::array::from_fn(|i| if i < 4 { state.displacement[i] as f32 } else { v[i - 4] as f32 }));
@@ -431,7 +431,7 @@ fn realise(network: &Network, aim: &Aim) -> Option<ThesisSet> {
     })
 }
 
-/// Uncoupled oscillators of the target's ranges: what is returned, unaccepted, where not one individual had an orbit.
+/// Uncoupled oscillators with the target's ranges: returned as not accepted if no individual had an orbit.
 fn flat(target: &Cycle, period_s: f64) -> ThesisSet {
     let mu = std::f64::consts::TAU / period_s;
     let joints = std::array::from_fn(|i| {

@@ -1,14 +1,14 @@
-//! One cycle of an orbit, taken from a record of its states, and how near it can be brought to a recorded stride.
+//! Extracts one cycle of an orbit from a record of its states and matches it to a recorded stride.
 //!
-//! The thesis' equations keep their form when time is stretched, when an offset moves, and when hips or knees are scaled as pairs
-//! (see [`super::thesis`]). So period, offsets and the two scales are not searched for: they follow from the cycle in closed form,
-//! and so does the shift in time, by correlation.
+//! The thesis' equations are invariant under a change of the time scale, of an offset, and of the scale of hips or knees as pairs (see
+//! [`super::thesis`]). So period, offsets and the two scales are not searched: they follow from the cycle in closed form. The shift in
+//! time follows from a correlation.
 
 use gait_trace::stride::cycle::{Cycle, POINTS};
 
 /// Points of a cycle during the search.
 pub(crate) const COARSE: usize = 40;
-/// Harmonics that are correlated.
+/// Number of harmonics in the correlation.
 const ORBIT_HARMONICS: usize = 8;
 
 /// A state of the record: displacements, then velocities in displacement per sample.
@@ -16,15 +16,15 @@ pub(crate) type Sample = [f32; 8];
 
 /// One closed cycle.
 pub(crate) struct Orbit {
-    /// Samples that a cycle takes.
+    /// Period in samples.
     pub(crate) samples: f64,
-    /// Mean square distance of the end from the beginning, in parts of each state's range.
+    /// Mean square distance of the end from the start, relative to each state's range.
     pub(crate) defect: f64,
     /// Displacements over the cycle.
     pub(crate) points: [[f64; COARSE]; 4],
 }
 
-/// The cycle that begins with the record, looked for from `shortest` samples on; none if something in the record is not finite.
+/// The cycle that begins with the record and has at least `shortest` samples; `None` if there is none or a state is not finite.
 pub(crate) fn orbit(record: &[Sample], shortest: usize) -> Option<Orbit> {
     let mut scale = [0.0f64; 8];
     for (i, scale) in scale.iter_mut().enumerate() {
@@ -41,7 +41,7 @@ pub(crate) fn orbit(record: &[Sample], shortest: usize) -> Option<Orbit> {
     let distance = |sample: &[f64; 8]| (0..8).map(|i| ((sample[i] - first[i]) * scale[i]).powi(2)).sum::<f64>() / 8.0;
     let distances: Vec<f64> = record[shortest..].iter().map(|s| distance(&s.map(f64::from))).collect();
     let least = distances.iter().copied().fold(f64::MAX, f64::min);
-    // The first return, not a later one that happens to be nearer.
+    // The first return, even if a later one is closer.
     let valley = |k: usize| distances[k] <= distances[k - 1] && distances[k] <= distances[k + 1];
     let found = (1..distances.len() - 1).find(|&k| valley(k) && distances[k] <= 4.0 * least + 3e-3)?;
     let mut samples = (shortest + found) as f64;
@@ -67,7 +67,7 @@ pub(crate) fn orbit(record: &[Sample], shortest: usize) -> Option<Orbit> {
     Some(Orbit { samples, defect: distance(&closed), points })
 }
 
-/// Displacements and velocities between two samples, on the cubic through both with their velocities (Hermite).
+/// Displacements and velocities between two samples, by cubic Hermite interpolation.
 pub(crate) fn between(record: &[Sample], at: f64) -> ([f64; 4], [f64; 4]) {
     let k = (at as usize).min(record.len() - 2);
     let t = at - k as f64;
@@ -82,20 +82,20 @@ pub(crate) fn between(record: &[Sample], at: f64) -> ([f64; 4], [f64; 4]) {
     (x, v)
 }
 
-/// A recorded stride, prepared for comparison.
+/// A recorded stride with its harmonics.
 pub(crate) struct Stride {
     mean: [f64; 4],
-    /// Mean square about the mean, hips and knees summed.
+    /// Variance of the hips and of the knees, each summed over left and right.
     power: [f64; 2],
     /// Cosine and sine coefficients of each joint.
     harmonics: [[[f64; 2]; ORBIT_HARMONICS]; 4],
 }
 
-/// How an orbit is brought onto a stride.
+/// The transformation of an orbit that fits a stride best.
 pub(crate) struct Match {
     /// Root mean square error over all joints, degrees.
     pub(crate) rmse_deg: f64,
-    /// Part of the cycle at which the orbit stands when the stride begins.
+    /// Fraction of the orbit's cycle at the start of the stride.
     pub(crate) shift: f64,
     /// Degrees per displacement: hips, knees.
     pub(crate) scale: [f64; 2],
@@ -103,13 +103,13 @@ pub(crate) struct Match {
     pub(crate) offset: [f64; 4],
 }
 
-/// Sine and cosine of whole turns in `n` parts.
+/// Sine and cosine of `k` parts of a turn divided into `n`.
 fn circle(k: usize, n: usize) -> (f64, f64) {
     let angle = std::f64::consts::TAU * (k % n) as f64 / n as f64;
     (libm::sin(angle), libm::cos(angle))
 }
 
-/// Mean, mean square about it, and harmonics of a closed cycle.
+/// Mean, variance and harmonics of a closed cycle.
 fn analyse<const N: usize>(points: &[f64; N], turns: &[(f64, f64)]) -> (f64, f64, [[f64; 2]; ORBIT_HARMONICS]) {
     let mean = points.iter().sum::<f64>() / N as f64;
     let power = points.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / N as f64;
@@ -135,7 +135,7 @@ impl Stride {
         }
     }
 
-    /// The shift, scales and offsets that leave the least error.
+    /// The shift, scales and offsets with the smallest error.
     pub(crate) fn best_match(&self, orbit: &[[f64; COARSE]; 4], turns: &Turns) -> Match {
         let joints = orbit.each_ref().map(|points| analyse(points, &turns.0));
         let power = [joints[0].1 + joints[1].1, joints[2].1 + joints[3].1];
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cycle_is_found_and_brought_onto_a_scaled_shifted_copy_of_itself() {
+    fn a_cycle_matches_a_scaled_and_shifted_copy() {
         let found = orbit(&record(53.37), 25).expect("a cycle");
         assert!((found.samples - 53.37).abs() < 2e-3, "{}", found.samples);
         assert!(found.defect < 1e-8);
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_record_that_ran_away_has_no_cycle() {
+    fn a_diverged_record_has_no_cycle() {
         let mut broken = record(50.0);
         broken[70][2] = f32::NAN;
         assert!(orbit(&broken, 25).is_none());

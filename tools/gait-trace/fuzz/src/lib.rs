@@ -1,10 +1,10 @@
-//! What every fuzz target does: read the bytes in each way of asking, and hold what is read to the promises of `RawJoints`.
+//! Shared code of the fuzz targets: reads the bytes with several options and checks the guarantees of `RawJoints`.
 //!
 //! ```text
 //! cargo +nightly fuzz run c3d fuzz/corpus/c3d tests/corpus/c3d -- -max_total_time=60
 //! ```
-//! Run it in this folder's parent. What is found goes to `../tests/corpus/<reader>/found_*`, where a plain test reads it from
-//! then on.
+//! Run it in the parent of this folder. Put each failing input into `../tests/corpus/<reader>/found_*`; an ordinary test reads the
+//! files there.
 
 use gait_trace::ReadOptions;
 use gait_trace::{RawJoints, TraceError};
@@ -14,10 +14,10 @@ use joint_units::{Radians, Volts};
 /// One reader.
 pub type Reader = fn(&str, &[u8], &ReadOptions<'_>) -> Result<RawJoints, TraceError>;
 
-/// Reads in all ways.
+/// Reads the bytes with several options and checks each result.
 ///
 /// # Panics
-/// Something was read that breaks a promise.
+/// A result breaks a guarantee.
 pub fn check(name: &str, reader: Reader, bytes: &[u8]) {
     let point = |volts, degrees| CalibrationPoint { volts: Volts(volts), angle: Radians::from_degrees(degrees) };
     let table = Calibration::new(&[point(0.5, -40.0), point(2.5, 90.0)], Interpolation::Linear);
@@ -28,13 +28,13 @@ pub fn check(name: &str, reader: Reader, bytes: &[u8]) {
             how.add_map(map).expect("a good map");
         }
         match reader(name, bytes, &how) {
-            Ok(raw) => keeps_promises(&raw),
+            Ok(raw) => check_guarantees(&raw),
             Err(error) => assert!(error.to_string().starts_with(name)),
         }
     }
 }
 
-fn keeps_promises(raw: &RawJoints) {
+fn check_guarantees(raw: &RawJoints) {
     assert!(raw.time_s.len() >= 2 && raw.time_s.iter().all(|time| time.is_finite()));
     assert!(raw.joints.iter().any(Option::is_some));
     for joint in raw.joints.iter().flatten() {

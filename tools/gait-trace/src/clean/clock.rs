@@ -1,4 +1,4 @@
-//! The time column, understood: which rows count, the rate that they were meant to have, and the joints at even times.
+//! Evaluates the time column: rows to keep, nominal rate, and resampling of the joints to equal time steps.
 
 use crate::clean::condition_error::ConditionError;
 use crate::clean::repair;
@@ -9,17 +9,17 @@ use crate::raw::RawJoints;
 use crate::series::{quantile, range};
 use joint_units::Joint;
 
-/// The file's times, understood.
+/// The evaluated time column.
 pub(crate) struct Clock {
     /// Rows that are kept.
     rows: Vec<usize>,
-    /// Their times from the first.
+    /// Their times from the first row.
     times: Vec<f64>,
     pub(crate) rate_hz: f64,
     pub(crate) samples: usize,
-    /// The rows are the samples.
+    /// The rows already have equal time steps.
     is_even: bool,
-    /// Rows further apart than this have a gap in between.
+    /// Rows farther apart than this have a gap in between, in seconds.
     hole_s: f64,
     pub(crate) start_s: f64,
     pub(crate) normalised_cycle: bool,
@@ -73,7 +73,7 @@ impl Clock {
         let step = usual.iter().sum::<f64>() / usual.len() as f64;
         let (rate_hz, end_s) = (1.0 / step, times[times.len() - 1]);
         let samples = (end_s * rate_hz + 0.01).floor();
-        // Not a number, where the rate is infinite, is too many as well.
+        // An infinite rate gives NaN samples, which are too many as well.
         if samples.is_nan() || samples >= MAX_SAMPLES as f64 {
             return Err(ConditionError::TooLong { file: file(), duration_s: end_s, rate_hz });
         }
@@ -98,7 +98,7 @@ impl Clock {
         Ok(Self { rows, times, rate_hz, samples, is_even, hole_s, start_s, normalised_cycle, findings })
     }
 
-    /// A column at even times; NaN where nothing is known.
+    /// A column at equal time steps; NaN in gaps.
     pub(crate) fn even(&self, column: &[f64]) -> Vec<f64> {
         if self.is_even {
             return self.rows.iter().map(|&row| if column[row].is_finite() { column[row] } else { f64::NAN }).collect();
@@ -109,14 +109,14 @@ impl Clock {
     }
 }
 
-/// The median that is one of the steps, so that some step is near it.
+/// The upper median, which is one of the steps.
 fn middle_step(steps: &[f64]) -> f64 {
     let mut sorted = steps.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted[sorted.len() / 2]
 }
 
-/// Length of the time axis, where it is a normalised cycle.
+/// Length of the time axis if it is a normalised cycle.
 fn cycle_length(raw: &RawJoints, rows: &[usize], rules: &Rules) -> Option<f64> {
     let (first, last) = (*rows.first()?, *rows.last()?);
     let (start, end) = (raw.time_s[first], raw.time_s[last]);

@@ -1,19 +1,20 @@
-//! From joints as a file has them to joints that can be fitted: even times, no holes, no jumps, flexion positive.
+//! Conditions the joints of a file for fitting: equal time steps, no gaps, no jumps, flexion positive.
 //!
-//! In this order, each step by a rule of [`Rules`], each thing done or doubted said in a [`Finding`] with its times:
+//! The steps, in this order. Each uses thresholds of [`Rules`] and reports what it did, or what is doubtful, as a [`Finding`] with times:
 //!
-//! 1. *Time.* Rows of the same time as the row before are dropped; a row before its predecessor is an error that names it. An
-//!    axis from 0 to 1 (or 0 to 100 in at most [`MOST_PERCENT_ROWS`] rows) whose joints end where they began is a normalised
-//!    cycle. The rate is the mean of the usual steps; stamps that are off the even grid by more than a hundredth of a step
-//!    make the joints be resampled ([`crate::clean::repair`]).
+//! 1. *Time.* Rows with the same time as the row before are dropped; a decreasing time is an error that names the row. An axis from 0
+//!    to 1 (or 0 to 100 in at most [`MOST_PERCENT_ROWS`] rows) whose joints end at their start values is a normalised cycle. The rate
+//!    follows from the mean of the typical steps. If a time stamp is more than a hundredth of a step off the even grid, the joints are
+//!    resampled ([`crate::clean::repair`]).
 //! 2. *Gaps.* A step of more than 1.5 median steps, or a value that is not a number, is a gap: bridged up to
-//!    [`Rules::longest_bridge_s`], unusable beyond. A joint that is mostly gap is an error.
-//! 3. *Jumps* that no leg makes, bridged or unusable by [`Rules::longest_jump_s`]; steps that never come back are unusable where they are.
-//! 4. *Units.* Where no joint moves by [`Rules::least_range_deg`] the numbers are taken for radians and refused.
-//! 5. A low-pass, where [`Rules::low_pass`] asks for one.
-//! 6. *Convention*: signs and joints ([`crate::clean::convention`]).
+//!    [`Rules::longest_bridge_s`], unusable if longer. A joint that is mostly gaps is an error.
+//! 3. *Jumps* faster than a leg can move are bridged, or unusable if longer than [`Rules::longest_jump_s`]. At a lasting step the samples
+//!    are unusable.
+//! 4. *Units.* If no joint moves by [`Rules::least_range_deg`], the values are probably radians and are refused.
+//! 5. *Low-pass*, if [`Rules::low_pass`] requests one.
+//! 6. *Convention*: signs and exchanged columns ([`crate::clean::convention`]).
 //!
-//! Times count from the file's first row; [`Conditioned::start_s`] is that row's time in the file.
+//! Times are counted from the file's first row; [`Conditioned::start_s`] is that row's time in the file.
 
 use crate::clean::clock::Clock;
 use crate::clean::condition_error::ConditionError;
@@ -28,41 +29,41 @@ use crate::series::{range, runs};
 use crate::stride::segment;
 use joint_units::Joint;
 
-/// Joints that can be fitted.
+/// Joints ready for fitting.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Conditioned {
-    /// The joints that the file has, of the names [`Joint::name`], in the order of [`Joint::ALL`]; even steps from time 0.
+    /// The joints that the file has, named by [`Joint::name`], in the order of [`Joint::ALL`]; equal steps from time 0.
     pub recording: Recording,
-    /// What was found and done.
+    /// Defects found, and what was done about each.
     pub findings: Vec<Finding>,
-    /// Steps per second (per cycle where [`Self::normalised_cycle`]).
+    /// Samples per second (per cycle if [`Self::normalised_cycle`]).
     pub rate_hz: f64,
-    /// Spans that must not be fitted, in order, apart from each other. The recording holds a straight line there.
+    /// Spans that must not be fitted, seconds, in order and separate. The recording has a straight line there.
     pub unusable: Vec<(f64, f64)>,
-    /// The time axis is the fraction of a cycle, 0 to 1, not seconds.
+    /// Whether the time axis is the fraction of a cycle, 0 to 1, instead of seconds.
     pub normalised_cycle: bool,
-    /// What the file's clock showed at its first row.
+    /// Time of the first row in the file, seconds.
     pub start_s: f64,
 }
 
 impl Conditioned {
-    /// The values of a joint, if there is such a joint.
+    /// The values of a joint in degrees, if the recording has it.
     #[must_use]
     pub fn joint(&self, joint: Joint) -> Option<&[f64]> {
         self.recording.channel(joint.name()).ok().map(Channel::values)
     }
 }
 
-/// Conditions a recording; the module says how.
+/// Conditions a recording in the steps that the module's documentation lists.
 ///
 /// # Errors
-/// Times that run backwards or are not finite, too few rows, radians, a joint that is mostly missing.
+/// Times decrease or are not finite, there are too few rows, the values are radians, or a joint is mostly missing.
 ///
 /// ```
 /// use gait_trace::{Done, FindingKind, Rules, condition};
 /// use gait_trace::{RawJoint, RawJoints};
 /// use joint_units::Joint;
-/// // Three strides of a knee that the file counts negative, with a marker swap of 12 degrees at 1.5 s.
+/// // Three strides of a knee with extension positive and a marker swap of 12 degrees at 1.5 s.
 /// let knee = |t: f64| {
 ///     let p = std::f64::consts::TAU * t / 1.1;
 ///     24.0 + 20.0 * p.cos() + 14.0 * (2.0 * p + 0.3).cos()
@@ -77,8 +78,8 @@ impl Conditioned {
 /// let done = condition(&raw, &Rules::default())?;
 /// let said: Vec<String> = done.findings.iter().map(|finding| finding.to_string()).collect();
 /// assert_eq!(said, [
-///     "left knee, 1.450 s to 1.550 s: a jump of 12.0 deg that no leg makes; bridged",
-///     "left knee: extension is positive in the file (mean -24 deg); the sign was turned",
+///     "left knee, 1.450 s to 1.550 s: a jump of 12.0 deg, faster than a leg can move; replaced by a cubic",
+///     "left knee: the file counts extension as positive (mean -24 deg); the sign was changed",
 /// ]);
 /// let value = done.joint(Joint::LeftKnee).unwrap()[150];
 /// assert!((value - knee(1.5)).abs() < 0.5);
@@ -108,7 +109,7 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         let mut bad = vec![false; samples];
         let mut x = clock.even(&column.angle_deg);
         for (from, to) in runs(samples, |n| !x[n].is_finite()) {
-            // A hole between samples 3 and 7 is 4 steps long, though 3 samples are missing.
+            // A gap between samples 3 and 7 is 4 steps long, although 3 samples are missing.
             let open = from == 0 || to == samples;
             let long = open || (to - from + 1) as f64 > most_bridged;
             repair::bridge(&mut x, from, to, rate_hz, long);
@@ -175,7 +176,7 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         let what = FindingKind::Unfiltered;
         findings.push(Finding { from_s: 0.0, to_s: end_s, joint: None, what, done: Done::Smoothed { hz } });
     }
-    let convention = convention::settle(&mut joints, &unusable, rate_hz, clock.normalised_cycle);
+    let convention = convention::apply(&mut joints, &unusable, rate_hz, clock.normalised_cycle);
     findings.extend(convention.into_iter().map(|(joint, what, done)| Finding {
         from_s: 0.0,
         to_s: end_s,
@@ -200,7 +201,7 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
     Ok(Conditioned { recording, findings, rate_hz, unusable, normalised_cycle, start_s })
 }
 
-/// The gaps, once for all joints where all have the same.
+/// The findings of the gaps; a gap that all joints share gives one finding.
 fn gap_findings(
     gaps: &[Vec<(usize, usize)>; Joint::COUNT],
     joints: &[Option<Vec<f64>>; Joint::COUNT],
@@ -210,7 +211,7 @@ fn gap_findings(
 ) -> Vec<Finding> {
     let there: Vec<Joint> = Joint::ALL.into_iter().filter(|joint| joints[*joint as usize].is_some()).collect();
     let of = |joint: &Joint| &gaps[*joint as usize];
-    // Gaps are in order of time.
+    // Gaps are sorted by time.
     let shared =
         |gap: &(usize, usize)| there.len() > 1 && there.iter().all(|joint| of(joint).binary_search(gap).is_ok());
     let mut findings: Vec<Finding> = Vec::new();

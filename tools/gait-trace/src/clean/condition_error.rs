@@ -8,33 +8,33 @@ use joint_units::Joint;
 /// Why a recording cannot be conditioned.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ConditionError {
-    /// No joint at all.
+    /// The file has no joint.
     #[error("{file}: no joint; allowed are 1 to 4 of left and right hip and knee")]
     NoJoints {
         /// The file.
         file: String,
     },
-    /// Too few rows.
+    /// There are too few rows.
     #[error("{file}: {rows} rows; allowed are {FEWEST_ROWS} or more")]
     TooFewRows {
         /// The file.
         file: String,
-        /// How many there are.
+        /// Number of rows.
         rows: usize,
     },
-    /// A joint with more or fewer values than there are times.
-    #[error("{file}: {joint} has {found} values; allowed are {wanted}, one a time", joint = .joint.name())]
+    /// A joint has more or fewer values than there are times.
+    #[error("{file}: {joint} has {found} values; allowed are {wanted}, one per time", joint = .joint.name())]
     Length {
         /// The file.
         file: String,
         /// The joint.
         joint: Joint,
-        /// Its values.
+        /// Number of its values.
         found: usize,
-        /// The times.
+        /// Number of times.
         wanted: usize,
     },
-    /// A time that is not finite.
+    /// A time is not finite.
     #[error("{file}: row {row}: time {value} s; allowed is a finite number")]
     TimeNotFinite {
         /// The file.
@@ -44,8 +44,10 @@ pub enum ConditionError {
         /// The time.
         value: f64,
     },
-    /// Time runs backwards.
-    #[error("{file}: row {row}: time {value} s after {before} s; allowed are times that increase")]
+    /// The time decreases.
+    #[error(
+        "{file}: row {row}: time {value} s after {before} s; allowed are times that increase: sort the rows, or split the file"
+    )]
     TimeOrder {
         /// The file.
         file: String,
@@ -56,56 +58,56 @@ pub enum ConditionError {
         /// The time of the row before.
         before: f64,
     },
-    /// More samples than any recording has: a time is wrong.
-    #[error("{file}: {duration_s} s at {rate_hz} Hz; allowed are {MAX_SAMPLES} samples: is a time stamp wrong?")]
+    /// There would be more samples than the limit; usually a time is wrong.
+    #[error("{file}: {duration_s} s at {rate_hz} Hz; allowed are up to {MAX_SAMPLES} samples: is a time stamp wrong?")]
     TooLong {
         /// The file.
         file: String,
-        /// From the first row to the last.
+        /// Time from the first row to the last, seconds.
         duration_s: f64,
-        /// The rate that the steps have.
+        /// Rate of the time steps, Hz.
         rate_hz: f64,
     },
-    /// Numbers of angles in radians where degrees were promised, or nobody moves.
+    /// No joint moves enough: the values are radians, or the person stands.
     #[error(
-        "{file}: no joint moves by more than {range:.2} degrees; are these radians, or does nobody walk? Allowed is {least} degrees or more"
+        "{file}: no joint moves by more than {range:.2} degrees; allowed is {least} degrees or more: if the values are radians, use `--unit radians`"
     )]
     Radians {
         /// The file.
         file: String,
-        /// Range of the joint that moves most.
+        /// Range of the joint that moves most, degrees.
         range: f64,
-        /// Least range.
+        /// Smallest allowed range, degrees.
         least: f64,
     },
-    /// Most of a joint is gaps and jumps.
-    #[error("{file}: {share:.0} % of {joint} cannot be used (gaps and jumps too long to bridge); allowed is {most:.0} %", share = 100.0 * .share, joint = .joint.name(), most = 100.0 * .most)]
+    /// Too much of a joint is gaps and jumps.
+    #[error("{file}: {share:.0} % of {joint} cannot be used (gaps and jumps too long to bridge); allowed is up to {most:.0} %", share = 100.0 * .share, joint = .joint.name(), most = 100.0 * .most)]
     MostlyUnusable {
         /// The file.
         file: String,
         /// The joint.
         joint: Joint,
-        /// The share of the time.
+        /// Unusable fraction of the time.
         share: f64,
-        /// The largest that is allowed.
+        /// Largest allowed fraction.
         most: f64,
     },
-    /// The cut-off asked for makes no sense at this rate.
+    /// The requested cut-off does not fit the rate.
     #[error("{file}: low-pass at {hz} Hz; allowed is above 0 and below {most:.0} Hz, {MOST_CUT_OFF} of the rate")]
     LowPass {
         /// The file.
         file: String,
-        /// What was asked for.
+        /// The requested cut-off, Hz.
         hz: f64,
-        /// The limit.
+        /// The limit, Hz.
         most: f64,
     },
-    /// The table that came out is none.
+    /// The result is not a valid table.
     #[error("{file}: {source}")]
     Table {
         /// The file.
         file: String,
-        /// Why.
+        /// The rule that it breaks.
         source: RecordingError,
     },
 }

@@ -1,8 +1,8 @@
-//! Which way is flexion, and which column is which joint: read off the shape of gait, and never changed in silence.
+//! Corrects the sign of each joint and exchanged hip and knee columns, recognised by the shape of the gait. Every change is reported.
 //!
-//! Over up to five strides of most movement each joint is taken as its mean and two harmonics of the stride,
-//! `x = mean + Re c1 e^(i p) + Re c2 e^(2 i p)`. Four numbers are the same for walking, running and sprinting (measured on 22
-//! recordings of walks and runs; in brackets a patient with crouch gait):
+//! In the up to five strides with most movement, each joint is described by its mean and two harmonics of the stride,
+//! `x = mean + Re c1 e^(i p) + Re c2 e^(2 i p)`. Four numbers have similar values in walking, running and sprinting (measured on 22
+//! recordings; in brackets a patient with crouch gait):
 //!
 //! | number | hip | knee |
 //! |---|---|---|
@@ -11,9 +11,9 @@
 //! | knee's lead over the hip of its leg, arg(c1 knee / c1 hip), cycles | 0.19 to 0.29 (0.38, 0.70) | |
 //! | left against right, arg(c1 left / c1 right), cycles | 0.47 to 0.52 (0.51) | 0.45 to 0.52 (0.19) |
 //!
-//! Turning a sign shifts the bump phase by half a cycle, and the lead too; an exchange of hip and knee shows in the bump and the
-//! range, which no sign changes. Where two witnesses contradict each other nothing is changed and the finding says so. What no
-//! recording of angles can tell: whether left is left.
+//! A change of sign shifts the bump phase and the lead by half a cycle. An exchange of hip and knee shows in bump and range, which do
+//! not depend on the sign. Where two indicators contradict each other nothing is changed and a finding reports it. Angles alone do
+//! not show whether left and right are exchanged.
 
 use crate::finding::{Done, FindingKind};
 use crate::series::range;
@@ -21,26 +21,26 @@ use crate::stride::segment;
 use joint_units::Joint;
 use std::f64::consts::TAU;
 
-/// Below this range in degrees a joint does not move, and has no sign.
+/// Below this range, degrees, a joint counts as still and its sign is not judged.
 pub const LEAST_RANGE_DEG: f64 = 5.0;
-/// Knee: mean angle in degrees beyond which it is a witness of the sign.
+/// Knee: absolute mean angle, degrees, beyond which it indicates the sign.
 pub const KNEE_MEAN_DEG: f64 = 5.0;
-/// Knee: skewness beyond which it is a witness of the sign (swing is a long way to one side).
+/// Knee: absolute skewness beyond which it indicates the sign (swing is a large excursion to one side).
 pub const KNEE_SKEWNESS: f64 = 0.2;
-/// Knee: double bump from which its phase is a witness of the sign.
+/// Knee: double bump from which its phase indicates the sign.
 pub const KNEE_BUMP: f64 = 0.3;
-/// Hip: double bump from which its phase is a witness of the sign.
+/// Hip: double bump from which its phase indicates the sign.
 pub const HIP_BUMP: f64 = 0.08;
-/// Hip: middle of its bump phase, in cycles.
+/// Hip: middle of the bump phase with flexion positive, cycles.
 pub const HIP_BUMP_PHASE: f64 = 0.4;
-/// Lead of the knee over the hip in cycles, between which the hip's flexion is positive; half a cycle further it is negative.
+/// Range of the knee's lead over the hip, cycles, in which the hip's flexion is positive; half a cycle later it is negative.
 pub const LEAD: (f64, f64) = (0.10, 0.40);
-/// How far from half a cycle the two legs may be.
+/// Largest deviation of the two legs' phase difference from half a cycle, cycles.
 pub const OPPOSED: f64 = 0.2;
 
 const STRIDES: u32 = 5;
 
-/// A joint in the stretch of most movement.
+/// A joint in the strides with most movement.
 struct Shape {
     mean: f64,
     range: f64,
@@ -77,7 +77,7 @@ impl Shape {
         self.harmonics.map(|[one, two]| two.1.atan2(two.0) / TAU - 2.0 * one.1.atan2(one.0) / TAU)
     }
 
-    fn turned(&mut self) {
+    fn negate(&mut self) {
         self.mean = -self.mean;
         self.skewness = -self.skewness;
         self.harmonics = self.harmonics.map(|both| both.map(|(re, im)| (-re, -im)));
@@ -118,19 +118,19 @@ fn apart(a: f64, b: f64) -> f64 {
     d.min(1.0 - d)
 }
 
-/// Something said about a joint, or about all (`None`).
-pub(crate) type Said = (Option<Joint>, FindingKind, Done);
+/// A finding about a joint, or about all (`None`), without its times.
+pub(crate) type Untimed = (Option<Joint>, FindingKind, Done);
 
-/// Brings the joints to flexion positive and each to its own place, and says what was done, and what is doubtful.
-pub(crate) fn settle(
+/// Makes flexion positive and exchanges swapped columns; returns what was done and what is doubtful.
+pub(crate) fn apply(
     joints: &mut [Option<Vec<f64>>; Joint::COUNT],
     bad: &[bool],
     rate_hz: f64,
     one_cycle: bool,
-) -> Vec<Said> {
+) -> Vec<Untimed> {
     let legs = joints.each_ref().map(|joint| joint.as_deref());
     let samples = bad.len();
-    // A normalised cycle's last point is its first again.
+    // The last point of a normalised cycle repeats the first.
     let period = if one_cycle {
         Some((samples - 1) as f64)
     } else {
@@ -145,7 +145,7 @@ pub(crate) fn settle(
     });
     let (from, to, strides) = stretch.unwrap_or((0, samples, None));
     let mut shapes = legs.map(|joint| joint.map(|x| Shape::of(&x[from..to], strides)));
-    let mut said: Vec<Said> = Vec::new();
+    let mut findings: Vec<Untimed> = Vec::new();
 
     for side in 0..2 {
         let (hip, knee) = (side, side + 2);
@@ -157,16 +157,16 @@ pub(crate) fn settle(
             if h.range > 1.1 * k.range {
                 joints.swap(hip, knee);
                 shapes.swap(hip, knee);
-                said.push((leg, FindingKind::HipIsKnee, Done::Exchanged));
+                findings.push((leg, FindingKind::HipIsKnee, Done::Exchanged));
             } else {
-                said.push((leg, FindingKind::HipIsKnee, Done::Reported));
+                findings.push((leg, FindingKind::HipIsKnee, Done::Reported));
             }
         }
     }
 
     let mut turn = |shapes: &mut [Option<Shape>; 4], joint: usize| {
         if let Some(shape) = &mut shapes[joint] {
-            shape.turned();
+            shape.negate();
         }
         for x in joints[joint].iter_mut().flatten() {
             *x = -*x;
@@ -176,16 +176,16 @@ pub(crate) fn settle(
         let Some(shape) = &shapes[knee] else { continue };
         let joint = Some(Joint::ALL[knee]);
         if shape.range < LEAST_RANGE_DEG {
-            said.push((joint, FindingKind::Still { range_deg: shape.range }, Done::Reported));
+            findings.push((joint, FindingKind::Still { range_deg: shape.range }, Done::Reported));
             continue;
         }
         match shape.knee_sign() {
             -1 => {
                 let mean_deg = shape.mean;
                 turn(&mut shapes, knee);
-                said.push((joint, FindingKind::ExtensionPositive { mean_deg }, Done::Flipped));
+                findings.push((joint, FindingKind::ExtensionPositive { mean_deg }, Done::Flipped));
             }
-            0 => said.push((joint, FindingKind::SignUnclear, Done::Reported)),
+            0 => findings.push((joint, FindingKind::SignUnclear, Done::Reported)),
             _ => {}
         }
     }
@@ -194,7 +194,7 @@ pub(crate) fn settle(
         let Some(shape) = &shapes[hip] else { continue };
         let joint = Some(Joint::ALL[hip]);
         if shape.range < LEAST_RANGE_DEG {
-            said.push((joint, FindingKind::Still { range_deg: shape.range }, Done::Reported));
+            findings.push((joint, FindingKind::Still { range_deg: shape.range }, Done::Reported));
             continue;
         }
         let lead = match (&shapes[hip + 2], shape.phase()) {
@@ -212,18 +212,18 @@ pub(crate) fn settle(
         match (by_lead, shape.hip_sign()) {
             (-1, -1) => {
                 turn(&mut shapes, hip);
-                said.push((joint, FindingKind::ExtensionPositive { mean_deg }, Done::Flipped));
+                findings.push((joint, FindingKind::ExtensionPositive { mean_deg }, Done::Flipped));
             }
             (-1, 1) => crossed[hip] = true,
-            (-1, _) | (_, -1) => said.push((joint, FindingKind::SignUnclear, Done::Reported)),
-            (0, 0) if lead.is_some() => said.push((joint, FindingKind::SignUnclear, Done::Reported)),
+            (-1, _) | (_, -1) => findings.push((joint, FindingKind::SignUnclear, Done::Reported)),
+            (0, 0) if lead.is_some() => findings.push((joint, FindingKind::SignUnclear, Done::Reported)),
             _ => {}
         }
     }
     match crossed {
-        [true, true] => said.push((None, FindingKind::KneesCrossed, Done::Reported)),
+        [true, true] => findings.push((None, FindingKind::KneesCrossed, Done::Reported)),
         [false, false] => {}
-        [left, _] => said.push((Some(Joint::ALL[usize::from(!left)]), FindingKind::SignUnclear, Done::Reported)),
+        [left, _] => findings.push((Some(Joint::ALL[usize::from(!left)]), FindingKind::SignUnclear, Done::Reported)),
     }
     for left in [0, 2] {
         let (Some(a), Some(b)) = (&shapes[left], &shapes[left + 1]) else { continue };
@@ -234,8 +234,8 @@ pub(crate) fn settle(
             && apart(a, b) < 0.5 - OPPOSED
         {
             let kind = FindingKind::NotOpposed { cycles: apart(a, b) };
-            said.push((Some(Joint::ALL[left]), kind, Done::Reported));
+            findings.push((Some(Joint::ALL[left]), kind, Done::Reported));
         }
     }
-    said
+    findings
 }

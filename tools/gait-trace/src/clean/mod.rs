@@ -1,4 +1,4 @@
-//! Finding and repairing defects of a recording.
+//! Finds and repairs defects of a recording.
 
 pub(crate) mod clock;
 pub mod condition;

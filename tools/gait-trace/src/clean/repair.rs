@@ -1,29 +1,29 @@
-//! A series made even and whole: resampling to equal steps, bridges over gaps, and what a leg cannot have done.
+//! Repairs a series of angles: resampling to equal time steps, bridges over gaps, detection of jumps, low-pass.
 //!
-//! *Even.* A recorder's stamps jitter. Between two rows the value is a cubic with the slopes of the parabolas through each row
-//! and its two neighbours, so that a parabola is met exactly; a walker's knee, 100 rows a second and each up to a fifth of a
-//! step early or late, to 0.15 degrees.
+//! *Resampling.* Time stamps of recorders jitter. Between two rows the value is a cubic with the slopes of the parabolas through each
+//! row and its two neighbours. It reproduces a parabola exactly, and a knee in walking to 0.15 degrees at 100 rows a second with each
+//! row up to a fifth of a step early or late.
 //!
-//! *Bridges.* Over a hole of length L stands the cubic that has the values at both shores and the slopes there, each taken from
-//! a parabola through [`SHORE_S`] of good samples. What a bridge misses of a smooth curve is at most `L^4 / 384 max |x''''|`.
+//! *Bridges.* A gap of length L is filled by the cubic with the values and slopes at both ends; each slope is that of a parabola
+//! through [`EDGE_S`] of good samples. The error for a smooth curve is at most `L^4 / 384 max |x''''|`.
 //!
-//! *Jumps.* A leg has mass: over 4 ms its angle cannot bend by much. The second difference at that scale,
+//! *Jumps.* A leg has mass, so its angle cannot change direction much within 4 ms. The second difference at that scale,
 //! `x(t - h) - 2 x(t) + x(t + h)`, is below 2 degrees in recorded walking and sprinting at 200 Hz and above, but 4 to 59 where
-//! markers were swapped or lost. At low rates (h is one sample at least) real bends grow with `h^2`, so the limit also
-//! scales with the series' own usual bend (median absolute deviation, which the few samples of a glitch do not move).
+//! markers were swapped or lost. At low rates (h is at least one sample) real second differences grow with `h^2`, so
+//! the limit also scales with the series' own typical one (median absolute deviation, which a few wrong samples hardly change).
 //!
 //! Units: degrees, seconds, samples of equal steps.
 
 use crate::series::{median, quantile, runs};
 
-/// How much of the good samples on each side of a hole gives the slope there.
-pub const SHORE_S: f64 = 0.04;
-/// Scale of the second difference that jumps are seen in.
+/// Length of the good samples on each side of a gap from which the slope is taken, seconds.
+pub const EDGE_S: f64 = 0.04;
+/// Time step of the second difference that detects jumps, seconds.
 pub const BEND_S: f64 = 0.004;
-/// The median absolute deviation of a normal distribution, as a share of its standard deviation, inverted.
+/// Standard deviation of a normal distribution divided by its median absolute deviation.
 const MAD_TO_SD: f64 = 1.4826;
 
-/// What counts as a jump.
+/// Thresholds of a jump; the fields are described at [`crate::Rules`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct JumpRule {
     pub least_bend_deg: f64,
@@ -34,16 +34,16 @@ pub(crate) struct JumpRule {
     pub longest_excursion_s: f64,
 }
 
-/// Samples `from..to` that no leg has made.
+/// A jump in the samples `from..to`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Jump {
     pub from: usize,
     pub to: usize,
-    /// Offset that stays afterwards, if any.
+    /// Lasting offset after it, degrees, if any.
     pub lasting_deg: Option<f64>,
 }
 
-/// Rows of uneven times at the times `n / rate`; NaN where two rows are further apart than `hole_s`, and beyond both ends.
+/// Resamples rows of uneven times to the times `n / rate`; NaN where two rows are more than `hole_s` apart, and beyond both ends.
 pub(crate) fn even(times: &[f64], values: &[f64], rate_hz: f64, samples: usize, hole_s: f64) -> Vec<f64> {
     let near = 1e-3 / rate_hz;
     let slope = |row: usize| {
@@ -80,31 +80,31 @@ pub(crate) fn even(times: &[f64], values: &[f64], rate_hz: f64, samples: usize, 
         .collect()
 }
 
-/// The cubic with values and slopes (per unit of `u`) at `u` = 0 and 1.
+/// The cubic with the given values and slopes (per unit of `u`) at `u` = 0 and 1.
 fn hermite(x0: f64, x1: f64, s0: f64, s1: f64, u: f64) -> f64 {
     let v = 1.0 - u;
     x0 * v * v * (1.0 + 2.0 * u) + x1 * u * u * (3.0 - 2.0 * u) + s0 * u * v * v - s1 * u * u * v
 }
 
-/// Slope per sample at `at`, by the parabola through the good samples from there on in direction `step`.
-fn shore_slope(x: &[f64], at: usize, step: isize, rate_hz: f64) -> f64 {
-    let wanted = ((SHORE_S * rate_hz).round() as usize).max(2) + 1;
-    let mut shore: Vec<f64> = Vec::with_capacity(wanted);
+/// Slope per sample at `at`, from the parabola through the good samples that begin there and go in direction `step`.
+fn edge_slope(x: &[f64], at: usize, step: isize, rate_hz: f64) -> f64 {
+    let wanted = ((EDGE_S * rate_hz).round() as usize).max(2) + 1;
+    let mut edge: Vec<f64> = Vec::with_capacity(wanted);
     let mut index = Some(at);
-    while let Some(value) = index.and_then(|i| x.get(i)).filter(|value| value.is_finite() && shore.len() < wanted) {
-        shore.push(*value);
+    while let Some(value) = index.and_then(|i| x.get(i)).filter(|value| value.is_finite() && edge.len() < wanted) {
+        edge.push(*value);
         index = index.and_then(|i| i.checked_add_signed(step));
     }
     let direction = step as f64;
-    match shore.len() {
+    match edge.len() {
         0 | 1 => 0.0,
-        2 => (shore[1] - shore[0]) * direction,
+        2 => (edge[1] - edge[0]) * direction,
         n => {
             // Least squares of a + b u + c u^2 at u = 0 .. n-1; b by the orthogonal polynomials on that grid.
             let m = (n - 1) as f64 / 2.0;
             let mean_square = (0..n).map(|u| (u as f64 - m).powi(2)).sum::<f64>() / n as f64;
             let (mut linear, mut linear_norm, mut bent, mut bent_norm) = (0.0, 0.0, 0.0, 0.0);
-            for (u, value) in shore.iter().enumerate() {
+            for (u, value) in edge.iter().enumerate() {
                 let p1 = u as f64 - m;
                 let p2 = p1 * p1 - mean_square;
                 linear += value * p1;
@@ -117,7 +117,7 @@ fn shore_slope(x: &[f64], at: usize, step: isize, rate_hz: f64) -> f64 {
     }
 }
 
-/// Fills `from..to` by a cubic, or by a straight line where the hole is `long`; beyond an end the last value is held.
+/// Fills `from..to` with a cubic, or with a straight line if the gap is `long`; at an end of the series the nearest value is held.
 pub(crate) fn bridge(x: &mut [f64], from: usize, to: usize, rate_hz: f64, long: bool) {
     let left = from.checked_sub(1).filter(|&i| x[i].is_finite());
     let right = Some(to).filter(|&i| i < x.len() && x[i].is_finite());
@@ -128,7 +128,7 @@ pub(crate) fn bridge(x: &mut [f64], from: usize, to: usize, rate_hz: f64, long: 
             let (s0, s1) = if long {
                 (x1 - x0, x1 - x0)
             } else {
-                (shore_slope(x, l, -1, rate_hz) * span, shore_slope(x, r, 1, rate_hz) * span)
+                (edge_slope(x, l, -1, rate_hz) * span, edge_slope(x, r, 1, rate_hz) * span)
             };
             for (n, value) in x.iter_mut().enumerate().take(to).skip(from) {
                 *value = hermite(x0, x1, s0, s1, (n - l) as f64 / span);
@@ -145,8 +145,8 @@ fn hold(x: &mut [f64], source: usize, from: usize, to: usize) {
     x[from..to].fill(value);
 }
 
-/// Low-pass of fourth order and no lag: a Butterworth filter of second order, forwards and backwards, whose cut-off is raised
-/// so that both passes together take 3 dB at `cut_hz`. The ends are prolonged by point reflection.
+/// Zero-lag low-pass of fourth order: a Butterworth filter of second order, forwards and backwards, with its cut-off raised so that
+/// both passes together attenuate by 3 dB at `cut_hz`. The ends are extended by point reflection.
 pub(crate) fn low_pass(x: &mut [f64], rate_hz: f64, cut_hz: f64) {
     let twice = (2f64.sqrt() - 1.0).powf(0.25);
     let warped = (std::f64::consts::PI * cut_hz / (rate_hz * twice)).tan();
@@ -171,8 +171,8 @@ pub(crate) fn low_pass(x: &mut [f64], rate_hz: f64, cut_hz: f64) {
     x.copy_from_slice(&long[reach..reach + x.len()]);
 }
 
-/// The jumps of a whole series (no NaN), in order, apart from each other. What is `made_up` has no jumps.
-pub(crate) fn jumps(x: &[f64], made_up: &[bool], rate_hz: f64, rule: &JumpRule) -> Vec<Jump> {
+/// The jumps of a series without NaN, in order and separate. Samples that are `filled` are not examined.
+pub(crate) fn jumps(x: &[f64], filled: &[bool], rate_hz: f64, rule: &JumpRule) -> Vec<Jump> {
     let h = ((BEND_S * rate_hz).round() as usize).max(1);
     let guard = ((rule.guard_s * rate_hz).round() as usize).max(1);
     if x.len() < 4 * h + 1 {
@@ -182,10 +182,10 @@ pub(crate) fn jumps(x: &[f64], made_up: &[bool], rate_hz: f64, rule: &JumpRule) 
     let middle = median(bends.iter().copied());
     let usual = MAD_TO_SD * median(bends.iter().map(|bend| (bend - middle).abs()));
     let limit = rule.least_bend_deg.max(rule.usual_bends * usual);
-    let real = |n: usize| made_up.get(n - h..=n + h).is_some_and(|near| !near.contains(&true));
+    let real = |n: usize| filled.get(n - h..=n + h).is_some_and(|near| !near.contains(&true));
     let sharp = |n: usize| n >= h && bends.get(n - h).is_some_and(|bend| bend.abs() > limit) && real(n);
 
-    // Window with its guards, and the sharp samples in it.
+    // A window with its guards, and the samples with a large second difference in it.
     let mut clusters: Vec<[(usize, usize); 2]> = Vec::new();
     for (first, end) in runs(x.len(), sharp) {
         let (from, to) = (first.saturating_sub(guard), (end + guard).min(x.len()));
@@ -196,17 +196,17 @@ pub(crate) fn jumps(x: &[f64], made_up: &[bool], rate_hz: f64, rule: &JumpRule) 
     }
     let spread = quantile(x.to_vec(), 0.95) - quantile(x.to_vec(), 0.05);
     let least_step = rule.least_step_deg.max(rule.least_step_share * spread);
-    // What is left of a jump afterwards: across the sharp samples, where the leg itself has hardly moved, and not undone
-    // within the guards, as it is where a marker drifts away and snaps back.
+    // The lasting offset of a jump: measured across the sharp samples, in which the leg itself hardly moves, and not reversed within
+    // the guards, as it is when a marker drifts away and jumps back.
     let lasting = |&[window, core]: &[(usize, usize); 2]| {
         let (left, right) = (window.0.checked_sub(1)?, window.1);
         if right >= x.len() {
             return None;
         }
-        let slope = 0.5 * (shore_slope(x, left, -1, rate_hz) + shore_slope(x, right, 1, rate_hz));
+        let slope = 0.5 * (edge_slope(x, left, -1, rate_hz) + edge_slope(x, right, 1, rate_hz));
         let across = |from: usize, to: usize| x[to] - x[from] - slope * (to - from) as f64;
         let (sharp, whole) = (across(core.0 - h, (core.1 - 1 + h).min(x.len() - 1)), across(left, right));
-        // A step bends by its height; so does a spike, but leaves nothing.
+        // A step has a second difference of its height; a spike has one too, but no lasting offset.
         let bend =
             bends[core.0 - h..(core.1 - h).min(bends.len())].iter().fold(0.0_f64, |most, bend| most.max(bend.abs()));
         (sharp.abs() > least_step.max(0.5 * bend) && whole * sharp.signum() > 0.5 * sharp.abs()).then_some(sharp)
@@ -215,7 +215,7 @@ pub(crate) fn jumps(x: &[f64], made_up: &[bool], rate_hz: f64, rule: &JumpRule) 
     for cluster in &clusters {
         let step = lasting(cluster);
         let [(from, to), _] = *cluster;
-        // There and back again: all that is in between is displaced.
+        // A step and its reversal: everything in between is displaced.
         if let (Some(back), Some(last)) = (step, jumps.last_mut())
             && let Some(there) = last.lasting_deg
             && (there + back).abs() < 0.5 * there.abs().max(back.abs())
@@ -238,9 +238,9 @@ mod tests {
     use std::f64::consts::TAU;
 
     proptest! {
-        /// Four points of a cubic give it back anywhere; so does the bridge over a hole in one of lower degree.
+        /// Interpolation reproduces a cubic, and a bridge a parabola.
         #[test]
-        fn cubics_are_met(c in prop::array::uniform4(-2.0_f64..2.0), place in 0.0_f64..30.0) {
+        fn cubics_and_parabolas_are_reproduced(c in prop::array::uniform4(-2.0_f64..2.0), place in 0.0_f64..30.0) {
             let curve = |n: f64| c[0] + n * (c[1] + 0.1 * n * (c[2] + 0.05 * n * c[3]));
             let x: Vec<f64> = (0..31).map(|n| curve(f64::from(n))).collect();
             let inside = place.clamp(1.0, 29.0);
@@ -255,9 +255,9 @@ mod tests {
             }
         }
 
-        /// Uneven stamps: what is resampled is the curve at the even times.
+        /// Rows of uneven times are resampled to the curve at equal steps.
         #[test]
-        fn uneven_rows_become_even_ones(jitter in prop::collection::vec(-0.3_f64..0.3, 120)) {
+        fn uneven_rows_are_resampled_to_the_curve(jitter in prop::collection::vec(-0.3_f64..0.3, 120)) {
             let curve = |t: f64| 30.0 * (TAU * t / 1.1).sin() + 12.0 * (2.0 * TAU * t / 1.1).cos();
             let times: Vec<f64> = jitter.iter().enumerate().map(|(n, j)| 0.01 * (n as f64 + if n == 0 { 0.0 } else { *j })).collect();
             let values: Vec<f64> = times.iter().map(|&t| curve(t)).collect();
@@ -270,7 +270,7 @@ mod tests {
 
     /// Butterworth's gain, twice over: `1 / (1 + (f/fc)^4)` with both passes 3 dB at the cut-off; no lag.
     #[test]
-    fn a_low_pass_takes_three_decibels_at_its_cut_off_and_shifts_nothing() {
+    fn the_low_pass_has_3_db_at_its_cut_off_and_no_lag() {
         let corner = 6.0 / (2f64.sqrt() - 1.0).powf(0.25);
         for hertz in [1.0, 3.0, 6.0, 12.0, 24.0] {
             let wave = |n: usize| (TAU * hertz * n as f64 / 500.0).sin();
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn holes_stay_holes() {
+    fn gaps_stay_gaps() {
         let times = [0.0, 0.01, 0.02, 0.06, 0.07];
         let out = even(&times, &[0.0, 1.0, 2.0, 6.0, 7.0], 100.0, 9, 0.015);
         let known: Vec<bool> = out.iter().map(|x| x.is_finite()).collect();

@@ -1,30 +1,30 @@
-//! A recording at a fixed rate, by straight lines between its samples.
+//! Resamples a recording to a fixed rate by linear interpolation.
 //!
-//! Sample n is at `t0 + n / rate`, computed from n each time, so that no sum of steps drifts; the last one is the last that the
-//! recording covers. Nothing is extrapolated. A signal with content above half the rate needs a low-pass filter first.
+//! Sample n is at `t0 + n / rate`, computed from n, so that no rounding error accumulates; the last sample is the last one within the
+//! recording. Nothing is extrapolated. A signal with content above half the rate needs a low-pass filter first.
 
 use crate::recording::{Channel, Recording};
 
-/// Most samples that a channel may get: three hours at 1 kHz.
+/// Largest number of samples of a channel: three hours at 1 kHz.
 pub const MAX_SAMPLES: usize = 10_800_000;
 
-/// Why a rate was refused.
+/// Why a recording cannot be resampled.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ResampleError {
-    /// The rate is no rate.
+    /// The rate is out of range.
     #[error("rate {rate_hz} Hz; allowed is 1 to 100000 Hz")]
     Rate {
-        /// What was asked for.
+        /// The requested rate, Hz.
         rate_hz: f64,
     },
     /// Fewer than two samples, or more than [`MAX_SAMPLES`].
     #[error("{samples} samples of {duration_s} s at {rate_hz} Hz; allowed are 2 to {MAX_SAMPLES}")]
     Samples {
-        /// How many there would be.
+        /// Number of samples that would result.
         samples: f64,
-        /// Length of the recording.
+        /// Length of the recording, seconds.
         duration_s: f64,
-        /// What was asked for.
+        /// The requested rate, Hz.
         rate_hz: f64,
     },
 }
@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_sample_is_the_last_that_is_covered() {
+    fn the_last_sample_is_within_the_recording() {
         assert_eq!(ramp(&[0.0, 0.3]).resample(10.0).unwrap().time_s(), [0.0, 0.1, 0.2, 0.3]);
         assert_eq!(ramp(&[0.0, 0.29]).resample(10.0).unwrap().time_s(), [0.0, 0.1, 0.2]);
         // 0.29 * 100 is a little less than 29 in binary.
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn rates_without_sense_are_refused() {
+    fn rates_out_of_range_are_refused() {
         let recording = ramp(&[0.0, 0.3]);
         for rate in [0.0, -5.0, f64::NAN, f64::INFINITY, 1e9, 0.5] {
             assert!(matches!(recording.resample(rate), Err(ResampleError::Rate { .. })), "{rate}");

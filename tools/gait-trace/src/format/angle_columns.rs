@@ -1,9 +1,9 @@
-//! Numbers that were taken for joints, made degrees: which unit they are in, and whether they can be angles at all.
+//! Converts joint columns to degrees: decides the unit and removes impossible values.
 //!
-//! The unit is, in this order: what the caller says; what the file says (heading or header); what the numbers say, which is
-//! then noted. Numbers say *degrees* where one is beyond 2 pi, since no joint turns that far in radians, and *radians* where
-//! none of at least [`ENOUGH`] is beyond [`RADIANS_END`]: a hip or a knee that walks moves more than that in degrees. In
-//! between there is no telling, which is an error, and so is a file that says degrees and has none.
+//! The unit is, in this order: the caller's; the file's (heading or header); the one that the values imply, with a note. The values
+//! imply *degrees* if one is beyond 2 pi, since no joint turns that far in radians, and *radians* if none of at least [`ENOUGH`] is
+//! beyond [`RADIANS_END`]: hip and knee move farther than that in degrees during walking. In between the unit is unknown, which is an
+//! error. A file that names degrees but has only values below [`RADIANS_END`] is an error too.
 
 use crate::fault::{Fault, TraceError};
 use crate::format::joint_names::AngleUnit;
@@ -11,26 +11,26 @@ use crate::raw::RawJoint;
 use crate::recording::{MAX_ANGLE_DEG, Quantity};
 use joint_units::Joint;
 
-/// Numbers below which no unit is guessed and none doubted.
+/// Fewest values from which a unit is inferred or checked.
 const ENOUGH: usize = 20;
 /// Largest angle of a joint in radians: 200 degrees.
 const RADIANS_END: f64 = 3.5;
-/// One value in so many may be beyond [`MAX_ANGLE_DEG`] and is then taken for a glitch; more, and the unit is wrong.
+/// Up to one value in this many may be beyond [`MAX_ANGLE_DEG`] and counts as a glitch; with more the unit is wrong.
 const GLITCH_SHARE: usize = 100;
 
-/// A column of a file that was taken for a joint, in the file's unit.
+/// A column of a file that was recognised as a joint, in the file's unit.
 pub(crate) struct AngleColumn {
     pub(crate) joint: Joint,
-    /// What the file calls it.
+    /// Its name in the file.
     pub(crate) heading: String,
-    /// Its place in the file, from 0.
+    /// Its index in the file, from 0.
     pub(crate) index: usize,
-    /// The unit that the file says.
+    /// The unit that the file names.
     pub(crate) said: Option<AngleUnit>,
     pub(crate) values: Vec<f64>,
 }
 
-/// What the error of a row needs: the file's name and its row's line, if it has lines.
+/// Place of the columns for errors: the file's name and the line of each row, if the file has lines.
 pub(crate) struct Place<'a> {
     pub(crate) file: &'a str,
     /// The line of the heading.
@@ -49,7 +49,7 @@ impl Place<'_> {
     }
 }
 
-/// The joints in degrees, as the doors behind the readers want them.
+/// The joints in degrees, for [`crate::RawJoints`].
 pub(crate) fn in_degrees(
     place: &Place<'_>,
     mut columns: Vec<AngleColumn>,
@@ -59,7 +59,7 @@ pub(crate) fn in_degrees(
     columns.retain(|column| {
         let any = column.values.iter().any(|value| !value.is_nan());
         if !any {
-            notes.push(format!("`{}` has no number in any row and is left out.", column.heading));
+            notes.push(format!("`{}` has no number in any row and is ignored.", column.heading));
         }
         any
     });
@@ -77,21 +77,21 @@ pub(crate) fn in_degrees(
             && asked != said
         {
             let (heading, asked, said) = (&column.heading, asked.words(), said.words());
-            notes.push(format!("`{heading}`: read as {asked}, as asked, though the file says {said}."));
+            notes.push(format!("`{heading}`: read as {asked}, as requested, although the file names {said}."));
         }
         let joint = column.joint as usize;
-        joints[joint] = Some(believable(place, column, unit, notes)?);
+        joints[joint] = Some(without_glitches(place, column, unit, notes)?);
     }
     Ok(joints)
 }
 
-/// The largest number either way, and how many there are.
+/// The largest absolute value, and the number of values.
 fn extent<'a>(columns: impl Iterator<Item = &'a AngleColumn>) -> (f64, usize) {
     let values = columns.flat_map(|column| &column.values).filter(|value| !value.is_nan());
     values.fold((0.0, 0), |(largest, count), value| (value.abs().max(largest), count + 1))
 }
 
-/// The unit of the columns of which the file does not say it; `None` where it says it of all.
+/// The unit that the values of the columns without unit imply; `None` if all columns have a unit.
 fn guess(place: &Place<'_>, columns: &[AngleColumn], notes: &mut Vec<String>) -> Result<Option<AngleUnit>, TraceError> {
     let degrees = |column: &&AngleColumn| column.said == Some(AngleUnit::Degrees);
     let (largest, values) = extent(columns.iter().filter(degrees));
@@ -103,20 +103,20 @@ fn guess(place: &Place<'_>, columns: &[AngleColumn], notes: &mut Vec<String>) ->
     let (largest, values) = extent(columns.iter().filter(|column| column.said.is_none()));
     let no_unit = |why| Err(place.at(place.header, Some(unsaid), Fault::NoUnit { why }));
     let unit = match largest {
-        _ if values < ENOUGH => return no_unit(format!(", and {values} numbers are too few to tell it")),
+        _ if values < ENOUGH => return no_unit(format!(", and {values} values are too few to infer it")),
         _ if largest > std::f64::consts::TAU => AngleUnit::Degrees,
         _ if largest <= RADIANS_END => AngleUnit::Radians,
-        _ => return no_unit(format!(", and the largest number, {largest:.3}, may be either")),
+        _ => return no_unit(format!(", and the largest value, {largest:.3}, may be either")),
     };
     notes.push(format!(
-        "The file does not say the unit of its angles; taken as {} because the largest of {values} numbers is {largest:.3}.",
+        "The file names no unit of its angles; they are read as {} because the largest of {values} values is {largest:.3}.",
         unit.words()
     ));
     Ok(Some(unit))
 }
 
-/// The column in degrees, single values beyond what a joint can do taken out.
-fn believable(
+/// The column in degrees; single values beyond [`MAX_ANGLE_DEG`] become missing.
+fn without_glitches(
     place: &Place<'_>,
     mut column: AngleColumn,
     unit: AngleUnit,
@@ -140,7 +140,7 @@ fn believable(
         }
         let at = line.map_or_else(|| format!("frame {row}"), |line| format!("line {line}"));
         notes.push(format!(
-            "`{}`: {beyond} of {} values are beyond {MAX_ANGLE_DEG} degrees and are taken as missing, the first in {at} ({value:.1}).",
+            "`{}`: {beyond} of {} values are beyond {MAX_ANGLE_DEG} degrees and are treated as missing, the first in {at} ({value:.1}).",
             column.heading,
             values.len()
         ));
@@ -166,37 +166,43 @@ mod tests {
     }
 
     #[test]
-    fn the_unit_is_said_or_asked_or_told_from_the_numbers_and_noted() {
+    fn the_unit_is_requested_named_or_inferred() {
         let degrees = Some(AngleUnit::Degrees);
         let radians = Some(AngleUnit::Radians);
         assert_eq!(read(degrees, None, vec![60.0; 30]).unwrap(), (60.0, vec![]));
         assert!((read(radians, None, vec![1.0; 30]).unwrap().0 - 57.29578).abs() < 1e-5);
         let (value, notes) = read(None, None, vec![60.0; 30]).unwrap();
-        assert!(value == 60.0 && notes[0].contains("taken as degrees"), "{notes:?}");
+        assert!(value == 60.0 && notes[0].contains("read as degrees"), "{notes:?}");
         let (value, notes) = read(None, None, vec![1.0; 30]).unwrap();
-        assert!((value - 57.29578).abs() < 1e-5 && notes[0].contains("taken as radians"), "{notes:?}");
+        assert!((value - 57.29578).abs() < 1e-5 && notes[0].contains("read as radians"), "{notes:?}");
         let (value, notes) = read(radians, degrees, vec![1.0; 30]).unwrap();
-        assert!(value == 1.0 && notes[0].contains("as asked, though the file says radians"), "{notes:?}");
+        assert!(value == 1.0 && notes[0].contains("as requested, although the file names radians"), "{notes:?}");
     }
 
     #[test]
-    fn what_does_not_tell_its_unit_is_refused() {
+    fn an_unknown_unit_is_refused() {
         let degrees = Some(AngleUnit::Degrees);
         assert!(read(None, None, vec![5.0; 30]).unwrap_err().contains("5.000, may be either"));
-        assert!(read(None, None, vec![60.0; 19]).unwrap_err().contains("19 numbers are too few"));
-        assert!(read(degrees, None, vec![1.0; 30]).unwrap_err().contains("says degrees, but no angle in 30 values"));
+        assert!(read(None, None, vec![60.0; 19]).unwrap_err().contains("19 values are too few"));
+        assert!(
+            read(degrees, None, vec![1.0; 30]).unwrap_err().contains("names degrees, but the largest of 30 values")
+        );
         assert!(read(degrees, None, vec![1.0; 19]).is_ok());
         assert!(read(Some(AngleUnit::Radians), None, vec![60.0; 30]).unwrap_err().contains("wrong unit?"));
         assert!(read(degrees, None, vec![f64::NAN; 30]).unwrap_err().contains("no row has a number"));
     }
 
     #[test]
-    fn one_glitch_in_a_hundred_is_missing_and_two_are_a_wrong_unit() {
+    fn one_glitch_in_a_hundred_is_missing_two_are_an_error() {
         let mut values = vec![60.0; 100];
         values[0] = 1e9;
         let (value, notes) = read(Some(AngleUnit::Degrees), None, values.clone()).unwrap();
         assert!(value.is_nan() && notes[0].contains("1 of 100 values are beyond 200 degrees"), "{notes:?}");
         values[1] = -300.0;
-        assert!(read(Some(AngleUnit::Degrees), None, values).unwrap_err().contains("1000000000 degrees: wrong unit?"));
+        assert!(
+            read(Some(AngleUnit::Degrees), None, values)
+                .unwrap_err()
+                .contains("1000000000 degrees is out of range (wrong unit?)")
+        );
     }
 }

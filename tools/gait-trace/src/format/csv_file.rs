@@ -1,10 +1,10 @@
-//! Recordings as comma-separated values.
+//! Reads and writes recordings in the project's own CSV.
 //!
 //! The first line is the header: `time_s`, then angles in degrees (`left_hip_deg`, `right_hip_deg`, `left_knee_deg`,
-//! `right_knee_deg`, or any of them, or `knee_deg` alone) or volts at a pin (`PA1`), in any order. One row a sample below it.
+//! `right_knee_deg`, or any of them, or `knee_deg` alone) or volts at a pin (`PA1`), in any order. Each row below it is a sample.
 //! Lines may end in LF or CR LF; a byte order mark before the header, quotes around a heading, blanks around a field and blank
 //! lines are ignored.
-//! Everything else that is not a plain table of finite numbers is refused: nothing is guessed, filled in or left out.
+//! Everything else is refused: the reader guesses nothing, fills no gap and drops no row.
 
 use crate::fault::{Fault, TraceError};
 use crate::format::whole_file;
@@ -12,7 +12,7 @@ use crate::recording::{Channel, Recording, RecordingError};
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-/// Most bytes that a file may have: an hour of five channels at 1 kHz has some 160 million.
+/// Largest size of a file, bytes: an hour of five channels at 1 kHz has about 160 million.
 pub const MAX_BYTES: u64 = 256 << 20;
 
 const TIME: &str = "time_s";
@@ -20,21 +20,21 @@ const TIME: &str = "time_s";
 /// Reads a file.
 ///
 /// # Errors
-/// The first thing that is wrong with it, with line and column.
+/// The first fault of the file, with line and column.
 pub fn read(path: &Path) -> Result<Recording, TraceError> {
     let name = path.display().to_string();
     let file = std::fs::File::open(path).map_err(|error| TraceError::new(&name, None, Fault::Io(error)))?;
     parse(&name, file)
 }
 
-/// Reads the text of a file; `name` is what errors call it.
+/// Reads the text of a file; `name` is the name in errors.
 ///
 /// # Errors
 /// As [`read`].
 pub fn parse(name: &str, source: impl Read) -> Result<Recording, TraceError> {
     let text = text_of(name, source)?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    // A table of numbers needs no quotes, so that a line is a row, and its number is known.
+    // A table of numbers needs no quotes, so each line is a row.
     let mut rows = (1_u64..).zip(text.lines()).filter(|(_, row)| !row.trim().is_empty());
     let (line, row) = rows.next().ok_or_else(|| TraceError::new(name, None, Fault::Empty))?;
     let header = Header::parse(name, line, row)?;
@@ -74,17 +74,17 @@ pub fn parse(name: &str, source: impl Read) -> Result<Recording, TraceError> {
     let rows = time_s.len();
     Recording::build(time_s, channels).map_err(|error| match error {
         RecordingError::TooFewRows { .. } => TraceError::new(name, Some(last_line), Fault::TooFewRows { rows }),
-        // The rules of rows were kept above, where the line is known.
+        // The rules of single rows were checked above, where the line is known.
         other => TraceError::new(name, None, Fault::Table(other)),
     })
 }
 
-/// The header, understood.
+/// The parsed header.
 struct Header {
     headings: Vec<String>,
     /// Index of the time column.
     time: usize,
-    /// Index of each other column, and its channel, still without numbers.
+    /// Index of each other column, and its channel without values.
     channels: Vec<(usize, Channel)>,
 }
 
@@ -95,8 +95,8 @@ impl Header {
         let Some(time) = headings.iter().position(|heading| heading == TIME) else {
             let one = headings.len() == 1;
             let hint = match headings.first() {
-                Some(first) if one && first.contains(';') => " (fields are separated by `;`, wanted is `,`)",
-                Some(first) if one && first.contains('\t') => " (fields are separated by tabs, wanted is `,`)",
+                Some(first) if one && first.contains(';') => " (the fields are separated by `;`; use `,`)",
+                Some(first) if one && first.contains('\t') => " (the fields are separated by tabs; use `,`)",
                 Some(first) if number(first).is_ok() => " (the first line is a row of numbers, not a header)",
                 _ => "",
             };
@@ -120,17 +120,17 @@ impl Header {
     }
 }
 
-/// The fields of a row, without the blanks around them.
+/// The fields of a row, without surrounding blanks.
 fn fields(row: &str) -> impl Iterator<Item = &str> {
     row.split(',').map(str::trim)
 }
 
-/// A heading without the quotes that some programs write around text.
+/// A heading without surrounding quotes.
 fn unquoted(heading: &str) -> &str {
     heading.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')).unwrap_or(heading)
 }
 
-/// The whole text, if it is text.
+/// The source as text.
 fn text_of(name: &str, source: impl Read) -> Result<String, TraceError> {
     let fault = |fault| TraceError::new(name, None, fault);
     let mut bytes = Vec::new();
@@ -154,16 +154,16 @@ fn text_of(name: &str, source: impl Read) -> Result<String, TraceError> {
 fn number(text: &str) -> Result<f64, Fault> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        // `1e999` parses as infinity; so do `inf` and `NaN` by name.
+        // `1e999` and `inf` parse as infinity.
         Ok(_) => Err(Fault::NotFinite { text: text.into() }),
         Err(_) => Err(Fault::NotANumber { text: text.chars().take(40).collect() }),
     }
 }
 
-/// Writes a file, whole or not at all. Numbers are written so that reading them gives the same bits.
+/// Writes a file completely or not at all. Reading it gives the same bits.
 ///
 /// # Errors
-/// The file cannot be written; a file of that name that was there before still is.
+/// The file cannot be written; an existing file at `path` is unchanged.
 pub fn write(path: &Path, recording: &Recording) -> io::Result<()> {
     whole_file::write(path, |out| write_to(out, recording))
 }
@@ -171,7 +171,7 @@ pub fn write(path: &Path, recording: &Recording) -> io::Result<()> {
 /// Writes the text of a file.
 ///
 /// # Errors
-/// The writer's.
+/// Those of the writer.
 pub fn write_to(out: &mut dyn Write, recording: &Recording) -> io::Result<()> {
     write!(out, "{TIME}")?;
     for channel in recording.channels() {

@@ -1,22 +1,22 @@
-//! Which joint a column is, by its name, as laboratories call them.
+//! Recognises the joint of a column by its name, in the usual naming schemes of gait laboratories.
 //!
-//! A name is taken apart into words without regard to case, blanks and signs: `LHipAngles`, `hip_flexion_l`,
-//! `Left Knee Flexion (deg)` and `RT Knee Flexion` all are one side, one joint, and words that may stand beside them.
-//! One word that is none of these (`hip_adduction_l`, `knee_angle_r_beta`, `hip_moment_l`) and the column is no joint.
+//! A name is split into words without regard to case, blanks and signs: `LHipAngles`, `hip_flexion_l`, `Left Knee Flexion (deg)` and
+//! `RT Knee Flexion` each consist of one side, one joint and permitted further words. A name with any other word
+//! (`hip_adduction_l`, `knee_angle_r_beta`, `hip_moment_l`) is not a joint angle.
 
 use joint_units::Joint;
 
-/// What angles are written in.
+/// The unit of angles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum AngleUnit {
-    /// 360 to the circle.
+    /// 360 per turn.
     Degrees,
-    /// 2 pi to the circle.
+    /// 2 pi per turn.
     Radians,
 }
 
 impl AngleUnit {
-    /// An angle of this unit in degrees.
+    /// Converts an angle of this unit to degrees.
     ///
     /// ```
     /// use gait_trace::format::joint_names::AngleUnit;
@@ -30,7 +30,7 @@ impl AngleUnit {
         }
     }
 
-    /// The unit, in words.
+    /// Name of the unit.
     #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
@@ -52,7 +52,7 @@ impl std::str::FromStr for AngleUnit {
     }
 }
 
-/// What a word says.
+/// Meaning of a word in a name.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Word {
     Left,
@@ -96,10 +96,10 @@ const WORDS: [(&str, Word); 28] = [
     ("ik", Word::Other),
 ];
 
-/// Longest name that is looked at.
+/// Longest name that is examined, bytes.
 const MAX_NAME: usize = 64;
 
-/// The joint that a column is by its name, and the unit if the name says it.
+/// The joint that a column's name denotes, and the unit if the name has one.
 ///
 /// ```
 /// use gait_trace::format::joint_names::{AngleUnit, joint_of};
@@ -122,7 +122,7 @@ pub fn joint_of(name: &str) -> Option<(Joint, Option<AngleUnit>)> {
     Some((joint, unit_among(&words)?))
 }
 
-/// The joints that a column without a side may be, left and right, and the unit if the name says it.
+/// The left and right joint that a name without a side may denote, and the unit if the name has one.
 ///
 /// ```
 /// use gait_trace::format::joint_names::{AngleUnit, sideless_of};
@@ -145,7 +145,7 @@ pub fn sideless_of(name: &str) -> Option<([Joint; 2], Option<AngleUnit>)> {
     Some((joints, unit_among(&words)?))
 }
 
-/// All words of a name that is an angle's; none of one that counts extension positive.
+/// The words of a joint angle's name; `None` for any other name and for one that counts extension as positive.
 fn words_in(name: &str) -> Option<Vec<Word>> {
     let name = coordinate_of(name)?;
     let plain: String = name.to_lowercase().chars().filter(|c| c.is_alphanumeric() || *c == '°').collect();
@@ -157,14 +157,14 @@ fn words_in(name: &str) -> Option<Vec<Word>> {
     (!extension).then_some(words)
 }
 
-/// Which of two words is there, if it is one of them only.
+/// The one of two words that occurs; `None` if both or none do.
 fn one_of(words: &[Word], a: Word, b: Word) -> Option<Word> {
     let mut found = words.iter().filter(|&&word| word == a || word == b);
     let first = found.next().copied()?;
     found.all(|&word| word == first).then_some(first)
 }
 
-/// The unit that words say; `None` where they say two.
+/// The unit among the words, if any; `None` if there are two.
 fn unit_among(words: &[Word]) -> Option<Option<AngleUnit>> {
     let has = |wanted| words.contains(&wanted);
     let (degrees, radians) = (has(Word::Unit(AngleUnit::Degrees)), has(Word::Unit(AngleUnit::Radians)));
@@ -176,7 +176,7 @@ fn unit_among(words: &[Word]) -> Option<Option<AngleUnit>> {
     }
 }
 
-/// The unit that a heading names at its end, for columns that are a joint by the map alone: `hip angle [rad]`.
+/// The unit at the end of a heading (`hip angle [rad]`), for columns that only the map assigns to a joint.
 ///
 /// ```
 /// use gait_trace::format::joint_names::{AngleUnit, unit_of};
@@ -193,7 +193,7 @@ pub fn unit_of(name: &str) -> Option<AngleUnit> {
     last.parse().ok()
 }
 
-/// The part of an OpenSim path that names the coordinate; the name itself if it is no path; `None` for a speed.
+/// The coordinate in an OpenSim path; the name itself if it is not a path; `None` for a speed.
 fn coordinate_of(name: &str) -> Option<&str> {
     if !name.trim_start().starts_with('/') {
         return Some(name);
@@ -205,12 +205,12 @@ fn coordinate_of(name: &str) -> Option<&str> {
     }
 }
 
-/// Takes a name apart into words of the list, all of it or nothing.
+/// Splits a name completely into words of [`WORDS`]; `None` if a part is not in the list.
 fn words_of(plain: &str) -> Option<Vec<Word>> {
-    // `after[n]` is a way to the end of the first n bytes: the word that ends there, and where it starts.
+    // `after[n]` is a split of the first n bytes: the word that ends there, and where it starts.
     let mut after: Vec<Option<(Word, usize)>> = vec![None; plain.len() + 1];
     for end in 1..=plain.len() {
-        // Longest first, so that `left` is a side and not an `l` before something unknown.
+        // The longest word wins, so that `left` is a side and not an `l` before an unknown word.
         after[end] = WORDS
             .iter()
             .filter_map(|&(text, word)| {
@@ -230,7 +230,7 @@ fn words_of(plain: &str) -> Option<Vec<Word>> {
     Some(words)
 }
 
-/// Which unit a time is in, if a column's name is that of a time: `Some(None)` for one that names no unit.
+/// The unit in seconds if a column's name denotes a time; `Some(None)` for a time without unit.
 #[must_use]
 pub(crate) fn time_of(name: &str) -> Option<Option<f64>> {
     let plain: String = name.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
@@ -249,7 +249,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn laboratories_names_are_known() {
+    fn names_of_laboratories_are_recognised() {
         use Joint::{LeftHip, LeftKnee, RightHip, RightKnee};
         for (name, joint) in [
             ("left_hip_deg", LeftHip),
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_beside_a_joint_is_not_it() {
+    fn other_names_are_not_joint_angles() {
         for name in [
             "",
             "hip",

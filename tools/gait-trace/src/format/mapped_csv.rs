@@ -1,18 +1,19 @@
-//! CSV of anybody: a header with any names, of which the time and the joints are found by name or by the caller's map.
+//! Reads CSV with any header: the time and the joints are found by name or by the caller's map.
 //!
 //! Fields are separated by commas, semicolons or tabs (with the latter two, decimal commas are read); a byte order mark,
 //! CR LF, quotes, blank lines, lines that begin with `#`, and a row of units below the header are allowed. An empty field,
-//! `nan` or `NaN` in a joint's column is a missing value. Columns that are no joint may hold anything.
+//! `nan` or `NaN` in a joint's column is a missing value. The other columns may hold anything.
 //!
-//! The unit of an angle is said by its heading (`left_hip_deg`, `hip l [rad]`) or by the caller, or told from the numbers
-//! with a note. A column in volts (`PA1`, `goniometer (V)`) that the map makes a joint goes through the calibration.
+//! The unit of an angle comes from its heading (`left_hip_deg`, `hip l [rad]`) or from the caller, else from the values, with a
+//! note. A column in volts (`PA1`, `goniometer (V)`; a goniometer measures a joint angle) that the map assigns to a joint is
+//! converted by the calibration.
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::joint_names::{AngleUnit, joint_of, sideless_of, time_of, unit_of};
 use crate::format::scope;
 use crate::format::text_table::{
-    Delimiter, column_called, finite, lines, listed, number_or_missing, room_after, short, text,
+    Delimiter, check_rows, column_called, finite, lines, listed, number_or_missing, short, text,
 };
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
@@ -20,13 +21,13 @@ use crate::recording::{Channel, Quantity};
 use joint_units::Joint;
 use std::borrow::Cow;
 
-/// Above this median step a time without unit is not seconds.
+/// From this median step on, seconds, a time column without unit is refused.
 const MAX_STEP_S: f64 = 1.0;
 
 /// Reads the bytes of a CSV file.
 ///
 /// # Errors
-/// The first thing that is wrong with it, with line and column.
+/// The first fault of the file, with line and column.
 ///
 /// ```
 /// use gait_trace::format::mapped_csv;
@@ -39,7 +40,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     parse_text(name, text(name, bytes)?, how)
 }
 
-/// A column that was chosen.
+/// A column that was chosen for a joint.
 struct Chosen {
     joint: Joint,
     index: usize,
@@ -50,7 +51,7 @@ struct Chosen {
 }
 
 impl Chosen {
-    /// The only hip or knee of a file that says of none whether it is left or right: what a single sensor recorded.
+    /// The only hip or knee of a file that names no side, as a recording of a single sensor does.
     fn sideless(headings: &[String], how: &ReadOptions<'_>, notes: &mut Vec<String>) -> Option<Self> {
         let all = || headings.iter().enumerate();
         let mut found = all().filter_map(|(index, heading)| sideless_of(heading).map(|what| (index, what)));
@@ -60,16 +61,16 @@ impl Chosen {
         }
         let joint = how.sideless.filter(|joint| joints.contains(joint)).unwrap_or(joints[0]);
         let heading = headings[index].clone();
-        notes.push(format!("`{heading}` does not say its side; taken as {}.", joint.name()));
+        notes.push(format!("`{heading}` names no side; it is read as {}.", joint.name()));
         Some(Self { joint, index, heading, said, volts: false, values: Vec::new() })
     }
 }
 
-/// The header, understood.
+/// The parsed header.
 struct Header {
     headings: Vec<String>,
     time: usize,
-    /// Seconds of one of the time's unit; `None` where the heading does not say it.
+    /// Length of the time's unit in seconds; `None` where the heading names no unit.
     time_unit: Option<f64>,
     chosen: Vec<Chosen>,
 }
@@ -82,7 +83,7 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
         let (line, row) = rows.next().ok_or_else(|| TraceError::new(name, None, Fault::Empty))??;
         match row.trim_start().strip_prefix('#') {
             Some(rest) => comment = Some((line, rest)),
-            // A spreadsheet's own first line, which says the delimiter that the header shows.
+            // Some spreadsheets name the delimiter in a first line; the header shows it too.
             None if row.len() <= 6 && row.to_ascii_lowercase().starts_with("sep=") => {}
             None => break (line, row),
         }
@@ -97,7 +98,7 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
     let (header_line, headings): (u64, Vec<String>) = match comment {
         // Some programs write the header as a comment.
         Some((line, row)) if headless && split(line, row)?.len() == first_fields.len() => {
-            notes.push(format!("The header is the comment in line {line}."));
+            notes.push(format!("The comment in line {line} is used as the header."));
             (line, split(line, row)?.iter().map(|field| field.to_string()).collect())
         }
         _ if headless && how.time.is_some() => (first.0, (1..=first_fields.len()).map(|n| n.to_string()).collect()),
@@ -132,7 +133,7 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
             at(header.time, f)
         })?;
         time_s.push(time * header.time_unit.unwrap_or(1.0));
-        room_after(row_lines.len()).map_err(fault)?;
+        check_rows(row_lines.len()).map_err(fault)?;
         row_lines.push(line);
         for chosen in &mut header.chosen {
             let value = number_or_missing(&fields[chosen.index], comma);
@@ -144,14 +145,14 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
         return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
     }
     if !text.ends_with(['\n', '\r']) {
-        notes.push("The last line has no end: if the file was cut, its last number may be too.".into());
+        notes.push("The last line has no line end: if the file was cut off, its last number may be wrong.".into());
     }
     if header.time_unit.is_none() {
         check_seconds(name, header_line, &header, &time_s, &mut notes)?;
     }
     let place = Place { file: name, header: Some(header_line), lines: &row_lines };
     let mut columns = Vec::new();
-    // Angles that a calibration made are degrees, whatever the caller says of the rest.
+    // Angles from a calibration are degrees; the caller's unit holds for the other columns.
     let any_volts = header.chosen.iter().any(|chosen| chosen.volts);
     for chosen in header.chosen {
         let Chosen { joint, index, heading, said, volts, values } = chosen;
@@ -191,7 +192,7 @@ impl Header {
                     let hint = if headless {
                         " (the first line is a row of numbers, not a header)"
                     } else if headings.len() == 1 {
-                        " (there is one column: fields may be separated by `,`, `;` or tabs)"
+                        " (there is only one column; separate the fields by `,`, `;` or tabs)"
                     } else {
                         ""
                     };
@@ -251,7 +252,7 @@ impl Header {
         Ok(Self { headings, time, time_unit, chosen })
     }
 
-    /// Takes a row of units below the header, if this is one: `s,deg,deg`.
+    /// Reads a row of units below the header (`s,deg,deg`); false if the row is not one.
     fn take_units(&mut self, fields: &[Cow<'_, str>]) -> bool {
         let bare = |field: &str| field.trim_matches(['[', ']', '(', ')', ' ']).to_ascii_lowercase();
         let time = |field: &str| time_of(&format!("t{}", bare(field))).flatten();
@@ -270,7 +271,7 @@ impl Header {
     }
 }
 
-/// Whether a heading says volts: a pin, or a unit at its end.
+/// Whether a heading is in volts: a pin, or a unit at its end.
 fn is_volts(heading: &str) -> bool {
     let end = heading.to_ascii_lowercase();
     let end = end.trim_end_matches([']', ')', ' ']);
@@ -278,7 +279,7 @@ fn is_volts(heading: &str) -> bool {
         || ["(v", "[v", "_v", "(volt", "[volt", "_volt", "_volts"].iter().any(|unit| end.ends_with(unit))
 }
 
-/// A time without unit is seconds, if its steps can be.
+/// Accepts a time without unit as seconds if its median step is short enough.
 fn check_seconds(
     name: &str,
     line: u64,
@@ -294,6 +295,6 @@ fn check_seconds(
     if step >= MAX_STEP_S {
         return Err(TraceError::new(name, Some(line), Fault::TimeUnit { step }).in_column(header.time, heading));
     }
-    notes.push(format!("`{heading}` names no unit and is taken as seconds: its median step is {step:.4}."));
+    notes.push(format!("`{heading}` names no unit; it is read as seconds because its median step is {step:.4}."));
     Ok(())
 }

@@ -1,16 +1,16 @@
-//! MCAP in (<https://mcap.dev/spec>): joint angles out of messages in JSON, such as a capture's `/sensor`.
+//! Reads MCAP (<https://mcap.dev/spec>): joint angles in JSON messages, such as the `/sensor` messages of a capture.
 //!
-//! A channel whose first message is a JSON object with numbers (or null) called as joints are (`left_knee_deg`) has these
-//! joints; the rest of the file is passed over. Its column is called `/topic.field`, and `field` alone will do in a map. Time
-//! is the message's log time. Messages of the same time make one row. A null is a missing value.
+//! A channel has a joint if its first message is a JSON object with a number (or null) of a joint's name (`left_knee_deg`). Other
+//! channels are skipped. The column is called `/topic.field`; a map may also use `field` alone. The time is the message's log time;
+//! messages of the same time make one row. A null is a missing value.
 //!
-//! A file that ends early, since its recorder was killed, is read up to its last whole chunk, with a note. Check sums are
-//! checked before a chunk is believed. Compressed chunks are refused.
+//! A file that ends early because its recorder was stopped is read up to its last complete chunk, with a note. The check sum of each
+//! chunk is verified before it is used. Compressed chunks are refused.
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::joint_names::{joint_of, unit_of};
-use crate::format::text_table::{column_called, listed, room_after, short};
+use crate::format::text_table::{check_rows, column_called, listed, short};
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use joint_units::Joint;
@@ -20,19 +20,19 @@ use mcap::{McapError, parse_record};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
-/// Longest message that can hold joints.
+/// Longest message with joints, bytes.
 const MAX_MESSAGE: usize = 64 * 1024;
 
-/// Most fields of all channels.
+/// Largest number of fields of all channels together.
 const MAX_FIELDS: usize = 4096;
 
-/// Whether bytes begin as MCAP does.
+/// Whether the bytes begin with the magic bytes of MCAP.
 #[must_use]
 pub fn looks_like(bytes: &[u8]) -> bool {
     bytes.starts_with(mcap::MAGIC)
 }
 
-/// A joint and the channel's field that it is.
+/// A joint and the field of a channel that holds it.
 struct Chosen {
     joint: Joint,
     channel: u16,
@@ -51,17 +51,17 @@ struct Field {
 /// Reads the bytes of an MCAP file.
 ///
 /// # Errors
-/// The first thing that is wrong with it, and where.
+/// The first fault of the file, with its place.
 pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
     let mut notes = Vec::new();
     let mut seen = Seen::default();
     let cut = records(name, bytes, |at, record| seen.take(name, at, record))?;
     if let Some(messages) = cut.then_some(seen.messages) {
-        let read = format!("its {messages} messages up to the last whole chunk are read");
-        notes.push(format!("The file has no end: its recorder was killed, or it was cut; {read}."));
+        let read = format!("the {messages} messages up to the last complete chunk are read");
+        notes.push(format!("The file has no end record (recorder stopped, or file cut off); {read}."));
     }
     if let Some(lost) = seen.lost.filter(|&lost| lost > 0) {
-        notes.push(format!("The capture says that {lost} samples were lost; they are missing, not filled in."));
+        notes.push(format!("The capture reports {lost} lost samples; they are missing values."));
     }
     let mut chosen = choose(name, &seen, how)?;
     let mut time_s: Vec<f64> = Vec::new();
@@ -79,7 +79,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
         let joins = last == Some(header.log_time)
             && !chosen.iter().filter(|chosen| chosen.channel == header.channel_id).any(taken);
         if !joins {
-            room_after(time_s.len()).map_err(|fault| TraceError::new(name, None, fault))?;
+            check_rows(time_s.len()).map_err(|fault| TraceError::new(name, None, fault))?;
             time_s.push(header.log_time as f64 / 1e9);
             for chosen in &mut chosen {
                 chosen.values.push(f64::NAN);
@@ -116,11 +116,11 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
 }
 
-/// What a file holds.
+/// Channels, fields and counts of a file.
 #[derive(Default)]
 struct Seen {
     channels: BTreeMap<u16, Channel>,
-    /// Channels whose first message has come.
+    /// Channels whose first message was read.
     known: BTreeMap<u16, ()>,
     fields: Vec<Field>,
     messages: u64,
@@ -144,7 +144,7 @@ impl Seen {
                 let fault = |what| TraceError::new(name, None, Fault::Mcap { offset: at, what });
                 let Some(channel) = self.channels.get(&header.channel_id) else {
                     return Err(fault(format!(
-                        "a message of channel {}, which no record before names",
+                        "a message of channel {}, which no earlier record defines",
                         header.channel_id
                     )));
                 };
@@ -169,7 +169,7 @@ impl Seen {
     }
 }
 
-/// Which field each joint is.
+/// Chooses the field of each joint.
 fn choose(name: &str, seen: &Seen, how: &ReadOptions<'_>) -> Result<Vec<Chosen>, TraceError> {
     let fault = |fault| TraceError::new(name, None, fault);
     let headings: Vec<&str> = seen.fields.iter().map(|field| field.heading.as_str()).collect();
@@ -215,10 +215,12 @@ fn object_of(data: &[u8]) -> Result<Map<String, Value>, String> {
     if data.len() > MAX_MESSAGE {
         return Err(format!("{} bytes; allowed are up to {MAX_MESSAGE}", data.len()));
     }
-    serde_json::from_slice(data).map_err(|error| format!("is no JSON object ({error})"))
+    serde_json::from_slice(data).map_err(|error| {
+        format!("is not a JSON object ({error}); allowed is an object such as {{\"left_knee_deg\": 12.5}}")
+    })
 }
 
-/// Goes through the records, those of chunks too, each with where the reading stands; gives whether the file has no end.
+/// Calls `take` with each record, also those in chunks, and the number of bytes read. Returns whether the file ends without an end record.
 fn records(
     name: &str,
     bytes: &[u8],
@@ -246,12 +248,13 @@ fn records(
             Some(Err(McapError::UnexpectedEof)) => return Ok(true),
             Some(Err(McapError::RecordTooLarge { .. } | McapError::ChunkTooLarge(_))) => {
                 return Err(fault(
-                    "a record is said to be longer than the whole file; allowed is what is there".into(),
+                    "a record is longer than the whole file; allowed is up to the length of the file (is it cut off?)"
+                        .into(),
                 ));
             }
             Some(Err(McapError::UnsupportedCompression(how))) => {
                 let what = format!(
-                    "a chunk is compressed with {how}; allowed are chunks that are not: `mcap compress --compression none`"
+                    "a chunk is compressed with {how}; allowed are uncompressed chunks: convert it with `mcap compress --compression none`"
                 );
                 return Err(fault(what));
             }
@@ -260,7 +263,7 @@ fn records(
     }
 }
 
-/// An error of the format, with its cause.
+/// The text of a format error, with its cause.
 fn words(error: &McapError) -> String {
     match error {
         McapError::Parse(why) => format!("a record cannot be parsed: {}", short(&why.to_string().replace('\n', " "))),

@@ -1,4 +1,4 @@
-//! Readers and writers, one file format each.
+//! Readers and writers of recordings: one file per format, and what they share.
 
 pub(crate) mod angle_columns;
 pub mod c3d;

@@ -1,11 +1,11 @@
-//! One door for every file: what it is, by its content first and its extension second, and its joints as [`RawJoints`].
+//! Reads a recording of any known format. The content decides which reader is used; the extension decides where the content does not.
 //!
-//! | what is seen | reader |
+//! | content | reader |
 //! |---|---|
 //! | the magic bytes of MCAP | [`mcap_file`] |
-//! | second byte 0x50 and bytes that are no text | [`c3d`] |
+//! | second byte 0x50, and bytes that are not text | [`c3d`] |
 //! | a line `endheader` | [`opensim`] |
-//! | the header of an oscilloscope's export | [`scope`] |
+//! | the header of an oscilloscope export | [`scope`] |
 //! | other text | [`mapped_csv`] |
 //!
 //! Nothing is repaired here: times may run backwards, values may be missing, signs are the file's.
@@ -35,10 +35,10 @@ use crate::raw::RawJoints;
 use std::io::Read;
 use std::path::Path;
 
-/// Reads a file. One of more than [`MAX_BYTES`] is refused before it is read.
+/// Reads a file. A file of more than [`MAX_BYTES`] is refused before it is read.
 ///
 /// # Errors
-/// The first thing that is wrong with it, and where.
+/// The first fault of the file, with its place.
 pub fn read(path: &Path, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
     let name = path.display().to_string();
     let io = |error| TraceError::new(&name, None, Fault::Io(error));
@@ -48,7 +48,7 @@ pub fn read(path: &Path, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError>
     if announced > MAX_BYTES {
         return Err(too_large());
     }
-    // A pipe announces nothing, and a file may grow: the limit holds for what comes.
+    // A pipe has no known length, and a file may grow: the limit is checked on the bytes that arrive.
     let mut bytes = Vec::with_capacity(announced as usize);
     file.by_ref().take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(io)?;
     if bytes.len() as u64 > MAX_BYTES {
@@ -57,7 +57,7 @@ pub fn read(path: &Path, how: &ReadOptions<'_>) -> Result<RawJoints, TraceError>
     of_bytes(&name, &bytes, how)
 }
 
-/// Reads the bytes of a file; `name` is what errors call it, and its extension is looked at where the content does not tell.
+/// Reads the bytes of a file. `name` is the name in errors; its extension is used where the content does not decide.
 ///
 /// # Errors
 /// As [`read`].

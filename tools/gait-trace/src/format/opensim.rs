@@ -1,8 +1,8 @@
-//! OpenSim's motion and storage files (.mot, .sto), versions 1 to 3, and the older motion files of SIMM: in and out.
+//! Reads OpenSim motion and storage files (.mot, .sto) of versions 1 to 3 and older SIMM motion files; writes motion files.
 //!
 //! A header of lines `key=value` (or `key value`) that ends with `endheader`, a line of column names, and rows of numbers,
-//! separated by tabs or blanks. What the header promises (`nRows`, `nColumns`, `datarows`, `datacolumns`) is held against
-//! what follows: a file that was cut is refused. `inDegrees` says the unit of the rotations. Columns are coordinates
+//! separated by tabs or blanks. The numbers in the header (`nRows`, `nColumns`, `datarows`, `datacolumns`) are checked against the
+//! rows and columns, so a file that was cut off is refused. `inDegrees` names the unit of the rotations. Columns are coordinates
 //! (`hip_flexion_l`, `knee_angle_r`) or paths to one (`/jointset/hip_l/hip_flexion_l/value`); only those of hips and knees
 //! are read. The sign is the file's: models differ in whether a flexed knee is positive.
 
@@ -10,7 +10,7 @@ use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::joint_names::{AngleUnit, joint_of, time_of};
 use crate::format::text_table::{
-    Delimiter, bare_lines, column_called, finite, lines, listed, number_or_missing, room_after, short, text,
+    Delimiter, bare_lines, check_rows, column_called, finite, lines, listed, number_or_missing, short, text,
 };
 use crate::format::whole_file;
 use crate::options::ReadOptions;
@@ -21,7 +21,7 @@ use std::borrow::Cow;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Lines in which `endheader` must come.
+/// `endheader` must be within this many lines.
 const MAX_HEADER_LINES: usize = 1000;
 
 /// Whether the text has the line that ends a header.
@@ -36,7 +36,7 @@ fn is_end(line: &str) -> bool {
 /// Reads the bytes of a file.
 ///
 /// # Errors
-/// The first thing that is wrong with it, with line and column.
+/// The first fault of the file, with line and column.
 ///
 /// ```
 /// use gait_trace::format::opensim;
@@ -48,7 +48,7 @@ fn is_end(line: &str) -> bool {
 /// assert!((hip.angle_deg[0] - 28.65).abs() < 0.01);
 ///
 /// let cut = opensim::parse("walk.mot", &text[..text.len() - 11], &ReadOptions::default()).unwrap_err();
-/// assert!(cut.to_string().starts_with("walk.mot:8: `nRows` promises 2 rows, found 1: truncated"));
+/// assert!(cut.to_string().starts_with("walk.mot:8: `nRows` announces 2 rows, but the file has 1 (cut off"));
 /// # Ok::<(), gait_trace::TraceError>(())
 /// ```
 pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
@@ -73,8 +73,8 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     if let Some((at, field, columns)) = &header.columns
         && *columns != labels.len() as u64
     {
-        let (promised, found) = (format!("{columns} columns"), labels.len().to_string());
-        return Err(TraceError::new(name, Some(*at), Fault::Promised { field: field.clone(), promised, found }));
+        let (announced, found) = (format!("{columns} columns"), labels.len().to_string());
+        return Err(TraceError::new(name, Some(*at), Fault::Announced { field: field.clone(), announced, found }));
     }
     let time = match &how.time {
         Some(wanted) => column_called(&labels, wanted)
@@ -98,7 +98,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
         }
         if fields.len() != labels.len() {
             let wanted = labels.len();
-            // Another header below says what the row is: the first line of another file.
+            // If another header follows, this row is the first line of another file.
             let again = bare_lines(whole).filter(|row| is_end(row)).nth(1).is_some();
             return Err(fault(if again {
                 Fault::SecondHeader
@@ -107,7 +107,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
             }));
         }
         time_s.push(finite(&fields[time], false).map_err(|f| fault(f).in_column(time, &labels[time]))?);
-        room_after(row_lines.len()).map_err(fault)?;
+        check_rows(row_lines.len()).map_err(fault)?;
         row_lines.push(line);
         for column in &mut columns {
             let value = number_or_missing(&fields[column.index], false);
@@ -115,21 +115,22 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
         }
     }
     let last = row_lines.last().copied().or(Some(line));
-    if let Some((_, field, promised)) = &header.rows
-        && *promised != time_s.len() as u64
+    if let Some((_, field, rows)) = &header.rows
+        && *rows != time_s.len() as u64
     {
-        let (promised, found) = (format!("{promised} rows"), time_s.len().to_string());
-        return Err(TraceError::new(name, last, Fault::Promised { field: field.clone(), promised, found }));
+        let (announced, found) = (format!("{rows} rows"), time_s.len().to_string());
+        return Err(TraceError::new(name, last, Fault::Announced { field: field.clone(), announced, found }));
     }
     if time_s.len() < 2 {
         return Err(TraceError::new(name, last, Fault::TooFewRows { rows: time_s.len() }));
     }
     if header.rows.is_none() {
-        notes.push("The header does not say how many rows there are; whether the file is whole cannot be told.".into());
+        notes
+            .push("The header does not give the number of rows, so it is unknown whether the file is complete.".into());
     }
     let place = Place { file: name, header: Some(line), lines: &row_lines };
     let joints = in_degrees(&place, columns, how.unit, &mut notes)?;
-    let unit = how.unit.or(said).map_or("unit not said", AngleUnit::words);
+    let unit = how.unit.or(said).map_or("unit not given", AngleUnit::words);
     let format = format!("OpenSim motion, {}, {}, {unit}", header.version_words(), delimiter.words());
     Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
 }
@@ -139,7 +140,7 @@ fn split(delimiter: Delimiter, row: &str) -> Result<Vec<Cow<'_, str>>, Fault> {
     delimiter.fields(if delimiter == Delimiter::Char('\t') { row.strip_suffix('\t').unwrap_or(row) } else { row })
 }
 
-/// The columns of the joints, still without numbers.
+/// The columns of the joints, without values.
 fn chosen(labels: &[String], how: &ReadOptions<'_>, said: Option<AngleUnit>) -> Result<Vec<AngleColumn>, Fault> {
     let mut columns = Vec::new();
     for joint in Joint::ALL {
@@ -173,7 +174,7 @@ fn chosen(labels: &[String], how: &ReadOptions<'_>, said: Option<AngleUnit>) -> 
     Ok(columns)
 }
 
-/// What the header says.
+/// The parsed header.
 #[derive(Default)]
 struct Header {
     /// The line of `endheader`.
@@ -183,7 +184,7 @@ struct Header {
     rows: Option<(u64, String, u64)>,
     columns: Option<(u64, String, u64)>,
     in_degrees: Option<bool>,
-    /// A sentence about degrees or radians, as version 1 writes it for people.
+    /// A sentence about degrees or radians, as version 1 has it.
     remark: Option<AngleUnit>,
 }
 
@@ -260,12 +261,12 @@ impl Header {
         match (self.version, &self.rows) {
             (Some(version), _) => format!("version {version}"),
             (None, Some((_, field, _))) if field.eq_ignore_ascii_case("datarows") => "SIMM header".into(),
-            (None, _) => "version not said".into(),
+            (None, _) => "version not given".into(),
         }
     }
 }
 
-/// What OpenSim calls a joint.
+/// OpenSim's name of a joint.
 const fn coordinate(joint: Joint) -> &'static str {
     match joint {
         Joint::LeftHip => "hip_flexion_l",
@@ -275,11 +276,11 @@ const fn coordinate(joint: Joint) -> &'static str {
     }
 }
 
-/// Writes a recording as a motion file, version 1, in degrees: whole or not at all. Channels that are joints get OpenSim's
-/// names, other angles keep theirs; flexion stays positive, and numbers are written so that reading them gives the same bits.
+/// Writes a recording as a motion file, version 1, in degrees, completely or not at all. Channels that are joints get OpenSim's
+/// names, other angles keep theirs. Flexion stays positive. Reading the file gives the same bits.
 ///
 /// # Errors
-/// A channel that is not an angle, or the file cannot be written.
+/// A channel is not an angle, or the file cannot be written.
 pub fn write(path: &Path, recording: &Recording) -> io::Result<()> {
     whole_file::write(path, |out| {
         let title = path.file_stem().map_or_else(|| "motion".into(), |stem| stem.to_string_lossy().into_owned());
@@ -290,7 +291,7 @@ pub fn write(path: &Path, recording: &Recording) -> io::Result<()> {
 /// Writes the text of a motion file; `title` is its first line.
 ///
 /// # Errors
-/// A channel that is not an angle, a title of more than one line, or the writer's.
+/// A channel is not an angle, the title has more than one line, or an error of the writer.
 ///
 /// ```
 /// use gait_trace::{Channel, Quantity, Recording};

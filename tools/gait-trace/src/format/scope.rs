@@ -1,4 +1,4 @@
-//! CSV exports of oscilloscopes: volts of a goniometer against time, made angles by a calibration table.
+//! Reads CSV exports of oscilloscopes: the volts of a goniometer (joint-angle sensor), converted to angles by a calibration table.
 //!
 //! | dialect | how it begins | time |
 //! |---|---|---|
@@ -10,24 +10,24 @@
 //! | Tektronix, newer | `Model,...` ... `TIME,CH1,CH2` | column |
 //! | Keysight | `x-axis,1,2` over `second,Volt,Volt` | column |
 //!
-//! Which joint a channel is, the map says (`left_knee=CH1`, or by its number); which angle a voltage is, the calibration.
-//! Volts out of its table are missing values, counted in a note: a table is never extended.
+//! The map assigns channels to joints (`left_knee=CH1`, or by number); the calibration converts volts to angles. Volts outside of its
+//! table are missing values, counted in a note: the table is never extrapolated.
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::joint_names::{AngleUnit, joint_of};
 use crate::format::text_table::{
-    Delimiter, bare_lines, column_called, finite, lines, listed, number_or_missing, room_after, short, text,
+    Delimiter, bare_lines, check_rows, column_called, finite, lines, listed, number_or_missing, short, text,
 };
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use joint_units::{Joint, Volts};
 use std::borrow::Cow;
 
-/// Lines in which a header must end.
+/// A header must end within this many lines.
 const MAX_HEADER_LINES: usize = 64;
 
-/// Who wrote the file.
+/// The make of the oscilloscope and the layout of its file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Dialect {
     RigolSequence,
@@ -53,7 +53,7 @@ impl Dialect {
     }
 }
 
-/// The dialect of a text, if it is one of an oscilloscope.
+/// The dialect of a text; `None` if it is not an oscilloscope export.
 pub(crate) fn dialect_of(text: &str) -> Option<Dialect> {
     let head: Vec<String> = bare_lines(text)
         .map(|row| row.trim().chars().take(400).collect::<String>().to_ascii_lowercase().replace(['"', ' ', '\t'], ""))
@@ -84,27 +84,27 @@ pub(crate) fn dialect_of(text: &str) -> Option<Dialect> {
     (tektronix && any("time,")).then_some(Dialect::Tektronix)
 }
 
-/// Where the time of a row comes from.
+/// Source of a row's time.
 enum Time {
     Column(usize),
     Steps { start_s: f64, step_s: f64 },
 }
 
-/// The header, understood.
+/// The parsed header.
 struct Layout {
     time: Time,
-    /// Place, name and volts of one of the unit of each channel.
+    /// Index, name and volts per unit of each channel.
     channels: Vec<(usize, String, f64)>,
-    /// The line and the number of rows that the header promises.
-    promised: Option<(u64, u64)>,
-    /// The last line of the header; 0 where it stands beside the rows.
+    /// Line and number of rows that the header announces.
+    announced: Option<(u64, u64)>,
+    /// Last line of the header; 0 if the header is beside the rows.
     end: u64,
 }
 
 /// Reads the bytes of an export.
 ///
 /// # Errors
-/// The first thing that is wrong with it, with line and column; no map, or no calibration.
+/// The first fault of the file, with line and column; or there is no map or no calibration.
 ///
 /// ```
 /// use gait_trace::format::scope;
@@ -126,7 +126,7 @@ struct Layout {
 pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
     let text = text(name, bytes)?;
     let dialect = dialect_of(text).ok_or_else(|| {
-        let why = "it is text, without the header of an oscilloscope".into();
+        let why = "it is text without the header of an oscilloscope".into();
         TraceError::new(name, Some(1), Fault::UnknownFormat { why })
     })?;
     parse_text(name, text, dialect, how)
@@ -186,7 +186,7 @@ pub(crate) fn parse_text(
             return Err(fault(Fault::NotFinite { text: time.to_string() }).in_column(0, "time"));
         }
         time_s.push(time);
-        room_after(row_lines.len()).map_err(fault)?;
+        check_rows(row_lines.len()).map_err(fault)?;
         row_lines.push(line);
         for (_, channel, values) in &mut chosen {
             let (index, heading, volts) = &layout.channels[*channel];
@@ -198,14 +198,14 @@ pub(crate) fn parse_text(
         let last = row_lines.last().copied().unwrap_or(layout.end);
         return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
     }
-    match layout.promised {
+    match layout.announced {
         Some((line, rows)) if rows > time_s.len() as u64 => {
-            let (promised, found) = (format!("{rows} rows"), time_s.len().to_string());
+            let (announced, found) = (format!("{rows} rows"), time_s.len().to_string());
             let field = "Record Length".into();
-            return Err(TraceError::new(name, Some(line), Fault::Promised { field, promised, found }));
+            return Err(TraceError::new(name, Some(line), Fault::Announced { field, announced, found }));
         }
         Some((_, rows)) if rows < time_s.len() as u64 => {
-            notes.push(format!("The header promises {rows} rows and there are {}; all were read.", time_s.len()));
+            notes.push(format!("The header announces {rows} rows, but the file has {}; all were read.", time_s.len()));
         }
         _ => {}
     }
@@ -222,7 +222,7 @@ pub(crate) fn parse_text(
     Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
 }
 
-/// Volts through the calibration: degrees, NaN where the table does not reach.
+/// Volts converted to degrees; NaN outside of the calibration table.
 pub(crate) fn angles_of_volts(
     name: &str,
     channel: &str,
@@ -247,20 +247,20 @@ pub(crate) fn angles_of_volts(
     let (low, high) = calibration.volts_span();
     let (low, high) = (low.0, high.0);
     if there > 0 && outside == there {
-        let found = format!("{least:.3} to {most:.3} V, all of it outside of the calibration table");
+        let found = format!("{least:.3} to {most:.3} V, completely outside of the calibration table");
         let allowed = format!("{low:.3} to {high:.3} V");
         let fault = Fault::HeaderField { field: short(channel), found, allowed };
         return Err(TraceError::new(name, None, fault));
     }
     if outside > 0 {
         notes.push(format!(
-            "`{channel}`: {outside} of {there} values are outside of the calibration table ({low:.3} to {high:.3} V) and are taken as missing."
+            "`{channel}`: {outside} of {there} values are outside of the calibration table ({low:.3} to {high:.3} V) and are treated as missing."
         ));
     }
     Ok(values)
 }
 
-/// Volts of one of this unit.
+/// Volts per unit.
 fn volts_of(unit: &str) -> Option<f64> {
     match unit.trim().trim_matches(['(', ')', '[', ']']).to_ascii_lowercase().as_str() {
         "v" | "volt" | "volts" | "value" => Some(1.0),
@@ -302,7 +302,7 @@ impl Layout {
         let time = Time::Steps { start_s, step_s: positive(name, line, "Increment", step_s)? };
         let is_channel = |heading: &str| !["start", "increment"].contains(&heading.to_ascii_lowercase().as_str());
         let channels = channels(name, line, names, units, 1, is_channel)?;
-        Ok(Self { time, channels, promised: None, end: line })
+        Ok(Self { time, channels, announced: None, end: line })
     }
 
     /// `Time(s),CH1(V),t0 = <s>, tInc = <s>`.
@@ -331,14 +331,14 @@ impl Layout {
             let (heading, unit) = field.split_once(['(', '[']).unwrap_or((field, "V"));
             let scale = volts_of(unit).ok_or_else(|| bad_field(name, *line, field, unit, "V or mV"))?;
             let heading = heading.trim();
-            // Some write the unit without brackets: `CH1V`.
+            // Some files have the unit without brackets: `CH1V`.
             let heading = heading
                 .strip_suffix('V')
                 .filter(|rest| rest.ends_with(|c: char| c.is_ascii_digit()))
                 .unwrap_or(heading);
             channels.push((index, heading.to_owned(), scale));
         }
-        some(name, *line, channels).map(|channels| Self { time, channels, promised: None, end: *line })
+        some(name, *line, channels).map(|channels| Self { time, channels, announced: None, end: *line })
     }
 
     /// Names over units, the first column the time: `x-axis,1,2` over `second,Volt,Volt`.
@@ -346,7 +346,7 @@ impl Layout {
         let (line, names, units) = first_two(name, head)?;
         check_seconds(name, line, units.first().map_or("", |unit| unit))?;
         let channels = channels(name, line, names, units, 1, |_| true)?;
-        Ok(Self { time: Time::Column(0), channels, promised: None, end: line })
+        Ok(Self { time: Time::Column(0), channels, announced: None, end: line })
     }
 
     /// Lines of key and value, then a line that begins with `start`, then rows.
@@ -360,7 +360,7 @@ impl Layout {
         let keys = &head[..at];
         let of_key =
             |key: &str| keys.iter().find(|(_, fields)| fields.first().is_some_and(|f| f.eq_ignore_ascii_case(key)));
-        let promised = match of_key("Record Length") {
+        let announced = match of_key("Record Length") {
             Some((line, fields)) => Some((*line, count(name, *line, fields.get(1).map_or("", |field| field))?)),
             None => None,
         };
@@ -391,16 +391,16 @@ impl Layout {
             let scale = volts_of(unit).ok_or_else(|| bad_field(name, line, "Vertical Units", unit, "V or mV"))?;
             channels.push((index, heading, scale));
         }
-        some(name, *line, channels).map(|channels| Self { time: Time::Column(0), channels, promised, end: *line })
+        some(name, *line, channels).map(|channels| Self { time: Time::Column(0), channels, announced, end: *line })
     }
 
-    /// Keys and values in the first columns of the rows themselves; time and volts are the fourth and fifth.
+    /// Keys and values in the first columns of the rows; time and volts in the fourth and fifth.
     fn beside(name: &str, head: &[(u64, Vec<Cow<'_, str>>)]) -> Result<Self, TraceError> {
         let of_key = |key: &str| {
             let found = head.iter().find(|(_, fields)| fields.first().is_some_and(|f| f.eq_ignore_ascii_case(key)));
             found.and_then(|(line, fields)| Some((*line, fields.get(1)?)))
         };
-        let promised = match of_key("Record Length") {
+        let announced = match of_key("Record Length") {
             Some((line, text)) => Some((line, count(name, line, text)?)),
             None => None,
         };
@@ -414,7 +414,7 @@ impl Layout {
             None => 1.0,
         };
         let channel = of_key("Source").map_or_else(|| "CH1".into(), |(_, source)| source.to_string());
-        Ok(Self { time: Time::Column(3), channels: vec![(4, channel, scale)], promised, end: 0 })
+        Ok(Self { time: Time::Column(3), channels: vec![(4, channel, scale)], announced, end: 0 })
     }
 }
 
@@ -459,7 +459,7 @@ fn some<T>(name: &str, line: u64, channels: Vec<T>) -> Result<Vec<T>, TraceError
     if channels.is_empty() { Err(TraceError::new(name, Some(line), Fault::NoChannels)) } else { Ok(channels) }
 }
 
-/// The channels of a line of names over a line of units; a name that is a mere number is that channel's.
+/// The channels of a line of names over a line of units; a name that is only a number means the channel of that number.
 fn channels(
     name: &str,
     line: u64,

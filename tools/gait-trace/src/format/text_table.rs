@@ -1,20 +1,20 @@
-//! Text of the files of others: bytes to lines to fields to numbers, with bounds on each.
+//! Bytes to lines, fields and numbers, with a limit on each. Used for text files of other programs.
 //!
-//! Shared by the readers of CSV, OpenSim and oscilloscope files. Stricter files, of our own header alone, are
-//! [`csv_file`](crate::format::csv_file)'s.
+//! Shared by the readers of CSV, OpenSim and oscilloscope files. The project's own CSV has a stricter reader,
+//! [`csv_file`](crate::format::csv_file).
 
 use crate::fault::{Fault, TraceError};
 use std::borrow::Cow;
 
-/// Most bytes of a line: a row of 4096 columns of 20 digits has some 80 thousand.
+/// Largest length of a line, bytes: a row of 4096 columns of 20 digits has about 80 thousand.
 pub(crate) const MAX_LINE: usize = 1 << 20;
-/// Most rows of a table: four and a half hours at 1 kHz, and more than the 14 million of a long capture of an oscilloscope.
-/// Times, lines and four joints of so many take less than a gigabyte.
+/// Largest number of rows: 4.6 hours at 1 kHz, and more than the 14 million of a long oscilloscope capture. Times, lines and four
+/// joints of that many rows take less than a gigabyte.
 pub(crate) const MAX_ROWS: usize = 1 << 24;
-/// Most columns of a table.
+/// Largest number of columns.
 pub(crate) const MAX_COLUMNS: usize = 4096;
 
-/// The text of the bytes, without byte order mark.
+/// The bytes as text, without a byte order mark.
 pub(crate) fn text<'a>(name: &str, bytes: &'a [u8]) -> Result<&'a str, TraceError> {
     let start = if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 };
     let bytes = &bytes[start..];
@@ -39,13 +39,13 @@ pub(crate) fn text<'a>(name: &str, bytes: &'a [u8]) -> Result<&'a str, TraceErro
     Err(TraceError::new(name, Some(line), Fault::Bytes { byte, offset: start + bad, hint }))
 }
 
-/// The lines of a text: they end in LF, CR LF, or in CR where there is no LF.
+/// The lines of a text, which end in LF or CR LF, or in CR where there is no LF.
 pub(crate) fn bare_lines(text: &str) -> impl Iterator<Item = &str> {
     let end = if text.contains('\n') { '\n' } else { '\r' };
     text.split_terminator(end).map(|row| row.strip_suffix('\r').unwrap_or(row))
 }
 
-/// Lines with their numbers from 1; one that is too long is an error in its place.
+/// The lines with their numbers from 1; a line that is too long is an error.
 pub(crate) fn lines<'a>(name: &'a str, text: &'a str) -> impl Iterator<Item = Result<(u64, &'a str), TraceError>> {
     (1..).zip(bare_lines(text)).map(move |(line, row)| match row.len() {
         bytes if bytes > MAX_LINE => Err(TraceError::new(name, Some(line), Fault::LongLine { bytes, most: MAX_LINE })),
@@ -53,8 +53,8 @@ pub(crate) fn lines<'a>(name: &'a str, text: &'a str) -> impl Iterator<Item = Re
     })
 }
 
-/// Whether there is room for one row more.
-pub(crate) fn room_after(rows: usize) -> Result<(), Fault> {
+/// An error if the table already has [`MAX_ROWS`] rows.
+pub(crate) fn check_rows(rows: usize) -> Result<(), Fault> {
     if rows < MAX_ROWS { Ok(()) } else { Err(Fault::TooManyRows { most: MAX_ROWS }) }
 }
 
@@ -63,12 +63,12 @@ pub(crate) fn room_after(rows: usize) -> Result<(), Fault> {
 pub(crate) enum Delimiter {
     /// `,`, `;` or a tab.
     Char(char),
-    /// Any number of blanks and tabs.
+    /// Any number of blanks and tabs in a row.
     Blanks,
 }
 
 impl Delimiter {
-    /// The one of `,`, `;` and tab that is there most often outside of quotes; `,` if none is.
+    /// The most frequent of `,`, `;` and tab outside of quotes; `,` if none occurs.
     pub(crate) fn of_header(row: &str) -> Self {
         let mut quoted = false;
         let mut counts = [(',', 0), (';', 0), ('\t', 0)];
@@ -91,7 +91,7 @@ impl Delimiter {
         }
     }
 
-    /// The fields of a row, without the blanks and quotes around them.
+    /// The fields of a row, without surrounding blanks and quotes.
     pub(crate) fn fields(self, row: &str) -> Result<Vec<Cow<'_, str>>, Fault> {
         let fields: Vec<Cow<'_, str>> = match self {
             Self::Blanks => row.split_whitespace().map(Cow::Borrowed).take(MAX_COLUMNS + 1).collect(),
@@ -109,7 +109,7 @@ impl Delimiter {
     }
 }
 
-/// Fields of which some are in quotes; `""` inside of quotes is one quote.
+/// The fields of a row with quotes; `""` inside of quotes is one quote.
 fn quoted_fields(row: &str, delimiter: char) -> Result<Vec<Cow<'_, str>>, Fault> {
     let mut fields = Vec::new();
     let mut rest = row;
@@ -149,7 +149,7 @@ fn quoted_fields(row: &str, delimiter: char) -> Result<Vec<Cow<'_, str>>, Fault>
     }
 }
 
-/// A number: NaN for an empty field, `nan` or `NaN`; with a decimal comma where `comma` allows it.
+/// A number, or NaN for an empty field, `nan` or `NaN`. A decimal comma is accepted if `comma` is set.
 pub(crate) fn number_or_missing(field: &str, comma: bool) -> Result<f64, Fault> {
     if field.is_empty() || field.eq_ignore_ascii_case("nan") || field.eq_ignore_ascii_case("-nan") {
         return Ok(f64::NAN);
@@ -157,7 +157,7 @@ pub(crate) fn number_or_missing(field: &str, comma: bool) -> Result<f64, Fault> 
     finite(field, comma)
 }
 
-/// A finite number.
+/// A finite number. A decimal comma is accepted if `comma` is set.
 pub(crate) fn finite(field: &str, comma: bool) -> Result<f64, Fault> {
     let parsed = if comma && field.contains(',') { field.replacen(',', ".", 1).parse() } else { field.parse::<f64>() };
     match parsed {
@@ -167,12 +167,12 @@ pub(crate) fn finite(field: &str, comma: bool) -> Result<f64, Fault> {
     }
 }
 
-/// As much of a name as an error has room for.
+/// The first 60 characters of a name, for errors.
 pub(crate) fn short(name: &str) -> String {
     name.chars().take(60).collect()
 }
 
-/// `a`, `b`, `c` for an error, the first two dozen of them.
+/// The first 24 names in quotes, for errors.
 pub(crate) fn listed<S: AsRef<str>>(names: &[S]) -> String {
     const MOST: usize = 24;
     if names.is_empty() {
@@ -186,7 +186,7 @@ pub(crate) fn listed<S: AsRef<str>>(names: &[S]) -> String {
     text
 }
 
-/// The index of a column by its name, without regard to case if none has that very name, or by its number from 1.
+/// The index of a column by its exact name, else by its name without regard to case, else by its number from 1.
 pub(crate) fn column_called<S: AsRef<str>>(headings: &[S], wanted: &str) -> Option<usize> {
     let wanted = wanted.trim();
     headings
@@ -201,7 +201,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quotes_keep_delimiters_and_must_close() {
+    fn quotes_protect_delimiters_and_must_close() {
         let fields = |row| Delimiter::Char(',').fields(row).map(|fields| fields.join("|"));
         assert_eq!(fields("a, b ,c").unwrap(), "a|b|c");
         assert_eq!(fields("\"a,b\", \"c \"\"d\"\"\" ,e,").unwrap(), "a,b|c \"d\"|e|");
@@ -210,14 +210,14 @@ mod tests {
     }
 
     #[test]
-    fn rows_end_somewhere() {
-        assert!(room_after(MAX_ROWS - 1).is_ok());
-        let full = room_after(MAX_ROWS).unwrap_err().to_string();
+    fn the_number_of_rows_is_limited() {
+        assert!(check_rows(MAX_ROWS - 1).is_ok());
+        let full = check_rows(MAX_ROWS).unwrap_err().to_string();
         assert!(full.starts_with("more than 16777216 rows; allowed are up to that"), "{full}");
     }
 
     #[test]
-    fn the_delimiter_is_the_one_that_is_there_most() {
+    fn the_most_frequent_delimiter_is_used() {
         assert_eq!(Delimiter::of_header("a,b,c"), Delimiter::Char(','));
         assert_eq!(Delimiter::of_header("a;b,c;d"), Delimiter::Char(';'));
         assert_eq!(Delimiter::of_header("\"a,b,c,d\"\te"), Delimiter::Char('\t'));
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_number_is_not_a_wrong_one() {
+    fn missing_numbers_differ_from_wrong_ones() {
         assert!(number_or_missing("", false).unwrap().is_nan() && number_or_missing("NaN", false).unwrap().is_nan());
         assert_eq!(number_or_missing("-1,5", true).unwrap(), -1.5);
         assert!(matches!(number_or_missing("-1,5", false), Err(Fault::NotANumber { .. })));

@@ -1,14 +1,14 @@
-//! Files that are there whole or not at all: written beside their place under another name, flushed to disk, then renamed.
+//! Writes a file completely or not at all: to a temporary file in the same folder, flushed to disk, then renamed.
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// Lets `content` write, and puts the result in its place if it succeeds.
+/// Calls `content` with a writer, and puts the result at `path` if it succeeds.
 ///
 /// # Errors
-/// The file cannot be written. Nothing is left behind, and a file of that name that was there before is untouched.
+/// The file cannot be written. No temporary file remains, and an existing file at `path` is unchanged.
 ///
 /// ```
 /// let folder = tempfile::tempdir()?;
@@ -27,7 +27,7 @@ pub fn write(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>
     let (part, file) = part_beside(path)?;
     let written = fill(file, content).and_then(|()| fs::rename(&part, path));
     if written.is_err() {
-        // The error that matters is the one above.
+        // The error of the write is reported; one of the removal adds nothing.
         let _ = fs::remove_file(&part);
     }
     written

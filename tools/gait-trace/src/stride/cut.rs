@@ -1,18 +1,18 @@
-//! Cutting a recording into strides: the five steps from events to spans, and a reason for all that is in none.
+//! Cuts a recording into strides, with a reason for every part that is in none.
 //!
-//! 1. The beat ([`crate::stride::segment`]) gives one event a stride. Runs of events of regular distance are bouts of walking; within a
-//!    bout the phase goes evenly from event to event.
-//! 2. All strides are cut at the same phase: the one of [`OFFSETS`] that gives most strides, and among those the one whose
+//! 1. [`crate::stride::segment`] gives one event per stride. Runs of events at regular distance are bouts of walking; within a bout the
+//!    phase is linear from event to event.
+//! 2. All strides are cut at the same phase: of [`OFFSETS`] phases the one that gives most strides, and among equals the one whose
 //!    strides close best. A recording of a single stride is cut where all joints close best in value and slope
-//!    ([`crate::stride::looped`] has the measure); a normalised cycle is taken whole.
-//! 3. Cuts of [`FEWEST_TO_ALIGN`] strides or more are aligned: each is moved to where a quarter stride on both sides of it, in
-//!    all joints, lies best on the median stride (Gauss-Newton in the shift, each joint weighted by 1 / its variance). The
-//!    crossing of the hips alone would make knees look 5 to 15 % more variable than they are.
-//! 4. A stride is left out that overlaps an unusable span, or that is an outlier among [`FEWEST_TO_JUDGE`] or more: shape off
-//!    the median stride's by more than [`OUTLIER`] times the usual distance and [`OUTLIER_DEG`], or longer or shorter than the
-//!    median by [`OUTLIER_LENGTH`]. At the beginning of a bout that is starting up, at the end stopping, in the middle up to
-//!    [`MOST_ODD`] odd strides, more a turn.
-//! 5. Everything that is in no kept stride is listed in [`Cuts::left_out`]: together they tile the recording.
+//!    (measure in [`crate::stride::looped`]); a normalised cycle is one stride.
+//! 3. The cuts of [`FEWEST_TO_ALIGN`] strides or more are aligned: each is moved to where a quarter stride on both sides of it, in all
+//!    joints, fits the median stride best (Gauss-Newton in the shift, each joint weighted by 1 / its variance). With the crossing of
+//!    the hips alone, knees would appear 5 to 15 % more variable than they are.
+//! 4. A stride is left out if it overlaps an unusable span, or if it is an outlier among [`FEWEST_TO_JUDGE`] or more: its shape differs
+//!    from the median stride by more than [`OUTLIER`] times the median difference and [`OUTLIER_DEG`], or its length by more than
+//!    [`OUTLIER_LENGTH`]. Outliers at the beginning of a bout count as starting up, at the end as stopping, in the middle as odd strides
+//!    (up to [`MOST_ODD`]) or a turn (more).
+//! 5. Everything that is in no kept stride is listed in [`Cuts::left_out`]; strides and list together cover the recording.
 //!
 //! Units inside: samples.
 
@@ -26,37 +26,37 @@ use crate::stride::spans::{Cuts, LeftOut, Span, StrideError, WhyLeftOut};
 use joint_units::Joint;
 use std::f64::consts::TAU;
 
-/// How many phases are tried to cut at.
+/// Number of phases that are tried for the cuts.
 pub const OFFSETS: usize = 50;
-/// Fewest strides among which one can be an outlier.
+/// Fewest strides for which outliers are looked for.
 pub const FEWEST_TO_JUDGE: usize = 4;
-/// An outlier's distance from the median stride, as a multiple of the usual distance.
+/// Smallest distance of an outlier from the median stride, as a multiple of the median distance.
 pub const OUTLIER: f64 = 2.5;
-/// The least such distance, root mean square over joints and points, degrees.
+/// Smallest distance of an outlier, root mean square over joints and points, degrees.
 pub const OUTLIER_DEG: f64 = 5.0;
-/// How many outliers on end are odd strides (what is odd about one may reach into the next); more are a turn.
+/// Up to this many consecutive outliers are odd strides (a disturbance may extend into the next stride); more are a turn.
 pub const MOST_ODD: usize = 2;
-/// How much longer or shorter than the median stride an outlier is, as a share of it.
+/// Smallest deviation of an outlier's length from the median stride, as a fraction of it.
 pub const OUTLIER_LENGTH: f64 = 0.15;
-/// Half a second in which no joint moves by more than this share of its range is standing.
+/// Half a second in which no joint moves by more than this fraction of its range counts as standing.
 pub const STANDING: f64 = 0.25;
-/// How much longer or shorter than the period a single stride may turn out, as a share.
+/// Largest deviation of a single stride from the period, as a fraction.
 pub const STRETCH: f64 = 0.08;
 /// Fewest strides whose cuts are aligned to their median.
 pub const FEWEST_TO_ALIGN: usize = 3;
-/// How far a cut may be moved by that, as a share of a stride.
+/// Largest shift of a cut by the alignment, as a fraction of a stride.
 pub const MOST_ALIGNED: f64 = 0.05;
 /// Rounds of alignment.
 const ALIGNMENTS: usize = 3;
 /// Points of a stride while strides are compared.
 const SHAPE: usize = 50;
-/// How many of these points before and after a cut are looked at to align it.
+/// Number of these points on each side of a cut that its alignment uses.
 const WINDOW: i64 = 12;
 
-/// Finds the strides by whatever joints there are: a single knee with a goniometer will do.
+/// Finds the strides from the joints that the recording has; a single knee is enough.
 ///
 /// # Errors
-/// Nothing repeats, or no whole stride can be used.
+/// The recording is not periodic, or no complete stride can be used.
 ///
 /// ```
 /// use gait_trace::{Rules, condition};
@@ -86,7 +86,7 @@ pub fn cut(conditioned: &Conditioned) -> Result<Cuts, StrideError> {
     }
     let no_period = || StrideError::NoPeriod { duration_s };
     let samples = conditioned.recording.time_s().len();
-    let beat = segment::beat(&joints).ok_or_else(no_period)?;
+    let signal = segment::event_signal(&joints).ok_or_else(no_period)?;
     let mut unusable = vec![None; samples];
     let samples_of =
         |from: f64, to: f64| (from * rate).round() as usize..=((to * rate).round() as usize).min(samples - 1);
@@ -107,9 +107,9 @@ pub fn cut(conditioned: &Conditioned) -> Result<Cuts, StrideError> {
         segment::most_active(&joints, &bad, length, (period / 8.0) as usize).map(|from| (from, from + length))
     });
     let (active, end) = stretch.unwrap_or((0, samples));
-    let mut events = segment::crossings(&beat, &beat[active..end]);
+    let mut events = segment::crossings(&signal, &signal[active..end]);
     if events.is_empty() {
-        // A single stride that begins at the crossing: any place will do as an anchor.
+        // A single stride that begins at the crossing: any place can be the anchor.
         events.push(active as f64);
     }
     let bouts = segment::bouts(&events, period, samples);
@@ -134,7 +134,7 @@ pub fn cut(conditioned: &Conditioned) -> Result<Cuts, StrideError> {
     Ok(Cuts { spans, left_out })
 }
 
-/// A stride while it is looked at; places in samples.
+/// A stride under examination; places in samples.
 #[derive(Debug, Clone)]
 struct Stride {
     bout: usize,
@@ -170,7 +170,7 @@ fn choose(bouts: &[Bout], joints: &Joints<'_>) -> Vec<Stride> {
     best.2
 }
 
-/// Step 3 of the module: cuts at the same phase in all joints' view.
+/// Step 3 of the module: aligns the cuts in all joints.
 fn align(strides: &mut [Stride], joints: &Joints<'_>) {
     if strides.len() < FEWEST_TO_ALIGN {
         return;
@@ -189,8 +189,8 @@ fn align(strides: &mut [Stride], joints: &Joints<'_>) {
             .iter()
             .map(|x| (0..SHAPE).map(|k| median(strides.iter().map(|stride| at(x, stride, k)))).collect())
             .collect();
-        // How much later than the typical stride the recording is around a place, in samples.
-        let late = |place: f64, before: f64, after: f64| -> f64 {
+        // Delay of the recording around a place against the typical stride, in samples.
+        let delay = |place: f64, before: f64, after: f64| -> f64 {
             let (mut along, mut steep) = (0.0, 0.0);
             for ((x, typical), weight) in joints.iter().zip(&typical).zip(&weights) {
                 let window: Vec<(f64, f64)> = (-WINDOW..=WINDOW)
@@ -202,7 +202,7 @@ fn align(strides: &mut [Stride], joints: &Joints<'_>) {
                         (between(x, place) - of(k), 0.5 * SHAPE as f64 * (of(k + 1) - of(k - 1)) / usual)
                     })
                     .collect();
-                // An offset of a joint is no lateness.
+                // A constant offset of a joint does not count as delay.
                 let n = window.len().max(1) as f64;
                 let (off, slope) = window.iter().fold((0.0, 0.0), |(a, b), (e, s)| (a + e / n, b + s / n));
                 along += weight * window.iter().map(|(e, s)| (e - off) * (s - slope)).sum::<f64>();
@@ -218,8 +218,8 @@ fn align(strides: &mut [Stride], joints: &Joints<'_>) {
             let after = if i + 1 < strides.len() && joined(i, i + 1) { lengths[i + 1] } else { lengths[i] };
             let most = MOST_ALIGNED * usual;
             let near = |place: f64, start: f64| place.clamp(start - most, start + most).clamp(0.0, last);
-            let from = near(stride.from + late(stride.from, before, lengths[i]), first[i].0);
-            let to = near(stride.to + late(stride.to, lengths[i], after), first[i].1);
+            let from = near(stride.from + delay(stride.from, before, lengths[i]), first[i].0);
+            let to = near(stride.to + delay(stride.to, lengths[i], after), first[i].1);
             moved.push((from, to));
         }
         for (stride, (from, to)) in strides.iter_mut().zip(moved) {
@@ -228,7 +228,7 @@ fn align(strides: &mut [Stride], joints: &Joints<'_>) {
     }
 }
 
-/// The stride of a recording that has but one: where the joints close best.
+/// The stride of a recording that has only one: where the joints close best.
 fn single(joints: &Joints<'_>, period: f64, rate: f64, bad: &[Option<WhyLeftOut>]) -> Option<(f64, f64)> {
     let samples = bad.len();
     let shortest = (period * (1.0 - STRETCH)).ceil() as usize;
@@ -259,7 +259,7 @@ fn single(joints: &Joints<'_>, period: f64, rate: f64, bad: &[Option<WhyLeftOut>
         }
     }
     let (_, from, to) = best?;
-    // Between the samples the end moves to where the steps are least: one Newton step.
+    // One Newton step places the end between samples, where the difference is smallest.
     let (along, steep) = joints.iter().zip(&variances).filter_map(|(joint, v)| joint.map(|x| (x, v))).fold(
         (0.0, 1e-12),
         |(along, steep), (x, variance)| {
@@ -322,9 +322,9 @@ fn rest(
     period: f64,
     rate: f64,
 ) -> Vec<LeftOut> {
-    // One label a step, from sample n to n + 1. A stride that ends within a step leaves less than a step to explain.
+    // One label per step from sample n to n + 1.
     let steps = unusable.len() - 1;
-    // A step that no stride covers has `None`, one of a stride what became of it.
+    // `None` for a step that no stride covers, else the stride's reason, which is `None` for a kept stride.
     let mut covered: Vec<Option<Option<WhyLeftOut>>> = vec![None; steps];
     for stride in strides {
         let step = |place: f64| ((place - 0.5).ceil().max(0.0) as usize).min(steps);
@@ -345,7 +345,7 @@ fn rest(
             .all(|(x, r)| range(&x[from..=to]) < STANDING * r)
     };
     let known = |n: usize| match covered[n].flatten() {
-        // A stride that starts up may begin with standing.
+        // A stride at the start of a bout may begin with standing.
         Some(WhyLeftOut::StartUp | WhyLeftOut::Stop) if stands(n) => Some(WhyLeftOut::Standing),
         why => why.or(unusable[n]).or(unusable[n + 1]),
     };

@@ -1,8 +1,8 @@
-//! One stride of four joints, stretched to a fixed number of points: what fits aim at and are judged against.
+//! One stride of four joints, resampled to a fixed number of points: the target of fits.
 
 use joint_units::Joint;
 
-/// Points of a cycle; point `k` stands at the cycle fraction `k / POINTS`, and the cycle closes: point `POINTS` is point 0.
+/// Number of points of a cycle. Point `k` is at the cycle fraction `k / POINTS`; the cycle is closed, so point `POINTS` is point 0.
 pub const POINTS: usize = 200;
 
 /// Four joints over one stride, degrees, in the order of [`Joint::ALL`].
@@ -25,7 +25,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_difference_of_three_degrees_in_one_joint_is_that() {
+    fn rmse_is_per_joint() {
         let flat = Cycle([[1.0; POINTS]; 4]);
         let mut other = flat.clone();
         other.0[2] = [-2.0; POINTS];

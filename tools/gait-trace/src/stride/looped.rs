@@ -1,19 +1,18 @@
-//! A whole number of strides that can be played end to end, for ever, without a jump.
+//! Cuts a recording to a whole number of strides that can be repeated without a jump.
 //!
-//! A recording ends somewhere in a stride, in another pose than it began. The rule here, in order:
+//! A recording ends in another pose than it begins with. The steps, in order:
 //!
-//! 1. The stride period T is found ([`crate::stride::period`]) and the recording brought to a fixed rate.
-//! 2. As many whole strides k as leave at least a quarter stride to choose the cut in; at least one.
-//! 3. The cut: of all starts s and lengths n within [`STRETCH`] of k T, the pair whose two ends are most alike in value and in
-//!    slope, over all channels, each measured in its own standard deviation and slopes in those of a sine of period T:
+//! 1. The stride period T is found ([`crate::stride::period`]) and the recording is resampled to a fixed rate.
+//! 2. The number of strides k is the largest that leaves at least a quarter stride for the choice of the cut, but at least one.
+//! 3. The cut: of all starts s and lengths n within [`STRETCH`] of k T, the pair whose two ends agree best in value and slope over all
+//!    channels, each in units of its standard deviation, slopes in those of a sine of period T:
 //!    ```text
 //!    sum over channels of  (x(s+n) - x(s))^2 / var x  +  (T / 2 pi)^2 (x'(s+n) - x'(s))^2 / var x
 //!    ```
-//!    Two points of equal phase are alike in just that.
-//! 4. What mismatch d = x(s+n) - x(s) is left is spread evenly over the whole length, half before and half after the middle:
-//!    `y(i) = x(s+i) + d (1/2 - i/n)`. The mean stays, both ends meet exactly, and no sample moves by more than d / 2.
+//! 4. The remaining mismatch d = x(s+n) - x(s) is spread evenly over the whole length:
+//!    `y(i) = x(s+i) + d (1/2 - i/n)`. The mean does not change, both ends are equal, and no sample moves by more than d / 2.
 //!
-//! The result has n + 1 samples from time 0 on; the last equals the first and is where the next round begins.
+//! The result has n + 1 samples from time 0 on; the last equals the first and is the start of the next repetition.
 
 use crate::clean::resample::ResampleError;
 use crate::recording::{Channel, Recording};
@@ -21,55 +20,55 @@ use crate::series::variance;
 use crate::stride::period;
 use std::f64::consts::TAU;
 
-/// How much longer or shorter than k mean strides the cut may be, as a fraction of one stride.
+/// Largest deviation of the cut from k mean strides, as a fraction of one stride.
 pub const STRETCH: f64 = 0.1;
 
-/// What is left to choose the cut in, as a fraction of one stride.
-const ROOM: f64 = 0.25;
+/// Part of the recording kept for the choice of the cut, as a fraction of one stride.
+const CUT_MARGIN: f64 = 0.25;
 
-/// Why no loop can be cut.
+/// Why a recording cannot be looped.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LoopError {
     /// No stride period was found.
     #[error(
-        "no stride repeats within {duration_s} s; allowed is a periodic recording of one stride and {:.1} s more",
+        "no stride repeats within {duration_s} s; allowed is a periodic recording of at least one stride and {:.1} s more",
         period::OVERLAP_S
     )]
     NoStride {
-        /// Length of the recording.
+        /// Length of the recording, seconds.
         duration_s: f64,
     },
-    /// There is a period, but not one whole stride.
-    #[error("{duration_s} s hold no whole stride of {period_s} s; allowed is one stride at least")]
+    /// There is a period, but no complete stride.
+    #[error("{duration_s} s hold no complete stride of {period_s} s; allowed is at least one stride")]
     TooShort {
-        /// Length of the recording.
+        /// Length of the recording, seconds.
         duration_s: f64,
-        /// The stride period.
+        /// The stride period, seconds.
         period_s: f64,
     },
-    /// The rate cannot be had.
+    /// The recording cannot be resampled to the rate.
     #[error(transparent)]
     Rate(#[from] ResampleError),
 }
 
-/// A recording that can be repeated, and what was done to it.
+/// A recording that can be repeated, with the cut and the remaining mismatch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Looped {
     /// The loop; its last row is its first.
     pub recording: Recording,
-    /// Whole strides in it.
+    /// Number of strides in it.
     pub strides: usize,
-    /// Where in the source it begins, in seconds from the source's first row.
+    /// Its start in the source, seconds from the source's first row.
     pub start_s: f64,
-    /// The mismatch d of each channel that was spread, in its unit.
+    /// Mismatch d of each channel that was spread, in its unit.
     pub mismatch: Vec<f64>,
 }
 
 impl Recording {
-    /// Cuts a loop at a fixed rate.
+    /// Cuts the recording to a loop at a fixed rate in Hz.
     ///
     /// # Errors
-    /// The recording does not repeat itself, is too short, or the rate cannot be had.
+    /// The recording is not periodic or too short, or the rate is out of range.
     ///
     /// ```
     /// use gait_trace::{Channel, Quantity, Recording};
@@ -87,7 +86,7 @@ impl Recording {
         let duration_s = self.duration_s();
         let period_s = period::find(self).ok_or(LoopError::NoStride { duration_s })?.period_s;
         let even = self.resample(rate_hz)?;
-        let strides = ((duration_s / period_s - ROOM).floor() as usize).max(1);
+        let strides = ((duration_s / period_s - CUT_MARGIN).floor() as usize).max(1);
         let cut = cut(&even, period_s * rate_hz, strides).ok_or(LoopError::TooShort { duration_s, period_s })?;
 
         let mut mismatch = Vec::new();
@@ -109,16 +108,16 @@ impl Recording {
     }
 }
 
-/// Where to cut, in samples.
+/// A cut, in samples.
 struct Cut {
     start: usize,
     length: usize,
 }
 
-/// The cut of step 3; `None` when no length fits.
+/// The cut of step 3; `None` if no length fits.
 fn cut(even: &Recording, period: f64, strides: usize) -> Option<Cut> {
     let samples = even.time_s().len();
-    // Without a step to either side a sample has no slope, so the outermost two cannot be ends.
+    // A slope needs a sample on each side, so the outermost samples cannot be ends.
     let (mean, stretch) = (period * strides as f64, period * STRETCH);
     let shortest = ((mean - stretch).ceil() as usize).max(2);
     let longest = ((mean + stretch).floor() as usize).min(samples.checked_sub(3)?);
@@ -162,13 +161,13 @@ mod tests {
     }
 
     #[test]
-    fn too_little_is_refused() {
+    fn too_short_recordings_are_refused() {
         assert!(matches!(walk(1.1, 0.9, 0.0, 0.0).looped(500.0), Err(LoopError::NoStride { .. })));
         assert!(matches!(walk(1.1, 2.4, 0.0, 0.0).looped(0.0), Err(LoopError::Rate(_))));
     }
 
     #[test]
-    fn the_mean_stays_and_no_sample_moves_by_more_than_half_the_mismatch() {
+    fn spreading_keeps_the_mean_and_moves_by_half_the_mismatch() {
         let source = walk(1.1, 2.4, 0.3, 1.5);
         let looped = source.looped(500.0).unwrap();
         for (channel, d) in looped.recording.channels().iter().zip(&looped.mismatch) {
@@ -184,12 +183,12 @@ mod tests {
             assert!(moved.iter().sum::<f64>().abs() / (moved.len() as f64) < 1e-9, "{}", channel.name());
         }
         let most = looped.mismatch.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
-        assert!(most > 1.0, "some of the drift of 3.3 degrees over two strides is left to spread: {most}");
+        assert!(most > 1.0, "part of the drift of 3.3 degrees over two strides remains to be spread: {most}");
     }
 
-    /// Up and down in straight lines: slopes are alike over half a stride, so that only values tell equal phases apart.
+    /// A triangle: slopes are equal over half a stride, so only values distinguish the phases.
     #[test]
-    fn equal_slopes_are_no_equal_phase() {
+    fn equal_slopes_are_not_equal_phase() {
         let times: Vec<f64> = (0..400).map(|n| f64::from(n) * 0.01).collect();
         let triangle = times.iter().map(|t| 80.0 * ((t / 1.1).rem_euclid(1.0) - 0.5).abs()).collect();
         let walk = Recording::build(times, vec![Channel::new("knee", Quantity::Angle, triangle)]).unwrap();
@@ -210,14 +209,14 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
-        /// Played round and round, no step over the seam is larger than the largest inside, however the recording drifts.
+        /// Repeated, no step over the seam is larger than the largest step inside, even if the recording drifts.
         #[test]
-        fn the_seam_is_no_jump(
+        fn the_seam_has_no_jump(
             period in 0.7_f64..1.6, strides in 1.3_f64..3.4, phase in 0.0_f64..1.0, drift in -2.0_f64..2.0,
         ) {
             let source = walk(period, strides, phase, drift);
             let looped = source.looped(200.0).unwrap();
-            let whole = source.duration_s() / period - ROOM - looped.strides as f64;
+            let whole = source.duration_s() / period - CUT_MARGIN - looped.strides as f64;
             prop_assert!(whole < 1.02 && (whole > -0.02 || looped.strides == 1), "{} and {whole}", looped.strides);
             let stretched = (looped.recording.duration_s() / looped.strides as f64 / period - 1.0).abs();
             prop_assert!(stretched < 0.03, "{}", stretched);
@@ -231,7 +230,7 @@ mod tests {
 
         /// Without drift the seam is as smooth as the rest.
         #[test]
-        fn the_seam_is_no_kink(period in 0.7_f64..1.6, strides in 1.5_f64..3.4, phase in 0.0_f64..1.0) {
+        fn the_seam_has_no_kink(period in 0.7_f64..1.6, strides in 1.5_f64..3.4, phase in 0.0_f64..1.0) {
             let looped = walk(period, strides, phase, 0.0).looped(200.0).unwrap();
             prop_assert!(looped.mismatch.iter().all(|d| d.abs() < 1.0), "{:?}", looped.mismatch);
             for channel in looped.recording.channels() {

@@ -1,6 +1,6 @@
-//! How far two series are apart: root mean square and peak of their difference, in the unit of the series.
+//! Root mean square and peak of the difference of two series, in the unit of the series.
 
-/// Root mean square of the difference; `None` when the lengths differ or nothing is there to compare.
+/// Root mean square of the difference; `None` if the lengths differ or are 0.
 ///
 /// ```
 /// use gait_trace::stride::metrics::{peak, rmse};
@@ -15,7 +15,7 @@ pub fn rmse(a: &[f64], b: &[f64]) -> Option<f64> {
     Some((sum / a.len() as f64).sqrt())
 }
 
-/// Largest difference either way; `None` as for [`rmse`]. Not a number anywhere gives not a number.
+/// Largest absolute difference; `None` as for [`rmse`]. NaN in either series gives NaN.
 #[must_use]
 pub fn peak(a: &[f64], b: &[f64]) -> Option<f64> {
     Some(differences(a, b)?.map(f64::abs).fold(0.0, |most, d| if d.is_nan() || d > most { d } else { most }))
@@ -30,7 +30,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_cannot_be_compared_has_no_number() {
+    fn series_of_different_length_have_no_difference() {
         assert_eq!(rmse(&[], &[]), None);
         assert_eq!(peak(&[1.0], &[]), None);
         assert!(peak(&[f64::NAN, 3.0], &[0.0, 0.0]).is_some_and(f64::is_nan));

@@ -1,4 +1,4 @@
-//! Cutting recordings into strides and averaging them.
+//! Cuts recordings into strides and averages them.
 
 pub mod cut;
 pub mod cycle;

@@ -1,42 +1,42 @@
-//! How long a stride is, from the recording alone.
+//! Finds the stride period of a recording from its self-similarity.
 //!
-//! A recording that repeats after T looks like itself shifted by T. For a shift, the likeness is
+//! A recording with period T resembles itself shifted by T. The likeness at a shift is
 //! ```text
 //! r(T) = 1 - mean over channels of  < (x(t + T) - x(t))^2 > / (2 var x)
 //! ```
-//! 1 for perfect repetition, about 0 for two unrelated stretches. The period is the shortest shift at which r has a local
-//! maximum that comes within [`SLACK`] of the best one (two strides fit as well as one, so the best alone would not do). Left
-//! and right legs are half a stride apart, so with channels of both the half stride is no maximum; nor is it with one knee.
+//! It is 1 for perfect repetition and about 0 for two unrelated parts. The period is the shortest shift at which r has a local
+//! maximum within [`SLACK`] of the highest one (a shift of two strides fits as well as one, so the highest alone is not enough). Left
+//! and right legs are half a stride apart, so half a stride is not a maximum with channels of both, nor with one knee.
 //!
-//! Units: seconds. Searched: [`SHORTEST_S`] to [`LONGEST_S`], as far as [`OVERLAP_S`] of the recording are left to compare.
+//! Units: seconds. Search range: [`SHORTEST_S`] to [`LONGEST_S`], as long as [`OVERLAP_S`] of the recording overlap.
 
 use crate::recording::Recording;
 use crate::series::variance;
 
-/// Shortest stride: sprinters take 0.45 s.
+/// Shortest stride, seconds: sprinters take 0.45 s.
 pub const SHORTEST_S: f64 = 0.4;
-/// Longest stride: slow walking of patients takes 2 s.
+/// Longest stride, seconds: slow walking of patients takes 2 s.
 pub const LONGEST_S: f64 = 2.5;
-/// Least part of the recording that has to be there twice.
+/// Shortest overlap of the recording with its shifted copy, seconds.
 pub const OVERLAP_S: f64 = 0.2;
-/// Least likeness that counts as repetition.
+/// Smallest likeness that counts as repetition.
 pub const LEAST_LIKENESS: f64 = 0.7;
-/// How much less than the best likeness a shorter shift may have.
+/// Largest deficit of a shorter shift against the highest likeness.
 pub const SLACK: f64 = 0.1;
 
-/// Strides are searched at this rate; the maximum is then placed between its samples by a parabola.
+/// Sample rate of the search, Hz; a parabola then places the maximum between samples.
 const RATE_HZ: f64 = 100.0;
 
-/// What was found.
+/// A stride period and its likeness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stride {
-    /// Length of a stride.
+    /// Length of a stride, seconds.
     pub period_s: f64,
-    /// The likeness r at this shift.
+    /// Likeness r at this shift.
     pub likeness: f64,
 }
 
-/// The stride period; `None` when the recording is too short or does not repeat itself.
+/// Finds the stride period; `None` if the recording is too short or not periodic.
 ///
 /// ```
 /// use gait_trace::{Channel, Quantity, Recording};
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_repeat_has_no_stride() {
+    fn a_recording_without_repetition_has_no_period() {
         assert_eq!(find(&record(10.0, 100.0, |_| 12.0)), None, "standing");
         assert_eq!(find(&record(10.0, 100.0, |t| 5.0 * t)), None, "a ramp");
         assert_eq!(find(&record(0.5, 100.0, |t| knee(t / 1.1))), None, "too short");
@@ -115,7 +115,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_period_that_was_put_in_comes_out(
+        fn a_known_period_is_found(
             period in 0.5_f64..2.0, strides in 1.8_f64..6.0, phase in 0.0_f64..1.0, rate in 50.0_f64..1000.0,
         ) {
             let walk = record(period * strides, rate, |t| knee(t / period + phase));

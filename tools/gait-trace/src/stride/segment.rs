@@ -1,31 +1,31 @@
-//! Where strides are: the stride period, the stretch of most movement, and the events that a stride has once.
+//! Finds the stride period, the part with most movement, and one event per stride.
 //!
 //! The event is the upward crossing of the difference of the hips, left minus right, through the middle of its range. Legs are
-//! half a stride apart, so that in the difference the even harmonics of the two cancel, and with them the double bump: what is
-//! left is near a sine of twice the amplitude, and both hips have a say in each event. Without two hips it is the difference of
-//! the knees; of a single joint, the joint itself, whose swing crosses the middle of its range once up and once down.
+//! half a stride apart, so the even harmonics cancel in the difference: the rest is close to a sine of twice the amplitude, and both
+//! hips contribute to each event. Without two hips the difference of the knees is used; with a single joint, the joint itself, whose
+//! swing crosses the middle of its range once upward and once downward.
 //!
-//! A crossing counts when the signal came from below the middle by [`HYSTERESIS`] of its half range and goes on to as far above.
+//! A crossing counts if the signal was below the middle by [`HYSTERESIS`] of its half range before and reaches as far above after.
 
 use crate::recording::{Channel, Quantity, Recording};
 use crate::series::{median, quantile, runs, variance};
 use crate::stride::period;
 use joint_units::Joint;
 
-/// How far from the middle of its range a signal has to go between two crossings, as a share of half the range.
+/// Distance from the middle of its range that a signal must reach between two crossings, as a fraction of half the range.
 pub const HYSTERESIS: f64 = 0.3;
-/// Shortest and longest stride beside the median one that goes on with a bout of walking, as a share of it.
+/// Shortest and longest stride within a bout of walking, as fractions of the median stride.
 pub const REGULAR: (f64, f64) = (0.7, 1.4);
 
-/// How near, in strides, an edge of the recording is for the walking to be taken to go on up to it.
+/// If an event is within this many strides of an end of the recording, the bout extends to that end.
 const EDGE: f64 = 1.6;
-/// The period is looked for in the most active stretch of this length.
+/// Length of the part with most movement in which the period is searched, seconds.
 const ACTIVE_S: f64 = 8.0;
 
 pub(crate) type Joints<'a> = [Option<&'a [f64]>; Joint::COUNT];
 
-/// First sample of the stretch of `length` samples, none of them `bad`, in which the joints move most (in variance, summed
-/// over joints).
+/// First sample of the `length` consecutive samples, none of them `bad`, in which the joints move most (variance, summed over
+/// joints).
 pub(crate) fn most_active(joints: &Joints<'_>, bad: &[bool], length: usize, step: usize) -> Option<usize> {
     let activity =
         |from: usize| -> f64 { joints.iter().flatten().filter_map(|x| x.get(from..from + length)).map(variance).sum() };
@@ -37,7 +37,7 @@ pub(crate) fn most_active(joints: &Joints<'_>, bad: &[bool], length: usize, step
         .map(|(from, _)| from)
 }
 
-/// The stride period in seconds, if the joints repeat themselves, or each leg the other one half a stride later.
+/// The stride period in seconds, if the joints are periodic, or each leg repeats the other half a stride later.
 pub(crate) fn period_s(joints: &Joints<'_>, bad: &[bool], rate_hz: f64) -> Option<f64> {
     let longest = runs(bad.len(), |n| !bad[n]).iter().map(|(from, to)| to - from).max()?;
     let length = longest.min((ACTIVE_S * rate_hz) as usize);
@@ -51,7 +51,7 @@ pub(crate) fn period_s(joints: &Joints<'_>, bad: &[bool], rate_hz: f64) -> Optio
     period::find(&stretch_of).map(|found| found.period_s).or_else(|| period_by_halves(&stretch, rate_hz))
 }
 
-/// The shift T at which each leg is most like the other one T / 2 later; for recordings of little more than one stride.
+/// The period T at which each leg most resembles the other T / 2 later; for recordings of little more than one stride.
 fn period_by_halves(joints: &Joints<'_>, rate_hz: f64) -> Option<f64> {
     let pairs: Vec<[&[f64]; 2]> =
         [0, 2].into_iter().filter_map(|left| Some([joints[left]?, joints[left + 1]?])).collect();
@@ -76,8 +76,8 @@ fn period_by_halves(joints: &Joints<'_>, rate_hz: f64) -> Option<f64> {
     Some(2.0 * (first + peak) as f64 / rate_hz)
 }
 
-/// The signal that has one upward crossing a stride.
-pub(crate) fn beat(joints: &Joints<'_>) -> Option<Vec<f64>> {
+/// The signal with one upward crossing per stride.
+pub(crate) fn event_signal(joints: &Joints<'_>) -> Option<Vec<f64>> {
     let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
     match joints {
         [Some(left), Some(right), ..] | [_, _, Some(left), Some(right)] => Some(difference(left, right)),
@@ -86,14 +86,14 @@ pub(crate) fn beat(joints: &Joints<'_>) -> Option<Vec<f64>> {
     }
 }
 
-/// Places (in samples) of the upward crossings of the middle of the range that `beat` has in `typical`.
-pub(crate) fn crossings(beat: &[f64], typical: &[f64]) -> Vec<f64> {
+/// Places, in samples, of the upward crossings of `signal` through the middle of the range of `typical`.
+pub(crate) fn crossings(signal: &[f64], typical: &[f64]) -> Vec<f64> {
     let (low, high) = (quantile(typical.iter().copied(), 0.05), quantile(typical.iter().copied(), 0.95));
     let (middle, reach) = (0.5 * (low + high), 0.5 * HYSTERESIS * (high - low));
     let mut places = Vec::new();
     let mut was_low = false;
     let mut crossing = None;
-    for (n, pair) in beat.windows(2).enumerate() {
+    for (n, pair) in signal.windows(2).enumerate() {
         let (here, next) = (pair[0] - middle, pair[1] - middle);
         if here < -reach {
             was_low = true;
@@ -101,7 +101,7 @@ pub(crate) fn crossings(beat: &[f64], typical: &[f64]) -> Vec<f64> {
         if here <= 0.0 && next > 0.0 {
             crossing = Some(n as f64 - here / (next - here));
         }
-        // The last crossing before it is really up.
+        // The last crossing before the signal is clearly above counts.
         if next > reach && was_low {
             places.extend(crossing.take());
             was_low = false;
@@ -110,23 +110,23 @@ pub(crate) fn crossings(beat: &[f64], typical: &[f64]) -> Vec<f64> {
     places
 }
 
-/// Walking without a break: the events, and how far before and after them it may reach (all in samples).
+/// A bout of uninterrupted walking: its events, and the places to which it may extend, in samples.
 #[derive(Debug, Clone)]
 pub(crate) struct Bout {
     pub events: Vec<f64>,
     pub from: f64,
     pub to: f64,
-    /// Median distance of events, or the period that was found where there is one event alone.
+    /// Median distance of the events; the period of the recording if there is only one event.
     pub period: f64,
 }
 
 impl Bout {
-    /// The place at which the bout has done `phase` strides since its first event.
+    /// The place `phase` strides after the first event.
     pub(crate) fn place(&self, phase: f64) -> f64 {
         let last = self.events.len() - 1;
         let k = phase.floor().clamp(0.0, last.saturating_sub(1) as f64) as usize;
         let length = match self.events.get(k + 1) {
-            // Beyond the events the period of the bout is a better guess than that of its last stride.
+            // Beyond the events the period of the bout is a better estimate than its last stride.
             Some(next) if phase >= 0.0 && phase <= last as f64 => next - self.events[k],
             _ => self.period,
         };
@@ -134,16 +134,16 @@ impl Bout {
         self.events[anchor] + (phase - anchor as f64) * length
     }
 
-    /// Cuts at the fraction `offset` of each stride.
+    /// The cuts at the fraction `offset` of each stride.
     pub(crate) fn cuts(&self, offset: f64) -> Vec<f64> {
         let strides = self.events.len() as i64 + 2;
         let places = (-2..strides).map(|k| self.place(k as f64 + offset));
-        // A cut that is a rounding error outside is at the edge.
+        // A cut outside by a rounding error counts as at the edge.
         places.filter(|place| *place >= self.from - 1e-6 && *place <= self.to + 1e-6).collect()
     }
 }
 
-/// Parts the events into bouts of regular strides.
+/// Groups the events into bouts of regular strides.
 pub(crate) fn bouts(events: &[f64], period: f64, samples: usize) -> Vec<Bout> {
     let regular = |length: f64| length >= REGULAR.0 * period && length <= REGULAR.1 * period;
     let mut groups: Vec<Vec<f64>> = Vec::new();
@@ -160,7 +160,7 @@ pub(crate) fn bouts(events: &[f64], period: f64, samples: usize) -> Vec<Bout> {
     let reach = |group: usize| {
         let before = group.checked_sub(1).map_or(0.0, |before| edges[before].1);
         let after = edges.get(group + 1).map_or(end, |after| after.0);
-        // Up to the edge of the recording where a crossing may have been out of sight, else one stride.
+        // Up to the end of the recording if a crossing beyond it may be missing, else one stride.
         let (first, last) = edges[group];
         let from = if first < EDGE * period { 0.0 } else { first - period };
         let to = if end - last < EDGE * period { end } else { last + period };

@@ -1,46 +1,46 @@
-//! Where strides are in a recording, the parts that are in none, and why there may be no stride at all.
+//! Time spans of the strides of a recording, the parts that are in no stride, and the errors.
 
 use crate::stride::period::OVERLAP_S;
 use std::fmt;
 
-/// A stride.
+/// The time span of a stride.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
-    /// From here.
+    /// Start, seconds.
     pub start_s: f64,
-    /// To here, where the next one may start.
+    /// End, seconds; the next stride may start there.
     pub end_s: f64,
 }
 
 /// Why a part of a recording is in no stride.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum WhyLeftOut {
-    /// Moving, but not yet walking.
+    /// Movement before regular walking.
     StartUp,
-    /// Coming to a stop.
+    /// Movement after regular walking.
     Stop,
-    /// Nobody moves.
+    /// The person stands.
     Standing,
-    /// Three strides on end or more that are unlike the others, or movement between two bouts of walking.
+    /// Three or more consecutive strides that differ from the others, or movement between two bouts of walking.
     Turn,
-    /// A jump too long to bridge, and the stride it is in.
+    /// A jump too long to bridge, with its stride.
     Glitch,
-    /// A gap too long to bridge, and the stride it is in.
+    /// A gap too long to bridge, with its stride.
     Gap,
-    /// Less than a stride at an end of the recording, or what is left between strides of two bouts.
+    /// Less than a stride at an end of the recording or between two bouts.
     Partial,
-    /// One stride that is unlike the others, or two.
+    /// One or two strides that differ from the others.
     Odd,
 }
 
-/// A part of the recording that is in no stride.
+/// A part of a recording that is in no stride.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeftOut {
-    /// From here.
+    /// Start, seconds.
     pub from_s: f64,
-    /// To here.
+    /// End, seconds.
     pub to_s: f64,
-    /// Why.
+    /// The reason.
     pub why: WhyLeftOut,
 }
 
@@ -50,11 +50,11 @@ impl fmt::Display for WhyLeftOut {
             Self::StartUp => "starting up",
             Self::Stop => "stopping",
             Self::Standing => "standing",
-            Self::Turn => "turning, or walking otherwise",
+            Self::Turn => "turning, or a different gait",
             Self::Glitch => "a jump too long to bridge",
             Self::Gap => "a gap too long to bridge",
             Self::Partial => "part of a stride",
-            Self::Odd => "a stride unlike the others",
+            Self::Odd => "a stride that differs from the others",
         })
     }
 }
@@ -65,35 +65,37 @@ impl fmt::Display for LeftOut {
     }
 }
 
-/// Why there are no strides.
+/// Why a recording has no strides.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StrideError {
-    /// Joints are missing.
-    #[error("no {}; allowed for a cycle are both hips and both knees", .missing.join(", no "))]
+    /// A joint is missing.
+    #[error("no {}; allowed is a recording with both hips and both knees", .missing.join(", no "))]
     NoJoint {
         /// Their names.
         missing: Vec<&'static str>,
     },
-    /// Nothing repeats.
+    /// The recording is not periodic.
     #[error(
-        "nothing in {duration_s:.2} s repeats like a stride; allowed is walking or running of one stride and {:.1} s more",
+        "no stride repeats within {duration_s:.2} s; allowed is walking or running of at least one stride and {:.1} s more",
         OVERLAP_S
     )]
     NoPeriod {
-        /// Length of the recording.
+        /// Length of the recording, seconds.
         duration_s: f64,
     },
-    /// There is a period, but no whole stride of it that can be used.
-    #[error("no whole stride of {period_s:.2} s that can be used; the parts of the recording: {parts}")]
+    /// There is a period, but no complete usable stride.
+    #[error(
+        "no complete usable stride of {period_s:.2} s; allowed is one or more; the parts of the recording: {parts}"
+    )]
     NoStride {
-        /// The period.
+        /// The period, seconds.
         period_s: f64,
-        /// What the recording consists of, in words.
+        /// The parts of the recording, in words.
         parts: String,
     },
 }
 
-/// The strides of the joints that there are.
+/// The strides of the joints that the recording has.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cuts {
     /// The strides, in order.

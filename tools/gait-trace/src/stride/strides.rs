@@ -1,8 +1,8 @@
-//! Strides: where they are, what is no stride and why, and the mean cycle with what varies about it.
+//! The strides of a recording of four joints: each resampled to a closed cycle, their mean and variability.
 //!
-//! Where they are is found by [`crate::stride::cut`]. Each stride is stretched to [`POINTS`] points by cubic interpolation and closed:
-//! what end and start differ by, d, is spread evenly, `y(k) = x(k) + d (1/2 - k / POINTS)`. The mean stays, and no point moves
-//! by more than d / 2. Cubic interpolation misses at most `3/128 h^4 |x''''|`: of the sixth harmonic of a 1.1 s stride 0.4 % of
+//! [`crate::stride::cut`] finds the strides. Each is resampled to [`POINTS`] points by cubic interpolation and closed: the difference d
+//! of end and start is spread evenly, `y(k) = x(k) + d (1/2 - k / POINTS)`. The mean does not change, and no point moves
+//! by more than d / 2. The error of cubic interpolation is at most `3/128 h^4 |x''''|`: of the sixth harmonic of a 1.1 s stride 0.4 % of
 //! its amplitude at 100 Hz.
 //!
 //! Units: seconds, degrees. In a normalised cycle "seconds" are fractions of the cycle.
@@ -19,13 +19,13 @@ use std::ops::Range;
 /// The strides of four joints.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strides {
-    /// Where they are, in order.
+    /// Their time spans, in order.
     pub spans: Vec<Span>,
-    /// The rest of the recording, in order: spans and this tile it.
+    /// The rest of the recording, in order; together with the spans it covers the recording.
     pub left_out: Vec<LeftOut>,
-    /// Mean length of a stride.
+    /// Mean length of a stride, seconds.
     pub period_s: f64,
-    /// How far end and start of the mean stride are apart before it is closed, degrees, of each joint.
+    /// Absolute mean difference of end and start of the strides before they are closed, degrees, per joint.
     pub closure_deg: [f64; Joint::COUNT],
     cycles: Vec<Cycle>,
 }
@@ -33,7 +33,7 @@ pub struct Strides {
 /// Finds the strides of a recording of all four joints.
 ///
 /// # Errors
-/// A joint is missing, nothing repeats, or no whole stride can be used.
+/// A joint is missing, the recording is not periodic, or no complete stride can be used.
 ///
 /// ```
 /// use gait_trace::{Rules, condition};
@@ -69,15 +69,15 @@ pub fn segment(conditioned: &Conditioned) -> Result<Strides, StrideError> {
     let Cuts { spans, left_out } = cut(conditioned)?;
     let n = spans.len() as f64;
     let period_s = spans.iter().map(|span| span.end_s - span.start_s).sum::<f64>() / n;
-    let stretched: Vec<(Cycle, [f64; 4])> =
-        spans.iter().map(|span| stretch(&joints, span, conditioned.rate_hz)).collect();
-    let closure_deg = std::array::from_fn(|j| (stretched.iter().map(|(_, d)| d[j]).sum::<f64>() / n).abs());
-    let cycles = stretched.into_iter().map(|(cycle, _)| cycle).collect();
+    let closed: Vec<(Cycle, [f64; 4])> =
+        spans.iter().map(|span| closed_cycle(&joints, span, conditioned.rate_hz)).collect();
+    let closure_deg = std::array::from_fn(|j| (closed.iter().map(|(_, d)| d[j]).sum::<f64>() / n).abs());
+    let cycles = closed.into_iter().map(|(cycle, _)| cycle).collect();
     Ok(Strides { spans, left_out, period_s, closure_deg, cycles })
 }
 
-/// A stride stretched and closed, and how far each joint was open.
-fn stretch(joints: &Joints<'_>, span: &Span, rate: f64) -> (Cycle, [f64; Joint::COUNT]) {
+/// A stride as a closed cycle, and the difference of end and start of each joint before.
+fn closed_cycle(joints: &Joints<'_>, span: &Span, rate: f64) -> (Cycle, [f64; Joint::COUNT]) {
     let (from, to) = (span.start_s * rate, span.end_s * rate);
     let open = joints.map(|joint| joint.map_or(0.0, |x| between(x, to) - between(x, from)));
     let cycle = std::array::from_fn(|j| {
@@ -90,13 +90,13 @@ fn stretch(joints: &Joints<'_>, span: &Span, rate: f64) -> (Cycle, [f64; Joint::
 }
 
 impl Strides {
-    /// The kept strides, each closed, in the order of [`Self::spans`].
+    /// The strides as closed cycles, in the order of [`Self::spans`].
     #[must_use]
     pub fn cycles(&self) -> &[Cycle] {
         &self.cycles
     }
 
-    /// Mean of some of the strides; strides that are not there are left out, and of none the mean is 0.
+    /// Mean of a range of strides. Indices beyond the last are ignored; the mean of no stride is 0.
     #[must_use]
     pub fn mean_of(&self, which: Range<usize>) -> Cycle {
         let end = which.end.min(self.cycles.len());
@@ -111,7 +111,7 @@ impl Strides {
         self.mean_of(0..self.cycles.len())
     }
 
-    /// Stride-to-stride variability of each joint: root mean square over strides and points of the distance from the mean.
+    /// Stride-to-stride variability of each joint, degrees: root mean square deviation from the mean over strides and points.
     #[must_use]
     pub fn sd_deg(&self) -> [f64; Joint::COUNT] {
         let mean = self.mean();
@@ -119,7 +119,7 @@ impl Strides {
         std::array::from_fn(|j| (apart.iter().map(|d| d[j] * d[j]).sum::<f64>() / apart.len() as f64).sqrt())
     }
 
-    /// Standard deviation of the strides' lengths; 0 of a single one.
+    /// Standard deviation of the lengths of the strides, seconds; 0 for a single stride.
     #[must_use]
     pub fn period_sd_s(&self) -> f64 {
         let n = self.spans.len() as f64;
@@ -127,8 +127,8 @@ impl Strides {
         if n > 1.0 { (squares / (n - 1.0)).sqrt() } else { 0.0 }
     }
 
-    /// How unlike the legs are, hip and knee: root mean square difference of the left mean cycle and the right one half a
-    /// cycle later, each less its own mean.
+    /// Asymmetry of hips and knees, degrees: root mean square difference of the left mean cycle and the right one half a cycle later,
+    /// each without its mean.
     #[must_use]
     pub fn asymmetry_deg(&self) -> [f64; 2] {
         let Cycle(mean) = self.mean();

@@ -125,7 +125,7 @@ impl C3d {
             chain.long(2, "ACTUAL_START_FIELD", 1);
             chain.long(2, "ACTUAL_END_FIELD", all_frames as u32);
         }
-        // Room for DATA_START, whose value depends on the size of all of this, and for the end of the chain.
+        // Space for DATA_START, whose value depends on the size of all of this, and for the end of the chain.
         let blocks = (chain.bytes.len() + 17 + 2).div_ceil(512);
         let data_block = 2 + blocks as u16;
         chain.word(1, "DATA_START", data_block);

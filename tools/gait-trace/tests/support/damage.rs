@@ -39,7 +39,7 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 /// What a reader may hold beside its file: names of columns, an error.
-pub(crate) const ROOM: isize = 1 << 20;
+pub(crate) const MARGIN: isize = 1 << 20;
 /// A tenth of it is more than any file here takes on an idle machine.
 const LONG: Duration = Duration::from_secs(20);
 
@@ -76,7 +76,7 @@ pub(crate) fn check(damages: Vec<Damage>, how: &ReadOptions<'_>) {
         assert!(error.contains("allowed"), "{what}: the error does not say what is allowed: {error}");
         assert!(error.len() < 3000, "{what}: {} bytes of error", error.len());
         assert!(took < LONG, "{what}: {took:?}");
-        assert!(held < 3 * bytes.len() as isize + ROOM, "{what}: {held} bytes held for {} of file", bytes.len());
+        assert!(held < 3 * bytes.len() as isize + MARGIN, "{what}: {held} bytes held for {} of file", bytes.len());
         println!("{what}: {error}");
     }
 }

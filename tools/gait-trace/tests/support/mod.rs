@@ -11,10 +11,10 @@ use joint_units::{Joint, Radians, Volts};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// The recording that is shipped: overground walking, 150 Hz, four joints.
+/// The recording in tests/traces: overground walking, 150 Hz, four joints.
 pub(crate) fn walk() -> Recording {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/traces/gaitkit_fukuchi_healthy.csv");
-    csv_file::read(&path).expect("the shipped recording")
+    csv_file::read(&path).expect("the recording in tests/traces")
 }
 
 /// The recordings that lie beside the workspace, or none, said aloud.
@@ -58,7 +58,7 @@ pub(crate) fn angle_points(recording: &Recording) -> Vec<(String, Vec<Option<[f3
         .collect()
 }
 
-/// How a walker stands in the laboratory.
+/// The person's orientation in the laboratory.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stand {
     pub(crate) up: [f64; 3],

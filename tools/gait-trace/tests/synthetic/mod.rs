@@ -1,4 +1,4 @@
-//! A walker of known phase: harmonics of the size and phase that people have.
+//! A synthetic gait of known phase, with harmonics of the size and phase of human walking.
 
 use gait_trace::{RawJoint, RawJoints};
 use joint_units::Joint;

@@ -1,13 +1,12 @@
-//! C3D, the files of motion capture: joint angles where the laboratory's program put them, or hips and knees from the
-//! trajectories of joint centres.
+//! Reads C3D files of motion capture: joint angles if the file has them, else hips and knees computed from joint centres.
 //!
-//! The reader is our own, and small: what it must hold is that a damaged file is an error that names the byte. `c3dio` 0.8
-//! panics on some such files and reads others that are cut as if they were whole, so that every check below would be needed
-//! before it may see a file; what is left to do then is to multiply three numbers. Analog data are skipped, not read.
+//! The reader is written here because a damaged file must give an error that names the byte. The crate `c3dio` 0.8 panics on some
+//! damaged files and reads some truncated ones as complete, so every check below would be needed in front of it. Analog data are
+//! skipped.
 //!
-//! All three number formats (Intel, DEC, MIPS) and both kinds of points (floats, scaled integers) are read. A point with a
-//! negative residual, or one at exactly 0, 0, 0, is missing. Only the chosen points are kept: memory is bounded by the
-//! file's own size, whatever its header announces.
+//! All three number formats (Intel, DEC, MIPS) and both kinds of points (floats, scaled integers) are read. A point with a negative
+//! residual, or at exactly 0, 0, 0, is missing. Only the chosen points are kept, so memory is bounded by the size of the file,
+//! whatever its header announces.
 
 mod bytes;
 mod processor;
@@ -17,14 +16,14 @@ mod segments;
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::joint_names::{AngleUnit, joint_of};
-use crate::format::text_table::{column_called, listed, room_after};
+use crate::format::text_table::{check_rows, column_called, listed};
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use bytes::{Ctx, Track};
 use joint_units::Joint;
 use section::{KEY, Layout, Parameters};
 
-/// Whether the bytes begin as a C3D file does and no text can.
+/// Whether the bytes begin like a C3D file and are not text.
 pub(crate) fn looks_like(bytes: &[u8]) -> bool {
     bytes.get(1) == Some(&KEY) && bytes.iter().take(512).any(|&byte| byte == 0)
 }
@@ -32,7 +31,7 @@ pub(crate) fn looks_like(bytes: &[u8]) -> bool {
 /// Reads the bytes of a file.
 ///
 /// # Errors
-/// The first thing that is wrong with it, with the byte; or it has neither angles nor joint centres.
+/// The first fault of the file, with its byte; or the file has neither angles nor joint centres.
 ///
 /// ```
 /// use gait_trace::format::c3d;
@@ -48,7 +47,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     if layout.frames < 2 {
         return Err(TraceError::new(name, None, Fault::TooFewRows { rows: layout.frames }));
     }
-    room_after(layout.frames - 1).map_err(|fault| TraceError::new(name, None, fault))?;
+    check_rows(layout.frames - 1).map_err(|fault| TraceError::new(name, None, fault))?;
     let file = File { ctx, parameters, layout };
     let (columns, what) = match file.angles(how)? {
         columns if columns.is_empty() => (file.segments(&mut notes)?, "joint centres"),
@@ -63,7 +62,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
 }
 
-/// A file whose pointers and counts were checked against its length.
+/// A file whose pointers and counts have been checked against its length.
 struct File<'a> {
     ctx: Ctx<'a>,
     parameters: Parameters,
@@ -71,7 +70,7 @@ struct File<'a> {
 }
 
 impl File<'_> {
-    /// The points that are joint angles: by the map, else by name.
+    /// The points that hold joint angles: by the map, else by name.
     fn angles(&self, how: &ReadOptions<'_>) -> Result<Vec<AngleColumn>, TraceError> {
         let labels = &self.layout.labels;
         let said = match self.parameters.text(&self.ctx, "POINT:ANGLE_UNITS").first() {
@@ -100,11 +99,11 @@ impl File<'_> {
         Ok(columns)
     }
 
-    /// The angles of thighs and shanks.
+    /// Hip and knee angles from thighs and shanks.
     fn segments(&self, notes: &mut Vec<String>) -> Result<Vec<AngleColumn>, TraceError> {
         let bare: Vec<&str> = self.layout.labels.iter().map(|label| bare(label)).collect();
-        let screen = |name| self.parameters.text(&self.ctx, name).first().cloned();
-        let screen_up = screen("POINT:Y_SCREEN");
+        let first_text = |name| self.parameters.text(&self.ctx, name).first().cloned();
+        let screen_up = first_text("POINT:Y_SCREEN");
         let legs = segments::find(&bare).map(|leg| leg.map(|leg| leg.tracks(|index| self.track(index))));
         let fault = |fault| TraceError::new(self.ctx.file, None, fault);
         if legs.iter().all(Option::is_none) {
@@ -128,7 +127,7 @@ impl File<'_> {
                     let at = frame_at + (point * 4 + n) * 2;
                     let bytes = self.ctx.bytes.get(at..at + 2)?.try_into().ok()?;
                     let code = processor.u16(bytes) as i16;
-                    // The fourth is a residual and a mask, not a length.
+                    // The fourth number is a residual and a mask, so it is not scaled.
                     Some(if n == 3 { f32::from(code) } else { f32::from(code) * scale })
                 }
                 None => {
@@ -145,7 +144,7 @@ impl File<'_> {
     }
 }
 
-/// A label without the subject before it: `Anna:LKNE` is `LKNE`.
+/// A label without the subject's name: `Anna:LKNE` gives `LKNE`.
 fn bare(label: &str) -> &str {
     label.rsplit(':').next().unwrap_or(label)
 }

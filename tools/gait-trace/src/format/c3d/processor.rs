@@ -1,6 +1,6 @@
-//! The three number formats that a C3D file may be written in, and reading them from bytes without running out of them.
+//! The three number formats of C3D files.
 
-/// Whose number format a file is in; the fourth byte of the parameter section says it.
+/// The number format of a file, given by the fourth byte of the parameter section.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Processor {
     /// 84: little-endian, IEEE 754.
@@ -52,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn known_bit_patterns_are_one() {
+    fn known_bit_patterns_give_known_numbers() {
         assert_eq!(Processor::Intel.f32([0x00, 0x00, 0x80, 0x3f]), 1.0);
         assert_eq!(Processor::Mips.f32([0x3f, 0x80, 0x00, 0x00]), 1.0);
         // VAX F_floating: 1.0 is 0x00004080, its low word first.

@@ -1,9 +1,9 @@
-//! The header and the parameter section: where the points are, how many, in what numbers, and what they are called.
+//! Parses header and parameter section of a C3D file: place, number, format and names of the points.
 //!
-//! Header (512 bytes; words of 16 bit): byte 0 the block of the parameter section, byte 1 the key 0x50, word 1 points a
-//! frame, word 2 analog values a frame, words 3 and 4 first and last frame, words 6-7 scale (negative: the points are
-//! floats), word 8 the block of the data, words 10-11 frames a second. Blocks count from 1 and have 512 bytes.
-//! Parameters: a chain of records, groups with negative numbers, parameters with their group's.
+//! Header (512 bytes; words of 16 bit): byte 0 the block of the parameter section, byte 1 the key 0x50, word 1 points per
+//! frame, word 2 analog values per frame, words 3 and 4 first and last frame, words 6-7 scale (negative: the points are
+//! floats), word 8 the block of the data, words 10-11 frames per second. Blocks count from 1 and have 512 bytes.
+//! Parameters: a chain of records; groups have negative numbers, parameters the positive number of their group.
 
 use super::bytes::Ctx;
 use super::processor::Processor;
@@ -14,14 +14,14 @@ use std::collections::{HashMap, HashSet};
 const BLOCK: usize = 512;
 /// The key byte of header and parameter section.
 pub(crate) const KEY: u8 = 0x50;
-/// Most records of a parameter section: 255 blocks cannot hold more of the shortest.
+/// Largest number of records in a parameter section: 255 blocks hold no more of the shortest ones.
 const MAX_RECORDS: usize = 255 * BLOCK / 8;
-/// Entries of a text parameter that are looked at: the header's word cannot count more points.
+/// Largest number of entries read from a text parameter: the header's 16-bit word cannot count more points.
 const MOST_ENTRIES: usize = 65535;
-/// Fastest camera.
+/// Highest frame rate.
 const MAX_RATE_HZ: f32 = 100_000.0;
 
-/// A parameter: where its data is.
+/// Type, dimensions and place of a parameter's data.
 #[derive(Debug, Clone)]
 struct Parameter {
     /// -1 text, 1 bytes, 2 integers of 16 bit, 4 floats.
@@ -30,7 +30,7 @@ struct Parameter {
     offset: usize,
 }
 
-/// All parameters by `GROUP:NAME`, upper case.
+/// All parameters by `GROUP:NAME` in upper case.
 pub(crate) struct Parameters {
     pub(crate) processor: Processor,
     found: HashMap<String, Parameter>,
@@ -51,7 +51,7 @@ impl Parameters {
             let allowed = "84 (Intel), 85 (DEC) or 86 (MIPS)";
             ctx.bad(start + 3, "the processor", &kind.to_string(), allowed)
         })?;
-        // Some programs write too few blocks, or 0; nothing but parameters is before the data.
+        // Some programs write too few blocks, or 0; everything before the data is parameters.
         let data = (usize::from(processor.u16(ctx.at(16, "the pointer to the data")?)) * BLOCK).saturating_sub(BLOCK);
         let end = (start + usize::from(blocks) * BLOCK).max(data).min(ctx.bytes.len());
         let mut groups: HashMap<i8, String> = HashMap::new();
@@ -59,7 +59,7 @@ impl Parameters {
         let mut at = start + 4;
         for _ in 0..MAX_RECORDS {
             let Some(&[name_len, group]) = ctx.bytes.get(at..at + 2).filter(|_| at + 2 <= end) else { break };
-            // A negative length locks the name; what counts is its size.
+            // A negative length means a locked parameter; the length is its absolute value.
             let (name_len, group) = (usize::from((name_len as i8).unsigned_abs()), group as i8);
             if name_len == 0 || group == 0 {
                 break;
@@ -91,7 +91,7 @@ impl Parameters {
         }
         let mut found = HashMap::new();
         for (group, name, parameter) in parameters {
-            // A parameter of a group that is nowhere defined has no name to be found by.
+            // A parameter of an undefined group has no full name, so it is dropped.
             if let Some(group) = groups.get(&-group) {
                 found.insert(format!("{group}:{name}"), parameter);
             }
@@ -99,7 +99,7 @@ impl Parameters {
         Ok(Self { processor, found })
     }
 
-    /// The text of a parameter, an entry each, without blanks at their ends.
+    /// The entries of a text parameter, without surrounding blanks.
     pub(crate) fn text(&self, ctx: &Ctx<'_>, name: &str) -> Vec<String> {
         let Some(Parameter { kind: -1, dims, offset }) = self.found.get(name) else { return Vec::new() };
         let (length, count) = match dims.as_slice() {
@@ -107,7 +107,7 @@ impl Parameters {
             [length] => (*length, 1),
             [length, counts @ ..] => (*length, counts.iter().product()),
         };
-        // Entries without length take no room: nothing bounds how many of them are announced.
+        // Entries of length 0 take no bytes, so their announced number would be unbounded.
         if length == 0 {
             return Vec::new();
         }
@@ -118,7 +118,7 @@ impl Parameters {
         (0..count.min(MOST_ENTRIES)).map(entry).collect()
     }
 
-    /// The first number of a parameter; integers are unsigned, as counts are.
+    /// The first number of a parameter; integers are read as unsigned counts.
     pub(crate) fn number(&self, ctx: &Ctx<'_>, name: &str) -> Option<f64> {
         self.nth_number(ctx, name, 0)
     }
@@ -150,26 +150,36 @@ impl Parameter {
         }
         let offset = at + 2 + usize::from(rank);
         let Some(dims) = ctx.bytes.get(at + 2..offset) else {
-            return Err(ctx.bad(at + 2, &format!("parameter {name}"), "cut by the end of the file", "all of it"));
+            return Err(ctx.bad(
+                at + 2,
+                &format!("parameter {name}"),
+                "cut by the end of the file",
+                "the complete parameter: is the file cut off?",
+            ));
         };
         let dims: Vec<usize> = dims.iter().map(|&dim| usize::from(dim)).collect();
-        // Seven dimensions of 255 would overflow no usize of 64 bit, but could one of 32.
+        // Seven dimensions of 255 overflow a usize of 32 bit.
         let size = dims.iter().try_fold(usize::from(kind.unsigned_abs()), |size, &dim| size.checked_mul(dim));
         let end = size.and_then(|size| offset.checked_add(size)).filter(|&end| end <= ctx.bytes.len());
         if end.is_none() {
             let found = format!("{dims:?}, more than the rest of the file");
-            return Err(ctx.bad(at + 2, &format!("the size of parameter {name}"), &found, "what fits"));
+            return Err(ctx.bad(
+                at + 2,
+                &format!("the size of parameter {name}"),
+                &found,
+                "a size that fits into the file: is it cut off?",
+            ));
         }
         Ok(Self { kind, dims, offset })
     }
 }
 
-/// Where the points are and how many.
+/// Place, number and format of the points.
 pub(crate) struct Layout {
     pub(crate) labels: Vec<String>,
     pub(crate) frames: usize,
     pub(crate) rate_hz: f64,
-    /// Factor of integers; `None` where the points are floats.
+    /// Scale of integer points; `None` for floats.
     pub(crate) scale: Option<f32>,
     pub(crate) data_at: usize,
     pub(crate) frame_bytes: usize,
@@ -215,7 +225,7 @@ impl Layout {
         let block = match parameters.number(ctx, "POINT:DATA_START") {
             Some(block) if block >= 1.0 => {
                 if block != f64::from(header_block) {
-                    notes.push(format!("The header says that data start in block {header_block}, POINT:DATA_START {block}; the latter is believed."));
+                    notes.push(format!("The header gives block {header_block} as the start of the data, POINT:DATA_START gives {block}; the latter is used."));
                 }
                 block as usize
             }
@@ -228,7 +238,7 @@ impl Layout {
                 16,
                 "the pointer to the data",
                 &found,
-                "a block behind the header and inside of the file",
+                "a block after the header and inside of the file",
             ));
         };
         let frames = Self::frames(ctx, parameters, word(3)?, word(4)?, notes)?;
@@ -242,7 +252,7 @@ impl Layout {
         Ok(Self { labels, frames, rate_hz: f64::from(rate), scale, data_at, frame_bytes })
     }
 
-    /// The header's words end at 65535 frames; longer files say their number in parameters.
+    /// The number of frames. The header's words end at 65535; longer files have the number in parameters.
     fn frames(
         ctx: &Ctx<'_>,
         parameters: &Parameters,
@@ -258,7 +268,9 @@ impl Layout {
         let header = (last >= first && first > 0).then(|| usize::from(last - first) + 1);
         if let Some(header) = header.filter(|_| last < u16::MAX) {
             if let Some(frames) = number("POINT:FRAMES").filter(|frames| *frames != header as f64) {
-                notes.push(format!("The header says {header} frames, POINT:FRAMES {frames}; the header is believed."));
+                notes.push(format!(
+                    "The header gives {header} frames, POINT:FRAMES gives {frames}; the header is used."
+                ));
             }
             return Ok(header);
         }
@@ -272,12 +284,12 @@ impl Layout {
                 6,
                 "the first and last frame",
                 &format!("{first} and {last}"),
-                "a last frame not before the first, from 1",
+                "a first frame of 1 or more and a last frame not before it",
             )
         })
     }
 
-    /// A name for each point; more than 255 of them are in further parameters.
+    /// The name of each point; those beyond 255 are in further parameters.
     fn labels(
         ctx: &Ctx<'_>,
         parameters: &Parameters,
@@ -293,11 +305,11 @@ impl Layout {
             return Err(ctx.bad(0, "POINT:LABELS", "missing", allowed));
         }
         if labels.len() < points {
-            notes.push(format!("{} points have names, of {points}.", labels.len()));
+            notes.push(format!("Only {} of {points} points have names.", labels.len()));
         }
         let mut seen = HashSet::new();
         if let Some(label) = labels.iter().find(|label| !label.is_empty() && !seen.insert(label.as_str())) {
-            notes.push(format!("Points share the name {}; the first is taken.", listed(&[label])));
+            notes.push(format!("Several points have the name {}; the first is used.", listed(&[label])));
         }
         labels.truncate(points);
         Ok(labels)

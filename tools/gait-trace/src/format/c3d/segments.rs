@@ -1,12 +1,12 @@
-//! Hip and knee from where hip, knee and ankle are.
+//! Computes hip and knee angles from the positions of hip, knee and ankle.
 //!
-//! With `up` and `forward` of the walker, a segment from `a` down to `b` stands at `atan2((b - a).forward, (a - b).up)`:
-//! 0 where it hangs straight down, positive where its lower end is in front. The hip's angle is the thigh's (no pelvis: its
-//! tilt is not in it), the knee's is the thigh's minus the shank's. Both are positive in flexion by construction.
+//! With `up` and the person's `forward`, the angle of a segment from `a` down to `b` is `atan2((b - a).forward, (a - b).up)`: 0 when
+//! it is vertical, positive when its lower end is in front. The hip angle is that of the thigh (the tilt of the pelvis is not
+//! included), the knee angle is thigh minus shank. Both are positive in flexion.
 //!
 //! `up` is the axis along which the ankles are below the hips. `forward` is level and square to the line between the hips,
-//! left to right, averaged over [`WINDOW_S`] so that it turns with a walker who turns and not with the pelvis in each
-//! stride; with one leg only, it is the way from the first to the last place.
+//! left to right, averaged over [`WINDOW_S`] so that it follows a person who turns and not the pelvis within each stride. With one
+//! leg only, it is the direction from the hip's first to its last position.
 
 use super::bytes::Track;
 use crate::fault::Fault;
@@ -14,12 +14,12 @@ use crate::format::angle_columns::AngleColumn;
 use crate::format::joint_names::AngleUnit;
 use joint_units::Joint;
 
-/// Width of the mean of the line between the hips: about a stride.
+/// Width of the moving average of the line between the hips, seconds: about a stride.
 const WINDOW_S: f64 = 1.2;
-/// The trunk of the body is within this of an axis: cosine of 30 degrees.
+/// The line from ankles to hips must be within 30 degrees of an axis: cosine of that angle.
 const UPRIGHT: f64 = 0.866;
 
-/// Names of a place, best first, without side, blanks and signs; several in one entry are averaged.
+/// Names of a joint centre in order of preference, without side, blanks and signs; several in one entry are averaged.
 type Names = &'static [&'static [&'static str]];
 const HIP: Names = &[
     &["hjc"],
@@ -69,13 +69,13 @@ const ANKLE: Names = &[
     &["fal"],
 ];
 
-/// Hip, knee and ankle of a leg, by the places of their points.
+/// Hip, knee and ankle of a leg, as indices of points or as trajectories.
 pub(crate) struct Leg<P> {
     places: [P; 3],
     name: String,
 }
 
-/// The legs of which all three places are there: left, right.
+/// The left and right leg; `None` where one of the three joint centres is missing.
 pub(crate) fn find(labels: &[&str]) -> [Option<Leg<Vec<usize>>>; 2] {
     let plain: Vec<String> =
         labels.iter().map(|label| label.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect()).collect();
@@ -97,7 +97,7 @@ pub(crate) fn find(labels: &[&str]) -> [Option<Leg<Vec<usize>>>; 2] {
 }
 
 impl Leg<Vec<usize>> {
-    /// The trajectories, of several points their mean.
+    /// The trajectories; the mean where a joint centre has several points.
     pub(crate) fn tracks(self, track: impl Fn(usize) -> Track) -> Leg<Track> {
         let mean = |points: Vec<usize>| {
             let share = 1.0 / points.len() as f64;
@@ -129,7 +129,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// The direction of a vector; `None` for one without length.
+/// The direction of a vector; `None` for a vector of length 0.
 fn unit(a: [f64; 3]) -> Option<[f64; 3]> {
     let length = dot(a, a).sqrt();
     (length.is_finite() && length > 0.0).then(|| a.map(|value| value / length))
@@ -139,7 +139,7 @@ fn is_seen(point: &[f64; 3]) -> bool {
     point.iter().all(|value| !value.is_nan())
 }
 
-/// The mean of those that were seen.
+/// The mean of the points that are not missing.
 fn mean(points: impl Iterator<Item = [f64; 3]>) -> Option<[f64; 3]> {
     let (sum, count) =
         points.filter(is_seen).fold(([0.0; 3], 0_usize), |(sum, count), point| (add(sum, point), count + 1));
@@ -151,7 +151,7 @@ fn level(a: [f64; 3], up: [f64; 3]) -> [f64; 3] {
     sub(a, up.map(|value| value * rise))
 }
 
-/// The angles of the legs that are there.
+/// The angles of the legs that are present.
 pub(crate) fn angles(
     legs: &[Option<Leg<Track>>; 2],
     rate_hz: f64,
@@ -175,7 +175,7 @@ pub(crate) fn angles(
             columns.push(AngleColumn { joint, heading, index: 0, said: Some(AngleUnit::Degrees), values });
         }
         notes.push(format!(
-            "{} and {} are computed from {name}: the thigh against the vertical (the pelvis is not in it), the knee as thigh minus shank, flexion positive.",
+            "{} and {} are computed from {name}: the hip is the thigh against the vertical (without the pelvis), the knee is thigh minus shank, flexion positive.",
             hip.name(),
             knee.name()
         ));
@@ -183,7 +183,7 @@ pub(crate) fn angles(
     Ok(columns)
 }
 
-/// An angle within half a turn of 0.
+/// An angle brought to -180 to 180 degrees.
 fn turn(degrees: f64) -> f64 {
     if degrees > 180.0 {
         degrees - 360.0
@@ -220,14 +220,14 @@ fn up(legs: &[Option<Leg<Track>>; 2], screen_up: Option<&str>, notes: &mut Vec<S
     let screen = screen_up.map(|text| text.trim().to_uppercase()).filter(|text| !text.is_empty());
     notes.push(match screen {
         Some(screen) if screen.trim_start_matches('+') == name.trim_start_matches('+') => {
-            format!("Up is {name}, as the hips stand above the ankles and as POINT:Y_SCREEN says.")
+            format!("Up is {name}: the hips are above the ankles along it, and POINT:Y_SCREEN agrees.")
         }
         Some(screen) => {
             format!(
-                "Up is {name}, as the hips stand above the ankles; POINT:Y_SCREEN says {screen} and is not believed."
+                "Up is {name}: the hips are above the ankles along it. POINT:Y_SCREEN names {screen} and is ignored."
             )
         }
-        None => format!("Up is {name}, as the hips stand above the ankles."),
+        None => format!("Up is {name}: the hips are above the ankles along it."),
     });
     Ok(up)
 }
@@ -241,7 +241,7 @@ fn forward(
 ) -> Result<Vec<[f64; 3]>, Fault> {
     let fault = || Fault::NoFrameOfReference {
         what: "the direction of walking",
-        allowed: "both hips, or one leg that goes further than it is long",
+        allowed: "both hips, or one leg that moves farther than its own length",
     };
     let first_leg = legs.iter().flatten().next().ok_or_else(fault)?;
     let [hips, _, ankles] = &first_leg.places;
@@ -255,7 +255,7 @@ fn forward(
     let [Some(left), Some(right)] = legs else {
         let forward = walked.ok_or_else(fault)?;
         notes.push(format!(
-            "Forward is near {}, as the hip moves from its first to its last place.",
+            "Forward is close to {}: the direction from the hip's first to its last position.",
             axis_name(forward)
         ));
         return Ok(vec![forward; hips.len()]);
@@ -263,7 +263,7 @@ fn forward(
     let across: Vec<[f64; 3]> =
         left.places[0].iter().zip(&right.places[0]).map(|(&left, &right)| level(sub(left, right), up)).collect();
     let half = ((WINDOW_S / 2.0 * rate_hz) as usize).min(across.len());
-    // Running sums of what was seen: each window is a difference of two.
+    // Running sums of the known points: each window is a difference of two sums.
     let mut sums = vec![([0.0; 3], 0_usize)];
     for point in &across {
         let (sum, count) = sums[sums.len() - 1];
@@ -280,16 +280,19 @@ fn forward(
         .collect();
     let agrees = match walked.map(|walked| dot(walked, overall)) {
         Some(cosine) if cosine < 0.0 => {
-            "; but the hips move the other way: backwards walking, or left and right are swapped".to_owned()
+            "; but the hips move the opposite way: walking backwards, or left and right exchanged".to_owned()
         }
-        Some(_) => ", and so the hips move".to_owned(),
-        None => ", and the walker stays in place, as on a treadmill".to_owned(),
+        Some(_) => ", and the hips move that way".to_owned(),
+        None => ", and the person stays in place, as on a treadmill".to_owned(),
     };
     let turned = forward.iter().map(|&now| dot(now, overall)).fold(1.0, f64::min).acos().to_degrees();
-    notes.push(format!("Forward is near {}, square to the line between the hips{agrees}.", axis_name(overall)));
+    notes.push(format!(
+        "Forward is close to {}, perpendicular to the line between the hips{agrees}.",
+        axis_name(overall)
+    ));
     if turned > 30.0 {
         notes.push(format!(
-            "The walker turns by up to {turned:.0} degrees from the mean direction; forward turns along."
+            "The person turns by up to {turned:.0} degrees from the mean direction; forward turns with the person."
         ));
     }
     Ok(forward)

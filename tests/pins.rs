@@ -1,0 +1,91 @@
+//! Tables of pins and addresses that are written by hand, compared with the board files of the firmware.
+
+use std::path::Path;
+
+use firmware::board::f4_discovery::BOARD as DISCOVERY;
+use firmware::board::{BOARDS, Board, GENERATOR_SECTOR, Pin, SENSORS_SECTOR};
+use footfall::board::default_loop::SENSOR_PINS;
+
+fn read(path: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// The names of pins in a text, in order: `PE9 and PB12` gives both.
+fn pins_in(text: &str) -> Vec<String> {
+    let words = text.split(|c: char| !c.is_ascii_alphanumeric());
+    let is_pin = |word: &&str| match word.as_bytes() {
+        [b'P', b'A'..=b'K', number @ ..] => !number.is_empty() && number.iter().all(u8::is_ascii_digit),
+        _ => false,
+    };
+    words.filter(is_pin).map(str::to_owned).collect()
+}
+
+/// What a row of the table of pins is about, by words in its first cell, and its pins on a board.
+fn row_of(title: &str, board: &Board) -> Option<Vec<Pin>> {
+    [
+        ("servo left hip", board.servos.to_vec()),
+        ("gait sensors 1 to 4", board.sensors.map(|sensor| sensor.pin).to_vec()),
+        ("foot switch", vec![board.foot_switch]),
+        ("synchronisation input", vec![board.sync_input]),
+        ("synchronisation output", vec![board.sync_output]),
+        ("user button", vec![board.button]),
+        ("e-stop", vec![board.emergency_stop]),
+    ]
+    .into_iter()
+    .find_map(|(words, pins)| title.contains(words).then_some(pins))
+}
+
+/// The rows that name other pins than the board files.
+fn differences(table: &str) -> (usize, Vec<String>) {
+    let rows: Vec<Vec<&str>> = table
+        .lines()
+        .filter(|line| line.starts_with('|') && !pins_in(line).is_empty())
+        .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
+        .collect();
+    let mut wrong = Vec::new();
+    for row in &rows {
+        for (board, cell) in BOARDS.into_iter().zip(row.get(1..).unwrap_or_default()) {
+            let expected = row_of(row[0], board);
+            let expected: Option<Vec<String>> = expected.map(|pins| pins.iter().map(ToString::to_string).collect());
+            if expected.as_ref() != Some(&pins_in(cell)) {
+                wrong.push(format!("{} of {}: {cell}, in the board file {expected:?}", row[0], board.name));
+            }
+        }
+    }
+    (rows.len(), wrong)
+}
+
+#[test]
+fn the_table_of_pins_is_that_of_the_board_files() {
+    let table = read("docs/boards.md");
+    let (rows, wrong) = differences(&table);
+    assert_eq!((rows, wrong), (7, vec![]));
+    // A pin that is changed in the table is found.
+    for (from, to) in [("PE13", "PE12"), ("PC13", "PC14"), ("PB5 (D4)", "PB6 (D4)")] {
+        assert!(table.contains(from));
+        assert_eq!(differences(&table.replace(from, to)).1.len(), 1, "{from}");
+    }
+}
+
+#[test]
+fn the_virtual_board_has_the_pins_of_the_discovery() {
+    let pulses = read("tools/virtual-board/src/pulses.rs");
+    let servos = DISCOVERY.servos.map(|pin| format!("Pin::new('{:?}', {})", pin.port, pin.number));
+    let line = format!("match ({}) {{", servos.join(", "));
+    assert!(pulses.contains(&line), "tools/virtual-board/src/pulses.rs lacks `{line}`");
+    let plant = read("tools/virtual-board/src/plant.rs");
+    let button = format!("BUTTON: Pin = match Pin::new('{:?}', {})", DISCOVERY.button.port, DISCOVERY.button.number);
+    assert!(plant.contains(&button), "tools/virtual-board/src/plant.rs lacks `{button}`");
+}
+
+#[test]
+fn help_texts_and_flash_have_the_board_files_numbers() {
+    let help = read("tools/footfall/src/command/watch.rs");
+    assert!(help.contains(&format!("({})", SENSOR_PINS.join(", "))), "the pins in the help of `footfall watch`");
+    let flash = read("xtask/src/flash.rs");
+    for (name, address) in [("GENERATOR_SECTOR", GENERATOR_SECTOR), ("SENSORS_SECTOR", SENSORS_SECTOR)] {
+        let line = format!("const {name}: &str = \"{address:#010x}\";");
+        assert!(flash.contains(&line), "xtask/src/flash.rs lacks `{line}`");
+    }
+}
