@@ -113,7 +113,7 @@ fn tables_of_text() {
                 small(1.2),
                 &[
                     "a.csv:1: column 2 `left_hip_deg`: the file names degrees, but the largest of 120 values",
-                    "--unit degrees|radians",
+                    "`--unit degrees` or `--unit radians`",
                 ],
             ),
             damage(
@@ -178,19 +178,19 @@ fn tables_of_text() {
                 "blanks between fields",
                 "a.csv",
                 "time_s left_hip_deg\n0 1\n1 2\n",
-                &["there is one column", "`,`, `;` or tabs"],
+                &["there is only one column", "`,`, `;` or tabs"],
             ),
             damage(
                 "a quote that never closes",
                 "a.csv",
                 with(12, "\"0.07,1,2,3,4"),
-                &["a.csv:12: a quote opens and does not close"],
+                &["a.csv:12: a quote is opened and not closed"],
             ),
             damage(
                 "a quote in the header that never closes",
                 "a.csv",
                 "time_s,\"left_hip_deg\n0,1\n1,2\n",
-                &["a.csv:1: a quote opens"],
+                &["a.csv:1: a quote is opened"],
             ),
             damage(
                 "100,000 columns",

@@ -107,7 +107,7 @@ fn a_file_without_its_end_is_read_up_to_the_last_whole_chunk() {
 }
 
 #[test]
-fn damage_is_told() {
+fn damage_is_reported() {
     let good = knee(300);
     let mut bent = good.clone();
     let middle = good.windows(13).position(|bytes| bytes == b"left_knee_deg").unwrap();
@@ -137,7 +137,7 @@ fn damage_is_told() {
         ("a bit", bent, "Chunk CRC failed"),
         ("a length", long, "longer than the whole file"),
         ("magic alone", mcap::MAGIC.to_vec(), "no column is recognised as a joint"),
-        ("compressed", lz4, "compressed with lz4; allowed are chunks that are not"),
+        ("compressed", lz4, "compressed with lz4; allowed are uncompressed chunks"),
         ("another encoding", cdr, "no column is recognised as a joint; there are the channels `/joint_states (cdr)`"),
         ("no joint", file(&text(r#"{"x": 1}"#)), "no column is recognised as a joint; there are `/sensor.x`"),
         ("two", file(&text(two)), "are both recognised as `left_knee`"),

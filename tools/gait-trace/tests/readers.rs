@@ -219,7 +219,7 @@ fn c3d_joint_centres_give_their_angles_for_every_up_axis() {
                 let off = worst(&raw, &walk);
                 let bound = if scale.is_some() { 0.05 } else { 0.001 };
                 assert!(off < bound, "{stand:?}: {off} degrees");
-                let moves = if step_mm > 0.0 { "so the hips move" } else { "as on a treadmill" };
+                let moves = if step_mm > 0.0 { "and the hips move that way" } else { "as on a treadmill" };
                 assert!(has_note(&raw, moves) && has_note(&raw, "Up is"), "{:?}", raw.notes);
             }
         }
