@@ -158,7 +158,7 @@ pub struct Board {
     pub button_pressed: bool,
     /// Synchronisation input: edges of another system's line.
     pub sync_input: Pin,
-    /// Synchronisation output, see [`joint_loop::sync`].
+    /// Synchronisation output, see [`joint_loop::io::time_code`].
     pub sync_output: Pin,
     /// Lit while the servos get pulses; lit when the level is high.
     pub led_pulses: Option<Pin>,

@@ -8,7 +8,7 @@
 //! | [`board`] | the virtual board as a process, the board's log, replay on the host, the default control loop |
 //! | [`virtual_run`] | a run on the virtual board from preparation to result, shown and recorded |
 //! | [`view`] | screens, lines of text, charts |
-//! | [`file`] | the files that commands read and write |
+//! | [`mod@file`] | the files that commands read and write |
 //! | [`gait_player`], [`edge_reversal`] | gaits and edge-reversal networks played on the host core |
 //! | [`output`], [`failure`], [`interrupt`] | standard output and files, failures, signals |
 //! | [`line_fit`] | the straight line of least squares |

@@ -10,7 +10,7 @@
 //! | [`result`] | the table with its origin and notes |
 //! | [`report`] | writes the result as text, JSON, a page and a picture |
 //! | [`guide`] | takes rows from live codes, one angle after the other |
-//! | [`samples`] | live codes and their statistics |
+//! | `samples` | live codes and their statistics |
 
 pub mod fit;
 pub mod guide;
