@@ -12,6 +12,7 @@ pub mod follow;
 mod kind;
 pub mod phase_coupled;
 pub mod shape;
+pub mod spline;
 pub mod thesis;
 
 use cpg_core::entrainment::FollowStatus;
@@ -273,6 +274,8 @@ board_generators! {
     Shape => shape,
     /// The same, with the phase locked to a person's, see [`cpg_core::entrainment`].
     Follow => follow,
+    /// One phase and a periodic spline for each joint, see [`cpg_core::waveform::shape::SplineShape`].
+    Spline => spline,
 }
 
 impl GeneratorConfig {
