@@ -19,7 +19,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if tick % 250 == 0 {
             let knee = joints.frame().setpoints[Joint::LeftKnee as usize].degrees();
             match command.pulses {
-                Some(pulses) => println!("{:>9} {knee:5.1} deg {:?} us", joints.state().name(), pulses.map(|pulse| pulse.0)),
+                Some(pulses) => {
+                    println!("{:>9} {knee:5.1} deg {:?} us", joints.state().name(), pulses.map(|pulse| pulse.0))
+                }
                 None => println!("{:>9} {knee:5.1} deg outputs off", joints.state().name()),
             }
         }

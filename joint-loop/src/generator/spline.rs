@@ -100,8 +100,7 @@ mod set {
             Key { field: "stride_s", key: "stride_s", names: &[], unit: Unit::Seconds },
             Key { field: "*.knots", key: "*.knots_deg", names: &[], unit: Unit::Degrees },
         ];
-        const RUST_IMPORTS: &'static str =
-            "use joint_loop::GeneratorConfig;\nuse joint_loop::generator::spline::SplineConfig;\nuse joint_units::Radians;\n";
+        const RUST_IMPORTS: &'static str = "use joint_loop::GeneratorConfig;\nuse joint_loop::generator::spline::SplineConfig;\nuse joint_units::Radians;\n";
 
         fn config(&self) -> SplineConfig {
             let joints = [self.left_hip, self.right_hip, self.left_knee, self.right_knee];
@@ -139,9 +138,8 @@ mod tests {
 
     #[test]
     fn a_spline_passes_through_its_knots() {
-        let mut generator = GeneratorConfig::Spline(SplineConfig { stride_s: 1.2, ..config() })
-            .build(Period::MILLISECOND)
-            .unwrap();
+        let mut generator =
+            GeneratorConfig::Spline(SplineConfig { stride_s: 1.2, ..config() }).build(Period::MILLISECOND).unwrap();
         for knot in 0..24 {
             for (joint, angle) in generator.angles().into_iter().enumerate() {
                 assert!((angle.0 - config().knots[joint][knot % 12].0).abs() < 1e-3, "knot {knot} of joint {joint}");
