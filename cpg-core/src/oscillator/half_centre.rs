@@ -53,7 +53,7 @@ impl<T: Scalar, C: Flow<T, 2>> Flow<T, 4> for HalfCentre<C, T> {
 /// `offset + gain (x_F - x_E)`, with the gain that gives the wanted amplitude; the joint starts most flexed.
 ///
 /// # Errors
-/// `amplitude` outside 0 to pi, else as [`Readout::build`].
+/// `amplitude` outside 0 to pi, else as [`ReadoutConfig::build`](crate::joints::linear::ReadoutConfig::build).
 pub fn flexor_extensor(
     stride_s: f32,
     amplitude: Radians,

@@ -18,7 +18,7 @@
 //!   no sample is taken for an angle, the last good angle is kept, and the tolerance of the supervisor is being used up.
 //! - *own rhythm*: a walker that needs no sensor for its steps. It *parks* when a sensor has not been good for longer than
 //!   [`SENSOR_TOLERANCE_MS`]: [`Motion::Hurry`] to the park pose, outputs off at most [`PARK_MS`] later, and a press is needed to
-//!   move again. The cause names the verdict: the gravest ([`Validity::graver`]) of the last [`SENSOR_TOLERANCE_MS`].
+//!   move again. The cause names the verdict: the most severe ([`Validity::worse`]) of the last [`SENSOR_TOLERANCE_MS`].
 //! - *follower*: a walker that the sensor leads. The supervisor leaves it to the follower, which *freewheels* after
 //!   [`FOLLOWER_BRIDGE_MS`] without a good sample: it goes on in its last cadence for [`FREEWHEEL_MS`] at most, then comes to a
 //!   stand with the outputs on, and follows again when the sensor is back. What a moving leg does not do it notices by itself

@@ -3,7 +3,7 @@
 //! The steps, in this order. Each uses thresholds of [`Rules`] and reports what it did, or what is doubtful, as a [`Finding`] with times:
 //!
 //! 1. *Time.* Rows with the same time as the row before are dropped; a decreasing time is an error that names the row. An axis from 0
-//!    to 1 (or 0 to 100 in at most [`MOST_PERCENT_ROWS`] rows) whose joints end at their start values is a normalised cycle. The rate
+//!    to 1 (or 0 to 100 in at most `MOST_PERCENT_ROWS` rows) whose joints end at their start values is a normalised cycle. The rate
 //!    follows from the mean of the typical steps. If a time stamp is more than a hundredth of a step off the even grid, the joints are
 //!    resampled ([`crate::clean::repair`]).
 //! 2. *Gaps.* A step of more than 1.5 median steps, or a value that is not a number, is a gap: bridged up to
