@@ -15,7 +15,7 @@
 //! - a, a0, A: angle, offset and amplitude in rad; w = 2 pi / natural period, in rad/s; phi: phase, as a part of the cycle.
 //! - eps: how fast the amplitude returns, per radian of the cycle. The limit cycle is longer than the natural period by about
 //!   eps^2/16: by a factor of 1.014033 at eps = kap = 0.5.
-//! - [`OscillatorState`](crate::OscillatorState) is normalised: displacement u and velocity v. Both are held within [`BOUND_FACTOR`]; the limit cycle reaches 1.0 to 1.1.
+//! - [`OscillatorState`] is normalised: displacement u and velocity v. Both are held within [`BOUND_FACTOR`]; the limit cycle reaches 1.0 to 1.1.
 //!   `build` refuses a period at which explicit integration could diverge inside of that.
 //!
 //! ```

@@ -17,7 +17,7 @@
 //!   instead of alpha. Amplitudes grow by sqrt(1 + 2 k/alpha), with Table 1 by 17.0, 14.2, 7.5 and 7.5; [`harmonic_balance_p`] is
 //!   the p that leaves a wanted amplitude.
 //! - Left and right lock. **Hip and knee do not**: the product terms act in second order, and the phase between them slips for ever.
-//! - It is not bounded: a product link is a negative spring while k a_j' > mu^2. Velocities are held below that, see [`OscillatorState`](crate::OscillatorState)'s
+//! - It is not bounded: a product link is a negative spring while k a_j' > mu^2. Velocities are held below that, see [`OscillatorState`]'s
 //!   bound in [`Oscillators::limit`], and `build` refuses a gain at which the limit cycle itself would come there.
 //!
 //! For walking use [`crate::network::phase_coupled`].

@@ -12,7 +12,7 @@
 //! - For small eps: amplitude 2/(sqrt(3 p) mu), velocity 2/sqrt(3 p), period 2 pi/mu (1 + eps^2/16). The thesis says that mu
 //!   controls the frequency; that holds for alpha << mu only. At its own (alpha, p, mu) = (1, 1, 0.2) the period is 1.85 times
 //!   2 pi/mu and the amplitude 2.19 times the small one. The velocity stays within 1.1 percent at any eps.
-//! - [`OscillatorState`](crate::OscillatorState) is a - a0 in deg and a' in deg/s, held within [`BOUND_FACTOR`] times the small-eps values, the displacement (1 + eps)
+//! - [`OscillatorState`] is a - a0 in deg and a' in deg/s, held within [`BOUND_FACTOR`] times the small-eps values, the displacement (1 + eps)
 //!   times that. [`crate::Generator::amplitude`] is relative to the small-eps values.
 
 use joint_units::Period;
