@@ -1,21 +1,21 @@
-//! The certificate of a parameter set: what the generator does, measured, not assumed.
+//! The certificate of a parameter set: measured properties of the generator, and whether it is accepted.
 //!
 //! | question | how it is measured |
 //! |---|---|
-//! | does it oscillate; period, amplitudes | 100 strides from the built state, then 20 by upward crossings of the first joint |
-//! | from how many starts | random states within ±[`START_BOX`] amplitudes: how many are on the orbit after [`START_STRIDES`] strides |
-//! | does it come back | 100 starts on the orbit, each state off by up to 8 percent, left and right differently: none may diverge, and [`RETURN_SHARE`] of them must be back on the orbit after [`RETURN_STRIDES`] strides |
-//! | settling time | velocity of the first joint pushed by half its amplitude; until it stays within 5 percent of the orbit |
+//! | oscillation, period, amplitudes | 100 strides from the built state, then 20 by upward crossings of the first joint |
+//! | convergence | random states within ±[`START_BOX`] amplitudes: how many are on the orbit after [`START_STRIDES`] strides |
+//! | stability | 100 starts beside the orbit, each state changed by up to 8 percent at random: none may diverge, and [`RETURN_SHARE`] of them must be back on the orbit after [`RETURN_STRIDES`] strides |
+//! | settling time | the velocity of the first joint is changed by half its amplitude; time until the state stays within 5 percent of the orbit |
 //! | contraction | Floquet multipliers: eigenvalues of the differential of the map over one period |
 //! | entrainment | a link from a master oscillator at three strengths; frequencies of the master that lock it 1:1 (see [`crate::entrainment`]) |
-//! | following | of a generator that a sensor leads: lock times, lock range, steady phase error (see [`crate::following`]) |
+//! | following | only a follower: lock times, lock range, steady phase error (see [`crate::following`]) |
 //! | largest stable step | longest control period in f32 at which the period is right within 1 percent |
 //! | peaks | largest rate and acceleration of each joint over five strides in f32 at 1 ms, against the gate's limits |
 //!
 //! A distance is the largest difference of a state from the nearest point of the orbit, in amplitudes of that state.
 //!
-//! A set is accepted if it oscillates, no perturbed start diverges, and enough of them come back; one that follows if every start of its lock
-//! grid locks soon and on the right phase. [`CertificateStatus`] names what it lacks first.
+//! A set is accepted if it oscillates, no perturbed start diverges, and enough of them come back; a follower, if every start of its lock
+//! grid locks soon and on the right phase. [`CertificateStatus`] is the first condition that is not met.
 
 use joint_loop::{GeneratorConfig, LoopConfig};
 use joint_units::Period;
@@ -31,13 +31,13 @@ use crate::single_precision::{largest_step, peaks};
 pub use crate::orbit::{Diverged, RETURN_SHARE, RETURN_STRIDES, START_BOX, START_STRIDES};
 pub use crate::single_precision::JointPeaks;
 
-/// The verdict in a word, as in the JSON.
+/// Accepted, or the first condition that is not met; spelled as in the JSON.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CertificateStatus {
-    /// It oscillates, no perturbed start diverges, and [`RETURN_SHARE`] of them come back.
+    /// All conditions are met.
     Accepted,
-    /// From its own start it settles on no oscillation.
+    /// From its own start it does not settle on an oscillation.
     DoesNotOscillate,
     /// In f32 at 1 ms a state reaches its bound.
     LeavesItsBound,
@@ -45,12 +45,12 @@ pub enum CertificateStatus {
     PerturbedStartsDiverge,
     /// No perturbed start diverges, but too few come back to the orbit: the phases between joints are not held.
     PerturbedStartsDoNotComeBack,
-    /// It is to follow a walker, and does not lock from every start.
+    /// A follower that does not lock from every start.
     DoesNotLock,
 }
 
 impl CertificateStatus {
-    /// As words for a person.
+    /// A phrase for messages.
     #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
@@ -59,7 +59,7 @@ impl CertificateStatus {
             Self::LeavesItsBound => "in f32 at 1 ms it leaves its bound",
             Self::PerturbedStartsDiverge => "perturbed starts diverge",
             Self::PerturbedStartsDoNotComeBack => "perturbed starts do not come back",
-            Self::DoesNotLock => "it does not lock on its walker from every start",
+            Self::DoesNotLock => "it does not lock on its person from every start",
         }
     }
 }
@@ -69,47 +69,47 @@ impl CertificateStatus {
 pub struct Certificate {
     /// Kind of the generator.
     pub generator: &'static str,
-    /// Settles on an oscillation.
+    /// Whether it settles on an oscillation.
     pub oscillates: bool,
     /// Period on the limit cycle, seconds.
     pub period_s: f64,
-    /// Random starts that were tried; 0 where the only state is a phase, which every start is on.
+    /// Random starts that were tried; 0 if the only state is a phase, because every start is then on the cycle.
     pub starts: u32,
     /// Those on the orbit after [`START_STRIDES`] strides.
     pub converged: u32,
-    /// Those that reached their bound or lost the rhythm.
+    /// Those that reached their bound or lost the amplitude of the orbit.
     pub diverged: u32,
-    /// Perturbed starts near the orbit that were tried.
+    /// Perturbed starts that were tried.
     pub perturbed: u32,
     /// The perturbed starts that diverged: one is enough to refuse the set.
     pub perturbed_diverged: Vec<Diverged>,
-    /// Perturbed starts that came back to the orbit with every phase, not only the amplitudes.
+    /// Perturbed starts that came back to the orbit: amplitudes and phases.
     pub perturbed_locked: u32,
-    /// Seconds until a push is within 5 percent for good; none if it is not within the strides that it was given.
+    /// Settling time, seconds; none if it is longer than [`RETURN_STRIDES`] strides.
     pub settling_s: Option<f64>,
     /// Absolute values of the Floquet multipliers without the trivial one, largest first.
     pub multipliers: Vec<f64>,
-    /// Lowest and highest frequency of a master that locks it 1:1 at the strongest forcing, Hz; none where nothing locks it.
+    /// Lowest and highest frequency of a master that locks it 1:1 at the strongest forcing, Hz; none if no frequency locks it.
     pub entrainment_hz: Option<[f64; 2]>,
-    /// The same for every strength of forcing, the weakest first: an Arnold tongue. Empty where the phase itself is the input.
+    /// The same for every strength of forcing, the weakest first: an Arnold tongue. Empty if the phase itself is an input.
     pub entrainment: Vec<Tongue>,
-    /// What the master does, in words.
+    /// The input that entrains it, in words.
     pub entrainment_by: String,
-    /// How it locks on a walker; none of a generator that is not led by a sensor.
+    /// How it locks on a person; none if it is no follower.
     pub following: Option<Following>,
-    /// Longest control period in f32, milliseconds.
+    /// Longest control period in `f32` at which the stride period is right within 1 percent, milliseconds.
     pub largest_step_ms: f64,
     /// The joints.
     pub joints: Vec<JointPeaks>,
-    /// What it lacks first, if anything.
+    /// The first condition that is not met, or accepted.
     pub status: CertificateStatus,
     /// Whether the status is [`CertificateStatus::Accepted`].
     pub accepted: bool,
-    /// Why it was not.
+    /// Why it was not accepted.
     pub refused_because: Option<String>,
 }
 
-/// Measures a set. `starts` random starts (1000 for a certificate); `progress` is told what is being measured.
+/// Measures a set. `starts`: number of random starts (1000 for a certificate); `progress` is called with the name of each measurement.
 ///
 /// # Errors
 /// The set cannot be built at the certificate's own step; the text says why.
@@ -145,7 +145,7 @@ pub fn certify(
         refused_because: None,
     };
     let Some(model) = model(set, step)? else {
-        // One phase that advances by a constant: every start is on the cycle, and a push to a joint does not reach the phase.
+        // The only state is a phase that advances by a constant: every start is on the cycle.
         certificate.oscillates = f32_sound;
         certificate.period_s = set.stride_guess_s();
         certificate.starts = 0;
@@ -217,7 +217,7 @@ pub fn certify(
 }
 
 impl Certificate {
-    /// Draws the conclusions from the status.
+    /// Fills in the fields that follow from the status.
     fn judged(mut self, why: Option<String>) -> Self {
         self.accepted = self.status == CertificateStatus::Accepted;
         self.refused_because = (!self.accepted).then(|| match why {
@@ -270,16 +270,16 @@ mod tests {
         assert!(got.perturbed_locked < 60, "{}", got.perturbed_locked);
         assert!((got.period_s - 1.1).abs() < 0.01);
         assert!(got.multipliers[0] > 0.99, "{:?}", got.multipliers);
-        // Nothing grows, but hip and knee do not find each other again: no walk to accept.
+        // No start diverges, but the phase between hip and knee does not come back.
         assert!(got.perturbed_diverged.is_empty());
         assert_eq!((got.status, got.accepted), (CertificateStatus::PerturbedStartsDoNotComeBack, false));
         let because = got.refused_because.unwrap();
         assert!(because.starts_with("perturbed starts do not come back: 0 of 100"), "{because}");
     }
 
-    /// One phase: nothing to perturb, and it follows any stride that it can be set to.
+    /// The only state is a phase: there is nothing to perturb, and it follows any stride in its range.
     #[test]
-    fn a_shape_is_accepted_and_says_how_it_is_led() {
+    fn a_shape_is_accepted_and_reports_its_input() {
         let joint = ShapeJoint { mean_deg: 10.0, cos_deg: coefficients(&[20.0]), sin_deg: coefficients(&[0.0]) };
         let joints = std::array::from_fn(|_| joint.clone());
         let got = certificate(&GeneratorSet::Shape(ShapeSet { stride_s: 1.1, joints }), 10);
@@ -289,9 +289,9 @@ mod tests {
         assert!(got.entrainment_by.contains("0.050 to 5.000 Hz"), "{}", got.entrainment_by);
     }
 
-    /// A follower is measured while it follows its own walker; one that does not lock is refused.
+    /// A follower is measured while it follows its own person; one that does not lock is refused.
     #[test]
-    fn a_follower_is_certified_on_its_walker() {
+    fn a_follower_is_certified_on_its_person() {
         let set = |cos_deg: Vec<f32>| {
             let sin_deg = coefficients(&vec![0.0; cos_deg.len()]);
             let joint = ShapeJoint { mean_deg: 10.0, sin_deg, cos_deg: coefficients(&cos_deg) };
@@ -307,10 +307,10 @@ mod tests {
         let got = certificate(&set(vec![1.0, 20.0]), 10);
         assert_eq!((got.status, got.accepted), (CertificateStatus::DoesNotLock, false));
         let because = got.refused_because.unwrap();
-        assert!(because.starts_with("it does not lock on its walker from every start: "), "{because}");
+        assert!(because.starts_with("it does not lock on its person from every start: "), "{because}");
     }
 
-    /// Difference links that pull into phase, under a start in antiphase: the antiphase orbit is there, but any asymmetry leaves it.
+    /// Difference links that pull into phase, and a start in antiphase: the antiphase orbit exists, but it is not stable.
     #[test]
     fn a_set_whose_perturbed_starts_diverge_is_refused_with_the_start() {
         let GeneratorSet::Thesis(mut set) = GeneratorFile::default_of("thesis").unwrap().set else {
@@ -329,7 +329,7 @@ mod tests {
         let named = format!("start {} at {:.4} ", first.start, first.state[0]);
         let because = got.refused_because.unwrap();
         assert!(because.contains(&named), "{because}");
-        // The start that was named does diverge, in a run of its own.
+        // The reported start diverges in a separate run too.
         let mut model = model(&set, Period::from_micros(STEP_MICROS).unwrap()).unwrap().unwrap();
         assert!(model.set_state(&first.state));
         let sizes = |model: &mut dyn Model| {
