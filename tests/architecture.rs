@@ -92,7 +92,8 @@ fn the_arrows_between_the_cores() {
     }
     // An arrow of the diagram that no package uses would be wrong.
     for (core, allowed) in &CORES[3..] {
-        assert_eq!(ours(packages[core]), allowed.iter().copied().collect(), "{core}");
+        let used: BTreeSet<_> = ours(packages[core]).into_iter().filter(|other| other != core).collect();
+        assert_eq!(used, allowed.iter().copied().collect(), "{core}");
     }
 }
 

@@ -121,7 +121,7 @@ proptest! {
 }
 
 #[test]
-fn longest_period_leaves_room_for_the_links() {
+fn longest_period_leaves_a_margin_for_the_links() {
     // In radians of the natural cycle: 2.5 by Runge-Kutta and 1.8 by Euler, over 35 eps + 2 kap for each of a joint's two links.
     fn longest_step<I: Integrator>(nonlinearity: f32, kap: f32) -> f64 {
         let built: Result<R1<I>, _> = r1_single(nonlinearity, kap).build(micros(Period::MAX_MICROS));

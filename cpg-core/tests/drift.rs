@@ -1,4 +1,4 @@
-//! Ten million steps of the integer rhythms, letter for letter against their period, and the state at the end that of a fresh one.
+//! Ten million steps of the integer generators: every letter follows the period, and the final state equals that of a new one.
 use cpg_core::edge_reversal::hexapod::{Hexapod, Leg, Swings};
 use cpg_core::edge_reversal::obb::{Neuron, Obb, PAPER_POTENTIAL, Reversibilities};
 use cpg_core::edge_reversal::smer::{Edge, Smer};

@@ -198,7 +198,7 @@ fn it_starts_on_its_cycle_and_reads_out_an_amplitude_of_one() {
 }
 
 #[test]
-fn longest_period_leaves_room_for_the_links() {
+fn longest_period_leaves_a_margin_for_the_links() {
     // On the most damped joint, with one link that damps: 2.5 over 35 alpha + 2 |k|.
     let mut config = ThesisConfig::<f64>::set_s();
     config.product = [[0.0; 2]; 2];

@@ -1,13 +1,14 @@
 //! The log: binary records for host tools, and lines for people who have probe-rs alone.
 //!
 //! A record of the crate `wire` is one message without a level, `wire {=[u8]:02x}`; `probe-rs run ... | grep -v wire` leaves the lines for
-//! people. No program reads those lines. Time stamps are those of the free-running timer, so they go on when the control task does not.
+//! people. No program reads those lines. Time stamps come from the free-running timer, so they continue when the control task stops.
 //!
 //! The log is written without waiting: a message that does not fit into the ring is dropped whole. [`wire::Frame::seq`] and
 //! [`wire::Inputs::first_tick`] show the gap.
 
 use core::fmt::Display;
 
+use firmware::board::BOARD;
 use firmware::post_mortem::LOCKOUT_STREAK;
 use heapless::String;
 use joint_loop::setup::default_loop::Parameters;
@@ -16,11 +17,11 @@ use joint_units::AdcCode;
 use wire::{Boot, Record, Refused, Subject, VERSION};
 
 use crate::faults::LastRun;
-use crate::{BOARD, SENSOR_REQUIRED, SHADOW};
+use crate::variant::{SENSOR_REQUIRED, SHADOW};
 
-/// Reports the boot; `parameters` are `None` where they were refused, which is the next report.
+/// Reports the boot; `parameters` is `None` if they were refused, which is reported next.
 pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, parameters: Option<&Parameters>) {
-    // A name that were too long would be empty; none is.
+    // A name longer than its field would become empty; none is so long.
     let text = |name: &str| String::try_from(name).unwrap_or_default();
     let boot = Boot {
         version: VERSION,
@@ -50,7 +51,7 @@ pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, parameters: Option<&P
     }
 }
 
-/// Reports what is refused, and why.
+/// Reports a refusal with its reason.
 pub(crate) fn refused(subject: Subject, reason: impl Display) {
     let refused = Refused::new(subject, reason);
     lines::refused(&refused);
@@ -126,7 +127,7 @@ mod lines {
 
     pub(super) fn brown_out() {
         if crate::clocks::brown_out_reset_is_off() {
-            // An option byte, which only a person with a probe should write.
+            // The firmware does not write option bytes: a person does, with a probe.
             defmt::warn!(
                 "brown-out reset is off in the option bytes: a servo that pulls the supply down does not reset the board"
             );

@@ -13,10 +13,10 @@
 //! | IWDG | [`watchdog`] |
 //! | button, foot switch, synchronisation output, lamps | [`tasks`] |
 //!
-//! On the host this is a program that says so and touches no register: the compiler of the host checks the firmware without a cross
-//! target.
+//! Compiled for the host, the program prints one message and touches no register: so the host's compiler checks the firmware without a
+//! cross target.
 #![cfg_attr(target_os = "none", no_std, no_main)]
-// On the host nothing calls what needs the chip.
+// On the host nothing calls the code that needs the chip.
 #![cfg_attr(not(target_os = "none"), allow(dead_code, unused_imports))]
 
 mod clocks;
@@ -31,15 +31,8 @@ mod stack;
 mod stopwatch;
 mod sync_input;
 mod tasks;
+mod variant;
 mod watchdog;
-
-use firmware::board::BOARD;
-
-/// The feature `no-sensor` lets the legs walk without a sensor: the validity of its samples is reported and nothing follows from it.
-const SENSOR_REQUIRED: bool = cfg!(not(feature = "no-sensor"));
-
-/// The feature `shadow` runs everything and drives nothing: the servo pins stay low, the timer's main output is never switched on.
-const SHADOW: bool = cfg!(feature = "shadow");
 
 #[cfg(target_os = "none")]
 mod boot {
@@ -47,6 +40,7 @@ mod boot {
     use embassy_stm32::interrupt::{self, InterruptExt, Priority};
     use embassy_stm32::pac::DBGMCU;
     use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
+    use firmware::board::BOARD;
     use firmware::pacing::Pacer;
     use firmware::post_mortem::LOCKOUT_STREAK;
     use heapless::spsc::Queue;
@@ -60,7 +54,8 @@ mod boot {
     use crate::tasks::control::{self, Control, EDGES_QUEUED, FRAMES_QUEUED, SAMPLES_QUEUED, TICKS_A_FRAME};
     use crate::tasks::telemetry::{self, FRAMES_A_LINE, Telemetry};
     use crate::tasks::watchdog as reloading;
-    use crate::{BOARD, SENSOR_REQUIRED, clocks, faults, log, parameters, sampling, stopwatch, sync_input, watchdog};
+    use crate::variant::SENSOR_REQUIRED;
+    use crate::{clocks, faults, log, parameters, sampling, stopwatch, sync_input, watchdog};
 
     /// Priorities, high to low. The clock of the tasks is below the ticks: a tick never waits for a timer of telemetry.
     const EDGE: Priority = Priority::P2;
@@ -84,7 +79,7 @@ mod boot {
         static mut EDGES: Queue<Edge, EDGES_QUEUED> = Queue::new();
         static mut THREAD: Option<Executor> = None;
 
-        // Outputs off first, then the cause of the reset, then the crystal.
+        // Drive the pins low, read the reset cause, then start the crystal.
         servo_pwm::drive_pins_low();
         let last_run = faults::last_run();
         let reference_cal = sampling::reference_calibration();
@@ -100,7 +95,7 @@ mod boot {
         }
         stopwatch::start();
 
-        // Everything that can be refused is refused here, before anything can move.
+        // Every refusal happens here, before anything can move.
         let walk = match board_loop(&parameters, reference_cal, BOARD.min_supply, SENSOR_REQUIRED) {
             Ok(walk) => walk,
             Err(refusal) => stay_off(Subject::Configuration, refusal),
@@ -126,7 +121,7 @@ mod boot {
             flooded: false,
         };
 
-        // From here on every hang ends in a reset. The ticks begin disarmed.
+        // From here on the watchdog resets the board after a hang. The ticks begin disarmed.
         watchdog::start();
         interrupt::TIM4.set_priority(TASK_CLOCK);
         interrupt::CAN1_TX.set_priority(TICK);
@@ -159,8 +154,7 @@ mod boot {
         task
     }
 
-    /// Reports why there is nothing to run and holds the servo lines low. Asleep, but with the debug clock on, so that a probe can
-    /// read the log.
+    /// Reports the reason, then sleeps with the servo lines low. The debug clock stays on, so that a probe can read the log.
     fn stay_off(subject: Subject, reason: impl core::fmt::Display) -> ! {
         log::refused(subject, reason);
         DBGMCU.cr().modify(|w| w.set_dbg_sleep(true));
@@ -172,9 +166,10 @@ mod boot {
 
 #[cfg(not(target_os = "none"))]
 fn main() {
+    let board = &firmware::board::BOARD;
     println!(
         "This is the firmware for the {} board, compiled for this computer: it only shows that it compiles.\n\
          Build it for thumbv7em-none-eabihf; to flash it and watch its log: probe-rs run --chip {} ELF_FILE",
-        BOARD.name, BOARD.chip
+        board.name, board.chip
     );
 }

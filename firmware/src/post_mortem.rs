@@ -1,12 +1,12 @@
-//! What a crash leaves behind in RAM that a reset does not clear, read by the next boot.
+//! Crash record: written to RAM that a reset does not clear, and read by the next boot.
 //!
-//! The record is an array of words, so that whatever the RAM holds after power-on can be read; a magic word and a checksum tell a record
-//! from noise. It also counts crashes in a row: a controller that crashes at every boot must not be armed again and again.
+//! The record is an array of words, so that any content of the RAM after power-on can be read; a magic word and a checksum distinguish a
+//! record from noise. It also counts crashes in a row: a controller that crashes at every boot must not be armed again.
 
 /// Length of a record in words.
 pub const WORDS: usize = 7 + TEXT_WORDS;
 
-/// Bytes of text that are kept: the end of a path is what tells files apart.
+/// Bytes of text that are kept: the end of a path, which identifies the file.
 pub const TEXT_BYTES: usize = TEXT_WORDS * 4;
 
 const TEXT_WORDS: usize = 10;
@@ -22,7 +22,7 @@ pub const STABLE_RUN_S: u32 = 60;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Cause {
-    /// It was not; the record only carries the streak.
+    /// It was not stopped; the record only carries the streak.
     None = 0,
     /// A panic: line, and the file as text.
     Panic = 1,
@@ -32,7 +32,7 @@ pub enum Cause {
     ClockFailure = 3,
     /// A non-maskable interrupt that was not the clock's.
     NonMaskable = 4,
-    /// An interrupt that nobody handles: its number.
+    /// An interrupt without a handler: its number.
     UnexpectedInterrupt = 5,
     /// A task stood still: its number, see [`crate::liveness::Part`].
     Stalled = 6,
@@ -75,7 +75,7 @@ impl Cause {
     }
 }
 
-/// A record as it is read back.
+/// A crash record.
 ///
 /// ```
 /// use firmware::post_mortem::{Cause, Record};
@@ -88,7 +88,7 @@ impl Cause {
 pub struct Record {
     /// Why.
     pub cause: Cause,
-    /// Two numbers whose meaning depends on the cause, see [`Cause`].
+    /// Two numbers; [`Cause`] says what they are.
     pub details: [u32; 2],
     /// Crashes in a row, this one included; see [`Record::streak_after`].
     pub streak: u32,
@@ -97,7 +97,7 @@ pub struct Record {
 }
 
 impl Record {
-    /// A record with a streak of 0; of a text that is too long the end is kept.
+    /// A record with a streak of 0. Only the last [`TEXT_BYTES`] bytes of the text are kept.
     #[must_use]
     pub fn new(cause: Cause, details: [u32; 2], text: &str) -> Self {
         let bytes = text.as_bytes();
@@ -117,13 +117,13 @@ impl Record {
         Self { streak, ..self }
     }
 
-    /// The text; empty where cutting it left something that is not UTF-8.
+    /// The text; empty if shortening it left invalid UTF-8.
     #[must_use]
     pub fn text(&self) -> &str {
         self.text.get(..self.text_len as usize).and_then(|bytes| core::str::from_utf8(bytes).ok()).unwrap_or("")
     }
 
-    /// Crashes in a row, counted at a boot: one more if the run before ended in a crash, none after a person's act.
+    /// Crashes in a row, counted at a boot: one more if the last run ended in a crash, 0 if a person caused the reset.
     #[must_use]
     pub const fn streak_after(before: u32, crashed: bool, by_hand: bool) -> u32 {
         if by_hand {
@@ -147,8 +147,8 @@ impl Record {
         for (to, from) in words.iter_mut().zip(head.into_iter().chain(texts)) {
             *to = from;
         }
-        if let Some((check, body)) = words.split_last_mut() {
-            *check = checksum(body);
+        if let Some((check, content)) = words.split_last_mut() {
+            *check = checksum(content);
         }
         words
     }
@@ -156,9 +156,9 @@ impl Record {
     /// From words; `None` when they are not a record.
     #[must_use]
     pub fn from_words(words: &[u32; WORDS]) -> Option<Self> {
-        let (check, body) = words.split_last()?;
-        let [magic, cause, first, second, streak, text_len, texts @ ..] = body else { return None };
-        if *magic != MAGIC || *check != checksum(body) || *text_len as usize > TEXT_BYTES {
+        let (check, content) = words.split_last()?;
+        let [magic, cause, first, second, streak, text_len, texts @ ..] = content else { return None };
+        if *magic != MAGIC || *check != checksum(content) || *text_len as usize > TEXT_BYTES {
             return None;
         }
         let mut text = [0; TEXT_BYTES];
@@ -208,7 +208,7 @@ mod tests {
             }
         }
         assert_eq!(Record::from_words(&[0; WORDS]), None);
-        // A sound checksum over something else: the record of another layout.
+        // A valid checksum over another magic word: the record of another layout.
         let mut other = words;
         other[0] = MAGIC + 1;
         other[WORDS - 1] = checksum(&other[..WORDS - 1]);
@@ -217,12 +217,12 @@ mod tests {
     }
 
     #[test]
-    fn of_a_long_path_the_end_is_kept() {
+    fn the_end_of_a_long_path_is_kept() {
         let path = "/a/very/long/path/that/does/not/fit/into/the/record/firmware/src/tasks/control.rs";
         let record = Record::new(Cause::Panic, [1, 0], path);
         assert_eq!(record.text().len(), TEXT_BYTES);
         assert!(path.ends_with(record.text()) && record.text().ends_with("tasks/control.rs"));
-        // A character cut in half is not shown at all, instead of half.
+        // A character that is cut in half makes the text empty.
         let record = Record::new(Cause::Panic, [1, 0], &"é".repeat(TEXT_BYTES).as_str()[..TEXT_BYTES * 2 - 2]);
         assert_eq!(record.text().len(), TEXT_BYTES);
         assert_eq!(Record::new(Cause::Panic, [1, 0], &format!("é{}", "x".repeat(TEXT_BYTES - 1))).text(), "");

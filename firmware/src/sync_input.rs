@@ -1,8 +1,8 @@
 //! The synchronisation input: edges of another system's TTL line on the board's own clock.
 //!
-//! An edge interrupts everything but itself, so that its time is [`stopwatch`] microseconds, some late for the entry into the handler. A
-//! line that is not wired or that rings must not hold the ticks up: after [`EDGES_A_TICK`] edges the interrupt stays off until the next
-//! tick, which says that it was.
+//! The edge interrupt has the highest priority. Its time stamp is in [`stopwatch`] microseconds, late by the entry into the handler. A line
+//! that is not wired or that rings must not delay the ticks: after [`EDGES_A_TICK`] edges the interrupt stays off until the next tick,
+//! which reports it.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -18,7 +18,7 @@ use crate::clocks;
 use crate::pins::PinRegisters;
 use crate::stopwatch;
 
-/// Edges that are taken between two ticks: of a line of 1 kHz two come.
+/// Edges accepted between two ticks; a 1 kHz line has two.
 pub(crate) const EDGES_A_TICK: usize = 8;
 
 /// An edge.
@@ -40,7 +40,7 @@ const INPUT: Pin = BOARD.sync_input;
 const LINE: usize = INPUT.number as usize;
 const _: () = assert!(5 <= LINE && LINE <= 9, "the lines of the interrupt EXTI9_5");
 
-/// Starts. A line that is not wired is low.
+/// Starts the input. A line that is not wired is low.
 pub(crate) fn start(priority: Priority) {
     RCC.apb2enr().modify(|w| w.set_syscfgen(true));
     clocks::settle();
@@ -51,13 +51,13 @@ pub(crate) fn start(priority: Priority) {
     EXTI.ftsr(0).modify(|w| w.set_line(LINE, true));
     EXTI.imr(0).modify(|w| w.set_line(LINE, true));
     interrupt::EXTI9_5.set_priority(priority);
-    // SAFETY: all that the handler touches is ready, and nothing masks this interrupt by itself.
+    // SAFETY: everything that the handler uses is ready, and nothing masks this interrupt by itself.
     unsafe { interrupt::EXTI9_5.enable() };
 }
 
-/// The edges since the last call, oldest first, and whether there were more than fit. Once a tick.
+/// Passes the edges since the last call to `each`, oldest first; true if there were more than fit. Called once a tick.
 pub(crate) fn take(mut each: impl FnMut(Edge)) -> bool {
-    // No more than there is room for: a line that rings fills the channel as fast as it is emptied.
+    // No more than the channel holds: a line that rings fills it as fast as it is emptied.
     for edge in (0..EDGES_A_TICK).map_while(|_| EDGES.try_receive().ok()) {
         each(edge);
     }
@@ -69,7 +69,7 @@ pub(crate) fn take(mut each: impl FnMut(Edge)) -> bool {
     flooded
 }
 
-/// An edge.
+/// Handler of the edge interrupt.
 #[cfg(target_os = "none")]
 #[embassy_stm32::interrupt]
 fn EXTI9_5() {

@@ -1,7 +1,7 @@
-//! The independent watchdog: started once, never stopped, not frozen by a debugger. When to feed it is decided in
-//! [`firmware::liveness`].
+//! The independent watchdog: started once, never stopped, and running on while a debugger halts the core. [`firmware::liveness`] decides
+//! when to reload it.
 //!
-//! By registers, because the HAL computes the time-out for the nominal 32 kHz only.
+//! Written by registers, because the HAL computes the time-out for the nominal 32 kHz only.
 
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 use embassy_stm32::pac::{DBGMCU, IWDG};
@@ -9,22 +9,22 @@ use firmware::liveness::{PRESCALER, RELOAD};
 
 const _: () = assert!(PRESCALER == 4, "the divider that `start` writes");
 
-/// Starts it. From here on something has to call [`feed`].
+/// Starts the watchdog: from here on [`feed`] must be called in time.
 pub(crate) fn start() {
-    // A halted core must not leave the servos with the last pulse for longer than a hang does. TIM1 keeps running for the same reason:
-    // stopped, its pins would keep their level.
+    // A halted core must not leave the last pulse on the servos for longer than a hang does. TIM1 keeps running for the same reason:
+    // if it stopped, its pins would keep their level.
     DBGMCU.apb1fzr().modify(|w| w.set_iwdg(false));
     DBGMCU.apb2fzr().modify(|w| w.set_tim1(false));
     IWDG.kr().write(|w| w.set_key(Key::START));
     IWDG.kr().write(|w| w.set_key(Key::ENABLE));
     IWDG.pr().write(|w| w.set_pr(Pr::DIVIDE_BY4));
     IWDG.rlr().write(|w| w.set_rl(RELOAD));
-    // The registers take up to five slow cycles each (RM0090 21.4.4): 0.6 ms at 17 kHz. The watchdog runs already, so this ends.
+    // The registers take up to five slow cycles each (RM0090 21.4.4): 0.6 ms at 17 kHz. The watchdog is running, so this loop ends.
     while IWDG.sr().read().0 != 0 {}
     feed();
 }
 
-/// Puts off the bite.
+/// Reloads the watchdog.
 pub(crate) fn feed() {
     IWDG.kr().write(|w| w.set_key(Key::RESET));
 }

@@ -2,7 +2,7 @@
 //!
 //! The converter measures a ratio: `code = 4095 V_pin / VDDA`, rounded. VDDA sags when the servos pull, so it is
 //! measured again with every sample through the chip's internal reference, whose code at a known supply the factory
-//! burnt into the chip. Full scale is 2^12 - 1:
+//! stored in the chip. Full scale is 2^12 - 1:
 //! ```text
 //! VDDA     = vdda_at_cal vrefint_cal / vrefint
 //! V_sensor = divider VDDA code / 4095
@@ -10,24 +10,23 @@
 //! Units: volts. Valid supply: [`ReferenceConfig::min_supply`] to [`MAX_SUPPLY`]; anything else is a [`SupplyFault`].
 
 use crate::range::{RangeError, within};
-use crate::stm32f4::{MAX_SUPPLY, MIN_SUPPLY, REFERENCE_VOLTS, SUPPLY_AT_CAL};
+use crate::stm32f4::limits::{MAX_SUPPLY, MIN_SUPPLY, REFERENCE_VOLTS};
 use core::fmt;
 use joint_units::{AdcCode, Volts};
 
 const FULL_SCALE: f32 = AdcCode::MAX.0 as f32;
 
-/// What a bad [`ReferenceConfig`] is refused with.
+/// The error of an invalid [`ReferenceConfig`].
 pub type ReferenceError = RangeError;
 
-/// Where the sensor takes its own supply from.
+/// Supply of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Excitation {
     /// A supply of its own: its volts do not follow the converter's supply, and the internal reference corrects for that.
     Own,
-    /// The converter's supply, as with a potentiometer across it. Sensor and converter sag together, the code is already
-    /// the answer, and a correction would add the error that it is meant to remove. Volts are then given as they were at
-    /// this supply, the one of the calibration (1.8 to 3.6 V).
+    /// The converter's supply, as with a potentiometer across it. The code is then a ratio that does not depend on the supply, and a
+    /// correction would add an error. Volts are computed for this supply, the one of the calibration (1.8 to 3.6 V).
     Converter(Volts),
 }
 
@@ -39,27 +38,15 @@ pub struct ReferenceConfig {
     pub divider: f32,
     /// The internal reference's code as the factory measured it.
     pub vrefint_cal: AdcCode,
-    /// The supply at which the factory measured it: [`SUPPLY_AT_CAL`] on this family; 1.8 to 3.6 V.
+    /// The supply at which the factory measured it; 1.8 to 3.6 V.
     pub vdda_at_cal: Volts,
-    /// Below this supply no sample is good; 1.8 to 3.6 V.
+    /// Lowest supply at which a sample can be good; 1.8 to 3.6 V.
     pub min_supply: Volts,
     /// Where the sensor's own supply comes from.
     pub excitation: Excitation,
 }
 
 impl ReferenceConfig {
-    /// A sensor with its own supply straight on a pin of the chip of [`crate::stm32f4`]: factory code taken at 3.3 V, samples refused below 3.0 V.
-    #[must_use]
-    pub const fn stm32f4(vrefint_cal: AdcCode) -> Self {
-        Self {
-            divider: 1.0,
-            vrefint_cal,
-            vdda_at_cal: SUPPLY_AT_CAL,
-            min_supply: Volts(3.0),
-            excitation: Excitation::Own,
-        }
-    }
-
     /// Checks every field.
     ///
     /// # Errors
@@ -88,7 +75,7 @@ impl ReferenceConfig {
     }
 }
 
-/// A measured or stated supply of the converter that is in the range where it works, so that it may be divided by.
+/// A supply of the converter, measured or stated, in its working range: never 0.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Supply(f32);
@@ -109,7 +96,7 @@ impl Supply {
     }
 }
 
-/// Why no supply can be had from a reading of the internal reference.
+/// Why a reading of the internal reference gives no supply.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -118,7 +105,7 @@ pub enum SupplyFault {
     NoReading(AdcCode),
     /// Lower than [`ReferenceConfig::min_supply`].
     Low(Volts),
-    /// Higher than [`MAX_SUPPLY`]: the reference reads too small to be true.
+    /// Higher than [`MAX_SUPPLY`]: the code of the reference is implausibly small.
     High(Volts),
 }
 
@@ -145,7 +132,7 @@ pub struct Reference {
     supply_codes: f32,
     min_supply: f32,
     at_cal: Supply,
-    /// The supply of the calibration when the sensor hangs on the converter's own.
+    /// The supply of the calibration if the sensor uses the converter's supply.
     nominal: Option<Supply>,
 }
 
@@ -153,7 +140,7 @@ impl Reference {
     /// The converter's supply, from its reading of the internal reference.
     ///
     /// # Errors
-    /// No reading, too low, or too high to be true.
+    /// No reading, too low, or implausibly high.
     ///
     /// ```
     /// use hgod_adc::{ReferenceConfig, SupplyFault};

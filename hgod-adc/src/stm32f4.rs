@@ -1,5 +1,5 @@
-//! Facts and formulae of the STM32F4's converter: its supply, its internal voltage reference and its temperature sensor. The only module
-//! of the cores that names a chip; another family is another module beside it.
+//! Data and formulas of the STM32F4's converter: supply, internal voltage reference and temperature sensor. This is the only module of
+//! the cores that names a chip; another family is another module beside it.
 //!
 //! | what | value | source |
 //! |---|---|---|
@@ -12,21 +12,31 @@
 //! ```text
 //! T = 30 + (code VDDA / 3.3 - cal_30) (110 - 30) / (cal_110 - cal_30)
 //! ```
-//! T in degrees Celsius; `cal_30` and `cal_110` are the factory's codes at VDDA = 3.3 V, at 30 and 110 degrees. Half a code is some 0.16
-//! degrees. The die is warmer than the air around it by what the chip itself heats.
+//! T in degrees Celsius; `cal_30` and `cal_110` are the factory's codes at VDDA = 3.3 V, at 30 and 110 degrees. Half a code is about
+//! 0.16 degrees. The die is warmer than the air around it, because the chip heats itself.
 
+pub(crate) mod limits;
+
+use crate::code::{Excitation, ReferenceConfig};
 use crate::range::{RangeError, within};
 use joint_units::{AdcCode, Celsius, Volts};
 
-/// Lowest supply at which the chip works.
-pub const MIN_SUPPLY: Volts = Volts(1.8);
-/// Highest supply at which the chip works: a reading above is taken for a fault.
-pub const MAX_SUPPLY: Volts = Volts(3.6);
-/// Supply at which the factory read the internal reference and the temperature sensor.
-pub const SUPPLY_AT_CAL: Volts = Volts(3.3);
-/// Least and greatest volts of the internal reference that a factory code may imply: 1.18 to 1.24 V in the data sheets, and 80 and 60 mV
-/// beyond. An erased (0xFFFF) or unreadable (0) factory word falls outside.
-pub const REFERENCE_VOLTS: (Volts, Volts) = (Volts(1.1), Volts(1.3));
+pub use limits::{MAX_SUPPLY, MIN_SUPPLY, REFERENCE_VOLTS, SUPPLY_AT_CAL};
+
+impl ReferenceConfig {
+    /// A sensor with its own supply, connected to a pin of this chip without a divider: factory code measured at 3.3 V, samples refused
+    /// below 3.0 V.
+    #[must_use]
+    pub const fn stm32f4(vrefint_cal: AdcCode) -> Self {
+        Self {
+            divider: 1.0,
+            vrefint_cal,
+            vdda_at_cal: SUPPLY_AT_CAL,
+            min_supply: Volts(3.0),
+            excitation: Excitation::Own,
+        }
+    }
+}
 
 /// Temperatures of the two readings.
 const COOL: f32 = 30.0;
@@ -48,7 +58,7 @@ impl DieTemperature {
     /// From the factory's codes at 30 and at 110 degrees.
     ///
     /// # Errors
-    /// Readings that this sensor cannot have given: erased, unreadable, swapped.
+    /// A reading out of range: erased, unreadable, or the two exchanged.
     ///
     /// ```
     /// use hgod_adc::stm32f4::DieTemperature;

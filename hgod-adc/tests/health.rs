@@ -63,7 +63,7 @@ fn the_codes_beside_the_end_bands_are_not_broken_wires() {
 }
 
 #[test]
-fn a_wire_is_believed_again_after_as_long_as_it_was_doubted() {
+fn a_wire_fault_clears_after_as_long_as_it_takes_to_report() {
     let seen = validities(&sensor(), (0..10).map(alive).chain([3; 500]).chain((0..100).map(alive)));
     let back = &seen[510..];
     assert!(back[..19].iter().all(|&validity| validity == Validity::Open), "{back:?}");
@@ -71,7 +71,7 @@ fn a_wire_is_believed_again_after_as_long_as_it_was_doubted() {
 }
 
 #[test]
-fn a_wire_that_goes_from_rail_to_rail_is_named_by_where_it_is() {
+fn a_wire_from_rail_to_rail_is_reported_by_its_place() {
     let seen = validities(&sensor(), [3; 30].into_iter().chain([4090; 30]));
     assert_eq!((seen[29], seen[30], seen[59]), (Validity::Open, Validity::Saturated, Validity::Short));
     let seen = validities(&sensor(), [4090; 30].into_iter().chain([3; 30]));

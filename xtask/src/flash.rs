@@ -7,7 +7,8 @@ use std::process::{Command, ExitCode, Stdio};
 use anyhow::{Context, Result, ensure};
 
 use crate::board::{Board, Drive};
-use crate::setup::{MissingRequirement, Need};
+use crate::missing_requirement::MissingRequirement;
+use crate::setup::Need;
 use crate::shell;
 use crate::workspace::Workspace;
 

@@ -10,6 +10,7 @@ mod bench;
 mod board;
 mod flash;
 mod image;
+mod missing_requirement;
 mod progress;
 mod run;
 mod self_test;
@@ -71,7 +72,7 @@ fn main() -> ExitCode {
         Ok(code) => code,
         Err(error) => {
             eprintln!("error: {error:#}");
-            let is_missing = error.downcast_ref::<setup::MissingRequirement>().is_some();
+            let is_missing = error.downcast_ref::<missing_requirement::MissingRequirement>().is_some();
             if is_missing { ExitCode::from(2) } else { ExitCode::FAILURE }
         }
     }

@@ -13,7 +13,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
-use crate::setup::MissingRequirement;
+use crate::missing_requirement::MissingRequirement;
 use crate::shell;
 
 /// The Cortex-M4F with its floating-point registers, no operating system.

@@ -1,13 +1,12 @@
-//! The hexapod of twelve neurons: a 2 x 3 ladder of flexors (top, middle, bottom; left and right) with one extensor hung on each.
+//! The hexapod of twelve neurons: a 2 x 3 ladder of flexors (top, middle, bottom; left and right), each with one extensor.
 //!
-//! Yang et al. 2014, fig 2, as edge reversal ([`crate::edge_reversal::smer`]): 12 nodes, 13 edges. Flexors have reversibility R, extensors 1 (the
-//! roles as eq 1 has them; as the paper's Table 1 has them the flexors would keep to the tripod for every R). A leg swings while its
-//! flexor fires. R = 5 is the slow metachronal wave (period 6 steps, each leg swings 1 of 6), R = 3 the middle gait (period 4), R = 1
+//! Yang et al. 2014, fig 2, as edge reversal ([`crate::edge_reversal::smer`]): 12 nodes, 13 edges. Flexors have reversibility R, extensors 1
+//! (the roles of eq 1; with those of the paper's Table 1 the gait would be the tripod for every R). A leg swings while its flexor fires. R = 5 is the slow metachronal wave (period 6 steps, each leg swings 1 of 6), R = 3 the middle gait (period 4), R = 1
 //! the tripod (period 2).
 //!
 //! A change R -> R2 keeps the direction of every flexor-flexor edge (its R tokens become R2) and clamps each flexor's tokens against
 //! its extensor to R2; from every phase of 5 -> 3 -> 1 the ladder stays live and settles within 3 steps, upward within 6. The circulation of
-//! the ladder's cycles is conserved, so that wave and tripod reach one another only because both lie in class (0, 0, 0).
+//! the ladder's cycles is conserved, so wave and tripod can change into one another only because both are in class (0, 0, 0).
 
 use crate::edge_reversal::smer::{Edge, Fired, MAX_REVERSIBILITY, Smer, SmerError};
 

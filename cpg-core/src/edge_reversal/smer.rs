@@ -1,25 +1,25 @@
 //! Scheduling by multiple edge reversal (SMER), in integers only: the discrete dynamics behind the oscillatory building blocks.
 //!
 //! Nodes i have a reversibility r_i. Edge (i, j) carries `f = r_i + r_j - g` tokens, `g = gcd(r_i, r_j)`; each token lies at one end,
-//! so `x_ij + x_ji = f`, and x is a multiple of g. Node i is a **sink** iff `x_ij >= r_i` on each of its edges. In one step all sinks
+//! so `x_ij + x_ji = f`, and x is a multiple of g. Node i is a **sink** if and only if `x_ij >= r_i` on each of its edges. In one step all sinks
 //! fire together: each gives r_i of its tokens to the other end of each of its edges.
 //!
 //! On one edge exactly one end can fire in every state (`x_i >= r_i` xor `x_j >= r_j`), so neighbours never fire together and two
 //! nodes never deadlock. On a graph:
 //! - a forest is always live;
-//! - with equal reversibilities a start is live iff its orientation (each edge points to the end that may fire) has no cycle;
+//! - with equal reversibilities a start is live if and only if its orientation (each edge points to the end that may fire) has no cycle;
 //! - with unequal reversibilities on a cycle neither rule suffices: [`Smer::new`] then runs to the repeated state.
 //!
-//! Being integer, nothing drifts: ten million steps end where the first period says. The tokens at the heads of a directed cycle are
+//! The integers do not drift: after ten million steps the state is still that of the period. The tokens at the heads of a directed cycle are
 //! conserved ([`Smer::circulation`]): a firing node takes as many from the edge that enters it as it gives to the edge that leaves it.
 //!
 //! Source: Barbosa and Gafni's edge reversal as used by Yang et al. 2014, IOP Conf. Ser. Mater. Sci. Eng. 65 012008, section 2. The
-//! paper's sgn(0) stalls and float drift do not exist here.
+//! paper's stalls at sgn(0) and its floating-point drift do not occur here.
 
-/// Largest reversibility: keeps every token count far from overflow.
+/// Largest reversibility: every token count stays far from overflow.
 pub const MAX_REVERSIBILITY: u32 = 1_000_000;
 
-/// How many steps the proof of liveness may run before it gives up as undecided.
+/// Largest number of steps of the proof of liveness.
 pub const PROOF_STEPS: u32 = 1_000_000;
 
 /// The nodes that fired in one step: bit n for node n.
@@ -131,10 +131,10 @@ pub struct Smer<const N: usize, const E: usize> {
 }
 
 impl<const N: usize, const E: usize> Smer<N, E> {
-    /// Checks the graph, its tokens, and that the start stays live for ever.
+    /// Checks the graph, its tokens, and that the start stays live.
     ///
     /// # Errors
-    /// Names the first node or edge that breaks a rule; [`SmerError::Deadlock`] if the start dies.
+    /// The first node or edge that breaks a rule; [`SmerError::Deadlock`] if the start ends in a deadlock.
     pub fn new(reversibility: [u32; N], edges: [Edge; E]) -> Result<Self, SmerError> {
         let smer = Self::unproven(reversibility, edges)?;
         if smer.is_forest() {
@@ -150,10 +150,10 @@ impl<const N: usize, const E: usize> Smer<N, E> {
         smer.cycle().map(|_| smer)
     }
 
-    /// Like [`Smer::new`] without the proof of liveness: for the study of starts that die.
+    /// Like [`Smer::new`] without the proof of liveness: to study starts that end in a deadlock.
     ///
     /// # Errors
-    /// Names the first node or edge that breaks a rule.
+    /// The first node or edge that breaks a rule.
     pub fn unproven(reversibility: [u32; N], edges: [Edge; E]) -> Result<Self, SmerError> {
         if N == 0 || N > 32 {
             return Err(SmerError::NodeCount);
@@ -228,7 +228,7 @@ impl<const N: usize, const E: usize> Smer<N, E> {
     /// Whether the graph has no cycle (edges taken both ways): such a graph is live from every start.
     #[must_use]
     pub fn is_forest(&self) -> bool {
-        // Strip leaves: a forest vanishes.
+        // Remove leaves repeatedly: a forest becomes empty.
         let mut left = all_nodes(N);
         loop {
             let mut leaves = 0;
@@ -240,7 +240,7 @@ impl<const N: usize, const E: usize> Smer<N, E> {
                     .count();
                 if left & bit(node) != 0 && degree <= 1 {
                     leaves |= bit(node);
-                    // One at a time, so that the two ends of a last edge do not both wait.
+                    // One node at a time, because the two ends of the last edge are leaves of each other.
                     break;
                 }
             }
@@ -283,7 +283,7 @@ impl<const N: usize, const E: usize> Smer<N, E> {
     /// # Errors
     /// [`SmerError::Deadlock`] if nothing moves any more, [`SmerError::Undecided`] after [`PROOF_STEPS`].
     pub fn cycle(&self) -> Result<Cycle<N>, SmerError> {
-        // Brent's cycle search: needs no store of visited states.
+        // Brent's cycle search needs no list of visited states.
         let mut power: u32 = 1;
         let mut period: u32 = 1;
         let mut tortoise = self.clone();

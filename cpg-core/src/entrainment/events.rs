@@ -3,28 +3,28 @@
 //! ```text
 //! at an event:  phi := phi + g d,   w := w + g_w (2 pi k / T - w),   d = wrap(phi_event - phi)
 //! ```
-//! phi_event is where in the stride the event is, T the time since the event before and k the strides in it (one, or as many as fit best
-//! where strikes were missed). Intervals outside of 0.5 to 2.5 nominal strides are none ([`StrideTimer`]).
+//! phi_event is the phase of the event, T the time since the last event and k the number of strides in it (one, or the nearest number
+//! if strikes were missed). Intervals outside of 0.5 to 2.5 nominal strides are ignored ([`StrideTimer`]).
 //!
 //! | source | phi_event | acts while | g | g_w |
 //! |---|---|---|---|---|
-//! | peak | where the template has fallen a fifth from its top | seeking, and nothing is driven | 1 | 0.5 |
+//! | peak | where the template has fallen by a fifth of its range from the peak | seeking, while nothing is driven | 1 | 0.5 |
 //! | foot switch | learned: circular mean of the last 8 strikes while locked | holding, once 4 strikes agree | 0.7 | 0.25 |
 //!
-//! *In a lock no event acts*, so that whatever a switch does, a lock stays to the bit what it is without one. The angle tells the phase a
-//! thousand times a second, an event once a stride, and little is lost: a frequency gain of 0.5 would shorten the way from strides of 1.1 to
+//! *In a lock no event acts*: a locked follower gives the same bits with and without a switch. The angle measures the phase a thousand
+//! times a second, an event once a stride, so little is lost: a frequency gain of 0.5 would shorten the transition from strides of 1.1 s to
 //! 0.9 s from 1.28 to 1.16 s (hip, median of 24 phases). The steady phase error of two recorded persons, 2.1 to 3.1 degrees, would change by
 //! -0.06 to 0.24 with it, by -0.24 with a phase gain of 0.5 and strikes that are exact, by up to 0.43 with strikes that jitter by 10 ms.
 //!
-//! *A switch is used once its strikes agree, and ignored as soon as they do not*: strikes less than 50 ms apart are one that bounces; one that comes later than that,
-//! but sooner than half a nominal stride, and one more than a tenth of a stride from its predicted phase, make it forget what it has
-//! learned. In one hold all strikes together move the phase by a tenth of a stride at most, and the cadence by a twentieth.
+//! *A switch is used once its strikes agree, and ignored as soon as they do not*: strikes less than 50 ms apart count as one that bounces.
+//! A strike after more than that but less than half a nominal stride, or more than a tenth of a stride from its predicted phase, clears the
+//! learned phase. In one hold all strikes together move the phase by a tenth of a stride at most, and the cadence by a twentieth.
 //!
-//! *A peak is reported at the fall after it*, where the angle is steep; a top may be flat, or two of one height. Recorded knees
-//! are locked 0.14 and 0.42 s sooner with them (two persons, medians of 120 starts), hips are not.
+//! *A peak is reported on the falling slope after it*, where the angle is steep; the peak itself may be flat or double. With peaks,
+//! recorded knees lock 0.14 and 0.42 s sooner (two persons, medians of 120 starts), hips do not.
 //!
-//! A switch may be on either foot and late by any constant time, as phi_event is learned. It leads nothing by itself: without an angle the
-//! joints stand after the same 2 s.
+//! A switch may be on either foot and late by any constant time, because phi_event is learned. It does not replace the angle: without an
+//! angle the joints stop after the same 2 s.
 
 use core::f32::consts::TAU;
 
@@ -41,13 +41,12 @@ use crate::{BuildError, Field};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum EventSource {
-    /// Nothing.
+    /// None.
     #[default]
     None,
-    /// Peaks of the measured angle, of which its template must have one a stride. Those of a knee find phase and cadence sooner, those of
-    /// a hip do not.
+    /// Peaks of the measured angle; its template must have one a stride. A knee locks sooner with them, a hip does not.
     Peak,
-    /// A foot switch, which keeps the phase while the sensor is at fault.
+    /// A foot switch, which corrects the phase while the sensor has a fault.
     FootSwitch,
 }
 
@@ -66,19 +65,19 @@ impl EventSource {
     }
 }
 
-/// Shortest and longest interval that is a stride, relative to the nominal.
+/// Shortest and longest accepted interval, in nominal strides.
 const INTERVALS: (f32, f32) = (0.5, 2.5);
 
-/// What an event may do now.
+/// Allowed effect of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
-    /// Nothing.
+    /// None.
     Ignored,
-    /// Phase and cadence are looked for, and nothing is driven.
+    /// Phase and cadence are unknown, and nothing is driven.
     Finds,
     /// The phase is known.
     Learns,
-    /// The angle is not.
+    /// The angle is not valid: the phase goes on by itself.
     Keeps,
 }
 
@@ -92,7 +91,7 @@ pub(super) enum Events {
 
 impl Events {
     /// # Errors
-    /// For peaks: `template.range` (in radians) of a joint that hardly moves, `template.peaks` of one that has not one peak a stride.
+    /// For peaks: `template.range` (in radians) if the joint hardly moves, `template.peaks` if it does not have one peak a stride.
     pub(super) fn new(
         source: EventSource,
         template: &Template,
@@ -107,7 +106,7 @@ impl Events {
         })
     }
 
-    /// As it was made.
+    /// Returns to the initial state.
     pub(super) const fn reset(&mut self) {
         match self {
             Self::None => {}
@@ -130,7 +129,7 @@ impl Events {
         }
     }
 
-    /// Where in the stride the event is; `None` without a source, and before the strikes of a switch agree.
+    /// Phase of the event; `None` without a source, and before the strikes of a switch agree.
     pub(super) fn phase(&self) -> Option<Phase> {
         match self {
             Self::None => None,
@@ -139,7 +138,7 @@ impl Events {
         }
     }
 
-    /// One tick, after the estimator's: the angle where it was good.
+    /// One tick, after the estimator's; the angle is `None` if it is not valid.
     pub(super) fn step(&mut self, lock: &mut PhaseLock, angle: Option<f32>, role: Role) {
         match self {
             Self::None => {}
@@ -159,7 +158,7 @@ pub(super) struct Peaks {
     fresh: PeakDetector,
     detector: PeakDetector,
     timer: StrideTimer,
-    /// Where the template has fallen from its top.
+    /// Phase at which the template has fallen by the threshold.
     place: Phase,
 }
 
@@ -174,9 +173,9 @@ impl Peaks {
             (0..1024).map(angles).fold((f32::MIN, f32::MAX), |(most, least), y| (most.max(y), least.min(y)));
         let range = most - least;
         in_range(range, Field::of("template.range"), 0.04, 6.0)?;
-        // Half of the range: the small wave of a knee in stance is no peak, that of a sensor with the least gain is one.
+        // Half of the range: the small wave of a knee in stance is no peak, but the peak of a sensor with the least gain is one.
         let fresh = PeakConfig { least: Radians(0.5 * range), ..PeakConfig::default() }.build(period)?;
-        // Where the detector itself tells it, in the second of two strides.
+        // Phase at which the detector itself reports it, in the second of two strides.
         let (mut detector, mut place, mut peaks) = (fresh, Phase(0), 0u8);
         for n in 0..2048 {
             if detector.step(Radians(angles(n))).is_some() && n >= 1024 {
@@ -193,7 +192,7 @@ impl Peaks {
 
     fn step(&mut self, lock: &mut PhaseLock, angle: Option<f32>, role: Role) {
         self.timer.step();
-        // What is no number only lets the time go on.
+        // An angle that is not a number only advances the time.
         if self.detector.step(Radians(angle.unwrap_or(f32::NAN))).is_none() {
             return;
         }
@@ -214,12 +213,12 @@ impl Peaks {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FootSwitch {
     timer: StrideTimer,
-    /// It closed within this tick.
+    /// The switch closed within this tick.
     struck: bool,
-    /// Mean of cosine and sine of the phase at the strikes, and of how many.
+    /// Mean of cosine and sine of the phase at the strikes, and their number.
     mean: (f32, f32),
     strikes: u8,
-    /// Frequency at which the hold began, and by how much the strikes have moved the phase since, rad.
+    /// Frequency at the start of the hold, rad/s, and the change of phase by strikes since then, rad.
     held: f32,
     moved: f32,
 }
@@ -227,16 +226,16 @@ pub(super) struct FootSwitch {
 /// See the module.
 const STRIKE_GAIN: f32 = 0.7;
 const STRIKE_FREQUENCY_GAIN: f32 = 0.25;
-/// Strikes closer than that are one, s.
+/// Strikes less than this apart count as one, s.
 const BOUNCE_S: f32 = 0.05;
-/// How many strikes have to agree, and how many the mean goes over.
+/// Number of strikes that have to agree, and number of strikes in the mean.
 const ENOUGH: u8 = 4;
 const MEAN_OVER: u8 = 8;
-/// Square of the length of the mean from which on they agree: a spread of 14 degrees.
+/// Least square of the length of the mean at which they agree: a spread of 14 degrees.
 const AGREE: f32 = 0.94;
-/// How far from its learned phase a strike may be, and how far all strikes of a hold may move the phase: a tenth of a stride.
+/// Largest distance of a strike from its learned phase, and largest change of phase by all strikes of a hold: a tenth of a stride.
 const WITHIN: f32 = 0.1 * TAU;
-/// How far they may move the cadence.
+/// Largest relative change of the cadence by all strikes of a hold.
 const CADENCE: f32 = 0.05;
 
 impl FootSwitch {
@@ -248,7 +247,7 @@ impl FootSwitch {
         Self::new(self.timer.restarted())
     }
 
-    /// Where the strikes are, if they agree.
+    /// Phase of the strikes, if they agree.
     fn learned_phase(&self) -> Option<Phase> {
         let (cos, sin) = self.mean;
         (self.strikes >= ENOUGH && cos * cos + sin * sin >= AGREE).then(|| angle(sin, cos))
@@ -261,7 +260,7 @@ impl FootSwitch {
         }
         let interval = self.timer.event(0.0).0;
         if !matches!(role, Role::Learns | Role::Keeps) {
-            // Who stands may tread on the spot, and of who begins the phase is not known yet.
+            // While seeking the phase is not known, and a person who stands may step on the spot.
             return;
         }
         match interval {

@@ -98,7 +98,8 @@ impl Scalar for f32 {
     }
 }
 
-/// For reference computations on a host. A Cortex-M4F computes `f64` in software, about fifty times slower than `f32`.
+/// For reference computations on a host. A core with a single-precision floating-point unit computes `f64` in software, about fifty times
+/// slower than `f32`.
 #[cfg(feature = "f64")]
 impl Scalar for f64 {
     const ZERO: Self = 0.0;

@@ -1,4 +1,4 @@
-//! Sine, cosine and the angle of a point in `f32`, without a table, without `f64`, bit-equal wherever IEEE arithmetic is.
+//! Sine, cosine and the angle of a point in `f32`, without a table and without `f64`; the same bits on every IEEE 754 machine.
 //!
 //! Minimax polynomials (Remez exchange, 40 digits, coefficients rounded to `f32`) on one octant; the rest is exact symmetry.
 //! Bounds that the tests enforce, over a million points each:
@@ -9,7 +9,8 @@
 //! | [`atan2`] | 4e-7 rad, absolute |
 //! | [`angle`] | 1e-7 cycles |
 //!
-//! The `f32` versions of libm go through `f64`, which costs a Cortex-M4F about fifty times as much.
+//! The `f32` versions of libm go through `f64`, which a core with a single-precision floating-point unit computes in software, about fifty
+//! times slower.
 
 use core::f32::consts::{FRAC_PI_2, PI};
 

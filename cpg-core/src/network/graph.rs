@@ -1,6 +1,6 @@
-//! Which oscillators are linked: a list of pairs that is known when the program is compiled.
+//! Coupling graph: the pairs of linked oscillators, known when the program is compiled.
 //!
-//! A list in the type costs nothing at run time: the compiler unrolls it, and every index is a constant that was checked.
+//! The list is part of the type: the compiler unrolls it, and every index is a checked constant.
 
 use crate::Scalar;
 
@@ -21,10 +21,10 @@ use crate::Scalar;
 /// assert_eq!(named, [0, 1, 2, 3, 4, 5]);
 /// ```
 pub trait Graph<const N: usize, const E: usize> {
-    /// The pairs. Each is one link; what runs along it in either direction is for the model to say.
+    /// The pairs. Each is one link; the model defines what it transmits in either direction.
     const EDGES: [(usize, usize); E];
 
-    /// Compile-time proof that every pair names two different oscillators below `N`; naming it is enough.
+    /// Compile-time proof that every pair names two different oscillators below `N`; to evaluate it, name it.
     ///
     /// ```compile_fail,E0080
     /// use cpg_core::Graph;
@@ -68,7 +68,7 @@ impl Graph<4, 2> for HipKnee {
     const EDGES: [(usize, usize); 2] = [(0, 2), (1, 3)];
 }
 
-/// The value of oscillator `i`. `Graph::VALID` makes the zero unreachable; writing it so leaves no panic for the linker to find.
+/// The value of oscillator `i`. `Graph::VALID` makes the zero unreachable; this form contains no panic.
 pub(crate) fn value<T: Scalar, const N: usize>(values: &[T; N], i: usize) -> T {
     values.get(i).copied().unwrap_or(T::ZERO)
 }

@@ -1,4 +1,4 @@
-//! Coupled oscillators: coupling graphs, Rayleigh networks, symmetric cells.
+//! Networks of coupled oscillators: coupling graphs, Rayleigh networks, symmetric cells.
 
 pub mod graph;
 pub mod phase_coupled;

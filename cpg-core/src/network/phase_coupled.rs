@@ -1,7 +1,7 @@
 //! R1: the robust network of Rayleigh oscillators, in normalised states, with links that carry the phase of the gait.
 //!
-//! Topology and cores are those of the thesis' network ("Designing CPG for Biped Locomotion Control using Nonlinear Dynamical
-//! Theory", IIITA Allahabad; see [`crate::network::thesis`]); what differs is the link. With u = (a - a0)/A and v = a'/(w A) for each joint:
+//! Topology and oscillators are those of the thesis' network ("Designing CPG for Biped Locomotion Control using Nonlinear Dynamical
+//! Theory", IIITA Allahabad; see [`crate::network::thesis`]); the links are different. With u = (a - a0)/A and v = a'/(w A) for each joint:
 //!
 //! ```text
 //! u_i' = w v_i
@@ -9,8 +9,8 @@
 //! ```
 //!
 //! a Rayleigh oscillator with alpha = eps w, p = 4/(3 w^2 A^2) and mu = w, whose links push each joint towards its neighbour's
-//! motion, turned by the wanted phase difference. On the wanted gait they vanish (but for the third harmonic), so they do not
-//! inflate the amplitude; they are linear, so they cannot run away; and they hold every phase, hip to knee too.
+//! motion, rotated by the wanted phase difference. On the wanted gait they vanish (except for the third harmonic), so they do not
+//! change the amplitude; they are linear, so they do not diverge; and they hold every phase, also between hip and knee.
 //!
 //! - a, a0, A: angle, offset and amplitude in rad; w = 2 pi / natural period, in rad/s; phi: phase, as a part of the cycle.
 //! - eps: how fast the amplitude returns, per radian of the cycle. The limit cycle is longer than the natural period by about
@@ -49,12 +49,12 @@ use crate::{BuildError, Field, Graph, Integrator, Rk4, Scalar};
 /// Steepest damping inside the bound, per eps: minus the derivative of (1 - 4/3 v^2) v at v = BOUND_FACTOR.
 const STEEPEST: f32 = 4.0 * BOUND_FACTOR * BOUND_FACTOR - 1.0;
 
-/// What a network R1 is to do. `N` joints, `E` links.
+/// Configuration of a network R1: `N` joints, `E` links.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RobustConfig<const N: usize, const E: usize, T = f32> {
     /// Period 2 pi / w of the linear part in s, 0.1 to 100; the stride is longer, see the [module](self).
     pub natural_period: T,
-    /// Strength eps of the amplitude's return, 0.01 to 2.
+    /// Strength eps with which the amplitude returns, 0.01 to 2.
     pub nonlinearity: T,
     /// Strength kap of each link, both ways, in the order of the graph's edges, 0 to 2.
     pub coupling: [T; E],
@@ -73,7 +73,7 @@ impl<const N: usize, const E: usize, T: Scalar> RobustConfig<N, E, T> {
     /// Checks every value against its range, without the period.
     ///
     /// # Errors
-    /// [`BuildError`] naming the first field that is not allowed.
+    /// [`BuildError`] with the first field that is not allowed.
     pub fn validate(&self) -> Result<(), BuildError> {
         in_range(self.natural_period, Field::of("natural_period"), 0.1, 100.0)?;
         in_range(self.nonlinearity, Field::of("nonlinearity"), 0.01, 2.0)?;
@@ -86,7 +86,7 @@ impl<const N: usize, const E: usize, T: Scalar> RobustConfig<N, E, T> {
     /// Validates and folds the configuration for one control period. The network starts on its gait, joint 0 at phase 0.
     ///
     /// # Errors
-    /// [`BuildError`] naming the first field that is not allowed, or the longest period that is.
+    /// [`BuildError`] with the first field that is not allowed, or the longest allowed period.
     pub fn build<G: Graph<N, E>, I: Integrator>(&self, period: Period) -> Result<Robust<G, N, E, T, I>, BuildError> {
         let () = G::VALID;
         self.validate()?;
@@ -94,7 +94,7 @@ impl<const N: usize, const E: usize, T: Scalar> RobustConfig<N, E, T> {
         let w = T::TAU / self.natural_period;
         let mut decay = [T::from_f32(STEEPEST) * self.nonlinearity; N];
         for (kap, (i, j)) in self.coupling.into_iter().zip(G::EDGES) {
-            // A joint's own share of the link, and as much again where its neighbour moves against the link.
+            // The joint's own part of the link, and as much again if its neighbour moves against the link.
             add(&mut decay, i, kap + kap);
             add(&mut decay, j, kap + kap);
         }
@@ -161,7 +161,7 @@ impl<G: Graph<N, E>, const N: usize, const E: usize, T: Scalar> SecondOrder<T, N
             *a = (*a - v * v * self.cubic) * v - x * self.spring;
         }
         for ((i, j), link) in G::EDGES.into_iter().zip(&self.links) {
-            // Seen from j the phase difference has the other sign: the cosine stays, the sine turns.
+            // For j the phase difference has the other sign: the cosine is the same, the sine changes sign.
             add(&mut a, i, value(v, j) * link.velocity - value(x, j) * link.displacement);
             add(&mut a, j, value(v, i) * link.velocity + value(x, i) * link.displacement);
         }

@@ -13,13 +13,13 @@
 //! | step h = w dt | [`I2F30`] | 0.0057 at 1 kHz. In 2^-16 it would have 374 steps: 0.09 percent of the frequency, 53 ms in a minute |
 //! | h/6 | 2^-40 in 64 bits | the weight of the increments |
 //! | eps, kap cos, kap sin | [`I8F24`] | gains between -24 and 5 |
-//! | carry | 2^-56 | what an increment has below 2^-16 goes to the next tick instead of being lost |
+//! | carry | 2^-56 | the part of an increment below 2^-16, added in the next tick |
 //!
 //! Classical Runge-Kutta; one rounding for each sum of products. After 60 s at 0.25 to 10 ms the gait is 0.01 ms of a stride of 1.1 s off
-//! the solution in f64, its amplitude 5e-6 (`tests/fixed_point.rs`). With a floating-point unit [`crate::network::phase_coupled`] is the faster one.
+//! the solution in f64, its amplitude 5e-6 (`tests/fixed_point.rs`). With a floating-point unit, [`crate::network::phase_coupled`] is faster.
 //!
 //! Read-outs come twice: those of [`Generator`] convert to `f32`, which such a chip does in software; those in [`I16F16`], an angle in
-//! units of 2^-16 rad, do not. The building-block rhythms ([`crate::edge_reversal::obb`]) are integers already.
+//! units of 2^-16 rad, do not. The building blocks ([`crate::edge_reversal::obb`]) are integers already.
 //!
 //! ```
 //! use cpg_core::Generator;
@@ -47,11 +47,11 @@ use crate::math::fixed_trig;
 use crate::network::phase_coupled::RobustConfig;
 use crate::{BOUND_FACTOR, BuildError, Field, Generator, Graph, OscillatorState, Rk4, StateFault};
 
-/// Where a state is held, in 2^-16.
+/// Bound of a state, in 2^-16.
 const LIMIT: i32 = (BOUND_FACTOR as i32) << 16;
 
-/// Where a stage inside a step is held, in 2^-16: the cubic term of a stage at 8 is 1365, so no sum leaves its bits. Only a state at its
-/// limit ever reaches this.
+/// Bound of a stage inside a step, in 2^-16: the cubic term of a stage at 8 is 1365, so no sum overflows. Only a state at its limit
+/// reaches this.
 const STAGE_LIMIT: i32 = 8 << 16;
 
 /// Fraction bits of h/6, and of the carry beyond those of the state.
@@ -66,7 +66,7 @@ pub struct FixedRobust<G, const N: usize, const E: usize> {
     /// h/6 in 2^-40.
     sixth: i64,
     now: Numbers<N>,
-    /// What the increments had below the last place of `now`, in 2^-56.
+    /// The part of the increments below the last place of `now`, in 2^-56.
     carry: Carry<N>,
     start: Numbers<N>,
     amplitudes: [I16F16; N],
@@ -166,7 +166,7 @@ fn times(gain: I8F24, number: i32) -> i64 {
     i64::from(gain.to_bits()).wrapping_mul(i64::from(number))
 }
 
-/// Rounds to nearest while it drops `bits` fraction bits; held within the limits of a stage.
+/// Removes `bits` fraction bits, rounded to nearest; limited to the bound of a stage.
 #[inline]
 fn rounded(sum: i64, bits: u32, limit: i32) -> i32 {
     let value = sum.wrapping_add(1 << (bits - 1)) >> bits;
@@ -188,7 +188,7 @@ impl<G: Graph<N, E>, const N: usize, const E: usize> FixedField<G, N, E> {
         for ((i, j), link) in G::EDGES.into_iter().zip(&self.links) {
             let of = |joint: usize| (get(&at.u, joint), get(&at.v, joint));
             let ((u_i, v_i), (u_j, v_j)) = (of(i), of(j));
-            // Seen from j the phase difference has the other sign: the cosine stays, the sine turns.
+            // For j the phase difference has the other sign: the cosine is the same, the sine changes sign.
             add(&mut sums, i, times(link.velocity, v_j).wrapping_sub(times(link.displacement, u_j)));
             add(&mut sums, j, times(link.velocity, v_i).wrapping_add(times(link.displacement, u_i)));
         }
@@ -217,7 +217,7 @@ fn along<const N: usize>(from: &[i32; N], slopes: &[i32; N], h: I2F30) -> [i32; 
     out
 }
 
-/// Adds h/6 (k1 + 2 k2 + 2 k3 + k4) and keeps what is below the last place. A number that has to be held drops its carry.
+/// Adds h/6 (k1 + 2 k2 + 2 k3 + k4) and keeps the part below the last place. A number at its bound loses its carry.
 #[inline]
 fn accumulate<const N: usize>(now: &mut [i32; N], carry: &mut [i64; N], sixth: i64, stages: [&[i32; N]; 4]) {
     let [k1, k2, k3, k4] = stages;
@@ -234,16 +234,16 @@ fn accumulate<const N: usize>(now: &mut [i32; N], carry: &mut [i64; N], sixth: i
 }
 
 impl<G: Graph<N, E>, const N: usize, const E: usize> FixedRobust<G, N, E> {
-    /// The normalised state now, see [`crate::network::phase_coupled`].
+    /// The current normalised state, see [`crate::network::phase_coupled`].
     #[must_use]
     pub fn state(&self) -> OscillatorState<N, I16F16> {
         OscillatorState { displacement: self.now.u.map(I16F16::from_bits), velocity: self.now.v.map(I16F16::from_bits) }
     }
 
-    /// Goes on from another state; [`Generator::reset`] still returns to the built one.
+    /// Sets the state; [`Generator::reset`] still returns to the built one.
     ///
     /// # Errors
-    /// [`StateFault`] where a value is not inside the bound [`BOUND_FACTOR`]; the state is then as it was.
+    /// [`StateFault`] if a value is not inside the bound [`BOUND_FACTOR`]; the state is then unchanged.
     pub fn set_state(&mut self, state: &OscillatorState<N, I16F16>) -> Result<(), StateFault> {
         let next = Numbers { u: state.displacement.map(I16F16::to_bits), v: state.velocity.map(I16F16::to_bits) };
         inside(&next)?;

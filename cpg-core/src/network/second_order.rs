@@ -1,10 +1,9 @@
-//! N second-order oscillators under one vector field: the state, the step and the read-outs that all such models share.
+//! N second-order oscillators with one vector field: state, step and read-outs that all such models share.
 //!
-//! A model brings its vector field ([`SecondOrder`]) and says what its numbers mean (`Terms`); that makes it a [`Generator`],
-//! and its own file holds its equations and nothing else.
+//! A model supplies its vector field ([`SecondOrder`]) and the units of its numbers (`Terms`); this makes it a [`Generator`].
 //!
-//! Every state is held inside a bound after every step. On the board an explicit method that has once left its region of stability
-//! doubles its error in a few ticks; at the bound the model's own damping brings it back. Not a number is never touched, so that
+//! Every state is limited to a bound after every step: outside of its region of stability an explicit method doubles its error in a few
+//! ticks; at the bound the model's own damping brings the state back. A state that is not a number is left as it is, so that
 //! [`Generator::check`] finds it.
 
 use core::marker::PhantomData;
@@ -14,10 +13,10 @@ use joint_units::{Phase, RadPerSec, Radians};
 use crate::math::second_order::SecondOrder;
 use crate::{Field, Generator, Integrator, Rk4, Scalar, StateFault};
 
-/// How far a state may go, as a multiple of the amplitude that the limit cycle has in closed form.
+/// Bound of a state, as a multiple of the closed-form amplitude of the limit cycle.
 pub const BOUND_FACTOR: f32 = 3.0;
 
-/// Displacement and velocity of each joint, in the terms of the model: its module says which.
+/// Displacement and velocity of each joint, in the units of the model (see its module).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OscillatorState<const N: usize, T = f32> {
     /// Displacement from the offset.
@@ -26,7 +25,7 @@ pub struct OscillatorState<const N: usize, T = f32> {
     pub velocity: [T; N],
 }
 
-/// What the numbers of a model mean.
+/// Units of the numbers of a model.
 pub(crate) struct Terms<const N: usize, T> {
     /// Time unit of the integrator, in s.
     pub(crate) unit: T,
@@ -38,7 +37,7 @@ pub(crate) struct Terms<const N: usize, T> {
     pub(crate) offsets: [T; N],
     /// Amplitudes on the limit cycle, as far as a closed form gives them.
     pub(crate) cycle: OscillatorState<N, T>,
-    /// Where each state is held.
+    /// Bound of each state.
     pub(crate) limit: OscillatorState<N, T>,
 }
 
@@ -93,22 +92,22 @@ impl<F, const N: usize, T: Scalar, I> Oscillators<F, N, T, I> {
         }
     }
 
-    /// The state now, in the terms of the model.
+    /// The current state, in the units of the model.
     #[must_use]
     pub fn state(&self) -> OscillatorState<N, T> {
         OscillatorState { displacement: self.now.x, velocity: product(&self.now.v, &self.velocity) }
     }
 
-    /// The bound of each state, in the terms of the model.
+    /// The bound of each state, in the units of the model.
     #[must_use]
     pub fn limit(&self) -> OscillatorState<N, T> {
         OscillatorState { displacement: self.limit.x, velocity: product(&self.limit.v, &self.velocity) }
     }
 
-    /// Goes on from another state; [`Generator::reset`] still returns to the built one.
+    /// Sets the state; [`Generator::reset`] still returns to the built one.
     ///
     /// # Errors
-    /// [`StateFault`] where a value is not finite or not inside its bound; the state is then as it was.
+    /// [`StateFault`] if a value is not finite or not inside its bound; the state is then unchanged.
     pub fn set_state(&mut self, state: &OscillatorState<N, T>) -> Result<(), StateFault> {
         let next = Pair { x: state.displacement, v: product(&state.velocity, &self.per_velocity) };
         self.inside(&next)?;
@@ -234,7 +233,7 @@ mod tests {
             assert_eq!(net.check(), Ok(()), "{bad}");
             assert!((net.amplitude() - 1.0).abs() < 0.05, "{bad}");
         }
-        // So large that its cube overflows: no bound catches that, but the check does.
+        // So large that its cube overflows: the bound does not limit that, but the check finds it.
         let mut net = net();
         net.now.x[0] = -1e30;
         net.step();

@@ -1,4 +1,4 @@
-//! Networks of identical cells whose symmetry makes the gaits: four cells for two legs, eight for four legs (or two legs and two arms).
+//! Networks of identical cells whose symmetry determines the gaits: four cells for two legs, eight for four legs (or two legs and two arms).
 //!
 //! Source: Golubitsky, Stewart, Buono and Collins 1998, 1999 (eight cells); Pinto and Golubitsky 2006 (four cells). The cells here are
 //! Stuart-Landau oscillators, complex z, so that each primary gait is an exact circle:
@@ -8,10 +8,10 @@
 //! **Four cells**: 1 and 3 are the two muscle groups of the left leg, 2 and 4 of the right; each cell has one link of each kind,
 //! across to the same muscle (1-2, 3-4), across to the other (1-4, 2-3), within the leg (1-3, 2-4). With d = 0 the signs of the three c
 //! select slow hop, run, fast hop and walk, of amplitude `sqrt(lambda + |c_12| + |c_14| + |c_13|)`. A negative d makes the phase of a
-//! kind of link settle at `cos = -c / (2 d |z|^2)`, off 0 and 1/2: the symmetry breaks by itself, and left or right leads according to the
-//! start. So arise the secondary gaits: both gallops and the skip. (The thesis' names of the gallops are swapped against its own
-//! definitions of run and walk; here the gallop walk has a leg's muscles in phase. Of the two readings of the skip this one has the
-//! right leg do what the left does, half a period later, with two different muscle waves.)
+//! kind of link settle at `cos = -c / (2 d |z|^2)`, away from 0 and 1/2: the symmetry is broken, and the start decides whether left or right
+//! leads. These are the secondary gaits: both gallops and the skip. (The thesis exchanges the names of the gallops with respect to its own
+//! definitions of run and walk; here the gallop walk has a leg's muscles in phase. Of the two interpretations of the skip, here the right
+//! leg repeats the left one half a period later, with two different muscle waves.)
 //!
 //! **Eight cells**: two rings of four, 1-3-5-7 left and 2-4-6-8 right, each cell driven by the one before it with a lead of m quarter
 //! cycles, and pairs across with a sign: pronk, pace, bound, trot, jump and two walks. Amplitude `sqrt(lambda + ring + pair)`.

@@ -9,14 +9,14 @@
 //!
 //! In the thesis the difference links run between left and right, the product links from hip to knee and back; joints 1 to 4 there
 //! are left hip, right hip, left knee, right knee, as here. Its Table 1 is [`TABLE_1`]; what it leaves out (p, mu, offsets, start) is
-//! taken here from what it builds on (de Pina Filho, Dutra, Raptopoulos, Biol. Cybern. 92, 2005): p by harmonic balance, mu the
+//! taken from its source (de Pina Filho, Dutra, Raptopoulos, Biol. Cybern. 92, 2005): p by harmonic balance, mu the
 //! stride frequency or twice it, offsets the mean joint angles. Units as in [`crate::oscillator::rayleigh`]: degrees and seconds.
 //!
-//! What the equations do, which is not what the thesis says:
+//! Properties of the equations, which differ from those that the thesis states:
 //! - A difference link has the sign that *drives* differences: antiphase is the attractor, and its negative damping is alpha + 2 k
 //!   instead of alpha. Amplitudes grow by sqrt(1 + 2 k/alpha), with Table 1 by 17.0, 14.2, 7.5 and 7.5; [`harmonic_balance_p`] is
 //!   the p that leaves a wanted amplitude.
-//! - Left and right lock. **Hip and knee do not**: the product terms act in second order, and the phase between them slips for ever.
+//! - Left and right lock. **Hip and knee do not**: the product terms act in second order, and the phase between them never stops slipping.
 //! - It is not bounded: a product link is a negative spring while k a_j' > mu^2. Velocities are held below that, see [`OscillatorState`]'s
 //!   bound in [`Oscillators::limit`], and `build` refuses a gain at which the limit cycle itself would come there.
 //!
@@ -68,7 +68,7 @@ pub struct Table1 {
 /// Table 1 of the thesis.
 pub const TABLE_1: Table1 = Table1 { k12: 2010, k13: 125, k24: 129, k34: 3012, alpha: [14, 20, 108, 108] };
 
-/// What a network of the thesis' kind is to do: `N` joints, `D` difference links and `P` product links.
+/// Configuration of a network of the thesis' kind: `N` joints, `D` difference links and `P` product links.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NetworkConfig<const N: usize, const D: usize, const P: usize, T = f32> {
     /// The oscillators.
@@ -78,7 +78,7 @@ pub struct NetworkConfig<const N: usize, const D: usize, const P: usize, T = f32
     /// Gains of each product link (i, j): k_ij, which acts on i, and k_ji, which acts on j, in 1/(deg s), -10 to 10 and no more
     /// than leaves the springs positive on the limit cycle.
     pub product: [[T; 2]; P],
-    /// Phase lead at which each joint starts. Only left against right is what the network itself keeps.
+    /// Phase lead at which each joint starts. The network itself only keeps the phase of left against right.
     pub phases: [Phase; N],
 }
 
@@ -108,7 +108,7 @@ impl<T: Scalar> ThesisConfig<T> {
     }
 
     /// Set D: as set S with the knees at twice the stride frequency. Their product links then pull the knees in phase, their
-    /// difference link in antiphase, and the latter wins: a quarter of a stride, not a gait.
+    /// difference link in antiphase, and the latter is stronger: they settle a quarter of a stride apart, which is no gait.
     #[must_use]
     pub fn set_d() -> Self {
         Self::table_1(T::ratio(2, 1))
@@ -137,7 +137,7 @@ impl<const N: usize, const D: usize, const P: usize, T: Scalar> NetworkConfig<N,
     /// Checks every value against its range, without the period.
     ///
     /// # Errors
-    /// [`BuildError`] naming the first field that is not allowed.
+    /// [`BuildError`] with the first field that is not allowed.
     pub fn validate<GD: Graph<N, D>, GP: Graph<N, P>>(&self) -> Result<(), BuildError> {
         for (index, joint) in self.joints.iter().enumerate() {
             joint.validate_as(|name| Field::at(name, index))?;
@@ -157,7 +157,7 @@ impl<const N: usize, const D: usize, const P: usize, T: Scalar> NetworkConfig<N,
     /// the configured phases.
     ///
     /// # Errors
-    /// [`BuildError`] naming the first field that is not allowed, or the longest period that is.
+    /// [`BuildError`] with the first field that is not allowed, or the longest allowed period.
     pub fn build<GD: Graph<N, D>, GP: Graph<N, P>, I: Integrator>(
         &self,
         period: Period,
@@ -199,7 +199,7 @@ impl<const N: usize, const D: usize, const P: usize, T: Scalar> NetworkConfig<N,
         self.each_joint(growth, RayleighConfig::cycle)
     }
 
-    /// Headroom above the cycle, and no faster than where a product link turns a spring negative.
+    /// Bounds: a margin above the cycle, and below the velocity at which a product link makes a spring negative.
     fn limit<GP: Graph<N, P>>(&self, growth: &[T; N]) -> OscillatorState<N, T> {
         let mut limit = self.each_joint(growth, RayleighConfig::limit);
         for (i, j, k) in directed(GP::EDGES, self.product).filter(|&(.., k)| k != T::ZERO) {

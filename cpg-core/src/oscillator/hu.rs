@@ -1,17 +1,17 @@
-//! Hu's half-centre with a compensator and a joint: the oscillation adopts the resonance that the compensator gives the joint.
+//! Hu's half-centre with a compensator and a joint: it oscillates at the resonance that the compensator gives the joint.
 //!
 //! ```text
 //! neurons      Tr x_i' = -x_i - b v_i - a y_j + s - h max(0, +-th),   Ta v_i' = -v_i + y_i,   y_i = max(0, x_i)
 //! compensator  torque = k (g (y_1 - y_2) - th) - d th'
 //! joint        th'' = torque / inertia = w^2 (g (y_1 - y_2) - th) - 2 z w th'
 //! ```
-//! A proportional-derivative controller makes the joint a spring k with damping d about a set angle that the neurons move; w = 2 pi
-//! f_n is the natural frequency that results, z the damping ratio, g the torque gain as a part of k.
+//! A proportional-derivative controller makes the joint a spring k with damping d about an angle that the neurons set; w = 2 pi f_n is
+//! the resulting natural frequency, z the damping ratio, g the torque gain divided by k.
 //!
-//! The feedback is rectified and inhibits: neuron 1, which flexes, sees h max(0, th), neuron 2 h max(0, -th), each taken from its
-//! tonic input. Of the six ways to bring an angle to two neurons (either sign; linear, or rectified to the one or to the other side)
-//! only this one gives the published frequencies; with the sign turned the joint falls to half of its resonance and below. Without
-//! feedback the pair runs at its own 1.121 Hz whatever the joint does. With it, it adopts f_n from 1.2 to 2 Hz within 14 percent at
+//! The feedback is rectified and inhibits: the input of neuron 1, the flexor, is h max(0, th), that of neuron 2 h max(0, -th), each
+//! subtracted from the tonic input. Of the six ways to feed an angle to two neurons (either sign; linear, or rectified to either side) only
+//! this one gives the published frequencies; with the other sign the joint oscillates at half of its resonance or below. Without feedback
+//! the pair oscillates at its own 1.121 Hz for any joint. With it, it oscillates at f_n from 1.2 to 2 Hz within 14 percent at
 //! h = 1 or 3, and at 3 Hz only with h = 3; at h = 1 pair and joint do not lock there, see `tests/hu.rs`.
 //!
 //! Times in s, angles in rad. Sources: Matsuoka 1985 for the pair; Williamson 1998 for it on a joint; Hu, Williamson and Pratt for the
@@ -192,7 +192,7 @@ impl<T: Scalar> Hu<T> {
         self.state[5]
     }
 
-    /// Back to where it was built.
+    /// Returns to the built state.
     pub fn reset(&mut self) {
         self.state = self.start;
     }

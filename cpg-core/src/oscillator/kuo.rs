@@ -1,13 +1,13 @@
 //! Kuo's pendulum: an oscillation driven by a clock, by the sensor, or by an observer that combines both.
 //!
-//! A limb that swings as a damped pendulum is kept going by an impulse at each extreme. In units of its natural frequency:
+//! A limb that swings as a damped pendulum gets an impulse at each extreme, which keeps its amplitude. In units of its natural frequency:
 //!
 //! ```text
 //! limb       th'' + 2 z th' + th = -J sgn(th) at each extreme (plus disturbance)
 //! observer   x' = v + L1 e,   v' = -x - 2 z v + L2 e (plus the same impulses),   e = measured th - x
 //! ```
 //!
-//! The impulses are given at the extremes of the observer. Its gains make three kinds of control out of one (A. D. Kuo, "The
+//! The impulses are given at the extremes of the observer. Its gains select one of three kinds of control (A. D. Kuo, "The
 //! relative roles of feedforward and feedback in the control of rhythmic movements", Motor Control 6, 2002):
 //!
 //! | [`Drive`] | the observer | disturbance of the limb | noise of the sensor | sensor lost |
@@ -16,9 +16,9 @@
 //! | feedback | replaced by the measurement | corrected at once | false triggers | the oscillation stops |
 //! | hybrid | L in between | corrected in about 1/L | averaged over about 1/L | must be detected, see below |
 //!
-//! With both kinds of noise there is a best L, neither nought nor infinite. A dead sensor that the observer still believes is worse
-//! than none: the observer then tracks a limb that stands still, and the limb's amplitude falls to 0.57 at L = 0.5. So every
-//! [`Measurement`] says whether it is valid, and one that is not sets L to zero for the tick: the observer runs on as a clock.
+//! With both kinds of noise there is a best L, neither 0 nor infinite. A failed sensor that is still used is worse than none: the observer
+//! then tracks a limb that stands still, and the limb's amplitude falls to 0.57 at L = 0.5. Every [`Measurement`] therefore has a validity;
+//! one that is not valid sets L to 0 for the tick, and the observer runs on as a clock.
 //!
 //! Angles are in units of the caller's choice (the model is linear), times in 1/(natural angular frequency).
 //!
@@ -58,11 +58,11 @@ pub struct Pendulum<T = f32> {
 pub struct Kick<T = f32> {
     /// Time since the start of the tick.
     pub at: T,
-    /// By how much the rate jumps.
+    /// Change of the rate.
     pub impulse: T,
 }
 
-/// The limit cycle of a pendulum that is kicked at each extreme.
+/// The limit cycle of a pendulum with an impulse at each extreme.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cycle<T = f32> {
     /// Impulse J that keeps the amplitude.
@@ -124,18 +124,18 @@ impl<T: Scalar> Pendulum<T> {
     }
 }
 
-/// What the sensor says of the limb.
+/// A measurement of the limb.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measurement<T = f32> {
     /// Angle.
     pub angle: T,
     /// Rate; only [`Drive::Feedback`] reads it.
     pub rate: T,
-    /// Whether to believe the two: false sets the observer's gain to zero for this tick.
+    /// Whether angle and rate are valid: `false` sets the observer's gain to 0 for this tick.
     pub valid: bool,
 }
 
-/// Where the impulses get their timing from.
+/// Source of the timing of the impulses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive<T = f32> {
     /// A clock: the observer with no gain.
@@ -149,7 +149,7 @@ pub enum Drive<T = f32> {
     },
 }
 
-/// What the control is to do.
+/// Configuration of the control.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KuoConfig<T = f32> {
     /// Damping ratio z of the limb, 0.01 to 0.5.
@@ -196,8 +196,8 @@ impl<T: Scalar> KuoConfig<T> {
     }
 }
 
-/// The pendulum with the measured angle pulling on it. The pull is that of the error at the start of the tick, so that an observer
-/// which agrees with the limb stays in agreement between two measurements.
+/// The observer: the pendulum with a correction by the measured angle. The correction is that of the error at the start of the tick, so
+/// that an observer that agrees with the limb still agrees with it at the next measurement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Observer<T> {
     limb: Pendulum<T>,
@@ -215,7 +215,7 @@ impl<T: Scalar> Flow<T, 2> for Observer<T> {
 }
 
 impl<T: Scalar> Kuo<T> {
-    /// One tick, from the measurement at its start. The kick, if there is one, belongs inside this tick.
+    /// One tick, from the measurement at its start. Returns the impulse inside this tick, if there is one.
     pub fn step(&mut self, measured: &Measurement<T>) -> Option<Kick<T>> {
         // A measurement that is not a number is ignored.
         let valid = measured.valid && measured.angle.is_finite() && measured.rate.is_finite();
@@ -231,7 +231,7 @@ impl<T: Scalar> Kuo<T> {
 
         let mut end = start;
         rk4(&self.observer, &mut end, dt);
-        // A noisy measurement can jump over the extreme between two ticks.
+        // A noisy measurement can pass the extreme between two ticks.
         let at = if is_extreme(start[0], self.estimate[1], start[1]) {
             Some(T::ZERO)
         } else {
@@ -248,7 +248,7 @@ impl<T: Scalar> Kuo<T> {
         kick
     }
 
-    /// When in the tick the rate passes zero: the chord, then twice Newton.
+    /// Time in the tick at which the rate is 0: secant, then two steps of Newton's method.
     fn extreme(&self, start: &[T; 2], end: &[T; 2]) -> T {
         let mut at = self.dt * start[1] / (start[1] - end[1]);
         for _ in 0..2 {
@@ -269,13 +269,13 @@ impl<T: Scalar> Kuo<T> {
         self.impulse
     }
 
-    /// Angle and rate that the control believes the limb has.
+    /// Angle and rate of the limb as the control estimates them.
     #[must_use]
     pub fn estimate(&self) -> [T; 2] {
         self.estimate
     }
 
-    /// Back to where it was built.
+    /// Returns to the built state.
     pub fn reset(&mut self) {
         self.estimate = self.start;
     }

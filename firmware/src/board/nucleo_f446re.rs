@@ -3,7 +3,7 @@
 
 use joint_units::Volts;
 
-use super::{Board, Hse, Pin, SENSORS};
+use super::definition::{Board, Hse, Pin, SENSORS};
 
 /// The board.
 pub const BOARD: Board = Board {

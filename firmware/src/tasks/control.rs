@@ -1,4 +1,4 @@
-//! One control period after the other: sample, tick, pulses, in one task.
+//! The control task: sample, tick and pulses of each control period.
 //!
 //! [`sensor_step`] turns a sample set of the converter into a measurement, [`control_step`] hands it to the loop, writes the pulses and
 //! leaves a copy of both in telemetry's queues.
@@ -13,29 +13,29 @@ use joint_loop::setup::default_loop::BoardLoop;
 use joint_loop::{BoardFaults, Frame, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
 use wire::{CALLS, Edge};
 
-use super::CONTROL;
+use super::progress::CONTROL;
 use super::sensor::{Measurement, sensor_step};
-use crate::SHADOW;
 use crate::pins::PinRegisters;
 use crate::sampling::NEWEST;
 use crate::servo_pwm::Outputs;
 use crate::stopwatch;
 use crate::sync_input;
+use crate::variant::SHADOW;
 
 /// One frame in this many ticks goes to telemetry: 100 Hz.
 pub(crate) const TICKS_A_FRAME: u8 = CALLS as u8;
-/// Half a frame period more than the watchdog lets telemetry sleep.
+/// Samples of half a frame period more than the longest pause of telemetry that the watchdog allows.
 pub(crate) const SAMPLES_QUEUED: usize = 64;
-/// Edges of a line of 1 kHz over half a frame period more than the watchdog would let telemetry sleep.
+/// Edges of a 1 kHz line over half a frame period more than the longest pause of telemetry that the watchdog allows.
 pub(crate) const EDGES_QUEUED: usize = 128;
-/// As many frames as samples, and one to spare.
+/// Frames of the same time, and one more.
 pub(crate) const FRAMES_QUEUED: usize = 8;
 
 /// Longest tick since telemetry's last report, core cycles.
 static LONGEST_CYCLES: AtomicU32 = AtomicU32::new(0);
 /// Latest start of a tick after its trigger since telemetry's last report, us.
 static LATEST_START_US: AtomicU32 = AtomicU32::new(0);
-/// Records that found their queue full.
+/// Records dropped because their queue was full.
 static DROPPED: AtomicU32 = AtomicU32::new(0);
 
 /// Since the last call: the longest tick, in core cycles, and the latest start of one, in microseconds after its trigger.
@@ -48,7 +48,7 @@ pub(super) fn dropped() -> u32 {
     DROPPED.load(Ordering::Relaxed)
 }
 
-/// All that a tick needs.
+/// State of the control task.
 pub(crate) struct Control {
     pub(crate) walk: BoardLoop,
     pub(crate) outputs: Outputs,
@@ -84,7 +84,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         return;
     }
 
-    // Hardware first: it may have switched off already.
+    // Read the hardware first: it may have switched the outputs off already.
     let mut faults = measured.faults;
     if control.outputs.take_break() {
         faults = faults.with(BoardFaults::BREAK_INPUT);
@@ -108,12 +108,12 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     match command.pulses {
         Some(_) if SHADOW => {}
         Some(widths) => control.outputs.drive(widths),
-        // A fault does not wait for the end of a pulse.
+        // In a fault the outputs go off in the middle of a pulse.
         None if frame.state == SupervisorState::Fault => control.outputs.cut(),
         None => control.outputs.release(),
     }
 
-    // After what matters more. Its edges come some 10 us after the tick has begun, always about the same.
+    // After the pulses, which matter more. The edges come about 10 us after the start of the tick, nearly constant.
     BOARD.sync_output.set(time_code::level(frame.tick));
     show(BOARD.led_pulses, command.pulses.is_some() && !SHADOW);
     show(BOARD.led_fault, frame.state == SupervisorState::Fault);

@@ -1,17 +1,17 @@
-//! Checks that a sample set of the converter is whole, in order and fresh, and reads the pins that belong to it.
+//! Checks that a sample set of the converter is complete, in order and recent, and reads the button and the foot switch.
 
 use firmware::board::BOARD;
 use firmware::pacing::{STALE_US, since};
 use joint_loop::{BoardFaults, SENSORS};
 use joint_units::AdcCode;
 
-use super::SENSOR;
+use super::progress::SENSOR;
 use crate::environment;
 use crate::pins::PinRegisters;
 use crate::sampling::SampleSet;
 use crate::stopwatch;
 
-/// What one control period works on.
+/// Inputs of one control period.
 #[derive(Clone, Copy)]
 pub(crate) struct Measurement {
     pub(crate) sensors: [AdcCode; SENSORS],
@@ -25,10 +25,10 @@ pub(crate) struct Measurement {
     pub(crate) faults: BoardFaults,
 }
 
-/// One sample set.
+/// Turns one sample set into a measurement.
 #[inline(never)]
 pub(super) fn sensor_step(last_sequence: &mut Option<u32>, set: &SampleSet) -> Measurement {
-    // A set that was overwritten before it was taken is a lost conversion. That ticks are missing is counted by the time stamps.
+    // A set that was overwritten before it was read is a lost conversion. The time stamps count the missed ticks.
     let in_order = last_sequence.is_none_or(|last| set.sequence == last.wrapping_add(1));
     *last_sequence = Some(set.sequence);
     let stale = since(stopwatch::now_us(), set.triggered_us) > STALE_US;

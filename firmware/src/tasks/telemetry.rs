@@ -1,4 +1,4 @@
-//! Sends what the control task left in its queues to the log, as records of the crate `wire`.
+//! The telemetry task: sends the contents of the control task's queues to the log, as records of the crate `wire`.
 
 use embassy_time::Timer;
 use firmware::liveness::FEED_US;
@@ -6,20 +6,20 @@ use heapless::spsc::Consumer;
 use joint_loop::{Cause, Frame, SENSORS, Sample, SupervisorState};
 use wire::{Call, Change, Cost, Edge, Inputs, Record};
 
-use super::TELEMETRY;
 use super::control::{dropped, take_worst};
+use super::progress::TELEMETRY;
 use crate::environment::Environment;
 use crate::log;
 use crate::stack;
 
-/// Time between two looks at the queues, less than half of the time between two questions of the watchdog task, which wants progress each
-/// time.
+/// Period of the task, us: less than half the period of the watchdog task, which must see progress each time.
 const ROUND_US: u32 = 2_000;
-const _: () = assert!(2 * ROUND_US < FEED_US, "the watchdog has to see a round each time");
+const _: () = assert!(2 * ROUND_US < FEED_US, "the watchdog task must see a round each time");
 const ROUNDS_A_SECOND: u32 = 1_000_000 / ROUND_US;
-/// Frames between two lines for people: half a second.
+/// Frames from one line for people to the next: half a second.
 pub(crate) const FRAMES_A_LINE: u8 = 50;
 
+/// State of the telemetry task.
 pub(crate) struct Telemetry {
     /// Each with its tick.
     pub(crate) samples: Consumer<'static, (u32, Sample<SENSORS>)>,
@@ -27,7 +27,7 @@ pub(crate) struct Telemetry {
     pub(crate) edges: Consumer<'static, Edge>,
     /// Sensors that the board has: the first channels.
     pub(crate) sensors: usize,
-    /// Calls that wait until there are enough for a record.
+    /// Calls of the record that is being collected.
     pub(crate) inputs: Inputs,
     /// Tick of the last of them.
     pub(crate) last_tick: u32,
@@ -39,7 +39,7 @@ pub(crate) struct Telemetry {
     pub(crate) reported: Option<(SupervisorState, Cause)>,
 }
 
-/// Comes round every [`ROUND_US`].
+/// Runs every [`ROUND_US`].
 #[embassy_executor::task]
 pub(crate) async fn telemetry_task(mut telemetry: Telemetry) -> ! {
     loop {

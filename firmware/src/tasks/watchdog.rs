@@ -1,14 +1,14 @@
-//! Reloads the independent watchdog while sampling, control and telemetry make progress, in the same thread as telemetry: what starves the
-//! thread is found as well. The rule is [`firmware::liveness::judge`].
+//! The watchdog task: reloads the independent watchdog while sampling, control and telemetry make progress. It runs in the thread of
+//! telemetry, so that a thread without processor time is detected too. The rule is [`firmware::liveness::judge`].
 
 use embassy_time::Timer;
 use firmware::liveness::{FEED_US, Liveness, Part, Progress, RETRY_US, judge};
 use firmware::post_mortem::{Cause, Record, STABLE_RUN_S};
 
-use super::progress;
+use super::progress::progress;
 use crate::{faults, log, servo_pwm, watchdog};
 
-/// Looks every [`FEED_US`].
+/// Checks every [`FEED_US`].
 #[embassy_executor::task]
 pub(crate) async fn watchdog_task() -> ! {
     let mut fed = Feeding { since: progress(), feeds: 0 };
@@ -26,7 +26,7 @@ struct Feeding {
     feeds: u32,
 }
 
-/// Looks at the others' progress once; true when it reloaded the watchdog.
+/// Checks the progress once; true if it reloaded the watchdog.
 #[inline(never)]
 fn watchdog_step(fed: &mut Feeding) -> bool {
     let now = progress();
@@ -46,7 +46,7 @@ fn watchdog_step(fed: &mut Feeding) -> bool {
     }
 }
 
-/// Switches the servos off, reports the part that is to blame, resets.
+/// Switches the servos off, reports the part that failed, and resets.
 fn end(part: Part, cause: Cause) -> ! {
     servo_pwm::outputs_off();
     log::stalled(part, cause.name());

@@ -144,7 +144,7 @@ mod set {
                 unit: Unit::PerDegreeSecond,
             },
         ];
-        const RUST_IMPORTS: &'static str = "use cpg_core::oscillator::rayleigh::RayleighConfig;\nuse cpg_core::network::thesis::NetworkConfig;\nuse joint_loop::GeneratorConfig;\nuse joint_units::Phase;\n";
+        const RUST_IMPORTS: &'static str = "use cpg_core::network::thesis::NetworkConfig;\nuse cpg_core::oscillator::rayleigh::RayleighConfig;\nuse joint_loop::GeneratorConfig;\nuse joint_units::Phase;\n";
 
         fn config(&self) -> Config {
             self.config_of()

@@ -127,7 +127,7 @@ fn every_format_that_is_fitted_is_played() {
         }
     }
     let notes = said(&entrain(&backwards, &[]));
-    assert!(notes.contains("left knee: extension is positive in the file"), "{notes}");
+    assert!(notes.contains("left knee: the file counts extension as positive"), "{notes}");
     // Without a map the columns are nobody's.
     let output = entrain(&foreign, &[]);
     assert!(output.status.code() == Some(2) && said(&output).contains("left_hip=COLUMN"), "{}", said(&output));
@@ -240,7 +240,7 @@ fn a_knee_without_a_side_is_the_one_that_is_asked_for() {
     for (more, sensor) in [(&[][..], "left_knee"), (&["--sensor", "right_knee"][..], "right_knee")] {
         let object = object(&knee, more);
         assert_eq!(object["sensor"], sensor);
-        let note = format!("`knee_deg` does not say its side; taken as {sensor}.");
+        let note = format!("`knee_deg` names no side; it is read as {sensor}.");
         assert_eq!(object["notes"][0].as_str(), Some(note.as_str()));
     }
     let output = entrain(&knee, &["--sensor", "left_hip"]);
@@ -255,7 +255,7 @@ fn recordings_that_cannot_be_played_are_refused() {
     let cycle = put(&folder, "cycle.csv", &format!("time_s,left_hip_deg\n{cycle}"));
     let still = put(&folder, "still.csv", &text("time_s,left_hip_deg", ",", &[0], |_| 5.0));
     for (path, words) in [
-        (&pin, "nothing says which joint a channel is"),
+        (&pin, "no channel is assigned to a joint"),
         (&cycle, "the time axis is a cycle; allowed is a recording in seconds"),
         (&still, "no joint moves"),
         (&folder.path().join("none.csv"), "cannot be read"),

@@ -267,7 +267,7 @@ fn files_without_gait_are_skipped_in_a_folder() {
     let words = said(&output);
     assert!(words.contains("1 fitted, 0 already known, 0 failed, 3 skipped as no recording of gait"), "{words}");
     assert_eq!(words.matches("skipped: ").count(), 3, "{words}");
-    assert!(words.contains("forces.csv:1: no column is a joint; there are"), "{words}");
+    assert!(words.contains("forces.csv:1: no column is recognised as a joint; there are"), "{words}");
     assert_eq!(std::fs::read_to_string(to.path().join("summary.csv")).unwrap().lines().count(), 2);
 
     // A damaged recording is one all the same.

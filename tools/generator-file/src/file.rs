@@ -1,4 +1,4 @@
-//! The generator file: which generator, its numbers with their units in the keys, and where they came from.
+//! The generator file: kind of generator, its numbers with their units in the keys, and their provenance.
 //!
 //! ```toml
 //! schema = 2
@@ -15,7 +15,7 @@
 //! ...
 //! ```
 //! Layout and ranges of a kind's table are in its file in `joint-loop/src/generator`. Numbers are written in the shortest form that reads
-//! back to the same bits. Every key has to be there, except `events` of a follower, which is then `none`.
+//! back to the same bits. Every key is required, except `events` of a follower, whose default is `none`.
 
 use std::path::Path;
 
@@ -37,10 +37,10 @@ use crate::toml_file::{FileError, Problem, TomlFile};
 /// Version of the layout. In version 1 the kind `phase-coupled` was called `robust`.
 pub const SCHEMA: u32 = 2;
 
-/// How a file of another version is made again.
+/// Advice for a file of another version.
 const MAKE_AGAIN: &str = "make the file again with `footfall fit` or `footfall defaults generator`";
 
-/// Where the parameters came from. All texts may be empty.
+/// Provenance of the parameters. All texts may be empty.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
@@ -54,10 +54,10 @@ pub struct Provenance {
     pub settings: String,
 }
 
-/// A file.
+/// A generator file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GeneratorFile {
-    /// Where the numbers came from.
+    /// Provenance of the numbers.
     pub provenance: Provenance,
     /// The numbers.
     pub set: GeneratorSet,
@@ -83,7 +83,7 @@ impl GeneratorFile {
     /// Reads a file.
     ///
     /// # Errors
-    /// The first thing that is wrong with it, with line and key.
+    /// The first error in the file, with line and key.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         Self::of(&TomlFile::read(path)?)
     }
@@ -109,7 +109,7 @@ impl GeneratorFile {
         if !GeneratorConfig::NAMES.contains(&kind.as_str()) {
             return Err(unknown_kind());
         }
-        // The table of another kind is a mistake.
+        // The table of another kind is an error.
         top.only(&["schema", "generator", "provenance", &kind])?;
         let provenance: Provenance = top.get("provenance")?;
         let set = top
@@ -127,7 +127,7 @@ impl GeneratorFile {
     /// The text of the file.
     #[must_use]
     pub fn to_toml(&self) -> String {
-        // Strings, numbers and tables with scalars first: there is nothing that TOML cannot hold.
+        // Strings, numbers and tables with scalars first: TOML can represent all of them.
         toml::to_string(self).unwrap_or_default()
     }
 }
@@ -196,17 +196,17 @@ mod tests {
         }
     }
 
-    /// The shipped robust file builds the very walk that the board ships: same bits for a minute.
+    /// The default file builds the default walk of the board: the same bits after a minute.
     #[test]
-    fn the_shipped_file_is_the_shipped_walk() {
+    fn the_default_file_is_the_default_walk() {
         let set = GeneratorFile::default_of("phase-coupled").unwrap().set;
         let mut from_file = set.build(Period::MILLISECOND).unwrap();
-        let mut shipped = cpg_core::gait::default_walk::default_walk(Period::MILLISECOND).unwrap();
+        let mut built_in = cpg_core::gait::default_walk::default_walk(Period::MILLISECOND).unwrap();
         for _ in 0..60_000 {
             from_file.step();
-            shipped.step();
+            built_in.step();
         }
-        assert_eq!(from_file.angles(), shipped.angles());
+        assert_eq!(from_file.angles(), built_in.angles());
     }
 
     /// A follower's events may be left out, and then there are none; another word is refused with those that are allowed.

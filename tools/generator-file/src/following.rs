@@ -1,13 +1,13 @@
-//! How a follower locks on its own walker: the core itself at 1 ms, on the template of the joint that its sensor is worn on.
+//! How a follower locks on a simulated person: the core itself at 1 ms; the person's angle is the template of the sensor's joint.
 //!
 //! | question | how it is measured |
 //! |---|---|
-//! | lock time | the walker at the template's cadence, from [`PHASES`] phases; the follower's own idea of the cadence off by [`MISMATCHES`]: until the estimate is within [`WITHIN_DEG`] and [`WITHIN_CADENCE`] for good, and locked |
-//! | false locks | starts that call themselves locked while [`WITHIN_DEG`] or more off for a second |
-//! | lock range | cadence of the walker from the template's outwards in steps of [`RANGE_STEP`]: as far as every start phase locks within [`SOON_S`] seconds, which are fewer strides the slower he is; what the estimator is clamped to is its end |
-//! | steady phase error | standard deviation of the driven phase's over [`STEADY_STRIDES`] strides whose times vary by [`STRIDE_SD`] |
+//! | lock time | the person walks at the template's cadence, from [`PHASES`] start phases; the follower's first estimate of the cadence is off by [`MISMATCHES`]; time until it is locked and the estimate stays within [`WITHIN_DEG`] and [`WITHIN_CADENCE`] |
+//! | false locks | starts whose status is locked for a second while the phase is off by [`WITHIN_DEG`] or more |
+//! | lock range | cadence of the person, from the template's outwards in steps of [`RANGE_STEP`], as long as every start phase locks within [`SOON_S`] seconds (fewer strides at a lower cadence); it ends at the limits of the estimator |
+//! | steady phase error | standard deviation of the error of the driven phase over [`STEADY_STRIDES`] strides whose times vary by [`STRIDE_SD`] |
 //!
-//! On the angle there is normal noise of [`NOISE_DEG`]. A start begins with the first sample, with nothing driven and nothing learned.
+//! The angle has normal noise of [`NOISE_DEG`]. Each start begins with a new follower.
 
 use std::f64::consts::TAU;
 
@@ -24,56 +24,56 @@ use crate::random::Random;
 
 /// Start phases.
 pub const PHASES: u32 = 12;
-/// How far the cadence that a follower begins with is off the walker's, in parts of that.
+/// Errors of the follower's first estimate of the cadence, divided by the person's cadence.
 pub const MISMATCHES: [f64; 9] = [-0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.4];
-/// Phase error that a lock stays within, degrees.
+/// Largest phase error of a lock, degrees.
 pub const WITHIN_DEG: f64 = 18.0;
-/// Error of the cadence that it stays within.
+/// Largest relative error of the cadence of a lock.
 pub const WITHIN_CADENCE: f64 = 0.03;
 /// Every start has to lock within this time, seconds.
 pub const SOON_S: f64 = 4.0;
-/// Time that a start is watched, seconds.
+/// Duration of a start, seconds.
 const WATCHED_S: f64 = 6.0;
-/// Time that a lock at the edge of the range has to last, seconds.
+/// Time for which a lock at the edge of the range has to last, seconds.
 const LASTS_S: f64 = 1.0;
-/// Step of the lock range.
+/// Step of the lock range, divided by the template's cadence.
 pub const RANGE_STEP: f64 = 0.05;
-/// Strides over which the steady phase error is taken.
+/// Strides over which the steady phase error is measured.
 pub const STEADY_STRIDES: f64 = 40.0;
-/// Standard deviation of the stride times meanwhile: that of recorded walkers.
+/// Standard deviation of the stride times meanwhile, relative: that of recorded persons.
 pub const STRIDE_SD: f64 = 0.015;
 /// Standard deviation of the noise on the angle, degrees.
 pub const NOISE_DEG: f64 = 0.1;
 
-/// What a follower does on its own walker.
+/// Measurements of a follower on a simulated person.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Following {
-    /// Joint that the sensor is worn on.
+    /// Joint of the sensor.
     pub sensor: &'static str,
-    /// What tells moments of the stride beside the angle; heels do not strike here.
+    /// Source of stride events beside the angle; the simulated person has no heel strikes.
     pub events: &'static str,
     /// Starts that were tried: phases times mismatches.
     pub starts: u32,
-    /// Those that did not lock within [`SOON_S`].
+    /// Starts that did not lock within [`SOON_S`].
     pub late: u32,
-    /// Start phase in cycles and mismatch of the first of these.
+    /// Start phase in cycles and mismatch of the first late start.
     pub first_late: Option<[f64; 2]>,
-    /// Median of the lock times, seconds; none where half of them never lock.
+    /// Median of the lock times, seconds; none if half of them never lock.
     pub lock_median_s: Option<f64>,
-    /// The longest; none where one never locks.
+    /// The longest lock time, seconds; none if one start never locks.
     pub lock_worst_s: Option<f64>,
-    /// Starts that called themselves locked and were not.
+    /// Starts with a false lock.
     pub false_locks: u32,
-    /// Lowest and highest cadence, in parts of the template's, up to which every start phase locks; none where not even its own does.
+    /// Lowest and highest cadence, divided by the template's, up to which every start phase locks; none if not even the template's does.
     pub lock_range: Option<[f64; 2]>,
-    /// What the estimator is clamped to: the range ends there at the latest.
+    /// Limits of the estimator, divided by the template's cadence: the largest possible lock range.
     pub clamped_to: [f64; 2],
-    /// Standard deviation of the steady phase error, degrees of the stride; none where it does not stay locked.
+    /// Standard deviation of the steady phase error, degrees of the stride; none if it does not stay locked.
     pub phase_sd_deg: Option<f64>,
 }
 
 impl Following {
-    /// Why it is no follower, if it is none.
+    /// Why the follower is refused; none if it is accepted.
     #[must_use]
     pub fn refused_because(&self) -> Option<String> {
         if let Some([phase, mismatch]) = self.first_late {
@@ -85,10 +85,10 @@ impl Following {
             ));
         }
         (self.false_locks > 0)
-            .then(|| format!("{} of {} starts lock on another phase than the walker's", self.false_locks, self.starts))
+            .then(|| format!("{} of {} starts lock on another phase than the person's", self.false_locks, self.starts))
     }
 
-    /// As lines of a table.
+    /// The rows of a table for people: name and text.
     #[must_use]
     pub fn in_words(&self) -> [(&'static str, String); 3] {
         let time = |time: Option<f64>| time.map_or("never".into(), |s| format!("{s:.2} s"));
@@ -107,11 +107,11 @@ impl Following {
         let steady = self.phase_sd_deg.map_or("it does not stay locked".into(), |sd| {
             format!("{sd:.2} deg sd, with stride times that vary by {:.1} %", 100.0 * STRIDE_SD)
         });
-        [("lock on a walker", lock), ("lock range", range), ("steady phase error", steady)]
+        [("lock on a person", lock), ("lock range", range), ("steady phase error", steady)]
     }
 }
 
-/// A walker who wears the sensor.
+/// A simulated person with the sensor.
 #[derive(Debug, Clone)]
 struct SimulatedPerson {
     template: Template,
@@ -136,60 +136,62 @@ impl SimulatedPerson {
         Phase::from_cycles(self.cycles.rem_euclid(1.0) as f32)
     }
 
-    /// How far a phase is behind, degrees.
+    /// How far `phase` is behind the person's, degrees.
     fn off(&self, phase: Phase) -> f64 {
         f64::from(self.phase().radians_after(phase).0).to_degrees()
     }
 }
 
-/// A generator as it runs on the board: one that follows is led by its own walker.
+/// A generator as it runs on the board; a follower gets the angles of a simulated person.
 pub(crate) struct Led {
     pub(crate) generator: BoardGenerator,
-    walker: Option<SimulatedPerson>,
+    person: Option<SimulatedPerson>,
     ticks_per_period: f64,
 }
 
 impl Led {
     pub(crate) fn new(set: &GeneratorSet, period: Period) -> Result<Self, String> {
         let generator = set.build(period).map_err(|error| error.to_string())?;
-        let walker = match set.config() {
+        let person = match set.config() {
             GeneratorConfig::Follow(config) => {
                 let shapes = config.shape.shapes().map_err(|error| error.to_string())?;
                 Some(SimulatedPerson::new(shapes[config.sensor as usize], 0.0, f64::from(config.shape.stride_s)))
             }
             _ => None,
         };
-        Ok(Self { generator, walker, ticks_per_period: f64::from(period.micros()) * 1e-3 })
+        Ok(Self { generator, person, ticks_per_period: f64::from(period.micros()) * 1e-3 })
     }
 
     pub(crate) fn step(&mut self) {
-        if let Some(walker) = &mut self.walker {
-            walker.cycles += walker.rate * self.ticks_per_period;
-            let angle = Radians(walker.template.at(walker.phase()).angle);
+        if let Some(person) = &mut self.person {
+            person.cycles += person.rate * self.ticks_per_period;
+            let angle = Radians(person.template.at(person.phase()).angle);
             self.generator.observe(Some(angle));
         }
         self.generator.step();
     }
 }
 
-/// What came of a start: when it was locked for good, and whether it said so while it was not.
+/// The result of a start.
 struct Start {
+    /// Lock time, seconds.
     locked_s: Option<f64>,
+    /// Whether there was a false lock.
     falsely: bool,
 }
 
 impl Start {
-    /// Watches a follower and its walker for so long, or until a lock has lasted for so long.
-    fn of(mut legs: Follower, mut walker: SimulatedPerson, watched_s: f64, lasts_s: f64) -> Self {
-        let cadence = TAU * 1e3 * walker.rate;
+    /// Runs a follower on a person for `watched_s` seconds, or until a lock has lasted for `lasts_s` seconds.
+    fn of(mut follower: Follower, mut person: SimulatedPerson, watched_s: f64, lasts_s: f64) -> Self {
+        let cadence = TAU * 1e3 * person.rate;
         let (mut last_bad, mut wrong_for, mut falsely) = (0, 0, false);
         let (ticks, lasts) = ((watched_s * 1e3) as u32, (lasts_s * 1e3) as u32);
         for tick in 1..=ticks {
-            legs.observe(Some(walker.tick()));
-            legs.step();
-            let lock = legs.phase_lock();
-            let off = walker.off(lock.phase()).abs() >= WITHIN_DEG;
-            let locked = legs.status().state == Lock::Locked;
+            follower.observe(Some(person.tick()));
+            follower.step();
+            let lock = follower.phase_lock();
+            let off = person.off(lock.phase()).abs() >= WITHIN_DEG;
+            let locked = follower.status().state == Lock::Locked;
             wrong_for = if off && locked { wrong_for + 1 } else { 0 };
             falsely |= wrong_for >= 1000;
             if off || !locked || (f64::from(lock.frequency().0) / cadence - 1.0).abs() >= WITHIN_CADENCE {
@@ -217,8 +219,8 @@ struct Bench {
 }
 
 impl Bench {
-    /// One that takes the stride to be that long.
-    fn legs(&self, stride_s: f64) -> Result<Follower, BuildError> {
+    /// A follower whose first estimate of the stride is `stride_s`.
+    fn follower_of(&self, stride_s: f64) -> Result<Follower, BuildError> {
         let mut config = self.config.entrained();
         config.lock.stride_s = stride_s as f32;
         config.build(self.shapes, self.config.sensor, Period::MILLISECOND)
@@ -228,43 +230,43 @@ impl Bench {
         SimulatedPerson::new(self.shapes[self.config.sensor as usize], phase, stride_s)
     }
 
-    /// Whether every start phase locks soon at this cadence, in parts of the template's.
-    fn locks(&self, legs: &Follower, ratio: f64) -> bool {
+    /// Whether every start phase locks soon if the person's cadence is `ratio` times the template's.
+    fn locks(&self, follower: &Follower, ratio: f64) -> bool {
         phases().all(|phase| {
             let start =
-                Start::of(*legs, self.simulated_person(phase, self.stride_s / ratio), SOON_S + LASTS_S, LASTS_S);
+                Start::of(*follower, self.simulated_person(phase, self.stride_s / ratio), SOON_S + LASTS_S, LASTS_S);
             start.is_soon() && !start.falsely
         })
     }
 
-    /// The last step outwards that locks.
-    fn edge(&self, legs: &Follower, limit: f64) -> f64 {
+    /// The outermost step towards `limit` that locks.
+    fn edge(&self, follower: &Follower, limit: f64) -> f64 {
         let step = if limit > 1.0 { RANGE_STEP } else { -RANGE_STEP };
         let steps = ((limit - 1.0) / step + 1e-3) as u32;
-        // To the step: 0.85 and not what a sum comes to.
+        // Rounded to the step: 0.85, not 0.8500000001.
         let ratio = |n: u32| (100.0 * (1.0 + step * f64::from(n))).round() / 100.0;
-        (1..=steps).map(ratio).take_while(|&ratio| self.locks(legs, ratio)).last().unwrap_or(1.0)
+        (1..=steps).map(ratio).take_while(|&ratio| self.locks(follower, ratio)).last().unwrap_or(1.0)
     }
 
-    fn steady(&self, mut legs: Follower) -> Option<f64> {
-        let mut walker = self.simulated_person(0.0, self.stride_s);
+    fn steady(&self, mut follower: Follower) -> Option<f64> {
+        let mut person = self.simulated_person(0.0, self.stride_s);
         let mut errors = vec![];
         let settled = WATCHED_S * 1e3;
         let mut tick = 0.0;
-        while walker.cycles < STEADY_STRIDES + settled * 1e-3 / self.stride_s {
-            let before = walker.cycles.floor();
-            legs.observe(Some(walker.tick()));
-            legs.step();
-            if walker.cycles.floor() > before {
-                let varied = (1.0 + STRIDE_SD * walker.random.normal()).clamp(0.9, 1.1);
-                walker.rate = 1e-3 / (self.stride_s * varied);
+        while person.cycles < STEADY_STRIDES + settled * 1e-3 / self.stride_s {
+            let before = person.cycles.floor();
+            follower.observe(Some(person.tick()));
+            follower.step();
+            if person.cycles.floor() > before {
+                let varied = (1.0 + STRIDE_SD * person.random.normal()).clamp(0.9, 1.1);
+                person.rate = 1e-3 / (self.stride_s * varied);
             }
             tick += 1.0;
             if tick > settled {
-                if legs.status().state != Lock::Locked {
+                if follower.status().state != Lock::Locked {
                     return None;
                 }
-                errors.push(walker.off(legs.phase()));
+                errors.push(person.off(follower.phase()));
             }
         }
         let count = errors.len() as f64;
@@ -284,15 +286,15 @@ pub fn following(config: &FollowConfig) -> Result<Following, String> {
         shapes: config.shape.shapes().map_err(words)?,
         stride_s: f64::from(config.shape.stride_s),
     };
-    let legs = bench.legs(bench.stride_s).map_err(words)?;
+    let follower = bench.follower_of(bench.stride_s).map_err(words)?;
 
     let mut times = vec![];
     let (mut late, mut first_late, mut false_locks) = (0, None, 0);
     for mismatch in MISMATCHES {
-        // A stride that no estimator may begin with is not begun with.
-        let Ok(legs) = bench.legs(bench.stride_s / (1.0 + mismatch)) else { continue };
+        // A stride out of the estimator's range is left out.
+        let Ok(follower) = bench.follower_of(bench.stride_s / (1.0 + mismatch)) else { continue };
         for phase in phases() {
-            let start = Start::of(legs, bench.simulated_person(phase, bench.stride_s), WATCHED_S, WATCHED_S);
+            let start = Start::of(follower, bench.simulated_person(phase, bench.stride_s), WATCHED_S, WATCHED_S);
             if !start.is_soon() {
                 late += 1;
                 first_late = first_late.or(Some([phase, mismatch]));
@@ -303,7 +305,7 @@ pub fn following(config: &FollowConfig) -> Result<Following, String> {
     }
     times.sort_by(f64::total_cmp);
     let finite = |time: Option<&f64>| time.copied().filter(|time| time.is_finite());
-    // Shortest decimals: 0.3 and not what an f32 makes of it.
+    // Rounded: 0.3, not the nearest f32.
     let range = config.entrained().lock.frequency_range;
     let [low, high] = [range.0, range.1].map(|factor| (1e3 * f64::from(factor)).round() / 1e3);
     Ok(Following {
@@ -315,9 +317,9 @@ pub fn following(config: &FollowConfig) -> Result<Following, String> {
         lock_median_s: finite(times.get(times.len() / 2)),
         lock_worst_s: finite(times.last()),
         false_locks,
-        lock_range: bench.locks(&legs, 1.0).then(|| [bench.edge(&legs, low), bench.edge(&legs, high)]),
+        lock_range: bench.locks(&follower, 1.0).then(|| [bench.edge(&follower, low), bench.edge(&follower, high)]),
         clamped_to: [low, high],
-        phase_sd_deg: bench.steady(legs),
+        phase_sd_deg: bench.steady(follower),
     })
 }
 
@@ -345,7 +347,7 @@ mod tests {
     const HIP: [f32; 3] = [20.0, -4.5, 0.8];
     const KNEE: [f32; 3] = [18.0, -10.0, 3.0];
 
-    /// Hips lock from every start; what is reported is what single starts do.
+    /// A hip locks from every start; the report agrees with single starts.
     #[test]
     fn a_hip_locks_from_every_start_and_over_a_range() {
         let config = config(Joint::RightHip, HIP, KNEE);
@@ -355,17 +357,17 @@ mod tests {
         assert!((1.0..2.5).contains(&median) && (median..=SOON_S).contains(&worst), "{got:?}");
         let [low, high] = got.lock_range.unwrap();
         assert!((0.5..=0.9).contains(&low) && (1.4..=2.5).contains(&high) && got.clamped_to == [0.3, 2.5], "{got:?}");
-        // Stride times that vary by 5.4 degrees of a stride leave the phase within less than that, and not still.
+        // Stride times that vary by 5.4 degrees of a stride cause a smaller phase error, but not none.
         assert!(got.phase_sd_deg.is_some_and(|sd| (0.3..3.0).contains(&sd)), "{got:?}");
 
         let bench = Bench { config, shapes: config.shape.shapes().unwrap(), stride_s: 1.1 };
-        let legs = bench.legs(1.1).unwrap();
-        assert!(bench.locks(&legs, low) && !bench.locks(&legs, low - RANGE_STEP), "{got:?}");
-        let alone = Start::of(legs, bench.simulated_person(0.25, 1.1), 20.0, 20.0).locked_s.unwrap();
+        let follower = bench.follower_of(1.1).unwrap();
+        assert!(bench.locks(&follower, low) && !bench.locks(&follower, low - RANGE_STEP), "{got:?}");
+        let alone = Start::of(follower, bench.simulated_person(0.25, 1.1), 20.0, 20.0).locked_s.unwrap();
         assert!(alone <= worst, "{alone} s");
     }
 
-    /// A waveform of two equal waves a stride, whose own frequency hardly shows, is locked on by chance only: refused, in words.
+    /// A waveform with two nearly equal waves a stride locks only by chance: refused, with the reason.
     #[test]
     fn a_waveform_that_cannot_be_locked_on_is_refused() {
         let got = following(&config(Joint::LeftHip, [1.0, 20.0, 0.0], KNEE)).unwrap();

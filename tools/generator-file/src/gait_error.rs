@@ -1,18 +1,18 @@
-//! How well a generator can walk at all: the error of the best linear read-out of its state over several strides.
+//! Gait error of a generator: the error of the best linear read-out of its state over several strides.
 //!
 //! ```text
 //! a_j(k + s mod P) = c_j0 + sum_m c_jm f_m(k),   k = 0 .. n P,   c by least squares, s the best common shift
 //! ```
-//! P points are a stride of the walker, n P those of n strides of the generator: over one alone a slow change of its state, which does not
-//! come again, would be taken for a part of the waveform. Features are centred and scaled to a mean square of 1.
+//! P points are a stride of the person, n P those of n strides of the generator: over one stride alone a slow change of the state, which
+//! does not repeat, would count as a part of the waveform. Features are centred and scaled to a mean square of 1.
 //!
-//! Joints that are nearly sinusoids have any waveform in them as a trace of a percent, and weights of hundreds would read it out. A
-//! state is not as exact as that on a leg: the weights are those that are best if each feature is off by [`NOISE`] of its size, which is
-//! a ridge of its square, and what that much noise adds to the error is told beside it.
+//! A nearly sinusoidal state contains any waveform with an amplitude of about a percent, and weights of hundreds would amplify it. The
+//! state of a real leg is not so exact. The weights are therefore optimal for features with noise of [`NOISE`] of their size (a ridge of
+//! its square), and the error that this noise adds is reported separately.
 
 use nalgebra::{DMatrix, DVector};
 
-/// What each feature is taken to be off by, in parts of its root mean square.
+/// Assumed noise of each feature, divided by its root mean square.
 pub const NOISE: f64 = 0.01;
 
 /// Root mean square errors over the stride, left and right together, degrees.
@@ -29,7 +29,7 @@ pub struct GaitError {
 pub struct Readout {
     /// Its error without noise.
     pub error: GaitError,
-    /// Root mean square, over the joints, of what [`NOISE`] on each feature adds, degrees.
+    /// Root mean square, over the joints, of the error that [`NOISE`] on each feature adds, degrees.
     pub noise_deg: f64,
 }
 
@@ -78,7 +78,7 @@ pub fn readout(features: &[Vec<f64>], wanted: &[Vec<f64>; 4]) -> Readout {
         joint.iter().map(|a| a - mean).collect::<Vec<f64>>()
     });
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / a.len() as f64;
-    // Against a target that repeats, what counts of a feature is its mean over the strides.
+    // The target repeats, so only the mean of a feature over the strides matters.
     let folded: Vec<Vec<f64>> = columns
         .iter()
         .map(|column| {
@@ -128,9 +128,9 @@ mod tests {
         (0..200).map(|k| orders.iter().map(|(order, size)| size * (order * at(k)).cos()).sum()).collect()
     }
 
-    /// What a read-out leaves is the part of the target that is orthogonal to its features; nothing depends on scale or offset.
+    /// The error is the part of the target that is orthogonal to the features; scale and offset have no effect.
     #[test]
-    fn what_is_left_is_what_the_features_lack() {
+    fn the_error_is_what_the_features_lack() {
         let wanted = [0.0, 0.5, 0.2, 0.7].map(|lead| wave(lead, &[(1.0, 20.0), (2.0, 3.0), (3.0, 1.0)]));
         let harmonics = |n: u32| -> Vec<Vec<f64>> {
             let pair = |k: u32| [0.0, 0.25 / f64::from(k)].map(|lead| wave(lead, &[(f64::from(k), 7.0)]));
@@ -141,16 +141,16 @@ mod tests {
             let got = readout(&harmonics(n), &wanted).error;
             assert!((got.hip_deg - left).abs() < 2e-3 && (got.knee_deg - left).abs() < 2e-3, "{n}: {got:?}, {left}");
         }
-        // The same feature twice, and one that is constant, change nothing.
+        // A repeated feature and a constant one have no effect.
         let mut features = harmonics(2);
         features.extend([features[0].clone(), vec![4.0; 200]]);
         assert!((readout(&features, &wanted).error.hip_deg - left[1]).abs() < 2e-3);
         assert!((readout(&[], &wanted).error.hip_deg - (410.0f64 / 2.0).sqrt()).abs() < 1e-9);
     }
 
-    /// A trace of a harmonic can be read out, but what noise then adds says what that is worth.
+    /// A small harmonic can be read out, but then noise adds a large error.
     #[test]
-    fn noise_tells_a_trace_from_a_waveform() {
+    fn noise_shows_that_a_harmonic_is_too_small() {
         let wanted = [0.0, 0.5, 0.2, 0.7].map(|lead| wave(lead, &[(1.0, 20.0), (2.0, 3.0)]));
         let both = |size: f64| {
             let pair = |order: f64| [0.0, 0.25 / order].map(|lead| wave(lead, &[(1.0, 1.0), (order, size)]));
@@ -162,9 +162,9 @@ mod tests {
         assert!(trace.error.hip_deg > 0.2 && trace.noise_deg > 3.0 * clear.noise_deg, "{trace:?}");
     }
 
-    /// Over several strides the read-out is the same, but what does not come again is of no use.
+    /// Over several strides the read-out is the same, but a feature that does not repeat is of no use.
     #[test]
-    fn what_does_not_repeat_is_no_feature() {
+    fn a_feature_that_does_not_repeat_is_of_no_use() {
         let wanted = [0.0, 0.5, 0.2, 0.7].map(|lead| wave(lead, &[(1.0, 20.0), (2.0, 3.0)]));
         let mut features = [0.0, 0.25].map(|lead| wave(lead, &[(1.0, 1.0)]).repeat(10)).to_vec();
         let left = 3.0 / 2f64.sqrt();

@@ -1,4 +1,4 @@
-//! A walker: a generator's parameters as a file that says where they came from, and the certificate that goes with them.
+//! Generator files: the parameters of a generator with their provenance, and the certificate of what the generator does.
 //!
 //! ```
 //! use generator_file::file::{GeneratorSet, GeneratorFile};
@@ -13,8 +13,9 @@ pub mod entrainment;
 pub mod file;
 pub mod following;
 pub mod gait_error;
-mod in_single;
+mod model;
+mod orbit;
 mod random;
-mod specimen;
+mod single_precision;
 pub mod toml_file;
 pub mod toml_table;

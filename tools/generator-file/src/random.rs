@@ -1,11 +1,11 @@
-//! The same random numbers on every machine.
+//! Random numbers that are the same on every machine.
 
 /// Splitmix64.
 #[derive(Debug, Clone)]
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    /// From 0 to 1.
+    /// Uniform from 0 to 1.
     fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -14,7 +14,7 @@ impl Random {
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Evenly from -size to size.
+    /// Uniform from -size to size.
     pub(crate) fn within(&mut self, size: f64) -> f64 {
         size * (2.0 * self.unit() - 1.0)
     }

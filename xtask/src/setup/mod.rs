@@ -12,24 +12,13 @@ use std::path::Path;
 
 use anyhow::Result;
 
+use crate::missing_requirement::MissingRequirement;
 use crate::toolchain::{self, Method, Toolchain};
 use apt::{Apt, Effort};
 use package_manager::PackageManager;
 use tool::{DEBIAN_COMPILER, Tool};
 
 pub(crate) use need::{Need, REQUIRE, Required};
-
-/// This computer lacks something that is required; the message says what to do. The program then exits with code 2.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct MissingRequirement(pub(crate) String);
-
-impl std::fmt::Display for MissingRequirement {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for MissingRequirement {}
 
 /// A need that this computer does not meet.
 #[derive(Debug, Clone)]

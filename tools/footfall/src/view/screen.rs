@@ -281,7 +281,7 @@ mod tests {
         view.pins_us = [None; 4];
         let screen = shown(&view, 100, 30);
         for words in
-            ["SHADOW: nothing is driven", "following: locked", "phase error -3.2 deg", "1600 us", "footfall watch"]
+            ["SHADOW MODE: outputs off", "following: locked", "phase error -3.2 deg", "1600 us", "footfall watch"]
         {
             assert!(screen.contains(words), "no `{words}` in\n{screen}");
         }

@@ -1,4 +1,4 @@
-//! The generators as the certificate sees them: every state in parts of its amplitude.
+//! The `f64` models that the certificate measures: generators whose states can be read and set, each divided by its amplitude.
 
 use cpg_core::network::graph::{Biped, HipKnee, LeftRight};
 use cpg_core::network::phase_coupled::RobustConfig;
@@ -6,15 +6,28 @@ use cpg_core::{BOUND_FACTOR, Generator, OscillatorState, Oscillators, Rk4, Secon
 use joint_loop::GeneratorConfig;
 use joint_units::Period;
 
-use crate::certificate::Specimen;
 use crate::file::GeneratorSet;
 
-/// The model of a generator; `None` where the only state is a phase, which nothing can push off its cycle.
+/// A generator in `f64` whose states can be read and set.
+pub(crate) trait Model {
+    /// One step.
+    fn step(&mut self);
+    /// Every state, displacements first, each divided by its amplitude.
+    fn state(&self) -> Vec<f64>;
+    /// Sets every state; `false` and no change if one is out of bounds.
+    fn set_state(&mut self, state: &[f64]) -> bool;
+    /// Whether every state is finite and within its bound.
+    fn sound(&self) -> bool;
+    /// A copy.
+    fn copy(&self) -> Box<dyn Model>;
+}
+
+/// The model of a generator; `None` if its only state is a phase, which no perturbation moves off the cycle.
 ///
 /// # Errors
-/// The rule that a number breaks.
-pub(crate) fn specimen(set: &GeneratorSet, period: Period) -> Result<Option<Box<dyn Specimen>>, String> {
-    let specimen: Box<dyn Specimen> = match (set, set.config()) {
+/// The generator cannot be built; the text says why.
+pub(crate) fn model(set: &GeneratorSet, period: Period) -> Result<Option<Box<dyn Model>>, String> {
+    let model: Box<dyn Model> = match (set, set.config()) {
         (_, GeneratorConfig::PhaseCoupled(config)) => {
             let config = RobustConfig {
                 natural_period: f64::from(config.natural_period),
@@ -24,21 +37,21 @@ pub(crate) fn specimen(set: &GeneratorSet, period: Period) -> Result<Option<Box<
                 amplitudes: config.amplitudes,
                 offsets: config.offsets,
             };
-            Box::new(Orbiting(config.build::<Biped, Rk4>(period).map_err(|e| e.to_string())?))
+            Box::new(Network(config.build::<Biped, Rk4>(period).map_err(|e| e.to_string())?))
         }
-        (GeneratorSet::Thesis(set), _) => Box::new(Orbiting(
+        (GeneratorSet::Thesis(set), _) => Box::new(Network(
             set.config_of::<f64>().build::<LeftRight, HipKnee, Rk4>(period).map_err(|e| e.to_string())?,
         )),
         _ => return Ok(None),
     };
-    Ok(Some(specimen))
+    Ok(Some(model))
 }
 
 /// A network of second-order oscillators.
 #[derive(Clone)]
-pub(crate) struct Orbiting<F>(pub(crate) Oscillators<F, 4, f64, Rk4>);
+struct Network<F>(Oscillators<F, 4, f64, Rk4>);
 
-impl<F: SecondOrder<f64, 4> + Copy + 'static> Specimen for Orbiting<F> {
+impl<F: SecondOrder<f64, 4> + Copy + 'static> Model for Network<F> {
     fn step(&mut self) {
         self.0.step();
     }
@@ -64,7 +77,7 @@ impl<F: SecondOrder<f64, 4> + Copy + 'static> Specimen for Orbiting<F> {
         sound.is_ok()
     }
 
-    fn copy(&self) -> Box<dyn Specimen> {
+    fn copy(&self) -> Box<dyn Model> {
         Box::new(self.clone())
     }
 }

@@ -1,14 +1,29 @@
-//! What a certificate measures on the generator in f32, as the board runs it: peaks against the gate's limits, and the longest step.
+//! Measurements of a generator in `f32`, as the board runs it: peaks against the gate's limits, and the longest control period.
 
 use cpg_core::Generator;
 use joint_loop::LoopConfig;
 use joint_units::{Joint, Period};
+use serde::Serialize;
 
-use crate::certificate::JointPeaks;
 use crate::file::GeneratorSet;
 use crate::following::Led;
 
-/// Longest control period in milliseconds at which the period comes out right within 1 percent, to 0.1 ms.
+/// Amplitude and peaks of a joint.
+#[derive(Debug, Clone, Serialize)]
+pub struct JointPeaks {
+    /// `left_hip`, `right_hip`, `left_knee` or `right_knee`.
+    pub name: &'static str,
+    /// Half the difference of the extremes, degrees.
+    pub amplitude_deg: f64,
+    /// Largest rate, degrees per second.
+    pub peak_velocity_deg_s: f64,
+    /// Largest acceleration, degrees per second squared.
+    pub peak_acceleration_deg_s2: f64,
+    /// Whether neither peak is above the gate's limit.
+    pub inside_gate: bool,
+}
+
+/// Longest control period in milliseconds at which the stride period is right within 1 percent; resolution 0.1 ms.
 pub(crate) fn largest_step(set: &GeneratorSet, period_s: f64) -> f64 {
     let right = |micros: u32| {
         let Some(mut led) = Period::from_micros(micros).and_then(|period| Led::new(set, period).ok()) else {
@@ -45,7 +60,7 @@ pub(crate) fn largest_step(set: &GeneratorSet, period_s: f64) -> f64 {
     f64::from(good) * 1e-3
 }
 
-/// Peaks over five strides after twenty, in f32 at 1 ms, and whether the state stayed sound.
+/// Peaks over five strides after twenty, in f32 at 1 ms, and whether every state stayed within its bound.
 pub(crate) fn peaks(set: &GeneratorSet, gate: &LoopConfig) -> Result<(Vec<JointPeaks>, bool), String> {
     let mut led = Led::new(set, Period::MILLISECOND)?;
     let stride = (set.stride_guess_s() * 1e3) as u32;

@@ -1,0 +1,114 @@
+//! The table that describes a board, and the types of its entries.
+
+use core::fmt;
+
+use joint_units::Volts;
+
+/// A port of pins, by its letter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[allow(missing_docs, reason = "the letters of the ports")]
+pub enum Port {
+    A,
+    B,
+    C,
+    D,
+    E,
+}
+
+/// One pin of a port.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Pin {
+    /// As printed in data sheets and on boards: `PE9`.
+    pub name: &'static str,
+    /// The port.
+    pub port: Port,
+    /// 0 to 15.
+    pub number: u8,
+}
+
+impl Pin {
+    /// The pin of that name. In a constant, a wrong name stops the build.
+    pub(super) const fn new(name: &'static str) -> Self {
+        let (port, number) = match *name.as_bytes() {
+            [b'P', port, units @ b'0'..=b'9'] => (port, units - b'0'),
+            [b'P', port, b'1', units @ b'0'..=b'5'] => (port, 10 + units - b'0'),
+            _ => panic!("a pin is P, a letter from A to E and a number from 0 to 15"),
+        };
+        let port = match port {
+            b'A' => Port::A,
+            b'B' => Port::B,
+            b'C' => Port::C,
+            b'D' => Port::D,
+            b'E' => Port::E,
+            _ => panic!("a port is a letter from A to E"),
+        };
+        Self { name, port, number }
+    }
+}
+
+impl fmt::Display for Pin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+/// An input of the converter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AnalogInput {
+    /// The pin.
+    pub pin: Pin,
+    /// Its channel of ADC1.
+    pub channel: u8,
+}
+
+/// Source of the 8 MHz.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hse {
+    /// A crystal at the chip.
+    Crystal,
+    /// A clock signal, as from the debug probe of a Nucleo.
+    External,
+}
+
+/// The table that each board fills.
+#[derive(Debug)]
+pub struct Board {
+    /// As in the Cargo feature, and in the boot record.
+    pub name: &'static str,
+    /// As printed on the chip, and as probe-rs calls it.
+    pub chip: &'static str,
+    /// Source of HSE.
+    pub hse: Hse,
+    /// Supply below which no sample is good: below what the board's own regulator delivers.
+    pub min_supply: Volts,
+    /// Channel of ADC1 that the temperature sensor of the chip is on: 16, or 18 on the chips where it shares that with VBAT.
+    pub temperature_channel: u8,
+    /// Pins of TIM1 channels 1 to 4, all by alternate function 1: PA8 to PA11, or PE9, PE11, PE13, PE14 where the package has them.
+    pub servos: [Pin; 4],
+    /// Gait sensors 1 to 4. All are converted, whether a sensor is wired or not.
+    pub sensors: [AnalogInput; 4],
+    /// Foot switch: high while the foot is on the floor. A wire that is off never strikes.
+    pub foot_switch: Pin,
+    /// Emergency stop: the break input of TIM1, high stops.
+    pub emergency_stop: Pin,
+    /// User button; the board holds the line at its level when released.
+    pub button: Pin,
+    /// Level of a pressed button.
+    pub button_pressed: bool,
+    /// Synchronisation input: edges of another system's line.
+    pub sync_input: Pin,
+    /// Synchronisation output, see [`joint_loop::io::time_code`].
+    pub sync_output: Pin,
+    /// Lit while the servos get pulses; lit when the level is high.
+    pub led_pulses: Option<Pin>,
+    /// Lit in a fault; lit when the level is high.
+    pub led_fault: Option<Pin>,
+}
+
+/// The sensors' inputs of both boards: pins that neither uses for anything else.
+pub(super) const SENSORS: [AnalogInput; 4] = [
+    AnalogInput { pin: Pin::new("PA1"), channel: 1 },
+    AnalogInput { pin: Pin::new("PC1"), channel: 11 },
+    AnalogInput { pin: Pin::new("PB0"), channel: 8 },
+    AnalogInput { pin: Pin::new("PB1"), channel: 9 },
+];
