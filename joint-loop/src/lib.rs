@@ -85,7 +85,10 @@ pub use io::board::{BoardFaults, Command, MAX_ELAPSED, Sample};
 pub use io::frame::{Frame, SetpointHash};
 pub use motion::blend::BlendConfig;
 pub use motion::gate::{Gate, GateState, GateStatus, NonFinite};
-pub use motion::servo::{Direction, ServoConfig, ServoMap};
-pub use setup::config::{GateConfig, JointRange, LoopConfig, POSE_LIMITS, PoseLimit, PoseSense, anatomy};
+pub use motion::servo::ServoMap;
+pub use setup::config::LoopConfig;
+pub use setup::robot::{
+    DEFAULT_PARK, Direction, GateConfig, JointRange, POSE_LIMITS, PoseLimit, PoseSense, ServoConfig, anatomy,
+};
 pub use setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSOR_JOINT, SENSORS};
 pub use store::flash_record::FlashRecordError;

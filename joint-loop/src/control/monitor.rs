@@ -20,9 +20,8 @@
 
 use crate::control::button::Button;
 use crate::control::supervisor::{Cause, Demand};
-use crate::error::inside;
-use crate::setup::config::ticks;
-use crate::{BoardFaults, LoopError, MAX_ELAPSED};
+use crate::error::{LoopError, inside, ticks};
+use crate::io::board::{BoardFaults, MAX_ELAPSED};
 use hgod_adc::Validity;
 use joint_units::Period;
 

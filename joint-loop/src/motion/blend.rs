@@ -10,9 +10,8 @@
 //! a hurried one. At weight 0 the target is the park pose and at weight 1 the generator's angles, both bit for bit.
 
 use crate::control::supervisor::Motion;
-use crate::error::inside;
-use crate::setup::config::ticks;
-use crate::{GateConfig, LoopError};
+use crate::error::{LoopError, inside, ticks};
+use crate::setup::robot::{DEFAULT_PARK, GateConfig};
 use joint_units::{Joint, Period, Radians};
 
 /// Where motion begins and ends, and how long that takes.
@@ -32,7 +31,7 @@ impl BlendConfig {
     /// Hips at 0, knees at 5 degrees (a standing leg, off the knee's end stop); ramp 2 s: under two strides; stop 1 s: about
     /// one stride; hurry 0.3 s: the longest that a failing sensor or generator may go on.
     pub const DEFAULT: Self = Self {
-        park: [Radians(0.0), Radians(0.0), Radians::from_degrees(5.0), Radians::from_degrees(5.0)],
+        park: DEFAULT_PARK,
         ramp_s: 2.0,
         stop_s: 1.0,
         hurry_s: 0.3,
@@ -172,11 +171,10 @@ fn minimum_jerk(x: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::LoopConfig;
     use proptest::prelude::*;
 
     fn blend() -> Blend {
-        BlendConfig::DEFAULT.build(Period::MILLISECOND, &LoopConfig::default_biped().gate).expect("valid")
+        BlendConfig::DEFAULT.build(Period::MILLISECOND, &GateConfig::default_biped()).expect("valid")
     }
 
     #[test]

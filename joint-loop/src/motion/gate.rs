@@ -21,10 +21,9 @@
 //! A target that moves by w in this tick is approached in its own frame: the joint steps by w + u with the largest u that can
 //! still be braked away within the distance left. So it lands on the target without overshoot, and stays on it exactly.
 
-use crate::error::inside;
+use crate::error::{LoopError, inside};
 use crate::motion::limits::{Edge, Limits, STEPS};
-use crate::setup::config::{GateConfig, anatomy};
-use crate::{LoopError, POSE_LIMITS};
+use crate::setup::robot::{GateConfig, POSE_LIMITS, anatomy};
 use core::num::NonZeroU32;
 use joint_units::{Joint, Period, Radians};
 

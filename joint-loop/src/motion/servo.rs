@@ -6,55 +6,11 @@
 //! The order is test, clamp, cast: a cast of "not a number" to an integer is 0, and `clamp` lets it pass, so anything that is
 //! not finite is refused before either.
 
-use crate::error::inside;
-use crate::{JointRange, LoopError};
+use crate::error::{LoopError, inside};
+use crate::setup::robot::{Direction, JointRange, LONGEST, SHORTEST, ServoConfig};
 use joint_units::{Joint, PulseMicros, Radians};
 
-/// Shortest pulse that any servo may be given.
-pub(crate) const SHORTEST: PulseMicros = PulseMicros(500);
-/// Longest pulse that any servo may be given.
-pub(crate) const LONGEST: PulseMicros = PulseMicros(2_500);
-
-/// Whether flexion makes the pulse longer or shorter: the two sides of a body mount their servos as mirror images.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Direction {
-    /// Flexion lengthens the pulse.
-    Forward,
-    /// Flexion shortens the pulse.
-    Mirrored,
-}
-
-/// How one servo is built and mounted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ServoConfig {
-    /// Pulse of the neutral position. us, within `shortest..=longest`.
-    pub neutral: PulseMicros,
-    /// Angle of the joint at the neutral pulse. rad, -180 to 180 degrees.
-    pub angle_at_neutral: Radians,
-    /// Pulse change for one radian. us/rad, 100 to 2000; 636.62 for 1000 us in 90 degrees.
-    pub micros_per_radian: f32,
-    /// Which way it is mounted.
-    pub direction: Direction,
-    /// Shortest pulse it may be given. us, 500 to 2500.
-    pub shortest: PulseMicros,
-    /// Longest pulse it may be given. us, 500 to 2500, above `shortest`.
-    pub longest: PulseMicros,
-}
-
 impl ServoConfig {
-    /// A hobby servo that turns 180 degrees for 500 to 2500 us.
-    #[must_use]
-    pub const fn hobby(angle_at_neutral: Radians, direction: Direction) -> Self {
-        Self {
-            neutral: PulseMicros(1_500),
-            angle_at_neutral,
-            micros_per_radian: 636.62,
-            direction,
-            shortest: SHORTEST,
-            longest: LONGEST,
-        }
-    }
-
     /// Checks the fields and makes the map; `joint` is named in errors.
     ///
     /// # Errors

@@ -30,6 +30,7 @@ pub(crate) const fn bytes_of(words: usize) -> usize {
 
 /// Why bytes are no whole record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FlashRecordError {
     /// They do not begin with the magic word, and are not erased either.
     Magic {

@@ -2,7 +2,7 @@
 //! integers and on the angles that leave.
 
 use super::*;
-use crate::setup::config::{JointRange, LoopConfig, PoseLimit, PoseSense};
+use crate::setup::robot::{JointRange, PoseLimit, PoseSense};
 use joint_units::{RadPerSec, RadPerSec2};
 use proptest::prelude::*;
 
@@ -44,7 +44,7 @@ impl Random {
 }
 
 fn config() -> GateConfig {
-    LoopConfig::default_biped().gate
+    GateConfig::default_biped()
 }
 
 fn default() -> Gate {

@@ -1,4 +1,4 @@
-//! Arms, walks, stops: `cargo run -p joint-loop --example hello` prints state, knee angle and pulses every 250 ms.
+//! Arms, walks, stops: `cargo run -p joint-loop --example hello_loop` prints state, knee angle and pulses every 250 ms.
 
 use cpg_core::Unguided;
 use cpg_core::gait::default_walk::default_walk;
