@@ -6,7 +6,7 @@ use cpg_core::gait::default_walk::default_walk;
 use cpg_core::{Follow, Generator, Unguided};
 use joint_loop::{Cause, GateStatus, JointLoop, LoopConfig, SupervisorState};
 use joint_units::{Period, PulseMicros, Radians};
-use support::{Puppet, good, idle, press, puppet, reach, walker};
+use support::{Puppet, good, idle, press, puppet, reach, default_loop};
 
 const PARK: [Radians; 4] = [Radians(0.0), Radians(0.0), Radians::from_degrees(5.0), Radians::from_degrees(5.0)];
 const PARK_PULSES: [PulseMicros; 4] = [PulseMicros(1500), PulseMicros(1500), PulseMicros(1056), PulseMicros(1944)];
@@ -45,7 +45,7 @@ impl Course {
 
 #[test]
 fn the_first_pulses_are_the_park_pose_and_come_with_the_press() {
-    let mut joints = reach(&walker(), SupervisorState::Disarmed);
+    let mut joints = reach(&default_loop(), SupervisorState::Disarmed);
     for tick in 0..19 {
         let command = joints.tick(&joint_loop::Sample { button: true, ..good(tick) });
         assert_eq!(command.pulses, None, "not before the button is stable");
@@ -61,7 +61,7 @@ fn the_first_pulses_are_the_park_pose_and_come_with_the_press() {
 fn the_default_walk_passes_the_gate_untouched() {
     let mut widest = [(f32::MAX, f32::MIN); 4];
     for start in (0..1_100).step_by(20) {
-        let mut joints = walker();
+        let mut joints = default_loop();
         idle(&mut joints, 20 + start);
         press(&mut joints);
         let mut course = Course::at_rest(PARK);
@@ -96,7 +96,7 @@ fn the_default_walk_passes_the_gate_untouched() {
 /// and three ticks the outputs are off, from exactly the park pose at rest.
 #[test]
 fn a_stop_is_smooth_from_every_tick() {
-    let mut joints = reach(&walker(), SupervisorState::Disarmed);
+    let mut joints = reach(&default_loop(), SupervisorState::Disarmed);
     press(&mut joints);
     let mut course = Course::at_rest(PARK);
     for tick in 0..4_000 {
@@ -132,7 +132,7 @@ fn a_stop_is_smooth_from_every_tick() {
 /// The same for the stop that a lost sensor makes: 0.3 s after the tolerance of 50 ms.
 #[test]
 fn a_hurried_stop_is_smooth_from_every_tick() {
-    let mut joints = reach(&walker(), SupervisorState::Disarmed);
+    let mut joints = reach(&default_loop(), SupervisorState::Disarmed);
     press(&mut joints);
     let mut course = Course::at_rest(PARK);
     let (mut rate, mut acceleration) = (0.0_f64, 0.0_f64);

@@ -6,7 +6,7 @@ use cpg_core::{Field, StateFault};
 use hgod_adc::Validity;
 use joint_loop::{BoardFaults, Cause, Command, LoopConfig, PARK_MS, Sample, SupervisorState, fault_response};
 use joint_units::{AdcCode, Period, Radians};
-use support::{Puppet, fault, good, idle, press, puppet, reach, run, sensor, walker, walker_with};
+use support::{Puppet, fault, good, idle, press, puppet, reach, run, sensor, default_loop, default_loop_with};
 
 type Change = fn(&mut LoopConfig);
 
@@ -25,7 +25,7 @@ fn a_fault_of_the_board_switches_off_in_its_own_tick_and_is_latched() {
         for state in
             [SupervisorState::Disarmed, SupervisorState::Arming, SupervisorState::Walking, SupervisorState::Stopping]
         {
-            let mut joints = reach(&walker(), state);
+            let mut joints = reach(&default_loop(), state);
             let setpoints = joints.frame().setpoints;
             assert_eq!(fault(&mut joints, bit), Command::OFF);
             let frame = joints.frame();
@@ -54,14 +54,14 @@ fn a_fault_of_the_board_switches_off_in_its_own_tick_and_is_latched() {
 #[test]
 fn boot_ends_in_disarmed_whatever_is_pressed_or_broken() {
     for faults in 0..=BoardFaults::CARRIED {
-        let mut joints = walker();
+        let mut joints = default_loop();
         assert_eq!((joints.frame().state, joints.frame().pulses.map(|pulse| pulse.0)), (SupervisorState::Boot, [0; 4]));
         let sample = Sample { button: true, faults: BoardFaults::from_bits(faults), elapsed: 1_000, ..good(0) };
         assert_eq!(joints.tick(&sample), Command::OFF);
         assert_eq!(joints.state(), SupervisorState::Disarmed);
     }
     // Held from boot on: no press.
-    let mut joints = walker();
+    let mut joints = default_loop();
     assert_eq!(run(&mut joints, 60_000, |s| Sample { button: true, ..s }), Command::OFF);
     assert_eq!(joints.state(), SupervisorState::Disarmed);
 }
@@ -69,7 +69,7 @@ fn boot_ends_in_disarmed_whatever_is_pressed_or_broken() {
 #[test]
 fn a_sensor_may_be_bad_for_50_ms_and_no_longer() {
     for state in [SupervisorState::Arming, SupervisorState::Walking] {
-        let joints = reach(&walker(), state);
+        let joints = reach(&default_loop(), state);
         // 50 bad ticks: nothing. From the 51st on: a hurried stop.
         for (bad, after, cause) in [(50, state, Cause::None), (51, SupervisorState::Stopping, Cause::SensorOpen)] {
             let mut joints = joints.clone();
@@ -99,7 +99,7 @@ fn sound(verdict: Validity, tick: u32) -> Sample<1> {
 
 /// A loop in this state whose leg is where [`sound`] has it.
 fn sound_in(state: SupervisorState, verdict: Validity) -> joint_loop::JointLoop<support::Walk, 1> {
-    let mut joints = reach(&walker(), state);
+    let mut joints = reach(&default_loop(), state);
     let [from, to] = [good(0), sound(verdict, 0)].map(|sample| u32::from(sample.codes[0].0));
     for tick in 0..400 {
         let code = from - (from - to) * tick / 399 + (tick & 1);
@@ -213,7 +213,7 @@ fn with_any_verdict_but_good_a_press_does_not_arm_and_the_cause_says_which() {
 fn a_flickering_wire_uses_the_tolerance_up() {
     // 3 ticks bad, 2 ticks good: one tick of tolerance every 5. Never 4 bad ones in a row. (Every fifth code would be of
     // no use to anyone; the verdicts in between follow from the sensor's own rules and only make it worse.)
-    let mut joints = reach(&walker(), SupervisorState::Walking);
+    let mut joints = reach(&default_loop(), SupervisorState::Walking);
     let mut ticks = 0;
     while joints.state() == SupervisorState::Walking {
         let code = if ticks % 5 < 3 { support::OPEN } else { good(ticks).codes[0] };
@@ -228,7 +228,7 @@ fn a_flickering_wire_uses_the_tolerance_up() {
 fn without_a_required_sensor_the_rhythm_goes_on() {
     let mut config = LoopConfig::default_biped();
     config.monitor.sensor_required = false;
-    let mut joints = walker_with(&config);
+    let mut joints = default_loop_with(&config);
     let open = |s| Sample { codes: [support::OPEN], vrefint: joint_units::AdcCode(0), ..s };
     run(&mut joints, 100, open);
     run(&mut joints, 20, |s| Sample { button: true, ..open(s) });
@@ -242,7 +242,7 @@ fn without_a_required_sensor_the_rhythm_goes_on() {
 #[test]
 fn overruns_are_counted_twice_a_second_and_then_stop() {
     let overrun = |s| Sample { faults: BoardFaults::ADC_OVERRUN, ..s };
-    let mut joints = reach(&walker(), SupervisorState::Walking);
+    let mut joints = reach(&default_loop(), SupervisorState::Walking);
     for second in 0..10 {
         for _ in 0..2 {
             run(&mut joints, 1, overrun);
@@ -269,7 +269,7 @@ fn overruns_are_counted_twice_a_second_and_then_stop() {
 fn gaps_are_counted_then_stop_then_fault() {
     for state in MOVING {
         for gap in 0..=400 {
-            let mut joints = reach(&walker(), state);
+            let mut joints = reach(&default_loop(), state);
             let before = joints.frame();
             let command = joints.tick(&Sample { elapsed: gap, ..good(0) });
             let frame = joints.frame();
@@ -289,7 +289,7 @@ fn gaps_are_counted_then_stop_then_fault() {
 
 #[test]
 fn late_ticks_are_counted_and_nothing_else() {
-    let mut joints = reach(&walker(), SupervisorState::Walking);
+    let mut joints = reach(&default_loop(), SupervisorState::Walking);
     let mut other = joints.clone();
     run(&mut joints, 500, |s| Sample { late: true, ..s });
     idle(&mut other, 500);
@@ -327,7 +327,7 @@ fn a_failed_generator_is_not_listened_to() {
 /// The same at rest: there such angles are of no account, and they meet the gate in the tick of the press.
 #[test]
 fn what_is_not_finite_at_rest_cannot_be_armed() {
-    let liar = Puppet { lie: Some((0, 3, f32::NAN)), ..Puppet::at([0.0; 4]) };
+    let liar = Puppet { unchecked: Some((0, 3, f32::NAN)), ..Puppet::at([0.0; 4]) };
     let mut joints = reach(&puppet(liar), SupervisorState::Disarmed);
     assert_eq!(press(&mut joints), Command::OFF);
     assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Fault, Cause::NonFinite));
@@ -343,7 +343,7 @@ fn what_is_not_finite_is_a_fault_in_the_same_tick() {
                 let honest = Puppet::at([10.0, -10.0, 40.0, 20.0]);
                 // It turns bad with the step after those that lead to the state.
                 let steps = reach(&puppet(honest.clone()), state).generator().steps;
-                let mut joints = reach(&puppet(Puppet { lie: Some((steps + 1, joint, bad)), ..honest }), state);
+                let mut joints = reach(&puppet(Puppet { unchecked: Some((steps + 1, joint, bad)), ..honest }), state);
                 let before = joints.frame().setpoints;
                 assert_eq!(idle(&mut joints, 1), Command::OFF);
                 let frame = joints.frame();
@@ -380,7 +380,7 @@ fn a_pose_that_the_envelope_holds_back_stops_after_50_ms() {
 
 #[test]
 fn a_slow_stop_becomes_a_hurried_one() {
-    let mut joints = reach(&walker(), SupervisorState::Stopping);
+    let mut joints = reach(&default_loop(), SupervisorState::Stopping);
     assert_eq!(joints.frame().cause, Cause::Button);
     idle(&mut joints, 40);
     joints.tick(&Sample { elapsed: 6, ..good(0) });

@@ -6,13 +6,13 @@ use hgod_adc::{SensorState, Validity};
 use joint_loop::{BoardFaults, Cause, Command, Frame, JointLoop, LoopConfig, Sample, SupervisorState};
 use joint_units::{AdcCode, Joint};
 use proptest::prelude::*;
-use support::{VREFINT, Walk, good, idle, press, reach, script, sensor, walker};
+use support::{VREFINT, Walk, good, idle, press, reach, script, sensor, default_loop};
 
 /// Every code of the converter, for the sensor and for the reference, in every state: one tick and 60 more. The measured angle
 /// is what the sensor alone makes of the same codes, bit for bit; what moves is bounded; nothing moves that did not.
 #[test]
 fn every_code_in_every_state() {
-    let fresh = walker();
+    let fresh = default_loop();
     for state in SupervisorState::ALL {
         let start = reach(&fresh, state);
         // The sensor by itself, taken through the same history of good codes.
@@ -113,7 +113,7 @@ proptest! {
     /// Any inputs: every frame follows from the one before as allowed, and the same inputs give the same frames and hash.
     #[test]
     fn any_inputs_are_bounded_and_replay(spells in prop::collection::vec(anything(), 1..60)) {
-        let (mut joints, mut again) = (walker(), walker());
+        let (mut joints, mut again) = (default_loop(), default_loop());
         let mut recorded = Vec::new();
         let mut held_for = 0;
         for (first, held) in spells {
@@ -157,7 +157,7 @@ fn inputs() -> Vec<Sample<1>> {
 }
 
 fn replay(inputs: &[Sample<1>]) -> JointLoop<Walk, 1> {
-    let mut joints = walker();
+    let mut joints = default_loop();
     for sample in inputs {
         joints.tick(sample);
     }
@@ -200,7 +200,7 @@ fn the_hash_tells_runs_apart() {
 /// The hash is FNV-1a over what the frames of every tick say: computed here from the frames alone.
 #[test]
 fn the_hash_can_be_computed_from_the_frames() {
-    let mut joints = walker();
+    let mut joints = default_loop();
     let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
     for sample in inputs() {
         joints.tick(&sample);
@@ -218,7 +218,7 @@ fn the_hash_can_be_computed_from_the_frames() {
 /// A copy goes on as the original does: nothing is kept outside of it.
 #[test]
 fn a_copy_goes_on_alike() {
-    let mut joints = reach(&walker(), SupervisorState::Arming);
+    let mut joints = reach(&default_loop(), SupervisorState::Arming);
     let mut copy = joints.clone();
     for tick in 0..5_000 {
         assert_eq!(joints.tick(&good(tick)), copy.tick(&good(tick)));
@@ -228,7 +228,7 @@ fn a_copy_goes_on_alike() {
 
 #[test]
 fn disarmed_means_off_and_parked() {
-    let mut joints = reach(&walker(), SupervisorState::Walking);
+    let mut joints = reach(&default_loop(), SupervisorState::Walking);
     idle(&mut joints, 40);
     press(&mut joints);
     idle(&mut joints, 1_100);
