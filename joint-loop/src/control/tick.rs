@@ -3,9 +3,9 @@
 use crate::control::button::{Button, Press};
 use crate::control::monitor::{Monitor, MonitorState, Observation};
 use crate::control::supervisor::{Actions, Cause, Demand, Inputs, Motion, SupervisorState, SupervisorStatus, next};
-use crate::motion::blend::{Blend, Weight};
 use crate::io::board::{BoardFaults, Command, MAX_ELAPSED, Sample};
 use crate::io::frame::{Frame, SetpointHash};
+use crate::motion::blend::{Blend, Weight};
 use crate::motion::gate::{Gate, GateState, GateStatus};
 use crate::motion::servo::ServoMap;
 use cpg_core::{Follow, Generator};

@@ -30,12 +30,7 @@ pub struct BlendConfig {
 impl BlendConfig {
     /// Park pose [`DEFAULT_PARK`]; ramp 2 s: under two strides; stop 1 s: about one stride; hurry 0.3 s: the longest allowed
     /// motion after a sensor or the generator has failed.
-    pub const DEFAULT: Self = Self {
-        park: DEFAULT_PARK,
-        ramp_s: 2.0,
-        stop_s: 1.0,
-        hurry_s: 0.3,
-    };
+    pub const DEFAULT: Self = Self { park: DEFAULT_PARK, ramp_s: 2.0, stop_s: 1.0, hurry_s: 0.3 };
 
     /// Checks the fields, and the park pose against the gate's limits.
     ///

@@ -111,7 +111,8 @@ impl JointSensors {
         let mut channels = [const { None }; SENSORS];
         let mut count = 0;
         for sensor in sensors {
-            let taken = |channel: &Option<JointSensor>| channel.as_ref().is_some_and(|other| other.joint == sensor.joint);
+            let taken =
+                |channel: &Option<JointSensor>| channel.as_ref().is_some_and(|other| other.joint == sensor.joint);
             if channels.iter().any(taken) {
                 return Err(JointSensorsError::Twice(sensor.joint));
             }

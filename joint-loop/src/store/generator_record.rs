@@ -209,7 +209,8 @@ mod tests {
         let mut other = record.bytes().to_vec();
         other[6] = 7;
         assert!(
-            refusal(&other).starts_with("unknown record kind 7 (69 words); expected kind 1 with 18 words, kind 2 with 28")
+            refusal(&other)
+                .starts_with("unknown record kind 7 (69 words); expected kind 1 with 18 words, kind 2 with 28")
         );
         // A wrong number is refused although the checksum is correct.
         let GeneratorConfig::Shape(mut config) = shape() else { unreachable!() };
