@@ -111,8 +111,10 @@ fn random_config(random: &mut Random) -> (GateConfig, Period) {
     let mut config = config();
     let micros = [100, 500, 1_000, 2_000, 10_000][random.below(5) as usize];
     config.rate = RadPerSec(random.between(0.5, 17.0));
-    config.acceleration =
-        RadPerSec2(random.between(config.rate.0 * config.rate.0 / 3.0, 1_000.0).max(config.rate.0 * config.rate.0));
+    // At least 8 steps per tick squared are allowed.
+    let (braking, dt) = (config.rate.0 * config.rate.0, micros as f32 * 1e-6);
+    let resolution = 9.0 / STEPS / (dt * dt);
+    config.acceleration = RadPerSec2(random.between(braking / 3.0, 1_000.0).max(braking).max(resolution));
     for (range, joint) in config.range.iter_mut().zip(Joint::ALL) {
         let whole = anatomy::range(joint);
         *range = JointRange {
