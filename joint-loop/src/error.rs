@@ -1,50 +1,50 @@
-//! What a configuration must satisfy: one variant a rule, naming the field, the joint, and what is allowed.
+//! The error of a refused configuration, and the checks of single values that every stage uses.
 
 use core::fmt;
-use joint_units::Joint;
+use joint_units::{Joint, Period};
 
-/// Why a configuration was refused. Angles are given in degrees, as a person would write them.
+/// Why a configuration was refused. Each variant is one rule. Angles are in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LoopError {
-    /// A number is not a number or infinite.
+    /// A number is infinite or NaN.
     NotFinite {
-        /// The field, by its path in [`crate::LoopConfig`].
+        /// Path of the field in [`crate::LoopConfig`].
         field: &'static str,
-        /// Which element, where the field is an array over the joints.
+        /// The joint, if the field is an array over the joints.
         joint: Option<Joint>,
     },
-    /// A number is outside what is allowed.
+    /// A number is outside its range.
     OutOfRange {
-        /// The field, by its path in [`crate::LoopConfig`].
+        /// Path of the field in [`crate::LoopConfig`].
         field: &'static str,
-        /// Which element, where the field is an array over the joints.
+        /// The joint, if the field is an array over the joints.
         joint: Option<Joint>,
-        /// What was given, in `unit`.
+        /// The given value, in `unit`.
         value: f32,
-        /// Least allowed, in `unit`.
+        /// Least allowed value, in `unit`.
         least: f32,
-        /// Most allowed, in `unit`.
+        /// Greatest allowed value, in `unit`.
         most: f32,
-        /// Unit of the three.
+        /// Unit of the three values.
         unit: &'static str,
     },
-    /// The two ends of a range are equal or the wrong way round.
+    /// The least value of a range is not below the greatest.
     Inverted {
-        /// The field, by its path in [`crate::LoopConfig`].
+        /// Path of the field in [`crate::LoopConfig`].
         field: &'static str,
-        /// Which element, where the field is an array over the joints.
+        /// The joint, if the field is an array over the joints.
         joint: Option<Joint>,
     },
-    /// The joint's range needs pulses that its servo may not be given.
+    /// The joint's range needs pulses outside the limits of its servo.
     BeyondPulses {
         /// The joint.
         joint: Joint,
-        /// Pulse that one end of the range would need, in microseconds.
+        /// Pulse that one end of the range needs, in microseconds.
         micros: f32,
-        /// Shortest that the servo may be given.
+        /// Shortest pulse of the servo, in microseconds.
         shortest: u16,
-        /// Longest that the servo may be given.
+        /// Longest pulse of the servo, in microseconds.
         longest: u16,
     },
     /// A pose limit names one joint twice.
@@ -52,20 +52,20 @@ pub enum LoopError {
         /// Index in `gate.pose`.
         index: usize,
     },
-    /// The park pose is not inside a pose limit: from there no motion could start.
+    /// The park pose is not strictly inside a pose limit, so no motion could start from it.
     ParkOutsidePose {
         /// Index in `gate.pose`.
         index: usize,
     },
-    /// The park pose is not a pose that the gate lets pass.
+    /// The park pose is outside a range or a pose limit of the gate.
     Park,
     /// `monitor.sensor_required` is set, but there is no sensor.
     NoSensor,
-    /// The generator that was handed over does not pass its own check.
+    /// The generator does not pass its own check.
     Generator,
 }
 
-/// The element of a field that is an array over the joints: `[left_knee]`.
+/// Index of an array over the joints, as text: `[left_knee]`.
 struct Of(Option<Joint>);
 
 impl fmt::Display for Of {
@@ -77,7 +77,7 @@ impl fmt::Display for Of {
     }
 }
 
-/// A number to a thousandth, so that degrees do not show what became of them in radians.
+/// A number to a thousandth, so that degrees do not show the rounding error of their conversion from radians.
 struct Rounded(f32);
 
 impl fmt::Display for Rounded {
@@ -119,7 +119,7 @@ impl fmt::Display for LoopError {
 
 impl core::error::Error for LoopError {}
 
-/// `value` if it is finite and inside `least..=most`.
+/// Returns `value` if it is finite and inside `least..=most`.
 pub(crate) fn inside(
     field: &'static str,
     joint: Option<Joint>,
@@ -135,4 +135,16 @@ pub(crate) fn inside(
     } else {
         Ok(value)
     }
+}
+
+/// `seconds` in whole periods, rounded to the nearest, at least 1. Refuses values outside `least..=most` seconds.
+pub(crate) fn ticks(
+    field: &'static str,
+    seconds: f32,
+    least: f32,
+    most: f32,
+    period: Period,
+) -> Result<u32, LoopError> {
+    let seconds = inside(field, None, seconds, least, most, "s")?;
+    Ok(((seconds / period.seconds() + 0.5) as u32).max(1))
 }

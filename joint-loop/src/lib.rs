@@ -1,34 +1,42 @@
-//! The loop: one sample set in, one gated servo command out, once every control period.
+//! One control period of a robot with four joints: converts a sample of the board to limited servo pulses.
 //!
-//! # Contract
-//! [`JointLoop::tick`] is a pure function of the loop's own state and the [`Sample`]: it takes no clock, does no I/O, allocates
-//! nothing and cannot panic. The board, a host replay and a test call the same function, and the same inputs give the same
-//! bits everywhere. Whatever the generator or the sensor does, the gate bounds what the servos are told; nothing is told at
-//! all unless the supervisor is in one of its three moving states, and those are entered only by a press of the button.
+//! [`JointLoop::tick`] is a pure function of the loop's state and the [`Sample`]: it has no clock and no I/O, allocates nothing
+//! and cannot panic. Firmware, host replay and tests call the same function, and the same inputs give the same bits. The gate
+//! limits every setpoint, for any output of generator and sensor. Pulses exist only in the three moving states of the
+//! supervisor, and only a press of the button starts a motion.
+//!
+//! | module | contents |
+//! |---|---|
+//! | [`control`] | tick, supervisor, monitor, fault table, button |
+//! | [`motion`] | blend, gate, limits, servo map |
+//! | [`setup`] | configuration, robot, sensors, default loop |
+//! | [`generator`] | the generators of a board, one file for each kind |
+//! | [`store`] | records in flash: generator, sensors |
+//! | [`io`] | interface to the board, frame, time code |
 //!
 //! ```
 //! use cpg_core::gait::default_walk::default_walk;
 //! use joint_loop::{LoopConfig, Sample, SupervisorState};
 //! use joint_units::{Joint, Period};
 //!
-//! // From its own rhythm, with no sensor on the leg.
+//! // A generator that needs no sensor.
 //! let mut config = LoopConfig::default_biped();
 //! config.monitor.sensor_required = false;
 //! let mut joints = config.build(Period::MILLISECOND, default_walk(Period::MILLISECOND)?, [])?;
 //! let idle = Sample::default();
 //! let pressed = Sample { button: true, ..idle };
 //!
-//! // Boot, then disarmed: no pulse, however long it takes.
+//! // Boot, then disarmed: no pulses.
 //! for _ in 0..100 {
 //!     assert_eq!(joints.tick(&idle).pulses, None);
 //! }
 //! assert_eq!(joints.state(), SupervisorState::Disarmed);
 //!
-//! // A press (20 ms, debounced) arms; the first pulse is the park pose, hips at 0 degrees and knees at 5.
+//! // A press (debounced, 20 ms) arms. The first pulses are those of the park pose: hips at 0 degrees, knees at 5.
 //! let first = (0..25).find_map(|_| joints.tick(&pressed).pulses).expect("armed");
 //! assert_eq!(first.map(|pulse| pulse.0), [1500, 1500, 1056, 1944]);
 //!
-//! // Ramp for 2 s, walk for 2 s. The gate lets the rhythm pass as it is.
+//! // Ramp for 2 s, walk for 2 s. The gate does not limit the default walk.
 //! let mut widest = 0.0_f32;
 //! for _ in 0..4_000 {
 //!     assert!(joints.tick(&idle).pulses.is_some());
@@ -39,7 +47,7 @@
 //! assert_eq!(joints.state(), SupervisorState::Walking);
 //! assert!((60.0..63.0).contains(&widest), "{widest}");
 //!
-//! // A second press stops to the park pose within a second, and then the outputs are off.
+//! // A second press ramps to the park pose in one second and then switches the outputs off.
 //! for _ in 0..25 {
 //!     joints.tick(&pressed);
 //! }
@@ -52,14 +60,14 @@
 //! ```
 //!
 //! # Glossary
-//! - **tick**: one call of the loop, or one control period of the counter that numbers them: a missed period is counted but
-//!   never made up for.
-//! - **sample**: what the board delivers for one tick; **reading**: what `hgod-adc` makes of it.
-//! - **target**: the angle that the blend asks for; **setpoint**: the angle that the gate lets pass; **command**: the pulse
-//!   widths that the servos are given, or none.
-//! - **park pose**: where the joints start from and come back to; **weight**: the share of the generator in the target, 0 to 1.
-//! - **demand**: what the watched conditions ask of the supervisor: go, stop, or fault; **cause**: why.
-//! - **limited**: the gate held a setpoint back from its target. A status, not a fault.
+//! - **tick**: one control period, and the call for it. Missed periods are counted and not made up.
+//! - **sample**: the board's inputs of one tick. **reading**: the angle and validity that `hgod-adc` computes from a code.
+//! - **validity**: what is known about one sensor sample: good, open, short, ...
+//! - **generator**: a program that makes joint angles. **follower**: a generator whose phase is locked to a person's.
+//! - **target**: an angle before the gate. **setpoint**: an angle after the gate. **pulse**: the width of a servo pulse.
+//! - **park pose**: the pose at the start and at the end of a motion. **weight**: share of the generator in the target, 0 to 1.
+//! - **demand**: what the monitor asks of the supervisor: go, stop or fault. **cause**: why the supervisor left a state.
+//! - **limited**: a limit of the gate changed a setpoint. A status, not a fault.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
@@ -85,7 +93,10 @@ pub use io::board::{BoardFaults, Command, MAX_ELAPSED, Sample};
 pub use io::frame::{Frame, SetpointHash};
 pub use motion::blend::BlendConfig;
 pub use motion::gate::{Gate, GateState, GateStatus, NonFinite};
-pub use motion::servo::{Direction, ServoConfig, ServoMap};
-pub use setup::config::{GateConfig, JointRange, LoopConfig, POSE_LIMITS, PoseLimit, PoseSense, anatomy};
+pub use motion::servo::ServoMap;
+pub use setup::config::LoopConfig;
+pub use setup::robot::{
+    DEFAULT_PARK, Direction, GateConfig, JointRange, POSE_LIMITS, PoseLimit, PoseSense, ServoConfig, anatomy,
+};
 pub use setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSOR_JOINT, SENSORS};
 pub use store::flash_record::FlashRecordError;

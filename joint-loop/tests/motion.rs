@@ -1,4 +1,4 @@
-//! How the joints move: from the park pose to the rhythm and back, with nothing that the gate would have to hold back.
+//! Tests of the motion: ramps from the park pose to the generator's angles and back, without a limit of the gate.
 
 mod support;
 
@@ -6,16 +6,16 @@ use cpg_core::gait::default_walk::default_walk;
 use cpg_core::{Follow, Generator, Unguided};
 use joint_loop::{Cause, GateStatus, JointLoop, LoopConfig, SupervisorState};
 use joint_units::{Period, PulseMicros, Radians};
-use support::{Puppet, good, idle, press, puppet, reach, walker};
+use support::{Puppet, default_loop, good, idle, press, puppet, reach};
 
 const PARK: [Radians; 4] = [Radians(0.0), Radians(0.0), Radians::from_degrees(5.0), Radians::from_degrees(5.0)];
 const PARK_PULSES: [PulseMicros; 4] = [PulseMicros(1500), PulseMicros(1500), PulseMicros(1056), PulseMicros(1944)];
 
-/// Follows the setpoints tick by tick, with a second bookkeeping of rate and acceleration that the gate knows nothing of.
+/// Measures rate and acceleration of the setpoints tick by tick, independently of the gate.
 struct Course {
     last: [f64; 4],
     step: [f64; 4],
-    /// Largest rate and acceleration so far, in degrees per second (squared).
+    /// Largest rate so far, degrees per second, and largest acceleration, degrees per second squared.
     rate: f64,
     acceleration: f64,
 }
@@ -36,7 +36,7 @@ impl Course {
         self.last = now;
     }
 
-    /// Within the default limits, and f32 rounding of an angle of at most 2.1 rad: 3 half-steps of 2^-22 each.
+    /// Checks the default limits, with the f32 rounding of angles up to 2.1 rad: 3 half-steps of 2^-22 each.
     fn assert_bounded(&self) {
         assert!(self.rate <= 500.0 + 0.03, "{} deg/s", self.rate);
         assert!(self.acceleration <= 20_000.0 + 30.0, "{} deg/s^2", self.acceleration);
@@ -45,7 +45,7 @@ impl Course {
 
 #[test]
 fn the_first_pulses_are_the_park_pose_and_come_with_the_press() {
-    let mut joints = reach(&walker(), SupervisorState::Disarmed);
+    let mut joints = reach(&default_loop(), SupervisorState::Disarmed);
     for tick in 0..19 {
         let command = joints.tick(&joint_loop::Sample { button: true, ..good(tick) });
         assert_eq!(command.pulses, None, "not before the button is stable");
@@ -55,13 +55,13 @@ fn the_first_pulses_are_the_park_pose_and_come_with_the_press() {
     assert_eq!((joints.state(), joints.frame().setpoints), (SupervisorState::Arming, PARK));
 }
 
-/// The default walk, armed at 55 phases of the stride: no limit acts in the ramp or in ten strides, and in walking the
-/// setpoints are the generator's angles, bit for bit.
+/// The default walk, armed at 55 phases of the stride: no limit acts in the ramp or in ten strides, and in the state walking
+/// the setpoints are the generator's angles, bit for bit.
 #[test]
-fn the_default_walk_passes_the_gate_untouched() {
+fn the_default_walk_passes_the_gate_unchanged() {
     let mut widest = [(f32::MAX, f32::MIN); 4];
     for start in (0..1_100).step_by(20) {
-        let mut joints = walker();
+        let mut joints = default_loop();
         idle(&mut joints, 20 + start);
         press(&mut joints);
         let mut course = Course::at_rest(PARK);
@@ -92,17 +92,17 @@ fn the_default_walk_passes_the_gate_untouched() {
     }
 }
 
-/// A stop pressed at every tick of the ramp, and at every seventh of two strides of walking: never a limit, and within a second
-/// and three ticks the outputs are off, from exactly the park pose at rest.
+/// A stop at every tick of the ramp, and at every seventh tick of two strides: no limit acts, and within 1.003 s the outputs are
+/// off, with the joints at rest in exactly the park pose.
 #[test]
 fn a_stop_is_smooth_from_every_tick() {
-    let mut joints = reach(&walker(), SupervisorState::Disarmed);
+    let mut joints = reach(&default_loop(), SupervisorState::Disarmed);
     press(&mut joints);
     let mut course = Course::at_rest(PARK);
     for tick in 0..4_000 {
         joints.tick(&good(tick));
         course.follow(&joints);
-        // The button must have been seen released before it can be pressed again.
+        // The button must be released before a second press.
         if tick < 40 || (tick > 2_100 && tick % 7 != 0) {
             continue;
         }
@@ -129,10 +129,10 @@ fn a_stop_is_smooth_from_every_tick() {
     }
 }
 
-/// The same for the stop that a lost sensor makes: 0.3 s after the tolerance of 50 ms.
+/// The same for the stop by a lost sensor: 0.3 s after the tolerance of 50 ms.
 #[test]
 fn a_hurried_stop_is_smooth_from_every_tick() {
-    let mut joints = reach(&walker(), SupervisorState::Disarmed);
+    let mut joints = reach(&default_loop(), SupervisorState::Disarmed);
     press(&mut joints);
     let mut course = Course::at_rest(PARK);
     let (mut rate, mut acceleration) = (0.0_f64, 0.0_f64);
@@ -157,20 +157,20 @@ fn a_hurried_stop_is_smooth_from_every_tick() {
         (rate, acceleration) = (rate.max(stop.rate), acceleration.max(stop.acceleration));
     }
     println!("hurried stop: at most {rate:.0} deg/s, {acceleration:.0} deg/s^2");
-    assert!(rate > 300.0 && acceleration > 3_000.0, "the worst case was among them");
+    assert!(rate > 300.0 && acceleration > 3_000.0, "the samples contain a large motion");
 }
 
-/// A generator that jumps is bounded, and one that asks for the impossible is held, with the outputs on.
+/// Jumps and targets beyond all limits are bounded, with the outputs on.
 #[test]
 fn a_jumping_generator_is_bounded() {
     let mut config = LoopConfig::default_biped();
     config.monitor.pose_tolerance_s = 1.0;
-    let wild = [[60.0, -30.0, 120.0, 0.0], [-30.0, 60.0, 0.0, 120.0], [400.0, -400.0, 400.0, 400.0], [0.0; 4]];
+    let poses = [[60.0, -30.0, 120.0, 0.0], [-30.0, 60.0, 0.0, 120.0], [400.0, -400.0, 400.0, 400.0], [0.0; 4]];
     for period_of_jumps in [1, 7, 50, 130, 400] {
         let mut joints = config
             .build(
                 Period::MILLISECOND,
-                Unguided(Jumper { poses: wild, every: period_of_jumps, steps: 0 }),
+                Unguided(Jumper { poses, every: period_of_jumps, steps: 0 }),
                 [Some(support::sensor())],
             )
             .expect("valid");
@@ -185,7 +185,7 @@ fn a_jumping_generator_is_bounded() {
                 assert!(*angle >= range.least && *angle <= range.most);
             }
             for limit in config.gate.pose.iter().flatten() {
-                // Two angles that were each rounded to f32.
+                // Rounding of two angles to f32.
                 assert!(limit.of(&joints.frame().setpoints).0 <= limit.most.0 + 2.4e-7);
             }
         }
@@ -225,9 +225,9 @@ impl Generator<4> for Jumper {
     }
 }
 
-/// The generator is stepped once a call, in every state, and never made to catch up.
+/// The generator is stepped once per call. Missed steps are not made up.
 #[test]
-fn one_step_a_call() {
+fn the_generator_is_stepped_once_per_call() {
     let mut joints = reach(&puppet(Puppet::at([0.0; 4])), SupervisorState::Walking);
     let (steps, seq) = (joints.generator().steps, joints.frame().seq);
     assert_eq!(steps, seq);
@@ -236,9 +236,9 @@ fn one_step_a_call() {
     assert_eq!((joints.frame().missed, joints.frame().tick), (4, seq + 5));
 }
 
-/// Another control period gives the same course in time.
+/// Other control periods give the same motion.
 #[test]
-fn the_course_does_not_depend_on_the_period() {
+fn the_motion_does_not_depend_on_the_period() {
     let mut config = LoopConfig::default_biped();
     config.monitor.sensor_required = false;
     let mut poses = Vec::new();
@@ -259,7 +259,7 @@ fn the_course_does_not_depend_on_the_period() {
         poses.push(joints.frame().setpoints.map(Radians::degrees));
     }
     for joint in 0..4 {
-        // The press is certain one tick earlier or later: at 200 deg/s that is 0.2 degrees a millisecond.
+        // The press is accepted up to one tick earlier or later: 0.2 degrees per millisecond at 200 deg/s.
         assert!((poses[0][joint] - poses[1][joint]).abs() < 0.3, "{poses:?}");
         assert!((poses[2][joint] - poses[1][joint]).abs() < 0.6, "{poses:?}");
     }

@@ -1,4 +1,4 @@
-//! What goes wrong, and what the loop does about it, in how many ticks.
+//! Tests of the loop's reactions to faults, with their times in ticks.
 
 mod support;
 
@@ -6,7 +6,7 @@ use cpg_core::{Field, StateFault};
 use hgod_adc::Validity;
 use joint_loop::{BoardFaults, Cause, Command, LoopConfig, PARK_MS, Sample, SupervisorState, fault_response};
 use joint_units::{AdcCode, Period, Radians};
-use support::{Puppet, fault, good, idle, press, puppet, reach, run, sensor, walker, walker_with};
+use support::{Puppet, default_loop, default_loop_with, fault, good, idle, press, puppet, reach, run, sensor};
 
 type Change = fn(&mut LoopConfig);
 
@@ -20,12 +20,12 @@ const FATAL: [(BoardFaults, Cause); 5] = [
 ];
 
 #[test]
-fn a_fault_of_the_board_switches_off_in_its_own_tick_and_is_latched() {
+fn a_board_fault_switches_off_in_its_tick_and_is_latched() {
     for (bit, cause) in FATAL {
         for state in
             [SupervisorState::Disarmed, SupervisorState::Arming, SupervisorState::Walking, SupervisorState::Stopping]
         {
-            let mut joints = reach(&walker(), state);
+            let mut joints = reach(&default_loop(), state);
             let setpoints = joints.frame().setpoints;
             assert_eq!(fault(&mut joints, bit), Command::OFF);
             let frame = joints.frame();
@@ -35,7 +35,7 @@ fn a_fault_of_the_board_switches_off_in_its_own_tick_and_is_latched() {
                 "{state:?}"
             );
 
-            // Latched, however long all is well; and a press while it lasts does nothing.
+            // Latched after the fault has ended; a press while it lasts has no effect.
             assert_eq!(idle(&mut joints, 10_000), Command::OFF);
             let held = run(&mut joints, 40, |s| Sample { button: true, faults: bit, ..s });
             assert_eq!((held, joints.state()), (Command::OFF, SupervisorState::Fault));
@@ -52,25 +52,25 @@ fn a_fault_of_the_board_switches_off_in_its_own_tick_and_is_latched() {
 }
 
 #[test]
-fn boot_ends_in_disarmed_whatever_is_pressed_or_broken() {
+fn boot_ends_in_disarmed_for_all_inputs() {
     for faults in 0..=BoardFaults::CARRIED {
-        let mut joints = walker();
+        let mut joints = default_loop();
         assert_eq!((joints.frame().state, joints.frame().pulses.map(|pulse| pulse.0)), (SupervisorState::Boot, [0; 4]));
         let sample = Sample { button: true, faults: BoardFaults::from_bits(faults), elapsed: 1_000, ..good(0) };
         assert_eq!(joints.tick(&sample), Command::OFF);
         assert_eq!(joints.state(), SupervisorState::Disarmed);
     }
-    // Held from boot on: no press.
-    let mut joints = walker();
+    // A button held from boot on is no press.
+    let mut joints = default_loop();
     assert_eq!(run(&mut joints, 60_000, |s| Sample { button: true, ..s }), Command::OFF);
     assert_eq!(joints.state(), SupervisorState::Disarmed);
 }
 
 #[test]
-fn a_sensor_may_be_bad_for_50_ms_and_no_longer() {
+fn a_sensor_may_be_bad_for_50_ms_at_most() {
     for state in [SupervisorState::Arming, SupervisorState::Walking] {
-        let joints = reach(&walker(), state);
-        // 50 bad ticks: nothing. From the 51st on: a hurried stop.
+        let joints = reach(&default_loop(), state);
+        // 50 bad ticks have no effect. The 51st starts a hurried stop.
         for (bad, after, cause) in [(50, state, Cause::None), (51, SupervisorState::Stopping, Cause::SensorOpen)] {
             let mut joints = joints.clone();
             run(&mut joints, bad, |s| Sample { codes: [support::OPEN], ..s });
@@ -79,7 +79,7 @@ fn a_sensor_may_be_bad_for_50_ms_and_no_longer() {
         let mut joints = joints.clone();
         let command = run(&mut joints, 50 + 303, |s| Sample { codes: [support::OPEN], ..s });
         assert_eq!((joints.state(), command), (SupervisorState::Disarmed, Command::OFF));
-        // It does not move again by itself, nor by a press while the wire is off; the frame says why.
+        // It does not move again by itself, nor by a press while the wire is open. The frame has the cause.
         run(&mut joints, 40, |s| Sample { codes: [support::OPEN], button: true, ..s });
         assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, Cause::SensorOpen));
         idle(&mut joints, 1_000);
@@ -89,18 +89,18 @@ fn a_sensor_may_be_bad_for_50_ms_and_no_longer() {
     }
 }
 
-/// What comes in a sound tick: for jumps a knee that is bent by 116 degrees, so that there is somewhere to jump to.
-fn sound(verdict: Validity, tick: u32) -> Sample<1> {
-    match verdict {
+/// The sample of a good tick. For jumps the knee is at 116 degrees, so that a large jump is possible.
+fn correct(validity: Validity, tick: u32) -> Sample<1> {
+    match validity {
         Validity::Spike | Validity::Rate => Sample { codes: [AdcCode(700 + (tick & 1) as u16)], ..good(tick) },
         _ => good(tick),
     }
 }
 
-/// A loop in this state whose leg is where [`sound`] has it.
-fn sound_in(state: SupervisorState, verdict: Validity) -> joint_loop::JointLoop<support::Walk, 1> {
-    let mut joints = reach(&walker(), state);
-    let [from, to] = [good(0), sound(verdict, 0)].map(|sample| u32::from(sample.codes[0].0));
+/// A loop in this state with the leg at the angle of [`correct`].
+fn correct_in(state: SupervisorState, validity: Validity) -> joint_loop::JointLoop<support::Walk, 1> {
+    let mut joints = reach(&default_loop(), state);
+    let [from, to] = [good(0), correct(validity, 0)].map(|sample| u32::from(sample.codes[0].0));
     for tick in 0..400 {
         let code = from - (from - to) * tick / 399 + (tick & 1);
         joints.tick(&Sample { codes: [AdcCode(code as u16)], ..good(0) });
@@ -109,111 +109,111 @@ fn sound_in(state: SupervisorState, verdict: Validity) -> joint_loop::JointLoop<
     joints
 }
 
-/// What comes in the `n`th wrong tick of a fault, 1 the first.
-fn wrong(verdict: Validity, n: u32) -> Sample<1> {
-    let sound = sound(verdict, n);
-    let code = |code| Sample { codes: [AdcCode(code)], ..sound };
-    match verdict {
-        Validity::Good => sound,
+/// The sample of the `n`th tick of a fault; the first is 1.
+fn wrong(validity: Validity, n: u32) -> Sample<1> {
+    let correct = correct(validity, n);
+    let code = |code| Sample { codes: [AdcCode(code)], ..correct };
+    match validity {
+        Validity::Good => correct,
         Validity::Open => code(3),
         Validity::Short => code(4_090),
-        // From one end to the other, so that neither wire is at fault.
+        // Alternates between the ends, so that it is neither open nor short.
         Validity::Saturated => code(if n % 20 < 10 { 3 } else { 4_090 }),
         // The last good code was 1801.
         Validity::Stuck => code(1_801),
-        // To 5 degrees: a knee takes 72 ms for that.
+        // To 5 degrees: a knee needs 72 ms for this.
         Validity::Spike | Validity::Rate => code(3_000),
         Validity::OutOfTable => code(3_500),
-        Validity::SupplyLow => Sample { vrefint: AdcCode(0), ..sound },
-        other => panic!("{other} has no sample here"),
+        Validity::SupplyLow => Sample { vrefint: AdcCode(0), ..correct },
+        other => panic!("no sample for {other}"),
     }
 }
 
-/// The table of [`joint_loop::fault_response`], walked through: the verdict has its name in its ms and not before, the walk is left in the ms
-/// that is stated, with the cause that is stated, and the outputs are off in time.
+/// Checks the table of [`joint_loop::fault_response`]: the validity appears in its ms, the stop begins in its ms with its cause,
+/// and the outputs are off in time.
 #[test]
-fn every_verdict_has_the_reaction_of_the_table() {
-    for verdict in Validity::ALL {
-        let Some(is) = fault_response(verdict) else { continue };
-        let mut joints = sound_in(SupervisorState::Walking, verdict);
-        let (mut said, mut stops, mut off) = (None, None, None);
-        // A rate is one for 72 ms, and then believed.
+fn every_validity_has_the_reaction_of_the_table() {
+    for validity in Validity::ALL {
+        let Some(is) = fault_response(validity) else { continue };
+        let mut joints = correct_in(SupervisorState::Walking, validity);
+        let (mut classified, mut stops, mut off) = (None, None, None);
+        // The jump is a rate for 72 ms and is then accepted.
         for n in 1..=if is.classified_ms < 1_000 { 400 } else { 1_400 } {
-            let command = joints.tick(&wrong(verdict, n));
+            let command = joints.tick(&wrong(validity, n));
             let frame = joints.frame();
-            if frame.validity == [Some(verdict)] && said.is_none() {
-                said = Some(n);
+            if frame.validity == [Some(validity)] && classified.is_none() {
+                classified = Some(n);
             }
             if frame.state != SupervisorState::Walking && stops.is_none() {
                 stops = Some(n);
                 assert_eq!(frame.state, SupervisorState::Stopping);
-                // A spike that goes on is a rate.
-                let cause = if verdict == Validity::Spike { Cause::SensorRate } else { is.cause };
-                assert_eq!(frame.cause, cause, "{verdict}");
+                // A spike that lasts becomes a rate.
+                let cause = if validity == Validity::Spike { Cause::SensorRate } else { is.cause };
+                assert_eq!(frame.cause, cause, "{validity}");
             }
             if command.pulses.is_none() && off.is_none() {
                 off = Some(n);
             }
         }
-        assert_eq!(said, Some(u32::from(is.classified_ms)), "{verdict}");
-        assert_eq!(stops, Some(u32::from(is.stops_ms())), "{verdict}");
+        assert_eq!(classified, Some(u32::from(is.classified_ms)), "{validity}");
+        assert_eq!(stops, Some(u32::from(is.stops_ms())), "{validity}");
         let last = u32::from(is.stops_ms() + PARK_MS);
-        assert!(off.is_some_and(|off| (last - 4..=last).contains(&off)), "{verdict}: {off:?}, {last} stated");
+        assert!(off.is_some_and(|off| (last - 4..=last).contains(&off)), "{validity}: {off:?}, {last} in the table");
         assert_eq!(joints.state(), SupervisorState::Disarmed);
     }
 }
 
-/// What ends before the tolerance does is walked through: a spike until it would be a rate, a saturated code until it would be a wire, and
-/// a wire that was open for 31 ms, as it is doubted for 19 more.
+/// Faults that end within the tolerance do not change the motion: a spike before it becomes a rate, a saturated code before it
+/// becomes an open wire, and a wire that is open for 31 ms, whose samples are rejected for 19 ms more.
 #[test]
-fn what_the_table_says_is_carried_through_is() {
-    for (verdict, ticks) in
+fn a_fault_within_the_tolerance_does_not_change_the_motion() {
+    for (validity, ticks) in
         [(Validity::Spike, 4), (Validity::Saturated, 19), (Validity::Rate, 50), (Validity::Open, 31)]
     {
-        let mut joints = sound_in(SupervisorState::Walking, verdict);
+        let mut joints = correct_in(SupervisorState::Walking, validity);
         let mut other = joints.clone();
         let mut last = Validity::Good;
         for n in 1..=ticks {
             let held = joints.frame().measured;
-            joints.tick(&if verdict == Validity::Saturated { wrong(Validity::Open, n) } else { wrong(verdict, n) });
-            other.tick(&sound(verdict, n));
-            last = joints.frame().validity[0].expect("worn");
+            joints.tick(&if validity == Validity::Saturated { wrong(Validity::Open, n) } else { wrong(validity, n) });
+            other.tick(&correct(validity, n));
+            last = joints.frame().validity[0].expect("a sensor");
             assert_eq!(joints.frame().measured, held, "the last good angle is kept");
         }
-        assert_eq!(last, verdict);
+        assert_eq!(last, validity);
         for n in 0..1_000 {
-            joints.tick(&sound(verdict, n));
-            other.tick(&sound(verdict, n));
-            assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Walking, Cause::None), "{verdict}");
+            joints.tick(&correct(validity, n));
+            other.tick(&correct(validity, n));
+            assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Walking, Cause::None), "{validity}");
         }
-        assert_eq!(joints.frame().setpoint_hash, other.frame().setpoint_hash, "the rhythm does not notice");
+        assert_eq!(joints.frame().setpoint_hash, other.frame().setpoint_hash, "the setpoints are the same");
     }
 }
 
-/// At rest there is no tolerance, and the frame says why a press did nothing.
+/// At rest there is no tolerance, and the frame has the cause.
 #[test]
-fn with_any_verdict_but_good_a_press_does_not_arm_and_the_cause_says_which() {
-    for verdict in Validity::ALL {
-        let Some(is) = fault_response(verdict) else { continue };
-        let mut joints = sound_in(SupervisorState::Disarmed, verdict);
-        let said = u32::from(is.classified_ms);
-        // 20 ms of the button are a press; the sensor's trouble begins so that its name comes with the last of them.
+fn a_press_does_not_arm_unless_the_sensor_is_good() {
+    for validity in Validity::ALL {
+        let Some(is) = fault_response(validity) else { continue };
+        let mut joints = correct_in(SupervisorState::Disarmed, validity);
+        let classified = u32::from(is.classified_ms);
+        // A press takes 20 ms. The fault begins so that it is classified in the last tick of the press.
         for tick in 0..1_200 {
             let button = (1_180..1_200).contains(&tick);
-            let begins = 1_200 - said;
-            let sample = if tick >= begins { wrong(verdict, tick + 1 - begins) } else { sound(verdict, tick) };
+            let begins = 1_200 - classified;
+            let sample = if tick >= begins { wrong(validity, tick + 1 - begins) } else { correct(validity, tick) };
             joints.tick(&Sample { button, ..sample });
         }
-        assert_eq!(joints.frame().validity, [Some(verdict)]);
-        assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, is.cause), "{verdict}");
+        assert_eq!(joints.frame().validity, [Some(validity)]);
+        assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, is.cause), "{validity}");
     }
 }
 
 #[test]
-fn a_flickering_wire_uses_the_tolerance_up() {
-    // 3 ticks bad, 2 ticks good: one tick of tolerance every 5. Never 4 bad ones in a row. (Every fifth code would be of
-    // no use to anyone; the verdicts in between follow from the sensor's own rules and only make it worse.)
-    let mut joints = reach(&walker(), SupervisorState::Walking);
+fn an_intermittent_wire_exceeds_the_tolerance() {
+    // 3 bad and 2 good ticks use one tick of tolerance every 5, with at most 3 bad codes in a row. The sensor rejects more
+    // samples by its own rules.
+    let mut joints = reach(&default_loop(), SupervisorState::Walking);
     let mut ticks = 0;
     while joints.state() == SupervisorState::Walking {
         let code = if ticks % 5 < 3 { support::OPEN } else { good(ticks).codes[0] };
@@ -225,24 +225,24 @@ fn a_flickering_wire_uses_the_tolerance_up() {
 }
 
 #[test]
-fn without_a_required_sensor_the_rhythm_goes_on() {
+fn without_a_required_sensor_the_motion_continues() {
     let mut config = LoopConfig::default_biped();
     config.monitor.sensor_required = false;
-    let mut joints = walker_with(&config);
+    let mut joints = default_loop_with(&config);
     let open = |s| Sample { codes: [support::OPEN], vrefint: joint_units::AdcCode(0), ..s };
     run(&mut joints, 100, open);
     run(&mut joints, 20, |s| Sample { button: true, ..open(s) });
     run(&mut joints, 60_000, open);
     assert_eq!(joints.state(), SupervisorState::Walking);
-    // And still every verdict is reported.
+    // The validity is still reported.
     assert_eq!(joints.frame().validity, [Some(hgod_adc::Validity::SupplyLow)]);
     assert_eq!(joints.frame().limited_ticks, 0);
 }
 
 #[test]
-fn overruns_are_counted_twice_a_second_and_then_stop() {
+fn two_overruns_a_second_are_tolerated_and_a_third_stops() {
     let overrun = |s| Sample { faults: BoardFaults::ADC_OVERRUN, ..s };
-    let mut joints = reach(&walker(), SupervisorState::Walking);
+    let mut joints = reach(&default_loop(), SupervisorState::Walking);
     for second in 0..10 {
         for _ in 0..2 {
             run(&mut joints, 1, overrun);
@@ -258,7 +258,7 @@ fn overruns_are_counted_twice_a_second_and_then_stop() {
     idle(&mut joints, 450);
     run(&mut joints, 1, overrun);
     assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Stopping, Cause::AdcOverrun));
-    // A second later it may be armed again.
+    // One second later a press arms again.
     idle(&mut joints, 1_000);
     assert_eq!(joints.state(), SupervisorState::Disarmed);
     press(&mut joints);
@@ -266,10 +266,10 @@ fn overruns_are_counted_twice_a_second_and_then_stop() {
 }
 
 #[test]
-fn gaps_are_counted_then_stop_then_fault() {
+fn short_gaps_are_counted_longer_ones_stop_or_are_faults() {
     for state in MOVING {
         for gap in 0..=400 {
-            let mut joints = reach(&walker(), state);
+            let mut joints = reach(&default_loop(), state);
             let before = joints.frame();
             let command = joints.tick(&Sample { elapsed: gap, ..good(0) });
             let frame = joints.frame();
@@ -280,7 +280,7 @@ fn gaps_are_counted_then_stop_then_fault() {
             };
             assert_eq!((frame.state, frame.cause), (after, cause), "gap of {gap}");
             assert_eq!(command.pulses.is_some(), after != SupervisorState::Fault);
-            // The wire format has a byte for it: what is beyond is taken as 255, and 0 as 1.
+            // The value is clamped to 1 to 255.
             let taken = gap.clamp(1, 255);
             assert_eq!((frame.tick, frame.missed), (before.tick + taken, before.missed + taken - 1));
         }
@@ -288,8 +288,8 @@ fn gaps_are_counted_then_stop_then_fault() {
 }
 
 #[test]
-fn late_ticks_are_counted_and_nothing_else() {
-    let mut joints = reach(&walker(), SupervisorState::Walking);
+fn late_ticks_are_only_counted() {
+    let mut joints = reach(&default_loop(), SupervisorState::Walking);
     let mut other = joints.clone();
     run(&mut joints, 500, |s| Sample { late: true, ..s });
     idle(&mut other, 500);
@@ -297,10 +297,9 @@ fn late_ticks_are_counted_and_nothing_else() {
     assert_eq!(joints.frame().setpoint_hash, other.frame().setpoint_hash);
 }
 
-/// A generator that fails while it moves the joints: not one of its angles is used any more, a hurried stop from the last
-/// good ones, and at rest it starts afresh.
+/// A generator that fails while the joints move: a hurried stop from the last checked angles, and a reset at rest.
 #[test]
-fn a_failed_generator_is_not_listened_to() {
+fn angles_of_a_failed_generator_are_not_used() {
     for health in [
         StateFault::NotFinite { state: Field::at("velocity", 2) },
         StateFault::OutOfBounds { state: Field::of("phase") },
@@ -324,26 +323,26 @@ fn a_failed_generator_is_not_listened_to() {
     }
 }
 
-/// The same at rest: there such angles are of no account, and they meet the gate in the tick of the press.
+/// At rest such angles have no effect; the gate refuses them in the tick of the press.
 #[test]
-fn what_is_not_finite_at_rest_cannot_be_armed() {
-    let liar = Puppet { lie: Some((0, 3, f32::NAN)), ..Puppet::at([0.0; 4]) };
-    let mut joints = reach(&puppet(liar), SupervisorState::Disarmed);
+fn angles_that_are_not_finite_cannot_be_armed() {
+    let broken = Puppet { unchecked: Some((0, 3, f32::NAN)), ..Puppet::at([0.0; 4]) };
+    let mut joints = reach(&puppet(broken), SupervisorState::Disarmed);
     assert_eq!(press(&mut joints), Command::OFF);
     assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Fault, Cause::NonFinite));
 }
 
-/// Angles that are not finite although the generator says that all is well: off in the very tick, with the last setpoints kept
-/// for the record.
+/// Angles that are not finite although the generator passes its check: outputs off in the same tick; the frame keeps the last
+/// setpoints.
 #[test]
-fn what_is_not_finite_is_a_fault_in_the_same_tick() {
+fn an_angle_that_is_not_finite_is_a_fault_in_the_same_tick() {
     for bad in [f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         for joint in 0..4 {
             for state in MOVING {
-                let honest = Puppet::at([10.0, -10.0, 40.0, 20.0]);
-                // It turns bad with the step after those that lead to the state.
-                let steps = reach(&puppet(honest.clone()), state).generator().steps;
-                let mut joints = reach(&puppet(Puppet { lie: Some((steps + 1, joint, bad)), ..honest }), state);
+                let finite = Puppet::at([10.0, -10.0, 40.0, 20.0]);
+                // The angle is bad from the first step after the state is reached.
+                let steps = reach(&puppet(finite.clone()), state).generator().steps;
+                let mut joints = reach(&puppet(Puppet { unchecked: Some((steps + 1, joint, bad)), ..finite }), state);
                 let before = joints.frame().setpoints;
                 assert_eq!(idle(&mut joints, 1), Command::OFF);
                 let frame = joints.frame();
@@ -355,8 +354,8 @@ fn what_is_not_finite_is_a_fault_in_the_same_tick() {
 }
 
 #[test]
-fn a_pose_that_the_envelope_holds_back_stops_after_50_ms() {
-    // Both knees at 80 degrees: 160 together, where 150 is allowed.
+fn a_pose_limited_by_the_envelope_stops_after_50_ms() {
+    // Both knees at 80 degrees: the sum is 160, allowed is 150.
     let mut joints = puppet(Puppet::at([0.0, 0.0, 80.0, 80.0]));
     idle(&mut joints, 40);
     press(&mut joints);
@@ -379,8 +378,8 @@ fn a_pose_that_the_envelope_holds_back_stops_after_50_ms() {
 }
 
 #[test]
-fn a_slow_stop_becomes_a_hurried_one() {
-    let mut joints = reach(&walker(), SupervisorState::Stopping);
+fn a_normal_stop_becomes_a_hurried_stop() {
+    let mut joints = reach(&default_loop(), SupervisorState::Stopping);
     assert_eq!(joints.frame().cause, Cause::Button);
     idle(&mut joints, 40);
     joints.tick(&Sample { elapsed: 6, ..good(0) });
@@ -391,7 +390,7 @@ fn a_slow_stop_becomes_a_hurried_one() {
 }
 
 #[test]
-fn a_configuration_that_cannot_work_is_refused_by_name() {
+fn a_configuration_error_names_the_field() {
     let refused = |change: Change| {
         let mut config = LoopConfig::default_biped();
         change(&mut config);

@@ -1,4 +1,4 @@
-//! The loop as a function of its inputs: every code in every state, any inputs at all, and the same again.
+//! Tests of the loop as a function of its inputs: every code in every state, random inputs, replay.
 
 mod support;
 
@@ -6,19 +6,19 @@ use hgod_adc::{SensorState, Validity};
 use joint_loop::{BoardFaults, Cause, Command, Frame, JointLoop, LoopConfig, Sample, SupervisorState};
 use joint_units::{AdcCode, Joint};
 use proptest::prelude::*;
-use support::{VREFINT, Walk, good, idle, press, reach, script, sensor, walker};
+use support::{VREFINT, Walk, default_loop, good, idle, press, reach, script, sensor};
 
-/// Every code of the converter, for the sensor and for the reference, in every state: one tick and 60 more. The measured angle
-/// is what the sensor alone makes of the same codes, bit for bit; what moves is bounded; nothing moves that did not.
+/// Every code of the converter, for the sensor and for the reference, in every state, for one tick and 60 more. The measured
+/// angle equals that of a separate sensor bit for bit, setpoints are bounded, and no motion starts.
 #[test]
 fn every_code_in_every_state() {
-    let fresh = walker();
+    let fresh = default_loop();
     for state in SupervisorState::ALL {
         let start = reach(&fresh, state);
-        // The sensor by itself, taken through the same history of good codes.
-        let (alone, mut listening) = (sensor(), SensorState::default());
+        // A separate sensor with the same history of good codes.
+        let (alone, mut sensor_state) = (sensor(), SensorState::default());
         for sample in script(state) {
-            alone.sample(&mut listening, sample.codes[0], sample.vrefint);
+            alone.sample(&mut sensor_state, sample.codes[0], sample.vrefint);
         }
         for code in 0..=AdcCode::MAX.0 {
             for sample in [
@@ -32,7 +32,7 @@ fn every_code_in_every_state() {
                 let after = if state == SupervisorState::Boot { SupervisorState::Disarmed } else { state };
                 assert_eq!((frame.state, command.pulses.is_some()), (after, after.moving()), "{code} {state:?}");
                 assert!(frame.measured[0].0.is_finite() && (0.0..=120.1).contains(&frame.measured[0].degrees()));
-                let reading = alone.sample(&mut listening.clone(), sample.codes[0], sample.vrefint);
+                let reading = alone.sample(&mut sensor_state.clone(), sample.codes[0], sample.vrefint);
                 assert_eq!(frame.validity, [Some(reading.validity)], "{code} {state:?}");
                 assert_eq!(frame.measured[0].0.to_bits(), reading.angle.0.to_bits(), "{code} {state:?}");
                 for tick in 0..if code % 64 == 0 { 60 } else { 1 } {
@@ -45,7 +45,7 @@ fn every_code_in_every_state() {
     }
 }
 
-/// What every pair of neighbouring frames must satisfy.
+/// Checks two consecutive frames.
 fn assert_allowed(before: &Frame<1>, after: &Frame<1>) {
     let config = LoopConfig::default_biped();
     let legal = match before.state {
@@ -77,7 +77,7 @@ fn assert_allowed(before: &Frame<1>, after: &Frame<1>) {
     }
 }
 
-/// One tick's worth of anything the board can say.
+/// Any sample of a board, and for how many ticks it lasts.
 fn anything() -> impl Strategy<Value = (Sample<1>, u16)> {
     let elapsed = prop_oneof![60 => Just(1_u32), 3 => 2_u32..8, 1 => 0_u32..400];
     let faults = prop_oneof![60 => Just(0_u8), 4 => Just(1_u8), 1 => 0_u8..64];
@@ -101,8 +101,8 @@ fn anything() -> impl Strategy<Value = (Sample<1>, u16)> {
     )
 }
 
-/// The tick that follows a spell's first: the same, without what would be a fault at once.
-fn going_on(sample: Sample<1>, tick: u16) -> Sample<1> {
+/// The later samples of an interval: as the first, without faults and gaps.
+fn continued(sample: Sample<1>, tick: u16) -> Sample<1> {
     let code = AdcCode(sample.codes[0].0 ^ (tick & 1));
     Sample { elapsed: 1, codes: [code], faults: BoardFaults::NONE, ..sample }
 }
@@ -110,15 +110,15 @@ fn going_on(sample: Sample<1>, tick: u16) -> Sample<1> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(120))]
 
-    /// Any inputs: every frame follows from the one before as allowed, and the same inputs give the same frames and hash.
+    /// Random inputs: every frame is an allowed successor of the one before, and the same inputs give the same frames.
     #[test]
-    fn any_inputs_are_bounded_and_replay(spells in prop::collection::vec(anything(), 1..60)) {
-        let (mut joints, mut again) = (walker(), walker());
+    fn any_inputs_are_bounded_and_replay(intervals in prop::collection::vec(anything(), 1..60)) {
+        let (mut joints, mut again) = (default_loop(), default_loop());
         let mut recorded = Vec::new();
         let mut held_for = 0;
-        for (first, held) in spells {
+        for (first, held) in intervals {
             for tick in 0..held {
-                let sample = if tick == 0 { first } else { going_on(first, tick) };
+                let sample = if tick == 0 { first } else { continued(first, tick) };
                 let before = joints.frame();
                 let command = joints.tick(&sample);
                 let after = joints.frame();
@@ -139,13 +139,13 @@ proptest! {
     }
 }
 
-/// A frame with its floats as bits, so that equal means equal.
+/// A frame with its floats as bits too, for an exact comparison.
 fn bits(frame: &Frame<1>) -> (Frame<1>, [u32; 5]) {
     let [a, b, c, d] = frame.setpoints.map(|angle| angle.0.to_bits());
     (*frame, [a, b, c, d, frame.measured[0].0.to_bits()])
 }
 
-/// A walk as a list of inputs.
+/// The inputs of a run: arm, walk, stop.
 fn inputs() -> Vec<Sample<1>> {
     (0..6_000)
         .map(|tick| {
@@ -157,7 +157,7 @@ fn inputs() -> Vec<Sample<1>> {
 }
 
 fn replay(inputs: &[Sample<1>]) -> JointLoop<Walk, 1> {
-    let mut joints = walker();
+    let mut joints = default_loop();
     for sample in inputs {
         joints.tick(sample);
     }
@@ -165,7 +165,7 @@ fn replay(inputs: &[Sample<1>]) -> JointLoop<Walk, 1> {
 }
 
 #[test]
-fn the_hash_tells_runs_apart() {
+fn different_runs_have_different_hashes() {
     let inputs = inputs();
     let whole = replay(&inputs).frame();
     assert_eq!((whole.state, whole.cause), (SupervisorState::Disarmed, Cause::Button));
@@ -177,30 +177,30 @@ fn the_hash_tells_runs_apart() {
         change(&mut inputs[at]);
         replay(&inputs).frame()
     };
-    // One bit of what moves the setpoints, at one tick: another hash.
+    // A changed input that affects the setpoints or the state changes the hash.
     for at in [0, 50, 119, 1_000, 2_500, 4_019, 4_500, 5_999] {
         for change in [
             |s: &mut Sample<1>| s.elapsed ^= 2,
             |s: &mut Sample<1>| s.faults = BoardFaults::CLOCK,
             |s: &mut Sample<1>| s.faults = BoardFaults::BREAK_INPUT,
         ] {
-            // Boot answers faults with disarmed, so in the first tick they change nothing.
+            // Boot goes to disarmed even with a fault, so a fault in the first tick has no effect.
             let changed = with(at, change);
             let nothing = at == 0 && changed.tick == whole.tick;
             assert_eq!(changed.setpoint_hash == whole.setpoint_hash, nothing, "tick {at}");
         }
     }
     assert_ne!(with(110, |s| s.button = false).setpoint_hash, whole.setpoint_hash);
-    // One bit of a code moves nothing (yet), and is seen in the frame.
+    // A changed bit of a code does not change the setpoints but the measured angle.
     let other = with(5_990, |s| s.codes[0].0 ^= 4);
     assert_eq!(other.setpoint_hash, whole.setpoint_hash);
     assert_ne!(other.measured[0].0.to_bits(), whole.measured[0].0.to_bits());
 }
 
-/// The hash is FNV-1a over what the frames of every tick say: computed here from the frames alone.
+/// The hash is FNV-1a over tick, state and setpoints of every frame.
 #[test]
 fn the_hash_can_be_computed_from_the_frames() {
-    let mut joints = walker();
+    let mut joints = default_loop();
     let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
     for sample in inputs() {
         joints.tick(&sample);
@@ -215,10 +215,10 @@ fn the_hash_can_be_computed_from_the_frames() {
     }
 }
 
-/// A copy goes on as the original does: nothing is kept outside of it.
+/// A copy behaves as the original: the loop has no state outside itself.
 #[test]
-fn a_copy_goes_on_alike() {
-    let mut joints = reach(&walker(), SupervisorState::Arming);
+fn a_copy_behaves_as_the_original() {
+    let mut joints = reach(&default_loop(), SupervisorState::Arming);
     let mut copy = joints.clone();
     for tick in 0..5_000 {
         assert_eq!(joints.tick(&good(tick)), copy.tick(&good(tick)));
@@ -228,7 +228,7 @@ fn a_copy_goes_on_alike() {
 
 #[test]
 fn disarmed_means_off_and_parked() {
-    let mut joints = reach(&walker(), SupervisorState::Walking);
+    let mut joints = reach(&default_loop(), SupervisorState::Walking);
     idle(&mut joints, 40);
     press(&mut joints);
     idle(&mut joints, 1_100);

@@ -1,12 +1,12 @@
-//! Debounce: a raw button level to one press edge, after the level was stable for long enough.
+//! Debouncing of the button: turns raw levels into one edge for each press.
 
-/// The configuration: how many ticks in a row must agree before the level counts.
+/// Configuration: number of equal consecutive levels that are accepted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Button {
     stable_ticks: u32,
 }
 
-/// The state: the level that counts, and for how long the raw one has differed from it.
+/// State: the accepted level, and for how many ticks the raw level has differed from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Press {
     held: bool,
@@ -14,20 +14,20 @@ pub struct Press {
 }
 
 impl Default for Press {
-    /// As if held: a button that is down (or wired the wrong way) at boot gives no edge until it was once released.
+    /// Held, so that a button that is pressed (or wired inverted) at boot gives no edge before it is released.
     fn default() -> Self {
         Self { held: true, differs_for: 0 }
     }
 }
 
 impl Button {
-    /// A level counts after it was read `stable_ticks` times in a row (0 is taken as 1).
+    /// Accepts a level after `stable_ticks` equal readings in a row (0 is taken as 1).
     #[must_use]
     pub const fn new(stable_ticks: u32) -> Self {
         Self { stable_ticks: if stable_ticks == 0 { 1 } else { stable_ticks } }
     }
 
-    /// Takes one raw level; true on the one tick in which a press becomes certain.
+    /// Takes one raw level; returns true in the tick in which a press is accepted.
     pub fn sample(&self, press: &mut Press, raw: bool) -> bool {
         if raw == press.held {
             press.differs_for = 0;
@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn held_at_boot_is_no_press() {
+    fn a_button_held_at_boot_is_no_press() {
         let (button, mut press) = (Button::new(20), Press::default());
         assert_eq!(edges(button, &mut press, true, 10_000), 0);
         assert_eq!(edges(button, &mut press, false, 20), 0);
@@ -70,7 +70,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn bounce_shorter_than_the_stable_time_gives_nothing(runs in prop::collection::vec(1_u32..20, 1..200)) {
+        fn bounce_shorter_than_the_stable_time_gives_no_edge(runs in prop::collection::vec(1_u32..20, 1..200)) {
             let (button, mut press) = (Button::new(20), Press::default());
             edges(button, &mut press, false, 20);
             let mut level = true;

@@ -1,6 +1,6 @@
-//! What follows from each verdict on a gait sensor that must be good, while the joints move. [`fault_response`] is the table:
+//! The reaction to each sensor validity while the joints move, if the sensor is required. [`fault_response`] is this table:
 //!
-//! | verdict | cause | said | doubted | own rhythm | acts | follower | acts |
+//! | validity | cause | classified | rejected | independent | acts | follower | acts |
 //! |---|---|---|---|---|---|---|---|
 //! | open | sensor_open | 20 | 1 | park | 51 | freewheel | 21 |
 //! | short | sensor_short | 20 | 1 | park | 51 | freewheel | 21 |
@@ -11,59 +11,60 @@
 //! | out_of_table | sensor_out_of_table | 1 | 1 | park | 51 | freewheel | 21 |
 //! | supply_low | sensor_supply_low | 1 | 1 | park | 51 | freewheel | 21 |
 //!
-//! All times are in ms from the last right sample, at the default configuration and 1 kHz: with `n` ms it is the n-th wrong
-//! sample.
+//! Times are in ms from the last correct sample, with the default configuration at 1 kHz: `n` ms is the n-th wrong sample.
 //!
-//! - *said*: the verdict has its name ([`Validity::detection_ms`]). *doubted*: the first verdict that is not good; from there on
-//!   no sample is taken for an angle, the last good angle is kept, and the tolerance of the supervisor is being used up.
-//! - *own rhythm*: a walker that needs no sensor for its steps. It *parks* when a sensor has not been good for longer than
-//!   [`SENSOR_TOLERANCE_MS`]: [`Motion::Hurry`] to the park pose, outputs off at most [`PARK_MS`] later, and a press is needed to
-//!   move again. The cause names the verdict: the most severe ([`Validity::worse`]) of the last [`SENSOR_TOLERANCE_MS`].
-//! - *follower*: a walker that the sensor leads. The supervisor leaves it to the follower, which *freewheels* after
-//!   [`FOLLOWER_BRIDGE_MS`] without a good sample: it goes on in its last cadence for [`FREEWHEEL_MS`] at most, then comes to a
-//!   stand with the outputs on, and follows again when the sensor is back. What a moving leg does not do it notices by itself
-//!   too, and sooner: a sensor that sticks in mid swing after some 0.1 s. One that sticks where the leg hardly moves looks like a
-//!   leg that stands, and then the joints stand without freewheeling first.
-//! - *carry on*: the verdict ends or gets a graver name before anything acts. A spike is a rate from its 5th ms on, a saturated
-//!   code an open or shorted wire from its 20th. *acts* is then the time from which something would.
-//! - A *rate* acts only where the jump stays impossible for so long: one of more than 78 degrees, or of more than 33 for a
-//!   follower. A smaller one is believed before, and the joints go on.
+//! - *classified*: from this time the sample has the validity of its row ([`Validity::detection_ms`]). *rejected*: from this
+//!   time samples are not good. No rejected sample is used as an angle: the last good angle is kept, and the time counts
+//!   against the supervisor's tolerance.
+//! - *independent*: a generator that needs no sensor. The supervisor *parks* the joints when a sensor has not been good for
+//!   more than [`SENSOR_TOLERANCE_MS`]: [`Motion::Hurry`] to the park pose, outputs off at most [`PARK_MS`] later. A press is
+//!   needed to move again. The cause is the worst validity ([`Validity::worse`]) of the last [`SENSOR_TOLERANCE_MS`].
+//! - *follower*: a generator whose phase is locked to the sensor. The supervisor does not stop it. The follower *freewheels*
+//!   after [`FOLLOWER_BRIDGE_MS`] without a good sample: it continues at its last cadence for at most [`FREEWHEEL_MS`], then
+//!   stands with the outputs on, and follows again when the sensor is good. It also detects angles that a moving leg cannot
+//!   have, and earlier: a sensor that sticks in mid swing after about 0.1 s. A sensor that sticks where the leg hardly moves
+//!   looks like a standing leg; the joints then stand without freewheeling first.
+//! - *carry on*: the fault ends or gets a worse validity before any reaction. A spike becomes a rate from its 5th ms, a
+//!   saturated code an open or shorted wire from its 20th. *acts* is the time at which a reaction would begin.
+//! - A *rate* causes a reaction only if the jump remains impossible for that time: a jump of more than 78 degrees, or of more
+//!   than 33 for a follower. A smaller jump is accepted before, and the motion continues.
 //!
-//! At rest there is no tolerance: with any verdict but good a press does not arm, and the cause says why. Where no sensor is
-//! required ([`crate::MonitorConfig::sensor_required`]) nothing follows from a verdict but its place in the frame.
+//! At rest there is no tolerance: a press does not arm unless the validity is good, and the cause states why. If no sensor is
+//! required ([`crate::MonitorConfig::sensor_required`]), the validity is only reported in the frame.
 
 use crate::control::supervisor::Cause;
 #[cfg(doc)]
 use crate::control::supervisor::Motion;
 use hgod_adc::Validity;
 
-/// How long a required sensor may be not good while the joints move: [`crate::MonitorConfig::sensor_tolerance_s`] of the default, in ms.
+/// How long a required sensor may be not good while the joints move, in ms: the default of
+/// [`crate::MonitorConfig::sensor_tolerance_s`].
 pub const SENSOR_TOLERANCE_MS: u16 = 50;
 
-/// Longest time from the tick in which a stop in a hurry begins to the first one with the outputs off: the ramp of 0.3 s and what the gate
-/// is behind it.
+/// Longest time from the first tick of a hurried stop to the first tick with the outputs off, in ms: the ramp of 0.3 s and the
+/// delay of the gate.
 pub const PARK_MS: u16 = 304;
 
-/// How long a follower goes on as if nothing was when no good sample comes: `gate.bridge_s` of its default, in ms.
+/// How long a follower bridges missing good samples before it freewheels, in ms: the default of `gate.bridge_s`.
 pub const FOLLOWER_BRIDGE_MS: u16 = 20;
 
-/// How long a follower goes on in its last cadence without a sensor: `freewheel_s` of its default, in ms.
+/// How long a follower continues at its last cadence without a sensor, in ms: the default of `freewheel_s`.
 pub const FREEWHEEL_MS: u16 = 2000;
 
-/// What a walker does when a verdict lasts.
+/// Reaction of a loop to a validity that persists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Response {
-    /// The last good angle is kept and the rhythm goes on.
+    /// The last good angle is kept and the motion continues.
     CarryOn,
-    /// The supervisor brings the joints to the park pose in a hurry and switches the outputs off.
+    /// The supervisor moves the joints to the park pose by the short ramp and switches the outputs off.
     Park,
-    /// The follower goes on without its sensor for a while, then stands.
+    /// The follower continues without its sensor for a limited time, then stands.
     Freewheel,
 }
 
 impl Response {
-    /// In words.
+    /// Name, as in the table.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -74,29 +75,29 @@ impl Response {
     }
 }
 
-/// What follows from a verdict. Times in ms from the last right sample.
+/// Reaction to a validity. Times are in ms from the last correct sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FaultResponse {
-    /// What telemetry calls it when it stops the joints or keeps them from arming.
+    /// Cause in the frame if it stops the joints or prevents arming.
     pub cause: Cause,
-    /// When the verdict has its name.
+    /// Time from which samples have this validity.
     pub classified_ms: u16,
-    /// When the first verdict that is not good comes.
+    /// Time of the first sample that is not good.
     pub rejected_ms: u16,
-    /// A walker with a rhythm of its own.
+    /// Reaction with a generator that needs no sensor.
     pub independent: Response,
-    /// A walker that follows the sensor.
+    /// Reaction with a follower.
     pub follower: Response,
 }
 
 impl FaultResponse {
-    /// When the supervisor stops a walker with a rhythm of its own, if the sensor is not good for so long.
+    /// Time at which the supervisor stops a generator that needs no sensor, in ms, if the sensor is not good until then.
     ///
     /// ```
     /// use hgod_adc::Validity;
     /// use joint_loop::{Response, Cause, fault_response};
-    /// let open = fault_response(Validity::Open).expect("it is not good");
+    /// let open = fault_response(Validity::Open).expect("a reaction");
     /// assert_eq!((open.cause, open.independent, open.stops_ms()), (Cause::SensorOpen, Response::Park, 51));
     /// ```
     #[must_use]
@@ -104,26 +105,26 @@ impl FaultResponse {
         self.rejected_ms.saturating_add(SENSOR_TOLERANCE_MS)
     }
 
-    /// When a follower begins to freewheel at the latest, if the sensor is not good for so long.
+    /// Latest time at which a follower begins to freewheel, in ms, if the sensor is not good until then.
     #[must_use]
     pub const fn freewheels_ms(&self) -> u16 {
         self.rejected_ms.saturating_add(FOLLOWER_BRIDGE_MS)
     }
 }
 
-/// What follows from a verdict, the table of [`crate::control::fault_table`]; nothing follows from good.
+/// Reaction to a validity, as in the table of [`crate::control::fault_table`]; `None` for good.
 #[must_use]
-pub const fn fault_response(verdict: Validity) -> Option<FaultResponse> {
-    let cause = Cause::of_sensor(verdict);
-    let (independent, follower) = match verdict {
+pub const fn fault_response(validity: Validity) -> Option<FaultResponse> {
+    let cause = Cause::of_sensor(validity);
+    let (independent, follower) = match validity {
         Validity::Good => return None,
         Validity::Saturated | Validity::Spike => (Response::CarryOn, Response::CarryOn),
-        // Open, short, stuck, rate, out of table, supply low; a validity that is added later is one of them until the table says more.
+        // Open, short, stuck, rate, out of table, supply low, and any validity that is added later.
         _ => (Response::Park, Response::Freewheel),
     };
-    let classified_ms = verdict.detection_ms();
-    let rejected_ms = match verdict {
-        // Until then it is a code like any other.
+    let classified_ms = validity.detection_ms();
+    let rejected_ms = match validity {
+        // Before that time a stuck code cannot be distinguished from a constant angle.
         Validity::Stuck => classified_ms,
         _ => 1,
     };
@@ -144,13 +145,13 @@ mod tests {
             .filter_map(|line| line.strip_prefix("//! | "))
             .map(|line| line.trim_end_matches('|').split('|').map(str::trim).collect())
             .collect();
-        let faults: Vec<_> = Validity::ALL.into_iter().filter(|&verdict| verdict != Validity::Good).collect();
-        assert_eq!(rows.len(), 1 + faults.len(), "a row for each verdict");
-        for verdict in faults {
-            let is = fault_response(verdict).expect("something follows");
-            let row = rows.iter().find(|row| row[0] == verdict.name()).expect("a row of its own");
+        let faults: Vec<_> = Validity::ALL.into_iter().filter(|&validity| validity != Validity::Good).collect();
+        assert_eq!(rows.len(), 1 + faults.len(), "a row for each validity");
+        for validity in faults {
+            let is = fault_response(validity).expect("a reaction");
+            let row = rows.iter().find(|row| row[0] == validity.name()).expect("a row of the validity");
             let cells = [
-                verdict.name().to_string(),
+                validity.name().to_string(),
                 is.cause.name().to_string(),
                 is.classified_ms.to_string(),
                 is.rejected_ms.to_string(),
@@ -173,21 +174,21 @@ mod tests {
         assert_eq!(FollowerConfig::default().freewheel_s, seconds(FREEWHEEL_MS));
     }
 
-    /// A verdict that does not act by itself is over, or has another name, before the supervisor would act.
+    /// A validity without a reaction ends, or changes to a worse one, before the supervisor would act.
     #[test]
-    fn what_is_carried_through_ends_before_the_tolerance() {
-        for verdict in Validity::ALL {
-            let Some(is) = fault_response(verdict) else { continue };
-            assert!(is.rejected_ms <= is.classified_ms, "{verdict}");
-            let graver = match verdict {
+    fn a_validity_without_reaction_ends_within_the_tolerance() {
+        for validity in Validity::ALL {
+            let Some(is) = fault_response(validity) else { continue };
+            assert!(is.rejected_ms <= is.classified_ms, "{validity}");
+            let worse = match validity {
                 Validity::Spike => Validity::Rate,
                 Validity::Saturated => Validity::Open,
                 _ => continue,
             };
-            assert_eq!((is.independent, is.follower), (Response::CarryOn, Response::CarryOn), "{verdict}");
-            assert_eq!(verdict.worse(graver), graver);
-            let then = fault_response(graver).expect("something follows");
-            assert!(then.classified_ms < is.stops_ms() && then.classified_ms <= is.freewheels_ms(), "{verdict}");
+            assert_eq!((is.independent, is.follower), (Response::CarryOn, Response::CarryOn), "{validity}");
+            assert_eq!(validity.worse(worse), worse);
+            let then = fault_response(worse).expect("a reaction");
+            assert!(then.classified_ms < is.stops_ms() && then.classified_ms <= is.freewheels_ms(), "{validity}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What happens in one control period: tick, supervisor, monitor, button.
+//! Control of one period: tick, supervisor, monitor, fault table, button.
 
 pub(crate) mod button;
 pub mod fault_table;

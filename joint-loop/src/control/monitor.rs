@@ -1,4 +1,4 @@
-//! What is watched, and what the supervisor is asked to do about it.
+//! The monitor: watches the conditions of a tick and decides what it asks of the supervisor.
 //!
 //! | condition | while moving | otherwise |
 //! |---|---|---|
@@ -8,48 +8,47 @@
 //! | the generator does not pass its check | stop | arming refused |
 //! | more overruns of the converter than `overruns_per_s` | stop | arming refused |
 //! | a required sensor not good for more than `sensor_tolerance_s` | stop | arming refused, with no tolerance |
-//! | the pose envelope held the setpoints back for more than `pose_tolerance_s` | stop | (cannot be) |
+//! | the pose envelope limited the setpoints for more than `pose_tolerance_s` | stop | (cannot occur) |
 //!
-//! Below its tolerance a condition is only counted. Tolerated times run down as fast as they run up: a sensor that is bad more
-//! often than it is good uses its tolerance up too, however short each spell is.
+//! Below its tolerance a condition is only counted. A count rises by one in each bad period and falls by one in each good
+//! period, so a sensor that is bad more often than good exceeds its tolerance too, even if each interval is short.
 //!
-//! The cause of a sensor's stop is the name of its verdict. Where verdicts alternate it is the gravest ([`Validity::graver`]) of the last
-//! `sensor_tolerance_s`, so at the end of the tolerance the gravest of all that used it up: an open wire that touches now and then, with
-//! spikes and impossible rates in between, is an open wire. Of several sensors it is the gravest of each tick. [`crate::control::fault_table`] is the table
-//! of verdicts, times and what follows.
+//! The cause of a sensor's stop is named after its validity. If validities alternate, the cause is the worst
+//! ([`Validity::worse`]) of the last `sensor_tolerance_s`: an open wire with intermittent contact, which also shows spikes and
+//! impossible rates, is reported as open. With several sensors, each tick counts with its worst validity.
+//! [`crate::control::fault_table`] lists validities, times and reactions.
 
 use crate::control::button::Button;
 use crate::control::supervisor::{Cause, Demand};
-use crate::error::inside;
-use crate::setup::config::ticks;
-use crate::{BoardFaults, LoopError, MAX_ELAPSED};
+use crate::error::{LoopError, inside, ticks};
+use crate::io::board::{BoardFaults, MAX_ELAPSED};
 use hgod_adc::Validity;
 use joint_units::Period;
 
-/// What is tolerated.
+/// Monitored conditions and their tolerances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MonitorConfig {
-    /// Whether the gait sensors must be good to move. Set it to false to walk from the generator's own rhythm, with no sensor
-    /// worn: verdicts and angles are then still reported, and nothing follows from them.
+    /// Whether the gait sensors must be good to move. False is for a generator that needs no sensor: validities and angles are
+    /// still reported, but have no effect on the supervisor.
     pub sensor_required: bool,
-    /// How long a required sensor may be not good while moving. s, 0 to 1; or infinite for a generator that itself goes on without a
-    /// sensor for a while and then comes to rest: the sensor is then only required to arm.
+    /// How long a required sensor may be not good while moving. s, 0 to 1; or infinite for a follower, which continues without
+    /// a sensor for a limited time and then stands: the sensor is then required only to arm.
     pub sensor_tolerance_s: f32,
-    /// How long the pose envelope may hold the setpoints back. s, 0 to 1.
+    /// How long the pose envelope may limit the setpoints. s, 0 to 1.
     pub pose_tolerance_s: f32,
-    /// Longest gap between two ticks that is only counted. s, less than `fault_gap_s`.
+    /// Longest gap between two ticks that does not stop the motion. s, less than `fault_gap_s`.
     pub stop_gap_s: f32,
-    /// Longest gap between two ticks that only stops. s, at most 0.1, and at most 254 periods.
+    /// Longest gap between two ticks that is not a fault. s, at most 0.1, and at most 254 periods.
     pub fault_gap_s: f32,
-    /// How many overruns of the converter within one second are only counted. 0 to 100.
+    /// How many overruns of the converter within one second do not stop the motion. 0 to 100.
     pub overruns_per_s: u32,
-    /// How long the button must be stable. s, 0.005 to 0.2.
+    /// How long the button's level must be stable. s, 0.005 to 0.2.
     pub debounce_s: f32,
 }
 
 impl MonitorConfig {
-    /// Sensor required; 50 ms of tolerance (the time within which a broken wire must have its effect); gaps of 5 and 20 ms;
-    /// 2 overruns a second; 20 ms of debounce, longer than a tactile switch bounces.
+    /// Sensor required; tolerances of 50 ms (the time within which a broken wire must stop the motion); gaps of 5 and 20 ms;
+    /// 2 overruns per second; 20 ms of debounce, longer than a tactile switch bounces.
     pub const DEFAULT: Self = Self {
         sensor_required: true,
         sensor_tolerance_s: 0.05,
@@ -60,10 +59,10 @@ impl MonitorConfig {
         debounce_s: 0.02,
     };
 
-    /// Checks the fields and turns times into ticks.
+    /// Checks the fields and converts times to ticks.
     ///
     /// # Errors
-    /// The first field that is not as its documentation says.
+    /// [`LoopError`] names the first field that is not allowed.
     pub fn build(&self, period: Period) -> Result<Monitor, LoopError> {
         let tolerance = |field, seconds| -> Result<u32, LoopError> {
             let seconds = inside(field, None, seconds, 0.0, 1.0, "s")?;
@@ -94,7 +93,7 @@ impl MonitorConfig {
     /// The debounced button.
     ///
     /// # Errors
-    /// `debounce_s` is not as its documentation says.
+    /// [`LoopError::OutOfRange`] or [`LoopError::NotFinite`] for `debounce_s`.
     pub fn button(&self, period: Period) -> Result<Button, LoopError> {
         Ok(Button::new(ticks("monitor.debounce_s", self.debounce_s, 0.005, 0.2, period)?))
     }
@@ -104,7 +103,7 @@ impl MonitorConfig {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Monitor {
     sensor_required: bool,
-    /// None tolerates everything while moving.
+    /// `None` tolerates any duration while moving.
     sensor_tolerance: Option<u32>,
     pose_tolerance: u32,
     stop_gap: u32,
@@ -113,49 +112,49 @@ pub struct Monitor {
     second: u32,
 }
 
-/// What one tick saw.
+/// Inputs of the monitor in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Observation {
     /// The joints are moving.
     pub moving: bool,
     /// Control periods since the last tick.
     pub elapsed: u32,
-    /// What the board reports.
+    /// Faults that the board reports.
     pub faults: BoardFaults,
-    /// The gravest verdict of all sensors. Where the board reports an overrun of the converter they count as not good all the same.
+    /// Worst validity of all sensors. An overrun of the converter counts as not good even if this is good.
     pub sensors: Validity,
     /// The generator passes its check.
     pub generator_sound: bool,
-    /// The pose envelope held the setpoints back in the last tick.
+    /// The pose envelope limited the setpoints in the last tick.
     pub pose_limited: bool,
 }
 
-/// What has accumulated so far.
+/// State of the monitor: the counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MonitorState {
-    /// Periods that the sensors were not good, less those that they were.
+    /// Periods in which the sensors were not good, minus periods in which they were.
     sensor: u32,
-    /// The gravest verdict of late: good where the spell above is over, or where it was all overruns.
-    gravest: Validity,
-    /// Periods since there was one as grave.
-    since_gravest: u32,
-    /// Ticks that the pose was held back, less those that it was not.
+    /// Worst recent validity; good if the count above is 0 or came from overruns only.
+    worst: Validity,
+    /// Periods since a validity at least as bad.
+    since_worst: u32,
+    /// Ticks in which the pose was limited, minus ticks in which it was not.
     pose: u32,
-    /// Overruns since the one that opened the window, with it.
+    /// Overruns since the start of the window, including the one that started it.
     overruns: u32,
-    /// Periods since then.
+    /// Periods since the start of the window.
     window: u32,
 }
 
 impl Monitor {
-    /// Takes what one tick saw, and says what follows.
+    /// Updates the counts with one tick and returns the demand on the supervisor.
     pub fn judge(&self, monitor_state: &mut MonitorState, seen: &Observation) -> Demand {
-        // Spells are held at just above the tolerance, so that they are over as long after their end as they lasted to count.
+        // A count stops at one above the tolerance, so that it returns to 0 within tolerance + 1 good periods.
         let overrun = seen.faults.contains(BoardFaults::ADC_OVERRUN);
         let tolerance = self.sensor_tolerance.unwrap_or(0);
-        spell(&mut monitor_state.sensor, overrun || seen.sensors != Validity::Good, seen.elapsed, tolerance);
+        count(&mut monitor_state.sensor, overrun || seen.sensors != Validity::Good, seen.elapsed, tolerance);
         monitor_state.remember(seen.sensors, seen.elapsed, tolerance);
-        spell(&mut monitor_state.pose, seen.pose_limited, 1, self.pose_tolerance);
+        count(&mut monitor_state.pose, seen.pose_limited, 1, self.pose_tolerance);
         monitor_state.window = monitor_state.window.saturating_add(seen.elapsed);
         if overrun {
             if monitor_state.overruns == 0 || monitor_state.window >= self.second {
@@ -181,7 +180,7 @@ impl Monitor {
         } else if monitor_state.overruns > self.overruns {
             Demand::Stop(Cause::AdcOverrun)
         } else if self.sensor_required && sensor_bad {
-            Demand::Stop(match Cause::of_sensor(monitor_state.gravest) {
+            Demand::Stop(match Cause::of_sensor(monitor_state.worst) {
                 Cause::None => Cause::AdcOverrun,
                 cause => cause,
             })
@@ -194,32 +193,33 @@ impl Monitor {
 }
 
 impl MonitorState {
-    /// Keeps the gravest verdict of a spell; one of longer ago than `window` periods gives way to any other.
-    fn remember(&mut self, verdict: Validity, elapsed: u32, window: u32) {
-        self.since_gravest = self.since_gravest.saturating_add(elapsed);
-        let newer = verdict.worse(self.gravest) == verdict || self.since_gravest > window;
+    /// Keeps the worst validity while the sensor count is above 0. One older than `window` periods is replaced by any other.
+    fn remember(&mut self, validity: Validity, elapsed: u32, window: u32) {
+        self.since_worst = self.since_worst.saturating_add(elapsed);
+        let newer = validity.worse(self.worst) == validity || self.since_worst > window;
         if self.sensor == 0 {
-            self.gravest = Validity::Good;
-        } else if verdict != Validity::Good && newer {
-            (self.gravest, self.since_gravest) = (verdict, 0);
+            self.worst = Validity::Good;
+        } else if validity != Validity::Good && newer {
+            (self.worst, self.since_worst) = (validity, 0);
         }
     }
 }
 
-fn spell(spell: &mut u32, on: bool, by: u32, tolerance: u32) {
-    *spell = if on { spell.saturating_add(by).min(tolerance.saturating_add(1)) } else { spell.saturating_sub(by) };
+/// Counts up to one above the tolerance while the condition holds, and down to 0 otherwise.
+fn count(count: &mut u32, on: bool, by: u32, tolerance: u32) {
+    *count = if on { count.saturating_add(by).min(tolerance.saturating_add(1)) } else { count.saturating_sub(by) };
 }
 
-/// The cause of the gravest fault of the board that is not merely counted.
+/// Cause of the worst fault of the board; overruns of the converter are only counted.
 fn named(faults: BoardFaults) -> Option<Cause> {
-    let graves = [
+    let in_order = [
         (BoardFaults::BREAK_INPUT, Cause::BreakInput),
         (BoardFaults::CLOCK, Cause::Clock),
         (BoardFaults::OUTPUTS, Cause::Outputs),
         (BoardFaults::WATCHDOG, Cause::Watchdog),
     ];
     let rest = faults.without(BoardFaults::ADC_OVERRUN);
-    let found = graves.into_iter().find(|(bit, _)| rest.contains(*bit)).map(|(_, cause)| cause);
+    let found = in_order.into_iter().find(|(bit, _)| rest.contains(*bit)).map(|(_, cause)| cause);
     if rest.is_empty() { None } else { Some(found.unwrap_or(Cause::Board)) }
 }
 
@@ -227,7 +227,7 @@ fn named(faults: BoardFaults) -> Option<Cause> {
 mod tests {
     use super::*;
 
-    const WELL: Observation = Observation {
+    const FAULTLESS: Observation = Observation {
         moving: true,
         elapsed: 1,
         faults: BoardFaults::NONE,
@@ -236,17 +236,17 @@ mod tests {
         pose_limited: false,
     };
 
-    fn watch() -> Monitor {
+    fn monitor() -> Monitor {
         MonitorConfig::DEFAULT.build(Period::MILLISECOND).expect("valid")
     }
 
-    /// Overruns at these ticks: on which ticks is a stop asked for?
+    /// The ticks on which a stop is demanded, with overruns on the given ticks.
     fn stops(overruns: &[u32], ticks: u32) -> Vec<u32> {
-        let (watch, mut monitor_state) = (watch(), MonitorState::default());
+        let (monitor, mut monitor_state) = (monitor(), MonitorState::default());
         (0..ticks)
             .filter(|tick| {
                 let faults = if overruns.contains(tick) { BoardFaults::ADC_OVERRUN } else { BoardFaults::NONE };
-                let demand = watch.judge(&mut monitor_state, &Observation { faults, ..WELL });
+                let demand = monitor.judge(&mut monitor_state, &Observation { faults, ..FAULTLESS });
                 assert!(demand == Demand::Go || demand == Demand::Stop(Cause::AdcOverrun));
                 demand != Demand::Go
             })
@@ -254,51 +254,51 @@ mod tests {
     }
 
     #[test]
-    fn the_third_overrun_within_a_second_stops_until_the_second_is_over() {
+    fn the_third_overrun_in_a_second_stops_until_it_is_over() {
         assert!(stops(&[1_500, 1_700], 4_000).is_empty());
         assert_eq!(stops(&[1_500, 1_700, 2_499], 4_000), [2_499]);
         assert_eq!(stops(&[1_500, 1_700, 2_490], 4_000), (2_490..2_500).collect::<Vec<_>>());
-        // A second after the first of them the count begins again.
+        // The count restarts one second after the first overrun.
         assert_eq!(stops(&[1_500, 1_700, 2_500, 2_600, 3_499], 4_000), [3_499]);
         assert!(stops(&[1_500, 1_700, 2_500, 2_600, 3_500], 4_000).is_empty());
     }
 
-    /// 254 periods of 0.1 ms: what lies beyond could not be told from it.
+    /// The limit is 254 periods of 0.1 ms: `elapsed` is clamped to 255.
     #[test]
-    fn a_gap_must_fit_into_what_is_counted() {
+    fn a_gap_must_fit_into_the_range_of_elapsed() {
         let build = |fault_gap_s| {
             MonitorConfig { fault_gap_s, ..MonitorConfig::DEFAULT }.build(Period::from_micros(100).expect("valid"))
         };
-        assert_eq!(build(0.025).map(|watch| (watch.stop_gap, watch.fault_gap)), Ok((50, 250)));
+        assert_eq!(build(0.025).map(|built| (built.stop_gap, built.fault_gap)), Ok((50, 250)));
         let error = build(0.026).expect_err("too long").to_string();
         assert_eq!(error, "monitor.fault_gap_s is 0.026 s; allowed are 0.0001 to 0.025 s");
     }
 
     #[test]
-    fn a_tolerance_is_exact_and_recovers_as_fast_as_it_went() {
-        let (watch, mut monitor_state) = (watch(), MonitorState::default());
+    fn a_tolerance_is_exact_and_recovers_at_the_same_rate() {
+        let (monitor, mut monitor_state) = (monitor(), MonitorState::default());
         let mut see = |ticks: u32, good, moving| {
             let sensors = if good { Validity::Good } else { Validity::OutOfTable };
-            let seen = Observation { sensors, moving, ..WELL };
-            (0..ticks).map(|_| watch.judge(&mut monitor_state, &seen)).last().expect("some")
+            let seen = Observation { sensors, moving, ..FAULTLESS };
+            (0..ticks).map(|_| monitor.judge(&mut monitor_state, &seen)).last().expect("some")
         };
         assert_eq!(see(50, false, true), Demand::Go);
         assert_eq!(see(1, false, true), Demand::Stop(Cause::SensorOutOfTable));
-        // However long it was: 51 ticks to be wholly good again, which is what arming wants; moving wants less.
+        // After any duration: arming needs 51 good ticks, moving needs one.
         see(10_000, false, true);
         assert_eq!(see(1, true, true), Demand::Go);
         assert_eq!(see(49, true, false), Demand::Stop(Cause::SensorOutOfTable));
         assert_eq!(see(1, true, false), Demand::Go);
         assert_eq!(see(1, false, false), Demand::Stop(Cause::SensorOutOfTable));
-        // Periods that were missed count as the tick that follows them.
+        // Missed periods count with the tick after them.
         see(100, true, true);
-        let seen = Observation { sensors: Validity::OutOfTable, elapsed: 5, ..WELL };
-        let demands: Vec<_> = (0..11).map(|_| watch.judge(&mut monitor_state, &seen)).collect();
+        let seen = Observation { sensors: Validity::OutOfTable, elapsed: 5, ..FAULTLESS };
+        let demands: Vec<_> = (0..11).map(|_| monitor.judge(&mut monitor_state, &seen)).collect();
         assert_eq!(demands[9..], [Demand::Go, Demand::Stop(Cause::SensorOutOfTable)]);
     }
 
     #[test]
-    fn the_gravest_comes_first() {
+    fn the_worst_condition_comes_first() {
         let all = Observation {
             elapsed: 255,
             faults: BoardFaults::from_bits(0x3f),
@@ -308,7 +308,7 @@ mod tests {
             moving: true,
         };
         let judge = |seen: Observation| {
-            watch().judge(
+            monitor().judge(
                 &mut MonitorState { sensor: 51, pose: 51, overruns: 9, window: 1, ..MonitorState::default() },
                 &seen,
             )
@@ -328,63 +328,63 @@ mod tests {
         assert_eq!(judge(none), Demand::Stop(Cause::AdcOverrun));
         let later = Observation { elapsed: 1, ..none };
         let judge = |seen: Observation, sensor| {
-            watch().judge(&mut MonitorState { sensor, pose: 51, ..MonitorState::default() }, &seen)
+            monitor().judge(&mut MonitorState { sensor, pose: 51, ..MonitorState::default() }, &seen)
         };
         assert_eq!(judge(later, 51), Demand::Stop(Cause::SensorOutOfTable));
         assert_eq!(judge(Observation { sensors: Validity::Good, ..later }, 0), Demand::Stop(Cause::Pose));
     }
 
-    /// The cause at the end of the tolerance, for a course of verdicts that begins anew when it is over.
+    /// The cause at the end of the tolerance, for a repeated sequence of validities.
     fn cause_of(course: &[Validity]) -> Cause {
-        let (watch, mut monitor_state) = (watch(), MonitorState::default());
+        let (monitor, mut monitor_state) = (monitor(), MonitorState::default());
         let demands = course.iter().cycle().take(10_000).map(|&sensors| {
-            let demand = watch.judge(&mut monitor_state, &Observation { sensors, ..WELL });
+            let demand = monitor.judge(&mut monitor_state, &Observation { sensors, ..FAULTLESS });
             if let Demand::Stop(cause) = demand { Some(cause) } else { None }
         });
-        demands.flatten().next().expect("it stops")
+        demands.flatten().next().expect("a stop")
     }
 
     #[test]
-    fn each_verdict_names_its_cause_and_the_gravest_of_several_wins() {
-        for verdict in Validity::ALL.into_iter().filter(|&verdict| verdict != Validity::Good) {
-            assert_eq!(cause_of(&[verdict]), Cause::of_sensor(verdict));
+    fn the_cause_is_named_after_the_worst_validity() {
+        for validity in Validity::ALL.into_iter().filter(|&validity| validity != Validity::Good) {
+            assert_eq!(cause_of(&[validity]), Cause::of_sensor(validity));
             for other in Validity::ALL {
-                let gravest = Cause::of_sensor(verdict.worse(other));
-                // Turn and turn about, in either order, and one of the graver among many.
-                for course in [vec![verdict, verdict, other], vec![other, verdict, verdict]] {
-                    assert_eq!(cause_of(&course), gravest, "{verdict} and {other}");
+                let worst = Cause::of_sensor(validity.worse(other));
+                // Alternating, in both orders, and one of the other among many.
+                for course in [vec![validity, validity, other], vec![other, validity, validity]] {
+                    assert_eq!(cause_of(&course), worst, "{validity} and {other}");
                 }
-                let one = [vec![other], vec![verdict; 50]].concat();
+                let one = [vec![other], vec![validity; 50]].concat();
                 if other != Validity::Good {
-                    assert_eq!(cause_of(&one), gravest, "one {other} among {verdict}");
+                    assert_eq!(cause_of(&one), worst, "one {other} among {validity}");
                 }
             }
         }
     }
 
-    /// What is over is not told for ever: 50 ms after the last of a graver verdict the cause is the one that there is now.
+    /// 50 ms after the last sample with a worse validity, the cause is the present one.
     #[test]
-    fn a_graver_verdict_is_forgotten_after_the_tolerance() {
-        let (watch, mut monitor_state) = (watch(), MonitorState::default());
+    fn a_worse_validity_is_dropped_after_the_tolerance() {
+        let (monitor, mut monitor_state) = (monitor(), MonitorState::default());
         let mut see = |sensors: Validity, ticks: u32| {
-            let seen = Observation { sensors, moving: false, ..WELL };
-            (0..ticks).map(|_| watch.judge(&mut monitor_state, &seen)).last().expect("some")
+            let seen = Observation { sensors, moving: false, ..FAULTLESS };
+            (0..ticks).map(|_| monitor.judge(&mut monitor_state, &seen)).last().expect("some")
         };
         assert_eq!(see(Validity::SupplyLow, 200), Demand::Stop(Cause::SensorSupplyLow));
         assert_eq!(see(Validity::Open, 50), Demand::Stop(Cause::SensorSupplyLow));
         assert_eq!(see(Validity::Open, 1), Demand::Stop(Cause::SensorOpen));
-        // Good again: until the spell is over it has the same name; the next one begins afresh.
+        // Good again: the cause stays until the count is 0; the next cause does not depend on it.
         assert_eq!(see(Validity::Good, 50), Demand::Stop(Cause::SensorOpen));
         assert_eq!(see(Validity::Good, 1), Demand::Go);
         assert_eq!(see(Validity::Spike, 1), Demand::Stop(Cause::SensorSpike));
     }
 
-    /// An overrun leaves no sample to be judged: until it is forgotten a press does not arm, and the cause is its own.
+    /// An overrun leaves no sample: while the count is above 0 a press does not arm, and the cause is the overrun.
     #[test]
-    fn samples_that_were_lost_are_not_good() {
-        let (watch, mut monitor_state) = (watch(), MonitorState::default());
-        let lost = Observation { faults: BoardFaults::ADC_OVERRUN, moving: false, ..WELL };
-        assert_eq!(watch.judge(&mut monitor_state, &lost), Demand::Stop(Cause::AdcOverrun));
-        assert_eq!(watch.judge(&mut monitor_state, &Observation { moving: false, ..WELL }), Demand::Go);
+    fn lost_samples_are_not_good() {
+        let (monitor, mut monitor_state) = (monitor(), MonitorState::default());
+        let lost = Observation { faults: BoardFaults::ADC_OVERRUN, moving: false, ..FAULTLESS };
+        assert_eq!(monitor.judge(&mut monitor_state, &lost), Demand::Stop(Cause::AdcOverrun));
+        assert_eq!(monitor.judge(&mut monitor_state, &Observation { moving: false, ..FAULTLESS }), Demand::Go);
     }
 }

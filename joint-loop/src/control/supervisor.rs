@@ -1,29 +1,30 @@
-//! The supervisor: when the joints may move. One pure function of the present status and what this tick brought.
+//! The supervisor: a state machine that decides when the joints may move. [`next`] is a pure function of status and inputs.
 //!
-//! Each cell is the next state and, after the slash, the [`Motion`] of this tick. The outputs are on in exactly the three
-//! moving states: arming, walking, stopping. `-` is "stay as it is".
+//! Each cell is the next state and, after the slash, the [`Motion`] of this tick. The outputs are on only in the three moving
+//! states: arming, walking, stopping. `-` means that the state does not change.
 //!
 //! | state | go | go, press | stop | stop, press | fault | settled (and no fault) |
 //! |---|---|---|---|---|---|---|
 //! | boot | disarmed / rest | disarmed / rest | disarmed / rest | disarmed / rest | disarmed / rest | disarmed / rest |
-//! | disarmed | - / rest | **arming / rise** | - / rest | - / rest, the cause says why not | fault / freeze | - |
+//! | disarmed | - / rest | **arming / rise** | - / rest | - / rest, with the cause | fault / freeze | - |
 //! | arming | - / run | stopping / stop | stopping / hurry | stopping / hurry | fault / freeze | go: walking / run |
 //! | walking | - / run | stopping / stop | stopping / hurry | stopping / hurry | fault / freeze | - |
 //! | stopping | - / run | - / run | - / hurry | - / hurry | fault / freeze | disarmed / rest |
 //! | fault | - / freeze | disarmed / rest | - / freeze | disarmed / rest | - / freeze | - |
 //!
-//! - *go*, *stop*, *fault* are the [`Demand`] of the watched conditions; *press* is an edge of the button; *settled* means that
-//!   the ramp that runs has ended: in arming at the full rhythm, in stopping in the park pose. A press comes before settled in
-//!   arming, and a press in the tick that ends a stop is lost.
-//! - **No motion without a press**: arming has one entry, from disarmed, by a press, and only while nothing is wrong.
-//! - **A fault is latched**: when its condition is gone, one press acknowledges it (to disarmed), and only another one arms.
-//!   A press while the condition lasts does nothing. The first cause stays.
-//! - **A sensor's verdict** comes as a demand to stop whose cause has its name; [`crate::control::fault_table`] tells after how many ms.
-//! - **Boot always leads to disarmed**, whatever is pressed; a condition that persists is met there.
+//! - *go*, *stop*, *fault* are the [`Demand`] of the monitor. *press* is an edge of the button. *settled* means that the ramp of
+//!   the state has ended: in arming at the generator's angles, in stopping at the park pose. In arming, a press has priority
+//!   over settled. A press in the tick that ends a stop is ignored.
+//! - **No motion without a press**: the only way to arming is a press in disarmed with the demand go.
+//! - **A fault is latched**: after its condition has ended, one press acknowledges it (to disarmed), and a second press arms.
+//!   A press while the condition persists has no effect. The first cause is kept.
+//! - **A sensor that is not good** causes a demand to stop, with a cause named after its validity;
+//!   [`crate::control::fault_table`] has the times.
+//! - **Boot always leads to disarmed**, even with the button pressed; a persistent condition is handled there.
 
 use hgod_adc::Validity;
 
-/// Where the machine is. The numbers are part of the telemetry's hash.
+/// State of the supervisor. The numbers are part of the setpoint hash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -31,15 +32,15 @@ pub enum SupervisorState {
     /// Before the first tick.
     #[default]
     Boot = 0,
-    /// Outputs off, waiting for a press.
+    /// Outputs off; a press arms.
     Disarmed = 1,
-    /// From the park pose to the full rhythm.
+    /// Ramp from the park pose to the generator's angles.
     Arming = 2,
-    /// The gate passes the generator's rhythm.
+    /// The targets are the generator's angles.
     Walking = 3,
-    /// Back to the park pose.
+    /// Ramp to the park pose.
     Stopping = 4,
-    /// Outputs off, latched until acknowledged.
+    /// Outputs off, latched until a press acknowledges the fault.
     Fault = 5,
 }
 
@@ -53,7 +54,7 @@ impl SupervisorState {
         matches!(self, Self::Arming | Self::Walking | Self::Stopping)
     }
 
-    /// The word for it in telemetry.
+    /// Name in telemetry.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -66,48 +67,48 @@ impl SupervisorState {
         }
     }
 
-    /// The state of that [`SupervisorState::name`].
+    /// State with this [`SupervisorState::name`]; `None` for an unknown name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|state| state.name() == name)
     }
 }
 
-/// Why a motion ended, or was refused.
+/// Why the supervisor left a state or refused to arm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Cause {
-    /// Nothing to tell.
+    /// No cause.
     #[default]
     None = 0,
     /// The button was pressed.
     Button = 1,
-    /// A sensor that is required was not good for longer than tolerated: its wire is open. [`crate::control::fault_table`] has the times.
+    /// A required sensor was not good for longer than tolerated: its wire is open. [`crate::control::fault_table`] has the times.
     SensorOpen = 2,
-    /// The same: its wire is shorted.
+    /// As above: its wire is shorted.
     SensorShort = 3,
-    /// The same: at an end of the converter's range.
+    /// As above: its code is at an end of the converter's range.
     SensorSaturated = 4,
-    /// The same: its code has stopped changing.
+    /// As above: its code no longer changes.
     SensorStuck = 5,
-    /// The same: a spike.
+    /// As above: a spike.
     SensorSpike = 6,
-    /// The same: faster than a joint.
+    /// As above: it changes faster than a joint can move.
     SensorRate = 7,
-    /// The same: outside of the calibration table.
+    /// As above: outside the calibration table.
     SensorOutOfTable = 8,
-    /// The same: the converter's supply is too low or has no reading.
+    /// As above: the converter's supply is too low or has no reading.
     SensorSupplyLow = 9,
     /// The converter lost more samples than tolerated.
     AdcOverrun = 10,
-    /// The gate held the pose back for longer than tolerated.
+    /// The pose envelope limited the setpoints for longer than tolerated.
     Pose = 11,
-    /// The generator's state is not finite or not bounded.
+    /// The generator does not pass its check: its state is not finite or not bounded.
     Generator = 12,
-    /// Control periods went by without a tick.
+    /// Control periods passed without a tick.
     Gap = 13,
-    /// An angle at the gate was not finite.
+    /// A target angle was not finite.
     NonFinite = 14,
     /// The break input is active.
     BreakInput = 15,
@@ -115,9 +116,9 @@ pub enum Cause {
     Clock = 16,
     /// A task of the board makes no progress.
     Watchdog = 17,
-    /// The outputs were not as commanded.
+    /// The outputs were not in the commanded state.
     Outputs = 18,
-    /// The board reported a fault that has no name here.
+    /// The board reported a fault bit without a name.
     Board = 19,
 }
 
@@ -146,7 +147,7 @@ impl Cause {
         Self::Board,
     ];
 
-    /// The word for it in telemetry.
+    /// Name in telemetry.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -173,16 +174,16 @@ impl Cause {
         }
     }
 
-    /// The cause of that [`Cause::name`].
+    /// Cause with this [`Cause::name`]; `None` for an unknown name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|cause| cause.name() == name)
     }
 
-    /// The cause that names a sensor's verdict; none for good.
+    /// Cause for a sensor's validity; [`Cause::None`] for good.
     #[must_use]
-    pub const fn of_sensor(verdict: Validity) -> Self {
-        match verdict {
+    pub const fn of_sensor(validity: Validity) -> Self {
+        match validity {
             Validity::Good => Self::None,
             Validity::Open => Self::SensorOpen,
             Validity::Short => Self::SensorShort,
@@ -191,70 +192,70 @@ impl Cause {
             Validity::Spike => Self::SensorSpike,
             Validity::Rate => Self::SensorRate,
             Validity::OutOfTable => Self::SensorOutOfTable,
-            // `SupplyLow`; a validity that is added later stops the joints too, and the tests ask for a cause of its own.
+            // `SupplyLow`, and any validity that is added later; a test requires a cause for each.
             _ => Self::SensorSupplyLow,
         }
     }
 }
 
-/// What the watched conditions ask for, the gravest of them.
+/// Demand of the monitor: the worst of its conditions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Demand {
-    /// Nothing is wrong.
+    /// No condition is active.
     Go,
-    /// Do not move: ramp to the park pose in a hurry, or do not arm.
+    /// Do not move: take the short ramp to the park pose, or do not arm.
     Stop(Cause),
-    /// Outputs off in this tick, latched.
+    /// Switch the outputs off in this tick and latch the fault.
     Fault(Cause),
 }
 
-/// Where the machine is, and why it is not moving.
+/// State of the supervisor, with its cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct SupervisorStatus {
     /// The state.
     pub state: SupervisorState,
-    /// Why the last motion ended or was refused.
+    /// Why the last motion ended or arming was refused.
     pub cause: Cause,
 }
 
-/// What one tick brought.
+/// Inputs of the supervisor in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Inputs {
-    /// The button was pressed: an edge, debounced.
+    /// The button was pressed: a debounced edge.
     pub press: bool,
-    /// The ramp that runs has ended.
+    /// The ramp of the present state has ended.
     pub settled: bool,
-    /// What the watched conditions ask for.
+    /// Demand of the monitor.
     pub demand: Demand,
 }
 
-/// What the blend does in this tick.
+/// Instruction to the blend in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Motion {
-    /// Everything back to the park pose, at rest.
+    /// Reset to the park pose, at rest.
     Rest,
-    /// Begin the ramp to the rhythm.
+    /// Begin the ramp to the generator's angles.
     Rise,
-    /// Go on with whatever runs.
+    /// Continue.
     Run,
-    /// Begin the ramp to the park pose, or go on with it.
+    /// Begin or continue the ramp to the park pose.
     Stop,
-    /// Begin the short ramp to the park pose, or go on with it.
+    /// Begin or continue the short ramp to the park pose.
     Hurry,
-    /// Leave everything as it is, for the record.
+    /// Change nothing, so that the frame shows the state at the fault.
     Freeze,
 }
 
-/// What shall be done in this tick.
+/// Outputs of the supervisor in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Actions {
     /// The servos get pulses.
     pub outputs: bool,
-    /// What the blend does.
+    /// Instruction to the blend.
     pub motion: Motion,
 }
 
-/// The table above, as a function: total, and without any state of its own.
+/// The table of the module as a function, defined for all inputs.
 #[must_use]
 pub const fn next(status: SupervisorStatus, inputs: Inputs) -> (SupervisorStatus, Actions) {
     use SupervisorState::{Arming, Boot, Disarmed, Fault, Stopping, Walking};
@@ -289,7 +290,7 @@ pub const fn next(status: SupervisorStatus, inputs: Inputs) -> (SupervisorStatus
 mod tests {
     use super::*;
 
-    /// Every status and every input there is, with the successor that `next` gives.
+    /// Every status with every input, and the result of `next`.
     fn rows() -> impl Iterator<Item = (SupervisorStatus, Inputs, SupervisorStatus, Actions)> {
         let demands = [Demand::Go]
             .into_iter()
@@ -311,7 +312,7 @@ mod tests {
         })
     }
 
-    /// The table of the module's documentation is the specification: each row is read back and compared with the function.
+    /// Compares each row of the table in the module's documentation with the function.
     #[test]
     fn the_function_is_the_documented_table() {
         let doc = include_str!("supervisor.rs");
@@ -331,7 +332,7 @@ mod tests {
                 (Demand::Stop(_), true) => 4,
                 (Demand::Fault(_), _) => 5,
             };
-            // The last column rules where the prose says so: in stopping unless a fault, in arming on go without a press.
+            // The last column applies in stopping unless a fault, and in arming on go without a press.
             let settles = match status.state {
                 SupervisorState::Stopping => column != 5,
                 SupervisorState::Arming => column == 1,
@@ -352,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn no_motion_begins_without_a_press_while_all_is_well() {
+    fn motion_begins_only_by_a_press_without_faults() {
         for (before, inputs, after, actions) in rows() {
             if !before.state.moving() && after.state.moving() {
                 assert_eq!((before.state, after.state), (SupervisorState::Disarmed, SupervisorState::Arming));
@@ -378,7 +379,7 @@ mod tests {
                 assert!(!actions.outputs);
             }
             if before.state == SupervisorState::Fault {
-                assert_eq!(after.cause, before.cause, "the first cause stays");
+                assert_eq!(after.cause, before.cause, "the first cause is kept");
                 let leaves = inputs.press && !matches!(inputs.demand, Demand::Fault(_));
                 assert_eq!(after.state, if leaves { SupervisorState::Disarmed } else { SupervisorState::Fault });
             }
@@ -387,7 +388,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cause_tells_what_happened() {
+    fn the_cause_states_the_reason() {
         for (before, inputs, after, _) in rows().filter(|(before, ..)| before.state != SupervisorState::Boot) {
             let entered = after.state != before.state;
             match (after.state, inputs.demand) {
@@ -407,16 +408,16 @@ mod tests {
     }
 
     #[test]
-    fn names_are_distinct_and_numbers_are_places() {
+    fn names_are_distinct_and_numbers_are_indices() {
         for (index, state) in SupervisorState::ALL.into_iter().enumerate() {
             assert_eq!((state as usize, SupervisorState::from_name(state.name())), (index, Some(state)));
         }
         for (index, cause) in Cause::ALL.into_iter().enumerate() {
             assert_eq!((cause as usize, Cause::from_name(cause.name())), (index, Some(cause)));
         }
-        for verdict in Validity::ALL {
-            let cause = Cause::of_sensor(verdict);
-            let name = if verdict == Validity::Good { "none".into() } else { format!("sensor_{verdict}") };
+        for validity in Validity::ALL {
+            let cause = Cause::of_sensor(validity);
+            let name = if validity == Validity::Good { "none".into() } else { format!("sensor_{validity}") };
             assert_eq!(cause.name(), name);
         }
         assert_eq!((SupervisorState::from_name("boots"), Cause::from_name("")), (None, None));

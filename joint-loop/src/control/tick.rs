@@ -1,15 +1,18 @@
-//! One tick of the loop, from sample to command, in order.
+//! One tick of the loop: calls every stage in order, from sample to command.
 
 use crate::control::button::{Button, Press};
 use crate::control::monitor::{Monitor, MonitorState, Observation};
 use crate::control::supervisor::{Actions, Cause, Demand, Inputs, Motion, SupervisorState, SupervisorStatus, next};
+use crate::io::board::{BoardFaults, Command, MAX_ELAPSED, Sample};
+use crate::io::frame::{Frame, SetpointHash};
 use crate::motion::blend::{Blend, Weight};
-use crate::{BoardFaults, Command, Frame, Gate, GateState, GateStatus, MAX_ELAPSED, Sample, ServoMap, SetpointHash};
+use crate::motion::gate::{Gate, GateState, GateStatus};
+use crate::motion::servo::ServoMap;
 use cpg_core::{Follow, Generator};
 use hgod_adc::{Sensor, SensorState, Validity};
 use joint_units::{Joint, PulseMicros, Radians};
 
-/// The stages of the loop, each checked for one period: the configuration, which no tick changes.
+/// The stages of the loop, checked for one period. No tick changes them.
 #[derive(Debug, Clone)]
 pub(crate) struct Stages<const S: usize> {
     pub(crate) gate: Gate,
@@ -17,24 +20,24 @@ pub(crate) struct Stages<const S: usize> {
     pub(crate) blend: Blend,
     pub(crate) monitor: Monitor,
     pub(crate) button: Button,
-    /// `None` where no sensor is worn.
+    /// `None` for a channel without a sensor.
     pub(crate) sensors: [Option<Sensor>; S],
-    /// Channel that the generator listens to.
+    /// Channel whose angle the generator gets.
     pub(crate) gait_sensor: usize,
 }
 
-/// The loop: configuration and state of everything between the sample and the command. [`crate::LoopConfig::build`] makes it.
+/// The loop: configuration and state of all stages. Made by [`crate::LoopConfig::build`].
 #[derive(Debug, Clone)]
 pub struct JointLoop<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> {
     stages: Stages<S>,
     generator: G,
-    /// The generator's angles when it last passed its check.
+    /// The generator's angles in the last tick in which it passed its check.
     wanted: [Radians; Joint::COUNT],
     /// The generator passes its check.
     sound: bool,
-    /// The foot was on the floor.
+    /// Level of the foot switch in the last tick.
     foot: bool,
-    listening: [SensorState; S],
+    sensor_states: [SensorState; S],
     press: Press,
     monitor_state: MonitorState,
     status: SupervisorStatus,
@@ -45,29 +48,31 @@ pub struct JointLoop<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> {
 }
 
 impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
-    /// One tick: takes one sample set, gives one command. See the module for what comes in which order, and why.
+    /// Takes the sample of one tick and returns its command.
+    ///
+    /// The order is: count, debounce, measure, monitor and supervise, generate, blend, gate, servo map, frame.
     pub fn tick(&mut self, sample: &Sample<S>) -> Command {
-        // Sample. The tick is numbered; periods that were missed are counted and dropped.
+        // Count. Missed periods are counted and dropped.
         let elapsed = self.count(sample);
         let press = self.stages.button.sample(&mut self.press, sample.button);
 
         // Measure.
         let sensors = self.measure(sample, elapsed);
 
-        // Supervise, before anything moves: a fault of this sample switches off in this tick.
+        // Supervise before any motion, so that a fault in this sample switches the outputs off in this tick.
         let seen = self.seen(sample, elapsed, sensors);
         let demand = self.stages.monitor.judge(&mut self.monitor_state, &seen);
         let inputs = Inputs { press, settled: self.settled(), demand };
         let (mut status, mut actions) = next(self.status, inputs);
 
-        // Generate: one step a call, in every state, so that each tick costs the same and missed ones are not run after.
+        // Generate: one step per call in every state, so that each tick has the same cost. Missed steps are not made up.
         self.generate(sample, status.state);
 
         // Blend.
         self.weight = self.stages.blend.advance(self.weight, actions.motion);
         let target = self.stages.blend.target(self.weight, self.wanted);
 
-        // Gate: the only way from an angle to a pulse. What is not finite is a fault in this tick.
+        // Gate: every pulse comes from a limited angle. An angle that is not finite is a fault in this tick.
         let pulses = self.pass(target, actions);
         if actions.outputs && pulses.is_none() {
             (status, actions) = next(status, Inputs { demand: Demand::Fault(Cause::NonFinite), ..inputs });
@@ -82,19 +87,19 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         command
     }
 
-    /// What the last tick saw and did.
+    /// Frame of the last tick.
     #[must_use]
     pub fn frame(&self) -> Frame<S> {
         self.frame
     }
 
-    /// SupervisorState of the supervisor after the last tick.
+    /// State of the supervisor after the last tick.
     #[must_use]
     pub fn state(&self) -> SupervisorState {
         self.status.state
     }
 
-    /// The generator, to look at.
+    /// The generator.
     #[must_use]
     pub fn generator(&self) -> &G {
         &self.generator
@@ -106,10 +111,10 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         Self {
             wanted: generator.angles(),
             sound: true,
-            // Standing on it while the board boots is no strike.
+            // A foot on the floor at boot is no heel strike.
             foot: true,
             generator,
-            listening: [SensorState::default(); S],
+            sensor_states: [SensorState::default(); S],
             press: Press::default(),
             monitor_state: MonitorState::default(),
             status: SupervisorStatus::default(),
@@ -137,7 +142,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         }
     }
 
-    /// Counts what the sample says about time; gives the control periods since the last call.
+    /// Updates the counters of the frame; returns the control periods since the last call.
     fn count(&mut self, sample: &Sample<S>) -> u32 {
         let elapsed = sample.elapsed.clamp(1, MAX_ELAPSED);
         let frame = &mut self.frame;
@@ -150,21 +155,22 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         elapsed
     }
 
-    /// Codes to angles; the gravest verdict of the worn sensors.
+    /// Converts codes to angles; returns the worst validity of all sensors.
     fn measure(&mut self, sample: &Sample<S>, elapsed: u32) -> Validity {
-        let mut gravest = Validity::Good;
-        let channels = self.stages.sensors.iter().zip(&mut self.listening).zip(sample.codes);
+        let mut worst = Validity::Good;
+        let channels = self.stages.sensors.iter().zip(&mut self.sensor_states).zip(sample.codes);
         let seen = self.frame.measured.iter_mut().zip(&mut self.frame.validity);
-        for (((sensor, state), code), (angle, verdict)) in channels.zip(seen) {
+        for (((sensor, state), code), (angle, validity)) in channels.zip(seen) {
             let Some(sensor) = sensor else { continue };
             state.missed(elapsed - 1);
             let reading = sensor.sample(state, code, sample.vrefint);
-            (*angle, *verdict) = (reading.angle, Some(reading.validity));
-            gravest = gravest.worse(reading.validity);
+            (*angle, *validity) = (reading.angle, Some(reading.validity));
+            worst = worst.worse(reading.validity);
         }
-        gravest
+        worst
     }
 
+    /// Inputs of the monitor.
     fn seen(&self, sample: &Sample<S>, elapsed: u32, sensors: Validity) -> Observation {
         Observation {
             moving: self.status.state.moving(),
@@ -176,12 +182,12 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         }
     }
 
-    /// Whether the ramp that belongs to the state has ended.
+    /// Whether the ramp of the present state has ended.
     fn settled(&self) -> bool {
         let blend = &self.stages.blend;
         match self.status.state {
             SupervisorState::Arming => blend.risen(self.weight),
-            // The gate may be a few ticks behind the target; when it does not get there at all, the stop ends anyhow.
+            // The gate may be a few ticks behind the target. If it does not reach the target, the stop ends when overdue.
             SupervisorState::Stopping => {
                 blend.overdue(self.weight) || (blend.stopped(self.weight) && self.gating == self.parked)
             }
@@ -189,10 +195,10 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         }
     }
 
-    /// One step of the generator. Angles that do not pass its check are never used: a moving joint ramps down from the last
-    /// ones that did. At rest a generator that does not pass starts afresh.
+    /// Steps the generator. Its angles are used only if it passes its check; otherwise a moving joint stops from the last
+    /// checked angles. At rest a generator that fails its check is reset.
     fn generate(&mut self, sample: &Sample<S>, state: SupervisorState) {
-        // Only a good sample pulls.
+        // A follower gets good samples only.
         let gait = self.stages.gait_sensor;
         let good = self.frame.validity.get(gait) == Some(&Some(Validity::Good));
         self.generator.observe(self.frame.measured.get(gait).copied().filter(|_| good));
@@ -211,7 +217,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         }
     }
 
-    /// Setpoints and pulses for a target; `None` where there is nothing to command.
+    /// Computes setpoints and pulses for a target; `None` if the outputs stay off or an angle is not finite.
     fn pass(&mut self, target: [Radians; Joint::COUNT], actions: Actions) -> Option<[PulseMicros; Joint::COUNT]> {
         self.frame.limited = GateStatus::NONE;
         match actions.motion {

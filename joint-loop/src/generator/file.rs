@@ -1,4 +1,4 @@
-//! What the file of a kind provides for the generator file (TOML).
+//! The trait of one kind of generator for the generator file (TOML), its units and its errors.
 
 use core::fmt;
 
@@ -20,7 +20,7 @@ const PHASE_DEG: (f32, f32) = (-360.0, 360.0);
 pub(crate) trait KindSet: Serialize + DeserializeOwned {
     /// The configuration in SI units.
     type Config: BoardKind;
-    /// Where the fields of the configuration stand in the file.
+    /// Keys of the configuration's fields in the file.
     const KEYS: &'static [Key];
     /// The `use` lines of a configuration in Rust.
     const RUST_IMPORTS: &'static str;
@@ -29,7 +29,7 @@ pub(crate) trait KindSet: Serialize + DeserializeOwned {
     fn config(&self) -> Self::Config;
     /// About how long a stride is, seconds.
     fn stride_guess_s(&self) -> f64;
-    /// What the configuration cannot check, because its form has no place for such a mistake.
+    /// Checks that the configuration cannot make, because it cannot represent the error.
     fn check_form(&self) -> Result<(), SetError> {
         Ok(())
     }
@@ -56,14 +56,14 @@ pub(crate) fn check_phases(key: &'static str, leads: [f32; Joint::COUNT]) -> Res
     }
 }
 
-/// Where a parameter of the configuration stands in the generator file.
+/// Key of a configuration's parameter in the generator file.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Key {
     /// Field in [`BuildError`]; `*` stands for a joint's name.
     pub(crate) field: &'static str,
     /// Key in the file's table of the kind; `*` stands for the same name, or for one of `names`.
     pub(crate) key: &'static str,
-    /// Names that the index of the field stands for; empty if the index is a place in a list of numbers.
+    /// Names that the index of the field stands for; empty if the index is one in a list of numbers.
     pub(crate) names: &'static [&'static str],
     /// Unit of the file.
     pub(crate) unit: Unit,
@@ -175,7 +175,7 @@ pub enum SetError {
         /// What is allowed.
         allowed: Allowed,
     },
-    /// The generator's own rule, which is not about one key.
+    /// A rule of the generator that is not about one key.
     Build(BuildError),
 }
 
@@ -190,7 +190,7 @@ impl fmt::Display for SetError {
 
 impl core::error::Error for SetError {}
 
-/// The refusal of a configuration as one of its generator file.
+/// Converts the error of a configuration to an error of its generator file.
 pub(crate) fn in_file(error: BuildError, keys: &[Key]) -> SetError {
     let (field, range) = match error {
         BuildError::NotFinite { field, .. } => (field, None),
@@ -226,7 +226,7 @@ pub(crate) fn phase(degrees: f32) -> Phase {
     Phase(whole.wrapping_add(u64::from(up)) as u32)
 }
 
-/// Reads one of the words and returns its place in the list.
+/// Reads one of the words and returns its index in the list.
 pub(crate) fn one_of<'de, D: Deserializer<'de>>(
     deserializer: D,
     words: &'static [&'static str],

@@ -1,7 +1,7 @@
 //! A follower as a generator of a board: the Fourier series of [`crate::generator::shape`], with the phase locked to a person's.
 //!
-//! Record: kind 4; the sensor's joint as its place in [`Joint::ALL`], the source of events as its place in [`EventSource::ALL`], then as
-//! the record of a shape.
+//! Record: kind 4; index of the sensor's joint in [`Joint::ALL`], index of the source of events in [`EventSource::ALL`], then the
+//! words of a shape.
 
 use cpg_core::entrainment::phase_lock::PhaseLockConfig;
 use cpg_core::entrainment::{EventSource, FollowStatus, Follower, FollowerConfig};
@@ -179,7 +179,7 @@ mod tests {
     use crate::{BoardGenerator, GeneratorConfig};
     use cpg_core::Generator;
 
-    /// The board's enum forwards observations, heel strikes and status to a follower, bit for bit; other kinds follow nobody.
+    /// The board's enum forwards observations, heel strikes and status to a follower, bit for bit; other kinds have no status.
     #[test]
     fn the_boards_enum_forwards_to_the_follower() {
         let joint = |lead: f32| {

@@ -1,4 +1,4 @@
-//! What the file of one kind of generator provides: name, build and flash record.
+//! The trait of one kind of generator: name, build, and codec of its flash record.
 
 use cpg_core::entrainment::FollowStatus;
 use cpg_core::{BuildError, Generator};
@@ -24,7 +24,7 @@ pub(crate) trait BoardKind: Sized {
     /// Reads the words in the order in which [`BoardKind::write`] writes them; [`BoardKind::build`] checks the numbers.
     fn read(words: &mut WordReader<'_>) -> Result<Self, WordError>;
 
-    /// The joint whose sensor the generator follows; `None` for a generator that follows nobody.
+    /// The joint whose sensor the generator follows; `None` if it is no follower.
     fn follows(&self) -> Option<Joint> {
         None
     }
@@ -53,7 +53,7 @@ impl From<FlashRecordError> for WordError {
     }
 }
 
-/// Reads a word that is the place of a value in a list.
+/// Reads a word that is the index of a value in a list.
 pub(crate) fn choice<T: Copy>(words: &mut WordReader<'_>, field: &'static str, all: &[T]) -> Result<T, WordError> {
     let word = words.word()?;
     let most = all.len().saturating_sub(1) as u32;

@@ -1,4 +1,4 @@
-//! The generators that a board can run, chosen by parameters at run time.
+//! The generators that a board can run, selected by parameters at run time.
 //!
 //! Each kind has one file: its configuration in SI units, its range checks, its flash record, its part of a generator file (TOML,
 //! with the feature `serde`) and how it is built. The list `board_generators!` below makes everything that handles all kinds:
@@ -35,7 +35,7 @@ macro_rules! board_generators {
         }
 
         /// A built generator.
-        // There is one of it, and no heap to box the largest on.
+        // There is one value, and no heap for the largest variant.
         #[allow(clippy::large_enum_variant)]
         #[derive(Debug, Clone, Copy, PartialEq)]
         #[non_exhaustive]
@@ -67,7 +67,7 @@ macro_rules! board_generators {
                 }
             }
 
-            /// The joint whose sensor the generator follows; `None` for a generator that follows nobody.
+            /// The joint whose sensor the generator follows; `None` if it is no follower.
             #[must_use]
             pub fn follows(&self) -> Option<Joint> {
                 match self {

@@ -137,7 +137,7 @@ mod set {
     }
 
     impl Coefficients {
-        /// Of 1 to [`SERIES_HARMONICS`] numbers; `None` for another count.
+        /// Coefficients from 1 to [`SERIES_HARMONICS`] numbers; `None` for another count.
         #[must_use]
         pub fn new(numbers: &[f32]) -> Option<Self> {
             let mut values = [0.0; SERIES_HARMONICS];
@@ -145,7 +145,7 @@ mod set {
             Some(Self { values, count: numbers.len() })
         }
 
-        /// In radians; harmonics that are not there are zero.
+        /// The coefficients in radians; missing harmonics are zero.
         fn radians(&self) -> [f32; SERIES_HARMONICS] {
             self.values.map(|degrees| Radians::from_degrees(degrees).0)
         }
@@ -219,7 +219,7 @@ mod set {
     }
 
     impl ShapeSet {
-        /// Where the fields of a [`ShapeConfig`] stand in the file.
+        /// Keys of the fields of a [`ShapeConfig`] in the file.
         pub(crate) const SHAPE_KEYS: &'static [Key] = &[
             Key { field: "stride_s", key: "stride_s", names: &[], unit: Unit::Seconds },
             Key { field: "*.mean", key: "*.mean_deg", names: &[], unit: Unit::Degrees },

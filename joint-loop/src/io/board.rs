@@ -1,39 +1,39 @@
-//! The contract with the board: what it delivers for a tick, and what it does with the answer.
+//! The interface to the board: [`Sample`] in, [`Command`] out.
 //!
-//! A board is anything that can fill a [`Sample`] once a control period and carry out a [`Command`]: firmware, a host
-//! replay of its recorded inputs, a test. The field docs state the duties of whoever implements one.
+//! A board fills a [`Sample`] once per control period and carries out the [`Command`]: firmware, a host replay of recorded
+//! inputs, or a test. The docs of the fields state its duties.
 
 use joint_units::{AdcCode, Joint, PulseMicros};
 
-/// Most periods that one call can account for: a longer silence counts as this many. The wire format has one byte for it.
+/// Largest number of periods that one call counts; more are counted as this many. The wire format has one byte for it.
 pub const MAX_ELAPSED: u32 = 255;
 
-/// What the board delivers for one tick, all taken at one instant.
+/// Inputs of one tick, all taken at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sample<const S: usize> {
-    /// Control periods since the previous call: 1 normally, more when periods were missed. The board takes it from a free
-    /// running hardware timer and calls **once**, however many periods went by: missed ticks are dropped, never caught up.
-    /// Values are taken as 1 to [`MAX_ELAPSED`].
+    /// Control periods since the previous call: 1 normally, more if periods were missed. The board takes it from a
+    /// free-running hardware timer and calls **once** for any number of periods: missed ticks are dropped. The value is
+    /// clamped to 1 to [`MAX_ELAPSED`].
     pub elapsed: u32,
-    /// Raw code of each gait sensor; whatever it is where none is worn. When the converter delivered nothing new, the board repeats the last code and sets
-    /// [`BoardFaults::ADC_OVERRUN`].
+    /// Raw code of each gait sensor; any value on a channel without a sensor. If the converter delivered no new code, the board
+    /// repeats the last one and sets [`BoardFaults::ADC_OVERRUN`].
     pub codes: [AdcCode; S],
     /// Raw code of the internal reference, converted in the same sequence.
     pub vrefint: AdcCode,
-    /// Raw level of the user button, true while it is held; the loop debounces it.
+    /// Raw level of the user button, true while it is pressed. The loop debounces it.
     pub button: bool,
-    /// Raw level of the foot switch, true while the foot is on the floor; false where none is wired. Its rising edge is a heel strike, and
-    /// a bounce is none: whoever takes it looks at the interval.
+    /// Raw level of the foot switch, true while the foot is on the floor; false without a switch. Its rising edge is a heel
+    /// strike. The follower rejects a bounce by its interval.
     pub foot: bool,
-    /// The previous tick ended after its deadline. Counted, nothing else.
+    /// Whether the previous tick ended after its deadline. It is only counted.
     pub late: bool,
-    /// Faults that the board found since the previous call; it repeats one for as long as it lasts.
+    /// Faults that the board found since the previous call. The board repeats a fault while it lasts.
     pub faults: BoardFaults,
 }
 
 impl<const S: usize> Default for Sample<S> {
-    /// One period later, nothing pressed, no foot on the floor, no fault, all codes 0 (which any sensor calls a short).
+    /// One period, button released, no foot on the floor, no fault, all codes 0 (a short circuit for any sensor).
     fn default() -> Self {
         Self {
             elapsed: 1,
@@ -47,72 +47,72 @@ impl<const S: usize> Default for Sample<S> {
     }
 }
 
-/// What the board found wrong: a set of bits, six at most (the wire format has room for no more).
+/// Faults that the board found: a set of at most six bits, as in the wire format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BoardFaults(u8);
 
 impl BoardFaults {
-    /// Nothing wrong.
+    /// No fault.
     pub const NONE: Self = Self(0);
-    /// The converter lost or did not finish a conversion; this tick's codes are old ones. Tolerated a few times a second.
+    /// The converter lost or did not finish a conversion; this tick repeats old codes. A few per second are tolerated.
     pub const ADC_OVERRUN: Self = Self(1 << 0);
     /// The break input is active: hardware has already switched the outputs off.
     pub const BREAK_INPUT: Self = Self(1 << 1);
-    /// The clock failed or is not the one that was configured.
+    /// The clock failed or is not the configured one.
     pub const CLOCK: Self = Self(1 << 2);
-    /// A task that must make progress has not; the watchdog is about to bite.
+    /// A task made no progress; a reset by the watchdog is near.
     pub const WATCHDOG: Self = Self(1 << 3);
     /// The outputs were found on when commanded off, or off when commanded on.
     pub const OUTPUTS: Self = Self(1 << 4);
-    /// All bits that can be carried. A bit without a name of its own is a fault like the others: nothing is ignored.
+    /// All bits of the set. A bit without a name is a fault like the others.
     pub const CARRIED: u8 = 0x3f;
 
-    /// From bits; those beyond [`BoardFaults::CARRIED`] are dropped.
+    /// Faults from bits. Bits outside [`BoardFaults::CARRIED`] are dropped.
     #[must_use]
     pub const fn from_bits(bits: u8) -> Self {
         Self(bits & Self::CARRIED)
     }
 
-    /// As bits.
+    /// Bits of the set.
     #[must_use]
     pub const fn bits(self) -> u8 {
         self.0
     }
 
-    /// These and those.
+    /// Union of both sets.
     #[must_use]
     pub const fn with(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// These without those.
+    /// This set without the faults of `other`.
     #[must_use]
     pub const fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
 
-    /// Whether every one of `other` is set.
+    /// Whether all faults of `other` are set.
     #[must_use]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
 
-    /// Whether none is set.
+    /// Whether no fault is set.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 }
 
-/// What the board shall do with the servos until the next tick.
+/// Outputs of one tick: the servo pulses until the next tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Command {
-    /// Pulse widths in joint order, or `None`: the main output goes off and stays off. After a fault that is **now**, in the
-    /// middle of a pulse if need be; at the end of a stop the pulse that is under way may run to its end. When pulses come
-    /// after none, the board loads all four compare registers before it switches the output on, so that no first pulse is a
-    /// runt; after that it only ever writes preloaded registers.
+    /// Pulse widths in joint order, or `None`: the main output is off. After a fault the board switches off **at once**, even
+    /// during a pulse; at the end of a stop the present pulse may be completed. Before the board switches the output on, it
+    /// loads all four compare registers, so that no first pulse is shortened. While the output is on, it writes preloaded
+    /// registers only.
     pub pulses: Option<[PulseMicros; Joint::COUNT]>,
 }
 

@@ -1,50 +1,51 @@
-//! The telemetry frame: what one tick saw and did, and a running hash that a replay must reproduce.
+//! The telemetry frame: inputs and outputs of one tick, and a running hash that a replay must reproduce.
 //!
-//! `seq` counts calls and `tick` counts control periods: a reader that sees `seq` jump has lost frames, a reader that sees
-//! `tick` grow faster than `seq` knows that the loop has lost periods. Both wrap at 2^32 (50 days at 1 kHz).
+//! `seq` counts calls and `tick` counts control periods. A jump of `seq` means lost frames; `tick` growing faster than `seq`
+//! means missed periods. Both wrap at 2^32 (50 days at 1 kHz).
 
-use crate::{Cause, GateStatus, SupervisorState};
+use crate::control::supervisor::{Cause, SupervisorState};
+use crate::motion::gate::GateStatus;
 use cpg_core::entrainment;
 use hgod_adc::Validity;
 use joint_units::{Joint, PulseMicros, Radians};
 
-/// What one tick saw and did.
+/// Inputs and outputs of one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Frame<const S: usize> {
-    /// Calls so far, wrapping; 0 before the first.
+    /// Number of calls, wrapping; 0 before the first.
     pub seq: u32,
-    /// Control periods so far, those that were missed included, wrapping.
+    /// Number of control periods, with missed ones, wrapping.
     pub tick: u32,
-    /// SupervisorState of the supervisor in this tick.
+    /// State of the supervisor in this tick.
     pub state: SupervisorState,
-    /// Why the last motion ended or was refused; `None` again from the next arming on.
+    /// Why the last motion ended or arming was refused; [`Cause::None`] from the next arming on.
     pub cause: Cause,
-    /// Angle of each gait sensor, filtered; the last good one where the verdict is not good; 0 where none is worn.
+    /// Filtered angle of each gait sensor; the last good one if the sample is not good; 0 on a channel without a sensor.
     pub measured: [Radians; S],
-    /// Validity on each gait sensor's sample; `None` where none is worn.
+    /// Validity of each gait sensor's sample; `None` on a channel without a sensor.
     pub validity: [Option<Validity>; S],
-    /// How a generator that follows the gait sensor stands; `None` of any other.
+    /// Tracking status of a follower; `None` for other generators.
     pub following: Option<entrainment::FollowStatus>,
-    /// The four angles that the gate let pass; the park pose while disarmed, the last ones after a fault.
+    /// The four setpoints; the park pose while disarmed, the last setpoints after a fault.
     pub setpoints: [Radians; Joint::COUNT],
-    /// The four pulse widths; 0 while the outputs are off.
+    /// The four pulse widths, microseconds; 0 while the outputs are off.
     pub pulses: [PulseMicros; Joint::COUNT],
-    /// Ticks that ended after their deadline, so far, wrapping.
+    /// Number of ticks that ended after their deadline, wrapping.
     pub late: u32,
-    /// Control periods that no call was made for, so far, wrapping.
+    /// Number of missed control periods, wrapping.
     pub missed: u32,
-    /// Ticks with an overrun of the converter, so far, wrapping.
+    /// Number of ticks with an overrun of the converter, wrapping.
     pub overruns: u32,
-    /// What held the setpoints back from their targets in this tick.
+    /// Limits that acted in this tick.
     pub limited: GateStatus,
-    /// Ticks in which anything did, so far, wrapping.
+    /// Number of ticks in which a limit acted, wrapping.
     pub limited_ticks: u32,
-    /// [`SetpointHash`] of all ticks so far.
+    /// Value of the [`SetpointHash`] over all ticks.
     pub setpoint_hash: u64,
 }
 
-/// FNV-1a, 64 bit, over every tick in order: tick (u32), state (u8) and the bits of the four setpoints (u32), little endian.
+/// Hash of a run: FNV-1a, 64 bit, over every tick in order: tick (u32), state (u8), bits of the four setpoints (u32), little endian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SetpointHash(u64);
 
@@ -55,16 +56,16 @@ impl Default for SetpointHash {
 }
 
 impl SetpointHash {
-    /// Before the first tick.
+    /// Hash before the first tick.
     pub const EMPTY: Self = Self(0xcbf2_9ce4_8422_2325);
 
-    /// Going on from a [`SetpointHash::value`].
+    /// Hash with this [`SetpointHash::value`], to continue it.
     #[must_use]
     pub const fn resumed(value: u64) -> Self {
         Self(value)
     }
 
-    /// With one more tick.
+    /// Hash with one more tick.
     #[must_use]
     pub fn then(self, tick: u32, state: SupervisorState, setpoints: &[Radians; Joint::COUNT]) -> Self {
         let mut hash = self.bytes(&tick.to_le_bytes()).bytes(&[state as u8]);
@@ -74,7 +75,7 @@ impl SetpointHash {
         hash
     }
 
-    /// As a number.
+    /// Value of the hash.
     #[must_use]
     pub const fn value(self) -> u64 {
         self.0
@@ -98,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn every_bit_of_a_tick_counts() {
+    fn every_bit_of_a_tick_changes_the_hash() {
         let angles = [0.0, -0.0, 1.5, 0.1].map(Radians);
         let hash = |tick, state, angles: &[Radians; 4]| SetpointHash::EMPTY.then(tick, state, angles).value();
         let whole = hash(7, SupervisorState::Walking, &angles);

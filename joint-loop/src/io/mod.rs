@@ -1,4 +1,4 @@
-//! What passes between the loop and the board.
+//! Data between the loop and the board: sample, command, frame, time code.
 
 pub(crate) mod board;
 pub(crate) mod frame;

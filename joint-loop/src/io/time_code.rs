@@ -1,34 +1,34 @@
-//! The synchronisation output: pulses that carry the tick counter, so that another system's recording can be put on the board's time.
+//! The time code: pulses on the synchronisation output that encode the tick counter, to align other recordings with the board's time.
 //!
 //! ```text
-//! slot   100 ticks; each begins with a rising edge, its tick a multiple of 100
+//! slot   100 ticks; begins with a rising edge, at a tick that is a multiple of 100
 //! width  50 ms: the first slot of a frame;  10 ms: bit 0;  30 ms: bit 1
-//! frame  32 slots, 3.2 s: the mark, 21 bits of the frame's number, 10 bits of check, all from the lowest bit up
-//! number tick / 3200 of the mark's rising edge; 2^21 frames are 77 days, longer than the counter lasts (50 days)
+//! frame  32 slots, 3.2 s: the mark, 21 bits of the frame's number, 10 check bits, lowest bit first
+//! number tick / 3200 of the mark's rising edge; 2^21 frames are 77 days, more than the range of the counter (50 days)
 //! check  CRC-10 of the number: x^10 + x^9 + x^5 + x^4 + x + 1, start value 0x3FF
 //! ```
-//! The start value keeps a line that is stuck at one width from passing for a frame. Where the tick counter wraps, a frame is cut short.
+//! Because of the start value, a constant width is not a valid frame. The frame in which the tick counter wraps is incomplete.
 
 /// Ticks from rising edge to rising edge.
 pub const SLOT_TICKS: u32 = 100;
-/// Slots of a frame.
+/// Slots in a frame.
 pub const SLOTS: u32 = 32;
-/// Ticks of a frame.
+/// Ticks in a frame.
 pub const FRAME_TICKS: u32 = SLOT_TICKS * SLOTS;
 /// Bits of the frame's number.
 pub const NUMBER_BITS: u32 = 21;
 
-/// What a slot carries.
+/// Symbol of a slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Symbol {
-    /// The frame begins.
+    /// Start of a frame.
     Mark,
-    /// A bit.
+    /// One bit of the number or the check.
     Bit(bool),
 }
 
 impl Symbol {
-    /// How long the level is high, in ticks.
+    /// Width of the pulse, in ticks.
     #[must_use]
     pub const fn width_ticks(self) -> u32 {
         match self {
@@ -39,7 +39,7 @@ impl Symbol {
     }
 }
 
-/// The check of a frame's number.
+/// Check bits of a frame's number: CRC-10.
 #[must_use]
 pub const fn check(number: u32) -> u32 {
     let mut crc = 0x3FF;
@@ -52,7 +52,7 @@ pub const fn check(number: u32) -> u32 {
     crc
 }
 
-/// What the slot of a tick carries.
+/// Symbol of the slot of a tick.
 #[must_use]
 pub const fn symbol(tick: u32) -> Symbol {
     let number = tick / FRAME_TICKS;
@@ -63,7 +63,7 @@ pub const fn symbol(tick: u32) -> Symbol {
     }
 }
 
-/// The level of the output in a tick.
+/// Level of the output in a tick.
 ///
 /// ```
 /// use joint_loop::io::time_code::level;
@@ -82,14 +82,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_frame_has_another_number_and_the_last_one_fits() {
+    fn frame_numbers_are_correct_and_the_last_one_fits() {
         let last = u32::MAX / FRAME_TICKS;
         assert!(last < 1 << NUMBER_BITS);
         for number in [0, 1, 2, 77_777, last - 1] {
             let bits = (1..SLOTS).map(|slot| symbol(number * FRAME_TICKS + slot * SLOT_TICKS));
             let read = bits.enumerate().fold(0_u64, |read, (n, symbol)| match symbol {
                 Symbol::Bit(bit) => read | u64::from(bit) << n,
-                Symbol::Mark => panic!("a mark within a frame"),
+                Symbol::Mark => panic!("a mark inside a frame"),
             });
             assert_eq!(read & ((1 << NUMBER_BITS) - 1), u64::from(number));
             assert_eq!(read >> NUMBER_BITS, u64::from(check(number)));
@@ -97,8 +97,8 @@ mod tests {
     }
 
     #[test]
-    fn one_or_two_wrong_bits_never_pass() {
-        // A number and its check with up to two bits changed are no number and its check.
+    fn one_or_two_wrong_bits_are_detected() {
+        // A valid word with one or two changed bits is not valid.
         let word = |number: u32| u64::from(number) | u64::from(check(number)) << NUMBER_BITS;
         let valid = |word: u64| {
             let number = (word & ((1 << NUMBER_BITS) - 1)) as u32;
@@ -112,6 +112,6 @@ mod tests {
                 }
             }
         }
-        assert!(!valid(0) && !valid((1 << (SLOTS - 1)) - 1), "a stuck width");
+        assert!(!valid(0) && !valid((1 << (SLOTS - 1)) - 1), "a constant width");
     }
 }

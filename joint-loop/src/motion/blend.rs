@@ -1,47 +1,41 @@
-//! How motion begins and ends: a weight between the park pose and the generator.
+//! The blend: ramps between the park pose and the generator's angles.
 //!
 //! ```text
 //! target = weight * generator + (1 - weight) * park
 //! weight = s(rise) * (1 - s(stop)) * (1 - s(hurry)),     s(x) = 10 x^3 - 15 x^4 + 6 x^5,   x = ticks / duration, 0 to 1
 //! ```
-//! s is the minimum-jerk course (Flash and Hogan, J. Neurosci. 5 (1985) 1688): it starts and ends without speed or
-//! acceleration. A stop does not replace the ramp that it interrupts but multiplies it, so the weight is twice continuously
-//! differentiable and within 0 to 1 whenever a stop begins, in the middle of a ramp too, and again when a slow stop turns into
-//! a hurried one. At weight 0 the target is the park pose and at weight 1 the generator's angles, both bit for bit.
+//! s is the minimum-jerk profile (Flash and Hogan, J. Neurosci. 5 (1985) 1688): velocity and acceleration are 0 at both ends. A
+//! stop does not replace the ramp that it interrupts but multiplies it. So the weight is twice continuously differentiable and
+//! within 0 to 1 whenever a stop begins, also during a ramp, and when a normal stop becomes a hurried one. At weight 0 the
+//! target is the park pose and at weight 1 the generator's angles, both bit for bit.
 
 use crate::control::supervisor::Motion;
-use crate::error::inside;
-use crate::setup::config::ticks;
-use crate::{GateConfig, LoopError};
+use crate::error::{LoopError, inside, ticks};
+use crate::setup::robot::{DEFAULT_PARK, GateConfig};
 use joint_units::{Joint, Period, Radians};
 
-/// Where motion begins and ends, and how long that takes.
+/// Park pose and ramp times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BlendConfig {
-    /// The pose that the joints start from and come back to. rad, inside the gate's range and pose envelope.
+    /// Pose at the start and at the end of a motion. rad, inside the gate's range and pose envelope.
     pub park: [Radians; Joint::COUNT],
-    /// Time from the park pose to the full rhythm. s, 0.5 to 30.
+    /// Time of the ramp from the park pose to the generator's angles. s, 0.5 to 30.
     pub ramp_s: f32,
-    /// Time of a stop that was asked for. s, 0.3 to 30.
+    /// Time of a stop by the button. s, 0.3 to 30.
     pub stop_s: f32,
-    /// Time of a stop that something made necessary. s, 0.1 to 0.3.
+    /// Time of a stop that the monitor demands. s, 0.1 to 0.3.
     pub hurry_s: f32,
 }
 
 impl BlendConfig {
-    /// Hips at 0, knees at 5 degrees (a standing leg, off the knee's end stop); ramp 2 s: under two strides; stop 1 s: about
-    /// one stride; hurry 0.3 s: the longest that a failing sensor or generator may go on.
-    pub const DEFAULT: Self = Self {
-        park: [Radians(0.0), Radians(0.0), Radians::from_degrees(5.0), Radians::from_degrees(5.0)],
-        ramp_s: 2.0,
-        stop_s: 1.0,
-        hurry_s: 0.3,
-    };
+    /// Park pose [`DEFAULT_PARK`]; ramp 2 s: under two strides; stop 1 s: about one stride; hurry 0.3 s: the longest allowed
+    /// motion after a sensor or the generator has failed.
+    pub const DEFAULT: Self = Self { park: DEFAULT_PARK, ramp_s: 2.0, stop_s: 1.0, hurry_s: 0.3 };
 
-    /// Checks the fields against themselves and the gate's limits.
+    /// Checks the fields, and the park pose against the gate's limits.
     ///
     /// # Errors
-    /// The first field that is not as its documentation says.
+    /// [`LoopError`] names the first field that is not allowed.
     pub fn build(&self, period: Period, gate: &GateConfig) -> Result<Blend, LoopError> {
         for ((joint, angle), range) in Joint::ALL.into_iter().zip(self.park).zip(gate.range) {
             let (least, most) = (range.least.degrees(), range.most.degrees());
@@ -62,10 +56,10 @@ impl BlendConfig {
     }
 }
 
-/// How long after the end of a stop the gate may still be on its way to the park pose, before the outputs go off anyhow.
+/// Time after the end of a stop in which the gate may still move to the park pose. Then the outputs are switched off.
 const GRACE_S: f32 = 0.5;
 
-/// A checked [`BlendConfig`], in ticks.
+/// Blend for one period: a checked [`BlendConfig`] in ticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Blend {
     park: [Radians; Joint::COUNT],
@@ -75,7 +69,7 @@ pub struct Blend {
     grace: u32,
 }
 
-/// Ticks since each ramp began; `None` before.
+/// State of the blend: ticks since each ramp began; `None` before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Weight {
     rise: Option<u32>,
@@ -90,7 +84,7 @@ impl Blend {
         self.park
     }
 
-    /// One tick on, as the supervisor asks. A ramp that already runs goes on, however often it is asked for.
+    /// Advances the ramps by one tick. A repeated instruction does not restart a ramp.
     #[must_use]
     pub fn advance(&self, weight: Weight, motion: Motion) -> Weight {
         let on = |ticks: Option<u32>| ticks.map(|ticks| ticks.saturating_add(1));
@@ -114,13 +108,11 @@ impl Blend {
     /// Share of the generator in the target, 0 to 1.
     #[must_use]
     pub fn weight(&self, weight: Weight) -> f32 {
-        let course = |ticks, duration| minimum_jerk(fraction(ticks, duration));
-        course(weight.rise, self.ramp)
-            * (1.0 - course(weight.stop, self.stop))
-            * (1.0 - course(weight.hurry, self.hurry))
+        let ramp = |ticks, duration| minimum_jerk(fraction(ticks, duration));
+        ramp(weight.rise, self.ramp) * (1.0 - ramp(weight.stop, self.stop)) * (1.0 - ramp(weight.hurry, self.hurry))
     }
 
-    /// The target pose, for the generator's angles.
+    /// Target pose for the generator's angles.
     #[must_use]
     pub fn target(&self, weight: Weight, generator: [Radians; Joint::COUNT]) -> [Radians; Joint::COUNT] {
         let weight = self.weight(weight);
@@ -131,19 +123,19 @@ impl Blend {
         target
     }
 
-    /// The full rhythm is reached.
+    /// Whether the ramp to the generator's angles has ended.
     #[must_use]
     pub fn risen(&self, weight: Weight) -> bool {
         weight.rise.is_some_and(|ticks| ticks >= self.ramp)
     }
 
-    /// A stop has come to its end: the target is the park pose.
+    /// Whether a stop has ended: the target is the park pose.
     #[must_use]
     pub fn stopped(&self, weight: Weight) -> bool {
         self.stopped_for(weight, 0)
     }
 
-    /// A stop came to its end longer ago than the gate can need for the rest of the way.
+    /// Whether a stop ended more than 0.5 s ago, enough for the gate to reach the park pose.
     #[must_use]
     pub fn overdue(&self, weight: Weight) -> bool {
         self.stopped_for(weight, self.grace)
@@ -155,7 +147,7 @@ impl Blend {
     }
 }
 
-/// 0 before a ramp, 1 after it.
+/// Elapsed fraction of a ramp: 0 before it, 1 after it.
 fn fraction(ticks: Option<u32>, duration: u32) -> f32 {
     match ticks {
         None => 0.0,
@@ -164,7 +156,7 @@ fn fraction(ticks: Option<u32>, duration: u32) -> f32 {
     }
 }
 
-/// 10 x^3 - 15 x^4 + 6 x^5 by Horner's rule; rounding would take it just above 1 near the end.
+/// 10 x^3 - 15 x^4 + 6 x^5 by Horner's rule, at most 1: rounding gives slightly more near the end.
 fn minimum_jerk(x: f32) -> f32 {
     (x * x * x * (10.0 + x * (6.0 * x - 15.0))).min(1.0)
 }
@@ -172,11 +164,10 @@ fn minimum_jerk(x: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::LoopConfig;
     use proptest::prelude::*;
 
     fn blend() -> Blend {
-        BlendConfig::DEFAULT.build(Period::MILLISECOND, &LoopConfig::default_biped().gate).expect("valid")
+        BlendConfig::DEFAULT.build(Period::MILLISECOND, &GateConfig::default_biped()).expect("valid")
     }
 
     #[test]
@@ -211,8 +202,8 @@ mod tests {
     }
 
     #[test]
-    fn the_course_is_that_of_minimum_jerk() {
-        // Closed form: half way at half time, steepest there with 15/8 of the mean speed, largest acceleration 10/sqrt(3).
+    fn the_ramp_has_the_minimum_jerk_profile() {
+        // Closed form: 1/2 at half time, largest speed there with 15/8 of the mean, largest acceleration 10/sqrt(3).
         assert_eq!(minimum_jerk(0.5), 0.5);
         let h = 1e-3_f64;
         let s = |x: f64| f64::from(minimum_jerk(x as f32));
@@ -224,7 +215,7 @@ mod tests {
     }
 
     proptest! {
-        /// With any stop at any time: 0 to 1, no faster than the ramps that run together, no step in speed.
+        /// With stops at any time: 0 to 1, at most the sum of the ramps' speeds, no step in speed.
         #[test]
         fn the_weight_is_smooth_whenever_a_stop_begins(stop_at in 1_u32..4_000, hurry_after in 0_u32..2_000) {
             let blend = blend();
@@ -239,9 +230,9 @@ mod tests {
                 let now = f64::from(blend.weight(weight));
                 prop_assert!((0.0..=1.0).contains(&now));
                 let (speed, before) = (now - last[1], last[1] - last[0]);
-                // 15/8 over the three durations, together.
+                // Sum of 15/8 over each of the three durations.
                 prop_assert!(speed.abs() <= 1.875 * (1.0 / 300.0 + 1.0 / 1000.0 + 1.0 / 2000.0));
-                // The largest possible: accelerations of the three, and twice their products of speed.
+                // Largest possible value: accelerations of the three, and twice the products of their speeds.
                 prop_assert!((speed - before).abs() <= 1.5e-4, "{} at {}", speed - before, tick);
                 last = [last[1], now];
             }

@@ -1,23 +1,22 @@
-//! The limits of single joints and of pairs of joints, checked and in the gate's own unit: steps of 2^-28 rad.
+//! Checked limits of single joints and of pairs of joints, in the gate's unit: steps of 2^-28 rad.
 //!
-//! Rounding is always towards the stricter side, so a limit in steps is never beyond the same limit in radians.
+//! Limits are rounded to the stricter side, so a limit in steps never exceeds the same limit in radians.
 
-use crate::error::inside;
-use crate::setup::config::{JointRange, anatomy};
-use crate::{LoopError, PoseLimit, PoseSense};
+use crate::error::{LoopError, inside};
+use crate::setup::robot::{JointRange, PoseLimit, PoseSense, anatomy};
 use joint_units::Joint;
 
 /// Steps in a radian.
 pub(crate) const STEPS: f32 = 268_435_456.0;
 
-/// The range of one joint.
+/// Range of one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Limits {
     pub(crate) least: i32,
     pub(crate) most: i32,
 }
 
-/// `signs[0] q[joints[0]] + signs[1] q[joints[1]] <= most`.
+/// Bound on two joints: `signs[0] q[joints[0]] + signs[1] q[joints[1]] <= most`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Edge {
     pub(crate) joints: [Joint; 2],
@@ -31,7 +30,7 @@ impl Limits {
         let (least, most) = (whole.least.degrees(), whole.most.degrees());
         inside("gate.range.least", Some(joint), range.least.degrees(), least, most, "deg")?;
         inside("gate.range.most", Some(joint), range.most.degrees(), least, most, "deg")?;
-        // Whole steps, inward; the degrees above are rounded, so the anatomy bounds the radians once more.
+        // Rounded inward to whole steps. The degrees above are rounded, so the radians are bounded by the anatomy again.
         let low = range.least.0.max(whole.least.0) * STEPS;
         let high = range.most.0.min(whole.most.0) * STEPS;
         let (least, most) = (low as i32, high as i32);
@@ -43,7 +42,7 @@ impl Limits {
         Ok(limits)
     }
 
-    /// The nearest position in range.
+    /// Nearest position in range.
     pub(crate) fn hold(&self, position: i64) -> i32 {
         position.max(i64::from(self.least)).min(i64::from(self.most)) as i32
     }
@@ -67,7 +66,7 @@ impl Edge {
         })
     }
 
-    /// By how much a pose is outside, in steps.
+    /// Excess of a pose over the bound, in steps; 0 or less inside.
     pub(crate) fn excess(&self, position: &[i32; Joint::COUNT]) -> i64 {
         let [first, second] = self.joints.map(|joint| i64::from(position[joint as usize & 3]));
         self.signs[0] * first + self.signs[1] * second - self.most

@@ -1,4 +1,4 @@
-//! From generator angles to servo pulses: blend, gate, limits, servo map.
+//! Conversion of generator angles to servo pulses: blend, gate, limits, servo map.
 
 pub(crate) mod blend;
 pub(crate) mod gate;

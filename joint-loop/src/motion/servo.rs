@@ -1,64 +1,20 @@
-//! The servo map: an angle to the width of the pulse that takes a hobby servo there.
+//! The servo map: converts a joint angle to the pulse width of a hobby servo.
 //!
 //! ```text
 //! pulse = neutral + direction * micros_per_radian * (angle - angle_at_neutral),   clamped to shortest..longest
 //! ```
-//! The order is test, clamp, cast: a cast of "not a number" to an integer is 0, and `clamp` lets it pass, so anything that is
-//! not finite is refused before either.
+//! An angle that is not finite is refused before the clamp and the cast: a cast of NaN to an integer gives 0, and `clamp`
+//! returns NaN for NaN.
 
-use crate::error::inside;
-use crate::{JointRange, LoopError};
+use crate::error::{LoopError, inside};
+use crate::setup::robot::{Direction, JointRange, LONGEST, SHORTEST, ServoConfig};
 use joint_units::{Joint, PulseMicros, Radians};
 
-/// Shortest pulse that any servo may be given.
-pub(crate) const SHORTEST: PulseMicros = PulseMicros(500);
-/// Longest pulse that any servo may be given.
-pub(crate) const LONGEST: PulseMicros = PulseMicros(2_500);
-
-/// Whether flexion makes the pulse longer or shorter: the two sides of a body mount their servos as mirror images.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Direction {
-    /// Flexion lengthens the pulse.
-    Forward,
-    /// Flexion shortens the pulse.
-    Mirrored,
-}
-
-/// How one servo is built and mounted.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ServoConfig {
-    /// Pulse of the neutral position. us, within `shortest..=longest`.
-    pub neutral: PulseMicros,
-    /// Angle of the joint at the neutral pulse. rad, -180 to 180 degrees.
-    pub angle_at_neutral: Radians,
-    /// Pulse change for one radian. us/rad, 100 to 2000; 636.62 for 1000 us in 90 degrees.
-    pub micros_per_radian: f32,
-    /// Which way it is mounted.
-    pub direction: Direction,
-    /// Shortest pulse it may be given. us, 500 to 2500.
-    pub shortest: PulseMicros,
-    /// Longest pulse it may be given. us, 500 to 2500, above `shortest`.
-    pub longest: PulseMicros,
-}
-
 impl ServoConfig {
-    /// A hobby servo that turns 180 degrees for 500 to 2500 us.
-    #[must_use]
-    pub const fn hobby(angle_at_neutral: Radians, direction: Direction) -> Self {
-        Self {
-            neutral: PulseMicros(1_500),
-            angle_at_neutral,
-            micros_per_radian: 636.62,
-            direction,
-            shortest: SHORTEST,
-            longest: LONGEST,
-        }
-    }
-
-    /// Checks the fields and makes the map; `joint` is named in errors.
+    /// Checks the fields and makes the map of a joint.
     ///
     /// # Errors
-    /// The first field that is not as its documentation says.
+    /// [`LoopError`] names the first field that is not allowed, and the joint.
     pub fn build(&self, joint: Joint) -> Result<ServoMap, LoopError> {
         let pulse = |field, value: PulseMicros, least: PulseMicros, most: PulseMicros| {
             inside(field, Some(joint), f32::from(value.0), f32::from(least.0), f32::from(most.0), "us")
@@ -79,7 +35,7 @@ impl ServoConfig {
     }
 }
 
-/// A checked servo map.
+/// Servo map of one joint: a checked [`ServoConfig`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ServoMap {
     neutral: f32,
@@ -90,7 +46,7 @@ pub struct ServoMap {
 }
 
 impl ServoMap {
-    /// The pulse for an angle, to the nearest microsecond; `None` for an angle that is not finite.
+    /// Pulse for an angle, rounded to the nearest microsecond; `None` for an angle that is not finite.
     #[must_use]
     pub fn pulse(&self, angle: Radians) -> Option<PulseMicros> {
         let micros = self.micros(angle);
@@ -101,13 +57,13 @@ impl ServoMap {
         Some(PulseMicros((kept + 0.5) as u16))
     }
 
-    /// The angle that a pulse stands for: the inverse, for whoever reads pulses back.
+    /// Angle for a pulse: the inverse map.
     #[must_use]
     pub fn angle(&self, pulse: PulseMicros) -> Radians {
         Radians(self.origin + (f32::from(pulse.0) - self.neutral) / self.gain)
     }
 
-    /// Whether every angle of a range has its own pulse, so that the clamp never acts.
+    /// Checks that the pulses of a range are within the limits, so that the clamp never acts.
     pub(crate) fn reaches(&self, joint: Joint, range: &JointRange) -> Result<(), LoopError> {
         for end in [range.least, range.most] {
             let micros = self.micros(end);
@@ -136,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn known_pulses() {
+    fn known_angles_give_known_pulses() {
         let (forward, mirrored) = (map(KNEE), map(ServoConfig { direction: Direction::Mirrored, ..KNEE }));
         // 90 degrees are 1000 us, by the definition of 636.62 us/rad.
         for (degrees, micros) in [(45.0, 1500), (135.0, 2500), (-45.0, 500), (90.0, 2000), (5.0, 1056), (1000.0, 2500)]
@@ -148,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_has_no_pulse() {
+    fn an_angle_that_is_not_finite_has_no_pulse() {
         for angle in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN] {
             assert_eq!(map(KNEE).pulse(Radians(angle)), None, "{angle}");
         }
@@ -184,7 +140,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_pulse_is_always_inside_and_reads_back_within_half_a_microsecond(
+        fn a_pulse_is_always_inside_and_converts_back(
             bits: u32, mirrored: bool, neutral in 500_u16..=2500, origin in -3.1_f32..3.1, scale in 100.0_f32..2000.0,
         ) {
             let direction = if mirrored { Direction::Mirrored } else { Direction::Forward };

@@ -1,5 +1,5 @@
-//! The loop that ships: the worn sensors, a walker and the servos. The firmware and every host replay build it here, so that the
-//! same inputs give the same bits.
+//! The default loop of a board: its sensors, a generator and the servos. Firmware and host replay both build it here, so that
+//! the same inputs give the same bits.
 
 use core::fmt;
 
@@ -10,24 +10,24 @@ use joint_units::{AdcCode, Joint, Period, Volts};
 use crate::setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSOR_JOINT, SENSORS};
 use crate::{BoardGenerator, GeneratorConfig, JointLoop, LoopConfig, LoopError};
 
-/// The loop that the firmware runs: whichever walker its parameters name, and the sensors.
+/// The loop that the firmware runs, with any generator of a board.
 pub type BoardLoop = JointLoop<BoardGenerator, SENSORS>;
 
-/// What a board is told by its two parameter sectors: everything about it that is not compiled in.
+/// Parameters of a board, from its generator record and its sensor record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
-    /// Which walker.
+    /// Generator.
     pub generator: GeneratorConfig,
-    /// Which sensors.
+    /// Sensors.
     pub sensors: JointSensors,
 }
 
 impl Parameters {
-    /// What a board does whose sectors are, or one of which is, erased: the default walk; one sensor with the published curve, on the
-    /// joint that the walker follows if it follows one, else on [`SENSOR_JOINT`].
+    /// Replaces missing records (erased sectors) by defaults: the default walk, and one uncalibrated sensor on the joint that the
+    /// generator follows, or on [`SENSOR_JOINT`] if the generator is no follower.
     ///
     /// # Errors
-    /// None in a program that passes its tests.
+    /// [`BoardLoopError`] if the default sensor is not allowed; a test shows that it is.
     pub fn with_defaults(
         generator: Option<GeneratorConfig>,
         sensors: Option<JointSensors>,
@@ -45,25 +45,25 @@ impl Parameters {
     }
 }
 
-/// Why the shipped configuration was refused: on a chip whose factory values cannot be read, or after a change that does not fit.
+/// Why the loop of a board could not be built.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BoardLoopError {
-    /// The calibration table that ships.
+    /// The default calibration table is not allowed.
     Calibration(CalibrationError),
-    /// The sensors do not go together.
+    /// The set of sensors is not allowed.
     Sensors(JointSensorsError),
-    /// A sensor.
+    /// A sensor is not allowed.
     Sensor {
-        /// The joint that it is worn on.
+        /// Its joint.
         joint: Joint,
-        /// Why.
+        /// The reason.
         error: SensorError,
     },
-    /// The walker follows a joint that no sensor is worn on.
+    /// The generator follows a joint without a sensor.
     NoSensor(Joint),
-    /// The walk.
+    /// The generator is not allowed.
     Walk(BuildError),
-    /// The loop.
+    /// The configuration of the loop is not allowed.
     Loop(LoopError),
 }
 
@@ -74,7 +74,7 @@ impl fmt::Display for BoardLoopError {
             BoardLoopError::Sensors(error) => write!(f, "sensors: {error}"),
             BoardLoopError::Sensor { joint, error } => write!(f, "sensor on {}: {error}", joint.name()),
             BoardLoopError::NoSensor(joint) => {
-                write!(f, "the walker follows {0}, and no sensor is worn on it; allowed is one on {0}", joint.name())
+                write!(f, "the generator follows {0}, and no sensor is worn on it; allowed is one on {0}", joint.name())
             }
             BoardLoopError::Walk(error) => write!(f, "walk: {error}"),
             BoardLoopError::Loop(error) => write!(f, "loop: {error}"),
@@ -84,31 +84,31 @@ impl fmt::Display for BoardLoopError {
 
 impl core::error::Error for BoardLoopError {}
 
-/// The loop, disarmed. Without `sensor_required` it walks whatever the sensors say.
+/// Builds the loop of a board, before its first tick. Without `sensor_required` it also moves if a sensor is not good.
 ///
 /// ```
 /// use joint_loop::setup::default_loop::{Parameters, board_loop};
 /// use joint_loop::{SENSORS, Sample, SupervisorState};
 /// use joint_units::{AdcCode, Volts};
 /// let default = Parameters::with_defaults(None, None)?;
-/// let mut walk = board_loop(&default, AdcCode(1501), Volts(2.7), true)?;
+/// let mut joints = board_loop(&default, AdcCode(1501), Volts(2.7), true)?;
 /// // 1.5 V at a supply of 3.0 V: the middle of the potentiometer.
 /// let sample = Sample { codes: [AdcCode(2048); SENSORS], vrefint: AdcCode(1651), ..Sample::default() };
 /// for _ in 0..100 {
-///     assert_eq!(walk.tick(&sample).pulses, None);
+///     assert_eq!(joints.tick(&sample).pulses, None);
 /// }
-/// assert_eq!(walk.frame().state, SupervisorState::Disarmed);
-/// assert!(walk.frame().measured[0].degrees().abs() < 0.5);
+/// assert_eq!(joints.frame().state, SupervisorState::Disarmed);
+/// assert!(joints.frame().measured[0].degrees().abs() < 0.5);
 /// // Of the four channels, one has a sensor.
-/// assert_eq!(walk.frame().validity.map(|verdict| verdict.is_some()), [true, false, false, false]);
+/// assert_eq!(joints.frame().validity.map(|validity| validity.is_some()), [true, false, false, false]);
 ///
-/// let refusal = board_loop(&default, AdcCode(0xFFFF), Volts(2.7), true).unwrap_err();
-/// assert_eq!(refusal.to_string(), "sensor on left_knee: reference.vrefint_cal = 65535: allowed is 1365 to 1613");
+/// let error = board_loop(&default, AdcCode(0xFFFF), Volts(2.7), true).unwrap_err();
+/// assert_eq!(error.to_string(), "sensor on left_knee: reference.vrefint_cal = 65535: allowed is 1365 to 1613");
 /// # Ok::<(), joint_loop::setup::default_loop::BoardLoopError>(())
 /// ```
 ///
 /// # Errors
-/// [`BoardLoopError`] says what does not fit.
+/// [`BoardLoopError`] names the part that is not allowed.
 pub fn board_loop(
     parameters: &Parameters,
     vrefint_cal: AdcCode,
@@ -118,31 +118,32 @@ pub fn board_loop(
     let mut config = LoopConfig::default_biped();
     config.monitor.sensor_required = sensor_required;
     if parameters.generator.follows().is_some() {
-        // It goes on without a sensor for two seconds, then stands, and walks again when the sensor is back.
+        // A follower freewheels for two seconds without a sensor, then stands, and follows again when the sensor is good.
         config.monitor.sensor_tolerance_s = f32::INFINITY;
     }
     board_loop_with(&config, parameters, vrefint_cal, min_supply)
 }
 
-/// The same with other parameters of the loop; which sensor the walker listens to is not one of them.
+/// Builds the loop of a board with another loop configuration. `gait_sensor` is set to the channel that the generator follows.
 ///
 /// # Errors
-/// [`BoardLoopError`] says what does not fit.
+/// [`BoardLoopError`] names the part that is not allowed.
 pub fn board_loop_with(
     config: &LoopConfig,
     parameters: &Parameters,
     vrefint_cal: AdcCode,
     min_supply: Volts,
 ) -> Result<BoardLoop, BoardLoopError> {
-    let walk = parameters.generator.build(Period::MILLISECOND).map_err(BoardLoopError::Walk)?;
+    let generator = parameters.generator.build(Period::MILLISECOND).map_err(BoardLoopError::Walk)?;
     let gait_sensor = match parameters.generator.follows() {
         Some(joint) => parameters.sensors.channel_of(joint).ok_or(BoardLoopError::NoSensor(joint))?,
         None => 0,
     };
+    let loop_config = LoopConfig { gait_sensor, ..*config };
     let mut sensors: [Option<Sensor>; SENSORS] = [const { None }; SENSORS];
-    for (sensor, worn) in sensors.iter_mut().zip(parameters.sensors.iter()) {
-        let built = worn.build(vrefint_cal, min_supply);
-        *sensor = Some(built.map_err(|error| BoardLoopError::Sensor { joint: worn.joint, error })?);
+    for (sensor, config) in sensors.iter_mut().zip(parameters.sensors.iter()) {
+        let built = config.build(vrefint_cal, min_supply);
+        *sensor = Some(built.map_err(|error| BoardLoopError::Sensor { joint: config.joint, error })?);
     }
-    LoopConfig { gait_sensor, ..*config }.build(Period::MILLISECOND, walk, sensors).map_err(BoardLoopError::Loop)
+    loop_config.build(Period::MILLISECOND, generator, sensors).map_err(BoardLoopError::Loop)
 }

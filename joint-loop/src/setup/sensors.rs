@@ -1,7 +1,7 @@
-//! The sensors that a person wears: on which joint each is, and its calibration.
+//! The sensors on a person: joint, divider and calibration of each channel.
 //!
-//! Channel 1 is the first, and so on; the board's pins of each are in `firmware/src/sampling.rs`. They are parameters like the walker's:
-//! [`crate::store::sensor_record`] is how they get onto a board.
+//! Sensors have channels in order, from channel 1; each board file of the firmware has the pins. A board reads the sensors from
+//! its sensor record, see [`crate::store::sensor_record`].
 
 use core::fmt;
 
@@ -11,49 +11,49 @@ use hgod_adc::{
 };
 use joint_units::{AdcCode, Joint, Period, Volts};
 
-/// Sensor channels of a board.
+/// Number of sensor channels of a board.
 pub const SENSORS: usize = 4;
 
-/// The joint of the one sensor that is worn where nothing else is said and the walker follows none.
+/// Joint of the default sensor if the generator is no follower.
 pub const SENSOR_JOINT: Joint = Joint::LeftKnee;
 
-/// The supply of the sensor that ships, which its volts are a fraction of.
+/// Supply of the default sensor; its output is a fraction of it.
 const SENSOR_SUPPLY: Volts = Volts(3.0);
 
-/// First and last fraction of [`SENSOR_SUPPLY`] in the table that ships: -52 to 83 degrees, the span of a hip or a knee in walking. The
-/// ends stay clear of the converter's even at 2.7 V, so that a broken wire is told from an angle.
+/// First and last fraction of [`SENSOR_SUPPLY`] in the default table: -52 to 83 degrees, the range of a hip or a knee in
+/// walking. The ends are inside the converter's range even at 2.7 V, so that a broken wire differs from an angle.
 const SENSOR_FRACTIONS: (f32, f32) = (0.265, 0.86);
 
-/// Points in that table.
+/// Points of the default table.
 const SENSOR_POINTS: usize = 17;
 
 /// One sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointSensor {
-    /// Where it is worn.
+    /// Measured joint.
     pub joint: Joint,
-    /// Volts at the sensor for one volt at the pin, as [`ReferenceConfig::divider`].
+    /// Volts at the sensor per volt at the pin, 0.05 to 20, as [`ReferenceConfig::divider`].
     pub divider: f32,
-    /// Volts at the sensor to the joint's angle.
+    /// Table from volts at the sensor to the joint's angle.
     pub calibration: Calibration,
 }
 
 impl JointSensor {
-    /// A potentiometer on the joint's axis: a published curve, until somebody calibrates their own.
+    /// A potentiometer on the joint's axis with a published curve, for use before a calibration.
     ///
     /// # Errors
-    /// None in a program that passes its tests.
+    /// [`CalibrationError`] if the table of constants is not allowed; a test shows that it is.
     pub fn uncalibrated(joint: Joint) -> Result<Self, CalibrationError> {
         let (first, last) = SENSOR_FRACTIONS;
         let points = rk09k::points::<SENSOR_POINTS>(SENSOR_SUPPLY, first, last);
         Ok(Self { joint, divider: 1.0, calibration: Calibration::new(&points, Interpolation::MonotoneCubic)? })
     }
 
-    /// The chain from code to angle on a chip with this factory value.
+    /// Builds the sensor for a chip with this factory reading of its internal reference, and for this least supply.
     ///
     /// # Errors
-    /// [`SensorError`]: the factory's reading of the internal reference cannot be true, or the converter cannot tell the ends of the
-    /// table from a broken wire.
+    /// [`SensorError`] if the factory reading is out of range, or if the ends of the table are too close to the ends of the
+    /// converter's range to detect a broken wire.
     pub fn build(&self, vrefint_cal: AdcCode, min_supply: Volts) -> Result<Sensor, SensorError> {
         SensorConfig {
             reference: ReferenceConfig { divider: self.divider, min_supply, ..ReferenceConfig::stm32f4(vrefint_cal) },
@@ -65,12 +65,12 @@ impl JointSensor {
     }
 }
 
-/// Why sensors were refused.
+/// Why a set of sensors was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointSensorsError {
-    /// None, or more than [`SENSORS`].
+    /// The number is 0 or more than [`SENSORS`].
     Count(usize),
-    /// Two are worn on this joint.
+    /// Two sensors are on this joint.
     Twice(Joint),
 }
 
@@ -85,32 +85,34 @@ impl fmt::Display for JointSensorsError {
 
 impl core::error::Error for JointSensorsError {}
 
-/// All of them, from channel 1 on: one at least, no two on the same joint.
+/// The sensors of a board, from channel 1 on: at least one, at most one for each joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointSensors {
     channels: [Option<JointSensor>; SENSORS],
 }
 
 impl JointSensors {
-    /// Checks them.
+    /// Checks the sensors and assigns them to channels in order.
     ///
     /// ```
     /// use joint_loop::{JointSensorsError, JointSensor, JointSensors};
     /// use joint_units::Joint;
     /// let [hip, knee] = [Joint::LeftHip, Joint::LeftKnee].map(|joint| JointSensor::uncalibrated(joint).unwrap());
-    /// let worn = JointSensors::build([hip.clone(), knee])?;
-    /// assert_eq!((worn.count(), worn.channel_of(Joint::LeftKnee), worn.channel_of(Joint::RightHip)), (2, Some(1), None));
+    /// let sensors = JointSensors::build([hip.clone(), knee])?;
+    /// assert_eq!((sensors.count(), sensors.channel_of(Joint::LeftKnee)), (2, Some(1)));
+    /// assert_eq!(sensors.channel_of(Joint::RightHip), None);
     /// assert_eq!(JointSensors::build([hip.clone(), hip]), Err(JointSensorsError::Twice(Joint::LeftHip)));
     /// # Ok::<(), JointSensorsError>(())
     /// ```
     ///
     /// # Errors
-    /// [`JointSensorsError`].
+    /// [`JointSensorsError`] for no sensor, more than [`SENSORS`], or two on one joint.
     pub fn build(sensors: impl IntoIterator<Item = JointSensor>) -> Result<Self, JointSensorsError> {
         let mut channels = [const { None }; SENSORS];
         let mut count = 0;
         for sensor in sensors {
-            let taken = |channel: &Option<JointSensor>| channel.as_ref().is_some_and(|worn| worn.joint == sensor.joint);
+            let taken =
+                |channel: &Option<JointSensor>| channel.as_ref().is_some_and(|other| other.joint == sensor.joint);
             if channels.iter().any(taken) {
                 return Err(JointSensorsError::Twice(sensor.joint));
             }
@@ -122,7 +124,7 @@ impl JointSensors {
         if (1..=SENSORS).contains(&count) { Ok(Self { channels }) } else { Err(JointSensorsError::Count(count)) }
     }
 
-    /// The channels in order; `None` where no sensor is.
+    /// The channels in order; `None` for a channel without a sensor.
     #[must_use]
     pub const fn channels(&self) -> &[Option<JointSensor>; SENSORS] {
         &self.channels
@@ -133,16 +135,16 @@ impl JointSensors {
         self.channels.iter().flatten()
     }
 
-    /// How many there are.
+    /// Number of sensors.
     #[must_use]
     pub fn count(&self) -> usize {
         self.iter().count()
     }
 
-    /// The channel of the sensor on this joint, counted from 0.
+    /// Channel of the sensor on a joint, counted from 0; `None` without one.
     #[must_use]
     pub fn channel_of(&self, joint: Joint) -> Option<usize> {
-        self.iter().position(|worn| worn.joint == joint)
+        self.iter().position(|sensor| sensor.joint == joint)
     }
 }
 
@@ -151,19 +153,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_shipped_sensor_is_accepted_over_every_factory_value_of_the_data_sheet() {
-        let worn = JointSensor::uncalibrated(Joint::LeftKnee).expect("monotone");
-        // 1.18 to 1.24 V at 3.3 V.
+    fn the_default_sensor_accepts_every_factory_value() {
+        let config = JointSensor::uncalibrated(Joint::LeftKnee).expect("monotone");
+        // The data sheet's range, 1.18 to 1.24 V, at 3.3 V.
         for cal in 1464..=1539 {
             for min_supply in [2.7, 3.0] {
-                let sensor = worn.build(AdcCode(cal), Volts(min_supply));
+                let sensor = config.build(AdcCode(cal), Volts(min_supply));
                 assert!(sensor.is_ok(), "{cal} {min_supply}: {sensor:?}");
             }
         }
     }
 
     #[test]
-    fn one_to_four_and_one_a_joint() {
+    fn one_to_four_sensors_and_one_per_joint_are_allowed() {
         let all = || Joint::ALL.map(|joint| JointSensor::uncalibrated(joint).expect("monotone"));
         let four = JointSensors::build(all()).expect("four");
         assert_eq!((four.count(), four.channel_of(Joint::RightKnee)), (4, Some(3)));

@@ -1,13 +1,13 @@
-//! The frame around whatever a host writes into a parameter sector of the board: magic word, schema, length, words, check sum.
+//! The format of a record in a parameter sector of a board's flash: magic word, schema, kind, length, words, checksum.
 //!
-//! Little-endian, as the chip is:
+//! All numbers are little-endian:
 //! ```text
-//! 0    magic word, four letters      erased flash instead: there is no record
-//! 4    schema, u16                   another schema is refused, never guessed at
-//! 6    kind, u16                     what the words mean
+//! 0    magic word, four letters      0xFFFFFFFF: erased flash, no record
+//! 4    schema, u16                   any other schema is refused
+//! 6    kind, u16                     meaning of the words
 //! 8    number of words, u32
 //! 12   the words, u32
-//! ...  CRC-32 (ISO-HDLC) of everything before it
+//! ...  CRC-32 (ISO-HDLC) of all bytes before it
 //! ```
 
 use core::fmt;
@@ -20,43 +20,44 @@ const HEAD: usize = 12;
 
 const ERASED: u32 = 0xFFFF_FFFF;
 
-/// Without a table: some hundred bytes are read once a boot.
+/// Without a lookup table: a boot reads only a few hundred bytes.
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
-/// Bytes of a record of so many words.
+/// Bytes of a record with this number of words.
 pub(crate) const fn bytes_of(words: usize) -> usize {
     HEAD + 4 * words + 4
 }
 
-/// Why bytes are no whole record.
+/// Why bytes are not a complete record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FlashRecordError {
-    /// They do not begin with the magic word, and are not erased either.
+    /// They do not begin with the magic word and are not erased flash.
     Magic {
-        /// The magic word of what was looked for.
+        /// The expected magic word.
         wanted: [u8; 4],
     },
-    /// They end before the record does.
+    /// They end before the end of the record.
     Short,
-    /// The schema is another one.
+    /// The schema is not the expected one.
     Schema {
-        /// In the record.
+        /// Schema of the record.
         found: u16,
-        /// The one that is known.
+        /// Expected schema.
         known: u16,
     },
-    /// There is no such kind, or it has another number of words.
+    /// The kind is unknown, or it has another number of words.
     Kind {
-        /// The kind.
+        /// Kind of the record.
         kind: u16,
-        /// Its number of words.
+        /// Number of words of the record.
         words: u32,
     },
-    /// The check sum is wrong: the record was not written to its end, or has changed since.
+    /// The checksum is wrong: the record is incomplete or was changed.
     Crc {
-        /// In the record.
+        /// Checksum in the record.
         written: u32,
-        /// Of the record.
+        /// Checksum computed from the record.
         computed: u32,
     },
 }
@@ -78,7 +79,7 @@ impl fmt::Display for FlashRecordError {
 
 impl core::error::Error for FlashRecordError {}
 
-/// A record of at most `BYTES` bytes, ready to be written.
+/// A record of at most `BYTES` bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Framed<const BYTES: usize> {
     bytes: [u8; BYTES],
@@ -86,7 +87,7 @@ pub struct Framed<const BYTES: usize> {
 }
 
 impl<const BYTES: usize> Framed<BYTES> {
-    /// A record whose words `fill` writes. There is room for them: `BYTES` is [`bytes_of`] the most that it writes.
+    /// Makes a record with the words that `fill` writes. `BYTES` must be [`bytes_of`] the largest number of words.
     pub(crate) fn new(magic: [u8; 4], schema: u16, kind: u16, fill: impl FnOnce(&mut WordWriter<'_>)) -> Self {
         let mut record = Self { bytes: [0; BYTES], length: 0 };
         let mut writer = WordWriter { bytes: &mut record.bytes, length: 0 };
@@ -105,13 +106,13 @@ impl<const BYTES: usize> Framed<BYTES> {
         record
     }
 
-    /// The bytes.
+    /// Bytes of the record.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..self.length).unwrap_or(&[])
     }
 
-    /// The check sum, which names the record in the board's log.
+    /// Checksum, which identifies the record in the board's log.
     #[must_use]
     pub fn crc(&self) -> u32 {
         let end = self.bytes().last_chunk::<4>();
@@ -119,7 +120,7 @@ impl<const BYTES: usize> Framed<BYTES> {
     }
 }
 
-/// Appends words to a record. A word for which there is no room is dropped.
+/// Appends words to a record. Words beyond its capacity are dropped.
 pub(crate) struct WordWriter<'a> {
     bytes: &'a mut [u8],
     length: usize,
@@ -142,7 +143,7 @@ impl WordWriter<'_> {
     }
 }
 
-/// A record that was found whole.
+/// A complete record that was found.
 pub(crate) struct Found<'a> {
     pub(crate) kind: u16,
     pub(crate) words: WordReader<'a>,
@@ -150,14 +151,14 @@ pub(crate) struct Found<'a> {
 }
 
 impl Found<'_> {
-    /// Number of words that are not read yet.
+    /// Number of words not yet read.
     pub(crate) const fn words_left(&self) -> u32 {
         (self.words.0.len() / 4) as u32
     }
 }
 
-/// Opens the record at the start of `bytes`; `None` when they are erased flash. What follows it is not looked at. `is_known` says which
-/// numbers of words a kind may have: it bounds how far a broken length can lead.
+/// Opens the record at the start of `bytes`; `None` if they are erased flash. Bytes after the record are ignored. `is_known`
+/// checks kind and number of words, so that a wrong length is refused before it is used.
 pub(crate) fn open(
     bytes: &[u8],
     magic: [u8; 4],
@@ -190,7 +191,7 @@ pub(crate) fn open(
     Ok(Some(Found { kind, words: WordReader(words), crc: written }))
 }
 
-/// The words that are left.
+/// Reads the words of a record in order.
 pub(crate) struct WordReader<'a>(&'a [u8]);
 
 impl WordReader<'_> {
@@ -230,13 +231,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_check_sum_is_the_standard_one() {
+    fn the_checksum_is_the_standard_one() {
         // The check value of CRC-32/ISO-HDLC.
         assert_eq!(CRC.checksum(b"123456789"), 0xCBF4_3926);
     }
 
     #[test]
-    fn words_come_back_and_a_length_that_leads_nowhere_is_short() {
+    fn words_are_read_back_and_a_wrong_length_is_short() {
         let record = Framed::<{ bytes_of(2) }>::new(*b"FFXX", 3, 7, |record| record.floats(&[1.5, -0.0]));
         assert_eq!(record.bytes().len(), bytes_of(2));
         let mut found = open(record.bytes(), *b"FFXX", 3, |kind, words| (kind, words) == (7, 2)).unwrap().unwrap();

@@ -1,7 +1,7 @@
 //! A generator's parameters as bytes: the host writes them into the board's first parameter sector, the board reads them at boot.
 //!
 //! The frame is that of [`crate::store::flash_record`], with the magic word "FFWK". The kind and its words are described in the file of
-//! the kind, see [`crate::generator`]: bits of f32, a phase in 2^-32 of a cycle, or the place of a value in a list.
+//! the kind, see [`crate::generator`]: bits of f32, a phase in 2^-32 of a cycle, or the index of a value in a list.
 
 use core::fmt;
 
@@ -23,7 +23,7 @@ const SCHEMA: u16 = 1;
 pub enum GeneratorRecordError {
     /// They are not a whole record, or one of an unknown kind.
     Frame(FlashRecordError),
-    /// A word that stands for a place in a list is too large.
+    /// A word that is an index in a list is too large.
     Word {
         /// The parameter.
         field: &'static str,
@@ -174,17 +174,17 @@ mod tests {
         }
     }
 
-    /// A follower without the word for its events, as they were before, is refused by its length.
+    /// A follower of an older version, without the word for its events, is refused by its length.
     #[test]
     fn a_follower_of_the_old_length_is_refused() {
         let old = Record::new(MAGIC, SCHEMA, FOLLOW.0, |record| (1..FOLLOW.1).for_each(|_| record.push(0)));
-        let told = read(old.bytes()).unwrap_err();
-        assert_eq!(told, GeneratorRecordError::Frame(FlashRecordError::Kind { kind: 4, words: 70 }));
-        assert!(told.to_string().contains("kind 4 with 71 words"), "{told}");
+        let error = read(old.bytes()).unwrap_err();
+        assert_eq!(error, GeneratorRecordError::Frame(FlashRecordError::Kind { kind: 4, words: 70 }));
+        assert!(error.to_string().contains("kind 4 with 71 words"), "{error}");
     }
 
     #[test]
-    fn every_bit_that_flips_is_noticed() {
+    fn every_flipped_bit_is_detected() {
         for config in all() {
             let record = record_of(&config);
             for bit in 0..record.bytes().len() * 8 {
@@ -197,24 +197,25 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_what_is_allowed() {
+    fn an_error_states_what_is_allowed() {
         let record = record_of(&shape());
-        let told = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
-        assert!(told(b"hello, world").contains("allowed is a record that begins with FFWK, or erased flash"));
-        assert!(told(&record.bytes()[..200]).contains("ends before"));
-        assert!(told(&[]).contains("ends before"));
+        let refusal = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
+        assert!(refusal(b"hello, world").contains("allowed is a record that begins with FFWK, or erased flash"));
+        assert!(refusal(&record.bytes()[..200]).contains("ends before"));
+        assert!(refusal(&[]).contains("ends before"));
         let mut other = record.bytes().to_vec();
         other[4] = 9;
-        assert_eq!(told(&other), "schema 9; allowed is 1; make the record again with `footfall pack`");
+        assert_eq!(refusal(&other), "schema 9; allowed is 1; make the record again with `footfall pack`");
         let mut other = record.bytes().to_vec();
         other[6] = 7;
         assert!(
-            told(&other).starts_with("unknown record kind 7 (69 words); expected kind 1 with 18 words, kind 2 with 28")
+            refusal(&other)
+                .starts_with("unknown record kind 7 (69 words); expected kind 1 with 18 words, kind 2 with 28")
         );
-        // A right check sum does not make a wrong number right.
+        // A wrong number is refused although the checksum is correct.
         let GeneratorConfig::Shape(mut config) = shape() else { unreachable!() };
         config.stride_s = f32::NAN;
-        assert!(told(record_of(&GeneratorConfig::Shape(config)).bytes()).contains("stride_s"));
+        assert!(refusal(record_of(&GeneratorConfig::Shape(config)).bytes()).contains("stride_s"));
     }
 
     proptest! {

@@ -1,4 +1,4 @@
-//! Records in flash: framing, generator parameters, sensor calibrations.
+//! Records in a board's flash: format, generator record, sensor record.
 
 pub mod flash_record;
 pub mod generator_record;

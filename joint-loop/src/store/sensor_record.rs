@@ -1,12 +1,13 @@
-//! The worn sensors as bytes: what a host writes into the board's second parameter sector and the board reads at boot.
+//! The sensor record: sensors as bytes. A host writes it to the board's second parameter sector, the board reads it at boot.
 //!
-//! A record as [`crate::store::flash_record`] says, magic word "FFSN", of kind 1; its words, for each sensor from channel 1 on:
+//! The format is that of [`crate::store::flash_record`] with the magic word "FFSN" and kind 1. Words of each sensor, from
+//! channel 1 on:
 //! ```text
-//! joint          its place in Joint::ALL
+//! joint          index in Joint::ALL
 //! interpolation  0 linear, 1 monotone cubic
 //! divider        bits of f32
 //! points         2 to 32
-//! volts, angle   of each point, bits of f32, volts and radians
+//! volts, angle   of each point, bits of f32, in volts and radians
 //! ```
 
 use core::fmt;
@@ -23,39 +24,39 @@ pub const MAX_BYTES: usize = bytes_of(MAX_WORDS);
 const MAGIC: [u8; 4] = *b"FFSN";
 const SCHEMA: u16 = 1;
 const KIND: u16 = 1;
-/// Words of a sensor beside its points.
+/// Words of a sensor without its points.
 const HEAD_WORDS: usize = 4;
 const MAX_WORDS: usize = SENSORS * (HEAD_WORDS + 2 * MAX_POINTS);
 
-/// Why bytes are no sensors.
+/// Why bytes are not a sensor record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SensorRecordError {
-    /// They are no whole record.
+    /// They are not a complete record.
     Frame(FlashRecordError),
-    /// A word of this sensor, counted from 0, is none of those that are allowed.
+    /// A word of a sensor is not allowed.
     Word {
-        /// The sensor.
+        /// Index of the sensor, from 0.
         sensor: usize,
-        /// Which word.
+        /// Name of the word.
         field: &'static str,
         /// The word.
         word: u32,
     },
-    /// The divider of this sensor, counted from 0, is not one; allowed are 0.05 to 20.
+    /// The divider of a sensor is not within 0.05 to 20.
     Divider {
-        /// The sensor.
+        /// Index of the sensor, from 0.
         sensor: usize,
         /// Its divider.
         divider: f32,
     },
-    /// The table of this sensor, counted from 0, is refused.
+    /// The calibration table of a sensor is not allowed.
     Calibration {
-        /// The sensor.
+        /// Index of the sensor, from 0.
         sensor: usize,
-        /// Why.
+        /// The reason.
         error: CalibrationError,
     },
-    /// They do not go together.
+    /// The set of sensors is not allowed.
     Sensors(JointSensorsError),
 }
 
@@ -88,19 +89,19 @@ impl From<FlashRecordError> for SensorRecordError {
     }
 }
 
-/// A record, ready to be written.
+/// A sensor record.
 pub type Record = Framed<MAX_BYTES>;
 
-/// Sensors that were read, with the check sum that names them.
+/// Sensors read from a record, with the checksum that identifies it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stored {
     /// The sensors.
     pub sensors: JointSensors,
-    /// The record's check sum.
+    /// Checksum of the record.
     pub crc: u32,
 }
 
-/// The record of sensors.
+/// Makes the record of sensors.
 #[must_use]
 pub fn record_of(sensors: &JointSensors) -> Record {
     Record::new(MAGIC, SCHEMA, KIND, |record| {
@@ -118,7 +119,7 @@ pub fn record_of(sensors: &JointSensors) -> Record {
     })
 }
 
-/// Reads the sensors at the start of `bytes`; `None` when they are erased flash. What follows the record is not looked at.
+/// Reads the record at the start of `bytes`; `None` if they are erased flash. Bytes after the record are ignored.
 ///
 /// ```
 /// use joint_loop::store::sensor_record::{read, record_of};
@@ -129,12 +130,12 @@ pub fn record_of(sensors: &JointSensors) -> Record {
 /// let stored = read(record.bytes())?.unwrap();
 /// assert_eq!((stored.sensors, stored.crc), (sensors, record.crc()));
 /// assert_eq!(read(&[0xFF; 64]), Ok(None));
-/// assert!(read(b"FFWK, a walker").unwrap_err().to_string().contains("begins with FFSN"));
+/// assert!(read(b"FFWK, a generator").unwrap_err().to_string().contains("begins with FFSN"));
 /// # Ok::<(), joint_loop::store::sensor_record::SensorRecordError>(())
 /// ```
 ///
 /// # Errors
-/// [`SensorRecordError`].
+/// [`SensorRecordError`] names the first part that is not allowed.
 pub fn read(bytes: &[u8]) -> Result<Option<Stored>, SensorRecordError> {
     let is_known = |kind, words: u32| kind == KIND && (1..=MAX_WORDS as u32).contains(&words);
     let Some(mut found) = open(bytes, MAGIC, SCHEMA, is_known)? else { return Ok(None) };
@@ -162,7 +163,7 @@ fn sensor(place: usize, words: &mut WordReader<'_>) -> Result<JointSensor, Senso
         word => return Err(wrong("interpolation", word)),
     };
     let divider = words.float()?;
-    // Not a number is outside too.
+    // NaN is refused too.
     if !(0.05..=20.0).contains(&divider) {
         return Err(SensorRecordError::Divider { sensor: place, divider });
     }
@@ -193,7 +194,7 @@ mod tests {
         JointSensors::build(sensors).expect("four")
     }
 
-    /// A record of these words with a right check sum.
+    /// A record of these words with a correct checksum.
     fn of_words(words: &[u32]) -> Record {
         Record::new(MAGIC, SCHEMA, KIND, |record| words.iter().for_each(|word| record.push(*word)))
     }
@@ -204,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn they_come_back_as_they_went_and_a_changed_bit_is_found() {
+    fn sensors_are_read_back_and_a_changed_bit_is_found() {
         let record = record_of(&four());
         let stored = read(record.bytes()).expect("whole").expect("there");
         assert_eq!((&stored.sensors, stored.crc), (&four(), record.crc()));
@@ -221,25 +222,25 @@ mod tests {
         }
     }
 
-    /// Words with a right check sum, but wrong.
+    /// Wrong words with a correct checksum.
     #[test]
-    fn each_fault_has_its_name() {
+    fn each_wrong_word_is_named() {
         let good = words_of(&record_of(&four()));
-        let told = |place: usize, word: u32| {
+        let refusal = |place: usize, word: u32| {
             let mut words = good.clone();
             words[place] = word;
             read(of_words(&words).bytes()).expect_err("wrong").to_string()
         };
-        assert_eq!(told(0, 4), "sensor 1: joint is 4; allowed is 0 to 3");
-        assert_eq!(told(0, 1), "two sensors on right_hip; allowed is one a joint");
-        assert_eq!(told(1, 2), "sensor 1: interpolation is 2; allowed is 0 or 1");
-        assert_eq!(told(2, f32::NAN.to_bits()), "sensor 1: divider is NaN; allowed is 0.05 to 20");
-        assert_eq!(told(3, 33), "sensor 1: points is 33; allowed is 2 to 32");
-        assert!(told(3, 1).starts_with("sensor 1: 1 points: allowed is 2 to 32"));
-        assert!(told(4, f32::NAN.to_bits()).starts_with("sensor 1: points[0].volts: not a finite number"));
-        // One more point than there is: it ends inside of the last sensor.
+        assert_eq!(refusal(0, 4), "sensor 1: joint is 4; allowed is 0 to 3");
+        assert_eq!(refusal(0, 1), "two sensors on right_hip; allowed is one a joint");
+        assert_eq!(refusal(1, 2), "sensor 1: interpolation is 2; allowed is 0 or 1");
+        assert_eq!(refusal(2, f32::NAN.to_bits()), "sensor 1: divider is NaN; allowed is 0.05 to 20");
+        assert_eq!(refusal(3, 33), "sensor 1: points is 33; allowed is 2 to 32");
+        assert!(refusal(3, 1).starts_with("sensor 1: 1 points: allowed is 2 to 32"));
+        assert!(refusal(4, f32::NAN.to_bits()).starts_with("sensor 1: points[0].volts: not a finite number"));
+        // One more point than the record has: it ends within the last sensor.
         let last = good.len() - 1 - 2 * 17;
-        assert_eq!(told(last, 18), "ends before its check sum");
+        assert_eq!(refusal(last, 18), "ends before its check sum");
         let five = [good.clone(), good[..4 + 2 * 17].to_vec()].concat();
         let error = read(of_words(&five[..MAX_WORDS.min(five.len())]).bytes()).expect_err("five");
         assert_eq!(error, SensorRecordError::Sensors(JointSensorsError::Count(5)));

@@ -1,4 +1,4 @@
-//! What the tests of the loop share: a sensor, a body of samples, a generator that does what it is told.
+//! Shared code of the loop's tests: a sensor, samples, scripts to each state, a generator with set angles.
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its own part of this module")]
 
 use cpg_core::entrainment::FollowStatus;
@@ -12,12 +12,12 @@ use joint_units::{AdcCode, Period, Phase, RadPerSec, Radians, Volts};
 
 /// The code of the internal reference at a supply of 3.3 V, for the sensor here.
 pub const VREFINT: AdcCode = AdcCode(1501);
-/// A code in the middle of the sensor's table, and one that changes just enough not to be stuck.
+/// Two codes in the middle of the sensor's table; alternating codes are not stuck.
 pub const GOOD: [AdcCode; 2] = [AdcCode(1800), AdcCode(1801)];
-/// A code that says the wire is open.
+/// The code of an open wire.
 pub const OPEN: AdcCode = AdcCode(3);
 
-/// A goniometer that falls by 1 V for 60 degrees.
+/// A goniometer whose voltage falls by 1 V for 60 degrees.
 pub fn sensor() -> Sensor {
     let points = [(0.5, 120.0), (1.5, 60.0), (2.0, 30.0), (2.5, 0.0)]
         .map(|(volts, degrees)| CalibrationPoint { volts: Volts(volts), angle: Radians::from_degrees(degrees) });
@@ -31,26 +31,26 @@ pub fn sensor() -> Sensor {
     .expect("valid")
 }
 
-/// The default walk, which follows nobody.
+/// The default walk, which is no follower.
 pub type Walk = Unguided<default_walk::Walk>;
 
 /// The default walk with one sensor.
-pub fn walker() -> JointLoop<Walk, 1> {
-    walker_with(&LoopConfig::default_biped())
+pub fn default_loop() -> JointLoop<Walk, 1> {
+    default_loop_with(&LoopConfig::default_biped())
 }
 
-/// The default walk with one sensor, configured.
-pub fn walker_with(config: &LoopConfig) -> JointLoop<Walk, 1> {
+/// The default walk with one sensor and this configuration.
+pub fn default_loop_with(config: &LoopConfig) -> JointLoop<Walk, 1> {
     let walk = Unguided(default_walk(Period::MILLISECOND).expect("valid"));
     config.build(Period::MILLISECOND, walk, [Some(sensor())]).expect("valid")
 }
 
-/// A good sample, tick after tick.
+/// A good sample for each tick.
 pub fn good(tick: u32) -> Sample<1> {
     Sample { codes: [GOOD[(tick & 1) as usize]], vrefint: VREFINT, ..Sample::default() }
 }
 
-/// Runs ticks that all get the same sample, but for the sensor's least bit; gives the last command.
+/// Runs ticks with the same sample except for the sensor's code; returns the last command.
 pub fn run<G: Generator<4> + Follow>(
     joints: &mut JointLoop<G, 1>,
     ticks: u32,
@@ -68,7 +68,7 @@ pub fn press<G: Generator<4> + Follow>(joints: &mut JointLoop<G, 1>) -> Command 
     run(joints, 20, |sample| Sample { button: true, ..sample })
 }
 
-/// Nothing pressed, nothing wrong.
+/// Ticks without a press and without a fault.
 pub fn idle<G: Generator<4> + Follow>(joints: &mut JointLoop<G, 1>, ticks: u32) -> Command {
     run(joints, ticks, |sample| sample)
 }
@@ -78,7 +78,7 @@ pub fn fault<G: Generator<4> + Follow>(joints: &mut JointLoop<G, 1>, faults: Boa
     run(joints, 1, |sample| Sample { faults, ..sample })
 }
 
-/// What the board says on the way from boot to a state.
+/// Samples that lead from boot to a state.
 pub fn script(state: SupervisorState) -> Vec<Sample<1>> {
     let idle = |ticks| vec![Sample { button: false, ..good(0) }; ticks];
     let press = || vec![Sample { button: true, ..good(0) }; 20];
@@ -97,7 +97,7 @@ pub fn script(state: SupervisorState) -> Vec<Sample<1>> {
     script
 }
 
-/// Takes a fresh loop to a state, by what the board can say.
+/// Runs a new loop to a state by samples.
 pub fn reach<G: Generator<4> + Follow + Clone>(fresh: &JointLoop<G, 1>, state: SupervisorState) -> JointLoop<G, 1> {
     let mut joints = fresh.clone();
     for sample in script(state) {
@@ -107,17 +107,17 @@ pub fn reach<G: Generator<4> + Follow + Clone>(fresh: &JointLoop<G, 1>, state: S
     joints
 }
 
-/// A generator that holds what a test puts into it.
+/// A generator with the angles and the health that a test sets.
 #[derive(Debug, Clone)]
 pub struct Puppet {
     pub angles: [Radians; 4],
     pub health: Result<(), StateFault>,
-    /// From which step on the health is reported; before, all is well.
+    /// Step from which the health is reported; before, it is good.
     pub from_step: u32,
     pub steps: u32,
     pub resets: u32,
-    /// From this step on, this joint has this angle, and nothing is said about it.
-    pub lie: Option<(u32, usize, f32)>,
+    /// From this step on, this joint has this angle, without a failed check.
+    pub unchecked: Option<(u32, usize, f32)>,
 }
 
 impl Puppet {
@@ -128,7 +128,7 @@ impl Puppet {
             from_step: 0,
             steps: 0,
             resets: 0,
-            lie: None,
+            unchecked: None,
         }
     }
 }
@@ -140,7 +140,7 @@ impl Generator<4> for Puppet {
 
     fn angles(&self) -> [Radians; 4] {
         let mut angles = self.angles;
-        if let Some((from, joint, angle)) = self.lie
+        if let Some((from, joint, angle)) = self.unchecked
             && self.steps >= from
         {
             angles[joint] = Radians(angle);
@@ -180,7 +180,7 @@ impl Follow for Puppet {
     }
 }
 
-/// A puppet with one sensor, configured by default.
+/// A loop with a puppet, one sensor and the default configuration.
 pub fn puppet(puppet: Puppet) -> JointLoop<Puppet, 1> {
     LoopConfig::default_biped().build(Period::MILLISECOND, puppet, [Some(sensor())]).expect("valid")
 }

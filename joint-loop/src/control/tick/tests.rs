@@ -1,14 +1,13 @@
-//! What can only be shown from inside: counters that start just before they wrap.
+//! Tests that need private fields: counters that start just before they wrap.
 
 use crate::{LoopConfig, Sample, SupervisorState};
 use cpg_core::gait::default_walk::default_walk;
 use cpg_core::{Generator, Unguided};
 use joint_units::Period;
 
-/// 72 hours are 2.6e8 ticks; the counters wrap after 50 days. Starting 10 s before that, a walk goes on as it would have, but
-/// for the numbers of its ticks.
+/// The counters wrap after 50 days. A loop that starts 10 s before the wrap differs from one that starts at 0 only in its counters.
 #[test]
-fn the_counters_wrap_in_the_middle_of_a_walk() {
+fn the_counters_wrap_while_walking() {
     let mut config = LoopConfig::default_biped();
     config.monitor.sensor_required = false;
     let walk = Unguided(default_walk(Period::MILLISECOND).expect("valid"));

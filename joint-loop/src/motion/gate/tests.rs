@@ -1,8 +1,8 @@
-//! The gate against oracles that do not share its arithmetic: braking is stepped out, not computed; bounds are checked on the
-//! integers and on the angles that leave.
+//! Tests of the gate against independent calculations: braking is simulated step by step, and limits are checked on the
+//! integers and on the returned angles.
 
 use super::*;
-use crate::setup::config::{JointRange, LoopConfig, PoseLimit, PoseSense};
+use crate::setup::robot::{JointRange, PoseLimit, PoseSense};
 use joint_units::{RadPerSec, RadPerSec2};
 use proptest::prelude::*;
 
@@ -23,7 +23,7 @@ const SPECIALS: [f32; 12] = [
     f32::EPSILON,
 ];
 
-/// A small generator of pseudo-random numbers (splitmix64), for soaks that need no shrinking.
+/// Pseudo-random numbers (splitmix64), for long tests that need no shrinking.
 struct Random(u64);
 
 impl Random {
@@ -44,7 +44,7 @@ impl Random {
 }
 
 fn config() -> GateConfig {
-    LoopConfig::default_biped().gate
+    GateConfig::default_biped()
 }
 
 fn default() -> Gate {
@@ -59,7 +59,7 @@ fn degrees(pose: [f32; 4]) -> [Radians; 4] {
     pose.map(Radians::from_degrees)
 }
 
-/// What holds after every tick, on the integers: exact, without any tolerance.
+/// Checks the limits after a tick on the integers, exactly.
 fn assert_kept(gate: &Gate, before: &GateState, after: &GateState) {
     let a = i64::from(gate.acceleration.get());
     for joint in 0..4 {
@@ -75,7 +75,7 @@ fn assert_kept(gate: &Gate, before: &GateState, after: &GateState) {
     }
 }
 
-/// Steps all joints out at hardest braking until they rest; nothing may be violated on the way.
+/// Brakes all joints at the largest deceleration until they rest, and checks the limits at each step.
 fn assert_brakes(gate: &Gate, state: &GateState) {
     let a = gate.acceleration.get() as i32;
     let mut now = *state;
@@ -89,7 +89,7 @@ fn assert_brakes(gate: &Gate, state: &GateState) {
     }
 }
 
-/// A target of one kind or another: inside, at corners, far outside, special.
+/// A random target: inside, at corners, far outside, special.
 fn target(random: &mut Random, kind: u64, last: [Radians; 4]) -> [Radians; 4] {
     let mut pose = last;
     for (joint, angle) in pose.iter_mut().enumerate() {
@@ -99,7 +99,7 @@ fn target(random: &mut Random, kind: u64, last: [Radians; 4]) -> [Radians; 4] {
             2 => angle.0 + random.between(-0.02, 0.02),
             3 => SPECIALS[random.below(12) as usize],
             4 => f32::from_bits(random.bits() as u32),
-            // Whatever pushes hardest at the pose envelope: opposite hips, bent knees.
+            // The largest loads on the pose envelope: opposite hips, bent knees.
             5 => [[2.0, -2.0, 2.4, 2.4], [-2.0, 2.0, 2.4, 2.4]][(random.0 >> 7) as usize & 1][joint],
             _ => angle.0,
         };
@@ -111,8 +111,10 @@ fn random_config(random: &mut Random) -> (GateConfig, Period) {
     let mut config = config();
     let micros = [100, 500, 1_000, 2_000, 10_000][random.below(5) as usize];
     config.rate = RadPerSec(random.between(0.5, 17.0));
-    config.acceleration =
-        RadPerSec2(random.between(config.rate.0 * config.rate.0 / 3.0, 1_000.0).max(config.rate.0 * config.rate.0));
+    // At least 8 steps per tick squared are allowed.
+    let (braking, dt) = (config.rate.0 * config.rate.0, micros as f32 * 1e-6);
+    let resolution = 9.0 / STEPS / (dt * dt);
+    config.acceleration = RadPerSec2(random.between(braking / 3.0, 1_000.0).max(braking).max(resolution));
     for (range, joint) in config.range.iter_mut().zip(Joint::ALL) {
         let whole = anatomy::range(joint);
         *range = JointRange {
@@ -130,7 +132,7 @@ fn random_config(random: &mut Random) -> (GateConfig, Period) {
     (config, Period::from_micros(micros).expect("valid"))
 }
 
-/// Any configuration, any input: 100,000 sequences of 20 to 80 ticks, 5 million ticks.
+/// Random configurations and inputs: 100,000 sequences of 20 to 80 ticks, 5 million ticks.
 #[test]
 fn bounds_hold_for_any_input_sequence() {
     let random = &mut Random(1);
@@ -174,7 +176,7 @@ fn bounds_hold_for_any_input_sequence() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// The same as a property, so that a failure shrinks; specials at every input.
+    /// The same as a property test, so that a failure shrinks; special values at every input.
     #[test]
     fn bounds_hold_and_shrink(
         seed: u64,
@@ -204,27 +206,27 @@ proptest! {
         }
     }
 
-    /// brake and reach against braking stepped out.
+    /// brake and reach against simulated braking.
     #[test]
-    fn braking_distance_is_that_of_braking(v in 1_i64..2_400_000, a in 8_u32..1_000_000, room in 0_i64..2_600_000_000) {
+    fn the_braking_distance_is_exact(v in 1_i64..2_400_000, a in 8_u32..1_000_000, margin in 0_i64..2_600_000_000) {
         let gate = Gate { acceleration: NonZeroU32::new(a).expect("positive"), ..default() };
         let stepped = |v: i64| (1..).map(|k| v - k * i64::from(a)).take_while(|v| *v > 0).sum::<i64>();
         prop_assume!(v / i64::from(a) < 10_000);
         prop_assert_eq!(gate.brake(v), stepped(v));
-        let reach = gate.reach(room);
+        let reach = gate.reach(margin);
         prop_assume!(reach / i64::from(a) < 10_000);
-        prop_assert!(reach == 0 || reach + stepped(reach) <= room);
-        prop_assert!(reach + 1 + stepped(reach + 1) > room);
-        prop_assert_eq!(gate.reach(-room), -room);
+        prop_assert!(reach == 0 || reach + stepped(reach) <= margin);
+        prop_assert!(reach + 1 + stepped(reach + 1) > margin);
+        prop_assert_eq!(gate.reach(-margin), -margin);
     }
 
-    /// From rest, anywhere, to a target anywhere inside: there without overshoot in the time of the slowest trapezoid, and
-    /// then exactly there, bit for bit.
+    /// From rest to any target inside: without overshoot, in the time of the slowest trapezoidal profile, and then equal to the
+    /// target bit for bit.
     #[test]
     fn a_reachable_target_is_reached_without_overshoot(
         from in prop::array::uniform4(0.0_f32..1.0), to in prop::array::uniform4(0.0_f32..1.0),
     ) {
-        // Knees to 70 degrees and hips within 70 of each other: no edge of the envelope is in the way.
+        // Knees to 70 degrees and hips within 70 of each other: no edge of the envelope acts.
         let pose = |share: [f32; 4]| degrees([share[0] * 70.0 - 30.0, share[1] * 70.0 - 30.0, share[2] * 72.0 - 2.0, share[3] * 72.0 - 2.0]);
         let (gate, from, to) = (default(), pose(from), pose(to));
         let mut state = gate.rest(from).expect("inside");
@@ -246,7 +248,7 @@ proptest! {
         prop_assert_eq!(status, GateStatus::NONE);
     }
 
-    /// From wherever a wild input left it, the gate settles on any target inside the envelope.
+    /// From the state after any inputs, the gate settles on any target inside the envelope.
     #[test]
     fn every_inside_target_is_reached_from_everywhere(seed: u64, to in prop::array::uniform4(0.0_f32..1.0)) {
         let (gate, random) = (default(), &mut Random(seed));
@@ -266,7 +268,7 @@ proptest! {
         prop_assert_eq!(state, gate.rest(to).expect("inside"));
     }
 
-    /// A target that keeps the limits itself passes bit for bit, whatever its course.
+    /// A target within all limits passes bit for bit.
     #[test]
     fn what_is_inside_passes_exactly(
         amplitude in prop::array::uniform4(0.0_f32..0.45), hertz in prop::array::uniform4(0.1_f32..2.0), phase in 0.0_f32..6.2,
@@ -276,7 +278,7 @@ proptest! {
             let mut pose = [0.1, 0.1, 0.6, 0.6].map(Radians);
             for joint in 0..4 {
                 let turns = core::f32::consts::TAU * hertz[joint] * tick as f32 * 1e-3;
-                // Grows from rest within a second, and smoothly so.
+                // The amplitude grows smoothly from 0 within a second.
                 let x = (tick as f32 * 1e-3).min(1.0);
                 let grown = x * x * x * (10.0 - 15.0 * x + 6.0 * x * x);
                 pose[joint].0 += amplitude[joint] * grown * ((turns + phase).sin());
@@ -291,7 +293,7 @@ proptest! {
     }
 }
 
-/// Every pose of a 10 degree grid that reaches beyond all ranges, one after the other, 8 ticks and 200 ticks each.
+/// Every pose of a 10 degree grid beyond all ranges, in sequence, for 8 ticks and for 200 ticks each.
 #[test]
 fn no_pose_of_the_grid_leads_out_of_the_envelope() {
     let gate = default();
@@ -325,15 +327,15 @@ fn each_limit_has_its_bit() {
         let mut state = park(&gate);
         (0..ticks).map(|_| gate.limit(&mut state, degrees(target)).expect("finite").1).last().expect("some")
     };
-    // Half a radian away: at first the acceleration, on the way the rate, in front of it the braking, and then nothing.
+    // Half a radian away: first acceleration, then rate, then braking, then no limit.
     assert_eq!(run([50.0, 0.0, 5.0, 5.0], 1), GateStatus::ACCELERATION);
     assert_eq!(run([50.0, 0.0, 5.0, 5.0], 60), GateStatus::RATE);
     assert_eq!(run([50.0, 0.0, 5.0, 5.0], 120), GateStatus::ACCELERATION);
     assert_eq!(run([50.0, 0.0, 5.0, 5.0], 200).bits(), 0);
-    // Beyond the range: for as long as it is asked for.
+    // Beyond the range: as long as the target is there.
     assert_eq!(run([70.0, 0.0, 5.0, 5.0], 500), GateStatus::RANGE);
     assert_eq!(run([0.0, -30.1, 5.0, 5.0], 500), GateStatus::RANGE);
-    // Beyond the envelope: likewise, and both joints give way by half.
+    // Beyond the envelope: likewise, and each joint takes half of the excess.
     assert_eq!(run([0.0, 0.0, 80.0, 90.0], 500), GateStatus::POSE);
     let mut state = park(&gate);
     let held = (0..500).map(|_| gate.limit(&mut state, degrees([0.0, 0.0, 80.0, 90.0])).expect("finite").0).last();
@@ -341,8 +343,8 @@ fn each_limit_has_its_bit() {
     assert!((held[2] - 70.0).abs() < 1e-4 && (held[3] - 80.0).abs() < 1e-4, "{held:?}");
 }
 
-/// One joint leads from one end of its range to the other, the other presses against the edge of the envelope behind it all
-/// the way and after: whichever of them is decided first, and for either kind of edge.
+/// One joint moves from one end of its range to the other while the second is held by the edge of the envelope: in both joint
+/// orders, and for both kinds of edge.
 #[test]
 fn a_joint_that_follows_an_edge_stays_on_its_side() {
     use Joint::{LeftHip, RightHip};
@@ -373,7 +375,7 @@ fn a_joint_that_follows_an_edge_stays_on_its_side() {
                         assert_brakes(&gate, &state);
                     }
                 };
-                // The first goes to the edge and presses; then the second leads.
+                // The first moves to the edge and is held there; then the second moves.
                 follow(pose([to[0], from[1]]), head_start);
                 follow(pose(to), 600);
                 let reached = Radians(state.position[first as usize] as f32 / STEPS).degrees();
@@ -383,7 +385,7 @@ fn a_joint_that_follows_an_edge_stays_on_its_side() {
     }
 }
 
-/// What is beyond the range of one joint is cut off there before the envelope is looked at: it takes nothing from another.
+/// A target is limited to its range before the envelope, so a target beyond its range does not move another joint.
 #[test]
 fn range_comes_before_the_envelope() {
     let gate = default();

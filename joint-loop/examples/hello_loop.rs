@@ -1,4 +1,4 @@
-//! Arms, walks, stops: `cargo run -p joint-loop --example hello` prints state, knee angle and pulses every 250 ms.
+//! Arms, walks and stops the loop with the default walk: `cargo run -p joint-loop --example hello_loop` prints state, knee angle and pulses every 250 ms.
 
 use cpg_core::Unguided;
 use cpg_core::gait::default_walk::default_walk;
@@ -6,7 +6,7 @@ use joint_loop::{LoopConfig, Sample};
 use joint_units::{Joint, Period};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // Without a sensor: the default walk follows nobody.
+    // The default walk is no follower and needs no sensor.
     let mut config = LoopConfig::default_biped();
     config.monitor.sensor_required = false;
     let walk = Unguided(default_walk(Period::MILLISECOND)?);
