@@ -322,12 +322,15 @@ fn another_image_or_another_version_is_refused() {
     garbage.line(serde_json::json!({ "type": "rtt", "t_s": 0.1, "hex": "0102030405060700" }));
     let mut version = SimulatedBoard::new();
     // Kind 0, then the version: whatever follows, it is that of another image.
-    version.log("wire 00 63 01 02");
+    version.log("wire [00, 63, 01, 02]");
     let strange = vec!["thread 'main' panicked".to_owned()];
     for (lines, words) in [
         (other.lines, "do not rebuild it during the run"),
         (garbage.lines, "does not begin with a frame of this image"),
-        (version.lines, "the board sends records of version 99, this program reads version 1: flash the image of this checkout"),
+        (
+            version.lines,
+            "the board sends records of version 99, this program reads version 1: flash the image of this checkout",
+        ),
         (strange, "the virtual board wrote `thread 'main' panicked`"),
     ] {
         let output = run(Bench::plays(&lines).watch().args(["--secs", "1"]));
