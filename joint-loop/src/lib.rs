@@ -15,6 +15,7 @@
 //! | [`io`] | interface to the board, frame, time code |
 //!
 //! ```
+//! use cpg_core::Unguided;
 //! use cpg_core::gait::default_walk::default_walk;
 //! use joint_loop::{LoopConfig, Sample, SupervisorState};
 //! use joint_units::{Joint, Period};
@@ -22,7 +23,8 @@
 //! // A generator that needs no sensor.
 //! let mut config = LoopConfig::default_biped();
 //! config.monitor.sensor_required = false;
-//! let mut joints = config.build(Period::MILLISECOND, default_walk(Period::MILLISECOND)?, [])?;
+//! let walk = Unguided(default_walk(Period::MILLISECOND)?);
+//! let mut joints = config.build(Period::MILLISECOND, walk, [])?;
 //! let idle = Sample::default();
 //! let pressed = Sample { button: true, ..idle };
 //!
