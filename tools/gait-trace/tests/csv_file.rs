@@ -28,7 +28,7 @@ fn each_fault_names_file_line_column_and_allowed_values() {
         (
             b"time_s,knee_deg,knee_deg\n0,1,1\n",
             "walk.csv:1: column 3 `knee_deg`: ",
-            "the heading is there twice",
+            "the heading occurs twice",
             "allowed is once",
         ),
         (b"time_s,time_s,knee_deg\n", "walk.csv:1: column 2 `time_s`: ", "twice", "allowed is once"),
