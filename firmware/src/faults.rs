@@ -168,7 +168,7 @@ mod handlers {
         }
         let at = frame.wrapping_add(PC_OFFSET);
         let readable = at.is_multiple_of(4) && RAM.contains(&at);
-        // SAFETY: aligned, and in RAM, which holds whatever the core stacked before it came here.
+        // SAFETY: aligned, and in RAM, which holds the frame that the core stacked.
         let pc = if readable { unsafe { (at as *const u32).read_volatile() } } else { 0 };
         die(Record::new(Cause::HardFault, [pc, status], ""))
     }

@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn the_watchdog_outlasts_the_grace_at_every_oscillator_frequency() {
+    fn the_time_out_exceeds_the_grace_at_every_frequency() {
         for hz in (LSI_SLOWEST_HZ..=LSI_FASTEST_HZ).step_by(100) {
             assert!(timeout_us(hz) > GRACE_US + RETRY_US && timeout_us(hz) <= WORST_BITE_US, "{hz} Hz");
         }
