@@ -137,7 +137,7 @@ fn period_is_that_of_the_table() {
 }
 
 #[test]
-fn amplitude_is_not_inflated_and_harmonics_are_those_of_the_table() {
+fn amplitude_and_harmonics_are_those_of_the_table() {
     for cycle in &CYCLES {
         let mut net = on_cycle(cycle);
         let (mut largest, mut first, mut third) = ([0.0_f64; 4], [0.0; 2], [0.0; 2]);

@@ -23,7 +23,7 @@ fn double(state: OscillatorState<4>) -> OscillatorState<4, f64> {
 }
 
 #[test]
-fn stride_period_is_that_of_the_configuration_at_every_control_period() {
+fn the_stride_is_the_configured_one_at_every_control_period() {
     for step in [500, 1000, 2000, 5000, 10_000] {
         let mut walk = default_walk(micros(step)).unwrap();
         let h = f64::from(step) * 1e-6;

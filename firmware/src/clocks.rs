@@ -1,4 +1,4 @@
-//! 168 MHz from the 8 MHz HSE, with a bounded wait for it, and the flash accelerator that the HAL leaves off.
+//! Starts the 168 MHz clock from the 8 MHz HSE, with a bounded wait, and the flash accelerator, which the HAL leaves off.
 //!
 //! HSE / 4 * 168 / 2 = 168 MHz; APB1 42 MHz (timers 84), APB2 84 MHz (timers 168), 48 MHz spare on Q.
 
@@ -21,9 +21,9 @@ const HSE_ROUNDS: u32 = 400_000;
 /// HSE did not become ready.
 pub(crate) struct NoHse;
 
-/// Starts HSE and all that hangs on it.
+/// Starts HSE and the clocks that are derived from it.
 pub(crate) fn start() -> Result<(), NoHse> {
-    // Asked for here, because the HAL waits for it without an end and before any watchdog runs.
+    // HSE is started here, because the HAL waits for it without a limit and before a watchdog runs.
     RCC.cr().modify(|w| w.set_hsebyp(BOARD.hse == Hse::External));
     RCC.cr().modify(|w| w.set_hseon(true));
     if !(0..HSE_ROUNDS).any(|_| RCC.cr().read().hserdy()) {
@@ -59,14 +59,14 @@ pub(crate) fn start() -> Result<(), NoHse> {
     Ok(())
 }
 
-/// Waits until a peripheral clock that was just switched on is there (ES0182, "Delay after an RCC peripheral clock enabling").
+/// Waits until a peripheral clock that was just switched on is running (ES0182, "Delay after an RCC peripheral clock enabling").
 pub(crate) fn settle() {
     cortex_m::asm::dsb();
 }
 
-/// Instruction and data cache, and prefetch where the silicon has no erratum against it (ES0182: not on revision A of the F407).
+/// Switches on instruction cache, data cache, and prefetch unless the silicon has an erratum (ES0182: not on revision A of the F407).
 ///
-/// The HAL sets the wait states and leaves these off, which costs a good part of the speed at 5 wait states.
+/// The HAL sets the wait states and leaves these off, which makes the program much slower at 5 wait states.
 fn start_flash_accelerator() {
     // Caches are reset while they are off (RM0090 3.9.1).
     FLASH.acr().modify(|w| {
@@ -86,7 +86,7 @@ fn start_flash_accelerator() {
     });
 }
 
-/// Whether the option bytes, as delivered, let the chip run on at any supply.
+/// Whether the brown-out reset is off in the option bytes, as delivered: the chip then runs on at any supply.
 pub(crate) fn brown_out_reset_is_off() -> bool {
     /// BOR_LEV (RM0090 3.9.6): 0 is level 3, the highest.
     const OFF: u8 = 3;

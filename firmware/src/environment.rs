@@ -1,4 +1,4 @@
-//! Means of the die's temperature and the converter's supply over the samples since the last read.
+//! Means of the die temperature and the converter's supply over the samples since the last read.
 //!
 //! The control task adds once a tick, telemetry reads once a second. Half a code of a mean is 0.16 degrees, or 1 mV of the supply.
 
@@ -11,7 +11,7 @@ use hgod_adc::stm32f4::DieTemperature;
 use hgod_adc::{Reference, ReferenceConfig, SupplyFault};
 use joint_units::AdcCode;
 
-/// Sums of codes, and how many.
+/// Sums of codes, and their number.
 #[derive(Clone, Copy)]
 struct Sums {
     reference: u32,
@@ -38,7 +38,7 @@ pub(crate) fn add(reference: AdcCode, temperature: AdcCode) {
 
 /// Converts the codes to degrees and volts.
 pub(crate) struct Environment {
-    /// `None` on a chip whose factory code cannot be true.
+    /// `None` if the chip's factory code is implausible.
     reference: Option<Reference>,
     die: Option<DieTemperature>,
 }
@@ -59,7 +59,7 @@ impl Environment {
         };
         let supply = self.reference.and_then(|reference| match reference.supply(mean(sums.reference)) {
             Ok(supply) => Some(supply.volts()),
-            // Not good for a sample, but worth reporting.
+            // Out of range for a sample, but reported.
             Err(SupplyFault::Low(volts) | SupplyFault::High(volts)) => Some(volts),
             Err(_) => None,
         });

@@ -1,9 +1,9 @@
-//! What happens when the program cannot go on: the servos are switched off first, then the cause is put where the next boot finds it, then
-//! the chip is reset. It boots disarmed; nothing moves again without a person.
+//! Fatal faults: switches the servos off, stores the cause for the next boot, and resets the chip. It boots disarmed; only a person arms it
+//! again.
 //!
-//! Covers panic, hard fault (and with it bus, usage and memory faults, which are not enabled on their own), the non-maskable interrupt
-//! (the crystal stopped), interrupts that nobody handles, and what the watchdog task finds. A hang of the whole processor is the
-//! independent watchdog's.
+//! Covers panic, hard fault (and with it bus, usage and memory faults, which are not enabled separately), the non-maskable interrupt
+//! (the crystal stopped), interrupts without a handler, and the findings of the watchdog task. A hang of the whole processor is detected by
+//! the independent watchdog.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -14,11 +14,11 @@ use wire::Reset;
 
 use crate::servo_pwm::outputs_off;
 
-/// RAM that the start-up code does not touch.
+/// RAM that the start-up code does not initialise.
 #[repr(transparent)]
 struct Kept(UnsafeCell<MaybeUninit<[u32; WORDS]>>);
 
-// SAFETY: written by `store` only, word by word and volatile; a record that was torn by a fault in between fails its checksum.
+// SAFETY: written by `store` only, word by word and volatile; a record that a fault interrupted fails its checksum.
 unsafe impl Sync for Kept {}
 
 #[cfg_attr(target_os = "none", unsafe(link_section = ".uninit.footfall.post_mortem"))]
@@ -28,7 +28,7 @@ fn load() -> Option<Record> {
     let words = KEPT.0.get().cast::<u32>();
     let mut copy = [0; WORDS];
     for (index, word) in copy.iter_mut().enumerate() {
-        // SAFETY: in bounds, aligned; any content of the RAM is a valid u32, and volatile keeps the compiler from reasoning about it.
+        // SAFETY: in bounds, aligned; any content of the RAM is a valid u32, and volatile reads stop the compiler from assuming a content.
         *word = unsafe { words.add(index).read_volatile() };
     }
     Record::from_words(&copy)
@@ -37,12 +37,12 @@ fn load() -> Option<Record> {
 fn store(record: &Record) {
     let words = KEPT.0.get().cast::<u32>();
     for (index, word) in record.to_words().into_iter().enumerate() {
-        // SAFETY: in bounds, aligned; see `Kept` for why nobody else can be hurt.
+        // SAFETY: in bounds, aligned; see `Kept` for concurrent access.
         unsafe { words.add(index).write_volatile(word) };
     }
 }
 
-/// Switches the servos off, leaves the record, resets.
+/// Switches the servos off, stores the record, and resets.
 pub(crate) fn die(record: Record) -> ! {
     outputs_off();
     cortex_m::interrupt::disable();
@@ -73,17 +73,17 @@ fn take_reset() -> Reset {
     }
 }
 
-/// What the last run left.
+/// The end of the last run.
 pub(crate) struct LastRun {
-    /// How it was ended.
+    /// The reset that ended it.
     pub(crate) reset: Reset,
-    /// Its record, if it crashed and could leave one.
+    /// Its crash record, if there is one.
     pub(crate) crash: Option<Record>,
     /// Crashes in a row up to now.
     pub(crate) streak: u32,
 }
 
-/// Takes the post-mortem; once, early in the boot.
+/// Reads the end of the last run; called once, early in the boot.
 pub(crate) fn last_run() -> LastRun {
     let reset = take_reset();
     let kept = load();
@@ -92,18 +92,18 @@ pub(crate) fn last_run() -> LastRun {
     let by_hand = matches!(reset, Reset::PowerOn | Reset::Pin);
     let streak = Record::streak_after(kept.map_or(0, |record| record.streak), crashed, by_hand);
     store(&Record::new(Cause::None, [0; 2], "").with_streak(streak));
-    // After a power-on the RAM may still hold a record of long ago.
+    // After a power-on the RAM may still hold an old record.
     LastRun { reset, crash: crash.filter(|_| reset != Reset::PowerOn), streak }
 }
 
-/// This run has lasted: the next crash is the first of a new row. A lock-out stays: it wants a person.
+/// Clears the streak after a stable run. A lock-out remains until a person acts.
 pub(crate) fn forget_streak() {
     if load().is_none_or(|kept| kept.streak < LOCKOUT_STREAK) {
         store(&Record::new(Cause::None, [0; 2], ""));
     }
 }
 
-/// The handlers themselves: only the board has them.
+/// The handlers, which only the board has.
 #[cfg(target_os = "none")]
 mod handlers {
     use core::panic::PanicInfo;
@@ -119,7 +119,7 @@ mod handlers {
     #[panic_handler]
     fn panic(info: &PanicInfo<'_>) -> ! {
         outputs_off();
-        // The message would need the formatting machinery; file and line find it.
+        // File and line identify the panic; its message would need the formatting code.
         let (line, file) = info.location().map_or((0, ""), |at| (at.line(), at.file()));
         die(Record::new(Cause::Panic, [line, 0], file))
     }
@@ -137,7 +137,7 @@ mod handlers {
         die(Record::new(Cause::UnexpectedInterrupt, [number.unsigned_abs().into(), 0], ""))
     }
 
-    /// Takes the stack pointer as it was and starts a new stack at the top: after a stack overflow the old one is not there to use.
+    /// Passes the stack pointer on and starts a new stack at the top, because after a stack overflow the old one cannot be used.
     #[unsafe(naked)]
     #[unsafe(no_mangle)]
     #[unsafe(link_section = ".HardFault.user")]
@@ -168,7 +168,7 @@ mod handlers {
         }
         let at = frame.wrapping_add(PC_OFFSET);
         let readable = at.is_multiple_of(4) && RAM.contains(&at);
-        // SAFETY: aligned, and in RAM, which holds whatever the core stacked before it came here.
+        // SAFETY: aligned, and in RAM, which holds the frame that the core stacked.
         let pc = if readable { unsafe { (at as *const u32).read_volatile() } } else { 0 };
         die(Record::new(Cause::HardFault, [pc, status], ""))
     }

@@ -1,14 +1,14 @@
 //! Decides whether the independent watchdog may be reloaded: only while sampling, control and telemetry all make progress, at the right
 //! pace.
 //!
-//! A watchdog that is reloaded in an interrupt outlives a hang of everything else; one that only sees movement accepts a loop that runs
-//! too fast. So [`judge`] compares the progress counters with a free-running hardware clock, too slow and too fast alike.
+//! A watchdog that is reloaded in an interrupt does not detect a hang of the other code; one that only checks for any progress accepts a
+//! loop that runs too fast. [`judge`] therefore compares the progress counters with a free-running hardware clock, in both directions.
 //!
-//! # How long it takes
-//! The watchdog runs on the chip's low-speed oscillator, which the data sheets of both boards put anywhere from 17 to 47 kHz.
-//! [`timeout_us`] is computed for both ends, and the assertions below hold the figures to
-//! - no false bite: the fastest oscillator leaves longer than [`GRACE_US`] plus the pace at which the watchdog task wakes;
-//! - bite in time: the slowest oscillator bites within [`WORST_BITE_US`], at most two repeated servo frames.
+//! # Timing
+//! The watchdog runs on the chip's low-speed oscillator, which the data sheets of both boards specify as 17 to 47 kHz.
+//! [`timeout_us`] is computed for both ends, and the assertions below check that
+//! - there is no false reset: with the fastest oscillator the time-out is longer than [`GRACE_US`] plus the period of the watchdog task;
+//! - the reset is in time: with the slowest oscillator within [`WORST_BITE_US`], at most two repeated servo frames.
 
 /// Slowest low-speed oscillator, Hz (data sheets of the STM32F407 and STM32F446, "LSI oscillator characteristics").
 pub const LSI_SLOWEST_HZ: u32 = 17_000;
@@ -19,26 +19,26 @@ pub const LSI_FASTEST_HZ: u32 = 47_000;
 /// Divider of the oscillator in the watchdog.
 pub const PRESCALER: u32 = 4;
 
-/// Reload value of the watchdog: it bites `RELOAD + 1` divided cycles after the last feed.
+/// Reload value of the watchdog: it resets `RELOAD + 1` divided cycles after the last reload.
 pub const RELOAD: u16 = 159;
 
-/// The watchdog task asks this often, 5 ms.
+/// Period of the watchdog task, us.
 pub const FEED_US: u32 = 5_000;
 
-/// While something does not move, it asks this often.
+/// Period of the watchdog task while a part makes no progress, us.
 pub const RETRY_US: u32 = 1_000;
 
-/// Standing still this long since the last feed is a stall: the watchdog task then switches off and resets by itself, with a record of
-/// who stalled. Anything that keeps the watchdog task from running is left to the watchdog.
+/// No progress for this time since the last reload is a stall: the watchdog task then switches the outputs off and resets, with a record
+/// of the part that stalled. If the watchdog task itself cannot run, the watchdog resets.
 pub const GRACE_US: u32 = 10_000;
 
-/// Longest time from the last feed to the bite that is accepted.
+/// Longest accepted time from the last reload to the reset, us.
 pub const WORST_BITE_US: u32 = 38_000;
 
-/// Ticks may be this many more or fewer than the clock says: the two are read a moment apart, and a tick may be under way.
+/// Accepted difference between the ticks and the clock: the two are not read at the same time, and a tick may be running.
 const SLACK_TICKS: u32 = 2;
 
-/// Time from the last feed to the bite.
+/// Time from the last reload to the reset, us.
 ///
 /// ```
 /// use firmware::liveness::{LSI_FASTEST_HZ, LSI_SLOWEST_HZ, timeout_us};
@@ -52,12 +52,12 @@ pub const fn timeout_us(lsi_hz: u32) -> u32 {
 }
 
 const _: () = assert!(RELOAD < 1 << 12, "the reload register has 12 bits");
-const _: () = assert!(timeout_us(LSI_SLOWEST_HZ) <= WORST_BITE_US, "bites too late");
+const _: () = assert!(timeout_us(LSI_SLOWEST_HZ) <= WORST_BITE_US, "resets too late");
 const _: () = assert!(
     timeout_us(LSI_FASTEST_HZ) > GRACE_US + 2 * RETRY_US,
-    "bites before the watchdog task can name the culprit"
+    "resets before the watchdog task can report the part that stalled"
 );
-const _: () = assert!(GRACE_US >= 2 * FEED_US, "one late wake of the watchdog task is no stall");
+const _: () = assert!(GRACE_US >= 2 * FEED_US, "one late round of the watchdog task is no stall");
 
 /// A part of the program that must make progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,9 +65,9 @@ const _: () = assert!(GRACE_US >= 2 * FEED_US, "one late wake of the watchdog ta
 pub enum Part {
     /// Runs the loop, writes the pulses.
     Control = 0,
-    /// Takes the samples, in the control task: it stands still where the converter delivers none.
+    /// Reads the samples, in the control task: it makes no progress if the converter delivers none.
     Sensor = 1,
-    /// Reports.
+    /// Sends the log.
     Telemetry = 2,
 }
 
@@ -110,17 +110,17 @@ pub struct Progress {
 /// Whether all parts make progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Liveness {
-    /// All three moved, at the right pace: reload.
+    /// All three make progress at the right pace: reload.
     Alive,
-    /// Not yet: do not reload, look again.
+    /// Not yet: do not reload, check again.
     Wait,
-    /// This one has stood still, or has fallen behind, for [`GRACE_US`]: switch off, reset.
+    /// This part made no progress, or too little, for [`GRACE_US`]: switch off, reset.
     Stalled(Part),
-    /// This one runs faster than the clock: switch off, reset.
+    /// This part runs faster than the clock: switch off, reset.
     Racing(Part),
 }
 
-/// Compares the progress since the last feed with the time since then.
+/// Compares the progress since the last reload with the time since then.
 ///
 /// ```
 /// use firmware::liveness::{Part, Progress, Liveness, judge};
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn each_task_in_turn_is_missed_and_named() {
+    fn each_stalled_task_is_reported_by_name() {
         for (ticks, samples, rounds, part) in [
             (10, 10, 0, Part::Telemetry),
             (0, 10, 5, Part::Control),
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn standing_still_is_not_alive_however_short_the_question() {
+    fn no_progress_is_not_alive_after_any_time() {
         for passed_us in [0, 1_000, 2_999] {
             assert_eq!(after(0, 1, 1, passed_us), Liveness::Wait, "{passed_us}");
             assert_eq!(after(1, 0, 1, passed_us), Liveness::Wait, "{passed_us}");
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn the_watchdog_outlasts_the_grace_at_every_oscillator_frequency() {
+    fn the_time_out_exceeds_the_grace_at_every_frequency() {
         for hz in (LSI_SLOWEST_HZ..=LSI_FASTEST_HZ).step_by(100) {
             assert!(timeout_us(hz) > GRACE_US + RETRY_US && timeout_us(hz) <= WORST_BITE_US, "{hz} Hz");
         }

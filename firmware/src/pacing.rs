@@ -1,10 +1,10 @@
-//! Counting control periods by a free-running hardware clock, never by how often a task was woken.
+//! Counts control periods by a free-running hardware clock, not by the number of wake-ups of a task.
 //!
 //! The timer triggers the converter every [`TRIGGER_US`]; the interrupt at the end of a period's last scan stamps its sample with the
-//! time of that scan's trigger. Whatever held the processor up in between (an interrupt mask, a flash stall, a long log), the difference of two stamps
-//! is the number of periods that passed: missed ticks are counted, and are not run one after the other to catch up.
+//! time of that scan's trigger. Whatever delayed the processor in between (an interrupt mask, a flash stall, a long log), the difference of
+//! two stamps is the number of periods that passed: missed ticks are counted, but not executed later.
 //!
-//! All times are microseconds of one 32 bit counter that wraps after 71 minutes, so that only differences mean anything.
+//! All times are microseconds of one 32 bit counter that wraps after 71 minutes, so only differences are meaningful.
 
 /// The control period, 1 kHz.
 pub const PERIOD_US: u32 = 1_000;
@@ -16,7 +16,7 @@ const _: () = assert!(PERIOD_US.is_multiple_of(TRIGGER_US), "a whole number of t
 /// A tick that starts later than this after its trigger counts as late. The scan takes 54 us of it with one sensor, 77 us with four.
 pub const LATE_US: u32 = 100;
 
-/// A sample older than this is no longer a measurement of now.
+/// A sample older than this is not used.
 pub const STALE_US: u32 = 5_000;
 
 /// When the last scan of the block that has just been read was triggered.
@@ -39,8 +39,7 @@ pub const fn trigger_us(now_us: u32, since_trigger_us: u32, scans_since: u32, sc
     newest.wrapping_sub((scans_since + under_way).wrapping_mul(TRIGGER_US))
 }
 
-/// Time that passed from one moment to a later one. A `now_us` before `then_us` (two counters that are read one after the other may
-/// differ by one) is no time.
+/// Time from `then_us` to `now_us`; 0 if `now_us` is before `then_us` (two counters read one after the other may differ by one).
 ///
 /// ```
 /// use firmware::pacing::since;
@@ -52,8 +51,8 @@ pub const fn since(now_us: u32, then_us: u32) -> u32 {
     if passed > u32::MAX / 2 { 0 } else { passed }
 }
 
-/// The count of periods is corrected when it is this far from the clock. No multiple of [`TRIGGER_US`] is near, so a converter that
-/// began anew at another quarter of the period cannot make it waver.
+/// The count of periods is corrected when it differs from the clock by more than this. No multiple of [`TRIGGER_US`] is near, so a
+/// converter that restarted at another quarter of the period does not cause repeated corrections.
 const ASTRAY_US: i32 = 800;
 const _: () = assert!(ASTRAY_US % TRIGGER_US as i32 > 10 && ASTRAY_US < PERIOD_US as i32, "between two quarters");
 
@@ -61,15 +60,15 @@ const _: () = assert!(ASTRAY_US % TRIGGER_US as i32 > 10 && ASTRAY_US < PERIOD_U
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Pacer {
     last_us: Option<u32>,
-    /// Time that passed and was not counted as periods, us; below zero: counted too early.
+    /// Time that passed but is not counted as periods, us; negative if periods were counted too early.
     uncounted_us: i32,
 }
 
 impl Pacer {
     /// Periods since the sample before: 1 normally, n when n - 1 ticks were missed, 0 for a sample that was seen already.
     ///
-    /// The first sample counts as one period. Stamps may be off by a microsecond or two, so the quotient is rounded to the nearest. What
-    /// rounding leaves over adds up, so that after any number of samples the count is less than a period away from the clock.
+    /// The first sample counts as one period. Stamps may be off by a microsecond or two, so the quotient is rounded to the nearest. The
+    /// remainders add up, so that after any number of samples the count differs from the clock by less than a period.
     ///
     /// ```
     /// use firmware::pacing::Pacer;
@@ -85,7 +84,7 @@ impl Pacer {
             return 0;
         }
         self.last_us = Some(triggered_us);
-        // Half a period at most, either way.
+        // At most half a period, positive or negative.
         self.uncounted_us += passed.wrapping_sub(periods * PERIOD_US).cast_signed();
         if self.uncounted_us > ASTRAY_US {
             periods += 1;
@@ -114,7 +113,7 @@ mod tests {
 
     #[test]
     fn the_sum_of_elapsed_periods_is_the_time_that_passed() {
-        // Gaps as after a stall: nothing may be lost or counted twice, whatever the pattern.
+        // Gaps as after a stall: no period may be lost or counted twice.
         let gaps = [1, 1, 7, 1, 300, 2, 1, 60_000, 1];
         let mut pacer = Pacer::default();
         let mut stamp = 4_000_000_000_u32;
@@ -138,7 +137,7 @@ mod tests {
 
     #[test]
     fn the_count_follows_the_clock_through_changes_of_the_quarter() {
-        // The converter begins anew at every hundredth tick, after any number of quarters; stamps are off by up to 2 us.
+        // The converter restarts at every hundredth tick, after a random number of quarters; stamps are off by up to 2 us.
         let mut pacer = Pacer::default();
         let (mut quarters, mut total, mut seed) = (0_u32, 0_u32, 1_u32);
         let mut random = || {

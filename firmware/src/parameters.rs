@@ -9,11 +9,11 @@ const _: () = assert!(generator_record::MAX_BYTES <= SECTOR_BYTES && sensor_reco
 
 /// Why the board has no parameters.
 pub(crate) enum NoParameters {
-    /// The first sector holds something else than a generator record.
+    /// The first sector is neither erased nor a generator record.
     Generator(generator_record::GeneratorRecordError),
-    /// The second sector holds something else than a sensor record.
+    /// The second sector is neither erased nor a sensor record.
     Sensors(sensor_record::SensorRecordError),
-    /// The built-in ones are refused.
+    /// The built-in parameters are refused.
     BuiltIn(BoardLoopError),
 }
 
@@ -38,8 +38,8 @@ impl core::fmt::Display for NoParameters {
     }
 }
 
-/// Reads both sectors. A sector that holds something else is an error, not a reason for the built-in one: this board was meant to run
-/// another one.
+/// Reads both sectors. A sector with other contents is an error and does not select the built-in parameters, because this board was set up
+/// for others.
 pub(crate) fn read() -> Result<Parameters, NoParameters> {
     let generator = generator_record::read(sector(GENERATOR_SECTOR, generator_record::MAX_BYTES));
     let sensors = sensor_record::read(sector(SENSORS_SECTOR, sensor_record::MAX_BYTES));

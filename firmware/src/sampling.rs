@@ -1,5 +1,5 @@
-//! The hardware that paces everything: TIM2 triggers ADC1 four times a millisecond, DMA2 collects the scans, and the end of the fourth
-//! is the interrupt that starts a tick.
+//! Sampling: TIM2 triggers ADC1 four times a millisecond, DMA2 collects the scans, and the interrupt at the end of the fourth scan starts a
+//! tick.
 //!
 //! ```text
 //! TIM2, 4 kHz     |         |         |         |
@@ -7,9 +7,9 @@
 //! DMA2 stream 0   -> block 0 or block 1, in turn        ^ transfer complete: the tick of this trigger
 //! ```
 //! A block is read while the other is filled, so there is a whole millisecond for it. Each channel's four conversions become one code
-//! by [`hgod_adc::trimmed_mean`]. What can go wrong, and is a fault of the tick that it falls into:
+//! by [`hgod_adc::trimmed_mean`]. Two errors are reported as a fault of their tick:
 //! - the interrupt comes more than a millisecond late: the block may be written while it is read, and the set is marked as torn;
-//! - a result is lost (overrun of the converter) or the transfer fails: both stop the hardware, which [`restart`] puts in step again.
+//! - a result is lost (overrun of the converter) or the transfer fails: both stop the hardware, and [`restart`] synchronises it again.
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -47,21 +47,21 @@ const REGULAR_TRIGGER_TIM2: u8 = 6;
 
 /// 84 MHz / 4; 36 MHz are allowed.
 const ADC_MHZ: u32 = 21;
-/// A conversion is its sampling time and 12 cycles. Sensors 144 + 12 cycles, 7.4 us each; the two internal channels want 10 us of
-/// sampling at least and get 480 cycles, 22.9 us: 77 us in all.
+/// A conversion is its sampling time and 12 cycles. Sensors 144 + 12 cycles, 7.4 us each; the two internal channels need at
+/// least 10 us of sampling and get 480 cycles, 22.9 us: 77 us in all.
 const SCAN_CYCLES: u32 = SENSORS as u32 * (144 + 12) + 2 * (480 + 12);
-/// Whole microseconds from a trigger to the end of its scan, no more than it takes.
+/// Microseconds from a trigger to the end of its scan, rounded down.
 const SCAN_US: u32 = SCAN_CYCLES / ADC_MHZ;
 const _: () = assert!(2 * SCAN_US < TRIGGER_US, "a scan is over long before the next trigger");
 
-/// Where the stream is found: DMA2, stream 0, channel 0 is ADC1 (RM0090 table 43, RM0390 table 29).
+/// DMA2 stream 0, channel 0 belongs to ADC1 (RM0090 table 43, RM0390 table 29).
 const STREAM: usize = 0;
 const CHANNEL: u8 = 0;
 
-/// What the four scans of a millisecond delivered.
+/// Result of the four scans of a millisecond.
 #[derive(Clone, Copy)]
 pub(crate) struct SampleSet {
-    /// Counts the sets.
+    /// Number of the set.
     pub(crate) sequence: u32,
     /// The sensors.
     pub(crate) sensors: [AdcCode; SENSORS],
@@ -122,7 +122,7 @@ fn factory_code(address: u32) -> AdcCode {
     AdcCode(unsafe { (address as *const u16).read_volatile() })
 }
 
-/// Sets up trigger, converter and transfer, and lets the ticks begin.
+/// Sets up trigger, converter and transfer, and starts the ticks.
 pub(crate) fn start(priority: Priority) {
     RCC.apb1enr().modify(|w| w.set_tim2en(true));
     RCC.apb2enr().modify(|w| w.set_adc1en(true));
@@ -158,11 +158,11 @@ pub(crate) fn start(priority: Priority) {
 
     for interrupt in [interrupt::ADC, interrupt::DMA2_STREAM0] {
         interrupt.set_priority(priority);
-        // SAFETY: everything that the handlers touch is ready, and nothing masks these interrupts by itself.
+        // SAFETY: everything that the handlers use is ready, and nothing masks these interrupts by itself.
         unsafe { interrupt.enable() };
     }
 
-    // The first trigger comes a quarter of a period from here: the converter wants 3 us to wake up, the internal channels 10.
+    // The first trigger is a quarter of a period later: the converter needs 3 us to start, the internal channels 10.
     TIM2.cr1().write(|w| w.set_cen(true));
 }
 
@@ -178,7 +178,7 @@ fn put_in_scan(rank: usize, channel: u8, sampling: SampleTime) {
     }
 }
 
-/// Stream and converter begin, with the first channel into block 0, at the next trigger.
+/// Starts stream and converter: the next trigger writes the first channel to block 0.
 fn begin() {
     let stream = DMA2.st(STREAM);
     stream.ndtr().write(|w| w.set_ndt(BLOCK as u16));
@@ -205,17 +205,17 @@ fn begin() {
     });
 }
 
-/// After a lost result or a failed transfer both sides have stopped, perhaps in the middle of a scan: both begin again, in step
-/// (RM0090 13.8.1). The ticks then come at another quarter of the millisecond, which their time stamps say.
+/// Restarts converter and stream in step (RM0090 13.8.1): after a lost result or a failed transfer both have stopped, perhaps in the middle
+/// of a scan. The ticks then come at another quarter of the millisecond; their time stamps show it.
 fn restart() {
-    /// A stream finishes the transfer under way before it is off: some bus cycles.
+    /// A stream finishes the current transfer before it is off: a few bus cycles.
     const ROUNDS: u32 = 100;
     LOST.store(true, Ordering::Relaxed);
     ADC1.cr2().write(|_| {});
     ADC1.sr().write_value(Sr(0));
     let stream = DMA2.st(STREAM);
     stream.cr().modify(|w| w.set_en(false));
-    // Should it not get there, no ticks come, and the watchdog task names the sampling.
+    // If the stream does not stop, there are no ticks, and the watchdog task reports the sampling.
     if (0..ROUNDS).any(|_| !stream.cr().read().en()) {
         begin();
     }
@@ -236,7 +236,7 @@ fn clear(flags: Ixr) {
     DMA2.ifcr(STREAM / 4).write_value(flags);
 }
 
-/// A block is full, or the transfer has failed. Reads, stamps, hands over; everything else is the control task's.
+/// A block is full, or the transfer has failed. Reads and stamps the samples and signals the control task, which does the rest.
 #[cfg(target_os = "none")]
 #[embassy_stm32::interrupt]
 fn DMA2_STREAM0() {
@@ -271,7 +271,7 @@ fn on_block_end() {
     if !status.tcif(STREAM) {
         return;
     }
-    // The target now is the block that is not full.
+    // The current target is the block that is not full.
     let full = match stream.cr().read().ct() {
         Ct::MEMORY0 => 1,
         Ct::MEMORY1 => 0,

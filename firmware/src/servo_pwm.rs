@@ -1,16 +1,16 @@
-//! Four servo pulses from TIM1, all behind one bit: without main output enable (MOE) every line is driven low.
+//! Servo outputs: four pulses from TIM1, enabled by one bit; without main output enable (MOE) every line is driven low.
 //!
 //! - Frame: 20 ms, counted in microseconds; divider and period are written once and never again.
-//! - A pulse starts at the start of a frame and its width is buffered until the next start (preload), so a pulse is never cut short or
-//!   stretched by a new width: each is the old one or the new one.
-//! - [`Outputs::drive`] from dark: the widths in force are made 0 first, then MOE is set, then the new widths wait for the next frame. The
-//!   first pulse is a full one.
-//! - [`Outputs::release`] waits for the end of a pulse that is on its way, at most 2.5 ms: half a pulse is a wrong angle.
-//!   [`outputs_off`] does not wait: that one is for faults.
-//! - The break input (high stops, pulled down) clears MOE in hardware, whatever the processor does; AOE stays 0, so only a new arming
-//!   sets it again. The clock security system breaks the same way.
+//! - A pulse starts at the start of a frame and its width is buffered until the next start (preload), so every pulse has
+//!   either the old width or the new one.
+//! - [`Outputs::drive`] with MOE off: the active widths are set to 0, then MOE is set, then the new widths are buffered for the next frame.
+//!   The first pulse is complete.
+//! - [`Outputs::release`] waits for the end of a running pulse, at most 2.5 ms: a shortened pulse is a wrong angle. [`outputs_off`], for
+//!   faults, does not wait.
+//! - The break input (high stops, pulled down) clears MOE in hardware, independent of the processor; AOE stays 0, so only a new arming
+//!   sets it again. The clock security system has the same effect.
 //!
-//! By registers and not by the HAL, which sets MOE as soon as it has the timer and asserts in the call that writes a width.
+//! Written by registers, because the HAL sets MOE as soon as it has the timer and asserts in the call that writes a width.
 
 use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
 use embassy_stm32::pac::timer::regs::{BdtrAdv, SrAdv};
@@ -25,13 +25,13 @@ use crate::pins::PinRegisters;
 /// Servo frame, us: 50 Hz.
 const FRAME_US: u16 = 20_000;
 
-/// No pulse is longer than this, us; the gate in joint-loop is the one that chooses, this is what the hardware step will not exceed.
+/// Longest pulse, us: a limit of the hardware layer; the gate in joint-loop limits the pulse first.
 const LONGEST_US: u16 = 2_500;
 
 const TIM1_FUNCTION: u8 = 1;
 
-/// Break and dead-time register with MOE off: idle pins are driven (low), not left floating; break input on, active high. Locked, so that
-/// after the first time this is written nothing but MOE can be changed, here and in the modes of the channels, before the next reset.
+/// Break and dead-time register with MOE off: idle pins are driven (low), not left floating; break input on, active high. Locked: after
+/// the first write only MOE can be changed, here and in the modes of the channels, until the next reset.
 fn dark() -> BdtrAdv {
     let mut w = BdtrAdv(0);
     w.set_lock(Lock::LEVEL3);
@@ -41,7 +41,7 @@ fn dark() -> BdtrAdv {
     w
 }
 
-/// Drives the four lines low as plain outputs: the first thing that the program does, long before there is a timer.
+/// Drives the four lines low as plain outputs: the first action of the program, before the timer starts.
 pub(crate) fn drive_pins_low() {
     // The two ports that TIM1 can reach.
     RCC.ahb1enr().modify(|w| {
@@ -52,9 +52,9 @@ pub(crate) fn drive_pins_low() {
     pins_low();
 }
 
-/// Switches the servos off now, from anywhere: TIM1 first, then the pins for good measure. Only a reset undoes it.
+/// Switches the servos off at once, from any context: first TIM1, then also the pins. Only a reset reverses it.
 ///
-/// While TIM1 has no clock yet its write does nothing, and the pins are low anyway.
+/// Before TIM1 has a clock, the write to it has no effect, and the pins are low already.
 pub(crate) fn outputs_off() {
     TIM1.bdtr().write_value(dark());
     pins_low();
@@ -67,9 +67,9 @@ fn pins_low() {
     }
 }
 
-/// The four servo lines. Whoever holds it is the only one that can make pulses.
+/// The four servo lines. Only the owner of this value can make pulses.
 pub(crate) struct Outputs {
-    /// Set from the first width after darkness to the end of the last pulse.
+    /// True from the first width to the end of the last pulse.
     driving: bool,
 }
 
@@ -94,7 +94,7 @@ impl Outputs {
         TIM1.ccer().write(|w| (0..4).for_each(|channel| w.set_cce(channel, true)));
         TIM1.egr().write(|w| w.set_ug(true));
 
-        // The break pin before the break is switched on, and both before the servo pins: an emergency stop that is pressed now holds from
+        // The break pin before the break is switched on, and both before the servo pins: an emergency stop that is pressed now acts from
         // the start.
         BOARD.emergency_stop.set_pull(Pupdr::PULL_DOWN);
         BOARD.emergency_stop.set_function(TIM1_FUNCTION);
@@ -107,10 +107,10 @@ impl Outputs {
         Self { driving: false }
     }
 
-    /// These widths from the next frame on.
+    /// Outputs these widths from the next frame on.
     pub(crate) fn drive(&mut self, widths: [PulseMicros; 4]) {
         if !self.driving {
-            // The widths in force may be those of before the last release: 0 into the buffer, and an update to put it in force.
+            // The active widths may be those before the last release: write 0 to the buffer, and update.
             set_widths([PulseMicros(0); 4]);
             TIM1.egr().write(|w| w.set_ug(true));
             TIM1.bdtr().write(|w| {
@@ -122,9 +122,9 @@ impl Outputs {
         set_widths(widths);
     }
 
-    /// No more pulses: dark at once, or at the end of the pulse that is on its way. To be called in every tick until it is.
+    /// Stops the pulses: at once, or at the end of the running pulse. Must be called in every tick until then.
     pub(crate) fn release(&mut self) {
-        // First no next pulse. Then, if the frame is past its pulses, MOE: should a frame start between the two lines, it has no pulse.
+        // First the widths, then MOE if the pulses of this frame are over: a frame that starts between the two lines has no pulse.
         set_widths([PulseMicros(0); 4]);
         if !self.driving || TIM1.cnt().read().cnt() > LONGEST_US {
             TIM1.bdtr().write_value(dark());
@@ -132,14 +132,14 @@ impl Outputs {
         }
     }
 
-    /// Dark now, in the middle of a pulse if need be.
+    /// Stops the pulses at once, even in the middle of a pulse.
     pub(crate) fn cut(&mut self) {
         TIM1.bdtr().write_value(dark());
         set_widths([PulseMicros(0); 4]);
         self.driving = false;
     }
 
-    /// Whether the break input or a clock failure has switched the outputs off since the last call. True in every call while it lasts.
+    /// Whether the break input or a clock failure has switched the outputs off since the last call. True in every call while the cause lasts.
     pub(crate) fn take_break(&mut self) -> bool {
         let seen = TIM1.sr().read().bif(0);
         if seen {
@@ -151,7 +151,7 @@ impl Outputs {
         seen
     }
 
-    /// Whether the timer is still as it was set up, and its outputs are on exactly when they shall be.
+    /// Whether the timer's registers are as written, and the outputs are on exactly when they should be.
     pub(crate) fn as_written(&self) -> bool {
         let bdtr = TIM1.bdtr().read();
         TIM1.psc().read() == APB2_TIMER_MHZ - 1

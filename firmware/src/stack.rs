@@ -1,4 +1,4 @@
-//! Measures the deepest use of the stack: the start-up code paints it, and what is no longer painted was used.
+//! Measures the deepest use of the stack: the start-up code fills it with a value, and words with another value were used.
 
 #[cfg(target_os = "none")]
 mod painted {
@@ -15,7 +15,7 @@ mod painted {
         (&raw const _stack_end).addr()
     }
 
-    /// Bytes of stack that were used at the deepest, and bytes that there are.
+    /// Largest number of bytes used, and size of the stack.
     pub(crate) fn high_water() -> (usize, usize) {
         let bottom = &raw const _stack_end;
         let top = &raw const _stack_start;

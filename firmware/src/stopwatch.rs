@@ -1,7 +1,7 @@
 //! Hardware time: TIM5 as 32 bits of free-running microseconds, and the core's cycle counter for short spans.
 //!
 //! TIM5 and the trigger timer TIM2 have the same clock, so their ratio is exact. The cycle counter may stand still while the core sleeps,
-//! so it only measures spans without sleep.
+//! so it is only used for spans without sleep.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -9,7 +9,7 @@ use embassy_stm32::pac::{RCC, TIM5};
 
 use crate::clocks::{self, APB1_TIMER_MHZ};
 
-/// Starts both.
+/// Starts TIM5 and the cycle counter.
 pub(crate) fn start() {
     RCC.apb1enr().modify(|w| w.set_tim5en(true));
     clocks::settle();

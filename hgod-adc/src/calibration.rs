@@ -1,19 +1,19 @@
-//! Volts to an angle through a measured table, and back.
+//! Calibration: volts to an angle by a measured table, and the inverse.
 //!
 //! A table has 2 to [`MAX_POINTS`] points. Volts rise from point to point; the angle rises or falls throughout, so that each
 //! angle has one voltage. Between the points the angle follows [`Interpolation`]; outside them there is [`OutOfTable`], never
 //! an extrapolation.
 //!
-//! A table that reaches into a sensor's saturation, where the angle runs on while the volts hardly move, is **refused**
+//! A table that reaches into a sensor's saturation, where the angle changes while the volts hardly do, is **refused**
 //! ([`CalibrationError::Saturated`]): noise of one code would be degrees there. End the table before it; the flat end is then
-//! out of the table.
+//! outside of the table.
 
 use crate::interpolation::{Interpolation, Interval, slopes};
 use crate::point::{CalibrationPoint, MAX_POINTS};
 use core::fmt;
 use joint_units::{Radians, Volts};
 
-/// Most volts that a point may have; the least is 0.
+/// Largest voltage of a point; the least is 0.
 pub const MAX_VOLTS: Volts = Volts(30.0);
 
 /// Least rise of volts from point to point: a little more than one code of 12 bit at 3.3 V.
@@ -27,7 +27,7 @@ pub const MIN_ANGLE_STEP: Radians = Radians::from_degrees(0.05);
 /// sensor saturates or its signal is too small to measure a joint with.
 pub const MAX_SLOPE: f32 = Radians::from_degrees(400.0).0;
 
-/// Angles that a hip or a knee with a goniometer strapped askew can be at: -60 to 170 degrees, flexion positive.
+/// Range of a hip or a knee, with a margin for a goniometer that is strapped on at an angle: -60 to 170 degrees, flexion positive.
 pub const ANATOMY: (Radians, Radians) = (Radians::from_degrees(-60.0), Radians::from_degrees(170.0));
 
 /// Why a table was refused. `index` counts from 0 and is the point at fault, or the second one of a pair at fault.
@@ -155,7 +155,7 @@ impl fmt::Display for CalibrationError {
 
 impl core::error::Error for CalibrationError {}
 
-/// A value lies outside the table, which says nothing about it.
+/// A value lies outside the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -296,7 +296,7 @@ impl Calibration {
     fn ends(&self) -> (CalibrationPoint, CalibrationPoint) {
         match self.points() {
             [first, .., last] => (*first, *last),
-            // A table has two points at least; this arm is for the compiler.
+            // Never reached: a table has at least two points.
             _ => Default::default(),
         }
     }

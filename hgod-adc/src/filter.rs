@@ -1,4 +1,4 @@
-//! A median of three samples, then one pole: what stands between the sensor's noise and the gait.
+//! Low-pass filter of the angle: a median of three samples, then one pole.
 //!
 //! ```text
 //! m_n = median(x_n, x_n-1, x_n-2)                       one spike never passes, at the price of one sample's delay
@@ -8,8 +8,8 @@
 //! filter at the sampling instants, 1 - exp(-2 pi f_c T n) after the median has let the step through. Stable for every
 //! allowed f_c, as 0 < a < 1. At low frequency the delay is [`FilterConfig::delay_s`]: 8.5 ms for 20 Hz at 1 kHz.
 //!
-//! Sums in `f32` lose increments below half a unit in the last place and would stop short of their goal. The lost part is
-//! therefore carried on to the next sample (W. Kahan, Comm. ACM 8(1), 1965), so that a constant input is reached exactly.
+//! Sums in `f32` lose increments below half a unit in the last place and would stop before the input's value. The lost part is
+//! therefore added to the next sample (W. Kahan, Comm. ACM 8(1), 1965), so that a constant input is reached exactly.
 //! y always lies between its last value and m, so the filter cannot leave the range of its inputs.
 
 use crate::range::{RangeError, within};
@@ -19,7 +19,7 @@ use joint_units::{Period, Radians};
 /// Least cut-off in Hz.
 const MIN_CUTOFF_HZ: f32 = 0.01;
 
-/// The low-pass filter's one parameter.
+/// The parameter of the low-pass filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FilterConfig {
@@ -35,7 +35,7 @@ impl Default for FilterConfig {
 }
 
 impl FilterConfig {
-    /// How long ago a slowly changing input was as the output is now, in seconds: a sample for the median, (1 - a) / a for the pole,
+    /// Delay of a slowly changing input, in seconds: a sample for the median, (1 - a) / a for the pole,
     /// together T / a, which is 1 / (2 pi f_c) + T / 2 to a part of (2 pi f_c T)^2 / 12.
     ///
     /// ```
@@ -74,7 +74,7 @@ pub struct Filter {
     gain: f32,
 }
 
-/// What a filter remembers. The default remembers nothing: the next sample is then taken as if it had been there for ever.
+/// State of a filter. By default it is empty: the first sample is then taken as if it had been constant before.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FilterState {
     memory: Option<Memory>,
@@ -86,14 +86,14 @@ struct Memory {
     inputs: (f32, f32),
     /// The output y.
     output: f32,
-    /// The part of y's increments that rounding has lost so far.
+    /// The part of y's increments that rounding has lost.
     carry: f32,
 }
 
 impl Filter {
     /// Takes one sample and gives the filtered angle.
     ///
-    /// A sample that is not finite is not taken: it gives the last output again (itself, when there is none yet).
+    /// A sample that is not finite is ignored: the result is the last output (the sample itself, if there is none yet).
     ///
     /// ```
     /// use hgod_adc::{FilterConfig, FilterState};

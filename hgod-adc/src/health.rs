@@ -10,29 +10,29 @@
 //! | rate | an impossible jump that has lasted for [`HealthConfig::spike_ms`] | 5 ms |
 //! | spike | an impossible jump: the angle is further from the last good one than a joint can have turned since | 1 ms |
 //!
-//! The first rule of this order that holds gives the validity. It is also the order of [`Validity::worse`]: each can be the reason for
-//! those below it.
+//! The first rule of this order that holds gives the validity. It is also the order of [`Validity::worse`]: each can cause those
+//! below it.
 //!
 //! *Found after*, [`Validity::detection_ms`], is the time from the last right sample to the one that gets the validity, at the default
 //! limits and at 1 kHz: with `n` ms it is the n-th wrong sample. The fault itself lies between the last right sample and the first wrong
-//! one, so it is named no later than that after it happened. Before a validity that takes its time there is another: an open wire is
-//! saturated for 19 ms, a jump that stays is a spike for 4 ms; no sample of it is taken for an angle. Only a code that sticks is good
-//! until it is called stuck.
+//! one, so it is reported no later than that after it occurred. Until a validity with a delay is reported, another one is: an open wire is
+//! saturated for 19 ms, a jump that stays is a spike for 4 ms; none of these samples is used as an angle. Only a constant code is good
+//! until it is reported as stuck.
 //!
 //! *Intermittent wires*: the time in an end band counts up, the time out of it counts down, so that a wire that is open for
 //! more than half of the time is found too; and a wire that was open is accepted again after as much time as it took to be
 //! rejected.
 //!
 //! *Standing still is not stuck*: a leg at rest still shows the converter's noise, so its code changes. Only a code that does
-//! not change at all is called stuck. Gait recordings turned into noise-free codes repeat one for 0.2 s at most (seen over
-//! 475 s of walking, running and standing). A sensor that is mechanically stuck but noisy looks like a leg at rest here;
-//! only someone who knows that the leg walks can tell.
+//! not change at all is stuck. Gait recordings turned into noise-free codes repeat one for 0.2 s at most (seen over
+//! 475 s of walking, running and standing). A sensor that is mechanically stuck but noisy looks like a leg at rest here:
+//! to detect it one has to know that the leg is walking.
 //!
 //! *Impossible jumps*: the allowance is `max_rate` times the time since the last good sample, plus `rate_noise`. It grows with
-//! time, so a true jump (a strap that slipped) is accepted again as soon as a joint could have made it; nothing locks out. At the
+//! time, so a true jump (a strap that slipped) is accepted again as soon as a joint could have made it; no fault is permanent. At the
 //! default limits a jump of d degrees is accepted after (d - 3) / 1.5 ms: what is over within 5 ms, as noise from the servos is, was a
-//! *spike*; a *rate* is a jump of more than 10 degrees that stayed, or spikes on more than half of the samples. They are counted as
-//! intermittent wires are.
+//! *spike*; a *rate* is a jump of more than 10 degrees that stayed, or spikes on more than half of the samples. They are counted
+//! like intermittent wires.
 
 use crate::range::{RangeError, within};
 use core::fmt;
@@ -41,7 +41,7 @@ use joint_units::{AdcCode, Period, RadPerSec, Radians};
 /// Default of [`HealthConfig::wire_ms`].
 pub const WIRE_FAULT_MS: u16 = 20;
 
-/// Most that [`HealthConfig::wire_ms`] may be: an open or shorted wire is always named within 50 ms.
+/// Largest [`HealthConfig::wire_ms`]: an open or shorted wire is always reported within 50 ms.
 pub const WIRE_FAULT_MAX_MS: u16 = 50;
 
 /// Default of [`HealthConfig::stuck_ms`]: less than a walking stride (1.0 to 1.5 s), and five times the longest run of one
@@ -52,7 +52,7 @@ pub const STUCK_MS: u16 = 1000;
 /// 10 degrees before it is accepted.
 pub const SPIKE_MS: u16 = 5;
 
-/// Detection time of what a single sample shows, at 1 kHz.
+/// Detection time of a fault that a single sample shows, at 1 kHz.
 const AT_ONCE_MS: u16 = 1;
 
 /// Validity of a sample.
@@ -61,14 +61,14 @@ const AT_ONCE_MS: u16 = 1;
 #[repr(u8)]
 #[non_exhaustive]
 pub enum Validity {
-    /// The angle is this sample's.
+    /// The angle is that of this sample.
     #[default]
     Good = 0,
     /// The sensor's wire is open (or shorted to the rail it is pulled to: the two look alike).
     Open = 1,
     /// The sensor's wire is shorted to the rail that it is not pulled to.
     Short = 2,
-    /// The code is at an end of the converter's range, and says only that the volts are there or beyond.
+    /// The code is at an end of the converter's range, so the volts are at that end or beyond.
     Saturated = 3,
     /// The code has stopped changing.
     Stuck = 4,
@@ -78,7 +78,7 @@ pub enum Validity {
     Rate = 6,
     /// The volts lie outside the calibration table.
     OutOfTable = 7,
-    /// The converter's supply is too low, or its reading cannot be true: no volts can be had.
+    /// The converter's supply is too low, or its reading is implausible: the volts are unknown.
     SupplyLow = 8,
 }
 
@@ -235,7 +235,7 @@ impl HealthConfig {
     /// Checks every field and turns times into ticks.
     ///
     /// # Errors
-    /// Names the field that is out of range, and the range.
+    /// The field that is out of range, and the range.
     pub fn build(&self, period: Period) -> Result<Health, RangeError> {
         let whole = |field, value: u16, min, max| within(field, f32::from(value), min, max);
         whole("health.low", self.low.0, 0.0, 1023.0)?;
@@ -296,7 +296,7 @@ pub struct HealthState {
     jump: Persistence,
 }
 
-/// A condition that counts after it has held for a time, and no longer after it has been away as long.
+/// A condition that is reported after it has held for a time, and cleared after it has been absent for the same time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Persistence {
     count: u16,
@@ -311,7 +311,7 @@ impl Persistence {
 }
 
 impl Health {
-    /// What the code alone says: open, short, saturated, stuck or good. Call it once a sample, whatever else is wrong.
+    /// Validity by the code alone: open, short, saturated, stuck or good. Must be called once a sample, also if the sample has other faults.
     pub fn code(&self, state: &mut HealthState, code: AdcCode) -> Validity {
         let (low, high) = (code <= self.low, code >= self.high);
         state.low.update(low, self.wire_ticks);
@@ -346,7 +346,7 @@ impl Health {
         (to.0 - from.0).abs() <= self.turn_per_tick * ticks as f32 + self.rate_noise
     }
 
-    /// What an impossible jump is called, if this sample is one. Call it once a sample, whatever else is wrong.
+    /// Spike or rate if this sample is an impossible jump. Must be called once a sample, also if the sample has other faults.
     pub fn jump(&self, state: &mut HealthState, jumped: bool) -> Validity {
         state.jump.update(jumped, self.spike_ticks);
         match (jumped, state.jump.holds) {

@@ -1,4 +1,4 @@
-//! Between two calibration points: a straight line, or a cubic that cannot overshoot.
+//! Interpolation between two calibration points: a straight line, or a cubic that cannot overshoot.
 //!
 //! The cubic is the Hermite one of F. N. Fritsch and R. E. Carlson, "Monotone Piecewise Cubic Interpolation", SIAM J. Numer.
 //! Anal. 17(2), 1980. With secants d_i = (a_i+1 - a_i) / h_i, h_i = v_i+1 - v_i:
@@ -13,7 +13,7 @@
 use crate::point::{CalibrationPoint, MAX_POINTS};
 use core::cell::Cell;
 
-/// How the angle runs between two calibration points.
+/// The angle between two calibration points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Interpolation {

@@ -1,16 +1,16 @@
-//! Four conversions a tick become one code: the least and the greatest are dropped, the middle two are averaged.
+//! Oversampling: of the four conversions of a tick the least and the greatest are dropped, and the middle two are averaged.
 //!
 //! ```text
 //! c(1) <= c(2) <= c(3) <= c(4)        the conversions in the order of their size
 //! code = (c(2) + c(3)) / 2            a half to the even code
 //! ```
-//! Why not the plain mean: a servo's switching disturbs a single conversion, and the mean would carry a quarter of such a spike
-//! on, small enough to pass for an angle. One wild conversion of four, whatever its size, moves the trimmed mean by no more than
-//! the spread of the other three. Two wild ones on the same side get through, and are then left to the rate validity and to the
-//! median of the filter. The price is noise: for Gaussian noise its variance is 0.298 of a single conversion's, not 0.25.
+//! Why not the plain mean: a servo's switching disturbs a single conversion, and the mean would contain a quarter of such a spike,
+//! small enough to be taken for an angle. One wrong conversion of four, of any size, moves the trimmed mean by no more than the spread of
+//! the other three. Two wrong ones on the same side are not removed; the rate validity and the median of the filter handle them. The
+//! disadvantage is noise: for Gaussian noise its variance is 0.298 of a single conversion's, not 0.25.
 //!
-//! The result is a code of the same 12 bits, so everything that takes codes takes it. Halves go to the even code, up as often as down:
-//! always up would put it 0.25 codes too high on average.
+//! The result is a 12 bit code like the conversions. Halves are rounded to the even code, up as often as down: always up would make it
+//! 0.25 codes too high on average.
 
 use joint_units::AdcCode;
 

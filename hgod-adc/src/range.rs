@@ -1,4 +1,4 @@
-//! The one rule that most parameters have: a field, the value it was given, and the interval that is allowed.
+//! Range error of a parameter: the field, its value, and the allowed interval.
 
 use core::fmt;
 
@@ -24,7 +24,7 @@ impl fmt::Display for RangeError {
 
 impl core::error::Error for RangeError {}
 
-/// The value when it lies in `min..=max`. Written so that "not a number" is refused.
+/// The value if it lies in `min..=max`; "not a number" is refused.
 pub(crate) fn within(field: &'static str, value: f32, min: f32, max: f32) -> Result<f32, RangeError> {
     if value >= min && value <= max { Ok(value) } else { Err(RangeError { field, value, min, max }) }
 }

@@ -5,8 +5,8 @@
 //! ```text
 //! pivot = 0.2097 (a - 512) + 2.243e-6 (a - 512)^2 + 1.095e-7 (a - 512)^3
 //! ```
-//! A potentiometer divides its supply, so the curve is one of the fraction a / 1023, whatever the supply. It stands in where
-//! nobody has calibrated a goniometer of their own; single specimens differ from it.
+//! A potentiometer divides its supply, so the curve is a function of the fraction a / 1023, independent of the supply. It is used
+//! until a goniometer has its own calibration; single potentiometers differ from it.
 
 use crate::point::CalibrationPoint;
 use joint_units::{Radians, Volts};

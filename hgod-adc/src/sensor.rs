@@ -1,4 +1,4 @@
-//! The whole chain of one sensor channel: code to volts to angle, with validity, filtered.
+//! One sensor channel: from the code by way of volts to the filtered angle, with its validity.
 //!
 //! After samples that are not good the filter carries on if the gap is short ([`HealthConfig::wire_ms`] at most), else it
 //! starts again from the first good sample: an old angle is not blended into a new one.
@@ -11,7 +11,7 @@ use crate::range::RangeError;
 use core::fmt;
 use joint_units::{AdcCode, Period, Radians, Volts};
 
-/// Everything about one sensor channel that does not change while it runs.
+/// Configuration of one sensor channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorConfig {
     /// Wiring and reference of the converter's input.
@@ -31,8 +31,8 @@ pub struct SensorConfig {
 pub enum SensorError {
     /// A parameter is out of its range.
     Range(RangeError),
-    /// Somewhere in the range of supplies a point of the calibration table reads a code in an end band, where it would pass
-    /// for a broken wire: shorten the table or change the divider.
+    /// Somewhere in the range of supplies a point of the calibration table reads a code in an end band, where it would count
+    /// as a broken wire: shorten the table or change the divider.
     TableInEndBand {
         /// The point, counted from 0: the first or the last of the table.
         index: usize,
@@ -71,7 +71,7 @@ impl SensorConfig {
     /// Checks every part, and that the parts fit each other.
     ///
     /// # Errors
-    /// Names the field that is out of range, or the point of the table that the converter cannot tell from a broken wire.
+    /// The field that is out of range, or the point of the table that the converter cannot distinguish from a broken wire.
     pub fn build(self, period: Period) -> Result<Sensor, SensorError> {
         let reference = self.reference.build()?;
         let filter = self.filter.build(period)?;
@@ -100,7 +100,7 @@ pub struct Sensor {
     health: Health,
 }
 
-/// What a sensor remembers from sample to sample.
+/// State of a sensor between samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SensorState {
     filter: FilterState,
@@ -114,31 +114,31 @@ pub struct SensorState {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct LastGood {
-    /// As measured: the rate is judged from here.
+    /// As measured: the rate is measured from it.
     measured: Radians,
-    /// As it left the filter: what a sample that is not good reports.
+    /// As filtered: the angle of a sample that is not good.
     filtered: Radians,
 }
 
 impl SensorState {
-    /// Says that periods passed without a sample, so that the next one is judged by the time that it had.
+    /// Counts periods without a sample, so that the rate of the next one is computed for the right time.
     pub fn missed(&mut self, periods: u32) {
         self.since_good = self.since_good.saturating_add(periods);
     }
 }
 
-/// One sample and what became of it.
+/// The result of one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reading {
-    /// The code as it came.
+    /// The code of the converter.
     pub code: AdcCode,
     /// Its volts at the sensor. Where the supply has no valid reading: by the last supply that had one, or the factory's.
     pub volts: Volts,
     /// The filtered angle; where the validity is not good, the last good one. Before the first good sample it is the angle of
     /// the table that is nearest to 0, a standing leg.
     pub angle: Radians,
-    /// Whether the angle is this sample's, and if not, why.
+    /// Whether the angle is that of this sample, and if not, why.
     pub validity: Validity,
 }
 
@@ -172,7 +172,7 @@ impl Sensor {
         Reading { code, volts, angle, validity }
     }
 
-    /// The code that the converter would give for an angle: the whole chain backwards, for host models.
+    /// The code that the converter would give for an angle: the inverse of the whole chain, for host models.
     ///
     /// # Errors
     /// The angle lies outside the calibration table.

@@ -70,7 +70,7 @@ fn a_refusal_says_where_and_what_is_allowed() {
 
 /// The end of a real goniometer's table: 12 bit codes 3865, 3950, 3962 for 50, 40, 30 degrees.
 #[test]
-fn a_table_that_runs_into_saturation_is_refused_and_its_flat_end_is_out_of_the_table() {
+fn a_table_that_reaches_saturation_is_refused() {
     let volts = |code: f32| code / 4095.0 * 3.3;
     let points = [(volts(3780.0), 60.0), (volts(3865.0), 50.0), (volts(3950.0), 40.0), (volts(3962.0), 30.0)];
     let error = build(&points).unwrap_err();

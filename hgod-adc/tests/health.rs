@@ -79,7 +79,7 @@ fn a_wire_from_rail_to_rail_is_reported_by_its_place() {
 }
 
 #[test]
-fn an_intermittent_wire_is_found_when_it_is_open_more_than_half_of_the_time() {
+fn a_wire_open_more_than_half_of_the_time_is_found() {
     let open = |duty: usize| {
         validities(&sensor(), (0..1000).map(|n| if n % 10 < duty { 3 } else { alive(n) })).contains(&Validity::Open)
     };
@@ -87,7 +87,7 @@ fn an_intermittent_wire_is_found_when_it_is_open_more_than_half_of_the_time() {
 }
 
 #[test]
-fn a_code_that_does_not_change_for_longer_than_the_time_is_stuck_until_it_does() {
+fn a_constant_code_is_stuck_until_it_changes() {
     for (micros, stuck_ms) in [(1000, 1000), (1000, 200), (2500, 1000), (100_000, 5000)] {
         let period = Period::from_micros(micros).unwrap();
         let ticks = usize::from(stuck_ms) * 1000 / micros as usize;
@@ -134,7 +134,7 @@ fn a_walking_and_standing_leg_is_always_good() {
 }
 
 #[test]
-fn a_jump_is_an_impossible_rate_until_a_joint_could_have_made_it() {
+fn a_jump_is_impossible_until_a_joint_could_have_made_it() {
     let sensor = sensor();
     let code = |degrees| sensor.code(Radians::from_degrees(degrees), nominal()).unwrap();
     let mut state = SensorState::default();
@@ -218,7 +218,7 @@ fn the_constants_are_those_of_the_default_limits() {
 /// Impossible samples are counted as an intermittent wire is: spikes on more than half of the samples are a rate, fewer are spikes for
 /// ever, and after as many good ones a new jump is a spike again.
 #[test]
-fn spikes_are_spikes_until_they_are_more_than_half_of_the_samples() {
+fn spikes_become_a_rate_above_half_of_the_samples() {
     let sensor = sensor();
     let codes = |degrees| sensor.code(Radians::from_degrees(degrees), nominal()).unwrap().0;
     let (rest, away) = (codes(10.0), codes(80.0));
@@ -254,7 +254,7 @@ fn the_worse_of_two_can_be_the_reason_of_the_other() {
     }
 }
 
-/// The column *said after* of the module's table is what the function says.
+/// The column *found after* of the module's table agrees with the function.
 #[test]
 fn the_documented_times_are_those_of_the_constants() {
     let doc = include_str!("../src/health.rs");

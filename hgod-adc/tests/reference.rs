@@ -54,7 +54,7 @@ fn a_pin_clips_at_its_rails() {
 }
 
 #[test]
-fn every_vrefint_code_is_a_supply_in_range_or_a_named_fault() {
+fn every_vrefint_code_is_a_supply_or_a_named_fault() {
     let reference = reference(1.0, Excitation::Own);
     let mut seen = [0; 4];
     for code in 0..=u16::MAX {
@@ -88,7 +88,7 @@ fn every_vrefint_code_is_a_supply_in_range_or_a_named_fault() {
 }
 
 #[test]
-fn a_sagging_supply_moves_nothing_beyond_what_the_two_codes_round() {
+fn a_sagging_supply_changes_volts_by_rounding_only() {
     let reference = reference(1.5, Excitation::Own);
     let (mut worst, mut uncorrected) = (0.0_f64, 0.0_f64);
     for millivolts in 3005..=3595 {

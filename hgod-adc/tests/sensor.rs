@@ -50,7 +50,7 @@ fn every_code_at_every_supply_has_its_validity() {
 }
 
 #[test]
-fn before_the_first_good_sample_the_angle_is_the_tables_nearest_to_a_standing_leg() {
+fn the_first_angle_is_the_one_nearest_to_a_standing_leg() {
     for (from, to, want) in [(-20.0, 60.0, 0.0), (15.0, 60.0, 15.0), (-50.0, -10.0, -10.0)] {
         let point = |volts, degrees| CalibrationPoint { volts: Volts(volts), angle: Radians::from_degrees(degrees) };
         let mut config = config();
@@ -62,7 +62,7 @@ fn before_the_first_good_sample_the_angle_is_the_tables_nearest_to_a_standing_le
 }
 
 #[test]
-fn a_lost_supply_reading_keeps_the_last_volts_scale_and_angle() {
+fn a_lost_supply_reading_keeps_the_last_scale_and_angle() {
     let sensor = sensor();
     let mut state = SensorState::default();
     let good = sensor.sample(&mut state, AdcCode(2000), AdcCode(1450));
@@ -118,7 +118,7 @@ fn spikes_hardly_move_the_filtered_angle() {
 }
 
 #[test]
-fn a_short_gap_is_bridged_and_a_long_one_starts_the_filter_afresh() {
+fn a_short_gap_is_bridged_and_a_long_one_resets_the_filter() {
     let sensor = sensor();
     let code = |degrees| sensor.code(Radians::from_degrees(degrees), nominal()).unwrap();
     let settled = sensor.calibration().angle(sensor.reference().volts(code(12.0), nominal())).unwrap();

@@ -3,17 +3,17 @@
 //! Yang et al. 2014 (IOP Conf. Ser. Mater. Sci. Eng. 65 012008), eqs 1-2, with reversibilities r_F and r_E, r' the next power of ten
 //! above the larger, thresholds theta_F = 0 and theta_E = 1:
 //! ```text
-//! M_F[k+1] = M_F[k] - v_F r_F/r' + v_E r_E/r',   M_E = 1 - M_F,   v_i = 1 iff M_i > theta_i
+//! M_F[k+1] = M_F[k] - v_F r_F/r' + v_E r_E/r',   M_E = 1 - M_F,   v_i = 1 if M_i > theta_i, else 0
 //! ```
 //! This is edge reversal on a single edge ([`crate::edge_reversal::smer`]): with x tokens at the flexor, `M_F = (x - r_F + g/2) / r'`, g the greatest
-//! common divisor. The half token keeps M off the threshold, where the paper's sgn(0) leaves both neurons silent for ever. Here x is
+//! common divisor. The half token keeps M off the threshold, where the paper's sgn(0) stops both neurons. Here x is
 //! the state and M is derived for display. The word is the Christoffel word of slope r_F/r_E: period (r_F+r_E)/g steps, in which the
 //! flexor fires r_E/g times and the extensor r_F/g times.
 //!
-//! Errors of the paper that are mended: by eq 1 neuron i is active for r_j/(r_i+r_j) of the time, so that the neuron that is on for
+//! Corrected errors of the paper: by eq 1 neuron i is active for r_j/(r_i+r_j) of the time, so that the neuron that is on for
 //! 15 of 18 s is the one with reversibility 1, which the paper's Table 1 calls the flexor and its text the extensor (for a slow gait
 //! give the extensor 1: [`Obb::for_extensor_duty`]); the text's W_ij is transposed against eq 1; its "new" threshold rule deadlocks;
-//! its float states drift.
+//! its floating-point states drift.
 
 use crate::edge_reversal::smer::{MAX_REVERSIBILITY, gcd};
 
@@ -40,7 +40,7 @@ impl Neuron {
     }
 }
 
-/// Why a pair was refused: the field, and what is allowed.
+/// Why a pair was refused: the field and its allowed range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ObbError {
@@ -77,7 +77,7 @@ impl Reversibilities {
     /// Each 1 to [`MAX_REVERSIBILITY`].
     ///
     /// # Errors
-    /// Names the neuron whose reversibility is out of range.
+    /// The neuron whose reversibility is out of range.
     pub const fn new(flexor: u32, extensor: u32) -> Result<Self, ObbError> {
         if flexor == 0 || flexor > MAX_REVERSIBILITY {
             return Err(ObbError::Reversibility { field: "flexor" });
@@ -126,7 +126,7 @@ impl Reversibilities {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Obb {
     reversibilities: Reversibilities,
-    /// Tokens at the flexor. Within 0 to f after a transient at most; outside only if a start or a change left it there.
+    /// Tokens at the flexor: 0 to f, except during the transient after a start or a change.
     flexor_tokens: i32,
 }
 
@@ -149,7 +149,7 @@ impl Obb {
         let Reversibilities { flexor: r, extensor } = reversibilities;
         let half_token = gcd(r, extensor) as f32 / 2.0;
         let tokens = flexor * reversibilities.scale() as f32 + r as f32 - half_token;
-        // Rounds down to a whole token: the cast cuts towards zero.
+        // Rounded down to a whole token: the cast rounds towards zero.
         let cut = tokens as i32;
         Ok(Self { reversibilities, flexor_tokens: if (cut as f32) > tokens { cut.saturating_sub(1) } else { cut } })
     }
@@ -168,7 +168,7 @@ impl Obb {
         if self.flexor_tokens >= self.reversibilities.flexor as i32 { Neuron::Flexor } else { Neuron::Extensor }
     }
 
-    /// One step: the active neuron fires and hands its tokens over.
+    /// One step: the active neuron fires and gives its tokens to the other.
     pub const fn step(&mut self) -> Neuron {
         let active = self.active();
         self.flexor_tokens = match active {
@@ -183,7 +183,7 @@ impl Obb {
         self.reversibilities = reversibilities;
     }
 
-    /// The reversibilities now.
+    /// The current reversibilities.
     #[must_use]
     pub const fn reversibilities(&self) -> Reversibilities {
         self.reversibilities
@@ -235,7 +235,7 @@ mod tests {
         assert_eq!(word(&mut obb, 40), format!("FFE{}F", "FE".repeat(18)));
     }
 
-    /// From every residue of the charge: steps until the new period holds.
+    /// From every residue of the charge: steps until the sequence has the new period.
     #[test]
     fn worst_transients_of_a_change() {
         let transient = |from: (u32, u32), to: (u32, u32), tokens: i32| {

@@ -1,7 +1,7 @@
 //! Estimates phase and cadence of a person from the angle of one joint: a hybrid phase-locked loop of second order.
 //!
 //! ```text
-//! far:   r = arg[ (x + j q) conj(X(phi) + j Q(phi)) ]                                  x, q of the SOGI, X, Q what it would make of S
+//! far:   r = arg[ (x + j q) conj(X(phi) + j Q(phi)) ]                                  x, q from the SOGI, X, Q its response to S
 //! near:  r = clip( e g S'(phi) / mean(S'^2), r_max ),   e = y - (o + a0 + g (S(phi) - a0))
 //!        o' = eta_o e,   g' = eta_g e (S - a0) / mean((S - a0)^2)
 //! phi' = w + 2 wn r,   w' = wn^2 r
@@ -9,15 +9,16 @@
 //! S(phi) is the template of the measured joint (a0 its mean, S' its slope per radian of phase), y the measured angle, o and g the
 //! learned offset and gain of the sensor, r the phase error in radians; w is held within stated factors of the nominal frequency.
 //!
-//! *Far* compares what the SOGI ([`crate::entrainment::quadrature_filter`]) makes of the signal with what it makes of the template at that phase (a Fourier series
-//! in phi, computed once): there is one zero only, so that every start finds it, and no ripple on it, since the template's
-//! harmonics are on both sides. *Near* is the gradient of the squared innovation: it follows faster and uses the whole waveform, but
-//! has false zeros, as joints have flat tops. So near is entered once the far error has been small for a while, and left at once when
-//! it is not. With a damping of 1, bandwidth wn (rad/s) is all there is to tune: 2.5 follows a step of cadence in some 1.3 s; it is wider for
-//! a second after a search. Offset and gain are learned as a mean at first, then at fixed rates.
+//! *Far* compares the response of the SOGI (second-order generalised integrator, [`crate::entrainment::quadrature_filter`]) to the signal
+//! with its response to the template at that phase (a Fourier series in phi, computed once). This error has one zero only, so that every
+//! start finds it, and no ripple, because both sides contain the template's harmonics. *Near* is the gradient of the squared innovation: it
+//! follows faster and uses the whole waveform, but has false zeros where the waveform is flat. Near therefore begins once the far error has
+//! been small for a while, and ends as soon as it is not. The damping is 1, so the bandwidth wn (rad/s) is the only parameter to tune: 2.5
+//! follows a step of cadence in about 1.3 s; it is wider for a second after a search. Offset and gain are learned as a mean at first, then
+//! at fixed rates.
 //!
-//! The step is of constant cost: one arc tangent, one sine, two divisions, one square root. Samples must be finite; [`crate::entrainment`]
-//! sees to that, and to everything else that can be wrong with a sensor.
+//! The cost of a step is constant: one arc tangent, one sine, two divisions, one square root. Samples must be finite; [`crate::entrainment`]
+//! checks that and every other sensor fault.
 
 use core::f32::consts::{PI, TAU};
 
@@ -35,13 +36,13 @@ pub const TEMPLATE_HARMONICS: usize = 8;
 /// The waveform of a joint over the gait phase.
 pub type Template = FourierShape<TEMPLATE_HARMONICS>;
 
-/// Harmonics of the SOGI's response that are worth comparing: the fourth is weakened 20 times.
+/// Harmonics of the SOGI's response that are compared: the fourth is attenuated 20 times.
 const FILTERED: usize = 3;
 
 /// Parameters of the loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseLockConfig {
-    /// Stride time of the template's person, s: where the search for the cadence begins; 0.3 to 5.
+    /// Stride time of the template's person, s: the first estimate of a search; 0.3 to 5.
     pub stride_s: f32,
     /// Bandwidth wn in rad/s; 0.5 to 5.
     pub bandwidth: RadPerSec,
@@ -49,13 +50,13 @@ pub struct PhaseLockConfig {
     pub frequency_range: (f32, f32),
     /// Gains of the quadrature filter.
     pub sogi: SogiConfig,
-    /// Largest far error at which near goes on; 0.1 to 1.5 rad.
+    /// Largest far error in near; 0.1 to 1.5 rad.
     pub near_within: Radians,
-    /// How long the far error has to be within half of that before near begins, s; 0.02 to 5.
+    /// Time for which the far error has to be within half of that before near begins, s; 0.02 to 5.
     pub near_after_s: f32,
-    /// How long the filter fills before the phase is first taken from it, s: while nothing is driven yet, that may jump; 0 to 2.
+    /// Time for which the filter settles before its phase is used, s; nothing is driven meanwhile, so that phase may jump; 0 to 2.
     pub fill_s: f32,
-    /// Largest phase error r_max that one sample may tell in near; 0.05 to 1.5 rad.
+    /// Largest phase error r_max of one sample in near; 0.05 to 1.5 rad.
     pub largest_error: Radians,
     /// Rate eta_o at which the offset is learned, 1/s; 0 to 5.
     pub offset_rate: f32,
@@ -122,7 +123,7 @@ impl PhaseLockConfig {
     }
 }
 
-/// What the SOGI makes of the template once settled: x and q over the phase.
+/// The settled response of the SOGI to the template: x and q over the phase.
 type Filtered = [FourierShape<FILTERED>; 2];
 
 fn filtered(template: &Template, sogi: &SogiConfig) -> Result<Filtered, BuildError> {
@@ -155,7 +156,7 @@ pub(crate) struct Moments {
 }
 
 impl Moments {
-    /// Of a template; sums over 256 points are exact for eight harmonics but for the mean of |S'|.
+    /// Of a template; sums over 256 points are exact for eight harmonics, except for the mean of |S'|.
     #[must_use]
     pub(crate) fn of(template: &Template) -> Self {
         let (_, cos, sin) = template.coefficients();
@@ -173,16 +174,15 @@ impl Moments {
     }
 }
 
-/// Offset and gain are at first learned at 1 / (this + time), this in s.
+/// Offset and gain are first learned at the rate 1 / (this + time), in s.
 const FIRST_LEARNING_S: f32 = 1.0;
 
-/// By how much the bandwidth is wider right after a search, and how fast that decays: a frequency that is wrong by 40 % is found a
-/// second sooner.
+/// Additional bandwidth right after a search, and its rate of decay: an error of 40 % in frequency is corrected a second sooner.
 const WIDENING: f32 = 1.0;
 /// See [`WIDENING`].
 const WIDENING_S: f32 = 0.7;
 
-/// The loop at work.
+/// The phase-locked loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseLock {
     config: PhaseLockConfig,
@@ -199,21 +199,21 @@ struct LockState {
     sogi: Sogi,
     /// Whether the SOGI has been set to the level of the first sample.
     begun: bool,
-    /// How long the filter has yet to fill, s.
+    /// Remaining settling time of the filter, s.
     fill: f32,
     phase: Phase,
     frequency: f32,
     offset: f32,
     gain: f32,
     near: bool,
-    /// How long it has been near since the last search, s.
+    /// Time in near since the last search, s.
     near_for: f32,
-    /// How long the far error has been small, s.
+    /// Time for which the far error has been small, s.
     small_for: f32,
-    /// By how much the bandwidth is wider than the configured one; decays after a search.
+    /// Additional bandwidth; decays after a search.
     widening: f32,
     far_error: f32,
-    /// The error r that was acted on last.
+    /// The error r of the last step.
     error: f32,
     innovation: f32,
 }
@@ -275,7 +275,7 @@ impl PhaseLock {
         self.state.innovation = e;
         let error = if self.state.near {
             let limit = config.largest_error.0;
-            // At first as fast as a mean over all the time so far: what the filter took over may be far off.
+            // At first like a mean over all samples so far: the values from the filter may be wrong by much.
             self.state.near_for += t;
             let first_rate = 1.0 / (FIRST_LEARNING_S + self.state.near_for);
             self.state.offset += config.offset_rate.max(first_rate) * e * t;
@@ -289,14 +289,14 @@ impl PhaseLock {
         self.set_frequency(self.state.frequency + bandwidth * bandwidth * error * t);
     }
 
-    /// One period without a measured angle: the phase goes on at the frequency that was found.
+    /// One period without a measured angle: the phase advances at the estimated frequency.
     pub fn coast(&mut self) {
         self.state.error = 0.0;
         self.advance(0.0);
         self.state.sogi.coast(&self.config.sogi, self.state.frequency * self.period_s);
     }
 
-    /// One period in which a measured angle only settles the filter, while the phase goes on by itself.
+    /// One period in which the measured angle only settles the filter, and the phase advances by itself.
     pub fn settle_filter(&mut self, angle: Radians) {
         self.begin(angle.0);
         self.state.error = 0.0;
@@ -320,28 +320,28 @@ impl PhaseLock {
         self.state.frequency = frequency.max(self.nominal * least).min(self.nominal * most);
     }
 
-    /// Begins again: far, with the phase that the filter tells now.
+    /// Starts again in far, at the phase of the filter.
     pub fn search(&mut self) {
         self.state.near = false;
         self.state.near_for = 0.0;
         self.state.small_for = 0.0;
         self.state.widening = WIDENING;
-        // The far error is the distance to the phase at which the filtered template points where the filtered signal does; the
-        // response turns unevenly, so that a second look is needed.
+        // The far error is the distance to the phase at which the filtered template has the angle of the filtered signal. The response
+        // does not rotate uniformly, so a second iteration is needed.
         for _ in 0..3 {
             self.state.phase += Phase::from_cycles(self.compare() * (1.0 / TAU));
         }
         self.state.error = 0.0;
     }
 
-    /// Begins a search: the filter fills first.
+    /// Begins a search: the filter settles first.
     pub const fn refill(&mut self) {
         self.state.near = false;
         self.state.small_for = 0.0;
         self.state.fill = self.config.fill_s;
     }
 
-    /// Back to the state it was built with.
+    /// Returns to the built state.
     pub fn reset(&mut self) {
         self.state = LockState::new(self.template.mean(), self.nominal, self.config.fill_s);
     }
@@ -376,7 +376,7 @@ impl PhaseLock {
         Radians(self.state.far_error)
     }
 
-    /// The phase error r that was acted on last.
+    /// The phase error r of the last step.
     #[must_use]
     pub const fn error(&self) -> Radians {
         Radians(self.state.error)
@@ -388,14 +388,14 @@ impl PhaseLock {
         Radians(self.state.innovation)
     }
 
-    /// The predicted angle now, with the learned offset and gain.
+    /// The predicted angle, with the learned offset and gain.
     #[must_use]
     pub fn predicted(&self) -> Radians {
         let (mean, point) = (self.template.mean(), self.template.at(self.state.phase));
         Radians(self.state.offset + mean + self.state.gain * (point.angle - mean))
     }
 
-    /// Predicted rates so much of a cycle earlier, now, and so much later, rad/s.
+    /// Predicted rates at the phase less `part`, at the phase, and at the phase plus `part`, rad/s.
     #[must_use]
     pub fn predicted_rates(&self, cycles: f32) -> [f32; 3] {
         let scale = self.state.gain * self.state.frequency * (1.0 / TAU);
@@ -442,7 +442,7 @@ impl PhaseLock {
         }
     }
 
-    /// Starts the filter at the level that is likelier: the template's mean, or the sample where that is far from it.
+    /// Starts the filter at the more likely level: the template's mean, or the sample if it is far from the mean.
     fn begin(&mut self, y: f32) {
         if !self.state.begun {
             let mean = self.template.mean();
@@ -457,7 +457,7 @@ impl PhaseLock {
         self.state.phase += Phase::from_cycles(rate * self.period_s * (1.0 / TAU));
     }
 
-    /// The offset as the filter has it. Its amplitude is of little use yet: it has just been tuned.
+    /// The offset according to the filter. The filter's amplitude is not used: its frequency was set just before.
     fn take_over(&mut self) {
         self.state.offset = self.state.sogi.mean - self.template.mean();
     }
@@ -496,7 +496,7 @@ mod tests {
             let phase = Phase::from_cycles(tick as f32 * (turn / TAU));
             lock.set_phase(phase);
             lock.settle_filter(Radians(hip().at(lock.state.phase).angle));
-            // The phase is that of the sample, not the one that `settle_filter` goes on to.
+            // The phase is that of the sample, not the next one, to which `settle_filter` advances.
             if tick > 15_000 {
                 worst = worst.max(lock.far_error().0.abs());
             }

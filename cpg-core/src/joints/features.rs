@@ -1,12 +1,12 @@
-//! What a linear read-out may look at: the state of a generator as a few smooth numbers.
+//! Features: the state of a generator as a few smooth numbers, for linear read-outs.
 //!
 //! ```text
 //! a_j = c_j0 + sum_m c_jm f_m
 //! ```
 //! The error of the best c (least squares over a recorded stride) compares the waveforms of all models on one scale. Features are
-//! once continuously differentiable in time, so that every such read-out is a setpoint without jumps. Some are nearly dependent on the
-//! gait (the joints of R1 are nearly sinusoids): solve with a ridge of 1e-3 of their variance, over ten strides or more. With less, large
-//! weights amplify what is hardly there, such as the trace of second harmonic in the thesis' network.
+//! once continuously differentiable in time, so that every such read-out is a setpoint without jumps. Some are nearly linearly
+//! dependent (the joints of R1 are nearly sinusoids): solve with a ridge of 1e-3 of their variance, over ten strides or more. With a smaller
+//! ridge, large weights amplify small components, such as the second harmonic in the thesis' network.
 //!
 //! ```
 //! use cpg_core::Generator;
@@ -31,10 +31,10 @@ use joint_units::Radians;
 
 /// A generator whose state can be read out linearly.
 pub trait Features {
-    /// How many features there are.
+    /// Number of features.
     const COUNT: usize;
 
-    /// Writes the features now; a shorter slice takes the first ones, what is beyond [`Features::COUNT`] stays.
+    /// Writes the current features; a shorter slice gets the first ones, elements beyond [`Features::COUNT`] are unchanged.
     fn features(&self, out: &mut [f32]);
 }
 
@@ -45,7 +45,7 @@ pub(crate) fn fill(out: &mut [f32], values: impl IntoIterator<Item = f32>) {
     }
 }
 
-/// Displacement of each joint, then velocity of each, in the model's own terms.
+/// Displacement of each joint, then velocity of each, in the model's units.
 impl<F, const N: usize, T: Scalar, I> Features for Oscillators<F, N, T, I> {
     const COUNT: usize = 2 * N;
 

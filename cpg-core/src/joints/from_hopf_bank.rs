@@ -1,11 +1,11 @@
 //! Hips and knees from one bank of Hopf oscillators at the stride's harmonics.
 //!
 //! ```text
-//! a_j = offset_j + sum_i w_ji x_i + v_ji y_i,   (x_i, y_i) oscillator i of a bank that plays
+//! a_j = offset_j + sum_i w_ji x_i + v_ji y_i,   (x_i, y_i) oscillator i of a bank that no longer learns
 //! ```
-//! The bank is that of [`crate::waveform::hopf_bank`] (Righetti and Ijspeert 2006) with frequencies in the ratios 1 to N and nothing left to
-//! learn: its phase coupling holds the oscillators together, and widens the circle of each but the first by 3 to 4 percent. Where the
-//! source has one bank a joint, whose frequencies drift apart by what each has mislearned, all joints here share one.
+//! The bank is that of [`crate::waveform::hopf_bank`] (Righetti and Ijspeert 2006) with frequencies in the ratios 1 to N, after
+//! learning: its phase coupling synchronises the oscillators, and enlarges the circle of each but the first by 3 to 4 percent. In the source
+//! each joint has a bank, and their frequencies drift apart by their learning errors; here all joints share one.
 //!
 //! ```
 //! use cpg_core::Generator;
@@ -29,7 +29,7 @@ use crate::waveform::clock::STRIDE_RANGE_S;
 use crate::waveform::hopf_bank::{ProgrammableConfig, ProgrammableCpg};
 use crate::{BuildError, Field, Generator, StateFault};
 
-/// How far from its centre an oscillator may come: the circle has radius 1.
+/// Largest distance of an oscillator from its centre: the circle has radius 1.
 const BOUND: f32 = 3.0;
 
 /// The read-out.
@@ -77,7 +77,7 @@ impl<const H: usize> BankWalkConfig<H> {
 }
 
 impl<const H: usize> BankWalk<H> {
-    /// The bank below.
+    /// The bank.
     #[must_use]
     pub const fn bank(&self) -> &ProgrammableCpg<H> {
         &self.bank

@@ -1,10 +1,10 @@
 //! The hexapod's six legs as joint setpoints: the steps of the ladder ([`crate::edge_reversal::hexapod`]) turned into swing and stance profiles.
 //!
-//! A step of the ladder lasts a fixed time. A leg that swings in it goes from wherever it is to its front angle; a leg that stands is
-//! drawn back, so far in each step that R steps of stance bring it from the front to the rear angle. Within a step each leg follows the
-//! cubic (Hermite) that meets position and rate at both ends, so both are continuous through every step and every change of gait, and
+//! A step of the ladder lasts a fixed time. A leg that swings moves from its present angle to its front angle; a leg that stands moves
+//! back, in each step by so much that R steps of stance lead from the front to the rear angle. Within a step each leg follows the cubic
+//! Hermite polynomial with the position and rate at both ends, so both are continuous through every step and every change of gait, and
 //! the acceleration is at most [`HexapodWalk::acceleration_bound`]. A leg that must wait for its neighbours after a change waits at the
-//! rear.
+//! rear angle.
 //!
 //! ```
 //! use cpg_core::Generator;
@@ -73,7 +73,7 @@ pub struct HexapodWalk {
 }
 
 impl HexapodWalkConfig {
-    /// Validates the configuration for a control period; every leg starts where the settled gait has it.
+    /// Validates the configuration for a control period; every leg starts at its position in the settled gait.
     ///
     /// # Errors
     /// Names the field that is out of range.
@@ -92,7 +92,7 @@ impl HexapodWalkConfig {
             min: 1.0,
             max,
         })?;
-        // Past every transient, so that the start is on the gait's own cycle.
+        // Longer than every transient, so that the start is on the gait's cycle.
         for _ in 0..24 {
             ladder.step();
         }
@@ -123,7 +123,7 @@ impl HexapodWalk {
         self.ladder.set_reversibility(reversibility)
     }
 
-    /// The ladder below.
+    /// The ladder.
     #[must_use]
     pub const fn ladder(&self) -> &Hexapod {
         &self.ladder
@@ -137,7 +137,7 @@ impl HexapodWalk {
         RadPerSec2(12.0 * (self.front - self.rear) / (step_s * step_s))
     }
 
-    /// Where each leg has to be when the next step ends.
+    /// Target of each leg at the end of the next step.
     fn next_step(&mut self) {
         self.from = self.to;
         let swings = self.ladder.step();
@@ -210,7 +210,7 @@ impl Generator<6> for HexapodWalk {
         self.ladder = self.start.clone();
         self.tick = 0;
         self.to = [Knot { angle: self.rear, rate: 0.0 }; 6];
-        // Two rounds of the gait bring every leg to its place in it.
+        // After two periods every leg has its position in the gait.
         for _ in 0..self.ladder.reversibility().saturating_add(1).saturating_mul(2).min(64) {
             self.next_step();
         }

@@ -39,10 +39,10 @@ use crate::joints::features::{Features, fill};
 use crate::math::first_order::{Flow, rk4};
 use crate::{BuildError, Field, Generator, Scalar, StateFault};
 
-/// How a flow of D states drives N joints.
+/// Read-out of a flow of D states for N joints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReadoutConfig<const D: usize, const N: usize> {
-    /// A state on the limit cycle, where the gait begins: each within ±`bound`.
+    /// The state on the limit cycle at which the gait begins: each within ±`bound`.
     pub start: [f32; D],
     /// Units of the model's time that one cycle takes; above 0.
     pub cycle: f32,
@@ -52,9 +52,9 @@ pub struct ReadoutConfig<const D: usize, const N: usize> {
     pub weights: [[f32; D]; N],
     /// Angle of each joint where all states are 0; up to ±100 rad, as the states' means count into it.
     pub offsets: [Radians; N],
-    /// The two states whose plane shows the phase, and the point in it that the cycle goes round, anticlockwise.
+    /// The two states that define the phase, and the centre of the cycle in their plane.
     pub plane: PhasePlane,
-    /// No state may exceed this in size; above 0.
+    /// Bound of the absolute value of every state; above 0.
     pub bound: f32,
 }
 
@@ -71,7 +71,7 @@ pub struct PhasePlane {
     pub radius: (f32, f32),
 }
 
-/// A flow that walks.
+/// A flow with its read-out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Readout<F, const D: usize, const N: usize> {
     flow: F,
@@ -109,7 +109,7 @@ impl<const D: usize, const N: usize> ReadoutConfig<D, N> {
 }
 
 impl<F: Flow<f32, D>, const D: usize, const N: usize> Readout<F, D, N> {
-    /// The model's state now.
+    /// The model's current state.
     #[must_use]
     pub const fn state(&self) -> &[f32; D] {
         &self.state
@@ -120,7 +120,7 @@ impl<F: Flow<f32, D>, const D: usize, const N: usize> Readout<F, D, N> {
         &mut self.flow
     }
 
-    /// Places the model in a state; values beyond the bound are held at it.
+    /// Sets the model's state; values beyond the bound are limited to it.
     pub fn set_state(&mut self, state: [f32; D]) {
         self.state = state.map(|s| s.clamp_to(self.config.bound));
     }
@@ -189,7 +189,7 @@ impl<F: Flow<f32, D>, const D: usize, const N: usize> Generator<N> for Readout<F
     }
 }
 
-/// How a flow of D states drives hips and knees through M of them.
+/// Read-out of M of the D states of a flow for hips and knees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearJointsConfig<const D: usize, const M: usize> {
     /// A state on the limit cycle, where the gait phase is 0; each within ±`bound`.
@@ -204,15 +204,15 @@ pub struct LinearJointsConfig<const D: usize, const M: usize> {
     pub weights: [[f32; M]; 4],
     /// Angle of each joint where all states are 0; up to ±100 rad, as the states' means count into it.
     pub offsets: [Radians; 4],
-    /// Where phase and amplitude are read.
+    /// The plane from which phase and amplitude are read.
     pub plane: PhasePlane,
     /// Phase of the gait where the phase of the plane is 0.
     pub lead: Phase,
-    /// No state may exceed this in size; above 0.
+    /// Bound of the absolute value of every state; above 0.
     pub bound: f32,
 }
 
-/// A model that walks on four joints.
+/// A flow with its read-out for four joints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearJoints<F, const D: usize, const M: usize> {
     readout: Readout<F, D, 4>,
@@ -250,13 +250,13 @@ impl<const D: usize, const M: usize> LinearJointsConfig<D, M> {
 }
 
 impl<F: Flow<f32, D>, const D: usize, const M: usize> LinearJoints<F, D, M> {
-    /// The model's state now.
+    /// The model's current state.
     #[must_use]
     pub const fn state(&self) -> &[f32; D] {
         self.readout.state()
     }
 
-    /// Places the model in a state; values beyond the bound are held at it.
+    /// Sets the model's state; values beyond the bound are limited to it.
     pub fn set_state(&mut self, state: [f32; D]) {
         self.readout.set_state(state);
     }
@@ -280,7 +280,7 @@ impl<F: Flow<f32, D>, const D: usize, const M: usize> Generator<4> for LinearJoi
         self.readout.rates()
     }
 
-    /// Grows steadily on the cycle, but as evenly in time as the model does: a relaxation oscillator lingers and leaps.
+    /// Grows steadily on the cycle, but as evenly in time as the model does: a relaxation oscillator has slow and fast parts.
     fn phase(&self) -> Phase {
         self.readout.phase() + self.lead
     }

@@ -1,14 +1,14 @@
 //! Hips and knees from the oscillatory building block ([`crate::edge_reversal::obb`]), with profiles of swing and stance.
 //!
-//! One neuron swings the left leg, the other the right; a leg stands while the other swings. A leg whose turn comes goes from its rear to
-//! its front angle within a step of the block, and is drawn back within the step in which its turn ends; its knee bends once in each
-//! swing. With s the part of the step that has passed:
+//! One neuron swings the left leg, the other the right; a leg stands while the other swings. A leg swings from its rear to its front angle
+//! in the first step of the block in which its neuron fires, and moves back in the first step in which the other neuron fires; its knee
+//! bends once in each swing. With s the elapsed part of the step:
 //!
 //! ```text
 //! hip = from + (to - from) (3 s^2 - 2 s^3),   knee = stance + (swing - stance) 16 s^2 (1 - s)^2
 //! ```
-//! so angle and rate are continuous whatever the word is. The word of (1, 1) is FEFE, walking; (1, 2) limps: the right leg has two steps of
-//! three. Yang et al. 2014 leave the way from the block to a joint open; these profiles are ours.
+//! so angle and rate are continuous for every word. The word of (1, 1) is FEFE, walking; (1, 2) limps: the right leg has two steps of
+//! three. Yang et al. 2014 do not define joint angles; these profiles were designed here.
 //!
 //! ```
 //! use cpg_core::Generator;
@@ -35,19 +35,19 @@ use crate::joints::features::{Features, fill};
 use crate::waveform::clock::STRIDE_RANGE_S;
 use crate::{BuildError, Field, Generator, StateFault};
 
-/// Most steps that a leg may have in a stride.
+/// Largest number of steps of a leg in a stride.
 pub const MAX_STEPS: u32 = 8;
 
 /// Steps of each leg, stride and profiles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObbWalkConfig {
-    /// Steps of a stride that are the left leg's, and the right leg's, 1 to [`MAX_STEPS`]; one of the two is 1.
+    /// Steps of the left leg and of the right leg in a stride, 1 to [`MAX_STEPS`]; one of the two is 1.
     pub steps: [u32; 2],
     /// Stride in seconds, within [`STRIDE_RANGE_S`].
     pub stride_s: f32,
     /// Hip angle at the end of a swing and of a stance; within ±pi/2.
     pub hip: [Radians; 2],
-    /// Knee angle in stance, and at its most bent; 0 to pi.
+    /// Knee angle in stance, and its largest angle in swing; 0 to pi.
     pub knee: [Radians; 2],
 }
 
@@ -63,7 +63,7 @@ impl Default for ObbWalkConfig {
     }
 }
 
-/// A leg in a step: how far forward it is, 0 to 1, at the step's start and end.
+/// Position of a leg at the start and at the end of a step: 0 rear, 1 front.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Leg {
     from: f32,
@@ -75,7 +75,7 @@ struct Leg {
 pub struct ObbWalk {
     config: ObbWalkConfig,
     block: Obb,
-    /// Before the step in which the left leg, in front, begins to stand.
+    /// State before the step in which the left leg, in front, begins to stand.
     start: (Obb, [Leg; 2]),
     /// Steps of a stride.
     steps: u32,
@@ -113,7 +113,7 @@ impl ObbWalkConfig {
         allow_period(period, max_micros)?;
         let mut block = Obb::new(reversibilities);
         let mut legs = [Leg::default(); 2];
-        // Past one stride, up to where the left leg has had its turn.
+        // More than one stride, until the left leg has swung.
         for _ in 0..4 * MAX_STEPS {
             turn(&mut legs, block.step());
             if legs.first().is_some_and(|left| left.from < left.to) {
@@ -137,7 +137,7 @@ impl ObbWalkConfig {
 }
 
 impl ObbWalk {
-    /// The block below.
+    /// The building block.
     #[must_use]
     pub const fn block(&self) -> &Obb {
         &self.block
@@ -149,12 +149,12 @@ impl ObbWalk {
         self.steps_since_front = if arrived { 0 } else { self.steps_since_front.saturating_add(1) };
     }
 
-    /// Part of the step that has passed.
+    /// Elapsed part of the step.
     fn part(&self) -> f32 {
         self.elapsed as f32 / self.stride_us as f32
     }
 
-    /// How far forward a leg is and how far its knee is bent, 0 to 1.
+    /// Position of a leg (0 rear, 1 front) and flexion of its knee, 0 to 1.
     fn leg(leg: &Leg, s: f32) -> [f32; 2] {
         let rise = s * s * (3.0 - 2.0 * s);
         let bend = if leg.from < leg.to { 16.0 * s * s * (1.0 - s) * (1.0 - s) } else { 0.0 };
@@ -167,7 +167,7 @@ impl ObbWalk {
         [(leg.to - leg.from) * 6.0 * s * (1.0 - s), bend]
     }
 
-    /// Hips, then knees, of what `of` says of each leg.
+    /// The values of `of` for each leg: hips, then knees.
     fn each(&self, of: impl Fn(&Leg, f32) -> [f32; 2]) -> [f32; 4] {
         let s = self.part();
         let [[left_hip, left_knee], [right_hip, right_knee]] = self.legs.map(|leg| of(&leg, s));
@@ -181,7 +181,7 @@ impl ObbWalk {
     }
 }
 
-/// The legs in the step in which a neuron fires: whose turn it is comes forward, the other goes back.
+/// The legs in the step in which a neuron fires: its leg moves forward, the other back.
 fn turn(legs: &mut [Leg; 2], fires: Neuron) {
     let turns = [fires == Neuron::Flexor, fires == Neuron::Extensor];
     for (leg, forward) in legs.iter_mut().zip(turns) {
@@ -241,7 +241,7 @@ impl Generator<4> for ObbWalk {
     }
 }
 
-/// How far forward each hip is and how far each knee is bent, 0 to 1.
+/// Position of each hip (0 rear, 1 front) and flexion of each knee, 0 to 1.
 impl Features for ObbWalk {
     const COUNT: usize = 4;
 

@@ -2,7 +2,7 @@
 //!
 //! Dimensionless; mu > 0 sets the strength of relaxation. The limit cycle attracts every start but the origin; its amplitude is 2 to
 //! 2.0235 and its period 2 pi (1 + mu^2/16 ...) for small mu, (3 - 2 ln 2) mu for large.
-//! Source: van der Pol 1926. The thesis (eq 2) prints `y'' - mu (y^2 - 1) y' + y0`, whose cycle repels; the sign is mended here. The
+//! Source: van der Pol 1926. The thesis (eq 2) prints `y'' - mu (y^2 - 1) y' + y0`, whose cycle repels; the sign is corrected here. The
 //! velocity of a Rayleigh oscillator ([`crate::oscillator::rayleigh`]) times the square root of 3 obeys this equation.
 //!
 //! ```

@@ -1,12 +1,12 @@
-//! One phase and a Fourier series that learn a signal on line: frequency, phase and N harmonics together.
+//! Adaptive Fourier series: learns frequency, phase and N harmonics of a signal while it runs.
 //!
 //! ```text
 //! q = a_0 + sum_k a_k cos k phi + b_k sin k phi,   e = P - q
 //! phi' = w - K e sin phi,   w' = -K e sin phi,   a_0' = eta e,   a_k' = eta e cos k phi,   b_k' = eta e sin k phi
 //! ```
-//! P is the taught signal in units of its own amplitude (about ±1: un-normalised radians learn some ten times slower), phi in radians,
-//! w in radians per second. From a frequency wrong by a fifth it reaches the least-squares error of its N harmonics in some ten
-//! strides. With [`AdaptiveFourier::play`] it repeats the learned signal.
+//! P is the taught signal in units of its own amplitude (about ±1: un-normalised radians learn about ten times slower), phi in radians,
+//! w in radians per second. From a first frequency with an error of a fifth it reaches the least-squares error of its N harmonics in about
+//! ten strides. With [`AdaptiveFourier::play`] it repeats the learned signal.
 //!
 //! The coefficient laws are a gradient descent: with the squared error E = e^2 / 2, `-dE/da_k = e cos k phi` and `-dE/db_k = e sin k phi`.
 //! The laws of phase and frequency are those of an adaptive-frequency oscillator that is driven by e (Righetti, Buchli and Ijspeert, Physica
@@ -76,7 +76,7 @@ impl AdaptiveFourierConfig {
 
 impl<const H: usize> AdaptiveFourier<H> {
     /// One control period with the taught signal; returns the error e. A sample that is not a finite number is ignored (the phase runs
-    /// on), so that one bad sample can't poison what was learned.
+    /// on), so that one bad sample does not change the learned series.
     pub fn learn(&mut self, taught: f32) -> f32 {
         let error = if taught.is_finite() { taught - self.value() } else { 0.0 };
         let (s1, c1) = sin_cos(self.phase);
@@ -90,7 +90,7 @@ impl<const H: usize> AdaptiveFourier<H> {
             (s, c) = (s * c1 + c * s1, c * c1 - s * s1);
         }
         self.advance(self.frequency - pull);
-        // The learned frequency keeps to what a person can walk or run.
+        // The learned frequency is limited to the range of a person's strides.
         let (slowest, fastest) = (0.05 * core::f32::consts::TAU, 5.0 * core::f32::consts::TAU);
         self.frequency = (self.frequency - pull * self.period_s).max(slowest).min(fastest);
         error
@@ -106,7 +106,7 @@ impl<const H: usize> AdaptiveFourier<H> {
         self.phase += Phase::from_cycles(cycles);
     }
 
-    /// The signal q at the phase now.
+    /// The signal q at the current phase.
     #[must_use]
     pub fn value(&self) -> f32 {
         let (s1, c1) = sin_cos(self.phase);
@@ -118,7 +118,7 @@ impl<const H: usize> AdaptiveFourier<H> {
         q
     }
 
-    /// Its slope per radian of phase now.
+    /// The slope of q per radian at the current phase.
     #[must_use]
     pub fn slope(&self) -> f32 {
         let (s1, c1) = sin_cos(self.phase);
@@ -131,7 +131,7 @@ impl<const H: usize> AdaptiveFourier<H> {
         slope
     }
 
-    /// The phase now.
+    /// The current phase.
     #[must_use]
     pub const fn phase(&self) -> Phase {
         self.phase
@@ -144,7 +144,8 @@ impl<const H: usize> AdaptiveFourier<H> {
     }
 }
 
-/// N joints that share one phase: the first teaches frequency and phase, all learn their own series. It learns a walk from recorded or measured angles.
+/// N joints that share one phase, learned from the first joint; each learns its own series. It learns a walk from recorded or measured
+/// angles.
 ///
 /// ```
 /// use cpg_core::Generator;
@@ -197,7 +198,7 @@ impl AdaptiveWalkConfig {
 }
 
 impl<const H: usize, const N: usize> AdaptiveWalk<H, N> {
-    /// Begins with these series as if it had learned them; a reset returns here.
+    /// Begins with these series as if it had learned them; a reset returns to them.
     #[must_use]
     pub fn taught(mut self, shapes: &[FourierShape<H>; N]) -> Self {
         let per_unit = 1.0 / self.unit;
@@ -216,7 +217,7 @@ impl<const H: usize, const N: usize> AdaptiveWalk<H, N> {
         for (joint, angle) in self.joints.iter_mut().zip(taught) {
             joint.learn(angle.0 * per_unit);
         }
-        // A joint that is not the first goes where the first leads, whatever it made of its own error.
+        // Every other joint takes phase and frequency from the first, in place of its own.
         if let Some(first) = self.joints.first().copied() {
             for joint in &mut self.joints {
                 (joint.phase, joint.frequency) = (first.phase, first.frequency);
@@ -246,7 +247,7 @@ impl<const H: usize, const N: usize> Generator<N> for AdaptiveWalk<H, N> {
         self.joints.map(|joint| RadPerSec(self.unit * joint.frequency * joint.slope()))
     }
 
-    /// That of the series: 0 where the first joint is most flexed if it was taught so, anywhere if it began from silence.
+    /// That of the series: 0 where the first joint is most flexed if it was set so; arbitrary if it began with zero coefficients.
     fn phase(&self) -> Phase {
         self.joints.first().map_or(Phase(0), AdaptiveFourier::phase)
     }
@@ -308,7 +309,7 @@ mod tests {
         }
     }
 
-    /// What was learned plays on, and one bad sample does not change it.
+    /// The learned signal continues, and one bad sample does not change it.
     #[test]
     fn plays_on_and_shrugs_off_bad_samples() {
         let mut learner = AdaptiveFourierConfig::default().build::<3>(Period::MILLISECOND).unwrap();

@@ -1,4 +1,4 @@
-//! The phase of a stride as an integer that an integer step is added to: its period is exact, in floating point as in fixed.
+//! Stride clock: an integer phase with an integer step, whose period is exact for generators in floating and in fixed point.
 
 use joint_units::{Period, Phase};
 
@@ -8,7 +8,7 @@ use crate::{BuildError, Field};
 /// Shortest and longest stride in seconds.
 pub const STRIDE_RANGE_S: (f32, f32) = (0.2, 20.0);
 
-/// A phase that runs through a stride again and again.
+/// A periodic phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StrideClock {
     /// 2^-64 cycles.
@@ -20,7 +20,7 @@ pub(crate) struct StrideClock {
 }
 
 impl StrideClock {
-    /// From phase 0.
+    /// A clock at phase 0.
     ///
     /// # Errors
     /// `stride_s` outside [`STRIDE_RANGE_S`].

@@ -1,4 +1,4 @@
-//! One phase and a Fourier series per joint in fixed point, for chips without a floating-point unit.
+//! One phase and a Fourier series per joint in fixed point, for cores without a floating-point unit.
 //!
 //! The equations are those of [`crate::waveform::shape`]: `a_j = offset_j + mean_j + gain_j (S_j(phi + lead_j) - mean_j)`. The phase is an integer,
 //! 2^-64 of a cycle, and so is its step: the period is exact to 2^-32. Coefficients and offsets are [`I4F28`], gains [`I8F24`], sines
@@ -38,7 +38,7 @@ pub struct FixedPhaseShape<const H: usize, const N: usize> {
     turn_rate: i64,
 }
 
-/// How one joint uses its shape: [`Adjustment`] in fixed point.
+/// Adjustment of one joint: [`Adjustment`] in fixed point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Use {
     gain: I8F24,
@@ -64,7 +64,7 @@ struct Coefficients<const H: usize> {
     sin: [I4F28; H],
 }
 
-/// Drops fraction bits, rounded to nearest.
+/// Removes fraction bits, rounded to nearest.
 #[inline]
 const fn rounded(value: i64, bits: u32) -> i64 {
     value.wrapping_add(1 << (bits - 1)) >> bits
@@ -117,7 +117,7 @@ fn turn_rate(clock: &StrideClock) -> i64 {
 pub struct FixedPhaseShapeConfig<const H: usize, const N: usize> {
     /// The waveform of each joint.
     pub shapes: [FourierShape<H>; N],
-    /// How far each joint is ahead of the gait phase.
+    /// Phase lead of each joint.
     pub leads: [Phase; N],
     /// Stride time in seconds, within [`crate::waveform::clock::STRIDE_RANGE_S`].
     pub stride_s: f32,

@@ -1,4 +1,4 @@
-//! The programmable CPG: a bank of adaptive-frequency Hopf oscillators that learn the harmonics of a signal, each its own.
+//! The programmable CPG: a bank of adaptive-frequency Hopf oscillators, each of which learns one harmonic of a signal.
 //!
 //! ```text
 //! x_i' = g (m - r_i^2) x_i - w_i y_i + eps F + tau sin(R_i - f_i),   y_i' = g (m - r_i^2) y_i + w_i x_i,   w_i' = -eps F y_i / r_i
@@ -6,16 +6,16 @@
 //! ```
 //! with th_i = sgn(x_i) acos(-y_i/r_i). P is the taught signal in units of its own amplitude.
 //! Source of the structure: Righetti and Ijspeert, "Programmable central pattern generators: an application to biped locomotion control",
-//! Proc. IEEE ICRA 2006. The constants g = 8, m = 1, tau = 2 are chosen here: g returns the radius within an eighth of a second, tau
-//! keeps the oscillators together while they play; the tests check that a signal is learned with them.
+//! Proc. IEEE ICRA 2006. The constants g = 8, m = 1, tau = 2 are chosen here: g is the rate at which the radius returns (time
+//! constant an eighth of a second), tau synchronises the oscillators after learning; the tests check that a signal is learned with them.
 //!
 //! The coupling needs the rotated phase R_i: the oscillators are in step if their phases keep the offset f_i to the first phase scaled by the
 //! ratio of frequencies, so the coupling must vanish at R_i = f_i. With th_i in place of R_i it would hold each oscillator at a constant
 //! phase.
 //!
 //! Two oscillators may learn the same harmonic, small harmonics take minutes, and the small errors of w_i/w_0 remain when learning ends. The
-//! single-phase [`crate::waveform::adaptive_fourier`] reaches the error of a Fourier series in seconds and is preferred; this model is here
-//! for comparison.
+//! single-phase [`crate::waveform::adaptive_fourier`] reaches the error of a Fourier series in seconds and is preferred; this model is
+//! provided for comparison.
 //!
 //! ```
 //! use cpg_core::waveform::hopf_bank::{ProgrammableConfig, ProgrammableCpg};
@@ -119,10 +119,10 @@ impl<const N: usize> ProgrammableConfig<N> {
 }
 
 impl<const N: usize> ProgrammableCpg<N> {
-    /// One control period with the taught signal; returns the error F. Not a finite number is taken as no error.
+    /// One control period with the taught signal; returns the error F. A signal that is not finite counts as no error.
     pub fn learn(&mut self, taught: f32) -> f32 {
         let error = if taught.is_finite() { taught - self.value() } else { 0.0 };
-        // The mean is not periodic, so no oscillator can learn it; it is learned as al is.
+        // The mean is not periodic, so no oscillator can learn it; it is learned by the law of al.
         self.mean += self.period_s * 0.5 * self.learning * error;
         self.advance(Some(taught - self.mean).filter(|p| p.is_finite()));
         error
@@ -151,14 +151,14 @@ impl<const N: usize> ProgrammableCpg<N> {
         self.cells.map(|cell| [cell.x, cell.y])
     }
 
-    /// Places each oscillator at a point, held within ±2; the circle has radius 1.
+    /// Sets the point of each oscillator, limited to ±2; the circle has radius 1.
     pub fn set_points(&mut self, points: [[f32; 2]; N]) {
         for (cell, point) in self.cells.iter_mut().zip(points) {
             [cell.x, cell.y] = point.map(|coordinate| coordinate.clamp_to(2.0));
         }
     }
 
-    /// How fast each point moves while it plays, per second.
+    /// Time derivative of each point without a signal, per second.
     #[must_use]
     pub fn velocities(&self) -> [[f32; 2]; N] {
         self.slopes(&self.cells, None).map(|slope| [slope.x, slope.y])
@@ -192,7 +192,7 @@ impl<const N: usize> ProgrammableCpg<N> {
             let radius = libm::sqrtf(square).max(1e-6);
             let radial = GAIN * (1.0 - square);
             let rotated = if first_frequency > 0.0 { c.frequency / first_frequency * first_phase } else { 0.0 };
-            // The first oscillator is the others' reference, and has none itself.
+            // The first oscillator is the reference of the others and has no coupling.
             let coupled = if index == 0 { 0.0 } else { COUPLING * sine(rotated - c.offset) };
             let learns_offset = index > 0 && taught.is_some();
             *slope = Cell {

@@ -4,13 +4,13 @@
 //! phi' = 1/T,   a_j = offset_j + mean_j + gain_j (S_j(phi + lead_j) - mean_j)
 //! ```
 //! The phase is a fraction of 2^64 of a cycle with an integer step, so the period is exact: over 72 h at 1 kHz (2.6e8 ticks) the
-//! rounding of the step adds up to less than 1e-10 cycles. The only error left is the template's. Changes of speed, gain, offset or
-//! lead take effect at once here, as a jump. They are smooth inputs, at any tick and within one another, through
-//! [`crate::transition::Smooth::change`]: angle and rate then go on without a jump, and the acceleration stays within that of the motion
-//! asked for plus the stated bound of the transition, as below.
+//! rounding of the step adds up to less than 1e-10 cycles. The only remaining error is the template's. Changes of speed, gain, offset or
+//! lead take effect at once, as a jump. [`crate::transition::Smooth::change`] makes them smooth, at any tick and also during another
+//! change: angle and rate are then continuous, and the acceleration is at most that of the new motion plus the stated bound of the
+//! transition, as below.
 //!
 //! A [`FourierShape`] of 6 harmonics follows the mean stride of a person within half a degree (least squares on real recordings), a
-//! [`SplineShape`] trades harmonics for knots.
+//! [`SplineShape`] has knots in place of harmonics.
 //!
 //! ```
 //! use cpg_core::Generator;
@@ -47,7 +47,7 @@ pub use crate::waveform::clock::STRIDE_RANGE_S;
 use crate::waveform::clock::StrideClock;
 use crate::{BuildError, Field, Generator, StateFault};
 
-/// Largest angle that a shape's coefficients may hold, in radians: an anatomical joint stays well inside.
+/// Largest absolute value of a coefficient, in radians: far beyond any anatomical joint.
 pub const MAX_COEFFICIENT: f32 = 6.3;
 
 /// Value of a shape and its slope.
@@ -63,7 +63,7 @@ pub struct ShapePoint {
 pub trait Shape {
     /// Value and slope at a phase.
     fn at(&self, phase: Phase) -> ShapePoint;
-    /// Mean over the cycle in radians: what a gain leaves alone.
+    /// Mean over the cycle in radians, which a gain does not change.
     fn mean(&self) -> f32;
 }
 
@@ -96,7 +96,7 @@ impl<const H: usize> FourierShape<H> {
 
 impl<const H: usize> Shape for FourierShape<H> {
     fn at(&self, phase: Phase) -> ShapePoint {
-        // One sine and cosine; the harmonics follow by rotation.
+        // One sine and cosine; the harmonics are computed by rotation.
         let (s1, c1) = sin_cos(phase);
         let (mut s, mut c) = (s1, c1);
         let mut point = ShapePoint { angle: self.mean, slope: 0.0 };
@@ -177,14 +177,14 @@ impl<const K: usize> Shape for SplineShape<K> {
     }
 }
 
-/// How one joint uses its shape.
+/// Adjustment of the shape of one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Adjustment {
     /// Factor on the movement about the shape's mean; 0 to 2.
     pub gain: f32,
     /// Added to the angle; up to ±[`MAX_COEFFICIENT`].
     pub offset: Radians,
-    /// How far this joint runs ahead of the gait phase.
+    /// Phase lead of this joint over the gait phase.
     pub lead: Phase,
 }
 
@@ -196,7 +196,7 @@ impl Adjustment {
 }
 
 impl Default for Adjustment {
-    /// The shape as it is.
+    /// The unchanged shape: gain 1, offset 0, lead 0.
     fn default() -> Self {
         Self { gain: 1.0, offset: Radians(0.0), lead: Phase(0) }
     }
@@ -359,7 +359,7 @@ mod tests {
         }
     }
 
-    /// A sine through many knots comes back: value, slope and mean.
+    /// A spline through many knots of a sine reproduces it: value, slope and mean.
     #[test]
     fn spline_reproduces_a_sine() {
         let spline =

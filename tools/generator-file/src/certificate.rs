@@ -312,7 +312,7 @@ mod tests {
 
     /// Difference links that pull into phase, and a start in antiphase: the antiphase orbit exists, but it is not stable.
     #[test]
-    fn a_set_whose_perturbed_starts_diverge_is_refused_with_the_start() {
+    fn diverging_perturbed_starts_are_refused_with_the_start() {
         let GeneratorSet::Thesis(mut set) = GeneratorFile::default_of("thesis").unwrap().set else {
             panic!("the thesis")
         };

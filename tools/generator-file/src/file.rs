@@ -228,7 +228,11 @@ mod tests {
         for file in files() {
             let text = file.to_toml();
             for (index, line) in text.lines().enumerate() {
-                let Some((key, _)) = line.split_once(" = ") else { continue };
+                let Some((key, value)) = line.split_once(" = ") else { continue };
+                // The rest of a text of several lines would be the first error.
+                if value == "\"\"\"" || value == "'''" {
+                    continue;
+                }
                 for (broken, wanted) in [
                     (format!("{key} = nan"), "allowed"),
                     (format!("{key}x = 1"), "unknown field"),
