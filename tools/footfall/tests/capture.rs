@@ -250,7 +250,7 @@ fn a_late_start_records_codes_without_the_boot_record() {
 }
 
 #[test]
-fn a_reset_begins_the_ticks_anew_and_time_goes_on() {
+fn a_reset_restarts_the_ticks_and_time_goes_on() {
     let mut simulated = SimulatedBoard::new();
     simulated.walk(1);
     simulated.reset();

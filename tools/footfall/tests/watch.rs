@@ -259,7 +259,7 @@ fn text_of_line(line: &str) -> String {
 }
 
 #[test]
-fn after_a_reset_the_books_begin_anew_and_time_goes_on() {
+fn after_a_reset_the_counters_restart_and_time_goes_on() {
     let mut simulated = SimulatedBoard::new();
     simulated.walk(1);
     simulated.tick(7, false);

@@ -292,7 +292,7 @@ fn what_is_no_recording_of_degrees_is_refused() {
 }
 
 #[test]
-fn a_cycle_fraction_is_told_from_seconds() {
+fn a_cycle_fraction_differs_from_seconds() {
     for length in [1.0, 100.0] {
         let time_s: Vec<f64> = (0..=100).map(|n| f64::from(n) * length / 100.0).collect();
         let cycle = raw(time_s, |joint, t| angle(joint, t / length));

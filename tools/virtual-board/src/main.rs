@@ -91,7 +91,7 @@ struct Cli {
     #[arg(long, value_name = "T", value_parser = parse_time)]
     dma_error: Vec<f64>,
     /// Stop TIM2, which triggers the conversions, at these times, s
-    #[arg(long, value_name = "T", value_parser = time)]
+    #[arg(long, value_name = "T", value_parser = parse_time)]
     trigger_stop: Vec<f64>,
     /// The crystal does not start
     #[arg(long)]

@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tick_rate_is_told_through_the_jitter_of_the_wire() {
+    fn the_tick_rate_is_shown_despite_the_jitter_of_the_wire() {
         for (rate, first) in [(1000.0, 0), (993.0, 0), (1000.0, u32::MAX - 500)] {
             let mut view = View::default();
             assert_eq!(view.tick_rate_hz(), None);

@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn an_up_and_a_down_sweep_are_told_by_the_order_of_the_angles() {
+    fn an_up_and_a_down_sweep_differ_in_the_order_of_the_angles() {
         let rows = rows(&[(0.0, 1.0), (10.0, 2.0), (10.0, 2.2), (20.0, 3.0), (10.0, 2.4), (0.0, 1.2)]);
         let poses = poses(&rows, 0.05);
         assert_eq!(poses.iter().map(|pose| pose.angle_deg).collect::<Vec<_>>(), [0.0, 10.0, 20.0]);

@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn one_whole_frame_is_enough_and_none_is_told() {
+    fn one_whole_frame_is_enough_and_less_is_refused() {
         let fit_of = |ticks| fit(&edges(ticks, 3.0, 50.0, 0.0, 0.0, 9));
         let one = fit_of(3_190..6_460).unwrap();
         assert_eq!((one.frames, one.ticks), (1, (3_200, 6_400)));
