@@ -106,7 +106,7 @@ mod set {
     impl KindSet for FollowSet {
         type Config = FollowConfig;
         const KEYS: &'static [Key] = ShapeSet::SHAPE_KEYS;
-        const RUST_IMPORTS: &'static str = "use cpg_core::entrainment::EventSource::*;\nuse joint_loop::{FollowConfig, SeriesConfig, ShapeConfig, GeneratorConfig};\nuse joint_units::Joint::*;\nuse joint_units::Radians;\n";
+        const RUST_IMPORTS: &'static str = "use cpg_core::entrainment::EventSource::*;\nuse joint_loop::{FollowConfig, GeneratorConfig, SeriesConfig, ShapeConfig};\nuse joint_units::Joint::*;\nuse joint_units::Radians;\n";
 
         fn config(&self) -> FollowConfig {
             FollowConfig { sensor: self.sensor, events: self.events, shape: self.shape.config() }

@@ -232,7 +232,7 @@ mod set {
         type Config = ShapeConfig;
         const KEYS: &'static [Key] = Self::SHAPE_KEYS;
         const RUST_IMPORTS: &'static str =
-            "use joint_loop::{SeriesConfig, ShapeConfig, GeneratorConfig};\nuse joint_units::Radians;\n";
+            "use joint_loop::{GeneratorConfig, SeriesConfig, ShapeConfig};\nuse joint_units::Radians;\n";
 
         fn config(&self) -> ShapeConfig {
             let series = |joint: &ShapeJoint| SeriesConfig {

@@ -300,10 +300,13 @@ fn a_killed_recorder_leaves_a_file_that_can_be_read() {
         command.args(["--json", "--secs", "60", "--record"]).arg(&file);
         let mut child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         let began = std::time::Instant::now();
-        // Two whole chunks are written while the board waits for a word.
-        while std::fs::metadata(&file).map_or(0, |file| file.len()) < 300_000 {
+        // The board waits after two whole chunks. The program is killed then, and not in the middle of writing one.
+        let length = || std::fs::metadata(&file).map_or(0, |file| file.len());
+        let mut before = 0;
+        while length() < 300_000 || length() != before {
+            before = length();
             assert!(began.elapsed().as_secs() < 30 && child.try_wait().unwrap().is_none());
-            std::thread::sleep(std::time::Duration::from_millis(20));
+            std::thread::sleep(std::time::Duration::from_millis(500));
         }
         child.kill().unwrap();
         child.wait().unwrap();
