@@ -124,7 +124,8 @@ mod tests {
     use cpg_core::Generator;
 
     fn config() -> SplineConfig {
-        let knot = |joint: f32, k: usize| Radians(0.1 * joint + 0.3 * (0.5236 * k as f32 + joint).cos());
+        let knot =
+            |joint: f32, k: usize| Radians(0.1 * joint + 0.3 * (core::f32::consts::FRAC_PI_6 * k as f32 + joint).cos());
         let knots = [0.0, 3.1, 1.5, 4.6].map(|joint| core::array::from_fn(|k| knot(joint, k)));
         SplineConfig { stride_s: 1.123_456_7, knots }
     }
