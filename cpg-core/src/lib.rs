@@ -27,7 +27,7 @@
 //! | [`gait::six_and_eight_joints`] | R1 with ankles (six joints), and with arms (eight) | - |
 //! | [`gait::catalogue`], [`gait::fitted`] | every model as a generator of four joints; the fitted numbers | - |
 //! | [`network::phase_coupled`] | R1: Rayleigh oscillators with phase-rotated diffusive links | after the thesis |
-//! | [`network::phase_coupled_fixed`] | R1 without a floating-point unit | - |
+//! | `network::phase_coupled_fixed` | R1 without a floating-point unit (feature `fixed-point`) | - |
 //! | [`network::thesis`] | Rayleigh oscillators with difference and product links | thesis, eqs 13-16 and Table 1 |
 //! | [`network::symmetric_cells`] | four and eight symmetric cells: gaits of two and four legs | Golubitsky et al. 1998, 2006 |
 //! | [`oscillator::rayleigh`] | the isolated Rayleigh oscillator | thesis, eqs 5-12 |
@@ -36,17 +36,19 @@
 //! | [`oscillator::fitzhugh_nagumo`], [`oscillator::morris_lecar`], [`oscillator::terman_wang`] | neurons | 1961; 1981; 1995 |
 //! | [`oscillator::kuo`], [`oscillator::hu`] | clock, feedback and their hybrid on a pendulum; resonance of a joint | Kuo 2002; Hu, Williamson, Pratt |
 //! | [`edge_reversal`] | edge reversal in integers: graphs, building blocks, six legs | Yang et al. 2014 |
-//! | [`waveform::shape`], [`waveform::fixed`] | one exact phase, a Fourier or spline waveform for each joint; the same in fixed point | - |
+//! | [`waveform::shape`] | one exact phase, a Fourier or spline waveform for each joint | - |
+//! | `waveform::fixed` | the same in fixed point (feature `fixed-point`) | - |
 //! | [`waveform::adaptive_fourier`], [`waveform::hopf_bank`] | learn a signal on line | Petric et al. 2011; Righetti, Ijspeert 2006 |
 //! | [`joints`] | from states of a model to joint angles | - |
 //! | [`transition`] | any generator to any other without a jump, at any tick | - |
 //! | [`entrainment`] | four joints follow a walking person, measured by one joint sensor | - |
-//! | [`math`] | integrators, sine, cosine and arc tangent, also in fixed point | - |
+//! | [`math`] | integrators, sine, cosine and arc tangent (in fixed point with feature `fixed-point`) | - |
 //!
 //! The thesis is "Designing CPG for Biped Locomotion Control using Nonlinear Dynamical Theory" (IIITA Allahabad).
 //!
 //! # Features
 //! - `f64`: [`Scalar`] for `f64`, for reference computations on a host. A microcontroller does not need it.
+//! - `fixed-point`: generators in fixed point, for microcontrollers without a floating-point unit.
 //! - `defmt`: `defmt::Format` for errors and status. For a target that links a defmt logger.
 //!
 //! # A new model

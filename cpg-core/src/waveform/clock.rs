@@ -56,11 +56,13 @@ impl StrideClock {
     }
 
     /// Step in 2^-64 cycles a tick.
+    #[cfg(feature = "fixed-point")]
     pub(crate) const fn step(&self) -> u64 {
         self.step
     }
 
     /// The stride that was set, microseconds.
+    #[cfg(feature = "fixed-point")]
     pub(crate) const fn stride_us(&self) -> u32 {
         self.stride_us
     }

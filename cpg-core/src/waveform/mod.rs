@@ -2,6 +2,7 @@
 
 pub mod adaptive_fourier;
 pub(crate) mod clock;
+#[cfg(feature = "fixed-point")]
 pub mod fixed;
 pub mod hopf_bank;
 pub mod shape;

@@ -1,13 +1,23 @@
 //! The command line: lists the commands and gives the exit code.
 
+#[cfg(feature = "analysis")]
 use crate::command::{
-    calibrate, certify, check, convert, defaults, entrain, figures, fit, gait_error, hexapod, merge, obb, pack, record,
-    sync, volts, walk, watch,
+    calibrate, certify, check, convert, defaults, entrain, figures, fit, gait_error, hexapod, merge, obb, pack, sync,
+    volts, walk,
 };
+use crate::command::{record, watch};
 use crate::failure::Failure;
 use crate::interrupt;
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
+
+/// What a program that `cargo xtask run` built cannot do.
+#[cfg(not(feature = "analysis"))]
+const BUILT_FOR: &str = "This program was built by `cargo xtask run`, with `watch` and `record` only: `cargo footfall` builds it whole.\n\n";
+#[cfg(feature = "analysis")]
+const BUILT_FOR: &str = "";
+const EXIT_CODES: &str =
+    "Exit codes: 0 success; 1 the run failed or its result is not sound; 2 wrong input, nothing was written.";
 
 /// Footfall: a recorded or measured gait in, the angles of four joints out.
 ///
@@ -16,7 +26,7 @@ use std::ffi::OsString;
 #[command(
     name = "footfall",
     version,
-    after_help = "Exit codes: 0 success; 1 the run failed or its result is not sound; 2 wrong input, nothing was written."
+    after_help = format!("{BUILT_FOR}{EXIT_CODES}")
 )]
 struct Cli {
     #[command(subcommand)]
@@ -29,6 +39,15 @@ enum Command {
     Watch(Box<watch::Options>),
     /// Record every tick of a board as CSV or MCAP: the virtual board, or a real board through RTT
     Record(Box<record::Options>),
+    #[cfg(feature = "analysis")]
+    #[command(flatten)]
+    Analysis(Analysis),
+}
+
+/// The commands that fit, judge, convert and draw.
+#[cfg(feature = "analysis")]
+#[derive(Debug, Subcommand)]
+enum Analysis {
     /// Convert a recorded gait to the semi-synthetic volts of a sensor: CSV with the header time_s,PA1
     Volts(volts::Options),
     /// Check files: each error names file, line, field and what is allowed
@@ -96,22 +115,30 @@ fn execute(cli: Cli) -> Result<(), Failure> {
     match cli.command {
         Command::Watch(options) => watch::run(*options, &*interrupt::flag()?),
         Command::Record(options) => record::run(*options, &*interrupt::flag()?),
-        Command::Volts(options) => volts::run(&options),
-        Command::Entrain(options) => entrain::run(*options),
-        Command::Sync(options) => sync::run(&options),
-        Command::Check(options) => check::run(&options),
-        Command::Walk(options) => walk::run(options),
-        Command::Figures(options) => figures::run(&options),
-        Command::GaitError(options) => gait_error::run(&options),
-        Command::Obb(options) => obb::run(&options),
-        Command::Hexapod(options) => hexapod::run(&options),
-        Command::Certify(options) => certify::run(&options),
-        Command::Fit(options) => fit::run(*options),
-        Command::Convert(options) => convert::run(options),
-        Command::Merge(options) => merge::run(&options),
-        Command::Calibrate(options) => calibrate::run(*options),
-        Command::Pack(options) => pack::run(&options),
-        Command::Defaults(options) => defaults::run(&options),
+        #[cfg(feature = "analysis")]
+        Command::Analysis(command) => analyse(command),
+    }
+}
+
+#[cfg(feature = "analysis")]
+fn analyse(command: Analysis) -> Result<(), Failure> {
+    match command {
+        Analysis::Volts(options) => volts::run(&options),
+        Analysis::Entrain(options) => entrain::run(*options),
+        Analysis::Sync(options) => sync::run(&options),
+        Analysis::Check(options) => check::run(&options),
+        Analysis::Walk(options) => walk::run(options),
+        Analysis::Figures(options) => figures::run(&options),
+        Analysis::GaitError(options) => gait_error::run(&options),
+        Analysis::Obb(options) => obb::run(&options),
+        Analysis::Hexapod(options) => hexapod::run(&options),
+        Analysis::Certify(options) => certify::run(&options),
+        Analysis::Fit(options) => fit::run(*options),
+        Analysis::Convert(options) => convert::run(options),
+        Analysis::Merge(options) => merge::run(&options),
+        Analysis::Calibrate(options) => calibrate::run(*options),
+        Analysis::Pack(options) => pack::run(&options),
+        Analysis::Defaults(options) => defaults::run(&options),
     }
 }
 

@@ -20,9 +20,11 @@
 pub mod board;
 pub mod cli;
 pub mod command;
+#[cfg(feature = "analysis")]
 pub mod edge_reversal;
 pub mod failure;
 pub mod file;
+#[cfg(feature = "analysis")]
 pub mod gait_player;
 pub mod interrupt;
 pub mod line_fit;

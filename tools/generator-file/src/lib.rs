@@ -8,14 +8,22 @@
 //! assert!(matches!(file.set, GeneratorSet::PhaseCoupled(_)));
 //! ```
 
+#[cfg(feature = "certificate")]
 pub mod certificate;
+#[cfg(feature = "certificate")]
 pub mod entrainment;
 pub mod file;
+#[cfg(feature = "certificate")]
 pub mod following;
+#[cfg(feature = "certificate")]
 pub mod gait_error;
+#[cfg(feature = "certificate")]
 mod model;
+#[cfg(feature = "certificate")]
 mod orbit;
+#[cfg(feature = "certificate")]
 mod random;
+#[cfg(feature = "certificate")]
 mod single_precision;
 pub mod toml_file;
 pub mod toml_table;

@@ -217,11 +217,15 @@ fn docs(_: &State) -> Result<String> {
 /// The crates that compile for every chip, in the order of their dependencies.
 const CORES: [&str; 5] = ["joint-units", "hgod-adc", "cpg-core", "joint-loop", "wire"];
 
+/// What only chips without a floating-point unit need is a feature.
+const FIXED_POINT: [&str; 5] = ["--package", "cpg-core", "--no-default-features", "--features", "fixed-point"];
+
 /// In one workspace build the features of all packages are united, which hides what a core lacks by itself.
 fn cores_alone(_: &State) -> Result<String> {
     for core in CORES {
         cargo(&["check", "--package", core, "--no-default-features"])?;
     }
+    cargo(&[&["check"], FIXED_POINT.as_slice()].concat())?;
     Ok(format!("{} crates", CORES.len()))
 }
 
@@ -247,6 +251,8 @@ fn cores_thumb(state: &State) -> Result<String> {
             let mut check = state.workspace.thumb_check(core, target, &["--no-default-features"])?;
             shell::must_succeed(&mut check, &format!("checking {core} alone for {target}"))?;
         }
+        let mut check = state.workspace.thumb_check("cpg-core", target, &FIXED_POINT[2..])?;
+        shell::must_succeed(&mut check, &format!("checking cpg-core in fixed point for {target}"))?;
     }
     Ok(format!("{} crates, {}", CORES.len(), targets.join(" and ")))
 }

@@ -1,20 +1,36 @@
 //! The commands, one file each: options and `run`.
 
+#[cfg(feature = "analysis")]
 pub mod calibrate;
+#[cfg(feature = "analysis")]
 pub mod certify;
+#[cfg(feature = "analysis")]
 pub mod check;
+#[cfg(feature = "analysis")]
 pub mod convert;
+#[cfg(feature = "analysis")]
 pub mod defaults;
+#[cfg(feature = "analysis")]
 pub mod entrain;
+#[cfg(feature = "analysis")]
 pub mod figures;
+#[cfg(feature = "analysis")]
 pub mod fit;
+#[cfg(feature = "analysis")]
 pub mod gait_error;
+#[cfg(feature = "analysis")]
 pub mod hexapod;
+#[cfg(feature = "analysis")]
 pub mod merge;
+#[cfg(feature = "analysis")]
 pub mod obb;
+#[cfg(feature = "analysis")]
 pub mod pack;
 pub mod record;
+#[cfg(feature = "analysis")]
 pub mod sync;
+#[cfg(feature = "analysis")]
 pub mod volts;
+#[cfg(feature = "analysis")]
 pub mod walk;
 pub mod watch;

@@ -3,7 +3,9 @@
 pub mod calibration_file;
 pub mod capture;
 pub mod degrees;
+#[cfg(feature = "analysis")]
 pub mod fit_summary;
 pub mod parameter_file;
 pub mod recording;
+#[cfg(feature = "analysis")]
 pub mod svg;

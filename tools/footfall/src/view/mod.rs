@@ -1,6 +1,8 @@
 //! What the user sees: live screens, lines of text, charts.
 
+#[cfg(feature = "analysis")]
 pub mod gait_charts;
+#[cfg(feature = "analysis")]
 pub mod live_gait;
 pub mod plain;
 pub mod screen;
