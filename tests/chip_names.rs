@@ -25,7 +25,7 @@ fn is_of_a_chip(word: &str) -> bool {
     let is_document = DOCUMENTS.iter().any(|kind| number_after(kind) == Some(4));
     let is_chip = ["stm32", "cortex", "0x1fff"].iter().any(|begin| lower.starts_with(begin));
     // `vrefint` in small letters is the loop's name for the code of the internal reference.
-    is_chip || is_pin || is_peripheral || is_document || ["DMA", "EXTI", "VREFINT"].contains(&word)
+    is_chip || is_pin || is_peripheral || is_document || ["dma", "exti"].contains(&lower.as_str()) || word == "VREFINT"
 }
 
 /// The words of a text that name a chip, with their lines. `VDDA` is any chip's analogue supply, `VDDA_...` a constant of one.
