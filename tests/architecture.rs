@@ -4,9 +4,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::LazyLock;
 
+use footfall_tests::workspace::{metadata, read, root};
 use serde_json::Value;
 
 /// The packages of this workspace that each core may depend on.
@@ -29,23 +28,8 @@ const ENDS: [&str; 7] =
 const NOT_DEFAULT: [&str; 6] =
     ["bare-metal-example", "core-selftest", "firmware", "link-proof", "step-cost", "virtual-board"];
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("tests/ is in the workspace")
-}
-
-static METADATA: LazyLock<Value> = LazyLock::new(|| {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let output = Command::new(cargo)
-        .args(["metadata", "--format-version", "1", "--no-deps", "--offline"])
-        .current_dir(root())
-        .output()
-        .expect("cargo starts");
-    assert!(output.status.success(), "cargo metadata: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("cargo metadata is JSON")
-});
-
 fn packages() -> BTreeMap<&'static str, &'static Value> {
-    let packages = METADATA["packages"].as_array().expect("a list of packages");
+    let packages = metadata()["packages"].as_array().expect("a list of packages");
     packages.iter().map(|package| (text(&package["name"]), package)).collect()
 }
 
@@ -69,11 +53,6 @@ fn ours(package: &'static Value) -> BTreeSet<&'static str> {
         .filter(|dependency| is_ours(dependency))
         .map(|dependency| text(&dependency["name"]))
         .collect()
-}
-
-fn read(path: impl AsRef<Path>) -> String {
-    let path = root().join(path);
-    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 /// The names of the files in a folder, relative to the root.
@@ -137,44 +116,6 @@ fn of_the_firmware_tools_see_the_board_files_alone() {
             assert_eq!(dependency["features"], Value::Array(Vec::new()), "{name} asks for features of firmware");
         }
     }
-}
-
-/// Names of chips, of their parts and of their manuals. `stm32f4` in lower case is the module that may hold them.
-const CHIP_NAMES: [&str; 16] = [
-    "STM32", "RM0090", "RM0390", "UM1472", "UM1724", "ES0182", "VREFINT", "VDDA_", "ADC1", "DMA2", "EXTI", "TIM1",
-    "TIM2", "TIM4", "TIM5", "0x1FFF",
-];
-
-/// The chip names in the sources of the cores, that one module aside, by file.
-fn chip_names(text: &str) -> Vec<&'static str> {
-    CHIP_NAMES.into_iter().filter(|name| text.contains(name)).collect()
-}
-
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).expect("a folder of sources") {
-        let path = entry.expect("a readable folder").path();
-        if path.is_dir() {
-            sources(&path, found);
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            found.push(path);
-        }
-    }
-}
-
-#[test]
-fn the_cores_name_no_chip() {
-    for (core, _) in CORES {
-        let mut files = Vec::new();
-        sources(&root().join(core).join("src"), &mut files);
-        assert!(!files.is_empty(), "{core} has no sources");
-        for file in files.iter().filter(|file| !file.ends_with("hgod-adc/src/stm32f4.rs")) {
-            assert_eq!(chip_names(&read(file)), Vec::<&str>::new(), "{}", file.display());
-        }
-    }
-    assert!(
-        !chip_names(&read("hgod-adc/src/stm32f4.rs")).is_empty(),
-        "the list finds nothing where there is something"
-    );
 }
 
 #[test]
@@ -269,7 +210,7 @@ fn versions_that_decide_bits_are_exact() {
 #[test]
 fn plain_cargo_test_needs_nothing_but_rust() {
     let list =
-        |key: &str| -> BTreeSet<&'static str> { METADATA[key].as_array().expect(key).iter().map(text).collect() };
+        |key: &str| -> BTreeSet<&'static str> { metadata()[key].as_array().expect(key).iter().map(text).collect() };
     let (members, default) = (list("workspace_members"), list("workspace_default_members"));
     for (name, package) in packages() {
         let id = text(&package["id"]);
@@ -311,8 +252,11 @@ fn every_file_of_tests_is_built() {
         .filter(|target| target["kind"][0] == "test")
         .map(|target| Path::new(text(&target["src_path"])).strip_prefix(root()).expect("in the workspace").to_owned())
         .collect();
+    // A program of several files is a folder with a `main.rs`; what has a manifest is a package of its own.
+    let is_source = |file: &Path| file.extension().is_some_and(|extension| extension == "rs");
+    let main_of = |path: PathBuf| if is_source(&path) { path } else { path.join("main.rs") };
     let present: BTreeSet<PathBuf> =
-        files("tests").into_iter().filter(|file| file.extension().is_some_and(|extension| extension == "rs")).collect();
+        files("tests").into_iter().map(main_of).filter(|file| root().join(file).is_file()).collect();
     let forgotten: Vec<_> = present.difference(&declared).collect();
     assert!(forgotten.is_empty(), "no [[test]] in tests/Cargo.toml for {forgotten:?}");
 }

@@ -282,7 +282,7 @@ fn the_synchronisation_output_is_decoded() {
     let file = folder.path().join("sync.csv");
     let ran = board.run(options(11.0, &[], &["--record-edges", &format!("PB5={}", file.display())]));
     assert_regular(&ran);
-    let edges = edges::read(&file).expect("edges");
+    let edges = edges::read(&file).expect("edges").edges;
     assert_eq!(edges.len() as u64, ran.end.edges["PB5"], "every edge that was counted");
     let fit = coded::fit(&edges).expect("decoded");
     report!("synchronisation output: {fit:?}");

@@ -6,6 +6,8 @@
 //! - [`people`]: recorded people with their templates and their phase;
 //! - [`swings`]: swings and pauses of one joint;
 //! - [`statistics`]: what many numbers come to;
+//! - [`workspace`]: the files and the packages of this workspace;
+//! - [`name_parts`]: names and words in parts;
 //! - [`board`]: the flashed image on the virtual board, where there is one;
 //! - [`chain`]: a recorded angle as volts at the pin of that board, and what it made of it;
 //! - [`faults`]: a sensor's faults as volts for it, and when its converter looks at them.
@@ -16,7 +18,9 @@ pub mod chain;
 pub mod degraded;
 pub mod faults;
 pub mod host_loop;
+pub mod name_parts;
 pub mod people;
 pub mod recordings;
 pub mod statistics;
 pub mod swings;
+pub mod workspace;

@@ -1,4 +1,4 @@
-//! Link proof: this program links for the board only if no panic is reachable from the cores. It is never run.
+//! Link proof: this program links for the board only if no panic is reachable from the cores and `wire`. It is never run.
 //!
 //! The panic handler calls a function that does not exist. If the optimiser cannot remove every panic, the call remains and the linker
 //! reports `undefined symbol: a_panic_is_reachable`. Every input passes through a black box, so that the optimiser cannot use its value.
@@ -14,6 +14,9 @@
 
 #[cfg(target_os = "none")]
 mod generators;
+
+#[cfg(target_os = "none")]
+mod records;
 
 #[cfg(target_os = "none")]
 mod proof {
@@ -47,6 +50,7 @@ mod proof {
         crate::generators::prove(period);
         sensors(period);
         joint_loop();
+        crate::records::prove();
         #[cfg(feature = "unchecked-index")]
         unchecked_index();
     }
@@ -67,7 +71,7 @@ mod proof {
         black_box(state);
     }
 
-    /// The control loop: any bytes of the parameter sectors, any configuration, then one tick from any state with any sample, and the frame.
+    /// The control loop: any bytes of the parameter sectors, any configuration, then one tick from any state with any sample, and its records.
     fn joint_loop() {
         let bytes: &[u8] = black_box(&[]);
         let (Ok(generator), Ok(sensors)) = (generator_record::read(bytes), sensor_record::read(bytes)) else { return };
@@ -91,7 +95,7 @@ mod proof {
             faults: BoardFaults::from_bits(black_box(0)),
         };
         black_box(joints.tick(&sample));
-        black_box(joints.frame());
+        crate::records::of_tick(&sample, &black_box(joints.frame()));
         black_box(&joints);
     }
 

@@ -8,7 +8,7 @@
 
 use std::fmt::Arguments as Text;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode, Output, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use libtest_mimic::{Arguments, Trial};
@@ -39,6 +39,8 @@ pub enum Need {
     Program,
     /// The folder of recordings beside the checkout.
     Traces,
+    /// The program `script` of util-linux, which runs another one at a terminal.
+    Terminal,
 }
 
 impl Need {
@@ -48,6 +50,7 @@ impl Need {
         match self {
             Self::Image | Self::ShadowImage | Self::Program => "virtual-board",
             Self::Traces => "traces",
+            Self::Terminal => "terminal",
         }
     }
 
@@ -62,6 +65,13 @@ impl Need {
                 let folder = traces_folder();
                 let words = || format!("no recordings in {}; {TRACES} names another folder", folder.display());
                 return (!folder.is_dir()).then(words);
+            }
+            Self::Terminal => {
+                // Other systems have a `script` with other options.
+                let version = Command::new("script").arg("--version").stdin(Stdio::null()).output();
+                let is_ours = |output: Output| String::from_utf8_lossy(&output.stdout).contains("util-linux");
+                let words = || "no program `script` of util-linux, which makes a terminal".to_owned();
+                return (!version.is_ok_and(is_ours)).then(words);
             }
         };
         let unset: Vec<&str> = variables.iter().copied().filter(|name| std::env::var_os(name).is_none()).collect();

@@ -1,15 +1,35 @@
 //! `footfall calibrate --guide` as a person uses it: on a terminal, with a sensor that speaks all the while. The terminal is a pseudo one,
-//! made by `script` of util-linux; without it these tests are left out, and say so.
+//! made by `script` of util-linux.
 
 use footfall::file::calibration_file;
 use generator_file::toml_table::Document;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, ExitCode, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
+use test_suite::tests;
+
+fn main() -> ExitCode {
+    default_interrupts();
+    test_suite::run(tests![
+        poses_are_taken_by_enter_while_the_codes_run_on_the_screen(Terminal),
+        codes_by_standard_input_leave_the_keys_to_the_terminal(Terminal),
+        whoever_breaks_off_leaves_no_file(Terminal),
+        an_unsteady_pose_and_a_silent_sensor_are_reported(Terminal),
+    ])
+}
+
+/// Gives every child the default reaction to the interrupt signal, which ends it.
+///
+/// A shell that runs the tests in the background, or under `nohup`, may have them ignore the signal, and a child inherits that. It does
+/// not inherit a handler: exec puts the default in its place (POSIX, execve). The handler does what the default does.
+fn default_interrupts() {
+    let is_default = Arc::new(AtomicBool::new(true));
+    signal_hook::flag::register_conditional_default(signal_hook::consts::SIGINT, is_default).unwrap();
+}
 
 /// Longest wait for anything.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -60,19 +80,11 @@ struct Person {
 }
 
 impl Person {
-    /// Types a command into a terminal; `None` where there is no terminal to be had.
-    fn types(command: &str) -> Option<Self> {
-        // A shell that runs the tests in the background, or under `nohup`, may have them ignore the interrupt signal, and a child inherits
-        // that. It does not inherit a handler: exec puts the default in its place (POSIX, execve).
-        let end = Arc::new(AtomicBool::new(true));
-        signal_hook::flag::register_conditional_default(signal_hook::consts::SIGINT, end).unwrap();
+    /// Types a command into a terminal.
+    fn types(command: &str) -> Self {
         let mut script = Command::new("script");
         script.args(["--quiet", "--return", "--flush", "--command", command, "/dev/null"]);
-        let child = script.env("SHELL", "/bin/sh").stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
-        let Ok(mut child) = child else {
-            eprintln!("\n*** LEFT OUT: calibration at a terminal: no `script` of util-linux ***");
-            return None;
-        };
+        let mut child = script.env("SHELL", "/bin/sh").stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let (keys, mut out) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
         let screen = Arc::new(Mutex::new(String::new()));
         let shared = Arc::clone(&screen);
@@ -82,7 +94,7 @@ impl Person {
                 shared.lock().unwrap().push_str(&String::from_utf8_lossy(&bytes[..n]));
             }
         });
-        Some(Self { child, keys, screen, read: 0 })
+        Self { child, keys, screen, read: 0 }
     }
 
     /// Waits until this is on the screen, further on than what was waited for before.
@@ -167,7 +179,7 @@ fn pose(person: &mut Person, sensor: &Sensor, degrees: f64) {
 }
 
 fn calibrates(bench: &Bench, command: &str) {
-    let Some(mut person) = Person::types(command) else { return };
+    let mut person = Person::types(command);
     let sensor = Sensor::on(bench.pipe.clone());
     for degrees in [0.0, 20.0, 40.0, 60.0, 40.0, 20.0, 0.0] {
         pose(&mut person, &sensor, degrees);
@@ -194,24 +206,21 @@ fn calibrates(bench: &Bench, command: &str) {
     assert_eq!(std::fs::read_to_string(bench.path("rows.csv")).unwrap().lines().count(), 1 + 7 * 200);
 }
 
-#[test]
 fn poses_are_taken_by_enter_while_the_codes_run_on_the_screen() {
     let bench = Bench::new();
     calibrates(&bench, &bench.command(&bench.pipe));
 }
 
 /// Codes by standard input: the answers are those of the terminal all the same.
-#[test]
 fn codes_by_standard_input_leave_the_keys_to_the_terminal() {
     let bench = Bench::new();
     let command = format!("cat {} | {}", bench.pipe.display(), bench.command(Path::new("-")));
     calibrates(&bench, &command);
 }
 
-#[test]
 fn whoever_breaks_off_leaves_no_file() {
     let bench = Bench::new();
-    let Some(mut person) = Person::types(&format!("exec {}", bench.command(&bench.pipe))) else { return };
+    let mut person = Person::types(&format!("exec {}", bench.command(&bench.pipe)));
     let sensor = Sensor::on(bench.pipe.clone());
     for degrees in [0.0, 20.0] {
         pose(&mut person, &sensor, degrees);
@@ -224,10 +233,9 @@ fn whoever_breaks_off_leaves_no_file() {
 }
 
 /// A pose that moves is asked for again, with why; a word that is none too; then the sensor falls silent.
-#[test]
 fn an_unsteady_pose_and_a_silent_sensor_are_reported() {
     let bench = Bench::new();
-    let Some(mut person) = Person::types(&bench.command(&bench.pipe)) else { return };
+    let mut person = Person::types(&bench.command(&bench.pipe));
     let sensor = Sensor::on(bench.pipe.clone());
     person.sees("0 degrees: hold");
     person.presses("yes\r");

@@ -43,15 +43,51 @@ fn our_own_files_are_read_to_the_bit() {
     assert!(raw.notes.is_empty(), "{:?}", raw.notes);
 }
 
+/// Cut after any byte of the last three rows, as by a program that is killed while it writes: the whole rows, and a note.
 #[test]
-fn every_shared_recording_is_read_as_the_strict_reader_reads_it() {
-    for path in support::shared_traces() {
-        let raw = open::read(&path, &ReadOptions::default());
-        if path.to_string_lossy().contains("knee_goniometer") {
-            continue;
+fn a_last_row_that_is_cut_short_is_left_out() {
+    let walk = walk();
+    let mut bytes = Vec::new();
+    csv_file::write_to(&mut bytes, &walk).unwrap();
+    let ends: Vec<usize> = (0..bytes.len()).filter(|&at| bytes[at] == b'\n').collect();
+    let mut left_out = 0;
+    for at in ends[ends.len() - 4]..bytes.len() {
+        let raw = read("walk.csv", &bytes[..at]);
+        // Rows whose end, apart from the line end, is there. The first line is the header.
+        let whole = ends.iter().filter(|&&end| end <= at).count() - 1;
+        let rows = raw.time_s.len();
+        let line = whole + 2;
+        if raw.notes.contains(&format!("The last row is cut short (line {line}): it is left out.")) {
+            left_out += 1;
+            assert_eq!((rows, raw.notes.len()), (whole, 1), "{at}: {:?}", raw.notes);
+        } else {
+            let is_between = bytes[at - 1] == b'\n';
+            // The last number of a row may be cut and still be one; a row without its line end may be whole.
+            assert!(rows == whole && (is_between || bytes[at] == b'\n') || rows == whole + 1, "{at}: {:?}", raw.notes);
+            assert_eq!(has_note(&raw, "its last number may be wrong"), !is_between, "{at}");
         }
-        let raw = raw.unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(worst(&raw, &csv_file::read(&path).unwrap()), 0.0, "{}", path.display());
+        assert_eq!(raw.time_s[..whole], walk.time_s()[..whole]);
+        for which in Joint::ALL {
+            let found = &raw.joints[which as usize].as_ref().unwrap().angle_deg;
+            assert_eq!(found[..whole], joint(&walk, which)[..whole]);
+        }
+    }
+    assert!(left_out > 60, "{left_out}");
+}
+
+/// With quotes and decimal commas, in a column that is read and in one that is not.
+#[test]
+fn cuts_are_recognised_in_other_dialects() {
+    let head = "t (s);note;knee (deg)\n0;a;1,5\n0,01;\"b;c\";2\n";
+    for (row, rows) in [("0,02;\"d", 2), ("0,02;d", 2), ("0", 2), ("0,02;d;-", 2), ("0,02;d;1,5e", 2), ("0,02;d;1,", 3)]
+    {
+        let raw = read("a.csv", format!("{head}{row}").as_bytes());
+        assert_eq!(raw.time_s.len(), rows, "{row}");
+        assert_eq!(has_note(&raw, "The last row is cut short (line 4)"), rows == 2, "{row}: {:?}", raw.notes);
+    }
+    for whole in ["# a comment", "  ", ""] {
+        let raw = read("a.csv", format!("{head}{whole}").as_bytes());
+        assert!(!has_note(&raw, "cut short"), "{whole}: {:?}", raw.notes);
     }
 }
 

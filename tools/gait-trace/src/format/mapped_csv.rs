@@ -2,7 +2,8 @@
 //!
 //! Fields are separated by commas, semicolons or tabs (with the latter two, decimal commas are read); a byte order mark,
 //! CR LF, quotes, blank lines, lines that begin with `#`, and a row of units below the header are allowed. An empty field,
-//! `nan` or `NaN` in a joint's column is a missing value. The other columns may hold anything.
+//! `nan` or `NaN` in a joint's column is a missing value. The other columns may hold anything. A last row that is cut short, as a
+//! program leaves it that is killed while it writes, is left out, with a note.
 //!
 //! The unit of an angle comes from its heading (`left_hip_deg`, `hip l [rad]`) or from the caller, else from the values, with a
 //! note. A column in volts (`PA1`, `goniometer (V)`; a goniometer measures a joint angle) that the map assigns to a joint is
@@ -13,7 +14,7 @@ use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::joint_names::{AngleUnit, joint_of, sideless_of, time_of, unit_of};
 use crate::format::scope;
 use crate::format::text_table::{
-    Delimiter, check_rows, column_called, finite, lines, listed, number_or_missing, short, text,
+    Delimiter, check_rows, column_called, cut_line, finite, lines, listed, number_or_missing, short, text,
 };
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
@@ -107,12 +108,15 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
     let mut header =
         Header::understand(name, header_line, headings, headless && header_line == first.0, how, &mut notes)?;
 
+    let is_number = |index| index == header.time || header.chosen.iter().any(|chosen| chosen.index == index);
+    let cut = cut_line(text, delimiter, header.headings.len(), is_number).filter(|&line| line > first.0);
+
     let mut time_s = Vec::new();
     let mut row_lines: Vec<u64> = Vec::new();
     let again = headless.then_some(Ok(first));
     for row in again.into_iter().chain(rows) {
         let (line, row) = row?;
-        if row.trim_start().starts_with('#') {
+        if cut == Some(line) || row.trim_start().starts_with('#') {
             continue;
         }
         let fields = split(line, row)?;
@@ -144,7 +148,9 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
         let last = row_lines.last().copied().unwrap_or(header_line);
         return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
     }
-    if !text.ends_with(['\n', '\r']) {
+    if let Some(line) = cut {
+        notes.push(format!("The last row is cut short (line {line}): it is left out."));
+    } else if !text.ends_with(['\n', '\r']) {
         notes.push("The last line has no line end: if the file was cut off, its last number may be wrong.".into());
     }
     if header.time_unit.is_none() {

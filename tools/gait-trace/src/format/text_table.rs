@@ -53,6 +53,40 @@ pub(crate) fn lines<'a>(name: &'a str, text: &'a str) -> impl Iterator<Item = Re
     })
 }
 
+/// The number of the last line if it is a row that was cut short: a program that is killed while it writes leaves such a one.
+///
+/// It has no line end, and it is broken where the file ends: it has fewer fields than there are `columns`, a quote is open, or its last
+/// field is the beginning of a number in a column that `is_number`.
+pub(crate) fn cut_line(
+    text: &str,
+    delimiter: Delimiter,
+    columns: usize,
+    is_number: impl Fn(usize) -> bool,
+) -> Option<u64> {
+    if text.ends_with(['\n', '\r']) {
+        return None;
+    }
+    let (line, row) = (1..).zip(bare_lines(text)).last()?;
+    if row.trim().is_empty() || row.trim_start().starts_with('#') {
+        return None;
+    }
+    let is_cut = match delimiter.fields(row) {
+        Ok(fields) if fields.len() == columns => {
+            let comma = delimiter != Delimiter::Char(',');
+            is_number(columns - 1) && fields.last().is_some_and(|field| is_begun_number(field, comma))
+        }
+        Ok(fields) => fields.len() < columns,
+        Err(fault) => matches!(fault, Fault::OpenQuote),
+    };
+    is_cut.then_some(line)
+}
+
+/// Whether a text is no number, but would be one with more behind it: `-`, `2.5e`, `na`.
+fn is_begun_number(text: &str, comma: bool) -> bool {
+    let begins_nan = || ["nan", "-nan"].iter().any(|nan| nan.starts_with(&text.to_ascii_lowercase()));
+    number_or_missing(text, comma).is_err() && (finite(&format!("{text}0"), comma).is_ok() || begins_nan())
+}
+
 /// An error if the table already has [`MAX_ROWS`] rows.
 pub(crate) fn check_rows(rows: usize) -> Result<(), Fault> {
     if rows < MAX_ROWS { Ok(()) } else { Err(Fault::TooManyRows { most: MAX_ROWS }) }

@@ -9,30 +9,12 @@ use gait_trace::format::csv_file;
 use hgod_adc::{Calibration, CalibrationPoint, Interpolation};
 use joint_units::{Joint, Radians, Volts};
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The recording in tests/traces: overground walking, 150 Hz, four joints.
 pub(crate) fn walk() -> Recording {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/traces/gaitkit_fukuchi_healthy.csv");
     csv_file::read(&path).expect("the recording in tests/traces")
-}
-
-/// The recordings that lie beside the workspace, or none, said aloud.
-pub(crate) fn shared_traces() -> Vec<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/traces");
-    let folder = std::env::var_os("FOOTFALL_TRACES").map_or(beside, PathBuf::from);
-    let files = |folder: &Path| -> Vec<PathBuf> {
-        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-        entries.filter(|path| path.extension().is_some_and(|extension| extension == "csv")).collect()
-    };
-    let mut all = files(&folder);
-    if all.is_empty() {
-        eprintln!("LEFT OUT: no recordings in {}", folder.display());
-        return all;
-    }
-    all.extend(files(&folder.join("normalised")).into_iter().filter(|path| path.to_string_lossy().contains("osim")));
-    all.sort();
-    all
 }
 
 /// One joint of a recording, in degrees.

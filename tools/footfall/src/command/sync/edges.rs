@@ -1,5 +1,6 @@
 //! Reads edges of a line: CSV with the header `time_s,level`, one edge a row, in the order of time; level 1 after a
-//! rising edge, 0 after a falling one.
+//! rising edge, 0 after a falling one. A last row that is cut short, as a program leaves it that is killed while it writes, is left out,
+//! with a note.
 
 use std::path::Path;
 
@@ -21,29 +22,47 @@ pub struct Pulse {
     pub width_s: Option<f64>,
 }
 
+/// A file of edges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Edges {
+    /// In the order of time.
+    pub edges: Vec<Edge>,
+    /// Notes for the user.
+    pub notes: Vec<String>,
+}
+
 /// Reads a file of edges.
 ///
 /// # Errors
 /// The first error, with its line.
-pub fn read(path: &Path) -> Result<Vec<Edge>, String> {
+pub fn read(path: &Path) -> Result<Edges, String> {
     let at = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let text = std::fs::read_to_string(path).map_err(|error| at(&error))?;
-    parse(&text).map_err(|error| format!("{}:{error}", path.display()))
+    let mut edges = parse(&text).map_err(|error| format!("{}:{error}", path.display()))?;
+    edges.notes.iter_mut().for_each(|note| *note = at(note));
+    Ok(edges)
 }
 
 /// Reads the text of a file of edges; an error begins with the number of the line.
 ///
 /// # Errors
 /// As [`read`].
-pub fn parse(text: &str) -> Result<Vec<Edge>, String> {
+pub fn parse(text: &str) -> Result<Edges, String> {
     let mut lines = text.lines().enumerate();
     let header = lines.next().map_or("", |(_, line)| line.trim());
     if header != "time_s,level" {
         return Err(format!("1: the header is `{header}`; allowed is `time_s,level`"));
     }
     let mut edges: Vec<Edge> = Vec::new();
-    for (index, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
+    let mut notes = Vec::new();
+    let mut lines = lines.filter(|(_, line)| !line.trim().is_empty()).peekable();
+    while let Some((index, line)) = lines.next() {
         let row = index + 1;
+        let has_level = line.split_once(',').is_some_and(|(_, level)| !level.trim().is_empty());
+        if !has_level && lines.peek().is_none() && !text.ends_with('\n') {
+            notes.push(format!("the last row is cut short (line {row}): it is left out"));
+            break;
+        }
         let (time, level) = line.split_once(',').ok_or_else(|| format!("{row}: two columns are wanted: `{line}`"))?;
         let time_s = time.trim().parse::<f64>().ok().filter(|time| time.is_finite());
         let time_s = time_s.ok_or_else(|| format!("{row}: field `time_s`: `{time}` is no finite number"))?;
@@ -57,7 +76,7 @@ pub fn parse(text: &str) -> Result<Vec<Edge>, String> {
         }
         edges.push(Edge { time_s, rising });
     }
-    Ok(edges)
+    Ok(Edges { edges, notes })
 }
 
 /// All rising edges.
@@ -86,12 +105,25 @@ mod tests {
             let error = parse(text).unwrap_err();
             assert!(error.contains(words), "{text:?}: {error}");
         }
-        assert_eq!(parse("time_s,level\n0.5,1\n").unwrap(), [Edge { time_s: 0.5, rising: true }]);
+        let read = parse("time_s,level\n0.5,1\n").unwrap();
+        assert_eq!(read, Edges { edges: vec![Edge { time_s: 0.5, rising: true }], notes: vec![] });
+    }
+
+    #[test]
+    fn half_a_row_at_the_end_is_left_out() {
+        let whole = "time_s,level\n0.5,1\n1.25,0";
+        for end in whole.len() - 5..whole.len() {
+            let read = parse(&whole[..end]).unwrap();
+            assert_eq!((read.edges.len(), read.notes.len()), (1, 1), "{end}");
+            assert_eq!(read.notes[0], "the last row is cut short (line 3): it is left out");
+        }
+        assert_eq!(parse(whole).unwrap().edges.len(), 2);
+        assert!(parse("time_s,level\n0.5\n1.25,0").is_err() && parse("time_s,level\n0.5,1\n1.25\n").is_err());
     }
 
     #[test]
     fn a_pulse_whose_end_was_lost_has_no_width() {
-        let edges = parse("time_s,level\n0,0\n1,1\n1.5,0\n2,1\n3,1\n3.25,0\n4,1\n").unwrap();
+        let Edges { edges, .. } = parse("time_s,level\n0,0\n1,1\n1.5,0\n2,1\n3,1\n3.25,0\n4,1\n").unwrap();
         let widths: Vec<_> = pulses(&edges).iter().map(|pulse| (pulse.time_s, pulse.width_s)).collect();
         assert_eq!(widths, [(1.0, Some(0.5)), (2.0, None), (3.0, Some(0.25)), (4.0, None)]);
     }

@@ -7,8 +7,8 @@
 //! state,set_left_hip_deg,...,left_hip_us,...,known,                    loop: setpoints, pulses (0 is none), their source
 //! seq,elapsed,flags,late,missed,limited,lost                           counters; lost: all samples lost before this row
 //! ```
-//! A sensor's columns have the name of its joint, as those of recordings do. Rows are written whole, so that a program that is killed
-//! leaves whole lines.
+//! A sensor's columns have the name of its joint, as those of recordings do. A program that is killed while it writes can leave half a
+//! row at the end, which [`gait_trace::format::mapped_csv`] leaves out, with a note.
 
 use super::samples::Sample;
 use hgod_adc::Validity;

@@ -1,6 +1,6 @@
 //! Bad files: each kind of fault gets an error that names file, line, field and what is allowed; exit code 2; nothing written.
 //!
-//! In the process itself, and, where `FOOTFALL_BIN` names the program, through that too.
+//! In the process itself, and through the program.
 
 use footfall::board::default_loop;
 use footfall::cli;
@@ -10,19 +10,17 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What the program says, and its exit code.
+/// What a call says, and its exit code: the same in the process and of the program.
 fn call(arguments: &[OsString]) -> (u8, String) {
     let inside = match cli::call(std::iter::once("footfall".into()).chain(arguments.iter().cloned())) {
         Ok(()) => (0, String::new()),
         Err(failure) => (failure.exit_code(), failure.to_string()),
     };
-    if let Some(program) = std::env::var_os("FOOTFALL_BIN") {
-        let output = Command::new(program).args(arguments).output().expect("FOOTFALL_BIN runs");
-        assert_eq!(output.status.code(), Some(inside.0.into()), "{arguments:?}");
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        for line in inside.1.lines() {
-            assert!(said.contains(line), "the program says\n{said}\nand not\n{line}");
-        }
+    let output = Command::new(env!("CARGO_BIN_EXE_footfall")).args(arguments).output().unwrap();
+    assert_eq!(output.status.code(), Some(inside.0.into()), "{arguments:?}");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    for line in inside.1.lines() {
+        assert!(said.contains(line), "the program says\n{said}\nand not\n{line}");
     }
     inside
 }
@@ -231,7 +229,7 @@ fn commands_refuse_bad_files_before_they_write() {
         assert!(said.contains(words), "{said} does not say {words}");
         assert_eq!(sorted(folder.path()), before);
     }
-    // The image is refused first: these tests have no firmware. What follows it is in the tests of the program itself.
+    // The image is refused first: these tests have no firmware. What follows it is in the tests of `watch`.
     let watch = |elf: &Path, record: &Path| {
         let options = ["watch".into(), "--elf".into(), elf.into(), "--virtual-board".into(), "/no/such/board".into()];
         call(&options.into_iter().chain(["--record".into(), record.into(), "--json".into()]).collect::<Vec<OsString>>())

@@ -1,0 +1,90 @@
+//! Names of chips, of their peripherals, pins, manuals and addresses: in the cores they are in one module alone.
+
+use footfall_tests::workspace::{CORES, assert_none, files_ending, read};
+
+/// The one module of the cores that is about a chip, as a file or a folder.
+const CHIP_MODULE: &str = "hgod-adc/src/stm32f4";
+
+/// Peripherals, which have a number in the chip's manual.
+const PERIPHERALS: [&str; 4] = ["tim", "adc", "dma", "exti"];
+
+/// Kinds of the manufacturer's documents, which have four digits.
+const DOCUMENTS: [&str; 3] = ["rm", "um", "es"];
+
+fn digits(text: &str) -> Option<usize> {
+    text.bytes().all(|byte| byte.is_ascii_digit()).then_some(text.len())
+}
+
+/// Whether a word names a chip, a part of one, its manual, an address in it or a pin.
+fn is_of_a_chip(word: &str) -> bool {
+    let lower = word.to_lowercase();
+    let number_after = |name: &str| lower.strip_prefix(name).and_then(digits);
+    let is_pin =
+        ('a'..='k').any(|port| number_after(&format!("p{port}")).is_some_and(|digits| (1..=2).contains(&digits)));
+    let is_peripheral = PERIPHERALS.iter().any(|name| number_after(name).is_some_and(|digits| digits > 0));
+    let is_document = DOCUMENTS.iter().any(|kind| number_after(kind) == Some(4));
+    let is_chip = ["stm32", "cortex", "0x1fff"].iter().any(|begin| lower.starts_with(begin));
+    // `vrefint` in small letters is the loop's name for the code of the internal reference.
+    is_chip || is_pin || is_peripheral || is_document || ["dma", "exti"].contains(&lower.as_str()) || word == "VREFINT"
+}
+
+/// The words of a text that name a chip, with their lines. `VDDA` is any chip's analogue supply, `VDDA_...` a constant of one.
+fn chip_words(text: &str) -> Vec<(usize, &str)> {
+    text.lines()
+        .enumerate()
+        .flat_map(|(index, line)| {
+            let words = line.split(|c: char| !c.is_alphanumeric()).filter(|word| is_of_a_chip(word));
+            words.chain(line.contains("VDDA_").then_some("VDDA_")).map(move |word| (index + 1, word))
+        })
+        .collect()
+}
+
+#[test]
+fn words_of_a_chip_are_recognised() {
+    for word in [
+        "STM32F407",
+        "Cortex",
+        "PA1",
+        "PC13",
+        "DMA",
+        "DMA2",
+        "EXTI0",
+        "RM0090",
+        "UM1472",
+        "ES0182",
+        "TIM1",
+        "tim5",
+        "ADC1",
+        "VREFINT",
+        "0x1FFF7A2A",
+    ] {
+        assert!(is_of_a_chip(word), "{word}");
+    }
+    for word in
+        ["park", "pad", "page", "p", "phase", "vrefint", "adc", "P1", "PA123", "time", "tim", "es", "rm12", "um"]
+    {
+        assert!(!is_of_a_chip(word), "{word}");
+    }
+}
+
+/// Outside of the one module for it. A path that leads into that module may have its name.
+#[test]
+fn the_cores_name_no_chip() {
+    let mut found = Vec::new();
+    for core in CORES {
+        let sources: Vec<&str> =
+            files_ending(&[".rs"]).filter(|file| file.starts_with(&format!("{core}/src/"))).collect();
+        assert!(!sources.is_empty(), "{core} has no sources");
+        for file in sources.into_iter().filter(|file| !file.starts_with(CHIP_MODULE)) {
+            let text = read(file).replace("::stm32f4", "").replace("stm32f4::", "").replace("mod stm32f4;", "");
+            found.extend(chip_words(&text).into_iter().map(|(line, word)| format!("{file}:{line}: `{word}`")));
+        }
+    }
+    assert_none(&found, &format!("names of chips in the cores (they belong into {CHIP_MODULE})"));
+}
+
+#[test]
+fn the_module_of_the_chip_names_it() {
+    let is_of_it = |file: &&str| file.starts_with(CHIP_MODULE);
+    assert!(files_ending(&[".rs"]).filter(is_of_it).any(|file| !chip_words(&read(file)).is_empty()));
+}
