@@ -57,7 +57,7 @@ pub enum Problem {
     Rule(String),
 }
 
-/// A [`Problem`] and its place: `generator.toml:7: field `shape.stride_s`: is 0.1; allowed is 0.2 to 20 s`.
+/// A [`Problem`] and its place, printed as ``generator.toml:7: field `shape.stride_s`: is 0.1; allowed is 0.2 to 20 s``.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FileError {
     /// Name of the file as the caller gave it.
