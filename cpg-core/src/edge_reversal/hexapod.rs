@@ -112,7 +112,7 @@ impl Hexapod {
     /// Changes the gait at any step by the rule above.
     ///
     /// # Errors
-    /// As [`Hexapod::new`]; the running gait then goes on unchanged.
+    /// As [`Hexapod::new`]; the running gait is then unchanged.
     pub fn set_reversibility(&mut self, reversibility: u32) -> Result<(), SmerError> {
         let (ladder, pendants) = self.graph.edges().split_at(LADDER.len());
         let mut first_end_holds = [false; 7];

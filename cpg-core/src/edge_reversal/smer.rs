@@ -257,7 +257,7 @@ impl<const N: usize, const E: usize> Smer<N, E> {
         self.is_acyclic_among(all_nodes(N))
     }
 
-    /// The same for the part of the graph that these nodes (bit n for node n) span.
+    /// [`Smer::is_acyclic`] for the part of the graph between these nodes (bit n for node n).
     #[must_use]
     pub fn is_acyclic_among(&self, nodes: u32) -> bool {
         let mut left = nodes & all_nodes(N);

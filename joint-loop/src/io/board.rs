@@ -26,7 +26,7 @@ pub struct Sample<const S: usize> {
     /// Raw level of the foot switch, true while the foot is on the floor; false without a switch. Its rising edge is a heel
     /// strike. The follower rejects a bounce by its interval.
     pub foot: bool,
-    /// Whether this tick began too long after its trigger (more than 100 us on the STM32F4 boards). It is only counted.
+    /// Whether this tick began too long after its trigger (more than 100 us in the firmware of this repository). It is only counted.
     pub late: bool,
     /// Faults that the board found since the previous call. The board repeats a fault while it lasts.
     pub faults: BoardFaults,
