@@ -4,7 +4,7 @@ use joint_units::Period;
 
 use crate::Scalar;
 
-/// The place of a value in a configuration or a state: `coupling`, or `amplitude[2]`.
+/// The place of a value in a configuration or a state, printed as `coupling` or `amplitude[2]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Field {
@@ -58,7 +58,7 @@ pub enum BuildError {
     NotFinite {
         /// Which value.
         field: Field,
-        /// What it is.
+        /// The value: NaN or an infinity.
         value: NonFinite,
     },
     /// The value lies outside of `min..=max`.

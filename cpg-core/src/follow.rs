@@ -1,4 +1,4 @@
-//! The contract of a generator that follows a person: it observes one joint sensor, and optionally a foot switch.
+//! The trait of a generator that follows a person: it observes one joint sensor, and optionally a foot switch.
 
 use joint_units::{Phase, RadPerSec, Radians};
 
@@ -25,11 +25,11 @@ use crate::{Generator, StateFault};
 /// # Ok::<(), cpg_core::BuildError>(())
 /// ```
 pub trait Follow {
-    /// Sets the measured angle for the next step, flexion positive; `None` if the sample is invalid. Without a call before a step, the
-    /// sample counts as invalid.
+    /// Sets the measured angle for the next step, flexion positive; `None` if the sample is not valid. A step without a call before it counts
+    /// as one with `None`.
     fn observe(&mut self, angle: Option<Radians>);
 
-    /// Reports that the foot switch closed within the next step.
+    /// Reports a heel strike for the next step: the foot switch closed since the previous step. Ignored by a follower without a foot switch.
     fn heel_strike(&mut self);
 
     /// State of the tracking; `None` if the generator follows nobody.

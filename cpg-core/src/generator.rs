@@ -1,4 +1,4 @@
-//! The contract of every central pattern generator: one step a tick, then read-outs that change nothing.
+//! The trait of every central pattern generator: one step a tick, and read-outs of its state.
 
 use joint_units::{Phase, RadPerSec, Radians};
 
@@ -6,15 +6,16 @@ use crate::Field;
 
 /// A central pattern generator of `N` joints at a fixed control period.
 ///
-/// A generator is made by the `build(period)` of its own configuration, which validates it; from then on nothing can fail.
-/// It takes no clock: the caller calls `step` once a tick. Read-outs change nothing, and may be left out.
+/// A generator is made by the `build(period)` of its own configuration, which validates it; the methods here cannot fail. A generator has no
+/// clock: the caller calls [`Generator::step`] once every control period. All other methods but [`Generator::reset`] only read the state, so
+/// they may be called in any number and order.
 ///
 /// ```
 /// use cpg_core::Generator;
 /// use cpg_core::gait::catalogue;
 /// use cpg_core::gait::named::Gait;
 /// use joint_units::Period;
-/// /// Ticks of the first full cycle of the gait phase, of whatever walks.
+/// /// Ticks of the first full cycle of the gait phase, of any generator.
 /// fn stride(mut walk: impl Generator<4>) -> u32 {
 ///     let mut wrapped = None;
 ///     for tick in 0..5000 {
@@ -38,42 +39,45 @@ pub trait Generator<const N: usize> {
     /// Advances by one control period.
     fn step(&mut self);
 
-    /// Wanted joint angles now, in the order of the configuration (for four joints: [`joint_units::Joint::ALL`]).
+    /// Wanted joint angles now, flexion positive, in the order of the configuration (for four joints: [`joint_units::Joint::ALL`]). They are
+    /// not limited to a joint's range or a servo's rate.
     fn angles(&self) -> [Radians; N];
 
     /// Time derivatives of [`Generator::angles`] now.
     fn rates(&self) -> [RadPerSec; N];
 
-    /// Gait phase of the first joint: grows with time, 0 where that joint is most flexed.
+    /// Gait phase: that of the first joint, 0 where the joint is most flexed, increasing with time. A generator whose phase has another zero says
+    /// so.
     fn phase(&self) -> Phase;
 
-    /// Amplitude relative to that of the wanted limit cycle: near 1 on it, 0 at rest. Each generator states its own ripple.
+    /// Amplitude relative to that of the wanted limit cycle, 0 or above: near 1 on the cycle, 0 at rest. How much it varies within a stride
+    /// depends on the generator.
     fn amplitude(&self) -> f32;
 
     /// Whether every state is finite and inside the bound that the generator states.
     ///
     /// # Errors
-    /// [`StateFault`] naming the first state that is not.
+    /// [`StateFault`] names the first state that is not.
     fn check(&self) -> Result<(), StateFault>;
 
-    /// Back to the state it was built with.
+    /// Returns to the state after `build`.
     fn reset(&mut self);
 }
 
 /// Which state of a generator is faulty, and how.
 ///
-/// `state` names it as the generator's configuration or model does: `velocity[2]` is the velocity of oscillator 2, `state[5]` is number 5
+/// `state` is the name of the state in the generator's configuration or model: `velocity[2]` is the velocity of oscillator 2, `state[5]` is number 5
 /// of a flow's states, all counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum StateFault {
-    /// The state is infinite or not a number. Further steps do not mend it: call [`Generator::reset`].
+    /// The state is infinite or not a number. It stays so in further steps: call [`Generator::reset`].
     NotFinite {
         /// Which state.
         state: Field,
     },
-    /// The state is at its bound and held there. Each generator documents its bounds.
+    /// The state has reached its bound, to which every step limits it. Each generator documents its bounds.
     OutOfBounds {
         /// Which state.
         state: Field,

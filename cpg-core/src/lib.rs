@@ -1,9 +1,12 @@
 //! Central pattern generators that make joint angles at a fixed control period, bit-equal on host and microcontroller.
 //!
 //! A central pattern generator (CPG) is a network of oscillators that makes a periodic motion without periodic input. Every generator has
-//! a configuration in SI units (or in those of its paper). `config.build(period)` validates it, folds it for one control period and
-//! returns a [`Generator`]: one `step` a tick, without clock, allocation or panic. What the generator is built on, such as a flow or
-//! a template, is given before the period: `config.build(flow, period)`. Values without time, such as a waveform, have `new`.
+//! a configuration in SI units (or in those of its paper). `config.build(period)` checks it, computes its constants for one control period and
+//! returns a [`Generator`]: one `step` a tick, without clock, allocation or panic. If a generator needs another value, such as a model or
+//! templates, it is passed before the period: `config.build(flow, period)`. Types without a control period, such as a waveform, have `new`.
+//!
+//! To begin: [`gait::default_walk`] walks, [`gait::named`] has gaits by name, [`waveform::shape`] plays your own waveforms, [`entrainment`] follows a
+//! person, and [`transition`] makes every change smooth.
 //!
 //! ```
 //! use cpg_core::Generator;
@@ -32,13 +35,13 @@
 //! | [`network::symmetric_cells`] | four and eight symmetric cells: gaits of two and four legs | Golubitsky et al. 1998, 2006 |
 //! | [`oscillator::rayleigh`] | the isolated Rayleigh oscillator | thesis, eqs 5-12 |
 //! | [`oscillator::van_der_pol`], [`oscillator::hopf`] | van der Pol; Hopf, also with adaptive frequency | 1926; Righetti, Buchli, Ijspeert 2006 |
-//! | [`oscillator::matsuoka`], [`oscillator::half_centre`] | mutually inhibiting neurons with adaptation; two cells that repel each other | Matsuoka 1985; Brown 1911 |
+//! | [`oscillator::matsuoka`], [`oscillator::half_centre`] | mutually inhibiting neurons with adaptation; two cells in antiphase | Matsuoka 1985; Brown 1911 |
 //! | [`oscillator::fitzhugh_nagumo`], [`oscillator::morris_lecar`], [`oscillator::terman_wang`] | neurons | 1961; 1981; 1995 |
 //! | [`oscillator::kuo`], [`oscillator::hu`] | clock, feedback and their hybrid on a pendulum; resonance of a joint | Kuo 2002; Hu, Williamson, Pratt |
 //! | [`edge_reversal`] | edge reversal in integers: graphs, building blocks, six legs | Yang et al. 2014 |
 //! | [`waveform::shape`] | one exact phase, a Fourier or spline waveform for each joint | - |
 //! | `waveform::fixed` | the same in fixed point (feature `fixed-point`) | - |
-//! | [`waveform::adaptive_fourier`], [`waveform::hopf_bank`] | learn a signal on line | Petric et al. 2011; Righetti, Ijspeert 2006 |
+//! | [`waveform::adaptive_fourier`], [`waveform::hopf_bank`] | learn a signal while they run | derived in the modules, after Petric et al. 2011; after Righetti, Ijspeert 2006 |
 //! | [`joints`] | from states of a model to joint angles | - |
 //! | [`transition`] | any generator to any other without a jump, at any tick | - |
 //! | [`entrainment`] | four joints follow a walking person, measured by one joint sensor | - |
@@ -64,7 +67,10 @@
 //! - **phase**: the position on that orbit as a part of the cycle; the gait phase is that of the first joint.
 //! - **lead**: how far the phase of a joint is ahead of the gait phase.
 //! - **harmonic balance**: the amplitude at which a sinusoid gains no energy over a cycle; exact for weak damping.
-//! - **time unit**: the fraction of a control period in which an [`Integrator`] counts.
+//! - **time unit**: the fraction of a control period (1 or 1/2) in which an [`Integrator`] measures time, see [`Integrator::UNITS`].
+//! - **cadence**: strides per second, or the angular frequency 2 pi / stride time; **template**: a joint's waveform over the gait phase.
+//! - **innovation**: measured minus predicted angle; **fundamental**: the first harmonic of a periodic signal.
+//! - **fold**: compute the constants of a configuration for one control period, once, in `build`.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 

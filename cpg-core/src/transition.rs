@@ -1,13 +1,16 @@
-//! Smooth changes at any tick: parameters, gait, speed, stop, also while an earlier change still runs.
+//! Makes any change of a generator smooth: of parameters, gait or speed, a stop and a restart, at any tick, also during an earlier change.
 //!
-//! At a change the generator's new motion differs from the motion that was put out by an offset in angle, d, and in rate, d'. The
-//! output is the new motion plus that offset, which is led to nothing by a bounded acceleration:
+//! At a change, the angle and the rate of the new motion differ from those of the output by d (rad) and d' (rad/s). The output from then on is
+//! the new motion plus an offset that begins at d and d' and is brought to 0 with bounded acceleration:
 //! ```text
-//! w = -sign(d) min(k |d|, sqrt(A |d|)),   d'' = clamp(4 k (w - d'), -A, A)
+//! v = -sign(d) min(k |d|, sqrt(A |d|)),   d'' = clamp(4 k (v - d'), -A, A)
 //! ```
-//! Far off, the offset shrinks no faster than it can be braked with half of A; near nothing it is critically damped (d'' = -4k^2 d -
-//! 4k d'), down to 2 % in the stated settling time 3/k. So angle and rate are continuous whatever changes, and a change adds no
-//! more than A to the generator's own acceleration, even if something changes on every tick: the rule has no clock to start over.
+//! A is [`TransitionConfig::acceleration`] and k = 3 / [`TransitionConfig::settling_s`] in 1/s. A large offset moves no faster than half of A can
+//! brake; a small one is critically damped (d'' = -4 k^2 d - 4 k d') and falls to 2 % within the settling time.
+//!
+//! So angle and rate of the output are continuous whatever changes, and the acceleration is at most that of the generator plus A. The law
+//! depends on d and d' only and not on the time since the change, so this also holds if something changes in every tick. A change may lead
+//! the output beyond both motions while their difference in rate is braked, by about d'^2 / (2 A).
 
 use joint_units::{Period, Phase, RadPerSec, RadPerSec2, Radians};
 
@@ -16,35 +19,37 @@ use crate::error::{allow_period, in_range};
 use crate::math::braking::Braking;
 use crate::{BuildError, Field, Follow, Generator, StateFault};
 
-/// How fast changes are carried out.
+/// Limits of a change; builds a [`Smooth`] generator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TransitionConfig {
-    /// Acceleration A that a change may add to the generator's own, on any joint; 0.1 to 100 000.
+    /// Largest acceleration A that a change adds to the generator's own, for each joint; 0.1 to 100 000 rad/s^2, default 150.
     pub acceleration: RadPerSec2,
-    /// Time in which a small offset falls to 2 %, in seconds; 0.05 to 60, and at least 24 control periods.
+    /// Time in which a small offset falls to 2 %, s; 0.05 to 60, and at least 24 control periods; default 0.25.
     pub settling_s: f32,
 }
 
 impl Default for TransitionConfig {
-    /// A quarter of a second, and 150 rad/s^2: about what a running knee does by itself. Less would be softer in acceleration and go
-    /// further astray: two gaits whose knees differ by 400 deg/s are braked within 10 degrees by this, by 30 rad/s^2 within 47.
+    /// 150 rad/s^2, about the acceleration of a running knee, and 0.25 s. A smaller acceleration leads further beyond both motions: a
+    /// difference of 400 degrees/s between two gaits is braked within 10 degrees at 150 rad/s^2, and within 47 degrees at 30 rad/s^2.
     fn default() -> Self {
         Self { acceleration: RadPerSec2(150.0), settling_s: 0.25 }
     }
 }
 
-/// The offset of one joint on its way to nothing.
+/// Offset of one joint between the output and the new motion.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Offset {
+    /// d, rad.
     angle: f32,
+    /// d', rad/s.
     rate: f32,
 }
 
 impl Offset {
-    /// Below this the offset is nothing: a step of a micro-radian.
+    /// A smaller offset is set to 0: a step of at most one microradian.
     const NOTHING: Offset = Offset { angle: 1e-6, rate: 1e-4 };
 
-    /// One period towards 0.
+    /// Advances by one control period towards 0.
     fn shrink(&mut self, law: &Braking) {
         if self.angle.abs() < Self::NOTHING.angle && self.rate.abs() < Self::NOTHING.rate {
             *self = Offset::default();
@@ -56,38 +61,51 @@ impl Offset {
     }
 }
 
-/// A generator whose every change is smooth.
+/// A generator with smooth changes: wraps a generator `G` of `N` joints.
+///
+/// Change the generator through [`Smooth::change`] only: what changes it otherwise makes the output jump.
 ///
 /// ```
-/// # use cpg_core::Generator;
-/// # use cpg_core::gait::default_walk::default_walk;
-/// # use cpg_core::transition::{Smooth, TransitionConfig};
-/// # use joint_units::{Period, Radians};
-/// let walk = default_walk(Period::MILLISECOND)?;
-/// let mut smooth = TransitionConfig::default().build(walk, Period::MILLISECOND)?;
-/// for _ in 0..1000 { smooth.step(); }
+/// use cpg_core::Generator;
+/// use cpg_core::gait::named::Gait;
+/// use cpg_core::transition::TransitionConfig;
+/// use joint_units::{Period, Radians};
+/// let period = Period::MILLISECOND;
+/// let walk = Gait::Walk.build(1.0, period)?;
+/// let mut smooth = TransitionConfig::default().build(walk, period)?;
+/// for _ in 0..1000 {
+///     smooth.step();
+/// }
+/// // From walking to running, in the middle of a stride: no joint jumps.
 /// let before = smooth.angles();
-/// smooth.stop([Radians(0.0); 4]); // any tick will do
+/// let run = Gait::from_name("run").expect("a gait").build(1.0, period)?.aligned(smooth.phase(), period);
+/// smooth.change(|gait| *gait = run);
 /// smooth.step();
-/// assert!((smooth.angles()[2].0 - before[2].0).abs() < 0.01);
-/// for _ in 0..5000 { smooth.step(); }
+/// assert!(smooth.angles().iter().zip(before).all(|(after, before)| (after.0 - before.0).abs() < 0.02));
+/// // A stop, before the change is complete.
+/// smooth.stop([Radians(0.0); 4]);
+/// for _ in 0..5000 {
+///     smooth.step();
+/// }
+/// assert!(!smooth.is_changing());
 /// assert_eq!(smooth.angles(), [Radians(0.0); 4]);
 /// # Ok::<(), cpg_core::BuildError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Smooth<G, const N: usize> {
     generator: G,
-    /// Where it stands while it is stopped.
+    /// Pose while stopped; `None` otherwise.
     pose: Option<[Radians; N]>,
     offsets: [Offset; N],
     law: Braking,
 }
 
 impl TransitionConfig {
-    /// Wraps a generator that was built for the same period.
+    /// Wraps a generator that was built for the same control period.
     ///
     /// # Errors
-    /// Names the field of the configuration that is out of range.
+    /// [`BuildError`] names the field that is out of range; [`BuildError::PeriodTooLong`] if the period is longer than 1/24 of `settling_s`
+    /// (above 10.4 ms by default).
     pub fn build<G: Generator<N>, const N: usize>(
         &self,
         generator: G,
@@ -110,7 +128,8 @@ impl TransitionConfig {
 }
 
 impl<G: Generator<N>, const N: usize> Smooth<G, N> {
-    /// Changes the generator in place; the closure may set parameters or replace it altogether.
+    /// Changes the generator by a closure, which may set parameters or replace the generator, and returns its result. The output continues
+    /// without a jump. The new generator must have been built for the same control period.
     pub fn change<R>(&mut self, change: impl FnOnce(&mut G) -> R) -> R {
         let before = (self.angles(), self.rates());
         let result = change(&mut self.generator);
@@ -118,27 +137,27 @@ impl<G: Generator<N>, const N: usize> Smooth<G, N> {
         result
     }
 
-    /// Stops in a pose: the motion runs out smoothly, then the pose is held. The generator goes on below.
+    /// Moves smoothly to a pose and holds it. The generator is stepped on meanwhile, so its phase advances.
     pub fn stop(&mut self, pose: [Radians; N]) {
         let before = (self.angles(), self.rates());
         self.pose = Some(pose);
         self.lead_from(before);
     }
 
-    /// Walks on after a stop, from wherever the joints are.
+    /// Ends a stop: moves smoothly from the present angles to the generator's motion.
     pub fn resume(&mut self) {
         let before = (self.angles(), self.rates());
         self.pose = None;
         self.lead_from(before);
     }
 
-    /// Whether a change is still being carried out.
+    /// Whether a change is not complete: the output differs from the generator's angles, or from the pose while stopped.
     #[must_use]
     pub fn is_changing(&self) -> bool {
         self.offsets.iter().any(|offset| *offset != Offset::default())
     }
 
-    /// The generator below.
+    /// The wrapped generator.
     #[must_use]
     pub const fn generator(&self) -> &G {
         &self.generator
@@ -152,6 +171,7 @@ impl<G: Generator<N>, const N: usize> Smooth<G, N> {
         }
     }
 
+    /// Sets the offsets so that the output continues from these angles and rates.
     fn lead_from(&mut self, before: ([Radians; N], [RadPerSec; N])) {
         let (angles, rates) = self.wanted();
         let pairs = before.0.iter().zip(before.1).zip(angles.iter().zip(rates));
@@ -204,7 +224,7 @@ impl<G: Generator<N>, const N: usize> Generator<N> for Smooth<G, N> {
     }
 }
 
-/// Measurements pass through to the generator below.
+/// Measurements are passed to the wrapped generator.
 impl<G: Follow, const N: usize> Follow for Smooth<G, N> {
     fn observe(&mut self, angle: Option<Radians>) {
         self.generator.observe(angle);
@@ -242,8 +262,8 @@ mod tests {
         worst
     }
 
-    /// Any change at any tick, also within changes, also stops: the rate is the derivative of the angle throughout, and the acceleration
-    /// stays below that of the gaits plus the stated one.
+    /// Changes and stops at random ticks, also during changes: the rate is always the derivative of the angle, and the acceleration is at most
+    /// that of the gaits plus the configured one.
     #[test]
     fn every_change_is_smooth() {
         let gaits = [gait(0.1, [0.4, 0.1], 1.1), gait(0.5, [-0.3, 0.2], 0.7), gait(-0.2, [0.1, 0.0], 2.0)];
@@ -324,7 +344,7 @@ mod tests {
         assert_eq!(smooth.angles(), bare.angles());
     }
 
-    /// A slider that is dragged: the speed changes on every tick for seconds. Nothing piles up, and the gait is followed.
+    /// The speed changes in every tick for seconds, as with a slider: the offsets do not grow, and the gait is followed.
     #[test]
     fn changes_on_every_tick_do_not_pile_up() {
         let mut smooth = CONFIG.build(gait(0.1, [0.4, 0.1], 1.1), Period::MILLISECOND).unwrap();
@@ -335,7 +355,7 @@ mod tests {
             let off = smooth.angles()[0].0 - smooth.generator().angles()[0].0;
             assert!(off.abs() < 0.02, "tick {tick}: {off} off the gait");
         }
-        // The harshest: to and fro between two running gaits on every tick. The output stays near them.
+        // The worst case: another of two gaits in every tick. The output stays near them.
         let mut gaits = [gait(0.1, [0.4, 0.1], 1.1), gait(0.3, [0.3, 0.1], 1.0)];
         for tick in 0..20_000 {
             smooth.change(|g| *g = gaits[tick % 2]);
@@ -346,7 +366,7 @@ mod tests {
         }
     }
 
-    /// A follower inside receives the measurements: it locks on, to the bit as without the wrapper.
+    /// A wrapped follower receives the measurements and computes the same bits as without the wrapper.
     #[test]
     fn a_smooth_follower_locks_on() {
         use crate::entrainment::phase_lock::Template;

@@ -1,4 +1,4 @@
-//! From codes to angles, and a wire that comes off: `cargo run -p hgod-adc --example hello_adc`.
+//! Converts codes to angles while a wire breaks after 10 ms: `cargo run -p hgod-adc --example hello_adc`.
 
 use hgod_adc::{
     Calibration, CalibrationPoint, FilterConfig, HealthConfig, Interpolation, ReferenceConfig, SensorConfig,

@@ -5,8 +5,8 @@
 //! an extrapolation.
 //!
 //! A table that reaches into a sensor's saturation, where the angle changes while the volts hardly do, is **refused**
-//! ([`CalibrationError::Saturated`]): noise of one code would be degrees there. End the table before it; the flat end is then
-//! outside of the table.
+//! ([`CalibrationError::Saturated`]): noise of one code would be several degrees there. End the table before that range; samples in it then are
+//! out of the table.
 
 use crate::interpolation::{Interpolation, Interval, slopes};
 use crate::point::{CalibrationPoint, MAX_POINTS};
@@ -27,7 +27,8 @@ pub const MIN_ANGLE_STEP: Radians = Radians::from_degrees(0.05);
 /// sensor saturates or its signal is too small to measure a joint with.
 pub const MAX_SLOPE: f32 = Radians::from_degrees(400.0).0;
 
-/// Range of a hip or a knee, with a margin for a goniometer that is strapped on at an angle: -60 to 170 degrees, flexion positive.
+/// Allowed angles of a table: -60 to 170 degrees, flexion positive. That is the range of a hip or a knee with a margin for a goniometer that is
+/// mounted at an angle.
 pub const ANATOMY: (Radians, Radians) = (Radians::from_degrees(-60.0), Radians::from_degrees(170.0));
 
 /// Why a table was refused. `index` counts from 0 and is the point at fault, or the second one of a pair at fault.
@@ -75,7 +76,7 @@ pub enum CalibrationError {
         /// Change of its angle from the point before.
         change: Radians,
     },
-    /// The angle turns back: it fell where the table rises, or the reverse.
+    /// The angle changes its direction: it falls where the table rises, or the reverse.
     AngleOrder {
         /// The point.
         index: usize,
@@ -180,7 +181,7 @@ impl fmt::Display for OutOfTable {
 
 impl core::error::Error for OutOfTable {}
 
-/// A checked table.
+/// A checked calibration table: converts volts to an angle and back.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
     points: [CalibrationPoint; MAX_POINTS],

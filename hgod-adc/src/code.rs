@@ -1,13 +1,14 @@
-//! Codes to volts, and back for the host.
+//! Converts codes to volts, and volts to codes for simulations.
 //!
-//! The converter measures a ratio: `code = 4095 V_pin / VDDA`, rounded. VDDA sags when the servos pull, so it is
-//! measured again with every sample through the chip's internal reference, whose code at a known supply the factory
-//! stored in the chip. Full scale is 2^12 - 1:
+//! The converter measures a ratio: `code = 4095 V_pin / VDDA`, rounded, where VDDA is its supply. VDDA falls under the load of the servos, so it is
+//! measured with every sample through the chip's internal voltage reference, whose code at a known supply the factory stored in the chip. Full
+//! scale is 2^12 - 1:
 //! ```text
 //! VDDA     = vdda_at_cal vrefint_cal / vrefint
 //! V_sensor = divider VDDA code / 4095
 //! ```
-//! Units: volts. Valid supply: [`ReferenceConfig::min_supply`] to [`MAX_SUPPLY`]; anything else is a [`SupplyFault`].
+//! `vrefint` is the code of the internal reference now, `vrefint_cal` that of the factory at the supply `vdda_at_cal`, `divider` the volts at the
+//! sensor for one volt at the pin. Units: volts. Valid supply: [`ReferenceConfig::min_supply`] to [`MAX_SUPPLY`]; anything else is a [`SupplyFault`].
 
 use crate::range::{RangeError, within};
 use crate::stm32f4::limits::{MAX_SUPPLY, MIN_SUPPLY, REFERENCE_VOLTS};
@@ -23,10 +24,10 @@ pub type ReferenceError = RangeError;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Excitation {
-    /// A supply of its own: its volts do not follow the converter's supply, and the internal reference corrects for that.
+    /// A supply of its own, independent of the converter's: the volts are corrected by the measured supply of the converter.
     Own,
-    /// The converter's supply, as with a potentiometer across it. The code is then a ratio that does not depend on the supply, and a
-    /// correction would add an error. Volts are computed for this supply, the one of the calibration (1.8 to 3.6 V).
+    /// The converter's supply, as with a potentiometer between VDDA and ground. The code then does not depend on the supply, and nothing is
+    /// corrected: volts are computed for this fixed supply, that of the calibration (1.8 to 3.6 V).
     Converter(Volts),
 }
 
@@ -36,13 +37,13 @@ pub enum Excitation {
 pub struct ReferenceConfig {
     /// Volts at the sensor for one volt at the pin: 1 without a divider, 2 for two equal resistors, below 1 for an amplifier; 0.05 to 20.
     pub divider: f32,
-    /// The internal reference's code as the factory measured it.
+    /// Code of the internal reference as measured by the factory; it must mean a reference of 1.1 to 1.3 V.
     pub vrefint_cal: AdcCode,
-    /// The supply at which the factory measured it; 1.8 to 3.6 V.
+    /// Supply at which the factory measured it; 1.8 to 3.6 V.
     pub vdda_at_cal: Volts,
     /// Lowest supply at which a sample can be good; 1.8 to 3.6 V.
     pub min_supply: Volts,
-    /// Where the sensor's own supply comes from.
+    /// Source of the sensor's supply.
     pub excitation: Excitation,
 }
 
@@ -50,7 +51,7 @@ impl ReferenceConfig {
     /// Checks every field.
     ///
     /// # Errors
-    /// Names the field that is out of range, and the range.
+    /// [`RangeError`] names the field that is out of range, and the range.
     ///
     /// ```
     /// use hgod_adc::ReferenceConfig;
@@ -81,10 +82,10 @@ impl ReferenceConfig {
 pub struct Supply(f32);
 
 impl Supply {
-    /// A stated supply, for host models: 1.8 to 3.6 V.
+    /// A known supply, for simulations: 1.8 to 3.6 V.
     ///
     /// # Errors
-    /// Anything else.
+    /// [`RangeError`] for other values.
     pub fn new(volts: Volts) -> Result<Self, RangeError> {
         within("supply", volts.0, MIN_SUPPLY.0, MAX_SUPPLY.0).map(Self)
     }
@@ -123,7 +124,7 @@ impl fmt::Display for SupplyFault {
 
 impl core::error::Error for SupplyFault {}
 
-/// A checked [`ReferenceConfig`], folded to the two products that a tick needs.
+/// A checked [`ReferenceConfig`]: converts codes to volts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Reference {
@@ -137,10 +138,10 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// The converter's supply, from its reading of the internal reference.
+    /// The converter's supply, from the code of the internal reference.
     ///
     /// # Errors
-    /// No reading, too low, or implausibly high.
+    /// [`SupplyFault`]: no reading, too low, or implausibly high.
     ///
     /// ```
     /// use hgod_adc::{ReferenceConfig, SupplyFault};
@@ -164,7 +165,7 @@ impl Reference {
         }
     }
 
-    /// Volts at the sensor for a code. A code beyond 12 bit, which no converter delivers, counts as full scale.
+    /// Volts at the sensor for a code. A code beyond 12 bit counts as full scale.
     ///
     /// The volts are the centre of the code's interval, so they are off by at most half a code: `divider supply / 8190`.
     #[must_use]
@@ -173,7 +174,7 @@ impl Reference {
         Volts(ratio * self.nominal.unwrap_or(supply).0 * self.divider)
     }
 
-    /// The code that the converter would give for volts at the sensor: the inverse of [`Reference::volts`], for host models.
+    /// The code that the converter would read for volts at the sensor: the inverse of [`Reference::volts`], for simulations.
     ///
     /// Rounds to the nearest code. Volts below ground read 0 and volts above the supply 4095, as at a real pin within its
     /// ratings; "not a number" reads 0.
@@ -193,7 +194,7 @@ impl Reference {
         round_to_code(ratio * FULL_SCALE)
     }
 
-    /// The code that the internal reference would read at a supply: the inverse of [`Reference::supply`], for host models.
+    /// The code that the internal reference would read at a supply: the inverse of [`Reference::supply`], for simulations.
     #[must_use]
     pub fn vrefint(&self, supply: Supply) -> AdcCode {
         round_to_code(self.supply_codes / supply.0)

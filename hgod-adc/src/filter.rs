@@ -1,7 +1,7 @@
 //! Low-pass filter of the angle: a median of three samples, then one pole.
 //!
 //! ```text
-//! m_n = median(x_n, x_n-1, x_n-2)                       one spike never passes, at the price of one sample's delay
+//! m_n = median(x_n, x_n-1, x_n-2)                       removes single spikes, delays by one sample
 //! y_n = y_n-1 + a (m_n - y_n-1),   a = 1 - exp(-2 pi f_c T)
 //! ```
 //! x, m, y in radians, cut-off f_c in Hz, period T in seconds. With this a the step response is that of an analogue one-pole
@@ -44,7 +44,7 @@ impl FilterConfig {
     /// let config = FilterConfig { cutoff_hz: 20.0 };
     /// let delay_s = config.delay_s(Period::MILLISECOND);
     /// assert!((delay_s - 0.00846).abs() < 1e-5);
-    /// // A ramp of 1 rad/s comes out by just as many radians late.
+    /// // A ramp of 1 rad/s lags by this number of radians.
     /// let (filter, mut state) = (config.build(Period::MILLISECOND)?, FilterState::default());
     /// let late = (0..1000).map(|n| n as f32 * 1e-3).map(|t| t - filter.step(&mut state, Radians(t)).0).last();
     /// assert!((late.unwrap() - delay_s).abs() < 2e-5, "{late:?}");
@@ -55,10 +55,10 @@ impl FilterConfig {
         0.5 * period.seconds() + 1.0 / (2.0 * PI * self.cutoff_hz)
     }
 
-    /// Folds cut-off and period into the filter's gain.
+    /// Checks the cut-off and computes the filter's gain for a control period.
     ///
     /// # Errors
-    /// The cut-off is out of range.
+    /// [`RangeError`] if the cut-off is out of range.
     pub fn build(&self, period: Period) -> Result<Filter, RangeError> {
         let half_rate = 500_000.0 / period.micros() as f32;
         let cutoff = within("filter.cutoff_hz", self.cutoff_hz, MIN_CUTOFF_HZ, half_rate)?;
@@ -66,7 +66,7 @@ impl FilterConfig {
     }
 }
 
-/// A checked [`FilterConfig`] at a period.
+/// A checked [`FilterConfig`] for a control period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Filter {
@@ -74,7 +74,7 @@ pub struct Filter {
     gain: f32,
 }
 
-/// State of a filter. By default it is empty: the first sample is then taken as if it had been constant before.
+/// State of a filter between samples. The default is empty: the first sample is then taken as if the input had been constant before it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FilterState {
     memory: Option<Memory>,
@@ -91,7 +91,7 @@ struct Memory {
 }
 
 impl Filter {
-    /// Takes one sample and gives the filtered angle.
+    /// Takes one sample and returns the filtered angle.
     ///
     /// A sample that is not finite is ignored: the result is the last output (the sample itself, if there is none yet).
     ///

@@ -1,38 +1,37 @@
-//! Determines the validity of a sample.
+//! Decides the validity of each sample.
 //!
 //! | validity | rule | found after |
 //! |---|---|---|
-//! | supply_low | the supply by the internal reference is below the configured least, above 3.6 V, or has no reading | 1 ms |
-//! | open, short | in an end band for [`HealthConfig::wire_ms`]: which of the two, [`Pull`] says | 20 ms |
-//! | saturated | the code lies in an end band (outside 2 to 98 % of full scale by default) | 1 ms |
-//! | stuck | the code has not left a band (of zero width by default) for [`HealthConfig::stuck_ms`] | 1000 ms |
-//! | out_of_table | the volts lie outside the calibration table | 1 ms |
-//! | rate | an impossible jump that has lasted for [`HealthConfig::spike_ms`] | 5 ms |
-//! | spike | an impossible jump: the angle is further from the last good one than a joint can have turned since | 1 ms |
+//! | supply_low | the supply, measured through the internal reference, is below the configured least, above 3.6 V, or has no reading | 1 ms |
+//! | open, short | the code is in an end band for [`HealthConfig::wire_ms`]; [`Pull`] decides which of the two it is | 20 ms |
+//! | saturated | the code is in an end band (below 2 % or above 98 % of full scale by default) | 1 ms |
+//! | stuck | the code stays within a band (of zero width by default) for [`HealthConfig::stuck_ms`] | 1000 ms |
+//! | out_of_table | the volts are outside the calibration table | 1 ms |
+//! | rate | an impossible jump that lasts for [`HealthConfig::spike_ms`] | 5 ms |
+//! | spike | an impossible jump: the angle differs from the last good one by more than a joint can have turned since | 1 ms |
+//! | good | none of these | |
 //!
-//! The first rule of this order that holds gives the validity. It is also the order of [`Validity::worse`]: each can cause those
-//! below it.
+//! The first rule of the table that holds gives the validity. [`Validity::worse`] has the same order: a fault can cause those below it, so the
+//! upper one is the cause.
 //!
-//! *Found after*, [`Validity::detection_ms`], is the time from the last right sample to the one that gets the validity, at the default
-//! limits and at 1 kHz: with `n` ms it is the n-th wrong sample. The fault itself lies between the last right sample and the first wrong
-//! one, so it is reported no later than that after it occurred. Until a validity with a delay is reported, another one is: an open wire is
-//! saturated for 19 ms, a jump that stays is a spike for 4 ms; none of these samples is used as an angle. Only a constant code is good
-//! until it is reported as stuck.
+//! **Found after** ([`Validity::detection_ms`]) is the time from the last correct sample to the first sample with this validity, at the default
+//! limits and 1 kHz; `n` ms is the n-th wrong sample. The fault occurs between the last correct and the first wrong sample, so it is reported
+//! within this time of its occurrence. Before open, short and rate are reported, the samples have another validity that is not good: a
+//! sample of an open wire is saturated for 19 ms, and one of a jump that stays is a spike for 4 ms. None of them is used as an angle. Only
+//! samples of a constant code are good until they are stuck.
 //!
-//! *Intermittent wires*: the time in an end band counts up, the time out of it counts down, so that a wire that is open for
-//! more than half of the time is found too; and a wire that was open is accepted again after as much time as it took to be
-//! rejected.
+//! **Intermittent wires.** A counter rises with every sample in an end band and falls with every other one. So a wire that is open for more than
+//! half of the time is found too, and a repaired wire is accepted after as much time as its rejection took.
 //!
-//! *Standing still is not stuck*: a leg at rest still shows the converter's noise, so its code changes. Only a code that does
-//! not change at all is stuck. Gait recordings turned into noise-free codes repeat one for 0.2 s at most (seen over
-//! 475 s of walking, running and standing). A sensor that is mechanically stuck but noisy looks like a leg at rest here:
-//! to detect it one has to know that the leg is walking.
+//! **A standing leg is not stuck.** The code of a leg at rest changes by the converter's noise; only a code that does not change at all is stuck.
+//! In recorded gait that was converted to codes without noise, the same code repeats for at most 0.2 s (475 s of walking, running and standing).
+//! A sensor that is stuck mechanically, with noise on its code, cannot be distinguished from a standing leg here; a follower can
+//! (`cpg_core::entrainment`), because it predicts the motion.
 //!
-//! *Impossible jumps*: the allowance is `max_rate` times the time since the last good sample, plus `rate_noise`. It grows with
-//! time, so a true jump (a strap that slipped) is accepted again as soon as a joint could have made it; no fault is permanent. At the
-//! default limits a jump of d degrees is accepted after (d - 3) / 1.5 ms: what is over within 5 ms, as noise from the servos is, was a
-//! *spike*; a *rate* is a jump of more than 10 degrees that stayed, or spikes on more than half of the samples. They are counted
-//! like intermittent wires.
+//! **Impossible jumps.** The allowed change is `max_rate` times the time since the last good sample, plus `rate_noise`. It grows with time, so a
+//! jump that stays (a strap that slipped) is accepted as soon as a joint could have made it; no fault is permanent. At the default limits a
+//! jump of d degrees is accepted after (d - 3) / 1.5 ms. So an interference of less than 5 ms, as from servos, is a *spike*; a jump of more than
+//! 10 degrees that stays, or spikes in more than half of the samples, become a *rate*. The counter works as for intermittent wires.
 
 use crate::range::{RangeError, within};
 use core::fmt;
@@ -44,37 +43,37 @@ pub const WIRE_FAULT_MS: u16 = 20;
 /// Largest [`HealthConfig::wire_ms`]: an open or shorted wire is always reported within 50 ms.
 pub const WIRE_FAULT_MAX_MS: u16 = 50;
 
-/// Default of [`HealthConfig::stuck_ms`]: less than a walking stride (1.0 to 1.5 s), and five times the longest run of one
-/// code in noise-free recordings.
+/// Default of [`HealthConfig::stuck_ms`]: less than a walking stride (1.0 to 1.5 s), and five times the longest run of one code in recorded
+/// gait without noise.
 pub const STUCK_MS: u16 = 1000;
 
-/// Default of [`HealthConfig::spike_ms`]: longer than a servo's commutation disturbs a wire, and short enough to report a jump of more than
-/// 10 degrees before it is accepted.
+/// Default of [`HealthConfig::spike_ms`]: longer than a servo's switching disturbs a wire, and short enough to report a jump of more than 10
+/// degrees before it is accepted.
 pub const SPIKE_MS: u16 = 5;
 
 /// Detection time of a fault that a single sample shows, at 1 kHz.
 const AT_ONCE_MS: u16 = 1;
 
-/// Validity of a sample.
+/// Validity of a sample: good, or the fault that was found. The number is that of recordings and telemetry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 #[non_exhaustive]
 pub enum Validity {
-    /// The angle is that of this sample.
+    /// No fault: the angle is that of this sample.
     #[default]
     Good = 0,
-    /// The sensor's wire is open (or shorted to the rail it is pulled to: the two look alike).
+    /// The sensor's wire is open, or shorted to the rail to which it is pulled: the two cannot be distinguished.
     Open = 1,
-    /// The sensor's wire is shorted to the rail that it is not pulled to.
+    /// The sensor's wire is shorted to the rail to which it is not pulled.
     Short = 2,
-    /// The code is at an end of the converter's range, so the volts are at that end or beyond.
+    /// The code is in an end band of the converter's range, not yet for long enough to be open or short.
     Saturated = 3,
-    /// The code has stopped changing.
+    /// The code no longer changes.
     Stuck = 4,
-    /// The angle jumped farther than a joint can turn, less than [`HealthConfig::spike_ms`] ago.
+    /// The angle jumped further than a joint can turn, less than [`HealthConfig::spike_ms`] ago.
     Spike = 5,
-    /// The angle jumped farther than a joint can turn, and stays there or goes on jumping.
+    /// The angle jumped further than a joint can turn, and stays there or continues to jump.
     Rate = 6,
     /// The volts lie outside the calibration table.
     OutOfTable = 7,
@@ -96,7 +95,7 @@ impl Validity {
         Validity::SupplyLow,
     ];
 
-    /// The word for it in telemetry and recordings.
+    /// Name in telemetry and recordings: `good`, `open`, `short`, `saturated`, `stuck`, `spike`, `rate`, `out_of_table`, `supply_low`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -112,13 +111,13 @@ impl Validity {
         }
     }
 
-    /// The validity of that [`Validity::name`].
+    /// The validity with this [`Validity::name`]; `None` for another text.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|validity| validity.name() == name)
     }
 
-    /// Time from the last right sample to the one that gets this validity, at the default [`HealthConfig`] and 1 kHz, in ms; 0 for good.
+    /// Time from the last correct sample to the first one with this validity, at the default [`HealthConfig`] and 1 kHz, in ms; 0 for good.
     ///
     /// ```
     /// use hgod_adc::Validity;
@@ -189,29 +188,29 @@ pub enum Pull {
     Up,
 }
 
-/// Limits of the rules.
+/// Limits of the rules of validity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct HealthConfig {
-    /// Codes up to this one are the low end band; 0 to 1023. Default 81: below 2 % of full scale.
+    /// Greatest code of the low end band; 0 to 1023, default 81 (2 % of full scale).
     pub low: AdcCode,
-    /// Codes from this one are the high end band; 3072 to 4095. Default 4014: above 98 % of full scale.
+    /// Least code of the high end band; 3072 to 4095, default 4014 (98 % of full scale).
     pub high: AdcCode,
-    /// Where an open wire reads. Default down.
+    /// Direction of the pull resistor, which decides in which band an open wire reads; default [`Pull::Down`].
     pub pull: Pull,
-    /// How long a code must be in an end band to be called open or short, in ms; 1 to [`WIRE_FAULT_MAX_MS`].
+    /// Time in an end band after which a sample is open or short, in ms; 1 to [`WIRE_FAULT_MAX_MS`], default [`WIRE_FAULT_MS`].
     pub wire_ms: u16,
-    /// How long a code must stay in the stuck band to be called stuck, in ms; 200 to 5000.
+    /// Time without change after which a sample is stuck, in ms; 200 to 5000, default [`STUCK_MS`].
     pub stuck_ms: u16,
-    /// How far from the first one a code may be to count as unchanged; 0 to 8. Default 0: no noise at all.
+    /// Largest distance of a code from the first one of a run at which it counts as unchanged; 0 to 8 codes, default 0: no noise at all.
     pub stuck_band: u16,
-    /// How long an impossible jump is taken for a spike, in ms; 1 to 50. Default 5.
+    /// Time for which an impossible jump is a spike before it is a rate, in ms; 1 to 50, default [`SPIKE_MS`].
     pub spike_ms: u16,
-    /// Fastest that the joint turns; 100 to 10,000 degrees a second (here in radians). Default 1500: the knees of runners and
-    /// sprinters turn at up to 720 to 1060 in the recordings that this was set from, artefacts of markers at 1800 to 6200.
+    /// Highest rate of the joint, in rad/s; 100 to 10 000 degrees/s, default 1500 degrees/s. In the recordings from which it was chosen the knees
+    /// of runners and sprinters reach 720 to 1060 degrees/s, and artefacts of markers 1800 to 6200 degrees/s.
     pub max_rate: RadPerSec,
-    /// What noise may add between two samples; 0.05 to 30 degrees (here in radians). Default 3: below that a spike is left to
-    /// the median filter.
+    /// Largest change between two samples by noise, in rad; 0.05 to 30 degrees, default 3 degrees. Smaller spikes are removed by the median
+    /// filter.
     pub rate_noise: Radians,
 }
 
@@ -232,10 +231,10 @@ impl Default for HealthConfig {
 }
 
 impl HealthConfig {
-    /// Checks every field and turns times into ticks.
+    /// Checks every field and converts times to ticks of the control period.
     ///
     /// # Errors
-    /// The field that is out of range, and the range.
+    /// [`RangeError`] names the field that is out of range, and the range.
     pub fn build(&self, period: Period) -> Result<Health, RangeError> {
         let whole = |field, value: u16, min, max| within(field, f32::from(value), min, max);
         whole("health.low", self.low.0, 0.0, 1023.0)?;
@@ -261,14 +260,15 @@ impl HealthConfig {
     }
 }
 
-/// The whole periods that fit into a time, one at least: a detection is never later than the time that was asked for.
+/// Number of whole periods in a time, at least 1: rounded down, so that a detection is never later than configured.
 fn ticks(ms: u16, period: Period) -> u16 {
     let micros = u32::from(ms).saturating_mul(1000);
     let whole = micros.checked_div(period.micros()).unwrap_or(1).max(1);
     u16::try_from(whole).unwrap_or(u16::MAX)
 }
 
-/// A checked [`HealthConfig`] at a period.
+/// A checked [`HealthConfig`] for a control period. [`crate::Sensor`] calls its methods in the right order; use it alone only for a chain of
+/// your own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Health {
@@ -279,17 +279,17 @@ pub struct Health {
     stuck_ticks: u16,
     stuck_band: u16,
     spike_ticks: u16,
-    /// Radians that the joint turns in one period at most.
+    /// Largest turn of the joint in one period, rad.
     turn_per_tick: f32,
     rate_noise: f32,
 }
 
-/// State of the rules.
+/// State of the rules between samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct HealthState {
     low: Persistence,
     high: Persistence,
-    /// The code that the present run of unchanged codes began with.
+    /// First code of the present run of unchanged codes.
     anchor: AdcCode,
     /// Length of that run in samples.
     run: u16,
@@ -311,7 +311,7 @@ impl Persistence {
 }
 
 impl Health {
-    /// Validity by the code alone: open, short, saturated, stuck or good. Must be called once a sample, also if the sample has other faults.
+    /// Validity by the code only: open, short, saturated, stuck or good. Call it once a sample, also if the sample has other faults.
     pub fn code(&self, state: &mut HealthState, code: AdcCode) -> Validity {
         let (low, high) = (code <= self.low, code >= self.high);
         state.low.update(low, self.wire_ticks);
@@ -326,7 +326,7 @@ impl Health {
             Pull::Down => (Validity::Open, Validity::Short),
             Pull::Up => (Validity::Short, Validity::Open),
         };
-        // A wire may go from one rail to the other: the end where it is now decides.
+        // A wire may change from one rail to the other: the present end decides.
         if state.low.holds && !high {
             at_low
         } else if state.high.holds && !low {
@@ -340,13 +340,13 @@ impl Health {
         }
     }
 
-    /// Whether a joint can have turned from one angle to the other in so many periods.
+    /// Whether a joint can turn from one angle to the other in `ticks` periods.
     #[must_use]
     pub fn can_turn(&self, from: Radians, to: Radians, ticks: u32) -> bool {
         (to.0 - from.0).abs() <= self.turn_per_tick * ticks as f32 + self.rate_noise
     }
 
-    /// Spike or rate if this sample is an impossible jump. Must be called once a sample, also if the sample has other faults.
+    /// Spike or rate if this sample is an impossible jump, else good. Call it once a sample, also if the sample has other faults.
     pub fn jump(&self, state: &mut HealthState, jumped: bool) -> Validity {
         state.jump.update(jumped, self.spike_ticks);
         match (jumped, state.jump.holds) {
@@ -356,7 +356,7 @@ impl Health {
         }
     }
 
-    /// The longest gap between good samples, in periods, over which a filter may carry on as if there had been none.
+    /// Longest gap between good samples, in periods, after which the filter continues instead of beginning again.
     pub(crate) fn bridge_ticks(&self) -> u32 {
         u32::from(self.wire_ticks)
     }

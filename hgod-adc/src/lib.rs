@@ -1,7 +1,7 @@
 //! Converts ADC codes to calibrated joint angles and classifies every sample.
 //!
-//! The sensor is a potentiometer goniometer on a joint (the HGOD of the thesis that Footfall builds on); its voltage is read by a 12 bit
-//! analogue-to-digital converter (ADC). Any sensor with a monotone voltage does.
+//! The sensor is a potentiometer goniometer on a joint (HGOD, the joint-angle sensor of the thesis that Footfall builds on). A 12 bit
+//! analogue-to-digital converter (ADC) reads its voltage. Any sensor whose voltage rises or falls with the angle throughout can be used.
 //!
 //! ```text
 //!  AdcCode, reference --[code]--> Volts --[calibration]--> Radians --[filter]--> Radians
@@ -10,9 +10,9 @@
 //!               saturated, stuck, supply low                      [health]
 //! ```
 //!
-//! [`Sensor`] is the whole chain; each stage also stands alone. Every stage keeps its configuration (validated once by
-//! `build`, shared, immutable) apart from its state (`Default`, small, copied freely), takes no clock and does no I/O:
-//! one call of [`Sensor::sample`] is one tick. The same code runs on the board and on the host, bit for bit.
+//! [`Sensor`] is the whole chain; each stage can also be used alone. Every stage has a configuration, which `build` checks once, and a state apart
+//! from it (`Default`, `Clone`). There is no clock and no input or output: one call of [`Sensor::sample`] is one tick. Board and host compute the
+//! same bits.
 //!
 //! # From a code to an angle
 //! ```
@@ -25,7 +25,7 @@
 //! let points = measured.map(|(v, deg)| CalibrationPoint { volts: Volts(v), angle: Radians::from_degrees(deg) });
 //!
 //! let sensor = SensorConfig {
-//!     // The factory's reading of the internal reference on this very chip, taken at 3.3 V.
+//!     // The factory's code of the internal reference of this chip, measured at 3.3 V.
 //!     reference: ReferenceConfig::stm32f4(AdcCode(1501)),
 //!     calibration: Calibration::new(&points, Interpolation::Linear)?,
 //!     filter: FilterConfig::default(),
@@ -40,7 +40,7 @@
 //! assert!((reading.volts.0 - 1.7503).abs() < 1e-4);
 //! assert!((reading.angle.degrees() - 44.98).abs() < 0.01);
 //!
-//! // The wire comes off: no sample becomes an angle, and after 20 ms the fault is identified.
+//! // The wire breaks: no sample is used as an angle, and after 20 ms the validity is `open`.
 //! let first = sensor.sample(&mut state, AdcCode(3), AdcCode(1501));
 //! assert_eq!((first.code, first.validity, first.angle), (AdcCode(3), Validity::Saturated, reading.angle));
 //! let last = (2..=20).map(|_| sensor.sample(&mut state, AdcCode(3), AdcCode(1501)).validity).last();
@@ -48,7 +48,7 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
-//! # What a caller may rely on
+//! # Guarantees
 //! - No input makes a call panic, loop without bound or return a number that is not finite.
 //! - An angle always lies in the span of the calibration table. Outside the table the sample is not good; nothing is extrapolated.
 //! - If the validity is not [`Validity::Good`], code and volts are those of the sample and the angle is the last good one.

@@ -1,11 +1,11 @@
-//! Oversampling: of the four conversions of a tick the least and the greatest are dropped, and the middle two are averaged.
+//! Oversampling: drops the least and the greatest of the four conversions of a tick and averages the other two.
 //!
 //! ```text
 //! c(1) <= c(2) <= c(3) <= c(4)        the conversions in the order of their size
-//! code = (c(2) + c(3)) / 2            a half to the even code
+//! code = (c(2) + c(3)) / 2            a half is rounded to the even code
 //! ```
-//! Why not the plain mean: a servo's switching disturbs a single conversion, and the mean would contain a quarter of such a spike,
-//! small enough to be taken for an angle. One wrong conversion of four, of any size, moves the trimmed mean by no more than the spread of
+//! Why not the mean: a servo's switching disturbs a single conversion, and the mean would contain a quarter of that spike, which is too small to
+//! be recognised as a spike. One wrong conversion of four, of any size, moves the trimmed mean by no more than the spread of
 //! the other three. Two wrong ones on the same side are not removed; the rate validity and the median of the filter handle them. The
 //! disadvantage is noise: for Gaussian noise its variance is 0.298 of a single conversion's, not 0.25.
 //!

@@ -1,12 +1,12 @@
 //! A published sensor curve: the rotary potentiometer Alps RK09K1130A70 on a joint's axis.
 //!
-//! The cubic was fitted to five potentiometers by the makers of a sensorised exoskeleton joint (ETH Zurich ERC, MIT licence);
-//! a is the wiper's 10 bit code, the angle of the shaft in degrees:
+//! The cubic was fitted to five potentiometers by the makers of an exoskeleton joint with sensors (ETH Zurich ERC, MIT licence). `a` is the 10 bit
+//! code of the wiper, and `pivot` the angle of the shaft in degrees:
 //! ```text
 //! pivot = 0.2097 (a - 512) + 2.243e-6 (a - 512)^2 + 1.095e-7 (a - 512)^3
 //! ```
-//! A potentiometer divides its supply, so the curve is a function of the fraction a / 1023, independent of the supply. It is used
-//! until a goniometer has its own calibration; single potentiometers differ from it.
+//! A potentiometer divides its supply, so the angle is a function of the fraction a / 1023 and does not depend on the supply. The curve is meant for
+//! tests and for use before a goniometer has its own calibration; a single potentiometer differs from it by an unknown amount.
 
 use crate::point::CalibrationPoint;
 use joint_units::{Radians, Volts};
@@ -24,7 +24,7 @@ pub const fn pivot(fraction: f32) -> Radians {
     Radians::from_degrees(a * (0.2097 + a * (2.243e-6 + a * 1.095e-7)))
 }
 
-/// A calibration table of `N` points, evenly spaced between two fractions of the supply.
+/// A calibration table of `N` points (2 to 32) at equal distances from the fraction `first` to the fraction `last` of the supply, each 0 to 1.
 ///
 /// ```
 /// use hgod_adc::{Calibration, Interpolation, rk09k};

@@ -1,7 +1,7 @@
-//! One sensor channel: from the code by way of volts to the filtered angle, with its validity.
+//! One sensor channel: converts a code through volts to the filtered angle, with its validity.
 //!
-//! After samples that are not good the filter carries on if the gap is short ([`HealthConfig::wire_ms`] at most), else it
-//! starts again from the first good sample: an old angle is not blended into a new one.
+//! After a short gap without good samples (at most [`HealthConfig::wire_ms`]) the filter continues; after a longer one it begins again with the
+//! first good sample, so that an old angle is not mixed with a new one.
 
 use crate::calibration::{Calibration, OutOfTable};
 use crate::code::{Reference, ReferenceConfig, Supply};
@@ -14,9 +14,9 @@ use joint_units::{AdcCode, Period, Radians, Volts};
 /// Configuration of one sensor channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorConfig {
-    /// Wiring and reference of the converter's input.
+    /// Wiring and reference of the converter's input: codes to volts.
     pub reference: ReferenceConfig,
-    /// Volts to angle.
+    /// Calibration table: volts to angle.
     pub calibration: Calibration,
     /// Low-pass filter.
     pub filter: FilterConfig,
@@ -31,7 +31,7 @@ pub struct SensorConfig {
 pub enum SensorError {
     /// A parameter is out of its range.
     Range(RangeError),
-    /// Somewhere in the range of supplies a point of the calibration table reads a code in an end band, where it would count
+    /// At a supply within the allowed range, the first or last point of the calibration table reads a code in an end band, where it would count
     /// as a broken wire: shorten the table or change the divider.
     TableInEndBand {
         /// The point, counted from 0: the first or the last of the table.
@@ -68,10 +68,10 @@ impl From<RangeError> for SensorError {
 }
 
 impl SensorConfig {
-    /// Checks every part, and that the parts fit each other.
+    /// Checks every part, and that the parts fit together, for a control period.
     ///
     /// # Errors
-    /// The field that is out of range, or the point of the table that the converter cannot distinguish from a broken wire.
+    /// [`SensorError`] names the field that is out of range, or the point of the table that cannot be distinguished from a broken wire.
     pub fn build(self, period: Period) -> Result<Sensor, SensorError> {
         let reference = self.reference.build()?;
         let filter = self.filter.build(period)?;
@@ -91,7 +91,7 @@ impl SensorConfig {
     }
 }
 
-/// A checked [`SensorConfig`] at a period.
+/// A checked [`SensorConfig`] for a control period. Its state is a [`SensorState`], so one `Sensor` can serve several identical channels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensor {
     reference: Reference,
@@ -121,7 +121,7 @@ struct LastGood {
 }
 
 impl SensorState {
-    /// Counts periods without a sample, so that the rate of the next one is computed for the right time.
+    /// Counts control periods without a sample, so that the limit for a jump of the next sample allows for their time.
     pub fn missed(&mut self, periods: u32) {
         self.since_good = self.since_good.saturating_add(periods);
     }
@@ -133,17 +133,19 @@ impl SensorState {
 pub struct Reading {
     /// The code of the converter.
     pub code: AdcCode,
-    /// Its volts at the sensor. Where the supply has no valid reading: by the last supply that had one, or the factory's.
+    /// The volts at the sensor. If the supply has no valid reading, they are computed with the last valid one, or with that of the factory
+    /// calibration before the first.
     pub volts: Volts,
-    /// The filtered angle; where the validity is not good, the last good one. Before the first good sample it is the angle of
-    /// the table that is nearest to 0, a standing leg.
+    /// The filtered angle; if the validity is not good, that of the last good sample. Before the first good sample it is the angle within the
+    /// table nearest to 0.
     pub angle: Radians,
-    /// Whether the angle is that of this sample, and if not, why.
+    /// Good if the angle is that of this sample; otherwise the fault.
     pub validity: Validity,
 }
 
 impl Sensor {
-    /// Takes one sample: the sensor's code and the internal reference's code of the same tick.
+    /// Converts one sample: the code of the sensor, and the code of the converter's internal reference in the same tick. Call it once a control
+    /// period; after periods without a sample call [`SensorState::missed`] first.
     pub fn sample(&self, state: &mut SensorState, code: AdcCode, vrefint: AdcCode) -> Reading {
         state.since_good = state.since_good.saturating_add(1);
         let of_code = self.health.code(&mut state.health, code);
@@ -172,7 +174,7 @@ impl Sensor {
         Reading { code, volts, angle, validity }
     }
 
-    /// The code that the converter would give for an angle: the inverse of the whole chain, for host models.
+    /// The code that the converter would read at an angle: the inverse of the whole chain without the filter, for simulations.
     ///
     /// # Errors
     /// The angle lies outside the calibration table.
@@ -180,13 +182,13 @@ impl Sensor {
         Ok(self.reference.code(self.calibration.volts(angle)?, supply))
     }
 
-    /// Codes to volts.
+    /// The conversion of codes to volts.
     #[must_use]
     pub const fn reference(&self) -> &Reference {
         &self.reference
     }
 
-    /// Volts to angles.
+    /// The conversion of volts to angles.
     #[must_use]
     pub const fn calibration(&self) -> &Calibration {
         &self.calibration

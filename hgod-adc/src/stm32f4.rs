@@ -1,5 +1,7 @@
-//! Data and formulas of the STM32F4's converter: supply, internal voltage reference and temperature sensor. This is the only module of
-//! the cores that names a chip; another family is another module beside it.
+//! Data and formulas of the STM32F4's converter: supply, internal voltage reference and temperature sensor.
+//!
+//! This is the only module of the crate that is about one chip. For another chip write the [`ReferenceConfig`] from its data sheet yourself; all
+//! of its fields are public.
 //!
 //! | what | value | source |
 //! |---|---|---|
@@ -12,8 +14,8 @@
 //! ```text
 //! T = 30 + (code VDDA / 3.3 - cal_30) (110 - 30) / (cal_110 - cal_30)
 //! ```
-//! T in degrees Celsius; `cal_30` and `cal_110` are the factory's codes at VDDA = 3.3 V, at 30 and 110 degrees. Half a code is about
-//! 0.16 degrees. The die is warmer than the air around it, because the chip heats itself.
+//! T in degrees Celsius, VDDA in volts, `code` that of the temperature sensor; `cal_30` and `cal_110` are the factory's codes at VDDA = 3.3 V, at 30
+//! and 110 degrees (data sheets, "Temperature sensor calibration values"). Half a code is about 0.16 degrees. The die is warmer than the air around it, because the chip heats itself.
 
 pub(crate) mod limits;
 
@@ -24,8 +26,9 @@ use joint_units::{AdcCode, Celsius, Volts};
 pub use limits::{MAX_SUPPLY, MIN_SUPPLY, REFERENCE_VOLTS, SUPPLY_AT_CAL};
 
 impl ReferenceConfig {
-    /// A sensor with its own supply, connected to a pin of this chip without a divider: factory code measured at 3.3 V, samples refused
-    /// below 3.0 V.
+    /// The configuration for a sensor with its own supply on a pin of this chip, without a divider. `vrefint_cal` is the factory's code of the
+    /// internal reference at 3.3 V, which the chip has in its system memory (data sheet, "Embedded internal reference voltage"). Samples at a
+    /// supply below 3.0 V are not good.
     #[must_use]
     pub const fn stm32f4(vrefint_cal: AdcCode) -> Self {
         Self {
@@ -47,7 +50,7 @@ const VOLTS_AT_30: (f32, f32) = (0.6, 0.95);
 /// Slope in volts per degree that the two readings may imply: 2.5 mV in the data sheets, and a quarter.
 const SLOPE: (f32, f32) = (1.9e-3, 3.1e-3);
 
-/// The checked factory readings, folded to a straight line.
+/// Conversion of the temperature sensor's codes to degrees Celsius, from the checked factory readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DieTemperature {
     cal_30: f32,

@@ -20,7 +20,7 @@
 //! | [`Volts`] | electric potential | V |
 //! | [`Celsius`] | temperature | degrees Celsius |
 //! | [`Radians`], [`RadPerSec`], [`RadPerSec2`] | joint angle and its derivatives | rad, rad/s, rad/s^2 |
-//! | [`Phase`] | part of the stride that has passed | 2^-32 of a cycle, wraps |
+//! | [`Phase`] | position in the gait cycle, as a fraction of the cycle | 2^-32 of a cycle, wraps |
 //! | [`PulseMicros`] | width of a servo pulse | us |
 //! | [`Period`] | control period | whole us |
 //! | [`Joint`] | index of a joint | - |
@@ -29,7 +29,7 @@
 //! - **sample**: what the converter measured for one tick; **code**: one raw count of it.
 //! - **tick**: one call of the control loop, one [`Period`] after the one before.
 //! - **stride**: one full gait cycle; **step**: half of it.
-//! - **phase**: the part of the stride that has passed, see [`Phase`].
+//! - **phase**: the position in the stride as a fraction of it, 0 to 1, see [`Phase`].
 //! - **setpoint**: a joint angle after the limits of the control loop; **pulse**: the servo width made from it.
 //!
 //! # Features
@@ -65,13 +65,13 @@ pub struct Celsius(pub f32);
 pub struct Radians(pub f32);
 
 impl Radians {
-    /// From degrees: one rounding, so host and board agree bit for bit.
+    /// From degrees. One rounded multiplication, so host and board compute the same bits.
     #[must_use]
     pub const fn from_degrees(degrees: f32) -> Self {
         Self(degrees * (PI / 180.0))
     }
 
-    /// In degrees, for people: one rounding, so host and board agree bit for bit.
+    /// In degrees. One rounded multiplication, so host and board compute the same bits.
     #[must_use]
     pub const fn degrees(self) -> f32 {
         self.0 * (180.0 / PI)
@@ -106,13 +106,13 @@ impl Phase {
     /// The start of the cycle.
     pub const ZERO: Phase = Phase(0);
 
-    /// The sum, whole cycles dropped; as `+`, for constant expressions.
+    /// The sum without whole cycles: the operator `+`, for constant expressions.
     #[must_use]
     pub const fn wrapping_add(self, by: Phase) -> Phase {
         Phase(self.0.wrapping_add(by.0))
     }
 
-    /// How far `self` is after `other`, 0 to a whole cycle; as `-`, for constant expressions.
+    /// The difference without whole cycles, 0 to 1 cycle: the operator `-`, for constant expressions.
     #[must_use]
     pub const fn wrapping_sub(self, other: Phase) -> Phase {
         Phase(self.0.wrapping_sub(other.0))
@@ -143,7 +143,7 @@ impl Phase {
         self.0 as f32 * (1.0 / 4_294_967_296.0)
     }
 
-    /// From cycles; any finite value, whole cycles drop out. Not a number gives phase 0.
+    /// From cycles, between -2^63 and 2^63: whole cycles are dropped, and -0.25 gives 0.75. NaN gives phase 0.
     #[must_use]
     pub const fn from_cycles(cycles: f32) -> Self {
         // The cast saturates, so keep to one cycle first: `as i64` is exact for every f32 below 2^63.
@@ -213,7 +213,7 @@ impl Period {
     }
 }
 
-/// A joint, in the order that every array of four follows.
+/// One of the four joints; the number is its index in every array over the joints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -235,7 +235,7 @@ impl Joint {
     /// All joints in order.
     pub const ALL: [Joint; Joint::COUNT] = [Joint::LeftHip, Joint::RightHip, Joint::LeftKnee, Joint::RightKnee];
 
-    /// Name as in the columns of a recording: `left_hip`.
+    /// Name in recordings, files and messages: `left_hip`, `right_hip`, `left_knee`, `right_knee`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

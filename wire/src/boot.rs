@@ -1,4 +1,4 @@
-//! What a board reports when it starts: what it is and what it runs, or why it does not run.
+//! Records at the start of a board: what it is and what it runs, or why it does not run.
 
 use heapless::String;
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,7 @@ pub struct Boot {
     pub reference_cal: u16,
     /// Supply below which no sample is good, V.
     pub min_supply_v: f32,
-    /// Whether the robot walks only while the sensors are good.
+    /// Whether the joints move only while the sensors are good.
     pub sensor_required: bool,
     /// Check sum of the generator record that the board runs; `None` where the parameters are refused, see [`Refused`].
     pub generator_crc: Option<u32>,
@@ -61,7 +61,7 @@ impl Reset {
         Self::Pin,
     ];
 
-    /// The word for it in recordings and on screens.
+    /// Name in recordings and messages.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -76,12 +76,12 @@ impl Reset {
     }
 }
 
-/// Something that the board was asked to use or to do and does not, with the reason.
+/// The board does not use a record or a clock, or does not arm: what, and the reason.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Refused {
     /// What is refused.
     pub subject: Subject,
-    /// Why, for people: what is wrong and what is allowed; cut at 160 bytes.
+    /// The reason as text: what is wrong and what is allowed; cut at 160 bytes.
     pub reason: String<160>,
 }
 
@@ -105,7 +105,7 @@ impl Subject {
     pub const ALL: [Self; 5] =
         [Self::GeneratorRecord, Self::SensorRecord, Self::Configuration, Self::Clock, Self::Arming];
 
-    /// The word for it in recordings and on screens.
+    /// Name in recordings and messages.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -119,7 +119,7 @@ impl Subject {
 }
 
 impl Refused {
-    /// From anything that can be printed; a text that is too long is cut between two characters.
+    /// A refusal with a reason that can be printed; a text of more than 160 bytes is cut between two characters.
     ///
     /// ```
     /// use wire::{Refused, Subject};

@@ -1,4 +1,4 @@
-//! Records to bytes and back.
+//! Encodes records as bytes and decodes them.
 
 use core::fmt;
 
@@ -90,7 +90,7 @@ impl Record {
     }
 }
 
-/// Why bytes are no record of this version.
+/// Why bytes are not a record of this version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum DecodeError {
@@ -105,7 +105,7 @@ pub enum DecodeError {
     Kind {
         /// The first byte.
         kind: u8,
-        /// Bytes that there are, the first one included.
+        /// Number of bytes, the first one included.
         length: usize,
     },
     /// The bytes end inside a field.
@@ -122,7 +122,7 @@ pub enum DecodeError {
         /// Bytes that there are.
         length: usize,
     },
-    /// More bytes follow on the record's last one.
+    /// There are more bytes than the record has.
     Trailing {
         /// Kind of the record.
         kind: Kind,
@@ -178,8 +178,8 @@ impl fmt::Display for DecodeError {
 
 impl core::error::Error for DecodeError {}
 
-/// Writes a record into a buffer and gives the part that was written. A buffer of [`MAX_BYTES`] holds any record; `None` where a shorter
-/// one does not.
+/// Encodes a record into a buffer and returns the written part. A buffer of [`MAX_BYTES`] is enough for every record; `None` if a shorter one
+/// is not.
 ///
 /// ```
 /// use wire::{Edge, MAX_BYTES, Record, decode, encode};
@@ -193,10 +193,10 @@ pub fn encode<'b>(record: &Record, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
     postcard::to_slice(record, buffer).ok().map(|written| &*written)
 }
 
-/// Reads a record; the bytes must be all of it and nothing else.
+/// Decodes a record; the bytes must be exactly one record.
 ///
 /// # Errors
-/// [`DecodeError`]; a boot record of another version is [`DecodeError::Version`] whatever follows on its version.
+/// [`DecodeError`]. A boot record of another version gives [`DecodeError::Version`], whatever its other fields are.
 pub fn decode(bytes: &[u8]) -> Result<Record, DecodeError> {
     let (&first, fields) = bytes.split_first().ok_or(DecodeError::Empty)?;
     let length = bytes.len();

@@ -1,19 +1,19 @@
-//! What happens at a moment of its own: a change of state, an edge at the synchronisation input.
+//! Records of single events: a change of state, an edge at the synchronisation input.
 
 use joint_loop::{Cause, SupervisorState};
 use serde::{Deserialize, Serialize};
 
 use crate::number;
 
-/// The supervisor changed its state, or refused to: the cause is another one than in the frame before.
+/// The supervisor changed its state or its cause; a refused press changes only the cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Change {
     /// Tick of the first frame that shows it.
     pub tick: u32,
-    /// The state now.
+    /// The new state.
     #[serde(with = "number")]
     pub state: SupervisorState,
-    /// Why.
+    /// The new cause: why the last motion ended or arming was refused.
     #[serde(with = "number")]
     pub cause: Cause,
 }
@@ -21,13 +21,13 @@ pub struct Change {
 /// An edge at the synchronisation input, by the board's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Edge {
-    /// The tick that took it.
+    /// The tick that reports it.
     pub tick: u32,
-    /// Time of the edge after the trigger of that tick, us; negative as a rule, since the edge comes before the tick that takes it.
+    /// Time of the edge relative to the trigger of that tick, us; usually negative, because the edge precedes the tick that reports it.
     pub offset_us: i32,
     /// Level after the edge.
     pub high: bool,
-    /// Edges before this one were lost, because more came than the board can take.
+    /// Whether edges before this one were lost, because they came faster than the board can report.
     pub lost_before: bool,
 }
 

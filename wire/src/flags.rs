@@ -1,4 +1,4 @@
-//! What the board reports beside the converter's codes, as bits.
+//! The inputs of a call beside the converter's codes, as bits.
 
 use joint_loop::{BoardFaults, Sample};
 use serde::{Deserialize, Deserializer, Serialize, de};
@@ -52,7 +52,7 @@ impl Flags {
         self.0
     }
 
-    /// The user button was held.
+    /// The user button is pressed.
     #[must_use]
     pub const fn button(self) -> bool {
         self.0 & Self::BUTTON != 0
@@ -64,13 +64,13 @@ impl Flags {
         self.0 & Self::LATE != 0
     }
 
-    /// The foot was on the floor.
+    /// The foot is on the floor.
     #[must_use]
     pub const fn foot(self) -> bool {
         self.0 & Self::FOOT != 0
     }
 
-    /// Faults that the board found since the call before.
+    /// Faults that the board found since the previous call.
     #[must_use]
     pub const fn faults(self) -> BoardFaults {
         BoardFaults::from_bits((self.0 >> Self::FAULTS_SHIFT) as u8)

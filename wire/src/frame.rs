@@ -23,7 +23,7 @@ pub struct Frame {
     pub cause: Cause,
     /// Each channel's sensor; `None` where the board has none.
     pub sensors: [Option<Reading>; SENSORS],
-    /// How a generator that follows a person stands; `None` of any other generator.
+    /// Tracking status of a follower; `None` for other generators.
     pub following: Option<Follow>,
     /// Setpoints in joint order, radians, flexion positive; every bit as the board computed it.
     pub setpoints_rad: [f32; Joint::COUNT],
@@ -35,9 +35,9 @@ pub struct Frame {
     pub missed: u32,
     /// Ticks with an overrun of the converter, so far, wrapping.
     pub overruns: u32,
-    /// Limits that held the setpoints back in this tick, as [`joint_loop::GateStatus::bits`].
+    /// Limits that changed a setpoint in this tick, as [`joint_loop::GateStatus::bits`].
     pub limited: u8,
-    /// Ticks in which any limit did, so far, wrapping.
+    /// Ticks in which a limit changed a setpoint, so far, wrapping.
     pub limited_ticks: u32,
     /// [`joint_loop::SetpointHash`] of all ticks so far.
     #[serde(with = "postcard::fixint::le")]
@@ -63,7 +63,7 @@ pub struct Follow {
     /// Fault of the sensor, if it has one.
     #[serde(with = "number::option")]
     pub fault: Option<SensorFault>,
-    /// Phase of the person less the estimated one, radians of the cycle, -pi to pi.
+    /// Phase of the person minus the estimated phase, rad of the cycle, -pi to pi.
     pub phase_error_rad: f32,
     /// The person's stride time as estimated, s.
     pub stride_s: f32,
@@ -72,7 +72,7 @@ pub struct Follow {
 }
 
 impl Frame {
-    /// Setpoints in joint order, degrees: for people.
+    /// Setpoints in joint order, degrees.
     #[must_use]
     pub fn setpoints_deg(&self) -> [f32; Joint::COUNT] {
         self.setpoints_rad.map(|angle| Radians(angle).degrees())
@@ -80,7 +80,7 @@ impl Frame {
 }
 
 impl Reading {
-    /// The angle in degrees: for people.
+    /// The angle in degrees.
     #[must_use]
     pub const fn angle_deg(&self) -> f32 {
         Radians(self.angle_rad).degrees()
@@ -88,7 +88,7 @@ impl Reading {
 }
 
 impl Follow {
-    /// The phase error in degrees of the cycle: for people.
+    /// The phase error in degrees of the cycle.
     #[must_use]
     pub const fn phase_error_deg(&self) -> f32 {
         Radians(self.phase_error_rad).degrees()

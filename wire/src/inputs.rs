@@ -1,4 +1,4 @@
-//! The inputs of every call of the loop: with them a host runs the same loop to the same bits.
+//! The inputs of every call of the control loop, with which a host can run the same loop and get the same bits.
 
 use heapless::Vec;
 use joint_loop::{MAX_ELAPSED, SENSORS, Sample};
@@ -15,7 +15,7 @@ pub const CALLS: usize = 10;
 pub struct Inputs {
     /// Tick of the first call: control periods since the boot, missed ones included, wrapping.
     pub first_tick: u32,
-    /// The calls; 1 to [`CALLS`] on the wire of a board.
+    /// The calls; a board sends 1 to [`CALLS`].
     pub calls: Vec<Call, CALLS>,
 }
 
@@ -53,7 +53,7 @@ impl Inputs {
 }
 
 impl Call {
-    /// From a sample of which the first `sensors` codes are those of sensors.
+    /// The inputs in a sample, whose first `sensors` codes are those of sensors (at most [`SENSORS`]).
     #[must_use]
     pub fn of(sample: &Sample<SENSORS>, sensors: usize) -> Self {
         let mut codes = Vec::new();
@@ -69,7 +69,7 @@ impl Call {
         }
     }
 
-    /// As the loop takes it; the code of a channel without a sensor is 0, which no loop reads.
+    /// The sample for [`joint_loop::JointLoop::tick`]. The code of a channel without a sensor is 0; the loop does not read it.
     #[must_use]
     pub fn sample(&self) -> Sample<SENSORS> {
         let mut codes = [AdcCode(0); SENSORS];

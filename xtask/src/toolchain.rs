@@ -1,12 +1,12 @@
-//! Decides which compiler builds for the board, and prints the decision in one line.
+//! Chooses the compiler that builds for the board, and prints the choice and its reason in one line. The first method that is possible is used:
 //!
-//! 1. The target is in the active toolchain's sysroot: plain cargo.
-//! 2. Else, where rustup must not install by itself (`RUSTUP_AUTO_INSTALL=0`) or is absent, and the system is Debian: Debian's
-//!    compiler, cargo and library source, which compiles `core` and `alloc` along with the firmware.
-//! 3. Else `rustup target add`.
+//! 1. Plain cargo, if the sysroot of the active toolchain has the target.
+//! 2. Debian's compiler, cargo and library source, which compiles `core` and `alloc` with the firmware, if the system is Debian and rustup is
+//!    absent or must not download (`RUSTUP_AUTO_INSTALL=0`).
+//! 3. `rustup target add`, then plain cargo.
 //!
-//! `FOOTFALL_TOOLCHAIN=debian` or `=rustup` forces the second method, or the first and third. Nothing here lets rustup download
-//! where `RUSTUP_AUTO_INSTALL=0`.
+//! `FOOTFALL_TOOLCHAIN=debian` forces the second method, `FOOTFALL_TOOLCHAIN=rustup` the first or third. With `RUSTUP_AUTO_INSTALL=0` rustup never
+//! downloads anything. `docs/toolchains.md` describes the methods for users.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -16,13 +16,14 @@ use anyhow::{Context, Result, bail};
 use crate::missing_requirement::MissingRequirement;
 use crate::shell;
 
-/// The Cortex-M4F with its floating-point registers, no operating system.
+/// Target of the firmware: Cortex-M4F with floating-point registers, no operating system.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// The Cortex-M0: no floating-point unit, no atomic exchange. The cores compile for it; the firmware is not built for it.
+/// Target of the smallest chips for which the cores compile: Cortex-M0, without floating-point unit and atomic exchange. The firmware is not built
+/// for it.
 pub(crate) const SMALLEST_TARGET: &str = "thumbv6m-none-eabi";
 
-/// What `FOOTFALL_TOOLCHAIN` asks for.
+/// The methods that `FOOTFALL_TOOLCHAIN` allows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Force {
     /// Debian's packages.
@@ -31,25 +32,25 @@ pub(crate) enum Force {
     Rustup,
 }
 
-/// What the decision depends on.
+/// Facts about this computer on which the choice depends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Facts {
     /// `FOOTFALL_TOOLCHAIN`.
     pub(crate) forced: Option<Force>,
     /// The active toolchain can build for [`TARGET`] as it is.
     pub(crate) target_in_sysroot: bool,
-    /// `RUSTUP_AUTO_INSTALL=0`: rustup must not download.
+    /// `RUSTUP_AUTO_INSTALL` is 0: rustup must not download.
     pub(crate) auto_install_off: bool,
-    /// There is a `rustup`.
+    /// `rustup` is on PATH.
     pub(crate) rustup: bool,
     /// The system is Debian.
     pub(crate) debian: bool,
 }
 
-/// How the firmware is built.
+/// Method of building for the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Method {
-    /// The active toolchain has the target.
+    /// The active toolchain, which has the target.
     Plain,
     /// Debian's compiler with its own library source.
     Debian,
@@ -57,14 +58,14 @@ pub(crate) enum Method {
     RustupAdd,
 }
 
-/// The method, and the reason for it.
+/// The chosen method, and the reason for it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Decision {
     pub(crate) method: Method,
     pub(crate) reason: &'static str,
 }
 
-/// Reads `FOOTFALL_TOOLCHAIN`; an empty value counts as none.
+/// Parses the value of `FOOTFALL_TOOLCHAIN`; an empty one counts as not set.
 pub(crate) fn parse_force(value: Option<&str>) -> Result<Option<Force>> {
     match value {
         None | Some("") => Ok(None),
@@ -74,7 +75,7 @@ pub(crate) fn parse_force(value: Option<&str>) -> Result<Option<Force>> {
     }
 }
 
-/// Decides; an error says what the user can do.
+/// Chooses the method; an error says what the user can do.
 pub(crate) fn decide(facts: &Facts) -> Result<Decision, &'static str> {
     let take = |method, reason| Ok(Decision { method, reason });
     match facts.forced {
@@ -111,7 +112,7 @@ pub(crate) fn decide(facts: &Facts) -> Result<Decision, &'static str> {
     }
 }
 
-/// Reads the facts of this computer.
+/// Determines the facts of this computer.
 pub(crate) fn facts() -> Result<Facts> {
     Ok(Facts {
         forced: parse_force(std::env::var("FOOTFALL_TOOLCHAIN").ok().as_deref())?,
@@ -122,7 +123,7 @@ pub(crate) fn facts() -> Result<Facts> {
     })
 }
 
-/// Debian itself: its derivatives do not carry the packages of [`DEBIAN_PACKAGES`].
+/// Whether the system is Debian itself: its derivatives do not have the packages [`DEBIAN_PACKAGES`].
 fn is_debian(os_release: &str) -> bool {
     os_release.lines().any(|line| matches!(line.trim(), "ID=debian" | "ID=\"debian\""))
 }
@@ -134,16 +135,16 @@ fn target_in_sysroot(target: &str) -> Result<bool> {
     Ok(Path::new(libraries.trim()).is_dir())
 }
 
-/// A toolchain that is ready to build for the board.
+/// A toolchain that can build for the board.
 #[derive(Debug)]
 pub(crate) enum Toolchain {
-    /// The cargo that runs us.
+    /// The cargo that runs `cargo xtask`.
     Active,
-    /// Debian's, with its own target folder and a folder for PATH that holds `rust-lld`.
+    /// Debian's, with a target folder of its own, and a folder for PATH with the link `rust-lld`.
     Debian {
-        /// Separate: two compilers in one folder would remove each other's output.
+        /// Its target folder: two compilers in one folder would remove each other's output.
         target_dir: PathBuf,
-        /// Goes to the front of PATH.
+        /// The folder with the link, put in front of PATH.
         links: PathBuf,
     },
 }
@@ -158,7 +159,7 @@ const DEBIAN_LLD: &str = "/usr/lib/llvm-22/bin/lld";
 const DEBIAN_SOURCE: &str = "/usr/lib/rustlib/src/rust";
 
 impl Toolchain {
-    /// The cargo that runs us, with the target in its sysroot; on [`Method::RustupAdd`] rustup adds it now.
+    /// The active toolchain; with [`Method::RustupAdd`] rustup adds the target first.
     pub(crate) fn active(method: Method) -> Result<Toolchain> {
         if method == Method::RustupAdd {
             rustup_add(TARGET)?;
@@ -166,9 +167,9 @@ impl Toolchain {
         Ok(Toolchain::Active)
     }
 
-    /// Makes sure that a target other than [`TARGET`] can be built for: rustup adds it where it is missing and may be added.
+    /// Prepares another target than [`TARGET`]: rustup adds it if it is missing and rustup may download.
     pub(crate) fn ready_for(&self, target: &str) -> Result<()> {
-        // Debian's compiles its library for any target.
+        // Debian's toolchain compiles the library for any target.
         let missing = matches!(self, Toolchain::Active) && !target_in_sysroot(target)?;
         if !missing {
             return Ok(());
@@ -184,7 +185,7 @@ impl Toolchain {
         rustup_add(target)
     }
 
-    /// Debian's tools, once [`DEBIAN_PACKAGES`] are installed. `target_dir` is the workspace's.
+    /// Debian's toolchain; [`DEBIAN_PACKAGES`] must be installed. `target_dir` is the workspace's target folder.
     pub(crate) fn debian(target_dir: &Path) -> Result<Toolchain> {
         let release = debian_release()?;
         let source = std::fs::canonicalize(DEBIAN_SOURCE).with_context(|| format!("reading {DEBIAN_SOURCE}"))?;
@@ -195,7 +196,7 @@ impl Toolchain {
         Ok(Toolchain::Debian { target_dir: target_dir.join("thumb-debian"), links })
     }
 
-    /// The toolchain in words, for the line that reports the decision.
+    /// The toolchain in words, for the line that reports the choice.
     pub(crate) fn describe(&self) -> String {
         match self {
             Toolchain::Active => format!("the active toolchain, target {TARGET}"),
@@ -206,16 +207,16 @@ impl Toolchain {
         }
     }
 
-    /// A `cargo` that builds for the board; subcommand, package and target are up to the caller.
+    /// A `cargo` command that builds for the board; the caller adds subcommand, package and target.
     pub(crate) fn cargo(&self) -> Command {
         match self {
             Toolchain::Active => shell::cargo(),
             Toolchain::Debian { target_dir, links } => {
                 let mut cargo = shell::command(DEBIAN_CARGO);
-                // What rustup's proxy and `cargo run` left for their own children would send Debian's cargo to the other compiler.
+                // rustup's proxy and `cargo run` set these for their child processes; with them Debian's cargo would use the other compiler.
                 cargo.env_remove("RUSTUP_TOOLCHAIN").env_remove("LD_LIBRARY_PATH").env_remove("CARGO");
                 cargo.env("RUSTC", DEBIAN_RUSTC).env("RUSTDOC", DEBIAN_RUSTDOC);
-                // Compiling the library is still an unstable option of cargo; on an ordinary compiler this variable allows it.
+                // Compiling the library is an unstable option of cargo; RUSTC_BOOTSTRAP allows it with a stable compiler.
                 cargo.env("RUSTC_BOOTSTRAP", "1").env("CARGO_UNSTABLE_BUILD_STD", "core,alloc");
                 cargo.env("CARGO_TARGET_DIR", target_dir).env("PATH", shell::path_with(links));
                 cargo
@@ -223,8 +224,8 @@ impl Toolchain {
         }
     }
 
-    /// Makes warnings of this workspace's own code fail the build, where the toolchain can do so without a complete rebuild
-    /// (`RUSTFLAGS=-Dwarnings` causes one).
+    /// Makes warnings in this workspace's code fail the build, if the toolchain has an option for it that needs no complete rebuild
+    /// (`RUSTFLAGS=-Dwarnings` needs one).
     pub(crate) fn deny_warnings(&self, cargo: &mut Command) {
         if let Toolchain::Debian { .. } = self {
             cargo.env("CARGO_UNSTABLE_WARNINGS", "true").env("CARGO_BUILD_WARNINGS", "deny");
@@ -245,13 +246,13 @@ fn rustup_add(target: &str) -> Result<()> {
     Ok(())
 }
 
-/// The packages of the second method that are absent or not of one version with the rest.
+/// The packages of the second method if one is absent or they are not of one version; empty if all are as they should be.
 pub(crate) fn missing_debian_packages() -> Vec<&'static str> {
     let versions = DEBIAN_PACKAGES.map(shell::debian_version);
     if versions.iter().all(Option::is_some) && one_version(&versions[..3]) {
         return Vec::new();
     }
-    // Naming all of them brings all of them to the archive's one version.
+    // Installing all of them brings them to one version, that of the archive.
     DEBIAN_PACKAGES.to_vec()
 }
 
@@ -266,7 +267,7 @@ fn debian_release() -> Result<String> {
     Ok(release.to_owned())
 }
 
-/// Compiler and library source must be one version, and not older than the workspace's `rust-version`.
+/// Checks that compiler and library source have one version, not older than the workspace's `rust-version`.
 fn check_debian(release: &str, source: &str, minimum: &str) -> Result<(), String> {
     if !source.ends_with(&format!("rustc-{release}")) {
         return Err(format!(
@@ -289,14 +290,15 @@ fn check_debian(release: &str, source: &str, minimum: &str) -> Result<(), String
     Ok(())
 }
 
-/// rustc calls the linker `rust-lld`, Debian calls it `lld`; changing the `linker` setting would rebuild everything.
+/// Makes a link `rust-lld`, the name by which rustc calls the linker, to Debian's `lld`. A `linker` setting would make each change of the method
+/// rebuild everything.
 fn link_lld(links: &Path) -> Result<()> {
     std::fs::create_dir_all(links).with_context(|| format!("making {}", links.display()))?;
     let link = links.join("rust-lld");
     if std::fs::read_link(&link).is_ok_and(|to| to == Path::new(DEBIAN_LLD)) {
         return Ok(());
     }
-    // Absent, or from another version of Debian's LLVM.
+    // The link is absent, or leads to another version of Debian's LLVM.
     let _ = std::fs::remove_file(&link);
     #[cfg(unix)]
     std::os::unix::fs::symlink(DEBIAN_LLD, &link).with_context(|| format!("linking {}", link.display()))?;
@@ -356,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn a_forced_way_is_taken_or_refused() {
+    fn a_forced_method_is_taken_or_refused() {
         for facts in any() {
             let refused = matches!(
                 (facts.forced, method(facts)),
@@ -368,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn the_three_ways_in_their_order() {
+    fn the_three_methods_in_their_order() {
         assert_eq!(method(BARE), Some(Method::RustupAdd));
         assert_eq!(method(Facts { debian: true, ..BARE }), Some(Method::RustupAdd));
         assert_eq!(method(Facts { debian: true, auto_install_off: true, ..BARE }), Some(Method::Debian));
@@ -404,7 +406,7 @@ mod tests {
         assert!(!one_version(&[Some("1".into()), Some("2".into())]));
     }
 
-    /// Debian's compiler brings its library along: nothing to look for, nothing to add.
+    /// Debian's compiler compiles its library itself, so no target has to be added.
     #[test]
     fn debian_is_ready_for_every_target() {
         let toolchain = Toolchain::Debian { target_dir: "t/thumb-debian".into(), links: "t/tool-links".into() };

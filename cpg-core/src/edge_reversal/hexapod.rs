@@ -1,8 +1,8 @@
 //! The hexapod of twelve neurons: a 2 x 3 ladder of flexors (top, middle, bottom; left and right), each with one extensor.
 //!
 //! Yang et al. 2014, fig 2, as edge reversal ([`crate::edge_reversal::smer`]): 12 nodes, 13 edges. Flexors have reversibility R, extensors 1
-//! (the roles of eq 1; with those of the paper's Table 1 the gait would be the tripod for every R). A leg swings while its flexor fires. R = 5 is the slow metachronal wave (period 6 steps, each leg swings 1 of 6), R = 3 the middle gait (period 4), R = 1
-//! the tripod (period 2).
+//! (the roles of eq 1; with those of the paper's Table 1 the gait would be the tripod for every R). A leg swings while its flexor fires. R = 5 is the
+//! slow metachronal wave (period 6 steps, each leg swings in 1 of 6), R = 3 the middle gait (period 4), R = 1 the tripod (period 2).
 //!
 //! A change R -> R2 keeps the direction of every flexor-flexor edge (its R tokens become R2) and clamps each flexor's tokens against
 //! its extensor to R2; from every phase of 5 -> 3 -> 1 the ladder stays live and settles within 3 steps, upward within 6. The circulation of
@@ -112,7 +112,7 @@ impl Hexapod {
     /// Changes the gait at any step by the rule above.
     ///
     /// # Errors
-    /// As [`Hexapod::new`]; the running gait then goes on unchanged.
+    /// As [`Hexapod::new`]; the running gait is then unchanged.
     pub fn set_reversibility(&mut self, reversibility: u32) -> Result<(), SmerError> {
         let (ladder, pendants) = self.graph.edges().split_at(LADDER.len());
         let mut first_end_holds = [false; 7];
@@ -139,7 +139,7 @@ impl Hexapod {
         self.reversibility
     }
 
-    /// The graph below: flexors are nodes 0 to 5, their extensors 6 to 11.
+    /// The graph: flexors are nodes 0 to 5, their extensors 6 to 11.
     #[must_use]
     pub const fn graph(&self) -> &Smer<12, 13> {
         &self.graph

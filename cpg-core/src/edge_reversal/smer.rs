@@ -100,7 +100,7 @@ impl core::fmt::Display for SmerError {
 
 impl core::error::Error for SmerError {}
 
-/// The eventual cycle of a start.
+/// The cycle into which a start leads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cycle<const N: usize> {
     /// Steps before the cycle is entered.
@@ -257,7 +257,7 @@ impl<const N: usize, const E: usize> Smer<N, E> {
         self.is_acyclic_among(all_nodes(N))
     }
 
-    /// The same for the part of the graph that these nodes (bit n for node n) span.
+    /// [`Smer::is_acyclic`] for the part of the graph between these nodes (bit n for node n).
     #[must_use]
     pub fn is_acyclic_among(&self, nodes: u32) -> bool {
         let mut left = nodes & all_nodes(N);
@@ -278,7 +278,7 @@ impl<const N: usize, const E: usize> Smer<N, E> {
         }
     }
 
-    /// Runs a copy to its repeated state: transient, period and how often each node fires in it.
+    /// Runs a copy until a state is repeated: transient, period and number of firings of each node in a period.
     ///
     /// # Errors
     /// [`SmerError::Deadlock`] if nothing moves any more, [`SmerError::Undecided`] after [`PROOF_STEPS`].

@@ -1,9 +1,11 @@
-//! The adaptive-frequency Hopf oscillator as an estimator of phase and cadence: the comparison to [`crate::entrainment::phase_lock`].
+//! Estimates phase and cadence with an adaptive-frequency Hopf oscillator: a comparison with [`crate::entrainment::phase_lock`].
 //!
-//! The measured angle, less its running mean and over its running amplitude, drives [`AdaptiveHopf`] as F. On a sinusoid the
-//! oscillator's angle then runs with the signal's: `F = cos a` pulls x towards it. Needs no template, knows no harmonics, has no fault
-//! gate, and takes some 15 s to find a frequency that is 20 % off at the learning rate that keeps its ripple small: see the tests.
-//! Source: Righetti, Buchli and Ijspeert 2006.
+//! The input F of [`AdaptiveHopf`] is the measured angle minus its running mean, divided by its running amplitude. For a sinusoid F = cos a the
+//! oscillator's angle follows a, because F pulls x towards it; [`crate::oscillator::hopf`] derives why the frequency follows too. The estimator
+//! needs no template, uses no harmonics and detects no fault of the sensor. At the default learning rate a frequency that is 20 % off is within
+//! 3 % after 5 to 40 s (asserted by the test in this file), where the phase lock takes about 2 s.
+//!
+//! Source of the oscillator: Righetti, Buchli and Ijspeert 2006, see [`crate::oscillator::hopf`]; the normalisation of the input is our own.
 
 use core::f32::consts::TAU;
 
@@ -15,30 +17,33 @@ use crate::math::trig::angle;
 use crate::oscillator::hopf::AdaptiveHopf;
 use crate::{BuildError, Field};
 
-/// Parameters.
+/// Parameters of an [`AdaptiveHopfEstimator`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AdaptiveHopfConfig {
-    /// Stride time that it starts from, s; 0.3 to 5.
+    /// First estimate of the stride time, s; 0.3 to 5, default 1.1. The estimated frequency stays within 0.2 to 4 times that of this stride.
     pub stride_s: f32,
-    /// Learning rate eps; 0.05 to 20.
+    /// Strength eps of the input's pull on phase (1/s) and frequency (1/s^2); 0.05 to 20, default 0.9.
     pub learning: f32,
-    /// Rate g at which the radius returns; 0.5 to 50.
+    /// Rate g at which the radius returns to 1, 1/s; 0.5 to 50, default 8.
     pub gain: f32,
 }
 
 impl Default for AdaptiveHopfConfig {
-    /// A stride of 1.1 s, eps = 0.9, g = 8.
+    /// The default of each field.
     fn default() -> Self {
         Self { stride_s: 1.1, learning: 0.9, gain: 8.0 }
     }
 }
 
-/// The estimator.
+/// Estimator of phase and cadence. Call [`AdaptiveHopfEstimator::step`] once a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AdaptiveHopfEstimator {
     flow: AdaptiveHopf,
+    /// x, y and w in rad/s.
     state: [f32; 3],
+    /// Running mean of the angle, rad; `None` before the first sample.
     mean: Option<f32>,
+    /// Running mean square about it, rad^2.
     square: f32,
     period_s: f32,
     nominal: f32,
@@ -48,10 +53,10 @@ pub struct AdaptiveHopfEstimator {
 const LEVEL_S: f32 = 1.5;
 
 impl AdaptiveHopfConfig {
-    /// Validates.
+    /// Validates the configuration and builds the estimator at phase 0 with the configured stride time.
     ///
     /// # Errors
-    /// Names the field that is out of range; `PeriodTooLong` beyond 20 ms.
+    /// [`BuildError`] names the field that is out of range; [`BuildError::PeriodTooLong`] above 20 ms.
     pub fn build(self, period: Period) -> Result<AdaptiveHopfEstimator, BuildError> {
         in_range(self.stride_s, Field::of("stride_s"), 0.3, 5.0)?;
         in_range(self.learning, Field::of("learning"), 0.05, 20.0)?;
@@ -70,7 +75,7 @@ impl AdaptiveHopfConfig {
 }
 
 impl AdaptiveHopfEstimator {
-    /// One period with the measured angle at its end; what is not finite is left out.
+    /// Advances by one control period with the measured angle at its end. An angle that is not finite counts as the running mean.
     pub fn step(&mut self, measured: Radians) {
         let share = (self.period_s / LEVEL_S).min(1.0);
         let y = if measured.0.is_finite() { measured.0 } else { self.mean.unwrap_or(0.0) };
@@ -88,14 +93,14 @@ impl AdaptiveHopfEstimator {
         *w = w.max(0.2 * self.nominal).min(4.0 * self.nominal);
     }
 
-    /// Phase of the fundamental, 0 at its top.
+    /// Estimated phase of the fundamental, 0 at its greatest flexion.
     #[must_use]
     pub fn phase(&self) -> Phase {
         let [x, y, _] = self.state;
         angle(y, x)
     }
 
-    /// The frequency that it has learned.
+    /// Estimated angular frequency of the stride.
     #[must_use]
     pub const fn frequency(&self) -> RadPerSec {
         let [_, _, w] = self.state;
@@ -107,7 +112,7 @@ impl AdaptiveHopfEstimator {
 mod tests {
     use super::*;
 
-    /// On a sinusoid it learns the frequency, slowly: the comparison that the phase lock is better than.
+    /// On a sinusoid the estimator learns the frequency, much more slowly than the phase lock.
     #[test]
     fn it_learns_a_frequency_in_tens_of_seconds() {
         for factor in [0.8, 1.2] {

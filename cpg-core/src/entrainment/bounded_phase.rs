@@ -1,7 +1,8 @@
-//! The phase and the amplitude that drive the joints: they follow wanted values with bounded acceleration.
+//! The phase and the amplitude that drive the joints: each follows its target with bounded acceleration.
 //!
-//! Both obey the law of [`crate::math`]'s braking module. A wanted value may jump (a new lock, an event, the start of a hold): angle and
-//! rate of the joints stay continuous. The phase never runs backwards, and no faster than a stated rate.
+//! The law is that of `math/braking.rs`: `rate' = clamp(4 k (v - rate), -A, A)`, where v is the rate of the target plus a rate towards it
+//! that can still be braked. A target may jump (a new lock, an event, the start of a hold); phase, amplitude and their rates are continuous
+//! all the same, and so are the joints' angles and rates. The phase never decreases, and its rate has an upper limit.
 
 use core::f32::consts::TAU;
 
@@ -9,29 +10,30 @@ use joint_units::Phase;
 
 use crate::math::braking::Braking;
 
-/// A phase that follows another with bounded acceleration.
+/// A phase that follows a target phase with bounded acceleration.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct BoundedPhase {
     /// The phase now.
     pub(crate) phase: Phase,
-    /// Its rate, rad/s.
+    /// Its rate, rad/s; 0 or above.
     pub(crate) rate: f32,
 }
 
 impl BoundedPhase {
-    /// One period towards `phase`, the target at the end of the period, which moves at `target_rate` rad/s.
+    /// Advances by one control period towards `phase`, the target at the end of the period, which moves at `target_rate` rad/s. The rate stays
+    /// at most `fastest` rad/s.
     pub(crate) fn follow(&mut self, phase: Phase, target_rate: f32, fastest: f32, law: &Braking) {
         let left = phase.radians_after(self.phase).0 - self.rate * law.period_s;
         self.advance(law.next_rate(self.rate, left, target_rate), fastest, law);
     }
 
-    /// One period of braking to a halt.
+    /// Advances by one control period while braking to rate 0.
     pub(crate) fn halt(&mut self, law: &Braking) {
         self.advance(law.next_rate(self.rate, 0.0, 0.0), f32::MAX, law);
     }
 
     fn advance(&mut self, rate: f32, fastest: f32, law: &Braking) {
-        // A rate above the bound is braked down to it: a clamp would be a step of the rate.
+        // A rate above the bound is braked to it, because a clamp would make the rate jump.
         let brake = law.acceleration * law.period_s;
         let rate = rate.max(0.0).min(fastest.max(self.rate - brake));
         let by = 0.5 * (self.rate + rate) * law.period_s;
@@ -40,7 +42,7 @@ impl BoundedPhase {
     }
 }
 
-/// A number that moves to a target with bounded acceleration.
+/// A number that moves to a constant target with bounded acceleration.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct BoundedNumber {
     /// The number now.
@@ -50,7 +52,7 @@ pub(crate) struct BoundedNumber {
 }
 
 impl BoundedNumber {
-    /// One period towards the target, which is reached exactly.
+    /// Advances by one control period towards the target, which is reached exactly.
     pub(crate) fn approach(&mut self, target: f32, law: &Braking) {
         let left = target - self.value;
         if left.abs() < 1e-6 && self.rate.abs() < 1e-4 {

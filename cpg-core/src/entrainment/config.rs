@@ -10,35 +10,38 @@ use crate::entrainment::phase_lock::PhaseLockConfig;
 use crate::error::{all_in_range, in_range};
 use crate::{BuildError, Field};
 
-/// Parameters.
+/// Parameters of a [`Follower`](super::Follower).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FollowerConfig {
-    /// The estimator.
+    /// The estimator of phase and cadence.
     pub lock: PhaseLockConfig,
     /// Limits of plausible samples.
     pub plausibility: PlausibilityConfig,
-    /// How old a sample is when it comes, s: what the sensor's filter delays. The joints are led ahead of the estimate by as much; 0 to 0.05.
+    /// Age of a sample when it is observed, that is the delay of the sensor's filter, s; 0 to 0.05, default 0. The joints lead the estimate by
+    /// this time.
     pub delay_s: f32,
-    /// Where the joints stand while the amplitude is 0; up to ±2 pi.
+    /// Pose of the joints while the amplitude is 0, rad, in the order of [`joint_units::Joint::ALL`]; within ±2 pi. Default: hips 0, knees
+    /// 5 degrees.
     pub stand: [Radians; 4],
-    /// How long a fault is walked through, s; 0 to 2.
+    /// Longest time for which the joints continue to walk during a fault of the sensor, s; 0 to 2, default 2.
     pub freewheel_s: f32,
-    /// How long samples must be good after a fault, s; 0.1 to 10.
+    /// Time for which samples must be good after a fault before they are used, s; 0.1 to 10, default 1.
     pub good_s: f32,
-    /// How long the phase error must be small before the joints begin to walk, s; 0.05 to 5.
+    /// Time for which the phase error must be small before the joints begin to walk, s; 0.05 to 5, default 0.3.
     pub settle_s: f32,
-    /// Phase acceleration that the estimator may cause; 5 to 200 rad/s^2.
+    /// Largest acceleration of the driven phase while it follows the estimate; 5 to 200 rad/s^2, default 50. It halts with twice as much.
     pub phase_acceleration: RadPerSec2,
-    /// How stiffly the driven phase follows, k in 1/s; 2 to 30.
+    /// Stiffness k with which the driven phase follows the estimate, 1/s: near the estimate its distance falls with two poles at 2k; 2 to
+    /// 30, default 12.
     pub stiffness: f32,
-    /// Acceleration of the amplitude, 1/s^2: 100 stops within 0.3 s; 2 to 200.
+    /// Largest acceleration of the amplitude, 1/s^2; 2 to 200, default 100, at which the amplitude falls from 1 to 0 within 0.3 s.
     pub amplitude_acceleration: f32,
-    /// Source of stride events beside the angle.
+    /// Source of stride events beside the angle; default none.
     pub events: EventSource,
 }
 
 impl Default for FollowerConfig {
-    /// No delay; stands straight, walks through 2 s of fault, tracks again after 1 s of good samples, uses the angle only.
+    /// The default of each field.
     fn default() -> Self {
         Self {
             lock: PhaseLockConfig::default(),
@@ -70,18 +73,18 @@ impl FollowerConfig {
     }
 }
 
-/// State of the tracking.
+/// State of the tracking, see the table of the [module](crate::entrainment).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Lock {
     /// The person stands, or there is no signal.
     Stopped,
-    /// Phase and cadence are being searched.
+    /// The person moves; phase and cadence are not known yet.
     Seeking,
     /// Phase and cadence are known.
     Locked,
-    /// The sensor is at fault; the joints go on at the last cadence.
+    /// The sensor has a fault; the joints continue at the cadence from before it.
     Holding,
 }
 
@@ -89,7 +92,7 @@ impl Lock {
     /// Every state.
     pub const ALL: [Self; 4] = [Self::Stopped, Self::Seeking, Self::Locked, Self::Holding];
 
-    /// A word for people.
+    /// Name in messages and recordings: `stopped`, `seeking`, `locked`, `holding`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -107,12 +110,14 @@ impl Lock {
 pub struct FollowStatus {
     /// The state.
     pub state: Lock,
-    /// What is wrong with the sensor, if something is.
+    /// Fault of the sensor; `None` if it has none.
     pub fault: Option<SensorFault>,
-    /// Phase of the person as filtered from the sensor, less the estimated one, -pi to pi.
+    /// Phase of the person according to the quadrature filter minus the estimated phase (the far error of
+    /// [`crate::entrainment::phase_lock`]), -pi to pi.
     pub phase_error: Radians,
     /// Estimated stride time, s.
     pub stride_s: f32,
-    /// 1 if the sensor agrees with the prediction, 0 if the difference is a fault or there is no sensor.
+    /// Agreement of measured and predicted angle, 0 to 1: 1 minus the root mean square of their difference relative to
+    /// [`PlausibilityConfig::innovation`]. 0 during a fault and while stopped.
     pub confidence: f32,
 }

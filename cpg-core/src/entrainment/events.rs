@@ -1,30 +1,33 @@
-//! Stride events that support the angle: peaks of the measured joint, or heel strikes of a foot switch.
+//! Corrects a follower's phase and cadence by stride events beside the angle: peaks of the measured joint, or heel strikes of a foot switch.
 //!
 //! ```text
 //! at an event:  phi := phi + g d,   w := w + g_w (2 pi k / T - w),   d = wrap(phi_event - phi)
 //! ```
-//! phi_event is the phase of the event, T the time since the last event and k the number of strides in it (one, or the nearest number
-//! if strikes were missed). Intervals outside of 0.5 to 2.5 nominal strides are ignored ([`StrideTimer`]).
+//! phi is the estimated phase, w its angular frequency in rad/s, phi_event the phase of the event in the stride, T the time since the previous
+//! event in s and k the number of strides in T (1, or the nearest integer if strikes were missed); g and g_w are the gains below. An event
+//! sooner than half a nominal stride after the previous one is ignored; one later than 2.5 nominal strides corrects the phase only
+//! ([`StrideTimer`]).
 //!
 //! | source | phi_event | acts while | g | g_w |
 //! |---|---|---|---|---|
 //! | peak | where the template has fallen by a fifth of its range from the peak | seeking, while nothing is driven | 1 | 0.5 |
 //! | foot switch | learned: circular mean of the last 8 strikes while locked | holding, once 4 strikes agree | 0.7 | 0.25 |
 //!
-//! *In a lock no event acts*: a locked follower gives the same bits with and without a switch. The angle measures the phase a thousand
-//! times a second, an event once a stride, so little is lost: a frequency gain of 0.5 would shorten the transition from strides of 1.1 s to
-//! 0.9 s from 1.28 to 1.16 s (hip, median of 24 phases). The steady phase error of two recorded persons, 2.1 to 3.1 degrees, would change by
-//! -0.06 to 0.24 with it, by -0.24 with a phase gain of 0.5 and strikes that are exact, by up to 0.43 with strikes that jitter by 10 ms.
+//! **While locked, events have no effect**: a locked follower computes the same bits with and without a switch. The angle measures the phase in
+//! every tick, an event once a stride, so little would be gained. Measured: a frequency gain of 0.5 would shorten the transition from strides of
+//! 1.1 s to 0.9 s from 1.28 to 1.16 s (hip, median of 24 phases). The steady phase error of two recorded persons, 2.1 to 3.1 degrees of the
+//! stride, would change by -0.06 to 0.24 degrees with it, by -0.24 with a phase gain of 0.5 and exact strikes, and by up to 0.43 with strikes
+//! that jitter by 10 ms.
 //!
-//! *A switch is used once its strikes agree, and ignored as soon as they do not*: strikes less than 50 ms apart count as one that bounces.
-//! A strike after more than that but less than half a nominal stride, or more than a tenth of a stride from its predicted phase, clears the
-//! learned phase. In one hold all strikes together move the phase by a tenth of a stride at most, and the cadence by a twentieth.
+//! **A switch is used only while its strikes agree.** Strikes less than 50 ms apart are one strike that bounces. A strike later than that but
+//! sooner than half a nominal stride, or more than a tenth of a stride from the learned phase, clears the learned phase. All strikes of one
+//! hold together change the phase by at most a tenth of a stride and the cadence by at most 5 %.
 //!
-//! *A peak is reported on the falling slope after it*, where the angle is steep; the peak itself may be flat or double. With peaks,
-//! recorded knees lock 0.14 and 0.42 s sooner (two persons, medians of 120 starts), hips do not.
+//! **A peak is reported on the falling slope after it**, where the angle is steep, because the peak itself may be flat or double. With peaks,
+//! recorded knees lock 0.14 and 0.42 s sooner (two persons, medians of 120 starts); hips do not.
 //!
-//! A switch may be on either foot and late by any constant time, because phi_event is learned. It does not replace the angle: without an
-//! angle the joints stop after the same 2 s.
+//! A switch may be on either foot and may have any constant delay, because phi_event is learned. It does not replace the angle: without an
+//! angle the joints stand after [`FollowerConfig::freewheel_s`](super::FollowerConfig::freewheel_s), with or without a switch.
 
 use core::f32::consts::TAU;
 
@@ -37,24 +40,26 @@ use crate::math::trig::{angle, sin_cos};
 use crate::waveform::shape::Shape;
 use crate::{BuildError, Field};
 
-/// Source of stride events beside the angle.
+/// Source of stride events of a follower, beside the measured angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum EventSource {
-    /// None.
+    /// No events: the angle only. The default.
     #[default]
     None,
-    /// Peaks of the measured angle; its template must have one a stride. A knee locks sooner with them, a hip does not.
+    /// Peaks of the measured angle, used while phase and cadence are searched. The template must have one peak a stride. A knee locks sooner
+    /// with peaks, a hip does not.
     Peak,
-    /// A foot switch, which corrects the phase while the sensor has a fault.
+    /// A foot switch, reported by [`Follow::heel_strike`](crate::Follow::heel_strike). Used while the sensor has a fault, once the phase of four
+    /// strikes agrees.
     FootSwitch,
 }
 
 impl EventSource {
-    /// All of them.
+    /// Every source.
     pub const ALL: [Self; 3] = [Self::None, Self::Peak, Self::FootSwitch];
 
-    /// A word for people and files.
+    /// Name in generator files and on the command line: `none`, `peak`, `foot_switch`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -68,16 +73,16 @@ impl EventSource {
 /// Shortest and longest accepted interval, in nominal strides.
 const INTERVALS: (f32, f32) = (0.5, 2.5);
 
-/// Allowed effect of an event.
+/// Allowed effect of an event, from the state of the follower.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
-    /// None.
+    /// No effect.
     Ignored,
-    /// Phase and cadence are unknown, and nothing is driven.
+    /// Peaks set phase and cadence: these are unknown, and the joints stand.
     Finds,
-    /// The phase is known.
+    /// The phase of heel strikes is learned: the phase is known.
     Learns,
-    /// The angle is not valid: the phase goes on by itself.
+    /// Heel strikes correct phase and cadence: the angle is not valid.
     Keeps,
 }
 
@@ -91,7 +96,7 @@ pub(super) enum Events {
 
 impl Events {
     /// # Errors
-    /// For peaks: `template.range` (in radians) if the joint hardly moves, `template.peaks` if it does not have one peak a stride.
+    /// For peaks: `template.range` if the joint moves by less than 0.04 rad, `template.peaks` if it does not have one peak a stride.
     pub(super) fn new(
         source: EventSource,
         template: &Template,
@@ -106,7 +111,7 @@ impl Events {
         })
     }
 
-    /// Returns to the initial state.
+    /// Sets the state to that before the first event.
     pub(super) const fn reset(&mut self) {
         match self {
             Self::None => {}
@@ -115,21 +120,21 @@ impl Events {
         }
     }
 
-    /// The switch closed within this tick.
+    /// Reports that the foot switch closed within this tick.
     pub(super) const fn strike(&mut self) {
         if let Self::FootSwitch(switch) = self {
             switch.struck = true;
         }
     }
 
-    /// A hold begins at this frequency, rad/s.
+    /// Reports that a hold begins, at this frequency in rad/s.
     pub(super) const fn hold(&mut self, frequency: f32) {
         if let Self::FootSwitch(switch) = self {
             (switch.held, switch.moved) = (frequency, 0.0);
         }
     }
 
-    /// Phase of the event; `None` without a source, and before the strikes of a switch agree.
+    /// Phase of the event in the stride; `None` without a source, and for a switch until its strikes agree.
     pub(super) fn phase(&self) -> Option<Phase> {
         match self {
             Self::None => None,
@@ -138,7 +143,7 @@ impl Events {
         }
     }
 
-    /// One tick, after the estimator's; the angle is `None` if it is not valid.
+    /// Advances by one tick, after the estimator. The angle in rad is `None` if it is not valid.
     pub(super) fn step(&mut self, lock: &mut PhaseLock, angle: Option<f32>, role: Role) {
         match self {
             Self::None => {}
@@ -148,6 +153,7 @@ impl Events {
     }
 }
 
+/// The phase advanced by an angle in radians.
 fn turn(phase: Phase, radians: f32) -> Phase {
     phase + Phase::from_cycles(radians * (1.0 / TAU))
 }
@@ -155,14 +161,15 @@ fn turn(phase: Phase, radians: f32) -> Phase {
 /// Peaks of the measured angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Peaks {
+    /// The detector in its initial state, for a restart.
     fresh: PeakDetector,
     detector: PeakDetector,
     timer: StrideTimer,
-    /// Phase at which the template has fallen by the threshold.
+    /// Phase of the template at which the detector reports its peak.
     place: Phase,
 }
 
-/// See the module.
+/// Gains g and g_w of peaks, see the table of the module.
 const PEAK_GAIN: f32 = 1.0;
 const PEAK_FREQUENCY_GAIN: f32 = 0.5;
 
@@ -173,9 +180,9 @@ impl Peaks {
             (0..1024).map(angles).fold((f32::MIN, f32::MAX), |(most, least), y| (most.max(y), least.min(y)));
         let range = most - least;
         in_range(range, Field::of("template.range"), 0.04, 6.0)?;
-        // Half of the range: the small wave of a knee in stance is no peak, but the peak of a sensor with the least gain is one.
+        // Half of the range: above the small wave of a knee in stance, and below the peak of a sensor with the least allowed gain of 0.5.
         let fresh = PeakConfig { least: Radians(0.5 * range), ..PeakConfig::default() }.build(period)?;
-        // Phase at which the detector itself reports it, in the second of two strides.
+        // The phase at which the same detector reports the template's peak, in the second of two strides.
         let (mut detector, mut place, mut peaks) = (fresh, Phase(0), 0u8);
         for n in 0..2048 {
             if detector.step(Radians(angles(n))).is_some() && n >= 1024 {
@@ -192,7 +199,7 @@ impl Peaks {
 
     fn step(&mut self, lock: &mut PhaseLock, angle: Option<f32>, role: Role) {
         self.timer.step();
-        // An angle that is not a number only advances the time.
+        // The detector ignores an angle that is not a number and counts the time on.
         if self.detector.step(Radians(angle.unwrap_or(f32::NAN))).is_none() {
             return;
         }
@@ -215,7 +222,7 @@ pub(super) struct FootSwitch {
     timer: StrideTimer,
     /// The switch closed within this tick.
     struck: bool,
-    /// Mean of cosine and sine of the phase at the strikes, and their number.
+    /// Circular mean: mean of cosine and of sine of the phase at the strikes, and the number of strikes in it.
     mean: (f32, f32),
     strikes: u8,
     /// Frequency at the start of the hold, rad/s, and the change of phase by strikes since then, rad.
@@ -223,17 +230,17 @@ pub(super) struct FootSwitch {
     moved: f32,
 }
 
-/// See the module.
+/// Gains g and g_w of heel strikes, see the table of the module.
 const STRIKE_GAIN: f32 = 0.7;
 const STRIKE_FREQUENCY_GAIN: f32 = 0.25;
-/// Strikes less than this apart count as one, s.
+/// Time below which two strikes count as one that bounces, s.
 const BOUNCE_S: f32 = 0.05;
 /// Number of strikes that have to agree, and number of strikes in the mean.
 const ENOUGH: u8 = 4;
 const MEAN_OVER: u8 = 8;
-/// Least square of the length of the mean at which they agree: a spread of 14 degrees.
+/// Least squared length of the circular mean at which the strikes agree: a standard deviation of about 14 degrees.
 const AGREE: f32 = 0.94;
-/// Largest distance of a strike from its learned phase, and largest change of phase by all strikes of a hold: a tenth of a stride.
+/// Largest distance of a strike from the learned phase, and largest change of phase by all strikes of a hold, rad: a tenth of a stride.
 const WITHIN: f32 = 0.1 * TAU;
 /// Largest relative change of the cadence by all strikes of a hold.
 const CADENCE: f32 = 0.05;
@@ -247,7 +254,7 @@ impl FootSwitch {
         Self::new(self.timer.restarted())
     }
 
-    /// Phase of the strikes, if they agree.
+    /// Mean phase of the strikes; `None` if there are fewer than four or they do not agree.
     fn learned_phase(&self) -> Option<Phase> {
         let (cos, sin) = self.mean;
         (self.strikes >= ENOUGH && cos * cos + sin * sin >= AGREE).then(|| angle(sin, cos))
@@ -260,7 +267,7 @@ impl FootSwitch {
         }
         let interval = self.timer.event(0.0).0;
         if !matches!(role, Role::Learns | Role::Keeps) {
-            // While seeking the phase is not known, and a person who stands may step on the spot.
+            // While the phase is searched it is not known, and the steps of a standing person are no strides.
             return;
         }
         match interval {
@@ -271,6 +278,7 @@ impl FootSwitch {
         }
     }
 
+    /// A strike that is no bounce: learns its phase, or corrects phase and cadence. `interval` is the time of one or two strides, s.
     fn strike(&mut self, lock: &mut PhaseLock, role: Role, interval: Option<f32>) {
         let phase = lock.phase();
         let (cos, sin) = self.mean;

@@ -17,6 +17,9 @@ use crate::waveform::shape::Shape;
 use crate::{BuildError, Field, Follow, Generator, StateFault};
 
 /// Four joints that follow a person.
+///
+/// Built by [`FollowerConfig::build`]. In each tick call [`Follow::observe`] with the measured angle, then [`Generator::step`], then read
+/// [`Generator::angles`]. The [module](crate::entrainment) has an example and the states.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Follower {
     config: FollowerConfig,
@@ -25,6 +28,7 @@ pub struct Follower {
     period: Period,
     /// Largest rate of the driven phase, rad/s.
     fastest: f32,
+    /// Measured angle for the next step; `None` if it is not valid or was not given.
     sensed: Option<Radians>,
     state: FollowerState,
 }
@@ -37,28 +41,37 @@ struct FollowerState {
     history: History,
     lock: Lock,
     fault: Option<SensorFault>,
-    /// How long it has been in this state, s.
+    /// Time since `lock` was entered, s.
     time: f32,
-    /// How long samples have been good, or the phase error small, or the error large: what the state waits for, s.
+    /// Time for which the condition of the next state has held without interruption, s. The condition is: in `Seeking` a small phase error, in
+    /// `Locked` a large one, in `Holding` good samples.
     waited: f32,
-    /// Whether the joints are to walk.
+    /// Target of the amplitude: 1 (walking) if true, 0 (standing) if false.
     walk: bool,
-    /// Whether the joints wait for a leg that stays behind.
+    /// The measured joint lags behind its prediction: the driven phase halts until the joint moves on.
     waits: bool,
-    /// Whether it stopped out of a lock.
+    /// The state before `Stopped` was `Locked`.
     paused: bool,
+    /// Phase that drives the joints.
     driven: BoundedPhase,
+    /// Amplitude s of the joints, 0 to 1.
     amplitude: BoundedNumber,
     events: Events,
 }
 
 impl FollowerConfig {
-    /// Validates the configuration and builds a follower that stands, with the amplitude 0, until its person walks. `sensor` is the joint that
-    /// is measured; the templates are in the order of [`Joint::ALL`].
+    /// Validates the configuration and builds a follower in the state [`Lock::Stopped`] with the amplitude 0: the joints are at
+    /// [`FollowerConfig::stand`] until the person walks.
+    ///
+    /// `templates` are the waveforms of the person's joints in the order of [`Joint::ALL`]; all four have phase 0 at the same instant of the
+    /// stride. `sensor` is the joint that is measured.
     ///
     /// # Errors
-    /// Names the field that is out of range; `template.range` or `template.peaks` if peaks are configured as events and the template of
-    /// the measured joint does not have exactly one peak a stride.
+    /// - [`BuildError::OutOfRange`] and [`BuildError::NotFinite`] name the field; also `template.fundamental` if the measured joint hardly
+    ///   moves, and `template.range` or `template.peaks` if `events` is [`EventSource::Peak`](super::EventSource::Peak) and the measured
+    ///   joint's template does not have exactly one peak a stride.
+    /// - [`BuildError::PeriodTooLong`] above 0.05 / `stiffness` seconds (4.1 ms by default), or above the limit of
+    ///   [`PhaseLockConfig::build`](crate::entrainment::phase_lock::PhaseLockConfig::build).
     pub fn build(&self, templates: [Template; 4], sensor: Joint, period: Period) -> Result<Follower, BuildError> {
         self.validate()?;
         let [left_hip, right_hip, left_knee, right_knee] = templates;
@@ -69,7 +82,7 @@ impl FollowerConfig {
             Joint::RightKnee => right_knee,
         };
         let lock = self.lock.build(measured, period)?;
-        // The bounded phase must be stable: its poles lie at 2k, ten ticks each.
+        // Both poles of the bounded phase lie at 2k: their time constant 1/(2k) must be ten ticks or more.
         allow_period(period, (0.05 / self.stiffness * 1e6) as u32)?;
         let fastest = lock.nominal().0 * self.lock.frequency_range.1;
         let events = Events::new(self.events, &measured, &lock, period)?;
@@ -79,7 +92,7 @@ impl FollowerConfig {
 }
 
 impl Follower {
-    /// State of the tracking.
+    /// State of the tracking; the same as [`Follow::follow_status`], without the `Option`.
     #[must_use]
     pub fn status(&self) -> FollowStatus {
         let limit = self.config.plausibility.innovation * self.amplitude_expected();
@@ -94,21 +107,24 @@ impl Follower {
         }
     }
 
-    /// The estimator.
+    /// The estimator of the person's phase and cadence.
     #[must_use]
     pub const fn phase_lock(&self) -> &PhaseLock {
         &self.lock
     }
 
-    /// Where in the stride the events are that it may use: where the peaks are, or where the heel strikes once that is learned.
+    /// Phase of the stride events: of the peak in the template, or the learned phase of the heel strikes. `None` without a source of events,
+    /// and for a foot switch until four strikes agree.
     #[must_use]
     pub fn event_phase(&self) -> Option<Phase> {
         self.state.events.phase()
     }
 
-    /// An upper bound of what any joint can be accelerated by, whatever the sensor does.
+    /// Upper bound of this joint's acceleration, for any sequence of samples.
     ///
-    /// From `a = stand + s D(psi)`, D = S - stand: `|a''| <= A_s |D| + 2 s' |D'| psi' + |D''| psi'^2 + |D'| A_psi`, each at its largest.
+    /// The angle is `a = stand + s D(psi)` with D = S - stand, S the joint's template, s the amplitude and psi the driven phase. So
+    /// `|a''| <= A_s |D| + 2 |s'| |D'| psi' + |D''| psi'^2 + |D'| A_psi`, with the largest value of each factor: A_s is
+    /// [`FollowerConfig::amplitude_acceleration`], A_psi is [`FollowerConfig::phase_acceleration`], D' and D'' are derivatives by psi.
     #[must_use]
     pub fn acceleration_bound(&self, joint: Joint) -> RadPerSec2 {
         let (Some(template), Some(stand)) = (self.templates.get(joint as usize), self.config.stand.get(joint as usize))
@@ -127,16 +143,17 @@ impl Follower {
             before = now;
         }
         let a = self.config.amplitude_acceleration;
-        // The amplitude runs over 1 at most; its rate is at most sqrt(A).
+        // The amplitude moves by 1 at most, so its rate is at most sqrt(A).
         let turning = 2.0 * libm::sqrtf(a) * slope * self.fastest + bend * self.fastest * self.fastest;
         RadPerSec2(a * way + turning + slope * self.config.phase_acceleration.0)
     }
 
+    /// Amplitude of the template, scaled by the learned gain of the sensor, rad: sqrt(2) times its root mean square.
     fn amplitude_expected(&self) -> f32 {
         libm::sqrtf(2.0 * self.lock.moments().variance) * self.lock.sensor().1
     }
 
-    /// Judges the sample, moves the estimator, and decides on the state.
+    /// One period of the estimator: checks the sample, advances the phase lock and decides on the state.
     fn estimate(&mut self) {
         let t = self.period.seconds();
         let sample = self.sensed.take();
@@ -172,12 +189,13 @@ impl Follower {
         let good = if let Plausibility::Good(y) = sample { Some(y) } else { None };
         self.state.events.step(&mut self.lock, good, role);
         if self.lock.check().is_err() {
-            // No finite sample can bring it here; if something else ever does, it begins again.
+            // No sample leads here, as only finite ones are used. Otherwise the search begins again.
             self.lock.reset();
             self.enter(Lock::Stopped);
         }
     }
 
+    /// One period with a plausible angle. `usual` is the measured joint's mean absolute rate at the estimated cadence, rad/s.
     fn good(&mut self, angle: Radians, usual: f32) {
         let t = self.period.seconds();
         match self.state.lock {
@@ -205,7 +223,7 @@ impl Follower {
                 } else if self.state.waited > self.config.settle_s {
                     self.enter(Lock::Locked);
                 } else if self.state.time > SEARCH_LIMIT_S {
-                    // Not one that walks, or one whom the search has lost: begin the search again, standing.
+                    // The person does not walk, or the search found no phase: begin it again, with the joints standing.
                     self.state.walk = false;
                     self.enter(Lock::Seeking);
                     self.lock.refill();
@@ -220,7 +238,7 @@ impl Follower {
                 self.lock.settle_filter(angle);
                 self.state.waited += t;
                 if self.state.activity.has_stopped() {
-                    // A sound sensor on a leg that stands.
+                    // The sensor is good and the leg stands.
                     self.enter(Lock::Stopped);
                 } else if self.state.waited >= self.config.good_s {
                     self.state.fault = None;
@@ -234,6 +252,7 @@ impl Follower {
         }
     }
 
+    /// Decides whether a lock ends.
     fn locked(&mut self, usual: f32, t: f32) {
         let amplitude = self.lock.relative_amplitude();
         let (least, most) = self.config.plausibility.amplitude;
@@ -245,7 +264,7 @@ impl Follower {
             if self.state.activity.mean_rate() > FAULT_RATE_FACTOR * usual {
                 self.hold(SensorFault::Innovation);
             } else {
-                // It moves no more than a leg does: the person does something else. The joints stand until there is a stride again.
+                // The motion is no faster than a leg's, but not the template's: the person does not walk. The joints stand until they do.
                 self.state.walk = false;
                 self.enter(Lock::Seeking);
             }
@@ -259,6 +278,7 @@ impl Follower {
         }
     }
 
+    /// One period with a fault of the sensor.
     fn bad(&mut self, fault: SensorFault) {
         match self.state.lock {
             Lock::Locked => {
@@ -283,7 +303,7 @@ impl Follower {
         }
     }
 
-    /// Back to before the fault, and on from there.
+    /// Begins a hold: cadence and phase are set to values from before the fault, the phase continued to now.
     fn hold(&mut self, fault: SensorFault) {
         let cadence = self.state.history.cadence().unwrap_or(self.lock.frequency().0);
         self.lock.set_frequency(cadence);
@@ -296,6 +316,7 @@ impl Follower {
         self.state.fault = Some(fault);
     }
 
+    /// Stops when a hold has lasted for the configured time.
     fn freewheel(&mut self) {
         if self.state.time > self.config.freewheel_s {
             let fault = self.state.fault;
@@ -330,7 +351,7 @@ impl Follower {
         }
     }
 
-    /// Whether a stop was none: the joint moves on where the walk would be by now.
+    /// Whether the stop was a short hesitation within a stride: soon after it the joint moves on at the phase that the estimator continued to.
     fn is_hesitation(&self) -> bool {
         self.state.paused
             && self.state.time < HESITATION_S
@@ -339,11 +360,12 @@ impl Follower {
             && self.lock.far_error().0.abs() < self.config.lock.near_within.0
     }
 
+    /// Whether the difference between measured and predicted angle is small against the template's amplitude.
     fn is_explained(&self) -> bool {
         self.state.innovation.root() < self.config.plausibility.innovation * self.amplitude_expected()
     }
 
-    /// Moves what drives the joints.
+    /// One period of the driven phase and the amplitude.
     fn drive(&mut self) {
         let (t, config) = (self.period.seconds(), &self.config);
         let law = Braking { stiffness: config.stiffness, acceleration: config.phase_acceleration.0, period_s: t };
@@ -353,16 +375,16 @@ impl Follower {
         let state = &mut self.state;
         let mut target = if state.walk { 1.0 } else { 0.0 };
         if state.walk {
-            // The estimate belongs to the sample, which is older by the delay.
+            // The estimated phase is that of the sample, which is `delay_s` old.
             let rate = self.lock.frequency().0;
             let now = self.lock.phase() + Phase::from_cycles(config.delay_s * rate * (1.0 / TAU));
             if state.amplitude == BoundedNumber::default() {
-                // Nothing moves: the phase may be taken as it is.
+                // At amplitude 0 the joints do not move, so the phase may jump.
                 state.driven = BoundedPhase { phase: now, rate: rate.min(self.fastest) };
             } else if state.amplitude.value < STAND_BELOW_AMPLITUDE
                 && now.radians_after(state.driven.phase).0.abs() > FAR_PHASE_RAD
             {
-                // Catching up would need an unnatural stride: stand until the phases meet.
+                // Catching up would need a much faster stride: stand until the phases are close.
                 target = 0.0;
                 state.driven.halt(&halt);
             } else if state.waits && state.lock == Lock::Locked {
@@ -388,25 +410,27 @@ impl Follower {
     }
 }
 
-/// How long a search goes on before it starts again, s.
+// The usual rate below is the measured joint's mean absolute rate over a stride at the estimated cadence, from the template.
+
+/// Time after which a search begins again, s.
 const SEARCH_LIMIT_S: f32 = 5.0;
-/// By how much of a stride the person may be early or late before not moving is a stop.
+/// Tolerance of the phase in the detection of a stop, cycles: a person who is early or late by less is not taken to have stopped.
 const PREDICTION_CYCLES: f32 = 0.04;
-/// How far, in amplitudes, the template may be ahead of a leg that does not move before the joints wait for it.
+/// Lead of the prediction over a joint that lags, as a fraction of the amplitude, from which on the driven phase waits for the joint.
 const LAG_AMPLITUDE_FRACTION: f32 = 0.35;
-/// Part of the usual rate from which on a joint that stood is one that moves.
+/// Fraction of the usual rate from which on a joint that stood counts as moving.
 const START_RATE_FRACTION: f32 = 0.5;
-/// Multiple of the usual rate beyond which it is not a leg that moves.
+/// Multiple of the usual rate from which on an unexplained motion counts as a fault of the sensor, not as another motion of the leg.
 const FAULT_RATE_FACTOR: f32 = 3.0;
-/// How short a stop may be to have been none, s.
+/// Longest stop that counts as a hesitation, s.
 const HESITATION_S: f32 = 0.25;
-/// How long a lock may be far before it is lost, s.
+/// Time without near mode after which a lock is lost, s (see [`crate::entrainment::phase_lock`]).
 const LOST_S: f32 = 1.0;
-/// k of the amplitude, 1/s.
+/// Stiffness k of the amplitude, 1/s.
 const AMPLITUDE_STIFFNESS: f32 = 16.0;
 /// Amplitude below which joints that are far from the person's phase stand before they move.
 const STAND_BELOW_AMPLITUDE: f32 = 0.5;
-/// How far that is, rad: an eighth of a stride.
+/// Distance of the driven phase from the person's that counts as far, rad: an eighth of a stride.
 const FAR_PHASE_RAD: f32 = 0.125 * TAU;
 
 impl FollowerState {
@@ -452,7 +476,8 @@ impl Generator<4> for Follower {
         rates
     }
 
-    /// The driven phase: 0 where the templates have it.
+    /// The driven phase psi, which the joints have: 0 at the templates' phase 0. The person's estimated phase is that of
+    /// [`Follower::phase_lock`].
     fn phase(&self) -> Phase {
         self.state.driven.phase
     }
@@ -497,8 +522,8 @@ impl Follow for Follower {
 mod tests {
     use super::*;
 
-    /// Legs that walk again with this amplitude left over from before, the driven phase this part of a cycle behind the estimate: the
-    /// largest rate of the driven phase, and the phase that is left, once the amplitude is that of walking.
+    /// Walks again from this amplitude, the driven phase behind the estimate by this fraction of a cycle. Returns the largest rate of the
+    /// driven phase as a multiple of the person's, and the phase difference at the end, rad.
     fn walks_again(amplitude: f32, behind: f32) -> (f32, f32) {
         let hip = Template::new(Radians(0.1), [0.35, -0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 8]).unwrap();
         let config = FollowerConfig::default();
@@ -516,7 +541,7 @@ mod tests {
         (fastest, legs.lock.phase().radians_after(legs.state.driven.phase).0.abs())
     }
 
-    /// With little amplitude left and far behind, they stand first, or wait for the person: they never catch up at a run.
+    /// At a small amplitude and far behind, the joints stand first or wait for the person; they do not catch up at a high rate.
     #[test]
     fn joints_that_almost_stopped_do_not_catch_up_at_a_run() {
         for tenth in 1..10 {

@@ -1,37 +1,41 @@
-//! Past phase and cadence of the estimator, from before a fault had any influence: a hold starts from them.
+//! Keeps phase and cadence of the last 2.4 s, so that a hold can begin with values from before the fault.
 //!
-//! A ring of fixed size with an entry every 50 ms, long enough for a fault that is found after 0.4 s and for the cadence of 2.4 s ago.
+//! A fault is found up to 0.4 s after it begins, and the estimate follows the wrong angles until then. A hold therefore begins with the phase
+//! of 0.6 s ago, continued to now, and with the averaged cadence of 2.4 s ago. The values are in a ring with an entry every 50 ms.
 
 use joint_units::{Period, Phase};
 
-/// Entries: 2.4 s and the one that is being replaced.
+/// Number of entries: 2.4 s of steps, and the newest one.
 const ENTRIES: usize = 49;
 /// Time between entries, s.
 const STEP_S: f32 = 0.05;
-/// Time constant of the slow average of the frequency, s.
+/// Time constant of the averaged frequency, s.
 const SLOW_S: f32 = 1.0;
 
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Entry {
     phase: Phase,
+    /// Averaged frequency, rad/s.
     slow: f32,
 }
 
-/// The ring.
+/// The ring of past values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct History {
     entries: [Entry; ENTRIES],
-    /// Place of the newest entry, and how many there are.
+    /// Index of the newest entry, and the number of entries in use.
     newest: usize,
     count: usize,
-    /// Ticks since the newest, and from one to the next: counted, as a sum of periods would be a tick late or early.
+    /// Ticks since the newest entry, and ticks between two entries. Integers, because a sum of periods in `f32` could be one tick off.
     since: u32,
     every: u32,
     period_s: f32,
+    /// Averaged frequency now, rad/s.
     slow: f32,
 }
 
 impl History {
+    /// Without entries; the averaged frequency begins at `frequency`, rad/s.
     pub(super) const fn new(frequency: f32, period: Period) -> Self {
         let none = Entry { phase: Phase(0), slow: frequency };
         // Rounded; at least one tick.
@@ -41,14 +45,14 @@ impl History {
         Self { entries: [none; ENTRIES], newest: 0, count: 0, since, every, period_s, slow: frequency }
     }
 
-    /// Forgets all but the cadence.
+    /// Removes all entries; the averaged frequency begins again at `frequency`, rad/s.
     pub(super) const fn clear(&mut self, frequency: f32) {
         self.count = 0;
         self.since = self.every;
         self.slow = frequency;
     }
 
-    /// One tick of a locked estimator.
+    /// Takes phase and frequency (rad/s) of one tick of a locked estimator.
     pub(super) fn keep(&mut self, phase: Phase, frequency: f32) {
         self.slow += (frequency - self.slow) * (self.period_s / SLOW_S).min(1.0);
         self.since = self.since.saturating_add(1);
@@ -63,7 +67,7 @@ impl History {
         self.count = (self.count + 1).min(ENTRIES);
     }
 
-    /// The entry so many steps back, or the oldest, and its age in seconds; `None` before the first.
+    /// The entry that many steps before the newest, or the oldest one, and its age in s; `None` without entries.
     fn back(&self, steps: usize) -> Option<(Entry, f32)> {
         let steps = steps.min(self.count.checked_sub(1)?);
         let place =
@@ -72,12 +76,12 @@ impl History {
         Some((*entry, (self.since + steps as u32 * self.every) as f32 * self.period_s))
     }
 
-    /// The slow frequency of 2.4 s ago.
+    /// The averaged frequency of 2.4 s ago, or the oldest one, rad/s.
     pub(super) fn cadence(&self) -> Option<f32> {
         self.back(48).map(|(entry, _)| entry.slow)
     }
 
-    /// The phase of 0.6 s ago and its age.
+    /// The phase of 0.6 s ago, or the oldest one, and its age in s.
     pub(super) fn phase(&self) -> Option<(Phase, f32)> {
         self.back(12).map(|(entry, age)| (entry.phase, age))
     }
@@ -98,7 +102,7 @@ mod tests {
             assert!((age - expected).abs() < 1e-5, "tick {tick}: {age} for {expected}");
             assert!(tick < 700 || (0.599..0.651).contains(&age), "tick {tick}: {age}");
         }
-        // A ramp of 1 rad/s^2 behind a lag of 1 s, 2.4 s ago: 6 + 9.999 - 1 - 2.4.
+        // The average lags by its time constant of 1 s behind a ramp of 1 rad/s^2; 2.4 s ago it was 6 + 9.999 - 1 - 2.4.
         let cadence = history.cadence().unwrap();
         assert!((cadence - 12.6).abs() < 0.06, "{cadence}");
     }

@@ -1,26 +1,38 @@
-//! Entrainment: four joints follow a walking person in phase and cadence, measured by one joint sensor.
+//! Entrainment: a generator whose four joints follow a walking person in phase and cadence, measured by one joint sensor.
 //!
 //! ```text
-//! angle -> plausibility -> phase lock -> phi, w -> bounded follower -> psi -> a_j = stand_j + s (S_j(psi) - stand_j)
+//! y -> plausibility -> phase lock -> phi, w -> bounded phase -> psi -> a_j = stand_j + s (S_j(psi) - stand_j)
 //! ```
-//! The angle of one hip or knee gives the phase of the whole stride ([`crate::entrainment::phase_lock`]); a template for each joint, S_j, gives the
-//! angles of all four at that phase. The measured angle never drives a joint directly: psi follows phi with bounded acceleration and never
-//! backwards, and s, the amplitude, glides between 0 (standing) and 1 (walking). So angles and rates are continuous whatever the sensor
-//! does, and [`Follower::acceleration_bound`] is what it can do at worst.
+//! y is the measured angle of one hip or knee. The phase lock estimates the person's gait phase phi and its angular frequency w. A template S_j
+//! for each joint j (the person's mean stride as a Fourier series) gives the four angles a_j. The measured angle never drives a joint directly:
+//! the driven phase psi follows phi with bounded acceleration and never decreases, and the amplitude s moves with bounded acceleration between
+//! 0 (standing in the pose `stand`) and 1 (walking). So angles and rates are continuous for any sequence of samples, and
+//! [`Follower::acceleration_bound`] is an upper bound of the joints' acceleration.
 //!
-//! | state | what it is | amplitude | leaves when |
+//! | state ([`Lock`]) | meaning | target of s | ends when |
 //! |---|---|---|---|
-//! | stopped | the person stands, or there is no signal | to 0 | the joint moves as one that walks |
-//! | seeking | it moves; phase and cadence are looked for | as before | the phase error has been small for a while |
-//! | locked | phase and cadence are known | to 1 | the person stops, the lock is lost, the sensor is at fault |
-//! | holding | the sensor is at fault: cadence of 2.4 s ago, phase of 0.6 s ago carried on, no correction | stays | 1 s of good samples, or 2 s without |
+//! | stopped | the person stands, or there is no signal | 0 | the joint moves at half of its usual rate or faster |
+//! | seeking | the joint moves; phase and cadence are searched | as before | the phase error has been small for [`FollowerConfig::settle_s`] |
+//! | locked | phase and cadence are known | 1 | the person stops, the lock is lost, or the sensor has a fault |
+//! | holding | the sensor has a fault; the follower continues with the cadence of 2.4 s ago and the phase of 0.6 s ago | as before | samples have been good for [`FollowerConfig::good_s`], or the hold has lasted [`FollowerConfig::freewheel_s`] |
 //!
-//! **A stop** is found by rate against the template's rate, and by amplitude: the joint moves less than a third of what is predicted. The phase is then braked and the amplitude led to 0. **A fault** that ends within 2 s is only an excursion of psi; one that does
-//! not ends in standing. A sensor that sticks and a leg that stands differ only in how the motion ended, see [`PlausibilityConfig::abrupt`].
+//! **A stop** is found when the joint moves at about a third of the predicted rate or less, or its amplitude is below
+//! [`PlausibilityConfig::amplitude`]. The driven phase then halts and s falls to 0. **A fault** that ends within a hold changes only psi; after
+//! a longer one the joints stand, and follow again when the sensor is good. A stuck sensor differs from a standing leg only in how abruptly
+//! the motion ended, see [`PlausibilityConfig::abrupt`].
 //!
-//! **Events** of the stride, peaks of the angle or strikes of a heel ([`EventSource`]), help where the angle alone is not enough: a knee's
-//! peaks find the phase of a person who begins to walk, a foot switch keeps it through a fault. With two recorded persons and their own heels
-//! the rms phase error 2 s into a loss is 5.4 and 2.8 degrees of the stride with a switch, 9.5 and 10.0 without. In a lock they change nothing.
+//! **Stride events** ([`EventSource`]) support the angle: peaks of a knee find the phase of a person who begins to walk sooner, a foot switch
+//! corrects the phase during a fault. With two recorded persons and heel strikes from their own recorded knees, the root mean square phase error
+//! 2 s after the loss of the sensor is 5.4 and 2.8 degrees of the stride with a switch, 9.5 and 10.0 without. While locked, events have no
+//! effect.
+//!
+//! | to | see |
+//! |---|---|
+//! | follow a person with four joints | [`FollowerConfig`], [`Follower`] |
+//! | estimate phase and cadence from an angle only | [`phase_lock`] |
+//! | estimate them from heel strikes or peaks only | [`stride_events`] |
+//! | get fundamental, quadrature and mean of a periodic signal | [`quadrature_filter`] |
+//! | compare with an adaptive-frequency oscillator | [`AdaptiveHopfConfig`] |
 //!
 //! ```
 //! use cpg_core::{Follow, Generator};

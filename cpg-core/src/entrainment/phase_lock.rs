@@ -1,24 +1,52 @@
-//! Estimates phase and cadence of a person from the angle of one joint: a hybrid phase-locked loop of second order.
+//! Estimates phase and cadence of a person from the angle of one joint: a phase-locked loop of second order with two phase detectors.
 //!
 //! ```text
-//! far:   r = arg[ (x + j q) conj(X(phi) + j Q(phi)) ]                                  x, q from the SOGI, X, Q its response to S
+//! loop:  phi' = w + 2 wn r,   w' = wn^2 r
+//! far:   r = arg[ (x + j q) conj(X(phi) + j Q(phi)) ]
 //! near:  r = clip( e g S'(phi) / mean(S'^2), r_max ),   e = y - (o + a0 + g (S(phi) - a0))
 //!        o' = eta_o e,   g' = eta_g e (S - a0) / mean((S - a0)^2)
-//! phi' = w + 2 wn r,   w' = wn^2 r
 //! ```
-//! S(phi) is the template of the measured joint (a0 its mean, S' its slope per radian of phase), y the measured angle, o and g the
-//! learned offset and gain of the sensor, r the phase error in radians; w is held within stated factors of the nominal frequency.
+//! | symbol | quantity | unit |
+//! |---|---|---|
+//! | phi, w | estimated phase and its angular frequency; w is held within [`PhaseLockConfig::frequency_range`] | rad, rad/s |
+//! | r | phase error: the detector's estimate of the person's phase minus phi | rad |
+//! | wn | bandwidth of the loop, [`PhaseLockConfig::bandwidth`] | rad/s |
+//! | y | measured angle | rad |
+//! | S(phi), S', a0 | [`Template`] of the measured joint, its slope per radian of phase, its mean | rad |
+//! | x, q | output of the quadrature filter ([`crate::entrainment::quadrature_filter`], a SOGI) for y | rad |
+//! | X, Q | its settled output for the template at phase phi: a Fourier series, computed once by `build` | rad |
+//! | e | innovation: measured minus predicted angle | rad |
+//! | o, g | learned offset (rad) and gain of the sensor against the template | |
+//! | eta_o, eta_g | their learning rates | 1/s |
 //!
-//! *Far* compares the response of the SOGI (second-order generalised integrator, [`crate::entrainment::quadrature_filter`]) to the signal
-//! with its response to the template at that phase (a Fourier series in phi, computed once). This error has one zero only, so that every
-//! start finds it, and no ripple, because both sides contain the template's harmonics. *Near* is the gradient of the squared innovation: it
-//! follows faster and uses the whole waveform, but has false zeros where the waveform is flat. Near therefore begins once the far error has
-//! been small for a while, and ends as soon as it is not. The damping is 1, so the bandwidth wn (rad/s) is the only parameter to tune: 2.5
-//! follows a step of cadence in about 1.3 s; it is wider for a second after a search. Offset and gain are learned as a mean at first, then
-//! at fixed rates.
+//! **Far mode** compares filtered signal and filtered template. Its error has a single zero in the cycle, so every start finds it, and no
+//! ripple, because both sides contain the same harmonics. **Near mode** is gradient descent on e^2. It follows faster and uses the whole
+//! waveform, but its error also has zeros at wrong phases and where the waveform is flat. So near mode begins when the far error has been small
+//! for [`PhaseLockConfig::near_after_s`], and ends as soon as the far error exceeds [`PhaseLockConfig::near_within`].
 //!
-//! The cost of a step is constant: one arc tangent, one sine, two divisions, one square root. Samples must be finite; [`crate::entrainment`]
-//! checks that and every other sensor fault.
+//! Both poles of the loop lie at wn (damping ratio 1), so wn is the only parameter to tune. At 2.5 rad/s a step of the cadence is followed in
+//! about 1.3 s. After a search wn is doubled, and decays to its value with a time constant of 0.7 s. Offset and gain are first learned at the
+//! rate 1 / (1 s + time in near mode), as a mean would be, and later at eta_o and eta_g.
+//!
+//! The equations above are complete; no paper is cited for the combination of the two detectors.
+//!
+//! A step has constant cost: one arc tangent, one sine, two divisions and one square root. The angle must be finite;
+//! [`Follower`](crate::entrainment::Follower) checks that and every other fault of the sensor.
+//!
+//! ```
+//! use cpg_core::entrainment::phase_lock::{PhaseLockConfig, Template};
+//! use cpg_core::waveform::shape::Shape;
+//! use joint_units::{Period, Phase, Radians};
+//! let hip = Template::new(Radians(0.1), [0.35, -0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 8])?;
+//! let mut lock = PhaseLockConfig::default().build(hip, Period::MILLISECOND)?;
+//! let person = |tick: u32| Phase::from_cycles(0.4 + tick as f32 * 1e-3 / 1.2); // strides of 1.2 s, the nominal ones are of 1.1
+//! for tick in 1..=8000 {
+//!     lock.step(Radians(hip.at(person(tick)).angle));
+//! }
+//! assert!(lock.is_near());
+//! assert!(lock.phase().cycles_after(person(8000)).abs() < 0.01);
+//! # Ok::<(), cpg_core::BuildError>(())
+//! ```
 
 use core::f32::consts::{PI, TAU};
 
@@ -33,7 +61,7 @@ use crate::{BuildError, Field, StateFault};
 /// Harmonics of a template: eight follow the mean stride of a person within a fifth of a degree.
 pub const TEMPLATE_HARMONICS: usize = 8;
 
-/// The waveform of a joint over the gait phase.
+/// The waveform of a joint over the gait phase, in radians: mean, then cosine and sine coefficients of harmonics 1 to 8.
 pub type Template = FourierShape<TEMPLATE_HARMONICS>;
 
 /// Harmonics of the SOGI's response that are compared: the fourth is attenuated 20 times.
@@ -42,32 +70,33 @@ const FILTERED: usize = 3;
 /// Parameters of the loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseLockConfig {
-    /// Stride time of the template's person, s: the first estimate of a search; 0.3 to 5.
+    /// Nominal stride time, s: that of the template's person, with which a search begins; 0.3 to 5, default 1.1.
     pub stride_s: f32,
-    /// Bandwidth wn in rad/s; 0.5 to 5.
+    /// Bandwidth wn; 0.5 to 5 rad/s, default 2.5.
     pub bandwidth: RadPerSec,
-    /// Least and largest frequency, as factors of the nominal one; 0.1 to 1 and 1 to 4.
+    /// Least and largest frequency w relative to the nominal 2 pi / `stride_s`; 0.1 to 1 and 1 to 4, default 0.3 and 2.5.
     pub frequency_range: (f32, f32),
     /// Gains of the quadrature filter.
     pub sogi: SogiConfig,
-    /// Largest far error in near; 0.1 to 1.5 rad.
+    /// Largest far error in near mode; 0.1 to 1.5 rad, default 34 degrees.
     pub near_within: Radians,
-    /// Time for which the far error has to be within half of that before near begins, s; 0.02 to 5.
+    /// Time for which the far error must be within half of `near_within` before near mode begins, s; 0.02 to 5, default 0.25.
     pub near_after_s: f32,
-    /// Time for which the filter settles before its phase is used, s; nothing is driven meanwhile, so that phase may jump; 0 to 2.
+    /// Time for which the filter settles before a search, s; 0 to 2, default 0.6. The phase jumps to that of the filter at its end, so it must
+    /// not drive anything until then.
     pub fill_s: f32,
-    /// Largest phase error r_max of one sample in near; 0.05 to 1.5 rad.
+    /// Largest phase error r_max from one sample in near mode; 0.05 to 1.5 rad, default 0.5.
     pub largest_error: Radians,
-    /// Rate eta_o at which the offset is learned, 1/s; 0 to 5.
+    /// Rate eta_o at which the sensor's offset is learned in near mode, 1/s; 0 to 5, default 0.3.
     pub offset_rate: f32,
-    /// Rate eta_g at which the gain is learned, 1/s; 0 to 5.
+    /// Rate eta_g at which the sensor's gain is learned in near mode, 1/s; 0 to 5, default 0.1.
     pub gain_rate: f32,
-    /// Least and largest gain; 0.1 to 1 and 1 to 5.
+    /// Least and largest gain of the sensor; 0.1 to 1 and 1 to 5, default 0.5 and 2.
     pub gain_range: (f32, f32),
 }
 
 impl Default for PhaseLockConfig {
-    /// A stride of 1.1 s, wn = 2.5 rad/s, frequencies from 0.3 to 2.5 times the nominal, near within 34 degrees, gains from a half to double.
+    /// The default of each field.
     fn default() -> Self {
         Self {
             stride_s: 1.1,
@@ -86,11 +115,12 @@ impl Default for PhaseLockConfig {
 }
 
 impl PhaseLockConfig {
-    /// Validates and folds for a template and a control period.
+    /// Validates the configuration and builds the loop for the measured joint's template and a control period. It begins at phase 0 with the
+    /// nominal frequency, and searches first.
     ///
     /// # Errors
-    /// Names the field that is out of range, `template.fundamental` (in radians) for a joint that hardly moves, `PeriodTooLong` for
-    /// fewer than 13 ticks of the fastest stride.
+    /// [`BuildError`] names the field that is out of range; `template.fundamental` if the amplitude of the template's first harmonic is
+    /// outside 0.01 to 3 rad. [`BuildError::PeriodTooLong`] if the fastest stride has fewer than 13 ticks (above 35 ms by default).
     pub fn build(&self, template: Template, period: Period) -> Result<PhaseLock, BuildError> {
         in_range(self.stride_s, Field::of("stride_s"), 0.3, 5.0)?;
         in_range(self.bandwidth.0, Field::of("bandwidth"), 0.5, 5.0)?;
@@ -126,6 +156,7 @@ impl PhaseLockConfig {
 /// The settled response of the SOGI to the template: x and q over the phase.
 type Filtered = [FourierShape<FILTERED>; 2];
 
+/// The response of the settled SOGI to each harmonic of the template.
 fn filtered(template: &Template, sogi: &SogiConfig) -> Result<Filtered, BuildError> {
     let (_, cos, sin) = template.coefficients();
     // Each harmonic is Re[(a - j b) e^(j n phi)].
@@ -151,12 +182,12 @@ pub(crate) struct Moments {
     pub variance: f32,
     /// mean(S'^2).
     pub square_slope: f32,
-    /// mean(|S'|): a quarter of it times 2 pi is the mean half range.
+    /// mean(|S'|). For a waveform with one rise and one fall it is the range divided by pi.
     pub absolute_slope: f32,
 }
 
 impl Moments {
-    /// Of a template; sums over 256 points are exact for eight harmonics, except for the mean of |S'|.
+    /// The means of a template. Sums over 256 points are exact for eight harmonics, except for the mean of |S'|.
     #[must_use]
     pub(crate) fn of(template: &Template) -> Self {
         let (_, cos, sin) = template.coefficients();
@@ -174,15 +205,15 @@ impl Moments {
     }
 }
 
-/// Offset and gain are first learned at the rate 1 / (this + time), in s.
+/// Offset and gain are first learned at the rate 1 / (this time + time in near mode), s.
 const FIRST_LEARNING_S: f32 = 1.0;
 
-/// Additional bandwidth right after a search, and its rate of decay: an error of 40 % in frequency is corrected a second sooner.
+/// Additional bandwidth after a search, relative to the configured one: with it an error of 40 % in frequency is corrected a second sooner.
 const WIDENING: f32 = 1.0;
-/// See [`WIDENING`].
+/// Time constant with which the additional bandwidth decays, s.
 const WIDENING_S: f32 = 0.7;
 
-/// The phase-locked loop.
+/// The phase-locked loop. In each tick call one of [`PhaseLock::step`], [`PhaseLock::settle_filter`] and [`PhaseLock::coast`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseLock {
     config: PhaseLockConfig,
@@ -210,11 +241,13 @@ struct LockState {
     near_for: f32,
     /// Time for which the far error has been small, s.
     small_for: f32,
-    /// Additional bandwidth; decays after a search.
+    /// Additional bandwidth, relative; decays after a search.
     widening: f32,
+    /// rad.
     far_error: f32,
-    /// The error r of the last step.
+    /// The error r of the last step, rad.
     error: f32,
+    /// The innovation e of the last step, rad.
     innovation: f32,
 }
 
@@ -240,7 +273,8 @@ impl LockState {
 }
 
 impl PhaseLock {
-    /// One period with the measured angle at its end, which must be finite.
+    /// Advances by one control period, with the measured angle at its end, and corrects phase and frequency. The angle must be finite, or the
+    /// state becomes invalid (see [`PhaseLock::check`]).
     pub fn step(&mut self, angle: Radians) {
         let (y, t, config) = (angle.0, self.period_s, self.config);
         if self.state.fill > 0.0 {
@@ -275,7 +309,7 @@ impl PhaseLock {
         self.state.innovation = e;
         let error = if self.state.near {
             let limit = config.largest_error.0;
-            // At first like a mean over all samples so far: the values from the filter may be wrong by much.
+            // The first values, from the filter, may be far off: learn at the rate of a running mean at first.
             self.state.near_for += t;
             let first_rate = 1.0 / (FIRST_LEARNING_S + self.state.near_for);
             self.state.offset += config.offset_rate.max(first_rate) * e * t;
@@ -289,14 +323,15 @@ impl PhaseLock {
         self.set_frequency(self.state.frequency + bandwidth * bandwidth * error * t);
     }
 
-    /// One period without a measured angle: the phase advances at the estimated frequency.
+    /// Advances by one control period without a measured angle: the phase continues at the estimated frequency.
     pub fn coast(&mut self) {
         self.state.error = 0.0;
         self.advance(0.0);
         self.state.sogi.coast(&self.config.sogi, self.state.frequency * self.period_s);
     }
 
-    /// One period in which the measured angle only settles the filter, and the phase advances by itself.
+    /// Advances by one control period with a measured angle that settles the filter and corrects nothing: the phase continues at the estimated
+    /// frequency. The angle must be finite.
     pub fn settle_filter(&mut self, angle: Radians) {
         self.begin(angle.0);
         self.state.error = 0.0;
@@ -308,19 +343,19 @@ impl PhaseLock {
             - (self.state.offset + self.template.mean() + self.state.gain * (point.angle - self.template.mean()));
     }
 
-    /// Sets the phase, as an event does.
+    /// Sets the estimated phase, for example at a stride event.
     pub const fn set_phase(&mut self, phase: Phase) {
         self.state.phase = phase;
         self.state.error = 0.0;
     }
 
-    /// Sets the frequency, held within the configured range.
+    /// Sets the estimated frequency in rad/s, limited to the configured range.
     pub fn set_frequency(&mut self, frequency: f32) {
         let (least, most) = self.config.frequency_range;
         self.state.frequency = frequency.max(self.nominal * least).min(self.nominal * most);
     }
 
-    /// Starts again in far, at the phase of the filter.
+    /// Begins far mode at the phase of the filter, which must have settled. [`PhaseLock::refill`] settles it first.
     pub fn search(&mut self) {
         self.state.near = false;
         self.state.near_for = 0.0;
@@ -334,7 +369,7 @@ impl PhaseLock {
         self.state.error = 0.0;
     }
 
-    /// Begins a search: the filter settles first.
+    /// Begins a search: the filter settles for [`PhaseLockConfig::fill_s`] of further steps, then far mode begins at its phase.
     pub const fn refill(&mut self) {
         self.state.near = false;
         self.state.small_for = 0.0;
@@ -346,69 +381,69 @@ impl PhaseLock {
         self.state = LockState::new(self.template.mean(), self.nominal, self.config.fill_s);
     }
 
-    /// Gait phase of the person.
+    /// Estimated gait phase of the person, phi.
     #[must_use]
     pub const fn phase(&self) -> Phase {
         self.state.phase
     }
 
-    /// Angular frequency w of the stride.
+    /// Estimated angular frequency w of the stride.
     #[must_use]
     pub const fn frequency(&self) -> RadPerSec {
         RadPerSec(self.state.frequency)
     }
 
-    /// Nominal angular frequency.
+    /// Nominal angular frequency, 2 pi / [`PhaseLockConfig::stride_s`].
     #[must_use]
     pub const fn nominal(&self) -> RadPerSec {
         RadPerSec(self.nominal)
     }
 
-    /// Whether it is near: locked on the waveform.
+    /// Whether the loop is in near mode: locked on the waveform.
     #[must_use]
     pub const fn is_near(&self) -> bool {
         self.state.near
     }
 
-    /// The far error, -pi to pi.
+    /// The far error of the last step, -pi to pi, in both modes.
     #[must_use]
     pub const fn far_error(&self) -> Radians {
         Radians(self.state.far_error)
     }
 
-    /// The phase error r of the last step.
+    /// The phase error r that corrected the last step; 0 after a step without correction.
     #[must_use]
     pub const fn error(&self) -> Radians {
         Radians(self.state.error)
     }
 
-    /// The measured angle less the predicted one.
+    /// The innovation e of the last step: measured minus predicted angle.
     #[must_use]
     pub const fn innovation(&self) -> Radians {
         Radians(self.state.innovation)
     }
 
-    /// The predicted angle, with the learned offset and gain.
+    /// The angle predicted at the estimated phase, with the learned offset and gain of the sensor.
     #[must_use]
     pub fn predicted(&self) -> Radians {
         let (mean, point) = (self.template.mean(), self.template.at(self.state.phase));
         Radians(self.state.offset + mean + self.state.gain * (point.angle - mean))
     }
 
-    /// Predicted rates at the phase less `part`, at the phase, and at the phase plus `part`, rad/s.
+    /// Predicted rates of the measured joint, rad/s: at the estimated phase minus `cycles`, at it, and at it plus `cycles`.
     #[must_use]
     pub fn predicted_rates(&self, cycles: f32) -> [f32; 3] {
         let scale = self.state.gain * self.state.frequency * (1.0 / TAU);
         [-cycles, 0.0, cycles].map(|by| scale * self.template.at(self.state.phase + Phase::from_cycles(by)).slope)
     }
 
-    /// Learned offset and gain of the sensor.
+    /// Learned offset and gain of the sensor: measured = offset + mean + gain (template - mean).
     #[must_use]
     pub const fn sensor(&self) -> (Radians, f32) {
         (Radians(self.state.offset), self.state.gain)
     }
 
-    /// Amplitude of the fundamental, relative to that of the template at this phase.
+    /// Amplitude of the filtered signal relative to that of the filtered template at the estimated phase: 1 for the template's person.
     #[must_use]
     pub fn relative_amplitude(&self) -> f32 {
         let [x, q] = self.filtered.map(|shape| shape.at(self.state.phase).angle);
@@ -452,16 +487,19 @@ impl PhaseLock {
         }
     }
 
+    /// Advances the phase by one period at the frequency plus a correction in rad/s.
     fn advance(&mut self, correction: f32) {
         let rate = (self.state.frequency + correction).max(-self.nominal).min(4.0 * self.nominal);
         self.state.phase += Phase::from_cycles(rate * self.period_s * (1.0 / TAU));
     }
 
-    /// The offset according to the filter. The filter's amplitude is not used: its frequency was set just before.
+    /// Takes the offset from the filter's mean when near mode begins. The filter's amplitude has not settled at the new frequency yet, so the
+    /// gain is not taken from it.
     fn take_over(&mut self) {
         self.state.offset = self.state.sogi.mean - self.template.mean();
     }
 
+    /// The far error.
     fn compare(&self) -> f32 {
         let [x, q] = self.filtered.map(|shape| shape.at(self.state.phase).angle);
         let Sogi { fundamental, quadrature, .. } = self.state.sogi;
@@ -486,7 +524,7 @@ mod tests {
         PhaseLockConfig::default().build(hip(), Period::MILLISECOND).unwrap()
     }
 
-    /// In far, at lock, the error has no ripple although the template has harmonics: both sides are filtered alike.
+    /// In far mode at lock the error has no ripple, although the template has harmonics: both sides are filtered in the same way.
     #[test]
     fn the_far_error_has_no_ripple() {
         let mut lock = lock();

@@ -1,16 +1,20 @@
-//! Decides for every sample of the sensor whether it is plausible, and names the fault if it is not.
+//! Checks every angle of the sensor for plausibility and names the fault of an implausible one.
 //!
-//! | fault | rule | found after |
+//! | fault | rule | found after (default limits) |
 //! |---|---|---|
-//! | missing | flagged invalid, not a number, or beyond ±200 degrees, for longer than the bridge | the bridge |
-//! | erratic | steps that no joint can make, in more than a third of the last 0.1 s | 0.04 to 0.11 s if all are |
-//! | stuck | no step beyond the noise for a while, the rate before having ended at once, and the template having moved on | 0.08 s |
-//! | amplitude | the fundamental is more than so many times the template's | the filter's settling |
-//! | innovation | its mean square exceeds a part of the amplitude's | 0.2 to 0.4 s |
+//! | missing | no valid angle, not finite, or beyond ±200 degrees, for longer than [`PlausibilityConfig::bridge_s`] | 0.02 s |
+//! | erratic | steps faster than [`PlausibilityConfig::fastest`] in more than a third of the samples of the last 0.1 s | 0.04 to 0.11 s if all samples are such |
+//! | stuck | no change beyond [`PlausibilityConfig::noise`] for [`PlausibilityConfig::stuck_s`], after a motion faster than [`PlausibilityConfig::abrupt`], while the predicted angle moves on | 0.08 s |
+//! | amplitude | the fundamental is larger than the upper limit of [`PlausibilityConfig::amplitude`] times the template's | the settling time of the quadrature filter, about 0.35 s |
+//! | innovation | the root mean square of measured minus predicted angle exceeds [`PlausibilityConfig::innovation`] times the amplitude, and the joint moves faster than three times its usual rate | 0.2 to 0.4 s |
 //!
-//! A leg that stands still is no fault: it slows down before it stands, within what muscles can do, whereas a sensor that
-//! sticks or a wire that breaks ends a movement from one tick to the next. So `stuck` asks how fast the joint was just before.
-//! Single bad samples are bridged: the estimator goes on for them by itself.
+//! The first three rules are in this file; the last two need the estimator and are applied by [`Follower`](super::Follower).
+//!
+//! A standing leg is no fault. It differs from a stuck sensor by how the motion ended: a leg slows down over some hundredths of a second,
+//! whereas the angle of a stuck sensor or a broken wire stops from one tick to the next. The rule `stuck` therefore compares the rate
+//! just before the halt with a limit.
+//!
+//! Single implausible samples are bridged: the estimator advances without them.
 
 use joint_units::{Period, RadPerSec, Radians};
 
@@ -20,25 +24,25 @@ use crate::{BuildError, Field};
 /// Limits of what is plausible.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlausibilityConfig {
-    /// Fastest that a joint moves; 5 to 100 rad/s. Running knees reach 16.
+    /// Highest rate of a joint; 5 to 100 rad/s, default 25. Running knees reach 16 rad/s.
     pub fastest: RadPerSec,
-    /// Peak noise of a sound sensor, quantisation included; 0 to 0.1 rad.
+    /// Peak noise of a good sensor, quantisation included; 0 to 0.1 rad, default 0.15 degrees (two codes of a 12 bit converter).
     pub noise: Radians,
-    /// How long samples may be bad before that is a fault, s; 0 to 0.2.
+    /// Time for which samples may be implausible before that is a fault, s; 0 to 0.2, default 0.02.
     pub bridge_s: f32,
-    /// How long a sensor must not move to be stuck, s; 0.02 to 1.
+    /// Time without change after which a sensor is stuck, s; 0.02 to 1, default 0.08.
     pub stuck_s: f32,
-    /// Rate that no leg loses within a few hundredths of a second; 0.1 to 10 rad/s.
+    /// Rate that a leg cannot lose within 20 ms; 0.1 to 10 rad/s, default 1.05 rad/s (60 degrees/s). A halt from a higher rate is the sensor's.
     pub abrupt: RadPerSec,
-    /// Least and largest amplitude relative to the template: below, the person stands; above, the sensor is at fault. 0.05 to 1, 1 to 10.
+    /// Least and largest amplitude of the fundamental relative to the template's. Below, the person stands; above, the sensor has a fault.
+    /// 0.05 to 1 and 1 to 10, default 0.45 and 2.2.
     pub amplitude: (f32, f32),
-    /// Largest root mean square innovation relative to the amplitude; 0.1 to 2.
+    /// Largest root mean square of the innovation (measured minus predicted angle) relative to the amplitude; 0.1 to 2, default 0.55.
     pub innovation: f32,
 }
 
 impl Default for PlausibilityConfig {
-    /// 25 rad/s, 0.15 degrees (two codes of 12 bits), a bridge of 20 ms, stuck after 80 ms, abrupt from 60 degrees/s, amplitudes of 0.45 to
-    /// 2.2, innovation of 0.55.
+    /// The default of each field.
     fn default() -> Self {
         Self {
             fastest: RadPerSec(25.0),
@@ -53,10 +57,10 @@ impl Default for PlausibilityConfig {
 }
 
 impl PlausibilityConfig {
-    /// Checks the limits.
+    /// Checks every field against its range. [`FollowerConfig::build`](super::FollowerConfig::build) calls it.
     ///
     /// # Errors
-    /// Names the field that is out of range.
+    /// [`BuildError`] names the field that is out of range: `plausibility.noise`.
     pub fn validate(&self) -> Result<(), BuildError> {
         in_range(self.fastest.0, Field::of("plausibility.fastest"), 5.0, 100.0)?;
         in_range(self.noise.0, Field::of("plausibility.noise"), 0.0, 0.1)?;
@@ -69,20 +73,20 @@ impl PlausibilityConfig {
     }
 }
 
-/// What is wrong with the sensor.
+/// Fault of the sensor that a follower detects, see [`PlausibilityConfig`] for the limits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SensorFault {
-    /// No valid samples.
+    /// No valid samples for longer than the bridge.
     Missing,
-    /// Steps that no joint can make.
+    /// Many steps faster than a joint can move.
     Erratic,
-    /// It stopped from one tick to the next.
+    /// The angle stopped from one tick to the next, and does not change.
     Stuck,
     /// The amplitude is far above the template's.
     Amplitude,
-    /// The signal is not the joint's waveform.
+    /// The angle does not follow the joint's template, and moves faster than a leg.
     Innovation,
 }
 
@@ -90,7 +94,7 @@ impl SensorFault {
     /// Every fault.
     pub const ALL: [Self; 5] = [Self::Missing, Self::Erratic, Self::Stuck, Self::Amplitude, Self::Innovation];
 
-    /// A word for people.
+    /// Name in messages and recordings: `missing`, `erratic`, `stuck`, `amplitude`, `innovation`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -103,14 +107,14 @@ impl SensorFault {
     }
 }
 
-/// What a sample is good for.
+/// Result of the check of one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Plausibility {
-    /// To be used.
+    /// Plausible: the angle, rad.
     Good(f32),
-    /// To be done without.
+    /// Implausible, but not for long: the estimator advances without it.
     Bridged,
-    /// Not to be used, nor those after it until they have been good for a while.
+    /// A fault: samples are not used until they have been good for [`FollowerConfig::good_s`](super::FollowerConfig::good_s).
     Fault(SensorFault),
 }
 
@@ -119,12 +123,12 @@ const LARGEST_ANGLE: f32 = 3.5;
 /// Time constant of the share of erratic samples, s, and the share that is a fault.
 const ERRATIC_S: f32 = 0.1;
 const ERRATIC_SHARE: f32 = 0.35;
-/// Time over which the rate before a halt is taken, in samples of it.
+/// Angles that are kept for the rate before a halt, and the time between them, s: a rate over 20 ms.
 const SPEED_SAMPLES: usize = 6;
 const SPEED_STEP_S: f32 = 0.004;
-/// How far the template must have moved on for a halt to count as stuck, as a multiple of the noise; at least [`LEAST_TRAVEL`].
+/// Travel of the predicted angle since the halt from which on the sensor is stuck, as a multiple of the noise; at least [`LEAST_TRAVEL`].
 const TRAVEL: f32 = 8.0;
-/// 1.2 degrees.
+/// Least such travel, rad: 1.2 degrees.
 const LEAST_TRAVEL: f32 = 0.021;
 
 /// The check and its state.
@@ -132,23 +136,31 @@ const LEAST_TRAVEL: f32 = 0.021;
 pub(crate) struct PlausibilityCheck {
     config: PlausibilityConfig,
     period_s: f32,
+    /// Last plausible angle, rad.
     last_good: Option<f32>,
+    /// Time since it, s.
     bad_for: f32,
+    /// Low-passed share of erratic samples, 0 to 1.
     erratic: f32,
-    /// Where the sensor last left the band of the noise: angle, the prediction then, its rate before.
     still: Still,
     /// Recent angles, `SPEED_STEP_S` apart, the newest first.
     recent: [f32; SPEED_SAMPLES],
+    /// Time since the newest of them, s.
     since_recent: f32,
 }
 
+/// The last change of the angle by more than the noise.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Still {
+    /// Angle after it, rad.
     angle: f32,
+    /// Predicted angle then, rad.
     predicted: f32,
+    /// Absolute rate before it, rad/s.
     speed: f32,
+    /// Time since it, s.
     time: f32,
-    /// It was found stuck; that holds until it moves.
+    /// The sensor was found stuck, which holds until the angle changes.
     stuck: bool,
 }
 
@@ -166,7 +178,7 @@ impl PlausibilityCheck {
         }
     }
 
-    /// One tick: the sample, and the predicted angle for it.
+    /// Checks the sample of one tick; `predicted` is the angle predicted for it, rad.
     pub(crate) fn judge(&mut self, sample: Option<Radians>, predicted: f32) -> Plausibility {
         let t = self.period_s;
         let plausible = sample.map(|angle| angle.0).filter(|y| y.is_finite() && y.abs() <= LARGEST_ANGLE);
@@ -217,6 +229,7 @@ impl PlausibilityCheck {
         self.still.stuck
     }
 
+    /// Adds an angle to the recent ones.
     fn keep(&mut self, y: f32) {
         self.since_recent += self.period_s;
         if self.last_good.is_none() {
@@ -230,7 +243,7 @@ impl PlausibilityCheck {
         }
     }
 
-    /// Mean rate over the last 20 ms or so.
+    /// Mean absolute rate over about the last 20 ms, rad/s.
     fn speed(&self, y: f32) -> f32 {
         let oldest = self.recent.last().copied().unwrap_or(y);
         let steps = (SPEED_SAMPLES - 1) as f32 * SPEED_STEP_S.max(self.period_s);
@@ -251,7 +264,7 @@ mod tests {
         0.35 * (tick as f32 * 1e-3 * core::f32::consts::TAU).sin()
     }
 
-    /// The first result that is not good after a sound second, and its tick.
+    /// The first result that is neither good nor bridged, after one second of good samples, and its tick.
     fn first_bad(ticks: u32, sample: impl Fn(u32) -> Option<f32>) -> Option<(u32, Plausibility)> {
         let mut gate = gate();
         for tick in 0..1000 {
@@ -277,19 +290,19 @@ mod tests {
         let noisy = |tick: u32| Some(swing(tick) + if tick.is_multiple_of(2) { 0.3 } else { -0.3 });
         let (at, result) = first_bad(500, noisy).unwrap();
         assert!(at < 120 && result == Plausibility::Fault(SensorFault::Erratic), "{at}: {result:?}");
-        // Zero is where it swings fastest.
+        // The swing is fastest at 0.
         let (at, result) = first_bad(500, |_| Some(0.0)).unwrap();
         assert!((79..=83).contains(&at) && result == Plausibility::Fault(SensorFault::Stuck), "{at}: {result:?}");
     }
 
-    /// A wire that breaks: the jump is bridged, and the standstill after it is a fault although no speed was seen in the samples.
+    /// A broken wire: the jump is bridged, and the constant angle after it is a fault, although no sample shows the motion.
     #[test]
     fn a_jump_to_a_standstill_is_stuck() {
         let (at, result) = first_bad(500, |_| Some(-0.6)).unwrap();
         assert!(at < 130 && result == Plausibility::Fault(SensorFault::Stuck), "{at}: {result:?}");
     }
 
-    /// A leg that slows down within a tenth of a second and stands is no fault, for however long, with 12 bits of noise on it.
+    /// A leg that slows down within a tenth of a second and then stands for 20 s is no fault, with noise of 0.001 rad.
     #[test]
     fn a_leg_that_stands_is_no_fault() {
         let stands = |tick: u32| {
@@ -300,7 +313,7 @@ mod tests {
         assert_eq!(first_bad(20_000, stands), None);
     }
 
-    /// Spikes are left out one by one; a sensor that was stuck stays so until it moves.
+    /// Single spikes are bridged; a stuck sensor stays stuck until its angle changes.
     #[test]
     fn spikes_are_bridged_and_a_stuck_sensor_stays_stuck() {
         let mut gate = gate();

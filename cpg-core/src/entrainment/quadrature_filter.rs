@@ -3,26 +3,31 @@
 //! ```text
 //! e = y - m - x,   x' = w (k e - q),   q' = w x,   m' = k0 w e
 //! ```
-//! y the signal, w the angular frequency that the filter is tuned to (rad/s), x the fundamental, q its quadrature (a quarter of a
-//! cycle behind), m the mean; all in the unit of y. At w the gain is 1 and the shift 0: y = m + A cos(a) gives x = A cos(a) and
-//! q = A sin(a). A harmonic n is weakened to `1 / |1 + j (n - 1/n) / k|` in x (about), and n times further in q.
-//! Disturbances die as exp(-k w t / 2): 0.35 s at a stride of 1.1 s and k = 1.
+//! y is the signal, w the angular frequency that the filter is tuned to (rad/s), x the fundamental, q its quadrature (a quarter of a
+//! cycle behind), m the mean, e the rest (all in the unit of y), k and k0 the gains of [`SogiConfig`] (without unit).
 //!
-//! Discretisation: the trapezoidal rule with the frequency pre-warped, tan(w T / 2) for w T / 2. The bilinear map takes the imaginary
-//! axis onto the unit circle, and pre-warping maps w onto itself: gain 1 and shift 0 at w are exact for every period T, and no
-//! step, however long, is unstable. (w may change from tick to tick; it is held within one.)
-//! Source: Rodriguez et al. 2006, the dual SOGI with an integrator for the offset, as used for grid synchronisation.
+//! At w the gain is 1 and the phase shift 0: y = m + A cos(a) gives x = A cos(a) and q = A sin(a). Harmonic n is attenuated to about
+//! `1 / |1 + j (n - 1/n) / k|` in x, and n times more in q ([`settled_gain`] is exact). Disturbances decay as exp(-k w t / 2), with a time
+//! constant of 0.35 s at a stride of 1.1 s and k = 1.
+//!
+//! Discretisation: the trapezoidal rule with pre-warping, c = tan(w T / 2) in place of w T / 2, T the control period in s. The bilinear map
+//! takes the imaginary axis onto the unit circle, and pre-warping maps w onto itself: gain 1 and shift 0 at w are exact for every T, and the
+//! filter is stable for every T. (w may change from tick to tick; within one it is constant.)
+//!
+//! The filter is known from the synchronisation of power converters with the grid. The equations are derived here and no paper is followed: with
+//! d/dt = s w, x / (y - m) = k s / (s^2 + k s + 1), the band-pass filter of second order with gain 1 at s = j; and m integrates the rest e,
+//! so its settled value is the signal's mean. The tests compare the step with a Runge-Kutta integration of these equations.
 
 use crate::BuildError;
 use crate::Field;
 use crate::error::in_range;
 
-/// Gains; the filter's state is apart, in [`Sogi`].
+/// Gains of the filter. Its state is a [`Sogi`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SogiConfig {
-    /// Bandwidth k relative to the frequency; 0.1 to 3.
+    /// Bandwidth k relative to the frequency w; 0.1 to 3, default 1.
     pub gain: f32,
-    /// Rate k0 at which the mean is learned, relative to the frequency; 0.01 to 1.
+    /// Rate k0 at which the mean is learned, relative to the frequency w; 0.01 to 1, default 0.2.
     pub mean_gain: f32,
 }
 
@@ -34,17 +39,17 @@ impl Default for SogiConfig {
 }
 
 impl SogiConfig {
-    /// Checks the gains.
+    /// Checks the gains against their ranges.
     ///
     /// # Errors
-    /// Names the field that is out of range.
+    /// [`BuildError`] names the field that is out of range: `sogi.gain` or `sogi.mean_gain`.
     pub fn validate(&self) -> Result<(), BuildError> {
         in_range(self.gain, Field::of("sogi.gain"), 0.1, 3.0)?;
         in_range(self.mean_gain, Field::of("sogi.mean_gain"), 0.01, 1.0)
     }
 }
 
-/// OscillatorState of the filter, in the unit of the signal.
+/// State of the filter, in the unit of the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sogi {
     /// Fundamental x.
@@ -53,21 +58,22 @@ pub struct Sogi {
     pub quadrature: f32,
     /// Mean m.
     pub mean: f32,
-    /// What is left, e.
+    /// The rest e = y - m - x.
     rest: f32,
 }
 
-/// Largest w T that the series of the tangent is used for, in radians a tick.
+/// Largest w T, in radians a tick; a larger one is limited to it. The tangent is computed by a series up to here.
 pub const MAX_TURN: f32 = 0.5;
 
 impl Sogi {
-    /// At rest about a mean.
+    /// The state after a constant signal of this value.
     #[must_use]
     pub const fn at_rest(mean: f32) -> Self {
         Self { fundamental: 0.0, quadrature: 0.0, mean, rest: 0.0 }
     }
 
-    /// One period with the sample `y` at its end; `turn` is w T, 0 to [`MAX_TURN`]. `y` must be finite.
+    /// Advances by one control period with the sample `y` at its end, which must be finite. `turn` is w T in radians, limited to 0 to
+    /// [`MAX_TURN`].
     ///
     /// ```
     /// use cpg_core::entrainment::quadrature_filter::{Sogi, SogiConfig};
@@ -97,7 +103,8 @@ impl Sogi {
         self.rest = y - self.mean - next;
     }
 
-    /// One period without a sample: the fundamental turns on by itself, as if the signal did just that.
+    /// Advances by one control period without a sample, as if the signal were its own fundamental and mean, continued: amplitude and mean stay,
+    /// the phase advances by `turn` radians.
     pub fn coast(&mut self, config: &SogiConfig, turn: f32) {
         let (sin, cos) = crate::math::trig::sin_cos(joint_units::Phase::from_cycles(turn / core::f32::consts::TAU));
         let (x, q) = (self.fundamental, self.quadrature);
@@ -105,7 +112,7 @@ impl Sogi {
         self.step(config, y, turn);
     }
 
-    /// Amplitude of the fundamental.
+    /// Amplitude of the fundamental, sqrt(x^2 + q^2), in the unit of the signal.
     #[must_use]
     pub fn amplitude(&self) -> f32 {
         libm::sqrtf(self.fundamental * self.fundamental + self.quadrature * self.quadrature)
@@ -118,10 +125,11 @@ impl Sogi {
     }
 }
 
-/// What the filter makes of a harmonic of amplitude 1 once settled and tuned to the fundamental: the complex gains (re, im) of x and q.
+/// Gains of the settled filter for a harmonic of the frequency that it is tuned to: the complex gains (re, im) of x and of q. `harmonic` is n, 1
+/// for the fundamental (0 counts as 1).
 ///
-/// From the equations with d/dt = j n w: `E = 1 / (1 + k0/s + k s/(s^2+1))`, `X = E k s/(s^2+1)`, `Q = X/s`, s = j n; at n = 1,
-/// `X = 1` and `Q = -j`.
+/// From the equations with d/dt = s w, s = j n, for y of amplitude 1: `E = 1 / (1 + k0/s + k s/(s^2+1))`, `X = E k s/(s^2+1)`, `Q = X/s`; at
+/// n = 1, `X = 1` and `Q = -j`.
 #[must_use]
 pub fn settled_gain(config: &SogiConfig, harmonic: u8) -> ((f32, f32), (f32, f32)) {
     if harmonic <= 1 {

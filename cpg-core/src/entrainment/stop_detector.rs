@@ -1,12 +1,20 @@
-//! Detects a stop by comparing measured with predicted motion.
+//! Detects a stop of the person by comparing the measured rate of the joint with the predicted one.
+//!
+//! Two rules, both on mean absolute rates (low-passed over 0.14 s):
+//! - *idle*: the joint moves at less than 0.36 of the rate predicted for it, while the prediction is a real motion; or at less than 0.06 of its
+//!   usual rate. After 0.03 s the person has stopped. To allow for a person who is a little early or late, the least prediction of three
+//!   phases counts.
+//! - *still*: the joint moves at less than 0.1 of its usual rate for 0.6 s, whatever the prediction.
+//!
+//! The usual rate is the mean absolute rate of the template at the estimated cadence.
 
-/// Mean square of the innovation against that of the amplitude.
+/// Running mean square of the innovation: measured minus predicted angle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Innovation {
     square: f32,
 }
 
-/// Time constant of the mean, s.
+/// Time constant of that mean, s.
 const INNOVATION_S: f32 = 0.4;
 
 impl Innovation {
@@ -14,6 +22,7 @@ impl Innovation {
         Self { square: 0.0 }
     }
 
+    /// Takes the innovation of one tick, rad.
     pub(crate) fn step(&mut self, innovation: f32, period_s: f32) {
         self.square += (innovation * innovation - self.square) * (period_s / INNOVATION_S).min(1.0);
     }
@@ -24,34 +33,36 @@ impl Innovation {
     }
 }
 
-/// Mean absolute rate of the measured joint and of its prediction.
+/// Mean absolute rates of the measured joint and of its prediction, and the rules above.
 ///
-/// The measured angle is smoothed before it is differentiated: else the rate would be that of the noise.
+/// The measured angle is low-passed before it is differentiated, because the rate of its noise would be larger than its own.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Activity {
+    /// Low-passed angle, rad; `None` before the first sample.
     smooth: Option<f32>,
+    /// Mean absolute rate of the joint, rad/s.
     measured: f32,
-    /// Smoothed rate now.
+    /// Low-passed rate now, rad/s.
     rate: f32,
-    /// A little earlier in the stride, now, and a little later.
+    /// Mean absolute predicted rate, rad/s: a little earlier in the stride, at the estimated phase, and a little later.
     predicted: [f32; 3],
-    /// How long it has been idle, s.
+    /// Time for which the joint has been idle, s.
     idle_for: f32,
-    /// How long it has hardly moved at all, s.
+    /// Time for which the joint has been still, s.
     still_for: f32,
 }
 
-/// Time constant of the smoothed angle, s.
+/// Time constant of the low-passed angle, s.
 const SMOOTH_S: f32 = 0.025;
 /// Time constant of the mean rates, s.
 const ACTIVITY_S: f32 = 0.14;
 /// Fraction of the predicted rate below which the joint lags.
 const LAG_RATE_FRACTION: f32 = 0.35;
-/// Fraction of the template's mean rate below which the joint counts as stationary: a knee in stance moves faster.
+/// Fraction of the usual rate below which the joint is idle whatever the prediction: a knee in stance moves faster.
 const STOP_RATE_FRACTION: f32 = 0.06;
-/// Fraction of the template's mean rate below which the joint is still.
+/// Fraction of the usual rate below which the joint is still.
 const STILL_RATE_FRACTION: f32 = 0.1;
-/// How long a joint must be still to stand, s: a stiff knee is still for 0.4 s in stance.
+/// Time for which a joint must be still to count as stopped, s: a stiff knee is still for 0.4 s in stance.
 const STILL_S: f32 = 0.6;
 /// Fraction of the predicted rate below which the joint is idle.
 const IDLE_RATE_FRACTION: f32 = 0.36;
@@ -61,7 +72,7 @@ impl Activity {
         Self { smooth: None, measured: 0.0, rate: 0.0, predicted: [0.0; 3], idle_for: 0.0, still_for: 0.0 }
     }
 
-    /// One tick: the angle, the predicted rates, and the template's mean absolute rate at the person's cadence, rad/s.
+    /// Takes the angle of one tick (rad), the predicted rates at the three phases (rad/s), and the usual rate (rad/s).
     pub(crate) fn step(&mut self, angle: f32, predicted_rates: [f32; 3], usual: f32, period_s: f32) {
         let before = self.smooth.unwrap_or(angle);
         let rate = (angle - before) / SMOOTH_S.max(period_s);
@@ -79,12 +90,12 @@ impl Activity {
         self.still_for = if self.measured < STILL_RATE_FRACTION * usual { self.still_for + period_s } else { 0.0 };
     }
 
-    /// Whether the person has stopped.
+    /// Whether the person has stopped: the joint is idle for 0.03 s, or still for 0.6 s.
     pub(crate) fn has_stopped(&self) -> bool {
         self.idle_for > 0.03 || self.is_still()
     }
 
-    /// Whether the joint stands, whatever the prediction.
+    /// Whether the joint has been still for 0.6 s.
     pub(crate) fn is_still(&self) -> bool {
         self.still_for > STILL_S
     }
@@ -100,12 +111,12 @@ impl Activity {
         self.measured
     }
 
-    /// Whether it is idle now.
+    /// Whether the joint is idle now.
     pub(crate) const fn is_idle(&self) -> bool {
         self.idle_for > 0.0
     }
 
-    /// Starts the idle time again.
+    /// Sets the idle time to 0.
     pub(crate) const fn rest(&mut self) {
         self.idle_for = 0.0;
     }

@@ -1,16 +1,21 @@
-//! Stride events: a foot switch, or a peak of the joint's angle, as a reset of phase and cadence.
+//! Estimates phase and cadence from one event a stride: a heel strike (foot switch) or a peak of a joint's angle.
 //!
 //! ```text
-//! at an event:  phi := phi + g d,   w := w + g_w (2 pi / T_last - w),   d = wrap(phi_event - phi)
+//! between events:  phi' = w
+//! at an event:     phi := phi + g d,   w := w + g_w (2 pi / T - w),   d = wrap(phi_event - phi)
 //! ```
-//! phi_event is where in the stride the event is, T_last the time since the event before. Intervals outside of a range about the nominal
-//! stride are not strides: too short and the event is a bounce and is left out; too long and steps were missed, so that the phase is
-//! reset and the cadence is not. Two events are enough to lock; between them nothing is corrected.
+//! phi is the gait phase (rad here, a [`Phase`] in the code), w its angular frequency in rad/s, phi_event the phase of the event in the
+//! stride, T the time since the previous event in s, g and g_w the gains; wrap maps to -pi..pi.
 //!
-//! [`StrideEvents`] uses nothing but its events. [`crate::entrainment`] applies the same rules for intervals to events beside an angle.
+//! The interval T decides how an event is used: shorter than the shortest stride, and the event is ignored (a bounce of the switch); longer
+//! than the longest, and strides were missed, so that only phase is corrected and not the cadence. With g = g_w = 1 two exact events give
+//! phase and cadence exactly.
 //!
-//! [`PeakDetector`] makes events of an angle: the top of a swing, reported when the angle has fallen by a part of its range, with the time
-//! that has passed since the top.
+//! [`StrideEvents`] is a complete estimator that uses events only. A [`Follower`](crate::entrainment::Follower) uses an angle and, with
+//! [`EventSource`](crate::entrainment::EventSource), events beside it; the rules for intervals are the same.
+//!
+//! [`PeakDetector`] finds the peaks of an angle: it reports a peak once the angle has fallen by a fraction of the peak's height, and returns
+//! the time since the peak.
 
 use core::f32::consts::TAU;
 
@@ -19,33 +24,33 @@ use joint_units::{Period, Phase, RadPerSec, Radians};
 use crate::error::in_range;
 use crate::{BuildError, Field};
 
-/// Parameters of the reset.
+/// Parameters of [`StrideEvents`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StrideEventConfig {
-    /// Nominal stride time, s; 0.3 to 5.
+    /// Nominal stride time: the estimate before the second event, s; 0.3 to 5, default 1.1.
     pub stride_s: f32,
-    /// Phase of the event in the stride.
+    /// Phase of the event in the stride, phi_event; default 0.
     pub phase: Phase,
-    /// Part g of the phase difference that is taken at once; 0.05 to 1.
+    /// Gain g: fraction of the phase difference that an event corrects; 0.05 to 1, default 1.
     pub phase_gain: f32,
-    /// Part g_w of the frequency difference that is taken; 0 to 1.
+    /// Gain g_w: fraction of the frequency difference that an event corrects; 0 to 1, default 0.5.
     pub frequency_gain: f32,
-    /// Shortest and longest interval that is a stride, relative to the nominal; 0.1 to 1 and 1 to 10.
+    /// Shortest and longest interval that counts as one stride, in nominal strides; 0.1 to 1 and 1 to 10, default 0.5 and 2.5.
     pub intervals: (f32, f32),
 }
 
 impl Default for StrideEventConfig {
-    /// Heel strike at phase 0, the whole phase, half of the frequency, intervals of 0.5 to 2.5 nominal strides.
+    /// The default of each field.
     fn default() -> Self {
         Self { stride_s: 1.1, phase: Phase(0), phase_gain: 1.0, frequency_gain: 0.5, intervals: (0.5, 2.5) }
     }
 }
 
 impl StrideEventConfig {
-    /// Validates; phase 0, the nominal cadence.
+    /// Validates the configuration; the estimate begins at phase 0 with the nominal cadence.
     ///
     /// # Errors
-    /// Names the field that is out of range.
+    /// [`BuildError`] names the field that is out of range. Any period is allowed.
     pub fn build(self, period: Period) -> Result<StrideEvents, BuildError> {
         in_range(self.stride_s, Field::of("stride_s"), 0.3, 5.0)?;
         in_range(self.phase_gain, Field::of("phase_gain"), 0.05, 1.0)?;
@@ -62,48 +67,48 @@ impl StrideEventConfig {
     }
 }
 
-/// The time from one event to the next, and what it is the time of.
+/// Measures the time from one event to the next and classifies it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StrideTimer {
     period_s: f32,
     /// Shortest and longest stride, s.
     least: f32,
     most: f32,
-    /// Time since the last event, s.
+    /// Time since the last event, s; `None` before the first.
     since: Option<f32>,
 }
 
-/// What the time since the event before is, in seconds.
+/// Class of the time between two events, with that time in s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Interval {
-    /// There was no event before, or steps were missed since.
+    /// First event, or the interval is longer than the longest stride: events were missed.
     None,
-    /// Shorter than a stride: the event is left out, and the one before stays the last.
+    /// Shorter than the shortest stride: the event is ignored, and the previous one remains the last.
     TooShort(f32),
-    /// A stride.
+    /// One stride.
     Stride(f32),
 }
 
 impl StrideTimer {
-    /// Before the first event. `intervals` are the shortest and longest that is a stride, relative to the nominal.
+    /// A timer before its first event. `intervals` are the shortest and longest stride, in nominal strides.
     pub(crate) const fn new(stride_s: f32, intervals: (f32, f32), period: Period) -> Self {
         let (least, most) = (intervals.0 * stride_s, intervals.1 * stride_s);
         Self { period_s: period.seconds(), least, most, since: None }
     }
 
-    /// Before the first event again.
+    /// The same timer before its first event.
     pub(crate) const fn restarted(&self) -> Self {
         Self { since: None, ..*self }
     }
 
-    /// One period.
+    /// Advances by one control period.
     pub(crate) fn step(&mut self) {
-        // Time is not counted on for ever: beyond the longest interval its exact value is of no use.
+        // Beyond the longest stride the exact time is not needed, so it is limited.
         self.since = self.since.map(|since| (since + self.period_s).min(2.0 * self.most));
     }
 
-    /// An event that happened `ago_s` before now; what is beyond the shortest interval, or no number, is taken as its limit or as now.
-    /// Returns the time that was taken too.
+    /// An event that happened `ago_s` seconds before now. `ago_s` is limited to 0 to the shortest stride, and 0 if it is not finite. Returns
+    /// the class of the interval, and the limited `ago_s`.
     pub(crate) fn event(&mut self, ago_s: f32) -> (Interval, f32) {
         let ago = if ago_s.is_finite() { ago_s.max(0.0).min(self.least) } else { 0.0 };
         let interval = match self.since.map(|since| since - ago) {
@@ -116,36 +121,39 @@ impl StrideTimer {
     }
 }
 
-/// Phase and cadence from events alone.
+/// Estimator of phase and cadence from events only. Call [`StrideEvents::step`] once a tick, and [`StrideEvents::event`] after it in a tick
+/// with an event.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StrideEvents {
     config: StrideEventConfig,
     period_s: f32,
     phase: Phase,
+    /// rad/s.
     frequency: f32,
     timer: StrideTimer,
 }
 
-/// What became of an event.
+/// Effect of an event on the estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Taken {
     /// Phase and cadence were corrected.
     Stride,
-    /// Only the phase was: the first event, or the first after strides were missed.
+    /// Only the phase was corrected: the first event, or the first after missed strides.
     PhaseOnly,
-    /// Too soon after the last one: left out.
+    /// None: sooner after the previous event than the shortest stride.
     TooSoon,
 }
 
 impl StrideEvents {
-    /// One period.
+    /// Advances by one control period.
     pub fn step(&mut self) {
         self.phase += Phase::from_cycles(self.frequency * self.period_s * (1.0 / TAU));
         self.timer.step();
     }
 
-    /// The event happened `ago_s` before now (0 to the shortest interval).
+    /// Corrects phase and cadence with an event that happened `ago_s` seconds before now. `ago_s` is limited to 0 to the shortest stride, and
+    /// counts as 0 if it is not finite.
     ///
     /// ```
     /// use cpg_core::entrainment::stride_events::{StrideEventConfig, Taken};
@@ -172,40 +180,40 @@ impl StrideEvents {
         taken
     }
 
-    /// Gait phase.
+    /// Estimated gait phase.
     #[must_use]
     pub const fn phase(&self) -> Phase {
         self.phase
     }
 
-    /// Angular frequency of the stride.
+    /// Estimated angular frequency of the stride, w: 2 pi / stride time.
     #[must_use]
     pub const fn frequency(&self) -> RadPerSec {
         RadPerSec(self.frequency)
     }
 }
 
-/// Parameters of the peak detector.
+/// Parameters of a [`PeakDetector`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeakConfig {
-    /// Least height of a peak above the trough before it; 0.02 to 3 rad.
+    /// Least height of a peak above the trough before it; 0.02 to 3 rad, default 15 degrees.
     pub least: Radians,
-    /// How far the angle has to fall from its top, as a part of that height; 0.05 to 0.9.
+    /// Fall from the peak after which it is reported, as a fraction of its height; 0.05 to 0.9, default 0.2.
     pub fall: f32,
 }
 
 impl Default for PeakConfig {
-    /// 15 degrees, reported after a fall of a fifth.
+    /// The default of each field.
     fn default() -> Self {
         Self { least: Radians::from_degrees(15.0), fall: 0.2 }
     }
 }
 
 impl PeakConfig {
-    /// Validates.
+    /// Validates the configuration and builds a detector that has seen no angle.
     ///
     /// # Errors
-    /// Names the field that is out of range.
+    /// [`BuildError`] names the field that is out of range. Any period is allowed.
     pub fn build(self, period: Period) -> Result<PeakDetector, BuildError> {
         in_range(self.least.0, Field::of("least"), 0.02, 3.0)?;
         in_range(self.fall, Field::of("fall"), 0.05, 0.9)?;
@@ -218,15 +226,29 @@ impl PeakConfig {
 pub struct PeakDetector {
     config: PeakConfig,
     period_s: f32,
-    /// Trough before, and top since.
+    /// The trough before the present rise and the greatest angle since, rad; `None` before the first angle.
     range: Option<(f32, f32)>,
+    /// Time since that greatest angle, s.
     since_top: f32,
-    /// The top has been reported; a new rise is awaited.
+    /// The peak has been reported; the detector waits for the next rise.
     reported: bool,
 }
 
 impl PeakDetector {
-    /// One period with the angle at its end: the time in seconds since the top, once for each peak. What is not finite is left out.
+    /// Advances by one control period, with the angle at its end. Returns the time since the peak in s, once for each peak, in the tick in
+    /// which it is found. An angle that is not finite is ignored, the time counts on.
+    ///
+    /// ```
+    /// use cpg_core::entrainment::stride_events::PeakConfig;
+    /// use joint_units::{Period, Radians};
+    /// let mut detector = PeakConfig::default().build(Period::MILLISECOND)?;
+    /// // A joint that swings by 0.5 rad about 0.5, one cycle in 1 s: its peak is at 500 ms.
+    /// let angle = |tick: u32| Radians(0.5 - 0.5 * (tick as f32 * 1e-3 * core::f32::consts::TAU).cos());
+    /// let found = (0..1000).find_map(|tick| detector.step(angle(tick)).map(|ago_s| (tick, ago_s)));
+    /// let (tick, ago_s) = found.expect("one peak");
+    /// assert!((tick as f32 * 1e-3 - ago_s - 0.5).abs() < 2e-3);
+    /// # Ok::<(), cpg_core::BuildError>(())
+    /// ```
     pub fn step(&mut self, angle: Radians) -> Option<f32> {
         let y = angle.0;
         self.since_top += self.period_s;
@@ -235,7 +257,7 @@ impl PeakDetector {
         }
         let (trough, top) = self.range.unwrap_or((y, y));
         if self.reported {
-            // Falling: the trough follows, until the angle has risen from it by the same part of a least peak.
+            // The trough follows the falling angle, until the angle has risen from it by `fall` times `least`.
             let trough = trough.min(y);
             self.reported = y - trough < self.config.fall * self.config.least.0;
             self.range = Some((trough, y));
@@ -248,7 +270,7 @@ impl PeakDetector {
             return None;
         }
         if y < trough {
-            // Lower than where the rise began: it was none.
+            // Lower than the trough: the rise was too small for a peak, and this angle is the new trough.
             self.range = Some((y, y));
             self.since_top = 0.0;
             return None;
@@ -268,7 +290,7 @@ impl PeakDetector {
 mod tests {
     use super::*;
 
-    /// Noise-free events lock in two, from any frequency and phase.
+    /// Two events without noise are enough to lock, from any frequency and phase.
     #[test]
     fn two_events_lock() {
         let config = StrideEventConfig { frequency_gain: 1.0, ..StrideEventConfig::default() };

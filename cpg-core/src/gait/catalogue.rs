@@ -1,7 +1,7 @@
 //! Every model as a generator of four joints, by name, all at a stride of 1.1 s.
 //!
-//! Each function validates and builds for a control period and returns a [`Generator`] with [`Features`]. A [`Visitor`] sees all of them,
-//! for example to make a table. The numbers are in [`crate::gait::fitted`].
+//! Each function builds a generator for a control period; it implements [`Generator`] and [`Features`]. A [`Visitor`] receives all of them, for
+//! example to make a table. The numbers are in [`crate::gait::fitted`].
 //!
 //! | name | model | structure | error, degrees |
 //! |---|---|---|---|
@@ -126,7 +126,7 @@ pub fn thesis(period: Period) -> Result<Thesis, BuildError> {
 /// Two van der Pol oscillators, mu = 1, k = 0.02.
 ///
 /// # Errors
-/// [`BuildError::PeriodTooLong`] above 22 ms, as all that follow but where they say otherwise.
+/// [`BuildError::PeriodTooLong`] above 22 ms.
 pub fn van_der_pol(period: Period) -> Result<HalfCentreJoints<VanDerPol, 2>, BuildError> {
     fitted::VAN_DER_POL.build(HalfCentre { cell: VanDerPol { mu: 1.0 }, repulsion: 0.02 }, period)
 }
@@ -189,8 +189,8 @@ pub fn morris_lecar(period: Period) -> Result<HalfCentreJoints<MorrisLecar, 4>, 
     fitted::MORRIS_LECAR.build(HalfCentre { cell: MorrisLecar { current: 100.0 }, repulsion: 0.005 }, period)
 }
 
-/// Two Terman-Wang oscillators, I = 3, k = 0.3. Their leaps take a millisecond and reach 15 000 rad/s^2 at the joints: for a servo only
-/// behind a limit.
+/// Two Terman-Wang oscillators, I = 3, k = 0.3. Their jumps take a millisecond, with up to 15 000 rad/s^2 at the joints: limit the acceleration before
+/// a servo.
 ///
 /// # Errors
 /// [`BuildError::PeriodTooLong`] above 2 ms.
@@ -199,7 +199,7 @@ pub fn terman_wang(period: Period) -> Result<HalfCentreJoints<TermanWang, 4>, Bu
     fitted::TERMAN_WANG.build(HalfCentre { cell: TermanWang::standard(3.0), repulsion: 0.3 }, period)
 }
 
-/// The walk of Golubitsky's four cells, read out through the first: the others are it, a half or a whole stride on.
+/// The walk of Golubitsky's four cells, read out through the first; the others have the same motion, half a stride or a whole one later.
 ///
 /// # Errors
 /// As [`van_der_pol`].
@@ -230,7 +230,7 @@ pub fn programmable(period: Period) -> Result<BankWalk<4>, BuildError> {
     config.build(period)
 }
 
-/// Six harmonics a joint that begin with what the mean stride of `natural-walk` would have taught them.
+/// Six harmonics a joint that begin with the mean stride of `natural-walk`, as if it had been learned.
 ///
 /// # Errors
 /// None for any period.

@@ -32,10 +32,10 @@ impl Walk {
         self.network.state()
     }
 
-    /// Goes on from another state; [`Generator::reset`] still returns to the built one.
+    /// Sets the state; [`Generator::reset`] still returns to the built one.
     ///
     /// # Errors
-    /// [`StateFault`] where a value is not finite or not inside the bound; the state is then as it was.
+    /// [`StateFault`] if a value is not finite or not inside the bound; the state is then unchanged.
     pub fn set_state(&mut self, state: &OscillatorState<4>) -> Result<(), StateFault> {
         self.network.set_state(state)
     }
@@ -71,7 +71,7 @@ impl Generator<4> for Walk {
     }
 }
 
-/// Stride period of [`default_walk`] in s.
+/// Stride time of [`default_walk`] in s.
 pub const STRIDE_SECONDS: f32 = 1.1;
 
 /// How much longer than its natural period the network's limit cycle is at eps = kap = 0.5.

@@ -1,4 +1,12 @@
-//! Named gaits, and every model as a generator of hips and knees.
+//! Ready-made generators of hips and knees: named gaits, and every model of this crate with fitted numbers.
+//!
+//! | to | see |
+//! |---|---|
+//! | walk, with the default generator | [`default_walk`] |
+//! | choose a gait by name, and change it while it runs | [`named`] |
+//! | walk with ankles, or with ankles and arms | [`six_and_eight_joints`] |
+//! | compare the models at one stride | [`catalogue`] |
+//! | see the fitted numbers and their recording | [`fitted`] |
 
 pub mod catalogue;
 pub mod default_walk;

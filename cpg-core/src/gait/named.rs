@@ -10,7 +10,7 @@
 //! | `slow-hop`, `fast-hop` | the same, both legs together | 0.6 s, 0.5 s |
 //! | `gallop-walk`, `gallop-run` | the same, one leg leads | 0.8 s, 0.6 s |
 //!
-//! Wrap it in [`crate::transition::Smooth`] and change from one to another, or to another speed, at any tick.
+//! To change from one gait or speed to another at any tick, wrap it in [`crate::transition::Smooth`].
 
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
@@ -149,7 +149,8 @@ pub enum DefaultGait {
 }
 
 impl DefaultGait {
-    /// Runs on until the gait phase passes `phase`, one stride at most: where a gait should begin that takes over from another.
+    /// The gait after steps until its gait phase passes `phase`, one stride at most: the right start for a gait that replaces another one at this
+    /// phase. `period` is that of its build. It computes up to a stride of steps, so call it outside the control loop.
     #[must_use]
     pub fn aligned(mut self, phase: Phase, period: Period) -> Self {
         let ahead = |gait: &Self| phase - gait.phase();
@@ -204,7 +205,7 @@ fn cells(gait: LegGait, stride_s: f32, period: Period) -> Result<Readout<LegNetw
     config.build(LegNetwork::of(gait), period)
 }
 
-/// The same call on whichever generator it is.
+/// Calls a method of the generator in the enum.
 macro_rules! each {
     ($gait:expr, $generator:ident => $call:expr) => {
         match $gait {

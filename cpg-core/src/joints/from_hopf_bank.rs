@@ -3,9 +3,9 @@
 //! ```text
 //! a_j = offset_j + sum_i w_ji x_i + v_ji y_i,   (x_i, y_i) oscillator i of a bank that no longer learns
 //! ```
-//! The bank is that of [`crate::waveform::hopf_bank`] (Righetti and Ijspeert 2006) with frequencies in the ratios 1 to N, after
-//! learning: its phase coupling synchronises the oscillators, and enlarges the circle of each but the first by 3 to 4 percent. In the source
-//! each joint has a bank, and their frequencies drift apart by their learning errors; here all joints share one.
+//! The bank is that of [`crate::waveform::hopf_bank`] while playing, with the frequencies 1 to H times that of the stride. Its phase coupling
+//! synchronises the oscillators; it also enlarges the circle of each but the first, by about 6 percent in the mean. All joints share one bank:
+//! with a bank for each joint, the joints would drift apart by the learning errors of the frequencies.
 //!
 //! ```
 //! use cpg_core::Generator;
@@ -32,7 +32,7 @@ use crate::{BuildError, Field, Generator, StateFault};
 /// Largest distance of an oscillator from its centre: the circle has radius 1.
 const BOUND: f32 = 3.0;
 
-/// The read-out.
+/// Stride, start and read-out of a [`BankWalk`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BankWalkConfig<const H: usize> {
     /// Stride in seconds, within [`STRIDE_RANGE_S`].
@@ -41,7 +41,7 @@ pub struct BankWalkConfig<const H: usize> {
     pub start: [[f32; 2]; H],
     /// Weights of (x, y) of each oscillator for each joint, in rad, up to ±100.
     pub weights: [[[f32; 2]; H]; 4],
-    /// Offset of each joint, up to ±2 pi.
+    /// Offset of each joint in the order of [`joint_units::Joint::ALL`], rad, within ±2 pi.
     pub offsets: [Radians; 4],
 }
 
@@ -58,7 +58,8 @@ impl<const H: usize> BankWalkConfig<H> {
     /// Validates the configuration for a control period; the generator starts at the configured points.
     ///
     /// # Errors
-    /// Names the field that is out of range; `PeriodTooLong` for fewer than 50 ticks of the fastest oscillator's cycle, or above 20 ms.
+    /// [`BuildError`] names the field that is out of range (`start` also if H is not 1 to 64); [`BuildError::PeriodTooLong`] for fewer than 50
+    /// ticks in the fastest oscillator's cycle, or above 20 ms.
     pub fn build(&self, period: Period) -> Result<BankWalk<H>, BuildError> {
         in_range(H as f32, Field::of("start"), 1.0, 64.0)?;
         in_range(self.stride_s, Field::of("stride_s"), STRIDE_RANGE_S.0, STRIDE_RANGE_S.1)?;

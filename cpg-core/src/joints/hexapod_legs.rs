@@ -29,7 +29,7 @@ use crate::edge_reversal::smer::{MAX_REVERSIBILITY, SmerError};
 use crate::error::in_range;
 use crate::{BuildError, Field, Generator, StateFault};
 
-/// How the legs move.
+/// Gait, time of a step and angles of a [`HexapodWalk`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HexapodWalkConfig {
     /// Gait of the ladder: 1 (tripod), 3 (middle gait), 5 (wave) or any other up to [`MAX_REVERSIBILITY`].
@@ -118,7 +118,7 @@ impl HexapodWalk {
     /// Changes the gait; it takes effect with the next step of the ladder, and no leg jumps.
     ///
     /// # Errors
-    /// As [`Hexapod::set_reversibility`]; the running gait then goes on.
+    /// As [`Hexapod::set_reversibility`]; the running gait is then unchanged.
     pub fn set_reversibility(&mut self, reversibility: u32) -> Result<(), SmerError> {
         self.ladder.set_reversibility(reversibility)
     }

@@ -7,8 +7,8 @@
 //! ```text
 //! hip = from + (to - from) (3 s^2 - 2 s^3),   knee = stance + (swing - stance) 16 s^2 (1 - s)^2
 //! ```
-//! so angle and rate are continuous for every word. The word of (1, 1) is FEFE, walking; (1, 2) limps: the right leg has two steps of
-//! three. Yang et al. 2014 do not define joint angles; these profiles were designed here.
+//! so angle and rate are continuous for every firing word. The word of the steps (1, 1) is FEFE, walking; (1, 2) is a limp, in which the right leg has two
+//! of three steps. Yang et al. 2014 do not define joint angles; these profiles were designed here.
 //!
 //! ```
 //! use cpg_core::Generator;
@@ -70,7 +70,7 @@ struct Leg {
     to: f32,
 }
 
-/// A walking building block.
+/// Hips and knees driven by one building block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObbWalk {
     config: ObbWalkConfig,

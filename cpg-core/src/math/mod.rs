@@ -1,4 +1,7 @@
-//! Scalars, trigonometry, fixed-step integrators and the braking law.
+//! Number types, trigonometry, integrators with a fixed step, and the braking law.
+//!
+//! The trait [`crate::Scalar`] and the integrators of second order ([`crate::Rk4`], [`crate::SemiImplicitEuler`]) are re-exported at the root of
+//! the crate.
 
 pub(crate) mod braking;
 pub mod first_order;

@@ -1,4 +1,4 @@
-//! The number type of a model: `f32` everywhere, `f64` on the host where a test needs an oracle.
+//! The number type of a model: `f32` in general, `f64` for reference computations on a host.
 //!
 //! The trait asks only for what exact, portable arithmetic can give, so that host and board agree bit for bit: the four operations
 //! (division at build time only), one correctly rounded square root, and sine and cosine of a [`Phase`]. No float-only method is
@@ -10,7 +10,7 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use joint_units::Phase;
 
-/// A number that models can be computed in.
+/// A number type in which models can be computed: `f32`, and `f64` with the feature `f64`.
 pub trait Scalar:
     Copy
     + Debug
@@ -23,14 +23,14 @@ pub trait Scalar:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// Nought.
+    /// 0.
     const ZERO: Self;
-    /// One.
+    /// 1.
     const ONE: Self;
     /// The full circle, 2 pi.
     const TAU: Self;
 
-    /// The nearest number to `value`.
+    /// The number nearest to `value`.
     fn from_f32(value: f32) -> Self;
 
     /// `numerator / denominator`, rounded once where both are below 2^24. A zero denominator gives what the type's division gives.
@@ -39,7 +39,7 @@ pub trait Scalar:
     /// The nearest `f32`.
     fn to_f32(self) -> f32;
 
-    /// The square root, correctly rounded; not a number below zero.
+    /// The square root, correctly rounded; NaN for a number below 0.
     fn sqrt(self) -> Self;
 
     /// Sine and cosine of an angle that is given as a fraction of the circle.
@@ -51,7 +51,7 @@ pub trait Scalar:
     /// Whether it is a number and not infinite.
     fn is_finite(self) -> bool;
 
-    /// Held between `-limit` and `limit`; not a number stays what it is, so that a check still finds it.
+    /// The value limited to `-limit` to `limit`; NaN stays NaN, so that a check finds it.
     #[must_use]
     fn clamp_to(self, limit: Self) -> Self {
         if self > limit {

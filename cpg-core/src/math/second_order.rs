@@ -4,9 +4,9 @@
 //! then displacements per unit and accelerations displacements per unit squared, so the step itself holds no period and no
 //! product with it: a model folds its constants once, at build.
 //!
-//! How much each method errs is measured in `tests/integrators.rs`. On the four-joint R1 network at 1 ms, after 60 s:
-//! Runge-Kutta a few microseconds of the stride; semi-implicit Euler 38.6 ms, an error of *frequency*, which a limit cycle does not
-//! heal. So Runge-Kutta is the default everywhere; semi-implicit Euler is for weakly damped networks and for comparison.
+//! The error of each method is measured in `tests/integrators.rs`. On the four-joint R1 network at 1 ms, the stride is off after 60 s by a few
+//! microseconds with Runge-Kutta, and by 38.6 ms with semi-implicit Euler: an error of the frequency, which a limit cycle does not correct. So
+//! Runge-Kutta is the default; semi-implicit Euler is for weakly damped networks and for comparison.
 //!
 //! ```
 //! use cpg_core::{Integrator, Rk4, SecondOrder};
@@ -26,7 +26,7 @@
 
 use crate::Scalar;
 
-/// A system of `N` second-order equations: velocity is the derivative of displacement, and this is the derivative of velocity.
+/// A system of `N` second-order equations x' = v, v' = a(x, v): implement it to make a model of [`crate::Oscillators`].
 pub trait SecondOrder<T, const N: usize> {
     /// Acceleration of each coordinate, in displacements per squared time unit of the integrator.
     fn acceleration(&self, x: &[T; N], v: &[T; N]) -> [T; N];
@@ -34,10 +34,10 @@ pub trait SecondOrder<T, const N: usize> {
 
 /// A method that advances a [`SecondOrder`] system by one step.
 pub trait Integrator {
-    /// How many time units of the system make one step.
+    /// Number of time units in one step (control period).
     const UNITS: u32;
 
-    /// Largest product of step and decay rate that models accept, with a tenth in hand to where the method diverges.
+    /// Largest product of step and decay rate that models accept: at least a tenth below that at which the method diverges.
     const LONGEST_DECAY: f32;
 
     /// Advances displacement and velocity by one step.

@@ -16,7 +16,7 @@ use core::f32::consts::{FRAC_PI_2, PI};
 
 use joint_units::Phase;
 
-/// Angle that one unit of [`Phase`] stands for, in rad.
+/// Radians per unit of [`Phase`].
 const RADIANS_PER_COUNT: f32 = (core::f64::consts::TAU / 4_294_967_296.0) as f32;
 
 /// Sine and cosine of a phase.

@@ -21,10 +21,11 @@ use crate::Scalar;
 /// assert_eq!(named, [0, 1, 2, 3, 4, 5]);
 /// ```
 pub trait Graph<const N: usize, const E: usize> {
-    /// The pairs. Each is one link; the model defines what it transmits in either direction.
+    /// The pairs of linked oscillators, counted from 0. Each is one link; the model defines its effect in either direction.
     const EDGES: [(usize, usize); E];
 
-    /// Compile-time proof that every pair names two different oscillators below `N`; to evaluate it, name it.
+    /// Checks at compile time that every pair names two different oscillators below `N`. Use it once (`let () = MyGraph::VALID;`), or the compiler
+    /// does not evaluate it.
     ///
     /// ```compile_fail,E0080
     /// use cpg_core::Graph;

@@ -1,4 +1,12 @@
 //! Networks of coupled oscillators: coupling graphs, Rayleigh networks, symmetric cells.
+//!
+//! | to | see |
+//! |---|---|
+//! | walk: oscillators whose links hold the phase of every joint (R1) | [`phase_coupled`] |
+//! | do the same on a chip without a floating-point unit | [`phase_coupled_fixed`] |
+//! | repeat the thesis | [`thesis`] |
+//! | study gaits by symmetry, of two and four legs | [`symmetric_cells`] |
+//! | couple other joints than hips and knees | [`graph`] |
 
 pub mod graph;
 pub mod phase_coupled;

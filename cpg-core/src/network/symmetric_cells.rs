@@ -51,9 +51,9 @@ pub enum LegGait {
     FastHop,
     /// Legs in antiphase, the muscles of a leg in antiphase.
     Walk,
-    /// One leg leads, the muscles of a leg in phase.
+    /// One leg leads by a sixth of a cycle, the muscles of a leg in phase.
     GallopWalk,
-    /// One leg leads, the muscles of a leg in antiphase.
+    /// One leg leads by a sixth of a cycle, the muscles of a leg in antiphase.
     GallopRun,
     /// Legs in antiphase, the muscles of a leg at a phase in between.
     Skip,
@@ -185,7 +185,7 @@ pub enum QuadrupedGait {
     Jump,
     /// One leg after the other.
     Walk,
-    /// The same in the other order.
+    /// One leg after the other, in the reverse order.
     ReverseWalk,
 }
 

@@ -1,13 +1,12 @@
-//! The half-centre: two alike cells that push each other apart, so that one is active while the other rests.
+//! The half-centre: two equal cells, coupled so that one is active while the other rests.
 //!
 //! ```text
 //! x_i' = f(x_i, y_i) + k (x_i - x_j),   y_i' = g(x_i, y_i),   i = 1, 2,  j the other
 //! ```
-//! Brown's (1911) half-centre is two groups of neurons that inhibit one another, flexor and extensor of a joint, or left and right leg;
-//! what inhibits, and what tires the active half, is the cell's affair. This is it for any cell of two variables whose first one is
-//! its activity (a neuron's potential): the difference link of the thesis' eqs 13-16 and of the cells of [`crate::network::symmetric_cells`], which
-//! drives differences for k > 0, so that antiphase is the attractor. Two Hopf or van der Pol oscillators are one as well as two neurons.
-//! [`flexor_extensor`] models inhibition and fatigue explicitly: Matsuoka's pair of neurons on one joint.
+//! Brown's half-centre (1911) is two groups of neurons that inhibit each other: flexor and extensor of a joint, or left and right leg. Here it is a
+//! coupling for any cell of two variables whose first one, x, is its activity (the potential of a neuron): the difference link of the thesis'
+//! eqs 13-16, which for k > 0 increases the difference of the two activities, so that antiphase is the attractor. The cells may be neurons or Hopf or
+//! van der Pol oscillators. [`flexor_extensor`] models inhibition and fatigue explicitly: Matsuoka's pair of neurons on one joint.
 //!
 //! ```
 //! use cpg_core::Generator;
@@ -34,9 +33,9 @@ use crate::{BuildError, Field, Scalar};
 /// Two cells `C`; the state is (x_1, y_1, x_2, y_2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfCentre<C, T = f32> {
-    /// What each half is.
+    /// The model of each cell.
     pub cell: C,
-    /// k, how strongly each pushes the other away, above 0.
+    /// k, strength of the coupling, above 0.
     pub repulsion: T,
 }
 
@@ -49,8 +48,9 @@ impl<T: Scalar, C: Flow<T, 2>> Flow<T, 4> for HalfCentre<C, T> {
     }
 }
 
-/// One joint on Matsuoka's pair (Tr = 1, Ta = 12, a = b = 2.5): flexor and extensor inhibit one another, and each tires. The angle is
-/// `offset + gain (x_F - x_E)`, with the gain that gives the wanted amplitude; the joint starts most flexed.
+/// One joint on Matsuoka's pair (Tr = 1, Ta = 12, a = b = 2.5): flexor and extensor inhibit each other, and each has fatigue. The angle is
+/// `offset + gain (x_F - x_E)`, with the gain that gives the wanted amplitude, 0 to pi rad; `stride_s` is the period in s. The joint starts at its
+/// greatest flexion.
 ///
 /// # Errors
 /// `amplitude` outside 0 to pi, else as [`ReadoutConfig::build`](crate::joints::linear::ReadoutConfig::build).
@@ -77,9 +77,9 @@ pub fn flexor_extensor(
     config.build(neurons, period)
 }
 
-/// Two half-centres of Matsuoka's neurons, left and right leg: neurons 0 and 2 are flexor and extensor of the left leg, 3 and 1 of the
-/// right. Each inhibits its antagonist and its like on the other leg with 1.25, so that the flexor of a leg goes with the extensor of
-/// the other.
+/// Two half-centres of Matsuoka's neurons, left and right leg: neurons 0 and 2 are flexor and extensor of the left leg, 3 and 1 of the right. Each
+/// inhibits its antagonist and the corresponding neuron of the other leg with 1.25, so that the flexor of a leg is active together with the extensor
+/// of the other.
 #[must_use]
 pub fn legs() -> Matsuoka<4> {
     let (own, other) = (0.0, 1.25);

@@ -12,12 +12,12 @@
 //!
 //! | [`Drive`] | the observer | disturbance of the limb | noise of the sensor | sensor lost |
 //! |---|---|---|---|---|
-//! | feed-forward | L = 0: a clock | only the limb's own damping | cannot matter | cannot matter |
+//! | feed-forward | L = 0: a clock | decays by the limb's own damping | no effect | no effect |
 //! | feedback | replaced by the measurement | corrected at once | false triggers | the oscillation stops |
 //! | hybrid | L in between | corrected in about 1/L | averaged over about 1/L | must be detected, see below |
 //!
-//! With both kinds of noise there is a best L, neither 0 nor infinite. A failed sensor that is still used is worse than none: the observer
-//! then tracks a limb that stands still, and the limb's amplitude falls to 0.57 at L = 0.5. Every [`Measurement`] therefore has a validity;
+//! With both kinds of noise there is a best L between 0 and infinity. A failed sensor that is still used is worse than none: the observer
+//! then tracks a constant angle, and the limb's amplitude falls to 0.57 at L = 0.5. Every [`Measurement`] therefore has a validity;
 //! one that is not valid sets L to 0 for the tick, and the observer runs on as a clock.
 //!
 //! Angles are in units of the caller's choice (the model is linear), times in 1/(natural angular frequency).

@@ -99,7 +99,7 @@ impl<T: Scalar> RayleighConfig<T> {
         (velocity / self.mu, velocity)
     }
 
-    /// Where displacement and velocity are held.
+    /// Bounds of displacement and velocity.
     pub(crate) fn limit(&self, growth: T) -> (T, T) {
         let (displacement, velocity) = self.cycle(growth);
         let headroom = T::from_f32(BOUND_FACTOR);

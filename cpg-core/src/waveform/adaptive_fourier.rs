@@ -1,18 +1,45 @@
-//! Adaptive Fourier series: learns frequency, phase and N harmonics of a signal while it runs.
+//! Adaptive Fourier series: learns frequency, phase and H harmonics of a periodic signal while it runs, then plays them.
 //!
 //! ```text
-//! q = a_0 + sum_k a_k cos k phi + b_k sin k phi,   e = P - q
-//! phi' = w - K e sin phi,   w' = -K e sin phi,   a_0' = eta e,   a_k' = eta e cos k phi,   b_k' = eta e sin k phi
+//! q = a_0 + sum_k ( a_k cos k phi + b_k sin k phi ),  k = 1 to H,   e = P - q
+//! phi' = w - K e sin phi,   w' = -K e sin phi
+//! a_0' = eta e,   a_k' = eta e cos k phi,   b_k' = eta e sin k phi
 //! ```
-//! P is the taught signal in units of its own amplitude (about ±1: un-normalised radians learn about ten times slower), phi in radians,
-//! w in radians per second. From a first frequency with an error of a fifth it reaches the least-squares error of its N harmonics in about
-//! ten strides. With [`AdaptiveFourier::play`] it repeats the learned signal.
+//! P is the signal that is learned, q the learned signal and e the error, all in units of the signal's amplitude: about ±1. phi is the phase in
+//! rad, w its angular frequency in rad/s, K the coupling (1/s in phi', 1/s^2 in w'), eta the learning rate in 1/s. The equations are integrated
+//! by Euler's method, one step a control period.
 //!
-//! The coefficient laws are a gradient descent: with the squared error E = e^2 / 2, `-dE/da_k = e cos k phi` and `-dE/db_k = e sin k phi`.
-//! The laws of phase and frequency are those of an adaptive-frequency oscillator that is driven by e (Righetti, Buchli and Ijspeert, Physica
-//! D 216, 2006: a Hopf oscillator in polar coordinates has `phi' = w - (K/r) e sin phi` and `w' = -K e sin phi`, here with r = 1). The
-//! combination of one such oscillator with a Fourier series is that of Petric, Gams, Ijspeert and Zlajpah, "On-line frequency adaptation
-//! and movement imitation for rhythmic robotic tasks", Int. J. Robotics Research 30, 2011.
+//! From a frequency that is a fifth off, the error falls to the least-squares error of the H harmonics within ten strides (asserted by a test in
+//! this file). A signal in radians, with an amplitude of 0.1 or so, is learned about ten times slower: divide it by its amplitude, as
+//! [`AdaptiveWalkConfig::unit`] does.
+//!
+//! | to | see |
+//! |---|---|
+//! | learn and play one signal | [`AdaptiveFourierConfig`], [`AdaptiveFourier`] |
+//! | learn the joints of a gait, and use them as a generator | [`AdaptiveWalkConfig`], [`AdaptiveWalk`] |
+//!
+//! # Why it converges
+//! The coefficients follow the gradient of E = e^2 / 2: `-dE/da_k = e cos k phi`, `-dE/db_k = e sin k phi`, `-dE/da_0 = e`.
+//!
+//! For phase and frequency, average over a cycle (K and eta small against w). Begin with all coefficients 0 and P = A cos theta, theta' = W: then
+//! e sin phi has the mean `-(A/2) sin(theta - phi)`, so phi is pulled to theta. Now let the series be that of the signal except for small errors:
+//! theta - phi = d, v = W - w, and b the error of b_1, with a_1 = A. To first order the error at the fundamental is u sin phi with
+//! u = b - A d, and the means are
+//! ```text
+//! u' = -(eta + A K) u / 2 - A v,   v' = K u / 2
+//! ```
+//! of which both eigenvalues have a negative real part for K > 0, eta >= 0 and A > 0: the error u and the frequency error v vanish. With the
+//! defaults and A = 1 they are -1.25 ± 0.66 i per second. The other coefficients decay as exp(-eta t / 2), a_0 as exp(-eta t).
+//!
+//! Only u is determined, not d and b: the zero of phi depends on the start. It is where the cosine of the fundamental has a positive coefficient.
+//!
+//! # Sources
+//! One adaptive-frequency oscillator with a Fourier series in its feedback is due to Petric, Gams, Ijspeert and Zlajpah, "On-line frequency
+//! adaptation and movement imitation for rhythmic robotic tasks", Int. J. Robotics Research 30(14), 2011, 1775-1788. The paper itself was not at
+//! hand; the equations were compared with a program by its first author (T. Petric, AFS_integrate, Matlab, January 2015). They agree, and both
+//! use Euler's method. Differences: that program holds b_1 at 0, which fixes the zero of the phase; its defaults are K = 20, eta = 2 and ten
+//! terms (a_0 included); and it has no limits of the frequency, which here stays within 0.05 to 5 Hz. The laws of phase and frequency are
+//! those of the adaptive Hopf oscillator of [`crate::oscillator::hopf`] on its limit cycle, with e as the input.
 
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
@@ -22,42 +49,64 @@ use crate::math::trig::sin_cos;
 use crate::waveform::shape::FourierShape;
 use crate::{BuildError, Field, Generator, StateFault};
 
-/// Gains and start.
+/// Gains and first frequency of an [`AdaptiveFourier`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AdaptiveFourierConfig {
-    /// K, pull of the error on phase and frequency, 0 to 20 per second.
+    /// K, pull of the error on phase (1/s) and frequency (1/s^2); 0 to 20, default 4.
     pub coupling: f32,
-    /// eta, learning rate of the coefficients, 0 to 20 per second.
+    /// eta, learning rate of the coefficients in 1/s; 0 to 20, default 1.
     pub learning: f32,
-    /// First guess of the frequency in cycles per second, 0.05 to 5.
+    /// First frequency in cycles per second; 0.05 to 5, default 0.9.
     pub frequency_hz: f32,
 }
 
 impl Default for AdaptiveFourierConfig {
-    /// K = 4, eta = 1, 0.9 cycles per second.
+    /// The default of each field.
     fn default() -> Self {
         Self { coupling: 4.0, learning: 1.0, frequency_hz: 0.9 }
     }
 }
 
 /// Learns and plays a signal of H harmonics.
+///
+/// ```
+/// use cpg_core::waveform::adaptive_fourier::AdaptiveFourierConfig;
+/// use joint_units::Period;
+/// let mut learner = AdaptiveFourierConfig::default().build::<2>(Period::MILLISECOND)?;
+/// // A signal of 1 Hz; the first frequency is 0.9 Hz.
+/// let signal = |tick: u32| (tick as f32 * 1e-3 * core::f32::consts::TAU).cos();
+/// for tick in 0..20_000 {
+///     learner.learn(signal(tick % 1000));
+/// }
+/// assert!((learner.frequency_hz() - 1.0).abs() < 0.01);
+/// // Without the signal it continues.
+/// for tick in 0..1000 {
+///     assert!((learner.value() - signal(tick)).abs() < 0.05);
+///     learner.play();
+/// }
+/// # Ok::<(), cpg_core::BuildError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AdaptiveFourier<const H: usize> {
     config: AdaptiveFourierConfig,
     period_s: f32,
     phase: Phase,
-    /// Radians per second.
+    /// w, rad/s.
     frequency: f32,
+    /// a_0.
     mean: f32,
+    /// a_1 to a_H.
     cos: [f32; H],
+    /// b_1 to b_H.
     sin: [f32; H],
 }
 
 impl AdaptiveFourierConfig {
-    /// Validates the configuration for a control period; all coefficients start at 0, at the guessed frequency.
+    /// Validates the configuration for a control period and H harmonics. All coefficients and the phase begin at 0.
     ///
     /// # Errors
-    /// Names the field that is out of range.
+    /// [`BuildError`] names the field that is out of range. Any period is accepted; Euler's method needs many periods in a cycle, and the tests
+    /// run at 1 ms.
     pub fn build<const H: usize>(&self, period: Period) -> Result<AdaptiveFourier<H>, BuildError> {
         in_range(self.coupling, Field::of("coupling"), 0.0, 20.0)?;
         in_range(self.learning, Field::of("learning"), 0.0, 20.0)?;
@@ -75,8 +124,8 @@ impl AdaptiveFourierConfig {
 }
 
 impl<const H: usize> AdaptiveFourier<H> {
-    /// One control period with the taught signal; returns the error e. A sample that is not a finite number is ignored (the phase runs
-    /// on), so that one bad sample does not change the learned series.
+    /// Advances by one control period with the signal P, and learns. Returns the error e before the step. A sample that is not finite counts as
+    /// e = 0: the phase advances and nothing is learned.
     pub fn learn(&mut self, taught: f32) -> f32 {
         let error = if taught.is_finite() { taught - self.value() } else { 0.0 };
         let (s1, c1) = sin_cos(self.phase);
@@ -96,7 +145,7 @@ impl<const H: usize> AdaptiveFourier<H> {
         error
     }
 
-    /// One control period without a signal: plays what it has learned.
+    /// Advances by one control period without a signal: the learned signal continues.
     pub fn play(&mut self) {
         self.advance(self.frequency);
     }
@@ -106,7 +155,7 @@ impl<const H: usize> AdaptiveFourier<H> {
         self.phase += Phase::from_cycles(cycles);
     }
 
-    /// The signal q at the current phase.
+    /// The learned signal q at the current phase, in the unit of P.
     #[must_use]
     pub fn value(&self) -> f32 {
         let (s1, c1) = sin_cos(self.phase);
@@ -118,7 +167,7 @@ impl<const H: usize> AdaptiveFourier<H> {
         q
     }
 
-    /// The slope of q per radian at the current phase.
+    /// The slope of q at the current phase, per radian of phase.
     #[must_use]
     pub fn slope(&self) -> f32 {
         let (s1, c1) = sin_cos(self.phase);
@@ -144,15 +193,15 @@ impl<const H: usize> AdaptiveFourier<H> {
     }
 }
 
-/// N joints that share one phase, learned from the first joint; each learns its own series. It learns a walk from recorded or measured
-/// angles.
+/// A generator of N joints that is learned from measured or recorded angles. All joints have one phase and frequency, learned from the first
+/// joint; each joint learns its own series of H harmonics.
 ///
 /// ```
 /// use cpg_core::Generator;
 /// use cpg_core::gait::named::Gait;
 /// use cpg_core::waveform::adaptive_fourier::{AdaptiveFourierConfig, AdaptiveWalkConfig};
 /// use joint_units::Period;
-/// // A person walks at a stride of 1.084 s; the generator starts with zero coefficients, a tenth too slow.
+/// // A person walks at a stride of 1.084 s; the generator begins with coefficients of 0, a tenth too slow.
 /// let mut person = Gait::NaturalWalk.build(1.0, Period::MILLISECOND)?;
 /// let config = AdaptiveFourierConfig { frequency_hz: 0.83, ..AdaptiveFourierConfig::default() };
 /// let mut walk = AdaptiveWalkConfig { learner: config, unit: 0.5 }.build::<6, 4>(Period::MILLISECOND)?;
@@ -172,7 +221,7 @@ impl<const H: usize> AdaptiveFourier<H> {
 pub struct AdaptiveWalk<const H: usize, const N: usize> {
     joints: [AdaptiveFourier<H>; N],
     start: [AdaptiveFourier<H>; N],
-    /// rad per unit of the series.
+    /// Radians per unit of the series.
     unit: f32,
 }
 
@@ -181,15 +230,16 @@ pub struct AdaptiveWalk<const H: usize, const N: usize> {
 pub struct AdaptiveWalkConfig {
     /// Gains and first frequency of every joint.
     pub learner: AdaptiveFourierConfig,
-    /// Amplitude in rad that learns at the configured rates, 0.01 to 3.
+    /// Radians per unit of the learned signal; 0.01 to 3, about the amplitude of the joints. A joint of this amplitude is learned at the
+    /// configured rates.
     pub unit: f32,
 }
 
 impl AdaptiveWalkConfig {
-    /// Validates the configuration for a control period; all coefficients start at 0.
+    /// Validates the configuration for a control period, H harmonics and N joints. All coefficients and the phase begin at 0.
     ///
     /// # Errors
-    /// Names the field that is out of range.
+    /// [`BuildError`] names the field that is out of range.
     pub fn build<const H: usize, const N: usize>(&self, period: Period) -> Result<AdaptiveWalk<H, N>, BuildError> {
         in_range(self.unit, Field::of("unit"), 0.01, 3.0)?;
         let joints = [self.learner.build(period)?; N];
@@ -198,7 +248,7 @@ impl AdaptiveWalkConfig {
 }
 
 impl<const H: usize, const N: usize> AdaptiveWalk<H, N> {
-    /// Begins with these series as if it had learned them; a reset returns to them.
+    /// The generator with these series in place of its own, as if it had learned them; [`Generator::reset`] returns to them.
     #[must_use]
     pub fn taught(mut self, shapes: &[FourierShape<H>; N]) -> Self {
         let per_unit = 1.0 / self.unit;
@@ -211,7 +261,7 @@ impl<const H: usize, const N: usize> AdaptiveWalk<H, N> {
         self
     }
 
-    /// One control period with the taught joints.
+    /// Advances by one control period with the measured angles, and learns; use [`Generator::step`] to advance without learning.
     pub fn learn(&mut self, taught: [Radians; N]) {
         let per_unit = 1.0 / self.unit;
         for (joint, angle) in self.joints.iter_mut().zip(taught) {
@@ -247,7 +297,8 @@ impl<const H: usize, const N: usize> Generator<N> for AdaptiveWalk<H, N> {
         self.joints.map(|joint| RadPerSec(self.unit * joint.frequency * joint.slope()))
     }
 
-    /// That of the series: 0 where the first joint is most flexed if it was set so; arbitrary if it began with zero coefficients.
+    /// The phase phi of the series: 0 where the series of [`AdaptiveWalk::taught`] have it; if they began with coefficients of 0, its zero depends
+    /// on the start (see the [module](self)).
     fn phase(&self) -> Phase {
         self.joints.first().map_or(Phase(0), AdaptiveFourier::phase)
     }

@@ -1,25 +1,43 @@
 //! The programmable CPG: a bank of adaptive-frequency Hopf oscillators, each of which learns one harmonic of a signal.
 //!
 //! ```text
-//! x_i' = g (m - r_i^2) x_i - w_i y_i + eps F + tau sin(R_i - f_i),   y_i' = g (m - r_i^2) y_i + w_i x_i,   w_i' = -eps F y_i / r_i
-//! al_i' = eta x_i F,   f_i' = sin(R_i - th_i - f_i),   R_i = (w_i / w_0) th_0,   F = P - sum_i al_i x_i
+//! x_i' = g (m - r_i^2) x_i - w_i y_i + eps F + tau sin(R_i - f_i)      (the last term for i > 0)
+//! y_i' = g (m - r_i^2) y_i + w_i x_i,   w_i' = -eps F y_i / r_i,   al_i' = eta x_i F
+//! f_i' = sin(R_i - th_i - f_i) for i > 0,   R_i = (w_i / w_0) th_0,   th_i = sgn(x_i) acos(-y_i / r_i)
+//! F = P - mean - sum_i al_i x_i,   mean' = (eta / 2) F
 //! ```
-//! with th_i = sgn(x_i) acos(-y_i/r_i). P is the taught signal in units of its own amplitude.
-//! Source of the structure: Righetti and Ijspeert, "Programmable central pattern generators: an application to biped locomotion control",
-//! Proc. IEEE ICRA 2006. The constants g = 8, m = 1, tau = 2 are chosen here: g is the rate at which the radius returns (time
-//! constant an eighth of a second), tau synchronises the oscillators after learning; the tests check that a signal is learned with them.
+//! P is the signal that is learned and F its error, in units of the signal's amplitude (about ±1). (x_i, y_i) is the point of oscillator i,
+//! i = 0 to N - 1, r_i its distance from the origin, w_i its angular frequency in rad/s, al_i the amplitude with which it enters the signal, th_i its
+//! phase in rad and f_i its learned phase relative to oscillator 0. g = 8, m = 1 and tau = 2, in 1/s; eps and eta are fields of
+//! [`ProgrammableConfig`]. One Runge-Kutta step a control period, with P held.
 //!
-//! The coupling needs the rotated phase R_i: the oscillators are in step if their phases keep the offset f_i to the first phase scaled by the
-//! ratio of frequencies, so the coupling must vanish at R_i = f_i. With th_i in place of R_i it would hold each oscillator at a constant
-//! phase.
+//! For most purposes use [`crate::waveform::adaptive_fourier`]: it has one phase and reaches the error of a Fourier series in seconds. Here two
+//! oscillators may learn the same harmonic, small harmonics take minutes, and small errors of w_i / w_0 remain when learning ends.
 //!
-//! Two oscillators may learn the same harmonic, small harmonics take minutes, and the small errors of w_i/w_0 remain when learning ends. The
-//! single-phase [`crate::waveform::adaptive_fourier`] reaches the error of a Fourier series in seconds and is preferred; this model is
-//! provided for comparison.
+//! # Why it learns
+//! - *Frequency*: in polar coordinates (x = r cos a, y = r sin a) oscillator i has `a' = w - (eps F / r) sin a` and `w' = -eps F sin a`. For a
+//!   component A cos theta of F near its frequency, the mean of -F sin a over a cycle is (A/2) sin(theta - a): phase and frequency are pulled to
+//!   those of the component.
+//! - *Amplitude*: x_i F then has a positive mean, al_i grows, and the component vanishes from F by the negative feedback. What is left drives the
+//!   other oscillators. The mean of P is no oscillation; it is learned by the same law at half of the rate.
+//! - *Phase relation*: th_i is the angle whose sine is x_i / r_i (a quarter of a cycle ahead of a). f_i converges to R_i - th_i, the difference
+//!   between the phase of oscillator 0, scaled by the ratio of the frequencies, and that of oscillator i.
+//! - *Coupling*: `tau sin(R_i - f_i)` drives oscillator i with a sinusoid of its own frequency. In step, R_i - f_i = th_i, so the drive is
+//!   tau x_i / r_i, whose mean over a cycle enlarges the radius and leaves the phase as it is. Out of step it pulls th_i towards R_i - f_i. The
+//!   drive is continuous if w_i / w_0 is an integer, as th_0 jumps by 2 pi once a cycle.
+//!
+//! # Sources
+//! The structure is that of Righetti and Ijspeert, "Programmable central pattern generators: an application to biped locomotion control", Proc.
+//! IEEE ICRA 2006, 1585-1590. The paper itself was not at hand; the equations were compared with two public programs:
+//! - One that names this paper has `tau sin(th_i - f_i)` in the coupling, with th_i in place of R_i, for every oscillator, and g = 8, m = 1,
+//!   tau = 2, eps = 0.9, eta = 0.5. All its other equations are as above. With th_i the term does not contain oscillator 0 and cannot synchronise.
+//! - One that names Plaza et al., "Design of a Modular Exoskeleton...", has `tau sin(R_i - f_i)` as above, for every oscillator, and f_0' = 0.
+//!
+//! Our own: no coupling of oscillator 0, the learned mean, the defaults eps = 5 and eta = 2, and no use of F and f_i' while playing.
 //!
 //! ```
 //! use cpg_core::waveform::hopf_bank::{ProgrammableConfig, ProgrammableCpg};
-//! // Taught a sinusoid of 1 Hz from a first guess of 0.9.
+//! // Learns a sinusoid of 1 Hz; the first frequency is 0.9 Hz.
 //! let config = ProgrammableConfig::<1>::harmonics_of(0.9);
 //! let mut bank = config.build(joint_units::Period::MILLISECOND)?;
 //! for tick in 0..60_000 {
@@ -35,19 +53,19 @@ use crate::error::{all_in_range, in_range};
 use crate::math::trig::{atan2, sin_cos};
 use crate::{BuildError, Field, Scalar};
 
-/// Gains and start of a bank of N oscillators.
+/// Gains and first frequencies of a bank of N oscillators.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgrammableConfig<const N: usize> {
-    /// eps, pull of the error on phase and frequency, 0 to 10.
+    /// eps, pull of the error on phase (1/s) and frequency (1/s^2); 0 to 10.
     pub adaptation: f32,
-    /// eta, learning rate of the amplitudes, 0 to 10.
+    /// eta, learning rate of the amplitudes in 1/s; 0 to 10.
     pub learning: f32,
-    /// First guess of each frequency in cycles per second, 0.01 to 20; the first is the stride's.
+    /// First frequency of each oscillator in cycles per second, 0.01 to 20; the first is that of the stride.
     pub frequencies_hz: [f32; N],
 }
 
 impl<const N: usize> ProgrammableConfig<N> {
-    /// eps = 5, eta = 2, and harmonics 1 to N of a first guess of the stride's frequency.
+    /// eps = 5, eta = 2, and harmonics 1 to N of a first frequency of the stride in cycles per second.
     #[must_use]
     pub fn harmonics_of(frequency_hz: f32) -> Self {
         let mut frequencies_hz = [frequency_hz; N];
@@ -69,7 +87,7 @@ struct Cell {
     frequency: f32,
     /// al.
     amplitude: f32,
-    /// f, the learned phase against the first oscillator.
+    /// f, the learned phase relative to oscillator 0, rad.
     offset: f32,
 }
 
@@ -85,7 +103,7 @@ impl Cell {
     }
 }
 
-/// A bank of N oscillators.
+/// A bank of N oscillators that learns and plays one signal. [`crate::joints::from_hopf_bank`] makes joint angles from a bank.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgrammableCpg<const N: usize> {
     adaptation: f32,
@@ -95,14 +113,17 @@ pub struct ProgrammableCpg<const N: usize> {
     cells: [Cell; N],
 }
 
+/// g, 1/s: the radius returns to 1 as exp(-2 g t), with a time constant of 1/16 s.
 const GAIN: f32 = 8.0;
+/// tau, 1/s.
 const COUPLING: f32 = 2.0;
 
 impl<const N: usize> ProgrammableConfig<N> {
-    /// Validates the configuration for a control period; every oscillator starts on its circle with the amplitude 0.
+    /// Validates the configuration for a control period. Every oscillator begins at (1, 0) with the amplitude 0.
     ///
     /// # Errors
-    /// Names the field that is out of range.
+    /// [`BuildError`] names the field that is out of range. Any period is allowed; integration needs about 50 ticks in a cycle of the fastest
+    /// oscillator and at most 20 ms, as [`BankWalkConfig::build`](crate::joints::from_hopf_bank::BankWalkConfig::build) requires.
     pub fn build(&self, period: Period) -> Result<ProgrammableCpg<N>, BuildError> {
         in_range(self.adaptation, Field::of("adaptation"), 0.0, 10.0)?;
         in_range(self.learning, Field::of("learning"), 0.0, 10.0)?;
@@ -119,21 +140,22 @@ impl<const N: usize> ProgrammableConfig<N> {
 }
 
 impl<const N: usize> ProgrammableCpg<N> {
-    /// One control period with the taught signal; returns the error F. A signal that is not finite counts as no error.
+    /// Advances by one control period with the signal P, and learns. Returns the error F before the step. A sample that is not finite counts as
+    /// F = 0: the oscillators advance and nothing is learned.
     pub fn learn(&mut self, taught: f32) -> f32 {
         let error = if taught.is_finite() { taught - self.value() } else { 0.0 };
-        // The mean is not periodic, so no oscillator can learn it; it is learned by the law of al.
+        // No oscillator can learn the mean, which is not periodic; it is learned by the law of al at half of the rate.
         self.mean += self.period_s * 0.5 * self.learning * error;
         self.advance(Some(taught - self.mean).filter(|p| p.is_finite()));
         error
     }
 
-    /// One control period without a signal: plays what it has learned.
+    /// Advances by one control period without a signal: the learned signal continues.
     pub fn play(&mut self) {
         self.advance(None);
     }
 
-    /// The signal, mean + sum of al_i x_i.
+    /// The learned signal now, mean + sum of al_i x_i, in the unit of P.
     #[must_use]
     pub fn value(&self) -> f32 {
         self.cells.iter().fold(self.mean, |sum, cell| sum + cell.amplitude * cell.x)
@@ -151,7 +173,7 @@ impl<const N: usize> ProgrammableCpg<N> {
         self.cells.map(|cell| [cell.x, cell.y])
     }
 
-    /// Sets the point of each oscillator, limited to ±2; the circle has radius 1.
+    /// Sets the point of each oscillator; each coordinate is limited to ±2. The limit cycle is the circle of radius 1.
     pub fn set_points(&mut self, points: [[f32; 2]; N]) {
         for (cell, point) in self.cells.iter_mut().zip(points) {
             [cell.x, cell.y] = point.map(|coordinate| coordinate.clamp_to(2.0));
@@ -164,13 +186,13 @@ impl<const N: usize> ProgrammableCpg<N> {
         self.slopes(&self.cells, None).map(|slope| [slope.x, slope.y])
     }
 
-    /// The learned amplitudes.
+    /// The learned amplitudes al_i, in the unit of P.
     #[must_use]
     pub fn amplitudes(&self) -> [f32; N] {
         self.cells.map(|cell| cell.amplitude)
     }
 
-    /// One Runge-Kutta step with the taught signal held.
+    /// One Runge-Kutta step with the signal held.
     fn advance(&mut self, taught: Option<f32>) {
         let h = self.period_s;
         let k1 = self.slopes(&self.cells, taught);
@@ -207,6 +229,7 @@ impl<const N: usize> ProgrammableCpg<N> {
     }
 }
 
+/// The cells a time t along the slopes.
 fn along<const N: usize>(cells: &[Cell; N], slopes: &[Cell; N], t: f32) -> [Cell; N] {
     let mut out = *cells;
     for (cell, &slope) in out.iter_mut().zip(slopes) {
@@ -215,7 +238,7 @@ fn along<const N: usize>(cells: &[Cell; N], slopes: &[Cell; N], t: f32) -> [Cell
     out
 }
 
-/// sgn(x) acos(-y/r): a quarter cycle ahead of the point's own angle, -pi to pi, so that its sine is x/r.
+/// th = sgn(x) acos(-y/r): a quarter of a cycle ahead of the point's own angle, -pi to pi, so that its sine is x/r.
 fn phase(cell: &Cell) -> f32 {
     atan2(cell.x, -cell.y)
 }

@@ -1,8 +1,11 @@
-//! Phase and shape: one phase, and a periodic waveform for each joint.
+//! Phase and shape: a generator of one phase and a periodic waveform (shape) for each joint.
 //!
 //! ```text
 //! phi' = 1/T,   a_j = offset_j + mean_j + gain_j (S_j(phi + lead_j) - mean_j)
 //! ```
+//! phi is the gait phase in cycles, T the stride time in s, S_j the shape of joint j in rad and mean_j its mean; offset_j, gain_j and lead_j are its
+//! [`Adjustment`].
+//!
 //! The phase is a fraction of 2^64 of a cycle with an integer step, so the period is exact: over 72 h at 1 kHz (2.6e8 ticks) the
 //! rounding of the step adds up to less than 1e-10 cycles. The only remaining error is the template's. Changes of speed, gain, offset or
 //! lead take effect at once, as a jump. [`crate::transition::Smooth::change`] makes them smooth, at any tick and also during another
@@ -202,7 +205,7 @@ impl Default for Adjustment {
     }
 }
 
-/// One phase and N shapes.
+/// A generator of one phase and N shapes. Its amplitude is always 1, and its check never fails.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseShape<S, const N: usize> {
     shapes: [S; N],

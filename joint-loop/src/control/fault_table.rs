@@ -45,10 +45,12 @@ pub const SENSOR_TOLERANCE_MS: u16 = 50;
 /// delay of the gate.
 pub const PARK_MS: u16 = 304;
 
-/// How long a follower bridges missing good samples before it freewheels, in ms: the default of `gate.bridge_s`.
+/// How long a follower bridges missing good samples before it freewheels, in ms: the default of
+/// [`cpg_core::entrainment::PlausibilityConfig::bridge_s`].
 pub const FOLLOWER_BRIDGE_MS: u16 = 20;
 
-/// How long a follower continues at its last cadence without a sensor, in ms: the default of `freewheel_s`.
+/// How long a follower continues at its last cadence without a sensor, in ms: the default of
+/// [`cpg_core::entrainment::FollowerConfig::freewheel_s`].
 pub const FREEWHEEL_MS: u16 = 2000;
 
 /// Reaction of a loop to a validity that persists.

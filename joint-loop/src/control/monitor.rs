@@ -28,21 +28,21 @@ use joint_units::Period;
 /// Monitored conditions and their tolerances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MonitorConfig {
-    /// Whether the gait sensors must be good to move. False is for a generator that needs no sensor: validities and angles are
+    /// Whether the gait sensors must be good to move; default true. False is for a generator that needs no sensor: validities and angles are
     /// still reported, but have no effect on the supervisor.
     pub sensor_required: bool,
-    /// How long a required sensor may be not good while moving. s, 0 to 1; or infinite for a follower, which continues without
-    /// a sensor for a limited time and then stands: the sensor is then required only to arm.
+    /// Time for which a required sensor may be not good while moving, s; 0 to 1, default 0.05; or infinite for a follower, which continues
+    /// without a sensor for a limited time and then stands: the sensor is then required only to arm.
     pub sensor_tolerance_s: f32,
-    /// How long the pose envelope may limit the setpoints. s, 0 to 1.
+    /// Time for which the pose envelope may limit the setpoints, s; 0 to 1, default 0.05.
     pub pose_tolerance_s: f32,
-    /// Longest gap between two ticks that does not stop the motion. s, less than `fault_gap_s`.
+    /// Longest gap between two ticks that does not stop the motion, s; less than `fault_gap_s`, default 0.005.
     pub stop_gap_s: f32,
-    /// Longest gap between two ticks that is not a fault. s, at most 0.1, and at most 254 periods.
+    /// Longest gap between two ticks that is not a fault, s; at most 0.1 and at most 254 periods, default 0.02.
     pub fault_gap_s: f32,
-    /// How many overruns of the converter within one second do not stop the motion. 0 to 100.
+    /// Number of overruns of the converter within one second that do not stop the motion; 0 to 100, default 2.
     pub overruns_per_s: u32,
-    /// How long the button's level must be stable. s, 0.005 to 0.2.
+    /// Time for which the button's level must be stable to be accepted, s; 0.005 to 0.2, default 0.02.
     pub debounce_s: f32,
 }
 

@@ -86,19 +86,19 @@ pub enum Cause {
     Button = 1,
     /// A required sensor was not good for longer than tolerated: its wire is open. [`crate::control::fault_table`] has the times.
     SensorOpen = 2,
-    /// As above: its wire is shorted.
+    /// A required sensor was not good for longer than tolerated: its wire is shorted.
     SensorShort = 3,
-    /// As above: its code is at an end of the converter's range.
+    /// A required sensor was not good for longer than tolerated: its code is at an end of the converter's range.
     SensorSaturated = 4,
-    /// As above: its code no longer changes.
+    /// A required sensor was not good for longer than tolerated: its code no longer changes.
     SensorStuck = 5,
-    /// As above: a spike.
+    /// A required sensor was not good for longer than tolerated: a spike.
     SensorSpike = 6,
-    /// As above: it changes faster than a joint can move.
+    /// A required sensor was not good for longer than tolerated: it changes faster than a joint can move.
     SensorRate = 7,
-    /// As above: outside the calibration table.
+    /// A required sensor was not good for longer than tolerated: its volts are outside the calibration table.
     SensorOutOfTable = 8,
-    /// As above: the converter's supply is too low or has no reading.
+    /// A required sensor was not good for longer than tolerated: the converter's supply is too low or has no reading.
     SensorSupplyLow = 9,
     /// The converter lost more samples than tolerated.
     AdcOverrun = 10,

@@ -1,4 +1,4 @@
-//! The trait of one kind of generator for the generator file (TOML), its units and its errors.
+//! What a kind of generator needs for the generator file (TOML): a trait, the units of the file and its errors.
 
 use core::fmt;
 

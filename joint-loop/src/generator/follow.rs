@@ -1,4 +1,4 @@
-//! A follower as a generator of a board: the Fourier series of [`crate::generator::shape`], with the phase locked to a person's.
+//! A follower as a generator of a board: the Fourier series of [`crate::generator::shape`], with the phase locked to that of a person.
 //!
 //! Record: kind 4; index of the sensor's joint in [`Joint::ALL`], index of the source of events in [`EventSource::ALL`], then the
 //! words of a shape.
@@ -23,7 +23,7 @@ pub struct FollowConfig {
     pub sensor: Joint,
     /// Source of the events of the stride beside the angle.
     pub events: EventSource,
-    /// The person's undisturbed gait; the stride within the range of [`PhaseLockConfig::stride_s`].
+    /// The person's mean stride: the templates. Its stride time is within the range of [`PhaseLockConfig::stride_s`].
     pub shape: ShapeConfig,
 }
 

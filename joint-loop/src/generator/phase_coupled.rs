@@ -72,9 +72,9 @@ mod set {
     pub struct PhaseCoupledSet {
         /// Period of the linear part, seconds.
         pub natural_period_s: f32,
-        /// eps.
+        /// Strength eps with which the amplitude returns, 0.01 to 2.
         pub nonlinearity: f32,
-        /// kap of the links hip-hip, knee-knee, left leg, right leg.
+        /// Strength kap of the links hip-hip, knee-knee, left leg, right leg, 0 to 2.
         pub coupling: [f32; 4],
         /// The joints.
         pub joints: [PhaseCoupledJoint; 4],

@@ -63,13 +63,13 @@ mod set {
     #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields)]
     pub struct ThesisJoint {
-        /// alpha, 1/s.
+        /// alpha, the negative damping at rest, 1/s.
         pub alpha_per_s: f32,
-        /// p, s^2/deg^2.
+        /// p, the inverse square of the velocity at which the damping changes sign, s^2/deg^2.
         pub p_s2_per_deg2: f32,
-        /// mu, rad/s.
+        /// mu, the natural frequency, rad/s.
         pub mu_rad_per_s: f32,
-        /// a0, degrees.
+        /// a0, the angle about which the joint swings, degrees.
         pub offset_deg: f32,
         /// Phase lead of the start, degrees of the cycle, -360 to 360.
         pub start_phase_deg: f32,

@@ -8,7 +8,7 @@ use joint_units::{AdcCode, Joint, PulseMicros};
 /// Largest number of periods that one call counts; more are counted as this many. The wire format has one byte for it.
 pub const MAX_ELAPSED: u32 = 255;
 
-/// Inputs of one tick, all taken at one instant.
+/// Inputs of one tick, all taken at one instant. `S` is the number of sensor channels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sample<const S: usize> {
@@ -26,7 +26,7 @@ pub struct Sample<const S: usize> {
     /// Raw level of the foot switch, true while the foot is on the floor; false without a switch. Its rising edge is a heel
     /// strike. The follower rejects a bounce by its interval.
     pub foot: bool,
-    /// Whether the previous tick ended after its deadline. It is only counted.
+    /// Whether this tick began too long after its trigger (more than 100 us in the firmware of this repository). It is only counted.
     pub late: bool,
     /// Faults that the board found since the previous call. The board repeats a fault while it lasts.
     pub faults: BoardFaults,

@@ -31,7 +31,7 @@ pub struct Frame<const S: usize> {
     pub setpoints: [Radians; Joint::COUNT],
     /// The four pulse widths, microseconds; 0 while the outputs are off.
     pub pulses: [PulseMicros; Joint::COUNT],
-    /// Number of ticks that ended after their deadline, wrapping.
+    /// Number of ticks that began too late ([`Sample::late`](crate::Sample::late)), wrapping.
     pub late: u32,
     /// Number of missed control periods, wrapping.
     pub missed: u32,

@@ -74,7 +74,7 @@ impl fmt::Display for BoardLoopError {
             BoardLoopError::Sensors(error) => write!(f, "sensors: {error}"),
             BoardLoopError::Sensor { joint, error } => write!(f, "sensor on {}: {error}", joint.name()),
             BoardLoopError::NoSensor(joint) => {
-                write!(f, "the generator follows {0}, and no sensor is worn on it; allowed is one on {0}", joint.name())
+                write!(f, "the generator follows {0}, which has no sensor; allowed is a sensor on {0}", joint.name())
             }
             BoardLoopError::Walk(error) => write!(f, "walk: {error}"),
             BoardLoopError::Loop(error) => write!(f, "loop: {error}"),
@@ -84,7 +84,10 @@ impl fmt::Display for BoardLoopError {
 
 impl core::error::Error for BoardLoopError {}
 
-/// Builds the loop of a board, before its first tick. Without `sensor_required` it also moves if a sensor is not good.
+/// Builds the loop of a board, before its first tick, at a control period of 1 ms.
+///
+/// `vrefint_cal` is the factory's code of the chip's internal reference, `min_supply` the lowest supply at which a sample can be good (1.8 to
+/// 3.6 V). With `sensor_required` the joints move only while the sensors are good; a follower needs them good only to arm.
 ///
 /// ```
 /// use joint_loop::setup::default_loop::{Parameters, board_loop};
@@ -118,7 +121,7 @@ pub fn board_loop(
     let mut config = LoopConfig::default_biped();
     config.monitor.sensor_required = sensor_required;
     if parameters.generator.follows().is_some() {
-        // A follower freewheels for two seconds without a sensor, then stands, and follows again when the sensor is good.
+        // Without a sensor a follower continues for two seconds, then stands, and follows again when the sensor is good.
         config.monitor.sensor_tolerance_s = f32::INFINITY;
     }
     board_loop_with(&config, parameters, vrefint_cal, min_supply)

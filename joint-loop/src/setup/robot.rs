@@ -120,7 +120,7 @@ impl GateConfig {
                 // Thighs too far apart: beyond any stride.
                 pose(LeftHip, RightHip, PoseSense::Difference, 75.0),
                 pose(RightHip, LeftHip, PoseSense::Difference, 75.0),
-                // A far bent knee behind an extended hip: the heel hits the seat.
+                // A far bent knee behind an extended hip: the heel would hit the back of the thigh.
                 pose(LeftKnee, LeftHip, PoseSense::Difference, 125.0),
                 pose(RightKnee, RightHip, PoseSense::Difference, 125.0),
                 None,

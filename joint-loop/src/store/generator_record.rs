@@ -1,7 +1,7 @@
-//! A generator's parameters as bytes: the host writes them into the board's first parameter sector, the board reads them at boot.
+//! The generator record: a generator's parameters as bytes. A host writes it to the board's first parameter sector, the board reads it at boot.
 //!
-//! The frame is that of [`crate::store::flash_record`], with the magic word "FFWK". The kind and its words are described in the file of
-//! the kind, see [`crate::generator`]: bits of f32, a phase in 2^-32 of a cycle, or the index of a value in a list.
+//! The format is that of [`crate::store::flash_record`] with the magic word "FFWK". The number of the kind and its words are in the file of the
+//! kind, see [`crate::generator`]. A word is an `f32` as its bits, a phase in 2^-32 of a cycle, or the index of a value in a list.
 
 use core::fmt;
 
@@ -17,13 +17,13 @@ pub const MAX_BYTES: usize = bytes_of(GeneratorConfig::MAX_WORDS);
 const MAGIC: [u8; 4] = *b"FFWK";
 const SCHEMA: u16 = 1;
 
-/// Why bytes are not a generator's record.
+/// Why bytes are not a generator record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum GeneratorRecordError {
-    /// They are not a whole record, or one of an unknown kind.
+    /// They are not a complete record, or the kind is unknown.
     Frame(FlashRecordError),
-    /// A word that is an index in a list is too large.
+    /// A word that is the index of a value in a list is too large.
     Word {
         /// The parameter.
         field: &'static str,
@@ -73,19 +73,19 @@ impl From<WordError> for GeneratorRecordError {
     }
 }
 
-/// A generator's parameters that were read, and the checksum that identifies them.
+/// Parameters read from a generator record, with the checksum that identifies it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stored {
-    /// The parameters; all are allowed.
+    /// The parameters, checked.
     pub config: GeneratorConfig,
-    /// The record's checksum.
+    /// Checksum of the record.
     pub crc: u32,
 }
 
-/// A record, ready to be written.
+/// A generator record.
 pub type Record = Framed<MAX_BYTES>;
 
-/// The record of a generator's parameters.
+/// Makes the record of a generator's parameters.
 #[must_use]
 pub fn record_of(config: &GeneratorConfig) -> Record {
     Record::new(MAGIC, SCHEMA, config.record_kind(), |words| config.write(words))

@@ -1,4 +1,6 @@
-//! Reads TOML files through serde; each error has file, line, key, the value and what is allowed.
+//! Reads TOML files with serde. Each error has the file, the line, the key, the value and what is allowed.
+//!
+//! Use: [`TomlFile::read`], then [`TomlFile::top`], then [`Top::schema`], [`Top::only`] and [`Top::get`] for each key.
 
 use std::fmt;
 use std::path::Path;
@@ -7,10 +9,10 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Error, ValueDeserializer};
 
-/// Most bytes that such a file may have.
+/// Largest size of a file in bytes: 1 MiB.
 pub const MAX_BYTES: usize = 1 << 20;
 
-/// What is wrong, and what is allowed.
+/// What is wrong with a file or one of its values, and what is allowed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Problem {
     /// The file cannot be opened or read.
@@ -28,13 +30,13 @@ pub enum Problem {
     /// The text is not TOML.
     #[error("is not TOML: {0}")]
     Syntax(String),
-    /// An unknown field.
+    /// A key that is unknown at its place, with the known ones.
     #[error("unknown field; allowed here: {0}")]
     Unknown(String),
-    /// A field that has to be there.
+    /// A required key is missing.
     #[error("is missing; allowed is {0}")]
     Missing(String),
-    /// A value of another type.
+    /// A value of the wrong type.
     #[error("is {found}; allowed is {allowed}")]
     Type {
         /// What was found, in words.
@@ -50,19 +52,19 @@ pub enum Problem {
         /// What is allowed, in words.
         allowed: String,
     },
-    /// A rule of the part that the values are for. The text says what is allowed.
+    /// A rule of the program part that uses the values. The text says what is wrong and what is allowed.
     #[error("{0}")]
     Rule(String),
 }
 
-/// A [`Problem`] and where it is.
+/// A [`Problem`] and its place, printed as ``generator.toml:7: field `shape.stride_s`: is 0.1; allowed is 0.2 to 20 s``.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FileError {
-    /// The file, as the caller named it.
+    /// Name of the file as the caller gave it.
     pub file: String,
-    /// The line, counted from 1.
+    /// Line, counted from 1; `None` if the problem is about the whole file.
     pub line: Option<usize>,
-    /// The path of the field: `gate.range_deg.left_hip`.
+    /// Path of the key: `gate.range_deg.left_hip`; `None` if the problem is about no key.
     pub field: Option<String>,
     /// What is wrong.
     pub problem: Problem,
@@ -122,16 +124,16 @@ impl TomlFile {
         Ok(Self::of_text(&path.display().to_string(), read_text(path)?))
     }
 
-    /// A text; `file` is its name in errors.
+    /// Takes a text that was read already; `file` is its name in errors.
     #[must_use]
     pub fn of_text(file: &str, text: String) -> Self {
         Self { file: file.into(), text }
     }
 
-    /// The keys at the top.
+    /// Parses the text.
     ///
     /// # Errors
-    /// The text is not TOML, or empty.
+    /// The text is not TOML, or has no key.
     pub fn top(&self) -> Result<Top<'_>, FileError> {
         let tree = DeTable::parse(&self.text).map_err(|error| FileError {
             file: self.file.clone(),
@@ -146,12 +148,13 @@ impl TomlFile {
         Ok(Top { file: self, tree })
     }
 
+    /// Line of a byte offset, counted from 1.
     fn line(&self, offset: usize) -> usize {
         1 + self.text.as_bytes().iter().take(offset).filter(|&&byte| byte == b'\n').count()
     }
 }
 
-/// The parsed file.
+/// A parsed file: the keys at the top of the file.
 #[derive(Debug)]
 pub struct Top<'a> {
     file: &'a TomlFile,
@@ -159,10 +162,11 @@ pub struct Top<'a> {
 }
 
 impl<'a> Top<'a> {
-    /// Checks the key `schema`.
+    /// Checks the key `schema`, the version of the file's layout. `make_again` is the part of the message that says how a file of this version is
+    /// made.
     ///
     /// # Errors
-    /// It is missing or another number; `make_again` says how a file of this version is made.
+    /// The key is missing or is another number.
     pub fn schema(&self, version: u32, make_again: &str) -> Result<(), FileError> {
         let found: i64 = self.get("schema")?;
         if found == i64::from(version) {
@@ -172,10 +176,10 @@ impl<'a> Top<'a> {
         Err(self.error("schema", Problem::Range { value: found.to_string(), allowed }))
     }
 
-    /// Checks that there are no other keys at the top.
+    /// Checks that the file has no other keys at its top than these.
     ///
     /// # Errors
-    /// The first other key.
+    /// Names the first other key.
     pub fn only(&self, keys: &[&str]) -> Result<(), FileError> {
         let table = self.tree.get_ref();
         let unknown = table.keys().filter(|key| !keys.contains(&key.get_ref().as_ref()));
@@ -188,15 +192,15 @@ impl<'a> Top<'a> {
     /// The value of a key at the top.
     ///
     /// # Errors
-    /// It is missing, or not of the type `T`.
+    /// The key is missing, or its value is not of the type `T`.
     pub fn get<T: Deserialize<'a>>(&self, key: &str) -> Result<T, FileError> {
         self.get_with(key, |value| T::deserialize(value))
     }
 
-    /// The value of a key at the top, as `read` makes it.
+    /// The value of a key at the top, deserialized by `read`.
     ///
     /// # Errors
-    /// It is missing, or `read` refuses it.
+    /// The key is missing, or `read` refuses its value.
     pub fn get_with<T>(
         &self,
         key: &str,
@@ -209,7 +213,7 @@ impl<'a> Top<'a> {
         read(ValueDeserializer::from(value.clone())).map_err(|error| self.in_file(&error, place))
     }
 
-    /// An error of the deserializer, with the key that it is about.
+    /// Converts an error of the deserializer; `place` is the byte offset of the value, if the error has none of its own.
     fn in_file(&self, error: &Error, place: usize) -> FileError {
         let place = error.span().map_or(place, |span| span.start);
         let path = path_at(self.tree.get_ref(), place).unwrap_or_default();
@@ -222,6 +226,7 @@ impl<'a> Top<'a> {
         }
     }
 
+    /// An error at a byte offset, with the path of the key.
     fn error_at(&self, path: &str, offset: usize, problem: Problem) -> FileError {
         FileError {
             file: self.file.file.clone(),
@@ -237,7 +242,7 @@ impl<'a> Top<'a> {
         self.error_at(path, find(self.tree.get_ref(), path).0, problem)
     }
 
-    /// The value of a key is not allowed.
+    /// The error that the value of a key is not allowed; the value is taken from the file.
     #[must_use]
     pub fn not_allowed(&self, path: &str, allowed: &str) -> FileError {
         let (offset, value) = find(self.tree.get_ref(), path);
@@ -253,7 +258,7 @@ impl<'a> Top<'a> {
 
 const MISSING: &str = "is missing; the key has to be there";
 
-/// Where the longest known part of a path stands, and its value if all of it is known.
+/// Byte offset of the longest part of a path that is in the file, and the value if the whole path is.
 fn find<'t>(table: &'t DeTable<'_>, path: &str) -> (usize, Option<&'t DeValue<'t>>) {
     let (key, rest) = path.split_once('.').map_or((path, None), |(key, rest)| (key, Some(rest)));
     let (key, index) = match key.split_once('[') {
@@ -276,7 +281,7 @@ fn find<'t>(table: &'t DeTable<'_>, path: &str) -> (usize, Option<&'t DeValue<'t
     }
 }
 
-/// The path of the key or value at this place of the text.
+/// Path of the key or value at a byte offset.
 fn path_at(table: &DeTable<'_>, place: usize) -> Option<String> {
     table.iter().find_map(|(key, value)| {
         let name = key.get_ref();
@@ -294,7 +299,7 @@ fn path_at(table: &DeTable<'_>, place: usize) -> Option<String> {
     })
 }
 
-/// A message of serde as a [`Problem`].
+/// Converts a message of serde to a [`Problem`].
 fn problem_of(message: &str) -> Problem {
     if let Some((_, fields)) = message.strip_prefix("unknown field ").and_then(|rest| rest.split_once(", expected ")) {
         return Problem::Unknown(fields.trim_start_matches("one of ").into());
@@ -310,7 +315,7 @@ fn problem_of(message: &str) -> Problem {
     }
 }
 
-/// What serde found, in the words of [`in_words`].
+/// Converts serde's words for a value that it found to those of [`in_words`].
 fn found_in_words(found: &str) -> String {
     let plain = found.replace('`', "");
     let words = [("string ", "the text "), ("integer ", "the whole number "), ("floating point ", "the number ")];
@@ -322,6 +327,7 @@ fn found_in_words(found: &str) -> String {
     })
 }
 
+/// Converts serde's words for what it expected.
 fn expected_in_words(expected: &str) -> String {
     match expected {
         "f32" | "f64" => "a number".into(),
@@ -336,12 +342,12 @@ fn expected_in_words(expected: &str) -> String {
     }
 }
 
-/// Names of keys, quoted.
+/// Names of keys in backticks, separated by commas.
 pub(crate) fn list(fields: &[&str]) -> String {
     fields.iter().map(|field| format!("`{field}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// A value of a file in words.
+/// A value of a file, in words for a message.
 pub(crate) fn in_words(value: &DeValue<'_>) -> String {
     match value {
         DeValue::String(text) => format!("the text \"{}\"", text.chars().take(40).collect::<String>()),

@@ -1,4 +1,4 @@
-//! Installs packages with `apt-get`: as root, without questions, and never by removing another package.
+//! Installs packages with `apt-get`: as root, without questions, and without removing any package.
 
 use std::cell::Cell;
 use std::ffi::OsString;
@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use crate::shell;
 
-/// Package lists that are older may name files that the archive no longer has.
+/// Age up to which package lists are used without an update: older ones may name files that the archive no longer has.
 const LISTS_STAY_FRESH: Duration = Duration::from_secs(24 * 60 * 60);
 
 /// `apt-get` on this computer.
@@ -19,17 +19,17 @@ pub(crate) struct Apt {
     updated: Cell<bool>,
 }
 
-/// What is to be done when a package cannot be installed from the lists at hand.
+/// What to do if a package cannot be installed with the present package lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Effort {
     /// Update the lists and try again.
     Required,
-    /// The same only if the lists are older than a day.
+    /// The same, but only if the lists are older than a day.
     Optional,
 }
 
 impl Apt {
-    /// `apt-get`, if this program may use it: on Debian and its derivatives, as root.
+    /// `apt-get`, if it exists and this program runs as root.
     pub(crate) fn usable() -> Option<Apt> {
         let id = shell::stdout_of(shell::command("id").arg("-u")).ok()?;
         (shell::on_path("apt-get").is_some() && id.trim() == "0").then(|| Apt::new("apt-get", "/var/lib/apt/lists"))
@@ -39,8 +39,10 @@ impl Apt {
         Apt { program: program.into(), lists: lists.into(), updated: Cell::new(false) }
     }
 
-    /// Installs these packages. An error says in one line why that is not possible; then nothing was changed, unless the network
-    /// failed half-way.
+    /// Installs these packages.
+    ///
+    /// # Errors
+    /// The reason in one line. Nothing was changed then, unless the network failed during the installation.
     pub(crate) fn install(&self, packages: &[&str], effort: Effort) -> Result<(), String> {
         if !has_package_lists(&self.lists) {
             self.update();
@@ -66,7 +68,7 @@ impl Apt {
             .map_err(|error| format!("{error:#}; its message is above"))
     }
 
-    /// What `apt-get` would do, without a change and without its list of packages on the screen.
+    /// Simulates the installation, without a change and without output.
     fn simulate(&self, packages: &[&str]) -> Result<(), String> {
         let mut command = self.install_command(packages);
         let output = command.arg("--simulate").stdin(std::process::Stdio::null()).output();
@@ -84,7 +86,7 @@ impl Apt {
         command
     }
 
-    /// A failure shows in the installation that follows.
+    /// Updates the package lists. A failure is only printed, because the installation after it fails too.
     fn update(&self) {
         self.updated.set(true);
         eprintln!("set-up: apt-get update");
@@ -95,7 +97,7 @@ impl Apt {
 
     fn command(&self) -> Command {
         let mut command = shell::command(&self.program);
-        // Another installation may be running: wait for it.
+        // Waits up to 300 s for another installation that is running.
         command.env("DEBIAN_FRONTEND", "noninteractive").args([
             "-q",
             "-y",
@@ -108,14 +110,14 @@ impl Apt {
     }
 }
 
-/// The last line that `apt-get` marks as an error, otherwise its last line.
+/// The last line that `apt-get` marked as an error; without one, its last line.
 fn last_error(text: &str) -> Option<String> {
     let lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
     let marked = lines.iter().rev().find_map(|line| line.strip_prefix("E: "));
     marked.or(lines.last().copied()).map(str::to_owned)
 }
 
-/// `apt-get update` was run once: there is a list of packages, compressed or not.
+/// Whether there is a package list, compressed or not: `apt-get update` was run before.
 fn has_package_lists(folder: &Path) -> bool {
     let names = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.file_name());
     names.into_iter().any(|name| name.to_string_lossy().contains("_Packages"))

@@ -1,7 +1,7 @@
-//! Finds what this computer lacks for a command and installs it where that is allowed: with apt, as root. Elsewhere the command that
-//! installs it is printed and nothing is changed.
+//! Finds the tools that a command needs and this computer does not have, and installs them with apt if it runs as root. Otherwise it prints the
+//! command that installs them, and changes nothing.
 //!
-//! What is missing and required stops the command; what is missing and optional costs only the steps that need it.
+//! A required tool that is missing stops the command; an optional one costs only the steps that need it.
 
 mod apt;
 mod need;
@@ -24,14 +24,14 @@ pub(crate) use need::{Need, REQUIRE, Required};
 #[derive(Debug, Clone)]
 struct Missing {
     need: Need,
-    /// The tools that are absent; none if it is a matter of something else.
+    /// The absent tools; empty if the need is not about tools.
     tools: Vec<Tool>,
-    /// Why the need is not met, or why the tools could not be installed.
+    /// Reason why the need is not met or the tools could not be installed; `None` if nothing was tried.
     cause: Option<String>,
 }
 
 impl Missing {
-    /// One line, for a table.
+    /// The reason in one line, for a table.
     fn reason(&self, manager: Option<PackageManager>) -> String {
         let command = || match manager.and_then(|manager| manager.command(&self.tools)) {
             Some(command) => format!("install with `{command}`"),
@@ -42,7 +42,7 @@ impl Missing {
     }
 }
 
-/// What a command can work with.
+/// Result of the set-up, with which a command works.
 #[derive(Debug, Default)]
 pub(crate) struct Setup {
     /// The toolchain for the board, if [`Need::BoardCompiler`] was among the needs.
@@ -51,7 +51,7 @@ pub(crate) struct Setup {
     pub(crate) missing: Vec<(Need, String)>,
 }
 
-/// Makes the computer ready for `needs`.
+/// Checks `needs`, and installs what is missing and can be installed.
 ///
 /// # Errors
 /// [`MissingRequirement`] if a need that `required` contains is not met.
@@ -81,7 +81,7 @@ pub(crate) fn set_up(needs: &[Need], required: &Required, target_dir: &Path) -> 
 
     let manager = PackageManager::find();
     if let Some(apt) = Apt::usable() {
-        // One installation for each need: what cannot be installed does not keep the rest from it.
+        // One installation for each need, so that one that fails does not prevent the others.
         missing.retain_mut(|missing| missing.tools.is_empty() || !install(missing, &apt, required));
     }
     let missing = optional(missing, required, manager)?;
@@ -106,7 +106,7 @@ fn missing_tools(tools: &[Tool]) -> Vec<Tool> {
     tools.iter().filter(|tool| !(tool.is_present)()).copied().collect()
 }
 
-/// Installs the missing tools; whether all are present then. Otherwise `missing` says why not.
+/// Installs the missing tools. Returns whether all are present then; otherwise `missing.cause` has the reason.
 fn install(missing: &mut Missing, apt: &Apt, required: &Required) -> bool {
     for tool in &missing.tools {
         eprintln!("set-up: {} is missing: {}", tool.name, tool.purpose);
@@ -125,10 +125,10 @@ fn names(tools: &[Tool]) -> String {
     tools.iter().map(|tool| tool.name).collect::<Vec<_>>().join(", ")
 }
 
-/// The optional ones among what is missing.
+/// The missing needs that are optional.
 ///
 /// # Errors
-/// Something required is missing: the error lists every tool with its purpose, and one command that installs all of them.
+/// A required need is missing: the error lists every tool with its purpose, and one command that installs all of them.
 fn optional(
     missing: Vec<Missing>,
     required: &Required,

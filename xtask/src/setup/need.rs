@@ -1,4 +1,4 @@
-//! What commands and test steps need from outside the repository, and which of it `FOOTFALL_REQUIRE` makes required.
+//! Needs of commands and test steps from outside the repository, and which of them `FOOTFALL_REQUIRE` makes required.
 
 use std::path::{Path, PathBuf};
 
@@ -9,10 +9,10 @@ use super::tool::{CHROMIUM_TOOLS, NODE_TOOLS, PYTHON_TOOLS, QEMU_TOOLS, TERMINAL
 /// The variable that makes needs required: their names with commas between them, or `all`.
 pub(crate) const REQUIRE: &str = "FOOTFALL_REQUIRE";
 
-/// Names another folder of recordings.
+/// The variable that names another folder of recordings.
 const TRACES: &str = "FOOTFALL_TRACES";
 
-/// Something that a command or a test step cannot do without.
+/// Something from outside the repository that a command or a test step needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Need {
     /// A compiler for the board.
@@ -68,7 +68,7 @@ impl Need {
         Need::ALL.into_iter().find(|need| need.name() == name)
     }
 
-    /// Required whatever `FOOTFALL_REQUIRE` says: without these two the firmware can be neither built nor run.
+    /// Whether it is always required, without `FOOTFALL_REQUIRE`: the firmware cannot be built or run without these two.
     pub(crate) fn is_always_required(self) -> bool {
         matches!(self, Need::BoardCompiler | Need::VirtualBoard)
     }

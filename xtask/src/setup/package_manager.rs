@@ -1,4 +1,4 @@
-//! The package managers for which `cargo xtask` prints a command; only apt, as root, is also run (see [`super::apt`]).
+//! Package managers and their commands, which `cargo xtask` prints. Only apt is also run, as root (see [`super::apt`]).
 
 use super::tool::Tool;
 use crate::shell;
@@ -18,7 +18,7 @@ impl PackageManager {
     /// In the order in which they are looked for.
     const ALL: [PackageManager; 6] = [Self::Apt, Self::Dnf, Self::Pacman, Self::Zypper, Self::Homebrew, Self::Winget];
 
-    /// The system's own: the first that is on PATH.
+    /// The package manager of this system: the first one on PATH.
     pub(crate) fn find() -> Option<PackageManager> {
         Self::ALL.into_iter().find(|manager| shell::on_path(manager.program()).is_some())
     }
@@ -34,7 +34,7 @@ impl PackageManager {
         }
     }
 
-    /// What a person types before the names of the packages.
+    /// The command that a user types, without the names of the packages.
     fn install_command(self) -> &'static str {
         match self {
             Self::Apt => "sudo apt-get install --no-install-recommends",
@@ -67,7 +67,7 @@ impl PackageManager {
         packages
     }
 
-    /// The command that installs these tools; `None` if this system has no package for any of them.
+    /// The command that installs these tools; `None` if the package manager has no package for any of them.
     pub(crate) fn command(self, tools: &[Tool]) -> Option<String> {
         let packages = self.packages(tools);
         (!packages.is_empty()).then(|| format!("{} {}", self.install_command(), packages.join(" ")))

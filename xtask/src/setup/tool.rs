@@ -8,11 +8,11 @@ use crate::toolchain;
 /// A program or library.
 #[derive(Clone, Copy)]
 pub(crate) struct Tool {
-    /// Its own name, whatever a system's packages are called.
+    /// Name of the program or library itself, not of a package.
     pub(crate) name: &'static str,
-    /// What it is needed for.
+    /// Its use in this project.
     pub(crate) purpose: &'static str,
-    /// Looks for it on this computer.
+    /// Whether it is on this computer.
     pub(crate) is_present: fn() -> bool,
     /// The packages that contain it.
     pub(crate) packages: Packages,
@@ -24,7 +24,7 @@ impl std::fmt::Debug for Tool {
     }
 }
 
-/// Package names for each package manager; empty where the system has no such package or the tool is not needed there.
+/// Names of the packages for each package manager; empty if there is no such package or the tool is not needed on that system.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Packages {
     pub(crate) apt: &'static [&'static str],
@@ -50,8 +50,8 @@ pub(crate) const DEBIAN_COMPILER: Tool = Tool {
     },
 };
 
-/// What Unicorn, the processor emulator of the virtual board, is built with. Its build script runs QEMU's `configure`, which wants
-/// `pkg-config`, then cmake; the Rust binding is generated with libclang.
+/// Tools that build Unicorn, the processor emulator of the virtual board. Its build script runs QEMU's `configure`, which needs `pkg-config`, and then
+/// cmake; the Rust binding is generated with libclang.
 pub(crate) const UNICORN_TOOLS: [Tool; 5] = [
     Tool {
         name: "C compiler",
@@ -120,7 +120,7 @@ pub(crate) const UNICORN_TOOLS: [Tool; 5] = [
     },
 ];
 
-/// The second processor emulator.
+/// The second processor emulator, QEMU.
 pub(crate) const QEMU_TOOLS: [Tool; 1] = [Tool {
     name: "qemu-system-arm",
     purpose: "runs the core self-test on a second, independent emulator",
@@ -197,7 +197,7 @@ pub(crate) const CHROMIUM_TOOLS: [Tool; 1] = [Tool {
     },
 }];
 
-/// Python with what a virtual environment needs.
+/// Python, with the modules for virtual environments.
 pub(crate) const PYTHON_TOOLS: [Tool; 2] = [
     Tool {
         name: "python3",

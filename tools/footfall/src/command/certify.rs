@@ -14,7 +14,7 @@ use crate::output;
 /// Options of `footfall certify`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A generator file, or the name of a default: robust, thesis, thesis-double
+    /// A generator file, or the name of a default: phase-coupled, thesis, thesis-double
     #[arg(value_name = "PARAMS")]
     pub params: PathBuf,
     /// Number of random starts
