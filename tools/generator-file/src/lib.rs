@@ -18,4 +18,3 @@ mod orbit;
 mod random;
 mod single_precision;
 pub mod toml_file;
-pub mod toml_table;

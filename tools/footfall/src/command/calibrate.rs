@@ -229,7 +229,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
 
 /// Writes the files. All contents are made before the first file is written, so that an error leaves none.
 fn write(calibrated: &Calibrated, outputs: &Outputs) -> Result<(), Failure> {
-    let toml = calibration_file::to_measured_text(&calibrated.sensor, &calibrated.measured);
+    let toml = calibration_file::to_text(&calibrated.sensor, Some(&calibrated.measured));
     let svg = outputs.svg.as_ref().map(|path| Ok((path, report::svg(calibrated)?)));
     let html = outputs.report.as_ref().map(|path| Ok((path, report::html(calibrated)?)));
     let pictures = [svg, html].into_iter().flatten().collect::<Result<Vec<_>, String>>().map_err(Failure::run)?;

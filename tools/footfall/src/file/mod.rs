@@ -7,3 +7,4 @@ pub mod fit_summary;
 pub mod parameter_file;
 pub mod recording;
 pub mod svg;
+pub mod word;
