@@ -152,7 +152,7 @@ fn the_authors_own_table_is_taken_with_its_own_headings() {
     std::fs::write(&rows, published).unwrap();
     let columns = ["--volts-column", "voltage_v_at_5v_ref", "--angle-column", "pivot_angle_deg"];
     assert_eq!(
-        call(&[&[text(&rows), "-o", text(&out), "--sensor", "RK09K"], &columns[..]].concat()),
+        call(&[&[text(&rows), "-o", text(&out), "--name", "RK09K"], &columns[..]].concat()),
         (0, String::new())
     );
     let sensor = calibration_file::read(&out).unwrap();
@@ -329,7 +329,7 @@ fn a_bad_file_is_refused_with_line_and_column_and_nothing_is_written() {
         &["--points", "33"][..],
         &["--points", "1"],
         &["--date", "2026-02-30"],
-        &["--sensor", ""],
+        &["--name", ""],
         &["--divider", "0"],
         &["--supply", "5"],
         &["--vrefint-cal", "65535"],
@@ -349,7 +349,7 @@ fn the_command_writes_a_table_that_is_read_back_exactly_and_a_page_with_its_numb
     let (html, svg) = (folder.path().join("knee.html"), folder.path().join("knee.svg"));
     std::fs::write(&rows, code_rows(&up_and_down(10.0, 150.0, 10.0), 40, 1.0, |degrees, _| saturating(degrees)))
         .unwrap();
-    let arguments = ["--supply", "3.3", "--divider", "2", "--sensor", "knee <3>", "--date", "2026-03-04", "--json"];
+    let arguments = ["--supply", "3.3", "--divider", "2", "--name", "knee <3>", "--date", "2026-03-04", "--json"];
     let files = [text(&rows), "-o", text(&out), "--report", text(&html), "--svg", text(&svg)];
     assert_eq!(call(&[&files[..], &arguments].concat()), (0, String::new()));
     let written = std::fs::read_to_string(&out).unwrap();

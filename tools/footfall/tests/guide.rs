@@ -142,7 +142,7 @@ impl Bench {
             ["knee.toml", "rows.csv", "knee.html"].map(|name| self.path(name).display().to_string());
         format!(
             "{footfall} calibrate --guide --codes {codes} --angles 0,20,40,60,40,20,0 --samples 200 --supply 3.3 \
-             --sensor 'knee 3' --out {out} --keep-rows {rows} --report {page}"
+             --name 'knee 3' --out {out} --keep-rows {rows} --report {page}"
         )
     }
 

@@ -47,7 +47,7 @@ pub struct Options {
     pub out: PathBuf,
     /// Name of the sensor
     #[arg(long, value_name = "NAME", default_value = "gait sensor", value_parser = calibration_file::name_argument)]
-    pub sensor: String,
+    pub name: String,
     /// The day of the measurement [default: today, in UTC]
     #[arg(long, value_name = "YYYY-MM-DD", value_parser = calibration_file::date_argument)]
     pub date: Option<String>,
@@ -186,7 +186,7 @@ impl Options {
                 most_sd_deg: self.most_sd_deg,
                 saturated_share: self.saturated_share,
             },
-            identity: Identity { sensor: self.sensor, date: self.date, divider: self.divider },
+            identity: Identity { sensor: self.name, date: self.date, divider: self.divider },
             outputs: Outputs { toml: self.out, report: self.report, svg: self.svg, json: self.json },
         })
     }
