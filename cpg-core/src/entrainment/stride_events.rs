@@ -129,6 +129,7 @@ pub struct StrideEvents {
 /// What became of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Taken {
     /// Phase and cadence were corrected.
     Stride,
