@@ -151,10 +151,7 @@ fn the_authors_own_table_is_taken_with_its_own_headings() {
     let (rows, out) = (folder.path().join("rows.csv"), folder.path().join("rk09k.toml"));
     std::fs::write(&rows, published).unwrap();
     let columns = ["--volts-column", "voltage_v_at_5v_ref", "--angle-column", "pivot_angle_deg"];
-    assert_eq!(
-        call(&[&[text(&rows), "-o", text(&out), "--name", "RK09K"], &columns[..]].concat()),
-        (0, String::new())
-    );
+    assert_eq!(call(&[&[text(&rows), "-o", text(&out), "--name", "RK09K"], &columns[..]].concat()), (0, String::new()));
     let sensor = calibration_file::read(&out).unwrap();
     for (index, degrees) in steps(-55.0, 122.0, 0.25).into_iter().enumerate() {
         let volts = Volts((rk09k_fraction(degrees) * 5.0) as f32);

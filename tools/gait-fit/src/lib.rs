@@ -12,6 +12,7 @@
 
 pub mod fit;
 pub mod generator_cycle;
+pub mod html;
 pub mod judge;
 pub mod report;
 pub mod search;

@@ -15,6 +15,6 @@ pub mod following;
 pub mod gait_error;
 mod model;
 mod orbit;
-mod random;
+pub mod random;
 mod single_precision;
 pub mod toml_file;

@@ -70,11 +70,7 @@ pub struct FileError {
 
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.file)?;
-        if let Some(line) = self.line {
-            write!(f, ":{line}")?;
-        }
-        f.write_str(": ")?;
+        f.write_str(&place(&self.file, self.line))?;
         if let Some(field) = &self.field {
             write!(f, "field `{field}`: ")?;
         }
@@ -83,6 +79,12 @@ impl fmt::Display for FileError {
 }
 
 impl std::error::Error for FileError {}
+
+/// Begin of an error in a file: `loop.toml:3: `.
+#[must_use]
+pub fn place<N: fmt::Display>(file: &str, line: Option<N>) -> String {
+    line.map_or(format!("{file}: "), |line| format!("{file}:{line}: "))
+}
 
 /// Reads the text of a file.
 ///
