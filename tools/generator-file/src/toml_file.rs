@@ -201,7 +201,8 @@ impl<'a> Top<'a> {
         let read = T::deserialize(Deserializer::from(self.tree.clone())).map_err(|error| self.in_file(&error, 0))?;
         let again = toml::Table::try_from(&read).unwrap_or_default();
         for (key, value) in self.tree.get_ref() {
-            self.whole_lists(key.get_ref(), value, again.get(key.get_ref().as_ref()))?;
+            let key: &str = key.get_ref();
+            self.whole_lists(key, value, again.get(key))?;
         }
         Ok(read)
     }

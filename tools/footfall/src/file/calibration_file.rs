@@ -143,7 +143,7 @@ mod hysteresis {
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Hysteresis>, D::Error> {
-        match Vec::deserialize(deserializer)?[..] {
+        match Vec::<f32>::deserialize(deserializer)?[..] {
             [] => Ok(None),
             [largest, mean] if mean <= largest => Ok(Some(Hysteresis { largest, mean })),
             _ => Err(D::Error::custom("is not `[largest, mean]`; allowed are both, the largest first, or none")),
