@@ -81,7 +81,7 @@ pub enum BuildError {
     },
 }
 
-/// A value that is not a finite number.
+/// A value that is not a finite number. Not `non_exhaustive`: there are no others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum NonFinite {

@@ -6,6 +6,7 @@ use joint_units::{Joint, Period};
 /// Why a configuration was refused. Each variant is one rule. Angles are in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum LoopError {
     /// A number is infinite or NaN.
     NotFinite {

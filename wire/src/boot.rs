@@ -32,6 +32,7 @@ pub struct Boot {
 
 /// Cause of a reset. The order is part of the version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Reset {
     /// Supply switched on.
     PowerOn,
@@ -87,6 +88,7 @@ pub struct Refused {
 
 /// What can be refused. The order is part of the version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Subject {
     /// The generator record in flash. The outputs stay off until another one is written.
     GeneratorRecord,

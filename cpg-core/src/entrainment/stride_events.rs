@@ -136,6 +136,7 @@ pub struct StrideEvents {
 /// Effect of an event on the estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Taken {
     /// Phase and cadence were corrected.
     Stride,

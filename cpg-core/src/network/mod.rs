@@ -3,7 +3,7 @@
 //! | to | see |
 //! |---|---|
 //! | walk: oscillators whose links hold the phase of every joint (R1) | [`phase_coupled`] |
-//! | do the same on a chip without a floating-point unit | [`phase_coupled_fixed`] |
+//! | do the same on a chip without a floating-point unit | `phase_coupled_fixed` (feature `fixed-point`) |
 //! | repeat the thesis | [`thesis`] |
 //! | study gaits by symmetry, of two and four legs | [`symmetric_cells`] |
 //! | couple other joints than hips and knees | [`graph`] |

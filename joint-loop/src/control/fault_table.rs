@@ -56,6 +56,7 @@ pub const FREEWHEEL_MS: u16 = 2000;
 /// Reaction of a loop to a validity that persists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
 pub enum Response {
     /// The last good angle is kept and the motion continues.
     CarryOn,

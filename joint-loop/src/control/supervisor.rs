@@ -28,6 +28,7 @@ use hgod_adc::Validity;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum SupervisorState {
     /// Before the first tick.
     #[default]
@@ -78,6 +79,7 @@ impl SupervisorState {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum Cause {
     /// No cause.
     #[default]
@@ -198,7 +200,7 @@ impl Cause {
     }
 }
 
-/// Demand of the monitor: the worst of its conditions.
+/// Demand of the monitor: the worst of its conditions. Not `non_exhaustive`: the supervisor has to answer each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Demand {
     /// No condition is active.
@@ -229,7 +231,7 @@ pub struct Inputs {
     pub demand: Demand,
 }
 
-/// Instruction to the blend in one tick.
+/// Instruction to the blend in one tick. Not `non_exhaustive`: the blend has to follow each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Motion {
     /// Reset to the park pose, at rest.

@@ -227,10 +227,10 @@ pub(crate) fn phase(degrees: f32) -> Phase {
 }
 
 /// Reads one of the words and returns its index in the list.
-pub(crate) fn one_of<'de, D: Deserializer<'de>>(
-    deserializer: D,
-    words: &'static [&'static str],
-) -> Result<usize, D::Error> {
+///
+/// # Errors
+/// Another word, or no word; both list the words.
+pub fn one_of<'de, D: Deserializer<'de>>(deserializer: D, words: &'static [&'static str]) -> Result<usize, D::Error> {
     deserializer.deserialize_str(OneOf(words))
 }
 

@@ -20,7 +20,7 @@ use cpg_core::{BuildError, Follow, Generator, StateFault};
 use joint_units::{Joint, Period, Phase, RadPerSec, Radians};
 
 #[cfg(feature = "serde")]
-pub use file::{Allowed, KeyPath, SetError, Unit};
+pub use file::{Allowed, KeyPath, SetError, Unit, one_of};
 pub(crate) use kind::{BoardKind, WordError};
 
 use crate::store::flash_record::{WordReader, WordWriter};

@@ -47,6 +47,7 @@ impl Parameters {
 
 /// Why the loop of a board could not be built.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum BoardLoopError {
     /// The default calibration table is not allowed.
     Calibration(CalibrationError),

@@ -67,6 +67,7 @@ impl JointSensor {
 
 /// Why a set of sensors was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum JointSensorsError {
     /// The number is 0 or more than [`SENSORS`].
     Count(usize),

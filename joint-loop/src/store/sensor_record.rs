@@ -30,6 +30,7 @@ const MAX_WORDS: usize = SENSORS * (HEAD_WORDS + 2 * MAX_POINTS);
 
 /// Why bytes are not a sensor record.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum SensorRecordError {
     /// They are not a complete record.
     Frame(FlashRecordError),

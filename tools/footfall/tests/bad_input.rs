@@ -65,7 +65,7 @@ fn assert_refused(option: &str, bad: &Bad, line: usize, words: &[&str]) {
 
 #[test]
 fn calibration_files() {
-    let good = calibration_file::to_text(&default_loop::wired_sensor().unwrap());
+    let good = calibration_file::to_text(&default_loop::wired_sensor().unwrap(), None);
     let head = "schema = 1\ninterpolation = \"linear\"\ndivider = 1\n";
     let points = |rows: &[&str]| {
         let rows: String = rows.iter().map(|row| format!("  {{ {row} }},\n")).collect();
@@ -77,24 +77,24 @@ fn calibration_files() {
     assert_eq!(call(&["check".into(), "--calibration".into(), ok.file.clone().into()]).0, 0);
 
     for (text, line, words) in [
-        (String::new(), 0, vec!["is empty", "`points`"]),
+        (String::new(), 0, vec!["is empty", "`footfall defaults sensor`"]),
         ("\u{1}".into(), 1, vec!["not TOML"]),
         ("schema = 1\npoints = [\n".into(), 2, vec!["not TOML"]),
         ("schema = 1\nschema = 1\n".into(), 2, vec!["not TOML", "duplicate"]),
-        (good.replace("schema = 1", "schema = 3"), 2, vec!["field `schema`", "is 3", "from 1 to 2"]),
+        (good.replace("schema = 1", "schema = 3"), 2, vec!["field `schema`", "is 3", "1 or 2"]),
         (good.replace("schema = 1\n", ""), 1, vec!["field `schema`", "is missing"]),
-        (good.replace("divider = 1", "divider = 0"), 4, vec!["field `divider`", "is 0", "0.05 to 20"]),
-        (good.replace("divider = 1", "divider = nan"), 4, vec!["field `divider`", "is nan"]),
-        (good.replace("divider = 1", "divider = inf"), 4, vec!["field `divider`", "is inf"]),
-        (good.replace("divider = 1", "divider = 1e999"), 4, vec!["field `divider`", "1e999"]),
+        (good.replace("divider = 1.0", "divider = 0"), 4, vec!["field `divider`", "is 0", "0.05 to 20"]),
+        (good.replace("divider = 1.0", "divider = nan"), 4, vec!["field `divider`", "is nan"]),
+        (good.replace("divider = 1.0", "divider = inf"), 4, vec!["field `divider`", "is inf"]),
+        (good.replace("divider = 1.0", "divider = 1e999"), 4, vec!["field `divider`", "1e999"]),
         (
-            good.replace("divider = 1", "divider = \"one\""),
+            good.replace("divider = 1.0", "divider = \"one\""),
             4,
-            vec!["field `divider`", "the text \"one\"", "a number from"],
+            vec!["field `divider`", "the text \"one\"", "a number"],
         ),
-        (good.replace("divider = 1", "devider = 1"), 4, vec!["field `devider`", "unknown field", "`divider`"]),
+        (good.replace("divider = 1.0", "devider = 1"), 4, vec!["field `devider`", "unknown field", "`divider`"]),
         (good.replace("monotone_cubic", "spline"), 3, vec!["field `interpolation`", "\"linear\", \"monotone_cubic\""]),
-        (format!("{head}points = 3\n"), 4, vec!["field `points`", "the whole number 3", "a list of tables"]),
+        (format!("{head}points = 3\n"), 4, vec!["field `points`", "the whole number 3", "a list"]),
         (format!("{head}points = []\n"), 4, vec!["field `points`", "0 points", "2 to 32"]),
         (points(&p[..1]), 4, vec!["field `points`", "1 points", "2 to 32"]),
         (points(&vec![p[0]; 33]), 4, vec!["field `points`", "33 points", "2 to 32"]),
@@ -125,28 +125,45 @@ fn parameter_files() {
     let ok = Bad::new("good.toml", good.as_bytes());
     assert_eq!(call(&["check".into(), "--parameters".into(), ok.file.clone().into()]).0, 0);
     for (from, to, words) in [
-        ("schema = 1", "schema = 7", vec!["field `schema`", "is 7", "allowed is 1"]),
-        ("schema = 1", "schema = \"1\"", vec!["field `schema`", "the text \"1\""]),
-        ("rate_deg_per_s = 500", "rate_deg_per_s = nan", vec!["field `gate.rate_deg_per_s`", "nan"]),
-        ("rate_deg_per_s = 500", "rate_deg_per_s = -5", vec!["field `gate.rate_deg_per_s`", "-5", "1000 deg/s"]),
-        ("rate_deg_per_s = 500", "rate = 500", vec!["field `gate.rate`", "unknown field", "`rate_deg_per_s`"]),
-        ("left_hip = [-30, 60]", "left_hip = [60, -30]", vec!["field `gate.range_deg.left_hip`", "below the most"]),
+        ("schema = 2", "schema = 7", vec!["field `schema`", "is 7", "allowed is 2"]),
+        ("schema = 2", "schema = 1", vec!["field `schema`", "an old file", "`footfall defaults parameters`"]),
+        ("schema = 2", "schema = \"2\"", vec!["field `schema`", "the text \"2\""]),
+        ("rate_deg_per_s = 500.0", "rate_deg_per_s = nan", vec!["field `gate.rate_deg_per_s`", "nan"]),
+        ("rate_deg_per_s = 500.0", "rate_deg_per_s = -5", vec!["field `gate.rate_deg_per_s`", "-5", "1000 deg/s"]),
+        ("rate_deg_per_s = 500.0", "rate = 500", vec!["field `gate.rate`", "unknown field", "`rate_deg_per_s`"]),
         (
-            "left_hip = [-30, 60]",
+            "left_hip = [-30.0, 60.0]",
+            "left_hip = [nan, 60]",
+            vec!["field `gate.range_deg.left_hip[0]`", "nan", "a finite number"],
+        ),
+        ("left_hip = [-30.0, 60.0]", "left_hip = [60, -30]", vec!["field `gate.range_deg.left_hip`", "below the most"]),
+        (
+            "left_hip = [-30.0, 60.0]",
             "left_hip = [-30]",
-            vec!["field `gate.range_deg.left_hip`", "a list of 1", "two numbers"],
+            vec!["field `gate.range_deg.left_hip`", "a list of 1", "a list of 2 numbers"],
         ),
         (
-            "left_hip = [-30, 60]",
-            "left_hip = [-30, 600]",
-            vec!["field `gate.range_deg.left_hip`", "600", "-180 to 180"],
+            "left_hip = [-30.0, 60.0]",
+            "left_hip = [-30, 60, 90]",
+            vec!["field `gate.range_deg.left_hip`", "a list of 3", "a list of 2"],
         ),
-        ("left_hip = [-30, 60]", "left_hip = [-30, \"x\"]", vec!["field `gate.range_deg.left_hip`", "the text \"x\""]),
+        (
+            "left_hip = [-30.0, 60.0]",
+            "left_hip = [-30, 600]",
+            vec!["field `gate.range_deg.left_hip[1]`", "600", "-30 to 120 deg"],
+        ),
+        (
+            "left_hip = [-30.0, 60.0]",
+            "left_hip = [-30, \"x\"]",
+            vec!["field `gate.range_deg.left_hip[1]`", "the text \"x\""],
+        ),
         (
             "first = \"left_knee\"",
             "first = \"left_toe\"",
             vec!["field `gate.pose[0].first`", "left_toe", "\"left_hip\""],
         ),
+        ("most_deg = 150.0", "most_deg = 300", vec!["field `gate.pose[0].most_deg`", "300", "-257 to 257 degrees"]),
+        ("most_deg = 150.0", "most_deg = nan", vec!["field `gate.pose[0].most_deg`", "nan", "-257 to 257 degrees"]),
         ("sense = \"sum\"", "sense = 1", vec!["field `gate.pose[0].sense`", "the whole number 1", "\"difference\""]),
         (
             "neutral_us = 1500",
@@ -155,12 +172,17 @@ fn parameter_files() {
         ),
         ("neutral_us = 1500", "neutral_us = 50", vec!["field `servos.left_hip.neutral_us`", "50", "500 to 2500"]),
         ("direction = \"forward\"", "direction = \"up\"", vec!["field `servos.left_hip.direction`", "\"mirrored\""]),
-        ("ramp_s = 2", "ramp_s = 60", vec!["field `blend.ramp_s`", "60", "0.5 to 30 s"]),
-        ("left_hip = 0", "left_hip = 90", vec!["field `blend.park_deg.left_hip`", "90", "-30 to 60 deg"]),
+        ("ramp_s = 2.0", "ramp_s = 60", vec!["field `blend.ramp_s`", "60", "0.5 to 30 s"]),
+        ("left_hip = 0.0", "left_hip = 90", vec!["field `blend.park_deg.left_hip`", "90", "-30 to 60 deg"]),
         ("sensor_required = true", "sensor_required = 1", vec!["field `monitor.sensor_required`", "`true` or `false`"]),
-        ("overruns_per_s = 2", "overruns_per_s = -1", vec!["field `monitor.overruns_per_s`", "-1", "0 to 100"]),
+        (
+            "overruns_per_s = 2",
+            "overruns_per_s = -1",
+            vec!["field `monitor.overruns_per_s`", "-1", "a whole number, not negative"],
+        ),
+        ("overruns_per_s = 2", "overruns_per_s = 101", vec!["field `monitor.overruns_per_s`", "101", "0 to 100"]),
         ("debounce_s = 0.02", "debounce_s = 0.02\nspeed = 3", vec!["field `monitor.speed`", "unknown field"]),
-        ("left_knee = [-2, 120]", "left_knee = [-2, 140]", vec!["gate.range", "left_knee", "pulse"]),
+        ("left_knee = [-2.0, 120.0]", "left_knee = [-2, 140]", vec!["gate.range", "left_knee", "pulse"]),
     ] {
         let at = good.find(from).unwrap_or_else(|| panic!("{from} is not in the file"));
         let text = format!("{}{to}{}", &good[..at], &good[at + from.len()..]);
@@ -169,9 +191,9 @@ fn parameter_files() {
     }
     // A field that is not there is missed at its table.
     for (gone, table, words) in [
-        ("stop_s = 1\n", "[blend]", ["field `blend.stop_s`", "is missing"]),
+        ("stop_s = 1.0\n", "[blend]", ["field `blend.stop_s`", "is missing"]),
         ("us_per_rad = 636.62\n", "[servos.left_hip]", ["field `servos.left_hip.us_per_rad`", "is missing"]),
-        ("most_deg = 150\n", "[[gate.pose]]", ["field `gate.pose[0].most_deg`", "is missing"]),
+        ("most_deg = 150.0\n", "[[gate.pose]]", ["field `gate.pose[0].most_deg`", "is missing"]),
     ] {
         let text = good.replacen(gone, "", 1);
         let line = text[..text.find(table).unwrap()].matches('\n').count() + 1;

@@ -85,7 +85,7 @@ fn one_recording_gives_parameters_a_report_and_an_object() {
 #[test]
 fn the_same_file_and_seed_give_the_same_bytes_whatever_the_generator() {
     for generator in ["shape", "phase-coupled", "thesis"] {
-        let run = || footfall(["fit", DEFAULT, "--generator", generator, "--evaluations", "2000", "--seed", "3"]);
+        let run = || footfall(["fit", DEFAULT, "--kind", generator, "--evaluations", "2000", "--seed", "3"]);
         let (one, two) = (run(), run());
         assert_eq!(one.status.code(), Some(0), "{generator}: {}", said(&one));
         assert_eq!(one.stdout, two.stdout, "{generator}");
@@ -332,8 +332,8 @@ fn options_of_the_shape_alone_are_refused_with_another_generator() {
         ("thesis", "--harmonics", "4"),
         ("phase-coupled", "--follow", "left_hip"),
     ] {
-        let output = footfall(["fit", DEFAULT, "--generator", generator, option, value]);
-        let words = format!("{option} with --generator {generator}: allowed is {option} with --generator shape");
+        let output = footfall(["fit", DEFAULT, "--kind", generator, option, value]);
+        let words = format!("{option} with --kind {generator}: allowed is {option} with --kind shape");
         assert!(output.status.code() == Some(2) && said(&output).contains(&words), "{}", said(&output));
         assert!(output.stdout.is_empty());
     }
@@ -384,7 +384,7 @@ fn a_follower_has_its_events_and_its_time_to_lock() {
     GeneratorFile::read(&out).expect("a generator file");
 
     for (more, wanted) in [
-        (&["--generator", "phase-coupled"][..], "allowed is --follow with --generator shape"),
+        (&["--kind", "phase-coupled"][..], "allowed is --follow with --kind shape"),
         (&["--events", "heel"], "none, peak, foot_switch"),
     ] {
         let output = led(more);

@@ -2,7 +2,7 @@
 //! made by `script` of util-linux.
 
 use footfall::file::calibration_file;
-use generator_file::toml_table::Document;
+use generator_file::toml_file::TomlFile;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -154,7 +154,7 @@ impl Bench {
             ["knee.toml", "rows.csv", "knee.html"].map(|name| self.path(name).display().to_string());
         format!(
             "{footfall} calibrate --guide --codes {codes} --angles 0,20,40,60,40,20,0 --samples 200 --supply 3.3 \
-             --sensor 'knee 3' --out {out} --keep-rows {rows} --report {page}"
+             --name 'knee 3' --out {out} --keep-rows {rows} --report {page}"
         )
     }
 
@@ -190,7 +190,7 @@ fn calibrates(bench: &Bench, command: &str) {
     assert!(screen.matches("\u{1b}7\u{1b}[1A\r\u{1b}[Kcode ").count() >= 7, "{screen}");
     assert_eq!(bench.files(), ["codes", "knee.html", "knee.toml", "rows.csv"]);
     let text = std::fs::read_to_string(bench.path("knee.toml")).unwrap();
-    let file = calibration_file::parse_whole(&Document::of_text("knee.toml", text.clone())).unwrap();
+    let file = calibration_file::parse_whole(&TomlFile::of_text("knee.toml", text.clone())).unwrap();
     let measured = file.measured.unwrap();
     assert_eq!(measured.sensor, "knee 3");
     assert!(measured.rms_deg < 0.1 && measured.hysteresis.is_some_and(|h| h.largest < 0.2), "{text}");

@@ -8,10 +8,12 @@
 //! | [`generator_cycle`](mod@generator_cycle) | one stride of a generator as the board computes it |
 //! | [`judge`](mod@judge) | errors of a fit, compared with the person's own variability |
 //! | [`report`] | the results as one self-contained HTML page |
+//! | [`html`] | parts of such pages |
 #![forbid(unsafe_code)]
 
 pub mod fit;
 pub mod generator_cycle;
+pub mod html;
 pub mod judge;
 pub mod report;
 pub mod search;

@@ -7,6 +7,7 @@ use joint_units::Joint;
 use picture::{Band, Curve, Panel, draw};
 
 use crate::fit::{Fit, Kind};
+use crate::html::{HEAD, escape, row};
 use crate::judge::HeldOut;
 
 /// The page as text. `command` is the command line that repeats the fit.
@@ -33,26 +34,6 @@ pub fn html(fit: &Fit, command: &str) -> Result<String, String> {
     again(&mut page, fit, command);
     page += "</body></html>\n";
     Ok(page)
-}
-
-const HEAD: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><style>\
-body{font:15px/1.5 sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;color:#222}\
-table{border-collapse:collapse;margin:1em 0}td,th{border:1px solid #ccc;padding:.25em .7em;text-align:right}\
-th:first-child,td:first-child{text-align:left}th{background:#f3f3f3}svg{max-width:100%;height:auto}\
-.note{background:#fff6df;padding:.4em .8em;margin:.4em 0}code,pre{background:#f3f3f3;padding:.1em .3em}pre{overflow-x:auto}\
-</style>";
-
-/// Escapes text for HTML.
-pub(crate) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-fn row<'a>(page: &mut String, cell: &str, cells: impl IntoIterator<Item = &'a str>) {
-    *page += "<tr>";
-    for text in cells {
-        let _ = write!(page, "<{cell}>{}</{cell}>", escape(text));
-    }
-    *page += "</tr>";
 }
 
 fn summary(page: &mut String, fit: &Fit) {
@@ -221,9 +202,9 @@ fn compared(page: &mut String, fit: &Fit) -> Result<(), String> {
         row(page, "td", cells.iter().map(String::as_str));
     }
     *page += "</table><p>Root mean square errors in degrees.</p><h2>Convergence</h2>";
-    let all = |rmse: [f64; 4]| (rmse.iter().map(|e| e * e).sum::<f64>() / 4.0).sqrt();
     let harmonics = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0].into_iter().zip(&fit.compared);
-    let series = Curve::new("", harmonics.map(|(n, other)| (n, all(other.rmse_deg))).collect());
+    let series =
+        Curve::new("", harmonics.map(|(n, other)| (n, gait_trace::root_mean_square(&other.rmse_deg))).collect());
     let mut panels = vec![Panel::curves("phase and shape", "harmonics", "RMSE of all joints, deg", vec![series])];
     if !fit.history.is_empty() {
         // The first points of a search are arbitrary; only those close to a gait are drawn.

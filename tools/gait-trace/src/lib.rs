@@ -77,6 +77,7 @@ pub use raw::{RawJoint, RawJoints};
 pub use recording::{
     Channel, MAX_ANGLE_DEG, MAX_PIN_VOLTS, MIN_PIN_VOLTS, NoChannel, Quantity, Recording, RecordingError,
 };
+pub use series::{root_mean_square, upper_median};
 pub use stride::cycle::Cycle;
 pub use stride::looped::{LoopError, Looped};
 pub use stride::spans::{LeftOut, Span, StrideError, WhyLeftOut};

@@ -1,5 +1,7 @@
 //! Functions on a series of equal time steps: interpolation, runs of samples, simple statistics.
 
+use crate::recording::Channel;
+
 /// The value at a place between samples, by the cubic through the four samples around it; constant beyond the ends. `place` is in
 /// samples.
 #[must_use]
@@ -45,6 +47,20 @@ pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     quantile(values, 0.5)
 }
 
+/// The upper median, which is one of the values; 0 for no values.
+#[must_use]
+pub fn upper_median(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = values.into_iter().collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Root mean square; 0 for no values.
+#[must_use]
+pub fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
 /// The quantile at a fraction of 0 to 1, linear between values; 0 for no values.
 pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
     let mut sorted: Vec<f64> = values.into_iter().collect();
@@ -62,6 +78,12 @@ pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64
 pub(crate) fn range(x: &[f64]) -> f64 {
     let (least, most) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &x| (a.min(x), b.max(x)));
     if most > least { most - least } else { 0.0 }
+}
+
+/// The channels that vary, each with its variance.
+pub(crate) fn varying(channels: &[Channel]) -> Vec<(&[f64], f64)> {
+    let all = channels.iter().map(|channel| (channel.values(), variance(channel.values())));
+    all.filter(|(_, variance)| *variance > 0.0).collect()
 }
 
 /// Mean square distance from the mean.

@@ -37,7 +37,7 @@ use crate::toml_file::{FileError, Problem, TomlFile};
 /// Version of the layout. In version 1 the kind `phase-coupled` was called `robust`.
 pub const SCHEMA: u32 = 2;
 
-/// Advice for a file of another version.
+/// How a correct file is made, for errors.
 const MAKE_AGAIN: &str = "make the file again with `footfall fit` or `footfall defaults generator`";
 
 /// Provenance of the parameters. All texts may be empty.
@@ -97,11 +97,10 @@ impl GeneratorFile {
     }
 
     fn of(file: &TomlFile) -> Result<Self, FileError> {
-        let top = file.top()?;
+        let top = file.top(MAKE_AGAIN)?;
         let keys: Vec<&str> =
             ["schema", "generator", "provenance"].into_iter().chain(GeneratorConfig::NAMES.iter().copied()).collect();
-        top.only(&keys)?;
-        top.schema(SCHEMA, MAKE_AGAIN)?;
+        top.layout(&[(SCHEMA, &keys)])?;
         let kind: String = top.get("generator")?;
         let allowed = || format!("one of {}", quoted(GeneratorConfig::NAMES));
         let unknown_kind =
@@ -220,6 +219,22 @@ mod tests {
         assert_eq!(without.set, GeneratorSet::Follow(FollowSet { events: EventSource::None, ..set.clone() }));
         let error = GeneratorFile::parse("x.toml", &text.replace("foot_switch", "heel")).unwrap_err().to_string();
         assert!(error.contains("follow.events") && error.contains(r#""none", "peak", "foot_switch""#), "{error}");
+    }
+
+    /// serde leaves the rest of a list unread.
+    #[test]
+    fn a_list_that_is_too_long_is_refused() {
+        for file in files() {
+            let text = file.to_toml();
+            for (index, line) in text.lines().enumerate().filter(|(_, line)| line.contains(" = [")) {
+                let one_more = if line.contains("[[") { ", [1.0, 1.0]]" } else { ", 1.0]" };
+                let longer = line.strip_suffix(']').expect("a list on one line").to_owned() + one_more;
+                let mut lines: Vec<&str> = text.lines().collect();
+                lines[index] = &longer;
+                let error = GeneratorFile::parse("x.toml", &lines.join("\n")).expect_err(&longer).to_string();
+                assert!(error.contains("allowed is"), "{longer}: {error}");
+            }
+        }
     }
 
     /// Every numeric field broken in turn: the error names file, line and field, and says what is allowed.

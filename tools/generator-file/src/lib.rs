@@ -21,9 +21,7 @@ pub mod gait_error;
 mod model;
 #[cfg(feature = "certificate")]
 mod orbit;
-#[cfg(feature = "certificate")]
-mod random;
+pub mod random;
 #[cfg(feature = "certificate")]
 mod single_precision;
 pub mod toml_file;
-pub mod toml_table;

@@ -5,9 +5,9 @@
 use std::fmt;
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use toml::Spanned;
-use toml::de::{DeTable, DeValue, Error, ValueDeserializer};
+use toml::de::{DeTable, DeValue, Deserializer, Error, ValueDeserializer};
 
 /// Largest size of a file in bytes: 1 MiB.
 pub const MAX_BYTES: usize = 1 << 20;
@@ -24,19 +24,19 @@ pub enum Problem {
     /// The bytes are not UTF-8.
     #[error("is not text; allowed is a TOML file in UTF-8")]
     NotText,
-    /// The file is empty.
-    #[error("is empty; allowed is {0}")]
-    Empty(String),
+    /// The file is empty. The text says what to do.
+    #[error("is empty; allowed is a file with `schema` and the keys of its kind: {0}")]
+    Empty(&'static str),
     /// The text is not TOML.
     #[error("is not TOML: {0}")]
     Syntax(String),
     /// A key that is unknown at its place, with the known ones.
     #[error("unknown field; allowed here: {0}")]
     Unknown(String),
-    /// A required key is missing.
-    #[error("is missing; allowed is {0}")]
-    Missing(String),
-    /// A value of the wrong type.
+    /// A key that is not there. The text says what to do.
+    #[error("is missing; the key must be there: {0}")]
+    Missing(&'static str),
+    /// A value of another type.
     #[error("is {found}; allowed is {allowed}")]
     Type {
         /// What was found, in words.
@@ -72,11 +72,7 @@ pub struct FileError {
 
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.file)?;
-        if let Some(line) = self.line {
-            write!(f, ":{line}")?;
-        }
-        f.write_str(": ")?;
+        f.write_str(&place(&self.file, self.line))?;
         if let Some(field) = &self.field {
             write!(f, "field `{field}`: ")?;
         }
@@ -86,11 +82,17 @@ impl fmt::Display for FileError {
 
 impl std::error::Error for FileError {}
 
+/// Begin of an error in a file: `loop.toml:3: `.
+#[must_use]
+pub fn place<N: fmt::Display>(file: &str, line: Option<N>) -> String {
+    line.map_or(format!("{file}: "), |line| format!("{file}:{line}: "))
+}
+
 /// Reads the text of a file.
 ///
 /// # Errors
 /// The file cannot be read, is too large or is not UTF-8.
-pub(crate) fn read_text(path: &Path) -> Result<String, FileError> {
+fn read_text(path: &Path) -> Result<String, FileError> {
     let file = path.display().to_string();
     let fail = |problem| FileError { file: file.clone(), line: None, field: None, problem };
     let unreadable = |error: std::io::Error| fail(Problem::Unreadable(error.to_string()));
@@ -130,11 +132,11 @@ impl TomlFile {
         Self { file: file.into(), text }
     }
 
-    /// Parses the text.
+    /// The keys at the top. `help` says how a correct file is made, for errors.
     ///
     /// # Errors
-    /// The text is not TOML, or has no key.
-    pub fn top(&self) -> Result<Top<'_>, FileError> {
+    /// The text is not TOML, or empty.
+    pub fn top(&self, help: &'static str) -> Result<Top<'_>, FileError> {
         let tree = DeTable::parse(&self.text).map_err(|error| FileError {
             file: self.file.clone(),
             line: error.span().map(|span| self.line(span.start)),
@@ -142,10 +144,9 @@ impl TomlFile {
             problem: Problem::Syntax(format!("{}; allowed is TOML 1.0", error.message())),
         })?;
         if tree.get_ref().is_empty() {
-            let problem = Problem::Empty("a file with `schema` and the keys of its kind".into());
-            return Err(FileError { file: self.file.clone(), line: None, field: None, problem });
+            return Err(FileError { file: self.file.clone(), line: None, field: None, problem: Problem::Empty(help) });
         }
-        Ok(Top { file: self, tree })
+        Ok(Top { file: self, tree, help })
     }
 
     /// Line of a byte offset, counted from 1.
@@ -159,21 +160,27 @@ impl TomlFile {
 pub struct Top<'a> {
     file: &'a TomlFile,
     tree: Spanned<DeTable<'a>>,
+    help: &'static str,
 }
 
 impl<'a> Top<'a> {
-    /// Checks the key `schema`, the version of the file's layout. `make_again` is the part of the message that says how a file of this version is
-    /// made.
+    /// Checks the key `schema` against the known versions, oldest first, each with its keys at the top. Returns the version.
     ///
     /// # Errors
-    /// The key is missing or is another number.
-    pub fn schema(&self, version: u32, make_again: &str) -> Result<(), FileError> {
-        let found: i64 = self.get("schema")?;
-        if found == i64::from(version) {
-            return Ok(());
+    /// Another version, a key that the version does not have, or no `schema`.
+    pub fn layout(&self, known: &[(u32, &[&str])]) -> Result<u32, FileError> {
+        if !self.tree.get_ref().contains_key("schema") {
+            known.last().map_or(Ok(()), |(_, keys)| self.only(keys))?;
         }
-        let allowed = format!("{version}, the version of this file's layout; {make_again}");
-        Err(self.error("schema", Problem::Range { value: found.to_string(), allowed }))
+        let found: i64 = self.get("schema")?;
+        if let Some((version, keys)) = known.iter().find(|(version, _)| i64::from(*version) == found) {
+            return self.only(keys).map(|()| *version);
+        }
+        let old = known.first().is_some_and(|(oldest, _)| found < i64::from(*oldest));
+        let value = format!("{found}{}", if old { ": this is an old file" } else { "" });
+        let versions: Vec<String> = known.iter().map(|(version, _)| version.to_string()).collect();
+        let allowed = format!("{}, the version of this file's layout: {}", versions.join(" or "), self.help);
+        Err(self.error("schema", Problem::Range { value, allowed }))
     }
 
     /// Checks that the file has no other keys at its top than these.
@@ -189,39 +196,82 @@ impl<'a> Top<'a> {
         }
     }
 
+    /// The whole file, or those of its keys that `T` has.
+    ///
+    /// # Errors
+    /// The first value that is missing or not of its type.
+    pub fn read<T: Deserialize<'a> + Serialize>(&self) -> Result<T, FileError> {
+        let read = T::deserialize(Deserializer::from(self.tree.clone())).map_err(|error| self.in_file(&error, 0))?;
+        let again = toml::Table::try_from(&read).unwrap_or_default();
+        for (key, value) in self.tree.get_ref() {
+            let key: &str = key.get_ref();
+            self.whole_lists(key, value, again.get(key))?;
+        }
+        Ok(read)
+    }
+
+    /// Refuses a list that is longer than what was read of it: serde's arrays leave the rest unread.
+    fn whole_lists(
+        &self,
+        path: &str,
+        value: &Spanned<DeValue<'_>>,
+        read: Option<&toml::Value>,
+    ) -> Result<(), FileError> {
+        match (value.get_ref(), read) {
+            (DeValue::Table(table), Some(toml::Value::Table(read))) => table.iter().try_for_each(|(key, value)| {
+                let key: &str = key.get_ref();
+                self.whole_lists(&format!("{path}.{key}"), value, read.get(key))
+            }),
+            (DeValue::Array(list), Some(toml::Value::Array(read))) if list.len() > read.len() => {
+                Err(self.not_allowed(path, &format!("a list of {}", read.len())))
+            }
+            (DeValue::Array(list), Some(toml::Value::Array(read))) => {
+                list.iter().zip(read).enumerate().try_for_each(|(index, (value, read))| {
+                    self.whole_lists(&format!("{path}[{index}]"), value, Some(read))
+                })
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// The value of a key at the top.
     ///
     /// # Errors
-    /// The key is missing, or its value is not of the type `T`.
-    pub fn get<T: Deserialize<'a>>(&self, key: &str) -> Result<T, FileError> {
+    /// It is missing, or not of the type `T`.
+    pub fn get<T: Deserialize<'a> + Serialize>(&self, key: &str) -> Result<T, FileError> {
         self.get_with(key, |value| T::deserialize(value))
     }
 
     /// The value of a key at the top, deserialized by `read`.
     ///
     /// # Errors
-    /// The key is missing, or `read` refuses its value.
-    pub fn get_with<T>(
+    /// It is missing, or `read` refuses it.
+    pub fn get_with<T: Serialize>(
         &self,
         key: &str,
         read: impl FnOnce(ValueDeserializer<'a>) -> Result<T, Error>,
     ) -> Result<T, FileError> {
         let Some(value) = self.tree.get_ref().get(key) else {
-            return Err(self.error_at(key, 0, Problem::Rule(MISSING.into())));
+            return Err(self.error_at(key, 0, Problem::Missing(self.help)));
         };
         let place = value.span().start;
-        read(ValueDeserializer::from(value.clone())).map_err(|error| self.in_file(&error, place))
+        let read = read(ValueDeserializer::from(value.clone())).map_err(|error| self.in_file(&error, place))?;
+        self.whole_lists(key, value, toml::Value::try_from(&read).ok().as_ref())?;
+        Ok(read)
     }
 
     /// Converts an error of the deserializer; `place` is the byte offset of the value, if the error has none of its own.
     fn in_file(&self, error: &Error, place: usize) -> FileError {
         let place = error.span().map_or(place, |span| span.start);
-        let path = path_at(self.tree.get_ref(), place).unwrap_or_default();
+        // The whole file begins where its first key does.
+        let whole = error.span().is_some_and(|span| span == self.tree.span());
+        let path = if whole { String::new() } else { path_at(self.tree.get_ref(), place).unwrap_or_default() };
         match error.message().strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`')) {
             Some(missing) => {
                 let path = if path.is_empty() { missing.to_owned() } else { format!("{path}.{missing}") };
-                self.error_at(&path, place, Problem::Rule(MISSING.into()))
+                self.error_at(&path, place, Problem::Missing(self.help))
             }
+            None if error.message() == "floating-point number overflowed" => self.not_allowed(&path, "a finite number"),
             None => self.error_at(&path, place, problem_of(error.message())),
         }
     }
@@ -256,9 +306,7 @@ impl<'a> Top<'a> {
     }
 }
 
-const MISSING: &str = "is missing; the key has to be there";
-
-/// Byte offset of the longest part of a path that is in the file, and the value if the whole path is.
+/// Where the longest known part of a path stands, and its value if all of it is known.
 fn find<'t>(table: &'t DeTable<'_>, path: &str) -> (usize, Option<&'t DeValue<'t>>) {
     let (key, rest) = path.split_once('.').map_or((path, None), |(key, rest)| (key, Some(rest)));
     let (key, index) = match key.split_once('[') {
@@ -266,10 +314,11 @@ fn find<'t>(table: &'t DeTable<'_>, path: &str) -> (usize, Option<&'t DeValue<'t
         None => (key, None),
     };
     let Some((name, value)) = table.get_key_value(key) else { return (0, None) };
-    let here = name.span().start;
-    let value = match index {
-        None => Some(value.get_ref()),
-        Some(index) => value.get_ref().as_array().and_then(|list| list.get(index)).map(Spanned::get_ref),
+    let entry = |index| value.get_ref().as_array().and_then(|list| list.get(index));
+    let (here, value) = match index.map(entry) {
+        None => (name.span().start, Some(value.get_ref())),
+        Some(Some(entry)) => (entry.span().start, Some(entry.get_ref())),
+        Some(None) => (name.span().start, None),
     };
     match (rest, value.and_then(DeValue::as_table)) {
         (None, _) => (here, value),
@@ -285,21 +334,23 @@ fn find<'t>(table: &'t DeTable<'_>, path: &str) -> (usize, Option<&'t DeValue<'t
 fn path_at(table: &DeTable<'_>, place: usize) -> Option<String> {
     table.iter().find_map(|(key, value)| {
         let name = key.get_ref();
-        if key.span().contains(&place) {
-            return Some(name.to_string());
-        }
-        let within = match value.get_ref() {
-            DeValue::Table(inner) => path_at(inner, place).map(|path| format!("{name}.{path}")),
-            DeValue::Array(list) => {
-                list.iter().position(|entry| entry.span().contains(&place)).map(|index| format!("{name}[{index}]"))
-            }
-            _ => None,
-        };
-        within.or_else(|| value.span().contains(&place).then(|| name.to_string()))
+        if key.span().contains(&place) { Some(name.to_string()) } else { path_within(name, value, place) }
     })
 }
 
-/// Converts a message of serde to a [`Problem`].
+/// As [`path_at`], in the value of this path.
+fn path_within(path: &str, value: &Spanned<DeValue<'_>>, place: usize) -> Option<String> {
+    let deeper = match value.get_ref() {
+        DeValue::Table(inner) => path_at(inner, place).map(|rest| format!("{path}.{rest}")),
+        DeValue::Array(list) => {
+            list.iter().enumerate().find_map(|(index, entry)| path_within(&format!("{path}[{index}]"), entry, place))
+        }
+        _ => None,
+    };
+    deeper.or_else(|| value.span().contains(&place).then(|| path.to_owned()))
+}
+
+/// A message of serde as a [`Problem`].
 fn problem_of(message: &str) -> Problem {
     if let Some((_, fields)) = message.strip_prefix("unknown field ").and_then(|rest| rest.split_once(", expected ")) {
         return Problem::Unknown(fields.trim_start_matches("one of ").into());
@@ -331,7 +382,9 @@ fn found_in_words(found: &str) -> String {
 fn expected_in_words(expected: &str) -> String {
     match expected {
         "f32" | "f64" => "a number".into(),
-        "i64" | "u32" => "a whole number".into(),
+        "i64" => "a whole number".into(),
+        "u16" | "u32" => "a whole number, not negative".into(),
+        "a sequence" => "a list".into(),
         "a string" => "a text".into(),
         "a boolean" => "`true` or `false`".into(),
         other if other.starts_with("struct ") => "a table".into(),
@@ -342,13 +395,13 @@ fn expected_in_words(expected: &str) -> String {
     }
 }
 
-/// Names of keys in backticks, separated by commas.
-pub(crate) fn list(fields: &[&str]) -> String {
+/// Names of keys, quoted.
+fn list(fields: &[&str]) -> String {
     fields.iter().map(|field| format!("`{field}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// A value of a file, in words for a message.
-pub(crate) fn in_words(value: &DeValue<'_>) -> String {
+/// A value of a file in words.
+fn in_words(value: &DeValue<'_>) -> String {
     match value {
         DeValue::String(text) => format!("the text \"{}\"", text.chars().take(40).collect::<String>()),
         DeValue::Integer(integer) => format!("the whole number {integer}"),

@@ -246,6 +246,14 @@ fn exact_range(values: impl Iterator<Item = f64>) -> Range<f64> {
     if low >= high { 0.0..1.0 } else { low..high }
 }
 
+/// Title and margins of a panel.
+fn builder<'a, 'b>(area: &'a Area<'b>, panel: &Panel) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
+    let mut builder = ChartBuilder::on(area);
+    builder.caption(&panel.title, ("sans-serif", 15)).margin(8).margin_right(20);
+    builder.x_label_area_size(38).y_label_area_size(62);
+    builder
+}
+
 fn draw_curves(area: &Area<'_>, panel: &Panel, x: &Range<f64>, curves: &[Curve]) -> Result<(), String> {
     let all = || curves.iter().flat_map(|curve| curve.points.iter().copied());
     let edges = panel.bands.iter().flat_map(|band| band.0.iter().flat_map(|&(_, low, high)| [low, high]));
@@ -256,14 +264,7 @@ fn draw_curves(area: &Area<'_>, panel: &Panel, x: &Range<f64>, curves: &[Curve])
     }
     let top = y_range.end;
     let bottom = y_range.start;
-    let mut chart = ChartBuilder::on(area)
-        .caption(&panel.title, ("sans-serif", 15))
-        .margin(8)
-        .margin_right(20)
-        .x_label_area_size(38)
-        .y_label_area_size(62)
-        .build_cartesian_2d(x.clone(), y_range)
-        .map_err(|e| e.to_string())?;
+    let mut chart = builder(area, panel).build_cartesian_2d(x.clone(), y_range).map_err(|e| e.to_string())?;
     chart
         .configure_mesh()
         .x_desc(&panel.x)
@@ -302,14 +303,8 @@ fn draw_bars(area: &Area<'_>, panel: &Panel, x: &Range<f64>, rows: &[Bars]) -> R
     let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
     let count = rows.len();
     // The label of a row is at its middle, a whole number; the labels of marks are above the first row.
-    let mut chart = ChartBuilder::on(area)
-        .caption(&panel.title, ("sans-serif", 15))
-        .margin(8)
-        .margin_right(20)
-        .x_label_area_size(38)
-        .y_label_area_size(62)
-        .build_cartesian_2d(x.clone(), -0.5..count as f64 + 0.3)
-        .map_err(|e| e.to_string())?;
+    let mut chart =
+        builder(area, panel).build_cartesian_2d(x.clone(), -0.5..count as f64 + 0.3).map_err(|e| e.to_string())?;
     let name = |y: &f64| {
         let row = count as f64 - 1.0 - y;
         let whole = (row - row.round()).abs() < 1e-9 && row >= 0.0;

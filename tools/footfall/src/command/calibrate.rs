@@ -47,7 +47,7 @@ pub struct Options {
     pub out: PathBuf,
     /// Name of the sensor
     #[arg(long, value_name = "NAME", default_value = "gait sensor", value_parser = calibration_file::name_argument)]
-    pub sensor: String,
+    pub name: String,
     /// The day of the measurement [default: today, in UTC]
     #[arg(long, value_name = "YYYY-MM-DD", value_parser = calibration_file::date_argument)]
     pub date: Option<String>,
@@ -186,7 +186,7 @@ impl Options {
                 most_sd_deg: self.most_sd_deg,
                 saturated_share: self.saturated_share,
             },
-            identity: Identity { sensor: self.sensor, date: self.date, divider: self.divider },
+            identity: Identity { sensor: self.name, date: self.date, divider: self.divider },
             outputs: Outputs { toml: self.out, report: self.report, svg: self.svg, json: self.json },
         })
     }
@@ -229,7 +229,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
 
 /// Writes the files. All contents are made before the first file is written, so that an error leaves none.
 fn write(calibrated: &Calibrated, outputs: &Outputs) -> Result<(), Failure> {
-    let toml = calibration_file::to_measured_text(&calibrated.sensor, &calibrated.measured);
+    let toml = calibration_file::to_text(&calibrated.sensor, Some(&calibrated.measured));
     let svg = outputs.svg.as_ref().map(|path| Ok((path, report::svg(calibrated)?)));
     let html = outputs.report.as_ref().map(|path| Ok((path, report::html(calibrated)?)));
     let pictures = [svg, html].into_iter().flatten().collect::<Result<Vec<_>, String>>().map_err(Failure::run)?;

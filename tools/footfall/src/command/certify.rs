@@ -15,13 +15,13 @@ use crate::output;
 #[derive(Debug, Clone, Args)]
 pub struct Options {
     /// A generator file, or the name of a default: phase-coupled, thesis, thesis-double
-    #[arg(value_name = "PARAMS")]
+    #[arg(value_name = "GENERATOR")]
     pub params: PathBuf,
     /// Number of random starts
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub starts: u32,
-    /// The certificate to write [default: PARAMS with the extension .certificate.json, for a file]
-    #[arg(long, value_name = "FILE")]
+    /// The certificate to write [default: GENERATOR with the extension .certificate.json, for a file]
+    #[arg(short, long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     /// Print one JSON object instead of the table
     #[arg(long)]

@@ -36,7 +36,7 @@ pub enum File {
 /// Standard output cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let text = match options.file {
-        File::Sensor => calibration_file::to_text(&default_loop::wired_sensor().map_err(Failure::run)?),
+        File::Sensor => calibration_file::to_text(&default_loop::wired_sensor().map_err(Failure::run)?, None),
         File::Parameters => parameter_file::to_text(&LoopConfig::default_biped()),
         File::Generator => generator("phase-coupled")?,
         File::Thesis => generator("thesis")?,

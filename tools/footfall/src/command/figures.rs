@@ -24,7 +24,7 @@ use crate::view::gait_charts::{self, Motion};
 #[derive(Debug, Clone, Args)]
 pub struct Options {
     /// The folder to write to; made if it is not there
-    #[arg(long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR")]
     pub out: PathBuf,
 }
 

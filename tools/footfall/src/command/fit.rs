@@ -61,9 +61,9 @@ pub struct Options {
 /// What is fitted.
 #[derive(Debug, Clone, Args)]
 pub struct Method {
-    /// The generator: shape (phase and Fourier series), phase-coupled (R1) or thesis
+    /// The kind of generator: shape (phase and Fourier series), phase-coupled (R1) or thesis
     #[arg(long, value_name = "KIND", default_value = "shape", value_parser = one_of(Kind::ALL, Kind::name))]
-    pub generator: Kind,
+    pub kind: Kind,
     /// Make a follower of the shape, with the gait sensor on this joint: left_hip, right_hip, left_knee, right_knee
     #[arg(long, value_name = "JOINT", value_parser = one_of(Joint::ALL, Joint::name))]
     pub follow: Option<Joint>,
@@ -94,14 +94,14 @@ impl Method {
     /// The settings of the fit; `low_pass` is applied to the recording, `compare` fits the other generators too.
     fn settings(self, low_pass: LowPass, compare: bool) -> Result<Settings, Failure> {
         let option = if self.harmonics.is_some() { "--harmonics" } else { "--follow" };
-        if self.generator != Kind::Shape && (self.harmonics.is_some() || self.follow.is_some()) {
+        if self.kind != Kind::Shape && (self.harmonics.is_some() || self.follow.is_some()) {
             return Err(Failure::input(format!(
-                "{option} with --generator {}: allowed is {option} with --generator shape only",
-                self.generator.name()
+                "{option} with --kind {}: allowed is {option} with --kind shape only",
+                self.kind.name()
             )));
         }
         Ok(Settings {
-            generator: self.generator,
+            generator: self.kind,
             harmonics: self.harmonics,
             seed: self.seed,
             evaluations: self.evaluations,
@@ -237,7 +237,7 @@ mod tests {
             command.try_get_matches_from([&["fit", "a.csv"], arguments].concat()).unwrap_err().to_string()
         };
         assert!(refused(&["--follow", "left_hip", "--events", "heel"]).contains("none, peak, foot_switch"));
-        assert!(refused(&["--generator", "fourier"]).contains("shape, phase-coupled, thesis"));
+        assert!(refused(&["--kind", "fourier"]).contains("shape, phase-coupled, thesis"));
         assert!(refused(&["--harmonics", "9"]).contains("allowed is 1 to 8"));
         assert!(refused(&["--stride", "nan"]).contains("allowed is 0.2 to 20 seconds"));
     }

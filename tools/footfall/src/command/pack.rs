@@ -16,7 +16,7 @@ use crate::output;
 #[derive(Debug, Clone, Args)]
 pub struct Options {
     /// A generator file
-    #[arg(value_name = "PARAMS", required_unless_present = "sensor", conflicts_with = "sensor")]
+    #[arg(value_name = "GENERATOR", required_unless_present = "sensor", conflicts_with = "sensor")]
     pub params: Option<PathBuf>,
     /// A sensor instead, from channel 1 on, up to four: its joint, and its sensor file [default: the published curve]
     #[arg(long, value_name = "JOINT[=TOML]", requires = "out")]

@@ -22,7 +22,7 @@ pub struct Options {
     #[arg(long, value_name = "TOML")]
     pub calibration: Option<PathBuf>,
     /// The file to write [default: standard output]
-    #[arg(long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE")]
     pub out: Option<PathBuf>,
 }
 

@@ -1,13 +1,13 @@
 //! One table of all fits in a folder: as CSV, as JSON, as a page.
 
+use gait_fit::html;
+use joint_units::Joint;
 use serde_json::{Value, json};
-use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::failure::Failure;
 use crate::output::write_text;
 
-const JOINTS: [&str; 4] = ["left_hip", "right_hip", "left_knee", "right_knee"];
 const ERRORS: [&str; 3] = ["rmse_mean_stride_deg", "rmse_heldout_deg", "stride_sd_deg"];
 
 /// Reads every result of `footfall fit` in a folder and writes `summary.csv`, `summary.json` and `summary.html` beside them.
@@ -19,7 +19,7 @@ pub fn write(folder: &Path) -> Result<(), Failure> {
     let rows: Vec<Vec<String>> = all.iter().map(row).collect();
     write_text(&folder.join("summary.csv"), &csv(&rows))?;
     write_text(&folder.join("summary.json"), &(Value::Array(all.iter().map(short).collect()).to_string() + "\n"))?;
-    write_text(&folder.join("summary.html"), &html(&rows))?;
+    write_text(&folder.join("summary.html"), &page(&rows))?;
     let failed = all.iter().filter(|outcome| outcome["error"].is_string()).count();
     eprintln!(
         "summary of {} recordings, {failed} of them failed: {}",
@@ -62,7 +62,7 @@ fn outcomes(folder: &Path) -> Result<Vec<Value>, Failure> {
 fn header() -> Vec<String> {
     let mut cells: Vec<String> =
         ["recording", "generator", "period_s", "strides", "asymmetric", "accepted"].map(String::from).into();
-    for joint in JOINTS {
+    for joint in Joint::ALL.map(Joint::name) {
         cells.extend(ERRORS.map(|error| format!("{joint}_{error}")));
     }
     cells.push("error".into());
@@ -83,7 +83,7 @@ fn row(outcome: &Value) -> Vec<String> {
         .map(|key| text(&outcome[key]))
         .collect();
     cells.push(text(&outcome["certificate"]["accepted"]));
-    for joint in 0..JOINTS.len() {
+    for joint in 0..Joint::COUNT {
         cells.extend(ERRORS.map(|error| text(&outcome["joints"][joint][error])));
     }
     cells.push(text(&outcome["error"]));
@@ -116,24 +116,12 @@ fn csv(rows: &[Vec<String>]) -> String {
     std::iter::once(header()).chain(rows.iter().cloned()).map(|cells| line(&cells)).collect()
 }
 
-fn html(rows: &[Vec<String>]) -> String {
-    let escape = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
-    let mut page = String::from(
-        "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Footfall: fits</title><style>\
-         body{font:14px sans-serif;margin:2em}table{border-collapse:collapse}td,th{border:1px solid #ccc;padding:.2em .5em;text-align:right}\
-         td:first-child{text-align:left}th{background:#f3f3f3;font-size:11px}</style></head><body><h1>Fits</h1><table><tr>",
-    );
-    // Writing to a String cannot fail.
-    for name in header() {
-        let _ = write!(page, "<th>{}</th>", escape(&name.replace('_', " ")));
-    }
-    page += "</tr>";
+fn page(rows: &[Vec<String>]) -> String {
+    let mut page = format!("{}<title>Footfall: fits</title></head><body><h1>Fits</h1><table>", html::HEAD);
+    let names: Vec<String> = header().iter().map(|name| name.replace('_', " ")).collect();
+    html::row(&mut page, "th", names.iter().map(String::as_str));
     for cells in rows {
-        page += "<tr>";
-        for cell in cells {
-            let _ = write!(page, "<td>{}</td>", escape(cell));
-        }
-        page += "</tr>";
+        html::row(&mut page, "td", cells.iter().map(String::as_str));
     }
     page + "</table></body></html>\n"
 }

@@ -9,3 +9,4 @@ pub mod parameter_file;
 pub mod recording;
 #[cfg(feature = "analysis")]
 pub mod svg;
+pub mod word;

@@ -199,9 +199,7 @@ impl Rates {
 
 /// Median of the finite costs.
 fn median(costs: &[f64]) -> f64 {
-    let mut finite: Vec<f64> = costs.iter().copied().filter(|c| c.is_finite()).collect();
-    finite.sort_by(f64::total_cmp);
-    finite.get(finite.len() / 2).copied().unwrap_or(0.0)
+    gait_trace::upper_median(costs.iter().copied().filter(|c| c.is_finite()))
 }
 
 #[cfg(test)]

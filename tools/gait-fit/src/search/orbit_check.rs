@@ -42,7 +42,7 @@ impl Check {
     }
 
     pub(crate) fn rmse(&self) -> f64 {
-        let rmse = (self.rmse_deg.iter().map(|r| r * r).sum::<f64>() / 4.0).sqrt();
+        let rmse = gait_trace::root_mean_square(&self.rmse_deg);
         if rmse.is_finite() { rmse } else { f64::INFINITY }
     }
 

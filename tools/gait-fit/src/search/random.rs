@@ -1,6 +1,7 @@
 //! Random numbers of the searches: ChaCha8 from a seed, drawn in order on one thread, so that the same seed gives the same bits on
 //! every machine and on any number of threads.
 
+use generator_file::random;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -17,7 +18,7 @@ impl Random {
 
     /// From 0 up to 1, never 1.
     pub fn unit(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+        random::unit(self.0.next_u64())
     }
 
     /// From 0 up to `n` - 1; `n` at least 1.
@@ -25,10 +26,9 @@ impl Random {
         (self.unit() * n as f64) as usize
     }
 
-    /// Standard normal, by Box and Muller.
+    /// Standard normal.
     pub fn normal(&mut self) -> f64 {
-        let radius = libm::sqrt(-2.0 * libm::log(1.0 - self.unit()));
-        radius * libm::cos(std::f64::consts::TAU * self.unit())
+        random::normal(|| self.unit())
     }
 
     /// A point of the unit box.

@@ -6,7 +6,7 @@ use crate::clean::resample::MAX_SAMPLES;
 use crate::clean::rules::{FEWEST_ROWS, MOST_PERCENT_ROWS, Rules};
 use crate::finding::{Done, Finding, FindingKind};
 use crate::raw::RawJoints;
-use crate::series::{quantile, range};
+use crate::series::{quantile, range, upper_median};
 use joint_units::Joint;
 
 /// The evaluated time column.
@@ -67,7 +67,7 @@ impl Clock {
         };
 
         let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let median = middle_step(&steps);
+        let median = upper_median(steps.iter().copied());
         let usual: Vec<f64> =
             steps.iter().copied().filter(|step| *step > 0.5 * median && *step <= 1.5 * median).collect();
         let step = usual.iter().sum::<f64>() / usual.len() as f64;
@@ -107,13 +107,6 @@ impl Clock {
         let (values, times): (Vec<f64>, Vec<f64>) = known.map(|(&row, &time)| (column[row], time)).unzip();
         repair::even(&times, &values, self.rate_hz, self.samples, self.hole_s)
     }
-}
-
-/// The upper median, which is one of the steps.
-fn middle_step(steps: &[f64]) -> f64 {
-    let mut sorted = steps.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted[sorted.len() / 2]
 }
 
 /// Length of the time axis if it is a normalised cycle.

@@ -1,5 +1,6 @@
 //! One stride of four joints, resampled to a fixed number of points: the target of fits.
 
+use crate::stride::metrics::rmse;
 use joint_units::Joint;
 
 /// Number of points of a cycle. Point `k` is at the cycle fraction `k / POINTS`; the cycle is closed, so point `POINTS` is point 0.
@@ -13,10 +14,7 @@ impl Cycle {
     /// Root mean square difference of each joint, degrees.
     #[must_use]
     pub fn rmse_deg(&self, other: &Self) -> [f64; Joint::COUNT] {
-        std::array::from_fn(|joint| {
-            let sum: f64 = self.0[joint].iter().zip(&other.0[joint]).map(|(a, b)| (a - b).powi(2)).sum();
-            (sum / POINTS as f64).sqrt()
-        })
+        std::array::from_fn(|joint| rmse(&self.0[joint], &other.0[joint]).unwrap_or(f64::NAN))
     }
 }
 

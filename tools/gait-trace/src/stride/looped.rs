@@ -16,7 +16,7 @@
 
 use crate::clean::resample::ResampleError;
 use crate::recording::{Channel, Recording};
-use crate::series::variance;
+use crate::series::varying;
 use crate::stride::period;
 use std::f64::consts::TAU;
 
@@ -122,12 +122,7 @@ fn cut(even: &Recording, period: f64, strides: usize) -> Option<Cut> {
     let shortest = ((mean - stretch).ceil() as usize).max(2);
     let longest = ((mean + stretch).floor() as usize).min(samples.checked_sub(3)?);
     let scale = period / TAU;
-    let channels: Vec<(&[f64], f64)> = even
-        .channels()
-        .iter()
-        .map(|channel| (channel.values(), variance(channel.values())))
-        .filter(|(_, variance)| *variance > 0.0)
-        .collect();
+    let channels = varying(even.channels());
     let unlike = |start: usize, end: usize| -> f64 {
         let of_channel = |(x, variance): &(&[f64], f64)| {
             let slope = |i: usize| scale * 0.5 * (x[i + 1] - x[i - 1]);

@@ -11,7 +11,7 @@
 //! Units: seconds. Search range: [`SHORTEST_S`] to [`LONGEST_S`], as long as [`OVERLAP_S`] of the recording overlap.
 
 use crate::recording::Recording;
-use crate::series::variance;
+use crate::series::varying;
 
 /// Shortest stride, seconds: sprinters take 0.45 s.
 pub const SHORTEST_S: f64 = 0.4;
@@ -51,12 +51,7 @@ pub struct Stride {
 pub fn find(recording: &Recording) -> Option<Stride> {
     let even = recording.resample(RATE_HZ).ok()?;
     let samples = even.time_s().len();
-    let channels: Vec<(&[f64], f64)> = even
-        .channels()
-        .iter()
-        .map(|channel| (channel.values(), variance(channel.values())))
-        .filter(|(_, variance)| *variance > 0.0)
-        .collect();
+    let channels = varying(even.channels());
     if channels.is_empty() {
         return None;
     }

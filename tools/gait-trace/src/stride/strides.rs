@@ -8,7 +8,7 @@
 //! Units: seconds, degrees. In a normalised cycle "seconds" are fractions of the cycle.
 
 use crate::clean::condition::Conditioned;
-use crate::series::between;
+use crate::series::{between, root_mean_square};
 use crate::stride::cut::cut;
 use crate::stride::cycle::{Cycle, POINTS};
 use crate::stride::segment::Joints;
@@ -116,7 +116,7 @@ impl Strides {
     pub fn sd_deg(&self) -> [f64; Joint::COUNT] {
         let mean = self.mean();
         let apart: Vec<[f64; Joint::COUNT]> = self.cycles.iter().map(|cycle| cycle.rmse_deg(&mean)).collect();
-        std::array::from_fn(|j| (apart.iter().map(|d| d[j] * d[j]).sum::<f64>() / apart.len() as f64).sqrt())
+        std::array::from_fn(|j| root_mean_square(&apart.iter().map(|d| d[j]).collect::<Vec<_>>()))
     }
 
     /// Standard deviation of the lengths of the strides, seconds; 0 for a single stride.

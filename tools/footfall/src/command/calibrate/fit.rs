@@ -407,10 +407,8 @@ fn ends<'a>(
     share: f64,
     clear_v: f64,
 ) -> &'a [Step] {
-    let mut each: Vec<f64> =
-        (0..steps.len()).filter_map(|k| sensitivity(&steps[k], steps[k + 1..].iter(), stretch)).collect();
-    each.sort_by(f64::total_cmp);
-    let median = each.get(each.len() / 2).copied().unwrap_or(0.0);
+    let each = (0..steps.len()).filter_map(|k| sensitivity(&steps[k], steps[k + 1..].iter(), stretch));
+    let median = gait_trace::upper_median(each);
     let least = (share * median).max(least_sensitivity());
     let (mut from, mut to) = (0, steps.len());
     while to - from > 1 && sensitivity(&steps[from], steps[from + 1..to].iter(), stretch) < Some(least) {

@@ -5,6 +5,7 @@ use super::knots::Extended;
 use super::poses::Pose;
 use super::result::Calibrated;
 use crate::file::calibration_file::Hysteresis;
+use gait_fit::html;
 use joint_units::Volts;
 use picture::{Curve, Panel, draw};
 use serde_json::{Value, json};
@@ -233,28 +234,13 @@ pub fn svg(calibrated: &Calibrated) -> Result<String, String> {
     draw(&title, &panels(calibrated), 1)
 }
 
-const HEAD: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><style>\
-body{font:15px/1.5 sans-serif;max-width:1000px;margin:2em auto;padding:0 1em;color:#222}\
-table{border-collapse:collapse;margin:1em 0}td,th{border:1px solid #ccc;padding:.2em .6em;text-align:right}\
-th{background:#f3f3f3}svg{max-width:100%;height:auto}.note{background:#fff6df;padding:.4em .8em;margin:.4em 0}\
-</style>";
-
-/// Text with the special characters of HTML escaped.
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
 fn table<'a>(page: &mut String, head: &[&str], rows: impl Iterator<Item = Vec<&'a str>>) {
-    let line = |page: &mut String, cell: &str, cells: &[&str]| {
-        let cells: String = cells.iter().map(|text| format!("<{cell}>{}</{cell}>", escape(text))).collect();
-        let _ = write!(page, "<tr>{cells}</tr>");
-    };
     *page += "<table>";
     if !head.is_empty() {
-        line(page, "th", head);
+        html::row(page, "th", head.iter().copied());
     }
     for row in rows {
-        line(page, "td", &row);
+        html::row(page, "td", row);
     }
     *page += "</table>";
 }
@@ -265,11 +251,11 @@ fn table<'a>(page: &mut String, head: &[&str], rows: impl Iterator<Item = Vec<&'
 /// A picture cannot be drawn.
 pub fn html(calibrated: &Calibrated) -> Result<String, String> {
     let (fit, measured) = (&calibrated.fit, &calibrated.measured);
-    let title = format!("{}, {}", escape(&measured.sensor), escape(&measured.date));
-    let mut page = format!("{HEAD}<title>Footfall: {title}</title></head><body><h1>{title}</h1>");
-    let _ = write!(page, "<p>From {}.</p>", escape(&calibrated.source));
+    let title = format!("{}, {}", html::escape(&measured.sensor), html::escape(&measured.date));
+    let mut page = format!("{}<title>Footfall: {title}</title></head><body><h1>{title}</h1>", html::HEAD);
+    let _ = write!(page, "<p>From {}.</p>", html::escape(&calibrated.source));
     for note in &calibrated.notes {
-        let _ = write!(page, "<p class=\"note\">{}</p>", escape(note));
+        let _ = write!(page, "<p class=\"note\">{}</p>", html::escape(note));
     }
     let summary = summary(calibrated);
     table(&mut page, &[], summary.iter().map(|(name, value)| vec![*name, value.as_str()]));

@@ -74,11 +74,7 @@ pub struct RowsError {
 
 impl fmt::Display for RowsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.file)?;
-        if let Some(line) = self.line {
-            write!(f, ":{line}")?;
-        }
-        f.write_str(": ")?;
+        f.write_str(&generator_file::toml_file::place(&self.file, self.line))?;
         match &self.column {
             Some((Some(number), name)) => write!(f, "column {number} `{name}`: ")?,
             Some((None, name)) => write!(f, "column `{name}`: ")?,

@@ -50,7 +50,7 @@ impl Job {
     pub(super) fn page(&self, fitted: &Fit, path: &Path) -> Result<String, Failure> {
         let Self { reading, fit } = self;
         let mut words: Vec<String> =
-            vec!["footfall fit".into(), quoted(&name_of(path)), "--generator".into(), fit.generator.name().into()];
+            vec!["footfall fit".into(), quoted(&name_of(path)), "--kind".into(), fit.generator.name().into()];
         let mut option = |name: &str, value: String| words.extend([format!("--{name}"), quoted(&value)]);
         if let Some(harmonics) = fit.harmonics {
             option("harmonics", harmonics.to_string());

@@ -4,6 +4,7 @@
 //! recorder time = offset + (1 + drift) board time
 //! ```
 
+use gait_trace::{root_mean_square, upper_median};
 use serde_json::{Map, Value};
 
 use crate::line_fit::line_fit;
@@ -72,9 +73,7 @@ impl Clocks {
 pub(super) fn outlier_s(points: &[(f64, f64)], (offset, slope): (f64, f64)) -> f64 {
     /// Error that every time stamp may have, s.
     const RESOLUTION_S: f64 = 1e-5;
-    let mut off: Vec<f64> = points.iter().map(|(x, y)| (offset + slope * x - y).abs()).collect();
-    off.sort_by(f64::total_cmp);
-    let median = off.get(off.len() / 2).copied().unwrap_or(0.0);
-    let rms = (off.iter().map(|off| off * off).sum::<f64>() / off.len().max(1) as f64).sqrt();
+    let off: Vec<f64> = points.iter().map(|(x, y)| (offset + slope * x - y).abs()).collect();
+    let (median, rms) = (upper_median(off.iter().copied()), root_mean_square(&off));
     RESOLUTION_S + (6.0 * median).max(3.0 * rms)
 }
