@@ -168,7 +168,7 @@ fn measure(rig: &Rig<'_>, sensor: &Sensor, fault: Fault, phase: u32, noise: f64)
             measured.off_ms = Some(clock.ms(at, off));
         }
         Response::CarryOn => assert_eq!((left, ran.books.cause), (None, Cause::None), "{of}"),
-        Response::Freewheel => unreachable!("the generator follows nobody"),
+        other => unreachable!("{of}: {} of a generator that follows nobody", other.name()),
     }
     measured
 }

@@ -21,6 +21,7 @@ pub mod gait_error;
 mod model;
 #[cfg(feature = "certificate")]
 mod orbit;
+#[cfg(feature = "certificate")]
 pub mod random;
 #[cfg(feature = "certificate")]
 mod single_precision;
