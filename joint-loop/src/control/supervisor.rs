@@ -28,7 +28,6 @@ use hgod_adc::Validity;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
-#[non_exhaustive]
 pub enum SupervisorState {
     /// Before the first tick.
     #[default]
