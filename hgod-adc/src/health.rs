@@ -9,9 +9,8 @@
 //! | out_of_table | the volts are outside the calibration table | 1 ms |
 //! | rate | an impossible jump that lasts for [`HealthConfig::spike_ms`] | 5 ms |
 //! | spike | an impossible jump: the angle differs from the last good one by more than a joint can have turned since | 1 ms |
-//! | good | none of these | |
 //!
-//! The first rule of the table that holds gives the validity. [`Validity::worse`] has the same order: a fault can cause those below it, so the
+//! The first rule of the table that holds gives the validity; where none holds, the sample is good. [`Validity::worse`] has the same order: a fault can cause those below it, so the
 //! upper one is the cause.
 //!
 //! **Found after** ([`Validity::detection_ms`]) is the time from the last correct sample to the first sample with this validity, at the default
