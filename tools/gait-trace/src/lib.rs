@@ -22,6 +22,7 @@
 //! | [`clean::condition`](mod@clean::condition) | from the joints of a file to joints that can be fitted: fixed rate, no gaps, no jumps, flexion positive |
 //! | [`clean::rules`] | thresholds of the conditioning, and its low-pass |
 //! | [`clean::convention`] | signs and exchanged columns, recognised by the shape of the gait |
+//! | [`clean::knee_sign`] | the sign of the knees: one decision for both |
 //! | [`clean::repair`] | resampling of uneven times, bridges over gaps, jumps |
 //! | [`clean::resample`] | linear interpolation to a fixed rate |
 //! | **strides** | [`stride`] |
@@ -68,6 +69,7 @@ pub mod volts;
 
 pub use clean::condition::{Conditioned, condition};
 pub use clean::condition_error::ConditionError;
+pub use clean::knee_sign::{KneeSign, KneeSignReason, TakenKneeSign};
 pub use clean::resample::ResampleError;
 pub use clean::rules::{LowPass, Rules};
 pub use fault::{Fault, TraceError};
