@@ -16,6 +16,7 @@
 //! | [`format::c3d`] | C3D: joint angles, or hips and knees computed from joint centres |
 //! | [`format::mcap_file`] | MCAP: joint angles in JSON messages |
 //! | [`format::scope`] | oscilloscope exports: volts to angles through a calibration |
+//! | [`format::page`] | the table of all formats, `docs/formats.md` |
 //! | [`format::joint_names`] | which joint a column is, from its name |
 //! | [`format::whole_file`] | writes a file completely or not at all |
 //! | **defects** | [`clean`] |
@@ -74,7 +75,7 @@ pub use clean::resample::ResampleError;
 pub use clean::rules::{LowPass, Rules};
 pub use fault::{Fault, TraceError};
 pub use finding::{Done, Finding, FindingKind};
-pub use options::{MapError, ReadOptions};
+pub use options::{Axis, MapError, ReadOptions};
 pub use raw::{RawJoint, RawJoints};
 pub use recording::{
     Channel, MAX_ANGLE_DEG, MAX_PIN_VOLTS, MIN_PIN_VOLTS, NoChannel, Quantity, Recording, RecordingError,

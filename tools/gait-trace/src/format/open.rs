@@ -2,6 +2,7 @@
 //!
 //! | content | reader |
 //! |---|---|
+//! | the first bytes of a kind that is not read: BVH, rosbag, images, ... | an error that names it |
 //! | the magic bytes of MCAP | [`mcap_file`] |
 //! | second byte 0x50, and bytes that are not text | [`c3d`] |
 //! | a line `endheader` | [`opensim`] |
@@ -29,7 +30,7 @@
 
 use crate::fault::{Fault, TraceError};
 use crate::format::csv_file::MAX_BYTES;
-use crate::format::{c3d, mapped_csv, mcap_file, opensim, scope, text_table};
+use crate::format::{c3d, mapped_csv, mcap_file, opensim, scope, text_table, unsupported};
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use std::io::Read;
@@ -65,6 +66,10 @@ pub fn of_bytes(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJo
     let extension = Path::new(name).extension().and_then(|text| text.to_str()).unwrap_or_default().to_ascii_lowercase();
     if bytes.is_empty() {
         return Err(TraceError::new(name, None, Fault::Empty));
+    }
+    unsupported::check(name, bytes)?;
+    if how.axis.is_some() && !c3d::looks_like(bytes) && extension != "c3d" {
+        return Err(TraceError::new(name, None, Fault::NoAxes { what: "this is no C3D file" }));
     }
     if mcap_file::looks_like(bytes) {
         return mcap_file::parse(name, bytes, how);

@@ -11,7 +11,7 @@
 use super::bytes::Track;
 use crate::fault::Fault;
 use crate::format::angle_columns::AngleColumn;
-use crate::format::joint_names::AngleUnit;
+use crate::format::unit::Said;
 use joint_units::Joint;
 
 /// Width of the moving average of the line between the hips, seconds: about a stride.
@@ -172,7 +172,7 @@ pub(crate) fn angles(
         let bend = (0..hips.len()).map(|n| turn(thigh[n] - lean(knees[n], ankles[n], forward[n]))).collect();
         for (joint, values) in [(hip, thigh), (knee, bend)] {
             let heading = format!("{} from {name}", joint.name());
-            columns.push(AngleColumn { joint, heading, index: 0, said: Some(AngleUnit::Degrees), values });
+            columns.push(AngleColumn { joint, heading, index: 0, said: Said::Computed, values });
         }
         notes.push(format!(
             "{} and {} are computed from {name}: the hip is the thigh against the vertical (without the pelvis), the knee is thigh minus shank, flexion positive.",
