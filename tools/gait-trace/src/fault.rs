@@ -295,6 +295,14 @@ pub enum Fault {
         /// What the file has instead.
         what: &'static str,
     },
+    /// A map is given for a file without columns of joints.
+    #[error(
+        "a map is given (`--map`), but the file has {has}; allowed is without `--map`: hip, knee and ankle are found by name"
+    )]
+    NoColumns {
+        /// What the file has instead.
+        has: &'static str,
+    },
     /// No channel of an oscilloscope is assigned to a joint.
     #[error("no channel is assigned to a joint; the file has {have}; allowed is `--map left_knee=CHANNEL,...`")]
     NoChannelMap {
@@ -304,7 +312,7 @@ pub enum Fault {
     /// The joint columns have no number.
     #[error("no row has a number in any joint column; allowed are gaps, but not only gaps")]
     NoValues,
-    /// A C3D file has neither joint angles nor joint centres.
+    /// A file of motion capture has neither joint angles nor joint centres.
     #[error(
         "neither joint angles nor joint centres: the points are {have}; allowed are angles such as `LHipAngles`, `LKneeAngles`, or trajectories of hip, knee and ankle such as `LHJC`, `LKJC`, `LAJC`"
     )]

@@ -14,6 +14,7 @@
 //! | [`format::mapped_csv`] | CSV with any header, delimiter and unit; columns by name or by the caller's map |
 //! | [`format::opensim`] | OpenSim .mot and .sto, in and out |
 //! | [`format::c3d`] | C3D: joint angles, or hips and knees computed from joint centres |
+//! | [`format::trc`] | TRC of motion capture: hips and knees computed from markers of hip, knee and ankle |
 //! | [`format::mcap_file`] | MCAP: joint angles in JSON messages |
 //! | [`format::scope`] | oscilloscope exports: volts to angles through a calibration |
 //! | [`format::page`] | the table of all formats, `docs/formats.md` |

@@ -14,7 +14,7 @@ use gait_trace::ReadOptions;
 use gait_trace::format::csv_file;
 use gait_trace::format::open;
 use support::c3d_writer::Format;
-use support::{c3d_of_angles, calibration, mot, walk};
+use support::{Stand, c3d_of_angles, calibration, centre_points, mot, trc, walk};
 
 const HEADER: &str = "time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg";
 
@@ -513,6 +513,71 @@ fn what_is_no_file_and_what_is_too_large_a_file() {
         "{error}"
     );
     assert!(held < MARGIN, "refused before it is read: {held} bytes");
+}
+
+#[test]
+fn trc_files() {
+    let stand = Stand { up: [0.0, 1.0, 0.0], forward: [1.0, 0.0, 0.0], step_mm: 6.0, turn_deg: 0.0 };
+    let good = trc(&centre_points(&walk(), stand), 150.0);
+    let lines: Vec<&str> = good.lines().collect();
+    let with = |line: usize, text: &str| {
+        let mut rows = lines.clone();
+        rows[line - 1] = text;
+        rows.join("\n")
+    };
+    check(
+        vec![
+            damage(
+                "cut within a row",
+                "a.trc",
+                good[..good.len() - 30].to_owned(),
+                &["a.trc:380: ", "fields; allowed are 20"],
+            ),
+            damage(
+                "cut within the header",
+                "a.trc",
+                lines[..3].join("\n"),
+                &["a.trc: `the names of the markers` is missing"],
+            ),
+            damage("cut behind the header", "a.trc", lines[..5].join("\n"), &["a.trc:4: 0 rows of numbers"]),
+            damage(
+                "a word",
+                "a.trc",
+                with(10, &lines[9].replacen('.', "x", 1)),
+                &["a.trc:10: column 2 `Time`: `0x0", "is not a number"],
+            ),
+            damage(
+                "a marker that is a word",
+                "a.trc",
+                with(10, &(lines[9].rsplit_once('\t').unwrap().0.to_owned() + "\tlost")),
+                &["a.trc:10: column 20 `RAJC`: `lost` is not a number"],
+            ),
+            damage(
+                "no time",
+                "a.trc",
+                good.replacen("\tTime", "\tSeconds", 1),
+                &["a.trc:4: `the second column` is `Seconds`; allowed is `Time`"],
+            ),
+            damage(
+                "no leg",
+                "a.trc",
+                good.replace("HJC", "ASI"),
+                &["a.trc:4: neither joint angles nor joint centres: the points are `LASI`"],
+            ),
+            damage(
+                "100,000 columns",
+                "a.trc",
+                with(4, &"Frame#\tTime".to_owned().repeat(60_000)),
+                &["a.trc:4: 60001 columns; allowed are up to 4096"],
+            ),
+        ],
+        &ReadOptions::default(),
+    );
+    let mut how = ReadOptions::default();
+    how.add_map("left_knee=LKJC").unwrap();
+    check(vec![damage("a map", "a.trc", good.clone(), &["a map is given (`--map`), but the file has markers"])], &how);
+    let how = ReadOptions { rate_hz: Some(100.0), ..ReadOptions::default() };
+    check(vec![damage("a rate", "a.trc", good, &["its own time in its column `Time`"])], &how);
 }
 
 /// Counts in a header that differ from the file are notes where every row is whole; nothing is reserved for rows that are not there.

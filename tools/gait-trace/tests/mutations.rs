@@ -5,7 +5,7 @@ mod support;
 
 use gait_trace::format::joint_names::AngleUnit;
 use gait_trace::format::open;
-use gait_trace::format::{c3d, mapped_csv, opensim, scope};
+use gait_trace::format::{c3d, mapped_csv, opensim, scope, trc};
 use gait_trace::{Axis, ReadOptions};
 use gait_trace::{RawJoints, TraceError};
 use std::path::{Path, PathBuf};
@@ -14,12 +14,13 @@ use std::path::{Path, PathBuf};
 const COPIES: u64 = 300;
 
 type Reader = fn(&str, &[u8], &ReadOptions<'_>) -> Result<RawJoints, TraceError>;
-const READERS: [(&str, Reader); 5] = [
+const READERS: [(&str, Reader); 6] = [
     ("a", open::of_bytes),
     ("a.csv", mapped_csv::parse),
     ("a.mot", opensim::parse),
     ("a.c3d", c3d::parse),
     ("a.csv", scope::parse),
+    ("a.trc", trc::parse),
 ];
 
 fn corpus() -> Vec<(PathBuf, Vec<u8>)> {

@@ -10,7 +10,7 @@ use gait_trace::{Axis, RawJoints, Recording};
 use joint_units::Joint;
 use std::fmt::Write as _;
 use support::c3d_writer::{C3d, Format};
-use support::{Stand, angle_points, c3d_of_angles, calibration, centre_points, joint, mot, rate_hz, volts, walk};
+use support::{Stand, angle_points, c3d_of_angles, calibration, centre_points, joint, mot, rate_hz, trc, volts, walk};
 
 fn read(name: &str, bytes: &[u8]) -> RawJoints {
     open::of_bytes(name, bytes, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
@@ -403,6 +403,50 @@ fn c3d_angles_go_before_joint_centres_and_the_map_before_both() {
     how.add_map("left_hip=mine").unwrap();
     let raw = open::of_bytes("walk.c3d", &bytes, &how).unwrap();
     assert!(raw.joints[0].as_ref().unwrap().angle_deg.iter().all(|&angle| angle == 33.0));
+}
+
+/// Markers by forward kinematics from known angles, along every axis: the angles come back.
+#[test]
+fn trc_markers_give_the_angles_of_the_leg_that_they_are_from() {
+    let walk = walk();
+    for (up, forward) in AXES {
+        for step_mm in [0.0, 6.0] {
+            let stand = Stand { up, forward, step_mm, turn_deg: 0.0 };
+            let mut points = centre_points(&walk, stand);
+            points.push(("SACR".into(), points[0].1.clone()));
+            let raw = read("walk.trc", trc(&points, 150.0).as_bytes());
+            let off = worst(&raw, &walk);
+            assert!(off < 0.001, "{stand:?}: {off} degrees");
+            assert_eq!(raw.format, "TRC, 7 markers");
+            assert!((raw.time_s[150] - 1.0).abs() < 1e-12 && has_note(&raw, "Up is"), "{:?}", raw.notes);
+        }
+    }
+}
+
+#[test]
+fn trc_of_other_programs_names_markers_in_other_words() {
+    let walk = walk();
+    let stand = Stand { up: [0.0, 1.0, 0.0], forward: [1.0, 0.0, 0.0], step_mm: 6.0, turn_deg: 0.0 };
+    for names in [
+        ["LHip", "LKnee", "LAnkle", "RHip", "RKnee", "RAnkle"],
+        ["LHJC_study", "L_knee_study", "L_ankle_study", "RHJC_study", "r_knee_study", "r_ankle_study"],
+    ] {
+        let mut points = centre_points(&walk, stand);
+        points.iter_mut().zip(names).for_each(|(point, name)| point.0 = name.into());
+        points[1].1[17] = None;
+        points[5].1[20] = Some([0.0; 3]);
+        let raw = read("walk.trc", trc(&points, 150.0).as_bytes());
+        let missing = |joint: usize| -> Vec<usize> {
+            (0..374).filter(|&n| raw.joints[joint].as_ref().unwrap().angle_deg[n].is_nan()).collect()
+        };
+        assert_eq!([0, 1, 2, 3].map(missing), [vec![17], vec![], vec![17], vec![20]], "{names:?}");
+        let knee = &raw.joints[2].as_ref().unwrap().angle_deg;
+        assert!((knee[100] - joint(&walk, Joint::LeftKnee)[100]).abs() < 0.001);
+    }
+    let text = trc(&centre_points(&walk, stand), 150.0).replace("\t374\t6\t", "\t400\t9\t");
+    let raw = read("walk.trc", text.as_bytes());
+    assert!(has_note(&raw, "`NumFrames` announces 400 frames, but the file has 374"), "{:?}", raw.notes);
+    assert!(has_note(&raw, "`NumMarkers` announces 9 markers, but the file has 6"), "{:?}", raw.notes);
 }
 
 #[test]

@@ -1,14 +1,15 @@
 //! The page `docs/formats.md`, generated from the descriptions of the readers.
 
 use crate::format::description::Description;
-use crate::format::{c3d, mapped_csv, mcap_file, opensim, scope, unsupported};
+use crate::format::{c3d, mapped_csv, mcap_file, opensim, scope, trc, unsupported};
 use std::fmt::Write as _;
 
-const ALL: [&Description; 5] = [
+const ALL: [&Description; 6] = [
     &mapped_csv::DESCRIPTION,
     &scope::DESCRIPTION,
     &opensim::DESCRIPTION,
     &c3d::DESCRIPTION,
+    &trc::DESCRIPTION,
     &mcap_file::DESCRIPTION,
 ];
 

@@ -3,7 +3,7 @@
 //! Plug-in Gait has flexion first, other models second or third. Flexion is the component that moves most: of a walking knee by about 60
 //! degrees, while the other two move by 10 to 20.
 
-use super::bytes::Track;
+use crate::format::segments::Track;
 use crate::options::Axis;
 use crate::series::quantile;
 use joint_units::Joint;

@@ -12,17 +12,17 @@ mod axis;
 mod bytes;
 mod processor;
 mod section;
-mod segments;
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::description::{Description, SIGNS};
 use crate::format::joint_names::{AngleUnit, joint_of};
+use crate::format::segments::{self, Track};
 use crate::format::text_table::{check_rows, column_called, listed};
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
-use bytes::{Ctx, Track};
+use bytes::Ctx;
 use joint_units::Joint;
 use section::{KEY, Layout, Parameters};
 
