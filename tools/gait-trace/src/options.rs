@@ -15,6 +15,8 @@ pub struct ReadOptions<'a> {
     pub unit: Option<AngleUnit>,
     /// Calibration of the sensor, for columns in volts and for columns without unit. A file without such a column is refused.
     pub calibration: Option<&'a Calibration>,
+    /// Volts at the sensor for one volt at the pin of a board, for columns named after a pin (`PA1`); 1 if this is `None`.
+    pub divider: Option<f32>,
     /// Frames a second, for a column that counts frames, or for rows at equal time steps without a time. A file with times of its own is
     /// refused.
     pub rate_hz: Option<f64>,

@@ -119,6 +119,9 @@ fn a_calibration_is_used_or_refused() {
     }
     let raw = read("time_s,knee (mV)\n0,700\n0.01,900\n", "", |_| ()).unwrap();
     assert!(raw.notes[0].contains("names no side; it is read as left_knee"), "{:?}", raw.notes);
+    // Angles go before volts of the same joint; a speed is neither.
+    let both = "time_s,left_knee (mV),left_knee_deg,left_knee_v\n0,700,10,3\n0.01,900,11,3\n";
+    assert_eq!(left_knee(&read(both, "", |how| how.calibration = None).unwrap()), [10.0, 11.0]);
     // A unit and a calibration for one column.
     let error = read("time_s,left_knee\n0,0.7\n0.01,0.9\n", "", |how| how.unit = Some(AngleUnit::Radians)).unwrap_err();
     assert!(error.contains("both `--calibration` and `--unit radians` are given"), "{error}");
@@ -142,6 +145,32 @@ fn a_calibration_is_used_or_refused() {
     {
         let error = open::of_bytes(name, bytes, &how).unwrap_err().to_string();
         assert!(error.contains("a calibration is given (`--calibration`), but no column is in volts"), "{error}");
+    }
+}
+
+/// A pin has the divided volts of the sensor; an oscilloscope measures at the sensor.
+#[test]
+fn the_divider_of_a_calibration_is_for_pins() {
+    let halved = |how: &mut ReadOptions<'_>| how.divider = Some(2.0);
+    let raw = read("time_s,PA1\n0,0.4\n0.01,0.5\n", "left_knee=PA1", halved).unwrap();
+    assert_eq!(left_knee(&raw), angles(&[0.8, 1.0]));
+    assert!(raw.notes.iter().any(|note| note.contains("multiplied by 2, the divider of the calibration")));
+    let raw = read("time_s,knee (V)\n0,0.8\n0.01,1.0\n", "left_knee=2", halved).unwrap();
+    assert_eq!(left_knee(&raw), angles(&[0.8, 1.0]));
+    assert!(raw.notes.iter().any(|note| note.contains("read as volts at the sensor")), "{:?}", raw.notes);
+}
+
+#[test]
+fn a_percent_of_a_cycle_is_a_time() {
+    for header in ["time", "percent", "% gait cycle"] {
+        let rows: String = (0..=100).map(|n| format!("{n},{}\n", 30.0 + f64::from(n % 50))).collect();
+        let raw = read(&format!("{header},left_knee_deg\n{rows}"), "", |how| how.calibration = None).unwrap();
+        assert_eq!((raw.time_s[0], raw.time_s[100]), (0.0, 100.0));
+        assert!(
+            raw.notes.iter().any(|note| note.contains("runs from 0 to 100, as percent of a cycle")),
+            "{:?}",
+            raw.notes
+        );
     }
 }
 

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use crate::board::image::sha256;
 use crate::failure::Failure;
-use crate::file::calibration_file;
+use crate::file::calibration_file::{self, WiredSensor};
 
 /// How recordings are read.
 #[derive(Debug, Clone)]
@@ -43,6 +43,8 @@ pub struct SensorCalibration {
     pub path: PathBuf,
     /// The curve.
     pub curve: Calibration,
+    /// Volts at the sensor for one volt at the pin.
+    pub divider: f32,
 }
 
 impl SensorCalibration {
@@ -51,8 +53,8 @@ impl SensorCalibration {
     /// # Errors
     /// The file cannot be read or is wrong.
     pub fn read(path: PathBuf) -> Result<Self, Failure> {
-        let curve = calibration_file::read(&path).map_err(Failure::input)?.calibration;
-        Ok(Self { path, curve })
+        let WiredSensor { calibration: curve, divider } = calibration_file::read(&path).map_err(Failure::input)?;
+        Ok(Self { path, curve, divider })
     }
 }
 
@@ -75,6 +77,7 @@ impl ReadSettings {
         let mut options = ReadOptions {
             unit: self.unit,
             calibration: self.calibration.as_ref().map(|calibration| &calibration.curve),
+            divider: self.calibration.as_ref().map(|calibration| calibration.divider),
             rate_hz: self.rate_hz,
             axis: self.axis,
             sideless: self.sideless,

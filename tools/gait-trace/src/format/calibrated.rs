@@ -5,6 +5,7 @@ use crate::format::column::{AngleColumn, Place};
 use crate::format::text_table::short;
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
+use crate::recording::{Channel, Quantity};
 use hgod_adc::Calibration;
 use joint_units::Volts;
 
@@ -53,9 +54,24 @@ pub(crate) fn convert(
         return Err(place.at(place.header, Some(first), Fault::CalibrationUnused { said }));
     }
     for column in columns.iter_mut().filter(|column| column.said == Said::Volts) {
+        at_sensor(column, how, notes);
         convert_column(place, column, calibration, notes)?;
     }
     Ok(())
+}
+
+/// Volts at the pin of a board become volts at the sensor. Those of other recorders are taken at the sensor.
+fn at_sensor(column: &mut AngleColumn, how: &ReadOptions<'_>, notes: &mut Vec<String>) {
+    let Some(divider) = how.divider.filter(|divider| *divider != 1.0) else { return };
+    let channel = short(&column.heading);
+    if matches!(Channel::of_column(&column.heading), Some((_, Quantity::PinVolts))) {
+        column.values.iter_mut().for_each(|value| *value *= f64::from(divider));
+        notes.push(format!("`{channel}`: volts at the pin, multiplied by {divider}, the divider of the calibration."));
+    } else {
+        notes.push(format!(
+            "`{channel}`: read as volts at the sensor; the divider of the calibration, {divider}, is for columns named after a pin (`PA1`)."
+        ));
+    }
 }
 
 /// Volts converted to degrees; NaN outside of the calibration table, which is never extrapolated.

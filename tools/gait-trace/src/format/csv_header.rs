@@ -4,7 +4,7 @@ use crate::fault::{Fault, TraceError};
 use crate::format::joint_names::{AngleUnit, joint_of, sideless_of, unit_of};
 use crate::format::text_table::{column_called, listed, short};
 use crate::format::time_names::{is_frame, time_of};
-use crate::format::unit::{Said, seconds_of, volts_in, volts_of};
+use crate::format::unit::{Said, seconds_of, volts_in, volts_of, without_volts};
 use crate::options::ReadOptions;
 use joint_units::Joint;
 use std::borrow::Cow;
@@ -33,15 +33,8 @@ impl Chosen {
     /// The only hip or knee of a file that names no side, as a recording of a single sensor does.
     fn sideless(headings: &[String], how: &ReadOptions<'_>, notes: &mut Vec<String>) -> Option<Self> {
         let all = || headings.iter().enumerate();
-        // A unit of voltage is no word of a joint's name: `knee (mV)` is judged without it.
-        let plain = |heading: &str| match volts_in(heading) {
-            Some(_) => {
-                let end = heading.trim_end_matches([']', ')', '}', ' ']).rfind(['_', '[', '(', '{', ' ', '/']);
-                heading[..end.unwrap_or(0)].to_owned()
-            }
-            None => heading.to_owned(),
-        };
-        let mut found = all().filter_map(|(index, heading)| sideless_of(&plain(heading)).map(|what| (index, what)));
+        let mut found =
+            all().filter_map(|(index, heading)| sideless_of(without_volts(heading)).map(|what| (index, what)));
         let (index, (joints, unit)) = found.next()?;
         if found.next().is_some() {
             return None;
@@ -103,8 +96,15 @@ impl Header {
                     let taken = |index: &usize| {
                         how.map.iter().any(|(_, wanted)| column_called(&headings, wanted) == Some(*index))
                     };
-                    let is_joint = |index: &usize| joint_of(&headings[*index]).is_some_and(|(found, _)| found == joint);
-                    let mut found = (0..headings.len()).filter(|index| is_joint(index) && !taken(index));
+                    let is_joint = |name: &str| joint_of(name).is_some_and(|(found, _)| found == joint);
+                    let free = |index: &usize| !taken(index);
+                    let mut named: Vec<usize> = (0..headings.len()).filter(free).collect();
+                    // Angles go before volts of the same joint.
+                    match named.iter().any(|&index| is_joint(&headings[index])) {
+                        true => named.retain(|&index| is_joint(&headings[index])),
+                        false => named.retain(|&index| is_joint(without_volts(&headings[index]))),
+                    }
+                    let mut found = named.into_iter();
                     let index = found.next();
                     if let (Some(index), Some(other)) = (index, found.next()) {
                         let (first, second) = (short(&headings[index]), short(&headings[other]));

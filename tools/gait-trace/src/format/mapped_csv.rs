@@ -10,6 +10,7 @@
 //! converted by the calibration; with a calibration, so is a column without unit. A column of frames, or no time at all, needs the
 //! rate from the caller.
 
+use crate::clean::rules::MOST_PERCENT_ROWS;
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::csv_header::{Chosen, Header, TimeSource};
@@ -31,7 +32,7 @@ pub(crate) const DESCRIPTION: Description = Description {
     axes: "one column a joint",
     signs: SIGNS,
     rate: "a column of times in s, ms, us or ns (`time_ms`, `Time [s]`, `sec`), or of frames; none with `--rate`",
-    said: "degrees or radians by the values, where an angle's heading has no unit; volts, where a calibration is given; seconds, where a time has no unit and steps below 1; the joint of a name without side; columns `time`, `CH1`, ... without a header",
+    said: "degrees or radians by the values, where an angle's heading has no unit; volts, where a calibration is given; seconds, where a time has no unit and steps below 1; percent of a cycle, where it runs from 0 to 100; the joint of a name without side; columns `time`, `CH1`, ... without a header",
     options: &["--map", "--unit", "--calibration", "--rate", "--knee-sign", "--stride-time"],
 };
 
@@ -166,6 +167,11 @@ fn check_seconds(
     let middle = steps.len() / 2;
     let (_, step, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
     let step = *step;
+    let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
+    if first.abs() < 0.1 && (last - 100.0).abs() < 0.1 && time_s.len() <= MOST_PERCENT_ROWS {
+        notes.push(format!("`{heading}` names no unit; it runs from 0 to 100, as percent of a cycle does."));
+        return Ok(());
+    }
     if step >= MAX_STEP_S {
         return Err(TraceError::new(name, Some(line), Fault::TimeUnit { step }).in_column(index, heading));
     }

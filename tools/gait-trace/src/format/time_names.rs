@@ -6,6 +6,10 @@ use crate::format::unit::seconds_of;
 #[must_use]
 pub(crate) fn time_of(name: &str) -> Option<Option<i32>> {
     let plain: String = name.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
+    const CYCLE: [&str; 6] = ["percent", "cycle", "gaitcycle", "percentgaitcycle", "percentcycle", "cyclepercent"];
+    if CYCLE.contains(&plain.as_str()) {
+        return Some(None);
+    }
     // `in s` is what some oscilloscopes write. A single letter `s` is too short to be a time.
     if let Some(power) = seconds_of(plain.strip_prefix("in").unwrap_or(&plain)).filter(|_| plain.len() > 2) {
         return Some(Some(power));

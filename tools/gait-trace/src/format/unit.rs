@@ -65,6 +65,15 @@ pub(crate) fn volts_in(heading: &str) -> Option<i32> {
     if lone && !before.to_ascii_lowercase().ends_with(" in") { None } else { volts_of(unit) }
 }
 
+/// A heading without its unit of voltage, which is no word of a joint's name: `knee (mV)` gives `knee `. A lone `_v` may be a speed.
+pub(crate) fn without_volts(heading: &str) -> &str {
+    let end = heading.trim_end_matches([']', ')', '}', ' ']).rfind(['_', '[', '(', '{', ' ', '/']);
+    match (volts_in(heading), end) {
+        (Some(_), Some(end)) if !heading[end..].eq_ignore_ascii_case("_v") => &heading[..end],
+        _ => heading,
+    }
+}
+
 /// A finite number in units of `10^power`, rounded once: `12.3` with a power of -3 is the same number as `0.0123`.
 pub(crate) fn scaled(field: &str, comma: bool, power: i32) -> Result<f64, Fault> {
     let value = finite(field, comma)?;
