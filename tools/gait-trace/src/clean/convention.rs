@@ -90,11 +90,9 @@ pub(crate) fn apply(
             *x = -*x;
         }
     };
-    for knee in 2..4 {
-        if let Some(Shape { range: range_deg, .. }) =
-            shapes[knee].as_ref().filter(|shape| shape.range < LEAST_RANGE_DEG)
-        {
-            findings.push((Some(Joint::ALL[knee]), FindingKind::Still { range_deg: *range_deg }, Done::Reported));
+    for (joint, shape) in Joint::ALL.into_iter().zip(&shapes).skip(2) {
+        if let Some(Shape { range: range_deg, .. }) = shape.as_ref().filter(|shape| shape.range < LEAST_RANGE_DEG) {
+            findings.push((Some(joint), FindingKind::Still { range_deg: *range_deg }, Done::Reported));
         }
     }
     let [_, _, left, right] = &shapes;
