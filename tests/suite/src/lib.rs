@@ -41,6 +41,8 @@ pub enum Need {
     Traces,
     /// The program `script` of util-linux, which runs another one at a terminal.
     Terminal,
+    /// The folder of other programs' files beside that of the recordings.
+    Wild,
 }
 
 impl Need {
@@ -49,7 +51,7 @@ impl Need {
     pub fn name(self) -> &'static str {
         match self {
             Self::Image | Self::ShadowImage | Self::Program => "virtual-board",
-            Self::Traces => "traces",
+            Self::Traces | Self::Wild => "traces",
             Self::Terminal => "terminal",
         }
     }
@@ -61,8 +63,8 @@ impl Need {
             Self::Image => &[ELF, VIRTUAL_BOARD],
             Self::ShadowImage => &[SHADOW_ELF, VIRTUAL_BOARD],
             Self::Program => &[PROGRAM],
-            Self::Traces => {
-                let folder = traces_folder();
+            Self::Traces | Self::Wild => {
+                let folder = if self == Self::Wild { wild_folder() } else { traces_folder() };
                 let words = || format!("no recordings in {}; {TRACES} names another folder", folder.display());
                 return (!folder.is_dir()).then(words);
             }
@@ -87,6 +89,12 @@ pub fn traces_folder() -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new("."));
     let beside = || root.parent().unwrap_or(root).join("shared/traces");
     std::env::var_os(TRACES).map_or_else(beside, |folder| root.join(folder))
+}
+
+/// The folder of other programs' files, which may be missing: `wild` beside [`traces_folder`].
+#[must_use]
+pub fn wild_folder() -> PathBuf {
+    traces_folder().parent().unwrap_or(Path::new(".")).join("wild")
 }
 
 /// A test, as [`tests!`] makes it.

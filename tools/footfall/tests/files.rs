@@ -50,8 +50,64 @@ fn a_recording_of_any_format_is_checked_and_made_volts() {
     }
     for command in ["check", "volts"] {
         let text = said(&footfall(&[command, "--trace"], &foreign));
-        assert!(text.contains("left knee: the file counts extension as positive"), "{command}: {text}");
+        assert!(text.contains("left knee: extension is positive in the file"), "{command}: {text}");
     }
+}
+
+/// What the file does not say comes from the options; what contradicts it is refused.
+#[test]
+fn options_complete_a_recording_and_never_contradict_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let sensor = folder.path().join("sensor.toml");
+    let points = "[[points]]\nsensor_v = 0.5\nangle_deg = -40.0\n[[points]]\nsensor_v = 2.5\nangle_deg = 90.0\n";
+    std::fs::write(&sensor, format!("schema = 1\ninterpolation = \"linear\"\ndivider = 1.0\n{points}")).unwrap();
+    let sensor = sensor.to_string_lossy().into_owned();
+    let out = folder.path().join("out.csv");
+    // Three swings of a knee in 3.3 s, or one in a cycle.
+    let knee = |t: f64| {
+        let p = std::f64::consts::TAU * t / 1.1;
+        24.0 + 20.0 * p.cos() + 14.0 * (2.0 * p + 0.3).cos()
+    };
+    let table = |header: &str, rows: usize, row: &dyn Fn(usize) -> String| {
+        let path = folder.path().join("in.csv");
+        std::fs::write(&path, (0..rows).fold(format!("{header}\n"), |text, n| text + &row(n) + "\n")).unwrap();
+        path
+    };
+    let convert = |path: &Path, more: &[&str]| {
+        let mut arguments = vec!["convert", "--low-pass", "off", "-o", out.to_str().unwrap()];
+        arguments.extend(more);
+        let output = footfall(&arguments, path);
+        (output.status.code(), said(&output))
+    };
+    let degrees =
+        table("time_s,left_knee_deg", 331, &|n| format!("{},{:.4}", n as f64 / 100.0, knee(n as f64 / 100.0)));
+    let (code, text) = convert(&degrees, &["--calibration", &sensor]);
+    assert!(code == Some(2) && text.contains("no column is in volts") && !out.exists(), "{text}");
+    let millivolts = |n: usize| format!("{n},{:.4}", 500.0 + (knee(n as f64 / 100.0) + 40.0) / 130.0 * 2000.0);
+    let volts = table("Frame,left_knee (mV)", 331, &millivolts);
+    let (code, text) = convert(&volts, &["--rate", "100"]);
+    assert!(code == Some(2) && text.contains("--calibration FILE"), "{text}");
+    let (code, text) = convert(&volts, &["--calibration", &sensor]);
+    assert!(code == Some(2) && text.contains("--rate HZ"), "{text}");
+    let (code, text) = convert(&volts, &["--calibration", &sensor, "--rate", "100"]);
+    assert_eq!(code, Some(0), "{text}");
+    let angles = csv_file::read(&out).unwrap();
+    let found = angles.channel("left_knee").unwrap().values();
+    assert!(found.len() == 331 && found.iter().enumerate().all(|(n, x)| (x - knee(n as f64 / 100.0)).abs() < 0.01));
+    // A knee that swings to both sides.
+    let both = table("time_s,left_knee_deg", 331, &|n| {
+        format!("{},{:.4}", n as f64 / 100.0, 20.0 * (n as f64 / 100.0 * std::f64::consts::TAU / 1.1).sin())
+    });
+    let (code, text) = convert(&both, &[]);
+    assert!(code == Some(2) && text.contains("`--knee-sign flexion`"), "{text}");
+    let (code, text) = convert(&both, &["--knee-sign", "extension"]);
+    assert!(code == Some(0) && text.contains("as requested"), "{text}");
+    let cycle = table("percent,left_knee_deg", 101, &|n| format!("{n},{:.4}", knee(n as f64 * 0.011)));
+    let (code, text) = convert(&cycle, &[]);
+    assert!(code == Some(0) && text.contains("`--stride-time S` gives the real duration"), "{text}");
+    let (code, text) = convert(&cycle, &["--stride-time", "1.3"]);
+    assert!(code == Some(0) && text.contains("it lasts 1.3 s, as requested"), "{text}");
+    assert!((csv_file::read(&out).unwrap().duration_s() - 1.3).abs() < 1e-6);
 }
 
 #[test]

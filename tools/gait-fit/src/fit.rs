@@ -262,9 +262,9 @@ pub fn fit(
     let conditioned = condition(raw, &settings.rules).map_err(|why| FitError::Condition { file: file(), why })?;
     let strides = segment(&conditioned).map_err(|why| FitError::Strides { file: file(), why })?;
     let mut notes: Vec<String> = raw.notes.clone();
-    let period_s = if conditioned.normalised_cycle {
+    let period_s = if conditioned.normalised_cycle && settings.rules.stride_s.is_none() {
         notes.push(format!(
-            "the time axis is a cycle, not seconds: a stride of {} s is assumed (set it with --stride)",
+            "the time axis is a cycle, not seconds: a stride of {} s is assumed (set it with --stride-time)",
             settings.stride_s
         ));
         settings.stride_s

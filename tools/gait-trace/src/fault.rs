@@ -108,17 +108,23 @@ pub enum Fault {
         /// What was found.
         why: String,
     },
-    /// The header announces a number of rows or columns that the file does not have.
+    /// The file is of a kind that is recognised and not read.
+    #[error("this is {what}; Footfall does not read it: {instead}; allowed are the formats that docs/formats.md lists")]
+    Unsupported {
+        /// The kind of file, with its article.
+        what: &'static str,
+        /// What to do instead.
+        instead: &'static str,
+    },
+    /// An OpenSim file holds another quantity.
     #[error(
-        "`{field}` announces {announced}, but the file has {found} (cut off, or two files in one?); allowed is the number that is announced: export the file again"
+        "this file holds {holds} (title line `{title}`), not joint angles; allowed are files of angles: `Coordinates`, `inverse kinematics`, `q`, `Generalized coordinates`, `states`, or the name of a trial"
     )]
-    Announced {
-        /// The field of the header.
-        field: String,
-        /// What the field announces.
-        announced: String,
-        /// What the file has.
-        found: String,
+    NotAngles {
+        /// What it holds.
+        holds: &'static str,
+        /// Its title.
+        title: String,
     },
     /// A field of the header cannot be used.
     #[error("`{field}` is {found}; allowed is {allowed}")]
@@ -180,7 +186,7 @@ pub enum Fault {
     SecondHeader,
     /// No column is recognised as the time.
     #[error(
-        "no column is recognised as the time{hint}; the columns are {have}; allowed is one called `time`, `time_s`, `t`, `Time (s)` or `time_ms`, or `--map time=COLUMN`"
+        "no column is recognised as the time{hint}; the columns are {have}; allowed is one called `time`, `time_s`, `t`, `Time (s)` or `time_ms`, `--map time=COLUMN`, or `--rate HZ` for rows at equal time steps"
     )]
     NoTime {
         /// What the file has.
@@ -222,7 +228,7 @@ pub enum Fault {
     },
     /// The unit of the angles is unknown.
     #[error(
-        "the unit of the angles is unknown{why}; allowed are a suffix `_deg` or `_rad`, `[deg]` or `(rad)`, or `--unit degrees|radians`"
+        "the unit of the angles is unknown{why}; allowed are a suffix `_deg` or `_rad`, `[deg]` or `(rad)`, `--unit degrees|radians`, or `--calibration FILE` for volts"
     )]
     NoUnit {
         /// Why the unit does not follow from the values.
@@ -256,6 +262,47 @@ pub enum Fault {
         /// The channel.
         channel: String,
     },
+    /// A calibration is given and no column is in volts.
+    #[error(
+        "a calibration is given (`--calibration`), but no column is in volts: the file says that this one is {said}; allowed is without `--calibration`, or with `--map JOINT=COLUMN` of columns in volts"
+    )]
+    CalibrationUnused {
+        /// What the column holds.
+        said: &'static str,
+    },
+    /// A column without unit cannot be both volts and an angle.
+    #[error(
+        "the column names no unit, and both `--calibration` and `--unit {unit}` are given; allowed is `--calibration` for volts or `--unit` for angles"
+    )]
+    UnitAndCalibration {
+        /// The requested unit.
+        unit: &'static str,
+    },
+    /// A column counts frames and the rate is unknown.
+    #[error("the column counts frames; allowed is with the rate in frames a second (`--rate HZ`)")]
+    NoRate,
+    /// The rate is given and the file has its own times.
+    #[error(
+        "a rate is given (`--rate`), but the file has its own time in {has}; allowed is without `--rate`, or with the column of the frames (`--map time=COLUMN`)"
+    )]
+    RateAndTime {
+        /// What the time is from.
+        has: String,
+    },
+    /// An axis is given and the file has no angles of three components.
+    #[error("an axis is given (`--axis`), but {what}; allowed is `--axis` for C3D files with joint angles")]
+    NoAxes {
+        /// What the file has instead.
+        what: &'static str,
+    },
+    /// A map is given for a file without columns of joints.
+    #[error(
+        "a map is given (`--map`), but the file has {has}; allowed is without `--map`: hip, knee and ankle are found by name"
+    )]
+    NoColumns {
+        /// What the file has instead.
+        has: &'static str,
+    },
     /// No channel of an oscilloscope is assigned to a joint.
     #[error("no channel is assigned to a joint; the file has {have}; allowed is `--map left_knee=CHANNEL,...`")]
     NoChannelMap {
@@ -265,7 +312,7 @@ pub enum Fault {
     /// The joint columns have no number.
     #[error("no row has a number in any joint column; allowed are gaps, but not only gaps")]
     NoValues,
-    /// A C3D file has neither joint angles nor joint centres.
+    /// A file of motion capture has neither joint angles nor joint centres.
     #[error(
         "neither joint angles nor joint centres: the points are {have}; allowed are angles such as `LHipAngles`, `LKneeAngles`, or trajectories of hip, knee and ankle such as `LHJC`, `LKJC`, `LAJC`"
     )]

@@ -1,5 +1,6 @@
 //! Defects found in a recording and what was done about each, as sentences for the report.
 
+use crate::clean::knee_sign::{KneeSign, KneeSignReason, TakenKneeSign};
 use joint_units::Joint;
 use std::fmt;
 
@@ -17,8 +18,20 @@ pub enum FindingKind {
         /// Number of such rows.
         rows: usize,
     },
-    /// The time axis is a fraction of a cycle, not seconds.
+    /// The time axis is a fraction of a cycle, not seconds, and the duration of the cycle is not known.
     NormalisedCycle,
+    /// The time axis is a fraction of a cycle of known duration.
+    CycleOf {
+        /// Duration of the cycle, seconds.
+        stride_s: f64,
+    },
+    /// The time axis has the length of a normalised cycle, but the angles at its ends differ too much for one.
+    CycleOrSeconds {
+        /// Length of the time axis.
+        length: f64,
+        /// Largest difference of the ends, degrees.
+        apart_deg: f64,
+    },
     /// A low-pass was requested, so the data are treated as unfiltered.
     Unfiltered,
     /// Values are missing.
@@ -38,7 +51,9 @@ pub enum FindingKind {
         /// Range of the angle, degrees.
         range_deg: f64,
     },
-    /// The file counts extension as positive.
+    /// The sign of a knee that was taken, and why.
+    KneeSign(TakenKneeSign),
+    /// The file counts the extension of a hip as positive.
     ExtensionPositive {
         /// Mean angle in the file, degrees.
         mean_deg: f64,
@@ -107,7 +122,19 @@ impl fmt::Display for Finding {
                 write!(f, "rows with the same time as the row before: {rows}, the first at {from:.3} s")?;
             }
             FindingKind::NormalisedCycle => {
-                write!(f, "the time axis is the fraction of one cycle (0 to 1 or 0 to 100 %), not seconds")?;
+                write!(
+                    f,
+                    "the time axis is the fraction of one cycle (0 to 1 or 0 to 100 %), not seconds; `--stride-time S` gives the real duration of the stride"
+                )?;
+            }
+            FindingKind::CycleOf { stride_s } => {
+                write!(f, "the time axis is the fraction of one cycle; it lasts {stride_s} s, as requested")?;
+            }
+            FindingKind::CycleOrSeconds { length, apart_deg } => {
+                write!(
+                    f,
+                    "the time runs from 0 to {length}, as in a normalised cycle, but the ends differ by {apart_deg:.1} deg; it is read as seconds; `--stride-time S` reads it as one stride of S seconds"
+                )?;
             }
             FindingKind::Unfiltered => write!(f, "all joints: treated as unfiltered")?,
             FindingKind::Gap => write!(f, "{joint}, {from:.3} s to {to:.3} s: missing values")?,
@@ -118,6 +145,7 @@ impl fmt::Display for Finding {
                 write!(f, "{joint}, {from:.3} s to {to:.3} s: a lasting step of {deg:.1} deg")?;
             }
             FindingKind::Still { range_deg } => write!(f, "{joint}: moves by only {range_deg:.1} deg")?,
+            FindingKind::KneeSign(taken) => knee_sign(f, &joint, taken)?,
             FindingKind::ExtensionPositive { mean_deg } => {
                 write!(f, "{joint}: the file counts extension as positive (mean {mean_deg:.0} deg)")?;
             }
@@ -135,7 +163,10 @@ impl fmt::Display for Finding {
             }
         }
         match (self.what, self.done) {
-            (FindingKind::NormalisedCycle, Done::Reported) => Ok(()),
+            (
+                FindingKind::NormalisedCycle | FindingKind::CycleOf { .. } | FindingKind::CycleOrSeconds { .. },
+                Done::Reported,
+            ) => Ok(()),
             (FindingKind::RepeatedTimes { .. }, Done::LeftOut) => f.write_str("; dropped"),
             (_, Done::Bridged) => f.write_str("; replaced by a cubic"),
             (_, Done::LeftOut) => f.write_str("; left out"),
@@ -145,5 +176,18 @@ impl fmt::Display for Finding {
             (_, Done::Resampled) => f.write_str("; resampled to equal time steps"),
             (_, Done::Smoothed { hz }) => write!(f, "; low-pass at {hz} Hz"),
         }
+    }
+}
+
+/// The sign of a knee, and why it was taken.
+fn knee_sign(f: &mut fmt::Formatter<'_>, joint: &str, taken: TakenKneeSign) -> fmt::Result {
+    let TakenKneeSign { sign, why, least_deg, most_deg } = taken;
+    let opposite = if sign == KneeSign::Extension { "flexion" } else { "overextension" };
+    write!(f, "{joint}: {} is positive in the file ({least_deg:.1} to {most_deg:.1} deg: ", sign.name())?;
+    match why {
+        KneeSignReason::Range => write!(f, "too far for {opposite} of a knee)"),
+        KneeSignReason::OtherKnee => write!(f, "one sign for both knees, and the other one shows it)"),
+        KneeSignReason::Shape => write!(f, "by the shape of the strides; `--knee-sign` names another)"),
+        KneeSignReason::Asked => write!(f, "as requested)"),
     }
 }

@@ -14,14 +14,17 @@
 //! | [`format::mapped_csv`] | CSV with any header, delimiter and unit; columns by name or by the caller's map |
 //! | [`format::opensim`] | OpenSim .mot and .sto, in and out |
 //! | [`format::c3d`] | C3D: joint angles, or hips and knees computed from joint centres |
+//! | [`format::trc`] | TRC of motion capture: hips and knees computed from markers of hip, knee and ankle |
 //! | [`format::mcap_file`] | MCAP: joint angles in JSON messages |
 //! | [`format::scope`] | oscilloscope exports: volts to angles through a calibration |
+//! | [`format::page`] | the table of all formats, `docs/formats.md` |
 //! | [`format::joint_names`] | which joint a column is, from its name |
 //! | [`format::whole_file`] | writes a file completely or not at all |
 //! | **defects** | [`clean`] |
 //! | [`clean::condition`](mod@clean::condition) | from the joints of a file to joints that can be fitted: fixed rate, no gaps, no jumps, flexion positive |
 //! | [`clean::rules`] | thresholds of the conditioning, and its low-pass |
 //! | [`clean::convention`] | signs and exchanged columns, recognised by the shape of the gait |
+//! | [`clean::knee_sign`] | the sign of the knees: one decision for both |
 //! | [`clean::repair`] | resampling of uneven times, bridges over gaps, jumps |
 //! | [`clean::resample`] | linear interpolation to a fixed rate |
 //! | **strides** | [`stride`] |
@@ -68,11 +71,12 @@ pub mod volts;
 
 pub use clean::condition::{Conditioned, condition};
 pub use clean::condition_error::ConditionError;
+pub use clean::knee_sign::{KneeSign, KneeSignReason, TakenKneeSign};
 pub use clean::resample::ResampleError;
 pub use clean::rules::{LowPass, Rules};
 pub use fault::{Fault, TraceError};
 pub use finding::{Done, Finding, FindingKind};
-pub use options::{MapError, ReadOptions};
+pub use options::{Axis, MapError, ReadOptions};
 pub use raw::{RawJoint, RawJoints};
 pub use recording::{
     Channel, MAX_ANGLE_DEG, MAX_PIN_VOLTS, MIN_PIN_VOLTS, NoChannel, Quantity, Recording, RecordingError,

@@ -1,4 +1,4 @@
-//! What the caller knows of a recording's file and the file does not say: columns, unit, calibration.
+//! What the caller knows of a recording's file and the file does not say: columns, unit, calibration, rate, axis.
 
 use crate::format::joint_names::AngleUnit;
 use hgod_adc::Calibration;
@@ -13,10 +13,43 @@ pub struct ReadOptions<'a> {
     pub time: Option<String>,
     /// Unit of all angles; overrides the file's own.
     pub unit: Option<AngleUnit>,
-    /// Calibration of the sensor, for columns in volts.
+    /// Calibration of the sensor, for columns in volts and for columns without unit. A file without such a column is refused.
     pub calibration: Option<&'a Calibration>,
+    /// Volts at the sensor for one volt at the pin of a board, for columns named after a pin (`PA1`); 1 if this is `None`.
+    pub divider: Option<f32>,
+    /// Frames a second, for a column that counts frames, or for rows at equal time steps without a time. A file with times of its own is
+    /// refused.
+    pub rate_hz: Option<f64>,
+    /// Axis of flexion of the angles of a C3D file; the one that moves most if this is `None`.
+    pub axis: Option<Axis>,
     /// Joint of a CSV file whose only joint column names no side (`knee_deg`); the left one if this is `None` or does not fit the name.
     pub sideless: Option<Joint>,
+}
+
+/// One of the three components of a joint's angles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Axis {
+    /// The first.
+    X,
+    /// The second.
+    Y,
+    /// The third.
+    Z,
+}
+
+impl Axis {
+    /// All axes, in order.
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    /// Name of the axis.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+        }
+    }
 }
 
 /// A map of columns that cannot be read.

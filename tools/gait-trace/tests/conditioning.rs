@@ -5,7 +5,7 @@ mod synthetic;
 
 use gait_trace::LowPass;
 use gait_trace::condition;
-use gait_trace::{ConditionError, Conditioned, Done, Finding, FindingKind, RawJoints, Rules};
+use gait_trace::{ConditionError, Conditioned, Done, Finding, FindingKind, KneeSign, RawJoints, Rules};
 use joint_units::Joint;
 use proptest::prelude::*;
 use synthetic::{angle, column, raw, times, walk};
@@ -223,6 +223,36 @@ fn what_cannot_be_known_is_said_and_left() {
 }
 
 #[test]
+fn knees_that_show_no_sign_need_the_callers() {
+    // Half a swing of each knee on both sides of straight.
+    let mut raw = walk(4.0, 100.0, 1.1, 0.1);
+    for joint in [Joint::LeftKnee, Joint::RightKnee] {
+        let times = raw.time_s.clone();
+        let values = times.iter().map(|t| 20.0 * (t * std::f64::consts::TAU / 1.1).sin());
+        *column(&mut raw, joint) = values.collect();
+    }
+    let error = condition(&raw, &Rules::default()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "walk.csv: it is unclear whether flexion or extension of the knees is positive (-20.0 to 20.0 deg); allowed is `--knee-sign flexion` or `--knee-sign extension`"
+    );
+    let with = |sign| condition(&raw, &Rules { knee_sign: Some(sign), ..Rules::default() }).unwrap();
+    let (flexion, extension) = (with(KneeSign::Flexion), with(KneeSign::Extension));
+    let knee = raw.joints[2].as_ref().unwrap().angle_deg.as_slice();
+    assert_eq!(flexion.joint(Joint::LeftKnee), Some(knee));
+    let turned: Vec<f64> = knee.iter().map(|x| -x).collect();
+    assert_eq!(extension.joint(Joint::LeftKnee), Some(turned.as_slice()));
+    let said: Vec<String> = extension.findings.iter().map(Finding::to_string).collect();
+    assert!(
+        said.contains(
+            &"left knee: extension is positive in the file (-20.0 to 20.0 deg: as requested); the sign was changed"
+                .into()
+        ),
+        "{said:?}"
+    );
+}
+
+#[test]
 fn a_step_that_does_not_come_back_is_left_out_where_it_is() {
     let mut raw = walk(6.0, 100.0, 1.1, 0.0);
     column(&mut raw, Joint::LeftHip)[305..].iter_mut().for_each(|x| *x += 20.0);
@@ -302,8 +332,23 @@ fn a_cycle_fraction_differs_from_seconds() {
         assert_eq!(out.findings.len(), 1, "{:?}", out.findings);
         assert_eq!(out.findings[0].what, FindingKind::NormalisedCycle);
     }
-    // A second of walking that does not end where it began is a second of walking.
-    assert!(!done(&walk(1.0, 100.0, 0.7, 0.0)).normalised_cycle);
+    // A second of walking that does not end where it began is a second of walking; that is said.
+    let second = walk(1.0, 100.0, 0.7, 0.0);
+    let out = done(&second);
+    assert!(!out.normalised_cycle);
+    let [Finding { what: FindingKind::CycleOrSeconds { length, apart_deg }, done: Done::Reported, .. }] =
+        out.findings[..]
+    else {
+        panic!("{:?}", out.findings)
+    };
+    assert!(length == 1.0 && apart_deg > 3.0 && out.findings[0].to_string().contains("--stride-time"), "{apart_deg}");
+    // A caller who knows better is obeyed; one who is wrong is refused.
+    let known = Rules { stride_s: Some(1.2), ..Rules::default() };
+    let out = condition(&second, &known).unwrap();
+    assert!(out.normalised_cycle && (out.recording.duration_s() - 1.2).abs() < 1e-9);
+    assert_eq!(out.findings[0].what, FindingKind::CycleOf { stride_s: 1.2 });
+    let error = condition(&walk(3.0, 100.0, 1.1, 0.0), &known).unwrap_err();
+    assert!(error.to_string().contains("(`--stride-time`), but the time runs from 0 to 3"), "{error}");
     // So are 100 s at a recorder's rate.
     assert!(!done(&walk(100.0, 50.0, 1.0, 0.0)).normalised_cycle);
 }

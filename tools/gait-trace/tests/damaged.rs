@@ -14,7 +14,7 @@ use gait_trace::ReadOptions;
 use gait_trace::format::csv_file;
 use gait_trace::format::open;
 use support::c3d_writer::Format;
-use support::{c3d_of_angles, calibration, mot, walk};
+use support::{Stand, c3d_of_angles, calibration, centre_points, mot, trc, walk};
 
 const HEADER: &str = "time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg";
 
@@ -240,9 +240,9 @@ fn tables_of_text() {
                 "a spreadsheet",
                 "a.csv",
                 b"PK\x03\x04\x14\x00\x06\x00".as_slice(),
-                &["a zip file, perhaps a spreadsheet"],
+                &["a.csv: this is a zip file, perhaps a spreadsheet; Footfall does not read it: "],
             ),
-            damage("compressed", "a.csv", b"\x1f\x8b\x08\x00".as_slice(), &["compressed: unpack it first"]),
+            damage("compressed", "a.csv", b"\x1f\x8b\x08\x00".as_slice(), &["a compressed file (gzip)", "gunzip"]),
             damage("zeros", "a.csv", vec![0; 1 << 20], &["byte 0x00 at offset 0 is not text"]),
         ],
         &ReadOptions::default(),
@@ -276,6 +276,38 @@ fn tables_of_text() {
 }
 
 #[test]
+fn kinds_of_files_that_are_not_read_are_named() {
+    let workbook = b"PK\x03\x04\x14\0\x06\0[Content_Types].xml....PK\x03\x04xl/workbook.xml".as_slice();
+    const ANGLES: &str = "export the joint angles as CSV";
+    let named: Vec<damage::Damage> = [
+        ("a.bvh", b"HIERARCHY\nROOT Hips\n{\n".as_slice(), &["a.bvh: this is a BVH motion capture file; ", ANGLES][..]),
+        (
+            "a.csv",
+            b"\xef\xbb\xbfHIERARCHY\r\nROOT Hips\r\n",
+            &["a BVH motion capture file", "Footfall does not read it"],
+        ),
+        ("a.bag", b"#ROSBAG V2.0\nE\0\0\0", &["a rosbag of ROS 1", "mcap convert"]),
+        (
+            "a.mot",
+            b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n",
+            &["a Git LFS pointer", "git lfs pull"],
+        ),
+        ("a.csv", b"\x89PNG\r\n\x1a\n\0\0", &["a PNG image"]),
+        ("a.c3d", b"\xff\xd8\xff\xe0\0\x10JFIF", &["a JPEG image"]),
+        ("a.csv", b"%PDF-1.7\n%\xe2\xe3", &["a PDF document"]),
+        ("a.csv", workbook, &["an Excel workbook (.xlsx)", "export the sheet as CSV"]),
+        ("a.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", &["an old Excel workbook"]),
+        ("a.mat", b"MATLAB 5.0 MAT-file, Platform: PCWIN64\0", &["a MATLAB file (.mat)"]),
+        ("a.db3", b"SQLite format 3\0\x10\0", &["an SQLite database"]),
+        ("a.csv", b"\n<!DOCTYPE html>\n<html>", &["a web page (HTML)", "download the file itself"]),
+    ]
+    .into_iter()
+    .map(|(name, bytes, says)| damage("a kind that is not read", name, bytes, says))
+    .collect();
+    check(named, &ReadOptions::default());
+}
+
+#[test]
 fn opensim_files() {
     let good = mot(&walk(), 1, "\t", true);
     let rows = walk().time_s().len();
@@ -288,16 +320,24 @@ fn opensim_files() {
     check(
         vec![
             damage(
-                "cut between rows",
-                "a.mot",
-                lines[..200].join("\n"),
-                &["a.mot:200: `nRows` announces 374 rows, but the file has 190"],
-            ),
-            damage(
                 "cut within a row",
                 "a.mot",
                 good[..good.len() - 10].to_owned(),
                 &["a.mot:384: ", "fields; allowed are 6"],
+            ),
+            damage(
+                "a title of other quantities",
+                "a.mot",
+                header("Coordinates", "Inverse Dynamics Generalized Forces"),
+                &[
+                    "a.mot:1: this file holds joint moments and forces (title line `Inverse Dynamics Generalized Forces`)",
+                ],
+            ),
+            damage(
+                "a title in SIMM's words",
+                "a.mot",
+                header("Coordinates", "name Accelerations"),
+                &["a.mot:1: this file holds joint accelerations (title line `Accelerations`), not joint angles"],
             ),
             damage("cut within the header", "a.mot", lines[..4].join("\n"), &["a.mot:4: `endheader` is missing"]),
             damage(
@@ -310,21 +350,9 @@ fn opensim_files() {
                 "cut behind the names",
                 "a.mot",
                 lines[..10].join("\n"),
-                &["a.mot:10: `nRows` announces 374 rows, but the file has 0"],
-            ),
-            damage(
-                "rows behind the last",
-                "a.mot",
-                format!("{good}{}\n", lines[20]),
-                &["announces 374 rows, but the file has 375"],
+                &["a.mot:10: 0 rows of numbers; allowed are 2 or more"],
             ),
             damage("two files in one", "a.mot", format!("{good}{good}"), &["a.mot:385: a second header"]),
-            damage(
-                "4 GB of rows announced",
-                "a.mot",
-                header(&promise, "nRows=4294967296"),
-                &["`nRows` announces 4294967296 rows, but the file has 374"],
-            ),
             damage(
                 "rows beyond any number",
                 "a.mot",
@@ -336,12 +364,6 @@ fn opensim_files() {
                 "a.mot",
                 header(&promise, "nRows=many"),
                 &["a.mot:3: `nRows` is `many`; allowed is a whole number"],
-            ),
-            damage(
-                "columns that are not there",
-                "a.mot",
-                header("nColumns=6", "nColumns=24"),
-                &["a.mot:4: `nColumns` announces 24 columns, but the file has 6"],
             ),
             damage(
                 "neither degrees nor radians",
@@ -414,22 +436,10 @@ fn exports_of_oscilloscopes() {
     check(
         vec![
             damage(
-                "cut",
-                "a.csv",
-                "Record Length,Analog:7\nSource,CH1\nSecond,Volt\n0,1\n1,1\n2,1\n",
-                &["a.csv:1: `Record Length` announces 7 rows, but the file has 3"],
-            ),
-            damage(
                 "a length that is not a number",
                 "a.csv",
                 "Record Length,Analog:lots\nSource,CH1\nSecond,Volt\n0,1\n1,1\n",
                 &["a.csv:1: `Record Length` is `Analog:lots`"],
-            ),
-            damage(
-                "4 GB of rows announced",
-                "a.csv",
-                "Model,MDO\nRecord Length,4294967296\nTIME,CH1\n0,1\n1,1\n",
-                &["announces 4294967296 rows, but the file has 2"],
             ),
             damage(
                 "no increment",
@@ -448,7 +458,7 @@ fn exports_of_oscilloscopes() {
                 "another time",
                 "a.csv",
                 "x-axis,1\nhertz,Volt\n0,1\n1,2\n",
-                &["a.csv:2: `the time's unit` is `hertz`; allowed is s or second"],
+                &["a.csv:2: `the time's unit` is `hertz`; allowed is s or second, ms, us or ns"],
             ),
             damage("a header alone", "a.csv", "x-axis,1\nsecond,Volt\n", &["a.csv:2: 0 rows"]),
             damage(
@@ -503,6 +513,102 @@ fn what_is_no_file_and_what_is_too_large_a_file() {
         "{error}"
     );
     assert!(held < MARGIN, "refused before it is read: {held} bytes");
+}
+
+#[test]
+fn trc_files() {
+    let stand = Stand { up: [0.0, 1.0, 0.0], forward: [1.0, 0.0, 0.0], step_mm: 6.0, turn_deg: 0.0 };
+    let good = trc(&centre_points(&walk(), stand), 150.0);
+    let lines: Vec<&str> = good.lines().collect();
+    let with = |line: usize, text: &str| {
+        let mut rows = lines.clone();
+        rows[line - 1] = text;
+        rows.join("\n")
+    };
+    check(
+        vec![
+            damage(
+                "cut within a row",
+                "a.trc",
+                good[..good.len() - 30].to_owned(),
+                &["a.trc:380: ", "fields; allowed are 20"],
+            ),
+            damage(
+                "cut within the header",
+                "a.trc",
+                lines[..3].join("\n"),
+                &["a.trc: `the names of the markers` is missing"],
+            ),
+            damage("cut behind the header", "a.trc", lines[..5].join("\n"), &["a.trc:4: 0 rows of numbers"]),
+            damage(
+                "a word",
+                "a.trc",
+                with(10, &lines[9].replacen('.', "x", 1)),
+                &["a.trc:10: column 2 `Time`: `0x0", "is not a number"],
+            ),
+            damage(
+                "a marker that is a word",
+                "a.trc",
+                with(10, &(lines[9].rsplit_once('\t').unwrap().0.to_owned() + "\tlost")),
+                &["a.trc:10: column 20 `RAJC`: `lost` is not a number"],
+            ),
+            damage(
+                "no time",
+                "a.trc",
+                good.replacen("\tTime", "\tSeconds", 1),
+                &["a.trc:4: `the second column` is `Seconds`; allowed is `Time`"],
+            ),
+            damage(
+                "no leg",
+                "a.trc",
+                good.replace("HJC", "ASI"),
+                &["a.trc:4: neither joint angles nor joint centres: the points are `LASI`"],
+            ),
+            damage(
+                "100,000 columns",
+                "a.trc",
+                with(4, &"Frame#\tTime".to_owned().repeat(60_000)),
+                &["a.trc:4: 60001 columns; allowed are up to 4096"],
+            ),
+        ],
+        &ReadOptions::default(),
+    );
+    let mut how = ReadOptions::default();
+    how.add_map("left_knee=LKJC").unwrap();
+    check(vec![damage("a map", "a.trc", good.clone(), &["a map is given (`--map`), but the file has markers"])], &how);
+    let how = ReadOptions { rate_hz: Some(100.0), ..ReadOptions::default() };
+    check(vec![damage("a rate", "a.trc", good, &["its own time in its column `Time`"])], &how);
+}
+
+/// Counts in a header that differ from the file are notes where every row is whole; nothing is reserved for rows that are not there.
+#[test]
+fn counts_that_differ_are_notes() {
+    let good = mot(&walk(), 1, "\t", true);
+    let lines: Vec<&str> = good.lines().collect();
+    let four = "`nRows` announces 4294967296 rows, but the file has 374";
+    for (text, rows, note) in [
+        (lines[..200].join("\n"), 190, "`nRows` announces 374 rows, but the file has 190"),
+        (lines[..200].join("\n"), 190, "The last line has no line end"),
+        (format!("{good}{}\n", lines[20]), 375, "`nRows` announces 374 rows, but the file has 375"),
+        (good.replace("nRows=374", "nRows=4294967296"), 374, four),
+        (good.replace("nColumns=6", "nColumns=24"), 374, "`nColumns` announces 24 columns, but the file has 6"),
+    ] {
+        let (raw, held) = held(|| open::of_bytes("a.mot", text.as_bytes(), &ReadOptions::default()));
+        let raw = raw.unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(raw.time_s.len(), rows, "{note}");
+        assert!(raw.notes.iter().any(|found| found.starts_with(note)), "{:?}", raw.notes);
+        assert!(held < 3 * text.len() as isize + MARGIN, "{note}: {held} bytes");
+    }
+    let calibration = calibration();
+    let mut how = ReadOptions { calibration: Some(&calibration), ..ReadOptions::default() };
+    how.add_map("left_knee=CH1").unwrap();
+    for (text, note) in [
+        ("Record Length,Analog:7\nSource,CH1\nSecond,Volt\n0,1\n1,1\n2,1\n", "announces 7 rows, but the file has 3"),
+        ("Model,MDO\nRecord Length,4294967296\nTIME,CH1\n0,1\n1,1\n", "announces 4294967296 rows, but the file has 2"),
+    ] {
+        let raw = open::of_bytes("a.csv", text.as_bytes(), &how).unwrap_or_else(|error| panic!("{error}"));
+        assert!(raw.notes.iter().any(|found| found.contains(note)), "{:?}", raw.notes);
+    }
 }
 
 #[test]

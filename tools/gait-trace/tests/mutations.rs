@@ -3,10 +3,10 @@
 
 mod support;
 
-use gait_trace::ReadOptions;
 use gait_trace::format::joint_names::AngleUnit;
 use gait_trace::format::open;
-use gait_trace::format::{c3d, mapped_csv, opensim, scope};
+use gait_trace::format::{c3d, mapped_csv, opensim, scope, trc};
+use gait_trace::{Axis, ReadOptions};
 use gait_trace::{RawJoints, TraceError};
 use std::path::{Path, PathBuf};
 
@@ -14,12 +14,13 @@ use std::path::{Path, PathBuf};
 const COPIES: u64 = 300;
 
 type Reader = fn(&str, &[u8], &ReadOptions<'_>) -> Result<RawJoints, TraceError>;
-const READERS: [(&str, Reader); 5] = [
+const READERS: [(&str, Reader); 6] = [
     ("a", open::of_bytes),
     ("a.csv", mapped_csv::parse),
     ("a.mot", opensim::parse),
     ("a.c3d", c3d::parse),
     ("a.csv", scope::parse),
+    ("a.trc", trc::parse),
 ];
 
 fn corpus() -> Vec<(PathBuf, Vec<u8>)> {
@@ -45,7 +46,7 @@ fn check(raw: &RawJoints) {
 }
 
 /// All ways to ask.
-fn ways<'a>(calibration: &'a hgod_adc::Calibration) -> [ReadOptions<'a>; 4] {
+fn ways<'a>(calibration: &'a hgod_adc::Calibration) -> [ReadOptions<'a>; 7] {
     let mut channel = ReadOptions { calibration: Some(calibration), ..ReadOptions::default() };
     channel.add_map("left_knee=CH1,right_knee=2").unwrap();
     let mut alone = ReadOptions { calibration: Some(calibration), ..ReadOptions::default() };
@@ -53,7 +54,11 @@ fn ways<'a>(calibration: &'a hgod_adc::Calibration) -> [ReadOptions<'a>; 4] {
     let mut numbers =
         ReadOptions { unit: Some(AngleUnit::Degrees), calibration: Some(calibration), ..ReadOptions::default() };
     numbers.add_map("time=1,left_hip=2,left_knee=2").unwrap();
-    [ReadOptions::default(), channel, alone, numbers]
+    let mut volts = ReadOptions { calibration: Some(calibration), ..ReadOptions::default() };
+    volts.add_map("time=1,left_knee=2").unwrap();
+    let axis = ReadOptions { axis: Some(Axis::Z), ..ReadOptions::default() };
+    let rate = ReadOptions { rate_hz: Some(100.0), ..ReadOptions::default() };
+    [ReadOptions::default(), channel, alone, numbers, volts, rate, axis]
 }
 
 /// Marsaglia's xorshift64*: the same numbers everywhere.

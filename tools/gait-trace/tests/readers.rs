@@ -6,11 +6,11 @@ use gait_trace::ReadOptions;
 use gait_trace::format::joint_names::AngleUnit;
 use gait_trace::format::open;
 use gait_trace::format::{csv_file, opensim};
-use gait_trace::{RawJoints, Recording};
+use gait_trace::{Axis, RawJoints, Recording};
 use joint_units::Joint;
 use std::fmt::Write as _;
 use support::c3d_writer::{C3d, Format};
-use support::{Stand, angle_points, c3d_of_angles, calibration, centre_points, joint, mot, rate_hz, volts, walk};
+use support::{Stand, angle_points, c3d_of_angles, calibration, centre_points, joint, mot, rate_hz, trc, volts, walk};
 
 fn read(name: &str, bytes: &[u8]) -> RawJoints {
     open::of_bytes(name, bytes, &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
@@ -199,6 +199,27 @@ fn opensim_of_all_versions_separators_and_units() {
     assert!(error.contains("wrong unit?"), "{error}");
 }
 
+/// The values of coordinates are read, their speeds of the same names are not.
+#[test]
+fn opensim_states_have_values_and_speeds() {
+    let walk = walk();
+    let mut text = String::from("states\nversion=1\nnRows=374\nnColumns=9\ninDegrees=no\nendheader\ntime");
+    for path in
+        ["hip_l/hip_flexion_l", "hip_r/hip_flexion_r", "walker_knee_l/knee_angle_l", "walker_knee_r/knee_angle_r"]
+    {
+        let _ = write!(text, "\t/jointset/{path}/value\t/jointset/{path}/speed");
+    }
+    for (row, time) in walk.time_s().iter().enumerate() {
+        let _ = write!(text, "\n{time}");
+        for which in Joint::ALL {
+            let _ = write!(text, "\t{}\t-3.5", joint(&walk, which)[row].to_radians());
+        }
+    }
+    text.push('\n');
+    let raw = read("walk_states.sto", text.as_bytes());
+    assert!(worst(&raw, &walk) < 1e-9 && raw.notes.is_empty(), "{:?}", raw.notes);
+}
+
 #[test]
 fn what_is_written_as_mot_is_read_back_to_the_bit() {
     let walk = walk();
@@ -339,6 +360,40 @@ fn c3d_unseen_points_are_missing_and_markers_are_averaged() {
     assert!(knee[40].is_nan() && (knee[41] - joint(&walk, Joint::LeftKnee)[41]).abs() < 0.001);
 }
 
+/// Flexion is the component that moves like a knee, whichever it is; the caller's axis goes before it.
+#[test]
+fn c3d_angles_may_have_flexion_on_any_axis() {
+    let walk = walk();
+    for axis in Axis::ALL {
+        let mut file = c3d_of_angles(Format::Intel, None);
+        for point in file.points.iter_mut().skip(1).flat_map(|(_, track)| track.iter_mut().flatten()) {
+            point.swap(0, axis as usize);
+        }
+        let bytes = file.bytes();
+        let raw = read("walk.c3d", &bytes);
+        assert!(worst(&raw, &walk) < 1e-5);
+        assert!(has_note(&raw, &format!("Flexion is read from component {}", axis.name())), "{:?}", raw.notes);
+        let asked = |axis: Axis| {
+            let how = ReadOptions { axis: Some(axis), ..ReadOptions::default() };
+            open::of_bytes("walk.c3d", &bytes, &how)
+        };
+        assert!(worst(&asked(axis).unwrap(), &walk) < 1e-5);
+        // The other two components of these points are 3 and -4.
+        let other = asked(Axis::ALL[(axis as usize + 1) % 3]);
+        assert!(other.is_err() || worst(&other.unwrap(), &walk) > 20.0);
+    }
+    let how = ReadOptions { axis: Some(Axis::Y), ..ReadOptions::default() };
+    let stand = Stand { up: [0.0, 0.0, 1.0], forward: [1.0, 0.0, 0.0], step_mm: 0.0, turn_deg: 0.0 };
+    let centres = C3d::new(Format::Intel, None, 150.0, centre_points(&walk, stand)).bytes();
+    for (name, bytes) in [("walk.c3d", centres), ("walk.mot", mot(&walk, 1, "\t", true).into_bytes())] {
+        let error = open::of_bytes(name, &bytes, &how).unwrap_err().to_string();
+        assert!(
+            error.contains("an axis is given (`--axis`), but ") && error.contains("allowed is `--axis` for C3D"),
+            "{error}"
+        );
+    }
+}
+
 #[test]
 fn c3d_long_files_have_counts_and_names_in_parameters() {
     let frames = 70_000;
@@ -384,6 +439,50 @@ fn c3d_angles_go_before_joint_centres_and_the_map_before_both() {
     how.add_map("left_hip=mine").unwrap();
     let raw = open::of_bytes("walk.c3d", &bytes, &how).unwrap();
     assert!(raw.joints[0].as_ref().unwrap().angle_deg.iter().all(|&angle| angle == 33.0));
+}
+
+/// Markers by forward kinematics from known angles, along every axis: the angles come back.
+#[test]
+fn trc_markers_give_the_angles_of_the_leg_that_they_are_from() {
+    let walk = walk();
+    for (up, forward) in AXES {
+        for step_mm in [0.0, 6.0] {
+            let stand = Stand { up, forward, step_mm, turn_deg: 0.0 };
+            let mut points = centre_points(&walk, stand);
+            points.push(("SACR".into(), points[0].1.clone()));
+            let raw = read("walk.trc", trc(&points, 150.0).as_bytes());
+            let off = worst(&raw, &walk);
+            assert!(off < 0.001, "{stand:?}: {off} degrees");
+            assert_eq!(raw.format, "TRC, 7 markers");
+            assert!((raw.time_s[150] - 1.0).abs() < 1e-12 && has_note(&raw, "Up is"), "{:?}", raw.notes);
+        }
+    }
+}
+
+#[test]
+fn trc_of_other_programs_names_markers_in_other_words() {
+    let walk = walk();
+    let stand = Stand { up: [0.0, 1.0, 0.0], forward: [1.0, 0.0, 0.0], step_mm: 6.0, turn_deg: 0.0 };
+    for names in [
+        ["LHip", "LKnee", "LAnkle", "RHip", "RKnee", "RAnkle"],
+        ["LHJC_study", "L_knee_study", "L_ankle_study", "RHJC_study", "r_knee_study", "r_ankle_study"],
+    ] {
+        let mut points = centre_points(&walk, stand);
+        points.iter_mut().zip(names).for_each(|(point, name)| point.0 = name.into());
+        points[1].1[17] = None;
+        points[5].1[20] = Some([0.0; 3]);
+        let raw = read("walk.trc", trc(&points, 150.0).as_bytes());
+        let missing = |joint: usize| -> Vec<usize> {
+            (0..374).filter(|&n| raw.joints[joint].as_ref().unwrap().angle_deg[n].is_nan()).collect()
+        };
+        assert_eq!([0, 1, 2, 3].map(missing), [vec![17], vec![], vec![17], vec![20]], "{names:?}");
+        let knee = &raw.joints[2].as_ref().unwrap().angle_deg;
+        assert!((knee[100] - joint(&walk, Joint::LeftKnee)[100]).abs() < 0.001);
+    }
+    let text = trc(&centre_points(&walk, stand), 150.0).replace("\t374\t6\t", "\t400\t9\t");
+    let raw = read("walk.trc", text.as_bytes());
+    assert!(has_note(&raw, "`NumFrames` announces 400 frames, but the file has 374"), "{:?}", raw.notes);
+    assert!(has_note(&raw, "`NumMarkers` announces 9 markers, but the file has 6"), "{:?}", raw.notes);
 }
 
 #[test]

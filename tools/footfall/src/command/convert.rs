@@ -3,7 +3,7 @@
 
 use clap::Args;
 use gait_trace::format::{csv_file, opensim};
-use gait_trace::{LowPass, Rules, condition};
+use gait_trace::{LowPass, condition};
 use std::path::PathBuf;
 
 use crate::failure::Failure;
@@ -39,8 +39,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
     };
     let reading = reading.settings(LowPass::Customary)?;
     let raw = recording::read(&recording, &reading)?;
-    let conditioned =
-        condition(&raw, &Rules { low_pass: reading.low_pass, ..Rules::default() }).map_err(Failure::input)?;
+    let conditioned = condition(&raw, &reading.rules()).map_err(Failure::input)?;
     output::notes(&raw.notes);
     output::notes(&conditioned.findings);
     write(&out, &conditioned.recording).map_err(|error| output::cannot_write(&out, error))

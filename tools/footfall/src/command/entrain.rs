@@ -161,7 +161,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
     let of_file = generator.as_ref().and_then(sensor_of);
     reading.sideless = asked.or(of_file);
     let raw = recording::read(&path, &reading)?;
-    let trace = trace::trace(&raw, asked, of_file, reading.low_pass)?;
+    let trace = trace::trace(&raw, asked, of_file, &reading.rules())?;
     output::notes(&trace.notes);
     let name = path.display().to_string();
     let mut run = entrain_without(&trace.recording, trace.sensor, &trace.holes, generator.as_ref())

@@ -85,14 +85,11 @@ pub struct Method {
     /// Networks that the search may simulate
     #[arg(long, value_name = "N", default_value_t = 60_000, value_parser = number(1_000..=100_000_000_usize, ""))]
     pub evaluations: usize,
-    /// Stride time of a recording whose time axis is a cycle and not seconds
-    #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = number(0.2..=20.0, " seconds"))]
-    pub stride: f64,
 }
 
 impl Method {
-    /// The settings of the fit; `low_pass` is applied to the recording, `compare` fits the other generators too.
-    fn settings(self, low_pass: LowPass, compare: bool) -> Result<Settings, Failure> {
+    /// The settings of the fit; `rules` are those of the recording, `compare` fits the other generators too.
+    fn settings(self, rules: Rules, compare: bool) -> Result<Settings, Failure> {
         let option = if self.harmonics.is_some() { "--harmonics" } else { "--follow" };
         if self.kind != Kind::Shape && (self.harmonics.is_some() || self.follow.is_some()) {
             return Err(Failure::input(format!(
@@ -105,8 +102,7 @@ impl Method {
             harmonics: self.harmonics,
             seed: self.seed,
             evaluations: self.evaluations,
-            stride_s: self.stride,
-            rules: Rules { low_pass, ..Rules::default() },
+            rules,
             compare,
             follow: self.follow,
             events: self.events,
@@ -130,7 +126,7 @@ fn shard(text: &str) -> Result<(u32, u32), String> {
 pub fn run(options: Options) -> Result<(), Failure> {
     let Options { recordings, out, report, json, method, reading, jobs, shard } = options;
     let reading = reading.settings(LowPass::Customary)?;
-    let fit = method.settings(reading.low_pass, report.is_some())?;
+    let fit = method.settings(reading.rules(), report.is_some())?;
     let job = Job { reading, fit };
     match recordings.as_slice() {
         [one] if !one.is_dir() && shard.is_none() && jobs.is_none() => {

@@ -1,10 +1,9 @@
 //! Reads recordings of a person's gait, of any format, as joint angles.
 
-use gait_trace::LowPass;
 use gait_trace::format::csv_file::MAX_BYTES;
 use gait_trace::format::joint_names::AngleUnit;
 use gait_trace::format::open::of_bytes;
-use gait_trace::{Fault, RawJoints, ReadOptions, TraceError};
+use gait_trace::{Axis, Fault, KneeSign, LowPass, RawJoints, ReadOptions, Rules, TraceError};
 use hgod_adc::Calibration;
 use joint_units::Joint;
 use std::io::Read as _;
@@ -12,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use crate::board::image::sha256;
 use crate::failure::Failure;
-use crate::file::calibration_file;
+use crate::file::calibration_file::{self, WiredSensor};
 
 /// How recordings are read.
 #[derive(Debug, Clone)]
@@ -25,6 +24,14 @@ pub struct ReadSettings {
     pub low_pass: LowPass,
     /// Calibration for recordings of volts.
     pub calibration: Option<SensorCalibration>,
+    /// Frames a second, where the file has no times.
+    pub rate_hz: Option<f64>,
+    /// Axis of flexion of angles with three components.
+    pub axis: Option<Axis>,
+    /// What the file counts as positive at the knees.
+    pub knee_sign: Option<KneeSign>,
+    /// Duration of the stride of a recording whose time is the fraction of a cycle, seconds.
+    pub stride_s: Option<f64>,
     /// The joint of a recording whose only joint has no side in its name.
     pub sideless: Option<Joint>,
 }
@@ -36,35 +43,43 @@ pub struct SensorCalibration {
     pub path: PathBuf,
     /// The curve.
     pub curve: Calibration,
+    /// Volts at the sensor for one volt at the pin.
+    pub divider: f32,
+}
+
+impl SensorCalibration {
+    /// Reads the calibration of a sensor file.
+    ///
+    /// # Errors
+    /// The file cannot be read or is wrong.
+    pub fn read(path: PathBuf) -> Result<Self, Failure> {
+        let WiredSensor { calibration: curve, divider } = calibration_file::read(&path).map_err(Failure::input)?;
+        Ok(Self { path, curve, divider })
+    }
 }
 
 impl ReadSettings {
-    /// Settings with the calibration read from its file and the map checked.
+    /// Checks the map.
     ///
     /// # Errors
-    /// The calibration cannot be read, or the map is wrong.
-    pub fn new(
-        map: Vec<String>,
-        unit: Option<AngleUnit>,
-        low_pass: LowPass,
-        calibration: Option<PathBuf>,
-    ) -> Result<Self, Failure> {
-        let calibration = match calibration {
-            Some(path) => {
-                let curve = calibration_file::read(&path).map_err(Failure::input)?.calibration;
-                Some(SensorCalibration { path, curve })
-            }
-            None => None,
-        };
-        let settings = Self { map, unit, low_pass, calibration, sideless: None };
-        settings.options()?;
-        Ok(settings)
+    /// The map is wrong.
+    pub fn check(&self) -> Result<(), Failure> {
+        self.options().map(drop)
+    }
+
+    /// The rules by which a recording that was read is conditioned.
+    #[must_use]
+    pub fn rules(&self) -> Rules {
+        Rules { low_pass: self.low_pass, knee_sign: self.knee_sign, stride_s: self.stride_s, ..Rules::default() }
     }
 
     fn options(&self) -> Result<ReadOptions<'_>, Failure> {
         let mut options = ReadOptions {
             unit: self.unit,
             calibration: self.calibration.as_ref().map(|calibration| &calibration.curve),
+            divider: self.calibration.as_ref().map(|calibration| calibration.divider),
+            rate_hz: self.rate_hz,
+            axis: self.axis,
             sideless: self.sideless,
             ..ReadOptions::default()
         };
@@ -85,12 +100,15 @@ pub struct Recorded {
 }
 
 impl Recorded {
-    /// Why the file is no recording of gait at all: it has no time, no joint, or no trajectory. `None` for recordings, also for wrong ones.
+    /// Why the file is no recording of gait at all: it has no time, no joint, no trajectory, or holds another quantity. `None` for
+    /// recordings, also for wrong ones.
     #[must_use]
     pub fn other_than_gait(&self) -> Option<String> {
         let error = self.joints.as_ref().err()?;
-        let other =
-            matches!(*error.fault, Fault::NoTime { .. } | Fault::NoJoints { .. } | Fault::NoTrajectories { .. });
+        let other = matches!(
+            *error.fault,
+            Fault::NoTime { .. } | Fault::NoJoints { .. } | Fault::NoTrajectories { .. } | Fault::NotAngles { .. }
+        );
         other.then(|| error.to_string())
     }
 }

@@ -1,13 +1,13 @@
 //! Options that say how a recording is read.
 
 use clap::Args;
-use gait_trace::LowPass;
 use gait_trace::format::joint_names::AngleUnit;
+use gait_trace::{Axis, KneeSign, LowPass};
 use std::path::PathBuf;
 
-use super::value::number;
+use super::value::{number, one_of};
 use crate::failure::Failure;
-use crate::file::recording::ReadSettings;
+use crate::file::recording::{ReadSettings, SensorCalibration};
 
 /// How recordings are read.
 #[derive(Debug, Clone, Args)]
@@ -22,9 +22,21 @@ pub struct Reading {
     /// corner frequency in Hz [default: customary; for `entrain`: off]
     #[arg(long, value_name = "HOW", value_parser = low_pass)]
     pub low_pass: Option<LowPass>,
-    /// Sensor file with the calibration, for recordings of volts
+    /// Sensor file with the calibration, for recordings of volts; also for columns whose unit the file does not state
     #[arg(long, value_name = "TOML")]
     pub calibration: Option<PathBuf>,
+    /// Frames a second, for a CSV file with a column of frame numbers (`--map time=COLUMN`), or without a time
+    #[arg(long, value_name = "HZ", value_parser = number(0.1..=1e6, " Hz"))]
+    pub rate: Option<f64>,
+    /// Component of a C3D file's angles that is flexion: x, y or z [default: the one that moves most]
+    #[arg(long, value_name = "AXIS", value_parser = one_of(Axis::ALL, Axis::name))]
+    pub axis: Option<Axis>,
+    /// What the file counts as positive at the knees: flexion or extension [default: by the angles, if they show it]
+    #[arg(long, value_name = "SIGN", value_parser = one_of(KneeSign::ALL, KneeSign::name))]
+    pub knee_sign: Option<KneeSign>,
+    /// Duration of the stride, for a recording of one cycle whose time runs from 0 to 1 or from 0 to 100
+    #[arg(long, visible_alias = "stride", value_name = "S", value_parser = number(0.2..=20.0, " seconds"))]
+    pub stride_time: Option<f64>,
 }
 
 impl Reading {
@@ -33,7 +45,19 @@ impl Reading {
     /// # Errors
     /// The calibration cannot be read, or the map is wrong.
     pub fn settings(self, low_pass: LowPass) -> Result<ReadSettings, Failure> {
-        ReadSettings::new(self.map, self.unit, self.low_pass.unwrap_or(low_pass), self.calibration)
+        let settings = ReadSettings {
+            map: self.map,
+            unit: self.unit,
+            low_pass: self.low_pass.unwrap_or(low_pass),
+            calibration: self.calibration.map(SensorCalibration::read).transpose()?,
+            rate_hz: self.rate,
+            axis: self.axis,
+            knee_sign: self.knee_sign,
+            stride_s: self.stride_time,
+            sideless: None,
+        };
+        settings.check()?;
+        Ok(settings)
     }
 }
 
@@ -48,6 +72,22 @@ fn low_pass(text: &str) -> Result<LowPass, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::{Args, Command};
+
+    /// Every option that the page of formats names is one of these.
+    #[test]
+    fn the_options_of_the_page_of_formats_exist() {
+        let command = Reading::augment_args(Command::new("read"));
+        let has = |name: &str| command.get_arguments().any(|argument| argument.get_long() == Some(name));
+        let page = gait_trace::format::page::markdown();
+        let named = page.split("`--").skip(1);
+        let named: Vec<&str> =
+            named.filter_map(|rest| rest.split(|c: char| c != '-' && !c.is_ascii_lowercase()).next()).collect();
+        assert!(named.len() > 20, "{named:?}");
+        for name in named {
+            assert!(has(name), "--{name}");
+        }
+    }
 
     #[test]
     fn a_low_pass_is_a_name_or_a_frequency() {

@@ -58,12 +58,18 @@ impl Clock {
         }
         let start_s = raw.time_s[rows[0]];
         let mut times: Vec<f64> = rows.iter().map(|&row| raw.time_s[row] - start_s).collect();
-        let normalised_cycle = match cycle_length(raw, &rows, rules) {
-            Some(length) => {
-                times.iter_mut().for_each(|time| *time /= length);
+        let cycle = Cycle::of(raw, &rows, rules);
+        if let (Cycle::None, Some(_)) = (&cycle, rules.stride_s) {
+            let (start, end) = (start_s, raw.time_s[rows[rows.len() - 1]]);
+            return Err(ConditionError::NoCycle { file: file(), start, end });
+        }
+        let normalised_cycle = match cycle {
+            Cycle::Whole { length } => {
+                let scale = rules.stride_s.unwrap_or(1.0);
+                times.iter_mut().for_each(|time| *time = *time / length * scale);
                 true
             }
-            None => false,
+            _ => false,
         };
 
         let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -83,9 +89,13 @@ impl Clock {
 
         let mut findings = Vec::new();
         let all = |from_s, to_s, what, done| Finding { from_s, to_s, joint: None, what, done };
-        if normalised_cycle {
-            findings.push(all(0.0, end_s, FindingKind::NormalisedCycle, Done::Reported));
-        }
+        let kind = match (cycle, rules.stride_s) {
+            (Cycle::Whole { .. }, None) => Some(FindingKind::NormalisedCycle),
+            (Cycle::Whole { .. }, Some(stride_s)) => Some(FindingKind::CycleOf { stride_s }),
+            (Cycle::Open { length, apart_deg }, _) => Some(FindingKind::CycleOrSeconds { length, apart_deg }),
+            (Cycle::None, _) => None,
+        };
+        findings.extend(kind.map(|kind| all(0.0, end_s, kind, Done::Reported)));
         if let (Some(&first), Some(&last)) = (repeated.first(), repeated.last()) {
             let kind = FindingKind::RepeatedTimes { rows: repeated.len() };
             findings.push(all(raw.time_s[first] - start_s, raw.time_s[last] - start_s, kind, Done::LeftOut));
@@ -109,22 +119,40 @@ impl Clock {
     }
 }
 
-/// Length of the time axis if it is a normalised cycle.
-fn cycle_length(raw: &RawJoints, rows: &[usize], rules: &Rules) -> Option<f64> {
-    let (first, last) = (*rows.first()?, *rows.last()?);
-    let (start, end) = (raw.time_s[first], raw.time_s[last]);
-    let is = |length: f64| start.abs() < 1e-3 * length && (end - length).abs() < 1e-3 * length;
-    let length = if is(1.0) {
-        1.0
-    } else if is(100.0) && rows.len() <= MOST_PERCENT_ROWS {
-        100.0
-    } else {
-        return None;
-    };
-    let closes = raw.joints.iter().flatten().all(|column| {
-        let known: Vec<f64> = column.angle_deg.iter().copied().filter(|x| x.is_finite()).collect();
-        let off = (column.angle_deg[last] - column.angle_deg[first]).abs();
-        off <= rules.cycle_end_deg.max(rules.cycle_end_share * range(&known))
-    });
-    closes.then_some(length)
+/// Whether the time axis is a fraction of a cycle.
+#[derive(Clone, Copy)]
+enum Cycle {
+    /// It is: one cycle, of this length of the axis.
+    Whole { length: f64 },
+    /// It has the length of one, but the ends differ.
+    Open { length: f64, apart_deg: f64 },
+    /// It is not.
+    None,
+}
+
+impl Cycle {
+    fn of(raw: &RawJoints, rows: &[usize], rules: &Rules) -> Self {
+        let (Some(&first), Some(&last)) = (rows.first(), rows.last()) else { return Self::None };
+        let (start, end) = (raw.time_s[first], raw.time_s[last]);
+        let is = |length: f64| start.abs() < 1e-3 * length && (end - length).abs() < 1e-3 * length;
+        let length = if is(1.0) {
+            1.0
+        } else if is(100.0) && rows.len() <= MOST_PERCENT_ROWS {
+            100.0
+        } else {
+            return Self::None;
+        };
+        if rules.stride_s.is_some() {
+            return Self::Whole { length };
+        }
+        let mut apart_deg = 0.0_f64;
+        let mut closes = true;
+        for column in raw.joints.iter().flatten() {
+            let known: Vec<f64> = column.angle_deg.iter().copied().filter(|x| x.is_finite()).collect();
+            let off = (column.angle_deg[last] - column.angle_deg[first]).abs();
+            closes &= off <= rules.cycle_end_deg.max(rules.cycle_end_share * range(&known));
+            apart_deg = apart_deg.max(off);
+        }
+        if closes { Self::Whole { length } } else { Self::Open { length, apart_deg } }
+    }
 }

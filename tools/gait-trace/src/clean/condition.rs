@@ -19,6 +19,7 @@
 use crate::clean::clock::Clock;
 use crate::clean::condition_error::ConditionError;
 use crate::clean::convention;
+use crate::clean::knee_sign::AmbiguousKnees;
 use crate::clean::repair;
 use crate::clean::repair::JumpRule;
 use crate::clean::rules::{LowPass, MOST_CUT_OFF, RUNNING_HZ, RUNNING_STRIDE_S, Rules, WALKING_HZ};
@@ -40,7 +41,7 @@ pub struct Conditioned {
     pub rate_hz: f64,
     /// Spans that must not be fitted, seconds, in order and separate. The recording has a straight line there.
     pub unusable: Vec<(f64, f64)>,
-    /// Whether the time axis is the fraction of a cycle, 0 to 1, instead of seconds.
+    /// Whether the recording is one cycle. Its times are 0 to 1, or to [`Rules::stride_s`] seconds if that is given.
     pub normalised_cycle: bool,
     /// Time of the first row in the file, seconds.
     pub start_s: f64,
@@ -57,7 +58,8 @@ impl Conditioned {
 /// Conditions a recording in the steps that the module's documentation lists.
 ///
 /// # Errors
-/// Times decrease or are not finite, there are too few rows, the values are radians, or a joint is mostly missing.
+/// Times decrease or are not finite, there are too few rows, the values are radians, a joint is mostly missing, or the sign of the
+/// knees does not follow from their angles.
 ///
 /// ```
 /// use gait_trace::{Done, FindingKind, Rules, condition};
@@ -79,7 +81,7 @@ impl Conditioned {
 /// let said: Vec<String> = done.findings.iter().map(|finding| finding.to_string()).collect();
 /// assert_eq!(said, [
 ///     "left knee, 1.450 s to 1.550 s: a jump of 12.0 deg, faster than a leg can move; replaced by a cubic",
-///     "left knee: the file counts extension as positive (mean -24 deg); the sign was changed",
+///     "left knee: extension is positive in the file (-57.7 to -3.8 deg: too far for flexion of a knee); the sign was changed",
 /// ]);
 /// let value = done.joint(Joint::LeftKnee).unwrap()[150];
 /// assert!((value - knee(1.5)).abs() < 0.5);
@@ -176,7 +178,12 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         let what = FindingKind::Unfiltered;
         findings.push(Finding { from_s: 0.0, to_s: end_s, joint: None, what, done: Done::Smoothed { hz } });
     }
-    let convention = convention::apply(&mut joints, &unusable, rate_hz, clock.normalised_cycle);
+    let convention = convention::apply(&mut joints, &unusable, rate_hz, clock.normalised_cycle, rules.knee_sign);
+    let convention = convention.map_err(|AmbiguousKnees { least_deg, most_deg }| ConditionError::KneeSign {
+        file: raw.file.clone(),
+        least_deg,
+        most_deg,
+    })?;
     findings.extend(convention.into_iter().map(|(joint, what, done)| Finding {
         from_s: 0.0,
         to_s: end_s,

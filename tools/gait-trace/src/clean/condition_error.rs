@@ -92,6 +92,30 @@ pub enum ConditionError {
         /// Largest allowed fraction.
         most: f64,
     },
+    /// The sign of the knees does not follow from their angles.
+    #[error(
+        "{file}: it is unclear whether flexion or extension of the knees is positive ({least_deg:.1} to {most_deg:.1} deg){hint}; allowed is `--knee-sign flexion` or `--knee-sign extension`", hint = if *.most_deg > 165.0 { "; where a straight knee is 180 degrees, subtract the angles from 180 first" } else { "" }
+    )]
+    KneeSign {
+        /// The file.
+        file: String,
+        /// Smallest angle of the knees, degrees.
+        least_deg: f64,
+        /// Largest angle of the knees, degrees.
+        most_deg: f64,
+    },
+    /// The duration of a stride is given and the time axis is not a cycle.
+    #[error(
+        "{file}: the duration of a stride is given (`--stride-time`), but the time runs from {start} to {end}; allowed is a cycle, from 0 to 1 or from 0 to 100, or without `--stride-time`"
+    )]
+    NoCycle {
+        /// The file.
+        file: String,
+        /// First time.
+        start: f64,
+        /// Last time.
+        end: f64,
+    },
     /// The requested cut-off does not fit the rate.
     #[error("{file}: low-pass at {hz} Hz; allowed is above 0 and below {most:.0} Hz, {MOST_CUT_OFF} of the rate")]
     LowPass {

@@ -12,27 +12,18 @@
 //! | left against right, arg(c1 left / c1 right), cycles | 0.47 to 0.52 (0.51) | 0.45 to 0.52 (0.19) |
 //!
 //! A change of sign shifts the bump phase and the lead by half a cycle. An exchange of hip and knee shows in bump and range, which do
-//! not depend on the sign. Where two indicators contradict each other nothing is changed and a finding reports it. Angles alone do
-//! not show whether left and right are exchanged.
+//! not depend on the sign. Where two indicators of a hip contradict each other nothing is changed and a finding reports it. The sign
+//! of the knees is one decision for both ([`knee_sign`](super::knee_sign)). Angles alone do not show whether left and right are
+//! exchanged.
 
+use super::knee_sign::{self, AmbiguousKnees, KneeSign};
+use super::shape::{KNEE_BUMP, Shape, apart};
 use crate::finding::{Done, FindingKind};
-use crate::series::range;
 use crate::stride::segment;
 use joint_units::Joint;
-use std::f64::consts::TAU;
 
 /// Below this range, degrees, a joint counts as still and its sign is not judged.
 pub const LEAST_RANGE_DEG: f64 = 5.0;
-/// Knee: absolute mean angle, degrees, beyond which it indicates the sign.
-pub const KNEE_MEAN_DEG: f64 = 5.0;
-/// Knee: absolute skewness beyond which it indicates the sign (swing is a large excursion to one side).
-pub const KNEE_SKEWNESS: f64 = 0.2;
-/// Knee: double bump from which its phase indicates the sign.
-pub const KNEE_BUMP: f64 = 0.3;
-/// Hip: double bump from which its phase indicates the sign.
-pub const HIP_BUMP: f64 = 0.08;
-/// Hip: middle of the bump phase with flexion positive, cycles.
-pub const HIP_BUMP_PHASE: f64 = 0.4;
 /// Range of the knee's lead over the hip, cycles, in which the hip's flexion is positive; half a cycle later it is negative.
 pub const LEAD: (f64, f64) = (0.10, 0.40);
 /// Largest deviation of the two legs' phase difference from half a cycle, cycles.
@@ -40,94 +31,21 @@ pub const OPPOSED: f64 = 0.2;
 
 const STRIDES: u32 = 5;
 
-/// A joint in the strides with most movement.
-struct Shape {
-    mean: f64,
-    range: f64,
-    skewness: f64,
-    /// First and second harmonic, where a stride period is known.
-    harmonics: Option<[(f64, f64); 2]>,
-}
-
-impl Shape {
-    fn of(x: &[f64], strides: Option<f64>) -> Self {
-        let n = x.len() as f64;
-        let mean = x.iter().sum::<f64>() / n;
-        let moment = |power: i32| x.iter().map(|x| (x - mean).powi(power)).sum::<f64>() / n;
-        let sd = moment(2).sqrt();
-        let skewness = if sd > 0.0 { moment(3) / sd.powi(3) } else { 0.0 };
-        let harmonic = |k: f64| {
-            x.iter().enumerate().fold((0.0, 0.0), |(re, im), (i, x)| {
-                let (sin, cos) = (TAU * k * i as f64 / n).sin_cos();
-                (re + 2.0 / n * (x - mean) * cos, im - 2.0 / n * (x - mean) * sin)
-            })
-        };
-        Self { mean, range: range(x), skewness, harmonics: strides.map(|s| [harmonic(s), harmonic(2.0 * s)]) }
-    }
-
-    fn phase(&self) -> Option<f64> {
-        self.harmonics.map(|[one, _]| one.1.atan2(one.0) / TAU)
-    }
-
-    fn bump(&self) -> Option<f64> {
-        self.harmonics.map(|[one, two]| two.0.hypot(two.1) / one.0.hypot(one.1))
-    }
-
-    fn bump_phase(&self) -> Option<f64> {
-        self.harmonics.map(|[one, two]| two.1.atan2(two.0) / TAU - 2.0 * one.1.atan2(one.0) / TAU)
-    }
-
-    fn negate(&mut self) {
-        self.mean = -self.mean;
-        self.skewness = -self.skewness;
-        self.harmonics = self.harmonics.map(|both| both.map(|(re, im)| (-re, -im)));
-    }
-
-    /// +1 flexion positive, -1 negative, 0 contradictory.
-    fn knee_sign(&self) -> i32 {
-        let sign = |x: f64, beyond: f64| if x.abs() > beyond { x.signum() as i32 } else { 0 };
-        let bump = match (self.bump(), self.bump_phase()) {
-            (Some(bump), Some(phase)) if bump >= KNEE_BUMP => sign((TAU * phase).cos(), 0.3),
-            _ => 0,
-        };
-        let majority = (bump + sign(self.mean, KNEE_MEAN_DEG) + sign(self.skewness, KNEE_SKEWNESS)).signum();
-        if bump != 0 && majority != bump { 0 } else { majority }
-    }
-
-    /// As [`Self::knee_sign`], for a hip.
-    fn hip_sign(&self) -> i32 {
-        match (self.bump(), self.bump_phase()) {
-            (Some(bump), Some(phase)) if bump >= HIP_BUMP => {
-                let off = apart(phase, HIP_BUMP_PHASE);
-                if off < 0.2 {
-                    1
-                } else if off > 0.3 {
-                    -1
-                } else {
-                    0
-                }
-            }
-            _ => 0,
-        }
-    }
-}
-
-/// Distance of two phases in cycles, 0 to 0.5.
-fn apart(a: f64, b: f64) -> f64 {
-    let d = (a - b).rem_euclid(1.0);
-    d.min(1.0 - d)
-}
-
 /// A finding about a joint, or about all (`None`), without its times.
 pub(crate) type Untimed = (Option<Joint>, FindingKind, Done);
 
-/// Makes flexion positive and exchanges swapped columns; returns what was done and what is doubtful.
+/// Makes flexion positive and exchanges swapped columns; returns what was done and what is doubtful. `asked` is the sign of the knees
+/// that the caller knows.
+///
+/// # Errors
+/// The sign of the knees does not follow from their angles, and the caller does not know it.
 pub(crate) fn apply(
     joints: &mut [Option<Vec<f64>>; Joint::COUNT],
     bad: &[bool],
     rate_hz: f64,
     one_cycle: bool,
-) -> Vec<Untimed> {
+    asked: Option<KneeSign>,
+) -> Result<Vec<Untimed>, AmbiguousKnees> {
     let legs = joints.each_ref().map(|joint| joint.as_deref());
     let samples = bad.len();
     // The last point of a normalised cycle repeats the first.
@@ -172,21 +90,23 @@ pub(crate) fn apply(
             *x = -*x;
         }
     };
-    for knee in 2..4 {
-        let Some(shape) = &shapes[knee] else { continue };
-        let joint = Some(Joint::ALL[knee]);
-        if shape.range < LEAST_RANGE_DEG {
-            findings.push((joint, FindingKind::Still { range_deg: shape.range }, Done::Reported));
-            continue;
+    for (joint, shape) in Joint::ALL.into_iter().zip(&shapes).skip(2) {
+        if let Some(Shape { range: range_deg, .. }) = shape.as_ref().filter(|shape| shape.range < LEAST_RANGE_DEG) {
+            findings.push((Some(joint), FindingKind::Still { range_deg: *range_deg }, Done::Reported));
         }
-        match shape.knee_sign() {
-            -1 => {
-                let mean_deg = shape.mean;
-                turn(&mut shapes, knee);
-                findings.push((joint, FindingKind::ExtensionPositive { mean_deg }, Done::Flipped));
-            }
-            0 => findings.push((joint, FindingKind::SignUnclear, Done::Reported)),
-            _ => {}
+    }
+    let [_, _, left, right] = &shapes;
+    let moving = [left, right].map(|knee| knee.as_ref().filter(|shape| shape.range >= LEAST_RANGE_DEG));
+    let decided = knee_sign::decide(moving, asked)?;
+    for (decision, knee) in decided.into_iter().zip(2..) {
+        let Some(decision) = decision else { continue };
+        let extension = decision.sign == KneeSign::Extension;
+        if extension {
+            turn(&mut shapes, knee);
+        }
+        if extension || decision.is_said {
+            let done = if extension { Done::Flipped } else { Done::Reported };
+            findings.push((Some(Joint::ALL[knee]), FindingKind::KneeSign(decision.taken), done));
         }
     }
     let mut crossed = [false; 2];
@@ -237,5 +157,5 @@ pub(crate) fn apply(
             findings.push((Some(Joint::ALL[left]), kind, Done::Reported));
         }
     }
-    findings
+    Ok(findings)
 }

@@ -4,6 +4,8 @@ pub(crate) mod clock;
 pub mod condition;
 pub mod condition_error;
 pub mod convention;
+pub mod knee_sign;
 pub mod repair;
 pub mod resample;
 pub mod rules;
+mod shape;

@@ -1,5 +1,7 @@
 //! Thresholds of the conditioning, and the choice of the low-pass filter.
 
+use crate::clean::knee_sign::KneeSign;
+
 /// Fewest rows of a recording.
 pub const FEWEST_ROWS: usize = 16;
 /// Largest number of rows with which a time axis from 0 to 100 is taken as percent of a cycle.
@@ -64,6 +66,10 @@ pub struct Rules {
     pub cycle_end_share: f64,
     /// The low-pass filter. A normalised cycle is never filtered.
     pub low_pass: LowPass,
+    /// The sign of the knees in the file; by the angles if this is `None`.
+    pub knee_sign: Option<KneeSign>,
+    /// Duration of the stride, seconds, of a file whose time runs from 0 to 1 or to 100; it makes a cycle of such a file whatever its ends.
+    pub stride_s: Option<f64>,
 }
 
 impl Default for Rules {
@@ -83,6 +89,8 @@ impl Default for Rules {
             cycle_end_deg: 3.0,
             cycle_end_share: 0.1,
             low_pass: LowPass::Off,
+            knee_sign: None,
+            stride_s: None,
         }
     }
 }

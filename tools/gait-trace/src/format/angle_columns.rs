@@ -1,12 +1,17 @@
 //! Converts joint columns to degrees: decides the unit and removes impossible values.
 //!
-//! The unit is, in this order: the caller's; the file's (heading or header); the one that the values imply, with a note. The values
+//! Columns in volts go through the calibration first ([`calibrated`]). For the others the unit is, in this order: the caller's; the file's (heading or header); the one that the values imply, with a note. The values
 //! imply *degrees* if one is beyond 2 pi, since no joint turns that far in radians, and *radians* if none of at least [`ENOUGH`] is
 //! beyond [`RADIANS_END`]: hip and knee move farther than that in degrees during walking. In between the unit is unknown, which is an
-//! error. A file that names degrees but has only values below [`RADIANS_END`] is an error too.
+//! error. A file that names degrees but has only values below [`RADIANS_END`] is an error too. Radians are not inferred for a column that
+//! names neither a joint nor an angle (`ADC`, `Channel A`): its values may be volts.
 
 use crate::fault::{Fault, TraceError};
-use crate::format::joint_names::AngleUnit;
+use crate::format::calibrated;
+pub(crate) use crate::format::column::{AngleColumn, Place};
+use crate::format::joint_names::{AngleUnit, joint_of, sideless_of};
+use crate::format::unit::Said;
+use crate::options::ReadOptions;
 use crate::raw::RawJoint;
 use crate::recording::{MAX_ANGLE_DEG, Quantity};
 use joint_units::Joint;
@@ -18,42 +23,11 @@ const RADIANS_END: f64 = 3.5;
 /// Up to one value in this many may be beyond [`MAX_ANGLE_DEG`] and counts as a glitch; with more the unit is wrong.
 const GLITCH_SHARE: usize = 100;
 
-/// A column of a file that was recognised as a joint, in the file's unit.
-pub(crate) struct AngleColumn {
-    pub(crate) joint: Joint,
-    /// Its name in the file.
-    pub(crate) heading: String,
-    /// Its index in the file, from 0.
-    pub(crate) index: usize,
-    /// The unit that the file names.
-    pub(crate) said: Option<AngleUnit>,
-    pub(crate) values: Vec<f64>,
-}
-
-/// Place of the columns for errors: the file's name and the line of each row, if the file has lines.
-pub(crate) struct Place<'a> {
-    pub(crate) file: &'a str,
-    /// The line of the heading.
-    pub(crate) header: Option<u64>,
-    /// The line of each row; empty for a file without lines.
-    pub(crate) lines: &'a [u64],
-}
-
-impl Place<'_> {
-    fn at(&self, line: Option<u64>, column: Option<&AngleColumn>, fault: Fault) -> TraceError {
-        let error = TraceError::new(self.file, line, fault);
-        match column {
-            Some(column) => error.in_column(column.index, &column.heading),
-            None => error,
-        }
-    }
-}
-
 /// The joints in degrees, for [`crate::RawJoints`].
 pub(crate) fn in_degrees(
     place: &Place<'_>,
     mut columns: Vec<AngleColumn>,
-    asked: Option<AngleUnit>,
+    how: &ReadOptions<'_>,
     notes: &mut Vec<String>,
 ) -> Result<[Option<RawJoint>; Joint::COUNT], TraceError> {
     columns.retain(|column| {
@@ -66,14 +40,25 @@ pub(crate) fn in_degrees(
     if columns.is_empty() {
         return Err(place.at(place.header, None, Fault::NoValues));
     }
-    let guess = match asked {
+    calibrated::convert(place, &mut columns, how, notes)?;
+    // The caller's unit holds for the columns that are not computed.
+    let is_computed = |column: &AngleColumn| column.said == Said::Computed;
+    if how.unit.is_some() && columns.iter().all(is_computed) {
+        notes.push("The requested unit has no effect: the angles are computed, and are in degrees.".into());
+    }
+    let guess = match how.unit {
         Some(_) => None,
         None => guess(place, &columns, notes)?,
     };
     let mut joints: [Option<RawJoint>; Joint::COUNT] = Default::default();
     for column in columns {
-        let unit = asked.or(column.said).or(guess).unwrap_or(AngleUnit::Degrees);
-        if let (Some(asked), Some(said)) = (asked, column.said)
+        let (said, asked) = match column.said {
+            Said::Computed => (Some(AngleUnit::Degrees), None),
+            Said::Unit(unit) => (Some(unit), how.unit),
+            _ => (None, how.unit),
+        };
+        let unit = asked.or(said).or(guess).unwrap_or(AngleUnit::Degrees);
+        if let (Some(asked), Some(said)) = (asked, said)
             && asked != said
         {
             let (heading, asked, said) = (&column.heading, asked.words(), said.words());
@@ -85,6 +70,15 @@ pub(crate) fn in_degrees(
     Ok(joints)
 }
 
+/// Whether a column without unit may be in volts: nothing in its name says that it is an angle.
+fn may_be_volts(column: &AngleColumn) -> bool {
+    let heading = &column.heading;
+    let is_angle = joint_of(heading).is_some()
+        || sideless_of(heading).is_some()
+        || ["hip", "knee", "angle", "flex"].iter().any(|word| heading.to_lowercase().contains(word));
+    column.said == Said::Nothing && !is_angle
+}
+
 /// The largest absolute value, and the number of values.
 fn extent<'a>(columns: impl Iterator<Item = &'a AngleColumn>) -> (f64, usize) {
     let values = columns.flat_map(|column| &column.values).filter(|value| !value.is_nan());
@@ -93,18 +87,22 @@ fn extent<'a>(columns: impl Iterator<Item = &'a AngleColumn>) -> (f64, usize) {
 
 /// The unit that the values of the columns without unit imply; `None` if all columns have a unit.
 fn guess(place: &Place<'_>, columns: &[AngleColumn], notes: &mut Vec<String>) -> Result<Option<AngleUnit>, TraceError> {
-    let degrees = |column: &&AngleColumn| column.said == Some(AngleUnit::Degrees);
+    let degrees = |column: &&AngleColumn| column.said == Said::Unit(AngleUnit::Degrees);
+    let is_unsaid = |column: &&AngleColumn| matches!(column.said, Said::Nothing | Said::Angle);
     let (largest, values) = extent(columns.iter().filter(degrees));
     if values >= ENOUGH && largest <= RADIANS_END {
         let fault = Fault::UnitDoubt { said: AngleUnit::Degrees.words(), values, largest };
         return Err(place.at(place.header, columns.iter().find(degrees), fault));
     }
-    let Some(unsaid) = columns.iter().find(|column| column.said.is_none()) else { return Ok(None) };
-    let (largest, values) = extent(columns.iter().filter(|column| column.said.is_none()));
+    let Some(unsaid) = columns.iter().find(is_unsaid) else { return Ok(None) };
+    let (largest, values) = extent(columns.iter().filter(is_unsaid));
     let no_unit = |why| Err(place.at(place.header, Some(unsaid), Fault::NoUnit { why }));
     let unit = match largest {
         _ if values < ENOUGH => return no_unit(format!(", and {values} values are too few to infer it")),
         _ if largest > std::f64::consts::TAU => AngleUnit::Degrees,
+        _ if columns.iter().filter(is_unsaid).any(may_be_volts) => {
+            return no_unit(format!(": the largest value, {largest:.3}, may be radians or volts"));
+        }
         _ if largest <= RADIANS_END => AngleUnit::Radians,
         _ => return no_unit(format!(", and the largest value, {largest:.3}, may be either")),
     };
@@ -153,13 +151,15 @@ mod tests {
     use super::*;
 
     fn column(said: Option<AngleUnit>, values: Vec<f64>) -> AngleColumn {
+        let said = said.map_or(Said::Nothing, Said::Unit);
         AngleColumn { joint: Joint::LeftKnee, heading: "knee".into(), index: 1, said, values }
     }
 
     fn read(said: Option<AngleUnit>, asked: Option<AngleUnit>, values: Vec<f64>) -> Result<(f64, Vec<String>), String> {
         let place = Place { file: "walk", header: Some(1), lines: &[] };
         let mut notes = Vec::new();
-        let joints = in_degrees(&place, vec![column(said, values)], asked, &mut notes);
+        let how = ReadOptions { unit: asked, ..ReadOptions::default() };
+        let joints = in_degrees(&place, vec![column(said, values)], &how, &mut notes);
         let joints = joints.map_err(|error| error.to_string())?;
         assert!(joints[0].is_none() && joints[1].is_none() && joints[3].is_none());
         Ok((joints[2].as_ref().unwrap().angle_deg[0], notes))

@@ -230,20 +230,6 @@ fn words_of(plain: &str) -> Option<Vec<Word>> {
     Some(words)
 }
 
-/// The unit in seconds if a column's name denotes a time; `Some(None)` for a time without unit.
-#[must_use]
-pub(crate) fn time_of(name: &str) -> Option<Option<f64>> {
-    let plain: String = name.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
-    let rest = plain.strip_prefix("time").or_else(|| plain.strip_prefix('t'))?;
-    match rest {
-        "" => Some(None),
-        "s" | "sec" | "secs" | "second" | "seconds" => Some(Some(1.0)),
-        "ms" | "msec" | "millis" | "millisecond" | "milliseconds" => Some(Some(1e-3)),
-        "us" | "usec" | "microsecond" | "microseconds" => Some(Some(1e-6)),
-        _ => None,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -301,24 +287,13 @@ mod tests {
     }
 
     #[test]
-    fn units_and_times_are_read_from_names() {
+    fn units_are_read_from_names() {
         assert_eq!(joint_of("left_hip_rad").unwrap().1, Some(AngleUnit::Radians));
         assert_eq!(joint_of("left hip [deg]").unwrap().1, Some(AngleUnit::Degrees));
         assert_eq!(joint_of("kneer").unwrap().1, None);
         for (name, unit) in [("a_deg", Some(AngleUnit::Degrees)), ("a [rad]", Some(AngleUnit::Radians)), ("trad", None)]
         {
             assert_eq!(unit_of(name), unit, "{name}");
-        }
-        for (name, unit) in [
-            ("time", Some(None)),
-            ("t", Some(None)),
-            ("Time (s)", Some(Some(1.0))),
-            ("time_ms", Some(Some(1e-3))),
-            ("T [s]", Some(Some(1.0))),
-            ("torque", None),
-            ("trunk", None),
-        ] {
-            assert_eq!(time_of(name), unit, "{name}");
         }
     }
 }

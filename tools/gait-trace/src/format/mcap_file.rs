@@ -9,8 +9,10 @@
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
+use crate::format::description::{Description, SIGNS};
 use crate::format::joint_names::{joint_of, unit_of};
 use crate::format::text_table::{check_rows, column_called, listed, short};
+use crate::format::unit::{Said, scaled, volts_in, volts_of};
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use joint_units::Joint;
@@ -26,6 +28,18 @@ const MAX_MESSAGE: usize = 64 * 1024;
 /// Largest number of fields of all channels together.
 const MAX_FIELDS: usize = 4096;
 
+/// The row of the table of formats.
+pub(crate) const DESCRIPTION: Description = Description {
+    name: "MCAP with JSON messages, such as a capture of the board (`.mcap`)",
+    recognised: "the magic bytes of MCAP",
+    units: "a field's end (`left_knee_deg`, `knee_mV`); volts need a calibration",
+    axes: "one field a joint",
+    signs: SIGNS,
+    rate: "the log times of the messages",
+    said: "a file without an end record; lost samples; degrees or radians by the values, where a field has no unit; volts, where a calibration is given",
+    options: &["--map", "--unit", "--calibration", "--knee-sign", "--stride-time"],
+};
+
 /// Whether the bytes begin with the magic bytes of MCAP.
 #[must_use]
 pub fn looks_like(bytes: &[u8]) -> bool {
@@ -38,6 +52,9 @@ struct Chosen {
     channel: u16,
     field: String,
     heading: String,
+    said: Said,
+    /// The numbers are in units of `10^power`.
+    power: i32,
     values: Vec<f64>,
 }
 
@@ -54,6 +71,10 @@ struct Field {
 /// The first fault of the file, with its place.
 pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
     let mut notes = Vec::new();
+    if how.rate_hz.is_some() {
+        let has = "the log times of its messages".into();
+        return Err(TraceError::new(name, None, Fault::RateAndTime { has }));
+    }
     let mut seen = Seen::default();
     let cut = records(name, bytes, |at, record| seen.take(name, at, record))?;
     if let Some(messages) = cut.then_some(seen.messages) {
@@ -89,7 +110,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
         for chosen in chosen.iter_mut().filter(of_channel) {
             let value = match object.get(&chosen.field) {
                 None | Some(Value::Null) => f64::NAN,
-                Some(Value::Number(number)) => number.as_f64().unwrap_or(f64::NAN),
+                Some(Value::Number(number)) => scaled(&number.to_string(), false, chosen.power).unwrap_or(f64::NAN),
                 Some(other) => {
                     let what =
                         format!("`{}` is {}; allowed is a number or null", chosen.heading, short(&other.to_string()));
@@ -106,11 +127,11 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
         return Err(TraceError::new(name, None, Fault::TooFewRows { rows: time_s.len() }));
     }
     let columns = chosen.into_iter().enumerate().map(|(index, chosen)| {
-        let said = joint_of(&chosen.field).and_then(|(_, unit)| unit).or_else(|| unit_of(&chosen.field));
-        AngleColumn { joint: chosen.joint, heading: chosen.heading, index, said, values: chosen.values }
+        let Chosen { joint, heading, said, values, .. } = chosen;
+        AngleColumn { joint, heading, index, said, values }
     });
     let place = Place { file: name, header: None, lines: &[] };
-    let joints = in_degrees(&place, columns.collect(), how.unit, &mut notes)?;
+    let joints = in_degrees(&place, columns.collect(), how, &mut notes)?;
     let count = joints.iter().flatten().count();
     let format = format!("MCAP, JSON, {count} joints of {} channels", seen.channels.len());
     Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
@@ -196,7 +217,8 @@ fn choose(name: &str, seen: &Seen, how: &ReadOptions<'_>) -> Result<Vec<Chosen>,
         if let Some(index) = index {
             let Field { channel, name, heading } = &seen.fields[index];
             let (field, heading) = (name.clone(), heading.clone());
-            chosen.push(Chosen { joint, channel: *channel, field, heading, values: Vec::new() });
+            let (said, power) = unit_in(&field);
+            chosen.push(Chosen { joint, channel: *channel, field, heading, said, power, values: Vec::new() });
         }
     }
     if chosen.is_empty() {
@@ -209,6 +231,16 @@ fn choose(name: &str, seen: &Seen, how: &ReadOptions<'_>) -> Result<Vec<Chosen>,
         return Err(fault(Fault::NoJoints { have }));
     }
     Ok(chosen)
+}
+
+/// The unit that a field's name has, and its power of ten.
+fn unit_in(field: &str) -> (Said, i32) {
+    // A lone `v` is as likely a speed.
+    if let Some(power) = volts_in(field).or_else(|| volts_of(field).filter(|_| field.len() > 1)) {
+        return (Said::Volts, power);
+    }
+    let unit = joint_of(field).and_then(|(_, unit)| unit).or_else(|| unit_of(field));
+    (unit.map_or(Said::Nothing, Said::Unit), 0)
 }
 
 fn object_of(data: &[u8]) -> Result<Map<String, Value>, String> {

@@ -2,8 +2,10 @@
 //!
 //! | content | reader |
 //! |---|---|
+//! | the first bytes of a kind that is not read: BVH, rosbag, images, ... | an error that names it |
 //! | the magic bytes of MCAP | [`mcap_file`] |
 //! | second byte 0x50, and bytes that are not text | [`c3d`] |
+//! | a first line that begins with `PathFileType` | [`trc`] |
 //! | a line `endheader` | [`opensim`] |
 //! | the header of an oscilloscope export | [`scope`] |
 //! | other text | [`mapped_csv`] |
@@ -29,7 +31,7 @@
 
 use crate::fault::{Fault, TraceError};
 use crate::format::csv_file::MAX_BYTES;
-use crate::format::{c3d, mapped_csv, mcap_file, opensim, scope, text_table};
+use crate::format::{c3d, mapped_csv, mcap_file, opensim, scope, text_table, trc, unsupported};
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use std::io::Read;
@@ -66,6 +68,10 @@ pub fn of_bytes(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJo
     if bytes.is_empty() {
         return Err(TraceError::new(name, None, Fault::Empty));
     }
+    unsupported::check(name, bytes)?;
+    if how.axis.is_some() && !c3d::looks_like(bytes) && extension != "c3d" {
+        return Err(TraceError::new(name, None, Fault::NoAxes { what: "this is no C3D file" }));
+    }
     if mcap_file::looks_like(bytes) {
         return mcap_file::parse(name, bytes, how);
     }
@@ -76,6 +82,9 @@ pub fn of_bytes(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJo
         Err(_) if extension == "c3d" => return c3d::parse(name, bytes, how),
         other => other?,
     };
+    if trc::looks_like(text) {
+        return trc::parse(name, bytes, how);
+    }
     if opensim::looks_like(text) {
         return opensim::parse(name, bytes, how);
     }

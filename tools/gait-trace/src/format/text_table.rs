@@ -116,6 +116,13 @@ impl Delimiter {
         Self::Char(best.0)
     }
 
+    /// As [`Self::of_header`], for a line that may be a row of numbers: blanks if nothing else separates two or more of them.
+    pub(crate) fn of_rows(row: &str) -> Self {
+        let is_number = |field: &str| field.parse::<f64>().is_ok();
+        let blanks = !row.contains([',', ';', '\t']) && row.split_whitespace().nth(1).is_some();
+        if blanks && row.split_whitespace().all(is_number) { Self::Blanks } else { Self::of_header(row) }
+    }
+
     pub(crate) const fn words(self) -> &'static str {
         match self {
             Self::Char(';') => "semicolons",
@@ -183,12 +190,14 @@ fn quoted_fields(row: &str, delimiter: char) -> Result<Vec<Cow<'_, str>>, Fault>
     }
 }
 
-/// A number, or NaN for an empty field, `nan` or `NaN`. A decimal comma is accepted if `comma` is set.
+/// Whether a field is a missing value: empty, `nan` or `NaN`.
+pub(crate) fn is_missing(field: &str) -> bool {
+    field.is_empty() || field.eq_ignore_ascii_case("nan") || field.eq_ignore_ascii_case("-nan")
+}
+
+/// A number, or NaN for a missing value. A decimal comma is accepted if `comma` is set.
 pub(crate) fn number_or_missing(field: &str, comma: bool) -> Result<f64, Fault> {
-    if field.is_empty() || field.eq_ignore_ascii_case("nan") || field.eq_ignore_ascii_case("-nan") {
-        return Ok(f64::NAN);
-    }
-    finite(field, comma)
+    if is_missing(field) { Ok(f64::NAN) } else { finite(field, comma) }
 }
 
 /// A finite number. A decimal comma is accepted if `comma` is set.

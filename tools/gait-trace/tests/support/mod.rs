@@ -80,6 +80,30 @@ pub(crate) fn centre_points(recording: &Recording, stand: Stand) -> Vec<(String,
     points
 }
 
+/// A TRC file of points, as motion capture programs write it; a missing point has empty fields.
+pub(crate) fn trc(points: &[(String, Vec<Option<[f32; 3]>>)], rate_hz: f64) -> String {
+    let frames = points[0].1.len();
+    let mut text = format!(
+        "PathFileType\t4\t(X/Y/Z)\twalk.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\n{rate_hz:.2}\t{rate_hz:.2}\t{frames}\t{}\tmm\t{rate_hz:.2}\t1\t{frames}\nFrame#\tTime",
+        points.len()
+    );
+    points.iter().for_each(|(name, _)| text += &format!("\t{name}\t\t"));
+    text += "\n\t";
+    (1..=points.len()).for_each(|n| text += &format!("\tX{n}\tY{n}\tZ{n}"));
+    text += "\n\n";
+    for frame in 0..frames {
+        let _ = write!(text, "{}\t{}", frame + 1, frame as f64 / rate_hz);
+        for (_, track) in points {
+            match track[frame] {
+                Some([x, y, z]) => text += &format!("\t{x}\t{y}\t{z}"),
+                None => text += "\t\t\t",
+            }
+        }
+        text.push('\n');
+    }
+    text
+}
+
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

@@ -3,7 +3,7 @@
 //! Time steps are made equal, short gaps are bridged and signs turned as in `fit`, each with a note. Jumps are kept, since a follower must
 //! handle a sensor that jumps; in longer gaps it gets no sample.
 
-use gait_trace::{Conditioned, Done, Finding, FindingKind, LowPass, Rules, condition};
+use gait_trace::{Conditioned, Done, Finding, FindingKind, Rules, condition};
 use gait_trace::{RawJoints, Recording};
 use joint_units::Joint;
 
@@ -30,14 +30,9 @@ pub struct Trace {
 ///
 /// # Errors
 /// The recording has no such joint, its time axis is a cycle, or it cannot be conditioned.
-pub fn trace(
-    raw: &RawJoints,
-    asked: Option<Joint>,
-    of_file: Option<Joint>,
-    low_pass: LowPass,
-) -> Result<Trace, Failure> {
+pub fn trace(raw: &RawJoints, asked: Option<Joint>, of_file: Option<Joint>, rules: &Rules) -> Result<Trace, Failure> {
     let sensor = sensor(raw, asked, of_file)?;
-    let rules = Rules { low_pass, jump_bend_deg: f64::INFINITY, ..Rules::default() };
+    let rules = Rules { jump_bend_deg: f64::INFINITY, ..*rules };
     let Conditioned { recording, findings, unusable, normalised_cycle, .. } =
         condition(raw, &rules).map_err(Failure::input)?;
     if normalised_cycle {

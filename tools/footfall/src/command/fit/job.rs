@@ -71,9 +71,20 @@ impl Job {
         if let Some(calibration) = &reading.calibration {
             option("calibration", name_of(&calibration.path));
         }
+        if let Some(rate) = reading.rate_hz {
+            option("rate", rate.to_string());
+        }
+        if let Some(axis) = reading.axis {
+            option("axis", axis.name().into());
+        }
+        if let Some(sign) = reading.knee_sign {
+            option("knee-sign", sign.name().into());
+        }
+        if let Some(seconds) = reading.stride_s {
+            option("stride-time", seconds.to_string());
+        }
         option("seed", fit.seed.to_string());
         option("evaluations", fit.evaluations.to_string());
-        option("stride", fit.stride_s.to_string());
         let command = words.join(" ") + " -o generator.toml --report generator.html";
         report::html(fitted, &command).map_err(Failure::run)
     }

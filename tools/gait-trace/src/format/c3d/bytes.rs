@@ -25,6 +25,3 @@ impl Ctx<'_> {
         })
     }
 }
-
-/// Position of a point in each frame; NaN where the point is missing.
-pub(crate) type Track = Vec<[f64; 3]>;

@@ -8,20 +8,35 @@
 //! residual, or at exactly 0, 0, 0, is missing. Only the chosen points are kept, so memory is bounded by the size of the file,
 //! whatever its header announces.
 
+mod axis;
 mod bytes;
 mod processor;
 mod section;
-mod segments;
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
+use crate::format::description::{Description, SIGNS};
 use crate::format::joint_names::{AngleUnit, joint_of};
+use crate::format::segments::{self, Track};
 use crate::format::text_table::{check_rows, column_called, listed};
+use crate::format::unit::Said;
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
-use bytes::{Ctx, Track};
+use bytes::Ctx;
 use joint_units::Joint;
 use section::{KEY, Layout, Parameters};
+
+/// The row of the table of formats.
+pub(crate) const DESCRIPTION: Description = Description {
+    name: "C3D (`.c3d`)",
+    recognised: "the second byte, 0x50",
+    units: "`POINT:ANGLE_UNITS`; joint centres need none",
+    axes: "angles (`LKneeAngles`, ...): the component that moves most at the knees, else the first; joint centres (`LHJC`, `LKNE`, ...): the plane of vertical and walking direction",
+    signs: SIGNS,
+    rate: "the frame rate of the header",
+    said: "the axis; up and forward, where angles are computed from joint centres; degrees or radians by the values, where the file names no unit; header and parameters that differ",
+    options: &["--map", "--unit", "--axis", "--knee-sign", "--stride-time"],
+};
 
 /// Whether the bytes begin like a C3D file and are not text.
 pub(crate) fn looks_like(bytes: &[u8]) -> bool {
@@ -42,6 +57,10 @@ pub(crate) fn looks_like(bytes: &[u8]) -> bool {
 pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
     let ctx = Ctx { file: name, bytes };
     let mut notes = Vec::new();
+    if how.rate_hz.is_some() {
+        let has = "the frame rate of its header".into();
+        return Err(TraceError::new(name, None, Fault::RateAndTime { has }));
+    }
     let parameters = Parameters::parse(&ctx)?;
     let layout = Layout::parse(&ctx, &parameters, &mut notes)?;
     if layout.frames < 2 {
@@ -49,12 +68,18 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     }
     check_rows(layout.frames - 1).map_err(|fault| TraceError::new(name, None, fault))?;
     let file = File { ctx, parameters, layout };
-    let (columns, what) = match file.angles(how)? {
-        columns if columns.is_empty() => (file.segments(&mut notes)?, "joint centres"),
+    let (columns, what) = match file.angles(how, &mut notes)? {
+        columns if columns.is_empty() => {
+            if how.axis.is_some() {
+                let what = "the file has joint centres and no joint angles";
+                return Err(TraceError::new(name, None, Fault::NoAxes { what }));
+            }
+            (file.segments(&mut notes)?, "joint centres")
+        }
         columns => (columns, "joint angles"),
     };
     let place = Place { file: name, header: None, lines: &[] };
-    let joints = in_degrees(&place, columns, how.unit, &mut notes)?;
+    let joints = in_degrees(&place, columns, how, &mut notes)?;
     let File { parameters, layout, .. } = file;
     let numbers = if layout.scale.is_some() { "integers" } else { "floats" };
     let format = format!("C3D, {}, {numbers}, {} Hz, {what}", parameters.processor.words(), layout.rate_hz);
@@ -71,13 +96,13 @@ struct File<'a> {
 
 impl File<'_> {
     /// The points that hold joint angles: by the map, else by name.
-    fn angles(&self, how: &ReadOptions<'_>) -> Result<Vec<AngleColumn>, TraceError> {
+    fn angles(&self, how: &ReadOptions<'_>, notes: &mut Vec<String>) -> Result<Vec<AngleColumn>, TraceError> {
         let labels = &self.layout.labels;
         let said = match self.parameters.text(&self.ctx, "POINT:ANGLE_UNITS").first() {
             Some(unit) if !unit.is_empty() => unit.parse::<AngleUnit>().ok(),
             _ => None,
         };
-        let mut columns = Vec::new();
+        let mut points = Vec::new();
         for joint in Joint::ALL {
             let index = match how.column_of(joint) {
                 Some(wanted) => Some(column_called(labels, wanted).ok_or_else(|| {
@@ -90,13 +115,27 @@ impl File<'_> {
                         && joint_of(label).is_some_and(|(found, _)| found == joint)
                 }),
             };
-            if let Some(index) = index {
-                // Flexion is the first of the three components, as in Plug-in Gait.
-                let values = self.track(index).iter().map(|point| point[0]).collect();
-                columns.push(AngleColumn { joint, heading: labels[index].clone(), index, said, values });
-            }
+            points.extend(index.map(|index| (joint, index, self.track(index))));
         }
-        Ok(columns)
+        if points.is_empty() {
+            return Ok(Vec::new());
+        }
+        let axis = match how.axis {
+            Some(axis) => axis,
+            None => axis::of_flexion(&points, notes),
+        };
+        let said = Said::angle(said);
+        let column = |(joint, index, track): (Joint, usize, Track)| {
+            let heading = labels[index].clone();
+            AngleColumn {
+                joint,
+                heading,
+                index,
+                said,
+                values: track.iter().map(|point| point[axis as usize]).collect(),
+            }
+        };
+        Ok(points.into_iter().map(column).collect())
     }
 
     /// Hip and knee angles from thighs and shanks.

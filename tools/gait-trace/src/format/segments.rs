@@ -8,11 +8,13 @@
 //! left to right, averaged over [`WINDOW_S`] so that it follows a person who turns and not the pelvis within each stride. With one
 //! leg only, it is the direction from the hip's first to its last position.
 
-use super::bytes::Track;
 use crate::fault::Fault;
 use crate::format::angle_columns::AngleColumn;
-use crate::format::joint_names::AngleUnit;
+use crate::format::unit::Said;
 use joint_units::Joint;
+
+/// Position of a point in each frame; NaN where the point is missing.
+pub(crate) type Track = Vec<[f64; 3]>;
 
 /// Width of the moving average of the line between the hips, seconds: about a stride.
 const WINDOW_S: f64 = 1.2;
@@ -77,8 +79,12 @@ pub(crate) struct Leg<P> {
 
 /// The left and right leg; `None` where one of the three joint centres is missing.
 pub(crate) fn find(labels: &[&str]) -> [Option<Leg<Vec<usize>>>; 2] {
-    let plain: Vec<String> =
-        labels.iter().map(|label| label.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect()).collect();
+    // OpenCap marks the joint centres that it computes with `_study`.
+    let plain = |label: &&str| -> String {
+        let plain: String = label.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
+        plain.strip_suffix("study").map_or(plain.clone(), str::to_owned)
+    };
+    let plain: Vec<String> = labels.iter().map(plain).collect();
     let called = |side: &str, word: &str, name: &str| {
         let names =
             [format!("{side}{name}"), format!("{name}{side}"), format!("{word}{name}"), format!("{name}{word}")];
@@ -97,6 +103,11 @@ pub(crate) fn find(labels: &[&str]) -> [Option<Leg<Vec<usize>>>; 2] {
 }
 
 impl Leg<Vec<usize>> {
+    /// The points that are used.
+    pub(crate) fn points(&self) -> impl Iterator<Item = usize> {
+        self.places.iter().flatten().copied()
+    }
+
     /// The trajectories; the mean where a joint centre has several points.
     pub(crate) fn tracks(self, track: impl Fn(usize) -> Track) -> Leg<Track> {
         let mean = |points: Vec<usize>| {
@@ -172,7 +183,7 @@ pub(crate) fn angles(
         let bend = (0..hips.len()).map(|n| turn(thigh[n] - lean(knees[n], ankles[n], forward[n]))).collect();
         for (joint, values) in [(hip, thigh), (knee, bend)] {
             let heading = format!("{} from {name}", joint.name());
-            columns.push(AngleColumn { joint, heading, index: 0, said: Some(AngleUnit::Degrees), values });
+            columns.push(AngleColumn { joint, heading, index: 0, said: Said::Computed, values });
         }
         notes.push(format!(
             "{} and {} are computed from {name}: the hip is the thigh against the vertical (without the pelvis), the knee is thigh minus shank, flexion positive.",

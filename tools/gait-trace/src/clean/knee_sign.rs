@@ -1,0 +1,194 @@
+//! The sign of the knees: one decision for both, by what a knee can do, else by the shape of the gait.
+//!
+//! A knee bends by up to 160 degrees and overextends by up to 25. So a knee that is beyond -25 degrees and stays below +15 counts
+//! extension as positive, one that is beyond +25 and stays above -15 counts flexion as positive; so do means beyond 25 degrees. Where
+//! the angles of one knee are decisive, they decide for both. Where each is decisive and they differ, each column has a sign of its
+//! own. Where none is, the shape of both decides ([`Shape::knee_sign`]); if it is unclear too, the caller must name the sign.
+
+use super::shape::Shape;
+
+/// Beyond this angle, degrees, a knee shows on which side it bends.
+pub const BENT_DEG: f64 = 25.0;
+/// Up to this angle, degrees, a knee may go to the other side.
+pub const OVEREXTENDED_DEG: f64 = 15.0;
+/// Largest mean, degrees, that an angle of flexion can have; beyond it a straight knee is probably 180 degrees.
+pub const MOST_MEAN_DEG: f64 = 120.0;
+
+/// The direction in which a file counts the angle of the knee as positive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum KneeSign {
+    /// A bent knee is positive.
+    Flexion,
+    /// A bent knee is negative.
+    Extension,
+}
+
+impl KneeSign {
+    /// Both, in order.
+    pub const ALL: [Self; 2] = [Self::Flexion, Self::Extension];
+
+    /// Name of the direction.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Flexion => "flexion",
+            Self::Extension => "extension",
+        }
+    }
+
+    fn of(number: i32) -> Option<Self> {
+        match number {
+            0 => None,
+            above if above > 0 => Some(Self::Flexion),
+            _ => Some(Self::Extension),
+        }
+    }
+}
+
+/// Why a sign was taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum KneeSignReason {
+    /// The angles are beyond what a knee does on the other side.
+    Range,
+    /// The other knee decided.
+    OtherKnee,
+    /// The shape of the strides.
+    Shape,
+    /// The caller named it.
+    Asked,
+}
+
+/// The sign that was taken for a knee, and why.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TakenKneeSign {
+    /// The sign of the file.
+    pub sign: KneeSign,
+    /// Why.
+    pub why: KneeSignReason,
+    /// Smallest angle in the file, degrees, without the outermost hundredth.
+    pub least_deg: f64,
+    /// Largest angle in the file, degrees, without the outermost hundredth.
+    pub most_deg: f64,
+}
+
+/// The sign of a knee that moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Decision {
+    pub(super) sign: KneeSign,
+    pub(super) taken: TakenKneeSign,
+    /// Whether the decision is reported although nothing changes: the angles of this knee alone do not show it.
+    pub(super) is_said: bool,
+}
+
+/// The sign does not follow from the angles: smallest and largest angle of the knees, degrees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct AmbiguousKnees {
+    pub(crate) least_deg: f64,
+    pub(crate) most_deg: f64,
+}
+
+/// The sign of the left and the right knee; `None` for one that is missing or still.
+pub(super) fn decide(
+    knees: [Option<&Shape>; 2],
+    asked: Option<KneeSign>,
+) -> Result<[Option<Decision>; 2], AmbiguousKnees> {
+    let by_range = knees.map(|knee| knee.and_then(by_range));
+    let is_possible = |shape: &&Shape| shape.mean.abs() <= MOST_MEAN_DEG;
+    let by_shape = knees.map(|knee| knee.filter(is_possible).and_then(|shape| KneeSign::of(shape.knee_sign())));
+    let decision = |knee: Option<&Shape>, sign: KneeSign, why: KneeSignReason, is_said: bool| {
+        let (least_deg, most_deg) = knee?.extent;
+        Some(Decision { sign, taken: TakenKneeSign { sign, why, least_deg, most_deg }, is_said })
+    };
+    if let Some(sign) = asked {
+        return Ok(knees.map(|knee| decision(knee, sign, KneeSignReason::Asked, true)));
+    }
+    let any_range = agreed(by_range);
+    let pair = |n: usize| {
+        let knee = knees[n];
+        match (by_range[n], any_range) {
+            (Some(own), _) => decision(knee, own, KneeSignReason::Range, false),
+            // The other knee decided. It is said where this one alone looks different.
+            (None, Some(both)) => {
+                let differs = by_shape[n] != Some(both) || knee.is_some_and(|shape| shape.mean < 0.0);
+                decision(knee, both, KneeSignReason::OtherKnee, differs)
+            }
+            (None, None) => decision(knee, agreed(by_shape)?, KneeSignReason::Shape, false),
+        }
+    };
+    let decided = [pair(0), pair(1)];
+    if (0..2).any(|n| knees[n].is_some() && decided[n].is_none()) {
+        let extents = || knees.iter().flatten().map(|shape| shape.extent);
+        let least_deg = extents().map(|extent| extent.0).fold(f64::INFINITY, f64::min);
+        let most_deg = extents().map(|extent| extent.1).fold(f64::NEG_INFINITY, f64::max);
+        return Err(AmbiguousKnees { least_deg, most_deg });
+    }
+    Ok(decided)
+}
+
+/// The one sign of two; `None` if there is none, or if they differ.
+fn agreed(signs: [Option<KneeSign>; 2]) -> Option<KneeSign> {
+    match signs {
+        [Some(a), Some(b)] => (a == b).then_some(a),
+        [a, b] => a.or(b),
+    }
+}
+
+/// The sign that the angles of a knee show by what a knee can do.
+fn by_range(shape: &Shape) -> Option<KneeSign> {
+    let (least, most) = shape.extent;
+    if shape.mean.abs() > MOST_MEAN_DEG {
+        None
+    } else if shape.mean > BENT_DEG || (most > BENT_DEG && least > -OVEREXTENDED_DEG) {
+        Some(KneeSign::Flexion)
+    } else if shape.mean < -BENT_DEG || (least < -BENT_DEG && most < OVEREXTENDED_DEG) {
+        Some(KneeSign::Extension)
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A knee that swings between two angles, without a stride period.
+    fn knee(least: f64, most: f64) -> Shape {
+        let x: Vec<f64> =
+            (0..200).map(|n| 0.5 * (least + most) + 0.5 * (most - least) * (n as f64 * 0.1).sin()).collect();
+        Shape::of(&x, None)
+    }
+
+    fn signs(left: (f64, f64), right: (f64, f64)) -> Result<Vec<(KneeSign, KneeSignReason)>, AmbiguousKnees> {
+        let (left, right) = (knee(left.0, left.1), knee(right.0, right.1));
+        let decided = decide([Some(&left), Some(&right)], None)?;
+        Ok(decided.into_iter().flatten().map(|decision| (decision.sign, decision.taken.why)).collect())
+    }
+
+    #[test]
+    fn what_a_knee_can_do_decides_for_both() {
+        use KneeSign::{Extension, Flexion};
+        use KneeSignReason::{OtherKnee, Range};
+        // The walk of which one knee was turned and the other was not.
+        assert_eq!(signs((-44.6, -11.4), (-14.9, -7.3)).unwrap(), [(Extension, Range), (Extension, OtherKnee)]);
+        // A person who walks with bent knees.
+        assert_eq!(signs((51.0, 113.0), (60.0, 110.0)).unwrap(), [(Flexion, Range), (Flexion, Range)]);
+        assert_eq!(signs((-2.0, 65.0), (3.0, 14.0)).unwrap(), [(Flexion, Range), (Flexion, OtherKnee)]);
+        assert_eq!(signs((-65.0, 2.0), (-60.0, -3.0)).unwrap(), [(Extension, Range), (Extension, Range)]);
+        // Two columns with signs of their own: one of them cannot be a knee with the other's sign.
+        assert_eq!(signs((-65.0, 2.0), (-3.0, 60.0)).unwrap(), [(Extension, Range), (Flexion, Range)]);
+    }
+
+    #[test]
+    fn what_is_ambiguous_is_an_error_with_the_angles() {
+        let error = signs((-20.0, 20.0), (-22.0, 21.0)).unwrap_err();
+        assert!((error.least_deg + 22.0).abs() < 0.1 && (error.most_deg - 21.0).abs() < 0.1, "{error:?}");
+        // A straight knee of 180 degrees cannot be made right by a sign.
+        assert!(signs((115.0, 178.0), (118.0, 179.0)).is_err());
+        let (left, right) = (knee(-20.0, 20.0), knee(-22.0, 21.0));
+        for asked in KneeSign::ALL {
+            let decided = decide([Some(&left), Some(&right)], Some(asked)).unwrap();
+            assert!(decided.iter().flatten().all(|decision| decision.sign == asked && decision.is_said));
+        }
+        assert!(matches!(decide([None, None], None), Ok([None, None])));
+    }
+}

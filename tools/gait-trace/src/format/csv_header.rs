@@ -1,0 +1,229 @@
+//! Parses the header of a CSV file with any header: where the time comes from, and the column of each joint.
+
+use crate::fault::{Fault, TraceError};
+use crate::format::joint_names::{AngleUnit, joint_of, sideless_of, unit_of};
+use crate::format::text_table::{column_called, listed, short};
+use crate::format::time_names::{is_frame, time_of};
+use crate::format::unit::{Said, seconds_of, volts_in, volts_of, without_volts};
+use crate::options::ReadOptions;
+use joint_units::Joint;
+use std::borrow::Cow;
+
+/// A column that was chosen for a joint.
+pub(crate) struct Chosen {
+    pub(crate) joint: Joint,
+    pub(crate) index: usize,
+    pub(crate) heading: String,
+    pub(crate) said: Said,
+    /// The numbers are in units of `10^power`.
+    pub(crate) power: i32,
+    pub(crate) values: Vec<f64>,
+}
+
+impl Chosen {
+    fn of(joint: Joint, index: usize, heading: &str) -> Self {
+        let named = joint_of(heading).and_then(|(_, unit)| unit).or_else(|| unit_of(heading));
+        let (said, power) = match volts_in(heading) {
+            Some(power) => (Said::Volts, power),
+            None => (named.map_or(Said::Nothing, Said::Unit), 0),
+        };
+        Self { joint, index, heading: heading.to_owned(), said, power, values: Vec::new() }
+    }
+
+    /// The only hip or knee of a file that names no side, as a recording of a single sensor does.
+    fn sideless(headings: &[String], how: &ReadOptions<'_>, notes: &mut Vec<String>) -> Option<Self> {
+        let all = || headings.iter().enumerate();
+        let mut found =
+            all().filter_map(|(index, heading)| sideless_of(without_volts(heading)).map(|what| (index, what)));
+        let (index, (joints, unit)) = found.next()?;
+        if found.next().is_some() {
+            return None;
+        }
+        let joint = how.sideless.filter(|joint| joints.contains(joint)).unwrap_or(joints[0]);
+        let mut chosen = Self::of(joint, index, &headings[index]);
+        if chosen.said == Said::Nothing {
+            chosen.said = unit.map_or(Said::Nothing, Said::Unit);
+        }
+        notes.push(format!("`{}` names no side; it is read as {}.", chosen.heading, joint.name()));
+        Some(chosen)
+    }
+}
+
+/// Source of the rows' times.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum TimeSource {
+    /// A column of times in units of `10^power` seconds; `None` where nothing names the unit.
+    Column { index: usize, power: Option<i32> },
+    /// A column that counts frames.
+    Frames { index: usize, rate_hz: f64 },
+    /// The number of the row.
+    Rows { rate_hz: f64 },
+}
+
+impl TimeSource {
+    /// The column.
+    pub(crate) fn index(self) -> Option<usize> {
+        match self {
+            Self::Column { index, .. } | Self::Frames { index, .. } => Some(index),
+            Self::Rows { .. } => None,
+        }
+    }
+}
+
+/// The parsed header.
+pub(crate) struct Header {
+    pub(crate) headings: Vec<String>,
+    pub(crate) time: TimeSource,
+    pub(crate) chosen: Vec<Chosen>,
+}
+
+impl Header {
+    pub(crate) fn understand(
+        name: &str,
+        line: u64,
+        headings: Vec<String>,
+        headless: bool,
+        how: &ReadOptions<'_>,
+        notes: &mut Vec<String>,
+    ) -> Result<Self, TraceError> {
+        let time = time_source(name, line, &headings, headless, how)?;
+        let fault = |fault| TraceError::new(name, Some(line), fault);
+        let mut chosen: Vec<Chosen> = Vec::new();
+        for joint in Joint::ALL {
+            let index = match how.column_of(joint) {
+                Some(wanted) => Some(mapped(name, line, &headings, joint.name(), wanted)?),
+                None => {
+                    let taken = |index: &usize| {
+                        how.map.iter().any(|(_, wanted)| column_called(&headings, wanted) == Some(*index))
+                    };
+                    let is_joint = |name: &str| joint_of(name).is_some_and(|(found, _)| found == joint);
+                    let free = |index: &usize| !taken(index);
+                    let mut named: Vec<usize> = (0..headings.len()).filter(free).collect();
+                    // Angles go before volts of the same joint.
+                    match named.iter().any(|&index| is_joint(&headings[index])) {
+                        true => named.retain(|&index| is_joint(&headings[index])),
+                        false => named.retain(|&index| is_joint(without_volts(&headings[index]))),
+                    }
+                    let mut found = named.into_iter();
+                    let index = found.next();
+                    if let (Some(index), Some(other)) = (index, found.next()) {
+                        let (first, second) = (short(&headings[index]), short(&headings[other]));
+                        let fault = fault(Fault::TwoColumns { joint: joint.name(), first, second });
+                        return Err(fault.in_column(other, &headings[other]));
+                    }
+                    index
+                }
+            };
+            chosen.extend(index.map(|index| Chosen::of(joint, index, &headings[index])));
+        }
+        if chosen.is_empty() {
+            chosen.extend(Chosen::sideless(&headings, how, notes));
+        }
+        if chosen.is_empty() {
+            let volts: Vec<&String> = headings.iter().filter(|heading| volts_in(heading).is_some()).collect();
+            let others: Vec<&String> = headings
+                .iter()
+                .enumerate()
+                .filter(|(index, _)| time.index() != Some(*index))
+                .map(|(_, heading)| heading)
+                .collect();
+            return Err(fault(match volts.as_slice() {
+                // With a calibration the columns are channels of a recorder.
+                [] if how.calibration.is_some() => Fault::NoChannelMap { have: listed(&others) },
+                [] => Fault::NoJoints { have: listed(&headings) },
+                volts => Fault::NoChannelMap { have: listed(volts) },
+            }));
+        }
+        Ok(Self { headings, time, chosen })
+    }
+
+    /// Reads a row of units below the header (`s,deg,deg` or `(ms),(mV)`); false if the row is not one.
+    pub(crate) fn take_units(&mut self, fields: &[Cow<'_, str>]) -> bool {
+        let is_number = |field: &Cow<'_, str>| field.parse::<f64>().is_ok();
+        if fields.len() != self.headings.len() || fields.iter().any(is_number) {
+            return false;
+        }
+        let bare = |field: &str| field.trim_matches(['[', ']', '(', ')', ' ']).to_owned();
+        let is_unit = |field: &Cow<'_, str>| volts_of(field).is_some() || bare(field).parse::<AngleUnit>().is_ok();
+        match &mut self.time {
+            TimeSource::Column { index, power } => {
+                let Some(unit) = fields.get(*index).and_then(|field| seconds_of(field)) else { return false };
+                *power = Some(unit);
+            }
+            _ if !fields.iter().any(is_unit) => return false,
+            _ => {}
+        }
+        for chosen in &mut self.chosen {
+            let unit = bare(&fields[chosen.index]);
+            if let Some(power) = volts_of(&unit) {
+                (chosen.said, chosen.power) = (Said::Volts, power);
+            } else if let (Said::Nothing, Ok(unit)) = (chosen.said, unit.parse()) {
+                chosen.said = Said::Unit(unit);
+            }
+        }
+        true
+    }
+}
+
+/// The index of a column of the caller's map.
+fn mapped(name: &str, line: u64, headings: &[String], joint: &'static str, wanted: &str) -> Result<usize, TraceError> {
+    column_called(headings, wanted).ok_or_else(|| {
+        let fault = Fault::MapColumn { joint, wanted: wanted.into(), have: listed(headings) };
+        TraceError::new(name, Some(line), fault)
+    })
+}
+
+/// Where the time comes from: the caller's map, a column of times, a column that counts frames, or the rows.
+fn time_source(
+    name: &str,
+    line: u64,
+    headings: &[String],
+    headless: bool,
+    how: &ReadOptions<'_>,
+) -> Result<TimeSource, TraceError> {
+    let fault = |fault| TraceError::new(name, Some(line), fault);
+    let is_time = |index: &usize| time_of(&headings[*index]).is_some();
+    let index = match &how.time {
+        Some(wanted) => Some(mapped(name, line, headings, "time", wanted)?),
+        None => {
+            let mut times = (0..headings.len()).filter(is_time);
+            let time = times.next();
+            if let (Some(time), Some(other)) = (time, times.next()) {
+                let (first, second) = (short(&headings[time]), short(&headings[other]));
+                return Err(
+                    fault(Fault::TwoColumns { joint: "time", first, second }).in_column(other, &headings[other])
+                );
+            }
+            time.or_else(|| headings.iter().position(|heading| is_frame(heading)))
+        }
+    };
+    match (index, how.rate_hz) {
+        (Some(index), Some(_)) if is_time(&index) => {
+            let has = format!("`{}`", short(&headings[index]));
+            Err(fault(Fault::RateAndTime { has }).in_column(index, &headings[index]))
+        }
+        (Some(index), Some(rate_hz)) => Ok(TimeSource::Frames { index, rate_hz }),
+        (Some(index), None) if is_frame(&headings[index]) => {
+            Err(fault(Fault::NoRate).in_column(index, &headings[index]))
+        }
+        (Some(index), None) => Ok(TimeSource::Column { index, power: unit_of_time(&headings[index]) }),
+        (None, Some(rate_hz)) => Ok(TimeSource::Rows { rate_hz }),
+        (None, None) => {
+            let hint = match headings.len() {
+                _ if headless => " (the first line is a row of numbers, not a header)",
+                1 => " (there is only one column; separate the fields by `,`, `;` or tabs)",
+                _ => "",
+            };
+            Err(fault(Fault::NoTime { have: listed(headings), hint }))
+        }
+    }
+}
+
+/// The unit of a time's heading: of a name for a time, or at the end of any name.
+fn unit_of_time(heading: &str) -> Option<i32> {
+    let at_end = || {
+        let (_, end) = heading.trim_end_matches([']', ')', ' ']).rsplit_once(['_', '[', '(', ' '])?;
+        seconds_of(end)
+    };
+    time_of(heading).flatten().or_else(at_end)
+}

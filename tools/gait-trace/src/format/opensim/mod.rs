@@ -1,0 +1,194 @@
+//! Reads OpenSim motion and storage files (.mot, .sto) of versions 1 to 3 and older SIMM motion files; writes motion files.
+//!
+//! A header of lines `key=value` (or `key value`) that ends with `endheader`, a line of column names, and rows of numbers,
+//! separated by tabs or blanks. The title, which is the first line, decides what the file holds: files of controls, speeds, forces or
+//! markers have columns of the same names, and are refused ([`title`]). The numbers in the header (`nRows`, `nColumns`, `datarows`,
+//! `datacolumns`) are compared with the rows and columns; a difference is a note where every row is whole. `inDegrees` names the unit of the rotations. Columns are coordinates
+//! (`hip_flexion_l`, `knee_angle_r`) or paths to one (`/jointset/hip_l/hip_flexion_l/value`); only those of hips and knees
+//! are read, speeds (`/speed`) are not. The sign is the file's: models differ in whether a flexed knee is positive.
+
+mod header;
+mod title;
+mod write;
+
+use crate::fault::{Fault, TraceError};
+use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
+use crate::format::description::{Description, SIGNS};
+use crate::format::joint_names::{AngleUnit, joint_of};
+use crate::format::text_table::{
+    Delimiter, bare_lines, check_rows, column_called, finite, lines, listed, number_or_missing, short, text,
+};
+use crate::format::time_names::time_of;
+use crate::format::unit::Said;
+use crate::options::ReadOptions;
+use crate::raw::RawJoints;
+use header::{Header, MAX_HEADER_LINES, is_end};
+use joint_units::Joint;
+use std::borrow::Cow;
+pub use write::{write, write_to};
+
+/// The row of the table of formats.
+pub(crate) const DESCRIPTION: Description = Description {
+    name: "OpenSim motion and storage (`.mot`, `.sto`)",
+    recognised: "a line `endheader`; the title line decides: `controls`, `PositionErrors`, `Speeds`, `Accelerations`, forces and markers are refused by name",
+    units: "`inDegrees`, or a remark in the header",
+    axes: "columns `hip_flexion_l`, `knee_angle_r`, ..., or paths to them that end in `/value`; `/speed` is not read",
+    signs: SIGNS,
+    rate: "the column `time`, in seconds",
+    said: "numbers of rows or columns in the header that differ from the file; degrees or radians by the values, where the header has neither",
+    options: &["--map", "--unit", "--knee-sign", "--stride-time"],
+};
+
+/// Whether the text has the line that ends a header.
+pub(crate) fn looks_like(text: &str) -> bool {
+    bare_lines(text).take(MAX_HEADER_LINES).any(is_end)
+}
+
+/// Reads the bytes of a file.
+///
+/// # Errors
+/// The first fault of the file, with line and column.
+///
+/// ```
+/// use gait_trace::format::opensim;
+/// use gait_trace::ReadOptions;
+/// let text = b"walk\nversion=1\nnRows=2\nnColumns=3\ninDegrees=no\nendheader\ntime\thip_flexion_l\tpelvis_tx\n0\t0.5\t1\n0.01\t1.0\t1\n";
+/// let raw = opensim::parse("walk.mot", text, &ReadOptions::default())?;
+/// assert_eq!(raw.format, "OpenSim motion, version 1, tabs, radians");
+/// let hip = raw.joints[0].as_ref().unwrap();
+/// assert!((hip.angle_deg[0] - 28.65).abs() < 0.01);
+///
+/// let text = String::from_utf8_lossy(text).replace("walk\n", "controls\n");
+/// let controls = opensim::parse("walk.sto", text.as_bytes(), &ReadOptions::default()).unwrap_err();
+/// assert!(controls.to_string().starts_with("walk.sto:1: this file holds actuator controls (title line `controls`), not joint angles"));
+/// # Ok::<(), gait_trace::TraceError>(())
+/// ```
+pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
+    let mut notes = Vec::new();
+    let whole = text(name, bytes)?;
+    let mut rows = lines(name, whole);
+    let header = Header::parse(name, &mut rows)?;
+    title::check(name, header.title.as_ref())?;
+    if how.rate_hz.is_some() {
+        let has = "its column of times".into();
+        return Err(TraceError::new(name, Some(header.end), Fault::RateAndTime { has }));
+    }
+    let mut rows = rows.filter(|row| !matches!(row, Ok((_, row)) if row.trim().is_empty()));
+    let no_names = || {
+        let (field, found) = ("names of columns below `endheader`".into(), "missing".into());
+        TraceError::new(
+            name,
+            Some(header.end),
+            Fault::HeaderField { field, found, allowed: "time, hip_flexion_l, ...".into() },
+        )
+    };
+    let (line, row) = rows.next().ok_or_else(no_names)??;
+    let delimiter = if row.contains('\t') { Delimiter::Char('\t') } else { Delimiter::Blanks };
+    let split = |line, row| split(delimiter, row).map_err(|fault| TraceError::new(name, Some(line), fault));
+    let labels: Vec<String> = split(line, row)?.iter().map(|label| label.to_string()).collect();
+    let fault = |fault| TraceError::new(name, Some(line), fault);
+    if let Some((_, field, columns)) = header.columns.as_ref().filter(|(.., columns)| *columns != labels.len() as u64) {
+        notes.push(format!(
+            "`{field}` announces {columns} columns, but the file has {}; every row has that many, and they are read.",
+            labels.len()
+        ));
+    }
+    let time = match &how.time {
+        Some(wanted) => column_called(&labels, wanted)
+            .ok_or_else(|| fault(Fault::MapColumn { joint: "time", wanted: wanted.clone(), have: listed(&labels) }))?,
+        None => labels
+            .iter()
+            .position(|label| time_of(label).is_some())
+            .ok_or_else(|| fault(Fault::NoTime { have: listed(&labels), hint: "" }))?,
+    };
+    let said = header.unit(&mut notes);
+    let mut columns = chosen(&labels, how, said).map_err(fault)?;
+
+    let mut time_s = Vec::new();
+    let mut row_lines = Vec::new();
+    for row in rows {
+        let (line, row) = row?;
+        let fields = split(line, row)?;
+        let fault = |fault| TraceError::new(name, Some(line), fault);
+        if fields == labels {
+            return Err(fault(Fault::SecondHeader));
+        }
+        if fields.len() != labels.len() {
+            let wanted = labels.len();
+            // If another header follows, this row is the first line of another file.
+            let again = bare_lines(whole).filter(|row| is_end(row)).nth(1).is_some();
+            return Err(fault(if again {
+                Fault::SecondHeader
+            } else {
+                Fault::FieldCount { found: fields.len(), wanted }
+            }));
+        }
+        time_s.push(finite(&fields[time], false).map_err(|f| fault(f).in_column(time, &labels[time]))?);
+        check_rows(row_lines.len()).map_err(fault)?;
+        row_lines.push(line);
+        for column in &mut columns {
+            let value = number_or_missing(&fields[column.index], false);
+            column.values.push(value.map_err(|f| fault(f).in_column(column.index, &column.heading))?);
+        }
+    }
+    let last = row_lines.last().copied().or(Some(line));
+    if time_s.len() < 2 {
+        return Err(TraceError::new(name, last, Fault::TooFewRows { rows: time_s.len() }));
+    }
+    match &header.rows {
+        Some((_, field, rows)) if *rows != time_s.len() as u64 => notes.push(format!(
+            "`{field}` announces {rows} rows, but the file has {}; all of them are whole and are read (was the file cut off, or rows removed?).",
+            time_s.len()
+        )),
+        Some(_) => {}
+        None => notes
+            .push("The header does not give the number of rows, so it is unknown whether the file is complete.".into()),
+    }
+    if !whole.ends_with(['\n', '\r']) && header.rows.as_ref().is_none_or(|(.., rows)| *rows != time_s.len() as u64) {
+        notes.push("The last line has no line end: if the file was cut off, its last number may be wrong.".into());
+    }
+    let place = Place { file: name, header: Some(line), lines: &row_lines };
+    let joints = in_degrees(&place, columns, how, &mut notes)?;
+    let unit = how.unit.or(said).map_or("unit not given", AngleUnit::words);
+    let format = format!("OpenSim motion, {}, {}, {unit}", header.version_words(), delimiter.words());
+    Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
+}
+
+/// The fields of a row; many programs end each row with a tab.
+fn split(delimiter: Delimiter, row: &str) -> Result<Vec<Cow<'_, str>>, Fault> {
+    delimiter.fields(if delimiter == Delimiter::Char('\t') { row.strip_suffix('\t').unwrap_or(row) } else { row })
+}
+
+/// The columns of the joints, without values.
+fn chosen(labels: &[String], how: &ReadOptions<'_>, said: Option<AngleUnit>) -> Result<Vec<AngleColumn>, Fault> {
+    let mut columns = Vec::new();
+    for joint in Joint::ALL {
+        let index = match how.column_of(joint) {
+            Some(wanted) => Some(column_called(labels, wanted).ok_or_else(|| Fault::MapColumn {
+                joint: joint.name(),
+                wanted: wanted.into(),
+                have: listed(labels),
+            })?),
+            None => {
+                let mut found = labels
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, label)| joint_of(label).is_some_and(|(found, _)| found == joint));
+                let index = found.next();
+                if let (Some((_, first)), Some((_, second))) = (index, found.next()) {
+                    let (first, second) = (short(first), short(second));
+                    return Err(Fault::TwoColumns { joint: joint.name(), first, second });
+                }
+                index.map(|(index, _)| index)
+            }
+        };
+        if let Some(index) = index {
+            let heading = labels[index].clone();
+            columns.push(AngleColumn { joint, heading, index, said: Said::angle(said), values: Vec::new() });
+        }
+    }
+    if columns.is_empty() {
+        return Err(Fault::NoJoints { have: listed(labels) });
+    }
+    Ok(columns)
+}

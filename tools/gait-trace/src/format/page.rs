@@ -1,0 +1,68 @@
+//! The page `docs/formats.md`, generated from the descriptions of the readers.
+
+use crate::format::description::Description;
+use crate::format::{c3d, mapped_csv, mcap_file, opensim, scope, trc, unsupported};
+use std::fmt::Write as _;
+
+const ALL: [&Description; 6] = [
+    &mapped_csv::DESCRIPTION,
+    &scope::DESCRIPTION,
+    &opensim::DESCRIPTION,
+    &c3d::DESCRIPTION,
+    &trc::DESCRIPTION,
+    &mcap_file::DESCRIPTION,
+];
+
+const HEAD: &str = "# Formats of recordings
+
+<!-- Generated from the readers; FOOTFALL_WRITE_DOCS=1 cargo test -p gait-trace --test formats_page writes this file again. -->
+
+`footfall fit`, `convert` and `entrain` read these formats; the content decides which one a file has, the extension only where the content
+does not. What a file does not say is either assumed, and then reported as a note, or asked for in an error that names the option. An
+option that contradicts the file is an error too: a calibration is never ignored, and volts are never taken for angles.
+
+";
+
+const TAIL: &str = "
+## Signs
+
+Results are flexion positive. Hips are judged by the shape of their strides and by the lead of the knee. The sign of the knees is one
+decision for both: a knee that is beyond -25 degrees and stays below +15 counts extension as positive, one beyond +25 that stays above -15
+counts flexion as positive, and so do means beyond 25 degrees. Where the angles of neither knee decide, the shape of the strides does; where that is
+unclear too, `--knee-sign flexion` or `--knee-sign extension` is required. Two knees that each show a sign, and different ones, are each read
+with their own. A sign that was changed is reported for each knee, with its angles and the reason.
+
+## Cycles
+
+A time that runs from 0 to 1, or from 0 to 100 with 401 rows or fewer, is the fraction of one cycle if the angles at both ends are equal
+within 3 degrees or a tenth of their range. It is reported, and `--stride-time S` gives the real duration. If the ends differ by more, the
+time is read as seconds, which is reported too; `--stride-time S` then makes one stride of it.
+
+## Recognised, not read
+
+| file | begins with | instead |
+|---|---|---|
+";
+
+/// The text of the page.
+///
+/// ```
+/// assert!(gait_trace::format::page::markdown().contains("| OpenSim motion and storage (`.mot`, `.sto`) |"));
+/// ```
+#[must_use]
+pub fn markdown() -> String {
+    let mut text = HEAD.to_owned();
+    text += "| format | recognised by | units | axis of flexion | sign | time and rate | assumed and reported | options |\n";
+    text += "|---|---|---|---|---|---|---|---|\n";
+    for format in ALL {
+        let Description { name, recognised, units, axes, signs, rate, said, options } = format;
+        let options: Vec<String> = options.iter().map(|option| format!("`{option}`")).collect();
+        let options = options.join(", ");
+        let _ = writeln!(text, "| {name} | {recognised} | {units} | {axes} | {signs} | {rate} | {said} | {options} |");
+    }
+    text += TAIL;
+    for kind in unsupported::ALL {
+        let _ = writeln!(text, "| {} | {} | {} |", kind.what, kind.begins, kind.instead);
+    }
+    text
+}

@@ -1,0 +1,55 @@
+//! Recognises a column of times or of frames by its name.
+
+use crate::format::unit::seconds_of;
+
+/// The power of ten of the time's unit if a column's name denotes a time (`time_ms`: -3); `Some(None)` for a time without unit.
+#[must_use]
+pub(crate) fn time_of(name: &str) -> Option<Option<i32>> {
+    let plain: String = name.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
+    const CYCLE: [&str; 6] = ["percent", "cycle", "gaitcycle", "percentgaitcycle", "percentcycle", "cyclepercent"];
+    if CYCLE.contains(&plain.as_str()) {
+        return Some(None);
+    }
+    // `in s` is what some oscilloscopes write. A single letter `s` is too short to be a time.
+    if let Some(power) = seconds_of(plain.strip_prefix("in").unwrap_or(&plain)).filter(|_| plain.len() > 2) {
+        return Some(Some(power));
+    }
+    let rest = plain.strip_prefix("time").or_else(|| plain.strip_prefix('t'))?;
+    if rest.is_empty() { Some(None) } else { seconds_of(rest).map(Some) }
+}
+
+/// Whether a column's name denotes a number of frames or samples.
+#[must_use]
+pub(crate) fn is_frame(name: &str) -> bool {
+    let plain: String = name.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
+    let counted = ["", "s", "no", "nr", "num", "number", "index", "id"];
+    ["frame", "sample"].iter().any(|word| plain.strip_prefix(word).is_some_and(|rest| counted.contains(&rest)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_and_frames_are_recognised_by_name() {
+        for (name, unit) in [
+            ("time", Some(None)),
+            ("t", Some(None)),
+            ("Time (s)", Some(Some(0))),
+            ("time_ms", Some(Some(-3))),
+            ("Time [µs]", Some(Some(-6))),
+            ("time_ns", Some(Some(-9))),
+            ("T [s]", Some(Some(0))),
+            ("sec", Some(Some(0))),
+            ("in s", Some(Some(0))),
+            ("s", None),
+            ("ms", None),
+            ("torque", None),
+            ("trunk", None),
+        ] {
+            assert_eq!(time_of(name), unit, "{name}");
+        }
+        assert!(["Frame", "frame #", "Sample No."].into_iter().all(is_frame));
+        assert!(["framework", "time", "sampled", "sample_rate"].into_iter().all(|name| !is_frame(name)));
+    }
+}

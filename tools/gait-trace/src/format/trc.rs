@@ -1,0 +1,146 @@
+//! Reads TRC files of motion capture (Motion Analysis, OpenSim, OpenCap): hips and knees computed from markers of hip, knee and ankle.
+//!
+//! Five lines, separated by tabs: `PathFileType`, names of the header's fields, their values, names of the markers (one above three
+//! columns), names of the components; then rows of frame number, time, and X, Y, Z of each marker. An empty field, or a marker at
+//! exactly 0, 0, 0, is missing. The angles are computed as those of a C3D file of joint centres; the unit of length does not matter.
+
+use crate::fault::{Fault, TraceError};
+use crate::format::angle_columns::{Place, in_degrees};
+use crate::format::description::{Description, SIGNS};
+use crate::format::segments::{self, Track};
+use crate::format::text_table::{Delimiter, check_rows, finite, lines, listed, number_or_missing, short, text};
+use crate::options::ReadOptions;
+use crate::raw::RawJoints;
+use crate::series::median;
+use std::borrow::Cow;
+
+/// The row of the table of formats.
+pub(crate) const DESCRIPTION: Description = Description {
+    name: "TRC of motion capture (`.trc`)",
+    recognised: "a first line that begins with `PathFileType`",
+    units: "none is needed",
+    axes: "markers of hip, knee and ankle (`LHJC`, `RHip`, `RKnee`, ...): the plane of vertical and walking direction",
+    signs: SIGNS,
+    rate: "the column `Time`, in seconds",
+    said: "up and forward; numbers of frames or markers in the header that differ from the file",
+    options: &["--knee-sign", "--stride-time"],
+};
+
+/// Whether the text begins like a TRC file.
+pub(crate) fn looks_like(text: &str) -> bool {
+    text.get(..12).is_some_and(|start| start.eq_ignore_ascii_case("PathFileType"))
+}
+
+/// Reads the bytes of a file.
+///
+/// # Errors
+/// The first fault of the file, with line and column; or it has no leg of hip, knee and ankle.
+///
+/// ```
+/// use gait_trace::format::trc;
+/// use gait_trace::ReadOptions;
+/// let text = "PathFileType\t4\t(X/Y/Z)\tstand.trc\nDataRate\tNumFrames\tNumMarkers\tUnits\n100\t2\t1\tmm\nFrame#\tTime\tSACR\n\t\tX1\tY1\tZ1\n\n1\t0\t1\t2\t3\n2\t0.01\t1\t2\t3\n";
+/// let error = trc::parse("stand.trc", text.as_bytes(), &ReadOptions::default()).unwrap_err().to_string();
+/// assert!(error.starts_with("stand.trc:4: neither joint angles nor joint centres: the points are `SACR`"));
+/// ```
+pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
+    let text = text(name, bytes)?;
+    let mut notes = Vec::new();
+    let split = |line, row| Delimiter::Char('\t').fields(row).map_err(|fault| TraceError::new(name, Some(line), fault));
+    let mut rows = lines(name, text).filter(|row| !matches!(row, Ok((_, row)) if row.trim().is_empty()));
+    let mut next = |what: &str| match rows.next() {
+        Some(row) => row.and_then(|(line, row)| Ok((line, split(line, row)?))),
+        None => {
+            let allowed = "five lines: PathFileType, names and values of the header, names of markers, X1 Y1 Z1 ...";
+            let fault = Fault::HeaderField { field: what.into(), found: "missing".into(), allowed: allowed.into() };
+            Err(TraceError::new(name, None, fault))
+        }
+    };
+    next("PathFileType")?;
+    let (_, keys) = next("the names of the header")?;
+    let (_, values) = next("the values of the header")?;
+    let (line, names) = next("the names of the markers")?;
+    next("the names of the components")?;
+    let fault = |fault| TraceError::new(name, Some(line), fault);
+    refuse_options(how).map_err(fault)?;
+    let second = names.get(1).map_or("", |name| name);
+    if !second.eq_ignore_ascii_case("time") {
+        let (field, found) = ("the second column".into(), format!("`{}`", short(second)));
+        return Err(fault(Fault::HeaderField { field, found, allowed: "`Time`, behind `Frame#`".into() }));
+    }
+    let markers: Vec<&str> = names.iter().skip(2).map(|name| &**name).filter(|name| !name.is_empty()).collect();
+    let announced = |key: &str| -> Option<u64> {
+        let index = keys.iter().position(|found| found.eq_ignore_ascii_case(key))?;
+        values.get(index)?.parse().ok()
+    };
+    differs(announced("NumMarkers"), markers.len(), "NumMarkers", "markers", &mut notes);
+
+    let legs = segments::find(&markers);
+    if legs.iter().all(Option::is_none) {
+        return Err(fault(Fault::NoTrajectories { have: listed(&markers) }));
+    }
+    let mut tracks: Vec<Option<Track>> = vec![None; markers.len()];
+    legs.iter().flatten().flat_map(segments::Leg::points).for_each(|point| tracks[point] = Some(Track::new()));
+    let wanted = 2 + 3 * markers.len();
+    let mut time_s: Vec<f64> = Vec::new();
+    let mut row_lines = Vec::new();
+    for row in rows {
+        let (line, row) = row?;
+        let fields = split(line, row)?;
+        let fault = |fault| TraceError::new(name, Some(line), fault);
+        let trailing = fields.len() == wanted + 1 && fields[wanted].is_empty();
+        if fields.len() != wanted && !trailing {
+            return Err(fault(Fault::FieldCount { found: fields.len(), wanted }));
+        }
+        check_rows(row_lines.len()).map_err(fault)?;
+        time_s.push(finite(&fields[1], false).map_err(|f| fault(f).in_column(1, "Time"))?);
+        row_lines.push(line);
+        for (point, track) in tracks.iter_mut().enumerate() {
+            if let Some(track) = track {
+                track.push(place(&fields, point).map_err(|(index, f)| fault(f).in_column(index, markers[point]))?);
+            }
+        }
+    }
+    if time_s.len() < 2 {
+        let last = row_lines.last().copied().unwrap_or(line);
+        return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
+    }
+    differs(announced("NumFrames"), time_s.len(), "NumFrames", "frames", &mut notes);
+    let step_s = median(time_s.windows(2).map(|pair| pair[1] - pair[0]));
+    let rate_hz = if step_s > 0.0 { 1.0 / step_s } else { 1.0 };
+    let legs = legs.map(|leg| leg.map(|leg| leg.tracks(|point| tracks[point].clone().unwrap_or_default())));
+    let columns = segments::angles(&legs, rate_hz, None, &mut notes).map_err(fault)?;
+    let place = Place { file: name, header: Some(line), lines: &row_lines };
+    let joints = in_degrees(&place, columns, how, &mut notes)?;
+    let format = format!("TRC, {} markers", markers.len());
+    Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
+}
+
+/// An error for options that a file of markers has no use for.
+fn refuse_options(how: &ReadOptions<'_>) -> Result<(), Fault> {
+    if how.rate_hz.is_some() {
+        return Err(Fault::RateAndTime { has: "its column `Time`".into() });
+    }
+    if how.map.is_empty() && how.time.is_none() {
+        return Ok(());
+    }
+    Err(Fault::NoColumns { has: "markers and no columns of joints" })
+}
+
+/// A note if the header announces another number.
+fn differs(announced: Option<u64>, found: usize, key: &str, what: &str, notes: &mut Vec<String>) {
+    if let Some(announced) = announced.filter(|announced| *announced != found as u64) {
+        notes.push(format!("`{key}` announces {announced} {what}, but the file has {found}; all of them are read."));
+    }
+}
+
+/// The place of a marker in a row; the index of a field that is wrong.
+fn place(fields: &[Cow<'_, str>], point: usize) -> Result<[f64; 3], (usize, Fault)> {
+    let first = 2 + 3 * point;
+    let mut place = [f64::NAN; 3];
+    for (value, index) in place.iter_mut().zip(first..) {
+        *value = number_or_missing(&fields[index], false).map_err(|fault| (index, fault))?;
+    }
+    let seen = place.iter().all(|value| value.is_finite()) && place != [0.0; 3];
+    Ok(if seen { place } else { [f64::NAN; 3] })
+}
