@@ -9,13 +9,20 @@
 //! ```
 
 pub mod certificate;
+pub mod drive;
 pub mod entrainment;
 pub mod file;
 pub mod following;
 pub mod gait_error;
+pub mod inside_limits;
+mod led;
+pub mod limits;
 mod model;
 mod orbit;
 mod random;
+pub mod returns;
 mod single_precision;
+pub mod status;
+pub mod subject;
 pub mod toml_file;
 pub mod toml_table;

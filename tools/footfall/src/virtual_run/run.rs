@@ -2,6 +2,9 @@
 //!
 //! Screen, plain lines and JSON lines show the same [`View`].
 
+use generator_file::drive::walks;
+use generator_file::file::GeneratorFile;
+use joint_loop::LoopConfig;
 use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use serde_json::Value;
 use std::io::{self, Write};
@@ -34,6 +37,11 @@ const LAST_LINE: Duration = Duration::from_secs(10);
 pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     let prepared = prepare(settings)?;
     output::notes(&prepared.notes);
+    if let Some(path) = &settings.generator {
+        let set = GeneratorFile::read(path).map_err(Failure::input)?.set;
+        let drive = walks(&set, &LoopConfig::default_biped()).map_err(Failure::input)?;
+        eprintln!("walks: {}", drive.in_words());
+    }
     let arguments = arguments(settings, &prepared)?;
     let mut board = BoardProcess::start(&settings.virtual_board, &arguments.all).map_err(Failure::input)?;
     let mut run = Run::begin(settings, &prepared)?;
