@@ -257,7 +257,10 @@ fn certificate(page: &mut String, fit: &Fit) {
         ("result", certificate.refused_because.clone().unwrap_or("accepted".into())),
         ("walks on the default robot", certificate.drive.in_words()),
         ("random starts on the orbit", of(returns.converged, returns.starts)),
-        ("kicks of half an amplitude that come back", of(returns.kicks - returns.kicks_lost.len() as u32, returns.kicks)),
+        (
+            "kicks of half an amplitude that come back",
+            of(returns.kicks - returns.kicks_lost.len() as u32, returns.kicks),
+        ),
         ("settling time after a kick, the worst phase", if no_state { "not applicable".into() } else { settling }),
         ("largest Floquet multiplier", multiplier),
         ("largest stable step in f32", format!("{:.1} ms", certificate.largest_step_ms)),

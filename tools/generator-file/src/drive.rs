@@ -175,7 +175,10 @@ mod tests {
         let got = driven(&GeneratorSet::PhaseCoupled(wide));
         assert!(!got.walks && got.strides.is_empty());
         let why = got.why_not.unwrap();
-        assert!(why.contains("left_hip") && why.contains("> 75 degrees at") && why.ends_with("% of the stride"), "{why}");
+        assert!(
+            why.contains("left_hip") && why.contains("> 75 degrees at") && why.ends_with("% of the stride"),
+            "{why}"
+        );
 
         let mut low = default_walk();
         low.joints[2].offset_deg -= 3.0;

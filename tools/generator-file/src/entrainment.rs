@@ -144,7 +144,9 @@ fn locks(built: &dyn Model, orbit: &Orbit, strength: f64, ratio: f64) -> bool {
             }
         }
         before = master;
-        model.advance(1);
+        if !model.advance(1) {
+            return false;
+        }
     }
-    model.sound()
+    true
 }

@@ -106,8 +106,7 @@ fn changed(set: &GeneratorSet, changes: &[Change; Joint::COUNT]) -> Result<Gener
         GeneratorSet::Shape(inner) => *inner = shape(inner),
         GeneratorSet::Follow(follow) => follow.shape = shape(&follow.shape),
         GeneratorSet::Spline(spline) => {
-            let joints =
-                [&mut spline.left_hip, &mut spline.right_hip, &mut spline.left_knee, &mut spline.right_knee];
+            let joints = [&mut spline.left_hip, &mut spline.right_hip, &mut spline.left_knee, &mut spline.right_knee];
             for (joint, change) in joints.into_iter().zip(changes) {
                 joint.knots_deg = joint.knots_deg.map(|knot| change.middle(knot));
             }
@@ -163,8 +162,9 @@ fn stride(set: &GeneratorSet) -> Result<Stride, String> {
     }
     let count = angles.len() as f64;
     let mean: [f64; Joint::COUNT] = std::array::from_fn(|j| angles.iter().map(|a| a[j]).sum::<f64>() / count);
-    let deviation =
-        std::array::from_fn(|j| (angles.iter().map(|a| (a[j] - mean[j]).powi(2)).sum::<f64>() / count).sqrt().max(1e-9));
+    let deviation = std::array::from_fn(|j| {
+        (angles.iter().map(|a| (a[j] - mean[j]).powi(2)).sum::<f64>() / count).sqrt().max(1e-9)
+    });
     Ok(Stride { angles, peak_rate, peak_acceleration, mean, deviation })
 }
 

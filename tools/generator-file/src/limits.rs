@@ -79,7 +79,8 @@ impl fmt::Display for Excess {
         let Self { of, value, allowed, at_percent, .. } = self;
         // As many digits as show the difference.
         let digits = (0..4).find(|&n| format!("{value:.n$}") != format!("{allowed:.n$}")).unwrap_or(4);
-        let whole = if digits == 0 && matches!(self.limit, Limit::Rate | Limit::Acceleration) { 0 } else { digits.max(1) };
+        let whole =
+            if digits == 0 && matches!(self.limit, Limit::Rate | Limit::Acceleration) { 0 } else { digits.max(1) };
         let at = at_percent.round() % 100.0;
         write!(f, "{of} {value:.whole$} {sign} {allowed} {unit} at {at:.0} % of the stride")
     }

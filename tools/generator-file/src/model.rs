@@ -5,7 +5,7 @@ use cpg_core::joints::linear::{LinearJoints, Readout};
 use cpg_core::math::first_order::Flow;
 use cpg_core::network::graph::{Biped, HipKnee, LeftRight};
 use cpg_core::network::phase_coupled::RobustConfig;
-use cpg_core::{BOUND_FACTOR, Generator, OscillatorState, Oscillators, Rk4, SecondOrder, StateFault};
+use cpg_core::{BOUND_FACTOR, Generator, OscillatorState, Oscillators, Rk4, SecondOrder};
 use joint_loop::GeneratorConfig;
 use joint_units::Period;
 
@@ -13,14 +13,12 @@ use crate::file::GeneratorSet;
 
 /// A generator whose states can be read and set.
 pub(crate) trait Model {
-    /// Advances by so many steps.
-    fn advance(&mut self, steps: usize);
+    /// Advances by so many steps. False if a state reaches its bound on the way: on a board that is a fault.
+    fn advance(&mut self, steps: usize) -> bool;
     /// Every state. Those of a network are displacements first, then velocities, each divided by its closed-form amplitude.
     fn state(&self) -> Vec<f64>;
     /// Sets every state; one beyond its bound is put just inside it.
     fn set_state(&mut self, state: &[f64]);
-    /// Whether every state is finite and within its bound.
-    fn sound(&self) -> bool;
     /// Whether the states are displacements and velocities of the joints.
     fn has_joint_states(&self) -> bool;
     /// Whether it is computed in `f64`, else in `f32`.
@@ -59,10 +57,13 @@ pub(crate) fn model(set: &GeneratorSet, period: Period) -> Result<Option<Box<dyn
 struct Network<F>(Oscillators<F, 4, f64, Rk4>);
 
 impl<F: SecondOrder<f64, 4> + Copy + 'static> Model for Network<F> {
-    fn advance(&mut self, steps: usize) {
+    fn advance(&mut self, steps: usize) -> bool {
+        let mut sound = true;
         for _ in 0..steps {
             self.0.step();
+            sound &= self.0.check().is_ok();
         }
+        sound
     }
 
     fn state(&self) -> Vec<f64> {
@@ -81,11 +82,6 @@ impl<F: SecondOrder<f64, 4> + Copy + 'static> Model for Network<F> {
         };
         // Every state is inside its bound.
         let _ = self.0.set_state(&state);
-    }
-
-    fn sound(&self) -> bool {
-        let sound: Result<(), StateFault> = self.0.check();
-        sound.is_ok()
     }
 
     fn has_joint_states(&self) -> bool {
@@ -144,10 +140,13 @@ impl<const H: usize> FlowStates for BankWalk<H> {
 pub(crate) struct Single<G>(pub(crate) G);
 
 impl<G: FlowStates> Model for Single<G> {
-    fn advance(&mut self, steps: usize) {
+    fn advance(&mut self, steps: usize) -> bool {
+        let mut sound = true;
         for _ in 0..steps {
             self.0.step();
+            sound &= self.0.check().is_ok();
         }
+        sound
     }
 
     fn state(&self) -> Vec<f64> {
@@ -156,10 +155,6 @@ impl<G: FlowStates> Model for Single<G> {
 
     fn set_state(&mut self, state: &[f64]) {
         self.0.set_states(state);
-    }
-
-    fn sound(&self) -> bool {
-        self.0.check().is_ok()
     }
 
     fn has_joint_states(&self) -> bool {

@@ -173,14 +173,14 @@ impl Record {
 
     /// The orbit near the last state, if there is one.
     fn orbit(&self, model: &dyn Model) -> Option<Orbit> {
-        let amplitude: Vec<f64> = self
-            .spread
-            .iter()
-            .enumerate()
-            .map(|(i, &(half, middle))| {
-                if self.moving.contains(&i) { half } else { if middle.abs() > MOVES { middle.abs() } else { 1.0 } }
-            })
-            .collect();
+        let amplitude: Vec<f64> =
+            self.spread
+                .iter()
+                .enumerate()
+                .map(|(i, &(half, middle))| {
+                    if self.moving.contains(&i) { half } else { if middle.abs() > MOVES { middle.abs() } else { 1.0 } }
+                })
+                .collect();
         let marks = self.crossings(*self.moving.first()?);
         let cycles = marks.len().checked_sub(1).filter(|&cycles| cycles >= 3)?;
         let cycle = (marks[cycles] - marks[0]) / cycles as f64;

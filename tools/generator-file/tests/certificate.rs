@@ -30,7 +30,11 @@ fn the_default_walk_is_accepted_and_walks() {
     assert!((got.returns.period_s - 1.1).abs() < 1e-4, "{}", got.returns.period_s);
     assert!((got.returns.multipliers[0] - 0.054).abs() < 0.001, "{:?}", got.returns.multipliers);
     assert_eq!(got.returns.multipliers.len(), 7);
-    assert!(got.returns.settling_s.is_some_and(|settling| (0.3..2.5).contains(&settling)), "{:?}", got.returns.settling_s);
+    assert!(
+        got.returns.settling_s.is_some_and(|settling| (0.3..2.5).contains(&settling)),
+        "{:?}",
+        got.returns.settling_s
+    );
     assert!(got.joints.iter().all(|joint| joint.inside_gate) && got.excesses.is_empty());
     assert!((got.joints[0].amplitude_deg - 20.8).abs() < 0.2 && (got.joints[3].amplitude_deg - 31.2).abs() < 0.2);
     assert!(got.largest_step_ms >= 10.0);
@@ -43,7 +47,12 @@ fn the_thesis_network_is_quasi_periodic() {
     for name in ["thesis", "thesis-double"] {
         let got = certificate(&default_set(name), 50);
         assert_eq!((got.status, got.accepted), (CertificateStatus::QuasiPeriodic, false), "{name}");
-        assert!(got.returns.oscillates && got.returns.quasi_periodic && got.returns.multipliers.is_empty() && got.returns.period_s.is_nan());
+        assert!(
+            got.returns.oscillates
+                && got.returns.quasi_periodic
+                && got.returns.multipliers.is_empty()
+                && got.returns.period_s.is_nan()
+        );
         assert!(got.drive.walks, "{:?}", got.drive);
         let because = got.refused_because.unwrap();
         assert_eq!(because, "quasi-periodic: the phases of its joints drift");
@@ -90,7 +99,11 @@ fn settling_scales_with_the_stride() {
         let GeneratorSet::PhaseCoupled(mut set) = default_set("phase-coupled") else { panic!("R1") };
         set.natural_period_s *= period_s / 1.1;
         let got = certificate(&GeneratorSet::PhaseCoupled(set), 20);
-        assert!((got.returns.period_s / f64::from(period_s) - 1.0).abs() < 1e-3, "{period_s}: {}", got.returns.period_s);
+        assert!(
+            (got.returns.period_s / f64::from(period_s) - 1.0).abs() < 1e-3,
+            "{period_s}: {}",
+            got.returns.period_s
+        );
         assert!(got.returns.kicks_lost.is_empty() && got.returns.converged == 20, "{period_s}");
         got.returns.settling_s.expect("it settles") / got.returns.period_s
     };
@@ -122,7 +135,8 @@ fn a_master_has_to_lock_every_joint() {
     let GeneratorSet::PhaseCoupled(mut set) = default_set("phase-coupled") else { panic!("R1") };
     set.coupling = [0.0; 4];
     let got = certificate(&GeneratorSet::PhaseCoupled(set), 1);
-    let off = got.entrainment.iter().all(|tongue| tongue.low.unwrap_or(1.0) > 0.999 && tongue.high.unwrap_or(1.0) < 1.001);
+    let off =
+        got.entrainment.iter().all(|tongue| tongue.low.unwrap_or(1.0) > 0.999 && tongue.high.unwrap_or(1.0) < 1.001);
     assert!(off && got.entrainment.len() == STRENGTHS.len(), "{:?}", got.entrainment);
 }
 

@@ -47,7 +47,10 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         None if !params.exists() && params.extension().is_none() && params.components().count() == 1 => {
             let names: Vec<&str> = Subject::names().into_iter().map(|(name, _)| name).collect();
             let allowed = names.join(", ");
-            return Err(Failure::input(format!("`{}`: allowed is a generator file, or one of {allowed}", params.display())));
+            return Err(Failure::input(format!(
+                "`{}`: allowed is a generator file, or one of {allowed}",
+                params.display()
+            )));
         }
         None => Subject::Set(GeneratorFile::read(params).map_err(Failure::input)?.set),
     };
@@ -71,7 +74,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
 fn list(json: bool) -> Result<(), Failure> {
     let names = Subject::names();
     if json {
-        let names: Vec<_> = names.iter().map(|(name, what)| serde_json::json!({ "name": name, "what": what })).collect();
+        let names: Vec<_> =
+            names.iter().map(|(name, what)| serde_json::json!({ "name": name, "what": what })).collect();
         return output::print(&(serde_json::json!({ "names": names }).to_string() + "\n"));
     }
     output::print(&names.into_iter().map(|(name, what)| format!("{name:<18} {what}\n")).collect::<String>())

@@ -38,12 +38,7 @@ impl Check {
 
     pub(crate) fn refused(why: String) -> Self {
         let cycle = Cycle([[f64::NAN; POINTS]; 4]);
-        Self {
-            rmse_deg: [f64::INFINITY; 4],
-            cycle,
-            period_s: f64::NAN,
-            refused_because: Some(why),
-        }
+        Self { rmse_deg: [f64::INFINITY; 4], cycle, period_s: f64::NAN, refused_because: Some(why) }
     }
 }
 
