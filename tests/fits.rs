@@ -19,6 +19,7 @@ fn main() -> ExitCode {
     test_suite::run(tests![
         six_harmonics_fit_every_recording_within_half_a_degree(Traces),
         only_crouch_gait_is_called_asymmetric(Traces),
+        every_recording_walks_or_is_fitted_into_the_limits(Traces),
         the_board_runs_a_fit_to_the_bit(Image),
     ])
 }
@@ -82,7 +83,8 @@ fn six_harmonics_fit_every_recording_within_half_a_degree() {
         assert!(errors[0] <= GOAL_DEG[0] && errors[1] <= GOAL_DEG[1], "{}: {errors:?}", fit.source.name);
         assert!(loss <= LOSS, "{}: {losses:?}", fit.source.name);
         assert_eq!(fit.held_out, HeldOut::of(fit.strides.cycles().len()));
-        assert!(fit.certificate.accepted, "{}", fit.source.name);
+        // A shape comes back; what is left are the limits of the robot.
+        assert!(fit.certificate.status.comes_back(), "{}", fit.source.name);
         assert!(
             (fit.period_s - if fit.conditioned.normalised_cycle { 1.0 } else { fit.strides.period_s }).abs() < 1e-3
         );
@@ -96,6 +98,29 @@ fn only_crouch_gait_is_called_asymmetric() {
         let crouch = fit.source.name.contains("crouch");
         assert_eq!(fit.asymmetric, crouch, "{}: {:?}", fit.source.name, fit.strides.asymmetry_deg());
         assert_eq!(fit.notes.iter().any(|note| note.starts_with("asymmetric")), crouch);
+    }
+}
+
+/// Which fits walk on the default robot; those that do not walk once they are fitted into its limits.
+fn every_recording_walks_or_is_fitted_into_the_limits() {
+    report!("| recording | walks | RMSE as driven | change by --fit-limits |");
+    for path in bilateral(&traces_folder()) {
+        let fit = fitted(&path, &settings());
+        let drive = &fit.certificate.drive;
+        let driven = fit.joints.each_ref().map(|joint| joint.rmse_driven_deg);
+        assert_eq!(driven.iter().all(Option::is_some), drive.walks);
+        if drive.walks && drive.limited_ticks == 0 {
+            // The limits change nothing: the error as driven is that of the generator.
+            let same = |joint: &gait_fit::judge::JointFit| {
+                joint.rmse_driven_deg.is_some_and(|driven| (driven - joint.rmse_mean_stride_deg).abs() < 0.02)
+            };
+            assert!(fit.joints.iter().all(same), "{}", fit.source.name);
+        }
+        let inside = fitted(&path, &Settings { fit_limits: true, ..settings() });
+        let cost = inside.limits_cost_deg.expect("it was asked");
+        assert!(inside.certificate.drive.walks && inside.certificate.drive.limited_ticks == 0, "{}", fit.source.name);
+        assert!(inside.certificate.accepted, "{:?}", inside.certificate.refused_because);
+        report!("| {} | {} | {driven:.2?} | {cost:.2?} |", fit.source.name, drive.in_words());
     }
 }
 

@@ -8,7 +8,7 @@ use clap::{CommandFactory, Parser};
 use crate::board::{Board, Drive};
 use crate::setup::Need;
 use crate::shell;
-use crate::workspace::Workspace;
+use crate::workspace::{Commands, Workspace};
 
 /// Options of `cargo xtask run`.
 #[derive(Debug, Parser)]
@@ -37,7 +37,7 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode> {
     }
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
-    let built = workspace.image_and_host_programs(Board::F4Discovery, Drive::unless(shadow))?;
+    let built = workspace.image_and_host_programs(Board::F4Discovery, Drive::unless(shadow), commands(&arguments))?;
     eprintln!("image: {}, {}", built.image.elf.display(), built.image.footprint);
 
     let mut watch = shell::command(built.footfall);
@@ -45,6 +45,12 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode> {
     watch.current_dir(&workspace.started_in);
     watch.arg("watch").arg("--elf").arg(built.image.elf).arg("--virtual-board").arg(built.virtual_board);
     shell::replace_with(watch.args(arguments))
+}
+
+/// A generator from a file is judged before it runs.
+fn commands(watch: &[&str]) -> Commands {
+    let names_generator = watch.iter().any(|word| *word == "--generator" || word.starts_with("--generator="));
+    if names_generator { Commands::All } else { Commands::Watch }
 }
 
 /// The command line, sorted: `--shadow` and `--help` count wherever they stand before `--`; the virtual board's own options follow it.
@@ -93,6 +99,13 @@ mod tests {
         assert_eq!(arguments("--shadow --secs 3"), (false, true, "--secs 3".into()));
         assert_eq!(arguments("--secs 3 --shadow --json"), (false, true, "--secs 3 --json".into()));
         assert_eq!(arguments("--json -- --shadow"), (false, false, "--json -- --shadow".into()));
+    }
+
+    #[test]
+    fn a_generator_from_a_file_needs_every_command() {
+        assert_eq!(commands(&["--secs", "3", "--json"]), Commands::Watch);
+        assert_eq!(commands(&["--generator", "g.toml"]), Commands::All);
+        assert_eq!(commands(&["--generator=g.toml", "--json"]), Commands::All);
     }
 
     #[test]

@@ -25,6 +25,15 @@ pub(crate) struct Workspace {
     toolchain: Option<Toolchain>,
 }
 
+/// Commands that `footfall` is built with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Commands {
+    /// `watch` and `record`: a newcomer waits for fewer crates.
+    Watch,
+    /// All, among them what judges a generator.
+    All,
+}
+
 /// What `cargo xtask run` starts.
 #[derive(Debug)]
 pub(crate) struct Programs {
@@ -117,12 +126,13 @@ impl Workspace {
     }
 
     /// What `cargo xtask run` needs, built side by side. The two programs for the host are one build, because they share most crates.
-    pub(crate) fn image_and_host_programs(&self, board: Board, drive: Drive) -> Result<Programs> {
+    pub(crate) fn image_and_host_programs(&self, board: Board, drive: Drive, commands: Commands) -> Result<Programs> {
         let features = features(board, drive);
         eprintln!("build: virtual-board and footfall, firmware for {features} (the first time takes minutes)");
         let mut host = host_build("virtual-board and footfall", &["virtual-board", "footfall"]);
-        // `footfall` without what fits and draws: a newcomer waits for a third of the crates less.
-        host.cargo.arg("--no-default-features");
+        if commands == Commands::Watch {
+            host.cargo.arg("--no-default-features");
+        }
         let built: Vec<PathBuf> =
             progress::build(vec![host, self.firmware_build(&features)?])?.into_iter().flatten().collect();
         let Ok([virtual_board, footfall, firmware]) = <[PathBuf; 3]>::try_from(built) else {

@@ -84,6 +84,11 @@ impl<const H: usize> BankWalk<H> {
         &self.bank
     }
 
+    /// Sets the point of each oscillator, limited to ±2: where a kick has moved it.
+    pub fn set_points(&mut self, points: [[f32; 2]; H]) {
+        self.bank.set_points(points);
+    }
+
     fn weighted(&self, points: &[[f32; 2]; H]) -> [f32; 4] {
         self.config.weights.map(|row| {
             row.iter().flatten().zip(points.iter().flatten()).fold(0.0, |sum, (weight, value)| sum + weight * value)

@@ -62,7 +62,7 @@ enum Analysis {
     GaitError(gait_error::Options),
     /// Print which legs of the hexapod swing at each step, or the angles of its legs
     Hexapod(hexapod::Options),
-    /// Measure a generator and write its certificate; refuse it if perturbed starts diverge or do not return
+    /// Measure a generator and write its certificate: does it come back to its orbit, does it walk on the robot
     Certify(certify::Options),
     /// Fit a generator to a recorded gait: parameters, a report, and the error on strides that were not fitted
     Fit(Box<fit::Options>),

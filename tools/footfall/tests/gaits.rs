@@ -162,17 +162,28 @@ fn a_change_after_the_end_is_refused_with_both_times() {
     assert_eq!(footfall(&["walk", "--secs", "3", "--switch", "t=3 run"]).0, 0);
 }
 
-/// The thesis' set: a verdict of its own, on both streams, and exit code 1.
+/// The thesis' set: a word of its own, on both streams, and exit code 1.
 #[test]
-fn a_generator_that_does_not_return_is_refused() {
+fn a_quasi_periodic_generator_is_named_so() {
     let (code, out, talk) = footfall(&["certify", "thesis", "--starts", "5"]);
     assert_eq!(code, 1, "{talk}");
-    assert!(out.contains("no; perturbed starts do not come back"), "{out}");
-    assert!(talk.contains("refused: perturbed starts do not come back: 0 of 100"), "{talk}");
+    assert!(out.contains("quasi-periodic: steady, but the phases of the joints drift"), "{out}");
+    assert!(talk.contains("refused: quasi-periodic: the phases of its joints drift"), "{talk}");
     let (code, out, _) = footfall(&["certify", "thesis", "--starts", "5", "--json"]);
     let object: Value = serde_json::from_str(&out).expect("JSON");
     assert_eq!((code, object["accepted"].as_bool()), (1, Some(false)));
-    assert_eq!(object["status"], "perturbed_starts_do_not_come_back");
+    assert_eq!((object["status"].as_str(), object["drive"]["walks"].as_bool()), (Some("quasi_periodic"), Some(true)));
+}
+
+/// Every name of the list is certified; another one is refused with the names.
+#[test]
+fn gaits_and_models_are_certified_by_name() {
+    let list = data(&["certify", "--list"]);
+    assert!(list.lines().count() == 27 && list.contains("half-centre ") && list.contains("gallop-run "), "{list}");
+    let (code, out, _) = footfall(&["certify", "cell-walk", "--starts", "20"]);
+    assert!(code == 0 && out.contains("walks                  yes, no limit acts"), "{out}");
+    let (code, _, talk) = footfall(&["certify", "canter"]);
+    assert!(code == 2 && talk.contains("allowed is a generator file, or one of phase-coupled, thesis"), "{talk}");
 }
 
 #[test]

@@ -15,11 +15,13 @@ use gait_trace::stride::strides::segment;
 use gait_trace::{ConditionError, Conditioned, LowPass, RawJoints, Rules, StrideError, Strides, condition};
 use generator_file::certificate::{Certificate, certify};
 use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet, Provenance};
+use generator_file::inside_limits::inside_limits;
+use generator_file::returns::comes_back;
 use joint_loop::{LoopConfig, SERIES_HARMONICS};
 use joint_units::Joint;
 use serde::Serialize;
 
-use crate::generator_cycle::{aligned, generator_cycle};
+use crate::generator_cycle::{aligned, cycle_of, generator_cycle};
 use crate::judge::{HeldOut, JointFit, held_out, judge};
 use crate::search::{Dynamics, SearchSettings, fit_phase_coupled, fit_thesis};
 use crate::series::{self, Series};
@@ -87,6 +89,8 @@ pub struct Settings {
     pub follow: Option<Joint>,
     /// Source of stride events for a follower, besides the angle.
     pub events: EventSource,
+    /// Whether the joints are scaled and shifted into the limits of the default robot.
+    pub fit_limits: bool,
 }
 
 impl Default for Settings {
@@ -103,6 +107,7 @@ impl Default for Settings {
             compare: false,
             follow: None,
             events: EventSource::None,
+            fit_limits: false,
         }
     }
 }
@@ -119,6 +124,9 @@ impl fmt::Display for Settings {
             Kind::PhaseCoupled => write!(f, ", Levenberg-Marquardt"),
             Kind::Thesis => write!(f, ", CMA-ES, {} evaluations, seed {}", self.evaluations, self.seed),
         }?;
+        if self.fit_limits {
+            write!(f, ", joints fitted into the limits")?;
+        }
         match self.follow {
             Some(joint) => write!(f, ", follows {}, events {}", joint.name(), self.events.name()),
             None => Ok(()),
@@ -180,7 +188,7 @@ pub struct Compared {
     pub name: String,
     /// Root mean square error against the mean stride, degrees, in the order of the joints.
     pub rmse_deg: [f64; 4],
-    /// Whether perturbed starts return to the orbit; `None` for a generator without states.
+    /// Whether kicks and random starts come back to the orbit; `None` for a generator without states.
     pub holds: Option<bool>,
 }
 
@@ -209,8 +217,10 @@ pub struct Fit {
     pub joints: [JointFit; 4],
     /// Choice of the strides that were not fitted.
     pub held_out: HeldOut,
-    /// The certificate of the generator in the file.
+    /// The certificate of the generator in the file; it has whether the generator walks on the default robot.
     pub certificate: Certificate,
+    /// Root mean square change of each joint that the limits of the robot cost, degrees; `None` if the fit was not asked to keep them.
+    pub limits_cost_deg: Option<[f64; 4]>,
     /// The requested generator, if it was refused.
     pub refused: Option<Refused>,
     /// The other generators, if a comparison was requested.
@@ -276,7 +286,7 @@ pub fn fit(
     let mut refused = None;
     let mut found = of_kind(settings.generator, &mean, period_s, settings, progress);
     let mut checked = check(&found.set, settings, progress);
-    if let Some(because) = found.refused_because.take().or_else(|| not_accepted(&checked)) {
+    if let Some(because) = found.refused_because.take().or_else(|| not_used(&checked)) {
         if settings.generator == Kind::Shape {
             return Err(FitError::Generator { file: file(), why: because });
         }
@@ -289,26 +299,34 @@ pub fn fit(
         found = of_kind(Kind::Shape, &mean, period_s, &used, progress);
         checked = check(&found.set, &used, progress);
     }
-    let Found { set, history, .. } = found;
+    let Found { mut set, history, .. } = found;
+    let limits_cost_deg = if settings.fit_limits {
+        progress("limits of the robot");
+        let inside = inside_limits(&set, &LoopConfig::default_biped())
+            .map_err(|why| FitError::Generator { file: file(), why })?;
+        if inside.set != set {
+            set = inside.set;
+            checked = check(&set, settings, progress);
+        }
+        Some(inside.cost_deg)
+    } else {
+        None
+    };
     let mut certificate = checked.map_err(|why| FitError::Generator { file: file(), why })?;
     let own = generator_cycle(&set).map_err(|why| FitError::Generator { file: file(), why })?;
     let (cycle, ahead) = aligned(&own.cycle, &mean);
     let origin = ((1.0 - ahead) * POINTS as f64).round() as usize % POINTS;
 
     progress("held-out strides");
-    let (way, errors, floor) = held_out(&strides, |some| refitted(&set, some, period_s));
-    let joints = judge(&strides, &cycle, errors, floor);
+    // Fitted into limits, the generator itself is judged.
+    let moved = limits_cost_deg.is_some_and(|cost| cost != [0.0; 4]);
+    let again = |some: &Cycle| if moved { cycle.clone() } else { refitted(&set, some, period_s) };
+    let (way, errors, floor) = held_out(&strides, again);
     let asymmetric = is_asymmetric(&strides);
     if asymmetric {
         let [hip, knee] = strides.asymmetry_deg();
         notes.push(format!(
             "asymmetric: left and right, shifted by half a stride, differ by {hip:.1} degrees at the hip and {knee:.1} at the knee"
-        ));
-    }
-    for peaks in certificate.joints.iter().filter(|joint| !joint.inside_gate) {
-        notes.push(format!(
-            "{}: up to {:.0} deg/s and {:.0} deg/s^2, beyond the default gate: the board will limit it",
-            peaks.name, peaks.peak_velocity_deg_s, peaks.peak_acceleration_deg_s2
         ));
     }
     if let GeneratorSet::Shape(shape) = &set
@@ -342,6 +360,15 @@ pub fn fit(
         }
         (set, _) => set,
     };
+    let driven = cycle_of(&certificate.drive.strides).map(|driven| aligned(&driven.cycle, &mean).0);
+    let joints = judge(&strides, &cycle, driven.as_ref(), errors, floor);
+    notes.extend(certificate.excesses.iter().map(|excess| format!("beyond the limits of the robot: {excess}")));
+    if let Some(cost) = limits_cost_deg.filter(|_| moved) {
+        let [a, b, c, d] = cost;
+        notes.push(format!(
+            "fitted into the limits of the robot: changed by {a:.2} {b:.2} {c:.2} {d:.2} degrees (left hip, right hip, left knee, right knee)"
+        ));
+    }
     let provenance = Provenance {
         source: source.name.clone(),
         source_sha256: source.sha256.clone(),
@@ -361,6 +388,7 @@ pub fn fit(
         joints,
         held_out: way,
         certificate,
+        limits_cost_deg,
         refused,
         compared,
         history,
@@ -431,10 +459,11 @@ fn check(set: &GeneratorSet, settings: &Settings, progress: &mut dyn FnMut(&str)
     certify(set, settings.starts, &LoopConfig::default_biped(), &mut report)
 }
 
-fn not_accepted(checked: &Result<Certificate, String>) -> Option<String> {
+/// Why a generator is not used. One that exceeds the limits of the robot is: another kind of generator would exceed them too.
+fn not_used(checked: &Result<Certificate, String>) -> Option<String> {
     match checked {
         Err(why) => Some(why.clone()),
-        Ok(certificate) if certificate.accepted => None,
+        Ok(certificate) if certificate.status.comes_back() => None,
         Ok(certificate) => Some(certificate.refused_because.clone().unwrap_or_default()),
     }
 }
@@ -486,7 +515,8 @@ fn compare(
         add(name, &set, None);
     }
     let coupled = of_kind(Kind::PhaseCoupled, mean, period_s, settings, progress);
-    add("R1, the phase-coupled network".into(), &coupled.set, Some(true));
+    let holds = comes_back(&coupled.set, settings.starts).is_ok();
+    add("R1, the phase-coupled network".into(), &coupled.set, Some(holds));
     let thesis = of_kind(Kind::Thesis, mean, period_s, settings, progress);
     add("the thesis' network".into(), &thesis.set, Some(thesis.refused_because.is_none()));
     (all, thesis.history)

@@ -40,7 +40,7 @@ pub fn generator_cycle(set: &GeneratorSet) -> Result<GeneratorCycle, String> {
         }
         samples.push((cycles, generator.angles().map(|angle| f64::from(angle.degrees()))));
         if cycles > SETTLING + 1.0 {
-            return Ok(between_wraps(&samples));
+            return Ok(between_wraps(&samples, SETTLING));
         }
     }
     Err(format!(
@@ -50,14 +50,24 @@ pub fn generator_cycle(set: &GeneratorSet) -> Result<GeneratorCycle, String> {
     ))
 }
 
-fn between_wraps(samples: &[(f64, [f64; Joint::COUNT])]) -> GeneratorCycle {
+/// One stride of recorded angles, in degrees, at equal time steps of 1 ms: from the first whole number of cycles on. `None` if they
+/// are shorter.
+#[must_use]
+pub fn cycle_of(samples: &[(f64, [f64; Joint::COUNT])]) -> Option<GeneratorCycle> {
+    let (first, last) = (samples.first()?.0, samples.last()?.0);
+    let begin = first.ceil();
+    (begin + 1.0 < last).then(|| between_wraps(samples, begin))
+}
+
+/// The stride that begins after so many cycles.
+fn between_wraps(samples: &[(f64, [f64; Joint::COUNT])], begin: f64) -> GeneratorCycle {
     // Time at which the phase passed a number of cycles, in ticks after the first sample.
     let when = |cycles: f64| {
         let after = samples.iter().position(|sample| sample.0 >= cycles).unwrap_or(0).max(1);
         let (a, b) = (samples[after - 1].0, samples[after].0);
         (after - 1) as f64 + (cycles - a) / (b - a).max(1e-12)
     };
-    let (begin, end) = (when(SETTLING), when(SETTLING + 1.0));
+    let (begin, end) = (when(begin), when(begin + 1.0));
     let at = |ticks: f64, joint: usize| {
         let k = (ticks as usize).min(samples.len() - 2);
         let (a, b) = (samples[k].1[joint], samples[k + 1].1[joint]);

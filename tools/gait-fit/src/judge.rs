@@ -19,6 +19,8 @@ pub struct JointFit {
     pub name: &'static str,
     /// Root mean square error of the generator against the person's mean stride, degrees.
     pub rmse_mean_stride_deg: f64,
+    /// The same error of the setpoints, after the limits of the default robot, degrees; `None` if it does not walk there.
+    pub rmse_driven_deg: Option<f64>,
     /// Root mean square error on strides that were not fitted, degrees; `None` if there is only one stride.
     pub rmse_heldout_deg: Option<f64>,
     /// The same error of the mean of the fitted strides, degrees: the person's own variability. A generator fitted to that mean cannot
@@ -108,10 +110,18 @@ fn spread(strides: &Strides, which: Range<usize>, expected: impl Fn(usize) -> Cy
     squares.map(|sum| (sum / count).sqrt())
 }
 
-/// The errors of all joints. `fitted` is the generator's cycle, aligned with the mean stride.
+/// The errors of all joints. `fitted` is the generator's cycle, `driven` that of its setpoints on the robot; both are aligned with the
+/// mean stride.
 #[must_use]
-pub fn judge(strides: &Strides, fitted: &Cycle, errors: Option<[f64; 4]>, floor: Option<[f64; 4]>) -> [JointFit; 4] {
+pub fn judge(
+    strides: &Strides,
+    fitted: &Cycle,
+    driven: Option<&Cycle>,
+    errors: Option<[f64; 4]>,
+    floor: Option<[f64; 4]>,
+) -> [JointFit; 4] {
     let mean = strides.mean();
+    let driven = driven.map(|driven| driven.rmse_deg(&mean));
     let rmse = fitted.rmse_deg(&mean);
     let several = strides.cycles().len() > 1;
     let sd = strides.sd_deg();
@@ -123,6 +133,7 @@ pub fn judge(strides: &Strides, fitted: &Cycle, errors: Option<[f64; 4]>, floor:
         JointFit {
             name: joint.name(),
             rmse_mean_stride_deg: rmse[j],
+            rmse_driven_deg: driven.map(|driven| driven[j]),
             rmse_heldout_deg: errors.map(|errors| errors[j]),
             heldout_floor_deg: floor.map(|floor| floor[j]),
             stride_sd_deg: several.then_some(sd[j]),

@@ -53,6 +53,7 @@ fn summary(page: &mut String, fit: &Fit) {
         ),
         ("left against right, shifted by half a stride", format!("hip {hip:.1} deg, knee {knee:.1} deg")),
         ("certificate", fit.certificate.status.words().to_owned()),
+        ("walks", fit.certificate.drive.in_words()),
         ("recording", fit.format.clone()),
     ] {
         let _ = write!(page, "<tr><td>{}</td><td>{}</td></tr>", escape(name), escape(&value));
@@ -71,6 +72,7 @@ fn joints(page: &mut String, fit: &Fit) {
         [
             "joint",
             "RMSE to the mean stride, deg",
+            "the same as driven, deg",
             "RMSE on held-out strides, deg",
             "floor (own variability), deg",
             "stride-to-stride SD, deg",
@@ -85,6 +87,7 @@ fn joints(page: &mut String, fit: &Fit) {
         let cells = [
             joint.name.replace('_', " "),
             number(Some(joint.rmse_mean_stride_deg)),
+            number(joint.rmse_driven_deg),
             number(joint.rmse_heldout_deg),
             number(joint.heldout_floor_deg),
             number(joint.stride_sd_deg),
@@ -189,7 +192,7 @@ fn compared(page: &mut String, fit: &Fit) -> Result<(), String> {
     row(
         page,
         "th",
-        ["generator", "left hip", "right hip", "left knee", "right knee", "perturbed starts return to the orbit"],
+        ["generator", "left hip", "right hip", "left knee", "right knee", "kicks and random starts come back"],
     );
     for other in &fit.compared {
         let mut cells = vec![other.name.clone()];
@@ -222,19 +225,24 @@ fn compared(page: &mut String, fit: &Fit) -> Result<(), String> {
 
 fn certificate(page: &mut String, fit: &Fit) {
     let certificate = &fit.certificate;
+    let returns = &certificate.returns;
     *page += "<h2>Certificate</h2><table>";
-    let settling = certificate.settling_s.map_or("not within the simulated strides".into(), |s| format!("{s:.2} s"));
-    let multiplier = certificate.multipliers.first().map_or("none".into(), |largest| format!("{largest:.3}"));
-    let no_state = certificate.starts == 0;
+    let no_state = returns.kicks == 0;
+    let multiplier = returns.multipliers.first().map_or("none".into(), |largest| format!("{largest:.3}"));
+    let settling = returns.settling_s.map_or("a kick is lost".into(), |s| format!("{s:.2} s"));
     let of = |some: u32, all: u32| {
         if no_state { "not applicable: no state except the phase".into() } else { format!("{some} of {all}") }
     };
     let following = certificate.following.iter().flat_map(generator_file::following::Following::in_words);
     for (name, value) in [
-        ("result", certificate.status.words().to_owned()),
-        ("random starts on the orbit", of(certificate.converged, certificate.starts)),
-        ("perturbed starts that return to the orbit", of(certificate.perturbed_locked, certificate.perturbed)),
-        ("settling time after a disturbance", if no_state { "not applicable".into() } else { settling }),
+        ("result", certificate.refused_because.clone().unwrap_or("accepted".into())),
+        ("walks on the default robot", certificate.drive.in_words()),
+        ("random starts on the orbit", of(returns.converged, returns.starts)),
+        (
+            "kicks of half an amplitude that come back",
+            of(returns.kicks - returns.kicks_lost.len() as u32, returns.kicks),
+        ),
+        ("settling time after a kick, the worst phase", if no_state { "not applicable".into() } else { settling }),
         ("largest Floquet multiplier", multiplier),
         ("largest stable step in f32", format!("{:.1} ms", certificate.largest_step_ms)),
     ]

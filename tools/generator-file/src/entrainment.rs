@@ -5,8 +5,8 @@
 //! v' = ... + 2 pi f kap (v_m - v),   u_m = cos(2 pi F t), v_m = -sin(2 pi F t)
 //! ```
 //! with u and v in amplitudes of the joint and f the generator's own frequency. A frequency locks 1:1 if, after [`SETTLE_CYCLES`]
-//! cycles of the master, their phase difference changes by less than [`SLIP`] of a cycle in [`WATCH_CYCLES`] more. The stronger the link,
-//! the wider the range; the range over the strength is the tongue. Only half to twice the own frequency is tried, and a range that ends
+//! cycles of the master, the phase difference of the master and **every** joint changes by less than [`SLIP`] of a cycle in
+//! [`WATCH_CYCLES`] more. The stronger the link, the wider the range; the range over the strength is the tongue. Only half to twice the own frequency is tried, and a range that ends
 //! there is open.
 
 use cpg_core::waveform::shape::STRIDE_RANGE_S;
@@ -56,7 +56,12 @@ impl Tongue {
 
 /// The input of an oscillator, in words.
 pub(crate) fn by_link() -> String {
-    "a link from a master oscillator to the first joint, 1:1".into()
+    "a link from a master oscillator to the first joint, 1:1; every joint locks".into()
+}
+
+/// Why no range is measured, in words.
+pub(crate) fn not_measured(why: &str) -> String {
+    format!("not measured: {why}")
 }
 
 /// The input of a phase, in words.
@@ -106,35 +111,42 @@ fn edge(locked: &impl Fn(f64) -> bool, limit: f64) -> f64 {
     inside
 }
 
-/// Whether a master at `ratio` times the generator's own frequency locks it.
+/// Whether a master at `ratio` times the generator's own frequency locks every joint.
 fn locks(built: &dyn Model, orbit: &Orbit, strength: f64, ratio: f64) -> bool {
     let mut model = built.copy();
-    model.set_state(&orbit.points[0]);
-    let joints = orbit.points[0].len() / 2;
+    model.set_state(&orbit.at(0.0));
+    let joints = orbit.dimensions() / 2;
     // The master's velocity has the amplitude of the orbit, so that a master on the orbit exerts no force.
-    let (u_size, v_size) = (orbit.size(0), orbit.size(joints));
+    let sizes: Vec<(f64, f64)> = (0..joints).map(|joint| (orbit.size(joint), orbit.size(joints + joint))).collect();
     let per_step = ratio / orbit.steps;
     let pull = TAU / orbit.steps * strength;
     let first = (SETTLE_CYCLES / per_step) as u32;
     let all = first + (WATCH_CYCLES / per_step) as u32;
-    // Phase lead of the generator over the master, in cycles, not wrapped; evaluated once a cycle of the master, because it varies
+    // Phase lead of each joint over the master, in cycles, not wrapped; evaluated once a cycle of the master, because it varies
     // within a cycle with the waveform.
-    let (mut lead, mut low, mut high) = (0.0, f64::MAX, f64::MIN);
+    let mut leads = vec![(0.0, f64::MAX, f64::MIN); joints];
     let mut before = 0.0;
     for step in 0..all {
         let master = (per_step * f64::from(step)).fract();
         let mut state = model.state();
-        state[joints] += pull * (-v_size * (TAU * master).sin() - state[joints]);
-        if !model.set_state(&state) {
-            return false;
-        }
-        let phase = (-state[joints] / v_size).atan2(state[0] / u_size) / TAU;
-        lead += (phase - master - lead + 0.5).rem_euclid(1.0) - 0.5;
-        if step >= first && master < before {
-            (low, high) = (f64::min(low, lead), f64::max(high, lead));
+        state[joints] += pull * (-sizes[0].1 * (TAU * master).sin() - state[joints]);
+        model.set_state(&state);
+        let watched = step >= first && master < before;
+        for (joint, (lead, low, high)) in leads.iter_mut().enumerate() {
+            let (u_size, v_size) = sizes[joint];
+            let phase = (-state[joints + joint] / v_size).atan2(state[joint] / u_size) / TAU;
+            *lead += (phase - master - *lead + 0.5).rem_euclid(1.0) - 0.5;
+            if watched {
+                (*low, *high) = (f64::min(*low, *lead), f64::max(*high, *lead));
+                if *high - *low >= SLIP {
+                    return false;
+                }
+            }
         }
         before = master;
-        model.step();
+        if !model.advance(1) {
+            return false;
+        }
     }
-    model.sound() && high - low < SLIP
+    true
 }

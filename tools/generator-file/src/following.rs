@@ -13,14 +13,12 @@ use std::f64::consts::TAU;
 
 use cpg_core::entrainment::phase_lock::Template;
 use cpg_core::entrainment::{Follower, Lock};
-use cpg_core::waveform::shape::Shape;
 use cpg_core::{BuildError, Follow, Generator};
-use joint_loop::{BoardGenerator, FollowConfig, GeneratorConfig};
-use joint_units::{Period, Phase, Radians};
+use joint_loop::FollowConfig;
+use joint_units::Period;
 use serde::Serialize;
 
-use crate::file::GeneratorSet;
-use crate::random::Random;
+use crate::led::SimulatedPerson;
 
 /// Start phases.
 pub const PHASES: u32 = 12;
@@ -42,8 +40,7 @@ pub const RANGE_STEP: f64 = 0.05;
 pub const STEADY_STRIDES: f64 = 40.0;
 /// Standard deviation of the stride times meanwhile, relative: that of recorded persons.
 pub const STRIDE_SD: f64 = 0.015;
-/// Standard deviation of the noise on the angle, degrees.
-pub const NOISE_DEG: f64 = 0.1;
+pub use crate::led::NOISE_DEG;
 
 /// Measurements of a follower on a simulated person.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -108,67 +105,6 @@ impl Following {
             format!("{sd:.2} deg sd, with stride times that vary by {:.1} %", 100.0 * STRIDE_SD)
         });
         [("lock on a person", lock), ("lock range", range), ("steady phase error", steady)]
-    }
-}
-
-/// A simulated person with the sensor.
-#[derive(Debug, Clone)]
-struct SimulatedPerson {
-    template: Template,
-    cycles: f64,
-    /// Cycles a tick.
-    rate: f64,
-    random: Random,
-}
-
-impl SimulatedPerson {
-    fn new(template: Template, phase: f64, stride_s: f64) -> Self {
-        Self { template, cycles: phase, rate: 1e-3 / stride_s, random: Random(1) }
-    }
-
-    fn tick(&mut self) -> Radians {
-        self.cycles += self.rate;
-        let noise = self.random.normal() * NOISE_DEG.to_radians();
-        Radians((f64::from(self.template.at(self.phase()).angle) + noise) as f32)
-    }
-
-    fn phase(&self) -> Phase {
-        Phase::from_cycles(self.cycles.rem_euclid(1.0) as f32)
-    }
-
-    /// How far `phase` is behind the person's, degrees.
-    fn off(&self, phase: Phase) -> f64 {
-        f64::from(self.phase().radians_after(phase).0).to_degrees()
-    }
-}
-
-/// A generator as it runs on the board; a follower gets the angles of a simulated person.
-pub(crate) struct Led {
-    pub(crate) generator: BoardGenerator,
-    person: Option<SimulatedPerson>,
-    ticks_per_period: f64,
-}
-
-impl Led {
-    pub(crate) fn new(set: &GeneratorSet, period: Period) -> Result<Self, String> {
-        let generator = set.build(period).map_err(|error| error.to_string())?;
-        let person = match set.config() {
-            GeneratorConfig::Follow(config) => {
-                let shapes = config.shape.shapes().map_err(|error| error.to_string())?;
-                Some(SimulatedPerson::new(shapes[config.sensor as usize], 0.0, f64::from(config.shape.stride_s)))
-            }
-            _ => None,
-        };
-        Ok(Self { generator, person, ticks_per_period: f64::from(period.micros()) * 1e-3 })
-    }
-
-    pub(crate) fn step(&mut self) {
-        if let Some(person) = &mut self.person {
-            person.cycles += person.rate * self.ticks_per_period;
-            let angle = Radians(person.template.at(person.phase()).angle);
-            self.generator.observe(Some(angle));
-        }
-        self.generator.step();
     }
 }
 
@@ -328,7 +264,7 @@ mod tests {
     use super::*;
     use cpg_core::entrainment::EventSource;
     use joint_loop::{SERIES_HARMONICS, SeriesConfig, ShapeConfig};
-    use joint_units::Joint;
+    use joint_units::{Joint, Radians};
 
     /// Amplitudes of the first harmonics in degrees, hips and knees half a stride apart.
     fn config(sensor: Joint, hip: [f32; 3], knee: [f32; 3]) -> FollowConfig {

@@ -11,6 +11,8 @@
 #[cfg(feature = "certificate")]
 pub mod certificate;
 #[cfg(feature = "certificate")]
+pub mod drive;
+#[cfg(feature = "certificate")]
 pub mod entrainment;
 pub mod file;
 #[cfg(feature = "certificate")]
@@ -18,11 +20,23 @@ pub mod following;
 #[cfg(feature = "certificate")]
 pub mod gait_error;
 #[cfg(feature = "certificate")]
+pub mod inside_limits;
+#[cfg(feature = "certificate")]
+mod led;
+#[cfg(feature = "certificate")]
+pub mod limits;
+#[cfg(feature = "certificate")]
 mod model;
 #[cfg(feature = "certificate")]
 mod orbit;
 #[cfg(feature = "certificate")]
 pub mod random;
 #[cfg(feature = "certificate")]
+pub mod returns;
+#[cfg(feature = "certificate")]
 mod single_precision;
+#[cfg(feature = "certificate")]
+pub mod status;
+#[cfg(feature = "certificate")]
+pub mod subject;
 pub mod toml_file;

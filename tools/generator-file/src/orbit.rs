@@ -1,231 +1,339 @@
-//! The limit cycle of a generator's model, and how starts beside it behave.
+//! The motion that a model settles on: an orbit, found to rounding error by Newton's method, or a motion without one.
 //!
-//! A distance is the largest difference of a state from the nearest point of the orbit; every state is divided by its amplitude.
+//! The orbit solves F(x, T) = x, where F(x, T) is the state after the time T from x. Newton's steps use the differential M of F by x;
+//! on the orbit the eigenvalues of M are the Floquet multipliers. An orbit counts only if the model comes to it from its own start.
+//!
+//! A **distance** is that of a state from the nearest point of the orbit: the root of the sum of squares over all states, each divided by
+//! its amplitude on the orbit. One point of the orbit is one time shift of all joints, so a joint that is shifted alone stays away.
 
-use nalgebra::DMatrix;
-use serde::Serialize;
+use nalgebra::{DMatrix, DVector};
 
 use crate::model::Model;
-use crate::random::Random;
 
-/// Largest size of a random start, in amplitudes.
-pub const START_BOX: f64 = 1.5;
-/// Strides after which a random start is judged.
-pub const START_STRIDES: u32 = 60;
-/// Strides after which a perturbed start is judged.
-pub const RETURN_STRIDES: u32 = 100;
-/// Smallest accepted share of the perturbed starts that are back on the orbit, every phase included.
-pub const RETURN_SHARE: f64 = 0.95;
-/// Points of the orbit to which distances are measured.
-const ORBIT_POINTS: usize = 400;
-/// Step of these simulations, in microseconds.
-pub(crate) const STEP_MICROS: u32 = 5_000;
+/// Strides before the first search for an orbit.
+const SETTLE_STRIDES: usize = 60;
+/// Strides between two searches.
+const MORE_STRIDES: usize = 100;
+/// Searches before the motion counts as one without an orbit.
+const SEARCHES: usize = 4;
+/// Distance from the orbit at which the model counts as on it.
+const ON_ORBIT: f64 = 0.02;
+/// Strides that are recorded for a search.
+const RECORDED_STRIDES: usize = 14;
+/// Most cycles of the first moving state in one period.
+const MOST_CYCLES: usize = 6;
+/// Half range of a state below which it does not move.
+const MOVES: f64 = 0.02;
+/// Largest relative deviation of an interval of a state that moves steadily.
+const STEADY: f64 = 0.1;
+/// Points of an orbit: so many to twice as many, or one a step.
+const LEAST_POINTS: usize = 200;
 
-/// A start that diverged.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Diverged {
-    /// The start's number.
-    pub start: u32,
-    /// Its initial state in amplitudes: displacement of each joint, then velocity of each.
-    pub state: Vec<f64>,
+/// The motion that a model settles on.
+pub(crate) enum Motion {
+    /// It comes to rest.
+    Still,
+    /// Every state that moves does so steadily, but the whole never repeats.
+    QuasiPeriodic,
+    /// At least one state has no steady period.
+    Irregular,
+    /// It comes to this orbit.
+    Periodic(Orbit),
 }
 
-/// The limit cycle.
+/// An orbit.
 pub(crate) struct Orbit {
-    /// States at equal intervals of time.
-    pub(crate) points: Vec<Vec<f64>>,
+    /// States at every step, in amplitudes, one after the other.
+    scaled: Vec<f64>,
+    /// Amplitude of each state: half its range, or its size if it does not move.
+    pub(crate) amplitude: Vec<f64>,
+    /// Middle of each state's range.
+    pub(crate) middle: Vec<f64>,
     /// Period, seconds.
     pub(crate) period_s: f64,
     /// Period in steps.
     pub(crate) steps: f64,
+    /// Sizes of the Floquet multipliers without the trivial one, largest first.
+    pub(crate) multipliers: Vec<f64>,
 }
 
 impl Orbit {
-    /// Distance of a state from the orbit.
-    fn distance(&self, state: &[f64]) -> f64 {
-        let to = |point: &Vec<f64>| point.iter().zip(state).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        self.points.iter().map(to).fold(f64::MAX, f64::min)
+    /// Number of states.
+    pub(crate) fn dimensions(&self) -> usize {
+        self.amplitude.len()
     }
 
-    /// Largest absolute value of a state.
+    /// The state after a part of the period, 0 to 1.
+    pub(crate) fn at(&self, part: f64) -> Vec<f64> {
+        let n = self.dimensions();
+        let points = self.scaled.len() / n;
+        let place = ((part * points as f64) as usize).min(points - 1);
+        self.scaled[place * n..(place + 1) * n].iter().zip(&self.amplitude).map(|(x, a)| x * a).collect()
+    }
+
+    /// Largest size of a state.
     pub(crate) fn size(&self, index: usize) -> f64 {
-        self.points.iter().map(|p| p[index].abs()).fold(0.0, f64::max)
+        self.scaled.iter().skip(index).step_by(self.dimensions()).fold(0.0, |most, x| f64::max(most, x.abs()))
+            * self.amplitude[index]
+    }
+
+    /// Distance of a state from the orbit.
+    pub(crate) fn distance(&self, state: &[f64]) -> f64 {
+        let n = self.dimensions();
+        let here: Vec<f64> = state.iter().zip(&self.amplitude).map(|(x, a)| x / a).collect();
+        let square = |point: &[f64]| point.iter().zip(&here).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+        let nearest = self.scaled.chunks_exact(n).map(square).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((place, least)) = nearest else { return f64::INFINITY };
+        // Between points the orbit is straight.
+        let points = self.scaled.len() / n;
+        let point = |k: usize| &self.scaled[(k % points) * n..(k % points + 1) * n];
+        let to_segment = |a: &[f64], b: &[f64]| {
+            let along: f64 = a.iter().zip(b).zip(&here).map(|((a, b), x)| (b - a) * (x - a)).sum();
+            let length: f64 = a.iter().zip(b).map(|(a, b)| (b - a) * (b - a)).sum();
+            let part = if length > 0.0 { (along / length).clamp(0.0, 1.0) } else { 0.0 };
+            a.iter().zip(b).zip(&here).map(|((a, b), x)| (a + part * (b - a) - x).powi(2)).sum::<f64>()
+        };
+        let (before, at, after) = (point(place + points - 1), point(place), point(place + 1));
+        least.min(to_segment(before, at)).min(to_segment(at, after)).sqrt()
     }
 }
 
-fn steps_per(seconds: f64) -> u32 {
-    (seconds * 1e6 / f64::from(STEP_MICROS)).ceil() as u32
-}
-
-/// Upward zero crossings of the first displacement within `steps` steps, in steps.
-fn crossings(model: &mut dyn Model, steps: u32) -> Vec<f64> {
-    let mut marks = vec![];
-    let mut before = model.state()[0];
-    for step in 0..steps {
-        model.step();
-        let now = model.state()[0];
-        if before < 0.0 && now >= 0.0 {
-            marks.push(f64::from(step) - before / (now - before));
-        }
-        before = now;
-    }
-    marks
-}
-
-/// The limit cycle that a model settles on; `None` if it does not oscillate. `guess_s` is the expected period, seconds.
-pub(crate) fn limit_cycle(built: &dyn Model, guess_s: f64) -> Option<Orbit> {
+/// The motion that a model settles on from its own start. `stride` is the expected period in steps.
+pub(crate) fn motion(built: &dyn Model, stride: usize) -> Motion {
     let mut model = built.copy();
-    let stride = steps_per(guess_s);
-    for _ in 0..stride * 100 {
-        model.step();
-    }
-    let mut copy = model.copy();
-    let marks = crossings(copy.as_mut(), stride * 25);
-    let cycles = marks.len().checked_sub(1).filter(|&n| n >= 10)?;
-    let steps = (marks[cycles] - marks[0]) / cycles as f64;
-    let even = marks.windows(2).all(|w| (w[1] - w[0] - steps).abs() < 0.05 * steps);
-    let mut points = vec![];
-    let stride = (steps / ORBIT_POINTS as f64).max(1.0);
-    let mut next = 0.0;
-    for step in 0..steps.ceil() as u32 {
-        if f64::from(step) >= next {
-            points.push(model.state());
-            next += stride;
+    let mut recorded = None;
+    for search in 0..SEARCHES {
+        model.advance(stride * if search == 0 { SETTLE_STRIDES } else { MORE_STRIDES });
+        let record = Record::of(model.as_mut(), stride);
+        if record.moving.is_empty() {
+            return Motion::Still;
         }
-        model.step();
-    }
-    let orbit = Orbit { points, period_s: steps * f64::from(STEP_MICROS) * 1e-6, steps };
-    let swings = (0..4).all(|joint| orbit.size(joint) > 0.05);
-    (even && swings && model.sound()).then_some(orbit)
-}
-
-/// Largest displacement of each joint over one period.
-fn sizes(model: &mut dyn Model, orbit: &Orbit) -> Vec<f64> {
-    let mut sizes = vec![0.0f64; 4];
-    for _ in 0..orbit.steps.ceil() as u32 {
-        model.step();
-        for (size, x) in sizes.iter_mut().zip(model.state()) {
-            *size = size.max(x.abs());
+        if let Some(orbit) = record.orbit(model.as_ref())
+            && orbit.distance(&model.state()) < ON_ORBIT
+        {
+            return Motion::Periodic(orbit);
         }
+        recorded = Some(record);
     }
-    sizes
-}
-
-/// Whether the amplitude of each joint is between 0.5 and 1.5 times that of the orbit.
-fn keeps_size(model: &mut dyn Model, orbit: &Orbit) -> bool {
-    let sizes = sizes(model, orbit);
-    model.sound() && sizes.iter().enumerate().all(|(joint, s)| (0.5..1.5).contains(&(s / orbit.size(joint))))
-}
-
-pub(crate) fn run(model: &mut dyn Model, steps: f64) {
-    for _ in 0..steps as u32 {
-        model.step();
+    match recorded {
+        Some(record) if record.is_steady() => Motion::QuasiPeriodic,
+        _ => Motion::Irregular,
     }
 }
 
-/// Perturbed starts near the orbit, and how they ended.
-#[derive(Default)]
-pub(crate) struct Perturbed {
-    /// Starts that were tried.
-    pub(crate) tried: u32,
-    /// Those back on the orbit after [`RETURN_STRIDES`] strides.
-    pub(crate) back: u32,
-    /// Those that diverged.
-    pub(crate) diverged: Vec<Diverged>,
+/// The states of some strides.
+struct Record {
+    states: Vec<Vec<f64>>,
+    /// Half range and middle of each state.
+    spread: Vec<(f64, f64)>,
+    /// The states that move.
+    moving: Vec<usize>,
 }
 
-/// Starts 100 times beside the orbit.
-pub(crate) fn perturb(built: &dyn Model, orbit: &Orbit) -> Perturbed {
-    let mut random = Random(8);
-    let mut all = Perturbed::default();
-    for start in 0..100u32 {
-        let point = &orbit.points[start as usize * orbit.points.len() / 100];
-        let state: Vec<f64> = point.iter().map(|x| x + random.within(0.08)).collect();
-        let mut model = built.copy();
-        if !model.set_state(&state) {
-            continue;
+impl Record {
+    fn of(model: &mut dyn Model, stride: usize) -> Self {
+        let mut states = Vec::with_capacity(RECORDED_STRIDES * stride + 1);
+        states.push(model.state());
+        for _ in 0..RECORDED_STRIDES * stride {
+            model.advance(1);
+            states.push(model.state());
         }
-        all.tried += 1;
-        run(model.as_mut(), orbit.steps * f64::from(RETURN_STRIDES));
-        all.back += u32::from(orbit.distance(&model.state()) < 0.05);
-        if !keeps_size(model.as_mut(), orbit) {
-            all.diverged.push(Diverged { start, state });
-        }
+        let spread: Vec<(f64, f64)> = (0..states[0].len())
+            .map(|i| {
+                let fold = |(low, high): (f64, f64), s: &Vec<f64>| (low.min(s[i]), high.max(s[i]));
+                let (low, high) = states.iter().fold((f64::MAX, f64::MIN), fold);
+                (0.5 * (high - low), 0.5 * (high + low))
+            })
+            .collect();
+        let moving = (0..spread.len()).filter(|&i| spread[i].0 > MOVES * spread[i].1.abs().max(1.0)).collect();
+        Self { states, spread, moving }
     }
-    all
+
+    /// Upward crossings of the middle of a state, in steps.
+    fn crossings(&self, index: usize) -> Vec<f64> {
+        let middle = self.spread[index].1;
+        let pairs = self.states.windows(2).enumerate();
+        pairs
+            .filter_map(|(step, pair)| {
+                let (before, now) = (pair[0][index] - middle, pair[1][index] - middle);
+                (before < 0.0 && now >= 0.0).then(|| step as f64 - before / (now - before))
+            })
+            .collect()
+    }
+
+    /// Whether the intervals of every moving state are equal.
+    fn is_steady(&self) -> bool {
+        self.moving.iter().all(|&index| {
+            let marks = self.crossings(index);
+            let Some(cycles) = marks.len().checked_sub(1).filter(|&cycles| cycles >= 3) else { return false };
+            let mean = (marks[cycles] - marks[0]) / cycles as f64;
+            marks.windows(2).all(|pair| (pair[1] - pair[0] - mean).abs() < STEADY * mean)
+        })
+    }
+
+    /// The orbit near the last state, if there is one.
+    fn orbit(&self, model: &dyn Model) -> Option<Orbit> {
+        let amplitude: Vec<f64> =
+            self.spread
+                .iter()
+                .enumerate()
+                .map(|(i, &(half, middle))| {
+                    if self.moving.contains(&i) { half } else { if middle.abs() > MOVES { middle.abs() } else { 1.0 } }
+                })
+                .collect();
+        let marks = self.crossings(*self.moving.first()?);
+        let cycles = marks.len().checked_sub(1).filter(|&cycles| cycles >= 3)?;
+        let cycle = (marks[cycles] - marks[0]) / cycles as f64;
+        // The fewest cycles after which the state returns.
+        let last = self.states.last()?;
+        let back = |count: usize| {
+            let from = self.states.len() as f64 - 1.0 - count as f64 * cycle;
+            if from < NODES as f64 { f64::INFINITY } else { apart(&interpolated(&self.states, from), last, &amplitude) }
+        };
+        let distances: Vec<f64> = (1..=MOST_CYCLES).map(back).collect();
+        let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
+        let count = 1 + distances.iter().position(|d| *d <= f64::max(0.02, 3.0 * least))?;
+        if least > 0.3 {
+            return None;
+        }
+        newton(model, &amplitude, cycle * count as f64)
+    }
 }
 
-/// Starts at random states: how many are on the orbit after [`START_STRIDES`] strides, and how many diverged.
-pub(crate) fn scatter(built: &dyn Model, orbit: &Orbit, starts: u32) -> (u32, u32) {
-    let mut random = Random(1);
-    let dimensions = built.state().len();
-    let (mut converged, mut diverged) = (0, 0);
-    for _ in 0..starts {
-        let state: Vec<f64> = (0..dimensions).map(|_| random.within(START_BOX)).collect();
-        let mut model = built.copy();
-        if !model.set_state(&state) {
-            diverged += 1;
-            continue;
-        }
-        run(model.as_mut(), orbit.steps * f64::from(START_STRIDES));
-        if orbit.distance(&model.state()) < 0.05 {
-            converged += 1;
-        } else if !keeps_size(model.as_mut(), orbit) {
-            diverged += 1;
-        }
-    }
-    (converged, diverged)
+fn apart(a: &[f64], b: &[f64], amplitude: &[f64]) -> f64 {
+    a.iter().zip(b).zip(amplitude).map(|((a, b), size)| ((a - b) / size).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Seconds until a push of the first velocity is within 5 percent of the orbit and stays there; `None` if it is not within
-/// [`RETURN_STRIDES`] strides.
-pub(crate) fn settle(built: &dyn Model, orbit: &Orbit) -> Option<f64> {
-    let mut model = built.copy();
-    let mut state = orbit.points[0].clone();
-    let velocity = state.len() / 2;
-    *state.get_mut(velocity)? += 0.5;
-    if !model.set_state(&state) {
-        return None;
-    }
-    let steps = orbit.steps as u32 * RETURN_STRIDES;
-    let mut last_outside = 0;
-    for step in 0..steps {
-        if orbit.distance(&model.state()) > 0.05 {
-            last_outside = step + 1;
-        }
-        model.step();
-    }
-    (last_outside < steps).then_some(f64::from(last_outside) * f64::from(STEP_MICROS) * 1e-6)
-}
+/// Points through which states between steps are interpolated: with fewer, the error of the interpolation is a drift of joints that
+/// differ in phase.
+const NODES: usize = 6;
 
-/// Absolute values of the Floquet multipliers without the trivial one, largest first: eigenvalues of the differential of the map over one
-/// period. The remaining fraction of a step is interpolated linearly.
-pub(crate) fn multipliers(built: &dyn Model, orbit: &Orbit) -> Vec<f64> {
-    let n = built.state().len();
-    let after = |state: &[f64]| {
-        let mut model = built.copy();
-        model.set_state(state);
-        run(model.as_mut(), orbit.steps.floor());
-        let low = model.state();
-        model.step();
-        let part = orbit.steps.fract();
-        low.iter().zip(model.state()).map(|(a, b)| a + part * (b - a)).collect::<Vec<_>>()
+/// The states at a fractional step, by the polynomial through the nearest points.
+fn interpolated(states: &[Vec<f64>], step: f64) -> Vec<f64> {
+    let first = (step as usize).saturating_sub(NODES / 2 - 1).min(states.len().saturating_sub(NODES));
+    let t = step - first as f64;
+    let weight = |k: usize| -> f64 {
+        (0..NODES).filter(|&other| other != k).map(|other| (t - other as f64) / (k as f64 - other as f64)).product()
     };
-    let size = 1e-5;
-    let base = &orbit.points[0];
-    let mut map = DMatrix::<f64>::zeros(n, n);
-    for column in 0..n {
-        let (mut plus, mut minus) = (base.clone(), base.clone());
-        plus[column] += size;
-        minus[column] -= size;
-        for (row, (a, b)) in after(&plus).iter().zip(after(&minus)).enumerate() {
-            map[(row, column)] = (a - b) / (2.0 * size);
-        }
+    let weights: [f64; NODES] = std::array::from_fn(weight);
+    let near = &states[first..first + NODES];
+    (0..near[0].len()).map(|i| near.iter().zip(weights).map(|(state, weight)| weight * state[i]).sum()).collect()
+}
+
+/// The flow of a model in amplitudes.
+struct FlowMap<'a> {
+    model: &'a dyn Model,
+    amplitude: &'a [f64],
+}
+
+impl FlowMap<'_> {
+    /// The states about the time `steps` from a start.
+    fn about(&self, start: &DVector<f64>, steps: f64) -> Vec<Vec<f64>> {
+        let mut model = self.model.copy();
+        let whole: Vec<f64> = start.iter().zip(self.amplitude).map(|(x, a)| x * a).collect();
+        model.set_state(&whole);
+        model.advance((steps as usize).saturating_sub(NODES / 2 - 1));
+        (0..NODES)
+            .map(|k| {
+                model.advance(usize::from(k > 0));
+                model.state().iter().zip(self.amplitude).map(|(x, a)| x / a).collect()
+            })
+            .collect()
     }
+
+    /// The state after the time `steps`, and its derivative by that time.
+    fn after(&self, start: &DVector<f64>, steps: f64) -> (DVector<f64>, DVector<f64>) {
+        let near = self.about(start, steps);
+        let part = (NODES / 2 - 1) as f64 + steps.fract();
+        let at = |shift: f64| DVector::from_vec(interpolated(&near, part + shift));
+        let small = 1e-3;
+        (at(0.0), (at(small) - at(-small)) / (2.0 * small))
+    }
+
+    /// The differential of the state after the time `steps` by the start.
+    fn differential(&self, start: &DVector<f64>, steps: f64, size: f64) -> DMatrix<f64> {
+        let n = start.len();
+        let mut map = DMatrix::zeros(n, n);
+        for column in 0..n {
+            let moved = |by: f64| {
+                let mut moved = start.clone();
+                moved[column] += by;
+                self.after(&moved, steps).0
+            };
+            map.set_column(column, &((moved(size) - moved(-size)) / (2.0 * size)));
+        }
+        map
+    }
+}
+
+/// The orbit near the state of a model; `period` is a first estimate in steps.
+fn newton(model: &dyn Model, amplitude: &[f64], period: f64) -> Option<Orbit> {
+    let flow = FlowMap { model, amplitude };
+    let (size, residual, singular) = if model.is_double() { (1e-5, 1e-8, 1e-6) } else { (5e-3, 1e-4, 1e-3) };
+    let n = amplitude.len();
+    let mut start = DVector::from_iterator(n, model.state().iter().zip(amplitude).map(|(x, a)| x / a));
+    let mut steps = period;
+    for round in 0..12 {
+        let (end, speed) = flow.after(&start, steps);
+        let left = &end - &start;
+        if !left.norm().is_finite() || !(0.3..3.0).contains(&(steps / period)) {
+            return None;
+        }
+        let map = flow.differential(&start, steps, size);
+        if left.norm() < residual && round > 0 {
+            return Some(orbit_of(&flow, &start, steps, &map));
+        }
+        // The change of the start is perpendicular to the motion; the period takes the rest.
+        let mut matrix = DMatrix::zeros(n + 1, n + 1);
+        matrix.view_mut((0, 0), (n, n)).copy_from(&(&map - DMatrix::identity(n, n)));
+        matrix.view_mut((0, n), (n, 1)).copy_from(&speed);
+        matrix.view_mut((n, 0), (1, n)).copy_from(&speed.transpose());
+        let mut right = DVector::zeros(n + 1);
+        right.rows_mut(0, n).copy_from(&-&left);
+        let decomposed = matrix.svd(true, true);
+        let least = singular * decomposed.singular_values.max();
+        let change = decomposed.solve(&right, least).ok()?;
+        let shrink = (0.5 / change.rows(0, n).norm()).min(1.0);
+        start += change.rows(0, n) * shrink;
+        steps += change[n] * shrink;
+    }
+    None
+}
+
+fn orbit_of(flow: &FlowMap<'_>, start: &DVector<f64>, steps: f64, map: &DMatrix<f64>) -> Orbit {
+    let mut model = flow.model.copy();
+    let whole: Vec<f64> = start.iter().zip(flow.amplitude).map(|(x, a)| x * a).collect();
+    model.set_state(&whole);
+    let points = steps.ceil() as usize;
+    let every = (points / LEAST_POINTS).max(1);
+    let (mut states, mut low, mut high) = (vec![], whole.clone(), whole);
+    for point in 0..points {
+        let state = model.state();
+        for (i, x) in state.iter().enumerate() {
+            (low[i], high[i]) = (low[i].min(*x), high[i].max(*x));
+        }
+        if point % every == 0 {
+            states.push(state);
+        }
+        model.advance(1);
+    }
+    let ranges = low.iter().zip(&high).zip(flow.amplitude);
+    let amplitude: Vec<f64> = ranges
+        .map(|((low, high), known)| {
+            let (half, middle) = (0.5 * (high - low), 0.5 * (high + low));
+            if half > MOVES * middle.abs().max(1.0) { half } else { *known }
+        })
+        .collect();
+    let middle = low.iter().zip(&high).map(|(low, high)| 0.5 * (low + high)).collect();
+    let scaled = states.iter().flat_map(|state| state.iter().zip(&amplitude).map(|(x, a)| x / a)).collect();
+    Orbit { scaled, amplitude, middle, period_s: f64::NAN, steps, multipliers: multipliers(map) }
+}
+
+/// Sizes of the eigenvalues without the one nearest to 1, largest first: a difference along the orbit does not contract.
+fn multipliers(map: &DMatrix<f64>) -> Vec<f64> {
     let mut values: Vec<_> = map.complex_eigenvalues().iter().copied().collect();
-    // The trivial multiplier is the one nearest to 1: a difference along the orbit does not contract.
-    let nearest = |a: &nalgebra::Complex<f64>| (a - nalgebra::Complex::new(1.0, 0.0)).norm();
-    if let Some(trivial) = (0..values.len()).min_by(|&a, &b| nearest(&values[a]).total_cmp(&nearest(&values[b]))) {
+    let off = |a: &nalgebra::Complex<f64>| (a - nalgebra::Complex::new(1.0, 0.0)).norm();
+    if let Some(trivial) = (0..values.len()).min_by(|&a, &b| off(&values[a]).total_cmp(&off(&values[b]))) {
         values.remove(trivial);
     }
     let mut sizes: Vec<f64> = values.into_iter().map(nalgebra::Complex::norm).collect();
@@ -237,13 +345,13 @@ pub(crate) fn multipliers(built: &dyn Model, orbit: &Orbit) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::file::{GeneratorFile, GeneratorSet};
-    use crate::model::model;
-    use joint_units::Period;
+    use crate::subject::Subject;
 
     /// The table of R1 at w = 2 pi/1.1: period and leading multiplier, from an independent integration.
     #[test]
     fn period_and_contraction_of_r1_are_those_of_the_table() {
         for (nonlinearity, coupling, period_s, multiplier) in [
+            (0.1, 0.1, 1.100_684_57, 0.534),
             (0.2, 0.1, 1.102_732_28, 0.531),
             (0.2, 0.2, 1.102_703_34, 0.288),
             (0.5, 0.2, 1.116_638_80, 0.268),
@@ -254,12 +362,29 @@ mod tests {
                 panic!("R1")
             };
             (set.natural_period_s, set.nonlinearity, set.coupling) = (1.1, nonlinearity, [coupling; 4]);
-            let step = Period::from_micros(STEP_MICROS).unwrap();
-            let model = model(&GeneratorSet::PhaseCoupled(set), step).unwrap().unwrap();
-            let orbit = limit_cycle(model.as_ref(), 1.1).unwrap();
-            assert!((orbit.period_s - period_s).abs() < 3e-6, "{nonlinearity}, {coupling}: {}", orbit.period_s);
-            let found = multipliers(model.as_ref(), &orbit)[0];
-            assert!((found - multiplier).abs() < 1.5e-3, "{nonlinearity}, {coupling}: {found}");
+            let settled = Subject::Set(GeneratorSet::PhaseCoupled(set)).motion().unwrap().unwrap();
+            let Motion::Periodic(orbit) = settled.motion else { panic!("an orbit") };
+            assert!((orbit.period_s - period_s).abs() < 1e-6, "{nonlinearity}, {coupling}: {}", orbit.period_s);
+            let found = orbit.multipliers[0];
+            assert!((found - multiplier).abs() < 6e-4, "{nonlinearity}, {coupling}: {found}");
+            // It is closed: the last point is one step before the first.
+            let step = orbit.distance(&orbit.at(0.999));
+            assert!(step < 1e-9, "{step}");
         }
+    }
+
+    /// A joint that is shifted alone is away from the orbit by what it is shifted; all joints shifted together are on it.
+    #[test]
+    fn a_distance_has_the_phase_of_every_joint() {
+        let set = GeneratorFile::default_of("phase-coupled").unwrap().set;
+        let Motion::Periodic(orbit) = Subject::Set(set).motion().unwrap().unwrap().motion else { panic!("an orbit") };
+        let (here, later) = (orbit.at(0.3), orbit.at(0.55));
+        assert!(orbit.distance(&later) < 1e-9);
+        let mut knee = here.clone();
+        for state in [2, 6] {
+            knee[state] = later[state];
+        }
+        // A quarter of a cycle is 1.41 amplitudes; the nearest shift of all joints leaves most of it.
+        assert!((0.9..1.42).contains(&orbit.distance(&knee)), "{}", orbit.distance(&knee));
     }
 }

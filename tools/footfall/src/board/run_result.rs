@@ -133,6 +133,10 @@ impl RunResult {
         when(self.unexpected_faults > 0, format!("{} faults that were not injected", self.unexpected_faults));
         let edges = self.edges_before_arming + self.edges_after_disarming;
         when(edges > 0, format!("{edges} edges of servo pins while disarmed"));
+        // An injected fault is meant to end the motion.
+        let moves = matches!(self.state, "arming" | "walking");
+        let asked = matches!(self.cause, "none" | "button") || !self.injections.is_empty();
+        when(!moves && !asked, format!("the motion ended: {}, cause {}", self.state, self.cause));
         when(self.different_lines > 0, format!("board and host differ: {}", self.differences.join("; ")));
         when(self.malformed_frames > 0, format!("{} malformed frames in the log", self.malformed_frames));
         faults

@@ -1,11 +1,13 @@
-//! `footfall certify`: measures a generator and writes its certificate; refuses one whose perturbed starts diverge or do not return, and a
-//! follower that does not lock from every start.
+//! `footfall certify`: measures a generator and writes its certificate; refuses one that does not come back to its orbit or exceeds the
+//! limits of the robot, and a follower that does not lock from every start. It also says whether it walks on the default robot.
 
 use clap::Args;
-use generator_file::certificate::{Certificate, RETURN_STRIDES, certify};
+use generator_file::certificate::{Certificate, KICK_PHASES, RETURN_STRIDES, START_STRIDES, certify_subject};
 use generator_file::entrainment::Tongue;
 use generator_file::file::GeneratorFile;
+use generator_file::subject::Subject;
 use joint_loop::LoopConfig;
+use joint_units::Joint;
 use std::path::PathBuf;
 
 use crate::failure::Failure;
@@ -14,9 +16,12 @@ use crate::output;
 /// Options of `footfall certify`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A generator file, or the name of a default: phase-coupled, thesis, thesis-double
-    #[arg(value_name = "GENERATOR")]
-    pub params: PathBuf,
+    /// A generator file, or the name of a default, a gait or a model of the catalogue (see --list)
+    #[arg(value_name = "GENERATOR", required_unless_present = "list")]
+    pub params: Option<PathBuf>,
+    /// Print every name that can be certified, one a line
+    #[arg(long, conflicts_with_all = ["params", "out"])]
+    pub list: bool,
     /// Number of random starts
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub starts: u32,
@@ -31,48 +36,87 @@ pub struct Options {
 /// Runs the command.
 ///
 /// # Errors
-/// Wrong input, a generator that is refused, or a file that cannot be written.
+/// Wrong input, a generator that is refused or does not walk, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let default = options.params.to_str().filter(|_| !options.params.exists()).and_then(GeneratorFile::default_of);
-    let is_file = default.is_none();
-    let file = match default {
-        Some(file) => file,
-        None => GeneratorFile::read(&options.params).map_err(Failure::input)?,
+    let Some(params) = options.params.as_ref().filter(|_| !options.list) else { return list(options.json) };
+    let named = params.to_str().filter(|_| !params.exists()).and_then(Subject::named);
+    let is_file = named.is_none();
+    let subject = match named {
+        Some(subject) => subject,
+        // A word without an ending is a name, else the name of a file.
+        None if !params.exists() && params.extension().is_none() && params.components().count() == 1 => {
+            let names: Vec<&str> = Subject::names().into_iter().map(|(name, _)| name).collect();
+            let allowed = names.join(", ");
+            return Err(Failure::input(format!(
+                "`{}`: allowed is a generator file, or one of {allowed}",
+                params.display()
+            )));
+        }
+        None => Subject::Set(GeneratorFile::read(params).map_err(Failure::input)?.set),
     };
     let mut progress = |what: &str| eprintln!("measuring: {what}");
-    let certificate =
-        certify(&file.set, options.starts, &LoopConfig::default_biped(), &mut progress).map_err(Failure::input)?;
+    let certificate = certify_subject(&subject, options.starts, &LoopConfig::default_biped(), &mut progress)
+        .map_err(Failure::input)?;
     let json = serde_json::to_string(&certificate).map_err(Failure::run)? + "\n";
-    let beside = || options.params.with_extension("certificate.json");
+    let beside = || params.with_extension("certificate.json");
     if let Some(path) = options.out.clone().or_else(|| is_file.then(beside)) {
         output::write_text(&path, &json)?;
         eprintln!("written: {}", path.display());
     }
     output::print(&if options.json { json } else { table(&certificate) })?;
-    match &certificate.refused_because {
-        Some(because) => Err(Failure::run(format!("refused: {because}"))),
-        None => Ok(()),
+    match (&certificate.refused_because, &certificate.drive.why_not) {
+        (Some(because), _) => Err(Failure::run(format!("refused: {because}"))),
+        (None, Some(why)) => Err(Failure::run(format!("walks: no: {why}"))),
+        (None, None) => Ok(()),
     }
 }
 
+fn list(json: bool) -> Result<(), Failure> {
+    let names = Subject::names();
+    if json {
+        let names: Vec<_> =
+            names.iter().map(|(name, what)| serde_json::json!({ "name": name, "what": what })).collect();
+        return output::print(&(serde_json::json!({ "names": names }).to_string() + "\n"));
+    }
+    output::print(&names.into_iter().map(|(name, what)| format!("{name:<18} {what}\n")).collect::<String>())
+}
+
 fn table(c: &Certificate) -> String {
-    let mut rows = vec![
-        ("generator", c.generator.to_string()),
-        ("oscillates", if c.oscillates { "yes" } else { "no" }.to_string()),
-        ("period", format!("{:.6} s", c.period_s)),
-    ];
-    if c.starts == 0 {
-        rows.push(("starts", "none: only the phase can be perturbed".into()));
-    } else {
+    let returns = &c.returns;
+    let motion = match (returns.quasi_periodic, returns.oscillates) {
+        (true, _) => "quasi-periodic: steady, but the phases of the joints drift".into(),
+        (false, true) => format!("periodic, {:.6} s", returns.period_s),
+        (false, false) => "no steady oscillation".into(),
+    };
+    let mut rows = vec![("generator", c.generator.to_string()), ("motion", motion)];
+    if returns.kicks > 0 {
         rows.extend([
             (
-                "random starts",
-                format!("{} of {} on the orbit after 60 strides, {} diverged", c.converged, c.starts, c.diverged),
+                "Floquet multipliers",
+                returns.multipliers.iter().map(|m| format!("{m:.4}")).collect::<Vec<_>>().join(" "),
             ),
-            ("perturbed starts", perturbed(c)),
-            ("settling after a push", c.settling_s.map_or("not within 100 strides".into(), |s| format!("{s:.2} s"))),
-            ("Floquet multipliers", c.multipliers.iter().map(|m| format!("{m:.4}")).collect::<Vec<_>>().join(" ")),
+            (
+                "kicks",
+                format!(
+                    "{} of {} come back to a tenth within {RETURN_STRIDES} strides, at {KICK_PHASES} phases",
+                    returns.kicks - returns.kicks_lost.len() as u32,
+                    returns.kicks
+                ),
+            ),
+            (
+                "settling after a kick",
+                returns.settling_s.map_or("a kick is lost".into(), |s| format!("{s:.2} s, the worst of all kicks")),
+            ),
+            (
+                "random starts",
+                format!(
+                    "{} of {} on the orbit within {START_STRIDES} strides, {} end at a bound",
+                    returns.converged, returns.starts, returns.diverged
+                ),
+            ),
         ]);
+    } else if returns.oscillates && !returns.quasi_periodic {
+        rows.push(("return", "its only state is a phase: every state is on the orbit".into()));
     }
     rows.push(("entrained by", c.entrainment_by.clone()));
     rows.extend(c.entrainment.iter().map(|tongue| ("", entrained(tongue))));
@@ -82,23 +126,31 @@ fn table(c: &Certificate) -> String {
     }
     rows.extend([("largest f32 step", format!("{:.1} ms", c.largest_step_ms))]);
     for joint in &c.joints {
-        let inside = if joint.inside_gate { "inside the gate" } else { "BEYOND THE GATE" };
+        let inside = if joint.inside_gate { "inside the limits" } else { "BEYOND THE LIMITS" };
         rows.push((
             joint.name,
             format!(
-                "amplitude {:.2} deg, peaks {:.0} deg/s, {:.0} deg/s^2: {inside}",
-                joint.amplitude_deg, joint.peak_velocity_deg_s, joint.peak_acceleration_deg_s2
+                "{:.1} to {:.1} deg, peaks {:.0} deg/s, {:.0} deg/s^2: {inside}",
+                joint.least_deg, joint.most_deg, joint.peak_velocity_deg_s, joint.peak_acceleration_deg_s2
             ),
         ));
     }
+    rows.extend(c.excesses.iter().map(|excess| ("beyond a limit", excess.to_string())));
+    rows.push(("walks", walks(c)));
     let accepted = if c.accepted { "yes".into() } else { format!("no; {}", c.status.words()) };
     rows.push(("accepted", accepted));
     rows.into_iter().map(|(name, value)| format!("{name:<22} {value}\n")).collect()
 }
 
-fn perturbed(c: &Certificate) -> String {
-    let (back, all, diverged) = (c.perturbed_locked, c.perturbed, c.perturbed_diverged.len());
-    format!("{back} of {all} back with every phase after {RETURN_STRIDES} strides, {diverged} diverged")
+/// Whether it walks, and what the limits take from it.
+fn walks(c: &Certificate) -> String {
+    let mut words = c.drive.in_words();
+    if c.drive.walks && c.drive.limited_ticks > 0 {
+        let lost = Joint::ALL.iter().zip(c.drive.lost_deg).filter(|(_, lost)| *lost >= 0.005);
+        let lost: Vec<String> = lost.map(|(joint, lost)| format!("{} {lost:.2}", joint.name())).collect();
+        words += &format!("; they change, RMS degrees: {}", lost.join(", "));
+    }
+    words
 }
 
 fn entrained(tongue: &Tongue) -> String {

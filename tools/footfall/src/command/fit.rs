@@ -44,6 +44,9 @@ pub struct Options {
     /// Print the result as one JSON object instead of the generator file
     #[arg(long)]
     pub json: bool,
+    /// Write a generator that does not walk on the default robot too; the exit code stays 1
+    #[arg(long)]
+    pub force_write: bool,
     /// What is fitted
     #[command(flatten)]
     pub method: Method,
@@ -79,6 +82,9 @@ pub struct Method {
     /// Harmonics of the shape [default: 6, or up to 8 if needed for an error below 0.4 degrees at the hips and 0.5 at the knees]
     #[arg(long, value_name = "N", value_parser = number(1..=SERIES_HARMONICS, ""))]
     pub harmonics: Option<usize>,
+    /// Scale and shift the joints of the fit, as little as possible, until no limit of the default robot changes them
+    #[arg(long)]
+    pub fit_limits: bool,
     /// Seed of the search for the thesis' parameters
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
@@ -97,6 +103,11 @@ impl Method {
                 self.kind.name()
             )));
         }
+        if self.kind == Kind::Thesis && self.fit_limits {
+            return Err(Failure::input(
+                "--fit-limits with the thesis' network, whose joints cannot be scaled one by one: allowed is it with shape or phase-coupled",
+            ));
+        }
         Ok(Settings {
             generator: self.kind,
             harmonics: self.harmonics,
@@ -106,6 +117,7 @@ impl Method {
             compare,
             follow: self.follow,
             events: self.events,
+            fit_limits: self.fit_limits,
             ..Settings::default()
         })
     }
@@ -124,18 +136,18 @@ fn shard(text: &str) -> Result<(u32, u32), String> {
 /// Wrong input, a file that cannot be written, or, of several recordings, some that could not be fitted. A file in a folder that has no
 /// time or no joint is no recording of gait, and no failure.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { recordings, out, report, json, method, reading, jobs, shard } = options;
+    let Options { recordings, out, report, json, force_write, method, reading, jobs, shard } = options;
     let reading = reading.settings(LowPass::Customary)?;
     let fit = method.settings(reading.rules(), report.is_some())?;
     let job = Job { reading, fit };
     match recordings.as_slice() {
         [one] if !one.is_dir() && shard.is_none() && jobs.is_none() => {
-            single(&job, one, &Outputs { out, report, json })
+            single(&job, one, &Outputs { out, report, json, force_write })
         }
         _ => batch::run(
             &job,
             &recordings,
-            &Batch { out: out.unwrap_or_else(|| "fits".into()), report, json, jobs, shard },
+            &Batch { out: out.unwrap_or_else(|| "fits".into()), report, json, force_write, jobs, shard },
         ),
     }
 }
@@ -145,6 +157,7 @@ struct Outputs {
     out: Option<PathBuf>,
     report: Option<PathBuf>,
     json: bool,
+    force_write: bool,
 }
 
 fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
@@ -158,21 +171,31 @@ fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
     let fitted = fitted?;
     let outcome = Outcome::of(&fitted, began.elapsed().as_secs_f64());
     outcome.print_notes();
+    eprintln!("walks: {}", outcome.walks());
     let generator = fitted.file.to_toml();
-    if let Some(file) = &outputs.out {
+    let drive = &fitted.certificate.drive;
+    let write = drive.walks || outputs.force_write;
+    if let Some(file) = outputs.out.as_ref().filter(|_| write) {
         output::write_text(file, &generator)?;
     }
     if let Some(file) = &outputs.report {
         output::write_text(file, &job.page(&fitted, path)?)?;
     }
     match (outputs.json, &outputs.out) {
-        (true, _) => output::print(&(outcome.to_json()? + "\n")),
-        (false, None) => output::print(&generator),
-        (false, Some(_)) => {
-            eprintln!("{}", outcome.line());
-            Ok(())
-        }
+        (true, _) => output::print(&(outcome.to_json()? + "\n"))?,
+        (false, None) if write => output::print(&generator)?,
+        _ => eprintln!("{}", outcome.line()),
     }
+    match &drive.why_not {
+        Some(why) => Err(Failure::run(does_not_walk(why, write))),
+        None => Ok(()),
+    }
+}
+
+/// What a fit that does not walk ends with.
+fn does_not_walk(why: &str, written: bool) -> String {
+    let what = if written { "the generator is written all the same" } else { "no generator is written" };
+    format!("walks: no: {why}; {what}; --fit-limits fits it into the limits, --force-write writes it as it is")
 }
 
 impl Outputs {

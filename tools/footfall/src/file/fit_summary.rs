@@ -61,7 +61,7 @@ fn outcomes(folder: &Path) -> Result<Vec<Value>, Failure> {
 
 fn header() -> Vec<String> {
     let mut cells: Vec<String> =
-        ["recording", "generator", "period_s", "strides", "asymmetric", "accepted"].map(String::from).into();
+        ["recording", "generator", "period_s", "strides", "asymmetric", "accepted", "walks"].map(String::from).into();
     for joint in Joint::ALL.map(Joint::name) {
         cells.extend(ERRORS.map(|error| format!("{joint}_{error}")));
     }
@@ -83,6 +83,7 @@ fn row(outcome: &Value) -> Vec<String> {
         .map(|key| text(&outcome[key]))
         .collect();
     cells.push(text(&outcome["certificate"]["accepted"]));
+    cells.push(text(&outcome["certificate"]["drive"]["walks"]));
     for joint in 0..Joint::COUNT {
         cells.extend(ERRORS.map(|error| text(&outcome["joints"][joint][error])));
     }
@@ -104,6 +105,7 @@ fn short(outcome: &Value) -> Value {
         "joints": outcome["joints"],
         "asymmetric": outcome["asymmetric"],
         "accepted": outcome["certificate"]["accepted"],
+        "walks": outcome["certificate"]["drive"]["walks"],
         "notes": outcome["notes"],
     })
 }

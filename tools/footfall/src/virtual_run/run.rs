@@ -5,6 +5,7 @@
 use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use serde_json::Value;
 use std::io::{self, Write};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -34,6 +35,9 @@ const LAST_LINE: Duration = Duration::from_secs(10);
 pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     let prepared = prepare(settings)?;
     output::notes(&prepared.notes);
+    if let Some(path) = &settings.generator {
+        eprintln!("walks: {}", walks(path)?);
+    }
     let arguments = arguments(settings, &prepared)?;
     let mut board = BoardProcess::start(&settings.virtual_board, &arguments.all).map_err(Failure::input)?;
     let mut run = Run::begin(settings, &prepared)?;
@@ -45,6 +49,23 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     run.finish(settings, &prepared, &mut board)?;
     shown?;
     run.report(settings.show)
+}
+
+/// Whether the generator of a file walks on the default robot, in words.
+#[cfg(feature = "analysis")]
+fn walks(path: &Path) -> Result<String, Failure> {
+    use generator_file::{drive, file::GeneratorFile};
+    let set = GeneratorFile::read(path).map_err(Failure::input)?.set;
+    let drive = drive::walks(&set, &joint_loop::LoopConfig::default_biped()).map_err(Failure::input)?;
+    Ok(drive.in_words())
+}
+
+#[cfg(not(feature = "analysis"))]
+fn walks(path: &Path) -> Result<String, Failure> {
+    Ok(format!(
+        "not judged by this program, which is built without certificates; `cargo footfall certify {}` does",
+        path.display()
+    ))
 }
 
 /// A run in progress.

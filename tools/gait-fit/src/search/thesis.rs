@@ -1,5 +1,5 @@
-//! Fits the thesis' network to a recorded stride so that its orbit is stable: it persists for hundreds of strides, and perturbed starts
-//! return to it.
+//! Fits the thesis' network to a recorded stride so that its orbit is stable: it persists for hundreds of strides, and kicks and
+//! random starts come back to it.
 //!
 //! The equations (see [`super::Network`]) are invariant under
 //! - a change of the time scale: alpha, mu and d times r, p times 1/r^2, the product gains times r;
@@ -71,11 +71,7 @@ pub struct ThesisFit {
     pub best_cycle: Cycle,
     /// Period of the orbit at 1 ms, seconds.
     pub period_s: f64,
-    /// Number of perturbed starts.
-    pub perturbed: usize,
-    /// Perturbed starts that did not return to the orbit.
-    pub perturbed_lost: usize,
-    /// Whether the orbit is stable and every perturbed start returned to it.
+    /// Whether the orbit is stable, and every kick and enough random starts come back to it.
     pub accepted: bool,
     /// The reason if it was not accepted.
     pub refused_because: Option<String>,
@@ -164,8 +160,6 @@ fn fit_of(set: ThesisSet, checked: Check, history: Vec<(usize, f64)>, evaluation
         history,
         evaluations,
         period_s: checked.period_s,
-        perturbed: checked.perturbed,
-        perturbed_lost: checked.perturbed_lost,
         accepted: checked.accepted(),
         refused_because: checked.refused_because,
         best_cycle: checked.cycle,

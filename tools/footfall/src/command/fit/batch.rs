@@ -28,6 +28,8 @@ pub(super) struct Batch {
     /// The folder of the report pages.
     pub(super) report: Option<PathBuf>,
     pub(super) json: bool,
+    /// Generators that do not walk are written too.
+    pub(super) force_write: bool,
     /// Recordings at a time; `None` for the number of cores.
     pub(super) jobs: Option<u16>,
     /// Share I of N.
@@ -38,6 +40,8 @@ pub(super) struct Batch {
 enum End {
     Fitted,
     Known,
+    /// Fitted, but the generator does not walk on the default robot.
+    Stands(String),
     Failed(String),
     /// No recording of gait.
     Skipped(String),
@@ -61,6 +65,13 @@ pub(super) fn run(job: &Job, paths: &[PathBuf], batch: &Batch) -> Result<(), Fai
     let failed = count(&ends, |end| matches!(end, End::Failed(_)));
     if failed > 0 {
         return Err(Failure::run(format!("{failed} of {} recordings could not be fitted", ends.len() - skipped)));
+    }
+    let stands = count(&ends, |end| matches!(end, End::Stands(_)));
+    if stands > 0 {
+        let of = ends.len() - skipped;
+        return Err(Failure::run(format!(
+            "{stands} of {of} generators do not walk on the default robot; allowed are --fit-limits and --force-write"
+        )));
     }
     Ok(())
 }
@@ -89,6 +100,7 @@ fn fit_all(job: &Job, all: &[Recording], batch: &Batch) -> Result<Vec<End>, Fail
         match &end {
             Ok(End::Fitted) if bar.is_hidden() => eprintln!("fitted: {}", recording.name),
             Ok(End::Known) if bar.is_hidden() => eprintln!("known: {}", recording.name),
+            Ok(End::Stands(why)) => bar.suspend(|| eprintln!("walks: no: {}: {why}", recording.name)),
             Ok(End::Failed(why)) => bar.suspend(|| eprintln!("failed: {why}")),
             Ok(End::Skipped(why)) => bar.suspend(|| eprintln!("skipped: {why}")),
             _ => {}
@@ -106,7 +118,7 @@ fn count(ends: &[End], of: fn(&End) -> bool) -> usize {
 
 /// Prints how the recordings ended; gives the number of those that were skipped.
 fn print_counts(ends: &[End], batch: &Batch) -> Result<usize, Failure> {
-    let fitted = count(ends, |end| matches!(end, End::Fitted));
+    let fitted = count(ends, |end| matches!(end, End::Fitted | End::Stands(_)));
     let known = count(ends, |end| matches!(end, End::Known));
     let failed = count(ends, |end| matches!(end, End::Failed(_)));
     let skipped = count(ends, |end| matches!(end, End::Skipped(_)));
@@ -132,7 +144,7 @@ fn one(job: &Job, recording: &Recording, batch: &Batch, asked: &str) -> Result<E
         Err(why) => return Ok(End::Failed(why.to_string())),
     };
     let files = Files::of(&recording.name, batch);
-    if let Some(end) = files.known(&sha256(&bytes), asked) {
+    if let Some(end) = files.known(&sha256(&bytes), asked, batch.force_write) {
         return Ok(end);
     }
     let recorded = recording::parse(&recording.path, &bytes, &job.reading)?;
@@ -145,11 +157,15 @@ fn one(job: &Job, recording: &Recording, batch: &Batch, asked: &str) -> Result<E
     let fitted = Input::of(recorded, &recording.name).and_then(|input| job.fit(&input, &mut |_| ()));
     let (value, end) = match &fitted {
         Ok(fitted) => {
-            output::write_text(&files.generator, &fitted.file.to_toml())?;
+            let why_not = &fitted.certificate.drive.why_not;
+            if why_not.is_none() || batch.force_write {
+                output::write_text(&files.generator, &fitted.file.to_toml())?;
+            }
             if let Some(page) = &files.page {
                 output::write_text(page, &job.page(fitted, &recording.path)?)?;
             }
-            (serde_json::to_value(Outcome::of(fitted, began.elapsed().as_secs_f64())), End::Fitted)
+            let end = why_not.clone().map_or(End::Fitted, End::Stands);
+            (serde_json::to_value(Outcome::of(fitted, began.elapsed().as_secs_f64())), end)
         }
         Err(why) => {
             let failed = Failed {
@@ -186,7 +202,7 @@ impl Files {
     }
 
     /// The end of an earlier run with the same bytes and settings, if its files exist.
-    fn known(&self, hash: &str, asked: &str) -> Option<End> {
+    fn known(&self, hash: &str, asked: &str, force_write: bool) -> Option<End> {
         if self.page.as_ref().is_some_and(|page| !page.exists()) {
             return None;
         }
@@ -196,7 +212,10 @@ impl Files {
         }
         match value["error"].as_str() {
             Some(error) => Some(End::Failed(error.into())),
-            None => self.generator.exists().then_some(End::Known),
+            None => match value["certificate"]["drive"]["why_not"].as_str() {
+                Some(why) if self.generator.exists() || !force_write => Some(End::Stands(why.into())),
+                _ => self.generator.exists().then_some(End::Known),
+            },
         }
     }
 }

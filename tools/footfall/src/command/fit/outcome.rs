@@ -29,6 +29,8 @@ pub(super) struct Outcome<'a> {
     asymmetry_deg: [f64; 2],
     asymmetric: bool,
     certificate: &'a Certificate,
+    /// What the limits of the robot cost, with `--fit-limits`: root mean square change of each joint, degrees.
+    limits_cost_deg: Option<[f64; 4]>,
     refused: Option<&'a Refused>,
     compared: &'a [Compared],
     /// Defects of the recording, and how each was handled.
@@ -57,6 +59,7 @@ impl<'a> Outcome<'a> {
             asymmetry_deg: fit.strides.asymmetry_deg(),
             asymmetric: fit.asymmetric,
             certificate: &fit.certificate,
+            limits_cost_deg: fit.limits_cost_deg,
             refused: fit.refused.as_ref(),
             compared: &fit.compared,
             findings: fit.conditioned.findings.iter().map(ToString::to_string).collect(),
@@ -76,6 +79,20 @@ impl<'a> Outcome<'a> {
         output::notes(self.notes);
         for finding in &self.findings {
             eprintln!("found: {finding}");
+        }
+    }
+
+    /// Whether it walks on the default robot, with the errors as driven.
+    pub(super) fn walks(&self) -> String {
+        let words = self.certificate.drive.in_words();
+        let driven: Option<Vec<String>> = self
+            .joints
+            .iter()
+            .map(|joint| Some(format!("{} {:.2}", joint.name.replace('_', " "), joint.rmse_driven_deg?)))
+            .collect();
+        match driven {
+            Some(driven) => format!("{words}; RMSE as driven in degrees: {}", driven.join(", ")),
+            None => words,
         }
     }
 

@@ -1,0 +1,190 @@
+//! Whether a generator walks on a robot: it is run through the control loop of `joint-loop` on the host, limits and monitor included.
+//!
+//! The button arms it at each of [`STARTS`] phases of its stride. It walks if, each time, the loop gets to its walking state and stays
+//! there: no fault and no stop. A limit that acts is counted; what it takes from the motion is the error as driven.
+
+use cpg_core::Generator;
+use joint_loop::{Cause, JointLoop, LoopConfig, Sample, SupervisorState};
+use joint_units::{Joint, Period};
+use serde::Serialize;
+
+use crate::file::GeneratorSet;
+use crate::led::Led;
+use crate::limits::{Excess, Limit, measure};
+use crate::subject::Subject;
+
+/// Phases at which it is armed.
+pub const STARTS: u32 = 4;
+/// Least walking time of each start, in strides and in seconds.
+const WALKED: (f64, f64) = (20.0, 20.0);
+/// Most ticks of each start.
+const MOST_TICKS: f64 = 300_000.0;
+/// Ticks from the boot to the first arming, and with the button pressed.
+const BOOT: u32 = 100;
+const PRESS: u32 = 50;
+/// Ticks within which a ramp ends; it takes 2 s.
+const RAMP: u32 = 5_000;
+/// Strides that are kept.
+const KEPT: f64 = 3.2;
+
+/// How a generator does on a robot.
+#[derive(Debug, Clone, Serialize)]
+pub struct Drive {
+    /// Whether it walks.
+    pub walks: bool,
+    /// Why not.
+    pub why_not: Option<String>,
+    /// Ticks that it walked, over all starts.
+    pub ticks: u32,
+    /// Those in which a limit acted.
+    pub limited_ticks: u32,
+    /// Root mean square difference of setpoint and generator while it walked, degrees, in the order of the joints.
+    pub lost_deg: [f64; Joint::COUNT],
+    /// The last strides: cycles of the generator's phase, and setpoints in degrees. Empty if it does not walk.
+    #[serde(skip)]
+    pub strides: Vec<(f64, [f64; Joint::COUNT])>,
+}
+
+impl Drive {
+    /// The result in words, without the error as driven: `yes`, or `no:` and the reason.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        match &self.why_not {
+            Some(why) => format!("no: {why}"),
+            None if self.limited_ticks == 0 => "yes, no limit acts".into(),
+            None => format!("yes; limits act in {} of {} ticks", self.limited_ticks, self.ticks),
+        }
+    }
+}
+
+/// Runs the set of a generator file through the loop of a robot.
+///
+/// # Errors
+/// It cannot be built; the text says why.
+pub fn walks(set: &GeneratorSet, robot: &LoopConfig) -> Result<Drive, String> {
+    let subject = Subject::Set(set.clone());
+    drive(&subject, robot, &measure(&subject, &robot.gate)?.excesses)
+}
+
+/// Runs a generator through the loop of a robot. `excesses` are the limits that its motion exceeds, to name the one that stops it.
+pub(crate) fn drive(subject: &Subject, config: &LoopConfig, excesses: &[Excess]) -> Result<Drive, String> {
+    let stride = subject.stride_guess_s() * 1e3;
+    let walked = (WALKED.0 * stride).max(WALKED.1 * 1e3).min(MOST_TICKS) as u32;
+    let kept = (KEPT * stride).min(MOST_TICKS) as usize;
+    let mut all = Drive {
+        walks: true,
+        why_not: None,
+        ticks: 0,
+        limited_ticks: 0,
+        lost_deg: [0.0; Joint::COUNT],
+        strides: vec![],
+    };
+    let mut squares = [0.0f64; Joint::COUNT];
+    for start in 0..STARTS {
+        let mut config = *config;
+        config.monitor.sensor_required = false;
+        let led = subject.led(Period::MILLISECOND)?;
+        let mut joints: JointLoop<Led, 0> =
+            config.build(Period::MILLISECOND, led, []).map_err(|error| error.to_string())?;
+        for _ in 0..BOOT + (f64::from(start) / f64::from(STARTS) * stride) as u32 {
+            joints.tick(&Sample::default());
+        }
+        let mut armed = 0;
+        for tick in 0..PRESS + RAMP {
+            joints.tick(&Sample { button: tick < PRESS, ..Sample::default() });
+            armed += 1;
+            if joints.state() == SupervisorState::Walking {
+                break;
+            }
+        }
+        all.strides.clear();
+        let (mut cycles, mut before) = (0.0, joints.generator().phase());
+        for tick in 0..walked {
+            if joints.state() != SupervisorState::Walking {
+                let after_s = f64::from(armed + tick) * 1e-3;
+                all.walks = false;
+                all.why_not = Some(why_not(joints.frame().cause, after_s, excesses));
+                break;
+            }
+            joints.tick(&Sample::default());
+            let frame = joints.frame();
+            let now = joints.generator().phase();
+            cycles += f64::from(now.counts_after(before)) / 4_294_967_296.0;
+            before = now;
+            let set = frame.setpoints.map(|angle| f64::from(angle.0).to_degrees());
+            for ((square, set), wanted) in squares.iter_mut().zip(set).zip(joints.generator().angles()) {
+                *square += (set - f64::from(wanted.0).to_degrees()).powi(2);
+            }
+            all.ticks += 1;
+            all.limited_ticks += u32::from(frame.limited.any());
+            if tick as usize + kept >= walked as usize {
+                all.strides.push((cycles, set));
+            }
+        }
+        if !all.walks {
+            all.strides.clear();
+            break;
+        }
+    }
+    all.lost_deg = squares.map(|square| (square / f64::from(all.ticks.max(1))).sqrt());
+    Ok(all)
+}
+
+fn why_not(cause: Cause, after_s: f64, excesses: &[Excess]) -> String {
+    let pose = excesses.iter().filter(|excess| excess.limit == Limit::Pose);
+    let furthest = pose.max_by(|a, b| (a.value - a.allowed).total_cmp(&(b.value - b.allowed)));
+    match (cause, furthest) {
+        (Cause::Pose, Some(excess)) => excess.to_string(),
+        _ => format!("it stops {after_s:.1} s after arming, cause {}", cause.name()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::file::GeneratorFile;
+
+    fn driven(set: &GeneratorSet) -> Drive {
+        walks(set, &LoopConfig::default_biped()).unwrap()
+    }
+
+    fn default_walk() -> crate::file::PhaseCoupledSet {
+        let GeneratorSet::PhaseCoupled(set) = GeneratorFile::default_of("phase-coupled").unwrap().set else {
+            panic!("R1")
+        };
+        set
+    }
+
+    /// The default walk: the setpoints are the generator's angles in every tick.
+    #[test]
+    fn the_default_walk_walks_without_a_limit() {
+        let got = driven(&GeneratorSet::PhaseCoupled(default_walk()));
+        assert!(got.walks && got.limited_ticks == 0 && got.lost_deg == [0.0; 4], "{got:?}");
+        assert!(got.ticks > 4 * 20_000, "{got:?}");
+        let cycles = got.strides[got.strides.len() - 1].0 - got.strides[0].0;
+        assert!((3.0..3.4).contains(&cycles), "{cycles}");
+    }
+
+    /// Hips 45 degrees each way: 90 degrees apart, where 75 are allowed. A knee that is 3 degrees too far is limited, and walks.
+    #[test]
+    fn a_pose_stops_it_and_a_range_only_limits_it() {
+        let mut wide = default_walk();
+        for hip in &mut wide.joints[..2] {
+            (hip.amplitude_deg, hip.offset_deg) = (40.0, 15.0);
+        }
+        let got = driven(&GeneratorSet::PhaseCoupled(wide));
+        assert!(!got.walks && got.strides.is_empty());
+        let why = got.why_not.unwrap();
+        assert!(
+            why.contains("left_hip") && why.contains("> 75 degrees at") && why.ends_with("% of the stride"),
+            "{why}"
+        );
+
+        let mut low = default_walk();
+        low.joints[2].offset_deg -= 3.0;
+        let got = driven(&GeneratorSet::PhaseCoupled(low));
+        assert!(got.walks && got.limited_ticks > 1_000, "{got:?}");
+        assert!((0.1..2.0).contains(&got.lost_deg[2]) && got.lost_deg[0] == 0.0, "{:?}", got.lost_deg);
+        assert!(got.in_words().starts_with("yes; limits act in "), "{}", got.in_words());
+    }
+}
