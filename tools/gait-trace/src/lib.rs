@@ -17,6 +17,7 @@
 //! | [`format::mcap_file`] | MCAP: joint angles in JSON messages |
 //! | [`format::scope`] | oscilloscope exports: volts to angles through a calibration |
 //! | [`format::joint_names`] | which joint a column is, from its name |
+//! | [`format::converted`] | writes joints with the record of their conversion, and reads that record |
 //! | [`format::whole_file`] | writes a file completely or not at all |
 //! | **defects** | [`clean`] |
 //! | [`clean::condition`](mod@clean::condition) | from the joints of a file to joints that can be fitted: fixed rate, no gaps, no jumps, flexion positive |
@@ -31,6 +32,7 @@
 //! | [`stride::period`] | the stride period of a periodic recording |
 //! | [`stride::looped`] | a whole number of strides that can be repeated without a jump |
 //! | [`stride::cycle`] | one stride at a fixed number of points |
+//! | [`stride::gait_check`] | whether the strides are of a gait at all |
 //! | [`stride::metrics`] | root mean square and peak of a difference |
 //! | **shared** | |
 //! | [`recording`] | the table and its rules |
@@ -71,7 +73,7 @@ pub use clean::condition_error::ConditionError;
 pub use clean::resample::ResampleError;
 pub use clean::rules::{LowPass, Rules};
 pub use fault::{Fault, TraceError};
-pub use finding::{Done, Finding, FindingKind};
+pub use finding::{Done, Finding, FindingKind, Level};
 pub use options::{MapError, ReadOptions};
 pub use raw::{RawJoint, RawJoints};
 pub use recording::{

@@ -2,6 +2,7 @@
 
 pub(crate) mod angle_columns;
 pub mod c3d;
+pub mod converted;
 pub mod csv_file;
 pub mod joint_names;
 pub mod mapped_csv;

@@ -267,7 +267,7 @@ impl Header {
 }
 
 /// OpenSim's name of a joint.
-const fn coordinate(joint: Joint) -> &'static str {
+pub(crate) const fn coordinate(joint: Joint) -> &'static str {
     match joint {
         Joint::LeftHip => "hip_flexion_l",
         Joint::RightHip => "hip_flexion_r",
