@@ -32,7 +32,7 @@ enum Command {
     /// Convert a recorded gait to the semi-synthetic volts of a sensor: CSV with the header time_s,PA1
     Volts(volts::Options),
     /// Check files: each error names file, line, field and what is allowed
-    Check(check::Options),
+    Check(Box<check::Options>),
     /// Show a default gait on the host core, with changes during the run: live on a terminal, else CSV, JSON or a picture
     Walk(walk::Options),
     /// Print the firing word of an oscillatory building block, one letter a step: F flexor, E extensor
@@ -99,7 +99,7 @@ fn execute(cli: Cli) -> Result<(), Failure> {
         Command::Volts(options) => volts::run(&options),
         Command::Entrain(options) => entrain::run(*options),
         Command::Sync(options) => sync::run(&options),
-        Command::Check(options) => check::run(&options),
+        Command::Check(options) => check::run(*options),
         Command::Walk(options) => walk::run(options),
         Command::Figures(options) => figures::run(&options),
         Command::GaitError(options) => gait_error::run(&options),

@@ -2,6 +2,7 @@
 
 use gait_fit::fit::{Compared, Fit, Refused};
 use gait_fit::judge::{HeldOut, JointFit};
+use gait_trace::Finding;
 use generator_file::certificate::Certificate;
 use serde::Serialize;
 
@@ -32,7 +33,7 @@ pub(super) struct Outcome<'a> {
     refused: Option<&'a Refused>,
     compared: &'a [Compared],
     /// Defects of the recording, and how each was handled.
-    findings: Vec<String>,
+    findings: Vec<Found>,
     left_out: Vec<String>,
     notes: &'a [String],
     /// Computing time, s.
@@ -59,7 +60,7 @@ impl<'a> Outcome<'a> {
             certificate: &fit.certificate,
             refused: fit.refused.as_ref(),
             compared: &fit.compared,
-            findings: fit.conditioned.findings.iter().map(ToString::to_string).collect(),
+            findings: fit.conditioned.findings.iter().map(Found::of).collect(),
             left_out: fit.strides.left_out.iter().map(ToString::to_string).collect(),
             notes: &fit.notes,
             seconds,
@@ -75,7 +76,7 @@ impl<'a> Outcome<'a> {
     pub(super) fn print_notes(&self) {
         output::notes(self.notes);
         for finding in &self.findings {
-            eprintln!("found: {finding}");
+            eprintln!("{}: {}", finding.level, finding.text);
         }
     }
 
@@ -91,6 +92,19 @@ impl<'a> Outcome<'a> {
             self.fit.strides.period_s,
             joints.join(", ")
         )
+    }
+}
+
+/// A defect of the recording, how it was handled, and how much it matters: `note`, `warning` or `error`.
+#[derive(Debug, Serialize)]
+struct Found {
+    level: &'static str,
+    text: String,
+}
+
+impl Found {
+    fn of(finding: &Finding) -> Self {
+        Self { level: finding.level().name(), text: finding.to_string() }
     }
 }
 
