@@ -63,11 +63,11 @@ fn gaps_and_jumps_stay_and_nothing_is_filtered() {
         row.split(['\t', ',']).map(|cell| cell.parse().ok().filter(|x: &f64| x.is_finite())).collect()
     };
     let wanted: Vec<Vec<Option<f64>>> = rows[1..].iter().map(|row| cells(row)).collect();
-    let body = |text: &str, header: &str| -> Vec<Vec<Option<f64>>> {
+    let rows_below = |text: &str, header: &str| -> Vec<Vec<Option<f64>>> {
         text.lines().skip_while(|line| !line.starts_with(header)).skip(1).map(cells).collect()
     };
-    assert!(body(&text, "time_s,") == wanted);
-    assert!(body(&std::fs::read_to_string(&mot).unwrap(), "time\t") == wanted);
+    assert!(rows_below(&text, "time_s,") == wanted);
+    assert!(rows_below(&std::fs::read_to_string(&mot).unwrap(), "time\t") == wanted);
 }
 
 #[test]

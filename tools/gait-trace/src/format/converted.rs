@@ -134,10 +134,7 @@ fn one_line(text: &str) -> String {
 /// # Errors
 /// Those of the writer.
 pub fn write_to(out: &mut dyn Write, format: Format, joints: &Conditioned, conversion: &Conversion) -> io::Result<()> {
-    let there: Vec<(Joint, &[f64], &[(usize, usize)])> = Joint::ALL
-        .into_iter()
-        .filter_map(|joint| Some((joint, joints.joint(joint)?, joints.missing[joint as usize].as_slice())))
-        .collect();
+    let there: Vec<Joint> = Joint::ALL.into_iter().filter(|joint| joints.joint(*joint).is_some()).collect();
     let times = joints.recording.time_s();
     let version = one_line(&conversion.version);
     let (separator, missing) = match format {
@@ -145,7 +142,7 @@ pub fn write_to(out: &mut dyn Write, format: Format, joints: &Conditioned, conve
             writeln!(out, "{CSV_MARK}{version}")?;
             conversion.pairs().iter().try_for_each(|(key, value)| writeln!(out, "# {key}: {value}"))?;
             write!(out, "time_s")?;
-            there.iter().try_for_each(|(joint, ..)| write!(out, ",{}_deg", joint.name()))?;
+            there.iter().try_for_each(|joint| write!(out, ",{}_deg", joint.name()))?;
             (',', "")
         }
         Format::Mot => {
@@ -154,14 +151,15 @@ pub fn write_to(out: &mut dyn Write, format: Format, joints: &Conditioned, conve
             writeln!(out, "{MOT_MARK}{version}")?;
             conversion.pairs().iter().try_for_each(|(key, value)| writeln!(out, "{key}={value}"))?;
             write!(out, "endheader\ntime")?;
-            there.iter().try_for_each(|(joint, ..)| write!(out, "\t{}", coordinate(*joint)))?;
+            there.iter().try_for_each(|joint| write!(out, "\t{}", coordinate(*joint)))?;
             ('\t', "NaN")
         }
     };
-    let mut gaps: Vec<_> = there.iter().map(|(.., gaps)| gaps.iter().peekable()).collect();
+    let columns: Vec<&[f64]> = there.iter().filter_map(|joint| joints.joint(*joint)).collect();
+    let mut gaps: Vec<_> = there.iter().map(|joint| joints.missing[*joint as usize].iter().peekable()).collect();
     for (row, time) in times.iter().enumerate() {
         write!(out, "\n{time}")?;
-        for ((_, values, _), gaps) in there.iter().zip(&mut gaps) {
+        for (values, gaps) in columns.iter().zip(&mut gaps) {
             // Gaps are in order and apart.
             while gaps.next_if(|(_, to)| *to <= row).is_some() {}
             match gaps.peek() {
