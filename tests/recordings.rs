@@ -379,7 +379,7 @@ fn the_documented_command_makes_the_default_volts() {
     let readme = std::fs::read_to_string(default_traces_folder().join("README.md")).unwrap();
     let name = default_volts_file();
     let name = name.file_name().unwrap().to_str().unwrap();
-    let command = format!("cargo footfall volts --out tests/traces/{name}");
+    let command = format!("cargo footfall volts --out tests/traces/{name} --force");
     assert!(readme.contains(&command), "the README beside the recordings does not say `{command}`");
 
     let folder = tempfile::tempdir().unwrap();

@@ -69,7 +69,7 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
 fn download(workspace: &Workspace, board: Board, pack: &[OsString], name: &str, sector: &str) -> Result<()> {
     let packed = workspace.target_dir.join("images").join(name);
     let mut footfall = shell::command(workspace.footfall()?);
-    footfall.current_dir(&workspace.started_in).arg("pack").args(pack).arg("--out").arg(&packed);
+    footfall.current_dir(&workspace.started_in).arg("pack").args(pack).arg("--force").arg("--out").arg(&packed);
     done(&mut footfall, "footfall pack")?;
     let mut download = shell::command("probe-rs");
     download.args(["download", "--chip", board.chip(), "--binary-format", "bin", "--base-address", sector]);

@@ -51,7 +51,7 @@ enum Analysis {
     /// Convert a recorded gait to the semi-synthetic volts of a sensor: CSV with the header time_s,PA1
     Volts(volts::Options),
     /// Check files: each error names file, line, field and what is allowed
-    Check(check::Options),
+    Check(Box<check::Options>),
     /// Show a default gait on the host core, with changes during the run: live on a terminal, else CSV, JSON or a picture
     Walk(walk::Options),
     /// Print the firing word of an oscillatory building block, one letter a step: F flexor, E extensor
@@ -126,7 +126,7 @@ fn analyse(command: Analysis) -> Result<(), Failure> {
         Analysis::Volts(options) => volts::run(&options),
         Analysis::Entrain(options) => entrain::run(*options),
         Analysis::Sync(options) => sync::run(&options),
-        Analysis::Check(options) => check::run(&options),
+        Analysis::Check(options) => check::run(*options),
         Analysis::Walk(options) => walk::run(options),
         Analysis::Figures(options) => figures::run(&options),
         Analysis::GaitError(options) => gait_error::run(&options),

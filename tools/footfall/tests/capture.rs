@@ -355,7 +355,8 @@ fn half_a_row_at_the_end_is_left_out_and_one_in_the_middle_refused() {
 fn fit_of_one_joint_names_the_missing_ones() {
     let bench = Bench::plays(&walked(4).lines);
     for joint in Joint::ALL {
-        let (file, output) = record(&bench, "one.mcap", &["--secs", "4", "--sensor", joint.name()]);
+        let name = format!("{}.mcap", joint.name());
+        let (file, output) = record(&bench, &name, &["--secs", "4", "--sensor", joint.name()]);
         assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
         assert!(Joint::ALL.into_iter().all(|other| open(&file).joints[other as usize].is_some() == (other == joint)));
         let fitted = footfall(&["fit"], &[&file]);

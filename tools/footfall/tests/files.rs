@@ -24,21 +24,32 @@ fn a_recording_of_any_format_is_checked_and_made_volts() {
     // A laboratory's own table: semicolons, extension positive at the knees.
     let foreign = folder.path().join("lab.csv");
     let column = |name: &str| recording.channel(name).unwrap().values();
-    let mut text = "Time (s);Left Hip Flexion (deg);Left Knee Flexion (deg)\n".to_owned();
-    for ((time, hip), knee) in recording.time_s().iter().zip(column("left_hip")).zip(column("left_knee")) {
-        text += &format!("{time};{hip};{}\n", -knee);
+    let mut text =
+        "Time (s);Left Hip Flexion (deg);Left Knee Flexion (deg);Right Hip Flexion (deg);Right Knee Flexion (deg)\n"
+            .to_owned();
+    let joints = ["left_hip", "left_knee", "right_hip", "right_knee"].map(column);
+    for (row, time) in recording.time_s().iter().enumerate() {
+        let [hip, knee, other_hip, other_knee] = joints.map(|joint| joint[row]);
+        text += &format!("{time};{hip};{};{other_hip};{}\n", -knee, -other_knee);
     }
     std::fs::write(&foreign, text).unwrap();
     let plain = footfall(&["volts", "--trace"], Path::new(DEFAULT));
     let volts = |output: &Output| csv_file::parse("volts", output.stdout.as_slice()).unwrap();
-    for (path, format, columns) in [
-        (&mot, "OpenSim motion", "left_hip_deg right_hip_deg left_knee_deg right_knee_deg"),
-        (&foreign, "CSV, semicolons", "left_hip_deg left_knee_deg"),
+    for (path, format, column) in [
+        (&mot, "OpenSim motion", "left_knee  `knee_angle_l`, degrees (the file's header), flexion positive"),
+        (&foreign, "CSV, semicolons", "left_knee  `Left Knee Flexion (deg)`, degrees (its name), sign changed"),
     ] {
         let checked = footfall(&["check", "--trace"], path);
-        let line = String::from_utf8(checked.stdout.clone()).unwrap();
+        let text = String::from_utf8(checked.stdout.clone()).unwrap();
         assert_eq!(checked.status.code(), Some(0), "{}", said(&checked));
-        assert!(line.contains(": good: ") && line.contains(columns) && line.contains(format), "{line}");
+        for words in [
+            ": good: `fit` takes it, 2 strides of 1.088 s",
+            column,
+            format,
+            "374 rows at 150.00 Hz, 2.487 s from 0 s on",
+        ] {
+            assert!(text.contains(words), "{words}: {text}");
+        }
         let made = footfall(&["volts", "--trace"], path);
         assert_eq!(made.status.code(), Some(0), "{}", said(&made));
         let (one, two) = (volts(&plain), volts(&made));
@@ -49,7 +60,8 @@ fn a_recording_of_any_format_is_checked_and_made_volts() {
         assert!((a - c).abs() < 0.01 && (b - d).abs() < 0.01, "{format}: {a} to {b} V, {c} to {d} V");
     }
     for command in ["check", "volts"] {
-        let text = said(&footfall(&[command, "--trace"], &foreign));
+        let output = footfall(&[command, "--trace"], &foreign);
+        let text = said(&output) + &String::from_utf8_lossy(&output.stdout);
         assert!(text.contains("left knee: extension is positive in the file"), "{command}: {text}");
     }
 }
@@ -120,20 +132,20 @@ fn plain_files_keep_their_strict_reader_and_others_say_where_to_go() {
     };
     let hole = put("hole.csv", "time_s,left_knee_deg\n0,1\n0.01,\n0.02,3\n");
     let mapped = put("mapped.csv", "t,a,b\n0,1,2\n0.01,2,3\n");
-    for command in ["check", "volts"] {
-        let output = footfall(&[command, "--trace"], &hole);
-        let text = said(&output);
-        assert!(output.status.code() == Some(2) && text.contains("hole.csv:3: column 2 `left_knee_deg`"), "{text}");
-        let output = footfall(&[command, "--trace"], &mapped);
-        let text = said(&output);
-        assert!(
-            output.status.code() == Some(2)
-                && text.contains("`footfall convert` has options for what the file does not state"),
-            "{text}"
-        );
-        assert!(output.stdout.is_empty());
-    }
+    let output = footfall(&["volts", "--trace"], &hole);
+    let text = said(&output);
+    assert!(output.status.code() == Some(2) && text.contains("hole.csv:3: column 2 `left_knee_deg`"), "{text}");
+    let output = footfall(&["volts", "--trace"], &mapped);
+    let text = said(&output);
+    assert!(
+        output.status.code() == Some(2)
+            && text.contains("`footfall convert` has options for what the file does not state"),
+        "{text}"
+    );
+    assert!(output.stdout.is_empty());
+    // Volts at a pin are a recording to play, and none to fit.
     let pin = put("pin.csv", "time_s,PA1\n0,1\n0.01,1.1\n0.02,1.2\n");
-    let line = String::from_utf8(footfall(&["check", "--trace"], &pin).stdout).unwrap();
-    assert!(line.ends_with("good: 3 rows, 0.020 s, PA1\n"), "{line}");
+    let checked = footfall(&["check", "--trace"], &pin);
+    let text = String::from_utf8(checked.stdout).unwrap();
+    assert!(checked.status.code() == Some(2) && text.contains("`watch` and `volts` can play PA1, 0.020 s"), "{text}");
 }

@@ -71,6 +71,29 @@ pub enum FindingKind {
     },
 }
 
+/// How much a finding matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Level {
+    /// Good to know: the defect was repaired, or does no harm.
+    Note,
+    /// The recording may not be what it seems; a person should look at it.
+    Warning,
+    /// The recording cannot be used.
+    Error,
+}
+
+impl Level {
+    /// Its name: `note`, `warning`, `error`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Note => "note",
+            Self::Warning => "warning",
+            Self::Error => "error",
+        }
+    }
+}
+
 /// What was done about the defect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Done {
@@ -106,6 +129,22 @@ pub struct Finding {
     pub what: FindingKind,
     /// What was done about it.
     pub done: Done,
+}
+
+impl Finding {
+    /// How much it matters.
+    #[must_use]
+    pub const fn level(&self) -> Level {
+        match self.what {
+            FindingKind::Step { .. }
+            | FindingKind::Still { .. }
+            | FindingKind::SignUnclear
+            | FindingKind::HipIsKnee
+            | FindingKind::KneesCrossed
+            | FindingKind::NotOpposed { .. } => Level::Warning,
+            _ => Level::Note,
+        }
+    }
 }
 
 impl fmt::Display for Finding {

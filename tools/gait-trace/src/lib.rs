@@ -19,6 +19,7 @@
 //! | [`format::scope`] | oscilloscope exports: volts to angles through a calibration |
 //! | [`format::page`] | the table of all formats, `docs/formats.md` |
 //! | [`format::joint_names`] | which joint a column is, from its name |
+//! | [`format::converted`] | writes joints with the record of their conversion, and reads that record |
 //! | [`format::whole_file`] | writes a file completely or not at all |
 //! | **defects** | [`clean`] |
 //! | [`clean::condition`](mod@clean::condition) | from the joints of a file to joints that can be fitted: fixed rate, no gaps, no jumps, flexion positive |
@@ -34,6 +35,7 @@
 //! | [`stride::period`] | the stride period of a periodic recording |
 //! | [`stride::looped`] | a whole number of strides that can be repeated without a jump |
 //! | [`stride::cycle`] | one stride at a fixed number of points |
+//! | [`stride::gait_check`] | whether the strides are of a gait at all |
 //! | [`stride::metrics`] | root mean square and peak of a difference |
 //! | **shared** | |
 //! | [`recording`] | the table and its rules |
@@ -75,7 +77,7 @@ pub use clean::knee_sign::{KneeSign, KneeSignReason, TakenKneeSign};
 pub use clean::resample::ResampleError;
 pub use clean::rules::{LowPass, Rules};
 pub use fault::{Fault, TraceError};
-pub use finding::{Done, Finding, FindingKind};
+pub use finding::{Done, Finding, FindingKind, Level};
 pub use options::{Axis, MapError, ReadOptions};
 pub use raw::{RawJoint, RawJoints};
 pub use recording::{

@@ -275,13 +275,14 @@ impl Recording {
         Ok(Self { time_s: self.time_s.clone(), channels: vec![self.channel(name)?.clone()] })
     }
 
-    /// The channel of a joint: the one of the joint's name (`left_knee`), or the only channel of a recording that has one.
+    /// The channel of a joint: the one of the joint's name (`left_knee`), or the only channel of a recording if its name does not name
+    /// another joint or the other side (`knee`, `left`, `PA1`).
     ///
     /// # Errors
-    /// The recording has several channels and none has the joint's name.
+    /// The recording has no such channel.
     pub fn of_joint(&self, joint: joint_units::Joint) -> Result<&Channel, NoChannel> {
         match self.channels.as_slice() {
-            [only] => Ok(only),
+            [only] if !contradicts(only.name(), joint) => Ok(only),
             _ => self.channel(joint.name()),
         }
     }
@@ -301,6 +302,16 @@ impl Recording {
         let (v0, v1) = (channel.values[right - 1], channel.values[right]);
         v0 + (v1 - v0) * ((time_s - t0) / (t1 - t0))
     }
+}
+
+/// Whether a name has a word for another part of the person than the joint: `right_knee`, `left_hip` and `ankle` for the left knee.
+fn contradicts(name: &str, joint: joint_units::Joint) -> bool {
+    const PARTS: [&str; 20] = [
+        "left", "right", "l", "r", "hip", "knee", "ankle", "subtalar", "foot", "toe", "pelvis", "trunk", "lumbar",
+        "neck", "head", "shoulder", "elbow", "wrist", "thigh", "shank",
+    ];
+    let own = |word: &str| joint.name().split('_').any(|own| own == word || (word.len() == 1 && own.starts_with(word)));
+    name.split('_').any(|word| PARTS.contains(&word) && !own(word))
 }
 
 #[cfg(test)]
@@ -354,11 +365,25 @@ mod tests {
     }
 
     #[test]
-    fn only_a_single_channel_stands_for_any_joint() {
+    fn a_single_channel_stands_for_a_joint_it_may_be() {
         use joint_units::Joint;
         let times = vec![0.0, 1.0];
         let one = Recording::build(times.clone(), vec![angle("knee", vec![1.0, 2.0])]).unwrap();
         assert_eq!(one.of_joint(Joint::LeftKnee).unwrap().name(), "knee");
+        assert!(one.of_joint(Joint::LeftHip).is_err(), "a knee is no hip");
+        for (name, joint, fits) in [
+            ("right_knee", Joint::LeftKnee, false),
+            ("left_hip", Joint::LeftKnee, false),
+            ("knee_angle_r", Joint::LeftKnee, false),
+            ("knee_angle_l", Joint::LeftKnee, true),
+            ("ankle", Joint::LeftKnee, false),
+            ("left", Joint::LeftKnee, true),
+            ("goniometer", Joint::LeftKnee, true),
+            ("PA1", Joint::RightHip, true),
+        ] {
+            let one = Recording::build(times.clone(), vec![angle(name, vec![1.0, 2.0])]).unwrap();
+            assert_eq!(one.of_joint(joint).is_ok(), fits, "{name} for {}", joint.name());
+        }
         let two = vec![angle("left_hip", vec![1.0, 2.0]), angle("right_hip", vec![1.0, 2.0])];
         let two = Recording::build(times, two).unwrap();
         assert_eq!(two.of_joint(Joint::LeftHip).unwrap().name(), "left_hip");

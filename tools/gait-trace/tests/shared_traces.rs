@@ -27,6 +27,7 @@ fn main() -> ExitCode {
         real_recordings_turned_and_exchanged_come_back(Traces),
         a_goniometer_on_one_knee_gives_strides(Traces),
         bridges_over_real_gaits_are_near(Traces),
+        no_gait_is_near_what_is_refused_as_no_gait(Traces),
     ])
 }
 
@@ -374,4 +375,29 @@ fn bridges_over_real_gaits_are_near() {
         assert!(rms < most_rms && worst < most, "{table}");
     }
     report!("{table}");
+}
+
+/// The legs run against each other at the hips, and hip and knee of a leg are nearly uncorrelated: far from squats and jumps.
+fn no_gait_is_near_what_is_refused_as_no_gait() {
+    let folder = traces_folder();
+    let correlation = |a: &[f64], b: &[f64]| {
+        let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+        let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(p, q)| (p - mean(x)) * (q - mean(y))).sum::<f64>();
+        dot(a, b) / (dot(a, a) * dot(b, b)).sqrt()
+    };
+    let mut table = String::from("\nfile: hips, knees, left hip and knee, right hip and knee\n");
+    let mut most = [f64::NEG_INFINITY; 3];
+    for (name, ..) in BILATERAL {
+        let (_, walk) = of(&folder, name);
+        let Cycle(mean) = walk.mean();
+        let of = |a: usize, b: usize| correlation(&mean[a], &mean[b]);
+        let (hips, knees, left, right) = (of(0, 1), of(2, 3), of(0, 2), of(1, 3));
+        writeln!(table, "{name}: {hips:.2} {knees:.2} {left:.2} {right:.2}").unwrap();
+        for (most, value) in most.iter_mut().zip([hips, knees, left.abs().min(right.abs())]) {
+            *most = most.max(value);
+        }
+    }
+    report!("{table}at most {most:?}");
+    assert!(most[0] < -0.5, "{table}");
+    assert!(most[1] < 0.6 && most[2] < 0.6, "{table}");
 }

@@ -3,6 +3,7 @@
 use crate::board::default_loop::SENSOR_PINS;
 use crate::failure::Failure;
 use gait_trace::ReadOptions;
+use gait_trace::format::converted::Conversion;
 use gait_trace::format::csv_file;
 use gait_trace::format::open;
 use gait_trace::{Channel, Fault, LoopError, Quantity, Recording, TraceError};
@@ -67,10 +68,11 @@ pub fn opened(path: &Path) -> Result<Opened, Failure> {
         Ok(recording) => return Ok(Opened { name, recording, format: None, notes: vec![] }),
         Err(error) => error,
     };
-    // Another header means another kind of file.
+    // Another header means another kind of file, and a file of `footfall convert` may have gaps.
     let separated = match *plain.fault {
         Fault::MissingColumn { hint, .. } => hint.contains("separated"),
         Fault::UnknownColumn | Fault::NoChannels | Fault::NotText { .. } => false,
+        Fault::NotANumber { .. } if is_converted(path) => true,
         _ => return Err(Failure::input(plain)),
     };
     let raw = open::read(path, &ReadOptions::default()).map_err(|error| {
@@ -91,6 +93,11 @@ pub fn opened(path: &Path) -> Result<Opened, Failure> {
     Ok(Opened { name, recording: conditioned.recording, format: Some(raw.format), notes })
 }
 
+/// The file has the record of `footfall convert`.
+fn is_converted(path: &Path) -> bool {
+    std::fs::read(path).is_ok_and(|bytes| matches!(Conversion::of_bytes(&bytes), Ok(Some(_))))
+}
+
 /// Converts a recording to volts at the pin of each sensor, for a run of `secs` seconds or without end.
 ///
 /// A recording that lasts as long as the run is played unchanged; a shorter one is cut to whole strides and repeated. One without a
@@ -103,8 +110,16 @@ pub fn feed(name: &str, recording: &Recording, sensors: &JointSensors, secs: Opt
     let one = |(sensor, pin): (&JointSensor, &'static str)| match recording.channel(pin) {
         Ok(channel) => Ok(Source { channel: channel.clone(), sensor: sensor.clone(), pin }),
         Err(_) => match recording.of_joint(sensor.joint) {
+            Ok(channel) if channel.quantity() == Quantity::PinVolts => Err(input(format!(
+                "`{}` are volts at another pin than {pin}, where the sensor of {} is; name the column {pin} if they are its",
+                channel.name(),
+                sensor.joint.name()
+            ))),
             Ok(channel) => Ok(Source { channel: channel.clone(), sensor: sensor.clone(), pin }),
-            Err(error) => Err(input(error.to_string())),
+            Err(error) => Err(input(format!(
+                "{error}: allowed is a recording of {0}, or a sensor on a joint that it has (--sensor JOINT); `footfall convert --map {0}=COLUMN` names a column",
+                sensor.joint.name()
+            ))),
         },
     };
     let sources = sensors.iter().zip(SENSOR_PINS).map(one).collect::<Result<Vec<_>, _>>()?;

@@ -26,10 +26,11 @@ mod samples;
 use clap::Args;
 use hgod_adc::{Interpolation, MAX_POINTS, ReferenceConfig, Supply};
 use joint_units::{AdcCode, Volts};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 use crate::file::calibration_file;
+use crate::options::overwrite::Overwrite;
 use crate::options::value::number;
 use crate::output;
 use fit::Settings;
@@ -115,6 +116,9 @@ pub struct Options {
     /// With --guide, keep the rows in this file, to calibrate from them again
     #[arg(long, value_name = "CSV", requires = "guide")]
     pub keep_rows: Option<PathBuf>,
+    /// Whether files may be replaced
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// Interpolation between the points.
@@ -148,6 +152,7 @@ struct Outputs {
     report: Option<PathBuf>,
     svg: Option<PathBuf>,
     json: bool,
+    overwrite: Overwrite,
 }
 
 impl Options {
@@ -164,6 +169,7 @@ impl Options {
             (None, Some(codes)) => Source::Guide(guide::Settings {
                 codes,
                 keep_rows: self.keep_rows,
+                overwrite: self.overwrite,
                 plan: guide::Plan {
                     angles_deg: self.angles,
                     samples: self.samples as usize,
@@ -187,7 +193,13 @@ impl Options {
                 saturated_share: self.saturated_share,
             },
             identity: Identity { sensor: self.name, date: self.date, divider: self.divider },
-            outputs: Outputs { toml: self.out, report: self.report, svg: self.svg, json: self.json },
+            outputs: Outputs {
+                toml: self.out,
+                report: self.report,
+                svg: self.svg,
+                json: self.json,
+                overwrite: self.overwrite,
+            },
         })
     }
 
@@ -216,6 +228,7 @@ impl Options {
 /// Wrong input, or a file that cannot be written.
 pub fn run(options: Options) -> Result<(), Failure> {
     let Plan { rows, reading, fit, identity, outputs } = options.plan()?;
+    outputs.check(&rows)?;
     let (source, rows) = match rows {
         Source::File(path) => (path.display().to_string(), rows::read(&path, &reading).map_err(Failure::input)?),
         Source::Guide(settings) => (settings.name(), guide::rows(&settings, &reading)?),
@@ -227,12 +240,26 @@ pub fn run(options: Options) -> Result<(), Failure> {
     Ok(())
 }
 
+impl Outputs {
+    /// Refuses outputs before any work: a guided calibration takes minutes.
+    fn check(&self, rows: &Source) -> Result<(), Failure> {
+        let (input, kept) = match rows {
+            Source::File(path) => (path, None),
+            Source::Guide(settings) => (&settings.codes, settings.keep_rows.as_ref()),
+        };
+        let files = [Some(&self.toml), self.report.as_ref(), self.svg.as_ref(), kept];
+        let files: Vec<&Path> = files.into_iter().flatten().map(PathBuf::as_path).collect();
+        output::check_apart(files.iter().copied(), [input.as_path()])?;
+        files.into_iter().try_for_each(|file| output::check(file, self.overwrite))
+    }
+}
+
 /// Writes the files. All contents are made before the first file is written, so that an error leaves none.
 fn write(calibrated: &Calibrated, outputs: &Outputs) -> Result<(), Failure> {
     let toml = calibration_file::to_text(&calibrated.sensor, Some(&calibrated.measured));
     let svg = outputs.svg.as_ref().map(|path| Ok((path, report::svg(calibrated)?)));
     let html = outputs.report.as_ref().map(|path| Ok((path, report::html(calibrated)?)));
     let pictures = [svg, html].into_iter().flatten().collect::<Result<Vec<_>, String>>().map_err(Failure::run)?;
-    output::write_text(&outputs.toml, &toml)?;
-    pictures.iter().try_for_each(|(path, content)| output::write_text(path, content))
+    output::write_text(&outputs.toml, &toml, outputs.overwrite)?;
+    pictures.iter().try_for_each(|(path, content)| output::write_text(path, content, outputs.overwrite))
 }

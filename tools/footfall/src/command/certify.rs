@@ -11,6 +11,7 @@ use joint_units::Joint;
 use std::path::PathBuf;
 
 use crate::failure::Failure;
+use crate::options::overwrite::Overwrite;
 use crate::output;
 
 /// Options of `footfall certify`.
@@ -31,6 +32,9 @@ pub struct Options {
     /// Print one JSON object instead of the table
     #[arg(long)]
     pub json: bool,
+    /// Whether files may be replaced
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// Runs the command.
@@ -60,7 +64,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let json = serde_json::to_string(&certificate).map_err(Failure::run)? + "\n";
     let beside = || params.with_extension("certificate.json");
     if let Some(path) = options.out.clone().or_else(|| is_file.then(beside)) {
-        output::write_text(&path, &json)?;
+        output::write_text(&path, &json, options.overwrite)?;
         eprintln!("written: {}", path.display());
     }
     output::print(&if options.json { json } else { table(&certificate) })?;

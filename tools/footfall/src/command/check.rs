@@ -1,82 +1,118 @@
-//! `footfall check`: reads files and reports their errors.
+//! `footfall check`: reads files and reports what they are and what is wrong with them.
+//!
+//! A recording takes the way that it takes in `footfall fit`, up to the result, which is not written: what `check` calls good, `fit` takes.
 
-use crate::board::feed;
-use crate::board::feed::Opened;
+mod recording;
+
+use crate::command::fit::job::Job;
 use crate::failure::Failure;
-use crate::file::{calibration_file, parameter_file};
+use crate::file::parameter_file;
+use crate::file::recording::ReadSettings;
+use crate::options::reading::Reading;
+use crate::options::value::number;
 use clap::Args;
+use gait_fit::fit::Settings;
+use gait_trace::{LowPass, Rules};
 use generator_file::file::GeneratorFile;
 use std::path::PathBuf;
 
 /// Options of `footfall check`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A recording, in any format that `fit` reads
+    /// A recording, in any format that `fit` reads; good is what `fit` takes
     #[arg(long, value_name = "FILE")]
     pub trace: Vec<PathBuf>,
-    /// A sensor file: the calibration of a sensor
-    #[arg(long, value_name = "TOML")]
-    pub calibration: Vec<PathBuf>,
     /// A parameter file of the control loop
     #[arg(long, value_name = "TOML")]
     pub parameters: Vec<PathBuf>,
     /// A generator file
     #[arg(long, value_name = "TOML")]
     pub generator: Vec<PathBuf>,
+    /// How recordings are read; the sensor file that --calibration names is checked too
+    #[command(flatten)]
+    pub reading: Reading,
+    /// Stride time of a recording whose time axis is a cycle and not seconds
+    #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = number(0.2..=20.0, " seconds"))]
+    pub stride: f64,
+    /// Call no recording with a warning good: the exit code is 1
+    #[arg(long)]
+    pub strict: bool,
 }
 
-/// Runs the command: prints one line for each correct file.
+/// Results of all files.
+#[derive(Default)]
+struct Results {
+    /// What is printed to standard output.
+    text: String,
+    wrong_input: Vec<String>,
+    /// Good but for warnings, with --strict.
+    not_sound: Vec<String>,
+}
+
+impl Results {
+    fn take(&mut self, result: Result<String, Failure>) {
+        match result {
+            Ok(line) => self.text.extend([line.as_str(), "\n"]),
+            Err(Failure::Input(why)) => self.wrong_input.push(why),
+            Err(Failure::Run(why)) => self.not_sound.push(why),
+        }
+    }
+}
+
+/// Runs the command: prints a line for each correct file, and a report for each recording.
 ///
 /// # Errors
 /// The errors of all wrong files, one a line.
-pub fn run(options: &Options) -> Result<(), Failure> {
-    if [&options.trace, &options.calibration, &options.parameters, &options.generator].into_iter().all(Vec::is_empty) {
+pub fn run(options: Options) -> Result<(), Failure> {
+    let Options { trace, parameters, generator, reading, stride, strict } = options;
+    if trace.is_empty() && parameters.is_empty() && generator.is_empty() && reading.calibration.is_none() {
         return Err(Failure::input(
-            "no file named: allowed are --trace, --calibration, --parameters and --generator, each any number of times",
+            "no file named: allowed are --trace, --parameters and --generator, each any number of times, and --calibration",
         ));
     }
-    let (mut good, mut faults) = (String::new(), Vec::new());
-    let mut report = |result: Result<String, String>| match result {
-        Ok(line) => good.extend([line.as_str(), "\n"]),
-        Err(fault) => faults.push(fault),
-    };
-    for path in &options.trace {
-        report(feed::opened(path).map_err(|error| error.to_string()).map(
-            |Opened { recording, format, notes, .. }| {
-                for note in &notes {
-                    eprintln!("note: {}: {note}", path.display());
-                }
-                let columns: Vec<String> = recording.channels().iter().map(gait_trace::Channel::column).collect();
-                let (rows, seconds) = (recording.time_s().len(), recording.duration_s());
-                let format = format.map_or(String::new(), |format| format!("; {format}"));
-                format!("{}: good: {rows} rows, {seconds:.3} s, {}{format}", path.display(), columns.join(" "))
-            },
-        ));
+    let mut results = Results::default();
+    match reading.settings(LowPass::Customary) {
+        Ok(reading) => {
+            reading.calibration.iter().for_each(|sensor| results.take(Ok(sensor_file(sensor))));
+            let job = job(reading, stride, strict);
+            for path in &trace {
+                let (report, result) = recording::check(path, &job);
+                results.text += &report;
+                results.take(result);
+            }
+        }
+        Err(why) => {
+            results.take(Err(why));
+            results
+                .wrong_input
+                .extend(trace.iter().map(|path| format!("{}: not read, since the options are wrong", path.display())));
+        }
     }
-    for path in &options.calibration {
-        report(calibration_file::read(path).map_err(|error| error.to_string()).map(|sensor| {
-            let (least, most) = sensor.calibration.span();
-            let points = sensor.calibration.points().len();
-            format!(
-                "{}: good: {points} points, {:.1} to {:.1} degrees",
-                path.display(),
-                least.degrees(),
-                most.degrees()
-            )
-        }));
+    for path in &parameters {
+        let file = parameter_file::read(path).map_err(Failure::input);
+        results.take(file.map(|_| format!("{}: good", path.display())));
     }
-    for path in &options.parameters {
-        report(
-            parameter_file::read(path).map_err(|error| error.to_string()).map(|_| format!("{}: good", path.display())),
-        );
+    for path in &generator {
+        let file = GeneratorFile::read(path).map_err(Failure::input);
+        results.take(file.map(|file| format!("{}: good: a {} generator", path.display(), file.set.name())));
     }
-    for path in &options.generator {
-        report(
-            GeneratorFile::read(path)
-                .map_err(|error| error.to_string())
-                .map(|file| format!("{}: good: a {} generator", path.display(), file.set.name())),
-        );
+    crate::output::print(&results.text)?;
+    let Results { wrong_input, not_sound, .. } = results;
+    match (wrong_input.is_empty(), not_sound.is_empty()) {
+        (true, true) => Ok(()),
+        (true, false) => Err(Failure::Run(not_sound.join("\n"))),
+        (false, _) => Err(Failure::Input([wrong_input, not_sound].concat().join("\n"))),
     }
-    crate::output::print(&good)?;
-    if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults.join("\n"))) }
+}
+
+fn sensor_file(sensor: &crate::file::recording::SensorCalibration) -> String {
+    let (least, most) = sensor.curve.span();
+    let (path, points) = (sensor.path.display(), sensor.curve.points().len());
+    format!("{path}: good: {points} points, {:.1} to {:.1} degrees", least.degrees(), most.degrees())
+}
+
+/// The fit that a recording must pass: of the shape, as the other generators are replaced by it where they fail.
+fn job(reading: ReadSettings, stride_s: f64, strict: bool) -> Job {
+    let rules = Rules { low_pass: reading.low_pass, ..Rules::default() };
+    Job { fit: Settings { rules, stride_s, ..Settings::default() }, reading, strict }
 }

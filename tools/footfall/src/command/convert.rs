@@ -1,13 +1,16 @@
-//! `footfall convert`: writes any recording as CSV or as OpenSim .mot: joint angles in degrees, flexion positive, equal time steps; gaps
-//! and jumps are bridged or reported.
+//! `footfall convert`: writes any recording as CSV or as OpenSim .mot: joint angles in degrees, flexion positive, equal time steps.
+//!
+//! It invents nothing: gaps stay empty, jumps stay as they are, and nothing is filtered unless an option asks for it. What was changed is
+//! recorded in the file ([`gait_trace::format::converted`]), so that no other command filters it a second time.
 
 use clap::Args;
-use gait_trace::format::{csv_file, opensim};
-use gait_trace::{LowPass, condition};
-use std::path::PathBuf;
+use gait_trace::format::converted::{self, Conversion, Format};
+use gait_trace::{Done, FindingKind, LowPass, Rules, condition};
+use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
-use crate::file::recording;
+use crate::file::recording::{self, ReadSettings};
+use crate::options::overwrite::Overwrite;
 use crate::options::reading::Reading;
 use crate::output;
 
@@ -23,24 +26,89 @@ pub struct Options {
     /// How it is read
     #[command(flatten)]
     pub reading: Reading,
+    /// Whether files may be replaced
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// Runs the command.
 ///
 /// # Errors
-/// Wrong input, another extension, or a file that cannot be written.
+/// Wrong input, an output that is the input or exists, another extension, or a file that cannot be written.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { recording, out, reading } = options;
+    let Options { recording: path, out, reading, overwrite } = options;
     let extension = out.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
-    let write = match extension.as_deref() {
-        Some("csv") => csv_file::write,
-        Some("mot") => opensim::write,
+    let format = match extension.as_deref() {
+        Some("csv") => Format::Csv,
+        Some("mot") => Format::Mot,
         _ => return Err(Failure::input(format!("{}: allowed are the extensions .csv and .mot", out.display()))),
     };
-    let reading = reading.settings(LowPass::Customary)?;
-    let raw = recording::read(&recording, &reading)?;
-    let conditioned = condition(&raw, &reading.rules()).map_err(Failure::input)?;
-    output::notes(&raw.notes);
-    output::notes(&conditioned.findings);
-    write(&out, &conditioned.recording).map_err(|error| output::cannot_write(&out, error))
+    let inputs = [Some(&path), reading.calibration.as_ref()].into_iter().flatten();
+    output::check_apart([out.as_path()], inputs.map(PathBuf::as_path))?;
+    output::check(&out, overwrite)?;
+    let settings = reading.settings(LowPass::Off)?;
+    let recorded = recording::parse(&path, &recording::bytes(&path)?, &settings)?;
+    let (low_pass, note) = recorded.low_pass(settings.low_pass)?;
+    let raw = recorded.joints.map_err(Failure::input)?;
+    // A jump is what was measured, whatever made it.
+    let rules = Rules { low_pass, jump_bend_deg: f64::INFINITY, ..settings.rules() };
+    let joints = condition(&raw, &rules).map_err(Failure::input)?;
+    output::notes(raw.notes.iter().chain(&note));
+
+    let before = recorded.conversion.unwrap_or_default();
+    let mut conversion = Conversion {
+        version: env!("CARGO_PKG_VERSION").into(),
+        source: name_of(&path),
+        source_sha256: recorded.sha256,
+        options: in_words(&settings),
+        low_pass_hz: before.low_pass_hz,
+        changes: before.changes,
+    };
+    if !before.source.is_empty() {
+        conversion.source += &format!(", converted from {}", before.source);
+    }
+    if joints.start_s != 0.0 {
+        conversion.changes.push(format!("time 0 is {} s in {}", joints.start_s, name_of(&path)));
+    }
+    conversion.changes.extend(raw.notes);
+    for finding in &joints.findings {
+        let text = match finding.done {
+            Done::Smoothed { hz } => {
+                conversion.low_pass_hz = Some(hz);
+                format!("all joints: low-pass at {hz} Hz")
+            }
+            _ if finding.what == FindingKind::Gap => {
+                let (from, to) = (finding.from_s, finding.to_s);
+                let joint = finding.joint.map_or("all joints".into(), |joint| joint.name().replace('_', " "));
+                format!("{joint}, {from:.3} s to {to:.3} s: missing values; left empty")
+            }
+            _ => finding.to_string(),
+        };
+        eprintln!("{}: {text}", finding.level().name());
+        conversion.changes.push(text);
+    }
+    output::write(&out, overwrite, |file| converted::write_to(file, format, &joints, &conversion))
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// The options that change what is read.
+fn in_words(settings: &ReadSettings) -> String {
+    let mut words: Vec<String> = settings.map.iter().map(|map| format!("--map {map}")).collect();
+    words.extend(settings.unit.map(|unit| format!("--unit {}", unit.words())));
+    words.extend(match settings.low_pass {
+        LowPass::Off => None,
+        LowPass::At(hz) => Some(format!("--low-pass {hz}")),
+        LowPass::Customary => Some("--low-pass customary".into()),
+    });
+    words.extend(settings.rate_hz.map(|hz| format!("--rate {hz}")));
+    words.extend(settings.axis.map(|axis| format!("--axis {}", axis.name())));
+    words.extend(settings.knee_sign.map(|sign| format!("--knee-sign {}", sign.name())));
+    words.extend(settings.stride_s.map(|seconds| format!("--stride-time {seconds}")));
+    words.extend(
+        settings.calibration.as_ref().map(|calibration| format!("--calibration {}", name_of(&calibration.path))),
+    );
+    if words.is_empty() { "none".into() } else { words.join(" ") }
 }

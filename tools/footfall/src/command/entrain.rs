@@ -10,19 +10,19 @@ pub mod trace;
 
 use clap::Args;
 use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
-use gait_trace::LowPass;
-use gait_trace::Recording;
+use gait_trace::{LowPass, Recording, Rules};
 use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet};
 use joint_units::{Joint, Radians};
 use serde_json::json;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::board::feed;
 use crate::failure::Failure;
 use crate::file::recording;
 use crate::file::svg;
 use crate::file::svg::{Curve, Panel};
+use crate::options::overwrite::Overwrite;
 use crate::options::reading::Reading;
 use crate::options::value::one_of;
 use crate::output;
@@ -55,6 +55,9 @@ pub struct Options {
     /// Draw recorded and generated angles, phase error, and amplitude
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+    /// Whether files may be replaced
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// A run of a follower over a recording.
@@ -155,13 +158,23 @@ fn of_file(file: &GeneratorFile) -> Result<([Template; Joint::COUNT], f64), Fail
 /// # Errors
 /// Wrong input, no lock, a false lock, or a file that cannot be written.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { trace: path, sensor: asked, generator: generator_path, reading, json, svg } = options;
+    let Options { trace: path, sensor: asked, generator: generator_path, reading, json, svg, overwrite } = options;
+    let inputs = [Some(&path), generator_path.as_ref(), reading.calibration.as_ref()];
+    output::check_apart(svg.as_deref(), inputs.into_iter().flatten().map(PathBuf::as_path))?;
+    svg.iter().try_for_each(|path| output::check(path, overwrite))?;
     let generator = generator_path.as_deref().map(GeneratorFile::read).transpose().map_err(Failure::input)?;
     let mut reading = reading.settings(LowPass::Off)?;
     let of_file = generator.as_ref().and_then(sensor_of);
     reading.sideless = asked.or(of_file);
-    let raw = recording::read(&path, &reading)?;
-    let trace = trace::trace(&raw, asked, of_file, &reading.rules())?;
+    let recorded = recording::parse(&path, &recording::bytes(&path)?, &reading)?;
+    let (low_pass, note) = recorded.low_pass(reading.low_pass)?;
+    output::notes(note);
+    let trace = trace::trace(
+        &recorded.joints.map_err(Failure::input)?,
+        asked,
+        of_file,
+        &Rules { low_pass, ..reading.rules() },
+    )?;
     output::notes(&trace.notes);
     let name = path.display().to_string();
     let mut run = entrain_without(&trace.recording, trace.sensor, &trace.holes, generator.as_ref())
@@ -169,7 +182,11 @@ pub fn run(options: Options) -> Result<(), Failure> {
     if let Some(path) = &generator_path {
         run.source = path.display().to_string();
     }
-    write(&name, &trace, &run, svg.as_deref(), json)?;
+    if let Some(path) = &svg {
+        let title = format!("{} of {name}, host core", trace.sensor.name());
+        svg::write(path, &title, &panels(&run, &trace.recording, trace.sensor), overwrite)?;
+    }
+    print(&name, &trace, &run, json)?;
     check(&name, trace.sensor, &run.following)
 }
 
@@ -181,13 +198,9 @@ fn sensor_of(file: &GeneratorFile) -> Option<Joint> {
     }
 }
 
-/// Writes the picture and prints the result.
-fn write(name: &str, trace: &Trace, run: &Entrainment, svg: Option<&Path>, json: bool) -> Result<(), Failure> {
+/// Prints the result.
+fn print(name: &str, trace: &Trace, run: &Entrainment, json: bool) -> Result<(), Failure> {
     let sensor = trace.sensor;
-    if let Some(path) = svg {
-        let title = format!("{} of {name}, host core", sensor.name());
-        svg::write(path, &title, &panels(run, &trace.recording, sensor))?;
-    }
     if let (Some(lock), None) = (run.following.lock_s, run.following.steady_s) {
         eprintln!(
             "note: locked at {lock:.1} s, but the recording has no steady part: it begins 3 s after the lock, and in recordings of \

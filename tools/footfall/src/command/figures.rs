@@ -12,11 +12,13 @@ use cpg_core::edge_reversal::obb::{Obb, PAPER_POTENTIAL, Reversibilities};
 use cpg_core::gait::named::Gait;
 use cpg_core::oscillator::rayleigh::{Rayleigh, RayleighConfig};
 use joint_units::{Joint, Period};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::edge_reversal::{BlockRun, step_diagram, swings};
 use crate::failure::Failure;
-use crate::file::svg::{Curve, Panel, write};
+use crate::file::svg;
+use crate::file::svg::{Curve, Panel};
+use crate::options::overwrite::Overwrite;
 use crate::output;
 use crate::view::gait_charts::{self, Motion};
 
@@ -26,27 +28,42 @@ pub struct Options {
     /// The folder to write to; made if it is not there
     #[arg(short, long, value_name = "DIR")]
     pub out: PathBuf,
+    /// Whether files may be replaced
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// Runs the command.
 ///
 /// # Errors
-/// A file cannot be written.
+/// A file exists and may not be replaced, or it cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let folder = &options.out;
     std::fs::create_dir_all(folder)
         .map_err(|error| Failure::input(format!("{}: cannot be made: {error}", folder.display())))?;
-    let mut written = vec![];
-    single_oscillators(folder, &mut written)?;
-    network(folder, &mut written)?;
-    block(folder, &mut written)?;
-    let path = folder.join("hexapod-steps.svg");
+    let mut figures = vec![];
+    single_oscillators(&mut figures)?;
+    network(&mut figures)?;
+    block(&mut figures)?;
     let switches = [(54, 3), (100, 1)];
     let mut legs = Hexapod::new(5).map_err(Failure::run)?;
     let diagram = step_diagram(&swings(&mut legs, &switches, 120)?, &switches);
-    write(&path, "Hexapod: step diagram", &[diagram])?;
-    written.push(path);
-    output::print(&written.iter().map(|path| format!("{}\n", path.display())).collect::<String>())
+    figures.push(Figure { name: "hexapod-steps".into(), title: "Hexapod: step diagram".into(), panels: vec![diagram] });
+
+    let path = |figure: &Figure| folder.join(format!("{}.svg", figure.name));
+    figures.iter().try_for_each(|figure| output::check(&path(figure), options.overwrite))?;
+    for figure in &figures {
+        svg::write(&path(figure), &figure.title, &figure.panels, options.overwrite)?;
+    }
+    output::print(&figures.iter().map(|figure| format!("{}\n", path(figure).display())).collect::<String>())
+}
+
+/// One picture.
+struct Figure {
+    /// The name of its file, without extension.
+    name: String,
+    title: String,
+    panels: Vec<Panel>,
 }
 
 /// What a picture of a single oscillator shows.
@@ -66,7 +83,7 @@ const SINGLE: [(&str, [f32; 3], f32, Shows); 5] = [
     ("2-8", [1.0, 1.0, 0.2], 200.0, Shows::Both),
 ];
 
-fn single_oscillators(folder: &Path, written: &mut Vec<PathBuf>) -> Result<(), Failure> {
+fn single_oscillators(figures: &mut Vec<Figure>) -> Result<(), Failure> {
     for (figure, [alpha, p, mu], seconds, shows) in SINGLE {
         let config = RayleighConfig { alpha, p, mu, offset: 0.0 };
         // From near rest and from beyond the cycle: both end on it.
@@ -89,9 +106,7 @@ fn single_oscillators(folder: &Path, written: &mut Vec<PathBuf>) -> Result<(), F
         };
         let title =
             format!("Rayleigh oscillator, alpha = {alpha}, p = {p}, mu = {mu} (thesis, figure {})", dotted(figure));
-        let path = folder.join(format!("thesis-{figure}.svg"));
-        write(&path, &title, &panels)?;
-        written.push(path);
+        figures.push(Figure { name: format!("thesis-{figure}"), title, panels });
     }
     Ok(())
 }
@@ -119,7 +134,7 @@ fn single(config: RayleighConfig, part: f32, seconds: f32) -> Result<Vec<(f64, f
     Ok(points)
 }
 
-fn network(folder: &Path, written: &mut Vec<PathBuf>) -> Result<(), Failure> {
+fn network(figures: &mut Vec<Figure>) -> Result<(), Failure> {
     let mut gait = Gait::Thesis.build(1.0, Period::MILLISECOND).map_err(Failure::run)?;
     let mut motion: Motion = Default::default();
     for tick in 0..=5000_u32 {
@@ -130,16 +145,14 @@ fn network(folder: &Path, written: &mut Vec<PathBuf>) -> Result<(), Failure> {
         }
         gait.step();
     }
-    let mut figures = vec![("5-1", gait_charts::angles(&motion))];
+    let mut panels = vec![("5-1", gait_charts::angles(&motion))];
     let portraits =
         Joint::ALL.into_iter().zip(&motion).map(|(joint, points)| gait_charts::portrait(joint.name(), points));
-    figures.extend(["5-2", "5-3", "5-4", "5-5"].into_iter().zip(portraits));
-    figures.push(("5-6", gait_charts::velocities(&motion)));
-    for (figure, panel) in figures {
-        let path = folder.join(format!("thesis-{figure}.svg"));
+    panels.extend(["5-2", "5-3", "5-4", "5-5"].into_iter().zip(portraits));
+    panels.push(("5-6", gait_charts::velocities(&motion)));
+    for (figure, panel) in panels {
         let title = format!("The thesis' network, Table 1, set S (thesis, figure {})", dotted(figure));
-        write(&path, &title, &[panel])?;
-        written.push(path);
+        figures.push(Figure { name: format!("thesis-{figure}"), title, panels: vec![panel] });
     }
     Ok(())
 }
@@ -147,7 +160,7 @@ fn network(folder: &Path, written: &mut Vec<PathBuf>) -> Result<(), Failure> {
 /// A step of the building block, seconds: periods of 18, 12 and 6 s are 6, 4 and 2 steps.
 const STEP_S: f64 = 3.0;
 
-fn block(folder: &Path, written: &mut Vec<PathBuf>) -> Result<(), Failure> {
+fn block(figures: &mut Vec<Figure>) -> Result<(), Failure> {
     let pair = |flexor, extensor| Reversibilities::new(flexor, extensor).map_err(Failure::run);
     let start = Obb::from_potential(pair(1, 5)?, PAPER_POTENTIAL).map_err(Failure::run)?;
     // The changes at 160 s and 300 s act with the next step.
@@ -163,9 +176,7 @@ fn block(folder: &Path, written: &mut Vec<PathBuf>) -> Result<(), Failure> {
         ),
         ("obb-4", "duty (figure 4)", vec![course.outputs(STEP_S, &marks), course.duty(STEP_S, &marks)]),
     ] {
-        let path = folder.join(format!("{figure}.svg"));
-        write(&path, &title(what), &panels)?;
-        written.push(path);
+        figures.push(Figure { name: figure.into(), title: title(what), panels });
     }
     Ok(())
 }

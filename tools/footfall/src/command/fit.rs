@@ -6,7 +6,7 @@
 //! Each recording takes the same way: read, fit, judge on strides that were not fitted, write.
 
 mod batch;
-mod job;
+pub(crate) mod job;
 mod outcome;
 mod recordings;
 
@@ -21,6 +21,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crate::failure::Failure;
+use crate::options::overwrite::Overwrite;
 use crate::options::reading::Reading;
 use crate::options::value::{number, one_of};
 use crate::output;
@@ -53,6 +54,12 @@ pub struct Options {
     /// How files are read
     #[command(flatten)]
     pub reading: Reading,
+    /// Fit no recording with a warning: its exit code is 1
+    #[arg(long)]
+    pub strict: bool,
+    /// Whether files may be replaced; what an earlier run for several recordings wrote is replaced anyway
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     /// For several recordings: how many at a time [default: the number of cores]
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub jobs: Option<u16>,
@@ -136,18 +143,19 @@ fn shard(text: &str) -> Result<(u32, u32), String> {
 /// Wrong input, a file that cannot be written, or, of several recordings, some that could not be fitted. A file in a folder that has no
 /// time or no joint is no recording of gait, and no failure.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { recordings, out, report, json, force_write, method, reading, jobs, shard } = options;
+    let Options { recordings, out, report, json, force_write, method, reading, strict, overwrite, jobs, shard } =
+        options;
     let reading = reading.settings(LowPass::Customary)?;
     let fit = method.settings(reading.rules(), report.is_some())?;
-    let job = Job { reading, fit };
+    let job = Job { reading, fit, strict };
     match recordings.as_slice() {
         [one] if !one.is_dir() && shard.is_none() && jobs.is_none() => {
-            single(&job, one, &Outputs { out, report, json, force_write })
+            single(&job, one, &Outputs { out, report, json, force_write, overwrite })
         }
         _ => batch::run(
             &job,
             &recordings,
-            &Batch { out: out.unwrap_or_else(|| "fits".into()), report, json, force_write, jobs, shard },
+            &Batch { out: out.unwrap_or_else(|| "fits".into()), report, json, force_write, jobs, shard, overwrite },
         ),
     }
 }
@@ -158,6 +166,7 @@ struct Outputs {
     report: Option<PathBuf>,
     json: bool,
     force_write: bool,
+    overwrite: Overwrite,
 }
 
 fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
@@ -166,7 +175,7 @@ fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
     let began = Instant::now();
     let fitted = job
         .read(path, &job::name_of(path))
-        .and_then(|input| job.fit(&input, &mut |what| bar.set_message(what.to_owned())));
+        .and_then(|input| Ok(job.fit(&input, &mut |what| bar.set_message(what.to_owned()))?));
     bar.finish_and_clear();
     let fitted = fitted?;
     let outcome = Outcome::of(&fitted, began.elapsed().as_secs_f64());
@@ -176,10 +185,10 @@ fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
     let drive = &fitted.certificate.drive;
     let write = drive.walks || outputs.force_write;
     if let Some(file) = outputs.out.as_ref().filter(|_| write) {
-        output::write_text(file, &generator)?;
+        output::write_text(file, &generator, outputs.overwrite)?;
     }
     if let Some(file) = &outputs.report {
-        output::write_text(file, &job.page(&fitted, path)?)?;
+        output::write_text(file, &job.page(&fitted, path)?, outputs.overwrite)?;
     }
     match (outputs.json, &outputs.out) {
         (true, _) => output::print(&(outcome.to_json()? + "\n"))?,
@@ -199,32 +208,13 @@ fn does_not_walk(why: &str, written: bool) -> String {
 }
 
 impl Outputs {
-    /// Refuses output files that are folders, inputs, or the same file twice.
+    /// Refuses output files that exist, cannot be made, are inputs, or are the same file twice.
     fn check(&self, recording: &Path, job: &Job) -> Result<(), Failure> {
-        let files: Vec<&PathBuf> = [&self.out, &self.report].into_iter().flatten().collect();
+        let files: Vec<&Path> = [&self.out, &self.report].into_iter().flatten().map(PathBuf::as_path).collect();
         let calibration = job.reading.calibration.as_ref().map(|calibration| calibration.path.as_path());
-        for (n, file) in files.iter().enumerate() {
-            let wrong = |why: &str| Err(Failure::input(format!("{}: {why}", file.display())));
-            if file.is_dir() {
-                return wrong("is a folder; allowed is the name of a file, or several recordings");
-            }
-            if file.parent().is_some_and(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-                return wrong("its folder does not exist; make it first");
-            }
-            if same_file(file, recording) || calibration.is_some_and(|input| same_file(file, input)) {
-                return wrong("is an input of this command; allowed is another file");
-            }
-            if files[..n].iter().any(|other| same_file(file, other) || other == file) {
-                return wrong("is named twice; allowed are different files for generator and report");
-            }
-        }
-        Ok(())
+        output::check_apart(files.iter().copied(), [Some(recording), calibration].into_iter().flatten())?;
+        files.into_iter().try_for_each(|file| output::check(file, self.overwrite))
     }
-}
-
-/// Both exist and are the same file.
-fn same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// A spinner on a terminal, nothing elsewhere.

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use crate::edge_reversal::{step_diagram, swings};
 use crate::failure::Failure;
 use crate::file::svg;
+use crate::options::overwrite::Overwrite;
 use crate::options::steps::switches;
 use crate::options::value::number;
 use crate::output;
@@ -33,6 +34,9 @@ pub struct Options {
     /// Draw the step diagram
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+    /// Whether files may be replaced
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     /// Print the angles of the six legs instead of the words: CSV, or with --json one object a line
     #[arg(long)]
     pub walk: bool,
@@ -62,18 +66,19 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         let steps = options.steps;
         return Err(Failure::input(format!("--steps {steps}: allowed with --svg and --walk is up to {MOST_SHOWN}")));
     }
+    options.svg.iter().try_for_each(|path| output::check(path, options.overwrite))?;
     let mut hexapod = Hexapod::new(options.reversibility).map_err(Failure::input)?;
     if options.walk {
         let out = setpoints(options, &switches)?;
         if let Some(path) = &options.svg {
             let steps = swings(&mut hexapod, &switches, options.steps)?;
-            draw(path, &steps, &switches)?;
+            draw(path, &steps, &switches, options.overwrite)?;
         }
         return output::print(&out);
     }
     let steps = swings(&mut hexapod, &switches, options.steps)?;
     if let Some(path) = &options.svg {
-        draw(path, &steps, &switches)?;
+        draw(path, &steps, &switches, options.overwrite)?;
     }
     if options.json {
         let legs: Vec<Vec<&str>> = steps.iter().map(|swings| swings.legs().map(Leg::name).collect()).collect();
@@ -85,8 +90,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     }
 }
 
-fn draw(path: &Path, steps: &[Swings], switches: &[(u64, u32)]) -> Result<(), Failure> {
-    svg::write(path, "Hexapod: step diagram", &[step_diagram(steps, switches)])
+fn draw(path: &Path, steps: &[Swings], switches: &[(u64, u32)], overwrite: Overwrite) -> Result<(), Failure> {
+    svg::write(path, "Hexapod: step diagram", &[step_diagram(steps, switches)], overwrite)
 }
 
 fn setpoints(options: &Options, switches: &[(u64, u32)]) -> Result<String, Failure> {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use crate::failure::Failure;
 use crate::file::fit_summary;
+use crate::options::overwrite::Overwrite;
 
 /// Options of `footfall merge`.
 #[derive(Debug, Clone, Args)]
@@ -12,6 +13,9 @@ pub struct Options {
     /// The folder with the results of `footfall fit`
     #[arg(value_name = "FOLDER")]
     pub folder: PathBuf,
+    /// Whether files may be replaced; earlier summaries are replaced anyway
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// Runs the command.
@@ -19,5 +23,5 @@ pub struct Options {
 /// # Errors
 /// The folder has no results, or the summary cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    fit_summary::write(&options.folder)
+    fit_summary::write(&options.folder, options.overwrite)
 }

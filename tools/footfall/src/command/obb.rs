@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use crate::edge_reversal::BlockRun;
 use crate::failure::Failure;
 use crate::file::svg;
+use crate::options::overwrite::Overwrite;
 use crate::options::steps::switches;
 use crate::options::value::number;
 use crate::output;
@@ -33,6 +34,9 @@ pub struct Options {
     /// Draw membrane potentials, outputs and duty
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+    /// Whether files may be replaced
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     /// Seconds of a step, for the axis of the picture [default: as in the paper]
     #[arg(long, value_name = "S", default_value_t = 3.0, value_parser = number(0.05..=60.0, " seconds"))]
     pub step_s: f64,
@@ -78,6 +82,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if options.svg.is_some() && options.steps > MOST_DRAWN {
         return Err(Failure::input(format!("--steps {}: allowed with --svg is up to {MOST_DRAWN}", options.steps)));
     }
+    options.svg.iter().try_for_each(|path| output::check(path, options.overwrite))?;
     let obb = match options.start {
         Start::Paper => Obb::from_potential(reversibilities, PAPER_POTENTIAL).map_err(Failure::input)?,
         Start::Full => Obb::new(reversibilities),
@@ -97,7 +102,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             course.duty(options.step_s, &marks),
         ];
         let title = format!("Oscillatory building block ({}), a step is {} s", options.reversibility, options.step_s);
-        svg::write(path, &title, &panels)?;
+        svg::write(path, &title, &panels, options.overwrite)?;
     }
     let word = course.word;
     if options.json {

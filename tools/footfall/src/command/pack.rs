@@ -1,5 +1,4 @@
 //! `footfall pack`: writes a generator or the sensors as a flash record of the board, or a generator as a Rust constant.
-//! constant in Rust.
 
 use clap::Args;
 use firmware::board::{GENERATOR_SECTOR, SENSORS_SECTOR};
@@ -9,6 +8,7 @@ use joint_loop::store::{generator_record, sensor_record};
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
+use crate::options::overwrite::Overwrite;
 use crate::options::sensors::SensorArgument;
 use crate::output;
 
@@ -27,6 +27,9 @@ pub struct Options {
     /// The record to write
     #[arg(short, long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Whether files may be replaced
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// Runs the command.
@@ -34,8 +37,12 @@ pub struct Options {
 /// # Errors
 /// Wrong input, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
+    if let Some(out) = &options.out {
+        output::check_apart([out.as_path()], options.params.as_deref())?;
+        output::check(out, options.overwrite)?;
+    }
     let write = |path: &Path, what: &str, bytes: &[u8], crc: u32, address: u32| {
-        output::write_bytes(path, bytes)?;
+        output::write_bytes(path, bytes, options.overwrite)?;
         let (path, length) = (path.display(), bytes.len());
         eprintln!("{path}: {what}, {length} bytes, check sum {crc:08x}, for {address:#010x}");
         Ok(())

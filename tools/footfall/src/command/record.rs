@@ -15,6 +15,7 @@ use crate::file::capture;
 use crate::file::capture::Capture;
 use crate::file::capture::rtt::{Came, Source, Stream};
 use crate::file::capture::samples::Counts;
+use crate::options::overwrite::Overwrite;
 use crate::options::played::Played;
 use crate::output;
 use crate::virtual_run::run;
@@ -53,8 +54,8 @@ pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
     match (rtt, virtual_board) {
         (Some(source), _) => {
             let parameters = played.parameters()?;
-            let Played { generator, secs, json, .. } = played;
-            from_rtt(&RealBoard { out, elf, source, parameters, generator, secs, json }, interrupt)
+            let Played { generator, secs, json, overwrite, .. } = played;
+            from_rtt(&RealBoard { out, elf, source, parameters, generator, secs, json, overwrite }, interrupt)
         }
         (None, Some(board)) => run::run(&played.settings(elf, board, Some(out))?, interrupt),
         (None, None) => Err(Failure::input("nothing to record; allowed is --virtual-board or --rtt")),
@@ -71,12 +72,13 @@ struct RealBoard {
     generator: Option<PathBuf>,
     secs: Option<f64>,
     json: bool,
+    overwrite: Overwrite,
 }
 
 fn from_rtt(settings: &RealBoard, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let RealBoard { out, elf, source, parameters, generator, secs, json } = settings;
+    let RealBoard { out, elf, source, parameters, generator, secs, json, overwrite } = settings;
     let image = Image::read(elf).map_err(Failure::input)?;
-    capture::check_name(out).map_err(Failure::input)?;
+    capture::check(out, *overwrite)?;
     let stream =
         Stream::open(source).map_err(|error| Failure::input(format!("{source}: cannot be opened: {error}")))?;
     let more = json!({ "rtt": source.to_string(), "secs": secs });

@@ -6,6 +6,7 @@ use crate::board::feed;
 use crate::board::feed::Opened;
 use crate::failure::Failure;
 use crate::file::calibration_file;
+use crate::options::overwrite::Overwrite;
 use crate::output;
 use clap::Args;
 use gait_trace::format::csv_file;
@@ -24,6 +25,9 @@ pub struct Options {
     /// The file to write [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Whether files may be replaced
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// Runs the command.
@@ -31,6 +35,11 @@ pub struct Options {
 /// # Errors
 /// Wrong input, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
+    if let Some(out) = &options.out {
+        let inputs = [&options.trace, &options.calibration].into_iter().flatten().map(PathBuf::as_path);
+        output::check_apart([out.as_path()], inputs)?;
+        output::check(out, options.overwrite)?;
+    }
     let (name, recording) = match &options.trace {
         Some(path) => {
             let Opened { name, recording, notes, .. } = feed::opened(path)?;
@@ -48,7 +57,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let feed = feed::feed(&name, &recording, &sensors, None)?;
     output::notes(&feed.notes);
     match &options.out {
-        Some(path) => csv_file::write(path, &feed.volts).map_err(|error| output::cannot_write(path, error))?,
+        Some(path) => output::write(path, options.overwrite, |out| csv_file::write_to(out, &feed.volts))?,
         None => {
             let mut text = Vec::new();
             csv_file::write_to(&mut text, &feed.volts).map_err(Failure::run)?;

@@ -12,6 +12,7 @@ use crate::failure::Failure;
 use crate::file::svg;
 use crate::gait_player::{Change, GaitPlayer};
 use crate::interrupt;
+use crate::options::overwrite::Overwrite;
 use crate::options::value::number;
 use crate::output;
 use crate::view::gait_charts::{Motion, over_time};
@@ -44,6 +45,9 @@ pub struct Options {
     /// Draw joint angles, phase portraits and angular velocities
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
+    /// Whether files may be replaced
+    #[command(flatten)]
+    pub overwrite: Overwrite,
 }
 
 /// Seconds of a run without a terminal, where no option gives them.
@@ -54,7 +58,7 @@ const DEFAULT_SECS: f32 = 5.0;
 /// # Errors
 /// Wrong input, or a file that cannot be written.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { gait: name, speed, secs, switch, every_ms, csv, json, svg } = options;
+    let Options { gait: name, speed, secs, switch, every_ms, csv, json, svg, overwrite } = options;
     if name == "list" {
         return output::print(&Gait::ALL.map(|gait| format!("{}\n", gait.name())).concat());
     }
@@ -62,13 +66,14 @@ pub fn run(options: Options) -> Result<(), Failure> {
     let terminal = io::stdout().is_terminal() && io::stdin().is_terminal();
     let on_screen = terminal && !csv && !json && svg.is_none();
     check_ends(&changes, secs, on_screen)?;
+    svg.iter().try_for_each(|path| output::check(path, overwrite))?;
     let player = GaitPlayer::build(gait(&name)?, speed, changes)?;
     if on_screen {
         return live_gait::run(player, secs, &*interrupt::flag()?);
     }
     let (text, motion) = play(player, secs.unwrap_or(DEFAULT_SECS), every_ms, json)?;
     if let Some(path) = &svg {
-        svg::write(path, &format!("{name}, host core"), &over_time(&motion))?;
+        svg::write(path, &format!("{name}, host core"), &over_time(&motion), overwrite)?;
     }
     output::print(&text)
 }

@@ -16,7 +16,10 @@ pub mod samples;
 use crate::board::image::{Decoder, Image};
 use crate::board::lines::BoardLine;
 use crate::board::telemetry::RecordError;
+use crate::failure::Failure;
+use crate::options::overwrite::Overwrite;
 use crate::options::sensors::joints;
+use crate::output;
 use gait_trace::format::whole_file;
 use joint_loop::setup::default_loop::Parameters;
 use joint_units::Joint;
@@ -74,15 +77,14 @@ impl Format {
     }
 }
 
-/// Refuses a name that no capture can have.
+/// Refuses a capture that may not be written: its extension is not that of a format, or a file of it exists and may not be replaced.
 ///
 /// # Errors
-/// It is a folder, or its extension is not that of a format.
-pub fn check_name(path: &Path) -> Result<(), String> {
-    if path.is_dir() {
-        return Err(format!("{}: is a folder; allowed is the name of a file", path.display()));
-    }
-    Format::of(path).map(|_| ())
+/// The capture may not be written.
+pub fn check(path: &Path, overwrite: Overwrite) -> Result<(), Failure> {
+    Format::of(path).map_err(Failure::input)?;
+    // The edges of an earlier capture must not remain beside a new one.
+    [path.to_owned(), beside(path), edges_beside(path)].iter().try_for_each(|file| output::check(file, overwrite))
 }
 
 /// The counts of a capture in one line.
@@ -193,7 +195,7 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a file; `about` is what runs, `joints` are the joints with a sensor.
+    /// Begins a file, after [`check`]; `about` is what runs, `joints` are the joints with a sensor.
     ///
     /// # Errors
     /// A file cannot be written, or its name has no known extension.
@@ -254,7 +256,7 @@ impl Recorder {
             Some(file) => file,
             None => {
                 text.push_str("time_s,level\n");
-                File::create(edges_beside(&self.path))?
+                output::begin(&edges_beside(&self.path))?
             }
         };
         for edge in edges {

@@ -6,20 +6,45 @@ use serde_json::{Value, json};
 use std::path::Path;
 
 use crate::failure::Failure;
-use crate::output::write_text;
+use crate::options::overwrite::Overwrite;
+use crate::output::{check as check_output, write_text};
 
 const ERRORS: [&str; 3] = ["rmse_mean_stride_deg", "rmse_heldout_deg", "stride_sd_deg"];
+
+/// The summaries, and what the text of one begins with or contains.
+const SUMMARIES: [(&str, &str); 3] = [
+    ("summary.csv", "recording,generator,"),
+    ("summary.json", "\"recording\":"),
+    ("summary.html", "<title>Footfall: fits</title>"),
+];
+
+/// Refuses to replace files of the summaries' names that are not summaries, unless that is allowed.
+///
+/// # Errors
+/// There is such a file.
+pub fn check(folder: &Path, overwrite: Overwrite) -> Result<(), Failure> {
+    SUMMARIES.iter().try_for_each(|(name, mark)| {
+        let path = folder.join(name);
+        let own = std::fs::read_to_string(&path).is_ok_and(|text| text.contains(mark));
+        check_output(&path, if own { Overwrite::OWN } else { overwrite })
+    })
+}
 
 /// Reads every result of `footfall fit` in a folder and writes `summary.csv`, `summary.json` and `summary.html` beside them.
 ///
 /// # Errors
-/// The folder has no results or a wrong one, or a file cannot be written.
-pub fn write(folder: &Path) -> Result<(), Failure> {
+/// The folder has no results or a wrong one, or a file may not be replaced or cannot be written.
+pub fn write(folder: &Path, overwrite: Overwrite) -> Result<(), Failure> {
+    check(folder, overwrite)?;
     let all = outcomes(folder)?;
     let rows: Vec<Vec<String>> = all.iter().map(row).collect();
-    write_text(&folder.join("summary.csv"), &csv(&rows))?;
-    write_text(&folder.join("summary.json"), &(Value::Array(all.iter().map(short).collect()).to_string() + "\n"))?;
-    write_text(&folder.join("summary.html"), &page(&rows))?;
+    write_text(&folder.join("summary.csv"), &csv(&rows), Overwrite::OWN)?;
+    write_text(
+        &folder.join("summary.json"),
+        &(Value::Array(all.iter().map(short).collect()).to_string() + "\n"),
+        Overwrite::OWN,
+    )?;
+    write_text(&folder.join("summary.html"), &page(&rows), Overwrite::OWN)?;
     let failed = all.iter().filter(|outcome| outcome["error"].is_string()).count();
     eprintln!(
         "summary of {} recordings, {failed} of them failed: {}",

@@ -1,5 +1,6 @@
 //! Reads recordings of a person's gait, of any format, as joint angles.
 
+use gait_trace::format::converted::Conversion;
 use gait_trace::format::csv_file::MAX_BYTES;
 use gait_trace::format::joint_names::AngleUnit;
 use gait_trace::format::open::of_bytes;
@@ -93,13 +94,37 @@ impl ReadSettings {
 /// A recording that was read.
 #[derive(Debug)]
 pub struct Recorded {
+    /// The file's name.
+    pub name: String,
     /// SHA-256 of the file.
     pub sha256: String,
     /// The joints as they are in the file, or what is wrong with them.
     pub joints: Result<RawJoints, TraceError>,
+    /// The record of `footfall convert`, if the file has one.
+    pub conversion: Option<Conversion>,
 }
 
 impl Recorded {
+    /// The low-pass to use where `asked` is requested, and a note if it is another one: a file that `footfall convert` has filtered is
+    /// not filtered again.
+    ///
+    /// # Errors
+    /// A cut-off is requested for a file that has been filtered.
+    pub fn low_pass(&self, asked: LowPass) -> Result<(LowPass, Option<String>), Failure> {
+        let Some(Conversion { low_pass_hz: Some(hz), source, .. }) = &self.conversion else { return Ok((asked, None)) };
+        match asked {
+            LowPass::Off => Ok((LowPass::Off, None)),
+            LowPass::Customary => Ok((
+                LowPass::Off,
+                Some(format!("`footfall convert` filtered this file at {hz} Hz; it is not filtered again")),
+            )),
+            LowPass::At(_) => Err(Failure::input(format!(
+                "{}: `footfall convert` filtered this file at {hz} Hz, and twice is too much: leave --low-pass out, or convert {source} again without it",
+                self.name
+            ))),
+        }
+    }
+
     /// Why the file is no recording of gait at all: it has no time, no joint, no trajectory, or holds another quantity. `None` for
     /// recordings, also for wrong ones.
     #[must_use]
@@ -139,14 +164,8 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
 /// # Errors
 /// The map is wrong. What is wrong with the recording itself is in the result.
 pub fn parse(path: &Path, bytes: &[u8], settings: &ReadSettings) -> Result<Recorded, Failure> {
-    let joints = of_bytes(&path.display().to_string(), bytes, &settings.options()?);
-    Ok(Recorded { sha256: sha256(bytes), joints })
-}
-
-/// Reads a recording.
-///
-/// # Errors
-/// The file cannot be read or is wrong.
-pub fn read(path: &Path, settings: &ReadSettings) -> Result<RawJoints, Failure> {
-    parse(path, &bytes(path)?, settings)?.joints.map_err(Failure::input)
+    let name = path.display().to_string();
+    let joints = of_bytes(&name, bytes, &settings.options()?);
+    let conversion = Conversion::of_bytes(bytes).map_err(|why| Failure::input(format!("{name}: {why}")))?;
+    Ok(Recorded { name, sha256: sha256(bytes), joints, conversion })
 }

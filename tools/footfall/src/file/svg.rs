@@ -5,12 +5,13 @@ pub use picture::{Bars, Curve, Panel};
 use std::path::Path;
 
 use crate::failure::Failure;
+use crate::options::overwrite::Overwrite;
 use crate::output;
 
 /// Draws the panels below one another and writes the file.
 ///
 /// # Errors
-/// The file cannot be written.
-pub fn write(path: &Path, title: &str, panels: &[Panel]) -> Result<(), Failure> {
-    output::write_text(path, &draw(title, panels, 1).map_err(Failure::run)?)
+/// The file exists and may not be replaced, or it cannot be written.
+pub fn write(path: &Path, title: &str, panels: &[Panel], overwrite: Overwrite) -> Result<(), Failure> {
+    output::write_text(path, &draw(title, panels, 1).map_err(Failure::run)?, overwrite)
 }

@@ -7,6 +7,7 @@ use std::ffi::OsString;
 use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 
+use super::overwrite::Overwrite;
 use super::sensors::SensorArgument;
 use super::value::number;
 use crate::failure::Failure;
@@ -44,6 +45,9 @@ pub struct Played {
     /// Run in real time, as on a terminal
     #[arg(long)]
     pub pace: bool,
+    /// Whether files may be replaced
+    #[command(flatten)]
+    pub overwrite: Overwrite,
     /// More options for the virtual board, as in `-- --hang control_step@3`
     #[arg(last = true, value_name = "OPTION")]
     pub board: Vec<OsString>,
@@ -88,6 +92,7 @@ impl Played {
             elf,
             virtual_board,
             record,
+            overwrite: self.overwrite,
             trace: self.trace,
             parameters,
             generator: self.generator,

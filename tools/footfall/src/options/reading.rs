@@ -19,7 +19,7 @@ pub struct Reading {
     #[arg(long, value_name = "UNIT")]
     pub unit: Option<AngleUnit>,
     /// Low-pass filter before all other processing: customary (zero-lag Butterworth, 6 Hz for walking, 12 Hz for running), off, or a
-    /// corner frequency in Hz [default: customary; for `entrain`: off]
+    /// corner frequency in Hz [default: customary; for `convert` and `entrain`: off]
     #[arg(long, value_name = "HOW", value_parser = low_pass)]
     pub low_pass: Option<LowPass>,
     /// Sensor file with the calibration, for recordings of volts; also for columns whose unit the file does not state

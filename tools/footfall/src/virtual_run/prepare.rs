@@ -40,7 +40,7 @@ pub(super) fn prepare(settings: &Settings) -> Result<Prepared, Failure> {
     let feed = feed::feed(&name, &recording, &settings.parameters.sensors, secs)?;
     let presses = presses(settings, secs)?;
     if let Some(path) = &settings.record {
-        capture::check_name(path).map_err(Failure::input)?;
+        capture::check(path, settings.overwrite)?;
     }
     notes.extend(feed.notes.iter().cloned());
     Ok(Prepared { image, feed, secs, presses, notes })

@@ -1,5 +1,6 @@
 //! Settings of a run on the virtual board.
 
+use crate::options::overwrite::Overwrite;
 use joint_loop::setup::default_loop::Parameters;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -26,6 +27,8 @@ pub struct Settings {
     pub virtual_board: PathBuf,
     /// The capture to write.
     pub record: Option<PathBuf>,
+    /// Whether files may be replaced.
+    pub overwrite: Overwrite,
     /// The recording that is fed to the sensors; `None` for the default one.
     pub trace: Option<PathBuf>,
     /// Generator and sensors.

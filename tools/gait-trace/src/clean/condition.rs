@@ -7,7 +7,8 @@
 //!    follows from the mean of the typical steps. If a time stamp is more than a hundredth of a step off the even grid, the joints are
 //!    resampled ([`crate::clean::repair`]).
 //! 2. *Gaps.* A step of more than 1.5 median steps, or a value that is not a number, is a gap: bridged up to
-//!    [`Rules::longest_bridge_s`], unusable if longer. A joint that is mostly gaps is an error.
+//!    [`Rules::longest_bridge_s`], unusable if longer. How much of a recording is unusable does not matter, only what is left: the cut
+//!    into strides ([`crate::stride::cut`](mod@crate::stride::cut)) decides whether it holds one.
 //! 3. *Jumps* faster than a leg can move are bridged, or unusable if longer than [`Rules::longest_jump_s`]. At a lasting step the samples
 //!    are unusable.
 //! 4. *Units.* If no joint moves by [`Rules::least_range_deg`], the values are probably radians and are refused.
@@ -22,7 +23,7 @@ use crate::clean::convention;
 use crate::clean::knee_sign::AmbiguousKnees;
 use crate::clean::repair;
 use crate::clean::repair::JumpRule;
-use crate::clean::rules::{LowPass, MOST_CUT_OFF, RUNNING_HZ, RUNNING_STRIDE_S, Rules, WALKING_HZ};
+use crate::clean::rules::{FEWEST_ROWS, LowPass, MOST_CUT_OFF, RUNNING_HZ, RUNNING_STRIDE_S, Rules, WALKING_HZ};
 use crate::finding::{Done, Finding, FindingKind};
 use crate::raw::RawJoints;
 use crate::recording::{Channel, Quantity, Recording};
@@ -45,6 +46,8 @@ pub struct Conditioned {
     pub normalised_cycle: bool,
     /// Time of the first row in the file, seconds.
     pub start_s: f64,
+    /// Samples `from..to` that the file does not have, per joint: the recording has made-up values there, a cubic or a straight line.
+    pub missing: [Vec<(usize, usize)>; Joint::COUNT],
 }
 
 impl Conditioned {
@@ -58,8 +61,8 @@ impl Conditioned {
 /// Conditions a recording in the steps that the module's documentation lists.
 ///
 /// # Errors
-/// Times decrease or are not finite, there are too few rows, the values are radians, a joint is mostly missing, or the sign of the
-/// knees does not follow from their angles.
+/// Times decrease or are not finite, there are too few rows, the values are radians, a joint has hardly any usable value, or the
+/// sign of the knees does not follow from their angles.
 ///
 /// ```
 /// use gait_trace::{Done, FindingKind, Rules, condition};
@@ -140,10 +143,9 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
             let (from_s, to_s) = (seconds(from.saturating_sub(1)), seconds(to.min(samples - 1)));
             jumps.push(Finding { from_s, to_s, joint: Some(joint), what: kind, done });
         }
-        let share = bad.iter().filter(|bad| **bad).count() as f64 / samples as f64;
-        if share > rules.most_unusable {
-            let (file, most) = (raw.file.clone(), rules.most_unusable);
-            return Err(ConditionError::MostlyUnusable { file, joint, share, most });
+        let values = bad.iter().filter(|bad| !**bad).count();
+        if values < FEWEST_ROWS {
+            return Err(ConditionError::TooFewValues { file: raw.file.clone(), joint, values });
         }
         for (all, bad) in unusable.iter_mut().zip(bad) {
             *all |= bad;
@@ -184,6 +186,12 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         least_deg,
         most_deg,
     })?;
+    for (joint, ..) in
+        convention.iter().filter(|(_, what, done)| (*what, *done) == (FindingKind::HipIsKnee, Done::Exchanged))
+    {
+        let hip = joint.map_or(0, |joint| joint as usize);
+        gaps.swap(hip, hip + 2);
+    }
     findings.extend(convention.into_iter().map(|(joint, what, done)| Finding {
         from_s: 0.0,
         to_s: end_s,
@@ -205,7 +213,7 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         .map(|(from, to)| (seconds(from.saturating_sub(1)), seconds(to.min(samples - 1))))
         .collect();
     let (normalised_cycle, start_s) = (clock.normalised_cycle, clock.start_s);
-    Ok(Conditioned { recording, findings, rate_hz, unusable, normalised_cycle, start_s })
+    Ok(Conditioned { recording, findings, rate_hz, unusable, normalised_cycle, start_s, missing: gaps })
 }
 
 /// The findings of the gaps; a gap that all joints share gives one finding.

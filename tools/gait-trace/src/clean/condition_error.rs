@@ -80,17 +80,18 @@ pub enum ConditionError {
         /// Smallest allowed range, degrees.
         least: f64,
     },
-    /// Too much of a joint is gaps and jumps.
-    #[error("{file}: {share:.0} % of {joint} cannot be used (gaps and jumps too long to bridge); allowed is up to {most:.0} %", share = 100.0 * .share, joint = .joint.name(), most = 100.0 * .most)]
-    MostlyUnusable {
+    /// Nearly all of a joint is gaps and jumps.
+    #[error(
+        "{file}: {joint} has {values} usable values between gaps and jumps; allowed are {FEWEST_ROWS} or more",
+        joint = .joint.name()
+    )]
+    TooFewValues {
         /// The file.
         file: String,
         /// The joint.
         joint: Joint,
-        /// Unusable fraction of the time.
-        share: f64,
-        /// Largest allowed fraction.
-        most: f64,
+        /// Number of its usable values.
+        values: usize,
     },
     /// The sign of the knees does not follow from their angles.
     #[error(

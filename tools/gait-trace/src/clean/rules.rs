@@ -57,8 +57,6 @@ pub struct Rules {
     pub longest_excursion_s: f64,
     /// Smallest range of the joint that moves most, degrees. It detects radians: 60 degrees of a knee are 1.05 radians.
     pub least_range_deg: f64,
-    /// Largest fraction of a joint's time that may be unusable.
-    pub most_unusable: f64,
     /// Largest difference of the two ends of a normalised cycle, degrees; the larger of this and the joint's range times
     /// [`Self::cycle_end_share`] holds.
     pub cycle_end_deg: f64,
@@ -85,7 +83,6 @@ impl Default for Rules {
             step_share: 0.08,
             longest_excursion_s: 2.0,
             least_range_deg: 3.0,
-            most_unusable: 0.5,
             cycle_end_deg: 3.0,
             cycle_end_share: 0.1,
             low_pass: LowPass::Off,

@@ -4,6 +4,7 @@
 //! `right_knee_deg`, or any of them, or `knee_deg` alone) or volts at a pin (`PA1`), in any order. Each row below it is a sample.
 //! Lines may end in LF or CR LF; a byte order mark before the header, quotes around a heading, blanks around a field and blank
 //! lines are ignored.
+//! Comments, lines that begin with `#`, may be above the header: `footfall convert` writes there what it did.
 //! Everything else is refused: the reader guesses nothing, fills no gap and drops no row.
 
 use crate::fault::{Fault, TraceError};
@@ -35,7 +36,8 @@ pub fn parse(name: &str, source: impl Read) -> Result<Recording, TraceError> {
     let text = text_of(name, source)?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     // A table of numbers needs no quotes, so each line is a row.
-    let mut rows = (1_u64..).zip(text.lines()).filter(|(_, row)| !row.trim().is_empty());
+    let rows = (1_u64..).zip(text.lines()).filter(|(_, row)| !row.trim().is_empty());
+    let mut rows = rows.skip_while(|(_, row)| row.starts_with('#'));
     let (line, row) = rows.next().ok_or_else(|| TraceError::new(name, None, Fault::Empty))?;
     let header = Header::parse(name, line, row)?;
     let mut time_s: Vec<f64> = Vec::new();

@@ -4,6 +4,7 @@ pub(crate) mod angle_columns;
 pub mod c3d;
 pub(crate) mod calibrated;
 pub(crate) mod column;
+pub mod converted;
 pub mod csv_file;
 pub(crate) mod csv_header;
 pub(crate) mod description;

@@ -2,8 +2,8 @@
 //!
 //! 1. [`crate::stride::segment`] gives one event per stride. Runs of events at regular distance are bouts of walking; within a bout the
 //!    phase is linear from event to event.
-//! 2. All strides are cut at the same phase: of [`OFFSETS`] phases the one that gives most strides, and among equals the one whose
-//!    strides close best. A recording of a single stride is cut where all joints close best in value and slope
+//! 2. All strides are cut at the same phase: of [`OFFSETS`] phases the one that gives most usable strides, and among equals the one whose
+//!    strides close best. A recording of a single usable stride is cut where all joints close best in value and slope
 //!    (measure in [`crate::stride::looped`]); a normalised cycle is one stride.
 //! 3. The cuts of [`FEWEST_TO_ALIGN`] strides or more are aligned: each is moved to where a quarter stride on both sides of it, in all
 //!    joints, fits the median stride best (Gauss-Newton in the shift, each joint weighted by 1 / its variance). With the crossing of
@@ -81,12 +81,15 @@ pub fn cut(conditioned: &Conditioned) -> Result<Cuts, StrideError> {
     let joints: Joints<'_> = Joint::ALL.map(|joint| conditioned.joint(joint));
     let duration_s = conditioned.recording.duration_s();
     if conditioned.normalised_cycle {
+        if !conditioned.unusable.is_empty() {
+            let part = |&(from_s, to_s): &(f64, f64)| LeftOut { from_s, to_s, why: WhyLeftOut::Gap }.to_string();
+            let parts: Vec<String> = conditioned.unusable.iter().map(part).collect();
+            return Err(StrideError::NoStride { period_s: duration_s, parts: parts.join("; ") });
+        }
         let spans = vec![Span { start_s: 0.0, end_s: duration_s }];
         return Ok(Cuts { spans, left_out: Vec::new() });
     }
-    let no_period = || StrideError::NoPeriod { duration_s };
     let samples = conditioned.recording.time_s().len();
-    let signal = segment::event_signal(&joints).ok_or_else(no_period)?;
     let mut unusable = vec![None; samples];
     let samples_of =
         |from: f64, to: f64| (from * rate).round() as usize..=((to * rate).round() as usize).min(samples - 1);
@@ -100,6 +103,9 @@ pub fn cut(conditioned: &Conditioned) -> Result<Cuts, StrideError> {
         unusable[span].fill(Some(why));
     }
     let bad: Vec<bool> = unusable.iter().map(Option::is_some).collect();
+    let longest = series::runs(samples, |n| !bad[n]).iter().map(|(from, to)| to - from - 1).max();
+    let no_period = || StrideError::NoPeriod { duration_s: longest.unwrap_or(0) as f64 / rate };
+    let signal = segment::event_signal(&joints).ok_or_else(no_period)?;
     let period_s = segment::period_s(&joints, &bad, rate).ok_or_else(no_period)?;
     let period = period_s * rate;
     let stretch = [3.0, 2.0, 1.0].into_iter().find_map(|strides| {
@@ -108,19 +114,44 @@ pub fn cut(conditioned: &Conditioned) -> Result<Cuts, StrideError> {
     });
     let (active, end) = stretch.unwrap_or((0, samples));
     let mut events = segment::crossings(&signal, &signal[active..end]);
+    // In a long gap of one joint the signal is made of the others alone, so that its crossings are at another phase.
+    let long_gaps: Vec<(usize, usize)> =
+        series::runs(samples, |n| bad[n]).into_iter().filter(|(from, to)| (to - from) as f64 > 0.5 * period).collect();
+    events.retain(|&event| !long_gaps.iter().any(|&(from, to)| event >= from as f64 && event < to as f64));
     if events.is_empty() {
         // A single stride that begins at the crossing: any place can be the anchor.
         events.push(active as f64);
     }
     let bouts = segment::bouts(&events, period, samples);
-    let mut strides = choose(&bouts, &joints);
-    align(&mut strides, &joints);
-    if strides.len() <= 1 {
-        strides = single(&joints, period, rate, &unusable).map(|span| Stride::new(0, span)).into_iter().collect();
-    }
-    for stride in &mut strides {
+    let mut strides = choose(&bouts, &joints, &bad);
+    let why = |stride: &Stride| {
         let (from, to) = (stride.from.ceil() as usize, stride.to.floor() as usize);
-        stride.why = unusable[from..=to.min(samples - 1)].iter().copied().flatten().next();
+        unusable[from..=to.min(samples - 1)].iter().copied().flatten().next()
+    };
+    strides.iter_mut().for_each(|stride| stride.why = why(stride));
+    let joined: Vec<bool> = strides.windows(2).map(|pair| (pair[0].to - pair[1].from).abs() < 1e-6).collect();
+    let unaligned = strides.clone();
+    align(&mut strides, &joints);
+    // A stride that is left out ends where the next one, which was aligned, begins.
+    for (n, _) in joined.iter().enumerate().filter(|(_, joined)| **joined) {
+        match (strides[n].why, strides[n + 1].why) {
+            (Some(_), None) => strides[n].to = strides[n + 1].from,
+            (None, Some(_)) => strides[n + 1].from = strides[n].to,
+            _ => {}
+        }
+    }
+    strides.iter_mut().filter(|stride| stride.why.is_none()).for_each(|stride| stride.why = why(stride));
+    let count = |strides: &[Stride]| strides.iter().filter(|stride| stride.why.is_none()).count();
+    // In a block of few strides the alignment may move the outer ones into the gaps.
+    if count(&strides) < FEWEST_TO_ALIGN.min(count(&unaligned)) {
+        strides = unaligned;
+    }
+    let usable = count(&strides);
+    if usable <= 1 {
+        let span = single(&joints, period, rate, &unusable).map(|span| Stride::new(0, span));
+        if span.is_some() || strides.len() <= 1 {
+            strides = span.into_iter().collect();
+        }
     }
     judge(&mut strides, &joints, &bouts, samples);
 
@@ -149,9 +180,20 @@ impl Stride {
     }
 }
 
-/// Step 2 of the module.
-fn choose(bouts: &[Bout], joints: &Joints<'_>) -> Vec<Stride> {
+/// Step 2 of the module. Strides with a `bad` sample do not count.
+fn choose(bouts: &[Bout], joints: &Joints<'_>, bad: &[bool]) -> Vec<Stride> {
     let mut best: (usize, f64, Vec<Stride>) = (0, f64::INFINITY, Vec::new());
+    // Number of bad samples before each sample.
+    let before: Vec<usize> = std::iter::once(0)
+        .chain(bad.iter().scan(0, |sum, &bad| {
+            *sum += usize::from(bad);
+            Some(*sum)
+        }))
+        .collect();
+    let is_usable = |stride: &&Stride| {
+        let (from, to) = (stride.from.ceil() as usize, (stride.to.floor() as usize + 1).min(bad.len()));
+        before[from.min(to)] == before[to]
+    };
     for offset in 0..OFFSETS {
         let mut strides: Vec<Stride> = Vec::new();
         for (index, bout) in bouts.iter().enumerate() {
@@ -162,16 +204,19 @@ fn choose(bouts: &[Bout], joints: &Joints<'_>) -> Vec<Stride> {
             }
         }
         let open = |x: &[f64], stride: &Stride| (between(x, stride.to) - between(x, stride.from)).abs();
-        let closure: f64 = joints.iter().flatten().map(|x| median(strides.iter().map(|s| open(x, s)))).sum();
-        if strides.len() > best.0 || (strides.len() == best.0 && closure < best.1) {
-            best = (strides.len(), closure, strides);
+        let usable: Vec<&Stride> = strides.iter().filter(is_usable).collect();
+        let closure: f64 = joints.iter().flatten().map(|x| median(usable.iter().map(|s| open(x, s)))).sum();
+        let count = usable.len();
+        if count > best.0 || (count == best.0 && closure < best.1) {
+            best = (count, closure, strides);
         }
     }
     best.2
 }
 
-/// Step 3 of the module: aligns the cuts in all joints.
+/// Step 3 of the module: aligns the cuts of the usable strides in all joints.
 fn align(strides: &mut [Stride], joints: &Joints<'_>) {
+    let mut strides: Vec<&mut Stride> = strides.iter_mut().filter(|stride| stride.why.is_none()).collect();
     if strides.len() < FEWEST_TO_ALIGN {
         return;
     }

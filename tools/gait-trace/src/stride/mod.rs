@@ -2,6 +2,7 @@
 
 pub mod cut;
 pub mod cycle;
+pub mod gait_check;
 pub mod looped;
 pub mod metrics;
 pub mod period;

@@ -1,5 +1,6 @@
 //! Time spans of the strides of a recording, the parts that are in no stride, and the errors.
 
+use crate::stride::gait_check::Together;
 use crate::stride::period::OVERLAP_S;
 use std::fmt;
 
@@ -80,9 +81,15 @@ pub enum StrideError {
         OVERLAP_S
     )]
     NoPeriod {
-        /// Length of the recording, seconds.
+        /// Length of the longest part without a gap, seconds.
         duration_s: f64,
     },
+    /// The movement repeats, but it is no gait.
+    #[error(
+        "no gait: left and right leg move together (correlation {:.2} at the hips, {:.2} at the knees), and hip and knee of each leg too ({:.2} left, {:.2} right), as in squats and jumps; allowed is walking or running, in which the legs are half a stride apart",
+        .0.hips, .0.knees, .0.left, .0.right
+    )]
+    NoGait(Together),
     /// There is a period, but no complete usable stride.
     #[error(
         "no complete usable stride of {period_s:.2} s; allowed is one or more; the parts of the recording: {parts}"

@@ -11,6 +11,7 @@ use crate::clean::condition::Conditioned;
 use crate::series::{between, root_mean_square};
 use crate::stride::cut::cut;
 use crate::stride::cycle::{Cycle, POINTS};
+use crate::stride::gait_check;
 use crate::stride::segment::Joints;
 use crate::stride::spans::{Cuts, LeftOut, Span, StrideError};
 use joint_units::Joint;
@@ -33,7 +34,7 @@ pub struct Strides {
 /// Finds the strides of a recording of all four joints.
 ///
 /// # Errors
-/// A joint is missing, the recording is not periodic, or no complete stride can be used.
+/// A joint is missing, the recording is not periodic, no complete stride can be used, or the movement is no gait.
 ///
 /// ```
 /// use gait_trace::{Rules, condition};
@@ -67,6 +68,9 @@ pub fn segment(conditioned: &Conditioned) -> Result<Strides, StrideError> {
     }
     let joints = Joint::ALL.map(|joint| conditioned.joint(joint));
     let Cuts { spans, left_out } = cut(conditioned)?;
+    if let Some(together) = gait_check::no_gait(&joints, &spans, conditioned.rate_hz) {
+        return Err(StrideError::NoGait(together));
+    }
     let n = spans.len() as f64;
     let period_s = spans.iter().map(|span| span.end_s - span.start_s).sum::<f64>() / n;
     let closed: Vec<(Cycle, [f64; 4])> =

@@ -9,6 +9,7 @@ use super::live::{self, Live};
 use super::rows::{self, Reading, Rows};
 use super::samples::{Sample, read_samples, statistics, take};
 use crate::failure::Failure;
+use crate::options::overwrite::Overwrite;
 use crate::output;
 use hgod_adc::ANATOMY;
 use std::fmt::Write as _;
@@ -59,6 +60,8 @@ pub struct Settings {
     pub codes: PathBuf,
     /// Where the rows are kept.
     pub keep_rows: Option<PathBuf>,
+    /// Whether that file may be replaced.
+    pub overwrite: Overwrite,
     /// What is asked for.
     pub plan: Plan,
 }
@@ -99,7 +102,7 @@ pub fn rows(settings: &Settings, reading: &Reading) -> Result<Rows, Failure> {
     };
     let text = ask(&settings.plan, codes, how, answers, io::stderr())?;
     if let Some(path) = &settings.keep_rows {
-        output::write_text(path, &text)?;
+        output::write_text(path, &text, settings.overwrite)?;
     }
     rows::parse(&settings.name(), text.as_bytes(), reading).map_err(Failure::input)
 }

@@ -3,19 +3,22 @@
 //! A result that exists already, of the same bytes by the same settings and program, is not computed again: an interrupted run goes on
 //! where it stopped, and the shares of several computers do not interfere.
 
+use generator_file::file::GeneratorFile;
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::job::{Input, Job};
+use super::job::{Input, Job, NotFitted};
 use super::outcome::{Failed, Outcome};
-use super::recordings::{Recording, recordings};
+use super::recordings::{Found, Recording, recordings};
 use crate::board::image::sha256;
 use crate::failure::Failure;
 use crate::file::fit_summary;
 use crate::file::recording;
+use crate::options::overwrite::Overwrite;
 use crate::output;
 
 /// The program that computed a result: another version may fit otherwise.
@@ -34,6 +37,8 @@ pub(super) struct Batch {
     pub(super) jobs: Option<u16>,
     /// Share I of N.
     pub(super) shard: Option<(u32, u32)>,
+    /// Whether files of others may be replaced.
+    pub(super) overwrite: Overwrite,
 }
 
 /// How one recording ended.
@@ -49,15 +54,20 @@ enum End {
 
 /// Fits all recordings under the paths.
 pub(super) fn run(job: &Job, paths: &[PathBuf], batch: &Batch) -> Result<(), Failure> {
-    let all = recordings(paths, &batch.out)?;
+    let Found { all, others } = recordings(paths, &batch.out)?;
     for folder in std::iter::once(&batch.out).chain(&batch.report) {
         std::fs::create_dir_all(folder)
             .map_err(|error| Failure::run(format!("{}: cannot be made: {error}", folder.display())))?;
     }
-    let ends = fit_all(job, &all, batch)?;
-    let skipped = print_counts(&ends, batch)?;
+    // Before any work: a run of hours must not end at a file that it may not replace.
+    all.iter().try_for_each(|recording| Files::of(&recording.name, batch).check(&recording.name, batch.overwrite))?;
     if batch.shard.is_none() {
-        fit_summary::write(&batch.out)?;
+        fit_summary::check(&batch.out, batch.overwrite)?;
+    }
+    let ends = fit_all(job, &all, batch)?;
+    let skipped = print_counts(&ends, &others, batch)?;
+    if batch.shard.is_none() {
+        fit_summary::write(&batch.out, batch.overwrite)?;
     }
     if batch.json {
         print_all(&batch.out, &all)?;
@@ -116,18 +126,27 @@ fn count(ends: &[End], of: fn(&End) -> bool) -> usize {
     ends.iter().filter(|end| of(end)).count()
 }
 
-/// Prints how the recordings ended; gives the number of those that were skipped.
-fn print_counts(ends: &[End], batch: &Batch) -> Result<usize, Failure> {
+/// Prints how the recordings ended; gives the number of those that were skipped. The counts add up to the number of files.
+fn print_counts(ends: &[End], others: &BTreeMap<String, usize>, batch: &Batch) -> Result<usize, Failure> {
     let fitted = count(ends, |end| matches!(end, End::Fitted | End::Stands(_)));
     let known = count(ends, |end| matches!(end, End::Known));
     let failed = count(ends, |end| matches!(end, End::Failed(_)));
     let skipped = count(ends, |end| matches!(end, End::Skipped(_)));
     let no_gait = if skipped == 0 { String::new() } else { format!(", {skipped} skipped as no recording of gait") };
-    eprintln!("{fitted} fitted, {known} already known, {failed} failed{no_gait}, in {}", batch.out.display());
+    let (files, out) = (ends.len(), batch.out.display());
+    eprintln!("{fitted} fitted, {known} already known, {failed} failed{no_gait}: {files} files; results in {out}");
+    if !others.is_empty() {
+        let kinds: Vec<String> = others.iter().map(|(extension, files)| format!("{extension} {files}")).collect();
+        eprintln!("note: not read, because recordings have other extensions: {}", kinds.join(", "));
+    }
     if skipped > 0 && skipped == ends.len() && batch.shard.is_none() {
         return Err(Failure::input(format!("none of {skipped} files is a recording of gait; the reasons are above")));
     }
     Ok(skipped)
+}
+
+fn is_footfall(made_by: &str) -> bool {
+    made_by.starts_with("footfall ")
 }
 
 /// The file with the result of a recording.
@@ -147,27 +166,40 @@ fn one(job: &Job, recording: &Recording, batch: &Batch, asked: &str) -> Result<E
     if let Some(end) = files.known(&sha256(&bytes), asked, batch.force_write) {
         return Ok(end);
     }
-    let recorded = recording::parse(&recording.path, &bytes, &job.reading)?;
+    let name = recording.name.as_str();
+    let hash = sha256(&bytes);
+    let parsed = recording::parse(&recording.path, &bytes, &job.reading);
     if recording.found
+        && let Ok(recorded) = &parsed
         && let Some(why) = recorded.other_than_gait()
     {
+        files.remove_own(name);
         return Ok(End::Skipped(why));
     }
-    let hash = recorded.sha256.clone();
-    let fitted = Input::of(recorded, &recording.name).and_then(|input| job.fit(&input, &mut |_| ()));
+    let input = parsed.and_then(|recorded| Input::of(recorded, name, job.fit.rules.low_pass));
+    let fitted = input.map_err(NotFitted::Failed).and_then(|input| job.fit(&input, &mut |_| ()));
+    let fitted = match fitted {
+        Err(NotFitted::NoGait(why)) if recording.found => {
+            files.remove_own(name);
+            return Ok(End::Skipped(why.to_string()));
+        }
+        other => other.map_err(Failure::from),
+    };
+    let overwrite = files.overwrite(name, batch.overwrite);
     let (value, end) = match &fitted {
         Ok(fitted) => {
             let why_not = &fitted.certificate.drive.why_not;
             if why_not.is_none() || batch.force_write {
-                output::write_text(&files.generator, &fitted.file.to_toml())?;
+                output::write_text(&files.generator, &fitted.file.to_toml(), overwrite)?;
             }
             if let Some(page) = &files.page {
-                output::write_text(page, &job.page(fitted, &recording.path)?)?;
+                output::write_text(page, &job.page(fitted, &recording.path)?, overwrite)?;
             }
             let end = why_not.clone().map_or(End::Fitted, End::Stands);
             (serde_json::to_value(Outcome::of(fitted, began.elapsed().as_secs_f64())), end)
         }
         Err(why) => {
+            files.remove_own(name);
             let failed = Failed {
                 recording: &recording.name,
                 sha256: &hash,
@@ -181,7 +213,7 @@ fn one(job: &Job, recording: &Recording, batch: &Batch, asked: &str) -> Result<E
     let mut value = value.map_err(Failure::run)?;
     value["asked"] = asked.into();
     // Last: once this file exists, all others do.
-    output::write_text(&files.outcome, &(value.to_string() + "\n"))?;
+    output::write_text(&files.outcome, &(value.to_string() + "\n"), overwrite)?;
     Ok(end)
 }
 
@@ -198,6 +230,40 @@ impl Files {
             outcome: outcome_file(&batch.out, name),
             generator: batch.out.join(format!("{name}.toml")),
             page: batch.report.as_ref().map(|folder| folder.join(format!("{name}.html"))),
+        }
+    }
+
+    fn all(&self) -> impl Iterator<Item = &Path> {
+        [Some(&self.outcome), Some(&self.generator), self.page.as_ref()].into_iter().flatten().map(PathBuf::as_path)
+    }
+
+    /// An earlier run of a batch wrote these files for this recording: the outcome says so, or, after an interruption before it was
+    /// written, the generator file.
+    fn are_own(&self, name: &str) -> bool {
+        let outcome = std::fs::read(&self.outcome).ok().and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok());
+        match outcome {
+            Some(value) => value["recording"] == name && value["made_by"].as_str().is_some_and(is_footfall),
+            None => GeneratorFile::read(&self.generator).is_ok_and(|GeneratorFile { provenance, .. }| {
+                provenance.source == name && is_footfall(&provenance.made_by)
+            }),
+        }
+    }
+
+    fn overwrite(&self, name: &str, asked: Overwrite) -> Overwrite {
+        if self.are_own(name) { Overwrite::OWN } else { asked }
+    }
+
+    /// Refuses to replace a file that is not of an earlier run.
+    fn check(&self, name: &str, asked: Overwrite) -> Result<(), Failure> {
+        let overwrite = self.overwrite(name, asked);
+        self.all().try_for_each(|file| output::check(file, overwrite))
+    }
+
+    /// Removes the result of an earlier run, which holds no longer.
+    fn remove_own(&self, name: &str) {
+        if self.are_own(name) {
+            // What cannot be removed is overwritten, or fails there.
+            self.all().for_each(|file| drop(std::fs::remove_file(file)));
         }
     }
 

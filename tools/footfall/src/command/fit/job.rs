@@ -1,9 +1,8 @@
 //! The steps from a recording to a fit and its report page.
 
-use gait_fit::fit::{Fit, Settings, Source, fit};
+use gait_fit::fit::{Fit, FitError, Settings, Source, fit};
 use gait_fit::report;
-use gait_trace::LowPass;
-use gait_trace::RawJoints;
+use gait_trace::{Level, LowPass, RawJoints, StrideError};
 use std::path::Path;
 
 use crate::failure::Failure;
@@ -11,44 +10,79 @@ use crate::file::recording::{self, ReadSettings, Recorded};
 
 /// What is done with each recording.
 #[derive(Debug)]
-pub(super) struct Job {
+pub(crate) struct Job {
     /// How it is read.
-    pub(super) reading: ReadSettings,
+    pub(crate) reading: ReadSettings,
     /// What is fitted.
-    pub(super) fit: Settings,
+    pub(crate) fit: Settings,
+    /// A recording with a warning is refused.
+    pub(crate) strict: bool,
+}
+
+/// Why a recording was not fitted.
+pub(crate) enum NotFitted {
+    /// It is a recording of joints, but of no gait.
+    NoGait(Failure),
+    /// Another reason.
+    Failed(Failure),
+}
+
+impl From<NotFitted> for Failure {
+    fn from(why: NotFitted) -> Self {
+        match why {
+            NotFitted::NoGait(failure) | NotFitted::Failed(failure) => failure,
+        }
+    }
 }
 
 /// A recording that can be fitted.
-pub(super) struct Input {
+pub(crate) struct Input {
     source: Source,
-    joints: RawJoints,
+    pub(crate) joints: RawJoints,
+    low_pass: LowPass,
+    /// What the user should know of how it is read.
+    note: Option<String>,
 }
 
 impl Input {
-    /// From what was read; `name` is how the result calls it.
+    /// From what was read; `name` is how the result calls it, `low_pass` is the requested filter.
     ///
     /// # Errors
-    /// The recording is wrong.
-    pub(super) fn of(recorded: Recorded, name: &str) -> Result<Self, Failure> {
+    /// The recording is wrong, or has been filtered before.
+    pub(crate) fn of(recorded: Recorded, name: &str, low_pass: LowPass) -> Result<Self, Failure> {
+        let (low_pass, note) = recorded.low_pass(low_pass)?;
         let joints = recorded.joints.map_err(Failure::input)?;
-        Ok(Self { source: Source { name: name.into(), sha256: recorded.sha256 }, joints })
+        Ok(Self { source: Source { name: name.into(), sha256: recorded.sha256 }, joints, low_pass, note })
     }
 }
 
 impl Job {
     /// Reads a recording.
-    pub(super) fn read(&self, path: &Path, name: &str) -> Result<Input, Failure> {
-        Input::of(recording::parse(path, &recording::bytes(path)?, &self.reading)?, name)
+    pub(crate) fn read(&self, path: &Path, name: &str) -> Result<Input, Failure> {
+        Input::of(recording::parse(path, &recording::bytes(path)?, &self.reading)?, name, self.fit.rules.low_pass)
     }
 
     /// Fits a recording, and judges the fit on strides that were not fitted.
-    pub(super) fn fit(&self, input: &Input, progress: &mut dyn FnMut(&str)) -> Result<Fit, Failure> {
-        fit(&input.source, &input.joints, &self.fit, progress).map_err(Failure::input)
+    pub(crate) fn fit(&self, input: &Input, progress: &mut dyn FnMut(&str)) -> Result<Fit, NotFitted> {
+        let mut settings = self.fit.clone();
+        settings.rules.low_pass = input.low_pass;
+        let mut fitted = fit(&input.source, &input.joints, &settings, progress).map_err(|error| match error {
+            FitError::Strides { why: StrideError::NoGait(_), .. } => NotFitted::NoGait(Failure::input(error)),
+            _ => NotFitted::Failed(Failure::input(error)),
+        })?;
+        fitted.notes.extend(input.note.clone());
+        let warnings = fitted.conditioned.findings.iter().filter(|finding| finding.level() >= Level::Warning);
+        let warnings: Vec<String> = warnings.map(ToString::to_string).collect();
+        if self.strict && !warnings.is_empty() {
+            let (name, warnings) = (&input.source.name, warnings.join("; "));
+            return Err(NotFitted::Failed(Failure::run(format!("{name}: --strict allows no warning: {warnings}"))));
+        }
+        Ok(fitted)
     }
 
     /// The report page, with the command that makes it again.
-    pub(super) fn page(&self, fitted: &Fit, path: &Path) -> Result<String, Failure> {
-        let Self { reading, fit } = self;
+    pub(crate) fn page(&self, fitted: &Fit, path: &Path) -> Result<String, Failure> {
+        let Self { reading, fit, .. } = self;
         let mut words: Vec<String> =
             vec!["footfall fit".into(), quoted(&name_of(path)), "--kind".into(), fit.generator.name().into()];
         let mut option = |name: &str, value: String| words.extend([format!("--{name}"), quoted(&value)]);
@@ -91,7 +125,7 @@ impl Job {
 }
 
 /// The name of a file without its folder.
-pub(super) fn name_of(path: &Path) -> String {
+pub(crate) fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 

@@ -2,6 +2,7 @@
 
 use gait_fit::fit::{Compared, Fit, Refused};
 use gait_fit::judge::{HeldOut, JointFit};
+use gait_trace::Finding;
 use generator_file::certificate::Certificate;
 use serde::Serialize;
 
@@ -34,7 +35,7 @@ pub(super) struct Outcome<'a> {
     refused: Option<&'a Refused>,
     compared: &'a [Compared],
     /// Defects of the recording, and how each was handled.
-    findings: Vec<String>,
+    findings: Vec<Found>,
     left_out: Vec<String>,
     notes: &'a [String],
     /// Computing time, s.
@@ -62,7 +63,7 @@ impl<'a> Outcome<'a> {
             limits_cost_deg: fit.limits_cost_deg,
             refused: fit.refused.as_ref(),
             compared: &fit.compared,
-            findings: fit.conditioned.findings.iter().map(ToString::to_string).collect(),
+            findings: fit.conditioned.findings.iter().map(Found::of).collect(),
             left_out: fit.strides.left_out.iter().map(ToString::to_string).collect(),
             notes: &fit.notes,
             seconds,
@@ -78,7 +79,7 @@ impl<'a> Outcome<'a> {
     pub(super) fn print_notes(&self) {
         output::notes(self.notes);
         for finding in &self.findings {
-            eprintln!("found: {finding}");
+            eprintln!("{}: {}", finding.level, finding.text);
         }
     }
 
@@ -108,6 +109,19 @@ impl<'a> Outcome<'a> {
             self.fit.strides.period_s,
             joints.join(", ")
         )
+    }
+}
+
+/// A defect of the recording, how it was handled, and how much it matters: `note`, `warning` or `error`.
+#[derive(Debug, Serialize)]
+struct Found {
+    level: &'static str,
+    text: String,
+}
+
+impl Found {
+    fn of(finding: &Finding) -> Self {
+        Self { level: finding.level().name(), text: finding.to_string() }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Finds the recordings under the paths of the command line, and gives each a name.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::job::name_of;
@@ -19,18 +19,29 @@ pub(super) struct Recording {
     pub(super) found: bool,
 }
 
-/// Every recording under the paths, sorted by name, each file once. The folder `out` is not searched.
-pub(super) fn recordings(paths: &[PathBuf], out: &Path) -> Result<Vec<Recording>, Failure> {
-    let mut all = vec![];
+/// What is under the paths.
+#[derive(Debug, Default)]
+pub(super) struct Found {
+    /// The recordings, sorted by name, each file once.
+    pub(super) all: Vec<Recording>,
+    /// Number of files with other extensions, by extension.
+    pub(super) others: BTreeMap<String, usize>,
+}
+
+/// Finds every recording under the paths. The folder `out` is not searched.
+pub(super) fn recordings(paths: &[PathBuf], out: &Path) -> Result<Found, Failure> {
+    let mut found = Found::default();
     for path in paths {
+        let all = &mut found.all;
         if path.is_dir() {
-            search(path, path, out, &mut all)?;
+            search(path, path, out, &mut found)?;
         } else if path.exists() {
             all.push(Recording { name: name_of(path), path: path.clone(), found: false });
         } else {
             return Err(Failure::input(format!("{}: no such file or folder", path.display())));
         }
     }
+    let all = &mut found.all;
     all.sort();
     all.dedup();
     if all.is_empty() {
@@ -38,8 +49,8 @@ pub(super) fn recordings(paths: &[PathBuf], out: &Path) -> Result<Vec<Recording>
         let extensions = EXTENSIONS.join(", .");
         return Err(Failure::input(format!("{}: has no recording; allowed are files .{extensions}", paths.join(", "))));
     }
-    make_names_unique(&mut all);
-    Ok(all)
+    make_names_unique(all);
+    Ok(found)
 }
 
 /// Renames recordings of equal names, in the order of their paths, with a note; one file by two paths is one recording.
@@ -59,7 +70,7 @@ fn make_names_unique(all: &mut Vec<Recording>) {
     }
 }
 
-fn search(folder: &Path, top: &Path, out: &Path, all: &mut Vec<Recording>) -> Result<(), Failure> {
+fn search(folder: &Path, top: &Path, out: &Path, found: &mut Found) -> Result<(), Failure> {
     let wrong = |error: std::io::Error| Failure::input(format!("{}: cannot be read: {error}", folder.display()));
     for entry in std::fs::read_dir(folder).map_err(wrong)? {
         let entry = entry.map_err(wrong)?;
@@ -71,7 +82,7 @@ fn search(folder: &Path, top: &Path, out: &Path, all: &mut Vec<Recording>) -> Re
         if path.is_dir() {
             // The output of an earlier run is no recording.
             if path.canonicalize().ok() != out.canonicalize().ok() || !out.exists() {
-                search(&path, top, out, all)?;
+                search(&path, top, out, found)?;
             }
         } else if path
             .extension()
@@ -79,7 +90,11 @@ fn search(folder: &Path, top: &Path, out: &Path, all: &mut Vec<Recording>) -> Re
         {
             let within = path.strip_prefix(top).unwrap_or(&path);
             let parts: Vec<_> = within.iter().map(|part| part.to_string_lossy()).collect();
-            all.push(Recording { name: parts.join("__"), path, found: true });
+            found.all.push(Recording { name: parts.join("__"), path, found: true });
+        } else {
+            let extension =
+                path.extension().map_or("none".into(), |extension| format!(".{}", extension.to_string_lossy()));
+            *found.others.entry(extension).or_default() += 1;
         }
     }
     Ok(())

@@ -11,6 +11,7 @@
 //! row at the end, which [`gait_trace::format::mapped_csv`] leaves out, with a note.
 
 use super::samples::Sample;
+use crate::output;
 use hgod_adc::Validity;
 use joint_units::Joint;
 use std::fmt::Write as _;
@@ -28,7 +29,7 @@ pub(crate) struct Rows {
 
 impl Rows {
     pub(crate) fn begin(path: &Path, joints: &[Joint]) -> io::Result<Self> {
-        let mut out = File::create(path)?;
+        let mut out = output::begin(path)?;
         out.write_all(header(joints).as_bytes())?;
         Ok(Self { out, lines: String::new(), columns: joints.len() })
     }
@@ -43,7 +44,8 @@ impl Rows {
     }
 
     pub(crate) fn finish(&mut self) -> io::Result<()> {
-        self.out.sync_all()
+        // A pipe has nothing to flush to disk.
+        if self.out.metadata()?.is_file() { self.out.sync_all() } else { Ok(()) }
     }
 }
 

@@ -13,6 +13,7 @@
 
 use super::header::{SCHEMA, flat};
 use super::samples::{EdgeAt, Sample};
+use crate::output;
 use hgod_adc::Validity;
 use joint_units::Joint;
 use mcap::records::{MessageHeader, Metadata};
@@ -46,7 +47,7 @@ impl Messages {
             .chunk_size(None)
             // A chunk is then written in one piece, with its length: a killed program leaves whole chunks.
             .disable_seeking(true);
-        let mut writer = options.create(BufWriter::new(File::create(path)?)).map_err(io)?;
+        let mut writer = options.create(BufWriter::new(output::begin(path)?)).map_err(io)?;
         let mut channel = |topic: &str, name: &str, schema: Value| -> io::Result<u16> {
             let schema = writer.add_schema(name, "jsonschema", schema.to_string().as_bytes()).map_err(io)?;
             writer.add_channel(schema, topic, "json", &BTreeMap::new()).map_err(io)

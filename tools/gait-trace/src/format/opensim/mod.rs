@@ -25,6 +25,7 @@ use crate::raw::RawJoints;
 use header::{Header, MAX_HEADER_LINES, is_end};
 use joint_units::Joint;
 use std::borrow::Cow;
+pub(crate) use write::coordinate;
 pub use write::{write, write_to};
 
 /// The row of the table of formats.

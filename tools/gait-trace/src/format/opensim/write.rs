@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 /// OpenSim's name of a joint.
-const fn coordinate(joint: Joint) -> &'static str {
+pub(crate) const fn coordinate(joint: Joint) -> &'static str {
     match joint {
         Joint::LeftHip => "hip_flexion_l",
         Joint::RightHip => "hip_flexion_r",

@@ -1,0 +1,122 @@
+//! Reports what a recording is, column for column, and what `footfall fit` makes of it.
+
+use crate::board::feed;
+use crate::command::fit::job::{Input, Job, name_of};
+use crate::failure::Failure;
+use crate::file::recording;
+use gait_fit::fit::Fit;
+use gait_trace::format::joint_names::{joint_of, unit_of};
+use gait_trace::{Conditioned, Done, FindingKind, Level, RawJoint, RawJoints, condition};
+use joint_units::Joint;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// The report, and the line of a good recording or the error of another one.
+pub(super) fn check(path: &Path, job: &Job) -> (String, Result<String, Failure>) {
+    let mut report = Report(format!("{}:\n", path.display()));
+    match judge(path, job, &mut report) {
+        Ok(fitted) => {
+            let (strides, period_s) = (fitted.strides.cycles().len(), fitted.period_s);
+            let good = format!("{}: good: `fit` takes it, {strides} strides of {period_s:.3} s", path.display());
+            (report.0, Ok(good))
+        }
+        Err(why) => {
+            report.line(Level::Error.name(), format!("`fit` refuses it: {why}"));
+            if let Ok(opened) = feed::opened(path) {
+                let columns: Vec<String> = opened.recording.channels().iter().map(|channel| channel.column()).collect();
+                let seconds = opened.recording.duration_s();
+                report.line("sensors", format!("`watch` and `volts` can play {}, {seconds:.3} s", columns.join(" ")));
+            }
+            (report.0, Err(why))
+        }
+    }
+}
+
+/// Lines of a name and a value.
+struct Report(String);
+
+impl Report {
+    fn line(&mut self, name: &str, value: impl std::fmt::Display) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.0, "  {name:<10} {value}");
+    }
+}
+
+fn judge(path: &Path, job: &Job, report: &mut Report) -> Result<Fit, Failure> {
+    let recorded = recording::parse(path, &recording::bytes(path)?, &job.reading)?;
+    if let Some(conversion) = &recorded.conversion {
+        report.line("converted", format!("from {} by footfall {}", conversion.source, conversion.version));
+    }
+    let input = Input::of(recorded, &name_of(path), job.fit.rules.low_pass)?;
+    let raw = &input.joints;
+    report.line("format", &raw.format);
+    let conditioned = condition(raw, &job.fit.rules).ok();
+    for joint in Joint::ALL {
+        let taken = raw.joints[joint as usize].as_ref().map_or("not in the file".into(), |column| {
+            let unit = unit(raw, column, job);
+            let sign =
+                conditioned.as_ref().map_or(String::new(), |conditioned| format!(", {}", sign(conditioned, joint)));
+            format!("`{}`, {unit}{sign}", column.column)
+        });
+        report.line(joint.name(), taken);
+    }
+    if let Some(conditioned) = &conditioned {
+        let (rows, seconds) = (conditioned.recording.time_s().len(), conditioned.recording.duration_s());
+        let (rate, start) = (conditioned.rate_hz, conditioned.start_s);
+        report.line(
+            "time",
+            match conditioned.normalised_cycle {
+                true => format!("one cycle, {rows} rows; a stride of {} s is assumed (--stride)", job.fit.stride_s),
+                false => format!("{rows} rows at {rate:.2} Hz, {seconds:.3} s from {start} s on"),
+            },
+        );
+    }
+    raw.notes.iter().for_each(|note| report.line(Level::Note.name(), note));
+    for finding in conditioned.iter().flat_map(|conditioned| &conditioned.findings) {
+        report.line(finding.level().name(), finding);
+    }
+    let fitted = job.fit(&input, &mut |_| ())?;
+    for note in fitted.notes.iter().filter(|note| !raw.notes.contains(note)) {
+        report.line(Level::Note.name(), note);
+    }
+    let strides = &fitted.strides;
+    let (count, period_s, sd_s) = (strides.cycles().len(), strides.period_s, strides.period_sd_s());
+    report.line("strides", format!("{count} of {period_s:.3} s, standard deviation {sd_s:.3} s"));
+    strides.left_out.iter().for_each(|part| report.line("", part));
+    let errors: Vec<String> = fitted.joints.iter().map(|joint| format!("{:.2}", joint.rmse_mean_stride_deg)).collect();
+    report.line("fit", format!("{}, {} degrees to the mean stride", fitted.file.set.name(), errors.join(", ")));
+    Ok(fitted)
+}
+
+/// The unit of a column, and where it is from.
+fn unit(raw: &RawJoints, column: &RawJoint, job: &Job) -> String {
+    let heading = joint_of(&column.column).and_then(|(_, unit)| unit).or_else(|| unit_of(&column.column));
+    let noted = |words: &str| raw.notes.iter().any(|note| note.contains(&format!("read as {words}")));
+    match (job.reading.unit, heading) {
+        (Some(asked), _) => format!("{} (as requested)", asked.words()),
+        (None, Some(heading)) => format!("{} (its name)", heading.words()),
+        (None, None) if raw.format.starts_with("C3D") => "degrees (C3D)".into(),
+        (None, None) if job.reading.calibration.is_some() => "volts, by the calibration".into(),
+        (None, None) => {
+            let found = ["degrees", "radians"].into_iter().find(|words| noted(words) || raw.format.contains(words));
+            found.map_or("unit not stated".into(), |words| {
+                format!("{words} ({})", if noted(words) { "inferred from the values" } else { "the file's header" })
+            })
+        }
+    }
+}
+
+/// What was done about the sign of a joint.
+fn sign(conditioned: &Conditioned, joint: Joint) -> &'static str {
+    let about = |kind: fn(&FindingKind) -> bool| {
+        conditioned.findings.iter().find(|finding| finding.joint == Some(joint) && kind(&finding.what))
+    };
+    let turned = about(|kind| matches!(kind, FindingKind::ExtensionPositive { .. }));
+    if turned.is_some_and(|finding| finding.done == Done::Flipped) {
+        "sign changed: extension was positive"
+    } else if about(|kind| matches!(kind, FindingKind::SignUnclear | FindingKind::Still { .. })).is_some() {
+        "sign unclear"
+    } else {
+        "flexion positive"
+    }
+}

@@ -1,0 +1,143 @@
+//! `footfall convert`: invents nothing, filters nothing unless asked and never twice, and never writes over what it reads.
+#![cfg(unix)]
+
+mod common;
+
+use common::{DEFAULT, footfall, said, walk};
+use serde_json::Value;
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::Output;
+
+fn convert(from: &Path, to: &Path, more: &[&str]) -> Output {
+    let files: Vec<OsString> = vec!["convert".into(), from.into(), "-o".into(), to.into()];
+    footfall(files.into_iter().chain(more.iter().map(Into::into)))
+}
+
+fn done(output: &Output) {
+    assert_eq!(output.status.code(), Some(0), "{}", said(output));
+}
+
+fn errors(file: &Path, more: &[&str]) -> ([f64; 4], String) {
+    let fitted =
+        footfall([OsString::from("fit"), file.into(), "--json".into()].into_iter().chain(more.iter().map(Into::into)));
+    let value: Value = serde_json::from_slice(&fitted.stdout).unwrap_or_else(|_| panic!("{}", said(&fitted)));
+    let errors = [0, 1, 2, 3].map(|joint| value["joints"][joint]["rmse_mean_stride_deg"].as_f64().unwrap());
+    (errors, String::from_utf8_lossy(&fitted.stderr).into_owned())
+}
+
+#[test]
+fn gaps_and_jumps_stay_and_nothing_is_filtered() {
+    let folder = tempfile::tempdir().unwrap();
+    let [from, csv, mot] = ["walk.csv", "out.csv", "out.mot"].map(|name| folder.path().join(name));
+    let rows: Vec<String> = walk(6.0, 1.1, 0.0)
+        .lines()
+        .enumerate()
+        .map(|(n, row)| {
+            let mut cells: Vec<&str> = row.split(',').collect();
+            match n {
+                // A short gap, a long one, one at the end, and a jump.
+                100..=104 => cells[1] = "",
+                200..=260 => cells[3] = "",
+                580.. => cells[2] = "",
+                400 => cells[4] = "99.5",
+                _ => {}
+            }
+            cells.join(",")
+        })
+        .collect();
+    std::fs::write(&from, rows.join("\n") + "\n").unwrap();
+    for to in [&csv, &mot] {
+        let output = convert(&from, to, &[]);
+        done(&output);
+        assert!(said(&output).contains("missing values; left empty"), "{}", said(&output));
+        assert!(!said(&output).contains("low-pass"), "{}", said(&output));
+    }
+    let text = std::fs::read_to_string(&csv).unwrap();
+    assert!(
+        text.starts_with("# footfall convert ") && text.contains("\n# source: walk.csv\n# source-sha256: "),
+        "{text}"
+    );
+    assert!(text.contains("\n# options: none\n# low-pass: off\n"), "{text}");
+    let cells = |row: &str| -> Vec<Option<f64>> {
+        row.split(['\t', ',']).map(|cell| cell.parse().ok().filter(|x: &f64| x.is_finite())).collect()
+    };
+    let wanted: Vec<Vec<Option<f64>>> = rows[1..].iter().map(|row| cells(row)).collect();
+    let rows_below = |text: &str, header: &str| -> Vec<Vec<Option<f64>>> {
+        text.lines().skip_while(|line| !line.starts_with(header)).skip(1).map(cells).collect()
+    };
+    assert!(rows_below(&text, "time_s,") == wanted);
+    assert!(rows_below(&std::fs::read_to_string(&mot).unwrap(), "time\t") == wanted);
+}
+
+#[test]
+fn a_file_that_was_filtered_is_not_filtered_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let [plain, filtered, twice] = ["plain.csv", "filtered.csv", "twice.mot"].map(|name| folder.path().join(name));
+    let default = Path::new(DEFAULT);
+    done(&convert(default, &plain, &[]));
+    done(&convert(default, &filtered, &["--low-pass", "customary"]));
+    done(&convert(&filtered, &twice, &[]));
+    let (direct, _) = errors(default, &[]);
+    let (unfiltered, words) = errors(&plain, &[]);
+    assert!(!words.contains("not filtered again"), "{words}");
+    assert_eq!(direct, unfiltered, "a conversion without filter is filtered by `fit` as its source is");
+    for file in [&filtered, &twice] {
+        let (once, words) = errors(file, &[]);
+        assert!(words.contains("`footfall convert` filtered this file at 6 Hz; it is not filtered again"), "{words}");
+        for (once, direct) in once.iter().zip(direct) {
+            assert!((once - direct).abs() < 1e-9, "{once}, not {direct}");
+        }
+        let asked = footfall([OsString::from("fit"), file.into(), "--low-pass".into(), "5".into()]);
+        assert!(asked.status.code() == Some(2) && said(&asked).contains("twice is too much"), "{}", said(&asked));
+        let again = convert(file, &folder.path().join("again.csv"), &["--low-pass", "5"]);
+        assert!(again.status.code() == Some(2) && said(&again).contains("twice is too much"), "{}", said(&again));
+    }
+}
+
+#[test]
+fn the_input_is_never_the_output() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, soft, hard] = ["walk.csv", "soft.csv", "hard.csv"].map(|name| folder.path().join(name));
+    std::fs::copy(DEFAULT, &file).unwrap();
+    std::os::unix::fs::symlink(&file, &soft).unwrap();
+    std::fs::hard_link(&file, &hard).unwrap();
+    let before = std::fs::read(&file).unwrap();
+    for (from, to) in [(&file, &file), (&file, &soft), (&file, &hard), (&soft, &file), (&hard, &soft)] {
+        for more in [&[][..], &["--force"]] {
+            let output = convert(from, to, more);
+            assert!(output.status.code() == Some(2), "{}", said(&output));
+            assert!(said(&output).contains("is an input of this command"), "{}", said(&output));
+        }
+    }
+    assert_eq!(std::fs::read(&file).unwrap(), before);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
+}
+
+/// Other commands read a conversion as well, with gaps too.
+#[test]
+fn a_conversion_can_be_played_and_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let [holed, out] = ["holed.csv", "out.csv"].map(|name| folder.path().join(name));
+    let text = std::fs::read_to_string(DEFAULT).unwrap();
+    let rows: Vec<String> = text
+        .lines()
+        .enumerate()
+        .map(
+            |(n, row)| {
+                if (50..54).contains(&n) { format!("{},,,,", row.split(',').next().unwrap()) } else { row.into() }
+            },
+        )
+        .collect();
+    std::fs::write(&holed, rows.join("\n") + "\n").unwrap();
+    done(&convert(&holed, &out, &[]));
+    let played = footfall([OsString::from("volts"), "--trace".into(), (&out).into()]);
+    done(&played);
+    let checked = footfall([OsString::from("check"), "--trace".into(), (&out).into()]);
+    done(&checked);
+    let words = said(&checked);
+    assert!(
+        words.contains("converted  from holed.csv by footfall") && words.contains("good: `fit` takes it"),
+        "{words}"
+    );
+}
