@@ -424,7 +424,8 @@ fn monotonicity_and_saturation_are_reported() {
     let text_of = |angles: &[f64], sd: f64, code_at: &dyn Fn(f64, usize) -> f64| {
         std::fs::write(&rows, code_rows(angles, 40, sd, code_at)).unwrap();
         let mut footfall = std::process::Command::new(env!("CARGO_BIN_EXE_footfall"));
-        let output = footfall.args(["calibrate", "--supply", "3.3"]).arg(&rows).arg("-o").arg(&out).output().unwrap();
+        let output =
+            footfall.args(["calibrate", "--force", "--supply", "3.3"]).arg(&rows).arg("-o").arg(&out).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).unwrap()
     };
