@@ -97,7 +97,6 @@ fn only_gait_is_fitted_and_the_counts_add_up() {
 
 /// Actuator controls whose columns have the names of joints: the title line says what they are.
 #[test]
-#[ignore = "the reader of OpenSim files does not look at the title line yet"]
 fn controls_are_not_fitted() {
     let (from, to) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     std::fs::write(from.path().join("controls.sto"), controls()).unwrap();

@@ -58,12 +58,16 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         }
         None => Subject::Set(GeneratorFile::read(params).map_err(Failure::input)?.set),
     };
+    let beside = || params.with_extension("certificate.json");
+    let out = options.out.clone().or_else(|| is_file.then(beside));
+    if let Some(path) = &out {
+        output::check(path, options.overwrite)?;
+    }
     let mut progress = |what: &str| eprintln!("measuring: {what}");
     let certificate = certify_subject(&subject, options.starts, &LoopConfig::default_biped(), &mut progress)
         .map_err(Failure::input)?;
     let json = serde_json::to_string(&certificate).map_err(Failure::run)? + "\n";
-    let beside = || params.with_extension("certificate.json");
-    if let Some(path) = options.out.clone().or_else(|| is_file.then(beside)) {
+    if let Some(path) = out {
         output::write_text(&path, &json, options.overwrite)?;
         eprintln!("written: {}", path.display());
     }
