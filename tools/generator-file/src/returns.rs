@@ -242,8 +242,8 @@ pub(crate) fn kicks(built: &dyn Model, orbit: &Orbit) -> Kicked {
         let state = model.state();
         let first = orbit.distance(&state);
         all.tried += 1;
-        // In single precision the orbit is known to about a percent only where the motion leaps.
-        let near = if model.is_double() { LEFT * first } else { (LEFT * first).max(0.02) };
+        // Where a model of the catalogue leaps within a step, its orbit is known no better than that.
+        let near = if model.is_double() { LEFT * first } else { (LEFT * first).max(ARRIVED) };
         match back(model.as_mut(), orbit, near) {
             Ok(steps) => all.settling = all.settling.max(steps),
             Err(at_bound) => {
