@@ -112,9 +112,11 @@ pub(crate) fn in_words((status, why): &Verdict) -> String {
 
 impl Return {
     pub(crate) fn of(settled: &Settled, starts: u32, progress: &mut dyn FnMut(&str)) -> Self {
-        let mut found = Self::default();
-        found.quasi_periodic = matches!(settled.motion, Motion::QuasiPeriodic);
-        found.oscillates = matches!(settled.motion, Motion::QuasiPeriodic | Motion::Periodic(_));
+        let mut found = Self {
+            quasi_periodic: matches!(settled.motion, Motion::QuasiPeriodic),
+            oscillates: matches!(settled.motion, Motion::QuasiPeriodic | Motion::Periodic(_)),
+            ..Self::default()
+        };
         let (model, orbit) = match &settled.motion {
             Motion::Periodic(orbit) => (settled.model.as_ref(), orbit),
             other => {
