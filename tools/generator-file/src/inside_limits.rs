@@ -192,10 +192,9 @@ fn project(stride: &Stride, gate: &GateConfig, margin: (f64, f64)) -> [Change; J
     };
     for angles in &stride.angles {
         let part = |j: usize, sign: f64| (j, sign, sign * (angles[j] - stride.mean[j]) / stride.deviation[j]);
-        for j in 0..N {
-            let range = gate.range[j];
-            add(&[part(j, 1.0)], degrees(range.most.0) - margin.0 - angles[j]);
-            add(&[part(j, -1.0)], angles[j] - degrees(range.least.0) - margin.0);
+        for (j, (range, angle)) in gate.range.iter().zip(angles).enumerate() {
+            add(&[part(j, 1.0)], degrees(range.most.0) - margin.0 - angle);
+            add(&[part(j, -1.0)], angle - degrees(range.least.0) - margin.0);
         }
         for limit in gate.pose.iter().flatten() {
             let (a, b) = (limit.first as usize, limit.second as usize);

@@ -112,9 +112,11 @@ pub(crate) fn in_words((status, why): &Verdict) -> String {
 
 impl Return {
     pub(crate) fn of(settled: &Settled, starts: u32, progress: &mut dyn FnMut(&str)) -> Self {
-        let mut found = Self::default();
-        found.quasi_periodic = matches!(settled.motion, Motion::QuasiPeriodic);
-        found.oscillates = matches!(settled.motion, Motion::QuasiPeriodic | Motion::Periodic(_));
+        let mut found = Self {
+            quasi_periodic: matches!(settled.motion, Motion::QuasiPeriodic),
+            oscillates: matches!(settled.motion, Motion::QuasiPeriodic | Motion::Periodic(_)),
+            ..Self::default()
+        };
         let (model, orbit) = match &settled.motion {
             Motion::Periodic(orbit) => (settled.model.as_ref(), orbit),
             other => {
@@ -242,8 +244,8 @@ pub(crate) fn kicks(built: &dyn Model, orbit: &Orbit) -> Kicked {
         let state = model.state();
         let first = orbit.distance(&state);
         all.tried += 1;
-        // In single precision the orbit is known to about a percent only where the motion leaps.
-        let near = if model.is_double() { LEFT * first } else { (LEFT * first).max(0.02) };
+        // Where a model of the catalogue leaps within a step, its orbit is known no better than that.
+        let near = if model.is_double() { LEFT * first } else { (LEFT * first).max(ARRIVED) };
         match back(model.as_mut(), orbit, near) {
             Ok(steps) => all.settling = all.settling.max(steps),
             Err(at_bound) => {

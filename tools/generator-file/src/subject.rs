@@ -16,6 +16,8 @@ const STEPS: f64 = 200.0;
 const SAME_PERIOD: f64 = 2e-5;
 
 /// What is certified.
+// There are few of them.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Subject {
     /// The set of a generator file.
@@ -61,7 +63,7 @@ impl Subject {
         let of_file = || GeneratorFile::default_of(name).map(|file| Self::Set(file.set));
         let gait = || Gait::from_name(name).map(Self::Gait);
         let catalogue = || CATALOGUE.iter().find(|entry| entry.0 == name).map(|entry| Self::Catalogue(entry.0));
-        of_file().or_else(gait).or_else(catalogue).map(Self::as_set)
+        of_file().or_else(gait).or_else(catalogue).map(Self::or_default_set)
     }
 
     /// Every name, each once, with what it is.
@@ -81,7 +83,7 @@ impl Subject {
     }
 
     /// Those that are a default set, as that set.
-    fn as_set(self) -> Self {
+    fn or_default_set(self) -> Self {
         let default = |name: &str| GeneratorFile::default_of(name).map(|file| Self::Set(file.set));
         match self {
             Self::Gait(Gait::Walk) | Self::Catalogue("robust") => default("phase-coupled").unwrap_or(self),

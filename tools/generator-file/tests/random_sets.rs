@@ -114,7 +114,7 @@ fn compare(kind: &str, sets: u64, first: u64) -> Counts {
             (false, Judged::Comes) => counts.false_refusals.push(words()),
             _ => {}
         }
-        if (seed + 1 - first) % 100 == 0 {
+        if (seed + 1 - first).is_multiple_of(100) {
             let Counts { accepted, border, comes, false_acceptances: a, false_refusals: r, .. } = &counts;
             println!(
                 "{kind}, {} sets: {accepted} accepted, {comes} come back, {border} at a border, {a:?}, {r:?}",

@@ -206,7 +206,7 @@ pub(crate) fn judge(equations: &Equations, start: State, guess_s: f64, seed: u64
             marks.push(step as f64 - before / (probe[0] - before));
         }
     }
-    if marks.len() < 8 || probe.iter().any(|x| !(x.abs() < 1e6)) {
+    if marks.len() < 8 || probe.iter().any(|x| x.is_nan() || x.abs() >= 1e6) {
         return (Judged::DoesNot, "no oscillation".into());
     }
     let own = (marks[marks.len() - 1] - marks[0]) / (marks.len() - 1) as f64;
