@@ -9,7 +9,8 @@ use crate::{Boot, Change, Cost, Edge, Environment, Frame, Inputs, Refused, VERSI
 /// Bytes of the longest record: [`Inputs`] of ten calls with four sensors each.
 pub const MAX_BYTES: usize = 197;
 
-/// A record: its kind, one byte, then its fields in the order of their declaration. The order of the kinds is part of the version.
+/// A record: its kind, one byte, then its fields in the order of their declaration. The order of the kinds is part of the version,
+/// so a further kind is a new version: a host must know every one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Record {
     /// The board, its image and its parameters, after a reset. Kind 0 in every version.
