@@ -86,7 +86,7 @@ fn options_complete_a_recording_and_never_contradict_it() {
         path
     };
     let convert = |path: &Path, more: &[&str]| {
-        let mut arguments = vec!["convert", "--low-pass", "off", "-o", out.to_str().unwrap()];
+        let mut arguments = vec!["convert", "--force", "--low-pass", "off", "-o", out.to_str().unwrap()];
         arguments.extend(more);
         let output = footfall(&arguments, path);
         (output.status.code(), said(&output))

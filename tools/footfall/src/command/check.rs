@@ -9,10 +9,9 @@ use crate::failure::Failure;
 use crate::file::parameter_file;
 use crate::file::recording::ReadSettings;
 use crate::options::reading::Reading;
-use crate::options::value::number;
 use clap::Args;
 use gait_fit::fit::Settings;
-use gait_trace::{LowPass, Rules};
+use gait_trace::LowPass;
 use generator_file::file::GeneratorFile;
 use std::path::PathBuf;
 
@@ -31,9 +30,6 @@ pub struct Options {
     /// How recordings are read; the sensor file that --calibration names is checked too
     #[command(flatten)]
     pub reading: Reading,
-    /// Stride time of a recording whose time axis is a cycle and not seconds
-    #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = number(0.2..=20.0, " seconds"))]
-    pub stride: f64,
     /// Call no recording with a warning good: the exit code is 1
     #[arg(long)]
     pub strict: bool,
@@ -64,7 +60,7 @@ impl Results {
 /// # Errors
 /// The errors of all wrong files, one a line.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { trace, parameters, generator, reading, stride, strict } = options;
+    let Options { trace, parameters, generator, reading, strict } = options;
     if trace.is_empty() && parameters.is_empty() && generator.is_empty() && reading.calibration.is_none() {
         return Err(Failure::input(
             "no file named: allowed are --trace, --parameters and --generator, each any number of times, and --calibration",
@@ -74,7 +70,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
     match reading.settings(LowPass::Customary) {
         Ok(reading) => {
             reading.calibration.iter().for_each(|sensor| results.take(Ok(sensor_file(sensor))));
-            let job = job(reading, stride, strict);
+            let job = job(reading, strict);
             for path in &trace {
                 let (report, result) = recording::check(path, &job);
                 results.text += &report;
@@ -112,7 +108,6 @@ fn sensor_file(sensor: &crate::file::recording::SensorCalibration) -> String {
 }
 
 /// The fit that a recording must pass: of the shape, as the other generators are replaced by it where they fail.
-fn job(reading: ReadSettings, stride_s: f64, strict: bool) -> Job {
-    let rules = Rules { low_pass: reading.low_pass, ..Rules::default() };
-    Job { fit: Settings { rules, stride_s, ..Settings::default() }, reading, strict }
+fn job(reading: ReadSettings, strict: bool) -> Job {
+    Job { fit: Settings { rules: reading.rules(), ..Settings::default() }, reading, strict }
 }

@@ -13,7 +13,7 @@
 
 use crate::series::{median, range};
 use crate::stride::segment::Joints;
-use crate::stride::spans::Span;
+use crate::stride::spans::{Span, Together};
 
 /// Correlation of left and right from which the legs move together.
 pub const TOGETHER: f64 = 0.5;
@@ -21,19 +21,6 @@ pub const TOGETHER: f64 = 0.5;
 pub const COUPLED: f64 = 0.7;
 /// Below this range, degrees, a joint counts as still, and nothing is concluded from it.
 pub const LEAST_RANGE_DEG: f64 = 5.0;
-
-/// Correlations of joints within the strides of a movement that is no gait; medians over the strides.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Together {
-    /// Left with right hip.
-    pub hips: f64,
-    /// Left with right knee.
-    pub knees: f64,
-    /// Hip with knee of the left leg.
-    pub left: f64,
-    /// Hip with knee of the right leg.
-    pub right: f64,
-}
 
 /// The correlations, if the movement in these spans is no gait. Nothing is concluded unless all four joints move.
 pub(crate) fn no_gait(joints: &Joints<'_>, spans: &[Span], rate_hz: f64) -> Option<Together> {

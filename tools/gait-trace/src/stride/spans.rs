@@ -1,6 +1,5 @@
 //! Time spans of the strides of a recording, the parts that are in no stride, and the errors.
 
-use crate::stride::gait_check::Together;
 use crate::stride::period::OVERLAP_S;
 use std::fmt;
 
@@ -11,6 +10,19 @@ pub struct Span {
     pub start_s: f64,
     /// End, seconds; the next stride may start there.
     pub end_s: f64,
+}
+
+/// Correlations of joints within the strides of a movement that is no gait; medians over the strides.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Together {
+    /// Left with right hip.
+    pub hips: f64,
+    /// Left with right knee.
+    pub knees: f64,
+    /// Hip with knee of the left leg.
+    pub left: f64,
+    /// Hip with knee of the right leg.
+    pub right: f64,
 }
 
 /// Why a part of a recording is in no stride.

@@ -66,7 +66,10 @@ fn judge(path: &Path, job: &Job, report: &mut Report) -> Result<Fit, Failure> {
         report.line(
             "time",
             match conditioned.normalised_cycle {
-                true => format!("one cycle, {rows} rows; a stride of {} s is assumed (--stride)", job.fit.stride_s),
+                true => match job.reading.stride_s {
+                    Some(seconds) => format!("one cycle, {rows} rows; it lasts {seconds} s, as requested"),
+                    None => format!("one cycle, {rows} rows; {} s are assumed (--stride-time)", job.fit.stride_s),
+                },
                 false => format!("{rows} rows at {rate:.2} Hz, {seconds:.3} s from {start} s on"),
             },
         );
