@@ -1,7 +1,7 @@
 //! Whether a generator comes back to its orbit: from kicks of at least half an amplitude, and from random states.
 //!
 //! A kick changes one state by half its amplitude up or down, at each of [`KICK_PHASES`] phases; or every state at random, the largest
-//! change between half an amplitude and a whole one. It is back when its distance from the orbit ([`crate::orbit`]) is a tenth of the
+//! change between half an amplitude and a whole one. It is back when its distance from the orbit is a tenth of the
 //! first, and stays so for two periods.
 
 use joint_units::Joint;

@@ -1,6 +1,6 @@
 //! Reads TOML files with serde. Each error has the file, the line, the key, the value and what is allowed.
 //!
-//! Use: [`TomlFile::read`], then [`TomlFile::top`], then [`Top::schema`], [`Top::only`] and [`Top::get`] for each key.
+//! Use: [`TomlFile::read`], then [`TomlFile::top`], then [`Top::layout`], and [`Top::read`] for the whole or [`Top::get`] for one key.
 
 use std::fmt;
 use std::path::Path;

@@ -231,9 +231,29 @@ fn cores_alone(_: &State) -> Result<String> {
 
 /// Packages every core as it would be published; each is compiled from its package, beside the packages of the others.
 fn packages(_: &State) -> Result<String> {
+    forget_unpacked_cores()?;
     let cores: Vec<_> = CORES.iter().flat_map(|core| ["--package", core]).collect();
     cargo(&[&["package", "--allow-dirty", "--offline"], cores.as_slice()].concat())?;
     Ok(format!("{} crates", CORES.len()))
+}
+
+/// Removes the cores that an earlier `cargo package` unpacked. Cargo keeps them by name and version in its own folder, and takes them for
+/// those of today. The folders of registries have the host in their name; those of packages in a workspace begin with `-`.
+fn forget_unpacked_cores() -> Result<()> {
+    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let Some(home) = home.or_else(|| Some(std::env::home_dir()?.join(".cargo"))) else { return Ok(()) };
+    let Ok(registries) = std::fs::read_dir(home.join("registry/src")) else { return Ok(()) };
+    for registry in
+        registries.filter_map(Result::ok).filter(|entry| entry.file_name().as_encoded_bytes().starts_with(b"-"))
+    {
+        for core in CORES {
+            let unpacked = registry.path().join(format!("{core}-{}", env!("CARGO_PKG_VERSION")));
+            if unpacked.is_dir() {
+                std::fs::remove_dir_all(&unpacked).with_context(|| format!("removing {}", unpacked.display()))?;
+            }
+        }
+    }
+    Ok(())
 }
 
 fn example_firmware(state: &State) -> Result<String> {

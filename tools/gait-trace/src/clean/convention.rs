@@ -13,7 +13,7 @@
 //!
 //! A change of sign shifts the bump phase and the lead by half a cycle. An exchange of hip and knee shows in bump and range, which do
 //! not depend on the sign. Where two indicators of a hip contradict each other nothing is changed and a finding reports it. The sign
-//! of the knees is one decision for both ([`knee_sign`](super::knee_sign)). Angles alone do not show whether left and right are
+//! of the knees is one decision for both ([`knee_sign`]). Angles alone do not show whether left and right are
 //! exchanged.
 
 use super::knee_sign::{self, AmbiguousKnees, KneeSign};

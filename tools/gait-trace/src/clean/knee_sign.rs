@@ -3,7 +3,7 @@
 //! A knee bends by up to 160 degrees and overextends by up to 25. So a knee that is beyond -25 degrees and stays below +15 counts
 //! extension as positive, one that is beyond +25 and stays above -15 counts flexion as positive; so do means beyond 25 degrees. Where
 //! the angles of one knee are decisive, they decide for both. Where each is decisive and they differ, each column has a sign of its
-//! own. Where none is, the shape of both decides ([`Shape::knee_sign`]); if it is unclear too, the caller must name the sign.
+//! own. Where none is, the shape of both decides (mean and skewness); if it is unclear too, the caller must name the sign.
 
 use super::shape::Shape;
 

@@ -2,7 +2,7 @@
 //!
 //! A header of lines `key=value` (or `key value`) that ends with `endheader`, a line of column names, and rows of numbers,
 //! separated by tabs or blanks. The title, which is the first line, decides what the file holds: files of controls, speeds, forces or
-//! markers have columns of the same names, and are refused ([`title`]). The numbers in the header (`nRows`, `nColumns`, `datarows`,
+//! markers have columns of the same names, and are refused. The numbers in the header (`nRows`, `nColumns`, `datarows`,
 //! `datacolumns`) are compared with the rows and columns; a difference is a note where every row is whole. `inDegrees` names the unit of the rotations. Columns are coordinates
 //! (`hip_flexion_l`, `knee_angle_r`) or paths to one (`/jointset/hip_l/hip_flexion_l/value`); only those of hips and knees
 //! are read, speeds (`/speed`) are not. The sign is the file's: models differ in whether a flexed knee is positive.
