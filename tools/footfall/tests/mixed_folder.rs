@@ -139,6 +139,37 @@ fn a_warning_is_an_error_with_strict_alone() {
     assert_eq!(call(&["fit"], &["--strict"]).0, Some(0));
 }
 
+/// Hips that are 90 degrees apart are beyond the robot's poses: no generator is written, and `check` does not call it good.
+#[test]
+fn what_does_not_walk_is_not_good() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, out] = ["strides.csv", "generator.toml"].map(|name| folder.path().join(name));
+    let wide = table(8.0, |t| {
+        let p = std::f64::consts::TAU * t / 1.1;
+        let knee = |p: f64| 32.0 + 22.0 * (p + 1.4).cos() + 6.0 * (2.0 * p).cos();
+        let hip = |p: f64| 15.0 + 45.0 * p.cos() + 1.5 * (2.0 * p + 2.6).cos();
+        [hip(p), hip(p + std::f64::consts::PI), knee(p), knee(p + std::f64::consts::PI)]
+    });
+    std::fs::write(&file, wide).unwrap();
+    let checked = footfall(["check".into(), "--trace".into(), OsString::from(&file)]);
+    let words = said(&checked);
+    assert!(
+        checked.status.code() == Some(1) && words.contains("walks: no: ") && !words.contains(": good: "),
+        "{words}"
+    );
+    let fit = |more: &[&str]| {
+        let start: Vec<OsString> = vec!["fit".into(), (&file).into(), "-o".into(), (&out).into()];
+        let fitted = footfall(start.into_iter().chain(more.iter().map(Into::into)));
+        (fitted.status.code(), said(&fitted), out.exists())
+    };
+    let (code, words, written) = fit(&[]);
+    assert!(code == Some(1) && words.contains("walks: no: ") && !written, "{words}");
+    let (code, words, written) = fit(&["--fit-limits"]);
+    assert!(code == Some(0) && words.contains("walks: yes") && written, "{words}");
+    let (code, words, written) = fit(&["--force-write", "--force"]);
+    assert!(code == Some(1) && words.contains("walks: no: ") && written, "{words}");
+}
+
 /// What `check` calls good, `fit` takes, and the other way round.
 #[test]
 fn check_says_what_fit_does() {

@@ -64,6 +64,32 @@ fn every_command_keeps_a_file_unless_forced() {
     }
 }
 
+#[test]
+fn an_input_is_never_an_output() {
+    let folder = tempfile::tempdir().unwrap();
+    let put = |name: &str, text: &[u8]| std::fs::write(folder.path().join(name), text).unwrap();
+    put("generator.toml", &footfall(["defaults", "generator"]).stdout);
+    put("rows.csv", ROWS.as_bytes());
+    assert_eq!(footfall(words("calibrate @rows.csv -o @sensor.toml", folder.path())).status.code(), Some(0));
+    for (command, input) in [
+        ("certify @generator.toml --starts 2 -o @generator.toml --force", "generator.toml"),
+        ("pack @generator.toml -o @generator.toml --force", "generator.toml"),
+        ("pack --sensor left_knee=@sensor.toml -o @sensor.toml --force", "sensor.toml"),
+        ("calibrate @rows.csv -o @rows.csv --force", "rows.csv"),
+    ] {
+        let before = std::fs::read(folder.path().join(input)).unwrap();
+        // Of `left_knee=@sensor.toml` the file's part is a path too.
+        let arguments = words(command, folder.path()).into_iter().map(|word| {
+            let text = word.to_string_lossy().replace("=@", &format!("={}/", folder.path().display()));
+            OsString::from(text)
+        });
+        let refused = footfall(arguments);
+        let text = said(&refused);
+        assert!(refused.status.code() == Some(2) && text.contains("is an input"), "{command}: {text}");
+        assert_eq!(std::fs::read(folder.path().join(input)).unwrap(), before, "{command}");
+    }
+}
+
 /// Nodes made here: a pipe with a reader, and a copy of /dev/full. Both are still there afterwards.
 #[test]
 fn pipes_and_devices_are_written_through() {

@@ -68,7 +68,7 @@ impl ReadOptions<'_> {
     /// Adds the columns of a command line's text: `left_hip=COLUMN,time=COLUMN`, by name or by number from 1.
     ///
     /// # Errors
-    /// A part is not `JOINT=COLUMN`, or a joint occurs twice.
+    /// A part is not `JOINT=COLUMN`, or a joint or a column occurs twice.
     ///
     /// ```
     /// use gait_trace::ReadOptions;
@@ -76,7 +76,7 @@ impl ReadOptions<'_> {
     /// how.add_map("left_hip=Hip L, time=1")?;
     /// assert_eq!(how.map, [(joint_units::Joint::LeftHip, "Hip L".to_string())]);
     /// assert_eq!(how.time.as_deref(), Some("1"));
-    /// assert!(how.add_map("left_hip=2").is_err());
+    /// assert!(how.add_map("left_hip=2").is_err() && how.add_map("right_hip=Hip L").is_err());
     /// # Ok::<(), gait_trace::options::MapError>(())
     /// ```
     pub fn add_map(&mut self, text: &str) -> Result<(), MapError> {
@@ -86,6 +86,9 @@ impl ReadOptions<'_> {
             let (joint, column) = (joint.trim(), column.trim());
             if column.is_empty() {
                 return Err(fault("the column is missing"));
+            }
+            if self.time.iter().chain(self.map.iter().map(|(_, column)| column)).any(|other| other == column) {
+                return Err(fault("this column has another meaning already"));
             }
             let joint = match joint {
                 "time" if self.time.is_some() => return Err(fault("this joint occurs twice")),

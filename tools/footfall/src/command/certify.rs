@@ -61,6 +61,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let beside = || params.with_extension("certificate.json");
     let out = options.out.clone().or_else(|| is_file.then(beside));
     if let Some(path) = &out {
+        output::check_apart([path.as_path()], is_file.then_some(params.as_path()))?;
         output::check(path, options.overwrite)?;
     }
     let mut progress = |what: &str| eprintln!("measuring: {what}");

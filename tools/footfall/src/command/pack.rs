@@ -38,7 +38,8 @@ pub struct Options {
 /// Wrong input, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
     if let Some(out) = &options.out {
-        output::check_apart([out.as_path()], options.params.as_deref())?;
+        let sensors = options.sensor.iter().filter_map(|sensor| sensor.calibration.as_deref());
+        output::check_apart([out.as_path()], options.params.as_deref().into_iter().chain(sensors))?;
         output::check(out, options.overwrite)?;
     }
     let write = |path: &Path, what: &str, bytes: &[u8], crc: u32, address: u32| {

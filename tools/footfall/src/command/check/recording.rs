@@ -16,6 +16,12 @@ pub(super) fn check(path: &Path, job: &Job) -> (String, Result<String, Failure>)
     let mut report = Report(format!("{}:\n", path.display()));
     match judge(path, job, &mut report) {
         Ok(fitted) => {
+            let drive = &fitted.certificate.drive;
+            report.line("walks", drive.in_words());
+            if let Some(why) = &drive.why_not {
+                let words = "`fit` writes a generator of it with --fit-limits only, or with --force-write";
+                return (report.0, Err(Failure::run(format!("{}: walks: no: {why}; {words}", path.display()))));
+            }
             let (strides, period_s) = (fitted.strides.cycles().len(), fitted.period_s);
             let good = format!("{}: good: `fit` takes it, {strides} strides of {period_s:.3} s", path.display());
             (report.0, Ok(good))

@@ -7,9 +7,8 @@ use crate::fault::{Fault, TraceError};
 use crate::format::text_table::short;
 
 /// Titles of files without joint angles, in lower case without blanks and signs, and what these files hold.
-const OTHER: [(&str, &str); 34] = [
+const OTHER: [(&str, &str); 38] = [
     ("controls", "actuator controls"),
-    ("control", "actuator controls"),
     ("excitations", "muscle excitations"),
     ("activations", "muscle activations"),
     ("positionerrors", "position errors"),
@@ -42,12 +41,18 @@ const OTHER: [(&str, &str); 34] = [
     ("groundreactionforces", "ground reaction forces"),
     ("externalloads", "ground reaction forces"),
     ("momentarms", "moment arms"),
+    ("torques", "joint moments and forces"),
+    ("moments", "joint moments and forces"),
+    ("powers", "joint powers"),
+    ("jointpowers", "joint powers"),
+    ("forces", "forces"),
 ];
 
 /// What the file holds instead of joint angles; `None` if the title is of joint angles, or anything else.
 fn other_than_angles(title: &str) -> Option<&'static str> {
     let plain: String = title.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
-    OTHER.iter().find(|(known, _)| *known == plain).map(|&(_, holds)| holds)
+    let singular = |word: &str| word.strip_suffix('s').unwrap_or(word).to_owned();
+    OTHER.iter().find(|(known, _)| singular(known) == singular(&plain)).map(|&(_, holds)| holds)
 }
 
 /// An error if the title is one of a file without joint angles.
@@ -72,6 +77,10 @@ mod tests {
             ("Accelerations", "joint accelerations"),
             ("Inverse Dynamics Generalized Forces", "joint moments and forces"),
             ("ModelMarkerLocations", "places of markers"),
+            ("Speed", "joint speeds"),
+            ("acceleration", "joint accelerations"),
+            ("Torques", "joint moments and forces"),
+            ("Powers", "joint powers"),
         ] {
             assert_eq!(other_than_angles(title), Some(holds), "{title}");
         }
