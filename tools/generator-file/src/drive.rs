@@ -1,7 +1,7 @@
 //! Whether a generator walks on a robot: it is run through the control loop of `joint-loop` on the host, limits and monitor included.
 //!
-//! The button arms it at each of [`STARTS`] phases of its stride. It walks if, each time, the loop gets to its walking state and stays
-//! there: no fault and no stop. A limit that acts is counted; what it takes from the motion is the error as driven.
+//! The button arms it at each of [`STARTS`] phases of its stride, first after the boot, then after its transients. It walks if, each time,
+//! the loop gets to its walking state and stays there: no fault and no stop. A limit that acts is counted; what it takes from the motion is the error as driven.
 
 use cpg_core::Generator;
 use joint_loop::{Cause, JointLoop, LoopConfig, Sample, SupervisorState};
@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::file::GeneratorSet;
 use crate::led::Led;
-use crate::limits::{Excess, Limit, measure};
+use crate::limits::{Excess, Limit, SETTLE_STRIDES, measure};
 use crate::subject::Subject;
 
 /// Phases at which it is armed.
@@ -24,6 +24,8 @@ const BOOT: u32 = 100;
 const PRESS: u32 = 50;
 /// Ticks within which a ramp ends; it takes 2 s.
 const RAMP: u32 = 5_000;
+/// Most ticks before an arming.
+const MOST_SETTLE_TICKS: f64 = 2e6;
 /// Strides that are kept.
 const KEPT: f64 = 3.2;
 
@@ -86,7 +88,10 @@ pub(crate) fn drive(subject: &Subject, config: &LoopConfig, excesses: &[Excess])
         let led = subject.led(Period::MILLISECOND)?;
         let mut joints: JointLoop<Led, 0> =
             config.build(Period::MILLISECOND, led, []).map_err(|error| error.to_string())?;
-        for _ in 0..BOOT + (f64::from(start) / f64::from(STARTS) * stride) as u32 {
+        // The first start is that of a board that has just booted; the others begin on the motion that is left after all transients.
+        let settled = if start == 0 { 0.0 } else { SETTLE_STRIDES * stride };
+        let phase = f64::from(start) / f64::from(STARTS) * stride;
+        for _ in 0..BOOT + (settled + phase).min(MOST_SETTLE_TICKS) as u32 {
             joints.tick(&Sample::default());
         }
         let mut armed = 0;

@@ -11,8 +11,8 @@ use crate::subject::Subject;
 
 /// Amplitude below which a joint counts as one that does not move, degrees.
 pub const STILL_DEG: f64 = 0.5;
-/// Strides before the motion is measured.
-const SETTLE_STRIDES: f64 = 60.0;
+/// Strides before the motion is measured: more than the orbit is searched in, since a slow transient can hide the motion that follows it.
+pub(crate) const SETTLE_STRIDES: f64 = 220.0;
 /// Strides over which it is measured.
 const MEASURED_STRIDES: f64 = 20.0;
 /// Most ticks of both together.

@@ -120,6 +120,27 @@ fn cases() -> Vec<Case> {
             "",
             true,
         ),
+        // It starts with both hips in phase and takes a hundred strides to part them by more than the robot allows.
+        (
+            "hips that part slowly",
+            thesis(|s| {
+                s.difference_per_s = [[0.047_147_36; 2], [0.170_557_15; 2]];
+                s.product_per_deg_s = [[0.137_596_75, 0.043_310_95]; 2];
+                let joint = |p, mu, offset, start| ThesisJoint {
+                    alpha_per_s: 1.889_652_1,
+                    p_s2_per_deg2: p,
+                    mu_rad_per_s: mu,
+                    offset_deg: offset,
+                    start_phase_deg: start,
+                };
+                let (hip, knee) = ((2.681_591e-5, 5.711_986_6, 12.0), (5.970_643_5e-5, 5.798_783_4, 32.0));
+                s.joints = [(hip, 0.0), (hip, 0.002), (knee, 100.0), (knee, 100.002)]
+                    .map(|((p, mu, offset), start)| joint(p, mu, offset, start));
+            }),
+            BeyondLimits,
+            "left_hip - right_hip",
+            false,
+        ),
         (
             "no amplitudes",
             walk(|s| s.joints.iter_mut().for_each(|j| j.amplitude_deg = 0.0)),
