@@ -22,7 +22,7 @@ pub fn check(name: &str, reader: Reader, bytes: &[u8]) {
     let point = |volts, degrees| CalibrationPoint { volts: Volts(volts), angle: Radians::from_degrees(degrees) };
     let table = Calibration::new(&[point(0.5, -40.0), point(2.5, 90.0)], Interpolation::Linear);
     let calibration = table.as_ref().ok();
-    for map in ["", "left_knee=CH1", "time=1,left_hip=2,left_knee=2"] {
+    for map in ["", "left_knee=CH1", "time=1,left_hip=2,left_knee=3"] {
         let mut how = ReadOptions { calibration, ..ReadOptions::default() };
         if !map.is_empty() {
             how.add_map(map).expect("a good map");
