@@ -11,7 +11,7 @@ use crate::interrupt;
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
 
-/// What a program that `cargo xtask run` built cannot do.
+/// Says that not every command is in this program.
 #[cfg(not(feature = "analysis"))]
 const BUILT_FOR: &str = "This program was built by `cargo xtask run`, with `watch` and `record` only: `cargo footfall` builds it whole.\n\n";
 #[cfg(feature = "analysis")]

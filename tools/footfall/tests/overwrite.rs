@@ -70,12 +70,17 @@ fn an_input_is_never_an_output() {
     let put = |name: &str, text: &[u8]| std::fs::write(folder.path().join(name), text).unwrap();
     put("generator.toml", &footfall(["defaults", "generator"]).stdout);
     put("rows.csv", ROWS.as_bytes());
+    put("walk.csv", walk(6.0, 1.1, 0.0).as_bytes());
     assert_eq!(footfall(words("calibrate @rows.csv -o @sensor.toml", folder.path())).status.code(), Some(0));
     for (command, input) in [
         ("certify @generator.toml --starts 2 -o @generator.toml --force", "generator.toml"),
         ("pack @generator.toml -o @generator.toml --force", "generator.toml"),
         ("pack --sensor left_knee=@sensor.toml -o @sensor.toml --force", "sensor.toml"),
         ("calibrate @rows.csv -o @rows.csv --force", "rows.csv"),
+        ("fit @walk.csv -o @walk.csv --force", "walk.csv"),
+        ("convert @walk.csv -o @walk.csv --force", "walk.csv"),
+        ("volts --trace @walk.csv --out @walk.csv --force", "walk.csv"),
+        ("entrain @walk.csv --svg @walk.csv --force", "walk.csv"),
     ] {
         let before = std::fs::read(folder.path().join(input)).unwrap();
         // Of `left_knee=@sensor.toml` the file's part is a path too.

@@ -1,7 +1,8 @@
 //! Whether a generator walks on a robot: it is run through the control loop of `joint-loop` on the host, limits and monitor included.
 //!
 //! The button arms it at each of [`STARTS`] phases of its stride, first after the boot, then after its transients. It walks if, each time,
-//! the loop gets to its walking state and stays there: no fault and no stop. A limit that acts is counted; what it takes from the motion is the error as driven.
+//! the loop gets to its walking state and stays there: no fault and no stop. A limit that acts is counted, and the difference that it makes
+//! is the error as driven.
 
 use cpg_core::Generator;
 use joint_loop::{Cause, JointLoop, LoopConfig, Sample, SupervisorState};
@@ -24,7 +25,7 @@ const BOOT: u32 = 100;
 const PRESS: u32 = 50;
 /// Ticks within which a ramp ends; it takes 2 s.
 const RAMP: u32 = 5_000;
-/// Most ticks before an arming.
+/// Most ticks before an arming, for slow generators.
 const MOST_SETTLE_TICKS: f64 = 2e6;
 /// Strides that are kept.
 const KEPT: f64 = 3.2;

@@ -18,8 +18,9 @@ const HEAD: &str = "# Formats of recordings
 <!-- Generated from the readers; FOOTFALL_WRITE_DOCS=1 cargo test -p gait-trace --test formats_page writes this file again. -->
 
 `footfall fit`, `convert` and `entrain` read these formats; the content decides which one a file has, the extension only where the content
-does not. What a file does not say is either assumed, and then reported as a note, or asked for in an error that names the option. An
-option that contradicts the file is an error too: a calibration is never ignored, and volts are never taken for angles.
+does not. What a file does not say is either assumed, and then reported as a note, or asked for in an error that names the option. A
+calibration for a file without volts is an error, and so are volts without one where a heading or a row of units names them. A column
+without a unit is read as volts if a calibration is given, else as angles: look at what `footfall check --trace` says of it.
 
 ";
 
