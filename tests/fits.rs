@@ -1,15 +1,15 @@
 //! Fits of real recordings: how near phase and shape comes, on what it saw and on what it did not; and that the board runs a fit.
 
 use firmware::board::GENERATOR_SECTOR;
-use footfall_tests::board::Board;
+use footfall_tests::board::{Board, Ran};
 use footfall_tests::recordings::{self, default_volts_file};
 use gait_fit::fit::{Fit, Settings, Source, fit};
 use gait_fit::judge::HeldOut;
 use gait_trace::ReadOptions;
 use gait_trace::format::open;
 use gait_trace::{LowPass, Rules};
-use joint_loop::SupervisorState;
 use joint_loop::store::generator_record::record_of;
+use joint_loop::{Cause, GeneratorConfig, SupervisorState};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -21,6 +21,7 @@ fn main() -> ExitCode {
         only_crouch_gait_is_called_asymmetric(Traces),
         every_recording_walks_or_is_fitted_into_the_limits(Traces),
         the_board_runs_a_fit_to_the_bit(Image),
+        a_fit_walks_on_the_board_where_it_says_so(Image, Traces),
     ])
 }
 
@@ -124,26 +125,54 @@ fn every_recording_walks_or_is_fitted_into_the_limits() {
     }
 }
 
+/// A run of the flashed image with this generator in its parameter sector, armed at 0.3 s.
+fn on_the_board(board: &Board, config: &GeneratorConfig, secs: f64) -> Ran {
+    let sector = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(sector.path(), record_of(config).bytes()).unwrap();
+    let mut options: Vec<OsString> = vec!["--secs".into(), secs.to_string().into(), "--volts".into()];
+    options.extend([default_volts_file().into(), "--loop".into(), "--press".into(), "0.3".into(), "--flash".into()]);
+    options.push(format!("{GENERATOR_SECTOR:#010x}={}", sector.path().display()).into());
+    board.run_with(config, options)
+}
+
+/// Ten seconds after the ramp of 2 s.
+fn a_fit_walks_on_the_board_where_it_says_so() {
+    let board = Board::find();
+    let all = bilateral(&traces_folder());
+    let judged = |path: &PathBuf| {
+        let fit = fitted(path, &settings());
+        let config = fit.file.set.config();
+        let ran = on_the_board(&board, &config, 12.5);
+        assert_eq!((ran.code, ran.boots.len()), (Some(0), 1), "{}", fit.source.name);
+        let frames = ran.boots[0].replay(&config);
+        let last = &frames[frames.len() - 1];
+        (fit, last.state, last.cause)
+    };
+    // Two at a time, since a board takes one processor.
+    let (first, second) = all.split_at(all.len() / 2);
+    let both: Vec<_> = std::thread::scope(|scope| {
+        let other = scope.spawn(|| second.iter().map(judged).collect::<Vec<_>>());
+        let mut both: Vec<_> = first.iter().map(judged).collect();
+        both.extend(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        both
+    });
+    report!("| recording | walks | state of the board after 12.5 s | cause |");
+    for (fit, state, cause) in &both {
+        let (name, drive) = (&fit.source.name, &fit.certificate.drive);
+        report!("| {name} | {} | {} | {} |", drive.in_words(), state.name(), cause.name());
+        assert_eq!(drive.walks, *state == SupervisorState::Walking, "{name}: {}, {cause:?}", drive.in_words());
+        // None of these loses so much to the limits that it counts as not walking: each has stopped at a pose.
+        assert_eq!(*cause, if drive.walks { Cause::None } else { Cause::Pose }, "{name}");
+    }
+    assert!(both.iter().any(|(fit, ..)| !fit.certificate.drive.walks), "the runners' knees are beyond the pose limit");
+}
+
 /// A generator fitted to the default recording, packed, in the parameter sector of the flashed image: its setpoints are the host's.
 fn the_board_runs_a_fit_to_the_bit() {
     let board = Board::find();
     let fit = fitted(&recordings::default_traces_folder().join("gaitkit_fukuchi_healthy.csv"), &Settings::default());
     let config = fit.file.set.config();
-    let sector = tempfile::NamedTempFile::new().unwrap();
-    std::fs::write(sector.path(), record_of(&config).bytes()).unwrap();
-    let options: Vec<OsString> = [
-        "--secs".into(),
-        "8".into(),
-        "--volts".into(),
-        default_volts_file().into(),
-        "--loop".into(),
-        "--press".into(),
-        "0.3".into(),
-        "--flash".into(),
-        OsString::from(format!("{GENERATOR_SECTOR:#010x}={}", sector.path().display())),
-    ]
-    .into();
-    let ran = board.run_with(&config, options);
+    let ran = on_the_board(&board, &config, 8.0);
     assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (Some(0), 0, 0, 1));
     assert_eq!((ran.books.different, ran.books.not_compared), (0, 0), "{:?}", ran.books.differences);
     assert!(ran.books.compared > 750, "{}", ran.books.compared);

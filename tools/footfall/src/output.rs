@@ -140,6 +140,14 @@ pub fn notes(notes: impl IntoIterator<Item = impl fmt::Display>) {
     }
 }
 
+/// Prints defects of a recording to standard error, each with its level.
+#[cfg(feature = "analysis")]
+pub fn findings<'f>(findings: impl IntoIterator<Item = &'f gait_trace::Finding>) {
+    for finding in findings {
+        eprintln!("{}: {finding}", finding.level().name());
+    }
+}
+
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;

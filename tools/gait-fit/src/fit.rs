@@ -201,7 +201,7 @@ pub struct Fit {
     pub format: String,
     /// The settings.
     pub settings: Settings,
-    /// The conditioned joints and the findings.
+    /// The conditioned joints and the findings, those of the strides included.
     pub conditioned: Conditioned,
     /// The strides.
     pub strides: Strides,
@@ -269,8 +269,9 @@ pub fn fit(
 ) -> Result<Fit, FitError> {
     let file = || source.name.clone();
     progress("strides");
-    let conditioned = condition(raw, &settings.rules).map_err(|why| FitError::Condition { file: file(), why })?;
+    let mut conditioned = condition(raw, &settings.rules).map_err(|why| FitError::Condition { file: file(), why })?;
     let strides = segment(&conditioned).map_err(|why| FitError::Strides { file: file(), why })?;
+    conditioned.findings.extend(strides.drift());
     let mut notes: Vec<String> = raw.notes.clone();
     let period_s = if conditioned.normalised_cycle && settings.rules.stride_s.is_none() {
         notes.push(format!(

@@ -126,6 +126,12 @@ pub enum Fault {
         /// Its title.
         title: String,
     },
+    /// The column of the times is mapped to a joint.
+    #[error("the column of the times is mapped to {joint}; allowed is a column of angles or volts")]
+    TimeAsJoint {
+        /// The joint.
+        joint: &'static str,
+    },
     /// A field of the header cannot be used.
     #[error("`{field}` is {found}; allowed is {allowed}")]
     HeaderField {

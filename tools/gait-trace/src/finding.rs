@@ -17,6 +17,8 @@ pub enum FindingKind {
     RepeatedTimes {
         /// Number of such rows.
         rows: usize,
+        /// Number of all rows.
+        of: usize,
     },
     /// The time axis is a fraction of a cycle, not seconds, and the duration of the cycle is not known.
     NormalisedCycle,
@@ -36,6 +38,25 @@ pub enum FindingKind {
     Unfiltered,
     /// Values are missing.
     Gap,
+    /// Values are missing in many places, each short.
+    Gaps {
+        /// Number of places.
+        count: usize,
+        /// Length of the longest, seconds.
+        longest_s: f64,
+    },
+    /// The joint stays at an end of its range: the signal may be clipped.
+    Clipped {
+        /// The angle, degrees.
+        deg: f64,
+        /// Share of the recording.
+        share: f64,
+    },
+    /// The mean of the strides moves along a line.
+    Drift {
+        /// Change over the recording, degrees.
+        deg: f64,
+    },
     /// The angle jumps faster than a leg can move.
     Jump {
         /// Largest difference from the replacement, degrees.
@@ -70,6 +91,9 @@ pub enum FindingKind {
         cycles: f64,
     },
 }
+
+/// More than one row in this many with the time of the row before: the time stamps are too coarse, and dropped rows are lost data.
+const MANY_REPEATED: usize = 20;
 
 /// How much a finding matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -141,7 +165,10 @@ impl Finding {
             | FindingKind::SignUnclear
             | FindingKind::HipIsKnee
             | FindingKind::KneesCrossed
-            | FindingKind::NotOpposed { .. } => Level::Warning,
+            | FindingKind::NotOpposed { .. }
+            | FindingKind::Clipped { .. }
+            | FindingKind::Drift { .. } => Level::Warning,
+            FindingKind::RepeatedTimes { rows, of } if rows * MANY_REPEATED > of => Level::Warning,
             _ => Level::Note,
         }
     }
@@ -157,8 +184,8 @@ impl fmt::Display for Finding {
             FindingKind::UnevenTimes { share } => {
                 write!(f, "the time stamps are uneven by {:.0} % of a time step", 100.0 * share)?;
             }
-            FindingKind::RepeatedTimes { rows } => {
-                write!(f, "rows with the same time as the row before: {rows}, the first at {from:.3} s")?;
+            FindingKind::RepeatedTimes { rows, of } => {
+                write!(f, "rows with the same time as the row before: {rows} of {of}, the first at {from:.3} s")?;
             }
             FindingKind::NormalisedCycle => {
                 write!(
@@ -177,6 +204,22 @@ impl fmt::Display for Finding {
             }
             FindingKind::Unfiltered => write!(f, "all joints: treated as unfiltered")?,
             FindingKind::Gap => write!(f, "{joint}, {from:.3} s to {to:.3} s: missing values")?,
+            FindingKind::Gaps { count, longest_s } => {
+                write!(
+                    f,
+                    "{joint}, {from:.3} s to {to:.3} s: {count} gaps of missing values, the longest {longest_s:.3} s"
+                )?;
+            }
+            FindingKind::Clipped { deg, share } => {
+                let share = 100.0 * share;
+                write!(
+                    f,
+                    "{joint}: at {deg:.1} deg, an end of its range, for {share:.0} % of the time; the signal may be clipped"
+                )?;
+            }
+            FindingKind::Drift { deg } => {
+                write!(f, "{joint}, {from:.3} s to {to:.3} s: the mean of the strides drifts by {deg:.1} deg")?;
+            }
             FindingKind::Jump { deg } => {
                 write!(f, "{joint}, {from:.3} s to {to:.3} s: a jump of {deg:.1} deg, faster than a leg can move")?;
             }

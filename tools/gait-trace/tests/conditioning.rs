@@ -5,7 +5,7 @@ mod synthetic;
 
 use gait_trace::LowPass;
 use gait_trace::condition;
-use gait_trace::{ConditionError, Conditioned, Done, Finding, FindingKind, KneeSign, RawJoints, Rules};
+use gait_trace::{ConditionError, Conditioned, Done, Finding, FindingKind, KneeSign, Level, RawJoints, Rules};
 use joint_units::Joint;
 use proptest::prelude::*;
 use synthetic::{angle, column, raw, times, walk};
@@ -296,8 +296,50 @@ fn times_are_understood_or_refused_with_the_row() {
     assert_eq!((out.start_s, out.recording.time_s()[0], out.findings.len()), (1_000.0, 0.0, 0));
     let out = times(&|t| t[120] = t[119]).unwrap();
     let said: Vec<String> = out.findings.iter().map(Finding::to_string).collect();
-    assert_eq!(said[0], "rows with the same time as the row before: 1, the first at 1.190 s; dropped");
+    assert_eq!(said[0], "rows with the same time as the row before: 1 of 301, the first at 1.190 s; dropped");
+    assert_eq!(out.findings[0].level(), Level::Note);
     assert!(off(&out, Joint::LeftKnee, |t| angle(Joint::LeftKnee, t / 1.1)) < 0.5);
+    // Time stamps with two decimals at 200 Hz: every other row is lost.
+    let mut coarse = walk(3.0, 200.0, 1.1, 0.0);
+    coarse.time_s.iter_mut().for_each(|t| *t = (*t * 100.0).floor() / 100.0);
+    let out = done(&coarse);
+    assert_eq!((out.findings[0].level(), out.rate_hz.round()), (Level::Warning, 100.0), "{:?}", out.findings);
+}
+
+/// A converter whose input ends at 40 degrees of the knee, in every stride; and one whose steps are a degree, which turns around all the same.
+#[test]
+fn a_clipped_joint_is_a_warning() {
+    let mut clipped = walk(6.0, 100.0, 1.1, 0.0);
+    column(&mut clipped, Joint::LeftKnee).iter_mut().for_each(|x| *x = x.min(40.0));
+    let out = done(&clipped);
+    // The corner at the end of the range bends faster than a leg too: those are jumps.
+    let found: Vec<&Finding> = out.findings.iter().filter(|finding| finding.level() == Level::Warning).collect();
+    let [Finding { what: FindingKind::Clipped { deg, share }, joint, .. }] = found[..] else {
+        panic!("{:?}", out.findings)
+    };
+    let truth = times(6.0, 100.0).iter().filter(|&&t| angle(Joint::LeftKnee, t / 1.1) >= 40.0).count() as f64 / 600.0;
+    assert!(*deg == 40.0 && (share - truth).abs() < 0.01 && *joint == Some(Joint::LeftKnee), "{:?}", out.findings);
+    let mut coarse = walk(6.0, 100.0, 1.1, 0.0);
+    for (n, x) in column(&mut coarse, Joint::LeftKnee).iter_mut().enumerate() {
+        *x = (*x + 3.0 * (n as f64 * 0.004).sin()).round();
+    }
+    assert!(done(&coarse).findings.is_empty(), "{:?}", done(&coarse).findings);
+}
+
+/// Two hundred dropped samples are one sentence.
+#[test]
+fn many_gaps_are_said_together() {
+    let mut raw = walk(10.0, 100.0, 1.1, 0.0);
+    column(&mut raw, Joint::RightHip).iter_mut().skip(3).step_by(5).for_each(|x| *x = f64::NAN);
+    let out = done(&raw);
+    let said: Vec<String> = out.findings.iter().map(Finding::to_string).collect();
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(
+        said[0].starts_with("right hip, 0.020 s to 9.9")
+            && said[0].contains(": 200 gaps of missing values, the longest 0.020 s"),
+        "{said:?}"
+    );
+    assert_eq!(out.missing[Joint::RightHip as usize].len(), 200);
 }
 
 #[test]

@@ -148,6 +148,19 @@ fn a_calibration_is_used_or_refused() {
     }
 }
 
+/// A current clamp beside the goniometer, and a map that names the times.
+#[test]
+fn what_is_neither_an_angle_nor_volts_is_refused() {
+    for unit in ["(mA)", "(kV)", "Pa"] {
+        let text = format!("Time,Channel A\n(ms),{unit}\n\n0,812.345\n0.1,815.1\n0.2,817.777\n");
+        let error = read(&text, "left_knee=Channel A", |_| ()).unwrap_err();
+        assert!(error.starts_with("a.csv:2: column 2 `Channel A`: `the unit` is `"), "{error}");
+        assert!(error.ends_with("allowed is degrees, radians, V, mV or uV"), "{error}");
+    }
+    let error = read("time_s,knee\n0,1\n0.01,2\n", "left_knee=time_s", |_| ()).unwrap_err();
+    assert!(error.contains("column 1 `time_s`: the column of the times is mapped to left_knee"), "{error}");
+}
+
 /// A pin has the divided volts of the sensor; an oscilloscope measures at the sensor.
 #[test]
 fn the_divider_of_a_calibration_is_for_pins() {

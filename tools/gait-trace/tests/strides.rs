@@ -5,7 +5,9 @@ mod synthetic;
 use gait_trace::condition;
 use gait_trace::stride::cycle::POINTS;
 use gait_trace::stride::{cut, strides};
-use gait_trace::{Conditioned, Cycle, FindingKind, LeftOut, RawJoints, Rules, StrideError, Strides, WhyLeftOut};
+use gait_trace::{
+    Conditioned, Cycle, Finding, FindingKind, LeftOut, Level, RawJoints, Rules, StrideError, Strides, WhyLeftOut,
+};
 use joint_units::Joint;
 use proptest::prelude::*;
 use synthetic::{angle, column, raw, times, walk};
@@ -255,4 +257,23 @@ fn a_long_recording_with_many_holes_is_a_matter_of_seconds() {
     assert!(out.spans.len() > 2_400, "{}", out.spans.len());
     let holes = out.left_out.iter().filter(|part| part.why == WhyLeftOut::Gap).count();
     assert_eq!(holes, 409);
+}
+
+/// A strap that slips by 3 degrees a second, and a person whose knee flexes 4 degrees more at the end than at the start.
+#[test]
+fn a_drift_is_a_warning() {
+    let drifting = |rate: f64| {
+        let mut raw = walk(8.0, 100.0, 1.1, 0.0);
+        let times = raw.time_s.clone();
+        column(&mut raw, Joint::RightKnee).iter_mut().zip(times).for_each(|(x, t)| *x += rate * t);
+        of(&raw).drift()
+    };
+    let found = drifting(3.0);
+    let [Finding { what: FindingKind::Drift { deg }, joint: Some(Joint::RightKnee), from_s, to_s, .. }] = found[..]
+    else {
+        panic!("{found:?}")
+    };
+    assert!((deg - 3.0 * (to_s - from_s)).abs() < 0.2 && found[0].level() == Level::Warning, "{found:?}");
+    assert!(drifting(0.5).is_empty());
+    assert!(drifting(-3.0)[0].to_string().contains("drifts by -"));
 }

@@ -141,7 +141,9 @@ pub(crate) fn drive(subject: &Subject, config: &LoopConfig, excesses: &[Excess])
     }
     let ticks = f64::from(all.ticks.max(1));
     all.lost_deg = squares.map(|square| (square / ticks).sqrt());
-    if all.walks && let Some(why) = too_much_lost(all.lost_deg, motions.map(|motion| motion.rms(ticks))) {
+    if all.walks
+        && let Some(why) = too_much_lost(all.lost_deg, motions.map(|motion| motion.rms(ticks)))
+    {
         all.walks = false;
         all.why_not = Some(why);
     }

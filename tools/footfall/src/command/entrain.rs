@@ -10,7 +10,7 @@ pub mod trace;
 
 use clap::Args;
 use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
-use gait_trace::{LowPass, Recording, Rules};
+use gait_trace::{Finding, LowPass, Recording, Rules};
 use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet};
 use joint_units::{Joint, Radians};
 use serde_json::json;
@@ -49,6 +49,9 @@ pub struct Options {
     /// How the recording is read
     #[command(flatten)]
     pub reading: Reading,
+    /// Play no recording with a warning: its exit code is 1
+    #[arg(long)]
+    pub strict: bool,
     /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
@@ -158,7 +161,8 @@ fn of_file(file: &GeneratorFile) -> Result<([Template; Joint::COUNT], f64), Fail
 /// # Errors
 /// Wrong input, no lock, a false lock, or a file that cannot be written.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { trace: path, sensor: asked, generator: generator_path, reading, json, svg, overwrite } = options;
+    let Options { trace: path, sensor: asked, generator: generator_path, reading, strict, json, svg, overwrite } =
+        options;
     let inputs = [Some(&path), generator_path.as_ref(), reading.calibration.as_ref()];
     output::check_apart(svg.as_deref(), inputs.into_iter().flatten().map(PathBuf::as_path))?;
     svg.iter().try_for_each(|path| output::check(path, overwrite))?;
@@ -176,7 +180,11 @@ pub fn run(options: Options) -> Result<(), Failure> {
         &Rules { low_pass, ..reading.rules() },
     )?;
     output::notes(&trace.notes);
+    output::findings(&trace.findings);
     let name = path.display().to_string();
+    if strict {
+        recording::no_warning(&name, &trace.findings)?;
+    }
     let mut run = entrain_without(&trace.recording, trace.sensor, &trace.holes, generator.as_ref())
         .map_err(|failure| if failure.exit_code() == 2 { failure.at(&name) } else { failure })?;
     if let Some(path) = &generator_path {
@@ -234,6 +242,7 @@ fn as_json(name: &str, trace: &Trace, run: &Entrainment) -> serde_json::Value {
         "file": name,
         "format": trace.format,
         "notes": trace.notes,
+        "findings": trace.findings.iter().map(found).collect::<Vec<_>>(),
         "core": "host",
         "sensor": trace.sensor.name(),
         "template": run.source,
@@ -247,6 +256,10 @@ fn as_json(name: &str, trace: &Trace, run: &Entrainment) -> serde_json::Value {
         "cadence_steps_per_min": following.cadence_steps_per_min,
         "phase_sd_deg": following.phase_sd_deg,
     })
+}
+
+fn found(finding: &Finding) -> serde_json::Value {
+    json!({ "level": finding.level().name(), "text": finding.to_string() })
 }
 
 fn as_text(name: &str, sensor: Joint, run: &Entrainment) -> String {

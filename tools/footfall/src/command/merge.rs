@@ -21,7 +21,10 @@ pub struct Options {
 /// Runs the command.
 ///
 /// # Errors
-/// The folder has no results, or the summary cannot be written.
+/// The folder has no results, the summary cannot be written, or it has recordings that failed.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    fit_summary::write(&options.folder, options.overwrite)
+    match fit_summary::write(&options.folder, options.overwrite)? {
+        0 => Ok(()),
+        failed => Err(Failure::run(format!("recordings that failed: {failed}; the summary says why of each"))),
+    }
 }

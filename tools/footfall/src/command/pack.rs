@@ -1,6 +1,6 @@
 //! `footfall pack`: writes a generator or the sensors as a flash record of the board, or a generator as a Rust constant.
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use firmware::board::{GENERATOR_SECTOR, SENSORS_SECTOR};
 use generator_file::file::GeneratorFile;
 use joint_loop::GeneratorConfig;
@@ -14,6 +14,7 @@ use crate::output;
 
 /// Options of `footfall pack`.
 #[derive(Debug, Clone, Args)]
+#[command(group(ArgGroup::new("written").required(true).args(["rust", "out"])))]
 pub struct Options {
     /// A generator file
     #[arg(value_name = "GENERATOR", required_unless_present = "sensor", conflicts_with = "sensor")]
@@ -22,7 +23,7 @@ pub struct Options {
     #[arg(long, value_name = "JOINT[=TOML]", requires = "out")]
     pub sensor: Vec<SensorArgument>,
     /// Print a Rust constant for programs that use `joint-loop` instead
-    #[arg(long, conflicts_with = "out", required_unless_present = "out")]
+    #[arg(long)]
     pub rust: bool,
     /// The record to write
     #[arg(short, long, value_name = "FILE")]

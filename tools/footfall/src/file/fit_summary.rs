@@ -30,11 +30,12 @@ pub fn check(folder: &Path, overwrite: Overwrite) -> Result<(), Failure> {
     })
 }
 
-/// Reads every result of `footfall fit` in a folder and writes `summary.csv`, `summary.json` and `summary.html` beside them.
+/// Reads every result of `footfall fit` in a folder and writes `summary.csv`, `summary.json` and `summary.html` beside them. Returns how many
+/// recordings failed.
 ///
 /// # Errors
 /// The folder has no results or a wrong one, or a file may not be replaced or cannot be written.
-pub fn write(folder: &Path, overwrite: Overwrite) -> Result<(), Failure> {
+pub fn write(folder: &Path, overwrite: Overwrite) -> Result<usize, Failure> {
     check(folder, overwrite)?;
     let all = outcomes(folder)?;
     let rows: Vec<Vec<String>> = all.iter().map(row).collect();
@@ -51,7 +52,7 @@ pub fn write(folder: &Path, overwrite: Overwrite) -> Result<(), Failure> {
         all.len(),
         folder.join("summary.html").display()
     );
-    Ok(())
+    Ok(failed)
 }
 
 fn outcomes(folder: &Path) -> Result<Vec<Value>, Failure> {

@@ -4,7 +4,7 @@ use gait_trace::format::converted::Conversion;
 use gait_trace::format::csv_file::MAX_BYTES;
 use gait_trace::format::joint_names::AngleUnit;
 use gait_trace::format::open::of_bytes;
-use gait_trace::{Axis, Fault, KneeSign, LowPass, RawJoints, ReadOptions, Rules, TraceError};
+use gait_trace::{Axis, Fault, Finding, KneeSign, Level, LowPass, RawJoints, ReadOptions, Rules, TraceError};
 use hgod_adc::Calibration;
 use joint_units::Joint;
 use std::io::Read as _;
@@ -35,6 +35,19 @@ pub struct ReadSettings {
     pub stride_s: Option<f64>,
     /// The joint of a recording whose only joint has no side in its name.
     pub sideless: Option<Joint>,
+}
+
+/// What `--strict` allows: notes, and no warning.
+///
+/// # Errors
+/// Lists the warnings.
+pub fn no_warning(name: &str, findings: &[Finding]) -> Result<(), Failure> {
+    let warnings = findings.iter().filter(|finding| finding.level() >= Level::Warning);
+    let warnings: Vec<String> = warnings.map(ToString::to_string).collect();
+    if warnings.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::run(format!("{name}: --strict allows no warning: {}", warnings.join("; "))))
 }
 
 /// A calibration and the file that it is from.

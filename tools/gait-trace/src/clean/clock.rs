@@ -97,7 +97,7 @@ impl Clock {
         };
         findings.extend(kind.map(|kind| all(0.0, end_s, kind, Done::Reported)));
         if let (Some(&first), Some(&last)) = (repeated.first(), repeated.last()) {
-            let kind = FindingKind::RepeatedTimes { rows: repeated.len() };
+            let kind = FindingKind::RepeatedTimes { rows: repeated.len(), of: raw.time_s.len() };
             findings.push(all(raw.time_s[first] - start_s, raw.time_s[last] - start_s, kind, Done::LeftOut));
         }
         let share = quantile(steps.iter().filter(|s| **s <= 1.5 * median).map(|s| (s / median - 1.0).abs()), 0.95);

@@ -9,6 +9,7 @@
 //! 2. *Gaps.* A step of more than 1.5 median steps, or a value that is not a number, is a gap: bridged up to
 //!    [`Rules::longest_bridge_s`], unusable if longer. How much of a recording is unusable does not matter, only what is left: the cut
 //!    into strides ([`crate::stride::cut`](mod@crate::stride::cut)) decides whether it holds one.
+//!    A joint that stays at an end of its range in stride after stride is reported as clipped.
 //! 3. *Jumps* faster than a leg can move are bridged, or unusable if longer than [`Rules::longest_jump_s`]. At a lasting step the samples
 //!    are unusable.
 //! 4. *Units.* If no joint moves by [`Rules::least_range_deg`], the values are probably radians and are refused.
@@ -17,6 +18,7 @@
 //!
 //! Times are counted from the file's first row; [`Conditioned::start_s`] is that row's time in the file.
 
+use crate::clean::clipped::clipped;
 use crate::clean::clock::Clock;
 use crate::clean::condition_error::ConditionError;
 use crate::clean::convention;
@@ -30,6 +32,9 @@ use crate::recording::{Channel, Quantity, Recording};
 use crate::series::{range, runs};
 use crate::stride::segment;
 use joint_units::Joint;
+
+/// More bridged gaps of one joint are reported together.
+const MOST_GAPS: usize = 5;
 
 /// Joints ready for fitting.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,7 +113,7 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         least_step_share: rules.step_share,
         longest_excursion_s: rules.longest_excursion_s,
     };
-    let mut jumps: Vec<Finding> = Vec::new();
+    let (mut jumps, mut clips): (Vec<Finding>, Vec<Finding>) = (Vec::new(), Vec::new());
     for joint in Joint::ALL {
         let Some(column) = &raw.joints[joint as usize] else { continue };
         let mut bad = vec![false; samples];
@@ -123,6 +128,7 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
             }
             gaps[joint as usize].push((from, to));
         }
+        clips.extend(clipped(joint, &x, &gaps[joint as usize], rate_hz));
         for jump in repair::jumps(&x, &bad, rate_hz, &jump_rule) {
             let (from, to) = (jump.from, jump.to);
             let before = x[from..to].to_vec();
@@ -153,8 +159,7 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         joints[joint as usize] = Some(x);
     }
     findings.extend(gap_findings(&gaps, &joints, samples, rate_hz, most_bridged));
-    findings.extend(jumps);
-
+    findings.extend(jumps.into_iter().chain(clips));
     let widest = joints.iter().flatten().map(|x| range(x)).fold(0.0, f64::max);
     if widest < rules.least_range_deg {
         let (file, least) = (raw.file.clone(), rules.least_range_deg);
@@ -243,6 +248,22 @@ fn gap_findings(
             findings.push(Finding { from_s, to_s, joint, what: FindingKind::Gap, done });
         }
     }
-    findings.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
-    findings
+    few(findings)
+}
+
+/// At most [`MOST_GAPS`] findings of bridged gaps for each joint, or one for all of them. Those that are left out stay: each is a span.
+fn few(findings: Vec<Finding>) -> Vec<Finding> {
+    let (bridged, mut all): (Vec<_>, Vec<_>) = findings.into_iter().partition(|finding| finding.done == Done::Bridged);
+    for joint in Joint::ALL.into_iter().map(Some).chain([None]) {
+        let same: Vec<Finding> = bridged.iter().filter(|finding| finding.joint == joint).copied().collect();
+        if same.len() <= MOST_GAPS {
+            all.extend(same);
+            continue;
+        }
+        let longest_s = same.iter().map(|gap| gap.to_s - gap.from_s).fold(0.0, f64::max);
+        let to_s = same.iter().map(|gap| gap.to_s).fold(0.0, f64::max);
+        all.push(Finding { to_s, what: FindingKind::Gaps { count: same.len(), longest_s }, ..same[0] });
+    }
+    all.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    all
 }

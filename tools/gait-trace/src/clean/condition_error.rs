@@ -118,7 +118,9 @@ pub enum ConditionError {
         end: f64,
     },
     /// The requested cut-off does not fit the rate.
-    #[error("{file}: low-pass at {hz} Hz; allowed is above 0 and below {most:.0} Hz, {MOST_CUT_OFF} of the rate")]
+    #[error(
+        "{file}: low-pass at {hz} Hz; allowed is above 0 and below {most:.1} Hz, {MOST_CUT_OFF} of the rate, or `--low-pass off`"
+    )]
     LowPass {
         /// The file.
         file: String,

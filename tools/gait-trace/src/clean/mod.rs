@@ -1,5 +1,6 @@
 //! Finds and repairs defects of a recording.
 
+mod clipped;
 pub(crate) mod clock;
 pub mod condition;
 pub mod condition_error;

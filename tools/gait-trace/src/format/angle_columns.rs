@@ -1,10 +1,11 @@
 //! Converts joint columns to degrees: decides the unit and removes impossible values.
 //!
-//! Columns in volts go through the calibration first ([`calibrated`]). For the others the unit is, in this order: the caller's; the file's (heading or header); the one that the values imply, with a note. The values
-//! imply *degrees* if one is beyond 2 pi, since no joint turns that far in radians, and *radians* if none of at least [`ENOUGH`] is
-//! beyond [`RADIANS_END`]: hip and knee move farther than that in degrees during walking. In between the unit is unknown, which is an
-//! error. A file that names degrees but has only values below [`RADIANS_END`] is an error too. Radians are not inferred for a column that
-//! names neither a joint nor an angle (`ADC`, `Channel A`): its values may be volts.
+//! Columns in volts go through the calibration first ([`calibrated`]). For the others the unit is, in this order: the caller's; the file's
+//! (heading or header); the one that the values imply, with a note. The values imply *degrees* if each column has one beyond 2 pi, since no
+//! joint turns that far in radians, and *radians* if none of at least [`ENOUGH`] is beyond [`RADIANS_END`]: hip and knee move farther than
+//! that in degrees during walking. In between the unit is unknown, which is an error. A file that names degrees but has only values below
+//! [`RADIANS_END`] is an error too. Radians are not inferred for a column whose values may be volts: one that names neither a joint nor an
+//! angle (`ADC`, `Channel A`), or whose mean is beyond [`RADIANS_MEAN`].
 
 use crate::fault::{Fault, TraceError};
 use crate::format::calibrated;
@@ -15,11 +16,14 @@ use crate::options::ReadOptions;
 use crate::raw::RawJoint;
 use crate::recording::{MAX_ANGLE_DEG, Quantity};
 use joint_units::Joint;
+use std::f64::consts::TAU;
 
 /// Fewest values from which a unit is inferred or checked.
 const ENOUGH: usize = 20;
 /// Largest angle of a joint in radians: 200 degrees.
 const RADIANS_END: f64 = 3.5;
+/// Largest mean of a joint in radians, without its sign: 63 degrees. The knee of a runner has 50; a goniometer has its middle at half the supply.
+const RADIANS_MEAN: f64 = 1.1;
 /// Up to one value in this many may be beyond [`MAX_ANGLE_DEG`] and counts as a glitch; with more the unit is wrong.
 const GLITCH_SHARE: usize = 100;
 
@@ -70,19 +74,26 @@ pub(crate) fn in_degrees(
     Ok(joints)
 }
 
-/// Whether a column without unit may be in volts: nothing in its name says that it is an angle.
+/// Whether a column without unit, with values that may be radians, may be in volts: nothing in its name says that it is an angle, or its mean
+/// is that of no joint.
 fn may_be_volts(column: &AngleColumn) -> bool {
+    let (sum, count) = known(column).fold((0.0, 0), |(sum, count), value| (sum + value, count + 1));
+    let mean = sum.abs() / f64::from(count);
+    let no_joint = mean > RADIANS_MEAN && mean <= RADIANS_END;
     let heading = &column.heading;
     let is_angle = joint_of(heading).is_some()
         || sideless_of(heading).is_some()
         || ["hip", "knee", "angle", "flex"].iter().any(|word| heading.to_lowercase().contains(word));
-    column.said == Said::Nothing && !is_angle
+    column.said == Said::Nothing && (!is_angle || no_joint)
+}
+
+fn known(column: &AngleColumn) -> impl Iterator<Item = f64> {
+    column.values.iter().copied().filter(|value| !value.is_nan())
 }
 
 /// The largest absolute value, and the number of values.
 fn extent<'a>(columns: impl Iterator<Item = &'a AngleColumn>) -> (f64, usize) {
-    let values = columns.flat_map(|column| &column.values).filter(|value| !value.is_nan());
-    values.fold((0.0, 0), |(largest, count), value| (value.abs().max(largest), count + 1))
+    columns.flat_map(known).fold((0.0, 0), |(largest, count), value| (value.abs().max(largest), count + 1))
 }
 
 /// The unit that the values of the columns without unit imply; `None` if all columns have a unit.
@@ -99,7 +110,18 @@ fn guess(place: &Place<'_>, columns: &[AngleColumn], notes: &mut Vec<String>) ->
     let no_unit = |why| Err(place.at(place.header, Some(unsaid), Fault::NoUnit { why }));
     let unit = match largest {
         _ if values < ENOUGH => return no_unit(format!(", and {values} values are too few to infer it")),
-        _ if largest > std::f64::consts::TAU => AngleUnit::Degrees,
+        _ if largest > TAU => {
+            let small = columns.iter().filter(is_unsaid).find(|column| extent(std::iter::once(*column)).0 <= TAU);
+            match small.map(|column| (column, extent(std::iter::once(column)))) {
+                Some((column, (small, values))) if values >= ENOUGH => {
+                    let why = format!(
+                        ": its largest value, {small:.3}, may be radians, where another column has {largest:.1}"
+                    );
+                    return Err(place.at(place.header, Some(column), Fault::NoUnit { why }));
+                }
+                _ => AngleUnit::Degrees,
+            }
+        }
         _ if columns.iter().filter(is_unsaid).any(may_be_volts) => {
             return no_unit(format!(": the largest value, {largest:.3}, may be radians or volts"));
         }
@@ -190,6 +212,20 @@ mod tests {
         assert!(read(degrees, None, vec![1.0; 19]).is_ok());
         assert!(read(Some(AngleUnit::Radians), None, vec![60.0; 30]).unwrap_err().contains("wrong unit?"));
         assert!(read(degrees, None, vec![f64::NAN; 30]).unwrap_err().contains("no row has a number"));
+    }
+
+    /// A goniometer on 3.3 V under the name of a joint, and a hip in radians beside a knee in degrees.
+    #[test]
+    fn volts_and_mixed_units_are_not_guessed() {
+        assert!(read(None, None, vec![1.65; 30]).unwrap_err().contains("1.650, may be radians or volts"));
+        let place = Place { file: "walk", header: Some(1), lines: &[] };
+        let hip = AngleColumn { joint: Joint::LeftHip, heading: "hip".into(), ..column(None, vec![0.4; 30]) };
+        let both = vec![hip, column(None, vec![60.0; 30])];
+        let error = in_degrees(&place, both, &ReadOptions::default(), &mut vec![]).unwrap_err().to_string();
+        assert!(
+            error.contains("`hip`") && error.contains("0.400, may be radians, where another column has 60.0"),
+            "{error}"
+        );
     }
 
     #[test]

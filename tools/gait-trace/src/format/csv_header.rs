@@ -114,6 +114,10 @@ impl Header {
                     index
                 }
             };
+            if let Some(index) = index.filter(|index| time.index() == Some(*index)) {
+                let heading = short(&headings[index]);
+                return Err(fault(Fault::TimeAsJoint { joint: joint.name() }).in_column(index, &heading));
+            }
             chosen.extend(index.map(|index| Chosen::of(joint, index, &headings[index])));
         }
         if chosen.is_empty() {
@@ -138,30 +142,39 @@ impl Header {
     }
 
     /// Reads a row of units below the header (`s,deg,deg` or `(ms),(mV)`); false if the row is not one.
-    pub(crate) fn take_units(&mut self, fields: &[Cow<'_, str>]) -> bool {
+    pub(crate) fn take_units(&mut self, name: &str, line: u64, fields: &[Cow<'_, str>]) -> Result<bool, TraceError> {
         let is_number = |field: &Cow<'_, str>| field.parse::<f64>().is_ok();
         if fields.len() != self.headings.len() || fields.iter().any(is_number) {
-            return false;
+            return Ok(false);
         }
         let bare = |field: &str| field.trim_matches(['[', ']', '(', ')', ' ']).to_owned();
         let is_unit = |field: &Cow<'_, str>| volts_of(field).is_some() || bare(field).parse::<AngleUnit>().is_ok();
         match &mut self.time {
             TimeSource::Column { index, power } => {
-                let Some(unit) = fields.get(*index).and_then(|field| seconds_of(field)) else { return false };
+                let Some(unit) = fields.get(*index).and_then(|field| seconds_of(field)) else { return Ok(false) };
                 *power = Some(unit);
             }
-            _ if !fields.iter().any(is_unit) => return false,
+            _ if !fields.iter().any(is_unit) => return Ok(false),
             _ => {}
         }
         for chosen in &mut self.chosen {
             let unit = bare(&fields[chosen.index]);
             if let Some(power) = volts_of(&unit) {
                 (chosen.said, chosen.power) = (Said::Volts, power);
-            } else if let (Said::Nothing, Ok(unit)) = (chosen.said, unit.parse()) {
-                chosen.said = Said::Unit(unit);
+            } else if let Ok(unit) = unit.parse() {
+                if chosen.said == Said::Nothing {
+                    chosen.said = Said::Unit(unit);
+                }
+            } else if !matches!(unit.as_str(), "" | "-") {
+                let fault = Fault::HeaderField {
+                    field: "the unit".into(),
+                    found: format!("`{}`", short(&unit)),
+                    allowed: "degrees, radians, V, mV or uV".into(),
+                };
+                return Err(TraceError::new(name, Some(line), fault).in_column(chosen.index, &chosen.heading));
             }
         }
-        true
+        Ok(true)
     }
 }
 

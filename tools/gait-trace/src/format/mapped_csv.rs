@@ -116,7 +116,7 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
         }
         let fields = split(line, row)?;
         let fault = |fault| TraceError::new(name, Some(line), fault);
-        if time_s.is_empty() && row_lines.is_empty() && header.take_units(&fields) {
+        if time_s.is_empty() && row_lines.is_empty() && header.take_units(name, line, &fields)? {
             continue;
         }
         let wanted = header.headings.len();

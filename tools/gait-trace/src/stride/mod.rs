@@ -2,6 +2,7 @@
 
 pub mod cut;
 pub mod cycle;
+mod drift;
 pub mod gait_check;
 pub mod looped;
 pub mod metrics;

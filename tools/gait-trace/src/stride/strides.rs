@@ -8,9 +8,11 @@
 //! Units: seconds, degrees. In a normalised cycle "seconds" are fractions of the cycle.
 
 use crate::clean::condition::Conditioned;
+use crate::finding::Finding;
 use crate::series::{between, root_mean_square};
 use crate::stride::cut::cut;
 use crate::stride::cycle::{Cycle, POINTS};
+use crate::stride::drift::drift;
 use crate::stride::gait_check;
 use crate::stride::segment::Joints;
 use crate::stride::spans::{Cuts, LeftOut, Span, StrideError};
@@ -98,6 +100,12 @@ impl Strides {
     #[must_use]
     pub fn cycles(&self) -> &[Cycle] {
         &self.cycles
+    }
+
+    /// Joints whose mean moves along a line from stride to stride.
+    #[must_use]
+    pub fn drift(&self) -> Vec<Finding> {
+        drift(&self.cycles, &self.spans)
     }
 
     /// Mean of a range of strides. Indices beyond the last are ignored; the mean of no stride is 0.

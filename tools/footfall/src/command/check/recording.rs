@@ -85,6 +85,10 @@ fn judge(path: &Path, job: &Job, report: &mut Report) -> Result<Fit, Failure> {
         report.line(finding.level().name(), finding);
     }
     let fitted = job.fit(&input, &mut |_| ())?;
+    let earlier = conditioned.as_ref().map_or(&[][..], |conditioned| &conditioned.findings);
+    for finding in fitted.conditioned.findings.iter().filter(|finding| !earlier.contains(finding)) {
+        report.line(finding.level().name(), finding);
+    }
     for note in fitted.notes.iter().filter(|note| !raw.notes.contains(note)) {
         report.line(Level::Note.name(), note);
     }

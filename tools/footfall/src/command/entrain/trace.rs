@@ -21,8 +21,10 @@ pub struct Trace {
     pub holes: Holes,
     /// The kind of file.
     pub format: String,
-    /// Decisions of the reader and changes to the recording, one sentence each.
+    /// Decisions of the reader, one sentence each.
     pub notes: Vec<String>,
+    /// Defects of the recording and what was done about each.
+    pub findings: Vec<Finding>,
 }
 
 /// Prepares a recording. `asked` is the joint with the sensor by the caller, `of_file` the one of the generator file; with neither it is the
@@ -47,11 +49,11 @@ pub fn trace(raw: &RawJoints, asked: Option<Joint>, of_file: Option<Joint>, rule
     };
     let holes = findings.iter().filter(is_hole).map(|finding| (finding.from_s, finding.to_s)).collect();
     let holes = Holes { sensor: holes, any: unusable };
-    let mut notes: Vec<String> = raw.notes.iter().cloned().chain(findings.iter().map(ToString::to_string)).collect();
+    let mut notes = raw.notes.clone();
     if let Some(of_file) = of_file.filter(|of_file| *of_file != sensor) {
         notes.push(format!("the generator file follows {}; {} is played", of_file.name(), sensor.name()));
     }
-    Ok(Trace { recording, sensor, holes, format: raw.format.clone(), notes })
+    Ok(Trace { recording, sensor, holes, format: raw.format.clone(), notes, findings })
 }
 
 fn sensor(raw: &RawJoints, asked: Option<Joint>, of_file: Option<Joint>) -> Result<Joint, Failure> {

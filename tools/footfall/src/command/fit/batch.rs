@@ -57,7 +57,7 @@ pub(super) fn run(job: &Job, paths: &[PathBuf], batch: &Batch) -> Result<(), Fai
     let Found { all, others } = recordings(paths, &batch.out)?;
     for folder in std::iter::once(&batch.out).chain(&batch.report) {
         std::fs::create_dir_all(folder)
-            .map_err(|error| Failure::run(format!("{}: cannot be made: {error}", folder.display())))?;
+            .map_err(|error| Failure::input(format!("{}: cannot be made: {error}", folder.display())))?;
     }
     // Before any work: a run of hours must not end at a file that it may not replace.
     all.iter().try_for_each(|recording| Files::of(&recording.name, batch).check(&recording.name, batch.overwrite))?;

@@ -2,7 +2,7 @@
 
 use gait_fit::fit::{Fit, FitError, Settings, Source, fit};
 use gait_fit::report;
-use gait_trace::{Level, LowPass, RawJoints, StrideError};
+use gait_trace::{LowPass, RawJoints, StrideError};
 use std::path::Path;
 
 use crate::failure::Failure;
@@ -71,11 +71,8 @@ impl Job {
             _ => NotFitted::Failed(Failure::input(error)),
         })?;
         fitted.notes.extend(input.note.clone());
-        let warnings = fitted.conditioned.findings.iter().filter(|finding| finding.level() >= Level::Warning);
-        let warnings: Vec<String> = warnings.map(ToString::to_string).collect();
-        if self.strict && !warnings.is_empty() {
-            let (name, warnings) = (&input.source.name, warnings.join("; "));
-            return Err(NotFitted::Failed(Failure::run(format!("{name}: --strict allows no warning: {warnings}"))));
+        if self.strict {
+            recording::no_warning(&input.source.name, &fitted.conditioned.findings).map_err(NotFitted::Failed)?;
         }
         Ok(fitted)
     }

@@ -78,9 +78,7 @@ impl<'a> Outcome<'a> {
     /// Prints notes and findings to standard error.
     pub(super) fn print_notes(&self) {
         output::notes(self.notes);
-        for finding in &self.findings {
-            eprintln!("{}: {}", finding.level, finding.text);
-        }
+        output::findings(&self.fit.conditioned.findings);
     }
 
     /// Whether it walks on the default robot, with the errors as driven.
