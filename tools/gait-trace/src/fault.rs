@@ -278,7 +278,7 @@ pub enum Fault {
     },
     /// A column without unit cannot be both volts and an angle.
     #[error(
-        "the column names no unit, and both `--calibration` and `--unit {unit}` are given; allowed is `--calibration` for volts or `--unit` for angles"
+        "both `--calibration` and `--unit {unit}` are given; allowed is `--calibration` for volts or `--unit` for angles"
     )]
     UnitAndCalibration {
         /// The requested unit.

@@ -125,6 +125,9 @@ fn a_calibration_is_used_or_refused() {
     // A unit and a calibration for one column.
     let error = read("time_s,left_knee\n0,0.7\n0.01,0.9\n", "", |how| how.unit = Some(AngleUnit::Radians)).unwrap_err();
     assert!(error.contains("both `--calibration` and `--unit radians` are given"), "{error}");
+    let error =
+        read("time_s,left_knee (mV)\n0,700\n0.01,900\n", "", |how| how.unit = Some(AngleUnit::Degrees)).unwrap_err();
+    assert!(error.contains("both `--calibration` and `--unit degrees` are given"), "{error}");
     // One column in volts, one in degrees, one without unit.
     let mixed = "time_s,knee (V),left_hip_deg,right_hip\n0,0.7,10,20\n0.01,0.9,11,21\n";
     let error = read(mixed, "left_knee=2", |_| ()).unwrap_err();
@@ -185,6 +188,9 @@ fn a_percent_of_a_cycle_is_a_time() {
             raw.notes
         );
     }
+    let rows: String = (0..=120).map(|n| format!("{},{}\n", 0.1 * f64::from(n), 30.0 + f64::from(n % 50))).collect();
+    let error = read(&format!("time [%],left_knee_deg\n{rows}"), "", |how| how.calibration = None).unwrap_err();
+    assert!(error.contains("`time [%]` is from 0 to 12; allowed is one cycle"), "{error}");
 }
 
 #[test]

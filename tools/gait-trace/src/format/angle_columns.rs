@@ -47,7 +47,12 @@ pub(crate) fn in_degrees(
     calibrated::convert(place, &mut columns, how, notes)?;
     // The caller's unit holds for the columns that are not computed.
     let is_computed = |column: &AngleColumn| column.said == Said::Computed;
-    if how.unit.is_some() && columns.iter().all(is_computed) {
+    if let Some(unit) = how.unit
+        && columns.iter().all(is_computed)
+    {
+        if how.calibration.is_some() {
+            return Err(place.at(place.header, columns.first(), Fault::UnitAndCalibration { unit: unit.words() }));
+        }
         notes.push("The requested unit has no effect: the angles are computed, and are in degrees.".into());
     }
     let guess = match how.unit {

@@ -16,7 +16,7 @@ use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::csv_header::{Chosen, Header, TimeSource};
 use crate::format::description::{Description, SIGNS};
-use crate::format::text_table::{Delimiter, check_rows, cut_line, finite, is_missing, lines, text};
+use crate::format::text_table::{Delimiter, check_rows, cut_line, finite, is_missing, lines, short, text};
 use crate::format::unit::scaled;
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
@@ -183,6 +183,16 @@ fn check_seconds(
     if first.abs() < 0.1 && (last - 100.0).abs() < 0.1 && time_s.len() <= MOST_PERCENT_ROWS {
         notes.push(format!("`{heading}` names no unit; it runs from 0 to 100, as percent of a cycle does."));
         return Ok(());
+    }
+    let is_share = heading.contains('%') || heading.to_ascii_lowercase().contains("percent");
+    let is_cycle = first.abs() < 1e-3 && (last - 1.0).abs() < 1e-3;
+    if is_share && !is_cycle {
+        let fault = Fault::HeaderField {
+            field: short(heading),
+            found: format!("from {first} to {last}"),
+            allowed: "one cycle, from 0 to 100 or from 0 to 1, or a time".into(),
+        };
+        return Err(TraceError::new(name, Some(line), fault).in_column(index, heading));
     }
     if step >= MAX_STEP_S {
         return Err(TraceError::new(name, Some(line), Fault::TimeUnit { step }).in_column(index, heading));

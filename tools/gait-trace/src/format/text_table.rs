@@ -190,9 +190,12 @@ fn quoted_fields(row: &str, delimiter: char) -> Result<Vec<Cow<'_, str>>, Fault>
     }
 }
 
-/// Whether a field is a missing value: empty, `nan` or `NaN`.
+/// What programs write where they have no number, in lower case; PicoScope writes the last two beyond its input range.
+const MISSING: [&str; 9] = ["nan", "-nan", "na", "n/a", "#n/a", "null", "nodata", "∞", "-∞"];
+
+/// Whether a field is a missing value: empty, or one of the words of [`MISSING`].
 pub(crate) fn is_missing(field: &str) -> bool {
-    field.is_empty() || field.eq_ignore_ascii_case("nan") || field.eq_ignore_ascii_case("-nan")
+    field.is_empty() || MISSING.iter().any(|word| field.eq_ignore_ascii_case(word))
 }
 
 /// A number, or NaN for a missing value. A decimal comma is accepted if `comma` is set.
@@ -270,6 +273,7 @@ mod tests {
     #[test]
     fn missing_numbers_differ_from_wrong_ones() {
         assert!(number_or_missing("", false).unwrap().is_nan() && number_or_missing("NaN", false).unwrap().is_nan());
+        assert!(["NA", "#N/A", "null", "∞"].iter().all(|word| number_or_missing(word, false).unwrap().is_nan()));
         assert_eq!(number_or_missing("-1,5", true).unwrap(), -1.5);
         assert!(matches!(number_or_missing("-1,5", false), Err(Fault::NotANumber { .. })));
         assert!(matches!(number_or_missing("1,000,000", true), Err(Fault::NotANumber { .. })));
