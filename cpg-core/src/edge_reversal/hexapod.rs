@@ -5,47 +5,14 @@
 //! slow metachronal wave (period 6 steps, each leg swings in 1 of 6), R = 3 the middle gait (period 4), R = 1 the tripod (period 2).
 //!
 //! A change R -> R2 keeps the direction of every flexor-flexor edge (its R tokens become R2) and clamps each flexor's tokens against
-//! its extensor to R2; from every phase of 5 -> 3 -> 1 the ladder stays live and settles within 3 steps, upward within 6. The circulation of
-//! the ladder's cycles is conserved, so wave and tripod can change into one another only because both are in class (0, 0, 0).
+//! its extensor to R2; between 5, 3 and 1, from every phase, the ladder stays live and settles within 4 steps, in every class.
+//!
+//! The ladder may start with any of its 98 live orientations ([`crate::edge_reversal::ladder`]). Steps and changes conserve the circulation
+//! of its cycles, so wave and tripod can change into one another only because both are in class (0, 0, 0).
 
+use crate::edge_reversal::ladder::{Circulation, DirectedCycle, EDGES};
+pub use crate::edge_reversal::ladder::{Leg, Orientation};
 use crate::edge_reversal::smer::{Edge, Fired, MAX_REVERSIBILITY, Smer, SmerError};
-
-/// A leg, in the order of every array of six: top, middle, bottom of the left side, then of the right.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Leg {
-    /// Top left.
-    TopLeft = 0,
-    /// Middle left.
-    MiddleLeft = 1,
-    /// Bottom left.
-    BottomLeft = 2,
-    /// Top right.
-    TopRight = 3,
-    /// Middle right.
-    MiddleRight = 4,
-    /// Bottom right.
-    BottomRight = 5,
-}
-
-impl Leg {
-    /// All legs in order.
-    pub const ALL: [Leg; 6] =
-        [Leg::TopLeft, Leg::MiddleLeft, Leg::BottomLeft, Leg::TopRight, Leg::MiddleRight, Leg::BottomRight];
-
-    /// Two letters, as in the paper: `TL`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Leg::TopLeft => "TL",
-            Leg::MiddleLeft => "ML",
-            Leg::BottomLeft => "BL",
-            Leg::TopRight => "TR",
-            Leg::MiddleRight => "MR",
-            Leg::BottomRight => "BR",
-        }
-    }
-}
 
 /// The legs that swing in one step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -76,14 +43,35 @@ impl core::fmt::Display for Swings {
     }
 }
 
-/// Flexor-flexor edges of the ladder: left side, right side, the three rungs.
-const LADDER: [(u8, u8); 7] = [(0, 1), (1, 2), (3, 4), (4, 5), (0, 3), (1, 4), (2, 5)];
+/// Why a hexapod was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum HexapodError {
+    /// The reversibility is 0 or above [`MAX_REVERSIBILITY`].
+    Reversibility,
+    /// The orientation is dead: on this cycle each leg waits for the next.
+    Dead {
+        /// What was asked for.
+        orientation: Orientation,
+        /// The directed cycle.
+        cycle: DirectedCycle,
+    },
+}
 
-/// The ends that hold the tokens at the start of the wave, in the order of [`LADDER`]: the first end of each rung, else the second.
-const FIRST_END_HOLDS: [bool; 7] = [false, false, false, false, true, true, true];
+impl core::fmt::Display for HexapodError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Reversibility => write!(f, "reversibility of the flexors: 1 to {MAX_REVERSIBILITY} is allowed"),
+            Self::Dead { orientation, cycle } => write!(
+                f,
+                "orientation {orientation}: dead, because {cycle} is directed: each of its legs waits for the next, and none can swing; \
+                 allowed are the 98 orientations without a directed cycle"
+            ),
+        }
+    }
+}
 
-/// Tokens of each flexor against its extensor at the start of the wave with R = 5.
-const WAVE_TOKENS: [u32; 6] = [3, 4, 5, 0, 1, 2];
+impl core::error::Error for HexapodError {}
 
 /// The ladder with its tokens.
 ///
@@ -98,15 +86,38 @@ const WAVE_TOKENS: [u32; 6] = [3, 4, 5, 0, 1, 2];
 pub struct Hexapod {
     graph: Smer<12, 13>,
     reversibility: u32,
+    period: u32,
 }
 
 impl Hexapod {
-    /// Starts in the class of the wave and the tripod with the flexors' reversibility R: 5 wave, 3 middle gait, 1 tripod.
+    /// Starts in the class of the wave and the tripod ([`Orientation::WAVE`]) with the flexors' reversibility R: 5 wave, 3 middle gait, 1
+    /// tripod.
     ///
     /// # Errors
     /// [`SmerError::Reversibility`] outside 1 to [`MAX_REVERSIBILITY`].
     pub fn new(reversibility: u32) -> Result<Self, SmerError> {
-        Self::assemble(reversibility, FIRST_END_HOLDS, WAVE_TOKENS)
+        Self::assemble(reversibility, Orientation::WAVE, start_tokens(Orientation::WAVE))
+    }
+
+    /// Starts with any live orientation of the ladder. The legs begin to swing in its [`Orientation::start_order`].
+    ///
+    /// ```
+    /// use cpg_core::edge_reversal::hexapod::Hexapod;
+    /// // A class whose ring has the circulation 4: even at R = 1 one leg swings at a time.
+    /// let mut ring = Hexapod::with_orientation(1, "dd-du-lrr".parse()?)?;
+    /// assert_eq!((ring.circulation().ring(), ring.period()), (4, 6));
+    /// // Here each leg of the upper cycle waits for the next.
+    /// assert!(Hexapod::with_orientation(1, "dd-uu-lrr".parse()?).is_err());
+    /// # Ok::<(), Box<dyn core::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The reversibility is outside 1 to [`MAX_REVERSIBILITY`], or the orientation is dead.
+    pub fn with_orientation(reversibility: u32, orientation: Orientation) -> Result<Self, HexapodError> {
+        if let Some(cycle) = orientation.directed_cycle() {
+            return Err(HexapodError::Dead { orientation, cycle });
+        }
+        Self::assemble(reversibility, orientation, start_tokens(orientation)).map_err(|_| HexapodError::Reversibility)
     }
 
     /// Changes the gait at any step by the rule above.
@@ -114,17 +125,34 @@ impl Hexapod {
     /// # Errors
     /// As [`Hexapod::new`]; the running gait is then unchanged.
     pub fn set_reversibility(&mut self, reversibility: u32) -> Result<(), SmerError> {
-        let (ladder, pendants) = self.graph.edges().split_at(LADDER.len());
-        let mut first_end_holds = [false; 7];
-        for (holds, edge) in first_end_holds.iter_mut().zip(ladder) {
-            *holds = edge.tokens_at_a > 0;
-        }
         let mut tokens = [0; 6];
-        for (tokens, edge) in tokens.iter_mut().zip(pendants) {
+        for (tokens, edge) in tokens.iter_mut().zip(self.graph.edges().iter().skip(EDGES.len())) {
             *tokens = edge.tokens_at_a;
         }
-        *self = Self::assemble(reversibility, first_end_holds, tokens)?;
+        *self = Self::assemble(reversibility, self.orientation(), tokens)?;
         Ok(())
+    }
+
+    /// The orientation of the ladder now.
+    #[must_use]
+    pub fn orientation(&self) -> Orientation {
+        let mut first_ends = [false; 7];
+        for (first, edge) in first_ends.iter_mut().zip(self.graph.edges()) {
+            *first = edge.tokens_at_a > 0;
+        }
+        Orientation::from_first_ends(first_ends)
+    }
+
+    /// The class, which steps and changes of gait conserve.
+    #[must_use]
+    pub fn circulation(&self) -> Circulation {
+        self.orientation().circulation()
+    }
+
+    /// Steps in which every leg swings once, after the transient.
+    #[must_use]
+    pub const fn period(&self) -> u32 {
+        self.period
     }
 
     /// One step: the legs that swing during it.
@@ -145,13 +173,13 @@ impl Hexapod {
         &self.graph
     }
 
-    fn assemble(reversibility: u32, first_end_holds: [bool; 7], tokens: [u32; 6]) -> Result<Self, SmerError> {
+    fn assemble(reversibility: u32, orientation: Orientation, tokens: [u32; 6]) -> Result<Self, SmerError> {
         if reversibility == 0 || reversibility > MAX_REVERSIBILITY {
             return Err(SmerError::Reversibility { node: 0 });
         }
-        let ladder = LADDER.iter().zip(first_end_holds).map(|(&(a, b), first)| Edge {
-            a,
-            b,
+        let ladder = EDGES.iter().zip(orientation.first_ends()).map(|(&(a, b), first)| Edge {
+            a: a as u8,
+            b: b as u8,
             tokens_at_a: if first { reversibility } else { 0 },
         });
         let pendants = (0u8..6).zip(tokens).map(|(leg, tokens)| Edge {
@@ -167,11 +195,23 @@ impl Hexapod {
         // The extensors hang on one edge each and never decide liveness; the ladder, all of one reversibility, is live iff acyclic.
         let graph = Smer::unproven([r, r, r, r, r, r, 1, 1, 1, 1, 1, 1], edges)?;
         if graph.is_acyclic_among(0b11_1111) {
-            Ok(Self { graph, reversibility })
+            Ok(Self { graph, reversibility, period: orientation.circulation().period(reversibility) })
         } else {
             Err(SmerError::Deadlock { step: 0 })
         }
     }
+}
+
+/// Tokens of each flexor against its extensor: 5 for the first leg of the start order, 0 for the last, so that at R = 5 the legs swing one by
+/// one from the first step on.
+fn start_tokens(orientation: Orientation) -> [u32; 6] {
+    let mut tokens = [0; 6];
+    for (waits, leg) in (0..).zip(orientation.start_order().into_iter().flatten()) {
+        if let Some(tokens) = tokens.get_mut(leg as usize) {
+            *tokens = 5u32.saturating_sub(waits);
+        }
+    }
+    tokens
 }
 
 #[cfg(test)]
@@ -240,33 +280,11 @@ mod tests {
             for _ in 0..200 {
                 let swings = hexapod.step();
                 assert!(swings.legs().count() <= 3);
-                for (a, b) in LADDER {
+                for (a, b) in EDGES {
                     assert!(!(swings.0.contains(a as usize) && swings.0.contains(b as usize)));
                 }
             }
         }
-    }
-
-    /// All 128 orientations of the ladder at R = 1.
-    #[test]
-    fn census_of_the_ladder() {
-        let (mut live, mut tripod, mut four, mut six) = (0, 0, 0, 0);
-        for mask in 0..128u32 {
-            let holds = core::array::from_fn(|i| mask >> i & 1 == 1);
-            match Hexapod::assemble(1, holds, [0; 6]) {
-                Ok(hexapod) => {
-                    live += 1;
-                    match hexapod.graph().cycle().unwrap().period {
-                        2 => tripod += 1,
-                        4 => four += 1,
-                        6 => six += 1,
-                        other => panic!("period {other}"),
-                    }
-                }
-                Err(error) => assert_eq!(error, SmerError::Deadlock { step: 0 }),
-            }
-        }
-        assert_eq!((live, tripod, four, six), (98, 18, 68, 12));
     }
 
     #[test]

@@ -7,8 +7,10 @@
 //! |---|---|
 //! | schedule two neurons, flexor and extensor | [`obb`] |
 //! | schedule the six legs of a hexapod | [`hexapod`] |
+//! | choose one of the hexapod's 98 live orientations | [`ladder`] |
 //! | schedule any graph | [`smer`] |
 
 pub mod hexapod;
+pub mod ladder;
 pub mod obb;
 pub mod smer;

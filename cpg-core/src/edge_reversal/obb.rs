@@ -10,6 +10,13 @@
 //! the state and M is derived for display. The word is the Christoffel word of slope r_F/r_E: period (r_F+r_E)/g steps, in which the
 //! flexor fires r_E/g times and the extensor r_F/g times.
 //!
+//! Only whole multiples of g move, so x is a multiple of g in every state, and M_F lies on a lattice of step g/r' whose points nearest to the
+//! threshold are `-g/(2r')` and `+g/(2r')`. A start or a change is rounded to the lattice:
+//! - [`Obb::from_potential`] takes `x = r_F + g floor((r' M - 1/2) / g)`, the step of the lattice in which `r' M - 1/2` lies. In units of 1/r' the
+//!   potential is moved by less than (g + 1)/2. A potential that is half a unit or more above the threshold stays above it, one at the threshold or
+//!   below it is below it.
+//! - [`Obb::set`] takes the largest multiple of the new g up to x, so the neuron that x makes active is active.
+//!
 //! Corrected errors of the paper: by eq 1 neuron i is active for r_j/(r_i+r_j) of the time, so that the neuron that is on for
 //! 15 of 18 s is the one with reversibility 1, which the paper's Table 1 calls the flexor and its text the extensor (for a slow gait
 //! give the extensor 1: [`Obb::for_extensor_duty`]); the text's W_ij is transposed against eq 1; its "new" threshold rule deadlocks;
@@ -91,7 +98,7 @@ impl Reversibilities {
     /// Steps of one period.
     #[must_use]
     pub const fn period(self) -> u32 {
-        match (self.flexor + self.extensor).checked_div(gcd(self.flexor, self.extensor)) {
+        match (self.flexor + self.extensor).checked_div(self.lattice()) {
             Some(period) => period,
             None => 0,
         }
@@ -101,6 +108,19 @@ impl Reversibilities {
     #[must_use]
     pub const fn extensor_duty(self) -> f32 {
         self.flexor as f32 / (self.flexor + self.extensor) as f32
+    }
+
+    /// g, the step of the tokens.
+    const fn lattice(self) -> u32 {
+        gcd(self.flexor, self.extensor)
+    }
+
+    /// The largest multiple of g up to this many tokens.
+    const fn on_lattice(self, tokens: i32) -> i32 {
+        match tokens.checked_rem_euclid(self.lattice() as i32) {
+            Some(rest) => tokens.saturating_sub(rest),
+            None => tokens,
+        }
     }
 
     /// The power of ten above both: the scale r' of eq 1.
@@ -126,7 +146,7 @@ impl Reversibilities {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Obb {
     reversibilities: Reversibilities,
-    /// Tokens at the flexor: 0 to f, except during the transient after a start or a change.
+    /// Tokens at the flexor, a multiple of g: 0 to f, except during the transient after a start or a change.
     flexor_tokens: i32,
 }
 
@@ -135,10 +155,19 @@ impl Obb {
     #[must_use]
     pub const fn new(reversibilities: Reversibilities) -> Self {
         let Reversibilities { flexor, extensor } = reversibilities;
-        Self { reversibilities, flexor_tokens: (flexor + extensor - gcd(flexor, extensor)) as i32 }
+        Self { reversibilities, flexor_tokens: (flexor + extensor - reversibilities.lattice()) as i32 }
     }
 
-    /// Starts at a membrane potential of the flexor, as the paper does; a potential outside the cycle's range gives a transient.
+    /// Starts at a membrane potential of the flexor, as the paper does, rounded to the lattice (see the module); a potential outside the
+    /// cycle's range gives a transient.
+    ///
+    /// ```
+    /// use cpg_core::edge_reversal::obb::{Obb, Reversibilities};
+    /// // g = 9: the lattice has the step 0.9, and 0.35 becomes 0.45.
+    /// let obb = Obb::from_potential(Reversibilities::new(9, 9)?, 0.35)?;
+    /// assert_eq!(obb.potentials(), (0.45, 0.55));
+    /// # Ok::<(), cpg_core::edge_reversal::obb::ObbError>(())
+    /// ```
     ///
     /// # Errors
     /// [`ObbError::Potential`] if it is not finite or beyond ±10.
@@ -146,12 +175,11 @@ impl Obb {
         if !(-10.0..=10.0).contains(&flexor) {
             return Err(ObbError::Potential);
         }
-        let Reversibilities { flexor: r, extensor } = reversibilities;
-        let half_token = gcd(r, extensor) as f32 / 2.0;
-        let tokens = flexor * reversibilities.scale() as f32 + r as f32 - half_token;
+        let tokens = flexor * reversibilities.scale() as f32 + reversibilities.flexor as f32 - 0.5;
         // Rounded down to a whole token: the cast rounds towards zero.
         let cut = tokens as i32;
-        Ok(Self { reversibilities, flexor_tokens: if (cut as f32) > tokens { cut.saturating_sub(1) } else { cut } })
+        let whole = if (cut as f32) > tokens { cut.saturating_sub(1) } else { cut };
+        Ok(Self { reversibilities, flexor_tokens: reversibilities.on_lattice(whole) })
     }
 
     /// Reversibilities for a wanted duty factor of the extensor (stance), `on / (on + off)`.
@@ -178,8 +206,10 @@ impl Obb {
         active
     }
 
-    /// Changes the gait at any step; the charge (the tokens) stays, so the next period already has the new length.
+    /// Changes the gait at any step; the charge (the tokens) stays, rounded down to a multiple of the new g, so the next period already has
+    /// the new length and [`Obb::potentials`] agree with it.
     pub const fn set(&mut self, reversibilities: Reversibilities) {
+        self.flexor_tokens = reversibilities.on_lattice(self.flexor_tokens);
         self.reversibilities = reversibilities;
     }
 
@@ -189,12 +219,12 @@ impl Obb {
         self.reversibilities
     }
 
-    /// Membrane potentials (M_F, M_E) of eq 1, for display; their sum is 1.
+    /// Membrane potentials (M_F, M_E) of eq 1, for display; their sum is 1. The neuron that fires next is the one above its threshold: M_F
+    /// above 0 or M_E above 1. With a reversibility of [`MAX_REVERSIBILITY`] itself, M_E can be so near to 1 that `f32` shows 1.
     #[must_use]
     pub const fn potentials(&self) -> (f32, f32) {
-        let Reversibilities { flexor, extensor } = self.reversibilities;
-        let half_token = gcd(flexor, extensor) as f32 / 2.0;
-        let above = self.flexor_tokens as f32 - flexor as f32 + half_token;
+        let half_token = self.reversibilities.lattice() as f32 / 2.0;
+        let above = self.flexor_tokens.saturating_sub(self.reversibilities.flexor as i32) as f32 + half_token;
         let m = above / self.reversibilities.scale() as f32;
         (m, 1.0 - m)
     }

@@ -75,6 +75,11 @@ pub enum SmerError {
         /// Steps until nothing moved.
         step: u32,
     },
+    /// This node never fires again, while nodes without a path to it go on.
+    NodeStops {
+        /// The first such node.
+        node: usize,
+    },
     /// Neither a repeated state nor a deadlock within [`PROOF_STEPS`].
     Undecided,
 }
@@ -93,6 +98,7 @@ impl core::fmt::Display for SmerError {
                 write!(f, "tokens of edge {edge}: multiples of {multiple_of} from 0 to {carries} are allowed")
             }
             SmerError::Deadlock { step } => write!(f, "start: deadlock after {step} steps, no node may fire"),
+            SmerError::NodeStops { node } => write!(f, "start: node {node} stops for ever, while others go on"),
             SmerError::Undecided => write!(f, "start: no repeated state within {PROOF_STEPS} steps"),
         }
     }
@@ -134,20 +140,21 @@ impl<const N: usize, const E: usize> Smer<N, E> {
     /// Checks the graph, its tokens, and that the start stays live.
     ///
     /// # Errors
-    /// The first node or edge that breaks a rule; [`SmerError::Deadlock`] if the start ends in a deadlock.
+    /// The first node or edge that breaks a rule; [`SmerError::Deadlock`] if the start ends in a deadlock, [`SmerError::NodeStops`] if a part
+    /// of the graph that is not connected to the rest does.
     pub fn new(reversibility: [u32; N], edges: [Edge; E]) -> Result<Self, SmerError> {
         let smer = Self::unproven(reversibility, edges)?;
         if smer.is_forest() {
             return Ok(smer);
         }
-        if reversibility.iter().all(|&r| Some(&r) == reversibility.first()) {
-            return if smer.is_acyclic() {
-                Ok(smer)
-            } else {
-                Err(SmerError::Deadlock { step: smer.steps_to_deadlock() })
-            };
+        let is_uniform = reversibility.iter().all(|&r| Some(&r) == reversibility.first());
+        if is_uniform && smer.is_acyclic() {
+            return Ok(smer);
         }
-        smer.cycle().map(|_| smer)
+        match smer.cycle()?.operations.iter().position(|&count| count == 0) {
+            Some(node) => Err(SmerError::NodeStops { node }),
+            None => Ok(smer),
+        }
     }
 
     /// Like [`Smer::new`] without the proof of liveness: to study starts that end in a deadlock.
@@ -348,13 +355,6 @@ impl<const N: usize, const E: usize> Smer<N, E> {
         }
         Some(sum)
     }
-
-    fn steps_to_deadlock(&self) -> u32 {
-        match self.cycle() {
-            Err(SmerError::Deadlock { step }) => step,
-            _ => 0,
-        }
-    }
 }
 
 const fn bit(node: u8) -> u32 {
@@ -365,8 +365,9 @@ const fn all_nodes(n: usize) -> u32 {
     if n >= 32 { u32::MAX } else { (1 << n) - 1 }
 }
 
-/// Greatest common divisor, by Euclid.
-pub(crate) const fn gcd(mut a: u32, mut b: u32) -> u32 {
+/// Greatest common divisor, by Euclid; that of 0 and x is x.
+#[must_use]
+pub const fn gcd(mut a: u32, mut b: u32) -> u32 {
     while b != 0 {
         (a, b) = (b, a % b);
     }
@@ -524,6 +525,15 @@ mod tests {
             short.step();
         }
         assert_eq!(long, short);
+    }
+
+    /// A triangle whose orientation is a cycle, beside an edge that goes on: live as a whole it would seem.
+    #[test]
+    fn a_part_that_stops_is_dead() {
+        let edges = [(0, 1, 0), (1, 2, 0), (2, 0, 0), (3, 4, 0)].map(|(a, b, tokens_at_a)| Edge { a, b, tokens_at_a });
+        for reversibility in [[1, 1, 1, 1, 1], [1, 1, 1, 1, 2]] {
+            assert_eq!(Smer::new(reversibility, edges), Err(SmerError::NodeStops { node: 0 }), "{reversibility:?}");
+        }
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! The hexapod's six legs as joint setpoints: the steps of the ladder ([`crate::edge_reversal::hexapod`]) turned into swing and stance profiles.
 //!
 //! A step of the ladder lasts a fixed time. A leg that swings moves from its present angle to its front angle; a leg that stands moves
-//! back, in each step by so much that R steps of stance lead from the front to the rear angle. Within a step each leg follows the cubic
+//! back, in each step by so much that the steps of its stance, one less than the period ([`Hexapod::period`]), lead from the front to the
+//! rear angle. Within a step each leg follows the cubic
 //! Hermite polynomial with the position and rate at both ends, so both are continuous through every step and every change of gait, and
 //! the acceleration is at most [`HexapodWalk::acceleration_bound`]. A leg that must wait for its neighbours after a change waits at the
 //! rear angle.
@@ -24,7 +25,7 @@
 
 use joint_units::{Period, Phase, RadPerSec, RadPerSec2, Radians};
 
-use crate::edge_reversal::hexapod::{Hexapod, Leg};
+use crate::edge_reversal::hexapod::{Hexapod, HexapodError, Leg, Orientation};
 use crate::edge_reversal::smer::{MAX_REVERSIBILITY, SmerError};
 use crate::error::in_range;
 use crate::{BuildError, Field, Generator, StateFault};
@@ -34,6 +35,8 @@ use crate::{BuildError, Field, Generator, StateFault};
 pub struct HexapodWalkConfig {
     /// Gait of the ladder: 1 (tripod), 3 (middle gait), 5 (wave) or any other up to [`MAX_REVERSIBILITY`].
     pub reversibility: u32,
+    /// Which of the 98 live orientations the ladder starts with; it decides the class, which changes of gait conserve.
+    pub orientation: Orientation,
     /// Time of one step of the ladder in seconds, which is the time of a swing; 0.05 to 60.
     pub step_s: f32,
     /// Angle of a leg at the end of its swing; within ±pi/2 and above `rear`.
@@ -45,7 +48,13 @@ pub struct HexapodWalkConfig {
 impl Default for HexapodWalkConfig {
     /// The tripod, half a second a step, 20 degrees either way.
     fn default() -> Self {
-        Self { reversibility: 1, step_s: 0.5, front: Radians::from_degrees(20.0), rear: Radians::from_degrees(-20.0) }
+        Self {
+            reversibility: 1,
+            orientation: Orientation::WAVE,
+            step_s: 0.5,
+            front: Radians::from_degrees(20.0),
+            rear: Radians::from_degrees(-20.0),
+        }
     }
 }
 
@@ -85,13 +94,24 @@ impl HexapodWalkConfig {
         let rear = self.rear.0;
         in_range(self.front.0, Field::of("front"), rear, limit)?;
         let front = self.front.0;
-        let max = MAX_REVERSIBILITY as f32;
-        let mut ladder = Hexapod::new(self.reversibility).map_err(|_| BuildError::OutOfRange {
-            field: Field::of("reversibility"),
-            value: self.reversibility as f32,
-            min: 1.0,
-            max,
-        })?;
+        let mut ladder =
+            Hexapod::with_orientation(self.reversibility, self.orientation).map_err(|error| match error {
+                HexapodError::Dead { .. } => {
+                    let cycles = self.orientation.circulation();
+                    BuildError::OutOfRange {
+                        field: Field::of("orientation.circulation"),
+                        value: f32::from(if matches!(cycles.upper, -2..=2) { cycles.lower } else { cycles.upper }),
+                        min: -2.0,
+                        max: 2.0,
+                    }
+                }
+                HexapodError::Reversibility => BuildError::OutOfRange {
+                    field: Field::of("reversibility"),
+                    value: self.reversibility as f32,
+                    min: 1.0,
+                    max: MAX_REVERSIBILITY as f32,
+                },
+            })?;
         // Longer than every transient, so that the start is on the gait's cycle.
         for _ in 0..24 {
             ladder.step();
@@ -142,7 +162,7 @@ impl HexapodWalk {
         self.from = self.to;
         let swings = self.ladder.step();
         let stroke = self.front - self.rear;
-        let draw = stroke / self.ladder.reversibility() as f32;
+        let draw = stroke / self.ladder.period().saturating_sub(1).max(1) as f32;
         self.steps_since_first_leg =
             if swings.contains(Leg::BottomLeft) { 0 } else { self.steps_since_first_leg.saturating_add(1) };
         for ((leg, from), to) in Leg::ALL.iter().zip(&self.from).zip(&mut self.to) {
@@ -191,9 +211,9 @@ impl Generator<6> for HexapodWalk {
         rates
     }
 
-    /// 0 where the bottom left leg lifts off, in steps of R + 1.
+    /// 0 where the bottom left leg lifts off; one cycle is the period of the ladder.
     fn phase(&self) -> Phase {
-        let cycle = self.ladder.reversibility() as f32 + 1.0;
+        let cycle = self.ladder.period() as f32;
         let s = self.tick as f32 / self.ticks_per_step as f32;
         Phase::from_cycles((self.steps_since_first_leg as f32 + s) / cycle)
     }
@@ -211,7 +231,7 @@ impl Generator<6> for HexapodWalk {
         self.tick = 0;
         self.to = [Knot { angle: self.rear, rate: 0.0 }; 6];
         // After two periods every leg has its position in the gait.
-        for _ in 0..self.ladder.reversibility().saturating_add(1).saturating_mul(2).min(64) {
+        for _ in 0..self.ladder.period().saturating_mul(2).min(64) {
             self.next_step();
         }
     }
@@ -225,12 +245,18 @@ mod tests {
         HexapodWalkConfig { reversibility, ..HexapodWalkConfig::default() }.build(Period::MILLISECOND).unwrap()
     }
 
-    /// In each gait each leg covers its whole stroke, swings for one step of R + 1 and stands for the rest.
+    /// In each gait each leg covers its whole stroke, swings for one step of the period and stands for the rest: in the class of the wave at
+    /// R = 5, 3 and 1, and in one class each of period 4 and 6 at R = 1.
     #[test]
     fn legs_cover_their_stroke_with_the_duty_of_the_gait() {
-        for reversibility in [5, 3, 1] {
-            let mut walk = walk(reversibility);
-            let cycle = 500 * (reversibility + 1);
+        for (reversibility, orientation, period) in
+            [(5, "dd-dd-lll", 6), (3, "dd-dd-lll", 4), (1, "dd-dd-lll", 2), (1, "dd-dd-lrr", 4), (1, "dd-du-lrr", 6)]
+        {
+            let orientation: Orientation = orientation.parse().unwrap();
+            let mut walk = HexapodWalkConfig { reversibility, orientation, ..HexapodWalkConfig::default() }
+                .build(Period::MILLISECOND)
+                .unwrap();
+            let cycle = 500 * period;
             let (mut forward, mut low, mut high) = ([0u32; 6], [1.0f32; 6], [-1.0f32; 6]);
             for _ in 0..cycle {
                 walk.step();
@@ -241,11 +267,12 @@ mod tests {
                 }
             }
             for leg in 0..6 {
-                assert!((low[leg] + 20f32.to_radians()).abs() < 0.02, "gait {reversibility} leg {leg}: {}", low[leg]);
-                assert!((high[leg] - 20f32.to_radians()).abs() < 0.05, "gait {reversibility} leg {leg}: {}", high[leg]);
+                let name = format!("{orientation} at {reversibility}, leg {leg}");
+                assert!((low[leg] + 20f32.to_radians()).abs() < 0.02, "{name}: {}", low[leg]);
+                assert!((high[leg] - 20f32.to_radians()).abs() < 0.05, "{name}: {}", high[leg]);
                 let swing = forward[leg] as f32 / cycle as f32;
-                let want = 1.0 / (reversibility as f32 + 1.0);
-                assert!((swing - want).abs() < 0.25 * want, "gait {reversibility} leg {leg}: {swing}");
+                let want = 1.0 / period as f32;
+                assert!((swing - want).abs() < 0.25 * want, "{name}: {swing}");
             }
         }
     }
@@ -292,12 +319,19 @@ mod tests {
     #[test]
     fn bad_fields_are_named() {
         let build = |r, step_s, front, rear| {
-            let config = HexapodWalkConfig { reversibility: 1, step_s, front: Radians(front), rear: Radians(rear) };
-            HexapodWalkConfig { reversibility: r, ..config }.build(Period::MILLISECOND).unwrap_err().to_string()
+            let front_and_rear = (Radians(front), Radians(rear));
+            let config =
+                HexapodWalkConfig { front: front_and_rear.0, rear: front_and_rear.1, ..HexapodWalkConfig::default() };
+            HexapodWalkConfig { reversibility: r, step_s, ..config }.build(Period::MILLISECOND).unwrap_err().to_string()
         };
         assert!(build(5, 0.0, 0.3, -0.3).contains("step_s"));
         assert!(build(5, 0.5, 0.3, f32::NAN).contains("rear"));
         assert!(build(5, 0.5, -0.4, -0.3).contains("front"));
         assert!(build(0, 0.5, 0.3, -0.3).contains("reversibility"));
+        let dead = HexapodWalkConfig { orientation: "dd-uu-lrr".parse().unwrap(), ..HexapodWalkConfig::default() };
+        assert_eq!(
+            dead.build(Period::MILLISECOND).unwrap_err().to_string(),
+            "orientation.circulation = 4: must be from -2 to 2"
+        );
     }
 }

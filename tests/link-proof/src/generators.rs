@@ -2,7 +2,7 @@
 
 use core::hint::black_box;
 
-use cpg_core::edge_reversal::hexapod::Hexapod;
+use cpg_core::edge_reversal::hexapod::{Hexapod, Orientation};
 use cpg_core::edge_reversal::obb::{Obb, Reversibilities};
 use cpg_core::edge_reversal::smer::{Edge, Smer};
 use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
@@ -179,7 +179,12 @@ fn integers(period: Period) {
         let mut hexapod = black_box(hexapod);
         black_box(hexapod.step());
         let _ = black_box(hexapod.set_reversibility(black_box(1)));
+        black_box((hexapod.circulation(), hexapod.period()));
         black_box(&hexapod);
+    }
+    if let Ok(orientation) = black_box("dd-du-lrr").parse::<Orientation>() {
+        black_box((orientation.directed_cycle(), orientation.start_order()));
+        black_box(Hexapod::with_orientation(black_box(3), orientation).is_ok());
     }
     let config = HexapodWalkConfig { reversibility: black_box(5), ..black_box(HexapodWalkConfig::default()) };
     if let Ok(walk) = config.build(period) {

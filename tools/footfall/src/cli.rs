@@ -2,8 +2,8 @@
 
 #[cfg(feature = "analysis")]
 use crate::command::{
-    calibrate, certify, check, convert, defaults, entrain, figures, fit, gait_error, hexapod, merge, obb, pack, sync,
-    volts, walk,
+    calibrate, certify, check, convert, defaults, entrain, figures, fit, gait_error, hexapod, merge, obb, pack, smer,
+    sync, volts, walk,
 };
 use crate::command::{record, watch};
 use crate::failure::Failure;
@@ -62,6 +62,8 @@ enum Analysis {
     GaitError(gait_error::Options),
     /// Print which legs of the hexapod swing at each step, or the angles of its legs
     Hexapod(hexapod::Options),
+    /// Judge a graph of nodes that operate by edge reversal: live or dead, transient, period, operations of each node, concurrency
+    Smer(smer::Options),
     /// Measure a generator and write its certificate: does it come back to its orbit, does it walk on the robot
     Certify(certify::Options),
     /// Fit a generator to a recorded gait: parameters, a report, and the error on strides that were not fitted
@@ -132,6 +134,7 @@ fn analyse(command: Analysis) -> Result<(), Failure> {
         Analysis::GaitError(options) => gait_error::run(&options),
         Analysis::Obb(options) => obb::run(&options),
         Analysis::Hexapod(options) => hexapod::run(&options),
+        Analysis::Smer(options) => smer::run(&options),
         Analysis::Certify(options) => certify::run(&options),
         Analysis::Fit(options) => fit::run(*options),
         Analysis::Convert(options) => convert::run(options),

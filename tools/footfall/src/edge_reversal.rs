@@ -1,6 +1,11 @@
-//! Steps the edge-reversal networks of Yang et al. 2014 through changes of their reversibilities, and charts the result.
+//! Steps the edge-reversal networks of Yang et al. 2014 through changes of their reversibilities, and charts the result; judges networks on
+//! any graph.
 
-use cpg_core::edge_reversal::hexapod::{Hexapod, Leg, Swings};
+pub mod liveness;
+pub mod network;
+
+use cpg_core::edge_reversal::hexapod::{Hexapod, Leg, Orientation, Swings};
+use cpg_core::edge_reversal::ladder::Circulation;
 use cpg_core::edge_reversal::obb::{Obb, Reversibilities};
 
 use crate::failure::Failure;
@@ -14,6 +19,8 @@ pub struct BlockRun {
     potentials: Vec<[f64; 2]>,
     /// Period at each step, in steps; empty unless `drawn`.
     periods: Vec<u32>,
+    /// Potential of the flexor at the start and after each change, before the step.
+    pub starts: Vec<f32>,
     /// The block after the last step.
     pub obb: Obb,
 }
@@ -22,11 +29,13 @@ impl BlockRun {
     /// Steps a block; `switches` are steps and the reversibilities from then on, `drawn` keeps what charts need.
     #[must_use]
     pub fn of(mut obb: Obb, switches: &[(u64, Reversibilities)], steps: u64, drawn: bool) -> Self {
-        let mut run = Self { word: String::new(), potentials: vec![], periods: vec![], obb };
+        let starts = vec![obb.potentials().0];
+        let mut run = Self { word: String::new(), potentials: vec![], periods: vec![], starts, obb };
         let mut switches = switches.iter().copied().peekable();
         for step in 0..steps {
             while let Some((_, to)) = switches.next_if(|(at, _)| *at == step) {
                 obb.set(to);
+                run.starts.push(obb.potentials().0);
             }
             let (flexor, extensor) = obb.potentials();
             if drawn {
@@ -95,6 +104,40 @@ pub fn swings(hexapod: &mut Hexapod, switches: &[(u64, u32)], steps: u64) -> Res
         all.push(hexapod.step());
     }
     Ok(all)
+}
+
+/// A live orientation of the hexapod and the gait into which it leads.
+pub struct LadderGait {
+    /// The start.
+    pub orientation: Orientation,
+    /// Its class.
+    pub circulation: Circulation,
+    /// Steps before the gait repeats.
+    pub transient: u32,
+    /// The steps of a period, beginning with that in which the top left leg swings.
+    pub period: Vec<Swings>,
+}
+
+impl LadderGait {
+    /// All 98, found by running each to its repeated state.
+    ///
+    /// # Errors
+    /// The reversibility is out of range, or a state is not repeated within the steps that the core looks at.
+    pub fn all(reversibility: u32) -> Result<Vec<Self>, Failure> {
+        Orientation::live().map(|orientation| Self::of(reversibility, orientation)).collect()
+    }
+
+    fn of(reversibility: u32, orientation: Orientation) -> Result<Self, Failure> {
+        let mut hexapod = Hexapod::with_orientation(reversibility, orientation).map_err(Failure::input)?;
+        let cycle = hexapod.graph().cycle().map_err(Failure::run)?;
+        for _ in 0..cycle.transient {
+            hexapod.step();
+        }
+        let mut period: Vec<Swings> = (0..cycle.period).map(|_| hexapod.step()).collect();
+        let first = period.iter().position(|swings| swings.contains(Leg::TopLeft)).unwrap_or(0);
+        period.rotate_left(first);
+        Ok(Self { orientation, circulation: orientation.circulation(), transient: cycle.transient, period })
+    }
 }
 
 /// The step diagram of a hexapod: a bar where a leg swings, a mark at each change of the reversibility.

@@ -22,7 +22,7 @@ fn words(line: &str, folder: &Path) -> Vec<OsString> {
 }
 
 /// Every command that writes files, with the file that is there before.
-const COMMANDS: [(&str, &str); 16] = [
+const COMMANDS: [(&str, &str); 17] = [
     ("fit DEFAULT -o @old", "old"),
     ("fit DEFAULT -o @new --report @old", "old"),
     ("convert DEFAULT -o @old.csv", "old.csv"),
@@ -38,6 +38,7 @@ const COMMANDS: [(&str, &str); 16] = [
     ("walk --secs 0.1 --svg @old", "old"),
     ("obb --reversibility 1,5 --svg @old", "old"),
     ("hexapod --svg @old", "old"),
+    ("smer @graph.txt --svg @old", "old"),
     ("figures --out @.", "hexapod-steps.svg"),
 ];
 
@@ -47,6 +48,7 @@ fn every_command_keeps_a_file_unless_forced() {
     let put = |name: &str, text: &[u8]| std::fs::write(folder.path().join(name), text).unwrap();
     put("generator.toml", &footfall(["defaults", "generator"]).stdout);
     put("rows.csv", ROWS.as_bytes());
+    put("graph.txt", b"a -> b");
     let count = || std::fs::read_dir(folder.path()).unwrap().count();
     for (command, old) in COMMANDS {
         put(old, b"old");
@@ -71,6 +73,7 @@ fn an_input_is_never_an_output() {
     put("generator.toml", &footfall(["defaults", "generator"]).stdout);
     put("rows.csv", ROWS.as_bytes());
     put("walk.csv", walk(6.0, 1.1, 0.0).as_bytes());
+    put("graph.txt", b"a -> b");
     assert_eq!(footfall(words("calibrate @rows.csv -o @sensor.toml", folder.path())).status.code(), Some(0));
     for (command, input) in [
         ("certify @generator.toml --starts 2 -o @generator.toml --force", "generator.toml"),
@@ -81,6 +84,7 @@ fn an_input_is_never_an_output() {
         ("convert @walk.csv -o @walk.csv --force", "walk.csv"),
         ("volts --trace @walk.csv --out @walk.csv --force", "walk.csv"),
         ("entrain @walk.csv --svg @walk.csv --force", "walk.csv"),
+        ("smer @graph.txt --svg @graph.txt --force", "graph.txt"),
     ] {
         let before = std::fs::read(folder.path().join(input)).unwrap();
         // Of `left_knee=@sensor.toml` the file's part is a path too.

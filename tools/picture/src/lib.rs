@@ -1,4 +1,4 @@
-//! Draws charts of curves, bands and bars as one self-contained SVG: panels in rows, each with its legend at its right.
+//! Draws charts of curves, bands and bars, and graphs, as one self-contained SVG: panels in rows, each with its legend at its right.
 //!
 //! ```
 //! use picture::{Curve, Panel, draw};
@@ -9,6 +9,9 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod links;
+
+use links::Links;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use std::ops::Range;
@@ -48,9 +51,11 @@ pub enum Content {
     Curves(Vec<Curve>),
     /// Rows of bars, the first on top.
     Bars(Vec<Bars>),
+    /// Nodes and arrows, without axes.
+    Links(Links),
 }
 
-/// A chart: a pair of axes and its content.
+/// A chart: a pair of axes and its content, or a graph.
 #[derive(Debug, Clone)]
 pub struct Panel {
     /// Title above the chart.
@@ -80,6 +85,12 @@ impl Panel {
     #[must_use]
     pub fn bars(title: &str, x: &str, y: &str, rows: Vec<Bars>) -> Self {
         Self::new(title, x, y, Content::Bars(rows))
+    }
+
+    /// A panel with a graph.
+    #[must_use]
+    pub fn links(title: &str, links: Links) -> Self {
+        Self::new(title, "", "", Content::Links(links))
     }
 
     fn new(title: &str, x: &str, y: &str, content: Content) -> Self {
@@ -116,6 +127,8 @@ const PANEL: u32 = 250;
 const LEGEND: u32 = 120;
 /// Height of the title of the picture, px.
 const TITLE: u32 = 40;
+/// Width of the labels at the left of a chart, px.
+const LABELS: u32 = 62;
 const GREY: RGBColor = RGBColor(120, 120, 120);
 
 /// Colours that are distinct on white, also for colour-blind readers (Okabe and Ito 2008).
@@ -181,10 +194,12 @@ impl Panel {
         curves.iter().map(|curve| curve.name.as_str()).enumerate().filter(|(_, name)| !name.is_empty()).collect()
     }
 
-    /// Height, px: a phase portrait is taller than a curve over time.
+    /// Height, px: a phase portrait is taller than a curve over time, and many rows or nodes need more than a few.
     fn height(&self) -> u32 {
         match &self.content {
             Content::Curves(curves) if !over_time(curves) => PANEL * 8 / 5,
+            Content::Bars(rows) => PANEL.max(80 + 20 * rows.len() as u32),
+            Content::Links(graph) if graph.nodes.len() > 3 => PANEL * 2,
             _ => PANEL,
         }
     }
@@ -196,7 +211,7 @@ fn common_x(panels: &[Panel], panel: &Panel) -> Range<f64> {
         Content::Curves(curves) if over_time(curves) => {
             Some(curves.iter().flat_map(|curve| curve.points.iter().map(|p| p.0)).collect::<Vec<f64>>())
         }
-        Content::Curves(_) => None,
+        Content::Curves(_) | Content::Links(_) => None,
         Content::Bars(rows) => Some(rows.iter().flat_map(|row| row.spans.iter().flat_map(|&(a, b)| [a, b])).collect()),
     };
     match (&panel.content, along(panel)) {
@@ -219,6 +234,7 @@ fn draw_panel(area: &Area<'_>, panel: &Panel, x: &Range<f64>, legend: bool) -> R
     match &panel.content {
         Content::Curves(curves) => draw_curves(&chart, panel, x, curves)?,
         Content::Bars(rows) => draw_bars(&chart, panel, x, rows)?,
+        Content::Links(graph) => graph.draw(&chart, &panel.title)?,
     }
     draw_legend(&legend_area, &panel.named())
 }
@@ -250,7 +266,7 @@ fn exact_range(values: impl Iterator<Item = f64>) -> Range<f64> {
 fn builder<'a, 'b>(area: &'a Area<'b>, panel: &Panel) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
     let mut builder = ChartBuilder::on(area);
     builder.caption(&panel.title, ("sans-serif", 15)).margin(8).margin_right(20);
-    builder.x_label_area_size(38).y_label_area_size(62);
+    builder.x_label_area_size(38).y_label_area_size(LABELS);
     builder
 }
 
@@ -302,9 +318,11 @@ fn draw_curves(area: &Area<'_>, panel: &Panel, x: &Range<f64>, curves: &[Curve])
 fn draw_bars(area: &Area<'_>, panel: &Panel, x: &Range<f64>, rows: &[Bars]) -> Result<(), String> {
     let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
     let count = rows.len();
+    let longest = names.iter().map(|name| name.chars().count() as u32).max().unwrap_or(0);
+    let mut builder = builder(area, panel);
+    builder.y_label_area_size(LABELS.max(30 + 7 * longest));
     // The label of a row is at its middle, a whole number; the labels of marks are above the first row.
-    let mut chart =
-        builder(area, panel).build_cartesian_2d(x.clone(), -0.5..count as f64 + 0.3).map_err(|e| e.to_string())?;
+    let mut chart = builder.build_cartesian_2d(x.clone(), -0.5..count as f64 + 0.3).map_err(|e| e.to_string())?;
     let name = |y: &f64| {
         let row = count as f64 - 1.0 - y;
         let whole = (row - row.round()).abs() < 1e-9 && row >= 0.0;

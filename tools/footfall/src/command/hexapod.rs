@@ -1,14 +1,14 @@
-//! `footfall hexapod`: prints which legs swing at each step, or the joint angles of the legs.
+//! `footfall hexapod`: prints which legs swing at each step, the joint angles of the legs, or the list of all live orientations.
 
 use clap::Args;
 use cpg_core::Generator;
-use cpg_core::edge_reversal::hexapod::{Hexapod, Leg, Swings};
+use cpg_core::edge_reversal::hexapod::{Hexapod, HexapodError, Leg, Orientation, Swings};
 use cpg_core::joints::hexapod_legs::HexapodWalkConfig;
 use joint_units::{Period, Radians};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::edge_reversal::{step_diagram, swings};
+use crate::edge_reversal::{LadderGait, step_diagram, swings};
 use crate::failure::Failure;
 use crate::file::svg;
 use crate::options::overwrite::Overwrite;
@@ -19,9 +19,16 @@ use crate::output;
 /// Options of `footfall hexapod`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// Reversibility of the flexors: 5 wave, 3 middle gait, 1 tripod
-    #[arg(long, value_name = "R", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub reversibility: u32,
+    /// Reversibility of the flexors: 5 wave, 3 middle gait, 1 tripod [default: 5; with --list 1, where the orientation alone decides the gait]
+    #[arg(long, value_name = "R", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub reversibility: Option<u32>,
+    /// Where the edges of the ladder point: left side, right side (u up, d down), rungs (l left, r right), each from the top; of two legs the
+    /// one to which their edge points swings first. One of the 98 of --list
+    #[arg(long, value_name = "SIDE-SIDE-RUNGS", default_value_t = Orientation::WAVE)]
+    pub orientation: Orientation,
+    /// List the 98 live orientations: circulations of ring, upper and lower cycle (the class), period, and the steps of a period
+    #[arg(long, conflicts_with_all = ["orientation", "steps", "switch", "svg", "walk"])]
+    pub list: bool,
     /// Number of steps
     #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     pub steps: u64,
@@ -51,6 +58,9 @@ pub struct Options {
 /// Largest number of steps for a picture or for --walk.
 const MOST_SHOWN: u64 = 10_000;
 
+/// Largest reversibility for --list: the list prints whole periods.
+const MOST_LISTED: u32 = 1_000;
+
 /// Columns of the setpoints, in the order of [`Leg::ALL`].
 const COLUMNS: [&str; 6] =
     ["top_left_deg", "middle_left_deg", "bottom_left_deg", "top_right_deg", "middle_right_deg", "bottom_right_deg"];
@@ -60,6 +70,9 @@ const COLUMNS: [&str; 6] =
 /// # Errors
 /// Wrong input, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
+    if options.list {
+        return list(options.reversibility.unwrap_or(1), options.json);
+    }
     let reversibility = |text: &str| text.parse().ok().filter(|r| (1..=1_000_000).contains(r));
     let switches = switches(&options.switch, reversibility, "R with a whole number from 1 to 1000000")?;
     if (options.svg.is_some() || options.walk) && options.steps > MOST_SHOWN {
@@ -67,22 +80,32 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         return Err(Failure::input(format!("--steps {steps}: allowed with --svg and --walk is up to {MOST_SHOWN}")));
     }
     options.svg.iter().try_for_each(|path| output::check(path, options.overwrite))?;
-    let mut hexapod = Hexapod::new(options.reversibility).map_err(Failure::input)?;
+    let mut hexapod = start(options)?;
     if options.walk {
         let out = setpoints(options, &switches)?;
         if let Some(path) = &options.svg {
             let steps = swings(&mut hexapod, &switches, options.steps)?;
-            draw(path, &steps, &switches, options.overwrite)?;
+            draw(path, options, &steps, &switches)?;
         }
         return output::print(&out);
     }
+    let circulation = hexapod.circulation();
     let steps = swings(&mut hexapod, &switches, options.steps)?;
     if let Some(path) = &options.svg {
-        draw(path, &steps, &switches, options.overwrite)?;
+        draw(path, options, &steps, &switches)?;
     }
     if options.json {
-        let legs: Vec<Vec<&str>> = steps.iter().map(|swings| swings.legs().map(Leg::name).collect()).collect();
-        let object = serde_json::json!({ "steps": legs, "reversibility": hexapod.reversibility() });
+        let object = serde_json::json!({
+            "steps": steps.iter().map(leg_names).collect::<Vec<_>>(),
+            "reversibility": hexapod.reversibility(),
+            "period_steps": hexapod.period(),
+            "orientation": options.orientation.to_string(),
+            "circulation": {
+                "ring": circulation.ring(),
+                "upper": circulation.upper,
+                "lower": circulation.lower,
+            },
+        });
         output::print(&format!("{object}\n"))
     } else {
         let words: Vec<String> = steps.iter().map(ToString::to_string).collect();
@@ -90,15 +113,78 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     }
 }
 
-fn draw(path: &Path, steps: &[Swings], switches: &[(u64, u32)], overwrite: Overwrite) -> Result<(), Failure> {
-    svg::write(path, "Hexapod: step diagram", &[step_diagram(steps, switches)], overwrite)
+fn reversibility(options: &Options) -> u32 {
+    options.reversibility.unwrap_or(5)
+}
+
+fn start(options: &Options) -> Result<Hexapod, Failure> {
+    Hexapod::with_orientation(reversibility(options), options.orientation).map_err(|error| match error {
+        HexapodError::Dead { .. } => {
+            Failure::input(format!("--orientation: {error}; `footfall hexapod --list` lists them"))
+        }
+        other => Failure::input(format!("--reversibility: {other}")),
+    })
+}
+
+fn leg_names(swings: &Swings) -> Vec<&'static str> {
+    swings.legs().map(Leg::name).collect()
+}
+
+fn list(reversibility: u32, json: bool) -> Result<(), Failure> {
+    if reversibility > MOST_LISTED {
+        let allowed = format!("allowed with --list is up to {MOST_LISTED}");
+        return Err(Failure::input(format!("--reversibility {reversibility}: {allowed}")));
+    }
+    let gaits = LadderGait::all(reversibility)?;
+    if json {
+        let objects = gaits.iter().map(|gait| {
+            serde_json::json!({
+                "orientation": gait.orientation.to_string(),
+                "circulation": {
+                    "ring": gait.circulation.ring(),
+                    "upper": gait.circulation.upper,
+                    "lower": gait.circulation.lower,
+                },
+                "transient_steps": gait.transient,
+                "period_steps": gait.period.len(),
+                "steps": gait.period.iter().map(leg_names).collect::<Vec<_>>(),
+            })
+        });
+        let object = serde_json::json!({ "reversibility": reversibility, "orientations": objects.collect::<Vec<_>>() });
+        return output::print(&format!("{object}\n"));
+    }
+    let mut out = String::from("orientation  ring  upper  lower  period  swings\n");
+    for LadderGait { orientation, circulation, period, .. } in &gaits {
+        let steps: Vec<String> = period.iter().map(ToString::to_string).collect();
+        let [ring, upper, lower] = [circulation.ring(), circulation.upper, circulation.lower];
+        // Writing to a String cannot fail.
+        let _ = writeln!(
+            out,
+            "{:11}  {ring:4}  {upper:5}  {lower:5}  {:6}  {}",
+            orientation.to_string(),
+            period.len(),
+            steps.join(" ")
+        );
+    }
+    output::print(&out)
+}
+
+fn draw(path: &Path, options: &Options, steps: &[Swings], switches: &[(u64, u32)]) -> Result<(), Failure> {
+    let title = match options.orientation {
+        Orientation::WAVE => "Hexapod: step diagram".into(),
+        other => format!("Hexapod: step diagram, orientation {other}"),
+    };
+    svg::write(path, &title, &[step_diagram(steps, switches)], options.overwrite)
 }
 
 fn setpoints(options: &Options, switches: &[(u64, u32)]) -> Result<String, Failure> {
-    let config = HexapodWalkConfig { step_s: options.step_s as f32, ..HexapodWalkConfig::default() };
-    let mut walk = HexapodWalkConfig { reversibility: options.reversibility, ..config }
-        .build(Period::MILLISECOND)
-        .map_err(Failure::input)?;
+    let config = HexapodWalkConfig {
+        reversibility: reversibility(options),
+        orientation: options.orientation,
+        step_s: options.step_s as f32,
+        ..HexapodWalkConfig::default()
+    };
+    let mut walk = config.build(Period::MILLISECOND).map_err(Failure::input)?;
     let ticks_of = |step: u64| (step as f64 * options.step_s * 1e3).round() as u64;
     let mut switches = switches.iter().peekable();
     let mut out = String::new();

@@ -28,6 +28,8 @@ pub mod obb;
 pub mod pack;
 pub mod record;
 #[cfg(feature = "analysis")]
+pub mod smer;
+#[cfg(feature = "analysis")]
 pub mod sync;
 #[cfg(feature = "analysis")]
 pub mod volts;

@@ -24,11 +24,12 @@ pub struct Options {
     /// The start
     #[arg(long, value_enum, default_value_t = Start::Paper)]
     pub start: Start,
-    /// Changes, as `54:1,3 100:1,1`: a step, counted from 0, and the reversibilities from this step on
+    /// Changes, as `54:1,3 100:1,1`: a step, counted from 0, and the reversibilities from this step on; tokens are rounded down to a multiple
+    /// of the new common divisor
     #[arg(long, value_name = "STEP:F,E ...", default_value = "")]
     pub switch: String,
     /// Print one JSON object instead of the word: reversibility, period and duty at the end, and in `stretches` from each change to the
-    /// next
+    /// next, with the flexor's potential at its begin
     #[arg(long)]
     pub json: bool,
     /// Draw membrane potentials, outputs and duty
@@ -45,7 +46,7 @@ pub struct Options {
 /// The start of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Start {
-    /// The paper's potentials, flexor 0.35 and extensor 0.65: the first burst is cut short
+    /// The paper's potentials, flexor 0.35 and extensor 0.65, rounded to a whole number of tokens: the first burst is cut short
     Paper,
     /// All tokens at the flexor: the word of the cycle from its first letter
     Full,
@@ -104,7 +105,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         let title = format!("Oscillatory building block ({}), a step is {} s", options.reversibility, options.step_s);
         svg::write(path, &title, &panels, options.overwrite)?;
     }
-    let word = course.word;
+    let word = &course.word;
     if options.json {
         let now = course.obb.reversibilities();
         let flexor = word.matches('F').count();
@@ -112,7 +113,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         let names: Vec<&str> = std::iter::once(options.reversibility.as_str()).chain(names.map(|(_, to)| to)).collect();
         let starts = std::iter::once((0, reversibilities)).chain(switches.iter().copied());
         let ends = switches.iter().map(|(at, _)| *at).chain([options.steps]);
-        let stretch = |(((from, with), to), name): (((u64, Reversibilities), u64), &&str)| {
+        let stretch = |((((from, with), to), name), start): ((((u64, Reversibilities), u64), &&str), &f32)| {
             // After a change at step 0 the first stretch is empty.
             let flexor = word.get(from as usize..to as usize).unwrap_or_default().matches('F').count() as u64;
             serde_json::json!({
@@ -121,11 +122,12 @@ pub fn run(options: &Options) -> Result<(), Failure> {
                 "reversibility": name,
                 "period_steps": with.period(),
                 "extensor_duty": with.extensor_duty(),
+                "flexor_potential": start,
                 "flexor_fired": flexor,
                 "extensor_fired": to - from - flexor,
             })
         };
-        let stretches: Vec<_> = starts.zip(ends).zip(&names).map(stretch).collect();
+        let stretches: Vec<_> = starts.zip(ends).zip(&names).zip(&course.starts).map(stretch).collect();
         let object = serde_json::json!({
             "word": word,
             "steps": options.steps,
@@ -138,6 +140,6 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         });
         output::print(&format!("{object}\n"))
     } else {
-        output::print(&(word + "\n"))
+        output::print(&format!("{word}\n"))
     }
 }

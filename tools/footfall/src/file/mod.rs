@@ -5,6 +5,8 @@ pub mod capture;
 pub mod degrees;
 #[cfg(feature = "analysis")]
 pub mod fit_summary;
+#[cfg(feature = "analysis")]
+pub mod graph_file;
 pub mod parameter_file;
 pub mod recording;
 #[cfg(feature = "analysis")]

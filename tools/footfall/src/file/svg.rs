@@ -1,6 +1,7 @@
 //! Writes charts as SVG files.
 
 use picture::draw;
+pub use picture::links::{Link, Links, Node};
 pub use picture::{Bars, Curve, Panel};
 use std::path::Path;
 
