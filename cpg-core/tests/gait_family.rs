@@ -39,7 +39,8 @@ fn every_angle_is_linear_in_the_cadence() {
 fn the_right_leg_is_the_left_one_half_a_stride_later() {
     for member in Member::ALL {
         for phase in phases() {
-            let (now, later) = (pose(member, member.middle(), phase), pose(member, member.middle(), phase + Phase(1 << 31)));
+            let (now, later) =
+                (pose(member, member.middle(), phase), pose(member, member.middle(), phase + Phase(1 << 31)));
             assert!((now[0] - later[1]).abs() < 1e-3 && (now[2] - later[3]).abs() < 1e-3, "{}", member.name());
         }
     }
@@ -71,7 +72,7 @@ fn cadences_that_were_not_recorded_are_refused() {
         for cadence in [min, max, member.middle()] {
             let built = gait.build(gait.speed_at(cadence).expect("in range"), MS).expect("in range");
             let direct = member.at_cadence(cadence).expect("in range").build(MS).expect("in range");
-            let apart = built.angles().iter().zip(direct.angles()).map(|(a, b)| (a.0 - b.0).abs());
+            let apart = built.angles().into_iter().zip(direct.angles()).map(|(a, b)| (a.0 - b.0).abs());
             assert!(apart.fold(0.0, f32::max) < 1e-5);
         }
         assert!(gait.speed_at(max + 1.0).unwrap_err().to_string().starts_with("cadence = "));

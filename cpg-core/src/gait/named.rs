@@ -161,7 +161,7 @@ impl Gait {
         let ((least, most), (slowest, fastest)) = (self.cadences(), self.speeds());
         in_range(cadence, Field::of("cadence"), least, most)?;
         // At the ends the product may be beyond by a rounding.
-        Ok((cadence * self.stride_s() / 120.0).clamp(slowest, fastest))
+        Ok((cadence * self.stride_s() / 120.0).max(slowest).min(fastest))
     }
 
     /// Builds the gait; `speed` divides the stride time, within [`Gait::speeds`].
@@ -210,7 +210,7 @@ impl Gait {
             Gait::Human(member) => {
                 let (least, most) = member.cadences();
                 // At the ends the product may be beyond by a rounding.
-                let cadence = (speed * member.middle()).clamp(least, most);
+                let cadence = (speed * member.middle()).max(least).min(most);
                 DefaultGait::Shape(member.at_cadence(cadence)?.build(period)?)
             }
         })

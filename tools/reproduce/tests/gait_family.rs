@@ -43,7 +43,12 @@ fn the_shipped_numbers_are_those_of_the_recordings() {
         let (least, most) = member.cadences();
         assert!((f64::from(least) - cadences[0]).abs() < 1e-4 && (f64::from(most) - cadences[1]).abs() < 1e-4);
         for (cadence, leg) in cadences.iter().zip(legs) {
-            let apart = shipped(member, *cadence).coefficients().iter().zip(leg.coefficients()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let apart = shipped(member, *cadence)
+                .coefficients()
+                .iter()
+                .zip(leg.coefficients())
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max);
             assert!(apart < 1e-3, "{} at {cadence}: {apart}", member.name());
         }
     }

@@ -35,7 +35,7 @@ enum State {
 ///
 /// ```
 /// use cpg_core::Generator;
-/// use cpg_core::gait::family::{FamilyGait, FirstLeg, Member};
+/// use cpg_core::gait::family::{FamilyGait, FirstLeg, Member, STAND};
 /// use joint_units::Period;
 /// let mut gait = FamilyGait::build(Member::Walk, 105.0, Period::MILLISECOND)?;
 /// gait.start(FirstLeg::Left);
@@ -50,7 +50,7 @@ enum State {
 /// for _ in 0..3_000 {
 ///     gait.step();
 /// }
-/// assert!(gait.is_standing() && gait.angles()[2].degrees() == 5.0);
+/// assert!(gait.is_standing() && gait.angles() == STAND);
 /// # Ok::<(), cpg_core::BuildError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]

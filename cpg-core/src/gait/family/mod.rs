@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | `human-walk` | 98.4 to 131 | the walk of six recorded persons |
 //! | `human-run` | 154.9 to 175.7 | the run of three, scaled into the limits of the default robot |
-//! | `human-run-unscaled` | 154.9 to 175.7 | the run as recorded: for robots whose thighs may be 90 degrees apart and whose knees reach 800 degrees/s |
+//! | `human-run-unscaled` | 154.9 to 175.7 | the run as recorded: for robots whose knees reach 730 degrees/s and may be bent by 158 degrees together |
 //!
 //! A member is phase and shape ([`crate::waveform::shape`]): six harmonics for the hip and for the knee, the right leg half a stride after the
 //! left one. Each coefficient is linear in the cadence, between the lowest and the highest cadence that was recorded. Beyond these there is no
@@ -113,7 +113,8 @@ impl Member {
         let part = (cadence - least) / (most - least);
         let ([hip, knee], [fast_hip, fast_knee]) = (slow, fast);
         let (hip, knee) = (between(&hip, &fast_hip, part), between(&knee, &fast_knee, part));
-        let shapes = [shape(&hip)?, shape(&half_a_stride_later(hip))?, shape(&knee)?, shape(&half_a_stride_later(knee))?];
+        let shapes =
+            [shape(&hip)?, shape(&half_a_stride_later(hip))?, shape(&knee)?, shape(&half_a_stride_later(knee))?];
         Ok(PhaseShapeConfig { shapes, stride_s: 120.0 / cadence })
     }
 

@@ -24,7 +24,12 @@ use crate::view::live_gait;
 #[derive(Debug, Clone, Args)]
 pub struct Options {
     /// The gait; `list` prints all names [default with --cadence: human-walk]
-    #[arg(long, value_name = "NAME", default_value = "walk", default_value_if("cadence", ArgPredicate::IsPresent, "human-walk"))]
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "walk",
+        default_value_if("cadence", ArgPredicate::IsPresent, "human-walk")
+    )]
     pub gait: String,
     /// Factor on the gait's own cadence, 0.5 to 1.5, or less where fewer cadences were recorded
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
@@ -113,8 +118,11 @@ fn gait(name: &str) -> Result<Gait, Failure> {
 
 /// Parses a change and its time in seconds.
 fn change(text: &str) -> Result<(f32, Change), Failure> {
-    let wrong =
-        || Failure::input(format!("--switch `{text}`: allowed is `t=S GAIT`, `t=S speed FACTOR`, `t=S cadence STEPS` or `t=S stop`"));
+    let wrong = || {
+        Failure::input(format!(
+            "--switch `{text}`: allowed is `t=S GAIT`, `t=S speed FACTOR`, `t=S cadence STEPS` or `t=S stop`"
+        ))
+    };
     let mut words = text.split_whitespace();
     let at = words.next().and_then(|word| word.strip_prefix("t=")).and_then(|s| s.parse::<f32>().ok());
     let at = at.filter(|s| (0.0..=1e6).contains(s)).ok_or_else(wrong)?;
@@ -175,7 +183,9 @@ mod tests {
         assert_eq!(change("t=0.5 speed 1.2").unwrap(), (0.5, Change::Speed(1.2)));
         assert_eq!(change("t=8 stop").unwrap(), (8.0, Change::Stop));
         assert_eq!(change("t=5 cadence 120").unwrap(), (5.0, Change::Cadence(120.0)));
-        for bad in ["", "run", "t=x run", "t=1", "t=1 canter", "t=-1 run", "t=1 speed fast", "t=1 cadence", "t=1 stop now"] {
+        for bad in
+            ["", "run", "t=x run", "t=1", "t=1 canter", "t=-1 run", "t=1 speed fast", "t=1 cadence", "t=1 stop now"]
+        {
             let failure = change(bad).unwrap_err();
             assert!(failure.exit_code() == 2 && failure.to_string().contains("allowed"), "{bad}: {failure}");
         }

@@ -1,8 +1,8 @@
 //! Leave-one-out errors: every recording predicted at its own cadence by what the other recordings, or the other persons, give.
 
 use gait_fit::generator_cycle::aligned;
-use gait_trace::stride::cycle::POINTS;
 use gait_trace::Cycle;
+use gait_trace::stride::cycle::POINTS;
 use joint_units::Joint;
 
 use crate::gait_family::model::{Dependence, Model, weights};
@@ -85,7 +85,8 @@ pub fn over_all(recordings: &[Recorded], predictions: &[Prediction]) -> [JointEr
     let total: f64 = weights.iter().sum();
     std::array::from_fn(|column| {
         std::array::from_fn(|joint| {
-            let squares = predictions.iter().zip(&weights).map(|(one, weight)| weight * one.columns()[column][joint].powi(2));
+            let squares =
+                predictions.iter().zip(&weights).map(|(one, weight)| weight * one.columns()[column][joint].powi(2));
             (squares.sum::<f64>() / total).sqrt()
         })
     })

@@ -90,7 +90,8 @@ mod tests {
     /// A symmetric gait comes back; one with unlike legs gives their mean.
     #[test]
     fn both_legs_are_averaged_half_a_stride_apart() {
-        let all: [f64; COEFFICIENTS] = std::array::from_fn(|n| if n == 1 + HARMONICS { 0.0 } else { 20.0 / (n + 1) as f64 });
+        let all: [f64; COEFFICIENTS] =
+            std::array::from_fn(|n| if n == 1 + HARMONICS { 0.0 } else { 20.0 / (n + 1) as f64 });
         let leg = Leg::from_coefficients(&all);
         assert_eq!(leg.coefficients(), all);
         let again = Leg::of(&leg.from_phase(0.3).cycle()).coefficients();

@@ -5,9 +5,9 @@
 //! inside too. Its rates may be beyond by `(r + 1/r - 2) / 4` with the ratio r of the cadences, 0.4 % for the run: less than the margin of
 //! 0.5 % that the limits are drawn in by.
 
+use gait_fit::series::Series;
 use generator_file::file::{Coefficients, GeneratorSet, ShapeJoint, ShapeSet};
 use generator_file::inside_limits::inside_limits;
-use gait_fit::series::Series;
 use joint_loop::LoopConfig;
 
 use crate::gait_family::leg::{HARMONICS, Leg, mean};
@@ -53,5 +53,8 @@ pub fn set_of(leg: &Leg, cadence: f64) -> ShapeSet {
 
 fn series(joint: &ShapeJoint) -> Series {
     let terms = joint.cos_deg.iter().zip(joint.sin_deg.iter()).take(HARMONICS);
-    Series { mean: f64::from(joint.mean_deg), terms: terms.map(|(&cos, &sin)| (f64::from(cos), f64::from(sin))).collect() }
+    Series {
+        mean: f64::from(joint.mean_deg),
+        terms: terms.map(|(&cos, &sin)| (f64::from(cos), f64::from(sin))).collect(),
+    }
 }

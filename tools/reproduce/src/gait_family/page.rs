@@ -7,7 +7,7 @@ use cpg_core::gait::family::Member;
 use gait_fit::generator_cycle::aligned;
 use gait_fit::series::Series;
 use gait_trace::stride::cycle::POINTS;
-use picture::{Curve, Panel, draw};
+use picture::{Band, Bars, Curve, Panel, draw};
 
 use crate::gait_family::errors::{JointErrors, Prediction, over_all, predictions};
 use crate::gait_family::leg::Leg;
@@ -102,9 +102,8 @@ pub fn numbers(study: &Study) -> String {
 
 /// Mean, cosines and sines of a joint, to 0.001 degrees.
 fn joint(series: &Series) -> String {
-    let list = |of: fn(&(f64, f64)) -> f64| {
-        series.terms.iter().map(|term| rounded(of(term))).collect::<Vec<_>>().join(", ")
-    };
+    let list =
+        |of: fn(&(f64, f64)) -> f64| series.terms.iter().map(|term| rounded(of(term))).collect::<Vec<_>>().join(", ");
     let (cos, sin) = (list(|term| term.0), list(|term| term.1));
     format!("            ({}, [{cos}], [{sin}]),\n", rounded(series.mean))
 }
@@ -150,13 +149,18 @@ pub fn tables(study: &Study) -> String {
                 columns.join(" | ")
             );
         }
-        for (words, of) in [("all", &fitted.predictions), ("all, without the mean of each joint", &fitted.without_means)] {
+        for (words, of) in
+            [("all", &fitted.predictions), ("all, without the mean of each joint", &fitted.without_means)]
+        {
             let columns = over_all(&fitted.recordings, of).map(|errors| cell(&errors));
             let _ = writeln!(text, "| **{words}** | | | | {} |", columns.join(" | "));
         }
         text.push('\n');
     }
-    let _ = writeln!(text, "| run, inside the limits | hips apart | knees' rate | change of hip / knee |\n|---|---|---|---|");
+    let _ = writeln!(
+        text,
+        "| run, inside the limits | hips apart | knees' rate | change of hip / knee |\n|---|---|---|---|"
+    );
     let legs = study.inside.each_ref().map(|inside| &inside.leg);
     for n in 0..2 {
         let cadence = study.run.cadences[n];
@@ -173,13 +177,13 @@ pub fn tables(study: &Study) -> String {
     }
     let _ = writeln!(
         text,
-        "\n| recorded | at | phase | settling | error | error, default settling | the same at the worst phase |\n|---|---|---|---|---|---|---|"
+        "\n| recorded | at | phase | error | at the worst phase | best settling time, error with it |\n|---|---|---|---|---|---|"
     );
     for (name, change) in ["start", "stop"].into_iter().zip(&study.changes) {
-        let Change { at_s, phase, settling_s, rmse_deg, default_rmse_deg, worst_rmse_deg } = change;
+        let Change { at_s, phase, rmse_deg, worst_rmse_deg, other: (settling_s, other_deg) } = change;
         let _ = writeln!(
             text,
-            "| {name} | {at_s:.2} s | {phase:.3} | {settling_s} s | {rmse_deg:.1} | {default_rmse_deg:.1} | {worst_rmse_deg:.1} |"
+            "| {name} | {at_s:.2} s | {phase:.3} | {rmse_deg:.1} | {worst_rmse_deg:.1} | {settling_s} s, {other_deg:.1} |"
         );
     }
     text
@@ -203,53 +207,68 @@ fn knee_rate(leg: &Leg, cadence: f64) -> f64 {
     (0..POINTS).map(step).fold(0.0, f64::max) * POINTS as f64 * cadence / 120.0
 }
 
-/// The picture: the recorded legs and the family at their cadences, each walk and run predicted without its person.
+/// The picture: the family at both ends of its cadences before what was recorded, and the errors without the person.
+///
+/// The bands are the recordings below and above the middle of the cadences, from the lowest to the highest angle, each recording at the phase of
+/// the family and at its mean angle.
 ///
 /// # Errors
 /// The message of the drawing library.
 pub fn picture(study: &Study) -> Result<String, String> {
-    let mut panels = vec![];
-    for (name, fitted) in [("walk", &study.walk), ("run", &study.run)] {
-        let joint = |index: usize, words: &str| {
-            let [slow, fast] = &fitted.ends;
-            let percent = |k: usize| 100.0 * k as f64 / POINTS as f64;
-            let curve = |name: &str, values: &[f64; POINTS]| {
-                Curve::new(name, values.iter().enumerate().map(|(k, y)| (percent(k), *y)).collect())
-            };
-            let of = |cadence: f64| format!("{cadence} /min");
-            let mut curves = vec![
-                curve(&of(fitted.cadences[0]), &slow.cycle().0[index]),
-                curve(&of(fitted.cadences[1]), &fast.cycle().0[index]),
-            ];
-            // The first recording of each person, at the phase of the family.
-            let mut known: Vec<&str> = vec![];
-            for one in &fitted.recordings {
-                if !known.contains(&one.source.person) {
-                    known.push(one.source.person);
-                    let own = aligned(&one.mean, &slow.cycle()).0;
-                    let short = one.source.person.split(' ').next().unwrap_or_default();
-                    curves.push(curve(&format!("{short} {:.0}", one.cadence), &own.0[index]));
-                }
-            }
-            Panel::curves(&format!("{name}, {words}"), "% of the stride", "deg", curves)
+    let both = [("walk", &study.walk), ("run", &study.run)];
+    let mut panels: Vec<Panel> = both
+        .iter()
+        .flat_map(|(name, fitted)| {
+            [(0, "left hip"), (2, "left knee")].map(|(index, joint)| angles(name, fitted, index, joint))
+        })
+        .collect();
+    for (name, fitted) in both {
+        let [_, _, family, mean] = over_all(&fitted.recordings, &fitted.without_means);
+        let bar = |name: &str, errors: JointErrors, left: usize| {
+            let pooled = (0.5 * (errors[left].powi(2) + errors[left + 1].powi(2))).sqrt();
+            Bars { name: name.into(), spans: vec![(0.0, pooled)] }
         };
-        panels.push(joint(0, "left hip"));
-        panels.push(joint(2, "left knee"));
-    }
-    for (name, fitted) in [("walk", &study.walk), ("run", &study.run)] {
-        let points = |column: usize| {
-            let point = |(one, prediction): (&Recorded, &Prediction)| {
-                let squares: f64 = prediction.columns()[column].iter().map(|error| error * error).sum();
-                (one.cadence, (squares / 4.0).sqrt())
-            };
-            fitted.recordings.iter().zip(&fitted.predictions).map(point).collect::<Vec<_>>()
-        };
-        let names = ["family", "mean", "family, person", "mean, person"];
-        let curves = names.iter().enumerate().map(|(column, name)| Curve::new(name, points(column))).collect();
-        let x = format!("steps a minute, {name}");
-        panels.push(Panel::curves(&format!("{name}: error without the recording, or the person"), &x, "RMSE, deg", curves));
+        let rows = vec![
+            bar("hip, family", family, 0),
+            bar("hip, mean", mean, 0),
+            bar("knee, family", family, 2),
+            bar("knee, mean", mean, 2),
+        ];
+        panels.push(Panel::bars(&format!("{name}, without the person"), "RMSE of the shape, deg", "", rows));
     }
     draw("Walks and runs of persons, and the family", &panels, 2)
+}
+
+/// One joint of the family at both ends, before the recordings.
+fn angles(name: &str, fitted: &Fitted, index: usize, joint: &str) -> Panel {
+    let percent = |k: usize| 100.0 * k as f64 / POINTS as f64;
+    let curve = |end: usize| {
+        let values = fitted.ends[end].cycle().0[index];
+        Curve::new(
+            &format!("{} /min", fitted.cadences[end]),
+            values.iter().enumerate().map(|(k, y)| (percent(k), *y)).collect(),
+        )
+    };
+    let middle = f64::midpoint(fitted.cadences[0], fitted.cadences[1]);
+    let band = |end: usize| {
+        let family = fitted.ends[end].cycle();
+        let level = |values: &[f64; POINTS]| values.iter().sum::<f64>() / POINTS as f64;
+        let of_end = fitted.recordings.iter().filter(|one| (one.cadence > middle) == (end == 1));
+        let own: Vec<[f64; POINTS]> = of_end
+            .map(|one| {
+                let values = aligned(&one.mean, &family).0.0[index];
+                let shift = level(&family.0[index]) - level(&values);
+                values.map(|angle| angle + shift)
+            })
+            .collect();
+        let edge = |k: usize| {
+            let at = own.iter().map(|values| values[k]);
+            (percent(k), at.clone().fold(f64::MAX, f64::min), at.fold(f64::MIN, f64::max))
+        };
+        Band((0..POINTS).map(edge).collect())
+    };
+    Panel::curves(&format!("{name}, {joint}"), "% of the stride", "deg", vec![curve(0), curve(1)])
+        .banded(vec![band(0), band(1)])
 }
 
 /// The comments around the computed part of `docs/gaits.md`.

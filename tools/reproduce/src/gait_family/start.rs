@@ -1,8 +1,8 @@
 //! A recorded start and stop, and the phases at which a gait does the same by [`cpg_core::transition::Smooth`].
 //!
 //! One recording has both: a person who stands, walks fast and stands again. Steady walking is that person's own mean stride, so that only
-//! the change is judged. For a start, the time at which it begins, the phase at which it begins there, and the settling time are searched for
-//! the smallest error over a fixed span of time; for a stop the same with the phase at the beginning of the span.
+//! the change is judged. The time at which the change begins and the phase of the gait there are searched for the smallest error over a fixed
+//! span of time, with the default settling time, and for comparison with others.
 
 use std::path::Path;
 
@@ -21,8 +21,8 @@ use crate::gait_family::recorded::{joints_of, recorded};
 pub const SPANS_S: [(f64, f64); 2] = [(3.6, 5.0), (11.6, 13.4)];
 /// Parts of them in which the person stands, seconds.
 const STANDS_S: [(f64, f64); 2] = [(3.6, 3.85), (13.2, 13.4)];
-/// Settling times that are tried, seconds.
-const SETTLING_S: [f32; 6] = [0.15, 0.25, 0.35, 0.5, 0.7, 1.0];
+/// Settling times that are tried, seconds; one is the default.
+pub const SETTLING_S: [f32; 6] = [0.15, 0.25, 0.35, 0.5, 0.7, 1.0];
 /// Step of the times of the change, seconds, and number of phases that are tried.
 const STEP_S: f64 = 0.02;
 const PHASES: u32 = 64;
@@ -34,14 +34,12 @@ pub struct Change {
     pub at_s: f64,
     /// Phase of the gait at that time, in cycles, from the phase 0 of the family.
     pub phase: f64,
-    /// Settling time, seconds.
-    pub settling_s: f32,
-    /// Root mean square error over the span and the four joints, degrees.
+    /// Root mean square error over the span and the four joints, with the default settling time, degrees.
     pub rmse_deg: f64,
-    /// The same with the default settling time, at the best phase and time for it.
-    pub default_rmse_deg: f64,
-    /// The same with the default settling time at the worst phase, the time being the best for it.
+    /// The same at the worst phase, the time being the best for it.
     pub worst_rmse_deg: f64,
+    /// The settling time of [`SETTLING_S`] with the smallest error at its own best time and phase, seconds, and that error.
+    pub other: (f32, f64),
 }
 
 /// Start and stop. `origin` is the phase 0 of the family on a leg whose phase is that of [`Leg::of`], in cycles.
@@ -64,7 +62,14 @@ pub fn start_and_stop(folder: &Path, origin: f64) -> Result<[Change; 2], String>
         let pose = std::array::from_fn(|j| {
             Radians::from_degrees((stand.iter().map(|row| row[j]).sum::<f64>() / stand.len() as f64) as f32)
         });
-        let span = Span { rows: rows(SPANS_S[which])?, rate_hz: joints.rate_hz, pose, gait, stride_s: 120.0 / own.cadence, stops: which == 1 };
+        let span = Span {
+            rows: rows(SPANS_S[which])?,
+            rate_hz: joints.rate_hz,
+            pose,
+            gait,
+            stride_s: 120.0 / own.cadence,
+            stops: which == 1,
+        };
         Ok(span.best(SPANS_S[which].0))
     };
     Ok([change(0)?, change(1)?])
@@ -102,29 +107,25 @@ impl Span {
         let times = (1..(length_s / STEP_S) as u32).map(|n| f64::from(n) * STEP_S);
         let times: Vec<f64> = times.filter(|time| (0.1 * length_s..0.8 * length_s).contains(time)).collect();
         let default = TransitionConfig::default().settling_s;
-        let mut best = Change {
-            at_s: from_s,
-            phase: 0.0,
-            settling_s: default,
-            rmse_deg: f64::MAX,
-            default_rmse_deg: f64::MAX,
-            worst_rmse_deg: 0.0,
-        };
+        let mut best =
+            Change { at_s: 0.0, phase: 0.0, rmse_deg: f64::MAX, worst_rmse_deg: 0.0, other: (default, f64::MAX) };
         for k in 0..PHASES {
             let phase = f64::from(k) / f64::from(PHASES);
             let mut at_default = f64::MAX;
             for settling_s in SETTLING_S {
                 for &time in &times {
                     let rmse_deg = self.rmse_deg(time, phase, settling_s);
+                    if rmse_deg < best.other.1 {
+                        best.other = (settling_s, rmse_deg);
+                    }
                     if settling_s == default {
                         at_default = at_default.min(rmse_deg);
-                    }
-                    if rmse_deg < best.rmse_deg {
-                        best = Change { at_s: from_s + time, phase, settling_s, rmse_deg, ..best };
+                        if rmse_deg < best.rmse_deg {
+                            best = Change { at_s: from_s + time, phase, rmse_deg, ..best };
+                        }
                     }
                 }
             }
-            best.default_rmse_deg = best.default_rmse_deg.min(at_default);
             best.worst_rmse_deg = best.worst_rmse_deg.max(at_default);
         }
         best
