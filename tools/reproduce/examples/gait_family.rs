@@ -6,7 +6,9 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use reproduce::gait_family::page::{numbers, picture, study, tables, with_tables};
+use reproduce::gait_family::page::{numbers, tables, with_tables};
+use reproduce::gait_family::picture::picture;
+use reproduce::gait_family::study::study;
 use test_suite::traces_folder;
 
 fn main() -> ExitCode {

@@ -1,11 +1,12 @@
-//! The gaits of persons that `cpg-core` ships, against the recordings that they come from: the numbers, and the tables of `docs/gaits.md`.
+//! The gaits of persons of `cpg-core`, against the recordings that they come from: the numbers, and the tables of `docs/gaits.md`.
 
 use cpg_core::gait::family::{Member, START, STOP};
 use cpg_core::waveform::shape::MAX_COEFFICIENT;
 use gait_fit::series::Series;
 use reproduce::gait_family::errors::over_all;
 use reproduce::gait_family::leg::Leg;
-use reproduce::gait_family::page::{Study, study, tables, with_tables};
+use reproduce::gait_family::page::{tables, with_tables};
+use reproduce::gait_family::study::{Study, study};
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::LazyLock;
@@ -13,7 +14,7 @@ use test_suite::{report, tests, traces_folder};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
-        the_shipped_numbers_are_those_of_the_recordings(Traces),
+        the_numbers_of_the_core_are_those_of_the_recordings(Traces),
         the_page_has_the_tables_of_the_study(Traces),
         the_family_is_nearer_where_the_page_says_so(Traces),
         the_run_is_that_of_runners(),
@@ -23,7 +24,7 @@ fn main() -> ExitCode {
 static STUDY: LazyLock<Study> = LazyLock::new(|| study(&traces_folder()).unwrap_or_else(|error| panic!("{error}")));
 
 /// What a member has at a cadence, as the left leg's coefficients in degrees.
-fn shipped(member: Member, cadence: f64) -> Leg {
+fn in_the_core(member: Member, cadence: f64) -> Leg {
     let shapes = member.at_cadence(cadence as f32).expect("a cadence of its range").shapes;
     let joint = |index: usize| {
         let (mean, cos, sin) = shapes[index].coefficients();
@@ -33,7 +34,7 @@ fn shipped(member: Member, cadence: f64) -> Leg {
     Leg { hip: joint(0), knee: joint(2) }
 }
 
-fn the_shipped_numbers_are_those_of_the_recordings() {
+fn the_numbers_of_the_core_are_those_of_the_recordings() {
     let inside = STUDY.inside.each_ref().map(|inside| inside.leg.clone());
     for (member, cadences, legs) in [
         (Member::Walk, STUDY.walk.cadences, &STUDY.walk.ends),
@@ -43,7 +44,7 @@ fn the_shipped_numbers_are_those_of_the_recordings() {
         let (least, most) = member.cadences();
         assert!((f64::from(least) - cadences[0]).abs() < 1e-4 && (f64::from(most) - cadences[1]).abs() < 1e-4);
         for (cadence, leg) in cadences.iter().zip(legs) {
-            let apart = shipped(member, *cadence)
+            let apart = in_the_core(member, *cadence)
                 .coefficients()
                 .iter()
                 .zip(leg.coefficients())
@@ -52,8 +53,8 @@ fn the_shipped_numbers_are_those_of_the_recordings() {
             assert!(apart < 1e-3, "{} at {cadence}: {apart}", member.name());
         }
     }
-    for (shipped, change) in [START, STOP].iter().zip(&STUDY.changes) {
-        assert!((f64::from(shipped.cycles()) - change.phase).abs() < 1e-6, "{change:?}");
+    for (in_use, change) in [START, STOP].iter().zip(&STUDY.changes) {
+        assert!((f64::from(in_use.cycles()) - change.phase).abs() < 1e-6, "{change:?}");
     }
 }
 
@@ -88,7 +89,7 @@ fn the_family_is_nearer_where_the_page_says_so() {
 /// Of the recorded runners whose knees reach 98 to 113 degrees; the knee leads the hip by 70 to 92 degrees of the stride.
 fn the_run_is_that_of_runners() {
     let member = Member::RunUnscaled;
-    let leg = shipped(member, f64::from(member.middle()));
+    let leg = in_the_core(member, f64::from(member.middle()));
     let peak = leg.cycle().0[2].iter().copied().fold(f64::MIN, f64::max);
     assert!((98.0..113.0).contains(&peak), "{peak}");
     assert!((77.0..92.5).contains(&leg.knee_lead_deg()), "{}", leg.knee_lead_deg());
@@ -97,7 +98,7 @@ fn the_run_is_that_of_runners() {
         for cadence in [least, most] {
             let config = member.at_cadence(cadence).expect("in range");
             assert!((config.stride_s - 120.0 / cadence).abs() < 1e-6);
-            let leg = shipped(member, f64::from(cadence));
+            let leg = in_the_core(member, f64::from(cadence));
             assert!(leg.coefficients().iter().all(|c| c.to_radians().abs() < f64::from(MAX_COEFFICIENT)));
         }
     }

@@ -10,14 +10,14 @@
 //! left one. Each coefficient is linear in the cadence, between the lowest and the highest cadence that was recorded. Beyond these there is no
 //! recording and [`Member::at_cadence`] refuses: there is no walk at the cadence of a run, and none between 131 and 154.9.
 //!
-//! The mean angle of a hip is that of the recordings' median definition of zero, and does not depend on the cadence: laboratories define it
-//! differently. Phase 0 is where the left hip is most flexed, at the middle of the cadences.
+//! The mean angle of a hip is a robust mean over the persons and does not depend on the cadence: laboratories define its zero differently. Phase 0 is where the left hip is most flexed, at the middle of the cadences.
 //!
 //! [`FamilyGait`] is the family as one generator: it stands, starts, changes its cadence, changes between walk and run, and stops.
 //!
 //! Sources and licences are in [`sources`]; the errors on persons that were not fitted, and the command that makes all numbers again, are in
 //! `docs/gaits.md`.
 
+mod ends;
 mod gait;
 mod numbers;
 pub mod sources;
@@ -25,7 +25,8 @@ pub mod sources;
 use joint_units::Phase;
 
 use crate::error::in_range;
-use crate::gait::fitted::{Harmonics, shape};
+use crate::gait::family::ends::Ends;
+use crate::gait::fitted::shape;
 use crate::waveform::shape::{FourierShape, PhaseShapeConfig};
 use crate::{BuildError, Field};
 
@@ -48,15 +49,6 @@ pub enum Member {
     Run,
     /// The run as recorded.
     RunUnscaled,
-}
-
-/// Hip and knee of a leg at the two ends of the cadences.
-#[derive(Debug, Clone, Copy)]
-struct Ends {
-    /// Steps a minute.
-    cadences: [f32; 2],
-    /// Hip and knee at either, degrees.
-    legs: [[Harmonics; 2]; 2],
 }
 
 impl Member {
@@ -108,13 +100,10 @@ impl Member {
     /// # Ok::<(), cpg_core::BuildError>(())
     /// ```
     pub fn at_cadence(self, cadence: f32) -> Result<PhaseShapeConfig<FourierShape<6>, 4>, BuildError> {
-        let Ends { cadences: [least, most], legs: [slow, fast] } = *self.ends();
+        let (least, most) = self.cadences();
         in_range(cadence, Field::of("cadence"), least, most)?;
-        let part = (cadence - least) / (most - least);
-        let ([hip, knee], [fast_hip, fast_knee]) = (slow, fast);
-        let (hip, knee) = (between(&hip, &fast_hip, part), between(&knee, &fast_knee, part));
-        let shapes =
-            [shape(&hip)?, shape(&half_a_stride_later(hip))?, shape(&knee)?, shape(&half_a_stride_later(knee))?];
+        let [left_hip, right_hip, left_knee, right_knee] = self.ends().joints((cadence - least) / (most - least));
+        let shapes = [shape(&left_hip)?, shape(&right_hip)?, shape(&left_knee)?, shape(&right_knee)?];
         Ok(PhaseShapeConfig { shapes, stride_s: 120.0 / cadence })
     }
 
@@ -125,25 +114,4 @@ impl Member {
             Self::RunUnscaled => &numbers::RUN_UNSCALED,
         }
     }
-}
-
-/// Coefficients between two sets: the first at part 0, the second at part 1.
-fn between(a: &Harmonics, b: &Harmonics, part: f32) -> Harmonics {
-    let mix = |a: f32, b: f32| a + part * (b - a);
-    let mut mixed = *a;
-    mixed.0 = mix(a.0, b.0);
-    for (to, end) in mixed.1.iter_mut().zip(b.1).chain(mixed.2.iter_mut().zip(b.2)) {
-        *to = mix(*to, end);
-    }
-    mixed
-}
-
-/// The series of the other leg: odd harmonics change their sign.
-fn half_a_stride_later(mut series: Harmonics) -> Harmonics {
-    for list in [&mut series.1, &mut series.2] {
-        for odd in list.iter_mut().step_by(2) {
-            *odd = -*odd;
-        }
-    }
-    series
 }

@@ -1,6 +1,6 @@
 //! The numbers of the family. Written by `cargo run -p reproduce --example gait_family -- --write`; do not change them by hand.
 
-use crate::gait::family::Ends;
+use crate::gait::family::ends::Ends;
 
 pub(super) const WALK: Ends = Ends {
     cadences: [98.4, 131.0],
@@ -44,6 +44,6 @@ pub(super) const RUN_UNSCALED: Ends = Ends {
     ],
 };
 
-pub(super) const START_COUNTS: u32 = 2_617_245_696;
+pub(super) const START_COUNTS: u32 = 2_818_572_288;
 
-pub(super) const STOP_COUNTS: u32 = 3_422_552_064;
+pub(super) const STOP_COUNTS: u32 = 4_026_531_840;

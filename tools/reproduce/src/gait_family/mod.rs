@@ -8,12 +8,15 @@
 //! | [`errors`] | every recording predicted without itself, and without its person |
 //! | [`start`] | a recorded start and stop, and the phases at which a walk does the same |
 //! | [`limits`] | the same motion inside the limits of the default robot |
-//! | [`page`] | the numbers as Rust, the table and the picture |
+//! | [`study`](mod@study) | all of it |
+//! | [`page`], [`picture`](mod@picture) | the numbers as Rust, the tables, the picture |
 
 pub mod errors;
 pub mod leg;
 pub mod limits;
 pub mod model;
 pub mod page;
+pub mod picture;
 pub mod recorded;
 pub mod start;
+pub mod study;

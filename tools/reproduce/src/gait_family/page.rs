@@ -1,84 +1,21 @@
-//! What the study gives: the numbers of `cpg-core` as Rust, the tables of `docs/gaits.md` and the picture beside them.
+//! What the study gives: the numbers of `cpg-core` as Rust, and the tables of `docs/gaits.md`.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
-use cpg_core::gait::family::Member;
-use gait_fit::generator_cycle::aligned;
 use gait_fit::series::Series;
 use gait_trace::stride::cycle::POINTS;
-use picture::{Band, Bars, Curve, Panel, draw};
 
-use crate::gait_family::errors::{JointErrors, Prediction, over_all, predictions};
+use crate::gait_family::errors::{JointErrors, over_all};
 use crate::gait_family::leg::Leg;
-use crate::gait_family::limits::{Inside, inside};
-use crate::gait_family::model::{Dependence, Model};
-use crate::gait_family::recorded::{Recorded, recorded};
-use crate::gait_family::start::{Change, start_and_stop};
-
-/// A member that was fitted.
-#[derive(Debug, Clone)]
-pub struct Fitted {
-    /// Its recordings, the slowest first.
-    pub recordings: Vec<Recorded>,
-    /// Lowest and highest cadence, rounded into the recorded range, steps a minute.
-    pub cadences: [f64; 2],
-    /// The legs at these.
-    pub ends: [Leg; 2],
-    /// Phase 0 on a leg whose phase is that of [`Leg::of`], in cycles: where the hip is most flexed at the middle of the cadences.
-    pub origin: f64,
-    /// The errors on what was not fitted.
-    pub predictions: Vec<Prediction>,
-    /// The same without the mean of each joint.
-    pub without_means: Vec<Prediction>,
-}
-
-/// The study.
-#[derive(Debug, Clone)]
-pub struct Study {
-    /// The walk.
-    pub walk: Fitted,
-    /// The run as recorded.
-    pub run: Fitted,
-    /// The run inside the limits of the default robot, at both ends.
-    pub inside: [Inside; 2],
-    /// The recorded start and stop.
-    pub changes: [Change; 2],
-}
-
-/// Does the whole study.
-///
-/// # Errors
-/// A recording is missing or cannot be used; the text names it.
-pub fn study(folder: &Path) -> Result<Study, String> {
-    let walk = fitted(folder, Member::Walk)?;
-    let run = fitted(folder, Member::RunUnscaled)?;
-    let [slow, fast] = &run.ends;
-    let inside = [inside(slow, run.cadences[0])?, inside(fast, run.cadences[1])?];
-    let changes = start_and_stop(folder, walk.origin)?;
-    Ok(Study { walk, run, inside, changes })
-}
-
-fn fitted(folder: &Path, member: Member) -> Result<Fitted, String> {
-    let recordings = recorded(folder, member)?;
-    let (Some(slowest), Some(fastest)) = (recordings.first(), recordings.last()) else {
-        return Err("no recordings".into());
-    };
-    let cadences = [(slowest.cadence * 10.0).ceil() / 10.0, (fastest.cadence * 10.0).floor() / 10.0];
-    let model = Model::of(&recordings.iter().collect::<Vec<_>>(), Dependence::Linear);
-    let origin = model.at(f64::midpoint(cadences[0], cadences[1])).hip.peak();
-    let ends = cadences.map(|cadence| model.at(cadence).from_phase(origin));
-    let predictions = [false, true].map(|level| predictions(&recordings, level));
-    let [predictions, without_means] = predictions;
-    Ok(Fitted { cadences, ends, origin, predictions, without_means, recordings })
-}
+use crate::gait_family::start::Change;
+use crate::gait_family::study::Study;
 
 /// The file `cpg-core/src/gait/family/numbers.rs`.
 #[must_use]
 pub fn numbers(study: &Study) -> String {
     let mut text = String::from(
         "//! The numbers of the family. Written by `cargo run -p reproduce --example gait_family -- --write`; do not change them by hand.\n\n\
-         use crate::gait::family::Ends;\n",
+         use crate::gait::family::ends::Ends;\n",
     );
     let inside = study.inside.each_ref().map(|inside| inside.leg.clone());
     for (name, cadences, legs) in [
@@ -205,70 +142,6 @@ fn knee_rate(leg: &Leg, cadence: f64) -> f64 {
     let knee = leg.cycle().0[2];
     let step = |k: usize| (knee[(k + 1) % POINTS] - knee[k]).abs();
     (0..POINTS).map(step).fold(0.0, f64::max) * POINTS as f64 * cadence / 120.0
-}
-
-/// The picture: the family at both ends of its cadences before what was recorded, and the errors without the person.
-///
-/// The bands are the recordings below and above the middle of the cadences, from the lowest to the highest angle, each recording at the phase of
-/// the family and at its mean angle.
-///
-/// # Errors
-/// The message of the drawing library.
-pub fn picture(study: &Study) -> Result<String, String> {
-    let both = [("walk", &study.walk), ("run", &study.run)];
-    let mut panels: Vec<Panel> = both
-        .iter()
-        .flat_map(|(name, fitted)| {
-            [(0, "left hip"), (2, "left knee")].map(|(index, joint)| angles(name, fitted, index, joint))
-        })
-        .collect();
-    for (name, fitted) in both {
-        let [_, _, family, mean] = over_all(&fitted.recordings, &fitted.without_means);
-        let bar = |name: &str, errors: JointErrors, left: usize| {
-            let pooled = (0.5 * (errors[left].powi(2) + errors[left + 1].powi(2))).sqrt();
-            Bars { name: name.into(), spans: vec![(0.0, pooled)] }
-        };
-        let rows = vec![
-            bar("hip, family", family, 0),
-            bar("hip, mean", mean, 0),
-            bar("knee, family", family, 2),
-            bar("knee, mean", mean, 2),
-        ];
-        panels.push(Panel::bars(&format!("{name}, without the person"), "RMSE of the shape, deg", "", rows));
-    }
-    draw("Walks and runs of persons, and the family", &panels, 2)
-}
-
-/// One joint of the family at both ends, before the recordings.
-fn angles(name: &str, fitted: &Fitted, index: usize, joint: &str) -> Panel {
-    let percent = |k: usize| 100.0 * k as f64 / POINTS as f64;
-    let curve = |end: usize| {
-        let values = fitted.ends[end].cycle().0[index];
-        Curve::new(
-            &format!("{} /min", fitted.cadences[end]),
-            values.iter().enumerate().map(|(k, y)| (percent(k), *y)).collect(),
-        )
-    };
-    let middle = f64::midpoint(fitted.cadences[0], fitted.cadences[1]);
-    let band = |end: usize| {
-        let family = fitted.ends[end].cycle();
-        let level = |values: &[f64; POINTS]| values.iter().sum::<f64>() / POINTS as f64;
-        let of_end = fitted.recordings.iter().filter(|one| (one.cadence > middle) == (end == 1));
-        let own: Vec<[f64; POINTS]> = of_end
-            .map(|one| {
-                let values = aligned(&one.mean, &family).0.0[index];
-                let shift = level(&family.0[index]) - level(&values);
-                values.map(|angle| angle + shift)
-            })
-            .collect();
-        let edge = |k: usize| {
-            let at = own.iter().map(|values| values[k]);
-            (percent(k), at.clone().fold(f64::MAX, f64::min), at.fold(f64::MIN, f64::max))
-        };
-        Band((0..POINTS).map(edge).collect())
-    };
-    Panel::curves(&format!("{name}, {joint}"), "% of the stride", "deg", vec![curve(0), curve(1)])
-        .banded(vec![band(0), band(1)])
 }
 
 /// The comments around the computed part of `docs/gaits.md`.
