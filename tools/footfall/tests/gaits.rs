@@ -161,6 +161,15 @@ fn a_walk_has_the_cadence_that_is_asked() {
     let (before, after) = (cadence(&switched[199]), cadence(&switched[201]));
     assert!((before - 100.0).abs() < 1e-3 && (after - 125.0).abs() < 1e-3);
     assert_eq!(switched[350]["gait"], "human-run");
+    // From a stand the left leg swings first, whatever the phase was.
+    for at in ["t=2.0 human-walk", "t=2.3 human-walk", "t=2.6 human-walk"] {
+        let started = lines(&["--cadence", "110", "--secs", "4", "--switch", "t=0.5 stop", "--switch", at]);
+        let first = |joint: usize| {
+            let bent = |line: &Value| line["angles_deg"][joint].as_f64().expect("an angle") > 45.0;
+            started[200..].iter().position(bent).expect("it bends")
+        };
+        assert!(first(2) + 20 < first(3), "{at}: {} {}", first(2), first(3));
+    }
     // Any gait has a cadence.
     assert!((cadence(&lines(&["--gait", "walk", "--cadence", "100", "--secs", "1"])[0]) - 100.0).abs() < 1e-3);
 }
