@@ -27,6 +27,7 @@
 //! |---|---|---|
 //! | [`gait::default_walk`] | the default walk: R1 with four joints | - |
 //! | [`gait::named`] | gaits by name, behind one type | - |
+//! | [`gait::family`] | walk and run of recorded persons as functions of the cadence, with start and stop | - |
 //! | [`gait::six_and_eight_joints`] | R1 with ankles (six joints), and with arms (eight) | - |
 //! | [`gait::catalogue`], [`gait::fitted`] | every model as a generator of four joints; the fitted numbers | - |
 //! | [`network::phase_coupled`] | R1: Rayleigh oscillators with phase-rotated diffusive links | after the thesis |

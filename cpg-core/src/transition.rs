@@ -144,6 +144,12 @@ impl<G: Generator<N>, const N: usize> Smooth<G, N> {
         self.lead_from(before);
     }
 
+    /// Holds a pose at once, without a transition: the state of a generator that begins at a stop.
+    pub const fn hold(&mut self, pose: [Radians; N]) {
+        self.pose = Some(pose);
+        self.offsets = [Offset { angle: 0.0, rate: 0.0 }; N];
+    }
+
     /// Ends a stop: moves smoothly from the present angles to the generator's motion.
     pub fn resume(&mut self) {
         let before = (self.angles(), self.rates());

@@ -12,12 +12,22 @@ use crate::BuildError;
 use crate::gait::default_walk::STRIDE_SECONDS;
 use crate::joints::linear::{LinearJoints, LinearJointsConfig, PhasePlane};
 use crate::math::first_order::Flow;
+use crate::waveform::shape::FourierShape;
 
 /// SHA-256 of the recording that every number of this module was fitted to.
 pub const RECORDING_SHA256: &str = "6982ff1d43bfb00fe66873ee02ed704bcb4fd61b7d51b69eed92e684b20ce7f4";
 
 /// Mean, cosines and sines of harmonics 1 to 6 of a joint, in degrees.
 pub type Harmonics = (f32, [f32; 6], [f32; 6]);
+
+/// The shape of these coefficients.
+///
+/// # Errors
+/// As [`FourierShape::new`].
+pub(crate) fn shape(&(mean, cos, sin): &Harmonics) -> Result<FourierShape<6>, BuildError> {
+    let radians = |degrees: f32| Radians::from_degrees(degrees).0;
+    FourierShape::new(Radians::from_degrees(mean), cos.map(radians), sin.map(radians))
+}
 
 /// Left hip, right hip, left knee, right knee over the gait phase; phase 0 where the left hip is most flexed.
 pub const NATURAL_WALK: [Harmonics; 4] = [

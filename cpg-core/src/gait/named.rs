@@ -9,6 +9,10 @@
 //! | `run`, `skip` | the same, [`LegGait::Run`], [`LegGait::Skip`] | 0.7 s |
 //! | `slow-hop`, `fast-hop` | the same, both legs together | 0.6 s, 0.5 s |
 //! | `gallop-walk`, `gallop-run` | the same, one leg leads | 0.8 s, 0.6 s |
+//! | `human-walk` | phase and shape of recorded walks, [`crate::gait::family`] | 1.046 s |
+//! | `human-run`, `human-run-unscaled` | of recorded runs, with and without the limits of the default robot | 0.726 s |
+//!
+//! The last three change their shape with the speed and allow only the cadences that were recorded, see [`Gait::speeds`].
 //!
 //! To change from one gait or speed to another at any tick, wrap it in [`crate::transition::Smooth`].
 
@@ -16,7 +20,8 @@ use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::error::in_range;
 use crate::gait::default_walk::default_config;
-use crate::gait::fitted::{Harmonics, NATURAL_WALK};
+use crate::gait::family::Member;
+use crate::gait::fitted::{NATURAL_WALK, shape};
 use crate::joints::linear::{PhasePlane, Readout, ReadoutConfig};
 use crate::network::graph::{Biped, HipKnee, LeftRight};
 use crate::network::phase_coupled::Robust;
@@ -36,11 +41,13 @@ pub enum Gait {
     Thesis,
     /// Four cells.
     Cells(LegGait),
+    /// A member of the family.
+    Human(Member),
 }
 
 impl Gait {
     /// Every gait.
-    pub const ALL: [Gait; 10] = [
+    pub const ALL: [Gait; 13] = [
         Gait::Walk,
         Gait::NaturalWalk,
         Gait::Thesis,
@@ -51,6 +58,9 @@ impl Gait {
         Gait::Cells(LegGait::GallopWalk),
         Gait::Cells(LegGait::GallopRun),
         Gait::Cells(LegGait::Skip),
+        Gait::Human(Member::Walk),
+        Gait::Human(Member::Run),
+        Gait::Human(Member::RunUnscaled),
     ];
 
     /// The name as in the table above.
@@ -67,6 +77,7 @@ impl Gait {
             Gait::Cells(LegGait::GallopWalk) => "gallop-walk",
             Gait::Cells(LegGait::GallopRun) => "gallop-run",
             Gait::Cells(LegGait::Skip) => "skip",
+            Gait::Human(member) => member.name(),
         }
     }
 
@@ -86,10 +97,74 @@ impl Gait {
             Gait::Cells(LegGait::SlowHop | LegGait::GallopRun) => 0.6,
             Gait::Cells(LegGait::FastHop) => 0.5,
             Gait::Cells(LegGait::GallopWalk) => 0.8,
+            Gait::Human(member) => 120.0 / member.middle(),
         }
     }
 
-    /// Builds the gait; `speed` 0.5 to 1.5 divides the stride time.
+    /// What the gait is, in words.
+    #[must_use]
+    pub const fn description(self) -> &'static str {
+        match self {
+            Gait::Walk => "the default walk, R1",
+            Gait::NaturalWalk => "the mean stride of a healthy adult",
+            Gait::Thesis => "the thesis' network, Table 1, set S",
+            Gait::Cells(_) => "four symmetric cells",
+            Gait::Human(Member::Walk) => "recorded walks, 98.4 to 131 steps a minute",
+            Gait::Human(Member::Run) => {
+                "recorded runs, 154.9 to 175.7 steps a minute, scaled into the limits of the default robot"
+            }
+            Gait::Human(Member::RunUnscaled) => {
+                "recorded runs, 154.9 to 175.7 steps a minute, beyond the limits of the default robot"
+            }
+        }
+    }
+
+    /// Slowest and fastest speed that [`Gait::build`] allows.
+    #[must_use]
+    pub const fn speeds(self) -> (f32, f32) {
+        match self {
+            Gait::Human(member) => {
+                let (least, most) = member.cadences();
+                (least / member.middle(), most / member.middle())
+            }
+            _ => (0.5, 1.5),
+        }
+    }
+
+    /// Slowest and fastest cadence of [`Gait::speed_at`], steps a minute.
+    #[must_use]
+    pub const fn cadences(self) -> (f32, f32) {
+        match self {
+            Gait::Human(member) => member.cadences(),
+            _ => {
+                let (least, most) = self.speeds();
+                (least * 120.0 / self.stride_s(), most * 120.0 / self.stride_s())
+            }
+        }
+    }
+
+    /// The speed at which [`Gait::build`] has a cadence in steps a minute, two a stride.
+    ///
+    /// # Errors
+    /// `cadence` outside of [`Gait::cadences`], or not finite.
+    ///
+    /// ```
+    /// use cpg_core::gait::named::Gait;
+    /// use joint_units::Period;
+    /// let walk = Gait::from_name("human-walk").expect("a gait");
+    /// assert!(walk.build(walk.speed_at(110.0)?, Period::MILLISECOND).is_ok());
+    /// let refused = walk.speed_at(90.0).unwrap_err();
+    /// assert_eq!(refused.to_string(), "cadence = 90: must be from 98.4 to 131");
+    /// # Ok::<(), cpg_core::BuildError>(())
+    /// ```
+    pub fn speed_at(self, cadence: f32) -> Result<f32, BuildError> {
+        let ((least, most), (slowest, fastest)) = (self.cadences(), self.speeds());
+        in_range(cadence, Field::of("cadence"), least, most)?;
+        // At the ends the product may be beyond by a rounding.
+        Ok((cadence * self.stride_s() / 120.0).max(slowest).min(fastest))
+    }
+
+    /// Builds the gait; `speed` divides the stride time, within [`Gait::speeds`].
     ///
     /// # Errors
     /// `speed` out of range, or the period too long for the generator.
@@ -108,7 +183,8 @@ impl Gait {
     /// # Ok::<(), cpg_core::BuildError>(())
     /// ```
     pub fn build(self, speed: f32, period: Period) -> Result<DefaultGait, BuildError> {
-        in_range(speed, Field::of("speed"), 0.5, 1.5)?;
+        let (slowest, fastest) = self.speeds();
+        in_range(speed, Field::of("speed"), slowest, fastest)?;
         Ok(match self {
             Gait::Walk => {
                 let mut config = default_config();
@@ -131,6 +207,12 @@ impl Gait {
                 DefaultGait::Thesis(config.build::<LeftRight, HipKnee, Rk4>(period)?)
             }
             Gait::Cells(gait) => DefaultGait::Cells(cells(gait, self.stride_s() / speed, period)?),
+            Gait::Human(member) => {
+                let (least, most) = member.cadences();
+                // At the ends the product may be beyond by a rounding.
+                let cadence = (speed * member.middle()).max(least).min(most);
+                DefaultGait::Shape(member.at_cadence(cadence)?.build(period)?)
+            }
         })
     }
 }
@@ -150,9 +232,14 @@ pub enum DefaultGait {
 
 impl DefaultGait {
     /// The gait after steps until its gait phase passes `phase`, one stride at most: the right start for a gait that replaces another one at this
-    /// phase. `period` is that of its build. It computes up to a stride of steps, so call it outside the control loop.
+    /// phase. `period` is that of its build. It computes up to a stride of steps, so call it outside the control loop; phase and shape are
+    /// set to the phase at once.
     #[must_use]
     pub fn aligned(mut self, phase: Phase, period: Period) -> Self {
+        if let Self::Shape(shape) = &mut self {
+            shape.set_phase(phase);
+            return self;
+        }
         let ahead = |gait: &Self| phase - gait.phase();
         // Longer than the slowest stride at half speed.
         let most = 3_000_000_u32.checked_div(period.micros()).unwrap_or(0);
@@ -169,11 +256,7 @@ impl DefaultGait {
 }
 
 pub(crate) fn natural_shapes() -> Result<[FourierShape<6>; 4], BuildError> {
-    let shape = |(mean, cos, sin): Harmonics| {
-        let radians = |degrees: f32| Radians::from_degrees(degrees).0;
-        FourierShape::new(Radians::from_degrees(mean), cos.map(radians), sin.map(radians))
-    };
-    let [a, b, c, d] = NATURAL_WALK;
+    let [a, b, c, d] = &NATURAL_WALK;
     Ok([shape(a)?, shape(b)?, shape(c)?, shape(d)?])
 }
 

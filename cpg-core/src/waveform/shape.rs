@@ -262,6 +262,11 @@ impl<S: Shape, const N: usize> PhaseShape<S, N> {
         self.clock.set_phase(phase);
     }
 
+    /// Replaces the shapes; phase, stride and adjustments stay.
+    pub fn set_shapes(&mut self, shapes: [S; N]) {
+        self.shapes = shapes;
+    }
+
     /// The shapes.
     #[must_use]
     pub const fn shapes(&self) -> &[S; N] {

@@ -11,6 +11,7 @@ use cpg_core::entrainment::{AdaptiveHopfConfig, FollowerConfig};
 use cpg_core::gait::catalogue;
 use cpg_core::gait::catalogue::Visitor;
 use cpg_core::gait::default_walk::{default_config, default_walk};
+use cpg_core::gait::family::{FamilyGait, FirstLeg, Member};
 use cpg_core::gait::named::Gait;
 use cpg_core::gait::six_and_eight_joints;
 use cpg_core::joints::features::Features;
@@ -127,6 +128,15 @@ fn gaits(period: Period) {
         }
     }
     black_box(Gait::from_name(black_box("walk")).map(Gait::name));
+    let _ = black_box(black_box(Gait::Thesis).speed_at(black_box(100.0)));
+    let Ok(family) = FamilyGait::build(black_box(Member::Walk), black_box(110.0), period) else { return };
+    let mut family = black_box(family);
+    family.start(black_box(FirstLeg::Right));
+    let _ = black_box(family.set_cadence(black_box(120.0)));
+    let _ = black_box(family.change(black_box(Member::Run), black_box(160.0)));
+    family.stop();
+    black_box((family.is_standing(), family.member(), family.cadence()));
+    run(Ok(family));
 }
 
 fn shapes(period: Period) {

@@ -1,6 +1,7 @@
 //! Plays a default gait on the host core, with changes of gait and speed during the run.
 
 use cpg_core::Generator;
+use cpg_core::gait::family::START;
 use cpg_core::gait::named::{DefaultGait, Gait};
 use cpg_core::transition::{Smooth, TransitionConfig};
 use joint_units::{Period, Radians};
@@ -10,10 +11,12 @@ use crate::failure::Failure;
 /// A change of the gait.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Change {
-    /// To another gait.
+    /// To another gait, at the speed now or the nearest that it allows.
     To(Gait),
     /// To another speed, as a factor on the gait's own cadence.
     Speed(f32),
+    /// To another cadence, steps a minute.
+    Cadence(f32),
     /// To a stand.
     Stop,
 }
@@ -52,8 +55,9 @@ impl GaitPlayer {
     /// The speed is out of range; the gait then goes on unchanged.
     pub fn change(&mut self, change: Change) -> Result<(), Failure> {
         let (gait, speed) = match change {
-            Change::To(next) => (next, self.speed),
+            Change::To(next) => (next, self.speed.clamp(next.speeds().0, next.speeds().1)),
             Change::Speed(factor) => (self.gait, factor),
+            Change::Cadence(cadence) => (self.gait, self.gait.speed_at(cadence).map_err(Failure::input)?),
             Change::Stop => {
                 self.smooth.stop(STAND);
                 self.stopped = true;
@@ -61,9 +65,11 @@ impl GaitPlayer {
             }
         };
         let next = gait.build(speed, PERIOD).map_err(Failure::input)?;
+        // A recorded gait starts from a stand where persons do.
+        let phase = if self.stopped && matches!(gait, Gait::Human(_)) { START } else { self.smooth.phase() };
         (self.gait, self.speed, self.stopped) = (gait, speed, false);
         self.smooth.resume();
-        self.smooth.change(|gait| *gait = next.aligned(gait.phase(), PERIOD));
+        self.smooth.change(|gait| *gait = next.aligned(phase, PERIOD));
         Ok(())
     }
 
@@ -94,6 +100,12 @@ impl GaitPlayer {
     #[must_use]
     pub const fn speed(&self) -> f32 {
         self.speed
+    }
+
+    /// The cadence, steps a minute.
+    #[must_use]
+    pub const fn cadence(&self) -> f32 {
+        self.speed * 120.0 / self.gait.stride_s()
     }
 
     /// Standing, or on the way to the stand.

@@ -121,7 +121,57 @@ fn a_walk_without_a_terminal_is_csv() {
     // A second after the stop: nothing but the knees' 5 degrees.
     let last = gaits.last().expect("a line")["angles_deg"].as_array().expect("angles").clone();
     assert!((last[0].as_f64().unwrap()).abs() < 0.5 && (last[2].as_f64().unwrap() - 5.0).abs() < 0.5, "{last:?}");
-    assert_eq!(data(&["walk", "--gait", "list"]).lines().count(), 10);
+    let list = data(&["walk", "--gait", "list"]);
+    assert_eq!(list.lines().count(), 13);
+    assert!(
+        list.lines().any(|line| line.starts_with("human-run ") && line.contains("scaled into the limits")),
+        "{list}"
+    );
+}
+
+/// Times at which the left knee passes 40 degrees upward, by line of 10 ms.
+fn strides(lines: &[Value]) -> Vec<usize> {
+    let knee = |line: &Value| line["angles_deg"][2].as_f64().expect("an angle");
+    (1..lines.len()).filter(|&n| knee(&lines[n - 1]) < 40.0 && knee(&lines[n]) >= 40.0).collect()
+}
+
+/// A cadence alone is a walk of the family; a sweep changes it evenly from the first to the last; a switch changes it at once.
+#[test]
+fn a_walk_has_the_cadence_that_is_asked() {
+    let lines = |arguments: &[&str]| -> Vec<Value> {
+        let text = data(&[&["walk", "--json"], arguments].concat());
+        text.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect()
+    };
+    let even = lines(&["--cadence", "120", "--secs", "10"]);
+    assert!(even.iter().all(|line| line["gait"] == "human-walk" && line["cadence"] == 120.0), "{}", even[0]);
+    let at = strides(&even);
+    assert!(at.len() == 10 && at.windows(2).all(|pair| pair[1].abs_diff(pair[0] + 100) <= 1), "{at:?}");
+
+    let sweep = lines(&["--cadence", "100..130", "--secs", "20"]);
+    let cadence = |line: &Value| line["cadence"].as_f64().expect("a number");
+    assert!((cadence(&sweep[0]) - 100.0).abs() < 1e-3 && (cadence(&sweep[2000]) - 130.0).abs() < 1e-3);
+    assert!((cadence(&sweep[1000]) - 115.0).abs() < 0.02);
+    // 20 s at 115 on average: 19.2 strides, the first of 1.2 s and the last of 0.92 s.
+    let at = strides(&sweep);
+    assert!((18..=20).contains(&at.len()), "{at:?}");
+    assert!((at[1] - at[0]).abs_diff(120) <= 3 && (at[at.len() - 1] - at[at.len() - 2]).abs_diff(93) <= 3, "{at:?}");
+
+    let switched =
+        lines(&["--cadence", "100", "--secs", "4", "--switch", "t=2 cadence 125", "--switch", "t=3 human-run"]);
+    let (before, after) = (cadence(&switched[199]), cadence(&switched[201]));
+    assert!((before - 100.0).abs() < 1e-3 && (after - 125.0).abs() < 1e-3);
+    assert_eq!(switched[350]["gait"], "human-run");
+    // From a stand the left leg swings first, whatever the phase was.
+    for at in ["t=2.0 human-walk", "t=2.3 human-walk", "t=2.6 human-walk"] {
+        let started = lines(&["--cadence", "110", "--secs", "4", "--switch", "t=0.5 stop", "--switch", at]);
+        let first = |joint: usize| {
+            let bent = |line: &Value| line["angles_deg"][joint].as_f64().expect("an angle") > 45.0;
+            started[200..].iter().position(bent).expect("it bends")
+        };
+        assert!(first(2) + 20 < first(3), "{at}: {} {}", first(2), first(3));
+    }
+    // Any gait has a cadence.
+    assert!((cadence(&lines(&["--gait", "walk", "--cadence", "100", "--secs", "1"])[0]) - 100.0).abs() < 1e-3);
 }
 
 #[test]
@@ -139,6 +189,14 @@ fn wrong_input_ends_with_2_and_names_what_is_allowed() {
         &["hexapod", "--walk", "--step-s", "0"],
         &["walk", "--gait", "canter"],
         &["walk", "--speed", "3"],
+        &["walk", "--cadence", "90..130"],
+        &["walk", "--cadence", "fast"],
+        &["walk", "--cadence", "100..140"],
+        &["walk", "--cadence", "100..120", "--gait", "walk"],
+        &["walk", "--cadence", "100..120", "--switch", "t=1 stop"],
+        &["walk", "--cadence", "160", "--gait", "human-walk"],
+        &["walk", "--gait", "human-run", "--speed", "1.2"],
+        &["walk", "--cadence", "110", "--switch", "t=1 cadence 150"],
         &["walk", "--secs", "0"],
         &["walk", "--switch", "t=1"],
         &["certify", "no-such-set"],
@@ -179,7 +237,7 @@ fn a_quasi_periodic_generator_is_named_so() {
 #[test]
 fn gaits_and_models_are_certified_by_name() {
     let list = data(&["certify", "--list"]);
-    assert!(list.lines().count() == 27 && list.contains("half-centre ") && list.contains("gallop-run "), "{list}");
+    assert!(list.lines().count() == 30 && list.contains("half-centre ") && list.contains("gallop-run "), "{list}");
     let (code, out, _) = footfall(&["certify", "cell-walk", "--starts", "20"]);
     assert!(code == 0 && out.contains("walks                  yes, no limit acts"), "{out}");
     let (code, _, talk) = footfall(&["certify", "canter"]);

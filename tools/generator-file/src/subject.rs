@@ -71,7 +71,10 @@ impl Subject {
     pub fn names() -> Vec<(&'static str, String)> {
         let mut all: Vec<(&'static str, String)> =
             GeneratorFile::DEFAULTS.iter().map(|name| (*name, "default of a generator file".into())).collect();
-        all.extend(Gait::ALL.map(|gait| (gait.name(), format!("gait, stride {} s", gait.stride_s()))));
+        all.extend(
+            Gait::ALL
+                .map(|gait| (gait.name(), format!("gait, stride {:.3} s: {}", gait.stride_s(), gait.description()))),
+        );
         all.extend(CATALOGUE.map(|(name, words)| (name, format!("catalogue: {words}"))));
         let mut known = vec![];
         all.retain(|(name, _)| {

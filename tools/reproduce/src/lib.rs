@@ -1,4 +1,4 @@
-//! The thesis' search for its parameters, beside searches that need fewer evaluations.
+//! Studies that are kept: the thesis' search for its parameters, beside searches that need fewer evaluations, and the gaits of persons.
 //!
 //! | module | content |
 //! |---|---|
@@ -9,10 +9,12 @@
 //! | [`thesis_ga`], [`pattern_search`] | the thesis' genetic algorithm and the pattern search that ends it |
 //! | [`micro_ga`] | the micro-GA that the thesis names as future work |
 //! | [`levenberg`] | Levenberg-Marquardt from many random starts |
+//! | [`gait_family`] | walks and runs of recorded persons as functions of the cadence, and their errors |
 //!
 //! | example | content |
 //! |---|---|
 //! | `thesis_mode` | the thesis' network recovered from its own waveform by five searches |
+//! | `gait_family` | the numbers of `cpg_core::gait::family`, the tables of `docs/gaits.md` and the picture beside them |
 //! | `search_speed` | evaluations per second, beside a plain loop and GNU Octave |
 //!
 //! The fits that the product uses (CMA-ES, Levenberg-Marquardt, the orbit check) are in [`gait_fit::search`].
@@ -42,6 +44,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod gait_family;
 pub mod genes;
 pub mod levenberg;
 pub mod micro_ga;

@@ -1,6 +1,7 @@
 //! `footfall walk`: shows a default gait on the host core, with changes during the run: live on a terminal, else as CSV, JSON or a picture.
 
 use clap::Args;
+use clap::builder::ArgPredicate;
 use cpg_core::Generator;
 use cpg_core::gait::named::Gait;
 use joint_units::Radians;
@@ -12,6 +13,7 @@ use crate::failure::Failure;
 use crate::file::svg;
 use crate::gait_player::{Change, GaitPlayer};
 use crate::interrupt;
+use crate::options::cadence::Cadence;
 use crate::options::overwrite::Overwrite;
 use crate::options::value::number;
 use crate::output;
@@ -21,16 +23,24 @@ use crate::view::live_gait;
 /// Options of `footfall walk`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// The gait; `list` prints all names
-    #[arg(long, value_name = "NAME", default_value = "walk")]
+    /// The gait; `list` prints all names [default with --cadence: human-walk]
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "walk",
+        default_value_if("cadence", ArgPredicate::IsPresent, "human-walk")
+    )]
     pub gait: String,
-    /// Factor on the gait's own cadence, 0.5 to 1.5
+    /// Factor on the gait's own cadence, 0.5 to 1.5, or less where fewer cadences were recorded
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     pub speed: f32,
+    /// Steps a minute, two a stride: `110`, or `100..130` for a sweep over the run
+    #[arg(long, value_name = "STEPS", conflicts_with = "speed")]
+    pub cadence: Option<Cadence>,
     /// Seconds [default: until q or Ctrl-C on a terminal, else 5]
     #[arg(long, value_name = "S", value_parser = number(0.001..=3600.0_f32, " seconds"))]
     pub secs: Option<f32>,
-    /// A change, as `t=5 run`, `t=5 speed 1.2` or `t=8 stop`; may be repeated
+    /// A change, as `t=5 run`, `t=5 speed 1.2`, `t=5 cadence 120` or `t=8 stop`; may be repeated
     #[arg(long, value_name = "t=S WHAT")]
     pub switch: Vec<String>,
     /// Milliseconds from one line to the next
@@ -58,16 +68,22 @@ const DEFAULT_SECS: f32 = 5.0;
 /// # Errors
 /// Wrong input, or a file that cannot be written.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { gait: name, speed, secs, switch, every_ms, csv, json, svg, overwrite } = options;
+    let Options { gait: name, speed, cadence, secs, switch, every_ms, csv, json, svg, overwrite } = options;
     if name == "list" {
-        return output::print(&Gait::ALL.map(|gait| format!("{}\n", gait.name())).concat());
+        let line = |gait: Gait| format!("{:<18} {}\n", gait.name(), gait.description());
+        return output::print(&Gait::ALL.map(line).concat());
     }
-    let changes = switch.iter().map(|text| change(text)).collect::<Result<Vec<_>, _>>()?;
+    let gait = gait(&name)?;
+    let speed = cadence.map_or(Ok(speed), |cadence| gait.speed_at(cadence.first)).map_err(Failure::input)?;
+    let mut changes = switch.iter().map(|text| change(text)).collect::<Result<Vec<_>, _>>()?;
     let terminal = io::stdout().is_terminal() && io::stdin().is_terminal();
     let on_screen = terminal && !csv && !json && svg.is_none();
     check_ends(&changes, secs, on_screen)?;
+    if let Some(cadence) = cadence {
+        changes.extend(cadence.sweep(gait, secs.unwrap_or(DEFAULT_SECS), &switch)?);
+    }
     svg.iter().try_for_each(|path| output::check(path, overwrite))?;
-    let player = GaitPlayer::build(gait(&name)?, speed, changes)?;
+    let player = GaitPlayer::build(gait, speed, changes)?;
     if on_screen {
         return live_gait::run(player, secs, &*interrupt::flag()?);
     }
@@ -102,14 +118,18 @@ fn gait(name: &str) -> Result<Gait, Failure> {
 
 /// Parses a change and its time in seconds.
 fn change(text: &str) -> Result<(f32, Change), Failure> {
-    let wrong =
-        || Failure::input(format!("--switch `{text}`: allowed is `t=S GAIT`, `t=S speed FACTOR` or `t=S stop`"));
+    let wrong = || {
+        Failure::input(format!(
+            "--switch `{text}`: allowed is `t=S GAIT`, `t=S speed FACTOR`, `t=S cadence STEPS` or `t=S stop`"
+        ))
+    };
     let mut words = text.split_whitespace();
     let at = words.next().and_then(|word| word.strip_prefix("t=")).and_then(|s| s.parse::<f32>().ok());
     let at = at.filter(|s| (0.0..=1e6).contains(s)).ok_or_else(wrong)?;
     let change = match (words.next(), words.next(), words.next()) {
         (Some("stop"), None, None) => Change::Stop,
         (Some("speed"), Some(factor), None) => Change::Speed(factor.parse().map_err(|_| wrong())?),
+        (Some("cadence"), Some(steps), None) => Change::Cadence(steps.parse().map_err(|_| wrong())?),
         (Some(name), None, None) => Change::To(gait(name)?),
         _ => return Err(wrong()),
     };
@@ -134,6 +154,7 @@ fn play(mut player: GaitPlayer, until_s: f32, every_ms: u32, json: bool) -> Resu
                 let object = serde_json::json!({
                     "t_s": t,
                     "gait": player.gait().name(),
+                    "cadence": player.cadence(),
                     "angles_deg": angles.map(Radians::degrees),
                     "rates_deg_s": rates.map(|rate| rate.0.to_degrees()),
                     "phase": smooth.phase().cycles(),
@@ -161,7 +182,10 @@ mod tests {
         assert_eq!(change("t=5 run").unwrap(), (5.0, Change::To(Gait::from_name("run").unwrap())));
         assert_eq!(change("t=0.5 speed 1.2").unwrap(), (0.5, Change::Speed(1.2)));
         assert_eq!(change("t=8 stop").unwrap(), (8.0, Change::Stop));
-        for bad in ["", "run", "t=x run", "t=1", "t=1 canter", "t=-1 run", "t=1 speed fast", "t=1 stop now"] {
+        assert_eq!(change("t=5 cadence 120").unwrap(), (5.0, Change::Cadence(120.0)));
+        for bad in
+            ["", "run", "t=x run", "t=1", "t=1 canter", "t=-1 run", "t=1 speed fast", "t=1 cadence", "t=1 stop now"]
+        {
             let failure = change(bad).unwrap_err();
             assert!(failure.exit_code() == 2 && failure.to_string().contains("allowed"), "{bad}: {failure}");
         }

@@ -32,9 +32,8 @@ const LONGEST_FRAME: Duration = Duration::from_millis(250);
 /// Smallest terminal that shows everything; on a smaller one there is text only.
 const LEAST: (u16, u16) = (80, 24);
 
-/// Change of the speed by one key, and the range of the speed.
+/// Change of the speed by one key.
 const SPEED_STEP: f32 = 0.05;
-const SPEED_RANGE: (f32, f32) = (0.5, 1.5);
 
 const KEYS: &str = " left, right: gait   + -: speed   space: stop, go on   q: end";
 
@@ -96,7 +95,8 @@ impl Live {
         let speed = |by: f32| {
             // In whole steps, so that up and down again gives the same speed.
             let steps = ((self.player.speed() + by) / SPEED_STEP).round();
-            Change::Speed((steps * SPEED_STEP).clamp(SPEED_RANGE.0, SPEED_RANGE.1))
+            let (slowest, fastest) = self.player.gait().speeds();
+            Change::Speed((steps * SPEED_STEP).clamp(slowest, fastest))
         };
         let change = match key {
             Key::End => return false,
