@@ -25,6 +25,9 @@ use crate::network::thesis::{Thesis, ThesisConfig};
 use crate::waveform::shape::{FourierShape, PhaseShape, PhaseShapeConfig};
 use crate::{BuildError, Field, Generator, Rk4, StateFault};
 
+/// Least and largest speed of a gait, as a factor on its own cadence. [`crate::gait::speed_limit`] has those within rate limits.
+pub const SPEEDS: (f32, f32) = (0.5, 1.5);
+
 /// The name of a gait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Gait {
@@ -108,7 +111,7 @@ impl Gait {
     /// # Ok::<(), cpg_core::BuildError>(())
     /// ```
     pub fn build(self, speed: f32, period: Period) -> Result<DefaultGait, BuildError> {
-        in_range(speed, Field::of("speed"), 0.5, 1.5)?;
+        in_range(speed, Field::of("speed"), SPEEDS.0, SPEEDS.1)?;
         Ok(match self {
             Gait::Walk => {
                 let mut config = default_config();

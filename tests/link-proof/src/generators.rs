@@ -30,7 +30,7 @@ use cpg_core::oscillator::hu::HuConfig;
 use cpg_core::oscillator::kuo::{Drive, KuoConfig, Measurement, Pendulum};
 use cpg_core::oscillator::matsuoka::Matsuoka;
 use cpg_core::oscillator::rayleigh::{Rayleigh, RayleighConfig};
-use cpg_core::transition::TransitionConfig;
+use cpg_core::transition::{JointLimits, TransitionConfig};
 use cpg_core::waveform::adaptive_fourier::{AdaptiveFourierConfig, AdaptiveWalkConfig};
 use cpg_core::waveform::fixed::FixedPhaseShapeConfig;
 use cpg_core::waveform::hopf_bank::ProgrammableConfig;
@@ -157,10 +157,11 @@ fn shapes(period: Period) {
 
 fn changes(period: Period) {
     let Ok(walk) = default_walk(period) else { return };
-    let Ok(smooth) = black_box(TransitionConfig::default()).build(walk, period) else { return };
+    let limits = black_box([JointLimits::WIDEST; 4]);
+    let Ok(smooth) = black_box(TransitionConfig::default()).build(walk, limits, period) else { return };
     let mut smooth = black_box(smooth);
     smooth.change(|walk| walk.reset());
-    smooth.stop(black_box([Radians(0.0); 4]));
+    black_box(smooth.stop(black_box([Radians(0.0); 4])).is_ok());
     smooth.step();
     smooth.resume();
     run(Ok(smooth));

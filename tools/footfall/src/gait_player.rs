@@ -1,8 +1,9 @@
-//! Plays a default gait on the host core, with changes of gait and speed during the run.
+//! Plays a default gait on the host core, with changes of gait and speed during the run, within the limits of the default robot.
 
 use cpg_core::Generator;
-use cpg_core::gait::named::{DefaultGait, Gait};
+use cpg_core::gait::named::{DefaultGait, Gait, SPEEDS};
 use cpg_core::transition::{Smooth, TransitionConfig};
+use joint_loop::GateConfig;
 use joint_units::{Period, Radians};
 
 use crate::failure::Failure;
@@ -16,6 +17,24 @@ pub enum Change {
     Speed(f32),
     /// To a stand.
     Stop,
+}
+
+impl Change {
+    /// Gait and speed after the change.
+    const fn after(self, (gait, speed): (Gait, f32)) -> (Gait, f32) {
+        match self {
+            Change::To(next) => (next, speed),
+            Change::Speed(factor) => (gait, factor),
+            Change::Stop => (gait, speed),
+        }
+    }
+}
+
+/// Builds a gait whose joints keep to the rate limits of the default robot.
+fn allowed(gait: Gait, speed: f32) -> Result<DefaultGait, Failure> {
+    let built = gait.build(speed, PERIOD).map_err(Failure::input)?;
+    gait.allow_speed(speed, &GateConfig::default_biped().joint_limits()).map_err(Failure::input)?;
+    Ok(built)
 }
 
 /// The pose of a stop: legs straight, knees at 5 degrees.
@@ -38,29 +57,32 @@ impl GaitPlayer {
     /// A gait at a speed, with changes at times in seconds.
     ///
     /// # Errors
-    /// The speed is out of range.
+    /// A speed, now or after one of the changes, is out of range, or a joint would exceed its rate limit.
     pub fn build(gait: Gait, speed: f32, mut changes: Vec<(f32, Change)>) -> Result<Self, Failure> {
         changes.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let built = gait.build(speed, PERIOD).map_err(Failure::input)?;
-        let smooth = TransitionConfig::default().build(built, PERIOD).map_err(Failure::run)?;
+        let built = allowed(gait, speed)?;
+        let mut last = (gait, speed);
+        for (at, change) in changes.iter().rev() {
+            last = change.after(last);
+            allowed(last.0, last.1).map_err(|failure| failure.at(format!("--switch at t={at}")))?;
+        }
+        let limits = GateConfig::default_biped().joint_limits();
+        let smooth = TransitionConfig::default().build(built, limits, PERIOD).map_err(Failure::run)?;
         Ok(Self { gait, speed, stopped: false, smooth, tick: 0, changes })
     }
 
     /// Makes a change.
     ///
     /// # Errors
-    /// The speed is out of range; the gait then goes on unchanged.
+    /// The speed is out of range, or a joint would exceed its rate limit; the gait then goes on unchanged.
     pub fn change(&mut self, change: Change) -> Result<(), Failure> {
-        let (gait, speed) = match change {
-            Change::To(next) => (next, self.speed),
-            Change::Speed(factor) => (self.gait, factor),
-            Change::Stop => {
-                self.smooth.stop(STAND);
-                self.stopped = true;
-                return Ok(());
-            }
-        };
-        let next = gait.build(speed, PERIOD).map_err(Failure::input)?;
+        if change == Change::Stop {
+            self.smooth.stop(STAND).map_err(Failure::run)?;
+            self.stopped = true;
+            return Ok(());
+        }
+        let (gait, speed) = change.after((self.gait, self.speed));
+        let next = allowed(gait, speed)?;
         (self.gait, self.speed, self.stopped) = (gait, speed, false);
         self.smooth.resume();
         self.smooth.change(|gait| *gait = next.aligned(gait.phase(), PERIOD));
@@ -94,6 +116,12 @@ impl GaitPlayer {
     #[must_use]
     pub const fn speed(&self) -> f32 {
         self.speed
+    }
+
+    /// The largest speed at which the joints of a gait keep to the rate limits.
+    #[must_use]
+    pub fn largest_speed(&self, gait: Gait) -> f32 {
+        gait.largest_speed(self.smooth.limits()).unwrap_or(SPEEDS.0)
     }
 
     /// Standing, or on the way to the stand.

@@ -149,6 +149,24 @@ fn wrong_input_ends_with_2_and_names_what_is_allowed() {
     }
 }
 
+/// What would be too fast for a joint is refused before anything is played, with the joint, both rates and the largest speed.
+#[test]
+fn a_speed_beyond_the_rate_limits_is_refused_with_the_largest() {
+    let said = |arguments: &[&str]| footfall(&[&["walk"], arguments].concat());
+    let (code, out, talk) = said(&["--gait", "fast-hop", "--speed", "1.5"]);
+    let words = "left_knee of fast-hop would reach 565 deg/s, its limit is 500 deg/s: allowed is up to 1.326";
+    assert!(code == 2 && out.is_empty() && talk.contains(words), "{code}: {talk}");
+    assert_eq!(said(&["--gait", "fast-hop", "--speed", "1.326", "--secs", "1"]).0, 0);
+    for late in [
+        &["--gait", "natural-walk", "--switch", "t=2 speed 1.2"][..],
+        &["--speed", "1.2", "--switch", "t=1 stop", "--switch", "t=2 natural-walk"],
+    ] {
+        let (code, out, talk) = said(late);
+        let words = "--switch at t=2: speed = 1.2: left_knee of natural-walk would reach 556 deg/s";
+        assert!(code == 2 && out.is_empty() && talk.contains(words), "{code}: {talk}");
+    }
+}
+
 /// A change that would never come names itself and the end.
 #[test]
 fn a_change_after_the_end_is_refused_with_both_times() {

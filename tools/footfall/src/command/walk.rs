@@ -24,7 +24,7 @@ pub struct Options {
     /// The gait; `list` prints all names
     #[arg(long, value_name = "NAME", default_value = "walk")]
     pub gait: String,
-    /// Factor on the gait's own cadence, 0.5 to 1.5
+    /// Factor on the gait's own cadence, 0.5 to 1.5 within the robot's rate limits
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     pub speed: f32,
     /// Seconds [default: until q or Ctrl-C on a terminal, else 5]

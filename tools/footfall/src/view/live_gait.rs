@@ -1,7 +1,7 @@
 //! The live screen of `footfall walk`: a gait in real time, with keys to change, stop and resume it.
 
 use cpg_core::Generator;
-use cpg_core::gait::named::Gait;
+use cpg_core::gait::named::{Gait, SPEEDS};
 use joint_units::{Joint, Radians};
 use ratatui::Frame;
 use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
@@ -32,9 +32,8 @@ const LONGEST_FRAME: Duration = Duration::from_millis(250);
 /// Smallest terminal that shows everything; on a smaller one there is text only.
 const LEAST: (u16, u16) = (80, 24);
 
-/// Change of the speed by one key, and the range of the speed.
+/// Change of the speed by one key.
 const SPEED_STEP: f32 = 0.05;
-const SPEED_RANGE: (f32, f32) = (0.5, 1.5);
 
 const KEYS: &str = " left, right: gait   + -: speed   space: stop, go on   q: end";
 
@@ -92,26 +91,37 @@ impl Live {
     /// Acts on a key; false if the run ends.
     fn press(&mut self, key: Key) -> bool {
         let place = Gait::ALL.iter().position(|gait| *gait == self.player.gait()).unwrap_or(0);
-        let gait = |by: usize| Change::To(Gait::ALL[(place + by) % Gait::ALL.len()]);
+        let gait = |by: usize| Gait::ALL[(place + by) % Gait::ALL.len()];
         let speed = |by: f32| {
             // In whole steps, so that up and down again gives the same speed.
             let steps = ((self.player.speed() + by) / SPEED_STEP).round();
-            Change::Speed((steps * SPEED_STEP).clamp(SPEED_RANGE.0, SPEED_RANGE.1))
+            (steps * SPEED_STEP).clamp(SPEEDS.0, self.player.largest_speed(self.player.gait()))
         };
         let change = match key {
             Key::End => return false,
-            Key::Next => gait(1),
-            Key::Previous => gait(Gait::ALL.len() - 1),
-            Key::Faster => speed(SPEED_STEP),
-            Key::Slower => speed(-SPEED_STEP),
+            Key::Next => Change::To(gait(1)),
+            Key::Previous => Change::To(gait(Gait::ALL.len() - 1)),
+            Key::Faster => Change::Speed(speed(SPEED_STEP)),
+            Key::Slower => Change::Speed(speed(-SPEED_STEP)),
             Key::Stop if self.player.is_stopped() => Change::To(self.player.gait()),
             Key::Stop => Change::Stop,
         };
-        self.note = match self.player.change(change) {
-            Ok(()) => String::new(),
-            Err(failure) => failure.to_string(),
-        };
+        self.note = self.change(change).unwrap_or_else(|failure| failure.to_string());
         true
+    }
+
+    /// Makes a change, to a gait at its largest speed if the present one is above that; what to say about it.
+    fn change(&mut self, change: Change) -> Result<String, Failure> {
+        let mut note = String::new();
+        if let Change::To(next) = change {
+            let largest = self.player.largest_speed(next);
+            if self.player.speed() > largest {
+                self.player.change(Change::Speed(largest))?;
+                note = format!("speed {largest}: the largest of {} within the robot's rate limits", next.name());
+            }
+        }
+        self.player.change(change)?;
+        Ok(note)
     }
 }
 
@@ -306,6 +316,12 @@ mod tests {
             assert!(live.press(Key::Faster));
         }
         assert_eq!(live.player.speed(), 1.5);
+        // The natural walk is fast at the knees.
+        assert!(
+            live.press(Key::Next) && live.press(Key::Next) && live.note.contains("1.078: the largest of natural-walk")
+        );
+        assert_eq!((live.player.gait(), live.player.speed()), (Gait::NaturalWalk, 1.078));
+        assert!(live.press(Key::Faster) && live.note.is_empty() && live.player.speed() == 1.078);
         for _ in 0..40 {
             assert!(live.press(Key::Slower));
         }
