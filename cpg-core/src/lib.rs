@@ -26,7 +26,7 @@
 //! | module | content | source |
 //! |---|---|---|
 //! | [`gait::default_walk`] | the default walk: R1 with four joints | - |
-//! | [`gait::named`] | gaits by name, behind one type | - |
+//! | [`gait::named`], [`gait::speed_limit`] | gaits by name, behind one type; their speeds within rate limits | - |
 //! | [`gait::family`] | walk and run of recorded persons as functions of the cadence, with start and stop | - |
 //! | [`gait::six_and_eight_joints`] | R1 with ankles (six joints), and with arms (eight) | - |
 //! | [`gait::catalogue`], [`gait::fitted`] | every model as a generator of four joints; the fitted numbers | - |
@@ -44,7 +44,7 @@
 //! | `waveform::fixed` | the same in fixed point (feature `fixed-point`) | - |
 //! | [`waveform::adaptive_fourier`], [`waveform::hopf_bank`] | learn a signal while they run | derived in the modules, after Petric et al. 2011; after Righetti, Ijspeert 2006 |
 //! | [`joints`] | from states of a model to joint angles | - |
-//! | [`transition`] | any generator to any other without a jump, at any tick | - |
+//! | [`transition`] | any generator to any other without a jump and inside the range of every joint, at any tick | - |
 //! | [`entrainment`] | four joints follow a walking person, measured by one joint sensor | - |
 //! | [`math`] | integrators, sine, cosine and arc tangent (in fixed point with feature `fixed-point`) | - |
 //!

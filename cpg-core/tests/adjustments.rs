@@ -2,7 +2,7 @@
 //! never jump, and the acceleration stays within that of the motion asked for plus the stated bound.
 use cpg_core::Generator;
 use cpg_core::gait::catalogue;
-use cpg_core::transition::TransitionConfig;
+use cpg_core::transition::{JointLimits, TransitionConfig};
 use cpg_core::waveform::shape::{Adjustment, FourierShape, PhaseShape};
 use joint_units::{Period, Phase, RadPerSec2, Radians};
 use proptest::prelude::*;
@@ -55,7 +55,7 @@ struct Worst {
 
 fn walk_through(changes: &[Change], config: TransitionConfig) -> Worst {
     let bare = catalogue::fourier(Period::MILLISECOND).unwrap();
-    let mut smooth = config.build(bare, Period::MILLISECOND).unwrap();
+    let mut smooth = config.build(bare, [JointLimits::WIDEST; 4], Period::MILLISECOND).unwrap();
     let mut worst = Worst::default();
     let last = Change { after: 3000, ..changes[0].clone() };
     for change in changes.iter().chain([&last]) {

@@ -10,7 +10,7 @@ use cpg_core::joints::from_hopf_bank::BankWalkConfig;
 use cpg_core::joints::linear::LinearJointsConfig;
 use cpg_core::joints::linear::PhasePlane;
 use cpg_core::oscillator::hopf::Hopf;
-use cpg_core::transition::TransitionConfig;
+use cpg_core::transition::{JointLimits, TransitionConfig};
 use cpg_core::{BuildError, Generator};
 use joint_units::{Period, Phase, Radians};
 
@@ -270,11 +270,12 @@ fn any_generator_replaces_any_other() {
     struct StopAndGo(u32);
     impl Visitor for StopAndGo {
         fn generator<G: Generator<4> + Features + Clone>(&mut self, name: &'static str, built: Result<G, BuildError>) {
-            let mut smooth = TransitionConfig::default().build(built.unwrap(), Period::MILLISECOND).unwrap();
+            let limits = [JointLimits::WIDEST; 4];
+            let mut smooth = TransitionConfig::default().build(built.unwrap(), limits, Period::MILLISECOND).unwrap();
             for _ in 0..777 {
                 smooth.step();
             }
-            smooth.stop([Radians(0.1); 4]);
+            smooth.stop([Radians(0.1); 4]).unwrap();
             for _ in 0..3000 {
                 let before = smooth.angles();
                 smooth.step();

@@ -2,11 +2,13 @@
 
 use cpg_core::gait::family::{FamilyGait, FirstLeg, Member, SOURCES, STAND};
 use cpg_core::gait::named::Gait;
+use cpg_core::transition::JointLimits;
 use cpg_core::waveform::shape::Shape;
 use cpg_core::{BuildError, Field, Generator};
 use joint_units::{Period, Phase};
 
 const MS: Period = Period::MILLISECOND;
+const WIDE: [JointLimits; 4] = [JointLimits::WIDEST; 4];
 
 fn phases() -> impl Iterator<Item = Phase> {
     (0..200u32).map(|k| Phase(k.wrapping_mul(21_474_836)))
@@ -62,7 +64,7 @@ fn cadences_that_were_not_recorded_are_refused() {
         for value in [min - 0.1, max + 0.1, 0.0, -110.0, 140.0] {
             let wanted = BuildError::OutOfRange { field: Field::of("cadence"), value, min, max };
             assert_eq!(member.at_cadence(value).map(|_| ()), Err(wanted), "{}", member.name());
-            assert!(FamilyGait::build(member, value, MS).is_err());
+            assert!(FamilyGait::build(member, value, WIDE, MS).is_err());
         }
         for value in [f32::NAN, f32::INFINITY] {
             assert!(matches!(member.at_cadence(value), Err(BuildError::NotFinite { .. })));
@@ -108,7 +110,7 @@ impl Watch {
 fn a_whole_course_has_no_jump() {
     for first in [FirstLeg::Left, FirstLeg::Right] {
         let (least, most) = Member::Walk.cadences();
-        let mut gait = FamilyGait::build(Member::Walk, least, MS).unwrap();
+        let mut gait = FamilyGait::build(Member::Walk, least, WIDE, MS).unwrap();
         let mut watch = Watch::of(&gait);
         (0..500).for_each(|_| watch.step(&mut gait));
         assert!(gait.is_standing() && gait.angles() == STAND);
@@ -143,7 +145,7 @@ fn a_whole_course_has_no_jump() {
 #[test]
 fn the_first_leg_swings_first() {
     for (first, knee) in [(FirstLeg::Left, 2), (FirstLeg::Right, 3)] {
-        let mut gait = FamilyGait::build(Member::Walk, 120.0, MS).unwrap();
+        let mut gait = FamilyGait::build(Member::Walk, 120.0, WIDE, MS).unwrap();
         gait.start(first);
         let reached = |gait: &mut FamilyGait| {
             (0..1_500).find_map(|_| {
@@ -158,7 +160,7 @@ fn the_first_leg_swings_first() {
 /// A cadence that is refused changes nothing.
 #[test]
 fn a_refused_change_leaves_the_gait_as_it_was() {
-    let mut gait = FamilyGait::build(Member::Walk, 110.0, MS).unwrap();
+    let mut gait = FamilyGait::build(Member::Walk, 110.0, WIDE, MS).unwrap();
     gait.start(FirstLeg::Left);
     (0..700).for_each(|_| gait.step());
     let before = gait.clone();

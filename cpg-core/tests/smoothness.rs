@@ -1,11 +1,11 @@
 //! The smoothness contract: over all pairs of named gaits, change times at random, also changes within changes and stops, no setpoint
-//! steps and no acceleration exceeds that of the two gaits plus the stated one.
+//! steps, every joint stays in its range, and neither rate nor acceleration exceeds the stated bound.
 
 use cpg_core::Generator;
 use cpg_core::gait::family::Member;
 use cpg_core::gait::named::{DefaultGait, Gait};
-use cpg_core::transition::TransitionConfig;
-use joint_units::{Period, Phase, Radians};
+use cpg_core::transition::{JointLimits, TransitionConfig};
+use joint_units::{Period, Phase, RadPerSec, RadPerSec2, Radians};
 
 const CHANGES_A_PAIR: u32 = 2000;
 
@@ -45,6 +45,24 @@ fn reach(gait: Gait) -> [(f32, f32); 4] {
     reach
 }
 
+/// Limits of a robot with these ranges of hips and knees, degrees, and this rate, degrees per second.
+const fn limits(hip: (f32, f32), knee: (f32, f32), rate: f32) -> [JointLimits; 4] {
+    const fn range((least, most): (f32, f32), rate: f32) -> JointLimits {
+        JointLimits {
+            least: Radians::from_degrees(least),
+            most: Radians::from_degrees(most),
+            rate: RadPerSec(Radians::from_degrees(rate).0),
+            acceleration: RadPerSec2(349.0),
+        }
+    }
+    [range(hip, rate), range(hip, rate), range(knee, rate), range(knee, rate)]
+}
+
+/// Limits that leave little beyond the gaits at speeds up to 1.2: hips -16 to 27 degrees, knees -2 to 70, 557 degrees/s.
+const LIMITS: [JointLimits; 4] = limits((-16.0, 27.0), (-2.0, 70.0), 560.0);
+/// Limits that contain the gaits of persons too.
+const WIDER_LIMITS: [JointLimits; 4] = limits((-25.0, 55.0), (-3.0, 115.0), 560.0);
+
 const STAND: [Radians; 4] = [Radians(0.0), Radians(0.0), Radians(0.1), Radians(0.1)];
 
 /// How far a change may lead a joint beyond what either gait does by itself, degrees.
@@ -83,14 +101,16 @@ fn no_change_between_any_two_gaits_steps_a_setpoint() {
     for (i, from) in Gait::ALL.into_iter().enumerate() {
         for (j, to) in Gait::ALL.into_iter().enumerate() {
             let unscaled = usize::from([from, to].contains(&Gait::Human(Member::RunUnscaled)));
+            let of_persons = [from, to].iter().any(|gait| matches!(gait, Gait::Human(_)));
+            let limits = if of_persons { WIDER_LIMITS } else { LIMITS };
             let bound = alone[i].1.max(alone[j].1) + config.acceleration.0;
-            let mut smooth = config.build(build(from, 1.0), Period::MILLISECOND).expect("the default");
+            let mut smooth = config.build(build(from, 1.0), limits, Period::MILLISECOND).expect("the default");
             for _ in 0..random.below(2000) {
                 smooth.step();
             }
             for change in 0..CHANGES_A_PAIR {
                 match random.below(8) {
-                    0 => smooth.stop(STAND),
+                    0 => smooth.stop(STAND).expect("a pose in range"),
                     1 => smooth.resume(),
                     2 => {
                         let faster_or_slower = &running[j][random.below(3) as usize];
@@ -115,6 +135,16 @@ fn no_change_between_any_two_gaits_steps_a_setpoint() {
                         closest = closest.max(acceleration / bound);
                         let (a, b) = (reaches[i][joint], reaches[j][joint]);
                         let angle = angles1[joint].0;
+                        let limits = &limits[joint];
+                        // The rates of the unscaled run are its own.
+                        let fast = unscaled == 1 || step.abs() * 1e3 <= limits.rate.0 + 1e-3;
+                        assert!(
+                            (limits.least.0..=limits.most.0).contains(&angle) && fast,
+                            "{} to {}: joint {joint} at {angle} rad, {} rad/s",
+                            from.name(),
+                            to.name(),
+                            step * 1e3
+                        );
                         let beyond = (a.0.min(b.0) - angle).max(angle - a.1.max(b.1));
                         astray[unscaled] = astray[unscaled].max(beyond);
                         // 0.5 rad/s^2 and 3e-3 rad/s are roundings of f32 over one tick.

@@ -1,4 +1,4 @@
-//! The rate that leads a position to a target with bounded acceleration and without overshoot.
+//! The rate that leads a position to a target with bounded acceleration and without overshoot, and the one that stops before a bound.
 //!
 //! ```text
 //! v = w + sign(d) min(k |d|, sqrt(A |d|)),   rate' = clamp(4 k (v - rate), -A, A)
@@ -25,5 +25,17 @@ impl Braking {
         let wanted = target_rate + if left > 0.0 { speed } else { -speed };
         let pull = (4.0 * self.stiffness * (wanted - rate)).max(-self.acceleration).min(self.acceleration);
         rate + pull * self.period_s
+    }
+
+    /// The largest rate v one period h later from which `acceleration` C stops before a bound: h v / 2 + max(v, 0)^2 / (2 C) = `margin`.
+    ///
+    /// `margin` is the distance to the bound that is left after half a period at the present rate; if it is negative, the position one
+    /// period later is the bound.
+    pub(crate) fn stopping_rate(&self, margin: f32, acceleration: f32) -> f32 {
+        if margin < 0.0 {
+            return 2.0 * margin / self.period_s;
+        }
+        let half = 0.5 * acceleration * self.period_s;
+        libm::sqrtf(half * half + 2.0 * acceleration * margin) - half
     }
 }

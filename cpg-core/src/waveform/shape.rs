@@ -18,11 +18,11 @@
 //! ```
 //! use cpg_core::Generator;
 //! use cpg_core::waveform::shape::{Adjustment, FourierShape, PhaseShapeConfig};
-//! use cpg_core::transition::TransitionConfig;
+//! use cpg_core::transition::{JointLimits, TransitionConfig};
 //! use joint_units::{Period, Phase, Radians};
 //! let hip = FourierShape::new(Radians(0.1), [0.35], [0.0])?;
 //! let walk = PhaseShapeConfig { shapes: [hip; 2], stride_s: 1.1 }.build(Period::MILLISECOND)?;
-//! let mut walk = TransitionConfig::default().build(walk, Period::MILLISECOND)?;
+//! let mut walk = TransitionConfig::default().build(walk, [JointLimits::WIDEST; 2], Period::MILLISECOND)?;
 //! for _ in 0..400 {
 //!     walk.step();
 //! }

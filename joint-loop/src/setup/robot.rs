@@ -3,6 +3,7 @@
 //! Plain data in SI units. The gate, the blend and the servo map check it when they are built. [`anatomy`] bounds every
 //! configuration.
 
+use cpg_core::transition::JointLimits;
 use joint_units::{Joint, PulseMicros, RadPerSec, RadPerSec2, Radians};
 
 /// Number of pose limits that the gate can hold.
@@ -128,6 +129,13 @@ impl GateConfig {
             rate: RadPerSec(Radians::from_degrees(500.0).0),
             acceleration: RadPerSec2(Radians::from_degrees(20_000.0).0),
         }
+    }
+
+    /// The limits of each joint, for a smooth change of the generator. The pose envelope, which is of two joints, is the gate's alone.
+    #[must_use]
+    pub fn joint_limits(&self) -> [JointLimits; Joint::COUNT] {
+        let (rate, acceleration) = (self.rate, self.acceleration);
+        self.range.map(|JointRange { least, most }| JointLimits { least, most, rate, acceleration })
     }
 }
 

@@ -31,7 +31,7 @@ use cpg_core::oscillator::hu::HuConfig;
 use cpg_core::oscillator::kuo::{Drive, KuoConfig, Measurement, Pendulum};
 use cpg_core::oscillator::matsuoka::Matsuoka;
 use cpg_core::oscillator::rayleigh::{Rayleigh, RayleighConfig};
-use cpg_core::transition::TransitionConfig;
+use cpg_core::transition::{JointLimits, TransitionConfig};
 use cpg_core::waveform::adaptive_fourier::{AdaptiveFourierConfig, AdaptiveWalkConfig};
 use cpg_core::waveform::fixed::FixedPhaseShapeConfig;
 use cpg_core::waveform::hopf_bank::ProgrammableConfig;
@@ -129,7 +129,11 @@ fn gaits(period: Period) {
     }
     black_box(Gait::from_name(black_box("walk")).map(Gait::name));
     let _ = black_box(black_box(Gait::Thesis).speed_at(black_box(100.0)));
-    let Ok(family) = FamilyGait::build(black_box(Member::Walk), black_box(110.0), period) else { return };
+    let _ = black_box(
+        black_box(Gait::Human(Member::Run)).allow_speed(black_box(1.0), &black_box([JointLimits::WIDEST; 4])),
+    );
+    let limits = black_box([JointLimits::WIDEST; 4]);
+    let Ok(family) = FamilyGait::build(black_box(Member::Walk), black_box(110.0), limits, period) else { return };
     let mut family = black_box(family);
     family.start(black_box(FirstLeg::Right));
     let _ = black_box(family.set_cadence(black_box(120.0)));
@@ -167,10 +171,11 @@ fn shapes(period: Period) {
 
 fn changes(period: Period) {
     let Ok(walk) = default_walk(period) else { return };
-    let Ok(smooth) = black_box(TransitionConfig::default()).build(walk, period) else { return };
+    let limits = black_box([JointLimits::WIDEST; 4]);
+    let Ok(smooth) = black_box(TransitionConfig::default()).build(walk, limits, period) else { return };
     let mut smooth = black_box(smooth);
     smooth.change(|walk| walk.reset());
-    smooth.stop(black_box([Radians(0.0); 4]));
+    black_box(smooth.stop(black_box([Radians(0.0); 4])).is_ok());
     smooth.step();
     smooth.resume();
     run(Ok(smooth));

@@ -21,12 +21,12 @@ use cpg_core::oscillator::matsuoka::Matsuoka;
 use cpg_core::oscillator::morris_lecar::MorrisLecar;
 use cpg_core::oscillator::terman_wang::TermanWang;
 use cpg_core::oscillator::van_der_pol::VanDerPol;
-use cpg_core::transition::{Smooth, TransitionConfig};
+use cpg_core::transition::{JointLimits, Smooth, TransitionConfig};
 use cpg_core::waveform::adaptive_fourier::AdaptiveWalk;
 use cpg_core::waveform::fixed::{FixedPhaseShape, FixedPhaseShapeConfig};
 use cpg_core::waveform::shape::{FourierShape, PhaseShape, SplineShape};
 use cpg_core::{BuildError, Generator};
-use joint_units::{Period, Phase, RadPerSec2, Radians};
+use joint_units::{Period, Phase, RadPerSec, RadPerSec2, Radians};
 
 use crate::count::{self, Function, InstructionCount, count};
 use crate::semihosting::{TextLine, exit};
@@ -98,8 +98,10 @@ fn fourier_fixed(period: Period) -> Result<FixedPhaseShape<6, 4>, BuildError> {
 /// A smoothed generator in a change that never ends, so that every step computes the offsets.
 fn robust_smooth(period: Period) -> Result<Smooth<Walk, 4>, BuildError> {
     let config = TransitionConfig { acceleration: RadPerSec2(0.1), settling_s: 60.0 };
-    let mut smooth = config.build(catalogue::robust(period)?, period)?;
-    smooth.stop([Radians(0.5); 4]);
+    let limits =
+        JointLimits { least: Radians(-0.6), most: Radians(2.0), rate: RadPerSec(8.7), acceleration: RadPerSec2(349.0) };
+    let mut smooth = config.build(catalogue::robust(period)?, [limits; 4], period)?;
+    smooth.stop([Radians(0.5); 4])?;
     smooth.resume();
     smooth.change(|walk| (0..250).for_each(|_| walk.step()));
     Ok(smooth)

@@ -207,6 +207,23 @@ fn wrong_input_ends_with_2_and_names_what_is_allowed() {
     }
 }
 
+/// What would be too fast for a joint is refused before anything is played, with the joint, both rates and the largest speed.
+#[test]
+fn a_speed_beyond_the_rate_limits_is_refused_with_the_largest() {
+    let said = |arguments: &[&str]| footfall(&[&["walk"], arguments].concat());
+    let (code, out, talk) = said(&["--gait", "fast-hop", "--speed", "1.5"]);
+    let words = "left_knee of fast-hop would reach 565 deg/s, its limit is 500 deg/s: allowed is up to 1.326";
+    assert!(code == 2 && out.is_empty() && talk.contains(words), "{code}: {talk}");
+    assert_eq!(said(&["--gait", "fast-hop", "--speed", "1.326", "--secs", "1"]).0, 0);
+    let (code, out, talk) = said(&["--gait", "natural-walk", "--switch", "t=2 speed 1.2"]);
+    let words = "--switch at t=2: speed = 1.2: left_knee of natural-walk would reach 556 deg/s";
+    assert!(code == 2 && out.is_empty() && talk.contains(words), "{code}: {talk}");
+    // A change to a gait that does not allow the speed is made at the nearest that it does, and says so.
+    let (code, _, talk) = said(&["--speed", "1.2", "--switch", "t=1 stop", "--switch", "t=2 natural-walk"]);
+    let words = "note: t=2: natural-walk at speed 1.078, the nearest to 1.200 that it allows";
+    assert!(code == 0 && talk.contains(words), "{code}: {talk}");
+}
+
 /// A change that would never come names itself and the end.
 #[test]
 fn a_change_after_the_end_is_refused_with_both_times() {

@@ -137,7 +137,9 @@ impl Generator<4> for Course {
 fn a_whole_course_keeps_walking() {
     let mut config = LoopConfig::default_biped();
     config.monitor.sensor_required = false;
-    let gait = FamilyGait::build(Member::Walk, Member::Walk.cadences().0, Period::MILLISECOND).expect("in range");
+    let limits = config.gate.joint_limits();
+    let gait =
+        FamilyGait::build(Member::Walk, Member::Walk.cadences().0, limits, Period::MILLISECOND).expect("in range");
     let course = Unguided(Course { gait, tick: 0 });
     let mut joints: JointLoop<Unguided<Course>, 0> = config.build(Period::MILLISECOND, course, []).expect("built");
     let (mut furthest, mut limited) = ([0.0f32; Joint::COUNT], 0);

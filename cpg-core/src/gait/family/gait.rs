@@ -3,7 +3,7 @@
 use joint_units::{Period, Phase, RadPerSec, Radians};
 
 use crate::gait::family::{Member, START, STOP};
-use crate::transition::{Smooth, TransitionConfig};
+use crate::transition::{JointLimits, Smooth, TransitionConfig};
 use crate::waveform::shape::{FourierShape, PhaseShape};
 use crate::{BuildError, Generator, StateFault};
 
@@ -31,13 +31,15 @@ enum State {
     Stopping,
 }
 
-/// A generator of the family. Every change is smooth ([`crate::transition`], with its default acceleration and settling time).
+/// A generator of the family. Every change is smooth and inside the limits of the joints ([`crate::transition`], with its default acceleration
+/// and settling time).
 ///
 /// ```
 /// use cpg_core::Generator;
 /// use cpg_core::gait::family::{FamilyGait, FirstLeg, Member, STAND};
+/// use cpg_core::transition::JointLimits;
 /// use joint_units::Period;
-/// let mut gait = FamilyGait::build(Member::Walk, 105.0, Period::MILLISECOND)?;
+/// let mut gait = FamilyGait::build(Member::Walk, 105.0, [JointLimits::WIDEST; 4], Period::MILLISECOND)?;
 /// gait.start(FirstLeg::Left);
 /// for tick in 0..10_000_u16 {
 ///     // Faster by 2 steps a minute in each second.
@@ -62,14 +64,14 @@ pub struct FamilyGait {
 }
 
 impl FamilyGait {
-    /// A member at a cadence in steps a minute; it stands at [`STAND`] until [`FamilyGait::start`].
+    /// A member at a cadence in steps a minute, for joints with these limits; it stands at [`STAND`] until [`FamilyGait::start`].
     ///
     /// # Errors
-    /// As [`Member::at_cadence`]; [`BuildError::PeriodTooLong`] above 10.4 ms.
-    pub fn build(member: Member, cadence: f32, period: Period) -> Result<Self, BuildError> {
+    /// As [`Member::at_cadence`] and [`TransitionConfig::build`]; `pose` where a joint cannot stand at [`STAND`].
+    pub fn build(member: Member, cadence: f32, limits: [JointLimits; 4], period: Period) -> Result<Self, BuildError> {
         let shape = member.at_cadence(cadence)?.build(period)?;
-        let mut smooth = TransitionConfig::default().build(shape, period)?;
-        smooth.hold(STAND);
+        let mut smooth = TransitionConfig::default().build(shape, limits, period)?;
+        smooth.hold(STAND)?;
         Ok(Self { member, cadence, state: State::Standing, smooth })
     }
 
@@ -143,8 +145,10 @@ impl Generator<4> for FamilyGait {
         // Of the two phases one is passed if it lies within the last step.
         let passed = |phase: Phase| (phase - before).0.wrapping_sub(1) < (now - before).0;
         if self.state == State::Stopping && (passed(STOP) || passed(STOP + HALF)) {
-            self.smooth.stop(STAND);
-            self.state = State::Standing;
+            // `build` has tried the pose.
+            if self.smooth.stop(STAND).is_ok() {
+                self.state = State::Standing;
+            }
         }
     }
 
@@ -171,7 +175,8 @@ impl Generator<4> for FamilyGait {
     /// Back to the stand.
     fn reset(&mut self) {
         self.smooth.reset();
-        self.smooth.hold(STAND);
-        self.state = State::Standing;
+        if self.smooth.hold(STAND).is_ok() {
+            self.state = State::Standing;
+        }
     }
 }

@@ -31,7 +31,7 @@ pub struct Options {
         default_value_if("cadence", ArgPredicate::IsPresent, "human-walk")
     )]
     pub gait: String,
-    /// Factor on the gait's own cadence, 0.5 to 1.5, or less where fewer cadences were recorded
+    /// Factor on the gait's own cadence, 0.5 to 1.5, or less where fewer cadences were recorded or a joint would be too fast for the robot
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     pub speed: f32,
     /// Steps a minute, two a stride: `110`, or `100..130` for a sweep over the run
@@ -84,6 +84,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
     }
     svg.iter().try_for_each(|path| output::check(path, overwrite))?;
     let player = GaitPlayer::build(gait, speed, changes)?;
+    output::notes(player.notes());
     if on_screen {
         return live_gait::run(player, secs, &*interrupt::flag()?);
     }

@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::failure::Failure;
-use crate::gait_player::{Change, GaitPlayer};
+use crate::gait_player::{Change, GaitPlayer, largest_speed};
 
 /// How much of the past is shown, seconds.
 const PAST_S: f64 = 4.0;
@@ -91,26 +91,24 @@ impl Live {
     /// Acts on a key; false if the run ends.
     fn press(&mut self, key: Key) -> bool {
         let place = Gait::ALL.iter().position(|gait| *gait == self.player.gait()).unwrap_or(0);
-        let gait = |by: usize| Change::To(Gait::ALL[(place + by) % Gait::ALL.len()]);
+        let gait = |by: usize| Gait::ALL[(place + by) % Gait::ALL.len()];
         let speed = |by: f32| {
             // In whole steps, so that up and down again gives the same speed.
             let steps = ((self.player.speed() + by) / SPEED_STEP).round();
-            let (slowest, fastest) = self.player.gait().speeds();
-            Change::Speed((steps * SPEED_STEP).clamp(slowest, fastest))
+            let gait = self.player.gait();
+            (steps * SPEED_STEP).clamp(gait.speeds().0, largest_speed(gait))
         };
         let change = match key {
             Key::End => return false,
-            Key::Next => gait(1),
-            Key::Previous => gait(Gait::ALL.len() - 1),
-            Key::Faster => speed(SPEED_STEP),
-            Key::Slower => speed(-SPEED_STEP),
+            Key::Next => Change::To(gait(1)),
+            Key::Previous => Change::To(gait(Gait::ALL.len() - 1)),
+            Key::Faster => Change::Speed(speed(SPEED_STEP)),
+            Key::Slower => Change::Speed(speed(-SPEED_STEP)),
             Key::Stop if self.player.is_stopped() => Change::To(self.player.gait()),
             Key::Stop => Change::Stop,
         };
-        self.note = match self.player.change(change) {
-            Ok(()) => String::new(),
-            Err(failure) => failure.to_string(),
-        };
+        let note = self.player.change(change);
+        self.note = note.unwrap_or_else(|failure| Some(failure.to_string())).unwrap_or_default();
         true
     }
 }
@@ -306,6 +304,12 @@ mod tests {
             assert!(live.press(Key::Faster));
         }
         assert_eq!(live.player.speed(), 1.5);
+        // The natural walk is fast at the knees.
+        assert!(
+            live.press(Key::Next) && live.press(Key::Next) && live.note.contains("1.078: the largest of natural-walk")
+        );
+        assert_eq!((live.player.gait(), live.player.speed()), (Gait::NaturalWalk, 1.078));
+        assert!(live.press(Key::Faster) && live.note.is_empty() && live.player.speed() == 1.078);
         for _ in 0..40 {
             assert!(live.press(Key::Slower));
         }

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use cpg_core::Generator;
 use cpg_core::gait::family::{Member, START_AND_STOP};
-use cpg_core::transition::TransitionConfig;
+use cpg_core::transition::{JointLimits, TransitionConfig};
 use cpg_core::waveform::shape::{FourierShape, PhaseShape, PhaseShapeConfig};
 use gait_fit::series::Series;
 use joint_units::{Joint, Period, Phase, Radians};
@@ -139,14 +139,20 @@ impl Span {
         let mut gait = self.gait;
         gait.set_phase(Phase::from_cycles(cycles.rem_euclid(1.0) as f32));
         let config = TransitionConfig { settling_s, ..TransitionConfig::default() };
-        let Ok(mut smooth) = config.build(gait, Period::MILLISECOND) else { return f64::INFINITY };
-        if !self.stops {
-            smooth.hold(self.pose);
+        let Ok(mut smooth) = config.build(gait, [JointLimits::WIDEST; 4], Period::MILLISECOND) else {
+            return f64::INFINITY;
+        };
+        if !self.stops && smooth.hold(self.pose).is_err() {
+            return f64::INFINITY;
         }
         let (mut squares, mut count, mut row) = (0.0, 0.0, 0);
         for tick in 0..ticks {
             if tick == change {
-                if self.stops { smooth.stop(self.pose) } else { smooth.resume() }
+                if !self.stops {
+                    smooth.resume();
+                } else if smooth.stop(self.pose).is_err() {
+                    return f64::INFINITY;
+                }
             }
             if f64::from(tick) * 1e-3 * self.rate_hz >= row as f64 {
                 let Some(wanted) = self.rows.get(row) else { break };
