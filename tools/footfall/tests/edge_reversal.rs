@@ -10,6 +10,9 @@ const RING4: [(u8, u8); 4] = [(0, 1), (1, 2), (2, 3), (3, 0)];
 const RING5: [(u8, u8); 5] = [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0)];
 const K4: [(u8, u8); 6] = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
 
+/// The edges of a graph, by the numbers of the nodes.
+type Ends<'a> = &'a [(u8, u8)];
+
 /// Every assignment of tokens to the edges: the tokens at the first ends.
 fn all_starts(r: &[u32], ends: &[(u8, u8)]) -> Vec<Vec<u32>> {
     ends.iter().fold(vec![vec![]], |starts, &(a, b)| {
@@ -96,7 +99,7 @@ fn every_start_of_small_graphs_agrees_with_the_core() {
 #[test]
 fn concurrency_is_that_of_barbosa_and_gafni() {
     let two_by_three = [(0, 1), (1, 2), (3, 4), (4, 5), (0, 3), (1, 4), (2, 5)];
-    let graphs: [(&[(u8, u8)], &[&[usize]]); 5] = [
+    let graphs: [(Ends<'_>, &[&[usize]]); 5] = [
         (&PATH, &[]),
         (&TRIANGLE, &[&[0, 1, 2]]),
         (&RING5, &[&[0, 1, 2, 3, 4]]),

@@ -112,8 +112,9 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         let names = options.switch.split_whitespace().filter_map(|entry| entry.split_once(':'));
         let names: Vec<&str> = std::iter::once(options.reversibility.as_str()).chain(names.map(|(_, to)| to)).collect();
         let starts = std::iter::once((0, reversibilities)).chain(switches.iter().copied());
-        let ends = switches.iter().map(|(at, _)| *at).chain([options.steps]);
-        let stretch = |((((from, with), to), name), start): ((((u64, Reversibilities), u64), &&str), &f32)| {
+        let ends: Vec<u64> = switches.iter().map(|(at, _)| *at).chain([options.steps]).collect();
+        let stretch = |(index, (from, with)): (usize, (u64, Reversibilities))| {
+            let (to, name, potential) = (ends[index], names[index], course.starts[index]);
             // After a change at step 0 the first stretch is empty.
             let flexor = word.get(from as usize..to as usize).unwrap_or_default().matches('F').count() as u64;
             serde_json::json!({
@@ -122,12 +123,12 @@ pub fn run(options: &Options) -> Result<(), Failure> {
                 "reversibility": name,
                 "period_steps": with.period(),
                 "extensor_duty": with.extensor_duty(),
-                "flexor_potential": start,
+                "flexor_potential": potential,
                 "flexor_fired": flexor,
                 "extensor_fired": to - from - flexor,
             })
         };
-        let stretches: Vec<_> = starts.zip(ends).zip(&names).zip(&course.starts).map(stretch).collect();
+        let stretches: Vec<_> = starts.enumerate().map(stretch).collect();
         let object = serde_json::json!({
             "word": word,
             "steps": options.steps,

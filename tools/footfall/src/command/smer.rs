@@ -247,7 +247,8 @@ fn draw(path: &Path, options: &Options, graph: &Graph, parts: &[Part]) -> Result
             links(graph),
         ));
     }
-    let title = format!("{}: {}", options.graph.display(), status(parts));
+    let name = options.graph.file_name().unwrap_or(options.graph.as_os_str()).to_string_lossy();
+    let title = format!("{name}: {}", status(parts));
     svg::write(path, &title, &panels, options.overwrite)
 }
 

@@ -1,6 +1,6 @@
 //! Whether the connected parts of a network live: by theorem, or by running to a repeated state or to the stop.
 //!
-//! A part with several nodes goes on as a whole or stops as a whole: a node that stops takes its neighbours' tokens away for good, and so they stop.
+//! A part goes on as a whole or stops as a whole: the neighbours of a node that stops give it tokens that never come back, and so they stop.
 
 use crate::edge_reversal::network::Network;
 
