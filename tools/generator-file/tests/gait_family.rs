@@ -156,5 +156,6 @@ fn a_whole_course_keeps_walking() {
         }
     }
     println!("a limit acts in {limited} of 40000 ticks");
+    assert!(limited < 200, "{limited}");
     assert!(furthest[2] > 60.0 && furthest[0] > 20.0, "{furthest:?}");
 }

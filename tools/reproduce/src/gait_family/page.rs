@@ -7,6 +7,7 @@ use gait_trace::stride::cycle::POINTS;
 
 use crate::gait_family::errors::{JointErrors, over_all};
 use crate::gait_family::leg::Leg;
+use crate::gait_family::limits::Inside;
 use crate::gait_family::start::Change;
 use crate::gait_family::study::Study;
 
@@ -98,11 +99,8 @@ pub fn tables(study: &Study) -> String {
         text,
         "| run, inside the limits | hips apart | knees' rate | change of hip / knee |\n|---|---|---|---|"
     );
-    let legs = study.inside.each_ref().map(|inside| &inside.leg);
-    for n in 0..2 {
-        let cadence = study.run.cadences[n];
-        let [hip, knee] = study.inside[n].cost_deg;
-        let (before, after) = (&study.run.ends[n], legs[n]);
+    for ((cadence, before), inside) in study.run.cadences.into_iter().zip(&study.run.ends).zip(&study.inside) {
+        let Inside { leg: after, cost_deg: [hip, knee] } = inside;
         let _ = writeln!(
             text,
             "| {cadence} steps a minute | {:.1} → {:.1} deg | {:.0} → {:.0} deg/s | {hip:.1} / {knee:.1} deg |",
