@@ -11,6 +11,7 @@ pub(crate) mod description;
 pub mod joint_names;
 pub mod mapped_csv;
 pub mod mcap_file;
+pub mod mvnx;
 pub mod open;
 pub mod opensim;
 pub mod page;
