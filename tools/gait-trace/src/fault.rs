@@ -341,7 +341,7 @@ pub enum Fault {
     NoValues,
     /// A file of motion capture has neither joint angles nor joint centres.
     #[error(
-        "neither joint angles nor joint centres: the points are {have}; allowed are angles such as `LHipAngles`, `LKneeAngles`, or trajectories of hip, knee and ankle such as `LHJC`, `LKJC`, `LAJC`"
+        "neither joint angles nor joint centres: the points are {have}; allowed are angles such as `LHipAngles`, `LKneeAngles`, trajectories of hip, knee and ankle such as `LHJC`, `LKJC`, `LAJC`, or markers such as `LASI`, `RASI`, `SACR` for the hips, `LKNE`, `LANK`"
     )]
     NoTrajectories {
         /// What the file has.
