@@ -236,13 +236,13 @@ fn damaged_messages_are_refused_with_their_place() {
 
 /// A chunk with a compression and a size, and no check sum.
 fn chunk(compression: &str, size: u64, data: &[u8]) -> Vec<u8> {
-    let mut body = [0_u64.to_le_bytes(), 0_u64.to_le_bytes(), size.to_le_bytes()].concat();
-    body.extend(0_u32.to_le_bytes());
-    body.extend((compression.len() as u32).to_le_bytes());
-    body.extend(compression.bytes());
-    body.extend((data.len() as u64).to_le_bytes());
-    body.extend(data);
-    [mcap::MAGIC.to_vec(), vec![6], (body.len() as u64).to_le_bytes().to_vec(), body].concat()
+    let mut record = [0_u64.to_le_bytes(), 0_u64.to_le_bytes(), size.to_le_bytes()].concat();
+    record.extend(0_u32.to_le_bytes());
+    record.extend((compression.len() as u32).to_le_bytes());
+    record.extend(compression.bytes());
+    record.extend((data.len() as u64).to_le_bytes());
+    record.extend(data);
+    [mcap::MAGIC.to_vec(), vec![6], (record.len() as u64).to_le_bytes().to_vec(), record].concat()
 }
 
 /// A zstd frame of blocks that each repeat one byte 128 KiB times.

@@ -3,6 +3,7 @@
 pub(crate) mod angle_columns;
 pub mod c3d;
 pub(crate) mod calibrated;
+pub(crate) mod choice;
 pub(crate) mod column;
 pub mod converted;
 pub mod csv_file;

@@ -1,10 +1,11 @@
 //! What an MCAP file has: its channels, the fields that may be joints, and the field that is chosen for each joint.
 
 use crate::fault::{Fault, TraceError};
+use crate::format::choice::columns;
 use crate::format::joint_names::{AngleUnit, joint_of, unit_of};
 use crate::format::mcap_file::joint_state::{JointState, Layout, layout_of};
 use crate::format::mcap_file::object_of;
-use crate::format::text_table::{column_called, listed, short};
+use crate::format::text_table::{listed, short};
 use crate::format::unit::{Said, volts_in, volts_of};
 use crate::options::ReadOptions;
 use joint_units::Joint;
@@ -171,34 +172,7 @@ impl Seen {
         }
         let headings: Vec<&str> = fields.iter().map(|field| field.heading.as_str()).collect();
         let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
-        let mut chosen = Vec::new();
-        for joint in Joint::ALL {
-            let index = match how.column_of(joint) {
-                Some(wanted) => Some(
-                    column_called(&headings, wanted).or_else(|| column_called(&names, wanted)).ok_or_else(|| {
-                        fault(Fault::MapColumn { joint: joint.name(), wanted: wanted.into(), have: listed(&headings) })
-                    })?,
-                ),
-                None => {
-                    let mut found =
-                        (0..names.len()).filter(|&index| joint_of(names[index]).is_some_and(|(of, _)| of == joint));
-                    let index = found.next();
-                    if let (Some(index), Some(other)) = (index, found.next()) {
-                        let (first, second) = (short(headings[index]), short(headings[other]));
-                        return Err(fault(Fault::TwoColumns { joint: joint.name(), first, second }));
-                    }
-                    index
-                }
-            };
-            if let Some(index) = index {
-                let Field { channel, name, heading } = fields[index];
-                let (field, heading) = (name.clone(), heading.clone());
-                let is_state =
-                    self.sources.get(channel).is_some_and(|source| matches!(source.kind, Kind::JointState(_)));
-                let (said, power) = if is_state { (Said::Unit(AngleUnit::Radians), 0) } else { unit_in(&field) };
-                chosen.push(Chosen { joint, channel: *channel, field, heading, said, power, values: Vec::new() });
-            }
-        }
+        let chosen = columns(&headings, &names, how).map_err(fault)?;
         if chosen.is_empty() {
             let have = if headings.is_empty() {
                 format!("the channels {}", listed(&self.topics()))
@@ -207,7 +181,14 @@ impl Seen {
             };
             return Err(fault(Fault::NoJoints { have }));
         }
-        Ok(chosen)
+        let chosen = chosen.into_iter().map(|(joint, index)| {
+            let Field { channel, name, heading } = fields[index];
+            let is_state = self.sources.get(channel).is_some_and(|source| matches!(source.kind, Kind::JointState(_)));
+            let (said, power) = if is_state { (Said::Unit(AngleUnit::Radians), 0) } else { unit_in(name) };
+            let (field, heading) = (name.clone(), heading.clone());
+            Chosen { joint, channel: *channel, field, heading, said, power, values: Vec::new() }
+        });
+        Ok(chosen.collect())
     }
 
     /// The topics with the encoding of their messages.

@@ -2,9 +2,10 @@
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
-use crate::format::joint_names::{AngleUnit, joint_of};
+use crate::format::choice::columns;
+use crate::format::joint_names::AngleUnit;
 use crate::format::mvnx::times::{Stamp, times_s};
-use crate::format::text_table::{MAX_COLUMNS, check_rows, column_called, listed, number_or_missing, short};
+use crate::format::text_table::{MAX_COLUMNS, check_rows, listed, number_or_missing, short};
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
@@ -248,29 +249,15 @@ impl Document {
         if let Some(wanted) = &how.time {
             return Err(Fault::MapColumn { joint: "time", wanted: wanted.clone(), have: listed(&self.labels) });
         }
-        for joint in Joint::ALL {
-            let is_joint = |label: &String| {
-                joint_of(label.strip_prefix('j').unwrap_or(label)).is_some_and(|(found, _)| found == joint)
-            };
-            let index = match how.column_of(joint) {
-                Some(wanted) => Some(column_called(&self.labels, wanted).ok_or_else(|| Fault::MapColumn {
-                    joint: joint.name(),
-                    wanted: wanted.into(),
-                    have: listed(&self.labels),
-                })?),
-                None => {
-                    let mut found = (0..self.labels.len()).filter(|&index| is_joint(&self.labels[index]));
-                    let index = found.next();
-                    if let (Some(index), Some(other)) = (index, found.next()) {
-                        let (first, second) = (self.labels[index].clone(), self.labels[other].clone());
-                        return Err(Fault::TwoColumns { joint: joint.name(), first, second });
-                    }
-                    index
-                }
-            };
-            let chosen = |index: usize| Chosen { joint, index, label: self.labels[index].clone(), values: Vec::new() };
-            self.chosen.extend(index.map(chosen));
-        }
+        let labels: Vec<&str> = self.labels.iter().map(String::as_str).collect();
+        let names: Vec<&str> = labels.iter().map(|label| label.strip_prefix('j').unwrap_or(label)).collect();
+        let chosen = columns(&labels, &names, how)?.into_iter().map(|(joint, index)| Chosen {
+            joint,
+            index,
+            label: self.labels[index].clone(),
+            values: Vec::new(),
+        });
+        self.chosen = chosen.collect();
         match self.chosen.is_empty() {
             true => Err(Fault::NoJoints { have: listed(&self.labels) }),
             false => Ok(()),

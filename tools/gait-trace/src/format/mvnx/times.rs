@@ -69,7 +69,7 @@ mod tests {
             times(Some(240.0), |n| Stamp { index: Some(n as f64 + 5.0), time_ms: Some(whole(n) + 20.0) });
         assert!(found.iter().enumerate().all(|(n, s)| (s - 0.02 - n as f64 / 240.0).abs() < 1e-12));
         assert!(notes[0].contains("agrees with them within 0.8 ms"), "{notes:?}");
-        // At another rate than the header's the numbers are not believed.
+        // At another rate than the header's the numbers are not used.
         let (found, notes) = times(Some(60.0), |n| Stamp { index: Some(n as f64), time_ms: Some(whole(n)) });
         assert_eq!((found[239], notes.len()), (0.995, 1));
         assert!(notes[0].contains("`time` is read"), "{notes:?}");
