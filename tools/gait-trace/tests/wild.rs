@@ -139,7 +139,8 @@ fn missing_joint_centres_are_missing_values() {
 }
 
 /// The markers of Plug-in Gait alone, against the joint centres and the angles that Vicon computed in the same file. The hips are another
-/// regression and are read against the vertical, not the pelvis; the knees are markers on the skin.
+/// regression and are read against the vertical, not the pelvis, which is tilted by 11 degrees; the knees are markers on the skin, which
+/// displaces their angles by 4 and 8 degrees. Around these displacements the angles differ by about a degree (root mean square).
 fn markers_give_nearly_the_angles_of_the_model() {
     let path = wild_folder().join("c3dorg_sample23_vicon_analysis.c3d");
     let whole = std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
@@ -171,8 +172,8 @@ fn markers_give_nearly_the_angles_of_the_model() {
     };
     for joint in Joint::ALL {
         let (rms, mean) = apart(&markers, &centres, joint);
-        assert!(rms < 99.0 && mean < 99.0, "{joint:?} against joint centres: {rms} {mean}");
+        assert!(rms < 1.5 && mean < 9.0, "{joint:?} against joint centres: {rms} {mean}");
         let (rms, mean) = apart(&markers, &model, joint);
-        assert!(rms < 99.0 && mean < 99.0, "{joint:?} against the model: {rms} {mean}");
+        assert!(rms < 2.0 && mean < 13.0, "{joint:?} against the model: {rms} {mean}");
     }
 }

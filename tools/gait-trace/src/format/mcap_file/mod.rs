@@ -106,6 +106,9 @@ struct Table<'a> {
     without_positions: u64,
 }
 
+/// Numbers of a message, each with the index of the joint that is chosen.
+type Values = Vec<(usize, f64)>;
+
 /// What is wrong with a message, or with the table.
 enum Why {
     Message(String),
@@ -150,12 +153,7 @@ impl Table<'_> {
     }
 
     /// Stamp and positions of the joints that are chosen; `None` if the message has none of them.
-    fn state_of(
-        &mut self,
-        of: &[usize],
-        data: &[u8],
-        layout: Layout,
-    ) -> Result<Option<(i64, Vec<(usize, f64)>)>, String> {
+    fn state_of(&mut self, of: &[usize], data: &[u8], layout: Layout) -> Result<Option<(i64, Values)>, String> {
         check_length(data)?;
         let state = JointState::parse(data, layout)?;
         if state.positions.is_empty() {
@@ -166,12 +164,12 @@ impl Table<'_> {
             let at = state.names.iter().position(|name| *name == self.chosen[n].field)?;
             Some((n, state.positions[at]))
         };
-        let values: Vec<(usize, f64)> = of.iter().filter_map(|&n| position(n)).collect();
+        let values: Values = of.iter().filter_map(|&n| position(n)).collect();
         Ok((!values.is_empty()).then_some((state.stamp_ns, values)))
     }
 
     /// The numbers of the fields that are chosen; NaN for a field that is missing.
-    fn object_values(&self, of: &[usize], data: &[u8]) -> Result<Vec<(usize, f64)>, Why> {
+    fn object_values(&self, of: &[usize], data: &[u8]) -> Result<Values, Why> {
         let object = object_of(data).map_err(|why| Why::Message(format!("message: {why}")))?;
         let value = |&n: &usize| {
             let chosen = &self.chosen[n];

@@ -94,7 +94,7 @@ pub(crate) fn angles(
             knee.name()
         ));
         if !markers.is_empty() {
-            notes.push(format!("The points {} are used as joint centres.", markers.join(", ")));
+            notes.push(format!("The points {} are used as joint centres; a marker beside a joint displaces its angles by some degrees, about the same in all frames.", markers.join(", ")));
         }
     }
     Ok(columns)
