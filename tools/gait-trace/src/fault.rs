@@ -154,6 +154,12 @@ pub enum Fault {
         /// Allowed values.
         allowed: String,
     },
+    /// The XML of a file cannot be read.
+    #[error("the XML cannot be read: {what}; allowed is a whole file of well-formed XML")]
+    Xml {
+        /// What is wrong.
+        what: String,
+    },
     /// A record of an MCAP file cannot be used.
     #[error("before byte {offset}: {what}")]
     Mcap {
@@ -301,6 +307,27 @@ pub enum Fault {
         /// What the file has instead.
         what: &'static str,
     },
+    /// A topic is given and the file has no topics.
+    #[error("a topic is given (`--topic`), but this is no MCAP file; allowed is `--topic` for MCAP files")]
+    NoTopics,
+    /// No topic of that name has fields that may be joints.
+    #[error(
+        "no topic `{wanted}` with numbers of joints (`--topic`); the file has {have}; allowed is one of these with joints"
+    )]
+    NoTopic {
+        /// The topic that is asked for.
+        wanted: String,
+        /// What the file has.
+        have: String,
+    },
+    /// The joints are in several topics.
+    #[error(
+        "joints are in several topics: {have}; allowed is one: choose with `--topic TOPIC`, or give each joint with `--map left_hip=TOPIC.NAME,...`"
+    )]
+    SeveralTopics {
+        /// The topics.
+        have: String,
+    },
     /// A map is given for a file without columns of joints.
     #[error(
         "a map is given (`--map`), but the file has {has}; allowed is without `--map`: hip, knee and ankle are found by name"
@@ -320,7 +347,7 @@ pub enum Fault {
     NoValues,
     /// A file of motion capture has neither joint angles nor joint centres.
     #[error(
-        "neither joint angles nor joint centres: the points are {have}; allowed are angles such as `LHipAngles`, `LKneeAngles`, or trajectories of hip, knee and ankle such as `LHJC`, `LKJC`, `LAJC`"
+        "neither joint angles nor joint centres: the points are {have}; allowed are angles such as `LHipAngles`, `LKneeAngles`, trajectories of hip, knee and ankle such as `LHJC`, `LKJC`, `LAJC`, or markers such as `LASI`, `RASI`, `SACR` for the hips, `LKNE`, `LANK`"
     )]
     NoTrajectories {
         /// What the file has.

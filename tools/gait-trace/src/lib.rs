@@ -15,7 +15,8 @@
 //! | [`format::opensim`] | OpenSim .mot and .sto, in and out |
 //! | [`format::c3d`] | C3D: joint angles, or hips and knees computed from joint centres |
 //! | [`format::trc`] | TRC of motion capture: hips and knees computed from markers of hip, knee and ankle |
-//! | [`format::mcap_file`] | MCAP: joint angles in JSON messages |
+//! | [`format::mcap_file`] | MCAP: joint angles in JSON messages, or joint states of ROS 2; chunks compressed with zstd or lz4 |
+//! | [`format::mvnx`] | MVNX of Xsens MVN: joint angles of inertial sensors |
 //! | [`format::scope`] | oscilloscope exports: volts to angles through a calibration |
 //! | [`format::page`] | the table of all formats, `docs/formats.md` |
 //! | [`format::joint_names`] | which joint a column is, from its name |

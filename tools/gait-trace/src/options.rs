@@ -22,6 +22,8 @@ pub struct ReadOptions<'a> {
     pub rate_hz: Option<f64>,
     /// Axis of flexion of the angles of a C3D file; the one that moves most if this is `None`.
     pub axis: Option<Axis>,
+    /// Topic of an MCAP file that holds the joints; any one if this is `None`.
+    pub topic: Option<String>,
     /// Joint of a CSV file whose only joint column names no side (`knee_deg`); the left one if this is `None` or does not fit the name.
     pub sideless: Option<Joint>,
 }

@@ -137,7 +137,7 @@ fn damage_is_reported() {
         ("a bit", bent, "Chunk CRC failed"),
         ("a length", long, "longer than the whole file"),
         ("magic alone", mcap::MAGIC.to_vec(), "no column is recognised as a joint"),
-        ("compressed", lz4, "compressed with lz4; allowed are uncompressed chunks"),
+        ("not compressed", lz4, "a chunk that is compressed with lz4 is damaged"),
         ("another encoding", cdr, "no column is recognised as a joint; there are the channels `/joint_states (cdr)`"),
         ("no joint", file(&text(r#"{"x": 1}"#)), "no column is recognised as a joint; there are `/sensor.x`"),
         ("two", file(&text(two)), "are both recognised as `left_knee`"),

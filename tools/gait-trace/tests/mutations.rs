@@ -5,7 +5,7 @@ mod support;
 
 use gait_trace::format::joint_names::AngleUnit;
 use gait_trace::format::open;
-use gait_trace::format::{c3d, mapped_csv, opensim, scope, trc};
+use gait_trace::format::{c3d, mapped_csv, mcap_file, mvnx, opensim, scope, trc};
 use gait_trace::{Axis, ReadOptions};
 use gait_trace::{RawJoints, TraceError};
 use std::path::{Path, PathBuf};
@@ -14,13 +14,15 @@ use std::path::{Path, PathBuf};
 const COPIES: u64 = 300;
 
 type Reader = fn(&str, &[u8], &ReadOptions<'_>) -> Result<RawJoints, TraceError>;
-const READERS: [(&str, Reader); 6] = [
+const READERS: &[(&str, Reader)] = &[
     ("a", open::of_bytes),
     ("a.csv", mapped_csv::parse),
     ("a.mot", opensim::parse),
     ("a.c3d", c3d::parse),
     ("a.csv", scope::parse),
     ("a.trc", trc::parse),
+    ("a.mcap", mcap_file::parse),
+    ("a.mvnx", mvnx::parse),
 ];
 
 fn corpus() -> Vec<(PathBuf, Vec<u8>)> {
@@ -76,7 +78,7 @@ impl Dice {
 }
 
 /// Pieces that parsers trip over.
-const PIECES: [&[u8]; 16] = [
+const PIECES: [&[u8]; 20] = [
     b"nan",
     b"-inf",
     b"1e999",
@@ -93,6 +95,10 @@ const PIECES: [&[u8]; 16] = [
     b"\0\0\0\0",
     b"nRows=4294967296\n",
     b"#",
+    b"<!DOCTYPE a [<!ENTITY b \"c\">]>",
+    b"</frame>",
+    b"<jointAngle>1 2 3",
+    b"&b;",
 ];
 
 fn damaged(dice: &mut Dice, good: &[u8], other: &[u8]) -> Vec<u8> {
@@ -168,7 +174,7 @@ fn no_damage_makes_a_reader_panic() {
             let other = &files[dice.below(files.len())].1;
             let bytes = damaged(&mut dice, good, other);
             for how in &ways {
-                for (name, reader) in READERS {
+                for &(name, reader) in READERS {
                     match reader(name, &bytes, how) {
                         Ok(raw) => {
                             check(&raw);

@@ -29,6 +29,8 @@ pub struct ReadSettings {
     pub rate_hz: Option<f64>,
     /// Axis of flexion of angles with three components.
     pub axis: Option<Axis>,
+    /// Topic of the joints of an MCAP file.
+    pub topic: Option<String>,
     /// What the file counts as positive at the knees.
     pub knee_sign: Option<KneeSign>,
     /// Duration of the stride of a recording whose time is the fraction of a cycle, seconds.
@@ -94,6 +96,7 @@ impl ReadSettings {
             divider: self.calibration.as_ref().map(|calibration| calibration.divider),
             rate_hz: self.rate_hz,
             axis: self.axis,
+            topic: self.topic.clone(),
             sideless: self.sideless,
             ..ReadOptions::default()
         };

@@ -31,6 +31,9 @@ pub struct Reading {
     /// Component of a C3D file's angles that is flexion: x, y or z [default: the one that moves most]
     #[arg(long, value_name = "AXIS", value_parser = one_of(Axis::ALL, Axis::name))]
     pub axis: Option<Axis>,
+    /// Topic of the joints, for an MCAP file that has joints in several topics
+    #[arg(long, value_name = "TOPIC")]
+    pub topic: Option<String>,
     /// What the file counts as positive at the knees: flexion or extension [default: by the angles, if they show it]
     #[arg(long, value_name = "SIGN", value_parser = one_of(KneeSign::ALL, KneeSign::name))]
     pub knee_sign: Option<KneeSign>,
@@ -52,6 +55,7 @@ impl Reading {
             calibration: self.calibration.map(SensorCalibration::read).transpose()?,
             rate_hz: self.rate,
             axis: self.axis,
+            topic: self.topic,
             knee_sign: self.knee_sign,
             stride_s: self.stride_time,
             sideless: None,

@@ -65,7 +65,7 @@ enum Word {
     Other,
 }
 
-const WORDS: [(&str, Word); 28] = [
+const WORDS: [(&str, Word); 29] = [
     ("left", Word::Left),
     ("right", Word::Right),
     ("lt", Word::Left),
@@ -90,6 +90,7 @@ const WORDS: [(&str, Word); 28] = [
     ("angle", Word::Other),
     ("ang", Word::Other),
     ("joint", Word::Other),
+    ("pitch", Word::Other),
     ("sagittal", Word::Other),
     ("plane", Word::Other),
     ("x", Word::Other),
@@ -251,6 +252,8 @@ mod tests {
             ("hipFE_l", LeftHip),
             ("/jointset/hip_r/hip_flexion_r/value", RightHip),
             ("left_hip/left_hip_rad", LeftHip),
+            ("left_hip_pitch_joint", LeftHip),
+            ("RKneePitch", RightKnee),
         ] {
             assert_eq!(joint_of(name).map(|(joint, _)| joint), Some(joint), "{name}");
         }
@@ -280,6 +283,8 @@ mod tests {
             "//value",
             "lumbar_extension",
             "L_HIP_Z",
+            "LHipYawPitch",
+            "left_hip_roll_joint",
         ] {
             assert_eq!(joint_of(name), None, "{name}");
         }

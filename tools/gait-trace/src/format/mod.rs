@@ -3,6 +3,7 @@
 pub(crate) mod angle_columns;
 pub mod c3d;
 pub(crate) mod calibrated;
+pub(crate) mod choice;
 pub(crate) mod column;
 pub mod converted;
 pub mod csv_file;
@@ -11,6 +12,7 @@ pub(crate) mod description;
 pub mod joint_names;
 pub mod mapped_csv;
 pub mod mcap_file;
+pub mod mvnx;
 pub mod open;
 pub mod opensim;
 pub mod page;

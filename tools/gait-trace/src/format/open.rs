@@ -5,6 +5,7 @@
 //! | the first bytes of a kind that is not read: BVH, rosbag, images, ... | an error that names it |
 //! | the magic bytes of MCAP | [`mcap_file`] |
 //! | second byte 0x50, and bytes that are not text | [`c3d`] |
+//! | XML with the element `mvnx` | [`mvnx`] |
 //! | a first line that begins with `PathFileType` | [`trc`] |
 //! | a line `endheader` | [`opensim`] |
 //! | the header of an oscilloscope export | [`scope`] |
@@ -31,7 +32,7 @@
 
 use crate::fault::{Fault, TraceError};
 use crate::format::csv_file::MAX_BYTES;
-use crate::format::{c3d, mapped_csv, mcap_file, opensim, scope, text_table, trc, unsupported};
+use crate::format::{c3d, mapped_csv, mcap_file, mvnx, opensim, scope, text_table, trc, unsupported};
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use std::io::Read;
@@ -75,6 +76,9 @@ pub fn of_bytes(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJo
     if mcap_file::looks_like(bytes) {
         return mcap_file::parse(name, bytes, how);
     }
+    if how.topic.is_some() {
+        return Err(TraceError::new(name, None, Fault::NoTopics));
+    }
     if c3d::looks_like(bytes) {
         return c3d::parse(name, bytes, how);
     }
@@ -82,6 +86,9 @@ pub fn of_bytes(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJo
         Err(_) if extension == "c3d" => return c3d::parse(name, bytes, how),
         other => other?,
     };
+    if mvnx::looks_like(text) {
+        return mvnx::parse(name, bytes, how);
+    }
     if trc::looks_like(text) {
         return trc::parse(name, bytes, how);
     }

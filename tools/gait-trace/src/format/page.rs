@@ -1,16 +1,17 @@
 //! The page `docs/formats.md`, generated from the descriptions of the readers.
 
 use crate::format::description::Description;
-use crate::format::{c3d, mapped_csv, mcap_file, opensim, scope, trc, unsupported};
+use crate::format::{c3d, mapped_csv, mcap_file, mvnx, opensim, scope, trc, unsupported};
 use std::fmt::Write as _;
 
-const ALL: [&Description; 6] = [
+const ALL: &[&Description] = &[
     &mapped_csv::DESCRIPTION,
     &scope::DESCRIPTION,
     &opensim::DESCRIPTION,
     &c3d::DESCRIPTION,
     &trc::DESCRIPTION,
     &mcap_file::DESCRIPTION,
+    &mvnx::DESCRIPTION,
 ];
 
 const HEAD: &str = "# Formats of recordings

@@ -2,12 +2,12 @@
 //!
 //! Five lines, separated by tabs: `PathFileType`, names of the header's fields, their values, names of the markers (one above three
 //! columns), names of the components; then rows of frame number, time, and X, Y, Z of each marker. An empty field, or a marker at
-//! exactly 0, 0, 0, is missing. The angles are computed as those of a C3D file of joint centres; the unit of length does not matter.
+//! exactly 0, 0, 0, is missing. The angles are computed as those of a C3D file of joint centres or markers.
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{Place, in_degrees};
 use crate::format::description::{Description, SIGNS};
-use crate::format::segments::{self, Track};
+use crate::format::segments::{self, LengthUnit, Track};
 use crate::format::text_table::{Delimiter, check_rows, finite, lines, listed, number_or_missing, short, text};
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
@@ -18,11 +18,11 @@ use std::borrow::Cow;
 pub(crate) const DESCRIPTION: Description = Description {
     name: "TRC of motion capture (`.trc`)",
     recognised: "a first line that begins with `PathFileType`",
-    units: "none is needed",
-    axes: "markers of hip, knee and ankle (`LHJC`, `RHip`, `RKnee`, ...): the plane of vertical and walking direction",
+    units: "`Units` where hips are computed from the pelvis",
+    axes: "markers of pelvis or hip, knee and ankle, as in C3D: the plane of vertical and walking direction",
     signs: SIGNS,
     rate: "the column `Time`, in seconds",
-    said: "up and forward; numbers of frames or markers in the header that differ from the file",
+    said: "up and forward; hips computed from the pelvis, and markers that stand for joint centres; the unit of length by the width of the pelvis, where the file names none; numbers of frames or markers in the header that differ from the file",
     options: &["--knee-sign", "--stride-time"],
 };
 
@@ -108,7 +108,11 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     differs(announced("NumFrames"), time_s.len(), "NumFrames", "frames", &mut notes);
     let step_s = median(time_s.windows(2).map(|pair| pair[1] - pair[0]));
     let rate_hz = if step_s > 0.0 { 1.0 / step_s } else { 1.0 };
-    let legs = legs.map(|leg| leg.map(|leg| leg.tracks(|point| tracks[point].clone().unwrap_or_default())));
+    let unit_at = keys.iter().position(|found| found.eq_ignore_ascii_case("Units"));
+    let text = unit_at.and_then(|index| values.get(index)).map_or("", |text| text);
+    let unit = LengthUnit { field: "Units", text };
+    let track = |point: usize| tracks[point].clone().unwrap_or_default();
+    let legs = segments::tracks(legs, track, unit, &mut notes).map_err(fault)?;
     let columns = segments::angles(&legs, rate_hz, None, &mut notes).map_err(fault)?;
     let place = Place { file: name, header: Some(line), lines: &row_lines };
     let joints = in_degrees(&place, columns, how, &mut notes)?;

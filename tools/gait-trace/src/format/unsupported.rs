@@ -86,7 +86,7 @@ pub(crate) const ALL: [Unsupported; 13] = [
     Unsupported {
         what: "an SQLite database, perhaps a bag of ROS 2",
         begins: "`SQLite format 3`",
-        instead: "convert a bag to MCAP with JSON messages, or export the joint angles as CSV",
+        instead: "convert a bag to MCAP (`ros2 bag convert`), or export the joint angles as CSV",
         is: |bytes| bytes.starts_with(b"SQLite format 3\0"),
     },
     Unsupported {

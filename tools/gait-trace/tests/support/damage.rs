@@ -1,4 +1,5 @@
 //! One damaged file after the other: each must give a clear error, soon, and hold little memory.
+#![allow(dead_code, reason = "each test binary uses its part")]
 
 use gait_trace::ReadOptions;
 use gait_trace::format::open;

@@ -108,6 +108,9 @@ impl Job {
         if let Some(axis) = reading.axis {
             option("axis", axis.name().into());
         }
+        if let Some(topic) = &reading.topic {
+            option("topic", topic.clone());
+        }
         if let Some(sign) = reading.knee_sign {
             option("knee-sign", sign.name().into());
         }

@@ -1,4 +1,4 @@
-//! Reads C3D files of motion capture: joint angles if the file has them, else hips and knees computed from joint centres.
+//! Reads C3D files of motion capture: joint angles if the file has them, else hips and knees computed from joint centres or markers.
 //!
 //! The reader is written here because a damaged file must give an error that names the byte. The crate `c3dio` 0.8 panics on some
 //! damaged files and reads some truncated ones as complete, so every check below would be needed in front of it. Analog data are
@@ -17,7 +17,7 @@ use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::description::{Description, SIGNS};
 use crate::format::joint_names::{AngleUnit, joint_of};
-use crate::format::segments::{self, Track};
+use crate::format::segments::{self, LengthUnit, Track};
 use crate::format::text_table::{check_rows, column_called, listed};
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
@@ -30,11 +30,11 @@ use section::{KEY, Layout, Parameters};
 pub(crate) const DESCRIPTION: Description = Description {
     name: "C3D (`.c3d`)",
     recognised: "the second byte, 0x50",
-    units: "`POINT:ANGLE_UNITS`; joint centres need none",
-    axes: "angles (`LKneeAngles`, ...): the component that moves most at the knees, else the first; joint centres (`LHJC`, `LKNE`, ...): the plane of vertical and walking direction",
+    units: "`POINT:ANGLE_UNITS`; `POINT:UNITS` where hips are computed from the pelvis",
+    axes: "angles (`LKneeAngles`, ...): the component that moves most at the knees, else the first; joint centres (`LHJC`, ...) or markers of pelvis or hip, knee and ankle (Plug-in Gait, Helen Hayes, CAST, OpenSim: `LASI`, `LKNE`, `LANK`, ...): the plane of vertical and walking direction",
     signs: SIGNS,
     rate: "the frame rate of the header",
-    said: "the axis; up and forward, where angles are computed from joint centres; degrees or radians by the values, where the file names no unit; header and parameters that differ",
+    said: "the axis; up and forward, hips computed from the pelvis, and markers that stand for joint centres, where angles are computed; the unit of length by the width of the pelvis, where the file names none; degrees or radians by the values, where the file names no unit; header and parameters that differ",
     options: &["--map", "--unit", "--axis", "--knee-sign", "--stride-time"],
 };
 
@@ -71,10 +71,10 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let (columns, what) = match file.angles(how, &mut notes)? {
         columns if columns.is_empty() => {
             if how.axis.is_some() {
-                let what = "the file has joint centres and no joint angles";
+                let what = "the file has no joint angles";
                 return Err(TraceError::new(name, None, Fault::NoAxes { what }));
             }
-            (file.segments(&mut notes)?, "joint centres")
+            (file.segments(&mut notes)?, "joint centres or markers")
         }
         columns => (columns, "joint angles"),
     };
@@ -143,11 +143,14 @@ impl File<'_> {
         let bare: Vec<&str> = self.layout.labels.iter().map(|label| bare(label)).collect();
         let first_text = |name| self.parameters.text(&self.ctx, name).first().cloned();
         let screen_up = first_text("POINT:Y_SCREEN");
-        let legs = segments::find(&bare).map(|leg| leg.map(|leg| leg.tracks(|index| self.track(index))));
+        let legs = segments::find(&bare);
         let fault = |fault| TraceError::new(self.ctx.file, None, fault);
         if legs.iter().all(Option::is_none) {
             return Err(fault(Fault::NoTrajectories { have: listed(&self.layout.labels) }));
         }
+        let text = first_text("POINT:UNITS").unwrap_or_default();
+        let unit = LengthUnit { field: "POINT:UNITS", text: &text };
+        let legs = segments::tracks(legs, |index| self.track(index), unit, notes).map_err(fault)?;
         segments::angles(&legs, self.layout.rate_hz, screen_up.as_deref(), notes).map_err(fault)
     }
 

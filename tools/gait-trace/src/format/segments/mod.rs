@@ -1,4 +1,4 @@
-//! Computes hip and knee angles from the positions of hip, knee and ankle.
+//! Computes hip and knee angles from the positions of hip, knee and ankle, for C3D and TRC files.
 //!
 //! With `up` and the person's `forward`, the angle of a segment from `a` down to `b` is `atan2((b - a).forward, (a - b).up)`: 0 when
 //! it is vertical, positive when its lower end is in front. The hip angle is that of the thigh (the tilt of the pelvis is not
@@ -8,142 +8,50 @@
 //! left to right, averaged over [`WINDOW_S`] so that it follows a person who turns and not the pelvis within each stride. With one
 //! leg only, it is the direction from the hip's first to its last position.
 
+mod names;
+mod pelvis;
+mod vector;
+
 use crate::fault::Fault;
 use crate::format::angle_columns::AngleColumn;
 use crate::format::unit::Said;
 use joint_units::Joint;
+pub(crate) use names::{Leg, find};
+use names::{Place, mean_track};
+pub(crate) use pelvis::LengthUnit;
+use vector::{Vector, add, cross, dot, length, scale, square_to, sub, unit};
 
 /// Position of a point in each frame; NaN where the point is missing.
-pub(crate) type Track = Vec<[f64; 3]>;
+pub(crate) type Track = Vec<Vector>;
 
 /// Width of the moving average of the line between the hips, seconds: about a stride.
 const WINDOW_S: f64 = 1.2;
 /// The line from ankles to hips must be within 30 degrees of an axis: cosine of that angle.
 const UPRIGHT: f64 = 0.866;
 
-/// Names of a joint centre in order of preference, without side, blanks and signs; several in one entry are averaged.
-type Names = &'static [&'static [&'static str]];
-const HIP: Names = &[
-    &["hjc"],
-    &["hipjc"],
-    &["hipjointcenter"],
-    &["hipjointcentre"],
-    &["hipcenter"],
-    &["fep"],
-    &["gtr"],
-    &["gt"],
-    &["troch"],
-    &["hip"],
-];
-const KNEE: Names = &[
-    &["kjc"],
-    &["kneejc"],
-    &["kneejointcenter"],
-    &["kneejointcentre"],
-    &["kneecenter"],
-    &["feo"],
-    &["kne", "knm"],
-    &["kne", "mkne"],
-    &["lfc", "mfc"],
-    &["lek", "mek"],
-    &["fle", "fme"],
-    &["kneelat", "kneemed"],
-    &["knee"],
-    &["kne"],
-    &["lfc"],
-    &["fle"],
-];
-const ANKLE: Names = &[
-    &["ajc"],
-    &["anklejc"],
-    &["anklejointcenter"],
-    &["anklejointcentre"],
-    &["anklecenter"],
-    &["tio"],
-    &["ank", "med"],
-    &["ank", "mank"],
-    &["lmal", "mmal"],
-    &["fal", "tam"],
-    &["anklelat", "anklemed"],
-    &["ankle"],
-    &["ank"],
-    &["lmal"],
-    &["fal"],
-];
-
-/// Hip, knee and ankle of a leg, as indices of points or as trajectories.
-pub(crate) struct Leg<P> {
-    places: [P; 3],
-    name: String,
-}
-
-/// The left and right leg; `None` where one of the three joint centres is missing.
-pub(crate) fn find(labels: &[&str]) -> [Option<Leg<Vec<usize>>>; 2] {
-    // OpenCap marks the joint centres that it computes with `_study`.
-    let plain = |label: &&str| -> String {
-        let plain: String = label.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
-        plain.strip_suffix("study").map_or(plain.clone(), str::to_owned)
-    };
-    let plain: Vec<String> = labels.iter().map(plain).collect();
-    let called = |side: &str, word: &str, name: &str| {
-        let names =
-            [format!("{side}{name}"), format!("{name}{side}"), format!("{word}{name}"), format!("{name}{word}")];
-        plain.iter().position(|label| names.contains(label))
-    };
-    [("l", "left"), ("r", "right")].map(|(side, word)| {
-        let place = |names: Names| {
-            names
-                .iter()
-                .find_map(|points| points.iter().map(|name| called(side, word, name)).collect::<Option<Vec<_>>>())
-        };
-        let places = [place(HIP)?, place(KNEE)?, place(ANKLE)?];
-        let name = places.concat().iter().map(|&index| labels[index]).collect::<Vec<_>>().join(", ");
-        Some(Leg { places, name })
-    })
-}
-
-impl Leg<Vec<usize>> {
-    /// The points that are used.
-    pub(crate) fn points(&self) -> impl Iterator<Item = usize> {
-        self.places.iter().flatten().copied()
+/// The trajectories of the legs.
+///
+/// # Errors
+/// A hip is computed from the pelvis, and the unit of length is unknown or wrong.
+pub(crate) fn tracks(
+    legs: [Option<Leg<Place>>; 2],
+    track: impl Fn(usize) -> Track,
+    length_unit: LengthUnit<'_>,
+    notes: &mut Vec<String>,
+) -> Result<[Option<Leg<Track>>; 2], Fault> {
+    let mut moving = [None, None];
+    for (moving, leg) in moving.iter_mut().zip(legs) {
+        let Some(Leg { places, name, markers }) = leg else { continue };
+        let mut tracks: [Track; 3] = Default::default();
+        for (found, place) in tracks.iter_mut().zip(&places) {
+            *found = match place {
+                Place::Mean(points) => mean_track(points, &track),
+                Place::InPelvis(pelvis) => pelvis.hip(&track, length_unit, notes)?,
+            };
+        }
+        *moving = Some(Leg { places: tracks, name, markers });
     }
-
-    /// The trajectories; the mean where a joint centre has several points.
-    pub(crate) fn tracks(self, track: impl Fn(usize) -> Track) -> Leg<Track> {
-        let mean = |points: Vec<usize>| {
-            let share = 1.0 / points.len() as f64;
-            let mut tracks = points.into_iter().map(&track);
-            let mut sum = tracks.next().unwrap_or_default();
-            for other in tracks {
-                sum.iter_mut().zip(other).for_each(|(a, b)| *a = add(*a, b));
-            }
-            sum.iter_mut().for_each(|point| *point = point.map(|value| value * share));
-            sum
-        };
-        Leg { places: self.places.map(mean), name: self.name }
-    }
-}
-
-fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|n| a[n] + b[n])
-}
-
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|n| a[n] - b[n])
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// The direction of a vector; `None` for a vector of length 0.
-fn unit(a: [f64; 3]) -> Option<[f64; 3]> {
-    let length = dot(a, a).sqrt();
-    (length.is_finite() && length > 0.0).then(|| a.map(|value| value / length))
+    Ok(moving)
 }
 
 fn is_seen(point: &[f64; 3]) -> bool {
@@ -154,12 +62,7 @@ fn is_seen(point: &[f64; 3]) -> bool {
 fn mean(points: impl Iterator<Item = [f64; 3]>) -> Option<[f64; 3]> {
     let (sum, count) =
         points.filter(is_seen).fold(([0.0; 3], 0_usize), |(sum, count), point| (add(sum, point), count + 1));
-    (count > 0).then(|| sum.map(|value| value / count as f64))
-}
-
-fn level(a: [f64; 3], up: [f64; 3]) -> [f64; 3] {
-    let rise = dot(a, up);
-    sub(a, up.map(|value| value * rise))
+    (count > 0).then(|| scale(sum, 1.0 / count as f64))
 }
 
 /// The angles of the legs that are present.
@@ -174,7 +77,7 @@ pub(crate) fn angles(
     let mut columns = Vec::new();
     for (leg, [hip, knee]) in legs.iter().zip([[Joint::LeftHip, Joint::LeftKnee], [Joint::RightHip, Joint::RightKnee]])
     {
-        let Some(Leg { places: [hips, knees, ankles], name }) = leg else { continue };
+        let Some(Leg { places: [hips, knees, ankles], name, markers }) = leg else { continue };
         let lean = |above: [f64; 3], below: [f64; 3], forward: [f64; 3]| {
             let down = sub(below, above);
             dot(down, forward).atan2(-dot(down, up)).to_degrees()
@@ -190,6 +93,9 @@ pub(crate) fn angles(
             hip.name(),
             knee.name()
         ));
+        if !markers.is_empty() {
+            notes.push(format!("The points {} are used as joint centres; a marker beside a joint displaces its angles by some degrees, about the same in all frames.", markers.join(", ")));
+        }
     }
     Ok(columns)
 }
@@ -256,12 +162,11 @@ fn forward(
     };
     let first_leg = legs.iter().flatten().next().ok_or_else(fault)?;
     let [hips, _, ankles] = &first_leg.places;
-    let length =
-        mean(hips.iter().zip(ankles).map(|(&hip, &ankle)| sub(hip, ankle))).map_or(0.0, |leg| dot(leg, leg).sqrt());
+    let leg_length = mean(hips.iter().zip(ankles).map(|(&hip, &ankle)| sub(hip, ankle))).map_or(0.0, length);
     let mut seen = hips.iter().copied().filter(is_seen);
     let start = seen.next().ok_or_else(fault)?;
-    let way = level(sub(seen.next_back().unwrap_or(start), start), up);
-    let walked = (dot(way, way).sqrt() > length).then_some(way).and_then(unit);
+    let way = square_to(sub(seen.next_back().unwrap_or(start), start), up);
+    let walked = (length(way) > leg_length).then_some(way).and_then(unit);
 
     let [Some(left), Some(right)] = legs else {
         let forward = walked.ok_or_else(fault)?;
@@ -272,7 +177,7 @@ fn forward(
         return Ok(vec![forward; hips.len()]);
     };
     let across: Vec<[f64; 3]> =
-        left.places[0].iter().zip(&right.places[0]).map(|(&left, &right)| level(sub(left, right), up)).collect();
+        left.places[0].iter().zip(&right.places[0]).map(|(&left, &right)| square_to(sub(left, right), up)).collect();
     let half = ((WINDOW_S / 2.0 * rate_hz) as usize).min(across.len());
     // Running sums of the known points: each window is a difference of two sums.
     let mut sums = vec![([0.0; 3], 0_usize)];

@@ -1,0 +1,244 @@
+//! Reads MCAP (<https://mcap.dev/spec>): joint angles in JSON messages, such as the `/sensor` messages of a capture, and the state of
+//! joints that ROS 2 records.
+//!
+//! A channel has a joint if its first message is a JSON object with a number (or null) of a joint's name (`left_knee_deg`), or if its
+//! messages are `sensor_msgs/msg/JointState` in CDR and name a joint (`left_knee_joint`). Other channels are skipped. The column is called
+//! `/topic.field`; a map may also use `field` alone. The time is the message's log time, or the stamp in the header of the state of joints;
+//! messages of the same time make one row. A null is a missing value, and so is a joint that a message does not name.
+//!
+//! A file that ends early because its recorder was stopped is read up to its last complete chunk, with a note. The check sum of each
+//! chunk is verified before it is used. Chunks may be compressed with zstd or lz4.
+
+mod cdr;
+mod chunk;
+mod fields;
+mod joint_state;
+mod records;
+
+use crate::fault::{Fault, TraceError};
+use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
+use crate::format::description::{Description, SIGNS};
+use crate::format::text_table::{check_rows, short};
+use crate::format::unit::scaled;
+use crate::options::ReadOptions;
+use crate::raw::RawJoints;
+use fields::{Chosen, Kind, Seen, Source};
+use joint_state::{JointState, Layout};
+use mcap::records::{MessageHeader, Record};
+use records::records;
+use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+
+/// Longest message with joints, bytes.
+const MAX_MESSAGE: usize = 64 * 1024;
+
+/// The row of the table of formats.
+pub(crate) const DESCRIPTION: Description = Description {
+    name: "MCAP with JSON messages, such as a capture of the board, or with `sensor_msgs/msg/JointState` of ROS 2 (`.mcap`)",
+    recognised: "the magic bytes of MCAP; the definition of the messages decides, where there is none the name of the schema",
+    units: "a field's end (`left_knee_deg`, `knee_mV`); volts need a calibration; `JointState` is in radians",
+    axes: "one field or joint name a joint",
+    signs: SIGNS,
+    rate: "the log times of the messages; of `JointState` the stamps of their headers",
+    said: "a file without an end record; lost samples; degrees or radians by the values, where a field has no unit; volts, where a calibration is given; messages that are not read; log times, where no header has a stamp",
+    options: &["--map", "--topic", "--unit", "--calibration", "--knee-sign", "--stride-time"],
+};
+
+/// Whether the bytes begin with the magic bytes of MCAP.
+#[must_use]
+pub fn looks_like(bytes: &[u8]) -> bool {
+    bytes.starts_with(mcap::MAGIC)
+}
+
+/// Reads the bytes of an MCAP file.
+///
+/// # Errors
+/// The first fault of the file, with its place.
+pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoints, TraceError> {
+    let mut notes = Vec::new();
+    if how.rate_hz.is_some() {
+        let has = "the log times of its messages".into();
+        return Err(TraceError::new(name, None, Fault::RateAndTime { has }));
+    }
+    let mut seen = Seen::default();
+    let cut = records(name, bytes, |at, record| seen.take(name, at, record))?;
+    if let Some(messages) = cut.then_some(seen.messages) {
+        let read = format!("the {messages} messages up to the last complete chunk are read");
+        notes.push(format!("The file has no end record (recorder stopped, or file cut off); {read}."));
+    }
+    if let Some(lost) = seen.lost.filter(|&lost| lost > 0) {
+        notes.push(format!("The capture reports {lost} lost samples; they are missing values."));
+    }
+    notes.append(&mut seen.notes);
+    let chosen = seen.choose(name, how)?;
+    let mut table = Table { seen: &seen, chosen, time_s: Vec::new(), last_ns: None, without_positions: 0 };
+    records(name, bytes, |at, record| {
+        let Record::Message { header, data } = record else { return Ok(()) };
+        table.take(&header, &data).map_err(|fault| match fault {
+            Why::Message(what) => TraceError::new(name, None, Fault::Mcap { offset: at, what }),
+            Why::Fault(fault) => TraceError::new(name, None, fault),
+        })
+    })?;
+    let kind = table.describe(&mut notes);
+    let Table { chosen, time_s, .. } = table;
+    if time_s.len() < 2 {
+        return Err(TraceError::new(name, None, Fault::TooFewRows { rows: time_s.len() }));
+    }
+    let columns = chosen.into_iter().enumerate().map(|(index, chosen)| {
+        let Chosen { joint, heading, said, values, .. } = chosen;
+        AngleColumn { joint, heading, index, said, values }
+    });
+    let place = Place { file: name, header: None, lines: &[] };
+    let joints = in_degrees(&place, columns.collect(), how, &mut notes)?;
+    let count = joints.iter().flatten().count();
+    let format = format!("MCAP, {kind}, {count} joints of {} channels", seen.sources.len());
+    Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
+}
+
+/// The rows that are read.
+struct Table<'a> {
+    seen: &'a Seen,
+    chosen: Vec<Chosen>,
+    time_s: Vec<f64>,
+    /// Time of the last row, nanoseconds.
+    last_ns: Option<i128>,
+    /// Messages with names of joints and no positions.
+    without_positions: u64,
+}
+
+/// Numbers of a message, each with the index of the joint that is chosen.
+type Values = Vec<(usize, f64)>;
+
+/// What is wrong with a message, or with the table.
+enum Why {
+    Message(String),
+    Fault(Fault),
+}
+
+impl Table<'_> {
+    fn take(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), Why> {
+        let channel = header.channel_id;
+        let of_channel: Vec<usize> =
+            (0..self.chosen.len()).filter(|&n| self.seen.are_one(self.chosen[n].channel, channel)).collect();
+        let Some(source) = self.seen.sources.get(&channel).filter(|_| !of_channel.is_empty()) else { return Ok(()) };
+        let message = |why| Why::Message(format!("message: {why}"));
+        let (time_ns, values) = match source.kind {
+            Kind::JointState(layout) => {
+                let Some((stamp_ns, values)) = self.state_of(&of_channel, data, layout).map_err(message)? else {
+                    return Ok(());
+                };
+                (if self.has_stamps(source) { i128::from(stamp_ns) } else { i128::from(header.log_time) }, values)
+            }
+            Kind::Json => (i128::from(header.log_time), self.object_values(&of_channel, data)?),
+            Kind::Other => return Ok(()),
+        };
+        let taken = |chosen: &Chosen| {
+            chosen.values.len() == self.time_s.len() && chosen.values.last().is_some_and(|v| !v.is_nan())
+        };
+        let joins = self.last_ns == Some(time_ns) && !values.iter().any(|&(n, _)| taken(&self.chosen[n]));
+        if !joins {
+            check_rows(self.time_s.len()).map_err(Why::Fault)?;
+            self.time_s.push(time_ns as f64 / 1e9);
+            for chosen in &mut self.chosen {
+                chosen.values.push(f64::NAN);
+            }
+            self.last_ns = Some(time_ns);
+        }
+        for (n, value) in values {
+            if let Some(last) = self.chosen[n].values.last_mut() {
+                *last = value;
+            }
+        }
+        Ok(())
+    }
+
+    /// Stamp and positions of the joints that are chosen; `None` if the message has none of them.
+    fn state_of(&mut self, of: &[usize], data: &[u8], layout: Layout) -> Result<Option<(i64, Values)>, String> {
+        check_length(data)?;
+        let state = JointState::parse(data, layout)?;
+        if state.positions.is_empty() {
+            self.without_positions += u64::from(!state.names.is_empty());
+            return Ok(None);
+        }
+        let position = |n: usize| {
+            let at = state.names.iter().position(|name| *name == self.chosen[n].field)?;
+            Some((n, state.positions[at]))
+        };
+        let values: Values = of.iter().filter_map(|&n| position(n)).collect();
+        Ok((!values.is_empty()).then_some((state.stamp_ns, values)))
+    }
+
+    /// The numbers of the fields that are chosen; NaN for a field that is missing.
+    fn object_values(&self, of: &[usize], data: &[u8]) -> Result<Values, Why> {
+        let object = object_of(data).map_err(|why| Why::Message(format!("message: {why}")))?;
+        let value = |&n: &usize| {
+            let chosen = &self.chosen[n];
+            match object.get(&chosen.field) {
+                None | Some(Value::Null) => Ok((n, f64::NAN)),
+                Some(Value::Number(number)) => {
+                    Ok((n, scaled(&number.to_string(), false, chosen.power).unwrap_or(f64::NAN)))
+                }
+                Some(other) => {
+                    let found = short(&other.to_string());
+                    Err(Why::Message(format!("`{}` is {found}; allowed is a number or null", chosen.heading)))
+                }
+            }
+        };
+        of.iter().map(value).collect()
+    }
+
+    /// Whether any message of a topic has a stamp.
+    fn has_stamps(&self, source: &Source) -> bool {
+        self.seen.sources.values().any(|other| other.topic == source.topic && other.stamped > 0)
+    }
+
+    /// The kind of the messages that were read, with notes on those that were not.
+    fn describe(&self, notes: &mut Vec<String>) -> &'static str {
+        let is_read = |channel: u16| self.chosen.iter().any(|chosen| self.seen.are_one(chosen.channel, channel));
+        let sources = || self.seen.sources.iter().map(|(&channel, source)| (is_read(channel), source));
+        let states = |(is_read, source): &(bool, &Source)| *is_read && matches!(source.kind, Kind::JointState(_));
+        if !sources().any(|source| states(&source)) {
+            return "JSON";
+        }
+        let mut without_stamps: Vec<&str> = sources()
+            .filter(states)
+            .filter(|(_, source)| !self.has_stamps(source))
+            .map(|(_, source)| &*source.topic)
+            .collect();
+        without_stamps.dedup();
+        for topic in without_stamps {
+            let topic = short(topic);
+            notes.push(format!(
+                "No header of `{topic}` has a stamp; the times are those at which the messages were logged."
+            ));
+        }
+        if self.without_positions > 0 {
+            notes.push(format!("{} messages have no positions and are left out.", self.without_positions));
+        }
+        let mut others: BTreeMap<&str, u64> = BTreeMap::new();
+        for (_, source) in sources().filter(|(is_read, source)| !is_read && source.messages > 0) {
+            *others.entry(&source.topic).or_default() += source.messages;
+        }
+        let ignored: u64 = others.values().sum();
+        match others.keys().collect::<Vec<_>>().as_slice() {
+            [] => {}
+            [topic] => notes.push(format!("{ignored} messages of `{}` are not read.", short(topic))),
+            topics => notes.push(format!("{ignored} messages of {} other topics are not read.", topics.len())),
+        }
+        "ROS 2 JointState"
+    }
+}
+
+fn check_length(message: &[u8]) -> Result<(), String> {
+    if message.len() > MAX_MESSAGE {
+        return Err(format!("{} bytes; allowed are up to {MAX_MESSAGE}", message.len()));
+    }
+    Ok(())
+}
+
+fn object_of(message: &[u8]) -> Result<Map<String, Value>, String> {
+    check_length(message)?;
+    serde_json::from_slice(message).map_err(|error| {
+        format!("is not a JSON object ({error}); allowed is an object such as {{\"left_knee_deg\": 12.5}}")
+    })
+}

@@ -1,0 +1,162 @@
+//! Finds hips, knees and ankles among the names of points, in the usual marker sets.
+//!
+//! | set | hip | knee | ankle |
+//! |---|---|---|---|
+//! | joint centres | `LHJC`, `LFEP` | `LKJC`, `LFEO` | `LAJC`, `LTIO` |
+//! | Plug-in Gait | `LASI`, `RASI`, and `LPSI`, `RPSI` or `SACR` | `LKNE` | `LANK` |
+//! | Helen Hayes | `L.ASIS`, `R.ASIS`, `V.Sacral` | `L.Knee` | `L.Ankle` |
+//! | CAST | `LIAS`, `RIAS`, `LIPS`, `RIPS`; `LFTC`, `LGT` | `LFLE`, `LFME`; `LLE`, `LME` | `LFAL`, `LTAM`; `LLM`, `LMM` |
+//! | OpenSim, OpenCap | `L.ASIS`, `R.ASIS`, `V.Sacral`; `L.PSIS` | `L.Knee.Lat`, `L.Knee.Med`; `L_knee`, `L_mknee` | `L.Ankle.Lat`, `L.Ankle.Med`; `L_ankle`, `L_mankle` |
+//!
+//! A joint centre goes before a pair of markers, whose middle is taken, and a pair before a single marker. A hip without a point of its
+//! own is computed from the pelvis.
+
+use crate::format::segments::Track;
+use crate::format::segments::pelvis::Pelvis;
+use crate::format::segments::vector::{add, scale};
+
+/// Names of the points of a joint in order of preference, without side, blanks and signs; several in one entry are averaged.
+type Names = &'static [&'static [&'static str]];
+
+/// What is known of a joint by its points.
+struct Points {
+    /// Joint centres, and pairs of markers on both sides of the joint.
+    centres: Names,
+    /// Single markers on the skin, and names that are used for centres and for markers.
+    markers: Names,
+}
+
+const HIP: Points = Points {
+    centres: &[&["hjc"], &["hipjc"], &["hipjointcenter"], &["hipjointcentre"], &["hipcenter"], &["fep"]],
+    markers: &[&["gtr"], &["gtro"], &["gt"], &["ftc"], &["troch"], &["trochanter"], &["hip"]],
+};
+const KNEE: Points = Points {
+    centres: &[
+        &["kjc"],
+        &["kneejc"],
+        &["kneejointcenter"],
+        &["kneejointcentre"],
+        &["kneecenter"],
+        &["feo"],
+        &["kne", "knm"],
+        &["kne", "mkne"],
+        &["lfc", "mfc"],
+        &["lek", "mek"],
+        &["fle", "fme"],
+        &["le", "me"],
+        &["kneelat", "kneemed"],
+        &["knee", "mknee"],
+    ],
+    markers: &[&["knee"], &["kne"], &["lfc"], &["fle"], &["lek"], &["le"], &["kneelat"]],
+};
+const ANKLE: Points = Points {
+    centres: &[
+        &["ajc"],
+        &["anklejc"],
+        &["anklejointcenter"],
+        &["anklejointcentre"],
+        &["anklecenter"],
+        &["tio"],
+        &["ank", "med"],
+        &["ank", "mank"],
+        &["lmal", "mmal"],
+        &["fal", "tam"],
+        &["lm", "mm"],
+        &["anklelat", "anklemed"],
+        &["ankle", "mankle"],
+    ],
+    markers: &[&["ankle"], &["ank"], &["lmal"], &["fal"], &["lm"], &["anklelat"]],
+};
+const ANTERIOR: Names = &[&["asi"], &["asis"], &["ias"]];
+const POSTERIOR: Names = &[&["psi"], &["psis"], &["ips"]];
+const SACRUM: [&str; 6] = ["sacr", "sacrum", "sacral", "vsacral", "vsacrum", "sac"];
+
+/// Where a joint is, by indices of points.
+pub(crate) enum Place {
+    /// In the middle of points.
+    Mean(Vec<usize>),
+    /// In the pelvis, to its left or to its right.
+    InPelvis(Pelvis),
+}
+
+/// Hip, knee and ankle of a leg, as places or as trajectories.
+pub(crate) struct Leg<P> {
+    pub(super) places: [P; 3],
+    /// The names of the points.
+    pub(super) name: String,
+    /// The names of single markers that stand for joint centres.
+    pub(super) markers: Vec<String>,
+}
+
+/// The left and right leg; `None` where a hip, knee or ankle is missing.
+pub(crate) fn find(labels: &[&str]) -> [Option<Leg<Place>>; 2] {
+    // OpenCap marks the joint centres that it computes with `_study`.
+    let plain = |label: &&str| -> String {
+        let plain: String = label.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
+        plain.strip_suffix("study").map_or(plain.clone(), str::to_owned)
+    };
+    let plain: Vec<String> = labels.iter().map(plain).collect();
+    const SIDES: [(&str, &str); 2] = [("l", "left"), ("r", "right")];
+    let called = |(side, word): (&str, &str), name: &str| {
+        let names =
+            [format!("{side}{name}"), format!("{name}{side}"), format!("{word}{name}"), format!("{name}{word}")];
+        plain.iter().position(|label| names.contains(label))
+    };
+    let among = |side: (&str, &str), names: Names| {
+        names.iter().find_map(|points| points.iter().map(|name| called(side, name)).collect::<Option<Vec<_>>>())
+    };
+    let both = |names: Names| {
+        let [left, right] = SIDES.map(|side| among(side, names));
+        Some([*left?.first()?, *right?.first()?])
+    };
+    let back = || {
+        let sacrum = || plain.iter().position(|label| SACRUM.contains(&label.as_str()));
+        both(POSTERIOR).map(Vec::from).or_else(|| sacrum().map(|sacrum| vec![sacrum]))
+    };
+    SIDES.map(|side| {
+        let mut markers = Vec::new();
+        let mut place = |joint: &Points| {
+            among(side, joint.centres).or_else(|| {
+                let marker = among(side, joint.markers)?;
+                markers.extend(marker.iter().map(|&index| labels[index].to_owned()));
+                Some(marker)
+            })
+        };
+        let hip = match place(&HIP) {
+            Some(points) => Place::Mean(points),
+            None => Place::InPelvis(Pelvis { anterior: both(ANTERIOR)?, posterior: back()?, is_left: side.0 == "l" }),
+        };
+        let places = [hip, Place::Mean(place(&KNEE)?), Place::Mean(place(&ANKLE)?)];
+        let points = places.iter().flat_map(Place::points);
+        let name = points.map(|index| labels[index]).collect::<Vec<_>>().join(", ");
+        Some(Leg { places, name, markers })
+    })
+}
+
+impl Place {
+    fn points(&self) -> Vec<usize> {
+        match self {
+            Self::Mean(points) => points.clone(),
+            Self::InPelvis(pelvis) => pelvis.points(),
+        }
+    }
+}
+
+impl Leg<Place> {
+    /// The points that are used.
+    pub(crate) fn points(&self) -> impl Iterator<Item = usize> {
+        self.places.iter().flat_map(Place::points)
+    }
+}
+
+/// The mean of trajectories, point by point; missing where one of them is.
+pub(super) fn mean_track(points: &[usize], track: impl Fn(usize) -> Track) -> Track {
+    let share = 1.0 / points.len() as f64;
+    let mut tracks = points.iter().map(|&point| track(point));
+    let mut sum = tracks.next().unwrap_or_default();
+    for other in tracks {
+        sum.iter_mut().zip(other).for_each(|(a, b)| *a = add(*a, b));
+    }
+    sum.iter_mut().for_each(|point| *point = scale(*point, share));
+    sum
+}

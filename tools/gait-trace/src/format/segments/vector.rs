@@ -1,0 +1,38 @@
+//! Vectors of three numbers.
+
+pub(super) type Vector = [f64; 3];
+
+pub(super) fn add(a: Vector, b: Vector) -> Vector {
+    std::array::from_fn(|n| a[n] + b[n])
+}
+
+pub(super) fn sub(a: Vector, b: Vector) -> Vector {
+    std::array::from_fn(|n| a[n] - b[n])
+}
+
+pub(super) fn scale(a: Vector, by: f64) -> Vector {
+    a.map(|value| value * by)
+}
+
+pub(super) fn dot(a: Vector, b: Vector) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+pub(super) fn cross(a: Vector, b: Vector) -> Vector {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+pub(super) fn length(a: Vector) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// The direction of a vector; `None` for a vector of length 0.
+pub(super) fn unit(a: Vector) -> Option<Vector> {
+    let length = length(a);
+    (length.is_finite() && length > 0.0).then(|| a.map(|value| value / length))
+}
+
+/// A vector without its part along `axis`, which has length 1.
+pub(super) fn square_to(a: Vector, axis: Vector) -> Vector {
+    sub(a, scale(axis, dot(a, axis)))
+}
