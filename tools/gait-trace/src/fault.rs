@@ -325,6 +325,14 @@ pub enum Fault {
         /// A map that chooses one.
         example: String,
     },
+    /// An export of Vicon Nexus has no section of model outputs.
+    #[error(
+        "no section `Model Outputs`; there are {have}; allowed is an export with it: process the trial with Plug-in Gait in Nexus, then export it again, or as C3D"
+    )]
+    NoModelOutputs {
+        /// The sections that the file has.
+        have: String,
+    },
     /// A field is not the number of a frame.
     #[error("`{text}` is not the number of a frame; allowed is a whole number from 0 to 1000000000")]
     NotAFrame {

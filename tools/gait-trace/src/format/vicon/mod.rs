@@ -23,7 +23,6 @@ use crate::options::{Axis, ReadOptions};
 use crate::raw::RawJoints;
 use joint_units::Joint;
 use section::{Head, MODEL, is_blank, title_of};
-use std::borrow::Cow;
 
 /// The row of the table of formats.
 pub(crate) const DESCRIPTION: Description = Description {
@@ -73,8 +72,8 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let mut rows = lines(name, text);
     let mut others: Vec<&str> = Vec::new();
     let title = loop {
-        let Some(row) = rows.next() else { return Err(no_section(name, &others)) };
-        let (line, row) = row?;
+        let no_section = || TraceError::new(name, None, Fault::NoModelOutputs { have: listed(&others) });
+        let (line, row) = rows.next().ok_or_else(no_section)??;
         match title_of(row) {
             Some(title) if title == MODEL => break line,
             title => others.extend(title),
@@ -112,8 +111,10 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let points: Vec<(Joint, usize, Track)> =
         joints.iter().zip(tracks).map(|(&(joint, index), track)| (joint, index, track)).collect();
     let axis = how.axis.unwrap_or_else(|| axis::of_plug_in_gait(&points, &mut notes));
-    let columns =
-        points.into_iter().map(|point| column(&head, point, axis).map_err(fault)).collect::<Result<_, _>>()?;
+    let column = |point| {
+        column(&head, point, axis).map_err(|(below, fault)| TraceError::new(name, Some(head.line + below), fault))
+    };
+    let columns = points.into_iter().map(column).collect::<Result<_, _>>()?;
     let place = Place { file: name, header: Some(head.line), lines: &line_numbers };
     let joints = in_degrees(&place, columns, how, &mut notes)?;
     let (delimiter, count) = (head.delimiter.words(), joints.iter().flatten().count());
@@ -125,19 +126,12 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
 }
 
-/// The error of a file without the section that is read.
-fn no_section(name: &str, others: &[&str]) -> TraceError {
-    let found = if others.is_empty() { "missing".into() } else { format!("missing; there are {}", listed(others)) };
-    let allowed = "an export with model outputs: process the trial with Plug-in Gait, then export it again (or as C3D)";
-    TraceError::new(name, None, Fault::HeaderField { field: MODEL.into(), found, allowed: allowed.into() })
-}
-
 /// Rows of numbers of the section.
 struct Table<'a> {
     name: &'a str,
     head: &'a Head<'a>,
-    /// Columns of each joint, x, y and z.
-    columns: Vec<[Option<usize>; 3]>,
+    /// Columns of each joint, x, y and z, and the name of its output.
+    columns: Vec<([Option<usize>; 3], String)>,
     tracks: Vec<Track>,
     /// Frame and sub frame of each row.
     frames: Vec<(f64, f64)>,
@@ -148,7 +142,8 @@ struct Table<'a> {
 
 impl<'a> Table<'a> {
     fn new(name: &'a str, head: &'a Head<'a>, joints: &[(Joint, usize)]) -> Self {
-        let columns = joints.iter().map(|&(_, index)| head.outputs[index].columns).collect();
+        let of = |&(_, index): &(Joint, usize)| (head.outputs[index].columns, head.outputs[index].label());
+        let columns = joints.iter().map(of).collect();
         let tracks = vec![Track::new(); joints.len()];
         Self { name, head, columns, tracks, frames: Vec::new(), line_numbers: Vec::new(), cut: None }
     }
@@ -210,12 +205,13 @@ impl<'a> Table<'a> {
         self.frames.push((number(0)?, number(1)?));
         self.line_numbers.push(line);
         let comma = *delimiter != Delimiter::Char(',');
-        for (track, columns) in self.tracks.iter_mut().zip(&self.columns) {
+        for (track, (columns, label)) in self.tracks.iter_mut().zip(&self.columns) {
             let mut point = [f64::NAN; 3];
             for (value, index) in point.iter_mut().zip(columns) {
                 let Some(index) = *index else { continue };
-                let field: &Cow<'_, str> = &fields[index];
-                *value = number_or_missing(field, comma).map_err(|f| fault(f).in_column(index, &components[index]))?;
+                let heading = || format!("{label} {}", components[index]);
+                let number = number_or_missing(&fields[index], comma);
+                *value = number.map_err(|f| fault(f).in_column(index, &heading()))?;
             }
             track.push(point);
         }
@@ -241,13 +237,18 @@ fn times(frames: &[(f64, f64)], rate_hz: f64, notes: &mut Vec<String>) -> Vec<f6
     frames.iter().map(|&(frame, sub)| ((frame - 1.0) * per_frame + sub) / rate_hz).collect()
 }
 
-/// The flexion of a joint, in the unit that the file names.
-fn column(head: &Head<'_>, (joint, index, track): (Joint, usize, Track), axis: Axis) -> Result<AngleColumn, Fault> {
+/// The flexion of a joint, in the unit that the file names; else what is wrong, and how many lines below the names.
+fn column(
+    head: &Head<'_>,
+    (joint, index, track): (Joint, usize, Track),
+    axis: Axis,
+) -> Result<AngleColumn, (u64, Fault)> {
     let output = &head.outputs[index];
     let heading = output.label();
     let Some(column) = output.columns[axis as usize] else {
         let (field, found) = (short(&heading), format!("without component {}", axis.name()));
-        return Err(Fault::HeaderField { field, found, allowed: "an output with the components X, Y and Z".into() });
+        let allowed = "an output with the components X, Y and Z".into();
+        return Err((1, Fault::HeaderField { field, found, allowed }));
     };
     let unit = head.units.get(column).map_or("", String::as_str);
     let said = match unit.parse() {
@@ -255,7 +256,7 @@ fn column(head: &Head<'_>, (joint, index, track): (Joint, usize, Track), axis: A
         Err(_) if is_missing(unit) => Said::Angle,
         Err(_) => {
             let (field, found) = (format!("the unit of {}", short(&heading)), format!("`{}`", short(unit)));
-            return Err(Fault::HeaderField { field, found, allowed: "deg or rad".into() });
+            return Err((2, Fault::HeaderField { field, found, allowed: "deg or rad".into() }));
         }
     };
     let values = track.iter().map(|point| point[axis as usize]).collect();

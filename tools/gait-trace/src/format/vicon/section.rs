@@ -103,7 +103,7 @@ fn rate_in(row: &str) -> Result<f64, Fault> {
     match finite(field, true) {
         Ok(rate) if RATES.contains(&rate) => Ok(rate),
         _ => {
-            let (field, found) = ("the rate below `Model Outputs`".into(), format!("`{}`", short(field)));
+            let (field, found) = ("the rate below Model Outputs".into(), format!("`{}`", short(field)));
             let allowed = format!("a number of frames a second from {} to {}", RATES.start(), RATES.end());
             Err(Fault::HeaderField { field, found, allowed })
         }

@@ -193,11 +193,12 @@ impl<'a> Table<'a> {
             self.tracks.iter_mut().for_each(|track| track.push([f64::NAN; 3]));
         }
         self.row(line, time_s)?;
-        for (track, (columns, heading)) in self.tracks.iter_mut().zip(&self.columns) {
+        for (track, (columns, label)) in self.tracks.iter_mut().zip(&self.columns) {
             let mut point = [f64::NAN; 3];
-            for (value, index) in point.iter_mut().zip(columns) {
+            for ((value, index), axis) in point.iter_mut().zip(columns).zip(["X", "Y", "Z"]) {
                 let Some(index) = *index else { continue };
-                *value = number(&fields[index]).map_err(|f| fault(f).in_column(index, heading))?;
+                let heading = || format!("{label} {axis}");
+                *value = number(&fields[index]).map_err(|f| fault(f).in_column(index, &heading()))?;
             }
             track.push(point);
         }
