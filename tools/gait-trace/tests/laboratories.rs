@@ -322,6 +322,10 @@ fn the_right_cycle_of_gcd_is_moved_by_what_the_file_has() {
         let raw = read("a.gcd", both.replace(from, to).as_bytes(), &ReadOptions::default()).unwrap();
         assert!(has_note(&raw, moved), "{:?}", raw.notes);
     }
+    // The right foot's contact, the first point of its cycle, is at that part of the left cycle.
+    let raw = read("a.gcd", both.replace("49.390", "40.0").as_bytes(), &ReadOptions::default()).unwrap();
+    let (found, own) = (values(&raw, Joint::RightHip), stride(Joint::RightHip, 81));
+    assert!(found[20] == own[0] && found[21] == own[1] && found[0] == own[30] && found[50] == own[30]);
     // One leg stays as it is.
     let right = both.replace("!LeftHip", "!Hip_").replace("!LeftKneeFlexExt 1", "!Knee_ 1");
     let raw = read("a.gcd", right.as_bytes(), &ReadOptions::default()).unwrap();

@@ -236,5 +236,5 @@ fn no_damage_of_an_export_makes_its_reader_panic() {
         }
     }
     println!("{damaged_files} damaged files, {read} reads gave joints, {refused} were refused");
-    assert!(damaged_files >= 200_000 && read > 50_000 && refused > 50_000, "{damaged_files}: {read} and {refused}");
+    assert!(damaged_files >= 200_000 && read > 20_000 && refused > 100_000, "{damaged_files}: {read} and {refused}");
 }

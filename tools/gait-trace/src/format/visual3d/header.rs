@@ -83,14 +83,14 @@ impl Header {
         let at = |row: &[Cow<'_, str>], column: usize| row.get(column).map_or(String::new(), ToString::to_string);
         let mut signals: Vec<Signal> = Vec::new();
         let mut ranges: BTreeMap<[String; 4], usize> = BTreeMap::new();
-        for column in 1..width {
+        for (column, component) in components.iter().enumerate().take(width).skip(1) {
             let path = at(files, column);
             let file = path.rsplit(['\\', '/']).next().unwrap_or_default().to_owned();
             let (name, kind, folder) = (at(names, column), at(kinds, column), at(folders, column));
             let last = signals
                 .last()
                 .filter(|last| (&last.file, &last.name, &last.kind, &last.folder) == (&file, &name, &kind, &folder));
-            let component = components[column].to_ascii_lowercase();
+            let component = component.to_ascii_lowercase();
             let named = ["x", "y", "z"].iter().position(|axis| *axis == component);
             // Components that are numbers count from that of the first column of the signal.
             let number = component.parse::<usize>().ok();

@@ -22,7 +22,6 @@ use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use header::Header;
 use joint_units::Joint;
-use std::borrow::Cow;
 
 /// The row of the table of formats.
 pub(crate) const DESCRIPTION: Description = Description {
@@ -227,6 +226,6 @@ fn is_no_data(field: &str) -> bool {
 }
 
 /// A number, or NaN where the field holds no value.
-fn number(field: &Cow<'_, str>) -> Result<f64, Fault> {
+fn number(field: &str) -> Result<f64, Fault> {
     if is_no_data(field) { Ok(f64::NAN) } else { finite(field, false) }
 }
