@@ -380,7 +380,7 @@ fn gait_cycle_data() {
     check(vec![damage("a rate", "a.gcd", good.clone(), &["its own time in the points of its cycle"])], &rate);
 }
 
-/// A header is not believed for memory, and rows that are not of the joints cost none.
+/// Memory follows the rows that are read: neither a large frame number nor the rows of other sections cost any.
 #[test]
 fn memory_is_that_of_the_file() {
     let head =
