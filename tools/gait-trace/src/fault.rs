@@ -302,7 +302,9 @@ pub enum Fault {
         has: String,
     },
     /// An axis is given and the file has no angles of three components.
-    #[error("an axis is given (`--axis`), but {what}; allowed is `--axis` for C3D files with joint angles")]
+    #[error(
+        "an axis is given (`--axis`), but {what}; allowed is `--axis` for C3D, Vicon and Visual3D files with joint angles"
+    )]
     NoAxes {
         /// What the file has instead.
         what: &'static str,
@@ -335,6 +337,48 @@ pub enum Fault {
     NoColumns {
         /// What the file has instead.
         has: &'static str,
+    },
+    /// A column of times is given and the file has no such column.
+    #[error(
+        "a column of times is given (`--map time=COLUMN`), but the time is {has}; allowed is without it, and with columns of joints"
+    )]
+    NoTimeColumn {
+        /// What the time is from.
+        has: &'static str,
+    },
+    /// The joints of several subjects, or of several trials, are in one file.
+    #[error(
+        "the file has joint angles of several {what}: {have}; allowed is one: choose it with `--map {example}`, and the other joints are taken from there too"
+    )]
+    SeveralGroups {
+        /// What there are several of.
+        what: &'static str,
+        /// Their names.
+        have: String,
+        /// A map that chooses one.
+        example: String,
+    },
+    /// An export of Vicon Nexus has no section of model outputs.
+    #[error(
+        "no section `Model Outputs`; there are {have}; allowed is an export with it: process the trial with Plug-in Gait in Nexus, then export it again, or as C3D"
+    )]
+    NoModelOutputs {
+        /// The sections that the file has.
+        have: String,
+    },
+    /// A field is not the number of a frame.
+    #[error("`{text}` is not the number of a frame; allowed is a whole number from 0 to 1000000000")]
+    NotAFrame {
+        /// The field.
+        text: String,
+    },
+    /// Rows continue below the line that ends them.
+    #[error(
+        "rows of numbers below the blank line that ends `{section}`; allowed are rows without blank lines between them"
+    )]
+    RowsBelowEnd {
+        /// The section.
+        section: &'static str,
     },
     /// No channel of an oscilloscope is assigned to a joint.
     #[error("no channel is assigned to a joint; the file has {have}; allowed is `--map left_knee=CHANNEL,...`")]

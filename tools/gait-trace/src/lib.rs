@@ -15,6 +15,9 @@
 //! | [`format::opensim`] | OpenSim .mot and .sto, in and out |
 //! | [`format::c3d`] | C3D: joint angles, or hips and knees computed from joint centres |
 //! | [`format::trc`] | TRC of motion capture: hips and knees computed from markers of hip, knee and ankle |
+//! | [`format::vicon`] | ASCII exports of Vicon Nexus with model outputs |
+//! | [`format::visual3d`] | text exports of Visual3D |
+//! | [`format::gcd`] | GCD: one normalised gait cycle of each leg |
 //! | [`format::mcap_file`] | MCAP: joint angles in JSON messages, or joint states of ROS 2; chunks compressed with zstd or lz4 |
 //! | [`format::mvnx`] | MVNX of Xsens MVN: joint angles of inertial sensors |
 //! | [`format::scope`] | oscilloscope exports: volts to angles through a calibration |

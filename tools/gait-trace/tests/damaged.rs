@@ -298,6 +298,36 @@ fn kinds_of_files_that_are_not_read_are_named() {
         ("a.csv", workbook, &["an Excel workbook (.xlsx)", "export the sheet as CSV"]),
         ("a.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", &["an old Excel workbook"]),
         ("a.mat", b"MATLAB 5.0 MAT-file, Platform: PCWIN64\0", &["a MATLAB file (.mat)"]),
+        ("a.mat", b"MATLAB 7.3 MAT-file, Platform: GLNXA64\0", &["a MATLAB file (.mat)"]),
+        ("a.mat", b"\0\0\0\0\x04\0\0\0", &["an old MATLAB file", "writetable"]),
+        ("a.h5", b"\x89HDF\r\n\x1a\n", &["an HDF5 file", "h5py"]),
+        ("a.parquet", b"PAR1\x15\x04", &["a Parquet, Feather or Arrow file", "to_csv"]),
+        ("a.npy", b"\x93NUMPY\x01\0", &["an array of NumPy (.npy)"]),
+        ("a.npz", b"PK\x03\x04\x14\0\0\0angles.npy\x93NUMPY", &["arrays of NumPy (.npz)"]),
+        ("a.slx", b"PK\x03\x04\x14\0\0\0simulink/blockdiagram.xml", &["a Simulink model (.slx)"]),
+        ("a.ods", b"PK\x03\x04\x14\0\0\0mimetypeapplication/vnd.oasis.opendocument.spreadsheet", &["an OpenDocument"]),
+        ("a.zip", b"PK\x05\x06\0\0\0\0", &["a zip file"]),
+        ("a.csv.xz", b"\xfd7zXZ\0\0\x04", &["a compressed file (bzip2, xz, zstd, 7z or rar)", "unpack it first"]),
+        ("a.tdms", b"TDSm\x0e\0\0\0", &["a LabVIEW measurement"]),
+        ("a.lvm", b"LabVIEW Measurement\t\r\nWriter_Version\t2\r\n", &["a LabVIEW measurement"]),
+        ("a.tsv", b"NO_OF_FRAMES\t374\r\nNO_OF_CAMERAS\t8\r\n", &["a Qualisys export", "C3D from QTM"]),
+        ("a.qtm", b"\x01\x02\0\0", &["a Qualisys measurement", "C3D from QTM"]),
+        ("a.tak", b"\0\0\0\x01", &["an OptiTrack Motive take", "C3D or TRC"]),
+        ("a.csv", b"Format Version,1.23,Take Name,walk\n", &["an OptiTrack Motive export of positions"]),
+        ("a.x2d", b"\0\xff\0", &["camera data of Vicon", "model outputs"]),
+        ("a.cmz", b"\0\xff\0", &["a Visual3D workspace", "Export_Data_To_Ascii_File"]),
+        ("a.cmo", b"\0\xff\0", &["a Visual3D workspace"]),
+        ("a.mvn", b"\0\xff\0", &["an Xsens recording", "MVNX"]),
+        ("a.amc", b"#!OML:ASF C:/a.asf\n:FULLY-SPECIFIED\n:DEGREES\n1\n", &["an Acclaim motion or skeleton", ANGLES]),
+        (
+            "a.asf",
+            b"# AST/ASF file\n:version 1.10\n:name VICON\n:units\n  mass 1.0\n",
+            &["an Acclaim motion or skeleton"],
+        ),
+        ("a.fbx", b"Kaydara FBX Binary  \0\x1a\0", &["an FBX scene", ANGLES]),
+        ("a.fbx", b"; FBX 7.3.0 project file\n", &["an FBX scene"]),
+        ("a.glb", b"glTF\x02\0\0\0", &["a glTF scene"]),
+        ("a.mp4", b"\0\0\0\x20ftypisom\0\0", &["a video", "track it"]),
         ("a.db3", b"SQLite format 3\0\x10\0", &["an SQLite database"]),
         ("a.csv", b"\n<!DOCTYPE html>\n<html>", &["a web page (HTML)", "download the file itself"]),
     ]
@@ -305,6 +335,15 @@ fn kinds_of_files_that_are_not_read_are_named() {
     .map(|(name, bytes, says)| damage("a kind that is not read", name, bytes, says))
     .collect();
     check(named, &ReadOptions::default());
+    // A table that only begins with a word of a magic number is a table, and so is text with the extension of another kind.
+    for (name, text) in [
+        ("a.csv", "BZh,time_s,left_hip_deg\n1,0,20\n2,0.01,21\n"),
+        ("a.csv", "glTF,time_s,left_hip_deg\n1,0,20\n2,0.01,21\n"),
+        ("a.mat", "time_s,left_hip_deg\n0,20\n0.01,21\n"),
+    ] {
+        let raw = open::of_bytes(name, text.as_bytes(), &ReadOptions::default());
+        assert_eq!(raw.unwrap_or_else(|error| panic!("{error}")).time_s, [0.0, 0.01]);
+    }
 }
 
 #[test]

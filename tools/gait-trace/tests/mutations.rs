@@ -5,13 +5,15 @@ mod support;
 
 use gait_trace::format::joint_names::AngleUnit;
 use gait_trace::format::open;
-use gait_trace::format::{c3d, mapped_csv, mcap_file, mvnx, opensim, scope, trc};
+use gait_trace::format::{c3d, gcd, mapped_csv, mcap_file, mvnx, opensim, scope, trc, vicon, visual3d};
 use gait_trace::{Axis, ReadOptions};
 use gait_trace::{RawJoints, TraceError};
 use std::path::{Path, PathBuf};
 
 /// Damaged copies of each file of the corpus.
 const COPIES: u64 = 300;
+/// Damaged copies of each text export of a laboratory, in the long test.
+const EXPORT_COPIES: u64 = 30_000;
 
 type Reader = fn(&str, &[u8], &ReadOptions<'_>) -> Result<RawJoints, TraceError>;
 const READERS: &[(&str, Reader)] = &[
@@ -23,6 +25,9 @@ const READERS: &[(&str, Reader)] = &[
     ("a.trc", trc::parse),
     ("a.mcap", mcap_file::parse),
     ("a.mvnx", mvnx::parse),
+    ("a.csv", vicon::parse),
+    ("a.txt", visual3d::parse),
+    ("a.gcd", gcd::parse),
 ];
 
 fn corpus() -> Vec<(PathBuf, Vec<u8>)> {
@@ -78,7 +83,7 @@ impl Dice {
 }
 
 /// Pieces that parsers trip over.
-const PIECES: [&[u8]; 20] = [
+const PIECES: &[&[u8]] = &[
     b"nan",
     b"-inf",
     b"1e999",
@@ -99,6 +104,15 @@ const PIECES: [&[u8]; 20] = [
     b"</frame>",
     b"<jointAngle>1 2 3",
     b"&b;",
+    b"\nModel Outputs\n",
+    b"\n\n100\n",
+    b"Frame,Sub Frame,X,Y,Z\n",
+    b"Bert:LHipAngles",
+    b"ITEM\t",
+    b"\tNODATA\t",
+    b"\n!LeftKneeFlexExt 1\n",
+    b"\n!LeftOppositeFootContact\n",
+    b"$\n",
 ];
 
 fn damaged(dice: &mut Dice, good: &[u8], other: &[u8]) -> Vec<u8> {
@@ -192,4 +206,41 @@ fn no_damage_makes_a_reader_panic() {
     println!("{read} read, {refused} refused");
     // Damage of all kinds: some of it leaves a file that can be read, most of it does not.
     assert!(read > 1000 && refused > 10_000, "{read} read, {refused} refused");
+}
+
+/// 30,000 damaged copies of each text export of a laboratory, through the reader that the content chooses and through its own. Takes
+/// minutes: `cargo test -p gait-trace --test mutations -- --ignored`.
+#[test]
+#[ignore = "minutes: 200,000 damaged files; run it with --ignored after a change of the readers of text exports"]
+fn no_damage_of_an_export_makes_its_reader_panic() {
+    let calibration = support::calibration();
+    let ways = ways(&calibration);
+    let own: [(&str, Reader); 3] = [("vicon", vicon::parse), ("visual3d", visual3d::parse), ("gcd", gcd::parse)];
+    let files = corpus();
+    let (mut damaged_files, mut read, mut refused) = (0, 0, 0);
+    for (index, (path, good)) in files.iter().enumerate() {
+        let folder = path.parent().and_then(Path::file_name).unwrap_or_default();
+        let Some((_, own)) = own.iter().find(|(name, _)| folder == *name) else { continue };
+        for copy in 0..EXPORT_COPIES {
+            let mut dice = Dice(0x2545_f491_4f6c_dd1d ^ ((index as u64) << 40 | (copy + 1)));
+            let other = &files[dice.below(files.len())].1;
+            let bytes = damaged(&mut dice, good, other);
+            damaged_files += 1;
+            let how = &ways[dice.below(ways.len())];
+            for result in [open::of_bytes("a", &bytes, how), own("a", &bytes, how), own("a", &bytes, &ways[0])] {
+                match result {
+                    Ok(raw) => {
+                        check(&raw);
+                        read += 1;
+                    }
+                    Err(error) => {
+                        assert!(error.to_string().starts_with('a'));
+                        refused += 1;
+                    }
+                }
+            }
+        }
+    }
+    println!("{damaged_files} damaged files, {read} reads gave joints, {refused} were refused");
+    assert!(damaged_files >= 200_000 && read > 20_000 && refused > 100_000, "{damaged_files}: {read} and {refused}");
 }

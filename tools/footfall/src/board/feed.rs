@@ -78,7 +78,10 @@ pub fn opened(path: &Path) -> Result<Opened, Failure> {
     let raw = open::read(path, &ReadOptions::default()).map_err(|error| {
         // For a plain table the error of the own reader is shorter; another kind of file is named.
         let is_csv = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
-        let is_named = matches!(*error.fault, Fault::Unsupported { .. });
+        let is_named = matches!(
+            *error.fault,
+            Fault::Unsupported { .. } | Fault::SeveralGroups { .. } | Fault::NoModelOutputs { .. }
+        );
         let error = if is_csv && !separated && !is_named { plain } else { error };
         Failure::Input(format!(
             "{error}; `footfall convert` has options for what the file does not state, and writes a complete one"

@@ -17,7 +17,7 @@ use crate::output;
 /// Options of `footfall convert`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A recording: CSV, OpenSim .mot and .sto, C3D, oscilloscope CSV
+    /// A recording: CSV, OpenSim .mot and .sto, C3D, TRC, Vicon Nexus ASCII, Visual3D text, GCD, oscilloscope CSV
     #[arg(value_name = "RECORDING")]
     pub recording: PathBuf,
     /// The file to write; its extension, .csv or .mot, gives the format

@@ -148,7 +148,11 @@ impl Recorded {
         let error = self.joints.as_ref().err()?;
         let other = matches!(
             *error.fault,
-            Fault::NoTime { .. } | Fault::NoJoints { .. } | Fault::NoTrajectories { .. } | Fault::NotAngles { .. }
+            Fault::NoTime { .. }
+                | Fault::NoJoints { .. }
+                | Fault::NoTrajectories { .. }
+                | Fault::NotAngles { .. }
+                | Fault::NoModelOutputs { .. }
         );
         other.then(|| error.to_string())
     }

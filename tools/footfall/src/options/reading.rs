@@ -28,7 +28,7 @@ pub struct Reading {
     /// Frames a second, for a CSV file with a column of frame numbers (`--map time=COLUMN`), or without a time
     #[arg(long, value_name = "HZ", value_parser = number(0.1..=1e6, " Hz"))]
     pub rate: Option<f64>,
-    /// Component of a C3D file's angles that is flexion: x, y or z [default: the one that moves most]
+    /// Component of the angles of C3D, Vicon or Visual3D that is flexion: x, y or z [default: the one that moves most; of Vicon: x]
     #[arg(long, value_name = "AXIS", value_parser = one_of(Axis::ALL, Axis::name))]
     pub axis: Option<Axis>,
     /// Topic of the joints, for an MCAP file that has joints in several topics

@@ -1,6 +1,7 @@
 //! Readers and writers of recordings: one file per format, and what they share.
 
 pub(crate) mod angle_columns;
+pub(crate) mod axis;
 pub mod c3d;
 pub(crate) mod calibrated;
 pub(crate) mod choice;
@@ -9,12 +10,14 @@ pub mod converted;
 pub mod csv_file;
 pub(crate) mod csv_header;
 pub(crate) mod description;
+pub mod gcd;
 pub mod joint_names;
 pub mod mapped_csv;
 pub mod mcap_file;
 pub mod mvnx;
 pub mod open;
 pub mod opensim;
+pub(crate) mod outputs;
 pub mod page;
 pub mod scope;
 pub(crate) mod segments;
@@ -23,4 +26,6 @@ pub(crate) mod time_names;
 pub mod trc;
 pub(crate) mod unit;
 pub(crate) mod unsupported;
+pub mod vicon;
+pub mod visual3d;
 pub mod whole_file;

@@ -7,6 +7,9 @@
 //! | second byte 0x50, and bytes that are not text | [`c3d`] |
 //! | XML with the element `mvnx` | [`mvnx`] |
 //! | a first line that begins with `PathFileType` | [`trc`] |
+//! | the title of a section of Vicon Nexus, and a rate below it | [`vicon`] |
+//! | a third line of signal types of Visual3D, or `ITEM` in the fifth | [`visual3d`] |
+//! | a first line that begins with `#!DST` | [`gcd`] |
 //! | a line `endheader` | [`opensim`] |
 //! | the header of an oscilloscope export | [`scope`] |
 //! | other text | [`mapped_csv`] |
@@ -32,7 +35,9 @@
 
 use crate::fault::{Fault, TraceError};
 use crate::format::csv_file::MAX_BYTES;
-use crate::format::{c3d, mapped_csv, mcap_file, mvnx, opensim, scope, text_table, trc, unsupported};
+use crate::format::{
+    c3d, gcd, mapped_csv, mcap_file, mvnx, opensim, scope, text_table, trc, unsupported, vicon, visual3d,
+};
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use std::io::Read;
@@ -70,8 +75,8 @@ pub fn of_bytes(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJo
         return Err(TraceError::new(name, None, Fault::Empty));
     }
     unsupported::check(name, bytes)?;
-    if how.axis.is_some() && !c3d::looks_like(bytes) && extension != "c3d" {
-        return Err(TraceError::new(name, None, Fault::NoAxes { what: "this is no C3D file" }));
+    if how.axis.is_some() && extension != "c3d" && !has_axes(bytes) {
+        return Err(TraceError::new(name, None, Fault::NoAxes { what: "this file has no angles of three components" }));
     }
     if mcap_file::looks_like(bytes) {
         return mcap_file::parse(name, bytes, how);
@@ -84,13 +89,23 @@ pub fn of_bytes(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJo
     }
     let text = match text_table::text(name, bytes) {
         Err(_) if extension == "c3d" => return c3d::parse(name, bytes, how),
-        other => other?,
+        Err(error) => return Err(unsupported::by_extension(name, &extension).unwrap_or(error)),
+        Ok(text) => text,
     };
     if mvnx::looks_like(text) {
         return mvnx::parse(name, bytes, how);
     }
     if trc::looks_like(text) {
         return trc::parse(name, bytes, how);
+    }
+    if vicon::looks_like(text) {
+        return vicon::parse(name, bytes, how);
+    }
+    if visual3d::looks_like(text) {
+        return visual3d::parse(name, bytes, how);
+    }
+    if gcd::looks_like(text) {
+        return gcd::parse(name, bytes, how);
     }
     if opensim::looks_like(text) {
         return opensim::parse(name, bytes, how);
@@ -101,6 +116,13 @@ pub fn of_bytes(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJo
     match extension.as_str() {
         "c3d" => c3d::parse(name, bytes, how),
         "mot" | "sto" => opensim::parse(name, bytes, how),
+        "gcd" => gcd::parse(name, bytes, how),
         _ => mapped_csv::parse_text(name, text, how),
     }
+}
+
+/// Whether the file's angles have three components, of which the caller may choose one.
+fn has_axes(bytes: &[u8]) -> bool {
+    let of_text = |text: &str| vicon::looks_like(text) || visual3d::looks_like(text);
+    c3d::looks_like(bytes) || text_table::text("", bytes).is_ok_and(of_text)
 }

@@ -1,7 +1,7 @@
 //! The page `docs/formats.md`, generated from the descriptions of the readers.
 
 use crate::format::description::Description;
-use crate::format::{c3d, mapped_csv, mcap_file, mvnx, opensim, scope, trc, unsupported};
+use crate::format::{c3d, gcd, mapped_csv, mcap_file, mvnx, opensim, scope, trc, unsupported, vicon, visual3d};
 use std::fmt::Write as _;
 
 const ALL: &[&Description] = &[
@@ -10,6 +10,9 @@ const ALL: &[&Description] = &[
     &opensim::DESCRIPTION,
     &c3d::DESCRIPTION,
     &trc::DESCRIPTION,
+    &vicon::DESCRIPTION,
+    &visual3d::DESCRIPTION,
+    &gcd::DESCRIPTION,
     &mcap_file::DESCRIPTION,
     &mvnx::DESCRIPTION,
 ];
@@ -40,6 +43,16 @@ A time that runs from 0 to 1, or from 0 to 100 with 401 rows or fewer, is the fr
 within 3 degrees or a tenth of their range. It is reported, and `--stride-time S` gives the real duration. If the ends differ by more, the
 time is read as seconds, which is reported too; `--stride-time S` then makes one stride of it.
 
+A GCD file has a cycle of each leg, each from the contact of its own foot. The right leg is moved to the cycle of the left one, by
+`LeftOppositeFootContact` percent in whole points, so that no angle is made up; without that value it is moved by half a cycle. Both are reported.
+
+## Several subjects, recordings or ranges
+
+A file of Vicon Nexus or Visual3D may have the angles of several subjects, recordings, ranges of a recording or folders. It is refused with
+their names. A map of one joint chooses, and the other joints are taken from there too: `--map left_hip=Anna:LHipAngles`,
+`--map 'left_hip=walk2.c3d:Left Hip Angle'`, `--map 'left_hip=walk.c3d#2:Left Hip Angle'` for the second range,
+`--map 'left_hip=PROCESSED:Left Hip Angle'`.
+
 ## Recognised, not read
 
 | file | begins with | instead |
@@ -65,6 +78,9 @@ pub fn markdown() -> String {
     text += TAIL;
     for kind in unsupported::ALL {
         let _ = writeln!(text, "| {} | {} | {} |", kind.what, kind.begins, kind.instead);
+    }
+    for (extension, what, instead) in unsupported::BY_EXTENSION {
+        let _ = writeln!(text, "| {what} | the extension .{extension}, and bytes that are not text | {instead} |");
     }
     text
 }

@@ -7,7 +7,7 @@ use super::job::name_of;
 use crate::failure::Failure;
 
 /// File extensions of recordings.
-const EXTENSIONS: [&str; 9] = ["csv", "mot", "sto", "c3d", "mcap", "mvnx", "trc", "tsv", "txt"];
+const EXTENSIONS: &[&str] = &["csv", "mot", "sto", "c3d", "mcap", "mvnx", "trc", "tsv", "txt", "gcd"];
 
 /// A recording and the name that its files get.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

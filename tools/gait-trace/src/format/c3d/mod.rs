@@ -8,13 +8,13 @@
 //! residual, or at exactly 0, 0, 0, is missing. Only the chosen points are kept, so memory is bounded by the size of the file,
 //! whatever its header announces.
 
-mod axis;
 mod bytes;
 mod processor;
 mod section;
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
+use crate::format::axis;
 use crate::format::description::{Description, SIGNS};
 use crate::format::joint_names::{AngleUnit, joint_of};
 use crate::format::segments::{self, LengthUnit, Track};

@@ -14,7 +14,36 @@ const CLEAR: f64 = 1.3;
 const LEAST_RANGE: f64 = 1e-3;
 
 /// The axis of flexion of the joints' angles, with a note. The knees decide; the hips only where there is no knee.
-pub(super) fn of_flexion(points: &[(Joint, usize, Track)], notes: &mut Vec<String>) -> Axis {
+pub(crate) fn of_flexion(points: &[(Joint, usize, Track)], notes: &mut Vec<String>) -> Axis {
+    let (widest, moves) = widest(points);
+    notes.push(match widest {
+        Some(axis) => format!(
+            "Flexion is read from component {} of the angles, which moves most ({moves}); `--axis` takes another.",
+            axis.name()
+        ),
+        None => format!(
+            "No component of the angles clearly moves like flexion ({moves}); x is read, as in Plug-in Gait; `--axis` takes another."
+        ),
+    });
+    widest.unwrap_or(Axis::X)
+}
+
+/// The first axis, which is flexion where Plug-in Gait named the angles, with a note that says whether another one moves most.
+pub(crate) fn of_plug_in_gait(points: &[(Joint, usize, Track)], notes: &mut Vec<String>) -> Axis {
+    let although = match widest(points) {
+        (Some(axis), moves) if axis != Axis::X => {
+            format!(", although component {} moves most ({moves})", axis.name())
+        }
+        _ => String::new(),
+    };
+    notes.push(format!(
+        "Flexion is read from component x of the angles, as Plug-in Gait defines it{although}; `--axis` takes another."
+    ));
+    Axis::X
+}
+
+/// The component that clearly moves most, and how much each moves, in words.
+fn widest(points: &[(Joint, usize, Track)]) -> (Option<Axis>, String) {
     let is_knee = |joint: Joint| matches!(joint, Joint::LeftKnee | Joint::RightKnee);
     let any_knee = points.iter().any(|(joint, ..)| is_knee(*joint));
     let ranges = Axis::ALL.map(|axis| {
@@ -26,17 +55,7 @@ pub(super) fn of_flexion(points: &[(Joint, usize, Track)], notes: &mut Vec<Strin
     let [first, second, _] = order;
     let [most, next] = [ranges[first as usize], ranges[second as usize]];
     let moves = format!("the components move by {:.1}, {:.1} and {:.1}", ranges[0], ranges[1], ranges[2]);
-    if most >= LEAST_RANGE && most >= CLEAR * next {
-        notes.push(format!(
-            "Flexion is read from component {} of the angles, which moves most ({moves}); `--axis` takes another.",
-            first.name()
-        ));
-        return first;
-    }
-    notes.push(format!(
-        "No component of the angles clearly moves like flexion ({moves}); x is read, as in Plug-in Gait; `--axis` takes another."
-    ));
-    Axis::X
+    ((most >= LEAST_RANGE && most >= CLEAR * next).then_some(first), moves)
 }
 
 /// Between which angles a component moves, without the outermost hundredths; 0 if it is missing.
@@ -68,6 +87,15 @@ mod tests {
             let words = format!("component {} of the angles, which moves most", axis.name());
             assert!(notes[0].contains(&words) && notes[0].contains("--axis"), "{notes:?}");
         }
+    }
+
+    #[test]
+    fn plug_in_gait_has_flexion_first_and_doubt_is_said() {
+        let mut notes = Vec::new();
+        assert_eq!(of_plug_in_gait(&[(Joint::LeftKnee, 0, moving(Axis::X, 30.0))], &mut notes), Axis::X);
+        assert_eq!(of_plug_in_gait(&[(Joint::LeftKnee, 0, moving(Axis::Y, 30.0))], &mut notes), Axis::X);
+        assert!(notes[0].contains("as Plug-in Gait defines it; `--axis`"), "{notes:?}");
+        assert!(notes[1].contains("although component y moves most"), "{notes:?}");
     }
 
     #[test]
