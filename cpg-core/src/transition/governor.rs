@@ -23,9 +23,10 @@
 //!
 //! # States short of the motion
 //! If the motion itself stops before b, the output need not, as long as it stops short of the motion: (1) for d, with the bound 0 and the
-//! acceleration A of the change. Then q <= w <= b at all later ticks, whatever the motion does. Without this case a small offset would be
-//! disturbed in every stride in which a motion comes near the end of its range. "Stops" means w' <= 0 or (w')^2 / (2 B) <= b - w, where B is
-//! the acceleration limit of the joint. A motion for which this does not hold leaves the range; it is limited by (2).
+//! acceleration A of the change. Then q <= w <= b at all later ticks, whatever the motion does. This case keeps rounding errors of (2)
+//! away from a joint that is on its motion, or close to it, near the end of its range. "Stops" means w' <= 0 or
+//! (w')^2 / (2 B) <= b - w, where B is the acceleration limit of the joint. A motion for which this does not hold leaves the range; it is
+//! limited by (2).
 //!
 //! A rate is allowed if one of the two cases allows it.
 //!

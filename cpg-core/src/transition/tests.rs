@@ -296,3 +296,24 @@ fn bad_limits_are_named() {
     );
     assert_eq!(TransitionConfig::default().build(swing(0.0, 60.0, 0.7), WIDE, Period::MILLISECOND).map(|_| ()), Ok(()));
 }
+
+/// While one joint changes, another that is on its motion stays on it bit for bit, also where it brakes before an end of its range.
+#[test]
+fn a_change_of_one_joint_leaves_the_other_on_its_motion() {
+    let shapes = [swing(-1.999, 69.999, 0.34), swing(0.0, 60.0, 0.34)].map(|motion| motion.shapes()[0]);
+    let mut bare = PhaseShapeConfig { shapes, stride_s: 0.34 }.build(Period::MILLISECOND).unwrap();
+    let mut smooth = TransitionConfig::default().build(bare, [KNEE; 2], Period::MILLISECOND).unwrap();
+    let mut changing = 0;
+    for tick in 0..5000 {
+        if tick % 250 == 100 {
+            let adjustment = Adjustment { gain: if tick % 500 == 100 { 0.5 } else { 1.0 }, ..Adjustment::default() };
+            smooth.change(|motion| motion.adjust(1, adjustment)).unwrap();
+            bare.adjust(1, adjustment).unwrap();
+        }
+        smooth.step();
+        bare.step();
+        assert_eq!(smooth.angles()[0], bare.angles()[0], "tick {tick}");
+        changing += u32::from(smooth.is_changing());
+    }
+    assert!(changing > 3000, "{changing} ticks");
+}
