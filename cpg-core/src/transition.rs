@@ -14,7 +14,7 @@
 //!
 //! # Limits
 //! At every tick the rate of the output is limited such that the joint can still stop inside its [`JointLimits`], or short of the new motion;
-//! the private module `governor` has the proof. With motions and poses inside the range, and with w' and w'' the largest rate and acceleration
+//! the proof is in `src/transition/governor.rs`. With motions and poses inside the range, and with w' and w'' the largest rate and acceleration
 //! of the motions before and after the change:
 //!
 //! | of the output | at every tick |
@@ -24,11 +24,11 @@
 //! | acceleration | at most w'' + A |
 //!
 //! - A complete change has no effect: the output is the generator's angles, bit for bit.
-//! - A motion that leaves the range is limited: it brakes before the end of the range with [`JointLimits::acceleration`] (or with A, or with the
-//!   least acceleration that is enough, if that is larger), stays there, and is led back to the motion as after a change. As long as it differs, [`Smooth::is_changing`].
-//! - A pose outside the range is refused. So is nothing else that a change does: a generator cannot be known without being run.
-//! - A motion faster than the rate limit is not slowed. [`crate::gait::speed_limit`] tells for a named gait at which speeds that is so.
-//! - Limits of two joints together, such as the sum of the knees, are not kept here. A controller that has such limits checks its setpoints.
+//! - A motion that leaves its range is limited: the output brakes before the end of the range with about [`JointLimits::acceleration`], stays
+//!   there, and is led back to the motion as after a change. As long as it differs, [`Smooth::is_changing`] is true.
+//! - [`Smooth::stop`] refuses a pose outside the range. [`Smooth::change`] accepts every generator, as its range is not known before it runs.
+//! - A motion faster than the rate limit is not slowed. [`crate::gait::speed_limit`] has the speeds at which a named gait is within it.
+//! - Limits of two joints together, such as the sum of the knees, are not kept here; the gate of `joint-loop` keeps them.
 
 use joint_units::{Period, Phase, RadPerSec, RadPerSec2, Radians};
 

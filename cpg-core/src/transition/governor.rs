@@ -23,18 +23,23 @@
 //!
 //! # States short of the motion
 //! If the motion itself stops before b, the output need not, as long as it stops short of the motion: (1) for d, with the bound 0 and the
-//! acceleration A of the change. Then q <= w <= b at all later ticks, whatever the motion does. Without this case a small offset would be
-//! disturbed in every stride in which a motion comes near the end of its range. "Stops" means w' <= 0 or (w')^2 / (2 B) <= b - w, where B is
-//! the acceleration limit of the joint. A motion for which this does not hold leaves the range; it is limited by (2).
+//! acceleration A of the change. Then q <= w <= b at all later ticks, whatever the motion does. This case keeps rounding errors of (2)
+//! away from a joint that is on its motion, or close to it, near the end of its range. "Stops" means w' <= 0 or
+//! (w')^2 / (2 B) <= b - w, where B is the acceleration limit of the joint. A motion for which this does not hold leaves the range; it is
+//! limited by (2).
 //!
 //! A rate is allowed if one of the two cases allows it.
 //!
 //! # Acceleration
-//! C is A, or the smallest acceleration with which the present state is in (1) if that is larger. The law of a change asks for at most
-//! |w''| + A; a rate that is reduced to an allowed one lies between the one asked for and one that brakes with C, or with A relative to the motion.
-//! So the acceleration of the output is at most max(|w''| + A, C). C does not grow while (2) limits. A motion with accelerations up to a
-//! that stays in its range has (w')^2 <= 2 a (b - w); short of it, v = w' + d' <= sqrt(2 a (b - w)) + sqrt(2 A (w - q)) <= sqrt(2 (a + A) (b - q)).
-//! So C <= a + A: a change adds at most A to the largest acceleration of the motions, also where it brakes before an end of the range.
+//! C is the largest of three: A; the smallest acceleration with which the motion is in (1), if it stops; the smallest with which the present
+//! state is in (1). Without the second, an output slightly beyond a motion that brakes with more than A would be pushed off it in every stride,
+//! further than it comes back until the next, and the change would not end.
+//!
+//! The law of a change asks for at most |w''| + A; a rate that is reduced to an allowed one lies between the one asked for and one that brakes
+//! with C, or with A relative to the motion. So the acceleration of the output is at most max(|w''| + A, C). While (2) limits, C grows with the
+//! need of the motion only. A motion with accelerations up to a <= B that stays in its range, also between ticks, has (w')^2 <= 2 a (b - w);
+//! short of it, v = w' + d' <= sqrt(2 a (b - w)) + sqrt(2 A (w - q)) <= sqrt(2 (a + A) (b - q)). So C <= a + A: a change adds at most A to the
+//! largest acceleration of the motions, also where it brakes before an end of the range.
 
 use super::limits::JointLimits;
 use crate::math::braking::Braking;
@@ -65,15 +70,23 @@ pub(super) fn passes(limits: &JointLimits, law: &Braking, before: f32, angle: f3
     in_range && step * step <= 2.0 * limits.acceleration.0 * law.period_s * law.period_s * left
 }
 
-/// The allowed rate of the offset that is nearest to the one asked for, rad/s.
+/// The allowed rate of the offset that is nearest to the one asked for, rad/s; the one asked for if a value is NaN.
 pub(super) fn limit(limits: &JointLimits, law: &Braking, tick: &Tick, asked: f32) -> f32 {
     let half = 0.5 * law.period_s;
     let Tick { before, motion, offset } = *tick;
     // The output after this tick is coast + h v+ / 2. What the generator's rate errs from the derivative of its angle is included.
     let coast = motion.angle + offset.angle + half * (offset.rate - motion.rate);
-    let rate = (coast - before) / half;
-
     let wanted = motion.rate + asked;
+
+    // The common case, without a division or a square root.
+    let next = coast + half * wanted;
+    let left = if wanted > 0.0 { limits.most.0 - next } else { next - limits.least.0 };
+    let in_range = next >= limits.least.0 && next <= limits.most.0;
+    if in_range && wanted.abs() <= limits.rate.0 && wanted * wanted <= 2.0 * law.acceleration * left {
+        return asked;
+    }
+
+    let rate = (coast - before) / half;
     // A rate above the limit, from a motion that is faster by itself, is braked with A.
     let highest = greater(greater(limits.rate.0, motion.rate.abs()), rate.abs() - law.acceleration * law.period_s);
     let mut allowed = if wanted > highest {
@@ -119,17 +132,23 @@ impl Side {
     /// The largest allowed rate up to `asked`; `asked` if a value is NaN.
     fn limit(&self, motion_acceleration: f32, law: &Braking, asked: f32) -> f32 {
         let (a, half) = (law.acceleration, 0.5 * law.period_s);
-        // The common case, without a square root.
         let outward = if asked > 0.0 { asked } else { 0.0 };
         let beyond = half * asked + outward * outward / (2.0 * a) > self.margin;
         if !beyond {
             return asked;
         }
-        let braking = self.rate * self.rate;
-        let needed = if self.rate > 0.0 && braking > 2.0 * a * self.left { braking / (2.0 * self.left) } else { a };
-        let mut most = law.stopping_rate(self.margin, needed);
         let (left, rate) = (self.motion.angle, self.motion.rate);
-        if left >= 0.0 && (rate <= 0.0 || rate * rate <= 2.0 * motion_acceleration * left) {
+        let stops = left >= 0.0 && (rate <= 0.0 || rate * rate <= 2.0 * motion_acceleration * left);
+        let mut needed = a;
+        if stops && rate > 0.0 {
+            needed = greater(needed, rate * rate / (2.0 * left));
+        }
+        let braking = self.rate * self.rate;
+        if self.rate > 0.0 && braking > 2.0 * needed * self.left {
+            needed = braking / (2.0 * self.left);
+        }
+        let mut most = law.stopping_rate(self.margin, needed);
+        if stops {
             most = greater(most, rate + law.stopping_rate(-self.offset.angle - half * self.offset.rate, a));
         }
         if asked > most { most } else { asked }

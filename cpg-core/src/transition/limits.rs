@@ -14,8 +14,8 @@ pub struct JointLimits {
     pub most: Radians,
     /// Highest rate of a change; 0.01 to 10 000 rad/s. A motion that is faster by itself is not slowed.
     pub rate: RadPerSec,
-    /// Largest acceleration with which a motion may brake before an end of the range; 0.1 to 100 000 rad/s^2. A motion that would
-    /// need more is taken for one that leaves the range, and is limited.
+    /// Largest acceleration with which a motion may brake before an end of the range; 0.1 to 100 000 rad/s^2. A motion that would need more
+    /// is one that leaves the range, and is limited.
     pub acceleration: RadPerSec2,
 }
 

@@ -95,7 +95,7 @@ fn fourier_fixed(period: Period) -> Result<FixedPhaseShape<6, 4>, BuildError> {
     .build(period)
 }
 
-/// A smoothed generator in a change that never ends, so that every step computes the offsets.
+/// A smoothed generator in a change that never ends, so slow that every step computes the offsets and limits every joint.
 fn robust_smooth(period: Period) -> Result<Smooth<Walk, 4>, BuildError> {
     let config = TransitionConfig { acceleration: RadPerSec2(0.1), settling_s: 60.0 };
     let limits =
