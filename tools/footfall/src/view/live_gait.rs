@@ -302,14 +302,16 @@ mod tests {
         assert_eq!(live.player.gait(), Gait::NaturalWalk);
         assert!(live.press(Key::Previous) && live.press(Key::Previous));
         assert_eq!(live.player.gait(), Gait::ALL[Gait::ALL.len() - 1]);
+        // To the ends of what the gait allows.
+        let (slowest, fastest) = live.player.gait().speeds();
         for _ in 0..30 {
             assert!(live.press(Key::Faster));
         }
-        assert_eq!(live.player.speed(), 1.5);
+        assert_eq!(live.player.speed(), fastest);
         for _ in 0..40 {
             assert!(live.press(Key::Slower));
         }
-        assert_eq!(live.player.speed(), 0.5);
+        assert_eq!(live.player.speed(), slowest);
         assert!(live.press(Key::Stop));
         live.advance(4.0).unwrap();
         assert!(shown(&live, 100, 30).contains("stopped"));
