@@ -196,9 +196,12 @@ fn what_visual3d_leaves_open_is_said() {
     assert!(error.contains("its own time in its signal `TIME`"), "{error}");
 }
 
+/// A signal of Visual3D: recording, name, folder, value in row 0, number of rows.
+type Signal<'a> = (&'a str, &'a str, &'a str, f64, usize);
+
 /// A file of signals, each of three components that are `n + sign * 10`, `0` and `0` in row `n`; missing behind `rows`.
-fn visual3d(signals: &[(&str, &str, &str, f64, usize)]) -> String {
-    let line = |first: &str, of: &dyn Fn(&(&str, &str, &str, f64, usize)) -> [String; 3]| {
+fn visual3d(signals: &[Signal<'_>]) -> String {
+    let line = |first: &str, of: &dyn Fn(&Signal<'_>) -> [String; 3]| {
         let fields: Vec<String> = signals.iter().flat_map(of).collect();
         format!("{first}\t{}\n", fields.join("\t"))
     };
