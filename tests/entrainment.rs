@@ -14,6 +14,7 @@ use footfall_tests::people::{PEOPLE, Person, default_loop, people, people_of};
 use footfall_tests::statistics::{median, rms};
 use footfall_tests::swings::{phantoms, range_deg, standing, tops};
 use gait_trace::format::csv_file;
+use gait_trace::{Channel, Recording};
 use joint_units::{Joint, Period, Phase, Radians};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -26,6 +27,9 @@ fn main() -> ExitCode {
         one_hip_drives_four_joints(Traces),
         one_joint_of_the_default_recording_drives_four(),
         sound_sensors_are_accepted(Traces),
+        crops_of_steady_gait_have_no_false_stop_and_no_slip(Traces),
+        a_runner_with_the_templates_of_another_run_is_followed(Traces),
+        a_slow_drift_is_taken_up(Traces),
         the_lock_is_found_from_any_start(Traces),
         a_step_of_cadence(),
         a_lost_sensor_on_recorded_people(Traces),
@@ -124,6 +128,116 @@ fn sound_sensors_are_accepted() {
         }
     }
     report!("sound sensors: {} s without a verdict", total / 1000);
+}
+
+/// The recordings with steady gait of 3 s and more.
+const STEADY: [&str; 6] = [
+    PEOPLE[0],
+    PEOPLE[1],
+    "welker_007_run_natural",
+    "welker_007_run_exotendon",
+    "osim_subject01_walk",
+    "dorn_sprinter_run0350cms",
+];
+
+/// Crops of a recording by default. `FOOTFALL_CROPS=20 cargo test -p footfall-tests --test entrainment crops` plays 20.
+const CROPS: usize = 2;
+
+/// Each joint as the sensor, each recording with steady gait, from different begins on (templates are learned from each crop): no false stop,
+/// no phase slip, no false lock.
+fn crops_of_steady_gait_have_no_false_stop_and_no_slip() {
+    let count = match std::env::var("FOOTFALL_CROPS") {
+        Ok(text) => text.parse().expect("FOOTFALL_CROPS: a number of crops"),
+        Err(_) => CROPS,
+    };
+    let (mut runs, mut wrong) = (0, vec![]);
+    for name in STEADY {
+        let whole = csv_file::read(&traces_folder().join(format!("{name}.csv"))).expect("a good recording");
+        for crop in 0..count {
+            // Half of the recording is left at least, and 3 s.
+            let last = (0.5 * whole.duration_s()).min(whole.duration_s() - 3.0).max(0.0);
+            let from = last * crop as f64 / (count - 1).max(1) as f64;
+            let recording = later(&whole, from);
+            for sensor in Joint::ALL {
+                let following = entrain(&recording, sensor, None).expect("entrained").following;
+                runs += 1;
+                if (following.false_locks, following.false_stops.len(), following.slips.len()) != (0, 0, 0) {
+                    wrong.push(format!(
+                        "{name} from {from:.2} s, {}: {:?} {:?}",
+                        sensor.name(),
+                        following.false_stops,
+                        following.slips
+                    ));
+                }
+            }
+        }
+    }
+    report!("{runs} runs of {count} crops each, {} with a false stop or a slip", wrong.len());
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// A runner's knee with templates that were learned from another run of the same person, whose knee bends by a third more or less: no false
+/// stop, no slip.
+fn a_runner_with_the_templates_of_another_run_is_followed() {
+    let names = ["welker_007_run_natural", "welker_007_run_exotendon"];
+    for sensor in [Joint::LeftKnee, Joint::RightKnee] {
+        let runs = people_of(&names, sensor);
+        for (mut person, other) in [(runs[0].clone(), &runs[1]), (runs[1].clone(), &runs[0])] {
+            person.learned.count_as(&other.templates[sensor as usize], sensor);
+            let mut legs = run::follower(other.templates, sensor, person.learned.stride_s).expect("built");
+            let ticks = run::run(&mut legs, person.samples(sensor).into_iter().map(Some));
+            let templates = other.templates.map(Some);
+            let (recording, learned) = (&person.recording, &person.learned);
+            let verdict = run::judge_without(&ticks, recording, sensor, learned, &templates, &[]);
+            report!("{} {}: lock {:?}", person.name, sensor.name(), verdict.lock_s);
+            assert!(verdict.lock_s.is_some_and(|lock| lock < 3.0), "{} {}", person.name, sensor.name());
+            assert_eq!((verdict.false_stops, verdict.slips), (vec![], vec![]), "{} {}", person.name, sensor.name());
+        }
+    }
+}
+
+/// A recording from a time on.
+fn later(recording: &Recording, from_s: f64) -> Recording {
+    let times = recording.time_s();
+    let first = times.iter().position(|time| time - times[0] >= from_s).expect("within the recording");
+    let channels = recording.channels().iter();
+    let channels = channels.map(|c| Channel::new(c.name(), c.quantity(), c.values()[first..].to_vec())).collect();
+    Recording::build(times[first..].to_vec(), channels).expect("a table")
+}
+
+/// A drift of 3 degrees in 50 s on the recorded sensor: RMSE of its joint with the default limit and without taking it up; that of the other
+/// joints is the same.
+fn a_slow_drift_is_taken_up() {
+    for sensor in [Joint::LeftHip, Joint::RightKnee] {
+        for name in PEOPLE {
+            let recording = csv_file::read(&traces_folder().join(format!("{name}.csv"))).expect("a good recording");
+            let start = recording.time_s()[0];
+            let channels = recording.channels().iter().map(|channel| {
+                let slope = if channel.name() == sensor.name() { 3.0 / 50.0 } else { 0.0 };
+                let rows = channel.values().iter().zip(recording.time_s());
+                let values = rows.map(|(value, time)| value + slope * (time - start)).collect();
+                Channel::new(channel.name(), channel.quantity(), values)
+            });
+            let drifting = Recording::build(recording.time_s().to_vec(), channels.collect()).expect("a table");
+            let person = Person::of(name, drifting, sensor);
+            let rmse = |limit: Option<Radians>| {
+                let mut config = FollowerConfig::default();
+                config.lock.stride_s = person.learned.stride_s as f32;
+                config.drift_limit = limit.unwrap_or(config.drift_limit);
+                let mut legs = config.build(person.templates, sensor, Period::MILLISECOND).expect("built");
+                let ticks = run::run(&mut legs, person.samples(sensor).into_iter().map(Some));
+                let verdict = run::judge(&ticks, &person.recording, sensor, &person.learned);
+                assert_eq!((verdict.false_stops.len(), verdict.slips.len()), (0, 0));
+                verdict.steady_rmse_deg.map(|rmse| rmse.expect("all joints"))
+            };
+            let (with, without) = (rmse(None), rmse(Some(Radians(0.0))));
+            report!("{name} {}: {with:.2?} with, {without:.2?} without", sensor.name());
+            assert!(with[sensor as usize] < 0.75 * without[sensor as usize], "{name}: {with:?} {without:?}");
+            for joint in Joint::ALL.into_iter().filter(|joint| *joint != sensor) {
+                assert!((with[joint as usize] - without[joint as usize]).abs() < 1e-6, "{name}");
+            }
+        }
+    }
 }
 
 /// Recorded people, starts 12 phases apart, 40 % too slow to 40 % too fast: within 18 degrees for good.

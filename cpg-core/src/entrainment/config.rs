@@ -36,6 +36,8 @@ pub struct FollowerConfig {
     pub stiffness: f32,
     /// Largest acceleration of the amplitude, 1/s^2; 2 to 200, default 100, at which the amplitude falls from 1 to 0 within 0.3 s.
     pub amplitude_acceleration: f32,
+    /// Largest drift of the measured joint's mean that its setpoint takes up; 0 to 0.2 rad, default 4 degrees, 0 takes up none.
+    pub drift_limit: Radians,
     /// Source of stride events beside the angle; default none.
     pub events: EventSource,
 }
@@ -54,6 +56,7 @@ impl Default for FollowerConfig {
             phase_acceleration: RadPerSec2(50.0),
             stiffness: 12.0,
             amplitude_acceleration: 100.0,
+            drift_limit: Radians::from_degrees(4.0),
             events: EventSource::None,
         }
     }
@@ -69,7 +72,8 @@ impl FollowerConfig {
         in_range(self.settle_s, Field::of("settle_s"), 0.05, 5.0)?;
         in_range(self.phase_acceleration.0, Field::of("phase_acceleration"), 5.0, 200.0)?;
         in_range(self.stiffness, Field::of("stiffness"), 2.0, 30.0)?;
-        in_range(self.amplitude_acceleration, Field::of("amplitude_acceleration"), 2.0, 200.0)
+        in_range(self.amplitude_acceleration, Field::of("amplitude_acceleration"), 2.0, 200.0)?;
+        in_range(self.drift_limit.0, Field::of("drift_limit"), 0.0, 0.2)
     }
 }
 

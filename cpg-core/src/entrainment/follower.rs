@@ -6,6 +6,7 @@ use joint_units::{Joint, Period, Phase, RadPerSec, RadPerSec2, Radians};
 
 use super::bounded_phase::{BoundedNumber, BoundedPhase};
 use super::config::{FollowStatus, FollowerConfig, Lock};
+use super::drift::{self, Drift};
 use super::events::{Events, Role};
 use super::history::History;
 use super::plausibility::{Plausibility, PlausibilityCheck, SensorFault};
@@ -24,6 +25,8 @@ use crate::{BuildError, Field, Follow, Generator, StateFault};
 pub struct Follower {
     config: FollowerConfig,
     templates: [Template; 4],
+    /// The measured joint.
+    sensor: Joint,
     lock: PhaseLock,
     period: Period,
     /// Largest rate of the driven phase, rad/s.
@@ -46,6 +49,8 @@ struct FollowerState {
     /// Time for which the condition of the next state has held without interruption, s. The condition is: in `Seeking` a small phase error, in
     /// `Locked` a large one, in `Holding` good samples.
     waited: f32,
+    /// Time for which the relative amplitude has been beyond its limits, s.
+    beyond: f32,
     /// Target of the amplitude: 1 (walking) if true, 0 (standing) if false.
     walk: bool,
     /// The measured joint lags behind its prediction: the driven phase halts until the joint moves on.
@@ -56,6 +61,7 @@ struct FollowerState {
     driven: BoundedPhase,
     /// Amplitude s of the joints, 0 to 1.
     amplitude: BoundedNumber,
+    drift: Drift,
     events: Events,
 }
 
@@ -87,7 +93,7 @@ impl FollowerConfig {
         let fastest = lock.nominal().0 * self.lock.frequency_range.1;
         let events = Events::new(self.events, &measured, &lock, period)?;
         let state = FollowerState::new(self, &lock, events, period);
-        Ok(Follower { config: *self, templates, lock, period, fastest, sensed: None, state })
+        Ok(Follower { config: *self, templates, sensor, lock, period, fastest, sensed: None, state })
     }
 }
 
@@ -120,11 +126,18 @@ impl Follower {
         self.state.events.phase()
     }
 
+    /// Drift of the measured joint's mean that its setpoint has taken up, within [`FollowerConfig::drift_limit`].
+    #[must_use]
+    pub const fn drift(&self) -> Radians {
+        Radians(self.state.drift.value)
+    }
+
     /// Upper bound of this joint's acceleration, for any sequence of samples.
     ///
     /// The angle is `a = stand + s D(psi)` with D = S - stand, S the joint's template, s the amplitude and psi the driven phase. So
     /// `|a''| <= A_s |D| + 2 |s'| |D'| psi' + |D''| psi'^2 + |D'| A_psi`, with the largest value of each factor: A_s is
-    /// [`FollowerConfig::amplitude_acceleration`], A_psi is [`FollowerConfig::phase_acceleration`], D' and D'' are derivatives by psi.
+    /// [`FollowerConfig::amplitude_acceleration`], A_psi is [`FollowerConfig::phase_acceleration`], D' and D'' are derivatives by psi. For the
+    /// measured joint D has the drift d in it, which adds `A_s limit + 2 |s'| R + 2 R / T` (R and T are rate and time constant of the drift).
     #[must_use]
     pub fn acceleration_bound(&self, joint: Joint) -> RadPerSec2 {
         let (Some(template), Some(stand)) = (self.templates.get(joint as usize), self.config.stand.get(joint as usize))
@@ -143,8 +156,14 @@ impl Follower {
             before = now;
         }
         let a = self.config.amplitude_acceleration;
+        let drifting = if joint == self.sensor {
+            way += self.config.drift_limit.0;
+            2.0 * (libm::sqrtf(a) + 1.0 / drift::RATE_S) * drift::FASTEST
+        } else {
+            0.0
+        };
         // The amplitude moves by 1 at most, so its rate is at most sqrt(A).
-        let turning = 2.0 * libm::sqrtf(a) * slope * self.fastest + bend * self.fastest * self.fastest;
+        let turning = 2.0 * libm::sqrtf(a) * slope * self.fastest + bend * self.fastest * self.fastest + drifting;
         RadPerSec2(a * way + turning + slope * self.config.phase_acceleration.0)
     }
 
@@ -193,6 +212,8 @@ impl Follower {
             self.lock.reset();
             self.enter(Lock::Stopped);
         }
+        let offset = (self.state.lock == Lock::Locked).then(|| self.lock.sensor().0.0);
+        self.state.drift.step(offset, self.config.drift_limit.0, t);
     }
 
     /// One period with a plausible angle. `usual` is the measured joint's mean absolute rate at the estimated cadence, rad/s.
@@ -256,9 +277,12 @@ impl Follower {
     fn locked(&mut self, usual: f32, t: f32) {
         let amplitude = self.lock.relative_amplitude();
         let (least, most) = self.config.plausibility.amplitude;
-        if self.state.activity.has_stopped() || amplitude < least {
+        let beyond = amplitude < least || amplitude > most;
+        self.state.beyond = if beyond { self.state.beyond + t } else { 0.0 };
+        let lasts = self.state.beyond * self.lock.frequency().0 > BEYOND_CYCLES * TAU;
+        if self.state.activity.has_stopped() || (lasts && amplitude < least) {
             self.enter(Lock::Stopped);
-        } else if amplitude > most {
+        } else if lasts {
             self.hold(SensorFault::Amplitude);
         } else if !self.is_explained() {
             if self.state.activity.mean_rate() > FAULT_RATE_FACTOR * usual {
@@ -331,6 +355,7 @@ impl Follower {
         self.state.lock = lock;
         self.state.time = 0.0;
         self.state.waited = 0.0;
+        self.state.beyond = 0.0;
         match lock {
             Lock::Stopped => {
                 self.state.walk = false;
@@ -400,12 +425,15 @@ impl Follower {
 
     /// Angle and rate of each joint.
     fn points(&self) -> impl Iterator<Item = (f32, f32)> + '_ {
-        let FollowerState { driven, amplitude, .. } = &self.state;
+        let FollowerState { driven, amplitude, drift, .. } = &self.state;
         let rate = driven.rate * (1.0 / TAU);
-        self.templates.iter().zip(&self.config.stand).map(move |(template, stand)| {
+        let joints = Joint::ALL.into_iter().zip(&self.templates).zip(&self.config.stand);
+        joints.map(move |((joint, template), stand)| {
             let point = template.at(driven.phase);
-            let off = point.angle - stand.0;
-            (stand.0 + amplitude.value * off, amplitude.rate * off + amplitude.value * point.slope * rate)
+            let (drifted, drifts) = if joint == self.sensor { (drift.value, drift.rate) } else { (0.0, 0.0) };
+            let off = point.angle + drifted - stand.0;
+            let off_rate = point.slope * rate + drifts;
+            (stand.0 + amplitude.value * off, amplitude.rate * off + amplitude.value * off_rate)
         })
     }
 }
@@ -426,6 +454,9 @@ const FAULT_RATE_FACTOR: f32 = 3.0;
 const HESITATION_S: f32 = 0.25;
 /// Time without near mode after which a lock is lost, s (see [`crate::entrainment::phase_lock`]).
 const LOST_S: f32 = 1.0;
+/// Part of a stride for which the amplitude may be beyond its limits, cycles. The filtered signal of a knee has strong harmonics, so that the
+/// ratio to a template of another pace of the same person ripples twice a stride.
+const BEYOND_CYCLES: f32 = 0.4;
 /// Stiffness k of the amplitude, 1/s.
 const AMPLITUDE_STIFFNESS: f32 = 16.0;
 /// Amplitude below which joints that are far from the person's phase stand before they move.
@@ -444,11 +475,13 @@ impl FollowerState {
             fault: None,
             time: 0.0,
             waited: 0.0,
+            beyond: 0.0,
             walk: false,
             paused: false,
             waits: false,
             driven: BoundedPhase { phase: Phase(0), rate: 0.0 },
             amplitude: BoundedNumber { value: 0.0, rate: 0.0 },
+            drift: Drift::new(),
             events,
         }
     }
@@ -487,8 +520,14 @@ impl Generator<4> for Follower {
     }
 
     fn check(&self) -> Result<(), StateFault> {
-        let FollowerState { driven, amplitude, .. } = &self.state;
-        let states = [("driven.rate", driven.rate), ("amplitude", amplitude.value), ("amplitude.rate", amplitude.rate)];
+        let FollowerState { driven, amplitude, drift, .. } = &self.state;
+        let states = [
+            ("driven.rate", driven.rate),
+            ("amplitude", amplitude.value),
+            ("amplitude.rate", amplitude.rate),
+            ("drift", drift.value),
+            ("drift.rate", drift.rate),
+        ];
         match states.into_iter().find(|(_, value)| !value.is_finite()) {
             Some((name, _)) => Err(StateFault::NotFinite { state: Field::of(name) }),
             None => self.lock.check(),

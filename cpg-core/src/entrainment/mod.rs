@@ -16,10 +16,13 @@
 //! | locked | phase and cadence are known | 1 | the person stops, the lock is lost, or the sensor has a fault |
 //! | holding | the sensor has a fault; the follower continues with the cadence of 2.4 s ago and the phase of 0.6 s ago | as before | samples have been good for [`FollowerConfig::good_s`], or the hold has lasted [`FollowerConfig::freewheel_s`] |
 //!
-//! **A stop** is found when the joint moves at about a third of the predicted rate or less, or its amplitude is below
+//! **A stop** is found when the joint moves at about a third of the predicted rate or less and does not speed up again, or its amplitude is below
 //! [`PlausibilityConfig::amplitude`]. The driven phase then halts and s falls to 0. **A fault** that ends within a hold changes only psi; after
 //! a longer one the joints stand, and follow again when the sensor is good. A stuck sensor differs from a standing leg only in how abruptly
 //! the motion ended, see [`PlausibilityConfig::abrupt`].
+//!
+//! **A slow drift** of the measured joint's mean is taken up by that joint's setpoint within [`FollowerConfig::drift_limit`]; an offset that is
+//! there at the lock, or that jumps, is not ([`Follower::drift`]).
 //!
 //! **Stride events** ([`EventSource`]) support the angle: peaks of a knee find the phase of a person who begins to walk sooner, a foot switch
 //! corrects the phase during a fault. With two recorded persons and heel strikes from their own recorded knees, the root mean square phase error
@@ -55,6 +58,7 @@
 mod adaptive_hopf;
 mod bounded_phase;
 mod config;
+mod drift;
 mod events;
 mod follower;
 mod history;

@@ -5,7 +5,7 @@
 //! | missing | no valid angle, not finite, or beyond ±200 degrees, for longer than [`PlausibilityConfig::bridge_s`] | 0.02 s |
 //! | erratic | steps faster than [`PlausibilityConfig::fastest`] in more than a third of the samples of the last 0.1 s | 0.04 to 0.11 s if all samples are such |
 //! | stuck | no change beyond [`PlausibilityConfig::noise`] for [`PlausibilityConfig::stuck_s`], after a motion faster than [`PlausibilityConfig::abrupt`], while the predicted angle moves on | 0.08 s |
-//! | amplitude | the fundamental is larger than the upper limit of [`PlausibilityConfig::amplitude`] times the template's | the settling time of the quadrature filter, about 0.35 s |
+//! | amplitude | the fundamental is larger than the upper limit of [`PlausibilityConfig::amplitude`] times the template's | the settling time of the quadrature filter, about 0.35 s, and 0.4 strides |
 //! | innovation | the root mean square of measured minus predicted angle exceeds [`PlausibilityConfig::innovation`] times the amplitude, and the joint moves faster than three times its usual rate | 0.2 to 0.4 s |
 //!
 //! The first three rules are in this file; the last two need the estimator and are applied by [`Follower`](super::Follower).

@@ -3,7 +3,8 @@
 //! Two rules, both on mean absolute rates (low-passed over 0.14 s):
 //! - *idle*: the joint moves at less than 0.36 of the rate predicted for it, while the prediction is a real motion; or at less than 0.06 of its
 //!   usual rate. After 0.03 s the person has stopped. To allow for a person who is a little early or late, the least prediction of three
-//!   phases counts.
+//!   phases counts, and a joint whose rate at this moment is 0.3 of its usual rate or more is not idle: the mean rate of a knee that swings
+//!   late is low until 0.1 s after the swing has begun.
 //! - *still*: the joint moves at less than 0.1 of its usual rate for 0.6 s, whatever the prediction.
 //!
 //! The usual rate is the mean absolute rate of the template at the estimated cadence.
@@ -64,6 +65,8 @@ const STOP_RATE_FRACTION: f32 = 0.06;
 const STILL_RATE_FRACTION: f32 = 0.1;
 /// Time for which a joint must be still to count as stopped, s: a stiff knee is still for 0.4 s in stance.
 const STILL_S: f32 = 0.6;
+/// Fraction of the usual rate from which on a joint moves on, however slow it has been.
+const MOVING_RATE_FRACTION: f32 = 0.3;
 /// Fraction of the predicted rate below which the joint is idle.
 const IDLE_RATE_FRACTION: f32 = 0.36;
 
@@ -85,7 +88,8 @@ impl Activity {
             *predicted += (rate.abs() - *predicted) * share;
             least = least.min(*predicted);
         }
-        let idle = self.measured < IDLE_RATE_FRACTION * least && least > 0.35 * usual;
+        let slow = rate.abs() < MOVING_RATE_FRACTION * usual;
+        let idle = slow && self.measured < IDLE_RATE_FRACTION * least && least > 0.35 * usual;
         self.idle_for = if idle || self.measured < STOP_RATE_FRACTION * usual { self.idle_for + period_s } else { 0.0 };
         self.still_for = if self.measured < STILL_RATE_FRACTION * usual { self.still_for + period_s } else { 0.0 };
     }

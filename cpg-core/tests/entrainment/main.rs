@@ -104,6 +104,66 @@ fn the_joints_stop_with_the_person_and_walk_again() {
 
 /// A sensor that is flagged invalid: the walk goes on for 2 s, then stands; a sensor that comes back is followed again, from a hold
 /// as from standing.
+/// A knee whose one stride is late by 7 % of a stride, at 40 phases, and a hip: no stop, the amplitude stays.
+#[test]
+fn a_stride_that_is_late_is_no_stop() {
+    for (sensor, stride_s) in
+        [(Joint::LeftKnee, 0.7), (Joint::RightKnee, 0.95), (Joint::LeftKnee, 1.1), (Joint::LeftHip, 0.95)]
+    {
+        for start in 0..40 {
+            let (mut legs, mut person) = (legs(sensor), Person::new(sensor, stride_s));
+            walk(&mut legs, &mut person, 10_000);
+            assert_eq!((legs.status().state, legs.amplitude()), (Lock::Locked, 1.0));
+            walk(&mut legs, &mut person, (f64::from(start) * 1e3 * stride_s / 40.0) as u32);
+            // At a quarter of the rate for 0.0933 strides it loses 0.07.
+            let rate = person.rate;
+            for tick in 0..4000u32 {
+                person.rate = if f64::from(tick) < 93.3 * stride_s { 0.25 * rate } else { rate };
+                person.wanted = person.rate;
+                walk(&mut legs, &mut person, 1);
+                let status = legs.status();
+                assert_eq!(
+                    (status.state, legs.amplitude()),
+                    (Lock::Locked, 1.0),
+                    "{} at {stride_s} s, phase {start} of 40, {tick} ms",
+                    sensor.name()
+                );
+            }
+        }
+    }
+}
+
+/// A sensor whose mean drifts by 3 degrees in 50 s: its joint's setpoint takes most of it up, the others none; without the drift, with an
+/// offset from the begin on, and with a limit of 0 nothing is taken up.
+#[test]
+fn a_slow_drift_is_taken_up_by_the_measured_joint() {
+    let run = |limit_deg: f32, offset_deg: f32, drift_deg_per_s: f32| {
+        let config = FollowerConfig { drift_limit: Radians::from_degrees(limit_deg), ..FollowerConfig::default() };
+        let mut legs = config.build(templates(), Joint::LeftHip, Period::MILLISECOND).unwrap();
+        let mut person = Person::new(Joint::LeftHip, 1.1);
+        let mut off = [0.0f32; 4];
+        for tick in 0..50_000u32 {
+            let drift = offset_deg + drift_deg_per_s * tick as f32 * 1e-3;
+            legs.observe(Some(Radians(person.tick().0 + drift.to_radians())));
+            let before = legs.drift().degrees();
+            legs.step();
+            assert!((legs.drift().degrees() - before).abs() < 1.1e-4, "0.1 degrees/s at most");
+            for (off, (angle, template)) in off.iter_mut().zip(legs.angles().iter().zip(templates())) {
+                *off = angle.degrees() - template.at(legs.phase()).angle.to_degrees();
+            }
+        }
+        assert_eq!(legs.status().state, Lock::Locked);
+        assert!(off[1..].iter().all(|off| off.abs() < 0.01), "{off:?}");
+        assert!((off[0] - legs.drift().degrees()).abs() < 0.01);
+        off[0]
+    };
+    let taken = run(4.0, 0.0, 0.06);
+    assert!((1.6..2.4).contains(&taken), "{taken} of 3 degrees");
+    assert!(run(1.0, 0.0, 0.06) < 1.001);
+    assert!(run(4.0, 8.0, 0.0).abs() < 0.2, "an offset is no drift");
+    assert!(run(0.0, 0.0, 0.06).abs() < 1e-3);
+}
+
 #[test]
 fn a_lost_sensor_is_walked_through_for_two_seconds() {
     for lost_for in [30, 500, 1900, 3000, 20_000] {
@@ -227,7 +287,7 @@ fn the_joints_are_led_by_the_delay_of_the_samples() {
 #[test]
 fn bad_fields_are_named() {
     type Break = fn(&mut FollowerConfig);
-    let broken: [(Break, &str); 14] = [
+    let broken: [(Break, &str); 15] = [
         (|c| c.lock.stride_s = f32::NAN, "stride_s"),
         (|c| c.delay_s = 0.06, "delay_s"),
         (|c| c.plausibility.fastest = RadPerSec(0.0), "plausibility.fastest"),
@@ -241,6 +301,7 @@ fn bad_fields_are_named() {
         (|c| c.freewheel_s = 2.5, "freewheel_s"),
         (|c| c.good_s = 0.0, "good_s"),
         (|c| c.phase_acceleration = RadPerSec2(1e6), "phase_acceleration"),
+        (|c| c.drift_limit = Radians(0.3), "drift_limit"),
         (|c| c.amplitude_acceleration = 0.0, "amplitude_acceleration"),
     ];
     for (broken, name) in broken {

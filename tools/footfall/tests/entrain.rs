@@ -85,6 +85,12 @@ fn the_object_has_lock_errors_of_four_joints_false_locks_and_holds() {
         assert!(rmse(&object).iter().all(|rmse| rmse.is_some_and(|rmse| rmse > 0.0 && rmse < 2.5)), "{object}");
         assert_eq!((object["false_locks"].as_u64(), object["holds"].as_u64()), (Some(0), Some(0)));
         assert_eq!(object["hold_events"].as_array().unwrap().len(), 0);
+        assert_eq!((object["false_stops"].as_u64(), object["slips"].as_u64()), (Some(0), Some(0)));
+        for joint in Joint::ALL.map(Joint::name) {
+            let [got, perfect, ratio] = ["steady_rmse_deg", "perfect_phase_rmse_deg", "ratio"]
+                .map(|key| object[key][joint].as_f64().unwrap_or_else(|| panic!("{key} of {joint}: {object}")));
+            assert!((ratio - got / perfect).abs() < 1e-6 && perfect < 2.0, "{joint}: {object}");
+        }
         assert_eq!((object["sensor"].as_str(), object["core"].as_str()), (Some(sensor), Some("host")));
         assert!((object["stride_s"].as_f64().unwrap() - 1.15).abs() < 0.02);
         assert!((object["cadence_steps_per_min"].as_f64().unwrap() - 104.3).abs() < 1.5);

@@ -4,11 +4,13 @@
 //! are compared with the recording. The templates are learned from the first steady seconds of the recording, with joints that it lacks
 //! taken from the default recording ([`learn`](mod@learn)), or all are read from a generator file.
 
+pub mod breaks;
 pub mod learn;
 pub mod run;
 pub mod trace;
 
 use clap::Args;
+use cpg_core::entrainment::SensorFault;
 use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
 use gait_trace::{Finding, LowPass, Recording, Rules};
 use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet};
@@ -133,7 +135,7 @@ pub fn entrain_without(
     let mut follower = run::follower(templates, sensor, stride_s).map_err(Failure::input)?;
     let samples = run::without(run::samples(recording, sensor).map_err(Failure::input)?, &holes.sensor);
     let ticks = run::run(&mut follower, samples);
-    let following = run::judge_without(&ticks, recording, sensor, &learned, &holes.any);
+    let following = run::judge_without(&ticks, recording, sensor, &learned, &templates.map(Some), &holes.any);
     Ok(Entrainment { learned, templates, source, ticks, following })
 }
 
@@ -218,26 +220,51 @@ fn print(name: &str, trace: &Trace, run: &Entrainment, json: bool) -> Result<(),
     output::print(&if json { format!("{}\n", as_json(name, trace, run)) } else { as_text(name, sensor, run) })
 }
 
-/// Fails without a lock and with false locks.
+/// Fails without a lock, and with false locks, false stops or phase slips.
 fn check(name: &str, sensor: Joint, following: &Following) -> Result<(), Failure> {
-    match (following.lock_s, following.false_locks) {
-        (None, _) => Err(Failure::run(format!("{name}: no lock on {}", sensor.name()))),
-        (Some(_), 0) => Ok(()),
-        (Some(_), locks) => Err(Failure::run(format!("{name}: {locks} false locks; allowed is none"))),
+    if following.lock_s.is_none() {
+        return Err(Failure::run(format!("{name}: no lock on {}", sensor.name())));
     }
+    let mut wrong = Vec::new();
+    if following.false_locks > 0 {
+        wrong.push(format!("{} false locks", following.false_locks));
+    }
+    if !following.false_stops.is_empty() {
+        let times: Vec<String> =
+            following.false_stops.iter().map(|stop| format!("{:.1} to {:.1} s", stop.from_s, stop.to_s)).collect();
+        wrong.push(format!("{} false stops ({})", times.len(), times.join(", ")));
+    }
+    if !following.slips.is_empty() {
+        let times: Vec<String> = following.slips.iter().map(|slip| format!("{:.1} s", slip.at_s)).collect();
+        wrong.push(format!("{} phase slips ({})", times.len(), times.join(", ")));
+    }
+    if wrong.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::run(format!("{name}: {}; allowed is none", wrong.join(", "))))
 }
 
 fn as_json(name: &str, trace: &Trace, run: &Entrainment) -> serde_json::Value {
     let following = &run.following;
-    let rmse: serde_json::Map<String, serde_json::Value> = Joint::ALL
-        .into_iter()
-        .map(|joint| (joint.name().to_owned(), json!(following.steady_rmse_deg[joint as usize])))
-        .collect();
+    let by_joint = |value: &dyn Fn(Joint) -> Option<f64>| {
+        let pairs = Joint::ALL.into_iter().map(|joint| (joint.name().to_owned(), json!(value(joint))));
+        serde_json::Value::Object(pairs.collect())
+    };
     let holds: Vec<_> = following
         .holds
         .iter()
         .map(|&(tick, fault)| json!({ "t_s": tick as f64 / run::TICKS_PER_S, "fault": fault.name() }))
         .collect();
+    let stops: Vec<_> = following
+        .false_stops
+        .iter()
+        .map(|stop| {
+            let fault = stop.fault.map(SensorFault::name);
+            json!({ "from_s": stop.from_s, "to_s": stop.to_s, "state": stop.state.name(), "fault": fault })
+        })
+        .collect();
+    let slips: Vec<_> =
+        following.slips.iter().map(|slip| json!({ "t_s": slip.at_s, "error_deg": slip.error_deg })).collect();
     json!({
         "file": name,
         "format": trace.format,
@@ -249,8 +276,14 @@ fn as_json(name: &str, trace: &Trace, run: &Entrainment) -> serde_json::Value {
         "stride_s": run.learned.stride_s,
         "lock_s": following.lock_s,
         "steady_s": following.steady_s.map(|(from, to)| [from, to]),
-        "steady_rmse_deg": rmse,
+        "steady_rmse_deg": by_joint(&|joint| following.steady_rmse_deg[joint as usize]),
+        "perfect_phase_rmse_deg": by_joint(&|joint| following.perfect_phase_rmse_deg[joint as usize]),
+        "ratio": by_joint(&|joint| following.ratio(joint)),
         "false_locks": following.false_locks,
+        "false_stops": stops.len(),
+        "false_stop_events": stops,
+        "slips": slips.len(),
+        "slip_events": slips,
         "holds": following.holds.len(),
         "hold_events": holds,
         "cadence_steps_per_min": following.cadence_steps_per_min,
@@ -268,11 +301,26 @@ fn as_text(name: &str, sensor: Joint, run: &Entrainment) -> String {
     let mut out = format!("trace {name}\nsensor {}\ntemplate {}\n", sensor.name(), run.source);
     let _ = writeln!(out, "stride_s {:.3}", run.learned.stride_s);
     let _ = writeln!(out, "lock_s {}", number(following.lock_s, 3));
-    let _ = write!(out, "steady_rmse_deg");
-    for joint in Joint::ALL {
-        let _ = write!(out, " {} {}", joint.name(), number(following.steady_rmse_deg[joint as usize], 2));
+    let mut by_joint = |key: &str, value: &dyn Fn(Joint) -> Option<f64>| {
+        let _ = write!(out, "{key}");
+        for joint in Joint::ALL {
+            let _ = write!(out, " {} {}", joint.name(), number(value(joint), 2));
+        }
+        out.push('\n');
+    };
+    by_joint("steady_rmse_deg", &|joint| following.steady_rmse_deg[joint as usize]);
+    by_joint("perfect_phase_rmse_deg", &|joint| following.perfect_phase_rmse_deg[joint as usize]);
+    by_joint("ratio", &|joint| following.ratio(joint));
+    let _ = writeln!(out, "false_locks {}", following.false_locks);
+    let _ = write!(out, "false_stops {}", following.false_stops.len());
+    for stop in &following.false_stops {
+        let _ = write!(out, " {:.3}..{:.3}", stop.from_s, stop.to_s);
     }
-    let _ = writeln!(out, "\nfalse_locks {}", following.false_locks);
+    let _ = write!(out, "\nslips {}", following.slips.len());
+    for slip in &following.slips {
+        let _ = write!(out, " {:.3}", slip.at_s);
+    }
+    out.push('\n');
     let _ = writeln!(out, "holds {}", following.holds.len());
     let _ = writeln!(out, "cadence_steps_per_min {}", number(following.cadence_steps_per_min, 1));
     let _ = writeln!(out, "phase_sd_deg {}", number(following.phase_sd_deg, 2));

@@ -1,11 +1,13 @@
 //! Runs a follower over a recording tick by tick, and compares it with the recording.
 
+use cpg_core::entrainment::phase_lock::Template;
 use cpg_core::entrainment::{Follower, Lock, SensorFault};
 use cpg_core::{BuildError, Follow, Generator};
 use gait_trace::{NoChannel, Recording};
 use joint_units::{Joint, Period, Phase, Radians};
 
-use super::learn::Learned;
+use super::breaks::{self, FalseStop, Slip};
+use super::learn::{Learned, angle_deg};
 
 /// Ticks a second.
 pub const TICKS_PER_S: f64 = 1000.0;
@@ -92,10 +94,17 @@ pub struct Following {
     pub lock_s: Option<f64>,
     /// Root mean square difference of setpoints and recorded joints over the steady part, degrees; `None` for joints that were not recorded.
     pub steady_rmse_deg: [Option<f64>; Joint::COUNT],
+    /// The same of the templates played with the phase of the recording, which uses later samples and all joints ([`Learned::phase`]):
+    /// what a follower with these templates and a perfect phase would have.
+    pub perfect_phase_rmse_deg: [Option<f64>; Joint::COUNT],
     /// The steady part: from 3 s after the lock, 15 s or later in recordings of 20 s and more, s.
     pub steady_s: Option<(f64, f64)>,
     /// Number of seconds in which it reported a lock with a phase error of 18 degrees or more.
     pub false_locks: u32,
+    /// Spans in which it fades, stands or holds although the person moves on ([`breaks`]).
+    pub false_stops: Vec<FalseStop>,
+    /// Phase slips while it reports a lock and the person moves on ([`breaks`]).
+    pub slips: Vec<Slip>,
     /// Sensor faults that it reported, with their ticks.
     pub holds: Vec<(usize, SensorFault)>,
     /// Mean cadence over the steady part, steps per minute.
@@ -111,19 +120,29 @@ pub fn phase_error_deg(tick: &Tick, cycles: f64) -> f64 {
     f64::from(person.radians_after(tick.phase).0).to_degrees()
 }
 
-/// Compares a run with the recording.
-#[must_use]
-pub fn judge(ticks: &[Tick], recording: &Recording, sensor: Joint, learned: &Learned) -> Following {
-    judge_without(ticks, recording, sensor, learned, &[])
+impl Following {
+    /// RMSE of the setpoints over that with a perfect phase; `None` where either is missing, or the latter is 0.
+    #[must_use]
+    pub fn ratio(&self, joint: Joint) -> Option<f64> {
+        let perfect = self.perfect_phase_rmse_deg[joint as usize].filter(|rmse| *rmse > 0.0)?;
+        Some(self.steady_rmse_deg[joint as usize]? / perfect)
+    }
 }
 
-/// As [`judge`], without the given spans of the recording.
+/// Compares a run of the learned templates with the recording.
+#[must_use]
+pub fn judge(ticks: &[Tick], recording: &Recording, sensor: Joint, learned: &Learned) -> Following {
+    judge_without(ticks, recording, sensor, learned, &learned.templates, &[])
+}
+
+/// As [`judge`], with the templates that the follower has, without the given spans of the recording.
 #[must_use]
 pub fn judge_without(
     ticks: &[Tick],
     recording: &Recording,
     sensor: Joint,
     learned: &Learned,
+    templates: &[Option<Template>; Joint::COUNT],
     holes: &[(f64, f64)],
 ) -> Following {
     let time = |tick: usize| tick as f64 / TICKS_PER_S;
@@ -147,14 +166,20 @@ pub fn judge_without(
     });
     let holds = holds.collect();
 
+    let moves_on = templates[sensor as usize].as_ref().map_or_else(Vec::new, |template| {
+        breaks::moves_on(&breaks::Person { recording, sensor, learned, template, holes })
+    });
     let end = time(ticks.len());
     let steady = lock.map(|lock| if end >= 20.0 { (lock + 3.0).max(15.0) } else { lock + 3.0 });
     let steady = steady.filter(|&from| from + 0.5 < end).map(|from| (from, end));
     let mut following = Following {
         lock_s: lock,
         steady_rmse_deg: [None; Joint::COUNT],
+        perfect_phase_rmse_deg: [None; Joint::COUNT],
         steady_s: steady,
         false_locks,
+        false_stops: breaks::false_stops(ticks, &moves_on),
+        slips: breaks::slips(ticks, learned, &moves_on),
         holds,
         cadence_steps_per_min: None,
         phase_sd_deg: None,
@@ -170,9 +195,13 @@ pub fn judge_without(
     for joint in Joint::ALL {
         let channel = if joint == sensor { recording.of_joint(joint) } else { recording.channel(joint.name()) };
         let Ok(channel) = channel else { continue };
-        let off = |&n: &usize| ticks[n].angles[joint as usize] - recording.at(channel, start + time(n));
-        let sum: f64 = rows.iter().map(|n| off(n).powi(2)).sum();
-        following.steady_rmse_deg[joint as usize] = Some((sum / count).sqrt());
+        let rmse = |angle: &dyn Fn(usize) -> f64| {
+            let square = |&n: &usize| (angle(n) - recording.at(channel, start + time(n))).powi(2);
+            (rows.iter().map(square).sum::<f64>() / count).sqrt()
+        };
+        following.steady_rmse_deg[joint as usize] = Some(rmse(&|n| ticks[n].angles[joint as usize]));
+        following.perfect_phase_rmse_deg[joint as usize] =
+            templates[joint as usize].map(|template| rmse(&|n| angle_deg(&template, learned.phase_at(time(n)))));
     }
     let mean = rows.iter().map(|&n| errors[n]).sum::<f64>() / count;
     let variance = rows.iter().map(|&n| (errors[n] - mean).powi(2)).sum::<f64>() / count;
@@ -186,11 +215,7 @@ pub fn judge_without(
 ///
 /// # Errors
 /// Names the field that is out of range.
-pub fn follower(
-    templates: [cpg_core::entrainment::phase_lock::Template; Joint::COUNT],
-    sensor: Joint,
-    stride_s: f64,
-) -> Result<Follower, BuildError> {
+pub fn follower(templates: [Template; Joint::COUNT], sensor: Joint, stride_s: f64) -> Result<Follower, BuildError> {
     let mut config = cpg_core::entrainment::FollowerConfig::default();
     config.lock.stride_s = stride_s as f32;
     config.build(templates, sensor, Period::MILLISECOND)
