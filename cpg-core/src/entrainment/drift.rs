@@ -47,7 +47,7 @@ impl Drift {
                 let drifted = offset - reference;
                 let left = drifted.max(-limit).min(limit) - self.value;
                 let jumped = (drifted - self.value).abs() >= JUMP;
-                if jumped { 0.0 } else { (GAIN * left).max(-FASTEST).min(FASTEST) }
+                if jumped { 0.0 } else { (GAIN * left).clamp(-FASTEST, FASTEST) }
             }
             (Some(offset), None) => {
                 self.locked += period_s;
