@@ -230,10 +230,18 @@ fn cores_alone(_: &State) -> Result<String> {
 }
 
 /// Packages every core as it would be published; each is compiled from its package, beside the packages of the others.
-fn packages(_: &State) -> Result<String> {
+///
+/// They are compiled in a folder of their own that is empty: cargo takes what it compiled of a package of the same version for today's.
+fn packages(state: &State) -> Result<String> {
     forget_unpacked_cores()?;
-    let cores: Vec<_> = CORES.iter().flat_map(|core| ["--package", core]).collect();
-    cargo(&[&["package", "--allow-dirty", "--offline"], cores.as_slice()].concat())?;
+    let folder = state.workspace.target_dir.join("packages");
+    if folder.is_dir() {
+        std::fs::remove_dir_all(&folder).with_context(|| format!("removing {}", folder.display()))?;
+    }
+    let mut cargo = shell::cargo();
+    cargo.args(["package", "--allow-dirty", "--offline", "--target-dir"]).arg(&folder);
+    cargo.args(CORES.iter().flat_map(|core| ["--package", core]));
+    shell::must_succeed(&mut cargo, "cargo package")?;
     Ok(format!("{} crates", CORES.len()))
 }
 
