@@ -5,11 +5,11 @@
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
-use std::time::Duration;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, bail};
 use serde_json::{Value, json};
 
+use crate::emulated;
 use crate::setup::Need;
 use crate::shell;
 use crate::workspace::Workspace;
@@ -24,9 +24,6 @@ pub(crate) enum Bench {
         json: bool,
     },
 }
-
-/// A generator takes a few thousand steps of some hundred instructions: a second or two in all.
-const DEADLINE: Duration = Duration::from_secs(120);
 
 /// Steps that `step-cost` counts.
 const STEPS: f64 = 1000.0;
@@ -87,16 +84,9 @@ pub(crate) fn bench(bench: &Bench) -> Result<ExitCode> {
 }
 
 fn costs(workspace: &Workspace) -> Result<Vec<Cost>> {
-    let board = workspace.virtual_board()?;
-    let elf = workspace.step_cost()?;
-    let mut command = shell::command(&board);
-    command.args(["--self-test-exit", "semihosting", "--secs", "60"]).arg(&elf);
-    let finished =
-        shell::with_deadline(&mut command, DEADLINE, &workspace.target_dir.join("xtask-logs/step-cost.log"))?;
-    ensure!(finished.success(), "step-cost fails on the virtual board ({})\n{}", finished.how(), finished.tail(20));
-    let lines = finished.output.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-    let texts = lines.filter(|line| line["type"] == "semihosting");
-    texts.map(|line| cost(line["text"].as_str().unwrap_or_default())).collect()
+    let (board, elf) = (workspace.virtual_board()?, workspace.step_cost()?);
+    let lines = emulated::lines(&board, &elf, &workspace.target_dir.join("xtask-logs/step-cost.log"))?;
+    lines.iter().map(|text| cost(text)).collect()
 }
 
 /// Reads `name least sum most least sum most`.

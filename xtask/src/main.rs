@@ -8,6 +8,7 @@
 
 mod bench;
 mod board;
+mod emulated;
 mod flash;
 mod image;
 mod missing_requirement;

@@ -171,6 +171,12 @@ impl Workspace {
         one_program(Build { label: "step-cost", cargo, executables: &["step-cost"] })
     }
 
+    /// The program that plays changes of gait, for the board.
+    pub(crate) fn gait_changes(&self) -> Result<PathBuf> {
+        let cargo = self.thumb_build("step-cost", &[])?;
+        one_program(Build { label: "gait-changes", cargo, executables: &["gait-changes"] })
+    }
+
     /// The program that runs an image without a board.
     pub(crate) fn virtual_board(&self) -> Result<PathBuf> {
         one_program(host_build("virtual-board", &["virtual-board"]))

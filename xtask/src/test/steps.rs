@@ -11,6 +11,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use super::counts::{self, Counts};
 use crate::board::{Board, Drive};
+use crate::emulated;
 use crate::self_test::{self, SelfTest};
 use crate::setup::{Need, REQUIRE, Required};
 use crate::shell;
@@ -30,7 +31,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 17] = [
+pub(super) const STEPS: [Step; 18] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step { name: "lints", claim: "clippy finds nothing on the host", needs: &[], uses: &[], run: lints },
     Step { name: "docs", claim: "the documentation builds without a warning", needs: &[], uses: &[], run: docs },
@@ -118,6 +119,13 @@ pub(super) const STEPS: [Step; 17] = [
         needs: &[Need::BoardCompiler, Need::VirtualBoard],
         uses: &[],
         run: core_controls,
+    },
+    Step {
+        name: "gait-changes",
+        claim: "ten changes between gaits of persons are bit-equal on the virtual board and the host, and inside the limits",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: gait_changes,
     },
     Step {
         name: "image-tests",
@@ -353,6 +361,22 @@ fn core_on_virtual_board(state: &State) -> Result<String> {
 
 fn core_on_qemu(state: &State) -> Result<String> {
     state.selftest("core-qemu")?.on_qemu()
+}
+
+fn gait_changes(state: &State) -> Result<String> {
+    let elf = state.workspace.gait_changes()?;
+    let board = emulated::lines(state.virtual_board()?, &elf, &state.log("gait-changes"))?;
+    let mut cargo = shell::cargo();
+    cargo.args(["run", "--quiet", "--profile", "host", "--package", "step-cost", "--bin", "gait-changes"]);
+    let host = shell::stdout_of(&mut cargo)?;
+    let host: Vec<&str> = host.lines().collect();
+    if let Some((board, host)) = board.iter().zip(&host).find(|(board, host)| board != *host) {
+        bail!("the virtual board says `{board}`, the host says `{host}`");
+    }
+    ensure!(board.len() == host.len() && !board.is_empty(), "{} changes there, {} here", board.len(), host.len());
+    let outside: Vec<&String> = board.iter().filter(|line| !line.ends_with(" inside")).collect();
+    ensure!(outside.is_empty(), "beyond a range or a rate: {outside:?}");
+    Ok(format!("{} changes", board.len()))
 }
 
 fn core_controls(state: &State) -> Result<String> {
