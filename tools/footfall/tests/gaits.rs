@@ -156,8 +156,8 @@ fn a_walk_has_the_cadence_that_is_asked() {
     assert!((18..=20).contains(&at.len()), "{at:?}");
     assert!((at[1] - at[0]).abs_diff(120) <= 3 && (at[at.len() - 1] - at[at.len() - 2]).abs_diff(93) <= 3, "{at:?}");
 
-    let switched =
-        lines(&["--cadence", "100", "--secs", "4", "--switch", "t=2 cadence 125", "--switch", "t=3 human-run"]);
+    let changes = ["--switch", "t=2 cadence 125", "--switch", "t=2.5 cadence 115", "--switch", "t=3 human-run"];
+    let switched = lines(&[&["--cadence", "100", "--secs", "4"], &changes[..]].concat());
     let (before, after) = (cadence(&switched[199]), cadence(&switched[201]));
     assert!((before - 100.0).abs() < 1e-3 && (after - 125.0).abs() < 1e-3);
     assert_eq!(switched[350]["gait"], "human-run");
