@@ -77,10 +77,10 @@ pub fn run(options: Options) -> Result<(), Failure> {
                 conversion.low_pass_hz = Some(hz);
                 format!("all joints: low-pass at {hz} Hz")
             }
-            _ if finding.what == FindingKind::Gap => {
-                let (from, to) = (finding.from_s, finding.to_s);
-                let joint = finding.joint.map_or("all joints".into(), |joint| joint.name().replace('_', " "));
-                format!("{joint}, {from:.3} s to {to:.3} s: missing values; left empty")
+            // What is bridged for a fit stays empty here.
+            _ if matches!(finding.what, FindingKind::Gap | FindingKind::Gaps { .. }) => {
+                let text = finding.to_string();
+                format!("{}; left empty", text.rsplit_once("; ").map_or(text.as_str(), |(what, _)| what))
             }
             _ => finding.to_string(),
         };

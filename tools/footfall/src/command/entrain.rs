@@ -7,6 +7,7 @@
 pub mod breaks;
 pub mod learn;
 pub mod run;
+pub mod tick;
 pub mod trace;
 
 use clap::Args;

@@ -20,7 +20,7 @@ use gait_trace::Recording;
 use joint_units::Joint;
 
 use super::learn::{Learned, RATE_HZ, angle_deg};
-use super::run::{TICKS_PER_S, Tick, phase_error_deg};
+use super::tick::{TICKS_PER_S, Tick, phase_error_deg};
 
 /// Travel of the joint in half a stride, as a fraction of that of its template, from which on it moves.
 pub const TRAVEL_FRACTION: f64 = 0.5;

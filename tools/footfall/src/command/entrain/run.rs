@@ -4,34 +4,11 @@ use cpg_core::entrainment::phase_lock::Template;
 use cpg_core::entrainment::{Follower, Lock, SensorFault};
 use cpg_core::{BuildError, Follow, Generator};
 use gait_trace::{NoChannel, Recording};
-use joint_units::{Joint, Period, Phase, Radians};
+use joint_units::{Joint, Period, Radians};
 
 use super::breaks::{self, FalseStop, Slip};
 use super::learn::{Learned, angle_deg};
-
-/// Ticks a second.
-pub const TICKS_PER_S: f64 = 1000.0;
-
-/// One tick of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tick {
-    /// Setpoints, degrees.
-    pub angles: [f64; Joint::COUNT],
-    /// Rates of the setpoints, degrees per second.
-    pub rates: [f64; Joint::COUNT],
-    /// Phase of the setpoints.
-    pub phase: Phase,
-    /// Estimated phase of the person.
-    pub estimate: Phase,
-    /// Amplitude factor.
-    pub amplitude: f32,
-    /// State.
-    pub state: Lock,
-    /// Fault of the sensor.
-    pub fault: Option<SensorFault>,
-    /// Estimated angular frequency, rad/s.
-    pub frequency: f64,
-}
+pub use super::tick::{TICKS_PER_S, Tick, phase_error_deg};
 
 /// Plays a series of samples, one a tick.
 pub fn run(follower: &mut Follower, samples: impl IntoIterator<Item = Option<f64>>) -> Vec<Tick> {
@@ -111,13 +88,6 @@ pub struct Following {
     pub cadence_steps_per_min: Option<f64>,
     /// Standard deviation of the phase error over the steady part, degrees.
     pub phase_sd_deg: Option<f64>,
-}
-
-/// Phase error of a tick in degrees: the person's phase less that of the setpoints.
-#[must_use]
-pub fn phase_error_deg(tick: &Tick, cycles: f64) -> f64 {
-    let person = Phase::from_cycles(cycles.rem_euclid(1.0) as f32);
-    f64::from(person.radians_after(tick.phase).0).to_degrees()
 }
 
 impl Following {

@@ -4,7 +4,7 @@ use crate::fault::{Fault, TraceError};
 use crate::format::choice::columns;
 use crate::format::joint_names::{AngleUnit, joint_of, unit_of};
 use crate::format::mcap_file::joint_state::{JointState, Layout, layout_of};
-use crate::format::mcap_file::object_of;
+use crate::format::mcap_file::message::object_of;
 use crate::format::text_table::{listed, short};
 use crate::format::unit::{Said, volts_in, volts_of};
 use crate::options::ReadOptions;

@@ -13,6 +13,7 @@ mod cdr;
 mod chunk;
 mod fields;
 mod joint_state;
+mod message;
 mod records;
 
 use crate::fault::{Fault, TraceError};
@@ -25,12 +26,10 @@ use crate::raw::RawJoints;
 use fields::{Chosen, Kind, Seen, Source};
 use joint_state::{JointState, Layout};
 use mcap::records::{MessageHeader, Record};
+use message::{check_length, object_of};
 use records::records;
-use serde_json::{Map, Value};
+use serde_json::Value;
 use std::collections::BTreeMap;
-
-/// Longest message with joints, bytes.
-const MAX_MESSAGE: usize = 64 * 1024;
 
 /// The row of the table of formats.
 pub(crate) const DESCRIPTION: Description = Description {
@@ -227,18 +226,4 @@ impl Table<'_> {
         }
         "ROS 2 JointState"
     }
-}
-
-fn check_length(message: &[u8]) -> Result<(), String> {
-    if message.len() > MAX_MESSAGE {
-        return Err(format!("{} bytes; allowed are up to {MAX_MESSAGE}", message.len()));
-    }
-    Ok(())
-}
-
-fn object_of(message: &[u8]) -> Result<Map<String, Value>, String> {
-    check_length(message)?;
-    serde_json::from_slice(message).map_err(|error| {
-        format!("is not a JSON object ({error}); allowed is an object such as {{\"left_knee_deg\": 12.5}}")
-    })
 }

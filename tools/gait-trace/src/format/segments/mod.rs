@@ -16,13 +16,11 @@ use crate::fault::Fault;
 use crate::format::angle_columns::AngleColumn;
 use crate::format::unit::Said;
 use joint_units::Joint;
+use names::Place;
 pub(crate) use names::{Leg, find};
-use names::{Place, mean_track};
 pub(crate) use pelvis::LengthUnit;
-use vector::{Vector, add, cross, dot, length, scale, square_to, sub, unit};
-
-/// Position of a point in each frame; NaN where the point is missing.
-pub(crate) type Track = Vec<Vector>;
+pub(crate) use vector::Track;
+use vector::{add, cross, dot, length, mean_track, scale, square_to, sub, unit};
 
 /// Width of the moving average of the line between the hips, seconds: about a stride.
 const WINDOW_S: f64 = 1.2;

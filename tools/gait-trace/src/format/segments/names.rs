@@ -11,9 +11,7 @@
 //! A joint centre goes before a pair of markers, whose middle is taken, and a pair before a single marker. A hip without a point of its
 //! own is computed from the pelvis.
 
-use crate::format::segments::Track;
 use crate::format::segments::pelvis::Pelvis;
-use crate::format::segments::vector::{add, scale};
 
 /// Names of the points of a joint in order of preference, without side, blanks and signs; several in one entry are averaged.
 type Names = &'static [&'static [&'static str]];
@@ -147,16 +145,4 @@ impl Leg<Place> {
     pub(crate) fn points(&self) -> impl Iterator<Item = usize> {
         self.places.iter().flat_map(Place::points)
     }
-}
-
-/// The mean of trajectories, point by point; missing where one of them is.
-pub(super) fn mean_track(points: &[usize], track: impl Fn(usize) -> Track) -> Track {
-    let share = 1.0 / points.len() as f64;
-    let mut tracks = points.iter().map(|&point| track(point));
-    let mut sum = tracks.next().unwrap_or_default();
-    for other in tracks {
-        sum.iter_mut().zip(other).for_each(|(a, b)| *a = add(*a, b));
-    }
-    sum.iter_mut().for_each(|point| *point = scale(*point, share));
-    sum
 }

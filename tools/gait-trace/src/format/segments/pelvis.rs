@@ -12,9 +12,7 @@
 //! recording. The constants are lengths, so the unit of the file is needed.
 
 use crate::fault::Fault;
-use crate::format::segments::Track;
-use crate::format::segments::names::mean_track;
-use crate::format::segments::vector::{Vector, add, cross, length, scale, square_to, sub, unit};
+use crate::format::segments::vector::{Track, Vector, add, cross, length, mean_track, scale, square_to, sub, unit};
 use crate::format::text_table::short;
 use crate::series::median;
 

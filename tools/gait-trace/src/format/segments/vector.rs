@@ -1,6 +1,9 @@
-//! Vectors of three numbers.
+//! Vectors of three numbers, and trajectories of them.
 
 pub(super) type Vector = [f64; 3];
+
+/// Position of a point in each frame; NaN where the point is missing.
+pub(crate) type Track = Vec<Vector>;
 
 pub(super) fn add(a: Vector, b: Vector) -> Vector {
     std::array::from_fn(|n| a[n] + b[n])
@@ -35,4 +38,16 @@ pub(super) fn unit(a: Vector) -> Option<Vector> {
 /// A vector without its part along `axis`, which has length 1.
 pub(super) fn square_to(a: Vector, axis: Vector) -> Vector {
     sub(a, scale(axis, dot(a, axis)))
+}
+
+/// The mean of trajectories, point by point; missing where one of them is.
+pub(super) fn mean_track(points: &[usize], track: impl Fn(usize) -> Track) -> Track {
+    let share = 1.0 / points.len() as f64;
+    let mut tracks = points.iter().map(|&point| track(point));
+    let mut sum = tracks.next().unwrap_or_default();
+    for other in tracks {
+        sum.iter_mut().zip(other).for_each(|(a, b)| *a = add(*a, b));
+    }
+    sum.iter_mut().for_each(|point| *point = scale(*point, share));
+    sum
 }
