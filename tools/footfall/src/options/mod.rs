@@ -1,5 +1,6 @@
 //! Option groups and value parsers that several commands share.
 
+#[cfg(feature = "analysis")]
 pub mod cadence;
 pub mod overwrite;
 pub mod played;
