@@ -1,8 +1,8 @@
 //! Central pattern generators that make joint angles at a fixed control period, bit-equal on host and microcontroller.
 //!
-//! A central pattern generator (CPG) is a network of oscillators that makes a periodic motion without periodic input. Every generator has
-//! a configuration in SI units (or in those of its paper). `config.build(period)` checks it, computes its constants for one control period and
-//! returns a [`Generator`]: one `step` a tick, without clock, allocation or panic. If a generator needs another value, such as a model or
+//! A central pattern generator (CPG) makes a periodic motion without periodic input: a network of oscillators, a waveform over a phase, or
+//! legs scheduled by integers. Every generator has a configuration in SI units (or in those of its paper). `config.build(period)` checks it,
+//! computes its constants for one control period and returns a [`Generator`]: one `step` a tick, without clock, allocation or panic. If a generator needs another value, such as a model or
 //! templates, it is passed before the period: `config.build(flow, period)`. Types without a control period, such as a waveform, have `new`.
 //!
 //! To begin: [`gait::default_walk`] walks, [`gait::named`] has gaits by name, [`waveform::shape`] plays your own waveforms, [`entrainment`] follows a

@@ -126,7 +126,7 @@ impl Refused {
     /// ```
     /// use wire::{Refused, Subject};
     /// let refused = Refused::new(Subject::Clock, format_args!("no {} MHz from HSE", 8));
-    /// assert_eq!(refused.reason, "no 8 MHz from HSE");
+    /// assert_eq!(refused.reason, "the 8 MHz clock HSE did not start: check the crystal or its solder bridge, then reset");
     /// assert_eq!(Refused::new(Subject::Clock, "é".repeat(100)).reason.len(), 160);
     /// ```
     #[must_use]
