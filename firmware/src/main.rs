@@ -101,8 +101,8 @@ mod boot {
         stopwatch::start();
 
         // Every refusal happens here, before anything can move.
-        let walk = match board_loop(&parameters, reference_cal, BOARD.min_supply, SENSOR_REQUIRED) {
-            Ok(walk) => walk,
+        let joint_loop = match board_loop(&parameters, reference_cal, BOARD.min_supply, SENSOR_REQUIRED) {
+            Ok(joint_loop) => joint_loop,
             Err(refusal) => stay_off(Subject::Configuration, refusal),
         };
         let outputs = Outputs::new();
@@ -115,7 +115,7 @@ mod boot {
         let (frames_in, frames_out) = FRAMES.split();
         let (edges_in, edges_out) = EDGES.split();
         let control = Control {
-            walk,
+            joint_loop,
             outputs,
             samples: samples_in,
             frames: frames_in,

@@ -381,7 +381,12 @@ fn gait_changes(state: &State) -> Result<String> {
     if let Some((board, host)) = board.iter().zip(&host).find(|(board, host)| board != *host) {
         bail!("the virtual board says `{board}`, the host says `{host}`");
     }
-    ensure!(board.len() == host.len() && !board.is_empty(), "{} changes there, {} here", board.len(), host.len());
+    ensure!(
+        board.len() == host.len() && !board.is_empty(),
+        "{} changes on the virtual board, {} on the host: both must be equal, and more than 0",
+        board.len(),
+        host.len()
+    );
     let outside: Vec<&String> = board.iter().filter(|line| !line.ends_with(" inside")).collect();
     ensure!(outside.is_empty(), "beyond a range or a rate: {outside:?}");
     Ok(format!("{} changes", board.len()))
