@@ -69,7 +69,8 @@
 //! - **lead**: how far the phase of a joint is ahead of the gait phase.
 //! - **harmonic balance**: the amplitude at which a sinusoid gains no energy over a cycle; exact for weak damping.
 //! - **time unit**: the fraction of a control period (1 or 1/2) in which an [`Integrator`] measures time, see [`Integrator::UNITS`].
-//! - **cadence**: strides per second, or the angular frequency 2 pi / stride time; **template**: a joint's waveform over the gait phase.
+//! - **cadence**: steps a minute, two a stride; **stride frequency**: 2 pi / stride time, in rad/s.
+//! - **template**: a joint's waveform over the gait phase.
 //! - **innovation**: measured minus predicted angle; **fundamental**: the first harmonic of a periodic signal.
 //! - **fold**: compute the constants of a configuration for one control period, once, in `build`.
 #![cfg_attr(not(test), no_std)]

@@ -113,7 +113,7 @@ impl Follower {
         }
     }
 
-    /// The estimator of the person's phase and cadence.
+    /// The estimator of the person's phase and stride frequency.
     #[must_use]
     pub const fn phase_lock(&self) -> &PhaseLock {
         &self.lock
@@ -126,7 +126,7 @@ impl Follower {
         self.state.events.phase()
     }
 
-    /// Drift of the measured joint's mean that its setpoint has taken up, within [`FollowerConfig::drift_limit`].
+    /// Drift of the measured joint's mean that its angle has taken up, within [`FollowerConfig::drift_limit`].
     #[must_use]
     pub const fn drift(&self) -> Radians {
         Radians(self.state.drift.value)
@@ -216,7 +216,7 @@ impl Follower {
         self.state.drift.step(offset, self.config.drift_limit.0, t);
     }
 
-    /// One period with a plausible angle. `usual` is the measured joint's mean absolute rate at the estimated cadence, rad/s.
+    /// One period with a plausible angle. `usual` is the measured joint's mean absolute rate at the estimated stride frequency, rad/s.
     fn good(&mut self, angle: Radians, usual: f32) {
         let t = self.period.seconds();
         match self.state.lock {
@@ -327,10 +327,10 @@ impl Follower {
         }
     }
 
-    /// Begins a hold: cadence and phase are set to values from before the fault, the phase continued to now.
+    /// Begins a hold: stride frequency and phase are set to values from before the fault, the phase continued to now.
     fn hold(&mut self, fault: SensorFault) {
-        let cadence = self.state.history.cadence().unwrap_or(self.lock.frequency().0);
-        self.lock.set_frequency(cadence);
+        let stride_frequency = self.state.history.stride_frequency().unwrap_or(self.lock.frequency().0);
+        self.lock.set_frequency(stride_frequency);
         if let Some((phase, age)) = self.state.history.phase() {
             let on = Phase::from_cycles(age * self.lock.frequency().0 * (1.0 / TAU));
             self.lock.set_phase(phase + on);
@@ -362,7 +362,7 @@ impl Follower {
                 self.state.activity.rest();
                 self.state.paused = before == Lock::Locked;
                 if before != Lock::Stopped {
-                    self.lock.set_frequency(self.state.history.cadence().unwrap_or(self.lock.frequency().0));
+                    self.lock.set_frequency(self.state.history.stride_frequency().unwrap_or(self.lock.frequency().0));
                 }
             }
             Lock::Locked => {
@@ -438,7 +438,7 @@ impl Follower {
     }
 }
 
-// The usual rate below is the measured joint's mean absolute rate over a stride at the estimated cadence, from the template.
+// The usual rate below is the measured joint's mean absolute rate over a stride at the estimated stride frequency, from the template.
 
 /// Time after which a search begins again, s.
 const SEARCH_LIMIT_S: f32 = 5.0;

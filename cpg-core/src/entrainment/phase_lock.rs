@@ -1,4 +1,4 @@
-//! Estimates phase and cadence of a person from the angle of one joint: a phase-locked loop of second order with two phase detectors.
+//! Estimates phase and stride frequency of a person from the angle of one joint: a phase-locked loop of second order with two phase detectors.
 //!
 //! ```text
 //! loop:  phi' = w + 2 wn r,   w' = wn^2 r
@@ -24,7 +24,7 @@
 //! waveform, but its error also has zeros at wrong phases and where the waveform is flat. So near mode begins when the far error has been small
 //! for [`PhaseLockConfig::near_after_s`], and ends as soon as the far error exceeds [`PhaseLockConfig::near_within`].
 //!
-//! Both poles of the loop lie at wn (damping ratio 1), so wn is the only parameter to tune. At 2.5 rad/s a step of the cadence is followed in
+//! Both poles of the loop lie at wn (damping ratio 1), so wn is the only parameter to tune. At 2.5 rad/s a step of the stride frequency is followed in
 //! about 1.3 s. After a search wn is doubled, and decays to its value with a time constant of 0.7 s. Offset and gain are first learned at the
 //! rate 1 / (1 s + time in near mode), as a mean would be, and later at eta_o and eta_g.
 //!
