@@ -8,6 +8,7 @@ use crate::command::{
 use crate::command::{record, watch};
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::output;
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
 
@@ -98,7 +99,7 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> u8 {
         Ok(()) => 0,
         Err(failure) => {
             for line in failure.to_string().lines() {
-                eprintln!("error: {line}");
+                output::say!("error: {line}");
             }
             failure.exit_code()
         }

@@ -16,6 +16,8 @@
 //! Data go to standard output, messages to standard error. Exit codes: 0 success, 1 the run failed or its result is not sound,
 //! 2 wrong input and nothing written.
 #![forbid(unsafe_code)]
+// They end the program where the stream cannot be written: `output` has what does not.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod board;
 pub mod cli;

@@ -1,10 +1,13 @@
-//! Writes what a command produces: data to standard output, and files.
+//! Writes what a command produces: data to standard output, messages to standard error, and files.
+//!
+//! A message that cannot be written is lost: there is no other place to report it, and the exit code says how the run ended.
 //!
 //! One set of rules for all files: one that exists is replaced only with `--force`, an input is never replaced, and a device, a pipe or a
 //! link is written through. A command checks its outputs before it does any work ([`check`]).
 
 use gait_trace::format::whole_file;
 use gait_trace::format::whole_file::Target;
+use std::borrow::Cow;
 use std::fmt;
 use std::fs::File;
 use std::io::{self, Write};
@@ -133,10 +136,44 @@ pub fn cannot_write(path: &Path, error: impl fmt::Display) -> Failure {
     Failure::run(format!("{}: cannot be written: {error}", path.display()))
 }
 
+/// Whether a terminal obeys a character instead of showing it: control characters, and marks of the writing direction.
+fn is_obeyed(c: char) -> bool {
+    let direction =
+        matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    direction || (c.is_control() && !matches!(c, '\n' | '\t'))
+}
+
+/// The text with every character that a terminal obeys escaped, as `\u{1b}`; line feeds and tabs stay. Messages quote files, which may
+/// contain anything.
+#[must_use]
+pub fn escaped(text: &str) -> Cow<'_, str> {
+    if !text.contains(is_obeyed) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if is_obeyed(c) { out.extend(c.escape_default()) } else { out.push(c) }
+    }
+    Cow::Owned(out)
+}
+
+/// Prints a message to standard error, [`escaped`], with a line feed. Called by [`say!`].
+pub(crate) fn say_line(message: &str) {
+    let line = format!("{}\n", escaped(message));
+    // In one call, so that messages of several threads do not mix. An error is ignored, see the module.
+    let _ = io::stderr().lock().write_all(line.as_bytes());
+}
+
+/// Prints a message to standard error, with the arguments of `format!`. `eprintln!` would end the program where it cannot be written.
+macro_rules! say {
+    ($($message:tt)*) => { $crate::output::say_line(&format!($($message)*)) };
+}
+pub(crate) use say;
+
 /// Prints notes for the user to standard error, one a line.
 pub fn notes(notes: impl IntoIterator<Item = impl fmt::Display>) {
     for note in notes {
-        eprintln!("note: {note}");
+        say!("note: {note}");
     }
 }
 
@@ -144,7 +181,7 @@ pub fn notes(notes: impl IntoIterator<Item = impl fmt::Display>) {
 #[cfg(feature = "analysis")]
 pub fn findings<'f>(findings: impl IntoIterator<Item = &'f gait_trace::Finding>) {
     for finding in findings {
-        eprintln!("{}: {finding}", finding.level().name());
+        say!("{}: {finding}", finding.level().name());
     }
 }
 
@@ -168,6 +205,13 @@ mod tests {
         assert!(check(folder.path(), Overwrite::OWN).unwrap_err().to_string().contains("a folder"));
         // What is written through is never replaced, so it needs no force.
         check(Path::new("/dev/null"), Overwrite::default()).unwrap();
+    }
+
+    #[test]
+    fn what_a_terminal_obeys_is_escaped() {
+        let plain = "it's \"50\u{b0}\" \u{e9} \\d \u{2192}\n\tnext";
+        assert!(matches!(escaped(plain), Cow::Borrowed(same) if same == plain));
+        assert_eq!(escaped("a\u{1b}[2Jb\r\u{7}\0\u{9b}c\u{202e}d"), r"a\u{1b}[2Jb\r\u{7}\u{0}\u{9b}c\u{202e}d");
     }
 
     #[test]

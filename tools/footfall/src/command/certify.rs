@@ -64,13 +64,13 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         output::check_apart([path.as_path()], is_file.then_some(params.as_path()))?;
         output::check(path, options.overwrite)?;
     }
-    let mut progress = |what: &str| eprintln!("measuring: {what}");
+    let mut progress = |what: &str| output::say!("measuring: {what}");
     let certificate = certify_subject(&subject, options.starts, &LoopConfig::default_biped(), &mut progress)
         .map_err(Failure::input)?;
     let json = serde_json::to_string(&certificate).map_err(Failure::run)? + "\n";
     if let Some(path) = out {
         output::write_text(&path, &json, options.overwrite)?;
-        eprintln!("written: {}", path.display());
+        output::say!("written: {}", path.display());
     }
     output::print(&if options.json { json } else { table(&certificate) })?;
     match (&certificate.refused_because, &certificate.drive.why_not) {

@@ -213,7 +213,7 @@ fn sensor_of(file: &GeneratorFile) -> Option<Joint> {
 fn print(name: &str, trace: &Trace, run: &Entrainment, json: bool) -> Result<(), Failure> {
     let sensor = trace.sensor;
     if let (Some(lock), None) = (run.following.lock_s, run.following.steady_s) {
-        eprintln!(
+        output::say!(
             "note: locked at {lock:.1} s, but the recording has no steady part: it begins 3 s after the lock, and in recordings of \
              20 s or more at 15 s"
         );

@@ -180,7 +180,7 @@ fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
     let fitted = fitted?;
     let outcome = Outcome::of(&fitted, began.elapsed().as_secs_f64());
     outcome.print_notes();
-    eprintln!("walks: {}", outcome.walks());
+    output::say!("walks: {}", outcome.walks());
     let generator = fitted.file.to_toml();
     let drive = &fitted.certificate.drive;
     let write = drive.walks || outputs.force_write;
@@ -193,7 +193,7 @@ fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
     match (outputs.json, &outputs.out) {
         (true, _) => output::print(&(outcome.to_json()? + "\n"))?,
         (false, None) if write => output::print(&generator)?,
-        _ => eprintln!("{}", outcome.line()),
+        _ => output::say!("{}", outcome.line()),
     }
     match &drive.why_not {
         Some(why) => Err(Failure::run(does_not_walk(why, write))),

@@ -46,7 +46,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let write = |path: &Path, what: &str, bytes: &[u8], crc: u32, address: u32| {
         output::write_bytes(path, bytes, options.overwrite)?;
         let (path, length) = (path.display(), bytes.len());
-        eprintln!("{path}: {what}, {length} bytes, check sum {crc:08x}, for {address:#010x}");
+        output::say!("{path}: {what}, {length} bytes, check sum {crc:08x}, for {address:#010x}");
         Ok(())
     };
     let Some(params) = &options.params else {

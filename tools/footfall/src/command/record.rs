@@ -118,7 +118,7 @@ fn receive(
             Came::Broken(error) => return Err(Failure::run(format!("{source}: the connection failed: {error}"))),
         }
         for line in capture.messages() {
-            eprintln!("board: {line}");
+            output::say!("board: {line}");
         }
     }
 }
@@ -134,7 +134,7 @@ fn end_object(counts: &Counts) -> serde_json::Value {
 
 /// Prints the counts; fails if board and host differ or no sample came.
 fn report(out: &Path, counts: &Counts) -> Result<(), Failure> {
-    eprintln!("{}", capture::counts_in_words(out, counts));
+    output::say!("{}", capture::counts_in_words(out, counts));
     if counts.samples == 0 {
         return Err(Failure::run("no sample came; check that the board runs and that this is its RTT channel 0"));
     }

@@ -64,6 +64,6 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             output::print(&String::from_utf8_lossy(&text))?;
         }
     }
-    eprintln!("{} ({} rows)", feed.title, feed.volts.time_s().len());
+    output::say!("{} ({} rows)", feed.title, feed.volts.time_s().len());
     Ok(())
 }

@@ -47,7 +47,7 @@ pub fn write(folder: &Path, overwrite: Overwrite) -> Result<usize, Failure> {
     )?;
     write_text(&folder.join("summary.html"), &page(&rows), Overwrite::OWN)?;
     let failed = all.iter().filter(|outcome| outcome["error"].is_string()).count();
-    eprintln!(
+    crate::output::say!(
         "summary of {} recordings, {failed} of them failed: {}",
         all.len(),
         folder.join("summary.html").display()

@@ -14,5 +14,5 @@ use crate::output;
 /// # Errors
 /// The file exists and may not be replaced, or it cannot be written.
 pub fn write(path: &Path, title: &str, panels: &[Panel], overwrite: Overwrite) -> Result<(), Failure> {
-    output::write_text(path, &draw(title, panels, 1).map_err(Failure::run)?, overwrite)
+    output::write_text(path, &draw(&output::escaped(title), panels, 1).map_err(Failure::run)?, overwrite)
 }

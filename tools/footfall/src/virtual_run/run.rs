@@ -36,7 +36,7 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     let prepared = prepare(settings)?;
     output::notes(&prepared.notes);
     if let Some(path) = &settings.generator {
-        eprintln!("walks: {}", walks(path)?);
+        output::say!("walks: {}", walks(path)?);
     }
     let arguments = arguments(settings, &prepared)?;
     let mut board = BoardProcess::start(&settings.virtual_board, &arguments.all).map_err(Failure::input)?;
@@ -143,7 +143,7 @@ impl<'t> Run<'t> {
         if let (Some(capture), Some(path)) = (self.capture.take(), &settings.record) {
             let value = serde_json::to_value(&result).map_err(Failure::run)?;
             let counts = capture.finish(&value).map_err(|error| output::cannot_write(path, error))?;
-            eprintln!("{}", counts_in_words(path, &counts));
+            output::say!("{}", counts_in_words(path, &counts));
         }
         self.result = Some(result);
         let status = board.wait().map_err(Failure::run)?;
@@ -235,7 +235,7 @@ fn print_event(event: &Event, view: &View, show: Show) -> io::Result<()> {
         }
         Show::Plain | Show::Screen => {
             if let Some(line) = plain::event_line(event) {
-                eprintln!("{line}");
+                output::say!("{line}");
             }
             if !status {
                 return Ok(());

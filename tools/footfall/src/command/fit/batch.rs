@@ -108,11 +108,11 @@ fn fit_all(job: &Job, all: &[Recording], batch: &Batch) -> Result<Vec<End>, Fail
         bar.set_message(recording.name.clone());
         // Without a terminal one line a recording, so that a log shows the progress.
         match &end {
-            Ok(End::Fitted) if bar.is_hidden() => eprintln!("fitted: {}", recording.name),
-            Ok(End::Known) if bar.is_hidden() => eprintln!("known: {}", recording.name),
-            Ok(End::Stands(why)) => bar.suspend(|| eprintln!("walks: no: {}: {why}", recording.name)),
-            Ok(End::Failed(why)) => bar.suspend(|| eprintln!("failed: {why}")),
-            Ok(End::Skipped(why)) => bar.suspend(|| eprintln!("skipped: {why}")),
+            Ok(End::Fitted) if bar.is_hidden() => output::say!("fitted: {}", recording.name),
+            Ok(End::Known) if bar.is_hidden() => output::say!("known: {}", recording.name),
+            Ok(End::Stands(why)) => bar.suspend(|| output::say!("walks: no: {}: {why}", recording.name)),
+            Ok(End::Failed(why)) => bar.suspend(|| output::say!("failed: {why}")),
+            Ok(End::Skipped(why)) => bar.suspend(|| output::say!("skipped: {why}")),
             _ => {}
         }
         end
@@ -134,10 +134,10 @@ fn print_counts(ends: &[End], others: &BTreeMap<String, usize>, batch: &Batch) -
     let skipped = count(ends, |end| matches!(end, End::Skipped(_)));
     let no_gait = if skipped == 0 { String::new() } else { format!(", {skipped} skipped as no recording of gait") };
     let (files, out) = (ends.len(), batch.out.display());
-    eprintln!("{fitted} fitted, {known} already known, {failed} failed{no_gait}: {files} files; results in {out}");
+    output::say!("{fitted} fitted, {known} already known, {failed} failed{no_gait}: {files} files; results in {out}");
     if !others.is_empty() {
         let kinds: Vec<String> = others.iter().map(|(extension, files)| format!("{extension} {files}")).collect();
-        eprintln!("note: not read, because recordings have other extensions: {}", kinds.join(", "));
+        output::say!("note: not read, because recordings have other extensions: {}", kinds.join(", "));
     }
     if skipped > 0 && skipped == ends.len() && batch.shard.is_none() {
         return Err(Failure::input(format!("none of {skipped} files is a recording of gait; the reasons are above")));
