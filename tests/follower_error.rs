@@ -70,8 +70,9 @@ impl Cell {
 /// The row of the table of a recording and a sensor.
 fn row_of(name: &str, sensor: Joint) -> Option<[Cell; Joint::COUNT]> {
     let start = format!("| `{name}` | {} |", sensor.name());
-    let line = read("docs/entrainment.md").lines().find(|line| line.starts_with(&start))?;
-    let cells: Vec<Cell> = line[start.len()..].split('|').filter_map(Cell::parsed).collect();
+    let page = read("docs/entrainment.md");
+    let row = page.lines().find_map(|line| line.strip_prefix(&start))?;
+    let cells: Vec<Cell> = row.split('|').filter_map(Cell::parsed).collect();
     cells.try_into().ok()
 }
 

@@ -194,6 +194,7 @@ pub fn slips(ticks: &[Tick], learned: &Learned, moves_on: &[bool]) -> Vec<Slip> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cpg_core::waveform::shape::Shape;
     use gait_trace::{Channel, Quantity};
     use joint_units::{Phase, Radians};
     use std::f64::consts::TAU;
