@@ -1,6 +1,7 @@
 //! Option groups and value parsers that several commands share.
 
 pub mod cadence;
+pub mod manners;
 pub mod overwrite;
 pub mod played;
 pub mod reading;
