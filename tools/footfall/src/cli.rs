@@ -18,11 +18,11 @@ use std::time::Instant;
 
 /// Says that not every command is in this program.
 #[cfg(not(feature = "analysis"))]
-const BUILT_FOR: &str = "This program was built by `cargo xtask run`, with `watch` and `record` only: `cargo footfall` builds it whole.\n\n";
+const BUILT_FOR: &str = "This program was built by `cargo xtask run`, with `watch` and `record` only:\n`cargo footfall` builds it whole.\n\n";
 #[cfg(feature = "analysis")]
 const BUILT_FOR: &str = "";
 const EXIT_CODES: &str =
-    "Exit codes: 0 success; 1 the run failed or its result is not sound; 2 wrong input, nothing was written.";
+    "Exit codes:\n  0  success\n  1  the run failed, or its result is not sound\n  2  wrong input, nothing was written";
 
 /// Footfall: a recorded or measured gait in, the angles of four joints out.
 ///
@@ -31,6 +31,7 @@ const EXIT_CODES: &str =
 #[command(
     name = "footfall",
     version,
+    max_term_width = 100,
     after_help = format!("{BUILT_FOR}{EXIT_CODES}")
 )]
 struct Cli {

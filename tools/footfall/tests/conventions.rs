@@ -2,8 +2,8 @@
 
 use cpg_core::Generator;
 use cpg_core::gait::family::Member;
-use joint_loop::LoopConfig;
-use joint_loop::setup::robot::{DEFAULT_PARK, Direction, JointRange, anatomy};
+
+use joint_loop::{DEFAULT_PARK, Direction, JointRange, LoopConfig, anatomy};
 use joint_units::{Joint, Period, Phase};
 
 const PAGE: &str = include_str!("../../../docs/conventions.md");

@@ -1,5 +1,6 @@
 //! `footfall man`: prints or writes the manual pages.
 
+use clap::builder::Resettable;
 use clap::{Args, Command};
 use clap_mangen::Man;
 use std::path::PathBuf;
@@ -59,7 +60,32 @@ pub fn run(options: &Options, mut program: Command) -> Result<(), Failure> {
 fn rendered(command: Command) -> Result<(String, Vec<u8>), Failure> {
     // Of a subcommand: `footfall-fit`.
     let name = command.get_display_name().unwrap_or_else(|| command.get_name()).to_owned();
+    let help = command.get_after_help().map_or(String::new(), ToString::to_string);
     let mut page = Vec::new();
-    Man::new(command).render(&mut page).map_err(Failure::run)?;
+    Man::new(command.after_help(Resettable::Reset)).render(&mut page).map_err(Failure::run)?;
+    let (notes, examples) = help.split_once("Examples:").unwrap_or((&help, ""));
+    page.extend([section("NOTES", notes), section("EXAMPLES", examples)].concat().bytes());
     Ok((format!("{name}.1"), page))
+}
+
+/// A section whose lines stay as they are: `Man` would fill and hyphenate command lines.
+fn section(title: &str, text: &str) -> String {
+    let text = text.trim_matches('\n');
+    if text.is_empty() {
+        return String::new();
+    }
+    // `\&` is nothing: a line may not begin with a dot or a quote.
+    let line = |line: &str| format!("\\&{}\n", line.replace('\\', "\\e").replace('-', "\\-"));
+    format!(".SH {title}\n.nf\n{}.fi\n", text.lines().map(line).collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_a_section_stay_as_they_are() {
+        assert_eq!(section("A", "\n.b -c\n  \\d\n"), ".SH A\n.nf\n\\&.b \\-c\n\\&  \\ed\n.fi\n");
+        assert_eq!(section("A", "\n"), "");
+    }
 }

@@ -128,3 +128,22 @@ pub(super) fn statistics(samples: &[Sample]) -> (f64, f64, f64) {
     }
     (mean, (squares / (n - 1.0)).sqrt(), cross / times * (n - 1.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+
+    #[test]
+    fn lines_end_in_any_way_and_have_a_longest_length() {
+        let samples = read_samples(Cursor::new("1\r\n2 3\nlog\n4"));
+        let all: Vec<Sample> = samples.iter().map(Result::unwrap).collect();
+        assert_eq!(all, [(1, None), (2, Some(3)), (4, None)]);
+        // A source without a line's end, such as /dev/zero.
+        let samples = read_samples(Cursor::new(vec![0; 1 << 20]));
+        let all: Vec<_> = samples.iter().collect();
+        assert_eq!(all, [Err("codes, line 1: is longer than 65536 bytes; allowed is up to that".to_owned())]);
+        let samples = read_samples(Cursor::new(b"7\n\xff\n8\n"));
+        assert_eq!(samples.iter().filter(Result::is_err).count(), 1);
+    }
+}

@@ -106,6 +106,17 @@ mod tests {
     use super::*;
 
     #[test]
+    fn more_edges_than_allowed_are_refused() {
+        let text = |edges: usize| {
+            let rows: String = (0..edges).map(|n| format!("{n},{}\n", n % 2)).collect();
+            format!("time_s,level\n{rows}")
+        };
+        assert_eq!(parse(&text(MOST_EDGES)).unwrap().edges.len(), MOST_EDGES);
+        let error = parse(&text(MOST_EDGES + 1)).unwrap_err();
+        assert!(error.starts_with("200002: the file has more than 200000 edges; allowed"), "{error}");
+    }
+
+    #[test]
     fn bad_files_are_refused_with_their_line() {
         for (text, words) in [
             ("", "1: the header is ``"),
