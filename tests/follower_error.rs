@@ -4,7 +4,7 @@
 //! variable some of them.
 
 use footfall::command::entrain::entrain;
-use footfall::command::entrain::possible::{Possible, Verdict};
+use footfall::command::entrain::possible::{Comparison, Possible};
 use footfall::command::entrain::run::Holes;
 use footfall_tests::workspace::read;
 use gait_trace::format::csv_file;
@@ -31,15 +31,15 @@ struct Cell {
     rmse: f64,
     perfect: f64,
     bound: Option<f64>,
-    verdict: Verdict,
+    verdict: Comparison,
 }
 
 /// The marks of the verdicts in the table.
-const MARKS: [(Verdict, &str); 4] = [
-    (Verdict::WithinPerfectPhase, "p"),
-    (Verdict::WithinCausalBound, "b"),
-    (Verdict::Above, "x"),
-    (Verdict::NotKnown, "?"),
+const MARKS: [(Comparison, &str); 4] = [
+    (Comparison::WithinPerfectPhase, "p"),
+    (Comparison::WithinCausalBound, "b"),
+    (Comparison::Above, "x"),
+    (Comparison::NotKnown, "?"),
 ];
 
 impl Cell {
@@ -113,7 +113,7 @@ fn the_table_says_what_is_above_both() {
             let cells = row_of(name, sensor).unwrap_or_else(|| panic!("no row of {name}, {}", sensor.name()));
             for Cell { rmse, perfect, bound, verdict } in cells {
                 // Errors are rounded to 0.01 degrees.
-                let verdicts = [-0.02, 0.0, 0.02].map(|by| Verdict::of(rmse + by, perfect, bound));
+                let verdicts = [-0.02, 0.0, 0.02].map(|by| Comparison::of(rmse + by, perfect, bound));
                 assert!(verdicts.contains(&verdict), "{name}, {}: {rmse} {perfect} {bound:?}", sensor.name());
             }
         }

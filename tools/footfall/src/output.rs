@@ -1,6 +1,4 @@
-//! Writes what a command produces: data to standard output, messages to standard error, and files.
-//!
-//! A message that cannot be written is lost: there is no other place to report it, and the exit code says how the run ended.
+//! Writes what a command produces: data to standard output, and files.
 //!
 //! One set of rules for all files: one that exists is replaced only with `--force`, an input is never replaced, and a device, a pipe or a
 //! link is written through. A command checks its outputs before it does any work ([`check`]).
@@ -14,15 +12,24 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use crate::failure::Failure;
+use crate::messages;
 use crate::options::overwrite::Overwrite;
 
-/// Writes data to standard output. A reader that closes the pipe early is no failure.
+/// Writes text to standard output. A reader that closes the pipe early is no failure.
 ///
 /// # Errors
 /// Standard output cannot be written.
 pub fn print(text: &str) -> Result<(), Failure> {
+    print_bytes(text.as_bytes())
+}
+
+/// Writes bytes to standard output, as [`print`].
+///
+/// # Errors
+/// As [`print`].
+pub fn print_bytes(bytes: &[u8]) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(bytes).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::run(error)),
         _ => Ok(()),
     }
@@ -157,31 +164,24 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// Prints a message to standard error, [`escaped`], with a line feed. Called by [`say!`].
-pub(crate) fn say_line(message: &str) {
-    let line = format!("{}\n", escaped(message));
-    // In one call, so that messages of several threads do not mix. An error is ignored, see the module.
-    let _ = io::stderr().lock().write_all(line.as_bytes());
-}
-
-/// Prints a message to standard error, with the arguments of `format!`. `eprintln!` would end the program where it cannot be written.
-macro_rules! say {
-    ($($message:tt)*) => { $crate::output::say_line(&format!($($message)*)) };
-}
-pub(crate) use say;
-
 /// Prints notes for the user to standard error, one a line.
 pub fn notes(notes: impl IntoIterator<Item = impl fmt::Display>) {
-    for note in notes {
-        say!("note: {note}");
-    }
+    notes.into_iter().for_each(messages::note);
 }
 
 /// Prints defects of a recording to standard error, each with its level.
 #[cfg(feature = "analysis")]
 pub fn findings<'f>(findings: impl IntoIterator<Item = &'f gait_trace::Finding>) {
-    for finding in findings {
-        say!("{}: {finding}", finding.level().name());
+    findings.into_iter().for_each(|finding| levelled(finding.level(), finding));
+}
+
+/// Prints a message with the level of a finding to standard error.
+#[cfg(feature = "analysis")]
+pub fn levelled(level: gait_trace::Level, text: impl fmt::Display) {
+    match level {
+        gait_trace::Level::Note => messages::note(text),
+        gait_trace::Level::Warning => messages::warning(text),
+        gait_trace::Level::Error => messages::error(text),
     }
 }
 

@@ -11,6 +11,7 @@ use joint_units::Joint;
 use std::path::PathBuf;
 
 use crate::failure::Failure;
+use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::output;
 
@@ -64,13 +65,13 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         output::check_apart([path.as_path()], is_file.then_some(params.as_path()))?;
         output::check(path, options.overwrite)?;
     }
-    let mut progress = |what: &str| output::say!("measuring: {what}");
+    let mut progress = |what: &str| messages::status(format_args!("measuring: {what}"));
     let certificate = certify_subject(&subject, options.starts, &LoopConfig::default_biped(), &mut progress)
         .map_err(Failure::input)?;
     let json = serde_json::to_string(&certificate).map_err(Failure::run)? + "\n";
     if let Some(path) = out {
         output::write_text(&path, &json, options.overwrite)?;
-        output::say!("written: {}", path.display());
+        messages::written(&path);
     }
     output::print(&if options.json { json } else { table(&certificate) })?;
     match (&certificate.refused_because, &certificate.drive.why_not) {

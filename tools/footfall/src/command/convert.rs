@@ -84,7 +84,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
             }
             _ => finding.to_string(),
         };
-        output::say!("{}: {text}", finding.level().name());
+        output::levelled(finding.level(), &text);
         conversion.changes.push(text);
     }
     output::write(&out, overwrite, |file| converted::write_to(file, format, &joints, &conversion))

@@ -24,6 +24,7 @@ use crate::failure::Failure;
 use crate::file::recording;
 use crate::file::svg;
 use crate::file::svg::{Curve, Panel};
+use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::options::reading::Reading;
 use crate::options::value::one_of;
@@ -204,12 +205,12 @@ fn sensor_of(file: &GeneratorFile) -> Option<Joint> {
 /// Prints the result.
 fn print(name: &str, trace: &Trace, run: &Entrainment, possible: &Possible, json: bool) -> Result<(), Failure> {
     if let (Some(lock), None) = (run.following.lock_s, run.following.steady_s) {
-        output::say!(
-            "note: locked at {lock:.1} s, but the recording has no steady part: it begins 3 s after the lock, and in recordings of \
+        messages::note(format_args!(
+            "locked at {lock:.1} s, but the recording has no steady part: it begins 3 s after the lock, and in recordings of \
              20 s or more at 15 s"
-        );
+        ));
     }
-    possible.warnings(&run.following).iter().for_each(|warning| eprintln!("warning: {warning}"));
+    possible.warnings(&run.following).iter().for_each(messages::warning);
     let text = if json {
         format!("{}\n", report::as_json(name, trace, run, possible))
     } else {

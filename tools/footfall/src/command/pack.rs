@@ -8,6 +8,7 @@ use joint_loop::store::{generator_record, sensor_record};
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
+use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::options::sensors::SensorArgument;
 use crate::output;
@@ -43,10 +44,11 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         output::check_apart([out.as_path()], options.params.as_deref().into_iter().chain(sensors))?;
         output::check(out, options.overwrite)?;
     }
-    let write = |path: &Path, what: &str, bytes: &[u8], crc: u32, address: u32| {
-        output::write_bytes(path, bytes, options.overwrite)?;
-        let (path, length) = (path.display(), bytes.len());
-        output::say!("{path}: {what}, {length} bytes, check sum {crc:08x}, for {address:#010x}");
+    let write = |out: &Path, what: &str, bytes: &[u8], crc: u32, address: u32| {
+        output::write_bytes(out, bytes, options.overwrite)?;
+        let (path, length) = (out.display(), bytes.len());
+        messages::status(format_args!("{path}: {what}, {length} bytes, check sum {crc:08x}, for {address:#010x}"));
+        messages::written(out);
         Ok(())
     };
     let Some(params) = &options.params else {

@@ -2,6 +2,7 @@
 
 #[cfg(feature = "analysis")]
 pub mod cadence;
+pub mod manners;
 pub mod overwrite;
 pub mod played;
 pub mod reading;

@@ -15,7 +15,7 @@ pub const ALLOWED: f64 = 1.10;
 
 /// How the error of one joint compares with what is possible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
+pub enum Comparison {
     /// At most [`ALLOWED`] times that of the templates with a perfect phase.
     WithinPerfectPhase,
     /// Above that, and at most [`ALLOWED`] times the causal bound.
@@ -26,7 +26,7 @@ pub enum Verdict {
     NotKnown,
 }
 
-impl Verdict {
+impl Comparison {
     /// Name in text and JSON.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -57,7 +57,7 @@ pub struct Possible {
     /// part, and where it is not known.
     pub causal_bound_deg: [Option<f64>; Joint::COUNT],
     /// The verdicts; `None` for joints without an error.
-    pub verdicts: [Option<Verdict>; Joint::COUNT],
+    pub verdicts: [Option<Comparison>; Joint::COUNT],
 }
 
 impl Possible {
@@ -68,7 +68,7 @@ impl Possible {
         let verdicts = Joint::ALL.map(|joint| {
             let joint = joint as usize;
             let (rmse, perfect) = (following.steady_rmse_deg[joint]?, following.perfect_phase_rmse_deg[joint]?);
-            Some(Verdict::of(rmse, perfect, causal_bound_deg[joint]))
+            Some(Comparison::of(rmse, perfect, causal_bound_deg[joint]))
         });
         Self { causal_bound_deg, verdicts }
     }
@@ -76,7 +76,7 @@ impl Possible {
     /// A sentence for each joint that is above both.
     #[must_use]
     pub fn warnings(&self, following: &Following) -> Vec<String> {
-        let above = Joint::ALL.into_iter().filter(|&joint| self.verdicts[joint as usize] == Some(Verdict::Above));
+        let above = Joint::ALL.into_iter().filter(|&joint| self.verdicts[joint as usize] == Some(Comparison::Above));
         let sentence = |joint: Joint| {
             let rmse = following.steady_rmse_deg[joint as usize]?;
             let perfect = following.perfect_phase_rmse_deg[joint as usize]?;
@@ -122,15 +122,15 @@ mod tests {
     #[test]
     fn an_error_is_within_either_or_above_both() {
         for (rmse, perfect, bound, verdict) in [
-            (1.09, 1.0, None, Verdict::WithinPerfectPhase),
-            (1.09, 1.0, Some(0.5), Verdict::WithinPerfectPhase),
-            (1.11, 1.0, Some(1.02), Verdict::WithinCausalBound),
-            (1.11, 1.0, Some(1.0), Verdict::Above),
-            (1.11, 1.0, Some(0.0), Verdict::Above),
-            (1.11, 1.0, None, Verdict::NotKnown),
-            (0.0, 0.0, None, Verdict::WithinPerfectPhase),
+            (1.09, 1.0, None, Comparison::WithinPerfectPhase),
+            (1.09, 1.0, Some(0.5), Comparison::WithinPerfectPhase),
+            (1.11, 1.0, Some(1.02), Comparison::WithinCausalBound),
+            (1.11, 1.0, Some(1.0), Comparison::Above),
+            (1.11, 1.0, Some(0.0), Comparison::Above),
+            (1.11, 1.0, None, Comparison::NotKnown),
+            (0.0, 0.0, None, Comparison::WithinPerfectPhase),
         ] {
-            assert_eq!(Verdict::of(rmse, perfect, bound), verdict, "{rmse} {perfect} {bound:?}");
+            assert_eq!(Comparison::of(rmse, perfect, bound), verdict, "{rmse} {perfect} {bound:?}");
         }
     }
 }

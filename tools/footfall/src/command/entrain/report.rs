@@ -6,7 +6,7 @@ use joint_units::Joint;
 use serde_json::json;
 use std::fmt::Write as _;
 
-use super::possible::{Possible, Verdict};
+use super::possible::{Comparison, Possible};
 use super::run;
 use super::run::Entrainment;
 use super::trace::Trace;
@@ -19,7 +19,7 @@ pub(super) fn as_json(name: &str, trace: &Trace, run: &Entrainment, possible: &P
         serde_json::Value::Object(pairs.collect())
     };
     let verdicts = Joint::ALL.map(|joint| {
-        let verdict = possible.verdicts[joint as usize].map(Verdict::name);
+        let verdict = possible.verdicts[joint as usize].map(Comparison::name);
         (joint.name().to_owned(), json!(verdict))
     });
     let verdicts = serde_json::Value::Object(verdicts.into_iter().collect());
@@ -90,7 +90,7 @@ pub(super) fn as_text(name: &str, sensor: Joint, run: &Entrainment, possible: &P
     by_joint("causal_bound_deg", &|joint| possible.causal_bound_deg[joint as usize]);
     let _ = write!(out, "verdict");
     for joint in Joint::ALL {
-        let _ = write!(out, " {} {}", joint.name(), possible.verdicts[joint as usize].map_or("-", Verdict::name));
+        let _ = write!(out, " {} {}", joint.name(), possible.verdicts[joint as usize].map_or("-", Comparison::name));
     }
     out.push('\n');
     let _ = writeln!(out, "false_locks {}", following.false_locks);
