@@ -116,7 +116,7 @@ pub fn moves_on(person: &Person<'_>) -> Vec<bool> {
     (0..rows)
         .map(|row| {
             let (Some(from), to) = (row.checked_sub(stride), row + stride - half) else { return false };
-            row + stride < rows && wide[from] && wide[row] && bad[to] == from.checked_sub(1).map_or(0, |at| bad[at])
+            wide[from] && wide[row] && bad[to] == from.checked_sub(1).map_or(0, |at| bad[at])
         })
         .collect()
 }
