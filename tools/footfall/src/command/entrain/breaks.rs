@@ -116,7 +116,7 @@ pub fn moves_on(person: &Person<'_>) -> Vec<bool> {
     (0..rows)
         .map(|row| {
             let (Some(from), to) = (row.checked_sub(stride), row + stride - half) else { return false };
-            row + stride < rows && wide[from] && wide[row] && bad[to] == from.checked_sub(1).map_or(0, |at| bad[at])
+            wide[from] && wide[row] && bad[to] == from.checked_sub(1).map_or(0, |at| bad[at])
         })
         .collect()
 }
@@ -334,6 +334,8 @@ mod tests {
             false_stops(&ticks(&learned, |_| 0.0, stood), &moves_on)
         };
         assert_eq!(stops(0.0, 0.0), [], "the time before the first lock is no stop");
+        let late_lock = |t: f64| if t < 8.0 { 0.0 } else { 1.0 };
+        assert_eq!(false_stops(&ticks(&learned, |_| 0.0, late_lock), &moves_on), [], "nor if it is long");
         let [stop] = stops(10.0, 11.2)[..] else { panic!("one stop") };
         assert!((stop.from_s - 10.0).abs() < 0.01 && (stop.to_s - 11.2).abs() < 0.01, "{stop:?}");
         assert_eq!((stop.state, stop.fault), (Lock::Stopped, None));
