@@ -12,8 +12,8 @@ pub const MOST_BYTES: u64 = 16 << 20;
 /// Most edges of a file: more than 13 hours of a board's synchronisation output.
 pub const MOST_EDGES: usize = 1_000_000;
 
-/// Most edges of each of two files that are paired, whose time grows with their number: an hour and more of 10 pulses a second.
-pub const MOST_PAIRED: usize = 100_000;
+/// Most edges of each of two files that are paired: five hours of a pulse a second. Regular pulses take longest, a millisecond each.
+pub const MOST_PAIRED: usize = 40_000;
 
 /// A change of the line.
 #[derive(Debug, Clone, Copy, PartialEq)]
