@@ -210,10 +210,7 @@ mod tests {
         for (name, of) in examples::EXAMPLES {
             assert!(of.len() >= 2, "{name}");
             let own = format!("footfall {name}");
-            assert!(
-                of.iter().filter(|(_, line)| format!("{line} ").starts_with(&format!("{own} "))).count() >= 1,
-                "{name}"
-            );
+            assert!(of.iter().any(|(_, line)| format!("{line} ").starts_with(&format!("{own} "))), "{name}");
             let help = program.find_subcommand(name).and_then(clap::Command::get_after_help).expect("help").to_string();
             assert!(of.iter().all(|(_, line)| help.contains(line)), "{name}: {help}");
         }

@@ -172,7 +172,8 @@ fn help_is_as_wide_as_the_terminal() {
         let text = String::from_utf8(output.stdout).unwrap();
         // Examples are not broken, so that they can be copied.
         let (options, _) = text.split_once("Examples:").unwrap_or((&text, ""));
-        options.lines().map(str::len).max().unwrap()
+        // Nor is the usage.
+        options.lines().filter(|line| !line.starts_with("Usage:")).map(str::len).max().unwrap()
     };
     for line in ["--help", "calibrate --help", "watch --help", "fit --help"] {
         assert!(widest("70", line) <= 70, "{line}: {}", widest("70", line));
@@ -275,4 +276,15 @@ fn no_command_reads_a_file_without_end() {
         assert!(words.contains("error: ") && words.contains("allowed"), "{line}: {words}");
         assert!(began.elapsed().as_secs() < 30, "{line}: {:?}", began.elapsed());
     }
+}
+
+#[test]
+fn too_many_edges_are_not_paired() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("edges.csv");
+    let rows: String = (0..40_001).map(|n| format!("{n},{}\n", n % 2)).collect();
+    std::fs::write(&path, format!("time_s,level\n{rows}")).unwrap();
+    let refused = run(&format!("sync @line-board.csv --against {}", path.display()));
+    let words = errors(&refused);
+    assert!(refused.status.code() == Some(2) && words.contains("has 40001 edges; allowed are up to 40000"), "{words}");
 }

@@ -117,10 +117,7 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
     (
         "fit",
         &[
-            (
-                "A generator, and a page that shows how good it is:",
-                "footfall fit samples/walk.mot -o generator.toml --report fit.html",
-            ),
+            ("A generator of a recording:", "footfall fit samples/walk.mot -o generator.toml"),
             (
                 "A follower for this person, with the sensor on the left hip:",
                 "footfall fit samples/walk.csv --follow left_hip -o follower.toml",

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use std::io::{self, IsTerminal};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 use crate::messages;
@@ -114,7 +114,7 @@ fn one(sample: &Sample, out: Option<&PathBuf>, overwrite: Overwrite) -> Result<(
     Ok(())
 }
 
-fn all(folder: &PathBuf, overwrite: Overwrite) -> Result<(), Failure> {
+fn all(folder: &Path, overwrite: Overwrite) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)
         .map_err(|error| Failure::input(format!("{}: cannot be made: {error}", folder.display())))?;
     SAMPLES.iter().try_for_each(|sample| output::check(&folder.join(sample.name), overwrite))?;

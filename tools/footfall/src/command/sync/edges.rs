@@ -9,8 +9,11 @@ use crate::file::bounded;
 /// Most bytes of a file.
 pub const MOST_BYTES: u64 = 16 << 20;
 
-/// Most edges of a file: more than an hour of 25 pulses a second, or two and a half of a board's synchronisation output.
-pub const MOST_EDGES: usize = 200_000;
+/// Most edges of a file: more than 13 hours of a board's synchronisation output.
+pub const MOST_EDGES: usize = 1_000_000;
+
+/// Most edges of each of two files that are paired: five hours of a pulse a second. Regular pulses take longest, a millisecond each.
+pub const MOST_PAIRED: usize = 40_000;
 
 /// A change of the line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,7 +116,7 @@ mod tests {
         };
         assert_eq!(parse(&text(MOST_EDGES)).unwrap().edges.len(), MOST_EDGES);
         let error = parse(&text(MOST_EDGES + 1)).unwrap_err();
-        assert!(error.starts_with("200002: the file has more than 200000 edges; allowed"), "{error}");
+        assert!(error.starts_with("1000002: the file has more than 1000000 edges; allowed"), "{error}");
     }
 
     #[test]
