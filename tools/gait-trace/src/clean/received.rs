@@ -1,23 +1,20 @@
 //! Times at which messages were received: rows at equal steps, of which each is late by a delay of its own.
 //!
-//! The step is the median over many rows, and the delay of a row is what its time has beyond the grid. Where two rows are far apart, messages
-//! may be missing, or the second one is late. A late one displaces no row after it: the least delays of the [`AROUND`] rows on either side
-//! are nearly equal, whatever the delays are, so the grids through them differ by the missing messages alone. Where there are few rows, at
-//! the ends and next to a gap, medians are compared.
+//! The delay of a row is what its time has beyond the grid. Where two rows are farther apart than a step, messages may be missing, or the
+//! second one is late. A late one displaces no row after it: the least delays of the rows on either side are nearly equal, whatever the
+//! delays are, and they differ by a step for each message that is missing. The step is at first the median over many rows; then that of the
+//! line through all rows, and the missing messages are counted again with more rows and a closer tolerance.
 
 use crate::series::{median, quantile};
-use std::ops::Range;
 
-/// Rows on each side of a long step that are compared.
-const AROUND: usize = 60;
-/// With fewer rows on a side, medians are compared.
-const FEWEST: usize = 10;
-/// Rows over which the step is measured.
+/// Rows on each side of a long step, and the tolerance of their least delays in steps, at first.
+const FIRST: (usize, f64) = (20, 0.3);
+/// The same, when the step is known.
+const SECOND: (usize, f64) = (60, 0.15);
+/// Rows over which the step is measured at first.
 const FAR: usize = 50;
 /// Two rows that are farther apart than this, in steps, may have missing messages between them.
 const LONG: f64 = 1.1;
-/// How much the least delays of both sides may differ, in steps.
-const LEAST_DELAYS: f64 = 0.15;
 /// Widest range of the delays, in steps, with which the steps are clear.
 const WIDEST: f64 = 1.5;
 
@@ -33,20 +30,12 @@ pub(crate) struct Delays {
 /// Puts times at equal steps, with gaps where messages are missing. If the steps are not clear, the times stay as they were.
 pub(crate) fn put_at_equal_steps(times: &mut [f64]) -> Delays {
     let far = FAR.min(times.len() / 4).max(1);
-    let step = median(times.windows(far + 1).map(|part| (part[far] - part[0]) / far as f64));
-    let mut places: Vec<f64> = Vec::with_capacity(times.len());
-    let (mut place, mut first) = (0.0, 0);
-    for row in 0..times.len() {
-        if row > 0 {
-            let lost = missing(times, first, row, step);
-            if lost > 0.0 {
-                first = row;
-            }
-            place += 1.0 + lost;
-        }
-        places.push(place);
+    let mut step = median(times.windows(far + 1).map(|part| (part[far] - part[0]) / far as f64));
+    let (mut start, mut places) = (0.0, Vec::new());
+    for (around, tolerance) in [FIRST, SECOND] {
+        places = grid(times, step, around, tolerance);
+        (start, step) = line(&places, times);
     }
-    let (start, step) = line(&places, times);
     let delays = || times.iter().zip(&places).map(|(time, place)| time - start - place * step);
     let share = (quantile(delays(), 0.95) - quantile(delays(), 0.05)) / step;
     let are_clear = share <= WIDEST;
@@ -56,21 +45,25 @@ pub(crate) fn put_at_equal_steps(times: &mut [f64]) -> Delays {
     Delays { share, are_clear }
 }
 
-/// The number of messages that are missing in front of a row; `first` is the first row behind the gap before.
-fn missing(times: &[f64], first: usize, row: usize, step: f64) -> f64 {
-    if times[row] - times[row - 1] <= LONG * step {
-        return 0.0;
+/// The place of each row on the grid, in steps. The least delays of `around` rows may differ by the tolerance, in steps.
+fn grid(times: &[f64], step: f64, around: usize, tolerance: f64) -> Vec<f64> {
+    let mut places: Vec<f64> = Vec::with_capacity(times.len());
+    for row in 0..times.len() {
+        let Some(&last) = places.last() else {
+            places.push(0.0);
+            continue;
+        };
+        let mut place = last + 1.0;
+        if times[row] - times[row - 1] > LONG * step {
+            let from = row.saturating_sub(around);
+            let before = (from..row).map(|n| times[n] - places[n] * step).fold(f64::INFINITY, f64::min);
+            let rows = times[row..].iter().take(around).enumerate();
+            let after = rows.map(|(n, time)| time - (place + n as f64) * step).fold(f64::INFINITY, f64::min);
+            place += ((after - before) / step + tolerance).floor().max(0.0);
+        }
+        places.push(place);
     }
-    let at_row = |n: usize| times[n] + (row as f64 - n as f64) * step;
-    let (before, after) = (row.saturating_sub(AROUND).max(first)..row, row..(row + AROUND).min(times.len()));
-    let lost = if before.len().min(after.len()) >= FEWEST {
-        let least = |rows: Range<usize>| rows.map(at_row).fold(f64::INFINITY, f64::min);
-        // No message is earlier than the least delay.
-        ((least(after) - least(before)) / step + LEAST_DELAYS).floor()
-    } else {
-        ((median(after.map(at_row)) - median(before.map(at_row))) / step).round()
-    };
-    lost.max(0.0)
+    places
 }
 
 /// Start and slope of the least-squares line through `y` over `x`.
