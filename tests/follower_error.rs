@@ -5,7 +5,7 @@
 
 use cpg_core::entrainment::FollowerConfig;
 use footfall::command::entrain::entrain;
-use footfall::command::entrain::possible::{Possible, Comparison};
+use footfall::command::entrain::possible::{Comparison, Possible};
 use footfall::command::entrain::run::{Holes, judge, run};
 use footfall_tests::people::people_of;
 use footfall_tests::workspace::read;

@@ -5,7 +5,8 @@
 
 use clap::Args;
 use gait_trace::format::converted::{self, Conversion, Format};
-use gait_trace::{Done, FindingKind, LowPass, Rules, condition};
+use gait_trace::{Done, FindingKind, Level, LowPass, Rules, condition};
+use joint_units::Joint;
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
@@ -71,6 +72,12 @@ pub fn run(options: Options) -> Result<(), Failure> {
         conversion.changes.push(format!("time 0 is {} s in {}", joints.start_s, name_of(&path)));
     }
     conversion.changes.extend(raw.notes);
+    for joint in Joint::ALL.into_iter().filter(|joint| joints.joint(*joint).is_none()) {
+        let text =
+            format!("{}: not in {}; the output has no such column", joint.name().replace('_', " "), name_of(&path));
+        eprintln!("{}: {text}", Level::Note.name());
+        conversion.changes.push(text);
+    }
     for finding in &joints.findings {
         let text = match finding.done {
             Done::Smoothed { hz } => {
@@ -97,6 +104,7 @@ fn name_of(path: &Path) -> String {
 /// The options that change what is read.
 fn in_words(settings: &ReadSettings) -> String {
     let mut words: Vec<String> = settings.map.iter().map(|map| format!("--map {map}")).collect();
+    words.extend(settings.only.iter().map(|rows| format!("--where {rows}")));
     words.extend(settings.unit.map(|unit| format!("--unit {}", unit.words())));
     words.extend(match settings.low_pass {
         LowPass::Off => None,

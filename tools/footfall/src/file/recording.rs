@@ -4,7 +4,9 @@ use gait_trace::format::converted::Conversion;
 use gait_trace::format::csv_file::MAX_BYTES;
 use gait_trace::format::joint_names::AngleUnit;
 use gait_trace::format::open::of_bytes;
-use gait_trace::{Axis, Fault, Finding, KneeSign, Level, LowPass, RawJoints, ReadOptions, Rules, TraceError};
+use gait_trace::{
+    Axis, Fault, Finding, KneeSign, Level, LowPass, RawJoints, ReadOptions, RowFilter, Rules, TraceError,
+};
 use hgod_adc::Calibration;
 use joint_units::Joint;
 use std::path::{Path, PathBuf};
@@ -26,8 +28,10 @@ pub struct ReadSettings {
     pub low_pass: LowPass,
     /// Calibration for recordings of volts.
     pub calibration: Option<SensorCalibration>,
-    /// Frames a second, where the file has no times.
+    /// Frames a second, where the file has no times, or too coarse ones.
     pub rate_hz: Option<f64>,
+    /// Rows of a CSV file that are read.
+    pub only: Vec<RowFilter>,
     /// Axis of flexion of angles with three components.
     pub axis: Option<Axis>,
     /// Topic of the joints of an MCAP file.
@@ -96,6 +100,7 @@ impl ReadSettings {
             calibration: self.calibration.as_ref().map(|calibration| &calibration.curve),
             divider: self.calibration.as_ref().map(|calibration| calibration.divider),
             rate_hz: self.rate_hz,
+            only: self.only.clone(),
             axis: self.axis,
             topic: self.topic.clone(),
             sideless: self.sideless,

@@ -97,6 +97,7 @@ impl Job {
             LowPass::At(hz) => option("low-pass", hz.to_string()),
         }
         reading.map.iter().for_each(|map| option("map", map.clone()));
+        reading.only.iter().for_each(|rows| option("where", rows.to_string()));
         if let Some(unit) = reading.unit {
             option("unit", unit.words().into());
         }
