@@ -75,7 +75,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
     for joint in Joint::ALL.into_iter().filter(|joint| joints.joint(*joint).is_none()) {
         let text =
             format!("{}: not in {}; the output has no such column", joint.name().replace('_', " "), name_of(&path));
-        eprintln!("{}: {text}", Level::Note.name());
+        output::levelled(Level::Note, &text);
         conversion.changes.push(text);
     }
     for finding in &joints.findings {

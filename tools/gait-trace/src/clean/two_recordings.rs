@@ -94,7 +94,7 @@ mod tests {
         }
         // Noise of a degree, as much from row to row as over two rows.
         let noise = |n: usize| ((n * 7919) % 1000) as f64 / 500.0 - 1.0;
-        let even: Vec<f64> = (0..800).map(|n| true_s(n)).collect();
+        let even: Vec<f64> = (0..800).map(&true_s).collect();
         assert_eq!(table(even, |n| knee(true_s(n)) + 3.0 * noise(n)), None);
         // Ten rows a second, of a fast run.
         let slow: Vec<f64> = (0..80).map(|n| f64::from(n) * 0.1).collect();

@@ -88,6 +88,7 @@ pub fn of_bytes(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJo
     }
 }
 
+type Recognise = fn(&str) -> bool;
 type Reader = fn(&str, &[u8], &ReadOptions<'_>) -> Result<RawJoints, TraceError>;
 
 /// The reader of a file; `None` for CSV with any header.
@@ -103,7 +104,7 @@ fn other_than_csv(name: &str, bytes: &[u8], extension: &str) -> Result<Option<Re
         Err(error) => return Err(unsupported::by_extension(name, extension).unwrap_or(error)),
         Ok(text) => text,
     };
-    const OF_TEXT: [(fn(&str) -> bool, Reader); 6] = [
+    const OF_TEXT: [(Recognise, Reader); 6] = [
         (mvnx::looks_like, mvnx::parse),
         (trc::looks_like, trc::parse),
         (vicon::looks_like, vicon::parse),

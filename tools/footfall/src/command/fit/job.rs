@@ -82,7 +82,7 @@ impl Job {
     pub(crate) fn page(&self, fitted: &Fit, path: &Path) -> Result<String, Failure> {
         let Self { reading, fit, .. } = self;
         let mut words: Vec<String> =
-            vec!["footfall fit".into(), shell_word(&name_of(path)), "--kind".into(), fit.generator.name().into()];
+            vec!["footfall fit".into(), shell_word(name_of(path)), "--kind".into(), fit.generator.name().into()];
         let mut option = |name: &str, value: String| words.extend([format!("--{name}"), shell_word(&value)]);
         if let Some(harmonics) = fit.harmonics {
             option("harmonics", harmonics.to_string());
