@@ -5,12 +5,11 @@
 use anstream::stderr;
 use clap::ColorChoice;
 use clap::builder::styling::{AnsiColor, Style};
+use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::Write;
 use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
-
-use crate::output::escaped;
 
 /// How much is said.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -49,6 +48,27 @@ pub fn set_colour(choice: ColorChoice) {
     if let Some(colour) = screens {
         ratatui::crossterm::style::force_color_output(colour);
     }
+}
+
+/// Whether a terminal obeys a character instead of showing it: control characters, and marks of the writing direction.
+fn is_obeyed(c: char) -> bool {
+    let direction =
+        matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    direction || (c.is_control() && !matches!(c, '\n' | '\t'))
+}
+
+/// The text with every character that a terminal obeys escaped, as `\u{1b}`; line feeds and tabs stay. Messages quote files, which may
+/// contain anything.
+#[must_use]
+pub fn escaped(text: &str) -> Cow<'_, str> {
+    if !text.contains(is_obeyed) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if is_obeyed(c) { out.extend(c.escape_default()) } else { out.push(c) }
+    }
+    Cow::Owned(out)
 }
 
 /// Writes a line, in one call, so that messages of several threads do not mix. Texts quote files, which may contain anything: what a terminal
@@ -117,6 +137,13 @@ pub fn shell_word(word: impl AsRef<Path>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_a_terminal_obeys_is_escaped() {
+        let plain = "it's \"50\u{b0}\" \u{e9} \\d \u{2192}\n\tnext";
+        assert!(matches!(escaped(plain), Cow::Borrowed(same) if same == plain));
+        assert_eq!(escaped("a\u{1b}[2Jb\r\u{7}\0\u{9b}c\u{202e}d"), r"a\u{1b}[2Jb\r\u{7}\u{0}\u{9b}c\u{202e}d");
+    }
 
     #[test]
     fn words_are_quoted_where_a_shell_would_split_them() {

@@ -5,7 +5,6 @@
 
 use gait_trace::format::whole_file;
 use gait_trace::format::whole_file::Target;
-use std::borrow::Cow;
 use std::fmt;
 use std::fs::File;
 use std::io::{self, Write};
@@ -143,27 +142,6 @@ pub fn cannot_write(path: &Path, error: impl fmt::Display) -> Failure {
     Failure::run(format!("{}: cannot be written: {error}", path.display()))
 }
 
-/// Whether a terminal obeys a character instead of showing it: control characters, and marks of the writing direction.
-fn is_obeyed(c: char) -> bool {
-    let direction =
-        matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    direction || (c.is_control() && !matches!(c, '\n' | '\t'))
-}
-
-/// The text with every character that a terminal obeys escaped, as `\u{1b}`; line feeds and tabs stay. Messages quote files, which may
-/// contain anything.
-#[must_use]
-pub fn escaped(text: &str) -> Cow<'_, str> {
-    if !text.contains(is_obeyed) {
-        return Cow::Borrowed(text);
-    }
-    let mut out = String::with_capacity(text.len() + 16);
-    for c in text.chars() {
-        if is_obeyed(c) { out.extend(c.escape_default()) } else { out.push(c) }
-    }
-    Cow::Owned(out)
-}
-
 /// Prints notes for the user to standard error, one a line.
 pub fn notes(notes: impl IntoIterator<Item = impl fmt::Display>) {
     notes.into_iter().for_each(messages::note);
@@ -205,13 +183,6 @@ mod tests {
         assert!(check(folder.path(), Overwrite::OWN).unwrap_err().to_string().contains("a folder"));
         // What is written through is never replaced, so it needs no force.
         check(Path::new("/dev/null"), Overwrite::default()).unwrap();
-    }
-
-    #[test]
-    fn what_a_terminal_obeys_is_escaped() {
-        let plain = "it's \"50\u{b0}\" \u{e9} \\d \u{2192}\n\tnext";
-        assert!(matches!(escaped(plain), Cow::Borrowed(same) if same == plain));
-        assert_eq!(escaped("a\u{1b}[2Jb\r\u{7}\0\u{9b}c\u{202e}d"), r"a\u{1b}[2Jb\r\u{7}\u{0}\u{9b}c\u{202e}d");
     }
 
     #[test]

@@ -162,11 +162,11 @@ fn a_change_after_the_end_is_refused_with_both_times() {
 /// The thesis' set: a word of its own, on both streams, and exit code 1.
 #[test]
 fn a_quasi_periodic_generator_is_named_so() {
-    let (code, out, talk) = footfall(&["certify", "thesis", "--starts", "5"]);
+    let (code, out, talk) = footfall(&["certify", "thesis", "--starts", "20"]);
     assert_eq!(code, 1, "{talk}");
     assert!(out.contains("quasi-periodic: steady, but the phases of the joints drift"), "{out}");
     assert!(talk.contains("refused: quasi-periodic: the phases of its joints drift"), "{talk}");
-    let (code, out, _) = footfall(&["certify", "thesis", "--starts", "5", "--json"]);
+    let (code, out, _) = footfall(&["certify", "thesis", "--starts", "20", "--json"]);
     let object: Value = serde_json::from_str(&out).expect("JSON");
     assert_eq!((code, object["accepted"].as_bool()), (1, Some(false)));
     assert_eq!((object["status"].as_str(), object["drive"]["walks"].as_bool()), (Some("quasi_periodic"), Some(true)));

@@ -81,7 +81,7 @@ mod full {
             (&["smer", &dead], 1),
             (&["volts", "--trace", DEFAULT, "-o", &volts, "--force"], 0),
             (&["convert", DEFAULT, "-o", &converted, "--force", "--low-pass", "6"], 0),
-            (&["certify", "cell-walk", "--starts", "1"], 0),
+            (&["certify", "cell-walk", "--starts", "20"], 0),
             (&["fit", DEFAULT], 0),
             (&["fit", &recordings, "-o", &fits], 0),
         ] {

@@ -24,8 +24,8 @@ pub struct Options {
     /// Print every name that can be certified, one a line
     #[arg(long, conflicts_with_all = ["params", "out"])]
     pub list: bool,
-    /// Number of random starts
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    /// Number of random starts, of which 95 % must arrive; 20 or more
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(20..=1_000_000))]
     pub starts: u32,
     /// The certificate to write [default: GENERATOR with the extension .certificate.json, for a file]
     #[arg(short, long, value_name = "FILE")]

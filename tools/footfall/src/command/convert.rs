@@ -18,7 +18,7 @@ use crate::output;
 /// Options of `footfall convert`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A recording: CSV, OpenSim .mot and .sto, C3D, TRC, Vicon Nexus ASCII, Visual3D text, GCD, oscilloscope CSV
+    /// A recording in any format of docs/formats.md: CSV, OpenSim, C3D, TRC, Vicon, Visual3D, GCD, MVNX, MCAP, oscilloscope CSV
     #[arg(value_name = "RECORDING")]
     pub recording: PathBuf,
     /// The file to write; its extension, .csv or .mot, gives the format

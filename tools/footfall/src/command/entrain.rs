@@ -41,7 +41,7 @@ const WINDOW_S: f64 = 12.0;
 /// Options of `footfall entrain`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// The recording: CSV, OpenSim .mot and .sto, C3D, oscilloscope CSV, a capture of `footfall record` in CSV or MCAP
+    /// The recording, in any format of docs/formats.md: CSV, OpenSim, C3D, TRC, Vicon, Visual3D, GCD, MVNX, MCAP, oscilloscope CSV
     #[arg(value_name = "TRACE")]
     pub trace: PathBuf,
     /// The joint with the sensor [default: that of the generator file, the recording's only joint, or left_hip]

@@ -33,8 +33,8 @@ use outcome::Outcome;
 /// Options of `footfall fit`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// Recordings: CSV, OpenSim .mot and .sto, C3D, oscilloscope CSV, a capture in MCAP; or folders of them. In folders, files that have
-    /// no time or no joint are skipped
+    /// Recordings in any format of docs/formats.md (CSV, OpenSim, C3D, TRC, Vicon, Visual3D, GCD, MVNX, MCAP, oscilloscope CSV), or folders of
+    /// them. In folders, files that have no time or no joint are skipped
     #[arg(required = true, value_name = "RECORDING")]
     pub recordings: Vec<PathBuf>,
     /// The generator file to write; for several recordings, the folder to write to [default: standard output; `fits`]
