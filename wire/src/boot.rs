@@ -125,8 +125,8 @@ impl Refused {
     ///
     /// ```
     /// use wire::{Refused, Subject};
-    /// let refused = Refused::new(Subject::Clock, format_args!("no {} MHz from HSE", 8));
-    /// assert_eq!(refused.reason, "the 8 MHz clock HSE did not start: check the crystal or its solder bridge, then reset");
+    /// let refused = Refused::new(Subject::Clock, format_args!("the {} MHz clock did not start", 8));
+    /// assert_eq!(refused.reason, "the 8 MHz clock did not start");
     /// assert_eq!(Refused::new(Subject::Clock, "é".repeat(100)).reason.len(), 160);
     /// ```
     #[must_use]

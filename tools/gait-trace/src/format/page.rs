@@ -48,7 +48,7 @@ A GCD file has a cycle of each leg, each from the contact of its own foot. The r
 
 ## Several subjects, recordings or ranges
 
-A table of CSV may have the rows of several recordings, told apart by a column called `subject`, `id`, `participant`, `trial`, `session`, `side`, or
+A table of CSV may have the rows of several recordings, separated by a column called `subject`, `id`, `participant`, `trial`, `session`, `side`, or
 another such name, also with `_id`, `_no` or `_name` behind it. Several values in such a column are an error that lists them: `--where subject=S01`
 reads the rows with that value, `--where` may be repeated, and `--where 'subject=*'` reads all rows of a column that does not tell recordings apart. One
 value is a note. A column with another value in nearly every row counts rows. Where no column tells them apart, times that begin again, rows of equal

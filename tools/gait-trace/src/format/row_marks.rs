@@ -9,7 +9,7 @@ use crate::options::RowFilter;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// What recordings are told apart by, in lower case, without blanks and signs.
+/// Names of columns that separate recordings, in lower case, without blanks and signs.
 const NAMES: [&str; 22] = [
     "subject",
     "subj",
