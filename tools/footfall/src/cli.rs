@@ -166,22 +166,9 @@ fn analyse(command: Analysis) -> Result<(), Failure> {
         Analysis::Obb(options) => obb::run(&options),
         Analysis::Hexapod(options) => hexapod::run(&options),
         Analysis::Smer(options) => smer::run(&options),
-        Analysis::Certify(mut options) => {
-            // As `walk --gait list`. A file of this name is `./list`.
-            if options.out.is_none() && options.params.as_deref().is_some_and(|name| name.as_os_str() == "list") {
-                options.list = true;
-            }
-            certify::run(&options)
-        }
+        Analysis::Certify(options) => certify::run(&options),
         Analysis::Fit(options) => fit::run(*options),
-        Analysis::Convert(options) => {
-            let out = options.out.clone();
-            convert::run(options)?;
-            messages::written(&out);
-            let command = format!("footfall fit {} -o generator.toml", messages::shell_word(&out));
-            messages::next("fit a generator to it", command);
-            Ok(())
-        }
+        Analysis::Convert(options) => convert::run(options),
         Analysis::Merge(options) => merge::run(&options),
         Analysis::Calibrate(options) => calibrate::run(*options),
         Analysis::Pack(options) => pack::run(&options),

@@ -126,14 +126,6 @@ pub fn next(what_for: &str, command: impl Display) {
     status(format_args!("next: {what_for}: {command}"));
 }
 
-/// A path or a word as a shell reads it as one word.
-#[must_use]
-pub fn shell_word(word: impl AsRef<Path>) -> String {
-    let word = word.as_ref().to_string_lossy().into_owned();
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,".contains(c);
-    if !word.is_empty() && word.chars().all(plain) { word } else { format!("'{}'", word.replace('\'', r"'\''")) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -143,13 +135,5 @@ mod tests {
         let plain = "it's \"50\u{b0}\" \u{e9} \\d \u{2192}\n\tnext";
         assert!(matches!(escaped(plain), Cow::Borrowed(same) if same == plain));
         assert_eq!(escaped("a\u{1b}[2Jb\r\u{7}\0\u{9b}c\u{202e}d"), r"a\u{1b}[2Jb\r\u{7}\u{0}\u{9b}c\u{202e}d");
-    }
-
-    #[test]
-    fn words_are_quoted_where_a_shell_would_split_them() {
-        assert_eq!(shell_word("left_hip=3,time=1"), "left_hip=3,time=1");
-        assert_eq!(shell_word("my walk.csv"), "'my walk.csv'");
-        assert_eq!(shell_word("it's"), r"'it'\''s'");
-        assert_eq!(shell_word(""), "''");
     }
 }

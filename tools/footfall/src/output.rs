@@ -9,6 +9,8 @@ use std::fmt;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
+#[cfg(feature = "analysis")]
+use std::path::PathBuf;
 
 use crate::failure::Failure;
 use crate::messages;
@@ -126,6 +128,24 @@ pub fn write_text(path: &Path, text: &str, overwrite: Overwrite) -> Result<(), F
 /// As [`write()`].
 pub fn write_bytes(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), Failure> {
     write(path, overwrite, |out| out.write_all(bytes))
+}
+
+/// Writes files to a folder, which is made if it is not there, and returns their paths. If one of them may not be written, none is.
+///
+/// # Errors
+/// As [`write()`], or the folder cannot be made.
+#[cfg(feature = "analysis")]
+pub fn write_all(
+    folder: &Path,
+    files: &[(impl AsRef<Path>, impl AsRef<[u8]>)],
+    overwrite: Overwrite,
+) -> Result<Vec<PathBuf>, Failure> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| Failure::input(format!("{}: cannot be made: {error}", folder.display())))?;
+    let paths: Vec<PathBuf> = files.iter().map(|(name, _)| folder.join(name)).collect();
+    paths.iter().try_for_each(|path| check(path, overwrite))?;
+    paths.iter().zip(files).try_for_each(|(path, (_, content))| write_bytes(path, content.as_ref(), overwrite))?;
+    Ok(paths)
 }
 
 /// Begins a file that grows during a run; [`check`] comes first. An existing file is emptied.

@@ -1,13 +1,12 @@
 //! The commands that show generators, through the binary: exact words, exit codes, and what is on which stream.
 
+mod common;
+
 use serde_json::Value;
-use std::process::Command;
 
 /// Exit code, standard output, standard error.
 fn footfall(arguments: &[&str]) -> (i32, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_footfall")).args(arguments).output().expect("it starts");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
-    (output.status.code().expect("a code"), text(output.stdout), text(output.stderr))
+    common::parts(common::footfall(arguments.iter().copied()))
 }
 
 /// The data of a command that must succeed without a word of talk.

@@ -2,14 +2,12 @@
 
 mod common;
 
-use common::{footfall, said};
+use common::{footfall, parts, said};
 use serde_json::Value;
 
 /// Exit code, standard output, standard error.
 fn walk(arguments: &[&str]) -> (i32, String, String) {
-    let output = footfall(["walk"].iter().chain(arguments).copied());
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
-    (output.status.code().expect("a code"), text(output.stdout), text(output.stderr))
+    parts(footfall(["walk"].iter().chain(arguments).copied()))
 }
 
 /// The data of a run that must succeed without a message.

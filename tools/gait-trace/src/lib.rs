@@ -45,6 +45,7 @@
 //! | [`recording`] | the table and its rules |
 //! | [`raw`] | the four joints as the file has them, before repair |
 //! | [`options`] | what the caller knows and the file does not say |
+//! | [`shell_word()`] | a path as a shell reads it, for messages that say what to type |
 //! | [`volts`] | angles to *semi-synthetic* volts, backwards through a calibration |
 //!
 //! A further file format is one more file in [`format`](mod@format) that returns [`RawJoints`] or a [`Recording`] and reports a [`TraceError`].
@@ -72,6 +73,7 @@ pub mod options;
 pub mod raw;
 pub mod recording;
 mod series;
+mod shell_word;
 pub mod stride;
 pub mod volts;
 
@@ -88,6 +90,7 @@ pub use recording::{
     Channel, MAX_ANGLE_DEG, MAX_PIN_VOLTS, MIN_PIN_VOLTS, NoChannel, Quantity, Recording, RecordingError,
 };
 pub use series::{root_mean_square, upper_median};
+pub use shell_word::shell_word;
 pub use stride::cycle::Cycle;
 pub use stride::looped::{LoopError, Looped};
 pub use stride::spans::{LeftOut, Span, StrideError, WhyLeftOut};

@@ -238,7 +238,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
     write(&calibrated, &outputs)?;
     output::print(&if outputs.json { format!("{}\n", report::json(&calibrated)) } else { report::text(&calibrated) })?;
     output::notes(&calibrated.notes);
-    let command = format!("cargo xtask run --sensor left_hip={}", messages::shell_word(&outputs.toml));
+    let command = format!("cargo xtask run --sensor left_hip={}", gait_trace::shell_word(&outputs.toml));
     messages::next("run it on the virtual board, here on the left hip", command);
     Ok(())
 }

@@ -8,7 +8,7 @@ use generator_file::file::GeneratorFile;
 use generator_file::subject::Subject;
 use joint_loop::LoopConfig;
 use joint_units::Joint;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 use crate::messages;
@@ -43,7 +43,9 @@ pub struct Options {
 /// # Errors
 /// Wrong input, a generator that is refused or does not walk, or a file that cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let Some(params) = options.params.as_ref().filter(|_| !options.list) else { return list(options.json) };
+    // A file of the name `list` is `./list`.
+    let is_list = |params: &Path| options.list || (options.out.is_none() && params.as_os_str() == "list");
+    let Some(params) = options.params.as_ref().filter(|params| !is_list(params)) else { return list(options.json) };
     let named = params.to_str().filter(|_| !params.exists()).and_then(Subject::named);
     let is_file = named.is_none();
     let subject = match named {

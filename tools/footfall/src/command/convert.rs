@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 use crate::file::recording::{self, ReadSettings};
+use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::options::reading::Reading;
 use crate::output;
@@ -94,7 +95,10 @@ pub fn run(options: Options) -> Result<(), Failure> {
         output::levelled(finding.level(), &text);
         conversion.changes.push(text);
     }
-    output::write(&out, overwrite, |file| converted::write_to(file, format, &joints, &conversion))
+    output::write(&out, overwrite, |file| converted::write_to(file, format, &joints, &conversion))?;
+    messages::written(&out);
+    messages::next("fit a generator to it", format!("footfall fit {} -o generator.toml", gait_trace::shell_word(&out)));
+    Ok(())
 }
 
 fn name_of(path: &Path) -> String {

@@ -38,9 +38,6 @@ pub struct Options {
 /// # Errors
 /// A file exists and may not be replaced, or it cannot be written.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let folder = &options.out;
-    std::fs::create_dir_all(folder)
-        .map_err(|error| Failure::input(format!("{}: cannot be made: {error}", folder.display())))?;
     let mut figures = vec![];
     single_oscillators(&mut figures)?;
     network(&mut figures)?;
@@ -50,14 +47,11 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let diagram = step_diagram(&swings(&mut legs, &switches, 120)?, &switches);
     figures.push(Figure { name: "hexapod-steps".into(), title: "Hexapod: step diagram".into(), panels: vec![diagram] });
 
-    let path = |figure: &Figure| folder.join(format!("{}.svg", figure.name));
-    figures.iter().try_for_each(|figure| output::check(&path(figure), options.overwrite))?;
-    // These are listed on standard output.
-    for figure in &figures {
-        let picture = draw(&figure.title, &figure.panels, 1).map_err(Failure::run)?;
-        output::write_text(&path(figure), &picture, options.overwrite)?;
-    }
-    output::print(&figures.iter().map(|figure| format!("{}\n", path(figure).display())).collect::<String>())
+    let picture = |figure: &Figure| Ok((format!("{}.svg", figure.name), draw(&figure.title, &figure.panels, 1)?));
+    let pictures: Vec<_> = figures.iter().map(picture).collect::<Result<_, String>>().map_err(Failure::run)?;
+    let written = output::write_all(&options.out, &pictures, options.overwrite)?;
+    // These are the data of the command.
+    output::print(&written.iter().map(|path| format!("{}\n", path.display())).collect::<String>())
 }
 
 /// One picture.

@@ -203,7 +203,7 @@ fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
     }
     if let Some(file) = &outputs.out {
         let shadow = if job.fit.follow.is_some() { "--shadow " } else { "" };
-        let command = format!("cargo xtask run {shadow}--generator {}", messages::shell_word(file));
+        let command = format!("cargo xtask run {shadow}--generator {}", gait_trace::shell_word(file));
         messages::next("run it on the virtual board", command);
     }
     Ok(())

@@ -41,18 +41,11 @@ pub fn run(options: &Options, mut program: Command) -> Result<(), Failure> {
         };
         return output::print_bytes(&rendered(page)?.1);
     };
-    std::fs::create_dir_all(folder)
-        .map_err(|error| Failure::input(format!("{}: cannot be made: {error}", folder.display())))?;
     let commands = program.get_subcommands().filter(|command| command.get_name() != "help").cloned();
     let mut pages = commands.map(rendered).collect::<Result<Vec<_>, _>>()?;
     pages.push(rendered(program)?);
-    pages.iter().try_for_each(|(name, _)| output::check(&folder.join(name), options.overwrite))?;
-    for (name, page) in pages {
-        let path = folder.join(name);
-        output::write_bytes(&path, &page, options.overwrite)?;
-        messages::written(&path);
-    }
-    messages::next("read one", format!("man -l {}", messages::shell_word(folder.join("footfall.1"))));
+    output::write_all(folder, &pages, options.overwrite)?.iter().for_each(|path| messages::written(path));
+    messages::next("read one", format!("man -l {}", gait_trace::shell_word(folder.join("footfall.1"))));
     Ok(())
 }
 

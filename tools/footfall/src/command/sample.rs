@@ -110,18 +110,12 @@ fn one(sample: &Sample, out: Option<&PathBuf>, overwrite: Overwrite) -> Result<(
     };
     output::write_bytes(path, sample.content, overwrite)?;
     messages::written(path);
-    messages::next("for example", sample.taken_by.replace("{}", &messages::shell_word(path)));
+    messages::next("for example", sample.taken_by.replace("{}", &gait_trace::shell_word(path)));
     Ok(())
 }
 
 fn all(folder: &Path, overwrite: Overwrite) -> Result<(), Failure> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| Failure::input(format!("{}: cannot be made: {error}", folder.display())))?;
-    SAMPLES.iter().try_for_each(|sample| output::check(&folder.join(sample.name), overwrite))?;
-    for sample in &SAMPLES {
-        let path = folder.join(sample.name);
-        output::write_bytes(&path, sample.content, overwrite)?;
-        messages::written(&path);
-    }
+    let files = SAMPLES.map(|sample| (sample.name, sample.content));
+    output::write_all(folder, &files, overwrite)?.iter().for_each(|path| messages::written(path));
     Ok(())
 }

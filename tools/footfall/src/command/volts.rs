@@ -70,7 +70,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     }
     messages::status(format_args!("{} ({} rows)", feed.title, feed.volts.time_s().len()));
     if let Some(path) = &options.out {
-        let command = format!("cargo xtask run --trace {}", messages::shell_word(path));
+        let command = format!("cargo xtask run --trace {}", gait_trace::shell_word(path));
         messages::next("feed them to the virtual board", command);
     }
     Ok(())

@@ -147,7 +147,7 @@ impl<'t> Run<'t> {
             messages::status(counts_in_words(path, &counts));
             messages::next(
                 "fit a generator to it",
-                format!("footfall fit {} -o generator.toml", messages::shell_word(path)),
+                format!("footfall fit {} -o generator.toml", gait_trace::shell_word(path)),
             );
         }
         self.result = Some(result);

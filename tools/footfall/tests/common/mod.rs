@@ -14,6 +14,12 @@ pub(crate) fn footfall<A: Into<OsString>>(arguments: impl IntoIterator<Item = A>
         .expect("footfall runs")
 }
 
+/// Exit code, standard output, standard error.
+pub(crate) fn parts(output: Output) -> (i32, String, String) {
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
+    (output.status.code().expect("a code"), text(output.stdout), text(output.stderr))
+}
+
 /// Both streams.
 pub(crate) fn said(output: &Output) -> String {
     format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))

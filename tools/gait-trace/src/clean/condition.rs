@@ -70,8 +70,8 @@ impl Conditioned {
 /// Conditions a recording in the steps that the module's documentation lists.
 ///
 /// # Errors
-/// Times decrease, are not finite or not in seconds, the rows are of several recordings, there are too few rows, the unit is wrong or unclear, a joint has hardly any usable value, or the
-/// sign of the knees does not follow from their angles.
+/// Times decrease, are not finite or not in seconds, the rows are of several recordings, there are too few rows, the unit is wrong or
+/// unclear, a joint has hardly any usable value, or the sign of the knees does not follow from their angles.
 ///
 /// ```
 /// use gait_trace::{Done, FindingKind, Rules, condition};

@@ -37,7 +37,8 @@ impl Output {
 /// The output of each joint that the file has, as an index. `groups` is what the groups are, in the plural.
 ///
 /// # Errors
-/// No output is a joint; the map names none or several, or one that states that it is no angle; two outputs are one joint; or the joints are of several groups.
+/// No output is a joint; the map names none or several, or one that states that it is no angle; two outputs are one joint; or the joints
+/// are of several groups.
 pub(crate) fn choose(
     outputs: &[Output],
     groups: &'static str,

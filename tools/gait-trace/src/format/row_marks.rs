@@ -6,6 +6,7 @@
 use crate::fault::{Fault, TraceError};
 use crate::format::text_table::{column_called, listed, short};
 use crate::options::RowFilter;
+use crate::shell_word;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -164,7 +165,7 @@ impl RowMarks {
             let heading = short(&mark.heading);
             match mark.values.keys().next().map(|value| short(value)) {
                 Some(first) if mark.values.len() > 1 && !mark.counts_rows() => {
-                    let [example, all] = [&*first, "*"].map(|value| quoted(&format!("{heading}={value}")));
+                    let [example, all] = [&*first, "*"].map(|value| shell_word(format!("{heading}={value}")));
                     let fault = Fault::SeveralRecordings { values: mark.listed(), example, all };
                     return Err(TraceError::new(name, Some(line), fault).in_column(mark.index, &mark.heading));
                 }
@@ -189,12 +190,6 @@ impl RowMarks {
         }
         Ok(())
     }
-}
-
-/// A word of a command line, in quotes if the shell would split or expand it.
-fn quoted(word: &str) -> String {
-    let is_plain = word.chars().all(|c| c.is_alphanumeric() || "_-=.:".contains(c));
-    if is_plain { word.to_owned() } else { format!("'{word}'") }
 }
 
 #[cfg(test)]

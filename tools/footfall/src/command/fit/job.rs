@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::failure::Failure;
 use crate::file::recording::{self, ReadSettings, Recorded};
-use crate::messages::shell_word;
+use gait_trace::shell_word;
 
 /// What is done with each recording.
 #[derive(Debug)]

@@ -1,6 +1,6 @@
 //! Reads edges of a line: CSV with the header `time_s,level`, one edge a row, in the order of time; level 1 after a
-//! rising edge, 0 after a falling one; up to [`MOST_EDGES`] of them. A last row that is cut short, as a program leaves it that is killed while it writes, is left out,
-//! with a note.
+//! rising edge, 0 after a falling one; up to [`MOST_EDGES`] of them. A last row that is cut short, as a program leaves it that is killed
+//! while it writes, is left out, with a note.
 
 use std::path::Path;
 
