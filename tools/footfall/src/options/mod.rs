@@ -4,6 +4,8 @@ pub mod cadence;
 pub mod overwrite;
 pub mod played;
 pub mod reading;
+pub mod record_name;
+pub mod robot;
 pub mod sensors;
 pub mod steps;
 pub mod value;
