@@ -74,8 +74,13 @@ fn the_board_gets_the_options_and_a_loop_of_volts() {
     let board = ["--secs", "7.5", "--disarm", "--press", "0.5,2", "--", "--hang", "control_step@3"];
     run(bench.watch().args(board));
     let arguments = bench.text("arguments");
+    // Of the parameter sectors only that of the robot is filled without an option.
     assert!(
-        arguments.contains("--loop --secs 7.5 --press 0.5:0.1 --press 2:0.1 --press 5.8:0.1 --hang control_step@3"),
+        arguments.contains("--loop --flash 0x0800c000=") && arguments.matches("--flash").count() == 1,
+        "{arguments}"
+    );
+    assert!(
+        arguments.contains(" --secs 7.5 --press 0.5:0.1 --press 2:0.1 --press 5.8:0.1 --hang control_step@3"),
         "{arguments}"
     );
     let volts = bench.text("volts.csv");
