@@ -1,5 +1,8 @@
 //! Names of chips, of their peripherals, pins, manuals and addresses: in the cores they are in one module alone.
 
+use std::collections::BTreeSet;
+use std::path::Path;
+
 use footfall_tests::workspace::{CORES, assert_none, files_ending, read};
 
 /// The one module of the cores that is about a chip, as a file or a folder.
@@ -87,4 +90,45 @@ fn the_cores_name_no_chip() {
 fn the_module_of_the_chip_names_it() {
     let is_of_it = |file: &&str| file.starts_with(CHIP_MODULE);
     assert!(files_ending(&[".rs"]).filter(is_of_it).any(|file| !chip_words(&read(file)).is_empty()));
+}
+
+/// The registers that several modules of the firmware share, see the head of its `main.rs`.
+const SHARED: [&str; 2] = ["RCC", "DBGMCU"];
+
+/// The peripherals that a text takes from the access crate: `pac::TIM1`, `pac::{RCC, TIM5}`.
+fn peripherals(text: &str) -> BTreeSet<&str> {
+    let is_name = |c: char| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_';
+    let lists = text.split("pac::").skip(1).map(|rest| match rest.strip_prefix('{') {
+        Some(list) => list.split('}').next().unwrap_or_default(),
+        None => rest.split(|c| !is_name(c)).next().unwrap_or_default(),
+    });
+    lists
+        .flat_map(|list| list.split(','))
+        .map(str::trim)
+        .filter(|name| !name.is_empty() && name.chars().all(is_name))
+        .collect()
+}
+
+/// The table of the firmware's `main.rs` names each peripheral once, with the one module that uses it.
+#[test]
+fn each_peripheral_belongs_to_one_module() {
+    let mut used = BTreeSet::new();
+    for path in files_ending(&[".rs"]).filter(|path| path.starts_with("firmware/src/")) {
+        let module = Path::new(path).file_stem().and_then(|stem| stem.to_str()).expect("a name");
+        let text = read(path);
+        let own = peripherals(&text).into_iter().filter(|name| !SHARED.contains(name));
+        used.extend(own.map(|name| format!("{name} in {module}")));
+    }
+    assert!(used.len() > 10, "{used:?}");
+    let main = read("firmware/src/main.rs");
+    let rows = main.lines().filter_map(|line| line.strip_prefix("//! | ")?.strip_suffix("`] |")?.split_once(" | [`"));
+    let stated: BTreeSet<_> = rows
+        .flat_map(|(names, module)| peripherals_of_row(names).map(move |name| format!("{name} in {module}")))
+        .collect();
+    assert_eq!(used, stated, "used by the modules on the left, stated in firmware/src/main.rs on the right");
+}
+
+/// The names in the first column, without the parts of the processor itself.
+fn peripherals_of_row(names: &str) -> impl Iterator<Item = &str> {
+    names.split(", ").filter(|name| !name.contains(" of the core"))
 }

@@ -1,8 +1,8 @@
 //! Central pattern generators that make joint angles at a fixed control period, bit-equal on host and microcontroller.
 //!
-//! A central pattern generator (CPG) is a network of oscillators that makes a periodic motion without periodic input. Every generator has
-//! a configuration in SI units (or in those of its paper). `config.build(period)` checks it, computes its constants for one control period and
-//! returns a [`Generator`]: one `step` a tick, without clock, allocation or panic. If a generator needs another value, such as a model or
+//! A central pattern generator (CPG) makes a periodic motion without periodic input: a network of oscillators, a waveform over a phase, or
+//! legs scheduled by integers. Every generator has a configuration in SI units (or in those of its paper). `config.build(period)` checks it,
+//! computes its constants for one control period and returns a [`Generator`]: one `step` a tick, without clock, allocation or panic. If a generator needs another value, such as a model or
 //! templates, it is passed before the period: `config.build(flow, period)`. Types without a control period, such as a waveform, have `new`.
 //!
 //! To begin: [`gait::default_walk`] walks, [`gait::named`] has gaits by name, [`waveform::shape`] plays your own waveforms, [`entrainment`] follows a
@@ -69,7 +69,8 @@
 //! - **lead**: how far the phase of a joint is ahead of the gait phase.
 //! - **harmonic balance**: the amplitude at which a sinusoid gains no energy over a cycle; exact for weak damping.
 //! - **time unit**: the fraction of a control period (1 or 1/2) in which an [`Integrator`] measures time, see [`Integrator::UNITS`].
-//! - **cadence**: strides per second, or the angular frequency 2 pi / stride time; **template**: a joint's waveform over the gait phase.
+//! - **cadence**: steps a minute, two a stride; **stride frequency**: 2 pi / stride time, in rad/s.
+//! - **template**: a joint's waveform over the gait phase.
 //! - **innovation**: measured minus predicted angle; **fundamental**: the first harmonic of a periodic signal.
 //! - **fold**: compute the constants of a configuration for one control period, once, in `build`.
 #![cfg_attr(not(test), no_std)]

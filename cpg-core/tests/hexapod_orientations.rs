@@ -208,6 +208,9 @@ fn the_wave_is_one_of_them() {
     let wave = Hexapod::new(5).unwrap();
     assert_eq!(wave.graph().edges().map(|edge| edge.tokens_at_a), [0, 0, 0, 0, 5, 5, 5, 3, 4, 5, 0, 1, 2]);
     assert_eq!(Orientation::WAVE.to_string(), "dd-dd-lll");
+    // Top and bottom of either side wait for nobody on it: the lower one is first, and the left side.
+    let open: Orientation = "ud-ud-lll".parse().unwrap();
+    assert_eq!(open.start_order().unwrap().map(Leg::name), ["BL", "TL", "ML", "BR", "TR", "MR"]);
     // At R = 5 every orientation has its legs swing one by one in its start order, without a transient.
     for orientation in Orientation::live() {
         let mut hexapod = Hexapod::with_orientation(5, orientation).unwrap();

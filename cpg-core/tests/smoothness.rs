@@ -68,7 +68,7 @@ const STAND: [Radians; 4] = [Radians(0.0), Radians(0.0), Radians(0.1), Radians(0
 /// How far a change may lead a joint beyond what either gait does by itself, degrees.
 const ASTRAY_DEG: f32 = 10.0;
 /// The same from or to the run as recorded, whose knees reach 720 degrees per second.
-const UNSCALED_ASTRAY_DEG: f32 = 30.0;
+const UNSCALED_ASTRAY_DEG: f32 = 15.0;
 
 /// A gait running at one speed, at 64 phases of its cycle.
 fn around(gait: Gait, speed: f32) -> Vec<DefaultGait> {

@@ -60,7 +60,7 @@ impl Environment {
         let supply = self.reference.and_then(|reference| match reference.supply(mean(sums.reference)) {
             Ok(supply) => Some(supply.volts()),
             // Out of range for a sample, but reported.
-            Err(SupplyFault::Low(volts) | SupplyFault::High(volts)) => Some(volts),
+            Err(SupplyFault::Low { supply: volts, .. } | SupplyFault::High(volts)) => Some(volts),
             Err(_) => None,
         });
         let die = self.die.zip(supply).map(|(die, supply)| die.celsius(mean(sums.temperature), supply));

@@ -1,17 +1,19 @@
 //! The firmware: boots with its outputs off, then steps the joint loop once a millisecond.
 //!
-//! Each peripheral is used by one module, by its registers; none is claimed from the HAL:
+//! Each peripheral is used by one module, by its registers; none is claimed from the HAL. A test compares this table with the modules:
 //!
 //! | peripherals | module |
 //! |---|---|
-//! | RCC, PLL, FLASH | [`clocks`] |
-//! | TIM1, servo pins, break pin | [`servo_pwm`] |
-//! | TIM2, ADC1, DMA2 stream 0, sensor pins | [`sampling`] |
-//! | TIM4 | embassy-time |
-//! | TIM5, DWT | [`stopwatch`] |
-//! | EXTI, synchronisation input | [`sync_input`] |
+//! | FLASH | [`clocks`] |
+//! | TIM1 | [`servo_pwm`] |
+//! | TIM2, ADC1, ADC123_COMMON, DMA2 | [`sampling`] |
+//! | TIM5, and DWT of the core | [`stopwatch`] |
+//! | EXTI, SYSCFG | [`sync_input`] |
 //! | IWDG | [`watchdog`] |
-//! | button, foot switch, synchronisation output, lamps | [`tasks`] |
+//! | GPIOA, GPIOB, GPIOC, GPIOD, GPIOE | [`pins`] |
+//!
+//! Two are shared: in RCC each module enables the clock of its peripherals, and in DBGMCU it stops them with the debugger. TIM4 is the clock
+//! of embassy-time. The interrupt of CAN1, which is not used, runs the executor of the ticks.
 //!
 //! Compiled for the host, the program prints one message and touches no register: so the host's compiler checks the firmware without a
 //! cross target.
@@ -93,14 +95,17 @@ mod boot {
             Err(error) => stay_off(error.subject(), error),
         };
         if clock.is_err() {
-            stay_off(Subject::Clock, "no 8 MHz from HSE");
+            stay_off(
+                Subject::Clock,
+                "the 8 MHz clock HSE did not start: check the crystal or its solder bridge, then reset",
+            );
         }
         stopwatch::start();
 
         // Every refusal happens here, before anything can move.
         let min_supply = parameters.robot.min_supply_on(BOARD.min_supply);
-        let walk = match board_loop(&parameters, reference_cal, min_supply, SENSOR_REQUIRED) {
-            Ok(walk) => walk,
+        let joint_loop = match board_loop(&parameters, reference_cal, min_supply, SENSOR_REQUIRED) {
+            Ok(joint_loop) => joint_loop,
             Err(refusal) => stay_off(Subject::Configuration, refusal),
         };
         let outputs = Outputs::new();
@@ -113,7 +118,7 @@ mod boot {
         let (frames_in, frames_out) = FRAMES.split();
         let (edges_in, edges_out) = EDGES.split();
         let control = Control {
-            walk,
+            joint_loop,
             outputs,
             samples: samples_in,
             frames: frames_in,

@@ -105,7 +105,12 @@ pub enum SupplyFault {
     /// The code is 0 or beyond 12 bit: the channel was not converted.
     NoReading(AdcCode),
     /// Lower than [`ReferenceConfig::min_supply`].
-    Low(Volts),
+    Low {
+        /// What was measured.
+        supply: Volts,
+        /// The least that is allowed.
+        least: Volts,
+    },
     /// Higher than [`MAX_SUPPLY`]: the code of the reference is implausibly small.
     High(Volts),
 }
@@ -116,7 +121,9 @@ impl fmt::Display for SupplyFault {
             Self::NoReading(code) => {
                 write!(f, "code {} of the internal reference: allowed is 1 to {}", code.0, AdcCode::MAX.0)
             }
-            Self::Low(volts) => write!(f, "supply of {} V is below the configured least", volts.0),
+            Self::Low { supply, least } => {
+                write!(f, "supply of {} V: allowed is {} V or more (reference.min_supply)", supply.0, least.0)
+            }
             Self::High(volts) => write!(f, "supply of {} V: allowed is up to {} V", volts.0, MAX_SUPPLY.0),
         }
     }
@@ -157,7 +164,7 @@ impl Reference {
         }
         let volts = self.supply_codes / f32::from(vrefint.0);
         if volts < self.min_supply {
-            Err(SupplyFault::Low(Volts(volts)))
+            Err(SupplyFault::Low { supply: Volts(volts), least: Volts(self.min_supply) })
         } else if volts > MAX_SUPPLY.0 {
             Err(SupplyFault::High(Volts(volts)))
         } else {

@@ -65,8 +65,9 @@ fn every_vrefint_code_is_a_supply_or_a_named_fault() {
                 assert!(code == 0 || code > 4095);
                 0
             }
-            Err(SupplyFault::Low(volts)) => {
-                assert!(volts.0 < 3.0 && exact < 3.0 + 1e-6);
+            Err(SupplyFault::Low { supply, least }) => {
+                assert_eq!(least, Volts(3.0));
+                assert!(supply.0 < 3.0 && exact < 3.0 + 1e-6);
                 1
             }
             Err(SupplyFault::High(volts)) => {

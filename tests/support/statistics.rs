@@ -1,4 +1,4 @@
-//! What many numbers come to.
+//! Median and root mean square.
 
 /// The middle one of an odd number, the upper of the two middle ones of an even number; sorts them.
 ///

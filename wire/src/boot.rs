@@ -147,8 +147,8 @@ impl Refused {
     ///
     /// ```
     /// use wire::{Refused, Subject};
-    /// let refused = Refused::new(Subject::Clock, format_args!("no {} MHz from HSE", 8));
-    /// assert_eq!(refused.reason, "no 8 MHz from HSE");
+    /// let refused = Refused::new(Subject::Clock, format_args!("the {} MHz clock did not start", 8));
+    /// assert_eq!(refused.reason, "the 8 MHz clock did not start");
     /// assert_eq!(Refused::new(Subject::Clock, "é".repeat(100)).reason.len(), 160);
     /// ```
     #[must_use]

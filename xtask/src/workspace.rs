@@ -136,7 +136,7 @@ impl Workspace {
         let built: Vec<PathBuf> =
             progress::build(vec![host, self.firmware_build(&features)?])?.into_iter().flatten().collect();
         let Ok([virtual_board, footfall, firmware]) = <[PathBuf; 3]>::try_from(built) else {
-            bail!("cargo built another number of programs than three")
+            bail!("cargo built other programs than the three that were asked for: virtual board, footfall, firmware")
         };
         Ok(Programs { virtual_board, footfall, image: self.image(&firmware, &features)? })
     }

@@ -87,7 +87,7 @@ const SMALL_CYCLES: [(&str, [Leg; 4]); 2] = [
     ("lower", [MiddleLeft, BottomLeft, BottomRight, MiddleRight]),
 ];
 
-/// Which legs precede others in [`Orientation::start_order`] where the edges leave it open: from the bottom up, left before right.
+/// Which legs precede others in [`Orientation::start_order`] where the edges leave it open: the left side from the bottom up, then the right.
 const PRECEDENCE: [Leg; 6] = [BottomLeft, MiddleLeft, TopLeft, BottomRight, MiddleRight, TopRight];
 
 /// One of the 128 orientations of the ladder: for each edge the end that swings first.
@@ -158,7 +158,7 @@ impl Orientation {
 
     /// An order of the legs in which each swings after those to which it points; `None` if the orientation is dead.
     ///
-    /// Where the edges leave the order open, lower legs precede upper ones and the left side the right one.
+    /// Where the edges leave the order open, the left side precedes the right one, and of a side the lower leg the upper one.
     #[must_use]
     pub fn start_order(self) -> Option<[Leg; 6]> {
         let mut order = [None; 6];

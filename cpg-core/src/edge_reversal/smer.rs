@@ -80,7 +80,7 @@ pub enum SmerError {
         /// The first such node.
         node: usize,
     },
-    /// Neither a repeated state nor a deadlock within [`PROOF_STEPS`].
+    /// Neither a repeated state nor a deadlock was found within [`PROOF_STEPS`].
     Undecided,
 }
 
@@ -99,7 +99,7 @@ impl core::fmt::Display for SmerError {
             }
             SmerError::Deadlock { step } => write!(f, "start: deadlock after {step} steps, no node may fire"),
             SmerError::NodeStops { node } => write!(f, "start: node {node} stops for ever, while others go on"),
-            SmerError::Undecided => write!(f, "start: no repeated state within {PROOF_STEPS} steps"),
+            SmerError::Undecided => write!(f, "start: no repeated state was found within {PROOF_STEPS} steps"),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Estimates phase and cadence with an adaptive-frequency Hopf oscillator: a comparison with [`crate::entrainment::phase_lock`].
+//! Estimates phase and stride frequency with an adaptive-frequency Hopf oscillator: a comparison with [`crate::entrainment::phase_lock`].
 //!
 //! The input F of [`AdaptiveHopf`] is the measured angle minus its running mean, divided by its running amplitude. For a sinusoid F = cos a the
 //! oscillator's angle follows a, because F pulls x towards it; [`crate::oscillator::hopf`] derives why the frequency follows too. The estimator
@@ -35,7 +35,7 @@ impl Default for AdaptiveHopfConfig {
     }
 }
 
-/// Estimator of phase and cadence. Call [`AdaptiveHopfEstimator::step`] once a tick.
+/// Estimator of phase and stride frequency. Call [`AdaptiveHopfEstimator::step`] once a tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AdaptiveHopfEstimator {
     flow: AdaptiveHopf,

@@ -13,7 +13,7 @@ use crate::{BuildError, Field};
 /// Parameters of a [`Follower`](super::Follower).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FollowerConfig {
-    /// The estimator of phase and cadence.
+    /// The estimator of phase and stride frequency.
     pub lock: PhaseLockConfig,
     /// Limits of plausible samples.
     pub plausibility: PlausibilityConfig,
@@ -36,7 +36,7 @@ pub struct FollowerConfig {
     pub stiffness: f32,
     /// Largest acceleration of the amplitude, 1/s^2; 2 to 200, default 100, at which the amplitude falls from 1 to 0 within 0.3 s.
     pub amplitude_acceleration: f32,
-    /// Largest drift of the measured joint's mean that its setpoint takes up; 0 to 0.2 rad, default 4 degrees, 0 takes up none.
+    /// Largest drift of the measured joint's mean that its angle takes up; 0 to 0.2 rad, default 4 degrees, 0 takes up none.
     pub drift_limit: Radians,
     /// Source of stride events beside the angle; default none.
     pub events: EventSource,
@@ -84,11 +84,11 @@ impl FollowerConfig {
 pub enum Lock {
     /// The person stands, or there is no signal.
     Stopped,
-    /// The person moves; phase and cadence are not known yet.
+    /// The person moves; phase and stride frequency are not known yet.
     Seeking,
-    /// Phase and cadence are known.
+    /// Phase and stride frequency are known.
     Locked,
-    /// The sensor has a fault; the joints continue at the cadence from before it.
+    /// The sensor has a fault; the joints continue at the stride frequency from before it.
     Holding,
 }
 

@@ -1,11 +1,11 @@
-//! Takes up a slow drift of the measured joint's mean, so that the joint's setpoint moves with it.
+//! Takes up a slow drift of the measured joint's mean, so that the joint's angle moves with it.
 //!
 //! ```text
 //! v = clamp(k (clamp(o - o_0, -limit, limit) - d), -R, R),   d'' = (v - d') / T,   k = 0.2 1/s, R = 0.1 degrees/s, T = 1 s
 //! ```
 //! o is the offset of the sensor that the phase lock learns, o_0 that offset when the lock has lasted for 8 s less the d of then, d the part
 //! that is taken up. So an offset that is there at the lock (a sensor that was mounted askew) is not taken up, and within a stride of 1.1 s
-//! the setpoint moves by 0.11 degrees at most. If o - o_0 is 2 degrees or more from d, the offset did not drift but jumped: v is 0 until they
+//! the angle moves by 0.11 degrees at most. If o - o_0 is 2 degrees or more from d, the offset did not drift but jumped: v is 0 until they
 //! are close again. Without a lock v is 0, and o_0 is set again in the next lock.
 //!
 //! The rate is at most 0.27 (limit - |d|), so d stays within the limit: the line d' = s (limit - d) with the slower pole s = 0.276 of the

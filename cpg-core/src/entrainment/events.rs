@@ -1,4 +1,4 @@
-//! Corrects a follower's phase and cadence by stride events beside the angle: peaks of the measured joint, or heel strikes of a foot switch.
+//! Corrects a follower's phase and stride frequency by stride events beside the angle: peaks of the measured joint, or heel strikes of a foot switch.
 //!
 //! ```text
 //! at an event:  phi := phi + g d,   w := w + g_w (2 pi k / T - w),   d = wrap(phi_event - phi)
@@ -21,7 +21,7 @@
 //!
 //! **A switch is used only while its strikes agree.** Strikes less than 50 ms apart are one strike that bounces. A strike later than that but
 //! sooner than half a nominal stride, or more than a tenth of a stride from the learned phase, clears the learned phase. All strikes of one
-//! hold together change the phase by at most a tenth of a stride and the cadence by at most 5 %.
+//! hold together change the phase by at most a tenth of a stride and the stride frequency by at most 5 %.
 //!
 //! **A peak is reported on the falling slope after it**, where the angle is steep, because the peak itself may be flat or double. With peaks,
 //! recorded knees lock 0.14 and 0.42 s sooner (two persons, medians of 120 starts); hips do not.
@@ -47,7 +47,7 @@ pub enum EventSource {
     /// No events: the angle only. The default.
     #[default]
     None,
-    /// Peaks of the measured angle, used while phase and cadence are searched. The template must have one peak a stride. A knee locks sooner
+    /// Peaks of the measured angle, used while phase and stride frequency are searched. The template must have one peak a stride. A knee locks sooner
     /// with peaks, a hip does not.
     Peak,
     /// A foot switch, reported by [`Follow::heel_strike`](crate::Follow::heel_strike). Used while the sensor has a fault, once the phase of four
@@ -78,11 +78,11 @@ const INTERVALS: (f32, f32) = (0.5, 2.5);
 pub(super) enum Role {
     /// No effect.
     Ignored,
-    /// Peaks set phase and cadence: these are unknown, and the joints stand.
+    /// Peaks set phase and stride frequency: these are unknown, and the joints stand.
     Finds,
     /// The phase of heel strikes is learned: the phase is known.
     Learns,
-    /// Heel strikes correct phase and cadence: the angle is not valid.
+    /// Heel strikes correct phase and stride frequency: the angle is not valid.
     Keeps,
 }
 
@@ -242,7 +242,7 @@ const MEAN_OVER: u8 = 8;
 const AGREE: f32 = 0.94;
 /// Largest distance of a strike from the learned phase, and largest change of phase by all strikes of a hold, rad: a tenth of a stride.
 const WITHIN: f32 = 0.1 * TAU;
-/// Largest relative change of the cadence by all strikes of a hold.
+/// Largest relative change of the stride frequency by all strikes of a hold.
 const CADENCE: f32 = 0.05;
 
 impl FootSwitch {
@@ -278,7 +278,7 @@ impl FootSwitch {
         }
     }
 
-    /// A strike that is no bounce: learns its phase, or corrects phase and cadence. `interval` is the time of one or two strides, s.
+    /// A strike that is no bounce: learns its phase, or corrects phase and stride frequency. `interval` is the time of one or two strides, s.
     fn strike(&mut self, lock: &mut PhaseLock, role: Role, interval: Option<f32>) {
         let phase = lock.phase();
         let (cos, sin) = self.mean;

@@ -1,7 +1,7 @@
-//! Keeps phase and cadence of the last 2.4 s, so that a hold can begin with values from before the fault.
+//! Keeps phase and stride frequency of the last 2.4 s, so that a hold can begin with values from before the fault.
 //!
 //! A fault is found up to 0.4 s after it begins, and the estimate follows the wrong angles until then. A hold therefore begins with the phase
-//! of 0.6 s ago, continued to now, and with the averaged cadence of 2.4 s ago. The values are in a ring with an entry every 50 ms.
+//! of 0.6 s ago, continued to now, and with the averaged stride frequency of 2.4 s ago. The values are in a ring with an entry every 50 ms.
 
 use joint_units::{Period, Phase};
 
@@ -77,7 +77,7 @@ impl History {
     }
 
     /// The averaged frequency of 2.4 s ago, or the oldest one, rad/s.
-    pub(super) fn cadence(&self) -> Option<f32> {
+    pub(super) fn stride_frequency(&self) -> Option<f32> {
         self.back(48).map(|(entry, _)| entry.slow)
     }
 
@@ -94,7 +94,7 @@ mod tests {
     #[test]
     fn it_gives_back_what_was_there_at_that_age() {
         let mut history = History::new(6.0, Period::MILLISECOND);
-        assert_eq!((history.cadence(), history.phase()), (None, None));
+        assert_eq!((history.stride_frequency(), history.phase()), (None, None));
         for tick in 0..10_000u32 {
             history.keep(Phase(tick), 6.0 + tick as f32 * 1e-3);
             let (phase, age) = history.phase().unwrap();
@@ -103,7 +103,7 @@ mod tests {
             assert!(tick < 700 || (0.599..0.651).contains(&age), "tick {tick}: {age}");
         }
         // The average lags by its time constant of 1 s behind a ramp of 1 rad/s^2; 2.4 s ago it was 6 + 9.999 - 1 - 2.4.
-        let cadence = history.cadence().unwrap();
-        assert!((cadence - 12.6).abs() < 0.06, "{cadence}");
+        let stride_frequency = history.stride_frequency().unwrap();
+        assert!((stride_frequency - 12.6).abs() < 0.06, "{stride_frequency}");
     }
 }

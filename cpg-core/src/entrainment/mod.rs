@@ -1,4 +1,4 @@
-//! Entrainment: a generator whose four joints follow a walking person in phase and cadence, measured by one joint sensor.
+//! Entrainment: a generator whose four joints follow a walking person in phase and stride frequency, measured by one joint sensor.
 //!
 //! ```text
 //! y -> plausibility -> phase lock -> phi, w -> bounded phase -> psi -> a_j = stand_j + s (S_j(psi) - stand_j)
@@ -12,16 +12,16 @@
 //! | state ([`Lock`]) | meaning | target of s | ends when |
 //! |---|---|---|---|
 //! | stopped | the person stands, or there is no signal | 0 | the joint moves at half of its usual rate or faster |
-//! | seeking | the joint moves; phase and cadence are searched | as before | the phase error has been small for [`FollowerConfig::settle_s`] |
-//! | locked | phase and cadence are known | 1 | the person stops, the lock is lost, or the sensor has a fault |
-//! | holding | the sensor has a fault; the follower continues with the cadence of 2.4 s ago and the phase of 0.6 s ago | as before | samples have been good for [`FollowerConfig::good_s`], or the hold has lasted [`FollowerConfig::freewheel_s`] |
+//! | seeking | the joint moves; phase and stride frequency are searched | as before | the phase error has been small for [`FollowerConfig::settle_s`] |
+//! | locked | phase and stride frequency are known | 1 | the person stops, the lock is lost, or the sensor has a fault |
+//! | holding | the sensor has a fault; the follower continues with the stride frequency of 2.4 s ago and the phase of 0.6 s ago | as before | samples have been good for [`FollowerConfig::good_s`], or the hold has lasted [`FollowerConfig::freewheel_s`] |
 //!
 //! **A stop** is found when the joint moves at about a third of the predicted rate or less and does not speed up again, or its amplitude is below
 //! [`PlausibilityConfig::amplitude`]. The driven phase then halts and s falls to 0. **A fault** that ends within a hold changes only psi; after
 //! a longer one the joints stand, and follow again when the sensor is good. A stuck sensor differs from a standing leg only in how abruptly
 //! the motion ended, see [`PlausibilityConfig::abrupt`].
 //!
-//! **A slow drift** of the measured joint's mean is taken up by that joint's setpoint within [`FollowerConfig::drift_limit`]; an offset that is
+//! **A slow drift** of the measured joint's mean is taken up by that joint's angle within [`FollowerConfig::drift_limit`]; an offset that is
 //! there at the lock, or that jumps, is not ([`Follower::drift`]).
 //!
 //! **Stride events** ([`EventSource`]) support the angle: peaks of a knee find the phase of a person who begins to walk sooner, a foot switch
@@ -32,7 +32,7 @@
 //! | to | see |
 //! |---|---|
 //! | follow a person with four joints | [`FollowerConfig`], [`Follower`] |
-//! | estimate phase and cadence from an angle only | [`phase_lock`] |
+//! | estimate phase and stride frequency from an angle only | [`phase_lock`] |
 //! | estimate them from heel strikes or peaks only | [`stride_events`] |
 //! | get fundamental, quadrature and mean of a periodic signal | [`quadrature_filter`] |
 //! | compare with an adaptive-frequency oscillator | [`AdaptiveHopfConfig`] |

@@ -1,4 +1,4 @@
-//! Estimates phase and cadence of a person from the angle of one joint: a phase-locked loop of second order with two phase detectors.
+//! Estimates phase and stride frequency of a person from the angle of one joint: a phase-locked loop of second order with two phase detectors.
 //!
 //! ```text
 //! loop:  phi' = w + 2 wn r,   w' = wn^2 r
@@ -24,7 +24,7 @@
 //! waveform, but its error also has zeros at wrong phases and where the waveform is flat. So near mode begins when the far error has been small
 //! for [`PhaseLockConfig::near_after_s`], and ends as soon as the far error exceeds [`PhaseLockConfig::near_within`].
 //!
-//! Both poles of the loop lie at wn (damping ratio 1), so wn is the only parameter to tune. At 2.5 rad/s a step of the cadence is followed in
+//! Both poles of the loop lie at wn (damping ratio 1), so wn is the only parameter to tune. At 2.5 rad/s a step of the stride frequency is followed in
 //! about 1.3 s. After a search wn is doubled, and decays to its value with a time constant of 0.7 s. Offset and gain are first learned at the
 //! rate 1 / (1 s + time in near mode), as a mean would be, and later at eta_o and eta_g.
 //!
@@ -285,7 +285,7 @@ impl PhaseLock {
             }
             return;
         }
-        let bandwidth = config.bandwidth.0 * (1.0 + self.state.widening);
+        let bandwidth = self.bandwidth();
         self.state.widening -= self.state.widening * t / WIDENING_S;
         self.advance(2.0 * bandwidth * self.state.error);
         let turn = self.state.frequency * t;
@@ -393,6 +393,15 @@ impl PhaseLock {
         RadPerSec(self.state.frequency)
     }
 
+    /// Rate at which the estimated phase advances: the frequency w and, in near mode, the correction 2 wn r. What follows the estimate with this
+    /// rate lags less behind it than with the frequency alone. The correction of far mode is left out: it moves the estimate to a phase that
+    /// was just found, which is no motion of the person.
+    #[must_use]
+    pub fn rate(&self) -> RadPerSec {
+        let correction = if self.state.near { 2.0 * self.bandwidth() * self.state.error } else { 0.0 };
+        RadPerSec(self.state.frequency + correction)
+    }
+
     /// Nominal angular frequency, 2 pi / [`PhaseLockConfig::stride_s`].
     #[must_use]
     pub const fn nominal(&self) -> RadPerSec {
@@ -485,6 +494,11 @@ impl PhaseLock {
             self.state.sogi = Sogi::at_rest(level);
             self.state.begun = true;
         }
+    }
+
+    /// wn with the addition after a search, rad/s.
+    fn bandwidth(&self) -> f32 {
+        self.config.bandwidth.0 * (1.0 + self.state.widening)
     }
 
     /// Advances the phase by one period at the frequency plus a correction in rad/s.

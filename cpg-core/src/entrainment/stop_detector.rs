@@ -7,7 +7,7 @@
 //!   late is low until 0.1 s after the swing has begun.
 //! - *still*: the joint moves at less than 0.1 of its usual rate for 0.6 s, whatever the prediction.
 //!
-//! The usual rate is the mean absolute rate of the template at the estimated cadence.
+//! The usual rate is the mean absolute rate of the template at the estimated stride frequency.
 
 /// Running mean square of the innovation: measured minus predicted angle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

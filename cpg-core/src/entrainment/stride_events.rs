@@ -1,4 +1,4 @@
-//! Estimates phase and cadence from one event a stride: a heel strike (foot switch) or a peak of a joint's angle.
+//! Estimates phase and stride frequency from one event a stride: a heel strike (foot switch) or a peak of a joint's angle.
 //!
 //! ```text
 //! between events:  phi' = w
@@ -8,8 +8,8 @@
 //! stride, T the time since the previous event in s, g and g_w the gains; wrap maps to -pi..pi.
 //!
 //! The interval T decides how an event is used: shorter than the shortest stride, and the event is ignored (a bounce of the switch); longer
-//! than the longest, and strides were missed, so that only phase is corrected and not the cadence. With g = g_w = 1 two exact events give
-//! phase and cadence exactly.
+//! than the longest, and strides were missed, so that only phase is corrected and not the stride frequency. With g = g_w = 1 two exact events give
+//! phase and stride frequency exactly.
 //!
 //! [`StrideEvents`] is a complete estimator that uses events only. A [`Follower`](crate::entrainment::Follower) uses an angle and, with
 //! [`EventSource`](crate::entrainment::EventSource), events beside it; the rules for intervals are the same.
@@ -47,7 +47,7 @@ impl Default for StrideEventConfig {
 }
 
 impl StrideEventConfig {
-    /// Validates the configuration; the estimate begins at phase 0 with the nominal cadence.
+    /// Validates the configuration; the estimate begins at phase 0 with the nominal stride frequency.
     ///
     /// # Errors
     /// [`BuildError`] names the field that is out of range. Any period is allowed.
@@ -121,7 +121,7 @@ impl StrideTimer {
     }
 }
 
-/// Estimator of phase and cadence from events only. Call [`StrideEvents::step`] once a tick, and [`StrideEvents::event`] after it in a tick
+/// Estimator of phase and stride frequency from events only. Call [`StrideEvents::step`] once a tick, and [`StrideEvents::event`] after it in a tick
 /// with an event.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StrideEvents {
@@ -138,7 +138,7 @@ pub struct StrideEvents {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Taken {
-    /// Phase and cadence were corrected.
+    /// Phase and stride frequency were corrected.
     Stride,
     /// Only the phase was corrected: the first event, or the first after missed strides.
     PhaseOnly,
@@ -153,7 +153,7 @@ impl StrideEvents {
         self.timer.step();
     }
 
-    /// Corrects phase and cadence with an event that happened `ago_s` seconds before now. `ago_s` is limited to 0 to the shortest stride, and
+    /// Corrects phase and stride frequency with an event that happened `ago_s` seconds before now. `ago_s` is limited to 0 to the shortest stride, and
     /// counts as 0 if it is not finite.
     ///
     /// ```

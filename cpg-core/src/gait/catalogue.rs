@@ -29,7 +29,7 @@
 //! and changes with the slip of hip against knee. All generators but `robust`, `thesis`, `obb` and `spline`, which have profiles of their
 //! own, are built with that read-out.
 //!
-//! Kuo's pendulum ([`crate::oscillator::kuo`]) is left out: its impulses make the rate jump, which a setpoint must not.
+//! Kuo's pendulum ([`crate::oscillator::kuo`]) is left out: its impulses make the rate jump, which the rate of a joint angle must not.
 //!
 //! ```
 //! use cpg_core::{BuildError, Generator};

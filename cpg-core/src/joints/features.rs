@@ -4,7 +4,7 @@
 //! a_j = c_j0 + sum_m c_jm f_m
 //! ```
 //! The error of the best c (least squares over a recorded stride) compares the waveforms of all models on one scale. Features are
-//! once continuously differentiable in time, so that every such read-out is a setpoint without jumps. Some are nearly linearly
+//! once continuously differentiable in time, so that every such read-out is a joint angle without jumps. Some are nearly linearly
 //! dependent (the joints of R1 are nearly sinusoids): solve with a ridge of 1e-3 of their variance, over ten strides or more. With a smaller
 //! ridge, large weights amplify small components, such as the second harmonic in the thesis' network.
 //!

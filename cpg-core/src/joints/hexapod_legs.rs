@@ -1,4 +1,4 @@
-//! The hexapod's six legs as joint setpoints: the steps of the ladder ([`crate::edge_reversal::hexapod`]) turned into swing and stance profiles.
+//! The hexapod's six legs as joint angles: the steps of the ladder ([`crate::edge_reversal::hexapod`]) turned into swing and stance profiles.
 //!
 //! A step of the ladder lasts a fixed time. A leg that swings moves from its present angle to its front angle; a leg that stands moves
 //! back, in each step by so much that the steps of its stance, one less than the period ([`Hexapod::period`]), lead from the front to the

@@ -297,23 +297,38 @@ fn bad_limits_are_named() {
     assert_eq!(TransitionConfig::default().build(swing(0.0, 60.0, 0.7), WIDE, Period::MILLISECOND).map(|_| ()), Ok(()));
 }
 
-/// While one joint changes, another that is on its motion stays on it bit for bit, also where it brakes before an end of its range.
+/// While one joint changes, another that is on its motion stays on it bit for bit, also where the motion brakes with more than A to within a
+/// few roundings of an end of its range: there it is the governor's second case, to be short of the motion, that allows its rate.
 #[test]
 fn a_change_of_one_joint_leaves_the_other_on_its_motion() {
-    let shapes = [swing(-1.999, 69.999, 0.34), swing(0.0, 60.0, 0.34)].map(|motion| motion.shapes()[0]);
-    let mut bare = PhaseShapeConfig { shapes, stride_s: 0.34 }.build(Period::MILLISECOND).unwrap();
-    let mut smooth = TransitionConfig::default().build(bare, [KNEE; 2], Period::MILLISECOND).unwrap();
-    let mut changing = 0;
-    for tick in 0..5000 {
-        if tick % 250 == 100 {
-            let adjustment = Adjustment { gain: if tick % 500 == 100 { 0.5 } else { 1.0 }, ..Adjustment::default() };
-            smooth.change(|motion| motion.adjust(1, adjustment)).unwrap();
-            bare.adjust(1, adjustment).unwrap();
+    for (micros, stride, most, beyond) in [
+        (1000, 0.34, 70.0, 2e-5),
+        (1000, 0.34, 70.0, 3e-7),
+        (1000, 0.5, 120.0, 1e-6),
+        (4000, 0.34, 70.0, 3e-7),
+        (100, 0.34, 120.0, 3e-7),
+    ] {
+        let period = Period::from_micros(micros).unwrap();
+        let shapes = [swing(-2.0, most, stride), swing(0.0, 60.0, stride)].map(|motion| motion.shapes()[0]);
+        let mut bare = PhaseShapeConfig { shapes, stride_s: stride }.build(period).unwrap();
+        let [mean, amplitude] = [(most - 2.0) / 2.0, (most + 2.0) / 2.0].map(f32::to_radians);
+        let (least, most) = (Radians(mean - amplitude - beyond), Radians(mean + amplitude + beyond));
+        let strong = JointLimits { least, most, rate: RadPerSec(20.0), acceleration: RadPerSec2(900.0) };
+        let limits = [strong, JointLimits { rate: RadPerSec(20.0), ..KNEE }];
+        let mut smooth = TransitionConfig::default().build(bare, limits, period).unwrap();
+        let (mut changing, interval) = (0, 250_000 / micros);
+        for tick in 0..5_000_000 / micros {
+            if tick % interval == interval / 3 {
+                let gain = if tick / interval % 2 == 0 { 0.5 } else { 1.0 };
+                let adjustment = Adjustment { gain, ..Adjustment::default() };
+                smooth.change(|motion| motion.adjust(1, adjustment)).unwrap();
+                bare.adjust(1, adjustment).unwrap();
+            }
+            smooth.step();
+            bare.step();
+            assert_eq!(smooth.angles()[0], bare.angles()[0], "{micros} us, {stride} s, {beyond} rad, tick {tick}");
+            changing += u32::from(smooth.is_changing());
         }
-        smooth.step();
-        bare.step();
-        assert_eq!(smooth.angles()[0], bare.angles()[0], "tick {tick}");
-        changing += u32::from(smooth.is_changing());
+        assert!(changing > 3_000_000 / micros, "{changing} ticks");
     }
-    assert!(changing > 3000, "{changing} ticks");
 }

@@ -87,9 +87,9 @@ pub struct Board {
     pub servos: [Pin; 4],
     /// Gait sensors 1 to 4. All are converted, whether a sensor is wired or not.
     pub sensors: [AnalogInput; 4],
-    /// Foot switch: high while the foot is on the floor. A wire that is off never strikes.
+    /// Foot switch: high while the foot is on the floor. A disconnected wire reports no heel strike.
     pub foot_switch: Pin,
-    /// Emergency stop: the break input of TIM1, high stops.
+    /// Emergency stop: the break input of TIM1; a high level stops the servo pulses.
     pub emergency_stop: Pin,
     /// User button; the board holds the line at its level when released.
     pub button: Pin,

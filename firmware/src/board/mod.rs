@@ -7,7 +7,7 @@
 //! | what | where |
 //! |---|---|
 //! | servos, left hip, right hip, left knee, right knee | TIM1 channels 1 to 4, pins of the board's choice among those of TIM1 |
-//! | emergency stop, high stops | TIM1 break input |
+//! | emergency stop; a high level stops the servo pulses | TIM1 break input |
 //! | sensors 1 to 4 | channels of ADC1 |
 //! | synchronisation input, 3.3 V | an EXTI line from 5 to 9, with the chip's pull-down |
 //! | foot switch, a contact to the 3 V supply that closes on the floor | with the chip's pull-down |
@@ -20,7 +20,8 @@
 //!   bootloader the chip drives nothing.
 //! - The emergency stop is a contact from the 3 V supply through 1 kOhm to its pin that closes to stop; open or absent, the chip's
 //!   pull-down keeps it released. A broken wire is therefore not noticed: press it to test it.
-//! - The servos have a supply of their own. No pulse is not no torque: what must go limp needs its supply switched.
+//! - The servos have a supply of their own. A servo without pulses may hold its torque; only a switch in its
+//!   supply removes it.
 //! - HSE is 8 MHz within 500 ppm. A wrong crystal scales every pulse and is not detected.
 
 #[cfg(all(feature = "f4-discovery", feature = "nucleo-f446re"))]

@@ -50,7 +50,7 @@ pub(super) fn dropped() -> u32 {
 
 /// State of the control task.
 pub(crate) struct Control {
-    pub(crate) walk: BoardLoop,
+    pub(crate) joint_loop: BoardLoop,
     pub(crate) outputs: Outputs,
     /// Each with its tick.
     pub(crate) samples: Producer<'static, (u32, Sample<SENSORS>)>,
@@ -103,8 +103,8 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         faults,
     };
 
-    let command = control.walk.tick(&sample);
-    let frame = control.walk.frame();
+    let command = control.joint_loop.tick(&sample);
+    let frame = control.joint_loop.frame();
     match command.pulses {
         Some(_) if SHADOW => {}
         Some(widths) => control.outputs.drive(widths),

@@ -68,7 +68,7 @@ pub enum BoardLoopError {
     /// The generator follows a joint without a sensor.
     NoSensor(Joint),
     /// The generator is not allowed.
-    Walk(BuildError),
+    Generator(BuildError),
     /// The configuration of the loop is not allowed.
     Loop(LoopError),
 }
@@ -82,7 +82,7 @@ impl fmt::Display for BoardLoopError {
             BoardLoopError::NoSensor(joint) => {
                 write!(f, "the generator follows {0}, which has no sensor; allowed is a sensor on {0}", joint.name())
             }
-            BoardLoopError::Walk(error) => write!(f, "walk: {error}"),
+            BoardLoopError::Generator(error) => write!(f, "generator: {error}"),
             BoardLoopError::Loop(error) => write!(f, "loop: {error}"),
         }
     }
@@ -143,7 +143,7 @@ pub fn board_loop_with(
     vrefint_cal: AdcCode,
     min_supply: Volts,
 ) -> Result<BoardLoop, BoardLoopError> {
-    let generator = parameters.generator.build(Period::MILLISECOND).map_err(BoardLoopError::Walk)?;
+    let generator = parameters.generator.build(Period::MILLISECOND).map_err(BoardLoopError::Generator)?;
     let gait_sensor = match parameters.generator.follows() {
         Some(joint) => parameters.sensors.channel_of(joint).ok_or(BoardLoopError::NoSensor(joint))?,
         None => 0,

@@ -65,7 +65,12 @@ impl Need {
             Self::Program => &[PROGRAM],
             Self::Traces | Self::Wild => {
                 let folder = if self == Self::Wild { wild_folder() } else { traces_folder() };
-                let words = || format!("no recordings in {}; {TRACES} names another folder", folder.display());
+                let beside = if self == Self::Wild {
+                    "this is `wild` beside the folder that"
+                } else {
+                    "another is the one that"
+                };
+                let words = || format!("no recordings in {}; {beside} {TRACES} names", folder.display());
                 return (!folder.is_dir()).then(words);
             }
             Self::Terminal => {

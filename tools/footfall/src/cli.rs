@@ -1,23 +1,28 @@
 //! The command line: lists the commands and gives the exit code.
 
+pub mod examples;
+
 #[cfg(feature = "analysis")]
 use crate::command::{
-    calibrate, certify, check, convert, defaults, entrain, figures, fit, gait_error, hexapod, merge, obb, pack, smer,
-    sync, volts, walk,
+    calibrate, certify, check, completions, convert, defaults, entrain, figures, fit, gait_error, hexapod, man, merge,
+    obb, pack, sample, smer, sync, volts, walk,
 };
 use crate::command::{record, watch};
 use crate::failure::Failure;
 use crate::interrupt;
-use clap::{Parser, Subcommand};
+use crate::messages;
+use crate::options::manners::{Manners, colour_asked};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
+use std::time::Instant;
 
 /// Says that not every command is in this program.
 #[cfg(not(feature = "analysis"))]
-const BUILT_FOR: &str = "This program was built by `cargo xtask run`, with `watch` and `record` only: `cargo footfall` builds it whole.\n\n";
+const BUILT_FOR: &str = "This program was built by `cargo xtask run`, with `watch` and `record` only:\n`cargo footfall` builds it whole.\n\n";
 #[cfg(feature = "analysis")]
 const BUILT_FOR: &str = "";
 const EXIT_CODES: &str =
-    "Exit codes: 0 success; 1 the run failed or its result is not sound; 2 wrong input, nothing was written.";
+    "Exit codes:\n  0  success\n  1  the run failed, or its result is not sound\n  2  wrong input, nothing was written";
 
 /// Footfall: a recorded or measured gait in, the angles of four joints out.
 ///
@@ -26,11 +31,14 @@ const EXIT_CODES: &str =
 #[command(
     name = "footfall",
     version,
+    max_term_width = 100,
     after_help = format!("{BUILT_FOR}{EXIT_CODES}")
 )]
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    #[command(flatten)]
+    manners: Manners,
 }
 
 #[derive(Debug, Subcommand)]
@@ -82,11 +90,17 @@ enum Analysis {
     Pack(pack::Options),
     /// Print a file with the default values, as a template
     Defaults(defaults::Options),
+    /// List the sample files, print one, or write them: one of each kind that the commands take
+    Sample(sample::Options),
+    /// Print the script with which a shell completes commands and options
+    Completions(completions::Options),
+    /// Print a manual page, or write all of them
+    Man(man::Options),
 }
 
 /// Parses the arguments (the first is the program's name), runs the command, prints its error, and returns the exit code.
 pub fn main(arguments: impl Iterator<Item = OsString>) -> u8 {
-    let cli = match Cli::try_parse_from(arguments) {
+    let cli = match parse(arguments) {
         Ok(cli) => cli,
         Err(usage) => {
             // There is no other place to report that standard error is closed.
@@ -94,15 +108,31 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> u8 {
             return if usage.use_stderr() { 2 } else { 0 };
         }
     };
-    match execute(cli) {
+    let began = Instant::now();
+    let result = execute(cli);
+    messages::detail(format_args!("took {:.2} s", began.elapsed().as_secs_f64()));
+    match result {
         Ok(()) => 0,
         Err(failure) => {
-            for line in failure.to_string().lines() {
-                eprintln!("error: {line}");
-            }
+            messages::error(&failure);
             failure.exit_code()
         }
     }
+}
+
+/// The whole command line.
+#[must_use]
+pub fn program() -> clap::Command {
+    examples::added(Cli::command())
+}
+
+fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Cli, clap::Error> {
+    let arguments: Vec<OsString> = arguments.collect();
+    // For what is printed before the arguments are known to be correct.
+    colour_asked(&arguments).into_iter().for_each(messages::set_colour);
+    let mut program = program();
+    let mut matches = program.try_get_matches_from_mut(arguments)?;
+    Cli::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut program))
 }
 
 /// Parses the arguments (the first is the program's name) and runs the command, without printing its error.
@@ -110,10 +140,11 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> u8 {
 /// # Errors
 /// Wrong arguments are wrong input; otherwise the failure of the command.
 pub fn call(arguments: impl Iterator<Item = OsString>) -> Result<(), Failure> {
-    execute(Cli::try_parse_from(arguments).map_err(Failure::input)?)
+    execute(parse(arguments).map_err(Failure::input)?)
 }
 
 fn execute(cli: Cli) -> Result<(), Failure> {
+    cli.manners.apply();
     match cli.command {
         Command::Watch(options) => watch::run(*options, &*interrupt::flag()?),
         Command::Record(options) => record::run(*options, &*interrupt::flag()?),
@@ -135,24 +166,54 @@ fn analyse(command: Analysis) -> Result<(), Failure> {
         Analysis::Obb(options) => obb::run(&options),
         Analysis::Hexapod(options) => hexapod::run(&options),
         Analysis::Smer(options) => smer::run(&options),
-        Analysis::Certify(options) => certify::run(&options),
+        Analysis::Certify(mut options) => {
+            // As `walk --gait list`. A file of this name is `./list`.
+            if options.out.is_none() && options.params.as_deref().is_some_and(|name| name.as_os_str() == "list") {
+                options.list = true;
+            }
+            certify::run(&options)
+        }
         Analysis::Fit(options) => fit::run(*options),
-        Analysis::Convert(options) => convert::run(options),
+        Analysis::Convert(options) => {
+            let out = options.out.clone();
+            convert::run(options)?;
+            messages::written(&out);
+            let command = format!("footfall fit {} -o generator.toml", messages::shell_word(&out));
+            messages::next("fit a generator to it", command);
+            Ok(())
+        }
         Analysis::Merge(options) => merge::run(&options),
         Analysis::Calibrate(options) => calibrate::run(*options),
         Analysis::Pack(options) => pack::run(&options),
         Analysis::Defaults(options) => defaults::run(&options),
+        Analysis::Sample(options) => sample::run(&options),
+        Analysis::Completions(options) => completions::run(&options, program()),
+        Analysis::Man(options) => man::run(&options, program()),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {
-        Cli::command().debug_assert();
+        program().debug_assert();
+    }
+
+    #[cfg(feature = "analysis")]
+    #[test]
+    fn every_command_has_two_examples_or_more() {
+        let program = program();
+        let names: Vec<&str> = program.get_subcommands().map(clap::Command::get_name).collect();
+        assert_eq!(names, examples::EXAMPLES.iter().map(|(name, _)| *name).collect::<Vec<_>>());
+        for (name, of) in examples::EXAMPLES {
+            assert!(of.len() >= 2, "{name}");
+            let own = format!("footfall {name}");
+            assert!(of.iter().any(|(_, line)| format!("{line} ").starts_with(&format!("{own} "))), "{name}");
+            let help = program.find_subcommand(name).and_then(clap::Command::get_after_help).expect("help").to_string();
+            assert!(of.iter().all(|(_, line)| help.contains(line)), "{name}: {help}");
+        }
     }
 
     #[test]

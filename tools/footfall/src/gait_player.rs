@@ -1,78 +1,103 @@
 //! Plays a default gait on the host core, with changes of gait and speed during the run, within the limits of the default robot.
 
+pub mod asked_speed;
+
 use cpg_core::Generator;
-use cpg_core::gait::family::{Member, START};
+use cpg_core::gait::family::{STAND, START};
 use cpg_core::gait::named::{DefaultGait, Gait};
 use cpg_core::transition::{Smooth, TransitionConfig};
 use joint_loop::GateConfig;
-use joint_units::{Period, Radians};
+use joint_units::Period;
 
 use crate::failure::Failure;
+use asked_speed::AskedSpeed;
 
 /// A change of the gait.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Change {
-    /// To another gait, at the speed now or the nearest that it allows.
+    /// To another gait, at the speed that was asked for or the nearest that it allows. It also starts the walk from a stand.
     To(Gait),
-    /// To another speed, as a factor on the gait's own cadence.
-    Speed(f32),
-    /// To another cadence, steps a minute.
-    Cadence(f32),
+    /// To another speed; in a stand it is kept for the next start.
+    Speed(AskedSpeed),
     /// To a stand.
     Stop,
+    /// From a stand to the gait.
+    Start,
 }
 
-impl Change {
-    /// Gait and speed after the change, and what to say about it.
-    fn after(self, gait: Gait, speed: f32) -> Result<(Gait, f32, Option<String>), Failure> {
-        Ok(match self {
-            Change::To(next) => {
-                let allowed = speed.min(largest_speed(next)).max(next.speeds().0);
-                let said =
-                    || format!("{} at speed {allowed:.3}, the nearest to {speed:.3} that it allows", next.name());
-                (next, allowed, (allowed != speed).then(said))
-            }
-            Change::Speed(factor) => (gait, factor, None),
-            Change::Cadence(cadence) => (gait, gait.speed_at(cadence).map_err(Failure::input)?, None),
-            Change::Stop => (gait, speed, None),
-        })
+/// Whether the gait is walked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum State {
+    /// The gait is walked.
+    Walking,
+    /// On the way to the stand.
+    Stopping,
+    /// At rest in the pose of the stand.
+    Standing,
+}
+
+impl State {
+    /// The state in one word.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Walking => "walking",
+            Self::Stopping => "stopping",
+            Self::Standing => "standing",
+        }
     }
 }
-
-/// Whether a gait is for robots with faster joints: it is played as it is.
-const fn is_for_faster_joints(gait: Gait) -> bool {
-    matches!(gait, Gait::Human(Member::RunUnscaled))
-}
-
-/// Builds a gait whose joints keep to the rate limits of the default robot.
-fn allowed(gait: Gait, speed: f32) -> Result<DefaultGait, Failure> {
-    let built = gait.build(speed, PERIOD).map_err(Failure::input)?;
-    if !is_for_faster_joints(gait) {
-        gait.allow_speed(speed, &GateConfig::default_biped().joint_limits()).map_err(Failure::input)?;
-    }
-    Ok(built)
-}
-
-/// The largest speed at which the joints of a gait keep to the rate limits of the default robot; the least one if they do at none.
-#[must_use]
-pub fn largest_speed(gait: Gait) -> f32 {
-    let (slowest, fastest) = gait.speeds();
-    if is_for_faster_joints(gait) {
-        return fastest;
-    }
-    gait.largest_speed(&GateConfig::default_biped().joint_limits()).unwrap_or(slowest)
-}
-
-/// The pose of a stop: legs straight, knees at 5 degrees.
-const STAND: [Radians; 4] = [Radians(0.0), Radians(0.0), Radians::from_degrees(5.0), Radians::from_degrees(5.0)];
 
 const PERIOD: Period = Period::MILLISECOND;
 
+/// What is played.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Playing {
+    gait: Gait,
+    /// The speed that was asked for.
+    asked: AskedSpeed,
+    /// The same, or the nearest that the gait allows.
+    speed: AskedSpeed,
+    stopped: bool,
+}
+
+impl Playing {
+    /// What is played after a change, and what to say about it.
+    fn after(self, change: Change) -> Result<(Self, Option<String>), Failure> {
+        Ok(match change {
+            Change::To(gait) => {
+                let (name, asked, speed) = (gait.name(), self.asked, self.asked.nearest(gait));
+                let note = if speed != asked {
+                    Some(format!("{name} at {speed}, the nearest to {} that it allows", asked.number()))
+                } else {
+                    (self.speed != asked).then(|| format!("{name} at {speed} again, as asked for before"))
+                };
+                (Self { gait, speed, stopped: false, ..self }, note)
+            }
+            Change::Speed(asked) => {
+                asked.allow(self.gait)?;
+                let note = || format!("{asked} is kept for the next start");
+                (Self { asked, speed: asked, ..self }, self.stopped.then(note))
+            }
+            Change::Stop => {
+                let note = || "`stop` changes nothing, as it is stopped already".into();
+                (Self { stopped: true, ..self }, self.stopped.then(note))
+            }
+            Change::Start => {
+                let note = || "`start` changes nothing, as it walks already".into();
+                (Self { stopped: false, ..self }, (!self.stopped).then(note))
+            }
+        })
+    }
+
+    fn build(&self) -> Result<DefaultGait, Failure> {
+        self.gait.build(self.speed.allow(self.gait)?, PERIOD).map_err(Failure::input)
+    }
+}
+
 /// A gait that is being played; every change is smooth.
 pub struct GaitPlayer {
-    gait: Gait,
-    speed: f32,
-    stopped: bool,
+    playing: Playing,
     smooth: Smooth<DefaultGait, 4>,
     tick: u32,
     /// Pending changes with their times in seconds, the next one last.
@@ -85,24 +110,21 @@ impl GaitPlayer {
     ///
     /// # Errors
     /// A speed, now or after one of the changes, is out of range, or a joint would exceed its rate limit.
-    pub fn build(gait: Gait, speed: f32, mut changes: Vec<(f32, Change)>) -> Result<Self, Failure> {
-        let built = allowed(gait, speed)?;
+    pub fn build(gait: Gait, speed: AskedSpeed, mut changes: Vec<(f32, Change)>) -> Result<Self, Failure> {
+        let playing = Playing { gait, asked: speed, speed, stopped: false };
+        let built = playing.build()?;
         // Of changes at one time the first comes first.
         changes.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (mut last, mut notes) = ((gait, speed), vec![]);
+        let (mut last, mut notes) = (playing, vec![]);
         for &(at, change) in &changes {
-            let after = |(gait, speed)| {
-                let (gait, speed, note) = change.after(gait, speed)?;
-                allowed(gait, speed).map(|_| ((gait, speed), note))
-            };
-            let (next, note) = after(last).map_err(|failure| failure.at(format!("--switch at t={at}")))?;
+            let (next, note) = last.after(change).map_err(|failure| failure.at(format!("--switch at t={at}")))?;
             notes.extend(note.map(|note| format!("t={at}: {note}")));
             last = next;
         }
         changes.reverse();
         let limits = GateConfig::default_biped().joint_limits();
         let smooth = TransitionConfig::default().build(built, limits, PERIOD).map_err(Failure::run)?;
-        Ok(Self { gait, speed, stopped: false, smooth, tick: 0, changes, notes })
+        Ok(Self { playing, smooth, tick: 0, changes, notes })
     }
 
     /// Makes a change; returns what to say about it.
@@ -110,18 +132,18 @@ impl GaitPlayer {
     /// # Errors
     /// The speed is out of range, or a joint would exceed its rate limit; the gait then goes on unchanged.
     pub fn change(&mut self, change: Change) -> Result<Option<String>, Failure> {
-        if change == Change::Stop {
+        let (next, note) = self.playing.after(change)?;
+        let was_stopped = self.playing.stopped;
+        if next.stopped && !was_stopped {
             self.smooth.stop(STAND).map_err(Failure::run)?;
-            self.stopped = true;
-            return Ok(None);
+        } else if !next.stopped && (was_stopped || next != self.playing) {
+            let built = next.build()?;
+            // A recorded gait starts from a stand where persons do.
+            let phase = if was_stopped && matches!(next.gait, Gait::Human(_)) { START } else { self.smooth.phase() };
+            self.smooth.resume();
+            self.smooth.change(|gait| *gait = built.aligned(phase, PERIOD));
         }
-        let (gait, speed, note) = change.after(self.gait, self.speed)?;
-        let next = allowed(gait, speed)?;
-        // A recorded gait starts from a stand where persons do.
-        let phase = if self.stopped && matches!(gait, Gait::Human(_)) { START } else { self.smooth.phase() };
-        (self.gait, self.speed, self.stopped) = (gait, speed, false);
-        self.smooth.resume();
-        self.smooth.change(|gait| *gait = next.aligned(phase, PERIOD));
+        self.playing = next;
         Ok(note)
     }
 
@@ -142,22 +164,22 @@ impl GaitPlayer {
         self.tick = self.tick.saturating_add(1);
     }
 
-    /// The gait.
+    /// The gait; in a stand that of the next start.
     #[must_use]
     pub const fn gait(&self) -> Gait {
-        self.gait
+        self.playing.gait
     }
 
-    /// The speed, as a factor on the gait's own cadence.
+    /// The speed, as a factor on the gait's own cadence; in a stand that of the next start.
     #[must_use]
     pub const fn speed(&self) -> f32 {
-        self.speed
+        self.playing.speed.factor(self.playing.gait)
     }
 
-    /// The cadence, steps a minute.
+    /// The cadence, steps a minute; in a stand that of the next start.
     #[must_use]
     pub const fn cadence(&self) -> f32 {
-        self.speed * 120.0 / self.gait.stride_s()
+        self.playing.speed.cadence(self.playing.gait)
     }
 
     /// What the changes do that was not asked for, each with its time.
@@ -166,10 +188,14 @@ impl GaitPlayer {
         &self.notes
     }
 
-    /// Standing, or on the way to the stand.
+    /// Whether the gait is walked.
     #[must_use]
-    pub const fn is_stopped(&self) -> bool {
-        self.stopped
+    pub fn state(&self) -> State {
+        match (self.playing.stopped, self.smooth.is_changing()) {
+            (false, _) => State::Walking,
+            (true, true) => State::Stopping,
+            (true, false) => State::Standing,
+        }
     }
 
     /// The motion.

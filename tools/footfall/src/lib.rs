@@ -10,12 +10,15 @@
 //! | [`view`] | screens, lines of text, charts |
 //! | [`mod@file`] | the files that commands read and write |
 //! | [`gait_player`], [`edge_reversal`] | gaits and edge-reversal networks played on the host core |
-//! | [`output`], [`failure`], [`interrupt`] | standard output and files, failures, signals |
+//! | [`output`], [`messages`] | standard output and files, standard error |
+//! | [`failure`], [`interrupt`] | failures, signals |
 //! | [`line_fit`] | the straight line of least squares |
 //!
 //! Data go to standard output, messages to standard error. Exit codes: 0 success, 1 the run failed or its result is not sound,
 //! 2 wrong input and nothing written.
 #![forbid(unsafe_code)]
+// They end the program where the stream cannot be written: `output` has what does not.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod board;
 pub mod cli;
@@ -28,6 +31,7 @@ pub mod file;
 pub mod gait_player;
 pub mod interrupt;
 pub mod line_fit;
+pub mod messages;
 pub mod options;
 pub mod output;
 pub mod view;

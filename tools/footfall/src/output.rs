@@ -11,15 +11,24 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use crate::failure::Failure;
+use crate::messages;
 use crate::options::overwrite::Overwrite;
 
-/// Writes data to standard output. A reader that closes the pipe early is no failure.
+/// Writes text to standard output. A reader that closes the pipe early is no failure.
 ///
 /// # Errors
 /// Standard output cannot be written.
 pub fn print(text: &str) -> Result<(), Failure> {
+    print_bytes(text.as_bytes())
+}
+
+/// Writes bytes to standard output, as [`print()`].
+///
+/// # Errors
+/// As [`print()`].
+pub fn print_bytes(bytes: &[u8]) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(bytes).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::run(error)),
         _ => Ok(()),
     }
@@ -135,16 +144,22 @@ pub fn cannot_write(path: &Path, error: impl fmt::Display) -> Failure {
 
 /// Prints notes for the user to standard error, one a line.
 pub fn notes(notes: impl IntoIterator<Item = impl fmt::Display>) {
-    for note in notes {
-        eprintln!("note: {note}");
-    }
+    notes.into_iter().for_each(messages::note);
 }
 
 /// Prints defects of a recording to standard error, each with its level.
 #[cfg(feature = "analysis")]
 pub fn findings<'f>(findings: impl IntoIterator<Item = &'f gait_trace::Finding>) {
-    for finding in findings {
-        eprintln!("{}: {finding}", finding.level().name());
+    findings.into_iter().for_each(|finding| levelled(finding.level(), finding));
+}
+
+/// Prints a message with the level of a finding to standard error.
+#[cfg(feature = "analysis")]
+pub fn levelled(level: gait_trace::Level, text: impl fmt::Display) {
+    match level {
+        gait_trace::Level::Note => messages::note(text),
+        gait_trace::Level::Warning => messages::warning(text),
+        gait_trace::Level::Error => messages::error(text),
     }
 }
 

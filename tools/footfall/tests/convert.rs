@@ -141,3 +141,62 @@ fn a_conversion_can_be_played_and_checked() {
         "{words}"
     );
 }
+
+/// A hip that the file does not have, and more gaps than are listed one by one: both are said, and a gap is left empty.
+#[test]
+fn what_is_not_in_the_source_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let [from, to] = ["walk.csv", "out.csv"].map(|name| folder.path().join(name));
+    let rows: Vec<String> = walk(10.0, 1.1, 0.0)
+        .lines()
+        .enumerate()
+        .map(|(n, row)| {
+            let mut cells: Vec<&str> = row.split(',').collect();
+            if n > 50 && n % 60 < 2 {
+                cells[3] = "";
+            }
+            cells.remove(2);
+            cells.join(",")
+        })
+        .collect();
+    std::fs::write(&from, rows.join("\n") + "\n").unwrap();
+    let output = convert(&from, &to, &[]);
+    done(&output);
+    let text = std::fs::read_to_string(&to).unwrap();
+    let missing = "right hip: not in walk.csv; the output has no such column";
+    assert!(said(&output).contains(&format!("note: {missing}\n")), "{}", said(&output));
+    assert!(text.contains(&format!("# changed: {missing}\n")), "{text}");
+    let gaps = "16 gaps of missing values, the longest 0.030 s; left empty";
+    assert!(said(&output).contains(gaps) && text.contains(gaps), "{}", said(&output));
+    assert!(!said(&output).contains("cubic") && !text.contains("cubic"), "{}", said(&output));
+    let empty = text.lines().filter(|line| line.ends_with(",,") || line.contains(",,")).count();
+    assert_eq!(empty, rows.iter().filter(|row| row.contains(",,")).count());
+}
+
+/// Two persons in one table: refused, and the rows of one are written.
+#[test]
+fn rows_of_one_subject_are_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let [from, to] = ["both.csv", "anna.csv"].map(|name| folder.path().join(name));
+    let of = |name: &str, stride_s: f64| -> Vec<String> {
+        walk(6.0, stride_s, 0.0).lines().skip(1).map(|row| format!("{name},{row}")).collect()
+    };
+    let header = format!("subject,{}", walk(0.1, 1.0, 0.0).lines().next().unwrap());
+    let both = [vec![header], of("Anna", 1.1), of("Bert", 1.3)].concat();
+    std::fs::write(&from, both.join("\n") + "\n").unwrap();
+    for command in ["convert", "fit"] {
+        let files: [OsString; 4] = [command.into(), (&from).into(), "-o".into(), (&to).into()];
+        let output = footfall(files);
+        assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+        assert!(said(&output).contains("`Anna` (600 rows), `Bert` (600 rows)"), "{}", said(&output));
+        assert!(said(&output).contains("`--where subject=Anna`") && !to.exists(), "{}", said(&output));
+    }
+    done(&convert(&from, &to, &["--where", "subject=Bert"]));
+    let text = std::fs::read_to_string(&to).unwrap();
+    assert!(text.contains("\n# options: --where subject=Bert\n"), "{text}");
+    let numbers = |row: &str| row.split(',').map(|cell| cell.parse().unwrap()).collect::<Vec<f64>>();
+    let (found, wanted) = (numbers(text.lines().last().unwrap()), walk(6.0, 1.3, 0.0));
+    assert_eq!(found, numbers(wanted.lines().last().unwrap()));
+    let wrong = convert(&from, &folder.path().join("x.csv"), &["--where", "subject"]);
+    assert!(wrong.status.code() == Some(2) && said(&wrong).contains("COLUMN=VALUE"), "{}", said(&wrong));
+}

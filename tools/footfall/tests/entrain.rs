@@ -99,6 +99,60 @@ fn the_object_has_lock_errors_of_four_joints_false_locks_and_holds() {
     assert_eq!(object(&path, &[])["sensor"], "left_hip");
 }
 
+/// A person whose phase wanders within the stride, more quickly than a follower's estimate; the left knee has noise of 2 degrees instead.
+fn jittery(noise_deg: f64, wander: f64) -> String {
+    let mut seed = 1u32;
+    let mut noise = || {
+        // The sum of four uniform numbers from -0.5 to 0.5 has the variance 1/3.
+        let mut sum = 0.0;
+        for _ in 0..4 {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            sum += f64::from(seed >> 8) / 16_777_216.0 - 0.5;
+        }
+        noise_deg * 3.0_f64.sqrt() * sum
+    };
+    let mut text = format!("{OURS}\n");
+    for row in 0..4500 {
+        let t = f64::from(row) * 0.01;
+        let [lh, rh, lk, rk] = angles(t + wander * (TAU * 1.3 * t).sin());
+        let _ = writeln!(text, "{t:.2},{lh:.5},{rh:.5},{:.5},{rk:.5}", lk + noise());
+    }
+    text
+}
+
+#[test]
+fn a_joint_above_what_is_possible_is_a_warning() {
+    let folder = folder();
+    // Noise that no phase explains is as large with a perfect phase.
+    let noisy = object(&put(&folder, "noisy.csv", &jittery(2.0, 0.0)), &["--sensor", "left_hip"]);
+    assert_eq!(noisy["verdict"]["left_knee"], "within_perfect_phase", "{noisy}");
+    let bound = noisy["causal_bound_deg"]["left_knee"].as_f64().unwrap();
+    assert!((1.94..2.16).contains(&bound), "{bound}");
+    assert_eq!(noisy["causal_bound_deg"]["left_hip"], 0.0);
+
+    let path = put(&folder, "jittery.csv", &jittery(0.0, 0.02));
+    let object = object(&path, &[]);
+    assert_eq!(object["verdict"]["right_knee"], "above", "{object}");
+    assert!(object["causal_bound_deg"]["right_knee"].as_f64().unwrap() < 1.0, "{object}");
+    let lenient = entrain(&path, &[]);
+    let words = said(&lenient);
+    assert!(lenient.status.code() == Some(0) && words.contains("warning: right_knee: error of"), "{words}");
+    let text = String::from_utf8_lossy(&lenient.stdout);
+    assert!(text.contains("\ncausal_bound_deg left_hip 0.00") && text.contains("right_knee above"), "{text}");
+    let strict = entrain(&path, &["--strict"]);
+    let words = said(&strict);
+    assert!(strict.status.code() == Some(1) && words.contains("--strict allows no warning: "), "{words}");
+    assert!(!strict.stdout.is_empty(), "what was measured is reported first");
+
+    // Too few strides for a bound.
+    let short: String = jittery(0.0, 0.02).lines().take(1500).map(|line| format!("{line}\n")).collect();
+    let object = self::object(&put(&folder, "short.csv", &short), &[]);
+    assert_eq!(
+        (&object["causal_bound_deg"]["right_knee"], &object["verdict"]["right_knee"]),
+        (&Value::Null, &Value::from("not_known"))
+    );
+}
+
 /// The same walk in every dress: what comes out is the same.
 #[test]
 fn every_format_that_is_fitted_is_played() {

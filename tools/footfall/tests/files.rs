@@ -36,8 +36,12 @@ fn a_recording_of_any_format_is_checked_and_made_volts() {
     let plain = footfall(&["volts", "--trace"], Path::new(DEFAULT));
     let volts = |output: &Output| csv_file::parse("volts", output.stdout.as_slice()).unwrap();
     for (path, format, column) in [
-        (&mot, "OpenSim motion", "left_knee  `knee_angle_l`, degrees (the file's header), flexion positive"),
-        (&foreign, "CSV, semicolons", "left_knee  `Left Knee Flexion (deg)`, degrees (its name), sign changed"),
+        (&mot, "OpenSim motion", "left_knee  `knee_angle_l`, degrees, stated in the file, flexion positive"),
+        (
+            &foreign,
+            "CSV, semicolons",
+            "left_knee  `Left Knee Flexion (deg)`, degrees, stated in the file, sign changed",
+        ),
     ] {
         let checked = footfall(&["check", "--trace"], path);
         let text = String::from_utf8(checked.stdout.clone()).unwrap();

@@ -21,7 +21,7 @@ fn json(arguments: &[&str]) -> Value {
     serde_json::from_str(&data(arguments)).expect("JSON")
 }
 
-/// The paper's start, 0.35 and 0.65: a first burst that is one short, then the Christoffel word.
+/// The paper's start, 0.35 and 0.65: a first burst of four letters, shorter or longer than the later ones, then the Christoffel word.
 #[test]
 fn the_firing_words_of_the_building_block() {
     let word = |pair: &str, steps: &str| data(&["obb", "--reversibility", pair, "--steps", steps]);
@@ -109,72 +109,6 @@ fn the_setpoints_of_the_hexapod() {
 }
 
 #[test]
-fn a_walk_without_a_terminal_is_csv() {
-    let table = data(&["walk", "--secs", "1", "--every-ms", "100"]);
-    assert!(table.starts_with("time_s,left_hip_deg,right_hip_deg,left_knee_deg,right_knee_deg\n0.000,"), "{table}");
-    assert_eq!(table.lines().count(), 12);
-    let arguments =
-        ["walk", "--gait", "natural-walk", "--secs", "3", "--switch", "t=1 run", "--switch", "t=2 stop", "--json"];
-    let lines = data(&arguments);
-    let gaits: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
-    assert_eq!((gaits[50]["gait"].as_str(), gaits[150]["gait"].as_str()), (Some("natural-walk"), Some("run")));
-    // A second after the stop: nothing but the knees' 5 degrees.
-    let last = gaits.last().expect("a line")["angles_deg"].as_array().expect("angles").clone();
-    assert!((last[0].as_f64().unwrap()).abs() < 0.5 && (last[2].as_f64().unwrap() - 5.0).abs() < 0.5, "{last:?}");
-    let list = data(&["walk", "--gait", "list"]);
-    assert_eq!(list.lines().count(), 13);
-    assert!(
-        list.lines().any(|line| line.starts_with("human-run ") && line.contains("scaled into the limits")),
-        "{list}"
-    );
-}
-
-/// Times at which the left knee passes 40 degrees upward, by line of 10 ms.
-fn strides(lines: &[Value]) -> Vec<usize> {
-    let knee = |line: &Value| line["angles_deg"][2].as_f64().expect("an angle");
-    (1..lines.len()).filter(|&n| knee(&lines[n - 1]) < 40.0 && knee(&lines[n]) >= 40.0).collect()
-}
-
-/// A cadence alone is a walk of the family; a sweep changes it evenly from the first to the last; a switch changes it at once.
-#[test]
-fn a_walk_has_the_cadence_that_is_asked() {
-    let lines = |arguments: &[&str]| -> Vec<Value> {
-        let text = data(&[&["walk", "--json"], arguments].concat());
-        text.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect()
-    };
-    let even = lines(&["--cadence", "120", "--secs", "10"]);
-    assert!(even.iter().all(|line| line["gait"] == "human-walk" && line["cadence"] == 120.0), "{}", even[0]);
-    let at = strides(&even);
-    assert!(at.len() == 10 && at.windows(2).all(|pair| pair[1].abs_diff(pair[0] + 100) <= 1), "{at:?}");
-
-    let sweep = lines(&["--cadence", "100..130", "--secs", "20"]);
-    let cadence = |line: &Value| line["cadence"].as_f64().expect("a number");
-    assert!((cadence(&sweep[0]) - 100.0).abs() < 1e-3 && (cadence(&sweep[2000]) - 130.0).abs() < 1e-3);
-    assert!((cadence(&sweep[1000]) - 115.0).abs() < 0.02);
-    // 20 s at 115 on average: 19.2 strides, the first of 1.2 s and the last of 0.92 s.
-    let at = strides(&sweep);
-    assert!((18..=20).contains(&at.len()), "{at:?}");
-    assert!((at[1] - at[0]).abs_diff(120) <= 3 && (at[at.len() - 1] - at[at.len() - 2]).abs_diff(93) <= 3, "{at:?}");
-
-    let changes = ["--switch", "t=2 cadence 125", "--switch", "t=2.5 cadence 115", "--switch", "t=3 human-run"];
-    let switched = lines(&[&["--cadence", "100", "--secs", "4"], &changes[..]].concat());
-    let (before, after) = (cadence(&switched[199]), cadence(&switched[201]));
-    assert!((before - 100.0).abs() < 1e-3 && (after - 125.0).abs() < 1e-3);
-    assert_eq!(switched[350]["gait"], "human-run");
-    // From a stand the left leg swings first, whatever the phase was.
-    for at in ["t=2.0 human-walk", "t=2.3 human-walk", "t=2.6 human-walk"] {
-        let started = lines(&["--cadence", "110", "--secs", "4", "--switch", "t=0.5 stop", "--switch", at]);
-        let first = |joint: usize| {
-            let bent = |line: &Value| line["angles_deg"][joint].as_f64().expect("an angle") > 45.0;
-            started[200..].iter().position(bent).expect("it bends")
-        };
-        assert!(first(2) + 20 < first(3), "{at}: {} {}", first(2), first(3));
-    }
-    // Any gait has a cadence.
-    assert!((cadence(&lines(&["--gait", "walk", "--cadence", "100", "--secs", "1"])[0]) - 100.0).abs() < 1e-3);
-}
-
-#[test]
 fn wrong_input_ends_with_2_and_names_what_is_allowed() {
     for arguments in [
         &["obb", "--reversibility", "1;5"][..],
@@ -188,6 +122,7 @@ fn wrong_input_ends_with_2_and_names_what_is_allowed() {
         &["hexapod", "--switch", "5:0"],
         &["hexapod", "--walk", "--step-s", "0"],
         &["walk", "--gait", "canter"],
+        &["walk", "--gait", "list"],
         &["walk", "--speed", "3"],
         &["walk", "--cadence", "90..130"],
         &["walk", "--cadence", "fast"],
@@ -199,29 +134,13 @@ fn wrong_input_ends_with_2_and_names_what_is_allowed() {
         &["walk", "--cadence", "110", "--switch", "t=1 cadence 150"],
         &["walk", "--secs", "0"],
         &["walk", "--switch", "t=1"],
+        &["walk", "--switch", "t=1 stop", "--switch", "t=2 speed 3"],
         &["certify", "no-such-set"],
     ] {
         let (code, out, talk) = footfall(arguments);
         assert_eq!((code, out.as_str()), (2, ""), "{arguments:?}: {talk}");
         assert!(["allowed", "must be", "no-such-set"].iter().any(|word| talk.contains(word)), "{arguments:?}: {talk}");
     }
-}
-
-/// What would be too fast for a joint is refused before anything is played, with the joint, both rates and the largest speed.
-#[test]
-fn a_speed_beyond_the_rate_limits_is_refused_with_the_largest() {
-    let said = |arguments: &[&str]| footfall(&[&["walk"], arguments].concat());
-    let (code, out, talk) = said(&["--gait", "fast-hop", "--speed", "1.5"]);
-    let words = "left_knee of fast-hop would reach 565 deg/s, its limit is 500 deg/s: allowed is up to 1.326";
-    assert!(code == 2 && out.is_empty() && talk.contains(words), "{code}: {talk}");
-    assert_eq!(said(&["--gait", "fast-hop", "--speed", "1.326", "--secs", "1"]).0, 0);
-    let (code, out, talk) = said(&["--gait", "natural-walk", "--switch", "t=2 speed 1.2"]);
-    let words = "--switch at t=2: speed = 1.2: left_knee of natural-walk would reach 556 deg/s";
-    assert!(code == 2 && out.is_empty() && talk.contains(words), "{code}: {talk}");
-    // A change to a gait that does not allow the speed is made at the nearest that it does, and says so.
-    let (code, _, talk) = said(&["--speed", "1.2", "--switch", "t=1 stop", "--switch", "t=2 natural-walk"]);
-    let words = "note: t=2: natural-walk at speed 1.078, the nearest to 1.200 that it allows";
-    assert!(code == 0 && talk.contains(words), "{code}: {talk}");
 }
 
 /// A change that would never come names itself and the end.
@@ -234,17 +153,20 @@ fn a_change_after_the_end_is_refused_with_both_times() {
     assert!(said.contains("--switch at t=8, without --secs the end is at 5: allowed"), "{said}");
     let said = talk(&["obb", "--reversibility", "1,5", "--steps", "54", "--switch", "54:1,3"]);
     assert!(said.contains("--switch at step 54, --steps 54: allowed are changes at step 53 or before"), "{said}");
+    let said = talk(&["hexapod", "--switch", "5:3 12:1"]);
+    assert!(said.contains("--switch at step 12, --steps 12: allowed are changes at step 11 or before"), "{said}");
     assert_eq!(footfall(&["walk", "--secs", "3", "--switch", "t=3 run"]).0, 0);
+    assert_eq!(footfall(&["hexapod", "--switch", "5:3 11:1"]).0, 0);
 }
 
 /// The thesis' set: a word of its own, on both streams, and exit code 1.
 #[test]
 fn a_quasi_periodic_generator_is_named_so() {
-    let (code, out, talk) = footfall(&["certify", "thesis", "--starts", "5"]);
+    let (code, out, talk) = footfall(&["certify", "thesis", "--starts", "20"]);
     assert_eq!(code, 1, "{talk}");
     assert!(out.contains("quasi-periodic: steady, but the phases of the joints drift"), "{out}");
     assert!(talk.contains("refused: quasi-periodic: the phases of its joints drift"), "{talk}");
-    let (code, out, _) = footfall(&["certify", "thesis", "--starts", "5", "--json"]);
+    let (code, out, _) = footfall(&["certify", "thesis", "--starts", "20", "--json"]);
     let object: Value = serde_json::from_str(&out).expect("JSON");
     assert_eq!((code, object["accepted"].as_bool()), (1, Some(false)));
     assert_eq!((object["status"].as_str(), object["drive"]["walks"].as_bool()), (Some("quasi_periodic"), Some(true)));

@@ -30,7 +30,7 @@ const COMMANDS: [(&str, &str); 17] = [
     ("volts --out @old", "old"),
     ("pack @generator.toml --out @old", "old"),
     ("pack --sensor left_knee --out @old", "old"),
-    ("certify @generator.toml --starts 2 --out @old", "old"),
+    ("certify @generator.toml --starts 20 --out @old", "old"),
     ("calibrate @rows.csv -o @old", "old"),
     ("calibrate @rows.csv -o @new --report @old", "old"),
     ("calibrate @rows.csv -o @new --svg @old", "old"),
@@ -76,7 +76,7 @@ fn an_input_is_never_an_output() {
     put("graph.txt", b"a -> b");
     assert_eq!(footfall(words("calibrate @rows.csv -o @sensor.toml", folder.path())).status.code(), Some(0));
     for (command, input) in [
-        ("certify @generator.toml --starts 2 -o @generator.toml --force", "generator.toml"),
+        ("certify @generator.toml --starts 20 -o @generator.toml --force", "generator.toml"),
         ("pack @generator.toml -o @generator.toml --force", "generator.toml"),
         ("pack --sensor left_knee=@sensor.toml -o @sensor.toml --force", "sensor.toml"),
         ("calibrate @rows.csv -o @rows.csv --force", "rows.csv"),

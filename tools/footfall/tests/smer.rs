@@ -78,7 +78,13 @@ fn what_stops_or_stays_undecided_ends_with_1() {
     assert_eq!(object["parts"][0]["waiting_cycle"], serde_json::json!(["a", "b", "c"]));
     let (_folder, path) = Folder::with(TRIANGLE);
     let (code, text) = smer(&path, &["--search", "9"]);
-    assert!(code == 1 && text.contains("undecided: within 9 steps no state came back"), "{text}");
+    assert!(code == 1 && text.contains("undecided: no repeated state was found within 9 steps"), "{text}");
+    // The start comes back after 11 steps. Brent's method compares with it until step 1, then with the states after 1, 3, 7 and 15 steps, the
+    // last of which it sees again at step 26: until then nothing is found, which is not that nothing came back.
+    let (code, text) = smer(&path, &["--search", "25"]);
+    assert!(code == 1 && text.contains("nor a stop was found within 25 steps"), "{text}");
+    let (code, text) = smer(&path, &["--search", "26"]);
+    assert!(code == 0 && text.contains("transient    0 steps\nperiod       11 steps"), "{text}");
     // A graph without a cycle is live whatever its period is.
     let (_folder, path) = Folder::with("a = 999983\nb = 999979\na -> b\n");
     let (code, text) = smer(&path, &["--search", "1000"]);

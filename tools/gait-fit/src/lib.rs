@@ -6,11 +6,13 @@
 //! | [`series`] | the phase-and-shape generator, by linear least squares |
 //! | [`search`] | the oscillator networks, by CMA-ES and Levenberg-Marquardt |
 //! | [`generator_cycle`](mod@generator_cycle) | one stride of a generator as the board computes it |
+//! | [`causal`](mod@causal) | the error with which a joint can be estimated from the past of another one |
 //! | [`judge`](mod@judge) | errors of a fit, compared with the person's own variability |
 //! | [`report`] | the results as one self-contained HTML page |
 //! | [`html`] | parts of such pages |
 #![forbid(unsafe_code)]
 
+pub mod causal;
 pub mod fit;
 pub mod generator_cycle;
 pub mod html;

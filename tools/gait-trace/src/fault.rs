@@ -59,6 +59,29 @@ pub enum Fault {
         /// Number of headings.
         wanted: usize,
     },
+    /// A number has a decimal comma where only a decimal point can be read.
+    #[error(
+        "`{text}` has a decimal comma; allowed is a decimal point: write the file with decimal points; CSV with decimal commas is read where semicolons or tabs separate the fields"
+    )]
+    DecimalComma {
+        /// The field.
+        text: String,
+    },
+    /// Some numbers have decimal commas and others decimal points.
+    #[error(
+        "numbers with decimal commas here, and with decimal points elsewhere; allowed is one of both: export again"
+    )]
+    MixedDecimals,
+    /// A row has more fields than the header, and all are whole numbers: decimal commas among commas.
+    #[error(
+        "{found} fields of whole numbers; allowed are {wanted}, as in the header: numbers with a decimal comma cannot be read where commas separate the fields; write the file with decimal points, or with semicolons between the fields"
+    )]
+    DecimalCommas {
+        /// Number of fields found.
+        found: usize,
+        /// Number of headings.
+        wanted: usize,
+    },
     /// A field is not a number.
     #[error("`{text}` is not a number; allowed is a decimal number such as -12.5")]
     NotANumber {
@@ -238,6 +261,26 @@ pub enum Fault {
         /// The second column.
         second: String,
     },
+    /// A column that the map gives a joint states another quantity than an angle.
+    #[error(
+        "`{column}` states {what}, which is no angle; a map chooses a column, not what it holds: allowed are angles in degrees or radians, and volts with `--calibration FILE`"
+    )]
+    NoAngle {
+        /// The heading.
+        column: String,
+        /// The unit or the quantity that it states, in words.
+        what: String,
+    },
+    /// A column that the map gives a joint has an unknown unit in brackets.
+    #[error(
+        "`{column}`: `{what}` may be a unit, and is no known one of angles; allowed are degrees, radians, volts with `--calibration FILE`, or `--unit degrees|radians` if the values are angles"
+    )]
+    UnknownUnit {
+        /// The heading.
+        column: String,
+        /// What is in brackets.
+        what: String,
+    },
     /// The unit of the angles is unknown.
     #[error(
         "the unit of the angles is unknown{why}; allowed are a suffix `_deg` or `_rad`, `[deg]` or `(rad)`, `--unit degrees|radians`, or `--calibration FILE` for volts"
@@ -260,11 +303,15 @@ pub enum Fault {
     },
     /// The time steps are too long for seconds.
     #[error(
-        "the median time step is {step}, too long for seconds (milliseconds?); allowed is a column named with its unit, `time_ms` or `time_s`"
+        "read as seconds, the median time step is {step}, too long for a gait ({likely}?); allowed is a heading with the right unit, such as {heading}, or `--map time=COLUMN` for another column"
     )]
     TimeUnit {
         /// The median time step.
         step: f64,
+        /// What the times probably are.
+        likely: &'static str,
+        /// The heading that says so.
+        heading: &'static str,
     },
     /// A column is in volts and there is no calibration.
     #[error(
@@ -294,9 +341,7 @@ pub enum Fault {
     #[error("the column counts frames; allowed is with the rate in frames a second (`--rate HZ`)")]
     NoRate,
     /// The rate is given and the file has its own times.
-    #[error(
-        "a rate is given (`--rate`), but the file has its own time in {has}; allowed is without `--rate`, or with the column of the frames (`--map time=COLUMN`)"
-    )]
+    #[error("a rate is given (`--rate`), but the file has its own time in {has}; allowed is without `--rate`")]
     RateAndTime {
         /// What the time is from.
         has: String,
@@ -330,6 +375,59 @@ pub enum Fault {
         /// The topics.
         have: String,
     },
+    /// A column tells several recordings apart.
+    #[error(
+        "the rows of several recordings are in one table: {values}; allowed is one: choose with `--where {example}`, or read all rows with `--where {all}` if this column does not tell recordings apart"
+    )]
+    SeveralRecordings {
+        /// The values and their numbers of rows.
+        values: String,
+        /// A filter that chooses one.
+        example: String,
+        /// A filter that takes all.
+        all: String,
+    },
+    /// No row has the value that is asked for.
+    #[error("no row has `{value}` (`--where`); there are {have}; allowed is one of these")]
+    NoSuchRows {
+        /// The value.
+        value: String,
+        /// The values of the column.
+        have: String,
+    },
+    /// A filter of rows names a column that the file does not have.
+    #[error(
+        "`--where` names the column `{wanted}`; the file has {have}; allowed is one of these, or its number from 1"
+    )]
+    WhereColumn {
+        /// The column in the filter.
+        wanted: String,
+        /// What the file has.
+        have: String,
+    },
+    /// Rows are chosen in a file of another format than CSV.
+    #[error("rows are chosen (`--where`), but this is no CSV file; allowed is `--where` for CSV files")]
+    NoRowFilter,
+    /// The rate does not agree with the times of the file.
+    #[error(
+        "a rate is given (`--rate {rate_hz}`), but the times of `{column}` differ from it by up to {apart_s:.6} s: {rows} rows in {span_s} s are {found_hz:.3} Hz; allowed is a difference up to {allowed_s:.6} s: correct the rate, or leave `--rate` out"
+    )]
+    RateDisagrees {
+        /// The given rate, Hz.
+        rate_hz: f64,
+        /// The column of times.
+        column: String,
+        /// Largest difference, seconds.
+        apart_s: f64,
+        /// Number of rows.
+        rows: usize,
+        /// Time from the first to the last row, seconds.
+        span_s: f64,
+        /// The rate that these have, Hz.
+        found_hz: f64,
+        /// Largest allowed difference, seconds.
+        allowed_s: f64,
+    },
     /// A map is given for a file without columns of joints.
     #[error(
         "a map is given (`--map`), but the file has {has}; allowed is without `--map`: hip, knee and ankle are found by name"
@@ -357,6 +455,14 @@ pub enum Fault {
         have: String,
         /// A map that chooses one.
         example: String,
+    },
+    /// The markers of several subjects are in one file.
+    #[error(
+        "the file has markers of several subjects: {have}; allowed is one: export each subject to a file of its own"
+    )]
+    SeveralSubjects {
+        /// Their names.
+        have: String,
     },
     /// An export of Vicon Nexus has no section of model outputs.
     #[error(

@@ -13,6 +13,11 @@ pub enum FindingKind {
         /// 95th percentile of the deviation of the time steps from their median, as a fraction of the median.
         share: f64,
     },
+    /// The times are those at which messages were received.
+    ReceivedTimes {
+        /// How much later than others a message may be: the range of the delays without the outermost twentieths, as a fraction of a step.
+        share: f64,
+    },
     /// Rows with the same time as the row before.
     RepeatedTimes {
         /// Number of such rows.
@@ -94,6 +99,8 @@ pub enum FindingKind {
 
 /// More than one row in this many with the time of the row before: the time stamps are too coarse, and dropped rows are lost data.
 const MANY_REPEATED: usize = 20;
+/// Delays of messages from which equal steps are an assumption that a person should look at, as a fraction of a step.
+const LONG_DELAYS: f64 = 0.5;
 
 /// How much a finding matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -169,6 +176,7 @@ impl Finding {
             | FindingKind::Clipped { .. }
             | FindingKind::Drift { .. } => Level::Warning,
             FindingKind::RepeatedTimes { rows, of } if rows * MANY_REPEATED > of => Level::Warning,
+            FindingKind::ReceivedTimes { share } if share > LONG_DELAYS => Level::Warning,
             _ => Level::Note,
         }
     }
@@ -183,6 +191,13 @@ impl fmt::Display for Finding {
         match self.what {
             FindingKind::UnevenTimes { share } => {
                 write!(f, "the time stamps are uneven by {:.0} % of a time step", 100.0 * share)?;
+            }
+            FindingKind::ReceivedTimes { share } => {
+                let percent = 100.0 * share;
+                write!(
+                    f,
+                    "the times are those at which messages were received, late by up to {percent:.0} % of a time step"
+                )?;
             }
             FindingKind::RepeatedTimes { rows, of } => {
                 write!(f, "rows with the same time as the row before: {rows} of {of}, the first at {from:.3} s")?;
@@ -249,7 +264,16 @@ impl fmt::Display for Finding {
                 FindingKind::NormalisedCycle | FindingKind::CycleOf { .. } | FindingKind::CycleOrSeconds { .. },
                 Done::Reported,
             ) => Ok(()),
-            (FindingKind::RepeatedTimes { .. }, Done::LeftOut) => f.write_str("; dropped"),
+            (FindingKind::ReceivedTimes { .. }, Done::Resampled) => {
+                f.write_str("; the rows are put at equal time steps")
+            }
+            (FindingKind::RepeatedTimes { rows, of }, Done::LeftOut) => {
+                f.write_str("; dropped")?;
+                if rows * MANY_REPEATED > of {
+                    f.write_str(" (if the times are only rounded, `--rate HZ` reads all rows)")?;
+                }
+                Ok(())
+            }
             (_, Done::Bridged) => f.write_str("; replaced by a cubic"),
             (_, Done::LeftOut) => f.write_str("; left out"),
             (_, Done::Reported) => f.write_str("; not changed"),

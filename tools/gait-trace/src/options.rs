@@ -3,6 +3,7 @@
 use crate::format::joint_names::AngleUnit;
 use hgod_adc::Calibration;
 use joint_units::Joint;
+use std::fmt;
 
 /// What the caller knows of a file and the file does not say.
 #[derive(Debug, Clone, Default)]
@@ -17,15 +18,71 @@ pub struct ReadOptions<'a> {
     pub calibration: Option<&'a Calibration>,
     /// Volts at the sensor for one volt at the pin of a board, for columns named after a pin (`PA1`); 1 if this is `None`.
     pub divider: Option<f32>,
-    /// Frames a second, for a column that counts frames, or for rows at equal time steps without a time. A file with times of its own is
-    /// refused.
+    /// Frames a second, for a column that counts frames, for rows at equal time steps without a time, or in place of times that are too coarse.
+    /// Times that do not agree with it are an error, and so is a format that has its own rate.
     pub rate_hz: Option<f64>,
+    /// Rows of a CSV file that are read: those with these values.
+    pub only: Vec<RowFilter>,
     /// Axis of flexion of the angles of a C3D file; the one that moves most if this is `None`.
     pub axis: Option<Axis>,
     /// Topic of an MCAP file that holds the joints; any one if this is `None`.
     pub topic: Option<String>,
     /// Joint of a CSV file whose only joint column names no side (`knee_deg`); the left one if this is `None` or does not fit the name.
     pub sideless: Option<Joint>,
+}
+
+/// Rows with one value in one column: those of one subject, or of one trial.
+///
+/// ```
+/// use gait_trace::RowFilter;
+/// let rows: RowFilter = "subject=S01".parse()?;
+/// assert_eq!((rows.column.as_str(), rows.value.as_str()), ("subject", "S01"));
+/// assert!(rows.takes("S01") && !rows.takes("S02"));
+/// // Numbers are compared as numbers, and `*` is any value.
+/// assert!("trial=1".parse::<RowFilter>()?.takes("1.0") && "trial=*".parse::<RowFilter>()?.takes("2"));
+/// assert!("subject".parse::<RowFilter>().is_err());
+/// # Ok::<(), String>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RowFilter {
+    /// The column, by name or by number from 1.
+    pub column: String,
+    /// The value; `*` for any one: the column does not tell recordings apart.
+    pub value: String,
+}
+
+impl RowFilter {
+    /// Whether a row with this field is read.
+    #[must_use]
+    pub fn takes(&self, field: &str) -> bool {
+        let same_number = || matches!((self.value.parse::<f64>(), field.parse::<f64>()), (Ok(a), Ok(b)) if a == b);
+        self.takes_all() || self.value == field || same_number()
+    }
+
+    /// Whether it takes all rows.
+    #[must_use]
+    pub fn takes_all(&self) -> bool {
+        self.value == "*"
+    }
+}
+
+impl std::str::FromStr for RowFilter {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.split_once('=').map(|(column, value)| (column.trim(), value.trim())) {
+            Some((column, value)) if !column.is_empty() && !value.is_empty() => {
+                Ok(Self { column: column.into(), value: value.into() })
+            }
+            _ => Err(format!("`{text}`; allowed is COLUMN=VALUE, such as subject=S01, or COLUMN=* for any value")),
+        }
+    }
+}
+
+impl fmt::Display for RowFilter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={}", self.column, self.value)
+    }
 }
 
 /// One of the three components of a joint's angles.

@@ -1,14 +1,56 @@
 //! The four joints as a file has them: the output of every reader, before any repair, change of sign or cut.
 
+use crate::format::joint_names::AngleUnit;
 use joint_units::Joint;
+use std::fmt;
+
+/// Where the unit of a joint's values is from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum UnitSource {
+    /// A heading, a row of units or a header of the file names it.
+    Stated(AngleUnit),
+    /// The format has this unit by definition; with the reason.
+    Format(AngleUnit, &'static str),
+    /// The caller named it.
+    Requested(AngleUnit),
+    /// Nothing names it; the values imply it.
+    Inferred(AngleUnit),
+    /// The values were volts, and a calibration converted them.
+    Calibrated,
+    /// The reader computed the angles from positions.
+    Computed,
+}
+
+impl fmt::Display for UnitSource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Stated(unit) => write!(f, "{}, stated in the file", unit.words()),
+            Self::Format(unit, why) => write!(f, "{}, {why}", unit.words()),
+            Self::Requested(unit) => write!(f, "{}, as requested", unit.words()),
+            Self::Inferred(unit) => write!(f, "{}, inferred from the values", unit.words()),
+            Self::Calibrated => f.write_str("volts, converted by the calibration"),
+            Self::Computed => f.write_str("degrees, computed from positions"),
+        }
+    }
+}
 
 /// One column of a file that was recognised as a joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RawJoint {
     /// The column's name in the file, or the trajectories that the angle was computed from.
     pub column: String,
+    /// Where the unit is from. The angles below are in degrees, whatever the file has.
+    pub unit: UnitSource,
     /// Angle in degrees with the file's own sign, one value per row; NaN where the file has no value.
     pub angle_deg: Vec<f64>,
+}
+
+impl RawJoint {
+    /// A column of degrees, as a file states them.
+    #[must_use]
+    pub fn degrees(column: impl Into<String>, angle_deg: Vec<f64>) -> Self {
+        Self { column: column.into(), unit: UnitSource::Stated(AngleUnit::Degrees), angle_deg }
+    }
 }
 
 /// Joint angles as read: times may be uneven, values may be missing, signs are those of the file.
@@ -20,6 +62,8 @@ pub struct RawJoints {
     pub format: String,
     /// Time in seconds, as in the file: finite, but not necessarily increasing.
     pub time_s: Vec<f64>,
+    /// Whether the times are those at which messages were received: they are late by delays that differ from row to row.
+    pub received: bool,
     /// In the order of [`Joint::ALL`]; `None` where the file has no such joint.
     pub joints: [Option<RawJoint>; Joint::COUNT],
     /// Decisions of the reader that the user should know, one sentence each.

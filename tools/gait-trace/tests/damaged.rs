@@ -98,7 +98,7 @@ fn tables_of_text() {
             damage(
                 "nothing but gaps",
                 "a.csv",
-                table(HEADER, 30, |n| format!("{n},nan,,NaN,")),
+                table(HEADER, 30, |n| format!("0.{n:02},nan,,NaN,")),
                 &["a.csv:1: no row has a number"],
             ),
             damage(
@@ -131,7 +131,7 @@ fn tables_of_text() {
                 "a.csv",
                 table("time,left_hip_deg", 30, |n| format!("{},20", n * 10)),
                 &[
-                    "a.csv:1: column 1 `time`: the median time step is 10, too long for seconds (milliseconds?)",
+                    "a.csv:1: column 1 `time`: read as seconds, the median time step is 10, too long for a gait (milliseconds?)",
                     "`time_ms`",
                 ],
             ),
@@ -616,7 +616,15 @@ fn trc_files() {
     how.add_map("left_knee=LKJC").unwrap();
     check(vec![damage("a map", "a.trc", good.clone(), &["a map is given (`--map`), but the file has markers"])], &how);
     let how = ReadOptions { rate_hz: Some(100.0), ..ReadOptions::default() };
-    check(vec![damage("a rate", "a.trc", good, &["its own time in its column `Time`"])], &how);
+    check(
+        vec![damage(
+            "a rate",
+            "a.trc",
+            good,
+            &["a.trc:4: column 2 `Time`: a rate is given (`--rate 100`)", "correct the rate"],
+        )],
+        &how,
+    );
 }
 
 /// Counts in a header that differ from the file are notes where every row is whole; nothing is reserved for rows that are not there.

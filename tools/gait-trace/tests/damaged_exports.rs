@@ -194,7 +194,7 @@ fn exports_of_vicon() {
     refused(
         "a map to forces",
         mapped("left_hip=Anna:LHipForce"),
-        &["`the unit of Anna:LHipForce` is `N`; allowed is deg"],
+        &["a.csv:3: `LHipForce` states the quantity `force`, which is no angle"],
     );
 }
 
@@ -242,8 +242,14 @@ fn exports_of_visual3d() {
             damage(
                 "a time that is a word",
                 "a.txt",
+                change(9, 1, "0:02"),
+                &["a.txt:9: column 2 `TIME`: `0:02` is not"],
+            ),
+            damage(
+                "a decimal comma among points",
+                "a.txt",
                 change(9, 1, "0,02"),
-                &["a.txt:9: column 2 `TIME`: `0,02` is not"],
+                &["a.txt:9: numbers with decimal commas here, and with decimal points elsewhere; allowed is one"],
             ),
             damage("a short row", "a.txt", with(&good, 9, "4\t0.02\t1"), &["a.txt:9: 3 fields; allowed are 17"]),
             damage(

@@ -7,7 +7,7 @@ mod damage;
 
 use damage::held;
 use gait_trace::format::open;
-use gait_trace::{RawJoints, ReadOptions};
+use gait_trace::{Done, Finding, FindingKind, Level, RawJoints, ReadOptions, Rules, condition};
 use joint_units::Joint;
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
@@ -63,13 +63,22 @@ fn message(stamp_ms: u32, names: &[&str], positions: &[f64]) -> Vec<u8> {
 type Logged<'a> = (&'a str, &'a str, &'a str, u64, Vec<u8>);
 
 fn file(messages: &[Logged<'_>]) -> Vec<u8> {
+    let messages: Vec<Logged<'_>> = messages
+        .iter()
+        .map(|(topic, schema, text, ms, data)| (*topic, *schema, *text, ms * 1000, data.clone()))
+        .collect();
+    file_us(&messages)
+}
+
+/// The same, with log times in microseconds.
+fn file_us(messages: &[Logged<'_>]) -> Vec<u8> {
     let mut out = Cursor::new(Vec::new());
     let options = WriteOptions::new().chunk_size(None).disable_seeking(true);
     let mut writer: Writer<_> = options.create(&mut out).unwrap();
-    for (topic, schema, definition, ms, data) in messages {
+    for (topic, schema, definition, us, data) in messages {
         let schema = writer.add_schema(schema, "ros2msg", definition.as_bytes()).unwrap();
         let channel_id = writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).unwrap();
-        let header = MessageHeader { channel_id, sequence: 0, log_time: ms * 1_000_000, publish_time: 0 };
+        let header = MessageHeader { channel_id, sequence: 0, log_time: us * 1000, publish_time: 0 };
         writer.write_to_known_channel(&header, data).unwrap();
     }
     writer.finish().unwrap();
@@ -168,8 +177,45 @@ fn what_is_left_out_is_a_note() {
     assert_eq!(raw.time_s[59], 0.595);
     assert_eq!(
         raw.notes,
-        ["No header of `/joint_states` has a stamp; the times are those at which the messages were logged."]
+        ["No header of `/joint_states` has a stamp; the times are those at which the messages were received."]
     );
+}
+
+/// Messages without stamps, each received late by up to eight tenths of a step: the rows are at equal steps, and only what is lost is a gap.
+#[test]
+fn delays_of_messages_without_stamps_are_no_gaps() {
+    let walk = walk();
+    // Microseconds of delay.
+    let delay = |n: usize| (n * 7919 % 97) as u64 * 55;
+    let of = |lost: std::ops::Range<usize>| {
+        let messages: Vec<Logged<'_>> = (0..walk.time_s().len())
+            .filter(|n| !lost.contains(n))
+            .map(|n| {
+                let positions = Joint::ALL.map(|which| joint(&walk, which)[n].to_radians());
+                let log_us = n as u64 * 6_666 + delay(n);
+                ("/joint_states", "sensor_msgs/msg/JointState", DEFINITION, log_us, message(0, &LEGS, &positions))
+            })
+            .collect();
+        condition(&read(&file_us(&messages), &ReadOptions::default()).unwrap(), &Rules::default()).unwrap()
+    };
+    let whole = of(0..0);
+    let received = |finding: &Finding| matches!(finding.what, FindingKind::ReceivedTimes { share } if share > 0.5);
+    assert!(whole.findings.len() == 1 && received(&whole.findings[0]), "{:?}", whole.findings);
+    assert_eq!((whole.findings[0].level(), whole.findings[0].done), (Level::Warning, Done::Resampled));
+    let words = whole.findings[0].to_string();
+    assert!(words.contains("at which messages were received") && words.ends_with("put at equal time steps"), "{words}");
+    assert_eq!(whole.recording.time_s().len(), walk.time_s().len());
+    for which in Joint::ALL {
+        for (found, recorded) in whole.joint(which).unwrap().iter().zip(joint(&walk, which)) {
+            assert!((found - recorded).abs() < 1e-9, "{which:?}: {found} {recorded}");
+        }
+    }
+    // One message that is lost, and twenty.
+    for lost in [100..101, 180..200] {
+        let holed = of(lost.clone());
+        assert_eq!(holed.recording.time_s().len(), walk.time_s().len());
+        assert!(holed.missing.iter().all(|gaps| *gaps == [(lost.start, lost.end)]), "{:?}", holed.missing);
+    }
 }
 
 /// The definition decides: the same fields by another name are read, other fields by the same name are not.

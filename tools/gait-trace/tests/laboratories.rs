@@ -192,8 +192,30 @@ fn what_visual3d_leaves_open_is_said() {
         error.contains("a.txt:2: column 1 `ITEM`: the column counts frames") && error.contains("--rate HZ"),
         "{error}"
     );
-    let error = read("a.txt", &corpus("visual3d/time_and_markers.txt"), &at_rate(150.0)).unwrap_err();
-    assert!(error.contains("its own time in its signal `TIME`"), "{error}");
+    let error = read("a.txt", &corpus("visual3d/time_and_markers.txt"), &at_rate(100.0)).unwrap_err();
+    assert!(error.contains("a rate is given (`--rate 100`), but the times of `TIME` differ from it"), "{error}");
+    let raw = read("a.txt", &corpus("visual3d/time_and_markers.txt"), &at_rate(150.0)).unwrap();
+    assert!(has_note(&raw, "`TIME` agrees with them within 0.0 ms"), "{:?}", raw.notes);
+}
+
+/// Tabs separate the fields, so decimal commas are unambiguous.
+#[test]
+fn decimal_commas_of_visual3d_are_read() {
+    let (points, mut how) = (text("visual3d/time_and_markers.txt"), ReadOptions::default());
+    let commas: String = points
+        .split_inclusive('\n')
+        .enumerate()
+        .map(|(n, row)| if n < 5 { row.into() } else { row.replace('.', ",") })
+        .collect();
+    how.unit = Some(AngleUnit::Degrees);
+    let (wanted, found) =
+        (read("a.txt", points.as_bytes(), &how).unwrap(), read("a.txt", commas.as_bytes(), &how).unwrap());
+    assert!(found.time_s == wanted.time_s && has_note(&found, "Numbers have decimal commas."), "{:?}", found.notes);
+    for which in Joint::ALL {
+        let same =
+            values(&found, which).iter().zip(values(&wanted, which)).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()));
+        assert!(same, "{which:?}");
+    }
 }
 
 /// A signal of Visual3D: recording, name, folder, value in row 0, number of rows.

@@ -55,7 +55,7 @@ fn check(raw: &RawJoints) {
 /// All ways to ask.
 fn ways<'a>(calibration: &'a hgod_adc::Calibration) -> [ReadOptions<'a>; 7] {
     let mut channel = ReadOptions { calibration: Some(calibration), ..ReadOptions::default() };
-    channel.add_map("left_knee=CH1,right_knee=2").unwrap();
+    channel.add_map("left_knee=CH1,right_knee=3").unwrap();
     let mut alone = ReadOptions { calibration: Some(calibration), ..ReadOptions::default() };
     alone.add_map("left_knee=CH1").unwrap();
     let mut numbers =

@@ -98,6 +98,19 @@ fn what_is_missing_stays_missing() {
     assert!(error.contains("the file has its own time in `time` and `frameRate`"), "{error}");
 }
 
+/// Blanks separate the numbers, so decimal commas are unambiguous, unless some numbers have points.
+#[test]
+fn decimal_commas_are_read() {
+    let points = file(frames(40));
+    let (wanted, plain) = (read(&points, &ReadOptions::default()).unwrap(), ReadOptions::default());
+    let found = read(&points.replace('.', ","), &plain).unwrap();
+    assert_eq!((&found.time_s, &found.joints), (&wanted.time_s, &wanted.joints));
+    assert!(found.notes.contains(&"Numbers have decimal commas.".to_owned()), "{:?}", found.notes);
+    let mixed = points.replacen("10.25", "10,25", 1);
+    let error = read(&mixed, &plain).unwrap_err();
+    assert!(error.contains("numbers with decimal commas here, and with decimal points elsewhere"), "{error}");
+}
+
 #[test]
 fn damaged_files() {
     let small = file(frames(30));

@@ -439,6 +439,54 @@ fn c3d_angles_go_before_joint_centres_and_the_map_before_both() {
     how.add_map("left_hip=mine").unwrap();
     let raw = open::of_bytes("walk.c3d", &bytes, &how).unwrap();
     assert!(raw.joints[0].as_ref().unwrap().angle_deg.iter().all(|&angle| angle == 33.0));
+    assert_eq!(raw.joints.iter().flatten().count(), 4, "the other joints are those of the only subject");
+}
+
+/// Two persons in one file: the map chooses angles of one, and markers have to be exported apart.
+#[test]
+fn c3d_of_several_subjects_is_refused_with_their_names() {
+    let walk = walk();
+    let mut points = angle_points(&walk);
+    let other = angle_points(&walk).into_iter().map(|(name, places)| {
+        let places = places.into_iter().map(|place| place.map(|[x, y, z]| [0.5 * x, y, z])).collect();
+        (name.replace("Anna", "Bert"), places)
+    });
+    points.extend(other.skip(1));
+    let bytes = C3d::new(Format::Intel, None, 150.0, points).bytes();
+    let read_mapped = |map: &str| {
+        let mut how = ReadOptions::default();
+        if !map.is_empty() {
+            how.add_map(map).unwrap();
+        }
+        open::of_bytes("walk.c3d", &bytes, &how).map_err(|error| error.to_string())
+    };
+    let error = read_mapped("").unwrap_err();
+    assert!(
+        error.contains("several subjects: `Anna`, `Bert`") && error.contains("`--map left_hip=Anna:LHipAngles`"),
+        "{error}"
+    );
+    for (map, scale) in [("left_hip=Anna:LHipAngles", 1.0), ("right_knee=Bert:RKneeAngles", 0.5)] {
+        let raw = read_mapped(map).unwrap();
+        for which in Joint::ALL {
+            let found = &raw.joints[which as usize].as_ref().unwrap().angle_deg;
+            assert!(
+                found.iter().zip(joint(&walk, which)).all(|(a, b)| (a - scale * b).abs() < 1e-4),
+                "{map} {which:?}"
+            );
+        }
+    }
+
+    let stand = Stand { up: [0.0, 0.0, 1.0], forward: [1.0, 0.0, 0.0], step_mm: 8.0, turn_deg: 0.0 };
+    let of = |subject: &str| {
+        centre_points(&walk, stand)
+            .into_iter()
+            .map(|(name, places)| (format!("{subject}:{name}"), places))
+            .collect::<Vec<_>>()
+    };
+    let both = C3d::new(Format::Intel, None, 150.0, [of("Anna"), of("Bert")].concat()).bytes();
+    let error = open::of_bytes("walk.c3d", &both, &ReadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("markers of several subjects: `Anna`, `Bert`; allowed is one: export each"), "{error}");
+    assert!(worst(&read("walk.c3d", &C3d::new(Format::Intel, None, 150.0, of("Anna")).bytes()), &walk) < 0.001);
 }
 
 /// Markers by forward kinematics from known angles, along every axis: the angles come back.
@@ -542,7 +590,10 @@ fn oscilloscopes_of_all_dialects() {
     for (dialect, text) in files {
         let both = !dialect.ends_with("header");
         let mut how = ReadOptions { calibration: Some(&calibration), ..ReadOptions::default() };
-        how.add_map(if both { "left_knee=CH1,right_knee=2" } else { "left_knee=CH1" }).unwrap();
+        // A number is that of the column, with that of the time.
+        let second = if text.starts_with("CH1V") { 2 } else { 3 };
+        let map = if both { format!("left_knee=CH1,right_knee={second}") } else { "left_knee=5".to_owned() };
+        how.add_map(&map).unwrap();
         for text in [text.clone(), text.replace('\n', "\r\n")] {
             let raw =
                 open::of_bytes("scope.csv", text.as_bytes(), &how).unwrap_or_else(|error| panic!("{dialect}: {error}"));

@@ -5,7 +5,7 @@ mod support;
 
 use gait_trace::format::joint_names::AngleUnit;
 use gait_trace::format::open;
-use gait_trace::{RawJoints, ReadOptions};
+use gait_trace::{RawJoints, ReadOptions, Rules, condition};
 use joint_units::Volts;
 use support::calibration;
 
@@ -217,13 +217,27 @@ fn frames_need_a_rate_and_times_refuse_one() {
     });
     assert_eq!(left_knee(&raw.unwrap()), [5.0, 6.0, 7.0]);
     // Times of the file's own.
-    for text in ["time_s,left_knee_deg\n0,5\n0.01,6\n", SIGLENT, RIGOL_STEPS] {
-        let map = if text.starts_with("time") { "" } else { "left_knee=CH1" };
-        let error = no_calibration(text, map, Some(100.0)).unwrap_err();
+    for text in [SIGLENT, RIGOL_STEPS] {
+        let error = no_calibration(text, "left_knee=CH1", Some(100.0)).unwrap_err();
         assert!(error.contains("a rate is given (`--rate`), but the file has its own time"), "{error}");
     }
+    // A rate that agrees with the times replaces them, another one is an error.
     let mot = support::mot(&support::walk(), 1, "\t", true);
-    assert!(no_calibration(&mot, "", Some(100.0)).unwrap_err().contains("its own time in its column of times"));
+    for text in [mot.as_str(), "time_s,left_knee_deg\n0,5\n0.01,6\n0.01,7\n0.02,8\n"] {
+        let rate_hz = if text == mot { 150.0 } else { 200.0 };
+        let raw = no_calibration(text, "", Some(rate_hz)).unwrap();
+        assert!(
+            raw.time_s.windows(2).all(|pair| (pair[1] - pair[0] - 1.0 / rate_hz).abs() < 1e-12),
+            "{:?}",
+            raw.time_s
+        );
+        assert!(raw.notes.iter().any(|note| note.contains("as requested; `time")), "{:?}", raw.notes);
+        let error = no_calibration(text, "", Some(50.0)).unwrap_err();
+        assert!(
+            error.contains("a rate is given (`--rate 50`), but the times of `time") && error.contains("Hz"),
+            "{error}"
+        );
+    }
 }
 
 #[test]
@@ -240,4 +254,68 @@ fn times_in_any_unit_are_exact() {
         let raw = read(&format!("{header},left_knee_deg\n{rows}"), "", |how| how.calibration = None).unwrap();
         assert_eq!(raw.time_s, times, "{header}");
     }
+}
+
+/// Reads a text without options.
+fn plain(text: &str) -> Result<RawJoints, String> {
+    open::of_bytes("a.csv", text.as_bytes(), &ReadOptions::default()).map_err(|error| error.to_string())
+}
+
+/// Milliseconds under the heading of seconds, and in formats that have seconds.
+#[test]
+fn times_that_are_no_seconds_of_a_gait_are_refused() {
+    let rows = |step: u32| -> String { (0..40).map(|n| format!("{},5\n", n * step)).collect() };
+    for (heading, step, likely, right) in [
+        ("time_s", 10, "milliseconds?", "`time_ms`"),
+        ("time_s", 1, "milliseconds, or numbers of frames?", "`frame` with `--rate HZ`"),
+        ("time", 5000, "microseconds?", "`time_us`"),
+        ("time_ms", 10_000, "milliseconds?", "`time_ms`"),
+    ] {
+        let error = plain(&format!("{heading},left_knee_deg\n{}", rows(step))).unwrap_err();
+        assert!(error.starts_with(&format!("a.csv:1: column 1 `{heading}`: read as seconds")), "{error}");
+        assert!(error.contains(likely) && error.contains(right), "{error}");
+    }
+    let mot = format!(
+        "walk\nversion=1\nnRows=40\nnColumns=2\ninDegrees=yes\nendheader\ntime\tknee_angle_l\n{}",
+        rows(10).replace(',', "\t")
+    );
+    let raw = open::of_bytes("a.mot", mot.as_bytes(), &ReadOptions::default()).unwrap();
+    let error = condition(&raw, &Rules::default()).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "a.mot: the median time step is 10 s, too long for a gait (milliseconds?); allowed are times in seconds, or a heading with the right unit, such as `time_ms`"
+    );
+}
+
+#[test]
+fn decimal_commas_are_named() {
+    let quoted = "time_s,left_knee_deg\n\"0,00\",\"5,1\"\n\"0,01\",\"5,2\"\n";
+    let error = plain(quoted).unwrap_err();
+    assert!(
+        error.starts_with("a.csv:2: column 1 `time_s`: `0,00` has a decimal comma; allowed is a decimal point"),
+        "{error}"
+    );
+    let bare = "time_s,left_knee_deg\n0,00,5,1\n0,01,5,2\n";
+    let error = plain(bare).unwrap_err();
+    assert!(
+        error.starts_with("a.csv:2: 4 fields of whole numbers; allowed are 2") && error.contains("decimal comma"),
+        "{error}"
+    );
+    let thousands = "time_ms,left_knee_deg\n\"1,000.5\",5\n\"1,001.5\",5\n";
+    assert!(plain(thousands).unwrap_err().contains("`1,000.5` is not a number"));
+}
+
+/// A number in a map is that of the column, with that of the time, in CSV and in files of oscilloscopes.
+#[test]
+fn numbers_in_a_map_are_those_of_columns() {
+    for (text, number, volts) in
+        [(SALEAE, 2, 0.612), (KEYSIGHT, 2, 0.805_439_8), (KEYSIGHT, 4, 1.2), (SIGLENT, 2, 1.16)]
+    {
+        let raw = read(text, &format!("left_knee={number}"), |_| ()).unwrap();
+        assert_eq!(left_knee(&raw)[0], angles(&[volts])[0]);
+    }
+    let error = read(KEYSIGHT, "left_knee=1", |_| ()).unwrap_err();
+    assert!(error.contains("the column of the times is mapped to left_knee"), "{error}");
+    let error = read(KEYSIGHT, "left_knee=5", |_| ()).unwrap_err();
+    assert!(error.contains("`Volt1` in column 2, `Volt2` in column 3, `Volt3` in column 4"), "{error}");
 }

@@ -1,8 +1,8 @@
 //! Whether a generator walks on a robot: it is run through the control loop of `joint-loop` on the host, limits and monitor included.
 //!
 //! The button arms it at each of [`STARTS`] phases of its stride, first after the boot, then after its transients. It walks if, each time,
-//! the loop gets to its walking state and stays there: no fault and no stop. A limit that acts is counted, and the difference that it makes
-//! is the error as driven.
+//! the loop gets to its walking state and stays there, without fault or stop, at least one joint moves, and the limits leave each joint at
+//! least half of its motion. A limit that acts is counted, and the difference that it makes is the error as driven.
 
 use cpg_core::Generator;
 use joint_loop::{Cause, JointLoop, LoopConfig, Sample, SupervisorState};
@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::file::GeneratorSet;
 use crate::led::Led;
-use crate::limits::{Excess, Limit, SETTLE_STRIDES, measure};
+use crate::limits::{Excess, Limit, SETTLE_STRIDES, STILL_DEG, measure};
 use crate::subject::Subject;
 
 /// Phases at which it is armed.
@@ -29,6 +29,11 @@ const RAMP: u32 = 5_000;
 const MOST_SETTLE_TICKS: f64 = 2e6;
 /// Strides that are kept.
 const KEPT: f64 = 3.2;
+/// Largest part of a joint's motion that limits may take: RMS difference of setpoint and generator by the RMS of the generator's angle about its
+/// mean. A runner's knee whose rate is limited loses 0.1; a knee of the wrong sign, which stays at an end of its range, loses 1 and more.
+const MOST_LOST: f64 = 0.5;
+/// A smaller difference is never too large, degrees RMS: a joint that hardly moves has nothing to lose.
+const LITTLE_DEG: f64 = 1.0;
 
 /// How a generator does on a robot.
 #[derive(Debug, Clone, Serialize)]
@@ -83,6 +88,7 @@ pub(crate) fn drive(subject: &Subject, config: &LoopConfig, excesses: &[Excess])
         strides: vec![],
     };
     let mut squares = [0.0f64; Joint::COUNT];
+    let mut motions = [Motion::default(); Joint::COUNT];
     for start in 0..STARTS {
         let mut config = *config;
         config.monitor.sensor_required = false;
@@ -118,8 +124,10 @@ pub(crate) fn drive(subject: &Subject, config: &LoopConfig, excesses: &[Excess])
             cycles += f64::from(now.counts_after(before)) / 4_294_967_296.0;
             before = now;
             let set = frame.setpoints.map(|angle| f64::from(angle.0).to_degrees());
-            for ((square, set), wanted) in squares.iter_mut().zip(set).zip(joints.generator().angles()) {
-                *square += (set - f64::from(wanted.0).to_degrees()).powi(2);
+            let wanted = joints.generator().angles().map(|angle| f64::from(angle.0).to_degrees());
+            for (((square, motion), set), wanted) in squares.iter_mut().zip(&mut motions).zip(set).zip(wanted) {
+                *square += (set - wanted).powi(2);
+                motion.add(wanted);
             }
             all.ticks += 1;
             all.limited_ticks += u32::from(frame.limited.any());
@@ -128,12 +136,56 @@ pub(crate) fn drive(subject: &Subject, config: &LoopConfig, excesses: &[Excess])
             }
         }
         if !all.walks {
-            all.strides.clear();
             break;
         }
     }
-    all.lost_deg = squares.map(|square| (square / f64::from(all.ticks.max(1))).sqrt());
+    let ticks = f64::from(all.ticks.max(1));
+    all.lost_deg = squares.map(|square| (square / ticks).sqrt());
+    if all.walks {
+        let motions = motions.map(|motion| motion.rms(ticks));
+        all.why_not = nothing_moves(motions).or_else(|| too_much_lost(all.lost_deg, motions));
+        all.walks = all.why_not.is_none();
+    }
+    if !all.walks {
+        all.strides.clear();
+    }
     Ok(all)
+}
+
+/// Words, if each joint stands; the argument is the root mean square of each motion, degrees.
+fn nothing_moves(motions: [f64; Joint::COUNT]) -> Option<String> {
+    let still = STILL_DEG * std::f64::consts::FRAC_1_SQRT_2;
+    motions.iter().all(|motion| *motion < still).then(|| "no joint moves".into())
+}
+
+/// Sums over the angles of one joint, degrees.
+#[derive(Debug, Clone, Copy, Default)]
+struct Motion {
+    sum: f64,
+    squares: f64,
+}
+
+impl Motion {
+    fn add(&mut self, angle: f64) {
+        self.sum += angle;
+        self.squares += angle * angle;
+    }
+
+    /// Root mean square about the mean of so many angles.
+    fn rms(self, count: f64) -> f64 {
+        (self.squares / count - (self.sum / count).powi(2)).max(0.0).sqrt()
+    }
+}
+
+/// The joint that loses the largest part of its motion to the limits, if that is too large.
+fn too_much_lost(lost: [f64; Joint::COUNT], motion: [f64; Joint::COUNT]) -> Option<String> {
+    let joints = Joint::ALL.into_iter().zip(lost.into_iter().zip(motion));
+    let beyond = joints.filter(|(_, (lost, motion))| *lost > LITTLE_DEG && *lost > MOST_LOST * motion);
+    let (joint, (lost, motion)) = beyond.max_by(|(_, a), (_, b)| (a.0 / a.1).total_cmp(&(b.0 / b.1)))?;
+    Some(format!(
+        "limits take {lost:.1} degrees RMS from {}, which moves {motion:.1} degrees RMS: allowed is half of that",
+        joint.name()
+    ))
 }
 
 fn why_not(cause: Cause, after_s: f64, excesses: &[Excess]) -> String {
@@ -192,5 +244,16 @@ mod tests {
         assert!(got.walks && got.limited_ticks > 1_000, "{got:?}");
         assert!((0.1..2.0).contains(&got.lost_deg[2]) && got.lost_deg[0] == 0.0, "{:?}", got.lost_deg);
         assert!(got.in_words().starts_with("yes; limits act in "), "{}", got.in_words());
+    }
+
+    /// A knee of the wrong sign stays at the end of its range. The loop goes on; the person's gait is lost.
+    #[test]
+    fn a_knee_of_the_wrong_sign_does_not_walk() {
+        let mut wrong = default_walk();
+        wrong.joints[2].offset_deg *= -1.0;
+        let got = driven(&GeneratorSet::PhaseCoupled(wrong));
+        assert!(!got.walks && got.limited_ticks > got.ticks / 2, "{got:?}");
+        let why = got.why_not.unwrap();
+        assert!(why.contains("degrees RMS from left_knee") && why.ends_with("allowed is half of that"), "{why}");
     }
 }

@@ -22,12 +22,6 @@ impl Objective {
     /// Mean square error of the angle alone: the root of J is then the root mean square error in degrees.
     pub const ANGLE: Objective = Objective::Squared([1.0, 0.0, 0.0]);
 
-    /// Whether rates or integrals of the error are needed: the last argument of [`crate::errors`].
-    #[must_use]
-    pub fn wants_all(&self) -> bool {
-        !matches!(self, Objective::Squared([_, 0.0, 0.0]))
-    }
-
     /// The cost; +infinity if a term is not finite, so that a diverged individual is the worst and the cost is never NaN.
     #[must_use]
     pub fn cost(&self, errors: &Errors) -> f64 {

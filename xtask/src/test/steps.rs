@@ -33,7 +33,13 @@ pub(super) struct Step {
 
 pub(super) const STEPS: [Step; 18] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
-    Step { name: "lints", claim: "clippy finds nothing on the host", needs: &[], uses: &[], run: lints },
+    Step {
+        name: "lints",
+        claim: "clippy finds nothing on the host, nor in `footfall` as `cargo xtask run` builds it",
+        needs: &[],
+        uses: &[],
+        run: lints,
+    },
     Step { name: "docs", claim: "the documentation builds without a warning", needs: &[], uses: &[], run: docs },
     Step { name: "cores-alone", claim: "each core compiles by itself", needs: &[], uses: &[], run: cores_alone },
     Step {
@@ -212,6 +218,8 @@ fn format(_: &State) -> Result<String> {
 /// The virtual board has a step of its own: it needs system packages, and its C code is built once, in the profile `host`.
 fn lints(_: &State) -> Result<String> {
     cargo(&["clippy", "--workspace", "--exclude", "virtual-board", "--all-targets", "--", "-D", "warnings"])?;
+    // The whole program hides what its smaller half leaves undefined.
+    cargo(&["clippy", "--package", "footfall", "--no-default-features", "--", "-D", "warnings"])?;
     Ok(String::new())
 }
 
@@ -373,7 +381,12 @@ fn gait_changes(state: &State) -> Result<String> {
     if let Some((board, host)) = board.iter().zip(&host).find(|(board, host)| board != *host) {
         bail!("the virtual board says `{board}`, the host says `{host}`");
     }
-    ensure!(board.len() == host.len() && !board.is_empty(), "{} changes there, {} here", board.len(), host.len());
+    ensure!(
+        board.len() == host.len() && !board.is_empty(),
+        "{} changes on the virtual board, {} on the host: both must be equal, and more than 0",
+        board.len(),
+        host.len()
+    );
     let outside: Vec<&String> = board.iter().filter(|line| !line.ends_with(" inside")).collect();
     ensure!(outside.is_empty(), "beyond a range or a rate: {outside:?}");
     Ok(format!("{} changes", board.len()))

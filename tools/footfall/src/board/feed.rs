@@ -2,6 +2,7 @@
 
 use crate::board::default_loop::SENSOR_PINS;
 use crate::failure::Failure;
+use crate::file::bounded;
 use gait_trace::ReadOptions;
 use gait_trace::format::converted::Conversion;
 use gait_trace::format::csv_file;
@@ -98,7 +99,7 @@ pub fn opened(path: &Path) -> Result<Opened, Failure> {
 
 /// The file has the record of `footfall convert`.
 fn is_converted(path: &Path) -> bool {
-    std::fs::read(path).is_ok_and(|bytes| matches!(Conversion::of_bytes(&bytes), Ok(Some(_))))
+    bounded::bytes(path, csv_file::MAX_BYTES).is_ok_and(|bytes| matches!(Conversion::of_bytes(&bytes), Ok(Some(_))))
 }
 
 /// Converts a recording to volts at the pin of each sensor, for a run of `secs` seconds or without end.

@@ -8,16 +8,21 @@ use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::file::bounded::{self, ReadError};
+
+/// Most bytes of an ELF file: an image with all of its debugging data has a hundredth of that.
+const MOST_BYTES: u64 = 1 << 30;
+
 /// Why an ELF file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
     /// The file cannot be read.
-    #[error("{}: cannot be read: {why}", .file.display())]
+    #[error("{}: {why}", .file.display())]
     Unreadable {
         /// The file.
         file: PathBuf,
-        /// The system's reason.
-        why: std::io::Error,
+        /// The reason.
+        why: ReadError,
     },
     /// The file is no ELF file, or its log format is not supported.
     #[error("{}: is no firmware image: {why}; allowed is the ELF file that `cargo xtask build` makes", .file.display())]
@@ -50,7 +55,7 @@ impl Image {
     /// It cannot be read, is no ELF file, or has no log.
     pub fn read(path: &Path) -> Result<Self, ImageError> {
         let file = || path.to_owned();
-        let bytes = std::fs::read(path).map_err(|why| ImageError::Unreadable { file: file(), why })?;
+        let bytes = bounded::bytes(path, MOST_BYTES).map_err(|why| ImageError::Unreadable { file: file(), why })?;
         let parsed = Table::parse(&bytes).map_err(|why| ImageError::NoElf { file: file(), why: format!("{why:#}") })?;
         let table = parsed.ok_or_else(|| ImageError::NoLog { file: file() })?;
         Ok(Self { sha256: sha256(&bytes), table })

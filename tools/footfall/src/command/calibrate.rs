@@ -30,6 +30,7 @@ use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 use crate::file::calibration_file;
+use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::options::value::number;
 use crate::output;
@@ -237,6 +238,8 @@ pub fn run(options: Options) -> Result<(), Failure> {
     write(&calibrated, &outputs)?;
     output::print(&if outputs.json { format!("{}\n", report::json(&calibrated)) } else { report::text(&calibrated) })?;
     output::notes(&calibrated.notes);
+    let command = format!("cargo xtask run --sensor left_hip={}", messages::shell_word(&outputs.toml));
+    messages::next("run it on the virtual board, here on the left hip", command);
     Ok(())
 }
 
@@ -260,6 +263,10 @@ fn write(calibrated: &Calibrated, outputs: &Outputs) -> Result<(), Failure> {
     let svg = outputs.svg.as_ref().map(|path| Ok((path, report::svg(calibrated)?)));
     let html = outputs.report.as_ref().map(|path| Ok((path, report::html(calibrated)?)));
     let pictures = [svg, html].into_iter().flatten().collect::<Result<Vec<_>, String>>().map_err(Failure::run)?;
-    output::write_text(&outputs.toml, &toml, outputs.overwrite)?;
-    pictures.iter().try_for_each(|(path, content)| output::write_text(path, content, outputs.overwrite))
+    let texts = std::iter::once((&outputs.toml, toml)).chain(pictures);
+    for (path, content) in texts {
+        output::write_text(path, &content, outputs.overwrite)?;
+        messages::written(path);
+    }
+    Ok(())
 }

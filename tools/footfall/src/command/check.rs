@@ -92,7 +92,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
         let file = GeneratorFile::read(path).map_err(Failure::input);
         results.take(file.map(|file| format!("{}: good: a {} generator", path.display(), file.set.name())));
     }
-    crate::output::print(&results.text)?;
+    crate::output::print(&crate::messages::escaped(&results.text))?;
     let Results { wrong_input, not_sound, .. } = results;
     match (wrong_input.is_empty(), not_sound.is_empty()) {
         (true, true) => Ok(()),

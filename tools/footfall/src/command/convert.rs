@@ -5,7 +5,8 @@
 
 use clap::Args;
 use gait_trace::format::converted::{self, Conversion, Format};
-use gait_trace::{Done, FindingKind, LowPass, Rules, condition};
+use gait_trace::{Done, FindingKind, Level, LowPass, Rules, condition};
+use joint_units::Joint;
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
@@ -17,7 +18,7 @@ use crate::output;
 /// Options of `footfall convert`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A recording: CSV, OpenSim .mot and .sto, C3D, TRC, Vicon Nexus ASCII, Visual3D text, GCD, oscilloscope CSV
+    /// A recording in any format of docs/formats.md: CSV, OpenSim, C3D, TRC, Vicon, Visual3D, GCD, MVNX, MCAP, oscilloscope CSV
     #[arg(value_name = "RECORDING")]
     pub recording: PathBuf,
     /// The file to write; its extension, .csv or .mot, gives the format
@@ -71,6 +72,12 @@ pub fn run(options: Options) -> Result<(), Failure> {
         conversion.changes.push(format!("time 0 is {} s in {}", joints.start_s, name_of(&path)));
     }
     conversion.changes.extend(raw.notes);
+    for joint in Joint::ALL.into_iter().filter(|joint| joints.joint(*joint).is_none()) {
+        let text =
+            format!("{}: not in {}; the output has no such column", joint.name().replace('_', " "), name_of(&path));
+        output::levelled(Level::Note, &text);
+        conversion.changes.push(text);
+    }
     for finding in &joints.findings {
         let text = match finding.done {
             Done::Smoothed { hz } => {
@@ -84,7 +91,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
             }
             _ => finding.to_string(),
         };
-        eprintln!("{}: {text}", finding.level().name());
+        output::levelled(finding.level(), &text);
         conversion.changes.push(text);
     }
     output::write(&out, overwrite, |file| converted::write_to(file, format, &joints, &conversion))
@@ -97,6 +104,7 @@ fn name_of(path: &Path) -> String {
 /// The options that change what is read.
 fn in_words(settings: &ReadSettings) -> String {
     let mut words: Vec<String> = settings.map.iter().map(|map| format!("--map {map}")).collect();
+    words.extend(settings.only.iter().map(|rows| format!("--where {rows}")));
     words.extend(settings.unit.map(|unit| format!("--unit {}", unit.words())));
     words.extend(match settings.low_pass {
         LowPass::Off => None,

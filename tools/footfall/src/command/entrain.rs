@@ -6,18 +6,17 @@
 
 pub mod breaks;
 pub mod learn;
+pub mod possible;
+mod report;
 pub mod run;
 pub mod tick;
 pub mod trace;
 
 use clap::Args;
-use cpg_core::entrainment::SensorFault;
 use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
-use gait_trace::{Finding, LowPass, Recording, Rules};
+use gait_trace::{LowPass, Recording, Rules};
 use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet};
 use joint_units::{Joint, Radians};
-use serde_json::json;
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use crate::board::feed;
@@ -25,12 +24,15 @@ use crate::failure::Failure;
 use crate::file::recording;
 use crate::file::svg;
 use crate::file::svg::{Curve, Panel};
+use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::options::reading::Reading;
 use crate::options::value::one_of;
 use crate::output;
 use learn::{Learned, learn, learn_without};
-use run::{Following, Holes, Tick};
+use possible::Possible;
+pub use run::Entrainment;
+use run::{Following, Holes};
 use trace::Trace;
 
 /// Length of the window that templates are learned from, s.
@@ -39,7 +41,7 @@ const WINDOW_S: f64 = 12.0;
 /// Options of `footfall entrain`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// The recording: CSV, OpenSim .mot and .sto, C3D, oscilloscope CSV, a capture of `footfall record` in CSV or MCAP
+    /// The recording, in any format of docs/formats.md: CSV, OpenSim, C3D, TRC, Vicon, Visual3D, GCD, MVNX, MCAP, oscilloscope CSV
     #[arg(value_name = "TRACE")]
     pub trace: PathBuf,
     /// The joint with the sensor [default: that of the generator file, the recording's only joint, or left_hip]
@@ -52,7 +54,7 @@ pub struct Options {
     /// How the recording is read
     #[command(flatten)]
     pub reading: Reading,
-    /// Play no recording with a warning: its exit code is 1
+    /// Warnings make exit code 1: a recording with one is not played; a joint above what is possible is reported first
     #[arg(long)]
     pub strict: bool,
     /// Print one JSON object instead of text
@@ -64,21 +66,6 @@ pub struct Options {
     /// Whether files may be replaced
     #[command(flatten)]
     pub overwrite: Overwrite,
-}
-
-/// A run of a follower over a recording.
-#[derive(Debug, Clone)]
-pub struct Entrainment {
-    /// What was learned from the recording: its phase is the reference.
-    pub learned: Learned,
-    /// The templates of the follower.
-    pub templates: [Template; Joint::COUNT],
-    /// Source of the templates, in words.
-    pub source: String,
-    /// Every tick.
-    pub ticks: Vec<Tick>,
-    /// How well it follows.
-    pub following: Following,
 }
 
 /// What is learned from the default recording; it supplies joints that a recording lacks.
@@ -197,8 +184,14 @@ pub fn run(options: Options) -> Result<(), Failure> {
         let title = format!("{} of {name}, host core", trace.sensor.name());
         svg::write(path, &title, &panels(&run, &trace.recording, trace.sensor), overwrite)?;
     }
-    print(&name, &trace, &run, json)?;
-    check(&name, trace.sensor, &run.following)
+    let possible = Possible::of(&trace.recording, trace.sensor, &trace.holes, run.learned.stride_s, &run.following);
+    print(&name, &trace, &run, &possible, json)?;
+    check(&name, trace.sensor, &run.following)?;
+    let warnings = possible.warnings(&run.following);
+    if strict && !warnings.is_empty() {
+        return Err(Failure::run(format!("{name}: --strict allows no warning: {}", warnings.join("; "))));
+    }
+    Ok(())
 }
 
 /// The joint whose sensor a follower uses.
@@ -210,15 +203,20 @@ fn sensor_of(file: &GeneratorFile) -> Option<Joint> {
 }
 
 /// Prints the result.
-fn print(name: &str, trace: &Trace, run: &Entrainment, json: bool) -> Result<(), Failure> {
-    let sensor = trace.sensor;
+fn print(name: &str, trace: &Trace, run: &Entrainment, possible: &Possible, json: bool) -> Result<(), Failure> {
     if let (Some(lock), None) = (run.following.lock_s, run.following.steady_s) {
-        eprintln!(
-            "note: locked at {lock:.1} s, but the recording has no steady part: it begins 3 s after the lock, and in recordings of \
+        messages::note(format_args!(
+            "locked at {lock:.1} s, but the recording has no steady part: it begins 3 s after the lock, and in recordings of \
              20 s or more at 15 s"
-        );
+        ));
     }
-    output::print(&if json { format!("{}\n", as_json(name, trace, run)) } else { as_text(name, sensor, run) })
+    possible.warnings(&run.following).iter().for_each(messages::warning);
+    let text = if json {
+        format!("{}\n", report::as_json(name, trace, run, possible))
+    } else {
+        report::as_text(name, trace.sensor, run, possible)
+    };
+    output::print(&text)
 }
 
 /// Fails without a lock, and with false locks, false stops or phase slips.
@@ -243,89 +241,6 @@ fn check(name: &str, sensor: Joint, following: &Following) -> Result<(), Failure
         return Ok(());
     }
     Err(Failure::run(format!("{name}: {}; allowed is none", wrong.join(", "))))
-}
-
-fn as_json(name: &str, trace: &Trace, run: &Entrainment) -> serde_json::Value {
-    let following = &run.following;
-    let by_joint = |value: &dyn Fn(Joint) -> Option<f64>| {
-        let pairs = Joint::ALL.into_iter().map(|joint| (joint.name().to_owned(), json!(value(joint))));
-        serde_json::Value::Object(pairs.collect())
-    };
-    let holds: Vec<_> = following
-        .holds
-        .iter()
-        .map(|&(tick, fault)| json!({ "t_s": tick as f64 / run::TICKS_PER_S, "fault": fault.name() }))
-        .collect();
-    let stops: Vec<_> = following
-        .false_stops
-        .iter()
-        .map(|stop| {
-            let fault = stop.fault.map(SensorFault::name);
-            json!({ "from_s": stop.from_s, "to_s": stop.to_s, "state": stop.state.name(), "fault": fault })
-        })
-        .collect();
-    let slips: Vec<_> =
-        following.slips.iter().map(|slip| json!({ "t_s": slip.at_s, "error_deg": slip.error_deg })).collect();
-    json!({
-        "file": name,
-        "format": trace.format,
-        "notes": trace.notes,
-        "findings": trace.findings.iter().map(found).collect::<Vec<_>>(),
-        "core": "host",
-        "sensor": trace.sensor.name(),
-        "template": run.source,
-        "stride_s": run.learned.stride_s,
-        "lock_s": following.lock_s,
-        "steady_s": following.steady_s.map(|(from, to)| [from, to]),
-        "steady_rmse_deg": by_joint(&|joint| following.steady_rmse_deg[joint as usize]),
-        "perfect_phase_rmse_deg": by_joint(&|joint| following.perfect_phase_rmse_deg[joint as usize]),
-        "ratio": by_joint(&|joint| following.ratio(joint)),
-        "false_locks": following.false_locks,
-        "false_stops": stops.len(),
-        "false_stop_events": stops,
-        "slips": slips.len(),
-        "slip_events": slips,
-        "holds": following.holds.len(),
-        "hold_events": holds,
-        "cadence_steps_per_min": following.cadence_steps_per_min,
-        "phase_sd_deg": following.phase_sd_deg,
-    })
-}
-
-fn found(finding: &Finding) -> serde_json::Value {
-    json!({ "level": finding.level().name(), "text": finding.to_string() })
-}
-
-fn as_text(name: &str, sensor: Joint, run: &Entrainment) -> String {
-    let following = &run.following;
-    let number = |value: Option<f64>, places: usize| value.map_or("-".to_owned(), |value| format!("{value:.places$}"));
-    let mut out = format!("trace {name}\nsensor {}\ntemplate {}\n", sensor.name(), run.source);
-    let _ = writeln!(out, "stride_s {:.3}", run.learned.stride_s);
-    let _ = writeln!(out, "lock_s {}", number(following.lock_s, 3));
-    let mut by_joint = |key: &str, value: &dyn Fn(Joint) -> Option<f64>| {
-        let _ = write!(out, "{key}");
-        for joint in Joint::ALL {
-            let _ = write!(out, " {} {}", joint.name(), number(value(joint), 2));
-        }
-        out.push('\n');
-    };
-    by_joint("steady_rmse_deg", &|joint| following.steady_rmse_deg[joint as usize]);
-    by_joint("perfect_phase_rmse_deg", &|joint| following.perfect_phase_rmse_deg[joint as usize]);
-    by_joint("ratio", &|joint| following.ratio(joint));
-    let _ = writeln!(out, "false_locks {}", following.false_locks);
-    let _ = write!(out, "false_stops {}", following.false_stops.len());
-    for stop in &following.false_stops {
-        let _ = write!(out, " {:.3}..{:.3}", stop.from_s, stop.to_s);
-    }
-    let _ = write!(out, "\nslips {}", following.slips.len());
-    for slip in &following.slips {
-        let _ = write!(out, " {:.3}", slip.at_s);
-    }
-    out.push('\n');
-    let _ = writeln!(out, "holds {}", following.holds.len());
-    let _ = writeln!(out, "cadence_steps_per_min {}", number(following.cadence_steps_per_min, 1));
-    let _ = writeln!(out, "phase_sd_deg {}", number(following.phase_sd_deg, 2));
-    out
 }
 
 /// Charts: recorded and generated angle of each joint, phase error, amplitude.

@@ -12,11 +12,11 @@ use cpg_core::edge_reversal::obb::{Obb, PAPER_POTENTIAL, Reversibilities};
 use cpg_core::gait::named::Gait;
 use cpg_core::oscillator::rayleigh::{Rayleigh, RayleighConfig};
 use joint_units::{Joint, Period};
+use picture::draw;
 use std::path::PathBuf;
 
 use crate::edge_reversal::{BlockRun, step_diagram, swings};
 use crate::failure::Failure;
-use crate::file::svg;
 use crate::file::svg::{Curve, Panel};
 use crate::options::overwrite::Overwrite;
 use crate::output;
@@ -52,8 +52,10 @@ pub fn run(options: &Options) -> Result<(), Failure> {
 
     let path = |figure: &Figure| folder.join(format!("{}.svg", figure.name));
     figures.iter().try_for_each(|figure| output::check(&path(figure), options.overwrite))?;
+    // These are listed on standard output.
     for figure in &figures {
-        svg::write(&path(figure), &figure.title, &figure.panels, options.overwrite)?;
+        let picture = draw(&figure.title, &figure.panels, 1).map_err(Failure::run)?;
+        output::write_text(&path(figure), &picture, options.overwrite)?;
     }
     output::print(&figures.iter().map(|figure| format!("{}\n", path(figure).display())).collect::<String>())
 }

@@ -21,6 +21,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crate::failure::Failure;
+use crate::messages::{self, Amount};
 use crate::options::overwrite::Overwrite;
 use crate::options::reading::Reading;
 use crate::options::robot::RobotArgument;
@@ -33,8 +34,8 @@ use outcome::Outcome;
 /// Options of `footfall fit`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// Recordings: CSV, OpenSim .mot and .sto, C3D, oscilloscope CSV, a capture in MCAP; or folders of them. In folders, files that have
-    /// no time or no joint are skipped
+    /// Recordings in any format of docs/formats.md (CSV, OpenSim, C3D, TRC, Vicon, Visual3D, GCD, MVNX, MCAP, oscilloscope CSV), or folders of
+    /// them. In folders, files that have no time or no joint are skipped
     #[arg(required = true, value_name = "RECORDING")]
     pub recordings: Vec<PathBuf>,
     /// The generator file to write; for several recordings, the folder to write to [default: standard output; `fits`]
@@ -184,25 +185,32 @@ fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
     let fitted = fitted?;
     let outcome = Outcome::of(&fitted, began.elapsed().as_secs_f64());
     outcome.print_notes();
-    eprintln!("walks: {}", outcome.walks());
+    messages::status(format_args!("walks: {}", outcome.walks()));
     let generator = fitted.file.to_toml();
     let drive = &fitted.certificate.drive;
     let write = drive.walks || outputs.force_write;
     if let Some(file) = outputs.out.as_ref().filter(|_| write) {
         output::write_text(file, &generator, outputs.overwrite)?;
+        messages::written(file);
     }
     if let Some(file) = &outputs.report {
         output::write_text(file, &job.page(&fitted, path)?, outputs.overwrite)?;
+        messages::written(file);
     }
     match (outputs.json, &outputs.out) {
         (true, _) => output::print(&(outcome.to_json()? + "\n"))?,
         (false, None) if write => output::print(&generator)?,
-        _ => eprintln!("{}", outcome.line()),
+        _ => messages::status(outcome.line()),
     }
-    match &drive.why_not {
-        Some(why) => Err(Failure::run(does_not_walk(why, write))),
-        None => Ok(()),
+    if let Some(why) = &drive.why_not {
+        return Err(Failure::run(does_not_walk(why, write)));
     }
+    if let Some(file) = &outputs.out {
+        let shadow = if job.fit.follow.is_some() { "--shadow " } else { "" };
+        let command = format!("cargo xtask run {shadow}--generator {}", messages::shell_word(file));
+        messages::next("run it on the virtual board", command);
+    }
+    Ok(())
 }
 
 /// What a fit that does not walk ends with.
@@ -226,6 +234,9 @@ impl Outputs {
 
 /// A spinner on a terminal, nothing elsewhere.
 fn spinner() -> ProgressBar {
+    if !messages::says(Amount::Usual) {
+        return ProgressBar::hidden();
+    }
     let bar = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
         bar.set_style(style);

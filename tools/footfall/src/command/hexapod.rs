@@ -27,13 +27,13 @@ pub struct Options {
     #[arg(long, value_name = "SIDE-SIDE-RUNGS", default_value_t = Orientation::WAVE)]
     pub orientation: Orientation,
     /// List the 98 live orientations: circulations of ring, upper and lower cycle (the class), period, and the steps of a period
-    #[arg(long, conflicts_with_all = ["orientation", "steps", "switch", "svg", "walk"])]
+    #[arg(long, conflicts_with_all = ["orientation", "steps", "switch", "svg", "force", "walk"])]
     pub list: bool,
     /// Number of steps
     #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     pub steps: u64,
     /// Changes, as `54:3 100:1`: a step, counted from 0, and the reversibility from this step on
-    #[arg(long, value_name = "STEP:R ...", default_value = "")]
+    #[arg(long, value_name = "STEP:R ...", default_value = "", hide_default_value = true)]
     pub switch: String,
     /// Print one JSON object instead of the words
     #[arg(long)]
@@ -74,7 +74,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         return list(options.reversibility.unwrap_or(1), options.json);
     }
     let reversibility = |text: &str| text.parse().ok().filter(|r| (1..=1_000_000).contains(r));
-    let switches = switches(&options.switch, reversibility, "R with a whole number from 1 to 1000000")?;
+    let allowed = "R with a whole number from 1 to 1000000";
+    let switches = switches(&options.switch, reversibility, allowed, options.steps)?;
     if (options.svg.is_some() || options.walk) && options.steps > MOST_SHOWN {
         let steps = options.steps;
         return Err(Failure::input(format!("--steps {steps}: allowed with --svg and --walk is up to {MOST_SHOWN}")));

@@ -7,6 +7,8 @@ pub mod certify;
 #[cfg(feature = "analysis")]
 pub mod check;
 #[cfg(feature = "analysis")]
+pub mod completions;
+#[cfg(feature = "analysis")]
 pub mod convert;
 #[cfg(feature = "analysis")]
 pub mod defaults;
@@ -21,12 +23,16 @@ pub mod gait_error;
 #[cfg(feature = "analysis")]
 pub mod hexapod;
 #[cfg(feature = "analysis")]
+pub mod man;
+#[cfg(feature = "analysis")]
 pub mod merge;
 #[cfg(feature = "analysis")]
 pub mod obb;
 #[cfg(feature = "analysis")]
 pub mod pack;
 pub mod record;
+#[cfg(feature = "analysis")]
+pub mod sample;
 #[cfg(feature = "analysis")]
 pub mod smer;
 #[cfg(feature = "analysis")]

@@ -15,7 +15,7 @@ use crate::output;
 /// Options of `footfall obb`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// Reversibilities of flexor and extensor, as `1,5`
+    /// Reversibilities of flexor and extensor, as `1,5`: the smaller one is on for longer, here the flexor for 5 of 6 steps
     #[arg(long, value_name = "F,E")]
     pub reversibility: String,
     /// Number of steps
@@ -26,10 +26,10 @@ pub struct Options {
     pub start: Start,
     /// Changes, as `54:1,3 100:1,1`: a step, counted from 0, and the reversibilities from this step on; tokens are rounded down to a multiple
     /// of the new common divisor
-    #[arg(long, value_name = "STEP:F,E ...", default_value = "")]
+    #[arg(long, value_name = "STEP:F,E ...", default_value = "", hide_default_value = true)]
     pub switch: String,
     /// Print one JSON object instead of the word: reversibility, period and duty at the end, and in `stretches` from each change to the
-    /// next, with the flexor's potential at its begin
+    /// next, with the flexor's potential at its beginning
     #[arg(long)]
     pub json: bool,
     /// Draw membrane potentials, outputs and duty
@@ -38,7 +38,7 @@ pub struct Options {
     /// Whether files may be replaced
     #[command(flatten)]
     pub overwrite: Overwrite,
-    /// Seconds of a step, for the axis of the picture [default: as in the paper]
+    /// Seconds of a step, for the axis of the picture; 3 as in the paper
     #[arg(long, value_name = "S", default_value_t = 3.0, value_parser = number(0.05..=60.0, " seconds"))]
     pub step_s: f64,
 }
@@ -46,7 +46,8 @@ pub struct Options {
 /// The start of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Start {
-    /// The paper's potentials, flexor 0.35 and extensor 0.65, rounded to a whole number of tokens: the first burst is cut short
+    /// The paper's potentials, flexor 0.35 and extensor 0.65, rounded to a whole number of tokens: the first burst may be longer or shorter than
+    /// the later ones
     Paper,
     /// All tokens at the flexor: the word of the cycle from its first letter
     Full,
@@ -72,14 +73,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             options.reversibility
         )));
     };
-    let switches = switches(&options.switch, pair, allowed)?;
-    if let Some((at, _)) = switches.iter().find(|(at, _)| *at >= options.steps) {
-        let last = options.steps - 1;
-        return Err(Failure::input(format!(
-            "--switch at step {at}, --steps {}: allowed are changes at step {last} or before, or more steps",
-            options.steps
-        )));
-    }
+    let switches = switches(&options.switch, pair, allowed, options.steps)?;
     if options.svg.is_some() && options.steps > MOST_DRAWN {
         return Err(Failure::input(format!("--steps {}: allowed with --svg is up to {MOST_DRAWN}", options.steps)));
     }
@@ -94,7 +88,6 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         let marks: Vec<(f64, String)> = switches
             .iter()
             .zip(entries)
-            .filter(|((at, _), _)| *at < options.steps)
             .map(|((at, _), (_, to))| (*at as f64 * options.step_s, format!("({to})")))
             .collect();
         let panels = [

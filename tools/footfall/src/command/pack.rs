@@ -9,6 +9,7 @@ use joint_loop::{GeneratorConfig, RecordName};
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
+use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::options::record_name;
 use crate::options::sensors::SensorArgument;
@@ -54,10 +55,13 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         )?;
         output::check(out, options.overwrite)?;
     }
-    let write = |path: &Path, what: &str, name: &RecordName, bytes: &[u8], crc: u32, address: u32| {
-        output::write_bytes(path, bytes, options.overwrite)?;
-        let (path, length) = (path.display(), bytes.len());
-        eprintln!("{path}: {what} \"{name}\", {length} bytes, check sum {crc:08x}, for {address:#010x}");
+    let write = |out: &Path, what: &str, name: &RecordName, bytes: &[u8], crc: u32, address: u32| {
+        output::write_bytes(out, bytes, options.overwrite)?;
+        let (path, length) = (out.display(), bytes.len());
+        messages::status(format_args!(
+            "{path}: {what} \"{name}\", {length} bytes, check sum {crc:08x}, for {address:#010x}"
+        ));
+        messages::written(out);
         Ok(())
     };
     let missing = || Failure::input("--out is missing; name the file to write");

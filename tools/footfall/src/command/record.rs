@@ -15,6 +15,7 @@ use crate::file::capture;
 use crate::file::capture::Capture;
 use crate::file::capture::rtt::{Came, Source, Stream};
 use crate::file::capture::samples::Counts;
+use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::options::played::Played;
 use crate::output;
@@ -118,7 +119,7 @@ fn receive(
             Came::Broken(error) => return Err(Failure::run(format!("{source}: the connection failed: {error}"))),
         }
         for line in capture.messages() {
-            eprintln!("board: {line}");
+            messages::status(format_args!("board: {line}"));
         }
     }
 }
@@ -134,7 +135,7 @@ fn end_object(counts: &Counts) -> serde_json::Value {
 
 /// Prints the counts; fails if board and host differ or no sample came.
 fn report(out: &Path, counts: &Counts) -> Result<(), Failure> {
-    eprintln!("{}", capture::counts_in_words(out, counts));
+    messages::status(capture::counts_in_words(out, counts));
     if counts.samples == 0 {
         return Err(Failure::run("no sample came; check that the board runs and that this is its RTT channel 0"));
     }

@@ -22,7 +22,7 @@ use crate::output;
     b -> c\n    \
     a c 0 2      # an edge with its tokens at a and at c: multiples of g with the sum r_a + r_c - g,\n                 \
     # g the greatest common divisor of both reversibilities\n\n\
-    Exit code 1: a node stops, or it remains undecided.")]
+    Exit code 1: a node stops, or it remains undecided. The keys of --json are in docs/generators.md.")]
 pub struct Options {
     /// The graph: a line for each edge, and for each reversibility that is not 1 (see below)
     #[arg(value_name = "GRAPH")]
@@ -30,7 +30,8 @@ pub struct Options {
     /// Print also which nodes operate at each of the first N steps
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub steps: Option<u64>,
-    /// Look at this many steps of each connected part for a state that comes back; periods can grow exponentially with the graph
+    /// Look at this many steps of each connected part for a repeated state, which is found within three times the longer of transient and
+    /// period; periods can grow exponentially with the graph
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub search: u64,
     /// Print one JSON object instead of the table
@@ -84,7 +85,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         "live" => Ok(()),
         "dead" => Err(Failure::run("dead: there are nodes that stop, see above")),
         _ => Err(Failure::run(format!(
-            "undecided: neither a repeated state nor a stop within {} steps; look at more with --search",
+            "undecided: neither a repeated state nor a stop was found within {} steps; look at more with --search",
             options.search
         ))),
     }
@@ -167,7 +168,8 @@ fn in_words(graph: &Graph, part: &Part, search: u64) -> String {
                 Reason::Acyclic => "all reversibilities are equal and no cycle is directed",
                 Reason::Repeats => "a state comes back",
             };
-            let unknown = format!("; period unknown: no state came back within {search} steps, --search looks at more");
+            let unknown =
+                format!("; period unknown: no repeated state was found within {search} steps, --search looks at more");
             format!("live: {because}{}", if cycle.is_some() { "" } else { &unknown })
         }
         Verdict::Dead { stops_after, waiting } => {
@@ -176,7 +178,9 @@ fn in_words(graph: &Graph, part: &Part, search: u64) -> String {
             format!("dead: nothing moves after {stops_after} steps; each waits for the next: {}", cycle.join(" > "))
         }
         Verdict::Undecided => {
-            format!("undecided: within {search} steps no state came back and it did not stop; --search looks at more")
+            format!(
+                "undecided: no repeated state was found within {search} steps, and it did not stop; --search looks at more"
+            )
         }
     }
 }

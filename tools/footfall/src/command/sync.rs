@@ -56,6 +56,15 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Some(recorder) => {
             let edges::Edges { edges: others, notes } = edges::read(recorder).map_err(Failure::Input)?;
             output::notes(notes);
+            for (path, edges) in [(path, &edges), (recorder, &others)] {
+                let (most, count) = (edges::MOST_PAIRED, edges.len());
+                if count > most {
+                    let path = path.display();
+                    return Err(Failure::input(format!(
+                        "{path}: has {count} edges; allowed are up to {most}: cut the list"
+                    )));
+                }
+            }
             let fit = paired::fit(&edges, &others, options.first_is_first)
                 .map_err(|error| Failure::Run(format!("{} against {}: {error}", path.display(), recorder.display())))?;
             let (used, (board, other), (first, last)) = (fit.used, fit.unused, fit.board_s);

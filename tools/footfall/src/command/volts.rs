@@ -6,6 +6,7 @@ use crate::board::feed;
 use crate::board::feed::Opened;
 use crate::failure::Failure;
 use crate::file::calibration_file;
+use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::output;
 use clap::Args;
@@ -57,13 +58,20 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let feed = feed::feed(&name, &recording, &sensors, None)?;
     output::notes(&feed.notes);
     match &options.out {
-        Some(path) => output::write(path, options.overwrite, |out| csv_file::write_to(out, &feed.volts))?,
+        Some(path) => {
+            output::write(path, options.overwrite, |out| csv_file::write_to(out, &feed.volts))?;
+            messages::written(path);
+        }
         None => {
             let mut text = Vec::new();
             csv_file::write_to(&mut text, &feed.volts).map_err(Failure::run)?;
             output::print(&String::from_utf8_lossy(&text))?;
         }
     }
-    eprintln!("{} ({} rows)", feed.title, feed.volts.time_s().len());
+    messages::status(format_args!("{} ({} rows)", feed.title, feed.volts.time_s().len()));
+    if let Some(path) = &options.out {
+        let command = format!("cargo xtask run --trace {}", messages::shell_word(path));
+        messages::next("feed them to the virtual board", command);
+    }
     Ok(())
 }

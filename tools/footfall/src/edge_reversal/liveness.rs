@@ -11,7 +11,7 @@ pub enum Reason {
     Forest,
     /// All reversibilities are equal and no cycle is directed.
     Acyclic,
-    /// A state came back.
+    /// A repeated state was found.
     Repeats,
 }
 
@@ -41,7 +41,7 @@ pub enum Verdict {
     Live {
         /// Why.
         reason: Reason,
-        /// The cycle; `None` if no state came back within the steps that were looked at.
+        /// The cycle; `None` if no repeated state was found within the steps that were looked at.
         cycle: Option<Cycle>,
     },
     /// No node operates any more.
@@ -51,7 +51,8 @@ pub enum Verdict {
         /// Nodes of which each waits for the next, the last for the first.
         waiting: Vec<usize>,
     },
-    /// Within the steps that were looked at no state came back, and it did not stop.
+    /// Within the steps that were looked at no repeated state was found, and it did not stop. A state may have come back: it is found
+    /// within three times the longer of transient and period.
     Undecided,
 }
 
@@ -64,7 +65,7 @@ pub struct Part {
     pub verdict: Verdict,
 }
 
-/// Judges each part; looks at no more than so many steps of each before it gives up the search for a repeated state.
+/// Judges each part; looks at no more than so many steps of each before it ends the search for a repeated state.
 #[must_use]
 pub fn judge(network: &Network, most_steps: u64) -> Vec<Part> {
     let parts = network.parts().into_iter();
@@ -95,7 +96,8 @@ enum Search {
     Nothing,
 }
 
-/// Brent's search for a repeated state, which keeps two states only; or the step at which nothing moves.
+/// Brent's search for a repeated state, which keeps two states only; or the step at which nothing moves. It compares with the states after
+/// 1, 3, 7, 15, ... steps, so a state that comes back is found only once such a state lies on the cycle and the cycle fits before the next.
 fn search(start: &Network, most_steps: u64) -> Search {
     let (mut kept, mut ahead) = (start.clone(), start.clone());
     let (mut power, mut period) = (1u64, 0u64);

@@ -6,6 +6,8 @@ use serde_json::{Value, json};
 use std::path::Path;
 
 use crate::failure::Failure;
+use crate::file::bounded;
+use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::output::{check as check_output, write_text};
 
@@ -18,6 +20,9 @@ const SUMMARIES: [(&str, &str); 3] = [
     ("summary.html", "<title>Footfall: fits</title>"),
 ];
 
+/// Most bytes of a result or of a summary.
+pub const MOST_BYTES: u64 = 64 << 20;
+
 /// Refuses to replace files of the summaries' names that are not summaries, unless that is allowed.
 ///
 /// # Errors
@@ -25,7 +30,7 @@ const SUMMARIES: [(&str, &str); 3] = [
 pub fn check(folder: &Path, overwrite: Overwrite) -> Result<(), Failure> {
     SUMMARIES.iter().try_for_each(|(name, mark)| {
         let path = folder.join(name);
-        let own = std::fs::read_to_string(&path).is_ok_and(|text| text.contains(mark));
+        let own = bounded::text(&path, MOST_BYTES).is_ok_and(|text| text.contains(mark));
         check_output(&path, if own { Overwrite::OWN } else { overwrite })
     })
 }
@@ -47,11 +52,11 @@ pub fn write(folder: &Path, overwrite: Overwrite) -> Result<usize, Failure> {
     )?;
     write_text(&folder.join("summary.html"), &page(&rows), Overwrite::OWN)?;
     let failed = all.iter().filter(|outcome| outcome["error"].is_string()).count();
-    eprintln!(
+    messages::status(format_args!(
         "summary of {} recordings, {failed} of them failed: {}",
         all.len(),
         folder.join("summary.html").display()
-    );
+    ));
     Ok(failed)
 }
 
@@ -70,10 +75,10 @@ fn outcomes(folder: &Path) -> Result<Vec<Value>, Failure> {
         )));
     }
     let read = |path: &std::path::PathBuf| {
-        let bytes = std::fs::read(path).map_err(wrong)?;
         let wrong_file = |why: String| {
             Failure::input(format!("{}: {why}; allowed is a file that `footfall fit` wrote", path.display()))
         };
+        let bytes = bounded::bytes(path, MOST_BYTES).map_err(|why| wrong_file(why.to_string()))?;
         let outcome: Value = serde_json::from_slice(&bytes).map_err(|error| wrong_file(error.to_string()))?;
         let ended = outcome["error"].is_string() || outcome["generator"].is_string();
         if outcome["recording"].is_string() && ended {

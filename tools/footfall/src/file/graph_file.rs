@@ -12,10 +12,10 @@
 
 use cpg_core::edge_reversal::smer::MAX_REVERSIBILITY;
 use std::collections::HashMap;
-use std::io::Read;
 use std::path::Path;
 
 use crate::edge_reversal::network::{Edge, Network, NetworkError, carried};
+use crate::file::bounded;
 
 /// Largest number of nodes.
 pub const MAX_NODES: usize = 1_000;
@@ -63,13 +63,7 @@ impl std::error::Error for GraphError {}
 pub fn read(path: &Path) -> Result<Graph, GraphError> {
     let file = path.display().to_string();
     let whole = |what: String| GraphError { file: file.clone(), line: None, what };
-    let unreadable = |error: std::io::Error| whole(format!("cannot be read: {error}"));
-    let mut bytes = vec![];
-    std::fs::File::open(path).map_err(unreadable)?.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(whole(format!("is larger than {MAX_BYTES} bytes; allowed is up to that")));
-    }
-    let text = String::from_utf8(bytes).map_err(|_| whole("is not text; allowed is a graph file in UTF-8".into()))?;
+    let text = bounded::text(path, MAX_BYTES).map_err(|why| whole(why.to_string()))?;
     parse(&file, &text)
 }
 

@@ -1,5 +1,6 @@
 //! The files that commands read and write.
 
+pub mod bounded;
 pub mod calibration_file;
 pub mod capture;
 #[cfg(feature = "analysis")]

@@ -4,15 +4,18 @@ use gait_trace::format::converted::Conversion;
 use gait_trace::format::csv_file::MAX_BYTES;
 use gait_trace::format::joint_names::AngleUnit;
 use gait_trace::format::open::of_bytes;
-use gait_trace::{Axis, Fault, Finding, KneeSign, Level, LowPass, RawJoints, ReadOptions, Rules, TraceError};
+use gait_trace::{
+    Axis, Fault, Finding, KneeSign, Level, LowPass, RawJoints, ReadOptions, RowFilter, Rules, TraceError,
+};
 use hgod_adc::Calibration;
 use joint_units::Joint;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use crate::board::image::sha256;
 use crate::failure::Failure;
+use crate::file::bounded;
 use crate::file::calibration_file::{self, WiredSensor};
+use crate::messages;
 
 /// How recordings are read.
 #[derive(Debug, Clone)]
@@ -25,8 +28,10 @@ pub struct ReadSettings {
     pub low_pass: LowPass,
     /// Calibration for recordings of volts.
     pub calibration: Option<SensorCalibration>,
-    /// Frames a second, where the file has no times.
+    /// Frames a second, where the file has no times, or too coarse ones.
     pub rate_hz: Option<f64>,
+    /// Rows of a CSV file that are read.
+    pub only: Vec<RowFilter>,
     /// Axis of flexion of angles with three components.
     pub axis: Option<Axis>,
     /// Topic of the joints of an MCAP file.
@@ -95,6 +100,7 @@ impl ReadSettings {
             calibration: self.calibration.as_ref().map(|calibration| &calibration.curve),
             divider: self.calibration.as_ref().map(|calibration| calibration.divider),
             rate_hz: self.rate_hz,
+            only: self.only.clone(),
             axis: self.axis,
             topic: self.topic.clone(),
             sideless: self.sideless,
@@ -168,15 +174,9 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, Failure> {
     if !std::fs::metadata(path).map_err(wrong)?.is_file() {
         return Err(Failure::input(format!("{}: is no regular file; allowed is a recording on disk", path.display())));
     }
-    let file = std::fs::File::open(path).map_err(wrong)?;
-    let too_large =
-        || Failure::input(format!("{}: is larger than the allowed {} MiB", path.display(), MAX_BYTES >> 20));
-    if file.metadata().map_err(wrong)?.len() > MAX_BYTES {
-        return Err(too_large());
-    }
-    let mut bytes = vec![];
-    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(wrong)?;
-    if bytes.len() as u64 > MAX_BYTES { Err(too_large()) } else { Ok(bytes) }
+    let bytes = bounded::bytes(path, MAX_BYTES).map_err(|why| Failure::input(format!("{}: {why}", path.display())))?;
+    messages::detail(format_args!("read {}: {} bytes", path.display(), bytes.len()));
+    Ok(bytes)
 }
 
 /// Reads a recording from its bytes.

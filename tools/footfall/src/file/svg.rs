@@ -6,6 +6,7 @@ pub use picture::{Bars, Curve, Panel};
 use std::path::Path;
 
 use crate::failure::Failure;
+use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::output;
 
@@ -14,5 +15,7 @@ use crate::output;
 /// # Errors
 /// The file exists and may not be replaced, or it cannot be written.
 pub fn write(path: &Path, title: &str, panels: &[Panel], overwrite: Overwrite) -> Result<(), Failure> {
-    output::write_text(path, &draw(title, panels, 1).map_err(Failure::run)?, overwrite)
+    output::write_text(path, &draw(&messages::escaped(title), panels, 1).map_err(Failure::run)?, overwrite)?;
+    messages::written(path);
+    Ok(())
 }

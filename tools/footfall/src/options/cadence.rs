@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use crate::failure::Failure;
 use crate::gait_player::Change;
+use crate::gait_player::asked_speed::AskedSpeed;
 
 /// Seconds from one change of a sweep to the next.
 const STEP_S: f32 = 0.01;
@@ -35,10 +36,10 @@ impl Cadence {
     /// The changes of a sweep over a run of so many seconds; none if it is one cadence.
     ///
     /// # Errors
-    /// The gait does not have the last cadence, or cannot change it in every tick; or there are other changes (`switch`).
+    /// The gait does not allow the last cadence, or cannot change it in every tick; or there are other changes (`switch`).
     pub fn sweep(self, gait: Gait, secs: f32, switch: &[String]) -> Result<Vec<(f32, Change)>, Failure> {
         let Self { first, last } = self;
-        gait.speed_at(last).map_err(Failure::input)?;
+        AskedSpeed::Cadence(last).allow(gait)?;
         if first == last {
             return Ok(vec![]);
         }
@@ -60,7 +61,7 @@ impl Cadence {
         let count = (secs / STEP_S) as u32;
         let change = |n: u32| {
             let part = n as f32 / count.max(1) as f32;
-            (n as f32 * STEP_S, Change::Cadence(first + part * (last - first)))
+            (n as f32 * STEP_S, Change::Speed(AskedSpeed::Cadence(first + part * (last - first))))
         };
         Ok((1..=count).map(change).collect())
     }
@@ -84,7 +85,7 @@ mod tests {
     fn a_sweep_ends_at_its_last_cadence() {
         let walk = Gait::from_name("human-walk").unwrap();
         let changes = Cadence { first: 100.0, last: 130.0 }.sweep(walk, 3.0, &[]).unwrap();
-        assert_eq!(changes.last(), Some(&(3.0, Change::Cadence(130.0))));
+        assert_eq!(changes.last(), Some(&(3.0, Change::Speed(AskedSpeed::Cadence(130.0)))));
         assert_eq!(changes.len(), 300);
         assert_eq!(Cadence { first: 110.0, last: 110.0 }.sweep(Gait::Walk, 3.0, &[]).unwrap(), []);
     }
@@ -97,6 +98,10 @@ mod tests {
         let walk = Gait::from_name("human-walk").unwrap();
         assert!(sweep(walk, 100.0, 150.0, &[]).contains("cadence = 150: must be from 98.4 to 131"));
         assert!(sweep(Gait::Walk, 100.0, 120.0, &[]).contains("allowed is one cadence"));
+        // The message is about the cadence that was written, not about one on the way to it.
+        assert!(
+            sweep(Gait::NaturalWalk, 100.0, 130.0, &[]).starts_with("cadence = 130: left_knee of natural-walk would")
+        );
         assert!(sweep(walk, 100.0, 120.0, &["t=1 stop".into()]).contains("allowed is one cadence with --switch"));
     }
 }

@@ -1,6 +1,8 @@
 //! Option groups and value parsers that several commands share.
 
+#[cfg(feature = "analysis")]
 pub mod cadence;
+pub mod manners;
 pub mod overwrite;
 pub mod played;
 pub mod reading;

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use gait_trace::format::joint_names::AngleUnit;
-use gait_trace::{Axis, KneeSign, LowPass};
+use gait_trace::{Axis, KneeSign, LowPass, RowFilter};
 use std::path::PathBuf;
 
 use super::value::{number, one_of};
@@ -15,6 +15,9 @@ pub struct Reading {
     /// The columns of the joints and of the time, by name or by number from 1: left_hip=COLUMN,...,time=COLUMN
     #[arg(long, value_name = "MAP")]
     pub map: Vec<String>,
+    /// Rows of a CSV file to read, where a column tells subjects or trials apart: subject=S01, or subject=* for all; may be repeated
+    #[arg(long = "where", value_name = "COLUMN=VALUE")]
+    pub only: Vec<RowFilter>,
     /// Unit of the angles where the file does not state it: degrees or radians
     #[arg(long, value_name = "UNIT")]
     pub unit: Option<AngleUnit>,
@@ -25,7 +28,8 @@ pub struct Reading {
     /// Sensor file with the calibration, for recordings of volts; also for columns whose unit the file does not state
     #[arg(long, value_name = "TOML")]
     pub calibration: Option<PathBuf>,
-    /// Frames a second, for a CSV file with a column of frame numbers (`--map time=COLUMN`), or without a time
+    /// Frames a second, for a CSV file with a column of frame numbers (`--map time=COLUMN`) or without a time, or in place of times that
+    /// are rounded and agree with it
     #[arg(long, value_name = "HZ", value_parser = number(0.1..=1e6, " Hz"))]
     pub rate: Option<f64>,
     /// Component of the angles of C3D, Vicon or Visual3D that is flexion: x, y or z [default: the one that moves most; of Vicon: x]
@@ -54,6 +58,7 @@ impl Reading {
             low_pass: self.low_pass.unwrap_or(low_pass),
             calibration: self.calibration.map(SensorCalibration::read).transpose()?,
             rate_hz: self.rate,
+            only: self.only,
             axis: self.axis,
             topic: self.topic,
             knee_sign: self.knee_sign,

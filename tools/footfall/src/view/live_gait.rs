@@ -15,7 +15,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::failure::Failure;
-use crate::gait_player::{Change, GaitPlayer, largest_speed};
+use crate::gait_player::asked_speed::AskedSpeed;
+use crate::gait_player::{Change, GaitPlayer, State};
 
 /// How much of the past is shown, seconds.
 const PAST_S: f64 = 4.0;
@@ -32,10 +33,10 @@ const LONGEST_FRAME: Duration = Duration::from_millis(250);
 /// Smallest terminal that shows everything; on a smaller one there is text only.
 const LEAST: (u16, u16) = (80, 24);
 
-/// Change of the speed by one key.
-const SPEED_STEP: f32 = 0.05;
+/// Keys from one whole speed to the next.
+const SPEED_KEYS: f32 = 20.0;
 
-const KEYS: &str = " left, right: gait   + -: speed   space: stop, go on   q: end";
+const KEYS: &str = " left, right: gait   + -: speed   space: stop, start   q: end";
 
 /// A point of the past: seconds, degrees, degrees per second.
 type Point = (f64, [f64; 4], [f64; 4]);
@@ -44,7 +45,7 @@ type Point = (f64, [f64; 4], [f64; 4]);
 struct Live {
     player: GaitPlayer,
     past: VecDeque<Point>,
-    /// Why the last key had no effect.
+    /// What the last key did that was not asked for, or why it had no effect.
     note: String,
 }
 
@@ -92,20 +93,26 @@ impl Live {
     fn press(&mut self, key: Key) -> bool {
         let place = Gait::ALL.iter().position(|gait| *gait == self.player.gait()).unwrap_or(0);
         let gait = |by: usize| Gait::ALL[(place + by) % Gait::ALL.len()];
-        let speed = |by: f32| {
-            // In whole steps, so that up and down again gives the same speed.
-            let steps = ((self.player.speed() + by) / SPEED_STEP).round();
-            let gait = self.player.gait();
-            (steps * SPEED_STEP).clamp(gait.speeds().0, largest_speed(gait))
+        let speed = |keys: f32| {
+            // In whole keys, so that up and down again gives the same speed.
+            let wanted = ((self.player.speed() * SPEED_KEYS).round() + keys) / SPEED_KEYS;
+            let (least, most) = AskedSpeed::Factor(wanted).allowed(self.player.gait());
+            (Change::Speed(AskedSpeed::Factor(wanted.clamp(least, most))), least, most)
         };
         let change = match key {
             Key::End => return false,
             Key::Next => Change::To(gait(1)),
             Key::Previous => Change::To(gait(Gait::ALL.len() - 1)),
-            Key::Faster => Change::Speed(speed(SPEED_STEP)),
-            Key::Slower => Change::Speed(speed(-SPEED_STEP)),
-            Key::Stop if self.player.is_stopped() => Change::To(self.player.gait()),
-            Key::Stop => Change::Stop,
+            Key::Faster | Key::Slower => {
+                let (change, least, most) = speed(if key == Key::Faster { 1.0 } else { -1.0 });
+                if change == Change::Speed(AskedSpeed::Factor(self.player.speed())) {
+                    self.note = format!("{} allows speeds from {least} to {most}", self.player.gait().name());
+                    return true;
+                }
+                change
+            }
+            Key::Stop if self.player.state() == State::Walking => Change::Stop,
+            Key::Stop => Change::Start,
         };
         let note = self.player.change(change);
         self.note = note.unwrap_or_else(|failure| Some(failure.to_string())).unwrap_or_default();
@@ -176,12 +183,9 @@ fn meaning(key: &KeyEvent) -> Option<Key> {
 fn draw(frame: &mut Frame<'_>, live: &Live) {
     let area = frame.area();
     let player = &live.player;
-    let state = if player.is_stopped() {
-        " stopped "
-    } else if player.motion().is_changing() {
-        " changing "
-    } else {
-        " walking "
+    let state = match player.state() {
+        State::Walking if player.motion().is_changing() => String::from(" changing "),
+        state => format!(" {} ", state.name()),
     };
     let numbers = format!(
         " {}   speed {:.2}   stride {:.2} s   t {:.2} s   phase {:.2}",
@@ -202,7 +206,7 @@ fn draw(frame: &mut Frame<'_>, live: &Live) {
     let [head, hips, knees, keys] =
         Layout::vertical([Constraint::Length(2), Constraint::Fill(1), Constraint::Fill(1), Constraint::Length(1)])
             .areas(area);
-    let colour = if player.is_stopped() { Color::Yellow } else { Color::Green };
+    let colour = if player.state() == State::Walking { Color::Green } else { Color::Yellow };
     let style = Style::new().fg(Color::Black).bg(colour).add_modifier(Modifier::BOLD);
     let first = Line::from(vec![Span::raw(" "), Span::styled(state, style), Span::raw(numbers)]);
     frame.render_widget(Paragraph::new(vec![first, Line::from(format!(" {}", live.note))]), head);
@@ -265,7 +269,7 @@ mod tests {
     use ratatui::backend::TestBackend;
 
     fn live(gait: Gait, changes: Vec<(f32, Change)>) -> Live {
-        Live::new(GaitPlayer::build(gait, 1.0, changes).unwrap())
+        Live::new(GaitPlayer::build(gait, AskedSpeed::Factor(1.0), changes).unwrap())
     }
 
     fn shown(live: &Live, width: u16, height: u16) -> String {
@@ -306,17 +310,34 @@ mod tests {
         }
         assert_eq!((live.player.gait(), live.player.speed()), (Gait::Walk, 1.5));
         // The natural walk is fast at the knees.
-        let said = "natural-walk at speed 1.078, the nearest to 1.500 that it allows";
+        let said = "natural-walk at speed 1.078, the nearest to 1.5 that it allows";
         assert!(live.press(Key::Next) && live.note == said, "{}", live.note);
         assert_eq!((live.player.gait(), live.player.speed()), (Gait::NaturalWalk, 1.078));
-        assert!(live.press(Key::Faster) && live.note.is_empty() && live.player.speed() == 1.078);
+        assert!(
+            live.press(Key::Faster) && live.note == "natural-walk allows speeds from 0.5 to 1.078",
+            "{}",
+            live.note
+        );
+        assert_eq!(live.player.speed(), 1.078);
+        // The speed that was asked for is not forgotten.
+        assert!(
+            live.press(Key::Previous) && live.note == "walk at speed 1.5 again, as asked for before",
+            "{}",
+            live.note
+        );
+        assert!(live.press(Key::Next));
         for _ in 0..40 {
             assert!(live.press(Key::Slower));
         }
         assert_eq!(live.player.speed(), 0.5);
         assert!(live.press(Key::Stop));
+        assert!(shown(&live, 100, 30).contains("stopping"));
         live.advance(4.0).unwrap();
-        assert!(shown(&live, 100, 30).contains("stopped"));
+        assert!(shown(&live, 100, 30).contains("standing"));
+        assert_eq!(live.player.motion().rates().map(|rate| rate.0), [0.0; 4]);
+        // A speed does not start it.
+        assert!(live.press(Key::Faster) && live.note == "speed 0.55 is kept for the next start", "{}", live.note);
+        live.advance(4.5).unwrap();
         assert_eq!(live.player.motion().rates().map(|rate| rate.0), [0.0; 4]);
         assert!(live.press(Key::Stop));
         live.advance(5.0).unwrap();
@@ -328,9 +349,9 @@ mod tests {
     fn planned_changes_happen() {
         let mut live = live(Gait::Walk, vec![(1.0, Change::To(Gait::from_name("run").unwrap())), (2.0, Change::Stop)]);
         live.advance(1.5).unwrap();
-        assert_eq!((live.player.gait().name(), live.player.is_stopped()), ("run", false));
+        assert_eq!((live.player.gait().name(), live.player.state()), ("run", State::Walking));
         live.advance(2.5).unwrap();
-        assert!(live.player.is_stopped());
+        assert_eq!(live.player.state(), State::Stopping);
     }
 
     #[test]

@@ -17,6 +17,7 @@ use crate::board::run::{BoardRun, Event};
 use crate::board::run_result::RunResult;
 use crate::failure::Failure;
 use crate::file::capture::{Capture, counts_in_words};
+use crate::messages;
 use crate::options::sensors::joints;
 use crate::output;
 use crate::view::plain;
@@ -37,10 +38,10 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     let prepared = prepare(settings)?;
     output::notes(&prepared.notes);
     if settings.robot_file.is_none() {
-        eprintln!("robot: the record of the default robot is written to the board; --robot writes another");
+        messages::status("robot: the record of the default robot is written to the board; --robot writes another");
     }
     if let Some(path) = &settings.generator {
-        eprintln!("walks: {}", walks(path, &settings.parameters.robot)?);
+        messages::status(format_args!("walks: {}", walks(path, &settings.parameters.robot)?));
     }
     let arguments = arguments(settings, &prepared)?;
     let mut board = BoardProcess::start(&settings.virtual_board, &arguments.all).map_err(Failure::input)?;
@@ -147,7 +148,11 @@ impl<'t> Run<'t> {
         if let (Some(capture), Some(path)) = (self.capture.take(), &settings.record) {
             let value = serde_json::to_value(&result).map_err(Failure::run)?;
             let counts = capture.finish(&value).map_err(|error| output::cannot_write(path, error))?;
-            eprintln!("{}", counts_in_words(path, &counts));
+            messages::status(counts_in_words(path, &counts));
+            messages::next(
+                "fit a generator to it",
+                format!("footfall fit {} -o generator.toml", messages::shell_word(path)),
+            );
         }
         self.result = Some(result);
         let status = board.wait().map_err(Failure::run)?;
@@ -239,7 +244,7 @@ fn print_event(event: &Event, view: &View, show: Show) -> io::Result<()> {
         }
         Show::Plain | Show::Screen => {
             if let Some(line) = plain::event_line(event) {
-                eprintln!("{line}");
+                messages::status(line);
             }
             if !status {
                 return Ok(());

@@ -1,10 +1,13 @@
 //! Evaluates the time column: rows to keep, nominal rate, and resampling of the joints to equal time steps.
 
 use crate::clean::condition_error::ConditionError;
+use crate::clean::received::{self, Delays};
 use crate::clean::repair;
 use crate::clean::resample::MAX_SAMPLES;
 use crate::clean::rules::{FEWEST_ROWS, MOST_PERCENT_ROWS, Rules};
+use crate::clean::two_recordings;
 use crate::finding::{Done, Finding, FindingKind};
+use crate::format::time_step;
 use crate::raw::RawJoints;
 use crate::series::{quantile, range, upper_median};
 use joint_units::Joint;
@@ -42,6 +45,7 @@ impl Clock {
         }
         let mut rows: Vec<usize> = Vec::with_capacity(raw.time_s.len());
         let mut repeated: Vec<usize> = Vec::new();
+        let first = raw.time_s.first().copied().unwrap_or_default();
         for (index, &value) in raw.time_s.iter().enumerate() {
             let row = index + 1;
             if !value.is_finite() {
@@ -49,12 +53,17 @@ impl Clock {
             }
             let before = rows.last().map_or(f64::NEG_INFINITY, |&before| raw.time_s[before]);
             if value < before {
-                return Err(ConditionError::TimeOrder { file: file(), row, value, before });
+                // A recording that begins again where the one above it did.
+                let begins_again = value - first < 0.1 * (before - first);
+                return Err(ConditionError::TimeOrder { file: file(), row, value, before, begins_again });
             }
             if value == before { repeated.push(index) } else { rows.push(index) }
         }
         if rows.len() < FEWEST_ROWS {
             return Err(ConditionError::TooFewRows { file: file(), rows: rows.len() });
+        }
+        if let Some(why) = two_recordings::of(raw, &rows, &repeated) {
+            return Err(ConditionError::SeveralRecordings { file: file(), why });
         }
         let start_s = raw.time_s[rows[0]];
         let mut times: Vec<f64> = rows.iter().map(|&row| raw.time_s[row] - start_s).collect();
@@ -72,8 +81,13 @@ impl Clock {
             _ => false,
         };
 
+        let delays = raw.received.then(|| received::put_at_equal_steps(&mut times));
         let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let median = upper_median(steps.iter().copied());
+        if median >= time_step::MAX_STEP_S && matches!(cycle, Cycle::None) {
+            let (likely, heading) = time_step::likely_unit(median);
+            return Err(ConditionError::TimeStep { file: file(), step_s: median, likely, heading });
+        }
         let usual: Vec<f64> =
             steps.iter().copied().filter(|step| *step > 0.5 * median && *step <= 1.5 * median).collect();
         let step = usual.iter().sum::<f64>() / usual.len() as f64;
@@ -99,6 +113,10 @@ impl Clock {
         if let (Some(&first), Some(&last)) = (repeated.first(), repeated.last()) {
             let kind = FindingKind::RepeatedTimes { rows: repeated.len(), of: raw.time_s.len() };
             findings.push(all(raw.time_s[first] - start_s, raw.time_s[last] - start_s, kind, Done::LeftOut));
+        }
+        if let Some(Delays { share, are_clear }) = delays {
+            let done = if are_clear && share > rules.jitter_share { Done::Resampled } else { Done::Reported };
+            findings.push(all(0.0, end_s, FindingKind::ReceivedTimes { share }, done));
         }
         let share = quantile(steps.iter().filter(|s| **s <= 1.5 * median).map(|s| (s / median - 1.0).abs()), 0.95);
         if share > rules.jitter_share {

@@ -2,7 +2,9 @@
 //!
 //! The steps, in this order. Each uses thresholds of [`Rules`] and reports what it did, or what is doubtful, as a [`Finding`] with times:
 //!
-//! 1. *Time.* Rows with the same time as the row before are dropped; a decreasing time is an error that names the row. An axis from 0
+//! 1. *Time.* Rows with the same time as the row before are dropped; a decreasing time is an error that names the row, and so are rows of
+//!    two recordings and steps that are too long for seconds. Times at which messages were received are put at equal steps, if the rows fit
+//!    them. An axis from 0
 //!    to 1 (or 0 to 100 in at most `MOST_PERCENT_ROWS` rows) whose joints end at their start values is a normalised cycle. The rate
 //!    follows from the mean of the typical steps. If a time stamp is more than a hundredth of a step off the even grid, the joints are
 //!    resampled ([`crate::clean::repair`]).
@@ -12,7 +14,8 @@
 //!    A joint that stays at an end of its range in stride after stride is reported as clipped.
 //! 3. *Jumps* faster than a leg can move are bridged, or unusable if longer than [`Rules::longest_jump_s`]. At a lasting step the samples
 //!    are unusable.
-//! 4. *Units.* If no joint moves by [`Rules::least_range_deg`], the values are probably radians and are refused.
+//! 4. *Units.* If no joint moves by [`Rules::least_range_deg`], the values are probably radians and are refused. A unit that only the values
+//!    imply is refused if the joints then move too little for a gait.
 //! 5. *Low-pass*, if [`Rules::low_pass`] requests one.
 //! 6. *Convention*: signs and exchanged columns ([`crate::clean::convention`]).
 //!
@@ -26,6 +29,7 @@ use crate::clean::knee_sign::AmbiguousKnees;
 use crate::clean::repair;
 use crate::clean::repair::JumpRule;
 use crate::clean::rules::{FEWEST_ROWS, LowPass, MOST_CUT_OFF, RUNNING_HZ, RUNNING_STRIDE_S, Rules, WALKING_HZ};
+use crate::clean::unit_doubt;
 use crate::finding::{Done, Finding, FindingKind};
 use crate::raw::RawJoints;
 use crate::recording::{Channel, Quantity, Recording};
@@ -66,7 +70,7 @@ impl Conditioned {
 /// Conditions a recording in the steps that the module's documentation lists.
 ///
 /// # Errors
-/// Times decrease or are not finite, there are too few rows, the values are radians, a joint has hardly any usable value, or the
+/// Times decrease, are not finite or not in seconds, the rows are of several recordings, there are too few rows, the unit is wrong or unclear, a joint has hardly any usable value, or the
 /// sign of the knees does not follow from their angles.
 ///
 /// ```
@@ -81,9 +85,9 @@ impl Conditioned {
 /// let time_s: Vec<f64> = (0..330).map(|n| f64::from(n) * 0.01).collect();
 /// let mut angle_deg: Vec<f64> = time_s.iter().map(|&t| -knee(t)).collect();
 /// angle_deg[150] -= 12.0;
-/// let left_knee = RawJoint { column: "knee_angle_l".into(), angle_deg };
+/// let left_knee = RawJoint::degrees("knee_angle_l", angle_deg);
 /// let raw = RawJoints {
-///     file: "walk.mot".into(), format: String::new(), time_s, joints: [None, None, Some(left_knee), None], notes: vec![],
+///     file: "walk.mot".into(), format: String::new(), time_s, received: false, joints: [None, None, Some(left_knee), None], notes: vec![],
 /// };
 /// let done = condition(&raw, &Rules::default())?;
 /// let said: Vec<String> = done.findings.iter().map(|finding| finding.to_string()).collect();
@@ -128,8 +132,13 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
             }
             gaps[joint as usize].push((from, to));
         }
-        clips.extend(clipped(joint, &x, &gaps[joint as usize], rate_hz));
-        for jump in repair::jumps(&x, &bad, rate_hz, &jump_rule) {
+        // Where a clipped joint reaches and leaves the end of its range, the angle bends sharply and has not jumped.
+        let mut unexamined = bad.clone();
+        for (clip, held) in clipped(joint, &x, &gaps[joint as usize], rate_hz) {
+            clips.push(clip);
+            held.iter().for_each(|&(from, to)| unexamined[from..to].fill(true));
+        }
+        for jump in repair::jumps(&x, &unexamined, rate_hz, &jump_rule) {
             let (from, to) = (jump.from, jump.to);
             let before = x[from..to].to_vec();
             let long = (to - from + 1) as f64 > rules.longest_jump_s * rate_hz + 1e-6 || from == 0 || to == samples;
@@ -165,6 +174,7 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         let (file, least) = (raw.file.clone(), rules.least_range_deg);
         return Err(ConditionError::Radians { file, range: widest, least });
     }
+    unit_doubt::check(raw, &joints, &unusable)?;
     let end_s = seconds(samples - 1);
     let cut_off = match rules.low_pass {
         _ if clock.normalised_cycle => None,

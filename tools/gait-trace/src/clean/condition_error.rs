@@ -46,7 +46,7 @@ pub enum ConditionError {
     },
     /// The time decreases.
     #[error(
-        "{file}: row {row}: time {value} s after {before} s; allowed are times that increase: sort the rows, or split the file"
+        "{file}: row {row}: time {value} s after {before} s; allowed are times that increase: {}", if *.begins_again { "the rows are of several recordings, one below the other; split the file, or choose the rows of one (`--where COLUMN=VALUE`)" } else { "put the rows in order, or split the file if it has several recordings" }
     )]
     TimeOrder {
         /// The file.
@@ -57,6 +57,32 @@ pub enum ConditionError {
         value: f64,
         /// The time of the row before.
         before: f64,
+        /// The time is near that of the first row.
+        begins_again: bool,
+    },
+    /// Rows of several recordings are in one table.
+    #[error(
+        "{file}: the rows are of several recordings: {why}; allowed is one recording: split the file, or choose the rows of one (`--where COLUMN=VALUE`)"
+    )]
+    SeveralRecordings {
+        /// The file.
+        file: String,
+        /// What shows it.
+        why: String,
+    },
+    /// The time steps are too long for seconds.
+    #[error(
+        "{file}: the median time step is {step_s} s, too long for a gait ({likely}?); allowed are times in seconds, or a heading with the right unit, such as {heading}"
+    )]
+    TimeStep {
+        /// The file.
+        file: String,
+        /// The median time step, seconds.
+        step_s: f64,
+        /// What the times probably are.
+        likely: &'static str,
+        /// The heading that says so.
+        heading: &'static str,
     },
     /// There would be more samples than the limit; usually a time is wrong.
     #[error("{file}: {duration_s} s at {rate_hz} Hz; allowed are up to {MAX_SAMPLES} samples: is a time stamp wrong?")]
@@ -79,6 +105,20 @@ pub enum ConditionError {
         range: f64,
         /// Smallest allowed range, degrees.
         least: f64,
+    },
+    /// The unit is inferred from the values, and the gait would be none.
+    #[error(
+        "{file}: the unit of the angles is not stated; read as {unit}, which the values imply, the {what} by only {range:.1} degrees, too little for a gait; allowed are a heading with the unit (`left_knee_deg`), `--unit degrees|radians` to confirm it, or `--calibration FILE` for volts"
+    )]
+    UnitNotStated {
+        /// The file.
+        file: String,
+        /// The unit that was inferred.
+        unit: &'static str,
+        /// The joints, and that they move or bend.
+        what: &'static str,
+        /// How far, degrees.
+        range: f64,
     },
     /// Nearly all of a joint is gaps and jumps.
     #[error(

@@ -13,7 +13,7 @@ pub(crate) use crate::format::column::{AngleColumn, Place};
 use crate::format::joint_names::{AngleUnit, joint_of, sideless_of};
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
-use crate::raw::RawJoint;
+use crate::raw::{RawJoint, UnitSource};
 use crate::recording::{MAX_ANGLE_DEG, Quantity};
 use joint_units::Joint;
 use std::f64::consts::TAU;
@@ -46,7 +46,7 @@ pub(crate) fn in_degrees(
     }
     calibrated::convert(place, &mut columns, how, notes)?;
     // The caller's unit holds for the columns that are not computed.
-    let is_computed = |column: &AngleColumn| column.said == Said::Computed;
+    let is_computed = |column: &AngleColumn| matches!(column.said, Said::Computed | Said::Calibrated);
     if let Some(unit) = how.unit
         && columns.iter().all(is_computed)
     {
@@ -61,12 +61,17 @@ pub(crate) fn in_degrees(
     };
     let mut joints: [Option<RawJoint>; Joint::COUNT] = Default::default();
     for column in columns {
-        let (said, asked) = match column.said {
-            Said::Computed => (Some(AngleUnit::Degrees), None),
-            Said::Unit(unit) => (Some(unit), how.unit),
-            _ => (None, how.unit),
-        };
+        let said = column.said.unit();
+        let asked = if is_computed(&column) { None } else { how.unit };
         let unit = asked.or(said).or(guess).unwrap_or(AngleUnit::Degrees);
+        let source = match (asked, column.said) {
+            (Some(asked), _) => UnitSource::Requested(asked),
+            (None, Said::Unit(unit)) => UnitSource::Stated(unit),
+            (None, Said::Format(unit, why)) => UnitSource::Format(unit, why),
+            (None, Said::Computed) => UnitSource::Computed,
+            (None, Said::Calibrated) => UnitSource::Calibrated,
+            (None, Said::Nothing | Said::Angle | Said::Volts) => UnitSource::Inferred(unit),
+        };
         if let (Some(asked), Some(said)) = (asked, said)
             && asked != said
         {
@@ -74,7 +79,7 @@ pub(crate) fn in_degrees(
             notes.push(format!("`{heading}`: read as {asked}, as requested, although the file names {said}."));
         }
         let joint = column.joint as usize;
-        joints[joint] = Some(without_glitches(place, column, unit, notes)?);
+        joints[joint] = Some(without_glitches(place, column, (unit, source), notes)?);
     }
     Ok(joints)
 }
@@ -103,7 +108,9 @@ fn extent<'a>(columns: impl Iterator<Item = &'a AngleColumn>) -> (f64, usize) {
 
 /// The unit that the values of the columns without unit imply; `None` if all columns have a unit.
 fn guess(place: &Place<'_>, columns: &[AngleColumn], notes: &mut Vec<String>) -> Result<Option<AngleUnit>, TraceError> {
-    let degrees = |column: &&AngleColumn| column.said == Said::Unit(AngleUnit::Degrees);
+    let degrees = |column: &&AngleColumn| {
+        matches!(column.said, Said::Unit(AngleUnit::Degrees) | Said::Format(AngleUnit::Degrees, _))
+    };
     let is_unsaid = |column: &&AngleColumn| matches!(column.said, Said::Nothing | Said::Angle);
     let (largest, values) = extent(columns.iter().filter(degrees));
     if values >= ENOUGH && largest <= RADIANS_END {
@@ -144,7 +151,7 @@ fn guess(place: &Place<'_>, columns: &[AngleColumn], notes: &mut Vec<String>) ->
 fn without_glitches(
     place: &Place<'_>,
     mut column: AngleColumn,
-    unit: AngleUnit,
+    (unit, source): (AngleUnit, UnitSource),
     notes: &mut Vec<String>,
 ) -> Result<RawJoint, TraceError> {
     let mut values = std::mem::take(&mut column.values);
@@ -170,7 +177,7 @@ fn without_glitches(
             values.len()
         ));
     }
-    Ok(RawJoint { column: column.heading, angle_deg: values })
+    Ok(RawJoint { column: column.heading, unit: source, angle_deg: values })
 }
 
 #[cfg(test)]

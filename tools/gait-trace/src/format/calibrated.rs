@@ -2,6 +2,7 @@
 
 use crate::fault::{Fault, TraceError};
 use crate::format::column::{AngleColumn, Place};
+use crate::format::joint_names::AngleUnit;
 use crate::format::text_table::short;
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
@@ -47,10 +48,7 @@ pub(crate) fn convert(
     }
     let Some(first) = columns.first() else { return Ok(()) };
     if columns.iter().all(|column| column.said != Said::Volts) {
-        let said = match first.said {
-            Said::Unit(unit) => unit.words(),
-            _ => "an angle",
-        };
+        let said = first.said.unit().map_or("an angle", AngleUnit::words);
         return Err(place.at(place.header, Some(first), Fault::CalibrationUnused { said }));
     }
     for column in columns.iter_mut().filter(|column| column.said == Said::Volts) {
@@ -81,7 +79,7 @@ fn convert_column(
     calibration: &Calibration,
     notes: &mut Vec<String>,
 ) -> Result<(), TraceError> {
-    column.said = Said::Computed;
+    column.said = Said::Calibrated;
     let (mut least, mut most, mut known, mut outside) = (f64::INFINITY, f64::NEG_INFINITY, 0_usize, 0_usize);
     for value in column.values.iter_mut().filter(|value| !value.is_nan()) {
         (least, most) = (least.min(*value), most.max(*value));

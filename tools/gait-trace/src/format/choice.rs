@@ -2,6 +2,7 @@
 
 use crate::fault::Fault;
 use crate::format::joint_names::joint_of;
+use crate::format::stated;
 use crate::format::text_table::{column_called, listed, short};
 use crate::options::ReadOptions;
 use joint_units::Joint;
@@ -10,18 +11,20 @@ use joint_units::Joint;
 /// heading that says the joint.
 ///
 /// # Errors
-/// A column of the map is missing, two columns have one joint, or there is none.
+/// A column of the map is missing or states that it is no angle, two columns have one joint, or there is none.
 pub(crate) fn columns(headings: &[&str], names: &[&str], how: &ReadOptions<'_>) -> Result<Vec<(Joint, usize)>, Fault> {
     let mut chosen = Vec::new();
     for joint in Joint::ALL {
         let index = match how.column_of(joint) {
             Some(wanted) => {
                 let index = column_called(headings, wanted).or_else(|| column_called(names, wanted));
-                Some(index.ok_or_else(|| Fault::MapColumn {
+                let index = index.ok_or_else(|| Fault::MapColumn {
                     joint: joint.name(),
                     wanted: wanted.into(),
                     have: listed(headings),
-                })?)
+                })?;
+                stated::check(names[index], how)?;
+                Some(index)
             }
             None => {
                 let is_joint = |index: &usize| joint_of(names[*index]).is_some_and(|(found, _)| found == joint);

@@ -2,6 +2,7 @@
 
 use crate::fault::{Fault, TraceError};
 use crate::format::joint_names::{AngleUnit, joint_of, sideless_of, unit_of};
+use crate::format::stated;
 use crate::format::text_table::{column_called, listed, short};
 use crate::format::time_names::{is_frame, time_of};
 use crate::format::unit::{Said, seconds_of, volts_in, volts_of, without_volts};
@@ -31,7 +32,7 @@ impl Chosen {
     }
 
     /// The only hip or knee of a file that names no side, as a recording of a single sensor does.
-    fn sideless(headings: &[String], how: &ReadOptions<'_>, notes: &mut Vec<String>) -> Option<Self> {
+    fn sideless(headings: &[String], how: &ReadOptions<'_>) -> Option<Self> {
         let all = || headings.iter().enumerate();
         let mut found =
             all().filter_map(|(index, heading)| sideless_of(without_volts(heading)).map(|what| (index, what)));
@@ -44,7 +45,6 @@ impl Chosen {
         if chosen.said == Said::Nothing {
             chosen.said = unit.map_or(Said::Nothing, Said::Unit);
         }
-        notes.push(format!("`{}` names no side; it is read as {}.", chosen.heading, joint.name()));
         Some(chosen)
     }
 }
@@ -75,6 +75,8 @@ pub(crate) struct Header {
     pub(crate) headings: Vec<String>,
     pub(crate) time: TimeSource,
     pub(crate) chosen: Vec<Chosen>,
+    /// The only joint names no side.
+    is_sideless: bool,
 }
 
 impl Header {
@@ -84,7 +86,6 @@ impl Header {
         headings: Vec<String>,
         headless: bool,
         how: &ReadOptions<'_>,
-        notes: &mut Vec<String>,
     ) -> Result<Self, TraceError> {
         let time = time_source(name, line, &headings, headless, how)?;
         let fault = |fault| TraceError::new(name, Some(line), fault);
@@ -114,15 +115,18 @@ impl Header {
                     index
                 }
             };
+            if let Some(index) = index.filter(|_| how.column_of(joint).is_some()) {
+                stated::check(&headings[index], how).map_err(|f| fault(f).in_column(index, &headings[index]))?;
+            }
             if let Some(index) = index.filter(|index| time.index() == Some(*index)) {
                 let heading = short(&headings[index]);
                 return Err(fault(Fault::TimeAsJoint { joint: joint.name() }).in_column(index, &heading));
             }
             chosen.extend(index.map(|index| Chosen::of(joint, index, &headings[index])));
         }
-        if chosen.is_empty() {
-            chosen.extend(Chosen::sideless(&headings, how, notes));
-        }
+        let sideless = if chosen.is_empty() { Chosen::sideless(&headings, how) } else { None };
+        let is_sideless = sideless.is_some();
+        chosen.extend(sideless);
         if chosen.is_empty() {
             let volts: Vec<&String> = headings.iter().filter(|heading| volts_in(heading).is_some()).collect();
             let others: Vec<&String> = headings
@@ -138,7 +142,22 @@ impl Header {
                 volts => Fault::NoChannelMap { have: listed(volts) },
             }));
         }
-        Ok(Self { headings, time, chosen })
+        Ok(Self { headings, time, chosen, is_sideless })
+    }
+
+    /// Puts the only joint of a file that names no side on the leg that a column of the rows names, if any.
+    pub(crate) fn settle_side(&mut self, is_left: Option<bool>, notes: &mut Vec<String>) {
+        let Some(chosen) = self.chosen.first_mut().filter(|_| self.is_sideless) else { return };
+        let is_hip = matches!(chosen.joint, Joint::LeftHip | Joint::RightHip);
+        chosen.joint = match (is_left, is_hip) {
+            (Some(true), true) => Joint::LeftHip,
+            (Some(true), false) => Joint::LeftKnee,
+            (Some(false), true) => Joint::RightHip,
+            (Some(false), false) => Joint::RightKnee,
+            (None, _) => chosen.joint,
+        };
+        let by = if is_left.is_some() { ", by the rows" } else { "" };
+        notes.push(format!("`{}` names no side; it is read as {}{by}.", chosen.heading, chosen.joint.name()));
     }
 
     /// Reads a row of units below the header (`s,deg,deg` or `(ms),(mV)`); false if the row is not one.
@@ -152,6 +171,10 @@ impl Header {
         match &mut self.time {
             TimeSource::Column { index, power } => {
                 let Some(unit) = fields.get(*index).and_then(|field| seconds_of(field)) else { return Ok(false) };
+                if power.is_some_and(|named| named != unit) {
+                    let error = contradicts(name, line, &fields[*index], "the unit that the heading names");
+                    return Err(error.in_column(*index, &self.headings[*index]));
+                }
                 *power = Some(unit);
             }
             _ if !fields.iter().any(is_unit) => return Ok(false),
@@ -159,12 +182,17 @@ impl Header {
         }
         for chosen in &mut self.chosen {
             let unit = bare(&fields[chosen.index]);
-            if let Some(power) = volts_of(&unit) {
-                (chosen.said, chosen.power) = (Said::Volts, power);
-            } else if let Ok(unit) = unit.parse() {
-                if chosen.said == Said::Nothing {
-                    chosen.said = Said::Unit(unit);
+            let (said, power) = match (volts_of(&unit), unit.parse()) {
+                (Some(power), _) => (Said::Volts, power),
+                (None, Ok(unit)) => (Said::Unit(unit), 0),
+                (None, Err(_)) => (Said::Nothing, 0),
+            };
+            if said != Said::Nothing {
+                if chosen.said != Said::Nothing && (chosen.said, chosen.power) != (said, power) {
+                    let error = contradicts(name, line, &unit, "the unit that the heading names");
+                    return Err(error.in_column(chosen.index, &chosen.heading));
                 }
+                (chosen.said, chosen.power) = (said, power);
             } else if !matches!(unit.as_str(), "" | "-") {
                 let fault = Fault::HeaderField {
                     field: "the unit".into(),
@@ -176,6 +204,12 @@ impl Header {
         }
         Ok(true)
     }
+}
+
+/// An error where the row of units contradicts the heading.
+fn contradicts(name: &str, line: u64, unit: &str, allowed: &str) -> TraceError {
+    let (field, found) = ("the unit below the heading".into(), format!("`{}`", short(unit)));
+    TraceError::new(name, Some(line), Fault::HeaderField { field, found, allowed: allowed.into() })
 }
 
 /// The index of a column of the caller's map.
@@ -211,15 +245,11 @@ fn time_source(
         }
     };
     match (index, how.rate_hz) {
-        (Some(index), Some(_)) if is_time(&index) => {
-            let has = format!("`{}`", short(&headings[index]));
-            Err(fault(Fault::RateAndTime { has }).in_column(index, &headings[index]))
-        }
-        (Some(index), Some(rate_hz)) => Ok(TimeSource::Frames { index, rate_hz }),
+        (Some(index), Some(rate_hz)) if !is_time(&index) => Ok(TimeSource::Frames { index, rate_hz }),
         (Some(index), None) if is_frame(&headings[index]) => {
             Err(fault(Fault::NoRate).in_column(index, &headings[index]))
         }
-        (Some(index), None) => Ok(TimeSource::Column { index, power: unit_of_time(&headings[index]) }),
+        (Some(index), _) => Ok(TimeSource::Column { index, power: unit_of_time(&headings[index]) }),
         (None, Some(rate_hz)) => Ok(TimeSource::Rows { rate_hz }),
         (None, None) => {
             let hint = match headings.len() {

@@ -121,7 +121,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let count = joints.iter().flatten().count();
     let format = format!("GCD, one normalised gait cycle of {points} points, {count} joints of {} blocks", heads.len());
     let time_s = (0..points).map(|n| n as f64 / (points - 1) as f64).collect();
-    Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
+    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
 }
 
 /// The line that begins a block of numbers.

@@ -158,6 +158,11 @@ fn words_in(name: &str) -> Option<Vec<Word>> {
     (!extension).then_some(words)
 }
 
+/// Whether a text in lower case, without blanks and signs, has only words of the names of joint angles.
+pub(crate) fn is_joint_words(plain: &str) -> bool {
+    plain.len() <= MAX_NAME && words_of(plain).is_some()
+}
+
 /// The one of two words that occurs; `None` if both or none do.
 fn one_of(words: &[Word], a: Word, b: Word) -> Option<Word> {
     let mut found = words.iter().filter(|&&word| word == a || word == b);

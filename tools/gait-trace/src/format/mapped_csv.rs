@@ -9,21 +9,22 @@
 //! The unit of an angle comes from its heading (`left_hip_deg`, `hip l [rad]`) or from the caller, else from the values, with a
 //! note. A column in volts (`PA1`, `goniometer (mV)`; a goniometer measures a joint angle) that the map assigns to a joint is
 //! converted by the calibration; with a calibration, so is a column without unit. A column of frames, or no time at all, needs the
-//! rate from the caller.
+//! rate from the caller; a rate may also replace times that are rounded too coarsely, where they agree with it.
+//!
+//! A column such as `subject` or `trial` with several values is an error, unless the caller chooses rows or takes all of them.
 
 use crate::clean::rules::MOST_PERCENT_ROWS;
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::csv_header::{Chosen, Header, TimeSource};
 use crate::format::description::{Description, SIGNS};
+use crate::format::row_marks::RowMarks;
 use crate::format::text_table::{Delimiter, check_rows, cut_line, finite, is_missing, lines, short, text};
+use crate::format::time_step;
 use crate::format::unit::scaled;
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use std::borrow::Cow;
-
-/// From this median step on, seconds, a time column without unit is refused.
-const MAX_STEP_S: f64 = 1.0;
 
 /// The row of the table of formats.
 pub(crate) const DESCRIPTION: Description = Description {
@@ -32,9 +33,9 @@ pub(crate) const DESCRIPTION: Description = Description {
     units: "a heading's end (`_deg`, `[rad]`, `(mV)`, `PA1`) or a row of units below it; volts need a calibration",
     axes: "one column a joint",
     signs: SIGNS,
-    rate: "a column of times in s, ms, us or ns (`time_ms`, `Time [s]`, `sec`), or of frames; none with `--rate`",
-    said: "degrees or radians by the values, where an angle's heading has no unit; volts, where a calibration is given; seconds, where a time has no unit and steps below 1; percent of a cycle, where it runs from 0 to 100; the joint of a name without side; columns `time`, `CH1`, ... without a header",
-    options: &["--map", "--unit", "--calibration", "--rate", "--knee-sign", "--stride-time"],
+    rate: "a column of times in s, ms, us or ns (`time_ms`, `Time [s]`, `sec`), or of frames; none with `--rate`, which also replaces times that agree with it",
+    said: "degrees or radians by the values, where an angle's heading has no unit; volts, where a calibration is given; seconds, where a time has no unit and steps below 0.5; percent of a cycle, where it runs from 0 to 100; the joint of a name without side; the subject or trial of all rows; columns `time`, `CH1`, ... without a header",
+    options: &["--map", "--where", "--unit", "--calibration", "--rate", "--knee-sign", "--stride-time"],
 };
 
 /// Reads the bytes of a CSV file.
@@ -94,8 +95,7 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
         }
         _ => (first.0, first_fields.iter().map(|field| field.to_string()).collect()),
     };
-    let mut header =
-        Header::understand(name, header_line, headings, headless && header_line == first.0, how, &mut notes)?;
+    let mut header = Header::understand(name, header_line, headings, headless && header_line == first.0, how)?;
 
     let is_number = |column| {
         let is_time = match header.time {
@@ -104,6 +104,10 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
         };
         is_time || header.chosen.iter().any(|chosen| chosen.index == column)
     };
+    let used: Vec<usize> =
+        header.time.index().into_iter().chain(header.chosen.iter().map(|chosen| chosen.index)).collect();
+    let mut marks = RowMarks::of(&header.headings, &used, &how.only)
+        .map_err(|fault| TraceError::new(name, Some(header_line), fault))?;
     let cut = cut_line(text, delimiter, header.headings.len(), is_number).filter(|&line| line > first.0);
 
     let mut time_s = Vec::new();
@@ -122,17 +126,21 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
         let wanted = header.headings.len();
         let trailing = fields.len() == wanted + 1 && fields[wanted].is_empty();
         if fields.len() != wanted && !trailing {
-            return Err(fault(Fault::FieldCount { found: fields.len(), wanted }));
+            return Err(fault(wrong_count(&fields, wanted, comma)));
         }
+        let is_header = || fields.iter().zip(&header.headings).all(|(field, heading)| field == heading);
         let at = |index: usize, f: Fault| fault(f).in_column(index, &header.headings[index]);
         let number = |index: usize, power: i32| {
             scaled(&fields[index], comma, power).map_err(|f| {
-                if fields.iter().zip(&header.headings).all(|(field, heading)| field == heading) {
+                if is_header() {
                     return fault(Fault::SecondHeader);
                 }
                 at(index, f)
             })
         };
+        if !marks.takes(&fields) && !is_header() {
+            continue;
+        }
         time_s.push(match header.time {
             TimeSource::Column { index, power } => number(index, power.unwrap_or(0))?,
             TimeSource::Frames { index, rate_hz } => number(index, 0)? / rate_hz,
@@ -146,6 +154,7 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
             chosen.values.push(value.map_err(|f| fault(f).in_column(chosen.index, &header.headings[chosen.index]))?);
         }
     }
+    marks.check(name, header_line, &mut notes)?;
     if time_s.len() < 2 {
         let last = row_lines.last().copied().unwrap_or(header_line);
         return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
@@ -155,23 +164,40 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
     } else if !text.ends_with(['\n', '\r']) {
         notes.push("The last line has no line end: if the file was cut off, its last number may be wrong.".into());
     }
-    if let TimeSource::Column { index, power: None } = header.time {
-        check_seconds(name, header_line, (index, &header.headings[index]), &time_s, &mut notes)?;
+    if let TimeSource::Column { index, power } = header.time {
+        let heading = &header.headings[index];
+        check_seconds(name, header_line, (index, heading), power.is_some(), &time_s, &mut notes)?;
+        if let Some(rate_hz) = how.rate_hz {
+            time_step::at_rate(&mut time_s, rate_hz, heading, &mut notes)
+                .map_err(|fault| TraceError::new(name, Some(header_line), fault).in_column(index, heading))?;
+        }
     }
+    header.settle_side(marks.is_left(), &mut notes);
     let place = Place { file: name, header: Some(header_line), lines: &row_lines };
     let column =
         |Chosen { joint, index, heading, said, values, .. }| AngleColumn { joint, heading, index, said, values };
     let joints = in_degrees(&place, header.chosen.into_iter().map(column).collect(), how, &mut notes)?;
     let count = joints.iter().flatten().count();
     let format = format!("CSV, {}, {count} joints of {} columns", delimiter.words(), header.headings.len());
-    Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
+    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
 }
 
-/// Accepts a time without unit as seconds if its median step is short enough.
+/// What is wrong with a row of too few or too many fields.
+fn wrong_count(fields: &[Cow<'_, str>], wanted: usize, comma: bool) -> Fault {
+    let found = fields.len();
+    let is_whole = |field: &Cow<'_, str>| !field.is_empty() && field.parse::<i64>().is_ok();
+    if !comma && found > wanted && found <= 2 * wanted && fields.iter().all(is_whole) {
+        return Fault::DecimalCommas { found, wanted };
+    }
+    Fault::FieldCount { found, wanted }
+}
+
+/// Accepts times as seconds if their median step is short enough; with a note where the unit is not stated.
 fn check_seconds(
     name: &str,
     line: u64,
     (index, heading): (usize, &str),
+    is_stated: bool,
     time_s: &[f64],
     notes: &mut Vec<String>,
 ) -> Result<(), TraceError> {
@@ -181,7 +207,9 @@ fn check_seconds(
     let step = *step;
     let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
     if first.abs() < 0.1 && (last - 100.0).abs() < 0.1 && time_s.len() <= MOST_PERCENT_ROWS {
-        notes.push(format!("`{heading}` names no unit; it runs from 0 to 100, as percent of a cycle does."));
+        if !is_stated {
+            notes.push(format!("`{heading}` names no unit; it runs from 0 to 100, as percent of a cycle does."));
+        }
         return Ok(());
     }
     let is_share = heading.contains('%') || heading.to_ascii_lowercase().contains("percent");
@@ -194,9 +222,13 @@ fn check_seconds(
         };
         return Err(TraceError::new(name, Some(line), fault).in_column(index, heading));
     }
-    if step >= MAX_STEP_S {
-        return Err(TraceError::new(name, Some(line), Fault::TimeUnit { step }).in_column(index, heading));
+    if step >= time_step::MAX_STEP_S {
+        let (likely, right) = time_step::likely_unit(step);
+        let fault = Fault::TimeUnit { step, likely, heading: right };
+        return Err(TraceError::new(name, Some(line), fault).in_column(index, heading));
     }
-    notes.push(format!("`{heading}` names no unit; it is read as seconds because its median step is {step:.4}."));
+    if !is_stated {
+        notes.push(format!("`{heading}` names no unit; it is read as seconds because its median step is {step:.4}."));
+    }
     Ok(())
 }

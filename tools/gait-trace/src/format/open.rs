@@ -78,47 +78,52 @@ pub fn of_bytes(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJo
     if how.axis.is_some() && extension != "c3d" && !has_axes(bytes) {
         return Err(TraceError::new(name, None, Fault::NoAxes { what: "this file has no angles of three components" }));
     }
-    if mcap_file::looks_like(bytes) {
-        return mcap_file::parse(name, bytes, how);
-    }
-    if how.topic.is_some() {
+    if how.topic.is_some() && !mcap_file::looks_like(bytes) {
         return Err(TraceError::new(name, None, Fault::NoTopics));
     }
+    match other_than_csv(name, bytes, &extension)? {
+        Some(_) if !how.only.is_empty() => Err(TraceError::new(name, None, Fault::NoRowFilter)),
+        Some(reader) => reader(name, bytes, how),
+        None => mapped_csv::parse(name, bytes, how),
+    }
+}
+
+type Recognise = fn(&str) -> bool;
+type Reader = fn(&str, &[u8], &ReadOptions<'_>) -> Result<RawJoints, TraceError>;
+
+/// The reader of a file; `None` for CSV with any header.
+fn other_than_csv(name: &str, bytes: &[u8], extension: &str) -> Result<Option<Reader>, TraceError> {
+    if mcap_file::looks_like(bytes) {
+        return Ok(Some(mcap_file::parse));
+    }
     if c3d::looks_like(bytes) {
-        return c3d::parse(name, bytes, how);
+        return Ok(Some(c3d::parse));
     }
     let text = match text_table::text(name, bytes) {
-        Err(_) if extension == "c3d" => return c3d::parse(name, bytes, how),
-        Err(error) => return Err(unsupported::by_extension(name, &extension).unwrap_or(error)),
+        Err(_) if extension == "c3d" => return Ok(Some(c3d::parse)),
+        Err(error) => return Err(unsupported::by_extension(name, extension).unwrap_or(error)),
         Ok(text) => text,
     };
-    if mvnx::looks_like(text) {
-        return mvnx::parse(name, bytes, how);
+    const OF_TEXT: [(Recognise, Reader); 6] = [
+        (mvnx::looks_like, mvnx::parse),
+        (trc::looks_like, trc::parse),
+        (vicon::looks_like, vicon::parse),
+        (visual3d::looks_like, visual3d::parse),
+        (gcd::looks_like, gcd::parse),
+        (opensim::looks_like, opensim::parse),
+    ];
+    if let Some((_, reader)) = OF_TEXT.into_iter().find(|(looks_like, _)| looks_like(text)) {
+        return Ok(Some(reader));
     }
-    if trc::looks_like(text) {
-        return trc::parse(name, bytes, how);
+    if scope::dialect_of(text).is_some() {
+        return Ok(Some(scope::parse));
     }
-    if vicon::looks_like(text) {
-        return vicon::parse(name, bytes, how);
-    }
-    if visual3d::looks_like(text) {
-        return visual3d::parse(name, bytes, how);
-    }
-    if gcd::looks_like(text) {
-        return gcd::parse(name, bytes, how);
-    }
-    if opensim::looks_like(text) {
-        return opensim::parse(name, bytes, how);
-    }
-    if let Some(dialect) = scope::dialect_of(text) {
-        return scope::parse_text(name, text, dialect, how);
-    }
-    match extension.as_str() {
-        "c3d" => c3d::parse(name, bytes, how),
-        "mot" | "sto" => opensim::parse(name, bytes, how),
-        "gcd" => gcd::parse(name, bytes, how),
-        _ => mapped_csv::parse_text(name, text, how),
-    }
+    Ok(match extension {
+        "c3d" => Some(c3d::parse),
+        "mot" | "sto" => Some(opensim::parse),
+        "gcd" => Some(gcd::parse),
+        _ => None,
+    })
 }
 
 /// Whether the file's angles have three components, of which the caller may choose one.

@@ -5,6 +5,7 @@
 
 use crate::fault::Fault;
 use crate::format::joint_names::joint_of;
+use crate::format::stated;
 use crate::format::text_table::{listed, short};
 use crate::options::ReadOptions;
 use joint_units::Joint;
@@ -36,7 +37,7 @@ impl Output {
 /// The output of each joint that the file has, as an index. `groups` is what the groups are, in the plural.
 ///
 /// # Errors
-/// No output is a joint; the map names none or several; two outputs are one joint; or the joints are of several groups.
+/// No output is a joint; the map names none or several, or one that states that it is no angle; two outputs are one joint; or the joints are of several groups.
 pub(crate) fn choose(
     outputs: &[Output],
     groups: &'static str,
@@ -44,9 +45,14 @@ pub(crate) fn choose(
 ) -> Result<Vec<(Joint, usize)>, Fault> {
     let mut chosen: Vec<(Joint, usize)> = Vec::new();
     for (joint, wanted) in &how.map {
-        chosen.push((*joint, mapped(outputs, groups, *joint, wanted)?));
+        let index = mapped(outputs, groups, *joint, wanted)?;
+        stated::check(&outputs[index].name, how)?;
+        chosen.push((*joint, index));
     }
-    let group = chosen.first().map(|&(_, index)| outputs[index].group.as_str());
+    let is_bare_joint = |output: &Output| output.group.is_empty() && output.joint().is_some();
+    let mapped_group = chosen.iter().map(|&(_, index)| outputs[index].group.as_str()).find(|group| !group.is_empty());
+    // Joints without a group are a group too; another output without one says nothing of the group.
+    let group = mapped_group.or((!chosen.is_empty() && outputs.iter().any(is_bare_joint)).then_some(""));
     let is_taken = |index: usize| chosen.iter().any(|&(_, taken)| taken == index);
     let found: Vec<(Joint, usize)> = outputs
         .iter()
@@ -56,7 +62,9 @@ pub(crate) fn choose(
         .filter(|(joint, _)| how.column_of(*joint).is_none())
         .collect();
     chosen.extend(found);
-    one_group(outputs, groups, &chosen)?;
+    let tells_group = |index: usize| !outputs[index].group.is_empty() || is_bare_joint(&outputs[index]);
+    let telling: Vec<(Joint, usize)> = chosen.iter().copied().filter(|&(_, index)| tells_group(index)).collect();
+    one_group(outputs, groups, &telling)?;
     chosen.sort_by_key(|&(joint, index)| (joint as usize, index));
     if let Some(pair) = chosen.windows(2).find(|pair| pair[0].0 == pair[1].0) {
         return Err(twice(outputs, pair[0].0, pair[0].1, pair[1].1));
@@ -103,11 +111,18 @@ fn one_group(outputs: &[Output], groups: &'static str, chosen: &[(Joint, usize)]
     match chosen.first() {
         Some(&(joint, index)) if names.len() > 1 => Err(Fault::SeveralGroups {
             what: groups,
-            have: listed(&names),
+            have: listed_groups(&names),
             example: format!("{}={}", joint.name(), short(&outputs[index].label())),
         }),
         _ => Ok(()),
     }
+}
+
+/// The names of groups, in quotes; outputs without a group are named by that.
+fn listed_groups(names: &[&str]) -> String {
+    let named: Vec<&str> = names.iter().copied().filter(|name| !name.is_empty()).collect();
+    let rest = if named.len() < names.len() { " and outputs without a name in front" } else { "" };
+    format!("{}{rest}", listed(&named))
 }
 
 fn twice(outputs: &[Output], joint: Joint, first: usize, second: usize) -> Fault {
@@ -146,6 +161,29 @@ mod tests {
         assert_eq!(chosen(&TWO, "left_hip=4").unwrap(), bert);
         assert!(chosen(&TWO, "left_hip=LHipAngles").unwrap_err().contains("several subjects"));
         assert!(chosen(&TWO, "left_hip=1,left_knee=5").unwrap_err().contains("several subjects"));
+    }
+
+    #[test]
+    fn outputs_without_a_subject_are_a_group_too() {
+        let error = chosen(&["LHipAngles", "Bert:LKneeAngles"], "").unwrap_err();
+        assert!(error.contains("several subjects: `Bert` and outputs without a name in front; allowed"), "{error}");
+        assert!(error.contains("`--map left_hip=LHipAngles`"), "{error}");
+        assert_eq!(chosen(&["LHipAngles", "Bert:LHipAngles"], "left_hip=LHipAngles").unwrap(), [(Joint::LeftHip, 0)]);
+    }
+
+    #[test]
+    fn an_output_of_no_subject_goes_with_those_of_the_only_one() {
+        let found = chosen(&["mine", "Anna:LKneeAngles"], "left_hip=mine").unwrap();
+        assert_eq!(found, [(Joint::LeftHip, 0), (Joint::LeftKnee, 1)]);
+        assert!(chosen(&["mine", "Anna:LKneeAngles", "Bert:RKneeAngles"], "left_hip=mine").is_err());
+        let found = chosen(&["LHipAngles", "Anna:LKneeAngles"], "left_hip=LHipAngles").unwrap();
+        assert_eq!(found, [(Joint::LeftHip, 0)]);
+    }
+
+    #[test]
+    fn a_map_does_not_make_a_moment_an_angle() {
+        let error = chosen(&TWO, "left_hip=Anna:LHipMoment").unwrap_err();
+        assert!(error.contains("`LHipMoment` states the quantity `moment`, which is no angle"), "{error}");
     }
 
     #[test]

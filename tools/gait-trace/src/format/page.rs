@@ -48,10 +48,35 @@ A GCD file has a cycle of each leg, each from the contact of its own foot. The r
 
 ## Several subjects, recordings or ranges
 
-A file of Vicon Nexus or Visual3D may have the angles of several subjects, recordings, ranges of a recording or folders. It is refused with
+A table of CSV may have the rows of several recordings, separated by a column called `subject`, `id`, `participant`, `trial`, `session`, `side`, or
+another such name, also with `_id`, `_no` or `_name` behind it. Several values in such a column are an error that lists them: `--where subject=S01`
+reads the rows with that value, `--where` may be repeated, and `--where 'subject=*'` reads all rows of a column that does not tell recordings apart. One
+value is a note. A column with another value in nearly every row counts rows. Where no column tells them apart, times that begin again, rows of equal
+times with different angles, and rows that take turns between two recordings are errors.
+
+A file of Vicon Nexus, Visual3D or C3D may have the angles of several subjects, recordings, ranges of a recording or folders. It is refused with
 their names. A map of one joint chooses, and the other joints are taken from there too: `--map left_hip=Anna:LHipAngles`,
 `--map 'left_hip=walk2.c3d:Left Hip Angle'`, `--map 'left_hip=walk.c3d#2:Left Hip Angle'` for the second range,
 `--map 'left_hip=PROCESSED:Left Hip Angle'`.
+
+## Columns and numbers
+
+A map names a column by its heading, or by its number: columns are counted from 1 as they are in the file, with that of the time, in CSV, OpenSim and
+oscilloscope files. In the other formats the number counts what the error lists: points of C3D, outputs of Vicon Nexus, signals of Visual3D, blocks of
+GCD, joints of MVNX, fields of MCAP. A map does not make an angle of a column that states another unit or quantity: `left_hip (mA)`,
+`left_hip_velocity`, `Left Hip Moment`.
+
+## Units that are not stated
+
+Where nothing names the unit, the values imply degrees or radians. If the gait would then be none, with knees that move by less than 25 degrees and
+bend by less than 30, or hips that move by less than 12, the unit is asked for: `--unit degrees`, `--unit radians`, or `--calibration FILE` for volts.
+
+## Times
+
+`--rate HZ` counts frames, or rows without a time. It also replaces times that are rounded too coarsely, if they agree with it over the whole file,
+within the step to which they are rounded and within half a row; else it is an error with the difference. Messages of joints without stamps have the
+times at which they were received. If the rows then fit equal steps they are put there, with a warning where the delays are long; a lost message is a
+gap. Times with median steps of 0.5 s or more are no seconds of a gait, and an error that names the likely unit.
 
 ## Recognised, not read
 

@@ -209,6 +209,10 @@ pub(crate) fn finite(field: &str, comma: bool) -> Result<f64, Fault> {
     match parsed {
         Ok(value) if value.is_finite() => Ok(value),
         Ok(_) => Err(Fault::NotFinite { text: short(field) }),
+        // One comma and no point: `1,234.5` has thousands.
+        Err(_) if field.matches(',').count() == 1 && field.replacen(',', ".", 1).parse::<f64>().is_ok() => {
+            Err(Fault::DecimalComma { text: short(field) })
+        }
         Err(_) => Err(Fault::NotANumber { text: short(field) }),
     }
 }
@@ -275,7 +279,7 @@ mod tests {
         assert!(number_or_missing("", false).unwrap().is_nan() && number_or_missing("NaN", false).unwrap().is_nan());
         assert!(["NA", "#N/A", "null", "∞"].iter().all(|word| number_or_missing(word, false).unwrap().is_nan()));
         assert_eq!(number_or_missing("-1,5", true).unwrap(), -1.5);
-        assert!(matches!(number_or_missing("-1,5", false), Err(Fault::NotANumber { .. })));
+        assert!(matches!(number_or_missing("-1,5", false), Err(Fault::DecimalComma { .. })));
         assert!(matches!(number_or_missing("1,000,000", true), Err(Fault::NotANumber { .. })));
         assert!(matches!(number_or_missing("inf", true), Err(Fault::NotFinite { .. })));
     }

@@ -9,6 +9,7 @@ use crate::format::angle_columns::{Place, in_degrees};
 use crate::format::description::{Description, SIGNS};
 use crate::format::segments::{self, LengthUnit, Track};
 use crate::format::text_table::{Delimiter, check_rows, finite, lines, listed, number_or_missing, short, text};
+use crate::format::time_step;
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use crate::series::median;
@@ -21,9 +22,9 @@ pub(crate) const DESCRIPTION: Description = Description {
     units: "`Units` where hips are computed from the pelvis",
     axes: "markers of pelvis or hip, knee and ankle, as in C3D: the plane of vertical and walking direction",
     signs: SIGNS,
-    rate: "the column `Time`, in seconds",
+    rate: "the column `Time`, in seconds; `--rate` replaces times that agree with it",
     said: "up and forward; hips computed from the pelvis, and markers that stand for joint centres; the unit of length by the width of the pelvis, where the file names none; numbers of frames or markers in the header that differ from the file",
-    options: &["--knee-sign", "--stride-time"],
+    options: &["--rate", "--knee-sign", "--stride-time"],
 };
 
 /// Whether the text begins like a TRC file.
@@ -105,6 +106,9 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
         let last = row_lines.last().copied().unwrap_or(line);
         return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
     }
+    if let Some(rate_hz) = how.rate_hz {
+        time_step::at_rate(&mut time_s, rate_hz, "Time", &mut notes).map_err(|f| fault(f).in_column(1, "Time"))?;
+    }
     differs(announced("NumFrames"), time_s.len(), "NumFrames", "frames", &mut notes);
     let step_s = median(time_s.windows(2).map(|pair| pair[1] - pair[0]));
     let rate_hz = if step_s > 0.0 { 1.0 / step_s } else { 1.0 };
@@ -117,14 +121,11 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let place = Place { file: name, header: Some(line), lines: &row_lines };
     let joints = in_degrees(&place, columns, how, &mut notes)?;
     let format = format!("TRC, {} markers", markers.len());
-    Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
+    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
 }
 
 /// An error for options that a file of markers has no use for.
 fn refuse_options(how: &ReadOptions<'_>) -> Result<(), Fault> {
-    if how.rate_hz.is_some() {
-        return Err(Fault::RateAndTime { has: "its column `Time`".into() });
-    }
     if how.map.is_empty() && how.time.is_none() {
         return Ok(());
     }

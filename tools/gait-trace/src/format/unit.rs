@@ -14,16 +14,29 @@ pub(crate) enum Said {
     Angle,
     /// Angles in this unit.
     Unit(AngleUnit),
+    /// Angles in this unit, by the format and not by the file; with the reason.
+    Format(AngleUnit, &'static str),
     /// Volts. The values of the column are in volts, whatever multiple the file has.
     Volts,
-    /// Degrees that the reader computed: from volts through a calibration, or from joint centres.
+    /// Degrees that the reader computed from joint centres.
     Computed,
+    /// Degrees that were volts.
+    Calibrated,
 }
 
 impl Said {
     /// Angles in a unit that may be missing.
     pub(crate) fn angle(unit: Option<AngleUnit>) -> Self {
         unit.map_or(Self::Angle, Self::Unit)
+    }
+
+    /// The unit of the angles, if the file or its format names one.
+    pub(crate) fn unit(self) -> Option<AngleUnit> {
+        match self {
+            Self::Unit(unit) | Self::Format(unit, _) => Some(unit),
+            Self::Computed | Self::Calibrated => Some(AngleUnit::Degrees),
+            Self::Nothing | Self::Angle | Self::Volts => None,
+        }
     }
 }
 

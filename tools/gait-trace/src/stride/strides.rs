@@ -49,12 +49,12 @@ pub struct Strides {
 ///         let p = std::f64::consts::TAU * (t / 1.1 + side);
 ///         mean + one * (p + lead).cos() + two * (2.0 * (p + lead)).cos()
 ///     };
-///     Some(RawJoint { column: "angle".into(), angle_deg: time_s.iter().map(angle).collect() })
+///     Some(RawJoint::degrees("angle", time_s.iter().map(angle).collect()))
 /// };
 /// let hip = |side| joint(side, 8.0, 21.0, -4.0, 0.0);
 /// let knee = |side| joint(side, 24.0, 20.0, 15.0, 1.5);
 /// let joints = [hip(0.0), hip(0.5), knee(0.0), knee(0.5)];
-/// let raw = RawJoints { file: "walk".into(), format: String::new(), time_s: time_s.clone(), joints, notes: vec![] };
+/// let raw = RawJoints { file: "walk".into(), format: String::new(), time_s: time_s.clone(), received: false, joints, notes: vec![] };
 /// let walk = strides::segment(&condition(&raw, &Rules::default())?)?;
 /// assert_eq!(walk.spans.len(), 6);
 /// assert!((walk.period_s - 1.1).abs() < 1e-3);

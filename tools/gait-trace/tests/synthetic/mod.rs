@@ -23,9 +23,9 @@ pub(crate) fn angle(joint: Joint, phase: f64) -> f64 {
 pub(crate) fn raw(time_s: Vec<f64>, x: impl Fn(Joint, f64) -> f64) -> RawJoints {
     let joints = Joint::ALL.map(|joint| {
         let angle_deg = time_s.iter().map(|&t| x(joint, t)).collect();
-        Some(RawJoint { column: joint.name().into(), angle_deg })
+        Some(RawJoint::degrees(joint.name(), angle_deg))
     });
-    RawJoints { file: "walk.csv".into(), format: "made up".into(), time_s, joints, notes: vec![] }
+    RawJoints { file: "walk.csv".into(), format: "made up".into(), time_s, received: false, joints, notes: vec![] }
 }
 
 /// Even times.

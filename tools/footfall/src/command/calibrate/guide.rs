@@ -9,6 +9,7 @@ use super::live::{self, Live};
 use super::rows::{self, Reading, Rows};
 use super::samples::{Sample, read_samples, statistics, take};
 use crate::failure::Failure;
+use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::output;
 use hgod_adc::ANATOMY;
@@ -103,6 +104,7 @@ pub fn rows(settings: &Settings, reading: &Reading) -> Result<Rows, Failure> {
     let text = ask(&settings.plan, codes, how, answers, io::stderr())?;
     if let Some(path) = &settings.keep_rows {
         output::write_text(path, &text, settings.overwrite)?;
+        messages::written(path);
     }
     rows::parse(&settings.name(), text.as_bytes(), reading).map_err(Failure::input)
 }

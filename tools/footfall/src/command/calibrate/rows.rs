@@ -15,6 +15,8 @@ use joint_units::AdcCode;
 use std::fmt;
 use std::path::Path;
 
+use crate::file::bounded;
+
 /// Most bytes of a file of rows.
 const MAX_BYTES: u64 = 64 << 20;
 
@@ -125,13 +127,7 @@ impl Default for Reading {
 pub fn read(path: &Path, reading: &Reading) -> Result<Rows, RowsError> {
     let file = path.display().to_string();
     let fail = |what: String| RowsError { file: file.clone(), line: None, column: None, what };
-    let opened = std::fs::File::open(path).map_err(|error| fail(format!("cannot be read: {error}")))?;
-    let mut bytes = Vec::new();
-    std::io::Read::read_to_end(&mut std::io::Read::take(opened, MAX_BYTES + 1), &mut bytes)
-        .map_err(|error| fail(format!("cannot be read: {error}")))?;
-    if bytes.len() as u64 > MAX_BYTES {
-        return Err(fail(format!("is larger than {MAX_BYTES} bytes; allowed is up to that")));
-    }
+    let bytes = bounded::bytes(path, MAX_BYTES).map_err(|why| fail(why.to_string()))?;
     parse(&file, &bytes, reading)
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A line is `CODE`, `CODE VREFINT`, or a line of the board's log as `probe-rs run` prints it, whose inputs records have codes.
 
-use std::io::BufRead;
+use std::io::{BufRead, Read as _};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::Duration;
 
@@ -15,6 +15,9 @@ use crate::failure::Failure;
 /// Longest wait for a code.
 const TIMEOUT: Duration = Duration::from_secs(5);
 
+/// Longest line of a source, bytes.
+const LONGEST_LINE: u64 = 1 << 16;
+
 /// One live sample: a code and, if known, the code of the internal reference.
 pub(super) type Sample = (u16, Option<u16>);
 
@@ -22,8 +25,8 @@ pub(super) type Sample = (u16, Option<u16>);
 pub(super) fn read_samples(codes: impl BufRead + Send + 'static) -> Receiver<Result<Sample, String>> {
     let (sender, receiver) = sync_channel(1 << 16);
     std::thread::spawn(move || {
-        for (number, line) in (1_u64..).zip(codes.lines()) {
-            let read = line.map_err(|error| error.to_string()).and_then(|line| parse_codes(&line));
+        for (number, line) in (1_u64..).zip(lines(codes)) {
+            let read = line.and_then(|line| parse_codes(&line));
             let sent = match read {
                 Ok(samples) => samples.into_iter().try_for_each(|sample| sender.send(Ok(sample))),
                 Err(what) => sender.send(Err(format!("codes, line {number}: {what}"))),
@@ -34,6 +37,30 @@ pub(super) fn read_samples(codes: impl BufRead + Send + 'static) -> Receiver<Res
         }
     });
     receiver
+}
+
+/// The lines of a source; after one that cannot be read there is none.
+fn lines(mut codes: impl BufRead) -> impl Iterator<Item = Result<String, String>> {
+    let mut failed = false;
+    std::iter::from_fn(move || {
+        if failed {
+            return None;
+        }
+        let line = line(&mut codes).transpose()?;
+        failed = line.is_err();
+        Some(line)
+    })
+}
+
+/// The next line, without its end; `None` at the end of the source.
+fn line(codes: &mut impl BufRead) -> Result<Option<String>, String> {
+    let mut bytes = Vec::new();
+    let count = codes.take(LONGEST_LINE + 1).read_until(b'\n', &mut bytes).map_err(|error| error.to_string())?;
+    if count as u64 > LONGEST_LINE {
+        return Err(format!("is longer than {LONGEST_LINE} bytes; allowed is up to that"));
+    }
+    let text = String::from_utf8(bytes).map_err(|_| "is not text; allowed is text in UTF-8")?;
+    Ok((count > 0).then(|| text.trim_end_matches(['\r', '\n']).to_owned()))
 }
 
 /// The samples of a line; none for other lines of a log.
@@ -100,4 +127,23 @@ pub(super) fn statistics(samples: &[Sample]) -> (f64, f64, f64) {
         times += time * time;
     }
     (mean, (squares / (n - 1.0)).sqrt(), cross / times * (n - 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+
+    #[test]
+    fn lines_end_in_any_way_and_have_a_longest_length() {
+        let samples = read_samples(Cursor::new("1\r\n2 3\nlog\n4"));
+        let all: Vec<Sample> = samples.iter().map(Result::unwrap).collect();
+        assert_eq!(all, [(1, None), (2, Some(3)), (4, None)]);
+        // A source without a line's end, such as /dev/zero.
+        let samples = read_samples(Cursor::new(vec![0; 1 << 20]));
+        let all: Vec<_> = samples.iter().collect();
+        assert_eq!(all, [Err("codes, line 1: is longer than 65536 bytes; allowed is up to that".to_owned())]);
+        let samples = read_samples(Cursor::new(b"7\n\xff\n8\n"));
+        assert_eq!(samples.iter().filter(Result::is_err).count(), 1);
+    }
 }

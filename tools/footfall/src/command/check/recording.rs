@@ -5,8 +5,7 @@ use crate::command::fit::job::{Input, Job, name_of};
 use crate::failure::Failure;
 use crate::file::recording;
 use gait_fit::fit::Fit;
-use gait_trace::format::joint_names::{joint_of, unit_of};
-use gait_trace::{Conditioned, Done, FindingKind, Level, RawJoint, RawJoints, condition};
+use gait_trace::{Conditioned, Done, FindingKind, Level, condition};
 use joint_units::Joint;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -59,10 +58,9 @@ fn judge(path: &Path, job: &Job, report: &mut Report) -> Result<Fit, Failure> {
     let conditioned = condition(raw, &job.fit.rules).ok();
     for joint in Joint::ALL {
         let taken = raw.joints[joint as usize].as_ref().map_or("not in the file".into(), |column| {
-            let unit = unit(raw, column, job);
             let sign =
                 conditioned.as_ref().map_or(String::new(), |conditioned| format!(", {}", sign(conditioned, joint)));
-            format!("`{}`, {unit}{sign}", column.column)
+            format!("`{}`, {}{sign}", column.column, column.unit)
         });
         report.line(joint.name(), taken);
     }
@@ -99,24 +97,6 @@ fn judge(path: &Path, job: &Job, report: &mut Report) -> Result<Fit, Failure> {
     let errors: Vec<String> = fitted.joints.iter().map(|joint| format!("{:.2}", joint.rmse_mean_stride_deg)).collect();
     report.line("fit", format!("{}, {} degrees to the mean stride", fitted.file.set.name(), errors.join(", ")));
     Ok(fitted)
-}
-
-/// The unit of a column, and where it is from.
-fn unit(raw: &RawJoints, column: &RawJoint, job: &Job) -> String {
-    let heading = joint_of(&column.column).and_then(|(_, unit)| unit).or_else(|| unit_of(&column.column));
-    let noted = |words: &str| raw.notes.iter().any(|note| note.contains(&format!("read as {words}")));
-    match (job.reading.unit, heading) {
-        (Some(asked), _) => format!("{} (as requested)", asked.words()),
-        (None, Some(heading)) => format!("{} (its name)", heading.words()),
-        (None, None) if raw.format.starts_with("C3D") => "degrees (C3D)".into(),
-        (None, None) if job.reading.calibration.is_some() => "volts, by the calibration".into(),
-        (None, None) => {
-            let found = ["degrees", "radians"].into_iter().find(|words| noted(words) || raw.format.contains(words));
-            found.map_or("unit not stated".into(), |words| {
-                format!("{words} ({})", if noted(words) { "inferred from the values" } else { "the file's header" })
-            })
-        }
-    }
 }
 
 /// What was done about the sign of a joint.

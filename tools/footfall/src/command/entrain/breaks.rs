@@ -116,7 +116,7 @@ pub fn moves_on(person: &Person<'_>) -> Vec<bool> {
     (0..rows)
         .map(|row| {
             let (Some(from), to) = (row.checked_sub(stride), row + stride - half) else { return false };
-            row + stride < rows && wide[from] && wide[row] && bad[to] == from.checked_sub(1).map_or(0, |at| bad[at])
+            wide[from] && wide[row] && bad[to] == from.checked_sub(1).map_or(0, |at| bad[at])
         })
         .collect()
 }
@@ -194,6 +194,7 @@ pub fn slips(ticks: &[Tick], learned: &Learned, moves_on: &[bool]) -> Vec<Slip> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cpg_core::waveform::shape::Shape;
     use gait_trace::{Channel, Quantity};
     use joint_units::{Phase, Radians};
     use std::f64::consts::TAU;
@@ -260,6 +261,71 @@ mod tests {
         }
     }
 
+    /// Whether a person moves on at 10 s: of the angle by time and cycles, and of the cycles by time.
+    fn moves_at_10_s(angle: impl Fn(f64, f64) -> f64, cycles: impl Fn(f64) -> f64) -> bool {
+        let times: Vec<f64> = (0..=4000).map(|n| f64::from(n) / RATE_HZ).collect();
+        let values = times.iter().map(|&t| angle(t, cycles(t))).collect();
+        let phase = times.iter().map(|&t| cycles(t)).collect();
+        let recording = Recording::build(times, vec![Channel::new("left_hip", Quantity::Angle, values)]).unwrap();
+        let templates = [Some(template()), None, None, None];
+        let learned = Learned { templates, stride_s: STRIDE_S, window_s: (0.0, 12.0), phase };
+        let (sensor, template) = (Joint::LeftHip, &template());
+        let moves = moves_on(&Person { recording: &recording, sensor, learned: &learned, template, holes: &[] });
+        moves[(10.0 * RATE_HZ) as usize]
+    }
+
+    #[test]
+    fn a_phase_or_a_joint_that_does_not_go_on_is_no_walk() {
+        let (walks, steady) = (|_: f64, c: f64| angle_deg(&template(), c), |t: f64| t / STRIDE_S);
+        assert!(moves_at_10_s(walks, steady));
+        let mean = f64::from(template().mean()).to_degrees();
+        let scaled = |by: f64| move |_: f64, c: f64| mean + by * (angle_deg(&template(), c) - mean);
+        assert!(moves_at_10_s(scaled(0.6), steady) && !moves_at_10_s(scaled(0.4), steady), "range");
+        // The phase pauses, or goes on three times as fast, for 0.3 s before or after.
+        for (from, rate) in [(9.3, 0.0), (10.4, 0.0), (9.3, 3.0), (10.4, 3.0)] {
+            let hurries = |t: f64| steady(t) + (rate - 1.0) * (t - from).clamp(0.0, 0.3) / STRIDE_S;
+            assert!(!moves_at_10_s(walks, hurries), "rate {rate} from {from} s");
+        }
+        // The joint rests for 0.6 s, and moves in the rest of the stride.
+        for from in [9.1, 10.3] {
+            let rests = |t: f64, c: f64| if (from..from + 0.6).contains(&t) { walks(t, from) } else { walks(t, c) };
+            assert!(!moves_at_10_s(rests, steady), "rests from {from} s");
+        }
+        // In one of the two strides beside it the joint trembles: a long way, and a small range.
+        let trembles = |c: f64| mean + 4.0 * (6.0 * TAU * c).cos();
+        for side in [-1.0, 1.0] {
+            let half = |t: f64, c: f64| if side * (t - 10.0) > -0.01 { trembles(c) } else { walks(t, c) };
+            assert!(!moves_at_10_s(half, steady), "side {side}");
+        }
+    }
+
+    #[test]
+    fn a_hold_is_a_stop_and_a_search_at_full_amplitude_is_none() {
+        let (_, learned, moves_on) = person();
+        let stops = |change: &dyn Fn(&mut Tick)| {
+            let mut run = ticks(&learned, |_| 0.0, |_| 1.0);
+            run[10_000..11_000].iter_mut().for_each(change);
+            false_stops(&run, &moves_on)
+        };
+        let [stop] = stops(&|tick| (tick.state, tick.fault) = (Lock::Holding, Some(SensorFault::Stuck)))[..] else {
+            panic!("one stop")
+        };
+        assert_eq!((stop.state, stop.fault), (Lock::Holding, Some(SensorFault::Stuck)));
+        assert!((stop.from_s - 10.0).abs() < 0.01 && (stop.to_s - 11.0).abs() < 0.01, "{stop:?}");
+        assert_eq!(stops(&|tick| tick.state = Lock::Seeking), []);
+        assert_eq!(stops(&|tick| tick.amplitude = 0.9).len(), 1, "a fade");
+        // Two stops are two, and one that is true does not count for the next.
+        let twice = |t: f64| if (6.0..7.0).contains(&t) || (10.0..11.0).contains(&t) { 0.0 } else { 1.0 };
+        assert_eq!(false_stops(&ticks(&learned, |_| 0.0, twice), &moves_on).len(), 2);
+        let next = |t: f64| if (10.0..11.0).contains(&t) || (15.3..18.2).contains(&t) { 0.0 } else { 1.0 };
+        assert_eq!(false_stops(&ticks(&learned, |_| 0.0, next), &moves_on).len(), 1);
+        // While it stands the person moves on for 4 s twice, and never for 5 s at a stretch.
+        let rows = (0..8000).map(|row| f64::from(row) / RATE_HZ);
+        let twice: Vec<bool> = rows.map(|t| (4.0..8.0).contains(&t) || (9.0..13.0).contains(&t)).collect();
+        let stands = |t: f64| if (3.5..13.5).contains(&t) { 0.0 } else { 1.0 };
+        assert_eq!(false_stops(&ticks(&learned, |_| 0.0, stands), &twice), []);
+    }
+
     #[test]
     fn a_stop_is_false_while_the_person_moves_on_or_when_it_lasts() {
         let (_, learned, moves_on) = person();
@@ -268,6 +334,8 @@ mod tests {
             false_stops(&ticks(&learned, |_| 0.0, stood), &moves_on)
         };
         assert_eq!(stops(0.0, 0.0), [], "the time before the first lock is no stop");
+        let late_lock = |t: f64| if t < 8.0 { 0.0 } else { 1.0 };
+        assert_eq!(false_stops(&ticks(&learned, |_| 0.0, late_lock), &moves_on), [], "nor if it is long");
         let [stop] = stops(10.0, 11.2)[..] else { panic!("one stop") };
         assert!((stop.from_s - 10.0).abs() < 0.01 && (stop.to_s - 11.2).abs() < 0.01, "{stop:?}");
         assert_eq!((stop.state, stop.fault), (Lock::Stopped, None));
@@ -288,5 +356,18 @@ mod tests {
         let passed: Vec<f64> = found(&|t| 20.0 * t).iter().map(|slip| slip.at_s).collect();
         assert!(passed.len() == 2 && (passed[0] - 9.0).abs() < 0.01 && (passed[1] - 27.0).abs() < 0.01, "{passed:?}");
         assert_eq!(found(&|t| if t < 16.5 { 5.0 } else { 80.0 }), [], "in a pause there is no phase");
+        // In the other direction; twice within a stride is once, later it is twice; a change of 60 degrees in a second is none.
+        assert_eq!(found(&|t| if t < 10.0 { 5.0 } else { -70.0 }).len(), 1);
+        let back_after = |later: f64| move |t: f64| if (10.0..10.0 + later).contains(&t) { 80.0 } else { 5.0 };
+        assert_eq!((found(&back_after(0.7)).len(), found(&back_after(3.0)).len()), (1, 2));
+        assert_eq!(found(&|t| 50.0 * (t - 10.0).clamp(0.0, 2.0)), []);
+        // Not while it fades or searches.
+        let jump = |t: f64| if t < 10.0 { 5.0 } else { 80.0 };
+        let mut run = ticks(&learned, jump, |_| 1.0);
+        run[9_000..].iter_mut().for_each(|tick| tick.amplitude = 0.9);
+        assert_eq!(slips(&run, &learned, &moves_on), []);
+        let mut run = ticks(&learned, jump, |_| 1.0);
+        run[9_900..10_100].iter_mut().for_each(|tick| tick.state = Lock::Seeking);
+        assert_eq!(slips(&run, &learned, &moves_on), []);
     }
 }

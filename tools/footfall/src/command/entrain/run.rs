@@ -60,7 +60,7 @@ pub fn without(samples: Vec<f64>, holes: &[(f64, f64)]) -> Vec<Option<f64>> {
 }
 
 /// Exclusive: both ends are rows.
-fn within(holes: &[(f64, f64)], time_s: f64) -> bool {
+pub(super) fn within(holes: &[(f64, f64)], time_s: f64) -> bool {
     holes.iter().any(|&(from, to)| from < time_s && time_s < to)
 }
 
@@ -97,6 +97,21 @@ impl Following {
         let perfect = self.perfect_phase_rmse_deg[joint as usize].filter(|rmse| *rmse > 0.0)?;
         Some(self.steady_rmse_deg[joint as usize]? / perfect)
     }
+}
+
+/// A run of a follower over a recording.
+#[derive(Debug, Clone)]
+pub struct Entrainment {
+    /// What was learned from the recording: its phase is the reference.
+    pub learned: Learned,
+    /// The templates of the follower.
+    pub templates: [Template; Joint::COUNT],
+    /// Source of the templates, in words.
+    pub source: String,
+    /// Every tick.
+    pub ticks: Vec<Tick>,
+    /// How well it follows.
+    pub following: Following,
 }
 
 /// Compares a run of the learned templates with the recording.

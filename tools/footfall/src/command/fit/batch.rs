@@ -9,15 +9,17 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::job::{Input, Job, NotFitted};
 use super::outcome::{Failed, Outcome};
 use super::recordings::{Found, Recording, recordings};
 use crate::board::image::sha256;
 use crate::failure::Failure;
+use crate::file::bounded;
 use crate::file::fit_summary;
 use crate::file::recording;
+use crate::messages::{self, Amount};
 use crate::options::overwrite::Overwrite;
 use crate::output;
 
@@ -93,28 +95,33 @@ fn fit_all(job: &Job, all: &[Recording], batch: &Batch) -> Result<Vec<End>, Fail
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(batch.jobs.map_or(0, usize::from)).build();
     let pool = pool.map_err(Failure::run)?;
-    let bar = ProgressBar::new(share.len() as u64);
+    let bar = if messages::says(Amount::Usual) { ProgressBar::new(share.len() as u64) } else { ProgressBar::hidden() };
     if let Ok(style) = ProgressStyle::with_template("{elapsed} {bar:30} {pos}/{len} {eta} {msg}") {
         bar.set_style(style);
     }
+    // Before the first recording is fitted, which can take minutes, and while the others are.
+    let (count, jobs) = (share.len(), pool.current_num_threads().min(share.len()).max(1));
+    messages::status(format_args!("fitting {count} recordings, {jobs} at a time"));
+    bar.enable_steady_tick(Duration::from_millis(200));
     let calibration_sha256 = match &job.reading.calibration {
         Some(calibration) => sha256(&recording::bytes(&calibration.path)?),
         None => String::new(),
     };
     let asked = format!("{job:?}; {calibration_sha256}");
     let one = |recording: &Recording| {
+        bar.set_message(recording.name.clone());
         let end = one(job, recording, batch, &asked);
         bar.inc(1);
-        bar.set_message(recording.name.clone());
-        // Without a terminal one line a recording, so that a log shows the progress.
-        match &end {
-            Ok(End::Fitted) if bar.is_hidden() => eprintln!("fitted: {}", recording.name),
-            Ok(End::Known) if bar.is_hidden() => eprintln!("known: {}", recording.name),
-            Ok(End::Stands(why)) => bar.suspend(|| eprintln!("walks: no: {}: {why}", recording.name)),
-            Ok(End::Failed(why)) => bar.suspend(|| eprintln!("failed: {why}")),
-            Ok(End::Skipped(why)) => bar.suspend(|| eprintln!("skipped: {why}")),
+        // Without a terminal, and with --verbose, one line a recording, so that a log shows the progress.
+        let in_lines = bar.is_hidden() || messages::says(Amount::Verbose);
+        bar.suspend(|| match &end {
+            Ok(End::Fitted) if in_lines => messages::status(format_args!("fitted: {}", recording.name)),
+            Ok(End::Known) if in_lines => messages::status(format_args!("known: {}", recording.name)),
+            Ok(End::Stands(why)) => messages::status(format_args!("walks: no: {}: {why}", recording.name)),
+            Ok(End::Failed(why)) => messages::status(format_args!("failed: {why}")),
+            Ok(End::Skipped(why)) => messages::status(format_args!("skipped: {why}")),
             _ => {}
-        }
+        });
         end
     };
     let ends = pool.install(|| share.into_par_iter().map(one).collect());
@@ -134,10 +141,12 @@ fn print_counts(ends: &[End], others: &BTreeMap<String, usize>, batch: &Batch) -
     let skipped = count(ends, |end| matches!(end, End::Skipped(_)));
     let no_gait = if skipped == 0 { String::new() } else { format!(", {skipped} skipped as no recording of gait") };
     let (files, out) = (ends.len(), batch.out.display());
-    eprintln!("{fitted} fitted, {known} already known, {failed} failed{no_gait}: {files} files; results in {out}");
+    messages::status(format_args!(
+        "{fitted} fitted, {known} already known, {failed} failed{no_gait}: {files} files; results in {out}"
+    ));
     if !others.is_empty() {
         let kinds: Vec<String> = others.iter().map(|(extension, files)| format!("{extension} {files}")).collect();
-        eprintln!("note: not read, because recordings have other extensions: {}", kinds.join(", "));
+        messages::note(format_args!("not read, because recordings have other extensions: {}", kinds.join(", ")));
     }
     if skipped > 0 && skipped == ends.len() && batch.shard.is_none() {
         return Err(Failure::input(format!("none of {skipped} files is a recording of gait; the reasons are above")));
@@ -237,11 +246,15 @@ impl Files {
         [Some(&self.outcome), Some(&self.generator), self.page.as_ref()].into_iter().flatten().map(PathBuf::as_path)
     }
 
+    /// The outcome of an earlier run.
+    fn outcome(&self) -> Option<Value> {
+        serde_json::from_slice(&bounded::bytes(&self.outcome, fit_summary::MOST_BYTES).ok()?).ok()
+    }
+
     /// An earlier run of a batch wrote these files for this recording: the outcome says so, or, after an interruption before it was
     /// written, the generator file.
     fn are_own(&self, name: &str) -> bool {
-        let outcome = std::fs::read(&self.outcome).ok().and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok());
-        match outcome {
+        match self.outcome() {
             Some(value) => value["recording"] == name && value["made_by"].as_str().is_some_and(is_footfall),
             None => GeneratorFile::read(&self.generator).is_ok_and(|GeneratorFile { provenance, .. }| {
                 provenance.source == name && is_footfall(&provenance.made_by)
@@ -272,7 +285,7 @@ impl Files {
         if self.page.as_ref().is_some_and(|page| !page.exists()) {
             return None;
         }
-        let value: Value = serde_json::from_slice(&std::fs::read(&self.outcome).ok()?).ok()?;
+        let value = self.outcome()?;
         if value["sha256"] != hash || value["asked"] != asked || value["made_by"] != MADE_BY {
             return None;
         }
@@ -289,7 +302,7 @@ impl Files {
 /// One object a line, in the order of the names.
 fn print_all(folder: &Path, all: &[Recording]) -> Result<(), Failure> {
     // A result that does not exist is of another share, or of a recording that could not be read.
-    let results =
-        all.iter().filter_map(|recording| std::fs::read_to_string(outcome_file(folder, &recording.name)).ok());
-    output::print(&results.collect::<String>())
+    let text =
+        |recording: &Recording| bounded::text(&outcome_file(folder, &recording.name), fit_summary::MOST_BYTES).ok();
+    output::print(&all.iter().filter_map(text).collect::<String>())
 }

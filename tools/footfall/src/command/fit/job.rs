@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 use crate::file::recording::{self, ReadSettings, Recorded};
+use crate::messages::shell_word;
 
 /// What is done with each recording.
 #[derive(Debug)]
@@ -83,8 +84,8 @@ impl Job {
     pub(crate) fn page(&self, fitted: &Fit, path: &Path) -> Result<String, Failure> {
         let Self { reading, fit, .. } = self;
         let mut words: Vec<String> =
-            vec!["footfall fit".into(), quoted(&name_of(path)), "--kind".into(), fit.generator.name().into()];
-        let mut option = |name: &str, value: String| words.extend([format!("--{name}"), quoted(&value)]);
+            vec!["footfall fit".into(), shell_word(name_of(path)), "--kind".into(), fit.generator.name().into()];
+        let mut option = |name: &str, value: String| words.extend([format!("--{name}"), shell_word(&value)]);
         if let Some(harmonics) = fit.harmonics {
             option("harmonics", harmonics.to_string());
         }
@@ -101,6 +102,7 @@ impl Job {
             LowPass::At(hz) => option("low-pass", hz.to_string()),
         }
         reading.map.iter().for_each(|map| option("map", map.clone()));
+        reading.only.iter().for_each(|rows| option("where", rows.to_string()));
         if let Some(unit) = reading.unit {
             option("unit", unit.words().into());
         }
@@ -132,23 +134,4 @@ impl Job {
 /// The name of a file without its folder.
 pub(crate) fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
-}
-
-/// As a shell reads it as one word.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,".contains(c);
-    if !word.is_empty() && word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', r"'\''")) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_are_quoted_where_a_shell_would_split_them() {
-        assert_eq!(quoted("left_hip=3,time=1"), "left_hip=3,time=1");
-        assert_eq!(quoted("my walk.csv"), "'my walk.csv'");
-        assert_eq!(quoted("it's"), r"'it'\''s'");
-        assert_eq!(quoted(""), "''");
-    }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::job::name_of;
 use crate::failure::Failure;
+use crate::messages;
 
 /// File extensions of recordings.
 const EXTENSIONS: &[&str] = &["csv", "mot", "sto", "c3d", "mcap", "mvnx", "trc", "tsv", "txt", "gcd"];
@@ -63,7 +64,10 @@ fn make_names_unique(all: &mut Vec<Recording>) {
             let (stem, extension) = all[n].name.rsplit_once('.').unwrap_or((&all[n].name, ""));
             let free = (2..).map(|k| format!("{stem}~{k}.{extension}")).find(|name| !taken.contains(name));
             let name = free.unwrap_or_default();
-            eprintln!("note: {} is called {name}: another recording has the same name", all[n].path.display());
+            messages::note(format_args!(
+                "{} is called {name}: another recording has the same name",
+                all[n].path.display()
+            ));
             taken.insert(name.clone());
             all[n].name = name;
         }

@@ -1,8 +1,19 @@
 //! Reads edges of a line: CSV with the header `time_s,level`, one edge a row, in the order of time; level 1 after a
-//! rising edge, 0 after a falling one. A last row that is cut short, as a program leaves it that is killed while it writes, is left out,
+//! rising edge, 0 after a falling one; up to [`MOST_EDGES`] of them. A last row that is cut short, as a program leaves it that is killed while it writes, is left out,
 //! with a note.
 
 use std::path::Path;
+
+use crate::file::bounded;
+
+/// Most bytes of a file.
+pub const MOST_BYTES: u64 = 16 << 20;
+
+/// Most edges of a file: more than 13 hours of a board's synchronisation output.
+pub const MOST_EDGES: usize = 1_000_000;
+
+/// Most edges of each of two files that are paired: five hours of a pulse a second. Regular pulses take longest, a millisecond each.
+pub const MOST_PAIRED: usize = 40_000;
 
 /// A change of the line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,7 +48,7 @@ pub struct Edges {
 /// The first error, with its line.
 pub fn read(path: &Path) -> Result<Edges, String> {
     let at = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-    let text = std::fs::read_to_string(path).map_err(|error| at(&error))?;
+    let text = bounded::text(path, MOST_BYTES).map_err(|error| at(&error))?;
     let mut edges = parse(&text).map_err(|error| format!("{}:{error}", path.display()))?;
     edges.notes.iter_mut().for_each(|note| *note = at(note));
     Ok(edges)
@@ -74,6 +85,11 @@ pub fn parse(text: &str) -> Result<Edges, String> {
         if let Some(before) = edges.last().filter(|before| before.time_s >= time_s) {
             return Err(format!("{row}: field `time_s`: {time_s} does not come after {}", before.time_s));
         }
+        if edges.len() == MOST_EDGES {
+            return Err(format!(
+                "{row}: the file has more than {MOST_EDGES} edges; allowed are up to that: cut the list"
+            ));
+        }
         edges.push(Edge { time_s, rising });
     }
     Ok(Edges { edges, notes })
@@ -91,6 +107,17 @@ pub fn pulses(edges: &[Edge]) -> Vec<Pulse> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn more_edges_than_allowed_are_refused() {
+        let text = |edges: usize| {
+            let rows: String = (0..edges).map(|n| format!("{n},{}\n", n % 2)).collect();
+            format!("time_s,level\n{rows}")
+        };
+        assert_eq!(parse(&text(MOST_EDGES)).unwrap().edges.len(), MOST_EDGES);
+        let error = parse(&text(MOST_EDGES + 1)).unwrap_err();
+        assert!(error.starts_with("1000002: the file has more than 1000000 edges; allowed"), "{error}");
+    }
 
     #[test]
     fn bad_files_are_refused_with_their_line() {

@@ -16,22 +16,24 @@ use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::axis;
 use crate::format::description::{Description, SIGNS};
-use crate::format::joint_names::{AngleUnit, joint_of};
+use crate::format::joint_names::AngleUnit;
+use crate::format::outputs::{self, Output};
 use crate::format::segments::{self, LengthUnit, Track};
-use crate::format::text_table::{check_rows, column_called, listed};
+use crate::format::text_table::{check_rows, listed};
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
 use bytes::Ctx;
 use joint_units::Joint;
 use section::{KEY, Layout, Parameters};
+use std::collections::HashSet;
 
 /// The row of the table of formats.
 pub(crate) const DESCRIPTION: Description = Description {
     name: "C3D (`.c3d`)",
     recognised: "the second byte, 0x50",
     units: "`POINT:ANGLE_UNITS`; `POINT:UNITS` where hips are computed from the pelvis",
-    axes: "angles (`LKneeAngles`, ...): the component that moves most at the knees, else the first; joint centres (`LHJC`, ...) or markers of pelvis or hip, knee and ankle (Plug-in Gait, Helen Hayes, CAST, OpenSim: `LASI`, `LKNE`, `LANK`, ...): the plane of vertical and walking direction",
+    axes: "angles (`LKneeAngles`, ...) of one subject: the component that moves most at the knees, else the first; joint centres (`LHJC`, ...) or markers of pelvis or hip, knee and ankle (Plug-in Gait, Helen Hayes, CAST, OpenSim: `LASI`, `LKNE`, `LANK`, ...): the plane of vertical and walking direction",
     signs: SIGNS,
     rate: "the frame rate of the header",
     said: "the axis; up and forward, hips computed from the pelvis, and markers that stand for joint centres, where angles are computed; the unit of length by the width of the pelvis, where the file names none; degrees or radians by the values, where the file names no unit; header and parameters that differ",
@@ -84,7 +86,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let numbers = if layout.scale.is_some() { "integers" } else { "floats" };
     let format = format!("C3D, {}, {numbers}, {} Hz, {what}", parameters.processor.words(), layout.rate_hz);
     let time_s = (0..layout.frames).map(|frame| frame as f64 / layout.rate_hz).collect();
-    Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
+    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
 }
 
 /// A file whose pointers and counts have been checked against its length.
@@ -95,31 +97,21 @@ struct File<'a> {
 }
 
 impl File<'_> {
-    /// The points that hold joint angles: by the map, else by name.
+    /// The points of one subject that hold joint angles: by the map, else by name.
     fn angles(&self, how: &ReadOptions<'_>, notes: &mut Vec<String>) -> Result<Vec<AngleColumn>, TraceError> {
         let labels = &self.layout.labels;
         let said = match self.parameters.text(&self.ctx, "POINT:ANGLE_UNITS").first() {
             Some(unit) if !unit.is_empty() => unit.parse::<AngleUnit>().ok(),
             _ => None,
         };
-        let mut points = Vec::new();
-        for joint in Joint::ALL {
-            let index = match how.column_of(joint) {
-                Some(wanted) => Some(column_called(labels, wanted).ok_or_else(|| {
-                    let (joint, wanted, have) = (joint.name(), wanted.into(), listed(labels));
-                    TraceError::new(self.ctx.file, None, Fault::MapColumn { joint, wanted, have })
-                })?),
-                None => labels.iter().position(|label| {
-                    let label = bare(label);
-                    label.to_ascii_lowercase().contains("angle")
-                        && joint_of(label).is_some_and(|(found, _)| found == joint)
-                }),
-            };
-            points.extend(index.map(|index| (joint, index, self.track(index))));
-        }
-        if points.is_empty() {
+        let outputs = outputs_of(labels);
+        if how.map.is_empty() && outputs.iter().all(|output| output.joint().is_none()) {
             return Ok(Vec::new());
         }
+        let chosen = outputs::choose(&outputs, "subjects", how);
+        let chosen = chosen.map_err(|fault| TraceError::new(self.ctx.file, None, fault))?;
+        let points: Vec<(Joint, usize, Track)> =
+            chosen.into_iter().map(|(joint, index)| (joint, index, self.track(index))).collect();
         let axis = match how.axis {
             Some(axis) => axis,
             None => axis::of_flexion(&points, notes),
@@ -147,6 +139,10 @@ impl File<'_> {
         let fault = |fault| TraceError::new(self.ctx.file, None, fault);
         if legs.iter().all(Option::is_none) {
             return Err(fault(Fault::NoTrajectories { have: listed(&self.layout.labels) }));
+        }
+        let subjects = subjects_with_legs(&self.layout.labels);
+        if subjects.len() > 1 {
+            return Err(fault(Fault::SeveralSubjects { have: listed(&subjects) }));
         }
         let text = first_text("POINT:UNITS").unwrap_or_default();
         let unit = LengthUnit { field: "POINT:UNITS", text: &text };
@@ -184,6 +180,34 @@ impl File<'_> {
         let seen = residual >= 0.0 && [x, y, z].iter().all(|value| value.is_finite()) && [x, y, z] != [0.0; 3];
         if seen { [x, y, z].map(f64::from) } else { MISSING }
     }
+}
+
+/// The points as outputs of subjects. Only the first of several points of one name can be chosen.
+fn outputs_of(labels: &[String]) -> Vec<Output> {
+    let mut seen: HashSet<&str> = HashSet::new();
+    let mut outputs = Vec::with_capacity(labels.len());
+    for label in labels {
+        let first = if seen.insert(label) { label.as_str() } else { "" };
+        let (group, name) = first.rsplit_once(':').unwrap_or(("", first));
+        let is_angle = name.to_ascii_lowercase().contains("angle");
+        outputs.push(Output { group: group.into(), name: name.into(), is_angle, columns: [Some(0), Some(1), Some(2)] });
+    }
+    outputs
+}
+
+/// The names of the subjects whose points give a leg.
+fn subjects_with_legs(labels: &[String]) -> Vec<&str> {
+    let subject = |label: &'_ String| label.rsplit_once(':').map(|(subject, _)| subject.len());
+    let mut subjects: Vec<&str> = labels.iter().filter_map(|label| label.get(..subject(label)?)).collect();
+    subjects.sort_unstable();
+    subjects.dedup();
+    let has_leg = |wanted: &&str| {
+        let own = |label: &String| label.get(..wanted.len()) == Some(wanted) && subject(label) == Some(wanted.len());
+        let names: Vec<&str> = labels.iter().map(|label| if own(label) { bare(label) } else { "" }).collect();
+        segments::find(&names).iter().any(Option::is_some)
+    };
+    subjects.retain(has_leg);
+    subjects
 }
 
 /// A label without the subject's name: `Anna:LKNE` gives `LKNE`.

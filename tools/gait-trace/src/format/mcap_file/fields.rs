@@ -184,7 +184,8 @@ impl Seen {
         let chosen = chosen.into_iter().map(|(joint, index)| {
             let Field { channel, name, heading } = fields[index];
             let is_state = self.sources.get(channel).is_some_and(|source| matches!(source.kind, Kind::JointState(_)));
-            let (said, power) = if is_state { (Said::Unit(AngleUnit::Radians), 0) } else { unit_in(name) };
+            let (said, power) =
+                if is_state { (Said::Format(AngleUnit::Radians, "by REP 103"), 0) } else { unit_in(name) };
             let (field, heading) = (name.clone(), heading.clone());
             Chosen { joint, channel: *channel, field, heading, said, power, values: Vec::new() }
         });

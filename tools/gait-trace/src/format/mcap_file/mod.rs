@@ -39,7 +39,7 @@ pub(crate) const DESCRIPTION: Description = Description {
     axes: "one field or joint name a joint",
     signs: SIGNS,
     rate: "the log times of the messages; of `JointState` the stamps of their headers",
-    said: "a file without an end record; lost samples; degrees or radians by the values, where a field has no unit; volts, where a calibration is given; messages that are not read; log times, where no header has a stamp",
+    said: "a file without an end record; lost samples; degrees or radians by the values, where a field has no unit; volts, where a calibration is given; messages that are not read; log times, where no header has a stamp, and how late they are",
     options: &["--map", "--topic", "--unit", "--calibration", "--knee-sign", "--stride-time"],
 };
 
@@ -78,7 +78,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
             Why::Fault(fault) => TraceError::new(name, None, fault),
         })
     })?;
-    let kind = table.describe(&mut notes);
+    let (kind, received) = table.describe(&mut notes);
     let Table { chosen, time_s, .. } = table;
     if time_s.len() < 2 {
         return Err(TraceError::new(name, None, Fault::TooFewRows { rows: time_s.len() }));
@@ -91,7 +91,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let joints = in_degrees(&place, columns.collect(), how, &mut notes)?;
     let count = joints.iter().flatten().count();
     let format = format!("MCAP, {kind}, {count} joints of {} channels", seen.sources.len());
-    Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
+    Ok(RawJoints { file: name.into(), format, time_s, received, joints, notes })
 }
 
 /// The rows that are read.
@@ -191,13 +191,13 @@ impl Table<'_> {
         self.seen.sources.values().any(|other| other.topic == source.topic && other.stamped > 0)
     }
 
-    /// The kind of the messages that were read, with notes on those that were not.
-    fn describe(&self, notes: &mut Vec<String>) -> &'static str {
+    /// The kind of the messages that were read, and whether their times are those of receipt, with notes on those that were not read.
+    fn describe(&self, notes: &mut Vec<String>) -> (&'static str, bool) {
         let is_read = |channel: u16| self.chosen.iter().any(|chosen| self.seen.are_one(chosen.channel, channel));
         let sources = || self.seen.sources.iter().map(|(&channel, source)| (is_read(channel), source));
         let states = |(is_read, source): &(bool, &Source)| *is_read && matches!(source.kind, Kind::JointState(_));
         if !sources().any(|source| states(&source)) {
-            return "JSON";
+            return ("JSON", false);
         }
         let mut without_stamps: Vec<&str> = sources()
             .filter(states)
@@ -205,10 +205,11 @@ impl Table<'_> {
             .map(|(_, source)| &*source.topic)
             .collect();
         without_stamps.dedup();
+        let received = !without_stamps.is_empty();
         for topic in without_stamps {
             let topic = short(topic);
             notes.push(format!(
-                "No header of `{topic}` has a stamp; the times are those at which the messages were logged."
+                "No header of `{topic}` has a stamp; the times are those at which the messages were received."
             ));
         }
         if self.without_positions > 0 {
@@ -224,6 +225,6 @@ impl Table<'_> {
             [topic] => notes.push(format!("{ignored} messages of `{}` are not read.", short(topic))),
             topics => notes.push(format!("{ignored} messages of {} other topics are not read.", topics.len())),
         }
-        "ROS 2 JointState"
+        ("ROS 2 JointState", received)
     }
 }

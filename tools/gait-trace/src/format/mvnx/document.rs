@@ -3,6 +3,7 @@
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::choice::columns;
+use crate::format::decimals::Decimals;
 use crate::format::joint_names::AngleUnit;
 use crate::format::mvnx::times::{Stamp, times_s};
 use crate::format::text_table::{MAX_COLUMNS, check_rows, listed, number_or_missing, short};
@@ -82,6 +83,7 @@ struct Document {
     /// Frames that are skipped, by type.
     skipped: BTreeMap<String, u64>,
     untyped: u64,
+    decimals: Decimals,
     without_angles: usize,
 }
 
@@ -265,7 +267,7 @@ impl Document {
     }
 
     fn angles(&mut self, text: &str) -> Result<(), Fault> {
-        let Some(Frame { angles: Some(count), flexion, .. }) = &mut self.frame else { return Ok(()) };
+        let Some(Frame { angles: Some(count), flexion, line, .. }) = &mut self.frame else { return Ok(()) };
         for word in text.split_ascii_whitespace() {
             let (joint, component) = (*count / ANGLES, *count % ANGLES);
             *count += 1;
@@ -273,7 +275,9 @@ impl Document {
                 continue;
             }
             for chosen in self.chosen.iter().filter(|chosen| chosen.index == joint) {
-                flexion[chosen.joint as usize] = number_or_missing(word, false)?;
+                // Blanks separate the numbers, so a comma is a decimal comma.
+                flexion[chosen.joint as usize] = number_or_missing(word, true)?;
+                self.decimals.take(*line, word);
             }
         }
         Ok(())
@@ -331,6 +335,7 @@ impl Document {
         if self.untyped > 0 {
             notes.push(format!("{} frames name no type; they are read as normal frames.", self.untyped));
         }
+        self.decimals.check(name, &mut notes)?;
         if self.without_angles > 0 {
             notes.push(format!(
                 "{} of {frames} frames have no joint angles; they are missing values.",
@@ -339,13 +344,13 @@ impl Document {
         }
         let time_s = times_s(&self.stamps, self.rate_hz, &mut notes).map_err(at_end)?;
         let column = |Chosen { joint, index, label, values }| {
-            let said = Said::Unit(AngleUnit::Degrees);
+            let said = Said::Format(AngleUnit::Degrees, "by the format");
             AngleColumn { joint, heading: format!("{label} z"), index: index * ANGLES + FLEXION, said, values }
         };
         let place = Place { file: name, header: None, lines: &self.lines };
         let joints = in_degrees(&place, self.chosen.into_iter().map(column).collect(), how, &mut notes)?;
         let rate = self.rate_hz.map_or(String::new(), |rate| format!(", {rate} Hz"));
         let format = format!("MVNX, version {}{rate}, {} joints", self.version, self.labels.len());
-        Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
+        Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
     }
 }

@@ -15,10 +15,12 @@ use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::description::{Description, SIGNS};
 use crate::format::joint_names::{AngleUnit, joint_of};
+use crate::format::stated;
 use crate::format::text_table::{
     Delimiter, bare_lines, check_rows, column_called, finite, lines, listed, number_or_missing, short, text,
 };
 use crate::format::time_names::time_of;
+use crate::format::time_step;
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
@@ -35,9 +37,9 @@ pub(crate) const DESCRIPTION: Description = Description {
     units: "`inDegrees`, or a remark in the header",
     axes: "columns `hip_flexion_l`, `knee_angle_r`, ..., or paths to them that end in `/value`; `/speed` is not read",
     signs: SIGNS,
-    rate: "the column `time`, in seconds",
+    rate: "the column `time`, in seconds; `--rate` replaces times that agree with it",
     said: "numbers of rows or columns in the header that differ from the file; degrees or radians by the values, where the header has neither",
-    options: &["--map", "--unit", "--knee-sign", "--stride-time"],
+    options: &["--map", "--unit", "--rate", "--knee-sign", "--stride-time"],
 };
 
 /// Whether the text has the line that ends a header.
@@ -70,10 +72,6 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let mut rows = lines(name, whole);
     let header = Header::parse(name, &mut rows)?;
     title::check(name, header.title.as_ref())?;
-    if how.rate_hz.is_some() {
-        let has = "its column of times".into();
-        return Err(TraceError::new(name, Some(header.end), Fault::RateAndTime { has }));
-    }
     let mut rows = rows.filter(|row| !matches!(row, Ok((_, row)) if row.trim().is_empty()));
     let no_names = || {
         let (field, found) = ("names of columns below `endheader`".into(), "missing".into());
@@ -148,11 +146,15 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     if !whole.ends_with(['\n', '\r']) && header.rows.as_ref().is_none_or(|(.., rows)| *rows != time_s.len() as u64) {
         notes.push("The last line has no line end: if the file was cut off, its last number may be wrong.".into());
     }
+    if let Some(rate_hz) = how.rate_hz {
+        time_step::at_rate(&mut time_s, rate_hz, &labels[time], &mut notes)
+            .map_err(|f| fault(f).in_column(time, &labels[time]))?;
+    }
     let place = Place { file: name, header: Some(line), lines: &row_lines };
     let joints = in_degrees(&place, columns, how, &mut notes)?;
     let unit = how.unit.or(said).map_or("unit not given", AngleUnit::words);
     let format = format!("OpenSim motion, {}, {}, {unit}", header.version_words(), delimiter.words());
-    Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
+    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
 }
 
 /// The fields of a row; many programs end each row with a tab.
@@ -165,11 +167,15 @@ fn chosen(labels: &[String], how: &ReadOptions<'_>, said: Option<AngleUnit>) -> 
     let mut columns = Vec::new();
     for joint in Joint::ALL {
         let index = match how.column_of(joint) {
-            Some(wanted) => Some(column_called(labels, wanted).ok_or_else(|| Fault::MapColumn {
-                joint: joint.name(),
-                wanted: wanted.into(),
-                have: listed(labels),
-            })?),
+            Some(wanted) => {
+                let index = column_called(labels, wanted).ok_or_else(|| Fault::MapColumn {
+                    joint: joint.name(),
+                    wanted: wanted.into(),
+                    have: listed(labels),
+                })?;
+                stated::check(&labels[index], how)?;
+                Some(index)
+            }
             None => {
                 let mut found = labels
                     .iter()

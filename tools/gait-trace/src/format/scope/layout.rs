@@ -5,6 +5,7 @@ use crate::fault::{Fault, TraceError};
 use crate::format::text_table::{Delimiter, finite, lines, short};
 use crate::format::time_names::time_of;
 use crate::format::unit::{scaled, seconds_of, volts_of};
+use joint_units::Joint;
 use std::borrow::Cow;
 
 /// Source of a row's time.
@@ -57,6 +58,29 @@ impl Layout {
             Dialect::Tektronix => Self::below(name, &head, "time"),
             Dialect::TektronixSideBySide => Self::beside(name, &head),
         }
+    }
+
+    /// The channel that a map names, by its name or by the number of its column from 1, as an index of [`Self::channels`].
+    pub(super) fn channel_called(&self, joint: Joint, wanted: &str) -> Result<usize, Fault> {
+        let named =
+            |exact: bool| {
+                self.channels.iter().position(|(_, channel, _)| {
+                    if exact { channel == wanted } else { channel.eq_ignore_ascii_case(wanted) }
+                })
+            };
+        let column = wanted.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
+        if let (Time::Column { index, .. }, None) = (&self.time, named(false))
+            && column == Some(*index)
+        {
+            return Err(Fault::TimeAsJoint { joint: joint.name() });
+        }
+        let numbered = || self.channels.iter().position(|(index, ..)| Some(*index) == column);
+        named(true).or_else(|| named(false)).or_else(numbered).ok_or_else(|| {
+            let place =
+                |(index, channel, _): &(usize, String, i32)| format!("`{}` in column {}", short(channel), index + 1);
+            let have = self.channels.iter().map(place).collect::<Vec<_>>().join(", ");
+            Fault::MapColumn { joint: joint.name(), wanted: wanted.into(), have }
+        })
     }
 
     /// `X,CH1,Start,Increment` over `Sequence,Volt,<s>,<s>`, or the same without the first column: `from` is that of the first channel.

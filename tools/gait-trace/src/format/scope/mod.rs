@@ -13,7 +13,7 @@
 //!
 //! Saleae, PicoScope and rows of numbers without a header are read as CSV ([`mapped_csv`](super::mapped_csv)).
 //!
-//! The map assigns channels to joints (`left_knee=CH1`, or by number); the calibration converts volts to angles. Volts outside of its
+//! The map assigns channels to joints (`left_knee=CH1`, or by the number of the column, from 1 with that of the time); the calibration converts volts to angles. Volts outside of its
 //! table are missing values, counted in a note: the table is never extrapolated.
 
 mod dialect;
@@ -23,7 +23,7 @@ use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::description::{Description, SIGNS};
 use crate::format::joint_names::joint_of;
-use crate::format::text_table::{Delimiter, bare_lines, check_rows, column_called, is_missing, lines, listed, text};
+use crate::format::text_table::{Delimiter, bare_lines, check_rows, is_missing, lines, listed, text};
 use crate::format::unit::{Said, scaled};
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
@@ -40,7 +40,7 @@ pub(crate) const DESCRIPTION: Description = Description {
     name: "Oscilloscope CSV of Rigol, Siglent, Tektronix and Keysight (`.csv`)",
     recognised: "its first lines: `X,CH1,Start,Increment`, `CH1,Start,Increment`, `tInc =`, `Record Length,Analog:`, `Second,Volt`, `Model,` and `TIME,`, `x-axis,1`, `x_axis,channel_1`, `sec,Volt1`",
     units: "V, mV or uV by the header; a calibration is required",
-    axes: "one channel a joint",
+    axes: "one channel a joint; a number in a map is that of the column, with that of the time",
     signs: SIGNS,
     rate: "a column of times in s, ms, us or ns, or start and increment in the header",
     said: "values outside of the calibration table are missing; a number of rows or a sample interval in the header that differs from the rows; seconds and volts below `x_axis,channel_1`",
@@ -93,21 +93,17 @@ pub(crate) fn parse_text(
         let has = "the header or a column".into();
         return Err(TraceError::new(name, Some(layout.end.max(1)), Fault::RateAndTime { has }));
     }
+    let fault = |fault| TraceError::new(name, Some(layout.end.max(1)), fault);
     let mut chosen: Vec<(Joint, usize, Vec<f64>)> = Vec::new();
     for joint in Joint::ALL {
-        let wanted = how.column_of(joint);
-        let by_name = || names.iter().position(|channel| joint_of(channel).is_some_and(|(found, _)| found == joint));
-        let channel = match wanted {
-            Some(wanted) => Some(column_called(&names, wanted).ok_or_else(|| {
-                let (joint, wanted, have) = (joint.name(), wanted.into(), listed(&names));
-                TraceError::new(name, Some(layout.end.max(1)), Fault::MapColumn { joint, wanted, have })
-            })?),
-            None => by_name(),
+        let channel = match how.column_of(joint) {
+            Some(wanted) => Some(layout.channel_called(joint, wanted).map_err(fault)?),
+            None => names.iter().position(|channel| joint_of(channel).is_some_and(|(found, _)| found == joint)),
         };
         chosen.extend(channel.map(|channel| (joint, channel, Vec::new())));
     }
     if chosen.is_empty() {
-        return Err(TraceError::new(name, Some(layout.end.max(1)), Fault::NoChannelMap { have: listed(&names) }));
+        return Err(fault(Fault::NoChannelMap { have: listed(&names) }));
     }
 
     let mut time_s = Vec::new();
@@ -171,5 +167,5 @@ pub(crate) fn parse_text(
     let place = Place { file: name, header: Some(layout.end.max(1)), lines: &row_lines };
     let joints = in_degrees(&place, columns, how, &mut notes)?;
     let format = format!("oscilloscope CSV ({}), {} channels", dialect.words(), layout.channels.len());
-    Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
+    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
 }

@@ -123,7 +123,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
         head.rate_hz,
         head.outputs.len()
     );
-    Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
+    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
 }
 
 /// Rows of numbers of the section.

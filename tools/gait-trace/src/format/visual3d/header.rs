@@ -118,6 +118,15 @@ impl Header {
         Ok(Self { line, outputs, signals, width })
     }
 
+    /// An error if the type of a signal that the map chose is one that is no angle.
+    pub(super) fn check_kind(&self, output: usize) -> Result<(), Fault> {
+        let Signal { name, kind, .. } = &self.signals[output];
+        if !KINDS.contains(&kind.as_str()) || ANGLES.contains(&kind.as_str()) {
+            return Ok(());
+        }
+        Err(Fault::NoAngle { column: short(name), what: format!("the type `{kind}`") })
+    }
+
     /// The column of the times of a signal's recording, in seconds.
     pub(super) fn time_of(&self, output: usize) -> Option<usize> {
         let of = &self.signals[output];

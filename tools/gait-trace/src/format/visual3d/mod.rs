@@ -13,10 +13,12 @@ mod header;
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
 use crate::format::axis;
+use crate::format::decimals::Decimals;
 use crate::format::description::{Description, SIGNS};
 use crate::format::outputs;
 use crate::format::segments::Track;
 use crate::format::text_table::{Delimiter, check_rows, cut_line, finite, is_missing, lines, short, text};
+use crate::format::time_step;
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
 use crate::raw::RawJoints;
@@ -30,8 +32,8 @@ pub(crate) const DESCRIPTION: Description = Description {
     units: "by the values",
     axes: "signals `Left Hip Angle`, `RKneeAngles`, ... of one recording, of type `LINK_MODEL_BASED` or `DERIVED`: the component that moves most at the knees, else X",
     signs: SIGNS,
-    rate: "the signal `TIME`, in seconds; without it `ITEM`, with `--rate`; of a cycle normalised to 101 points `--rate 100` with `--stride-time`",
-    said: "the axis; degrees or radians by the values; rows below the end of the recording",
+    rate: "the signal `TIME`, in seconds (`--rate` replaces times that agree with it); without it `ITEM`, with `--rate`; of a cycle normalised to 101 points `--rate 100` with `--stride-time`",
+    said: "the axis; degrees or radians by the values; decimal commas; rows below the end of the recording",
     options: &["--map", "--unit", "--axis", "--rate", "--knee-sign", "--stride-time"],
 };
 
@@ -64,10 +66,12 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let header = Header::parse(name, &mut rows)?;
     let fault = |fault| TraceError::new(name, Some(header.line), fault);
     let chosen = outputs::choose(&header.outputs, "recordings, ranges or folders", how).map_err(fault)?;
+    for &(_, index) in chosen.iter().filter(|(joint, _)| how.column_of(*joint).is_some()) {
+        header.check_kind(index).map_err(fault)?;
+    }
     let one = chosen[0].1;
     let source = match (header.time_of(one), how.rate_hz) {
-        (Some(_), Some(_)) => return Err(fault(Fault::RateAndTime { has: "its signal `TIME`".into() })),
-        (Some(column), None) => Source::Time(column),
+        (Some(column), _) => Source::Time(column),
         (None, Some(rate_hz)) => Source::Items { rate_hz },
         (None, None) => return Err(fault(Fault::NoRate).in_column(0, "ITEM")),
     };
@@ -79,7 +83,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
             table.push(line, row)?;
         }
     }
-    let Table { time_s, line_numbers, tracks, ended, .. } = table;
+    let Table { mut time_s, line_numbers, tracks, ended, decimals, .. } = table;
     if time_s.len() < 2 {
         let last = line_numbers.last().copied().unwrap_or(header.line);
         return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
@@ -94,6 +98,10 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
             notes.push("The last line has no line end: if the file was cut off, its last number may be wrong.".into());
         }
         None => {}
+    }
+    decimals.check(name, &mut notes)?;
+    if let (Source::Time(column), Some(rate_hz)) = (source, how.rate_hz) {
+        time_step::at_rate(&mut time_s, rate_hz, "TIME", &mut notes).map_err(|f| fault(f).in_column(column, "TIME"))?;
     }
     let points: Vec<(Joint, usize, Track)> =
         chosen.iter().zip(tracks).map(|(&(joint, index), track)| (joint, index, track)).collect();
@@ -113,7 +121,7 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let joints = in_degrees(&place, columns, how, &mut notes)?;
     let count = joints.iter().flatten().count();
     let format = format!("Visual3D text, {count} joints of {} signals", header.outputs.len());
-    Ok(RawJoints { file: name.into(), format, time_s, joints, notes })
+    Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
 }
 
 /// Where the times come from.
@@ -137,6 +145,7 @@ struct Table<'a> {
     tracks: Vec<Track>,
     time_s: Vec<f64>,
     line_numbers: Vec<u64>,
+    decimals: Decimals,
     /// Rows since the last one with a value of the recording: line, and the time if the row has one.
     ended: Vec<(u64, Option<f64>)>,
 }
@@ -156,6 +165,7 @@ impl<'a> Table<'a> {
             tracks: vec![Track::new(); chosen.len()],
             time_s: Vec::new(),
             line_numbers: Vec::new(),
+            decimals: Decimals::default(),
             ended: Vec::new(),
         }
     }
@@ -169,6 +179,8 @@ impl<'a> Table<'a> {
         }
         let known = |column: &usize| fields.get(*column).is_some_and(|field| !is_no_data(field));
         let has_values = self.own.iter().any(known);
+        let own = self.own.iter().filter_map(|&column| fields.get(column));
+        own.for_each(|field| self.decimals.take(line, field));
         // A row may end early where a shorter recording has ended.
         if has_values && fields.len() < wanted && self.own.iter().any(|&column| column >= fields.len()) {
             return Err(fault(Fault::FieldCount { found: fields.len(), wanted }));
@@ -227,5 +239,6 @@ fn is_no_data(field: &str) -> bool {
 
 /// A number, or NaN where the field holds no value.
 fn number(field: &str) -> Result<f64, Fault> {
-    if is_no_data(field) { Ok(f64::NAN) } else { finite(field, false) }
+    // Tabs separate the fields, so a comma is a decimal comma.
+    if is_no_data(field) { Ok(f64::NAN) } else { finite(field, true) }
 }

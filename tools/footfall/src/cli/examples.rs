@@ -1,0 +1,240 @@
+//! Examples for the help text of each command. A test runs every one of them, or names the reason why not.
+//!
+//! Files in `samples/` are those of the repository; `footfall sample --all -o samples` writes them anywhere.
+
+use clap::Command;
+
+/// An example: what it does, and the command line.
+pub type Example = (&'static str, &'static str);
+
+/// The examples of each command, in the order of `footfall --help`.
+pub const EXAMPLES: &[(&str, &[Example])] = &[
+    (
+        "watch",
+        &[
+            (
+                "Ten seconds, as lines of text:",
+                "footfall watch --elf firmware.elf --virtual-board virtual-board --secs 10 --plain",
+            ),
+            (
+                "A generator of your own, with every tick recorded (`cargo xtask run` finds image and board):",
+                "footfall watch --elf firmware.elf --virtual-board virtual-board --generator generator.toml --record walk.mcap",
+            ),
+        ],
+    ),
+    (
+        "record",
+        &[
+            (
+                "A minute of the virtual board:",
+                "footfall record --elf firmware.elf --virtual-board virtual-board --secs 60 -o walk.mcap",
+            ),
+            (
+                "A real board, whose log a debug probe's program passes on:",
+                "footfall record --elf firmware.elf --rtt tcp:localhost:19021 -o walk.csv",
+            ),
+        ],
+    ),
+    (
+        "volts",
+        &[
+            (
+                "The left knee of a recording, as the board's converter would read it:",
+                "footfall volts --trace samples/walk.csv -o volts.csv",
+            ),
+            (
+                "The same, of the sensor of another table:",
+                "footfall volts --trace samples/walk.csv --calibration samples/sensor.toml",
+            ),
+        ],
+    ),
+    (
+        "check",
+        &[
+            ("What is read from a recording, and whether `fit` takes it:", "footfall check --trace samples/walk.c3d"),
+            (
+                "Files of two kinds:",
+                "footfall check --generator samples/generator.toml --calibration samples/sensor.toml",
+            ),
+        ],
+    ),
+    (
+        "walk",
+        &[
+            ("A walk whose cadence rises, as CSV:", "footfall walk --cadence 100..130 --secs 20 --csv"),
+            (
+                "A change of gait and a stop, as a picture:",
+                "footfall walk --switch \"t=2 run\" --switch \"t=4 stop\" --svg walk.svg",
+            ),
+        ],
+    ),
+    (
+        "obb",
+        &[
+            ("The word of a cycle:", "footfall obb --reversibility 1,5"),
+            (
+                "Two changes of gait, as a picture:",
+                "footfall obb --reversibility 1,5 --steps 120 --switch \"54:1,3 100:1,1\" --svg block.svg",
+            ),
+        ],
+    ),
+    (
+        "figures",
+        &[
+            ("All pictures, into a folder:", "footfall figures -o figures"),
+            ("The same, over those of an earlier run:", "footfall figures -o figures --force"),
+        ],
+    ),
+    (
+        "gait-error",
+        &[("The table:", "footfall gait-error"), ("The same as one JSON object:", "footfall gait-error --json")],
+    ),
+    (
+        "hexapod",
+        &[
+            ("All live orientations, with their steps:", "footfall hexapod --list"),
+            ("From the wave to the tripod:", "footfall hexapod --steps 120 --switch \"54:3 100:1\" --svg legs.svg"),
+        ],
+    ),
+    (
+        "smer",
+        &[
+            ("Whether a graph is live, and its period:", "footfall smer samples/graph.txt"),
+            ("Its first steps, and a picture:", "footfall smer samples/graph.txt --steps 20 --svg graph.svg"),
+        ],
+    ),
+    (
+        "certify",
+        &[
+            (
+                "A follower: how soon it locks, over which cadences:",
+                "footfall certify samples/follower.toml -o certificate.json",
+            ),
+            ("A gait by its name:", "footfall certify human-walk"),
+            ("Every name:", "footfall certify list"),
+        ],
+    ),
+    (
+        "fit",
+        &[
+            ("A generator of a recording:", "footfall fit samples/walk.mot -o generator.toml"),
+            (
+                "A follower for this person, with the sensor on the left hip:",
+                "footfall fit samples/walk.csv --follow left_hip -o follower.toml",
+            ),
+            (
+                "Many recordings, two at a time, into the folder fits:",
+                "footfall fit samples/walk.csv samples/walk.mot -o fits --jobs 2",
+            ),
+        ],
+    ),
+    (
+        "convert",
+        &[
+            ("Any recording as CSV:", "footfall convert samples/walk.c3d -o walk.csv"),
+            (
+                "The volts of a sensor as angles:",
+                "footfall convert samples/oscilloscope.csv --map left_knee=CH1 --calibration samples/sensor.toml -o knee.mot",
+            ),
+        ],
+    ),
+    (
+        "merge",
+        &[
+            (
+                "Two shares of a batch, fitted on different computers:",
+                "footfall fit samples/walk.csv samples/walk.mot -o shares --shard 1/2",
+            ),
+            ("", "footfall fit samples/walk.csv samples/walk.mot -o shares --shard 2/2"),
+            ("Their summary, in the folder of the results:", "footfall merge shares"),
+        ],
+    ),
+    (
+        "entrain",
+        &[
+            (
+                "How well a follower follows the left hip of a person:",
+                "footfall entrain samples/walk.csv --sensor left_hip --svg follow.svg",
+            ),
+            (
+                "The same with the templates of a generator file:",
+                "footfall entrain samples/walk.csv --generator samples/follower.toml",
+            ),
+        ],
+    ),
+    (
+        "calibrate",
+        &[
+            (
+                "From a file of known angles:",
+                "footfall calibrate samples/rows.csv -o hip.toml --name \"hip 3\" --report hip.html",
+            ),
+            (
+                "At most eight points, joined by straight lines:",
+                "footfall calibrate samples/rows.csv -o knee.toml --points 8 --interpolation linear",
+            ),
+        ],
+    ),
+    (
+        "sync",
+        &[
+            (
+                "Edges of a board's synchronisation output, as another system recorded them:",
+                "footfall sync samples/edges.csv",
+            ),
+            (
+                "Edges of one line, recorded by both:",
+                "footfall sync samples/line-board.csv --against samples/line-recorder.csv",
+            ),
+        ],
+    ),
+    (
+        "pack",
+        &[
+            ("A flash record of a generator:", "footfall pack samples/generator.toml -o generator.bin"),
+            ("A generator as a Rust constant:", "footfall pack samples/generator.toml --rust"),
+        ],
+    ),
+    (
+        "defaults",
+        &[
+            ("A robot file:", "footfall defaults robot > robot.toml"),
+            ("A sensor file:", "footfall defaults sensor > sensor.toml"),
+        ],
+    ),
+    (
+        "sample",
+        &[
+            ("One file:", "footfall sample walk.csv -o my-walk.csv"),
+            ("All files, into a folder:", "footfall sample --all -o my-samples"),
+        ],
+    ),
+    (
+        "completions",
+        &[
+            ("For bash, which reads it with `source footfall.bash`:", "footfall completions bash > footfall.bash"),
+            ("For fish:", "footfall completions fish > footfall.fish"),
+        ],
+    ),
+    ("man", &[("All pages, into a folder:", "footfall man -o man"), ("One page:", "footfall man fit")]),
+];
+
+/// The program with the examples below the help of its commands.
+#[must_use]
+pub fn added(program: Command) -> Command {
+    EXAMPLES.iter().fold(program, |program, (name, examples)| {
+        // A program without the analysis has fewer commands.
+        if program.find_subcommand(name).is_none() {
+            return program;
+        }
+        program.mut_subcommand(name, |command| {
+            let header = command.get_styles().get_header();
+            let mut help = command.get_after_help().map_or(String::new(), |help| format!("{}\n\n", help.ansi()));
+            help += &format!("{header}Examples:{header:#}");
+            for (what, line) in *examples {
+                help += &if what.is_empty() { format!("\n    {line}") } else { format!("\n  {what}\n    {line}") };
+            }
+            command.after_help(help)
+        })
+    })
+}

@@ -1,0 +1,139 @@
+//! Every command line of the pages and of the help texts is run as it is written, or stands in [`NOT_RUN`] with the reason.
+//!
+//! The lines of a page are run from top to bottom in one folder, which has copies of `samples` and `tests/traces`; a line may use a file
+//! that an earlier one has made.
+#![cfg(unix)]
+
+#[path = "documented/not_run.rs"]
+mod not_run;
+#[path = "documented/pages.rs"]
+mod pages;
+
+use footfall::cli::examples::EXAMPLES;
+use not_run::{FAILS, NOT_RUN};
+use pages::{Page, command_lines, pages};
+use std::collections::BTreeSet;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::Mutex;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// The examples of each command's help, as pages.
+fn helps() -> Vec<Page> {
+    let lines = |examples: &[(&str, &str)]| examples.iter().map(|(_, line)| (*line).to_owned()).collect();
+    EXAMPLES.iter().map(|(name, examples)| Page { name: format!("help of {name}"), lines: lines(examples) }).collect()
+}
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        std::fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
+    }
+}
+
+/// Runs the lines of a page; gives those that do not end as they should.
+fn run(page: &Page) -> Vec<String> {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    copy(&root().join("samples"), &at("samples"));
+    copy(&root().join("tests/traces"), &at("tests/traces"));
+    let programs = at("programs");
+    std::fs::create_dir(&programs).unwrap();
+    let footfall = env!("CARGO_BIN_EXE_footfall");
+    for (name, script) in [
+        ("footfall", format!("#!/bin/sh\nexec '{footfall}' \"$@\"\n")),
+        (
+            "cargo",
+            format!(
+                "#!/bin/sh\n[ \"$1\" = footfall ] || {{ echo \"cargo $1 is not run here\"; exit 99; }}\nshift\nexec '{footfall}' \"$@\"\n"
+            ),
+        ),
+    ] {
+        std::fs::write(programs.join(name), script).unwrap();
+        std::fs::set_permissions(programs.join(name), std::fs::Permissions::from_mode(0o755)).unwrap();
+    }
+    let path = std::env::join_paths(
+        std::iter::once(programs).chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
+    );
+    let path = path.unwrap();
+    let mut wrong = Vec::new();
+    for line in page.lines.iter().filter(|line| !is_listed(line)) {
+        let output = Command::new("sh")
+            .args(["-c", line])
+            .current_dir(folder.path())
+            .env("PATH", &path)
+            .env("HOME", folder.path())
+            .stdin(Stdio::null())
+            .output()
+            .unwrap();
+        let expected = FAILS.iter().find(|(fails, ..)| fails == line).map_or(0, |(_, code, _)| *code);
+        if output.status.code() != Some(expected) {
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            wrong.push(format!("{}: `{line}`: {}, {expected} is expected:\n{said}", page.name, output.status));
+        }
+    }
+    wrong
+}
+
+fn is_listed(line: &str) -> bool {
+    NOT_RUN.iter().any(|(_, lines)| lines.contains(&line))
+}
+
+#[test]
+fn every_line_runs_as_it_is_written() {
+    let pages: Vec<Page> = pages(&root()).into_iter().chain(helps()).collect();
+    let run_lines: usize = pages.iter().map(|page| page.lines.iter().filter(|line| !is_listed(line)).count()).sum();
+    assert!(run_lines > 60, "{run_lines} lines");
+    let (waiting, wrong) = (Mutex::new(pages), Mutex::new(Vec::new()));
+    let next = || waiting.lock().unwrap().pop();
+    std::thread::scope(|scope| {
+        for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(|| {
+                while let Some(page) = next() {
+                    let of_page = run(&page);
+                    wrong.lock().unwrap().extend(of_page);
+                }
+            });
+        }
+    });
+    let mut wrong = wrong.into_inner().unwrap();
+    wrong.sort();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn the_lists_have_no_line_that_no_page_has() {
+    let pages: Vec<Page> = pages(&root()).into_iter().chain(helps()).collect();
+    let lines: BTreeSet<&str> = pages.iter().flat_map(|page| page.lines.iter().map(String::as_str)).collect();
+    let listed = NOT_RUN.iter().flat_map(|(_, lines)| lines.iter()).chain(FAILS.iter().map(|(line, ..)| line));
+    let left_over: Vec<&&str> = listed.clone().filter(|line| !lines.contains(**line)).collect();
+    assert!(left_over.is_empty(), "no page has these lines any more: {left_over:#?}");
+    let once: BTreeSet<&&str> = listed.clone().collect();
+    assert_eq!(once.len(), listed.count(), "a line is listed twice");
+    assert!(
+        NOT_RUN.iter().all(|(reason, _)| !reason.is_empty()) && FAILS.iter().all(|(_, _, reason)| !reason.is_empty())
+    );
+}
+
+#[test]
+fn command_lines_are_found_where_pages_have_them() {
+    let page = "# A\n\nText with `cargo footfall walk --secs 1`, `footfall walk`, `cargo xtask`, `x` and `cargo\ntest -p a`.\n\n\
+                ```sh\n# a comment\nfootfall fit a.csv   # why\n\ncp a b\n```\n\n```text\nfootfall no\n```\n\n    \
+                cargo footfall obb --svg \"a # b.svg\"  # why\n    other\n\n| `footfall merge fits`, `footfall fit` |\n";
+    let wanted = [
+        "cargo footfall walk --secs 1",
+        "cargo test -p a",
+        "footfall fit a.csv",
+        "cp a b",
+        "cargo footfall obb --svg \"a # b.svg\"",
+        "footfall merge fits",
+    ];
+    assert_eq!(command_lines(page), wanted);
+    let console = "```console\n$ footfall one \\\n      --two\noutput\n$ footfall three\n```\n";
+    assert_eq!(command_lines(console), ["footfall one --two", "footfall three"]);
+}
