@@ -15,13 +15,13 @@ use gait_trace::{Channel, Looped, Quantity, Recording};
 use hgod_adc::{Calibration, CalibrationPoint, Interpolation, Validity};
 use joint_loop::setup::default_loop::Parameters;
 use joint_loop::store::{generator_record, sensor_record};
-use joint_loop::{FollowConfig, GeneratorConfig, JointSensor, JointSensors, SupervisorState};
+use joint_loop::{FollowConfig, GeneratorConfig, JointSensor, JointSensors, RecordName, RobotConfig, SupervisorState};
 use joint_units::{Joint, Phase, Radians, Volts};
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
 use test_suite::{report, tests};
-use wire::Call;
+use wire::{Call, RecordId};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
@@ -84,17 +84,18 @@ fn volts(walk: &Looped, sensors: &JointSensors) -> Recording {
 fn each_of_four_sensors_has_its_own_calibration() {
     let board = Board::find();
     let (folder, walk, sensors) = (tempfile::tempdir().unwrap(), default_trace().looped(1000.0).unwrap(), four());
-    let parameters = Parameters::with_defaults(None, Some(sensors.clone())).unwrap();
+    let parameters = Parameters::with_defaults(None, Some(sensors.clone()), RobotConfig::default_biped()).unwrap();
     let feed = folder.path().join("volts.csv");
     csv_file::write(&feed, &volts(&walk, &sensors)).unwrap();
     let mut options: Vec<OsString> = ["--secs", "5", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
     options.push(feed.into());
-    let record = sensor_record::record_of(&sensors);
+    let record = sensor_record::record_of(&sensors, &RecordName::BUILT_IN);
     options.extend(download(SENSORS_SECTOR, record.bytes(), folder.path(), "sensors.bin"));
     let ran = board.run_as(&parameters, &options);
     assert_equal(&ran);
     let boot = &ran.boots[0];
-    assert_eq!(boot.boot.as_ref().unwrap().sensors_crc, Some(record.crc()));
+    let id = RecordId::new("built-in", record.crc());
+    assert_eq!(boot.boot.as_ref().unwrap().sensors, Some(id));
     // The board's own lines.
     let mut worst = [0.0f64; 4];
     for line in &boot.ticks {
@@ -132,9 +133,22 @@ fn a_follower_uses_the_channel_of_its_joint() {
     options.push(feed.into());
     let with = |sensors: &JointSensors| {
         let mut options = options.clone();
-        options.extend(download(GENERATOR_SECTOR, generator_record::record_of(&config).bytes(), folder.path(), "w"));
-        options.extend(download(SENSORS_SECTOR, sensor_record::record_of(sensors).bytes(), folder.path(), "s"));
-        board.run_as(&Parameters::with_defaults(Some(config), Some(sensors.clone())).unwrap(), &options)
+        options.extend(download(
+            GENERATOR_SECTOR,
+            generator_record::record_of(&config, &RecordName::BUILT_IN).bytes(),
+            folder.path(),
+            "w",
+        ));
+        options.extend(download(
+            SENSORS_SECTOR,
+            sensor_record::record_of(sensors, &RecordName::BUILT_IN).bytes(),
+            folder.path(),
+            "s",
+        ));
+        board.run_as(
+            &Parameters::with_defaults(Some(config), Some(sensors.clone()), RobotConfig::default_biped()).unwrap(),
+            &options,
+        )
     };
     let ran = with(&sensors);
     assert_equal(&ran);
@@ -182,7 +196,12 @@ fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
         let mut options: Vec<OsString> = ["--press", "0.3", "--secs", &secs.to_string()].map(Into::into).to_vec();
         options.extend(["--volts".into(), feed.clone().into()]);
         options.extend(["--edges".into(), format!("PC5={}", strikes.display()).into()]);
-        options.extend(download(GENERATOR_SECTOR, generator_record::record_of(&config).bytes(), folder.path(), "w"));
+        options.extend(download(
+            GENERATOR_SECTOR,
+            generator_record::record_of(&config, &RecordName::BUILT_IN).bytes(),
+            folder.path(),
+            "w",
+        ));
         let ran = board.run_with(&config, &options);
         assert_equal(&ran);
         // The foot is in the inputs of every tick, and the replay got the same strikes.
@@ -218,11 +237,11 @@ fn looped(walk: &Looped, secs: f64) -> Recording {
 fn a_broken_sensor_sector_keeps_the_outputs_off() {
     let board = Board::find();
     let folder = tempfile::tempdir().unwrap();
-    let good = sensor_record::record_of(&four());
+    let good = sensor_record::record_of(&four(), &RecordName::BUILT_IN);
     let mut changed = good.bytes().to_vec();
     changed[40] ^= 4;
     for (bytes, words) in
-        [(changed.as_slice(), "sensor_record refused: check sum"), (b"FFWK, not sensors", "begins with FFSN")]
+        [(changed.as_slice(), "sensor_record refused: damaged: check sum"), (b"FFWK, not sensors", "begins with FFSN")]
     {
         let mut options: Vec<OsString> = ["--secs", "0.5", "--press", "0.3"].map(Into::into).to_vec();
         options.extend(download(SENSORS_SECTOR, bytes, folder.path(), "sensors.bin"));

@@ -9,7 +9,7 @@ use gait_trace::ReadOptions;
 use gait_trace::format::open;
 use gait_trace::{LowPass, Rules};
 use joint_loop::store::generator_record::record_of;
-use joint_loop::{Cause, GeneratorConfig, SupervisorState};
+use joint_loop::{Cause, GeneratorConfig, RecordName, SupervisorState};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -128,7 +128,7 @@ fn every_recording_walks_or_is_fitted_into_the_limits() {
 /// A run of the flashed image with this generator in its parameter sector, armed at 0.3 s.
 fn on_the_board(board: &Board, config: &GeneratorConfig, secs: f64) -> Ran {
     let sector = tempfile::NamedTempFile::new().unwrap();
-    std::fs::write(sector.path(), record_of(config).bytes()).unwrap();
+    std::fs::write(sector.path(), record_of(config, &RecordName::BUILT_IN).bytes()).unwrap();
     let mut options: Vec<OsString> = vec!["--secs".into(), secs.to_string().into(), "--volts".into()];
     options.extend([default_volts_file().into(), "--loop".into(), "--press".into(), "0.3".into(), "--flash".into()]);
     options.push(format!("{GENERATOR_SECTOR:#010x}={}", sector.path().display()).into());

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use firmware::board::f4_discovery::BOARD as DISCOVERY;
-use firmware::board::{BOARDS, Board, GENERATOR_SECTOR, Pin, SENSORS_SECTOR};
+use firmware::board::{BOARDS, Board, GENERATOR_SECTOR, Pin, ROBOT_SECTOR, SECTOR_BYTES, SENSORS_SECTOR};
 use footfall::board::default_loop::SENSOR_PINS;
 
 fn read(path: &str) -> String {
@@ -84,8 +84,12 @@ fn help_texts_and_flash_have_the_board_files_numbers() {
     let help = read("tools/footfall/src/options/played.rs");
     assert!(help.contains(&format!("({})", SENSOR_PINS.join(", "))), "the pins in the help of `footfall watch`");
     let flash = read("xtask/src/flash.rs");
-    for (name, address) in [("GENERATOR_SECTOR", GENERATOR_SECTOR), ("SENSORS_SECTOR", SENSORS_SECTOR)] {
+    for (name, address) in
+        [("GENERATOR_SECTOR", GENERATOR_SECTOR), ("SENSORS_SECTOR", SENSORS_SECTOR), ("ROBOT_SECTOR", ROBOT_SECTOR)]
+    {
         let line = format!("const {name}: &str = \"{address:#010x}\";");
         assert!(flash.contains(&line), "xtask/src/flash.rs lacks `{line}`");
     }
+    let line = format!("const SECTOR_BYTES: usize = {} * 1024;", SECTOR_BYTES / 1024);
+    assert!(flash.contains(&line), "xtask/src/flash.rs lacks `{line}`");
 }

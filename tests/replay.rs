@@ -19,8 +19,8 @@ fn degrees(ticked: &Ticked) -> [f64; 4] {
 fn a_minute_of_walking_keeps_every_limit_of_the_gate() {
     let all = HostLoop::new(Degraded::Sound).arm_and_walk(MINUTE);
     let gate = LoopConfig::default_biped().gate;
-    let rate = f64::from(gate.rate.0).to_degrees();
-    let acceleration = f64::from(gate.acceleration.0).to_degrees();
+    let rate = f64::from(gate.rate[0].0).to_degrees();
+    let acceleration = f64::from(gate.acceleration[0].0).to_degrees();
     for (n, ticked) in all.iter().enumerate() {
         let frame = &ticked.frame;
         assert_eq!((frame.tick, frame.missed, frame.late), (n as u32 + 1, 0, 0));
@@ -204,7 +204,7 @@ fn missed_ticks_are_counted_and_not_made_up_for() {
     assert_eq!((after.tick - before.tick, after.missed, after.seq - before.seq), (4, 3, 1));
     assert_eq!(after.state, SupervisorState::Walking);
     // One step of the generator, not four: as far as one tick can go.
-    let farthest = f64::from(LoopConfig::default_biped().gate.rate.0).to_degrees() * 1e-3;
+    let farthest = f64::from(LoopConfig::default_biped().gate.rate[0].0).to_degrees() * 1e-3;
     for (a, b) in before.setpoints.iter().zip(after.setpoints) {
         assert!(f64::from(b.0 - a.0).to_degrees().abs() <= farthest + 1e-4);
     }

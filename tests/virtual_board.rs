@@ -2,7 +2,7 @@
 //!
 //! What this shows is shown on models of the chip's peripherals, not on hardware.
 
-use firmware::board::GENERATOR_SECTOR;
+use firmware::board::{GENERATOR_SECTOR, ROBOT_SECTOR, SECTOR_BYTES};
 use footfall::board::default_loop::SENSOR_JOINT;
 use footfall::command::sync::{coded, edges};
 use footfall_tests::board::{Board, Booted, Ran};
@@ -10,16 +10,18 @@ use footfall_tests::recordings::default_volts_file;
 use generator_file::file::{GeneratorFile, GeneratorSet};
 use hgod_adc::{OVERSAMPLING, SensorState, trimmed_mean};
 use joint_loop::io::time_code::level;
+use joint_loop::setup::default_loop::{BoardLoop, Parameters};
 use joint_loop::store::generator_record::record_of;
-use joint_loop::{GeneratorConfig, JointSensor, LoopConfig, SupervisorState};
-use joint_units::{AdcCode, Joint, Volts};
+use joint_loop::store::robot_record;
+use joint_loop::{Direction, GeneratorConfig, JointSensor, LoopConfig, RecordName, RobotConfig, SupervisorState};
+use joint_units::{AdcCode, Joint, PulseMicros, RadPerSec, Radians, Volts};
 use serde_json::Value;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
 use std::process::ExitCode;
 use std::process::{Command, Stdio};
 use test_suite::{report, tests};
-use wire::Reset;
+use wire::{RecordId, Reset};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
@@ -39,6 +41,8 @@ fn main() -> ExitCode {
         an_open_wire_stops_the_walk_and_is_named(Image),
         the_board_runs_the_generator_of_its_parameter_sector(Image),
         a_broken_parameter_sector_keeps_the_outputs_off(Image),
+        the_board_runs_the_robot_of_its_record(Image),
+        without_a_whole_robot_record_the_outputs_stay_off(Image),
         a_stalled_reader_of_the_log_delays_no_tick(Image),
         the_program_reports_the_run_with_two_equal_hashes(Image, Program),
         ctrl_c_ends_the_program_with_a_finished_recording(Image, Program),
@@ -450,11 +454,16 @@ fn an_open_wire_stops_the_walk_and_is_named() {
     assert_eq!(ran.books.different, 0, "{:?}", ran.books.differences);
 }
 
-/// Options that write these bytes into the parameter sector.
+/// Options that write these bytes into the generator's sector.
 fn sector(bytes: &[u8]) -> (tempfile::NamedTempFile, String) {
+    sector_at(GENERATOR_SECTOR, bytes)
+}
+
+/// Options that write these bytes into a sector.
+fn sector_at(address: u32, bytes: &[u8]) -> (tempfile::NamedTempFile, String) {
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), bytes).unwrap();
-    let option = format!("{GENERATOR_SECTOR:#010x}={}", file.path().display());
+    let option = format!("{address:#010x}={}", file.path().display());
     (file, option)
 }
 
@@ -468,9 +477,13 @@ fn the_board_runs_the_generator_of_its_parameter_sector() {
             set.joints[2].amplitude_deg = 25.0;
         }
         let config = file.set.config();
-        let (_file, download) = sector(record_of(&config).bytes());
+        let record = record_of(&config, &RecordName::new("normal walk").unwrap());
+        let (_file, download) = sector(record.bytes());
         let ran = board.run_with(&config, options(6.0, &[0.3], &["--flash", &download]));
         assert_regular(&ran);
+        // The boot line has the name and the check sum.
+        let line = format!("generator \"normal walk\" {:08x}", record.crc());
+        assert!(only(&ran).log.iter().any(|text| text.contains(&line)), "{line}: {:?}", only(&ran).log);
         let frames = only(&ran).replay(&config);
         assert_eq!((ran.books.different, ran.books.not_compared), (0, 0), "{name}: {:?}", ran.books.differences);
         assert!(ran.books.compared > 550, "{name}: {} lines compared", ran.books.compared);
@@ -480,19 +493,103 @@ fn the_board_runs_the_generator_of_its_parameter_sector() {
     }
 }
 
-/// Half a record, one flipped bit, someone else's bytes: no guess, no pulse, and the log says what is wrong.
+/// Half a record, one without its commit word, one flipped bit, someone else's bytes, one byte at the end of an erased sector: no guess, no
+/// pulse, and the log says what is wrong.
 fn a_broken_parameter_sector_keeps_the_outputs_off() {
     let board = Board::find();
-    let record = record_of(&GeneratorConfig::default_walk());
+    let record = record_of(&GeneratorConfig::default_walk(), &RecordName::BUILT_IN);
     let mut flipped = record.bytes().to_vec();
     flipped[40] ^= 4;
+    let mut almost_erased = vec![0xFF; SECTOR_BYTES];
+    almost_erased[SECTOR_BYTES - 1] = 0;
     for (bytes, words) in [
-        (&record.bytes()[..30], "check sum"),
-        (&flipped[..], "check sum"),
-        (b"#!/bin/sh", "allowed is a record that begins with FFWK, or erased flash"),
+        (&record.bytes()[..60], "generator_record refused: damaged: commit word ffffffff, its write was interrupted"),
+        (&record.bytes()[..record.bytes().len() - 4], "damaged: commit word ffffffff"),
+        (&flipped[..], "damaged: check sum"),
+        (b"#!/bin/sh", "damaged: not all erased; allowed is that, or a record that begins with FFWK"),
+        (&almost_erased, "damaged: not all erased"),
     ] {
         let (_file, download) = sector(bytes);
         let ran = board.run(options(1.5, &[0.3], &["--flash", &download]));
+        assert!(ran.boots[0].log.iter().any(|line| line.contains(words)), "{words}: {:?}", ran.boots[0].log);
+        assert!(ran.pulses.is_empty() && ran.boots[0].ticks.is_empty(), "{words}");
+        assert_eq!((ran.end.edges_before_arming, ran.end.edges_after_disarming), (0, 0), "{words}");
+    }
+}
+
+/// A robot with other servos, ranges, rates, park pose and supply: the board is the host's robot to the bit, keeps to its limits, and its
+/// pulses are those of its servo maps.
+fn the_board_runs_the_robot_of_its_record() {
+    let board = Board::find();
+    let mut robot = RobotConfig::default_biped();
+    robot.min_supply = Volts(2.9);
+    robot.gate.rate[0] = RadPerSec(Radians::from_degrees(60.0).0);
+    robot.gate.range[2].most = Radians::from_degrees(40.0);
+    robot.park[3] = Radians::from_degrees(12.0);
+    robot.servos[0].neutral = PulseMicros(1_400);
+    robot.servos[1].direction = Direction::Forward;
+    robot.servos[3].micros_per_radian = 500.0;
+    let parameters = Parameters::with_defaults(None, None, robot).unwrap();
+    let record = robot_record::record_of(&robot, &RecordName::new("other robot").unwrap());
+    let (_file, download) = sector_at(ROBOT_SECTOR, record.bytes());
+    let ran = board.run_as(&parameters, options(6.0, &[0.3], &["--flash", &download]));
+    assert_regular(&ran);
+    let boot = only(&ran);
+    let words = boot.boot.as_ref().unwrap();
+    assert_eq!(words.robot, Some(RecordId::new("other robot", record.crc())));
+    assert_eq!(words.min_supply_v, 2.9);
+    let line = format!("robot \"other robot\" {:08x}", record.crc());
+    assert!(boot.log.iter().any(|text| text.contains(&line)), "{line}: {:?}", boot.log);
+
+    assert_eq!((ran.books.different, ran.books.not_compared), (0, 0), "{:?}", ran.books.differences);
+    assert!(ran.books.compared > 550, "{} lines compared", ran.books.compared);
+    let frames = boot.watch_as(&parameters, BoardLoop::frame);
+    assert_eq!(frames[frames.len() - 1].state, SupervisorState::Walking);
+    let degrees = |tick: usize, joint: usize| f64::from(frames[tick].setpoints[joint].0).to_degrees();
+    assert!((degrees(50, 3) - 12.0).abs() < 1e-4, "the park pose of this robot");
+    let steps = (1..frames.len()).map(|tick| (degrees(tick, 0) - degrees(tick - 1, 0)).abs() * 1e3);
+    let (fastest, highest) =
+        (steps.fold(0.0, f64::max), (0..frames.len()).map(|tick| degrees(tick, 2)).fold(0.0, f64::max));
+    report!("left hip at most {fastest:.2} degrees/s, left knee at most {highest:.3} degrees");
+    assert!((59.0..60.01).contains(&fastest), "{fastest} degrees/s");
+    assert!((39.9..40.001).contains(&highest), "{highest} degrees");
+    let default = boot.replay(&GeneratorConfig::default_walk());
+    assert!(default[5_000].setpoints != frames[5_000].setpoints, "it walks as the default robot");
+
+    // Neutral, direction and scale, with the default ones where nothing was changed; from setpoints near the end of the pulse.
+    let servo = |joint: usize, degrees: f64| match joint {
+        0 => 1_400.0 + 636.62 * degrees.to_radians(),
+        1 => 1_500.0 + 636.62 * degrees.to_radians(),
+        2 => 1_500.0 + 636.62 * (degrees - 45.0).to_radians(),
+        _ => 1_500.0 - 500.0 * (degrees - 45.0).to_radians(),
+    };
+    assert!(ran.pulses.len() > 220, "{} periods of pulses", ran.pulses.len());
+    for (t_s, us) in &ran.pulses {
+        let tick = (*t_s * 1e3) as usize;
+        for (joint, us) in us.iter().enumerate() {
+            let near = tick.saturating_sub(45)..(tick + 3).min(frames.len());
+            let us = us.unwrap_or_default();
+            let is_near = near.into_iter().any(|tick| (servo(joint, degrees(tick, joint)) - us).abs() <= 0.51);
+            assert!(is_near, "joint {joint}: {us} us at {t_s} s");
+        }
+    }
+}
+
+/// An erased sector, half a record, a record without its commit word, and a sound record of a robot that no servo reaches.
+fn without_a_whole_robot_record_the_outputs_stay_off() {
+    let board = Board::find();
+    let record = |robot| robot_record::record_of(&robot, &RecordName::BUILT_IN);
+    let good = record(RobotConfig::default_biped());
+    let mut far = RobotConfig::default_biped();
+    far.servos[1].micros_per_radian = 1_500.0;
+    for (bytes, words) in [
+        (&[0xFF; 16][..], "robot_record refused: no robot record; `cargo xtask flash` writes one"),
+        (&good.bytes()[..100], "robot_record refused: damaged: commit word ffffffff"),
+        (&good.bytes()[..good.bytes().len() - 4], "robot_record refused: damaged: commit word ffffffff"),
+        (record(far).bytes(), "robot_record refused: gate.range[right_hip] needs a pulse of"),
+    ] {
+        let (_file, download) = sector_at(ROBOT_SECTOR, bytes);
+        let ran = board.run(options(1.0, &[0.3], &["--flash", &download]));
         assert!(ran.boots[0].log.iter().any(|line| line.contains(words)), "{words}: {:?}", ran.boots[0].log);
         assert!(ran.pulses.is_empty() && ran.boots[0].ticks.is_empty(), "{words}");
         assert_eq!((ran.end.edges_before_arming, ran.end.edges_after_disarming), (0, 0), "{words}");

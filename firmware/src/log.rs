@@ -11,18 +11,18 @@ use core::fmt::Display;
 use firmware::board::BOARD;
 use firmware::post_mortem::LOCKOUT_STREAK;
 use heapless::String;
-use joint_loop::setup::default_loop::Parameters;
-use joint_loop::store::{generator_record, sensor_record};
 use joint_units::AdcCode;
 use wire::{Boot, Record, Refused, Subject, VERSION};
 
 use crate::faults::LastRun;
+use crate::parameters::Loaded;
 use crate::variant::{SENSOR_REQUIRED, SHADOW};
 
-/// Reports the boot; `parameters` is `None` if they were refused, which is reported next.
-pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, parameters: Option<&Parameters>) {
+/// Reports the boot; `loaded` is `None` if the parameters were refused, which is reported next.
+pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, loaded: Option<&Loaded>) {
     // A name longer than its field would become empty; none is so long.
     let text = |name: &str| String::try_from(name).unwrap_or_default();
+    let min_supply = loaded.map_or(BOARD.min_supply, |loaded| loaded.parameters.robot.min_supply_on(BOARD.min_supply));
     let boot = Boot {
         version: VERSION,
         board: text(BOARD.name),
@@ -30,10 +30,11 @@ pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, parameters: Option<&P
         reset: last.reset,
         streak: last.streak,
         reference_cal: reference_cal.0,
-        min_supply_v: BOARD.min_supply.0,
+        min_supply_v: min_supply.0,
         sensor_required: SENSOR_REQUIRED,
-        generator_crc: parameters.map(|parameters| generator_record::record_of(&parameters.generator).crc()),
-        sensors_crc: parameters.map(|parameters| sensor_record::record_of(&parameters.sensors).crc()),
+        generator: loaded.map(|loaded| loaded.generator.clone()),
+        sensors: loaded.map(|loaded| loaded.sensors.clone()),
+        robot: loaded.map(|loaded| loaded.robot.clone()),
         shadow: SHADOW,
     };
     lines::boot(&boot);
@@ -76,7 +77,7 @@ mod lines {
     use defmt_rtt as _;
     use firmware::liveness::Part;
     use firmware::post_mortem::Cause;
-    use wire::{Boot, Change, Frame, Refused};
+    use wire::{Boot, Change, Frame, RecordId, Refused};
 
     use crate::faults::LastRun;
 
@@ -88,16 +89,29 @@ mod lines {
 
     pub(super) fn boot(boot: &Boot) {
         defmt::info!(
-            "{=str} {=str}: reset {=str}, {=u32} crashes in a row before; generator {=u32:08x}, sensors {=u32:08x} ({=str}); outputs {=str}",
+            "{=str} {=str}: reset {=str}, {=u32} crashes in a row before; generator {}, sensors {} ({=str}), robot {}; outputs {=str}",
             boot.board.as_str(),
             boot.chip.as_str(),
             boot.reset.name(),
             boot.streak,
-            boot.generator_crc.unwrap_or(0),
-            boot.sensors_crc.unwrap_or(0),
+            Shown(&boot.generator),
+            Shown(&boot.sensors),
             if boot.sensor_required { "required" } else { "not required" },
+            Shown(&boot.robot),
             if boot.shadow { "off: shadow mode" } else { "drive the servos" }
         );
+    }
+
+    /// A record: its name in quotes, and its check sum.
+    struct Shown<'a>(&'a Option<RecordId>);
+
+    impl Format for Shown<'_> {
+        fn format(&self, to: Formatter<'_>) {
+            match self.0 {
+                Some(id) => defmt::write!(to, "\"{=str}\" {=u32:08x}", id.name.as_str(), id.crc),
+                None => defmt::write!(to, "refused"),
+            }
+        }
     }
 
     pub(super) fn crash(last: &LastRun) {

@@ -11,7 +11,7 @@
 //! | [`motion`] | blend, gate, limits, servo map |
 //! | [`setup`] | configuration, robot, sensors, default loop |
 //! | [`generator`] | the generators of a board, one file for each kind |
-//! | [`store`] | records in flash: generator, sensors |
+//! | [`store`] | records in flash: generator, sensors, robot |
 //! | [`io`] | interface to the board, frame, time code |
 //!
 //! ```
@@ -100,5 +100,7 @@ pub use setup::config::LoopConfig;
 pub use setup::robot::{
     DEFAULT_PARK, Direction, GateConfig, JointRange, POSE_LIMITS, PoseLimit, PoseSense, ServoConfig, anatomy,
 };
+pub use setup::robot_config::{Robot, RobotConfig};
 pub use setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSOR_JOINT, SENSORS};
 pub use store::flash_record::FlashRecordError;
+pub use store::record_name::RecordName;

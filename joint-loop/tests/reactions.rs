@@ -401,7 +401,7 @@ fn a_configuration_error_names_the_field() {
             .to_string()
     };
     let cases: [(&str, Change); 16] = [
-        ("gate.rate is", |c| c.gate.rate.0 = -1.0),
+        ("gate.rate[left_hip] is", |c| c.gate.rate[0].0 = -1.0),
         ("servos.neutral[right_knee] is 2600 us; allowed are 500 to 2500 us", |c| c.servos[3].neutral.0 = 2_600),
         ("gate.range[left_knee] needs a pulse of 2583", |c| c.servos[2].neutral.0 = 1_750),
         ("blend.park[left_knee] is -3 deg; allowed are -2 to 120 deg", |c| {

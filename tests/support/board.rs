@@ -3,16 +3,18 @@
 //! `FOOTFALL_ELF` and `FOOTFALL_VIRTUAL_BOARD` name the two; `cargo xtask test` sets them. A test that uses them names
 //! [`test_suite::Need::Image`] or [`test_suite::Need::ShadowImage`].
 
+use firmware::board::ROBOT_SECTOR;
 use footfall::board::image::{Image, Message};
 use footfall::board::lines;
 use footfall::board::lines::{BoardLine, End};
 use footfall::board::run::{BoardRun, Counters};
 use footfall::board::telemetry::record_in;
 use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
-use joint_loop::{Frame, GeneratorConfig, SENSORS};
+use joint_loop::store::robot_record;
+use joint_loop::{Frame, GeneratorConfig, RecordName, RobotConfig, SENSORS};
 use joint_units::{AdcCode, Volts};
 use serde_json::Value;
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use wire::{Boot, Call, Cost, Edge, Environment, Record, Refused};
@@ -161,9 +163,18 @@ impl Board {
     /// As [`Board::run`].
     #[must_use]
     pub fn run_as<A: AsRef<OsStr>>(&self, parameters: &Parameters, options: impl IntoIterator<Item = A>) -> Ran {
+        // A board without a robot record gives no pulse: each one gets its own, unless an option fills that sector.
+        let options: Vec<OsString> = options.into_iter().map(|option| option.as_ref().to_owned()).collect();
+        let sector = format!("{ROBOT_SECTOR:#010x}=");
+        let record = tempfile::NamedTempFile::new().expect("a file");
+        let robot = robot_record::record_of(&parameters.robot, &RecordName::BUILT_IN);
+        std::fs::write(record.path(), robot.bytes()).expect("written");
+        let is_filled = options.iter().any(|option| option.to_string_lossy().starts_with(&sector));
+        let download = ["--flash".into(), OsString::from(format!("{sector}{}", record.path().display()))];
         let output = Command::new(&self.program)
             .arg(&self.elf)
             .args(options)
+            .args(download.iter().filter(|_| !is_filled))
             .stdin(Stdio::null())
             .stderr(Stdio::inherit())
             .output()
@@ -206,7 +217,7 @@ impl Board {
 
 /// A board with this generator, and the default sensors.
 fn with_generator(generator: &GeneratorConfig) -> Parameters {
-    Parameters::with_defaults(Some(*generator), None).expect("the defaults are valid")
+    Parameters::with_defaults(Some(*generator), None, RobotConfig::default_biped()).expect("the defaults are valid")
 }
 
 fn take(boot: &mut Booted, message: &Message) {

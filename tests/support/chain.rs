@@ -13,7 +13,7 @@ use footfall::command::entrain::run::Tick;
 use gait_trace::format::csv_file;
 use gait_trace::{Channel, Quantity, Recording};
 use joint_loop::store::generator_record::record_of;
-use joint_loop::{BoardGenerator, GeneratorConfig, SupervisorState};
+use joint_loop::{BoardGenerator, GeneratorConfig, RecordName, SupervisorState};
 use std::ffi::OsString;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -69,7 +69,7 @@ pub fn run(board: &Board, config: &GeneratorConfig, volts: &Recording, secs: f64
     let folder = tempfile::tempdir().expect("a folder");
     let (feed, sector) = (folder.path().join("volts.csv"), folder.path().join("generator.bin"));
     csv_file::write(&feed, volts).expect("written");
-    std::fs::write(&sector, record_of(config).bytes()).expect("written");
+    std::fs::write(&sector, record_of(config, &RecordName::BUILT_IN).bytes()).expect("written");
     let mut options: Vec<OsString> = vec![
         "--secs".into(),
         secs.to_string().into(),

@@ -7,7 +7,7 @@ use firmware::board::GENERATOR_SECTOR;
 use gait_trace::Recording;
 use hgod_adc::Validity;
 use joint_loop::store::generator_record::record_of;
-use joint_loop::{FaultResponse, Frame, GeneratorConfig, SENSORS, fault_response};
+use joint_loop::{FaultResponse, Frame, GeneratorConfig, RecordName, SENSORS, fault_response};
 use std::ffi::OsString;
 use std::path::Path;
 
@@ -185,7 +185,7 @@ impl<'a> Rig<'a> {
     pub fn new(board: &'a Board, generator: GeneratorConfig, built_in: bool) -> Self {
         let sector = (!built_in).then(|| {
             let file = tempfile::NamedTempFile::new().unwrap();
-            std::fs::write(file.path(), record_of(&generator).bytes()).unwrap();
+            std::fs::write(file.path(), record_of(&generator, &RecordName::BUILT_IN).bytes()).unwrap();
             file
         });
         let mut rig = Self { board, generator, sector, clock: Clock { first_s: 0.0 } };

@@ -16,7 +16,7 @@ fn main() -> Result<(), DecodeError> {
     }
 
     // Bytes that are no record are refused in words.
-    for damaged in [&bytes[..2], &[9, 9, 9], &[0, 2]] {
+    for damaged in [&bytes[..2], &[9, 9, 9], &[0, 1]] {
         println!("{damaged:02x?}: {}", decode(damaged).expect_err("damaged"));
     }
     Ok(())

@@ -22,12 +22,31 @@ pub struct Boot {
     pub min_supply_v: f32,
     /// Whether the joints move only while the sensors are good.
     pub sensor_required: bool,
-    /// Check sum of the generator record that the board runs; `None` where the parameters are refused, see [`Refused`].
-    pub generator_crc: Option<u32>,
-    /// Check sum of the sensor record that the board runs; `None` as above.
-    pub sensors_crc: Option<u32>,
+    /// The generator record that the board runs; `None` where the parameters are refused, see [`Refused`].
+    pub generator: Option<RecordId>,
+    /// The sensor record that the board runs; `None` as above.
+    pub sensors: Option<RecordId>,
+    /// The robot record that the board runs; `None` as above, and where there is none.
+    pub robot: Option<RecordId>,
     /// Whether the outputs stay off: the image is built with the feature `shadow`.
     pub shadow: bool,
+}
+
+/// What identifies a record in flash: its name is for people, its check sum is of all of it, the name included.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RecordId {
+    /// Name; `built-in` where the sector is erased.
+    pub name: String<24>,
+    /// Check sum.
+    pub crc: u32,
+}
+
+impl RecordId {
+    /// A name of at most 24 bytes and a check sum. A longer name, which no record has, becomes empty.
+    #[must_use]
+    pub fn new(name: &str, crc: u32) -> Self {
+        Self { name: String::try_from(name).unwrap_or_default(), crc }
+    }
 }
 
 /// Cause of a reset. The order is part of the version.
@@ -94,7 +113,9 @@ pub enum Subject {
     GeneratorRecord,
     /// The sensor record in flash. The outputs stay off until another one is written.
     SensorRecord,
-    /// Generator, sensors and chip do not fit together. The outputs stay off.
+    /// The robot record in flash, or there is none. The outputs stay off until one is written.
+    RobotRecord,
+    /// Generator, sensors, robot and chip do not fit together. The outputs stay off.
     Configuration,
     /// The clock: the crystal does not start. The outputs stay off.
     Clock,
@@ -104,8 +125,8 @@ pub enum Subject {
 
 impl Subject {
     /// Every subject, in order.
-    pub const ALL: [Self; 5] =
-        [Self::GeneratorRecord, Self::SensorRecord, Self::Configuration, Self::Clock, Self::Arming];
+    pub const ALL: [Self; 6] =
+        [Self::GeneratorRecord, Self::SensorRecord, Self::RobotRecord, Self::Configuration, Self::Clock, Self::Arming];
 
     /// Name in recordings and messages.
     #[must_use]
@@ -113,6 +134,7 @@ impl Subject {
         match self {
             Self::GeneratorRecord => "generator_record",
             Self::SensorRecord => "sensor_record",
+            Self::RobotRecord => "robot_record",
             Self::Configuration => "configuration",
             Self::Clock => "clock",
             Self::Arming => "arming",

@@ -12,7 +12,7 @@ mod load;
 mod number;
 mod text;
 
-pub use boot::{Boot, Refused, Reset, Subject};
+pub use boot::{Boot, RecordId, Refused, Reset, Subject};
 pub use codec::{DecodeError, Kind, MAX_BYTES, Record, decode, encode};
 pub use events::{Change, Edge};
 pub use flags::Flags;
@@ -23,4 +23,4 @@ pub use text::{TextError, bytes_in};
 
 /// Version of the records in this crate. It changes whenever any byte of any record changes its place or its meaning: a new field, a new
 /// record, another order of the variants of an enum that is sent.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;

@@ -1,4 +1,4 @@
-//! The bytes of version 1, an example of each record. A change here is another version: raise [`wire::VERSION`].
+//! The bytes of version 2, an example of each record. A change here is another version: raise [`wire::VERSION`].
 
 use cpg_core::entrainment::{Lock, SensorFault};
 use hgod_adc::Validity;
@@ -13,10 +13,10 @@ fn call(codes: &[u16], flags: u16) -> Call {
     Call { codes: vec(codes), reference: 1502, elapsed: 1, flags: Flags::from_bits(flags).expect("known bits") }
 }
 
-/// An example of each record with its bytes in version 1.
+/// An example of each record with its bytes in version 2.
 fn examples() -> [(Record, Vec<u8>); 8] {
     let boot = Boot {
-        version: 1,
+        version: 2,
         board: "f4-discovery".try_into().expect("it fits"),
         chip: "STM32F407VGTx".try_into().expect("it fits"),
         reset: Reset::IndependentWatchdog,
@@ -24,8 +24,9 @@ fn examples() -> [(Record, Vec<u8>); 8] {
         reference_cal: 1502,
         min_supply_v: 2.75,
         sensor_required: true,
-        generator_crc: Some(0x00c0_ffee),
-        sensors_crc: None,
+        generator: Some(RecordId::new("walk", 0x00c0_ffee)),
+        sensors: None,
+        robot: Some(RecordId::new("", 1)),
         shadow: false,
     };
     let frame = Frame {
@@ -62,15 +63,17 @@ fn examples() -> [(Record, Vec<u8>); 8] {
         (
             Record::Boot(boot),
             [
-                &[0, 1, 12][..],
+                &[0, 2, 12][..],
                 b"f4-discovery",
                 &[13],
                 b"STM32F407VGTx",
-                &[2, 2, 0xde, 0x0b, 0, 0, 0x30, 0x40, 1, 1, 0xee, 0xff, 0x83, 0x06, 0, 0],
+                &[2, 2, 0xde, 0x0b, 0, 0, 0x30, 0x40, 1, 1, 4],
+                b"walk",
+                &[0xee, 0xff, 0x83, 0x06, 0, 1, 0, 1, 0],
             ]
             .concat(),
         ),
-        (Record::Refused(Refused::new(Subject::Clock, "no HSE")), [&[1, 3, 6][..], b"no HSE"].concat()),
+        (Record::Refused(Refused::new(Subject::Clock, "no HSE")), [&[1, 4, 6][..], b"no HSE"].concat()),
         (
             Record::Change(Change { tick: 128, state: SupervisorState::Fault, cause: Cause::Board }),
             vec![2, 0x80, 1, 5, 19],
@@ -112,8 +115,8 @@ fn round(record: &Record) -> Record {
 }
 
 #[test]
-fn the_bytes_are_those_of_version_1() {
-    assert_eq!(VERSION, 1);
+fn the_bytes_are_those_of_version_2() {
+    assert_eq!(VERSION, 2);
     for (place, (record, bytes)) in examples().into_iter().enumerate() {
         let mut buffer = [0; MAX_BYTES];
         let name = record.kind().name();
@@ -124,7 +127,7 @@ fn the_bytes_are_those_of_version_1() {
 }
 
 #[test]
-fn the_numbers_of_states_are_those_of_version_1() {
+fn the_numbers_of_states_are_those_of_version_2() {
     // What the lists of the cores hold, in order: another order is another version.
     let names = |all: &[&str]| all.join(" ");
     assert_eq!(names(&SupervisorState::ALL.map(SupervisorState::name)), "boot disarmed arming walking stopping fault");
@@ -140,7 +143,10 @@ fn the_numbers_of_states_are_those_of_version_1() {
     assert_eq!(names(&Lock::ALL.map(Lock::name)), "stopped seeking locked holding");
     assert_eq!(names(&SensorFault::ALL.map(SensorFault::name)), "missing erratic stuck amplitude innovation");
     assert_eq!(names(&Reset::ALL.map(Reset::name)), "power_on brown_out iwdg wwdg software low_power pin");
-    assert_eq!(names(&Subject::ALL.map(Subject::name)), "generator_record sensor_record configuration clock arming");
+    assert_eq!(
+        names(&Subject::ALL.map(Subject::name)),
+        "generator_record sensor_record robot_record configuration clock arming"
+    );
     for (place, (reset, subject)) in Reset::ALL.into_iter().zip(Subject::ALL).enumerate() {
         assert_eq!((reset as usize, subject as usize), (place, place));
     }
@@ -151,13 +157,13 @@ fn the_numbers_of_states_are_those_of_version_1() {
 fn another_version_is_refused_in_words() {
     // Only kind and version are as in every version; what follows may be anything, or nothing.
     for rest in [&[][..], &[1, 2, 3], &[0xff; 100]] {
-        let bytes = [&[0, 2][..], rest].concat();
-        assert_eq!(decode(&bytes), Err(DecodeError::Version { board: 2 }));
+        let bytes = [&[0, 3][..], rest].concat();
+        assert_eq!(decode(&bytes), Err(DecodeError::Version { board: 3 }));
     }
     assert_eq!(decode(&[0, 0xff, 0xff, 3]), Err(DecodeError::Version { board: 65_535 }));
     assert_eq!(
-        DecodeError::Version { board: 2 }.to_string(),
-        "the board sends records of version 2, this program reads version 1: flash the image of this checkout, or use the `footfall` \
+        DecodeError::Version { board: 3 }.to_string(),
+        "the board sends records of version 3, this program reads version 2: flash the image of this checkout, or use the `footfall` \
          of the checkout that the board's image was built from"
     );
 }
@@ -168,13 +174,13 @@ fn bytes_that_are_no_record_are_refused_in_words() {
         (&[][..], "record of 0 bytes; allowed are 1 to 197"),
         (
             &[8, 1, 2],
-            "unknown record kind 8 (3 bytes); version 1 has the kinds 0 boot, 1 refused, 2 change, 3 inputs, 4 frame, 5 edge, 6 cost, \
+            "unknown record kind 8 (3 bytes); version 2 has the kinds 0 boot, 1 refused, 2 change, 3 inputs, 4 frame, 5 edge, 6 cost, \
              7 environment",
         ),
         (&[0xff], "unknown record kind 255 (1 bytes)"),
-        (&[5, 7], "edge record ends inside a field after 2 bytes; allowed is a whole record of version 1"),
+        (&[5, 7], "edge record ends inside a field after 2 bytes; allowed is a whole record of version 2"),
         (&[0], "boot record ends inside a field after 1 bytes"),
-        (&[5, 7, 5, 2, 0], "edge record of 5 bytes holds a value that no field of version 1 can have"),
+        (&[5, 7, 5, 2, 0], "edge record of 5 bytes holds a value that no field of version 2 can have"),
         (&[2, 7, 6, 0], "change record of 4 bytes holds a value"),
         (&[2, 7, 5, 20], "change record of 4 bytes holds a value"),
         (&[3, 1, 1, 0, 0, 1, 0x80, 4], "inputs record of 8 bytes holds a value"),

@@ -22,11 +22,15 @@ fn text<const N: usize>() -> impl Strategy<Value = heapless::String<N>> {
     "\\PC{0,5}".prop_map(|text| heapless::String::try_from(text.as_str()).unwrap_or_default())
 }
 
+fn record_id() -> impl Strategy<Value = Option<RecordId>> {
+    prop::option::of(("\\PC{0,6}", any::<u32>()).prop_map(|(name, crc)| RecordId::new(&name, crc)))
+}
+
 fn boot() -> impl Strategy<Value = Record> {
     let names = (text(), text(), select(&Reset::ALL[..]));
-    let numbers = (any::<u32>(), any::<u16>(), float(), any::<Option<u32>>(), any::<Option<u32>>());
+    let numbers = (any::<u32>(), any::<u16>(), float(), (record_id(), record_id(), record_id()));
     (names, numbers, any::<bool>(), any::<bool>()).prop_map(|(names, numbers, sensor_required, shadow)| {
-        let ((board, chip, reset), (streak, reference_cal, min_supply_v, generator_crc, sensors_crc)) =
+        let ((board, chip, reset), (streak, reference_cal, min_supply_v, (generator, sensors, robot))) =
             (names, numbers);
         Record::Boot(Boot {
             version: VERSION,
@@ -37,8 +41,9 @@ fn boot() -> impl Strategy<Value = Record> {
             reference_cal,
             min_supply_v,
             sensor_required,
-            generator_crc,
-            sensors_crc,
+            generator,
+            sensors,
+            robot,
             shadow,
         })
     })

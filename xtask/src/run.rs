@@ -16,7 +16,7 @@ use crate::workspace::{Commands, Workspace};
     name = "cargo xtask run",
     bin_name = "cargo xtask run",
     about = "Run the firmware on the virtual board and show it live",
-    after_help = "Examples:\n  cargo xtask run\n  cargo xtask run --secs 10 --disarm --json\n  cargo xtask run --shadow --record out.csv\n\n\
+    after_help = "Examples:\n  cargo xtask run\n  cargo xtask run --secs 10 --disarm --json\n  cargo xtask run --shadow --record out.csv\n  cargo xtask run --robot robot.toml\n\n\
                   `cargo footfall watch --help` lists the options of footfall watch."
 )]
 pub(crate) struct Options {

@@ -50,7 +50,10 @@ pub const GENERATOR_SECTOR: u32 = 0x0800_4000;
 /// First address of the sensor record's flash sector, the third one.
 pub const SENSORS_SECTOR: u32 = 0x0800_8000;
 
-/// Bytes of either sector. `memory.x` keeps the program out of both.
+/// First address of the robot record's flash sector, the fourth one: the last of 16 KiB, on parts of 512 KiB and of 1 MiB alike.
+pub const ROBOT_SECTOR: u32 = 0x0800_C000;
+
+/// Bytes of each of these sectors. `memory.x` keeps the program out of all three.
 pub const SECTOR_BYTES: usize = 16 * 1024;
 
 /// Address of the factory's code of the internal reference, a half-word in system memory (data sheets, "Embedded internal reference
@@ -96,7 +99,7 @@ mod tests {
         assert!(map.contains("FLASH : ORIGIN = 0x08000000"), "{map}");
         assert!(map.contains("_stext = ORIGIN(FLASH) + 0x10000;"), "{map}");
         // The vector table is in the sector before them.
-        for sector in [GENERATOR_SECTOR, SENSORS_SECTOR] {
+        for sector in [GENERATOR_SECTOR, SENSORS_SECTOR, ROBOT_SECTOR] {
             let end = sector + SECTOR_BYTES as u32;
             assert!(sector >= 0x0800_0000 + SECTOR_BYTES as u32 && end <= 0x0801_0000, "{sector:#x}");
         }

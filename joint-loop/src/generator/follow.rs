@@ -9,9 +9,9 @@ use cpg_core::{BuildError, Follow};
 use hgod_adc::FilterConfig;
 use joint_units::{Joint, Period, Radians};
 
-use crate::generator::kind::{BoardKind, WordError, choice};
+use crate::generator::kind::BoardKind;
 use crate::generator::shape::ShapeConfig;
-use crate::store::flash_record::{WordReader, WordWriter};
+use crate::store::flash_record::{WordError, WordReader, WordWriter, choice};
 
 #[cfg(feature = "serde")]
 pub use set::{FollowSet, FollowSet as Set};

@@ -4,7 +4,7 @@ use cpg_core::entrainment::FollowStatus;
 use cpg_core::{BuildError, Generator};
 use joint_units::{Joint, Period, Radians};
 
-use crate::store::flash_record::{FlashRecordError, WordReader, WordWriter};
+use crate::store::flash_record::{WordError, WordReader, WordWriter};
 
 /// Implemented by the configuration of each kind, in SI units. The list in [`crate::generator`] combines the kinds.
 pub(crate) trait BoardKind: Sized {
@@ -36,26 +36,4 @@ pub(crate) trait BoardKind: Sized {
     fn follow_status(_built: &Self::Built) -> Option<FollowStatus> {
         None
     }
-}
-
-/// Why the words of a record are not the parameters of its kind.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum WordError {
-    /// The record ends too early.
-    Record(FlashRecordError),
-    /// The word of this field must be from 0 to `most`.
-    Choice { field: &'static str, word: u32, most: u32 },
-}
-
-impl From<FlashRecordError> for WordError {
-    fn from(error: FlashRecordError) -> Self {
-        Self::Record(error)
-    }
-}
-
-/// Reads a word that is the index of a value in a list.
-pub(crate) fn choice<T: Copy>(words: &mut WordReader<'_>, field: &'static str, all: &[T]) -> Result<T, WordError> {
-    let word = words.word()?;
-    let most = all.len().saturating_sub(1) as u32;
-    all.get(word as usize).copied().ok_or(WordError::Choice { field, word, most })
 }

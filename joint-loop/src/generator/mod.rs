@@ -21,9 +21,9 @@ use joint_units::{Joint, Period, Phase, RadPerSec, Radians};
 
 #[cfg(feature = "serde")]
 pub use file::{Allowed, KeyPath, SetError, Unit, one_of};
-pub(crate) use kind::{BoardKind, WordError};
+pub(crate) use kind::BoardKind;
 
-use crate::store::flash_record::{WordReader, WordWriter};
+use crate::store::flash_record::{WordError, WordReader, WordWriter};
 
 macro_rules! board_generators {
     ($($(#[$doc:meta])* $variant:ident => $module:ident,)+) => {

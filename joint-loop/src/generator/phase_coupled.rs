@@ -7,8 +7,8 @@ use cpg_core::network::phase_coupled::{Robust, RobustConfig};
 use cpg_core::{BuildError, Rk4};
 use joint_units::{Joint, Period, Radians};
 
-use crate::generator::kind::{BoardKind, WordError};
-use crate::store::flash_record::{WordReader, WordWriter};
+use crate::generator::kind::BoardKind;
+use crate::store::flash_record::{WordError, WordReader, WordWriter};
 
 #[cfg(feature = "serde")]
 pub use set::{PhaseCoupledJoint, PhaseCoupledSet, PhaseCoupledSet as Set};

@@ -6,8 +6,8 @@ use cpg_core::waveform::shape::{FourierShape, PhaseShape, PhaseShapeConfig};
 use cpg_core::{BuildError, Field};
 use joint_units::{Joint, Period, Radians};
 
-use crate::generator::kind::{BoardKind, WordError};
-use crate::store::flash_record::{WordReader, WordWriter};
+use crate::generator::kind::BoardKind;
+use crate::store::flash_record::{WordError, WordReader, WordWriter};
 
 #[cfg(feature = "serde")]
 pub use set::{Coefficients, ShapeJoint, ShapeSet, ShapeSet as Set};

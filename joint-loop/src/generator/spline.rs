@@ -6,9 +6,9 @@ use cpg_core::BuildError;
 use cpg_core::waveform::shape::{PhaseShape, PhaseShapeConfig, SplineShape};
 use joint_units::{Joint, Period, Radians};
 
-use crate::generator::kind::{BoardKind, WordError};
+use crate::generator::kind::BoardKind;
 use crate::generator::shape::of_joint;
-use crate::store::flash_record::{WordReader, WordWriter};
+use crate::store::flash_record::{WordError, WordReader, WordWriter};
 
 #[cfg(feature = "serde")]
 pub use set::{SplineJoint, SplineSet, SplineSet as Set};
@@ -121,6 +121,7 @@ mod tests {
     use super::*;
     use crate::GeneratorConfig;
     use crate::store::generator_record::{GeneratorRecordError, read, record_of};
+    use crate::store::record_name::RecordName;
     use cpg_core::Generator;
 
     fn config() -> SplineConfig {
@@ -133,7 +134,7 @@ mod tests {
     #[test]
     fn a_spline_comes_back_from_its_record() {
         let generator = GeneratorConfig::Spline(config());
-        let record = record_of(&generator);
+        let record = record_of(&generator, &RecordName::BUILT_IN);
         assert_eq!(read(record.bytes()).unwrap().unwrap().config, generator);
     }
 
@@ -153,7 +154,7 @@ mod tests {
     fn a_knot_out_of_range_is_named_with_its_joint() {
         let mut broken = config();
         broken.knots[2][7] = Radians(7.0);
-        let error = read(record_of(&GeneratorConfig::Spline(broken)).bytes()).unwrap_err();
+        let error = read(record_of(&GeneratorConfig::Spline(broken), &RecordName::BUILT_IN).bytes()).unwrap_err();
         assert!(matches!(error, GeneratorRecordError::Parameter(_)));
         assert!(error.to_string().starts_with("left_knee.knots[7] = 7"), "{error}");
     }

@@ -8,8 +8,8 @@ use cpg_core::oscillator::rayleigh::RayleighConfig;
 use cpg_core::{BuildError, Rk4};
 use joint_units::{Joint, Period};
 
-use crate::generator::kind::{BoardKind, WordError};
-use crate::store::flash_record::{WordReader, WordWriter};
+use crate::generator::kind::BoardKind;
+use crate::store::flash_record::{WordError, WordReader, WordWriter};
 
 #[cfg(feature = "serde")]
 pub use set::{ThesisJoint, ThesisSet, ThesisSet as Set};

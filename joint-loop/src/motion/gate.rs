@@ -7,7 +7,7 @@
 //! finite. A setpoint that no limit changes is the target itself, bit for bit.
 //!
 //! # Braking
-//! With p the position and v the last step (motion in one tick), a joint that brakes at the largest deceleration (A per tick)
+//! With p the position and v the last step (motion in one tick), a joint that brakes at its largest deceleration (A per tick)
 //! still moves by
 //! ```text
 //! brake(v) = sum over k >= 1 of max(v - k A, 0) = n v - A n (n + 1) / 2,   n = floor(v / A)
@@ -21,10 +21,9 @@
 //! A target that moves by w in this tick is approached relative to its motion: the joint steps by w + u, with the largest u
 //! that can be braked within the remaining distance. So it reaches the target without overshoot and then stays on it exactly.
 
-use crate::error::{LoopError, inside};
+use crate::error::LoopError;
 use crate::motion::limits::{Edge, Limits, STEPS};
-use crate::setup::robot::{GateConfig, POSE_LIMITS, anatomy};
-use core::num::NonZeroU32;
+use crate::setup::robot::{GateConfig, POSE_LIMITS};
 use joint_units::{Joint, Period, Radians};
 
 /// Limits that changed setpoints in a tick: a set of bits. A limit is a status, not a fault.
@@ -79,8 +78,6 @@ pub struct NonFinite {
 pub struct Gate {
     joints: [Limits; Joint::COUNT],
     pose: [Option<Edge>; POSE_LIMITS],
-    rate: i64,
-    acceleration: NonZeroU32,
 }
 
 /// State of the gate, in steps: position of every joint, motion in the last tick, last goal.
@@ -97,7 +94,7 @@ impl Gate {
     /// # Errors
     /// [`LoopError`] names the first field that is not allowed.
     pub fn build(config: &GateConfig, period: Period) -> Result<Self, LoopError> {
-        let joint = |joint: Joint| Limits::build(joint, &config.range[joint as usize & 3]);
+        let joint = |joint: Joint| Limits::build(joint, config, period);
         let joints =
             [joint(Joint::LeftHip)?, joint(Joint::RightHip)?, joint(Joint::LeftKnee)?, joint(Joint::RightKnee)?];
 
@@ -106,22 +103,7 @@ impl Gate {
             *edge = limit.as_ref().map(|limit| Edge::build(index, limit)).transpose()?;
         }
 
-        let degrees = |radians: f32| Radians(radians).degrees();
-        let fastest = degrees(anatomy::RATE.0);
-        let dt = period.seconds();
-        inside("gate.rate", None, degrees(config.rate.0), degrees(8.0 / STEPS / dt).max(1.0), fastest, "deg/s")?;
-        // Braking from full speed takes rate^2 / (2 acceleration), which must be at most 90 degrees. The acceleration must be
-        // at least 8 steps per tick squared, so that rounding it down has little effect.
-        let rate = config.rate.0;
-        let least = (rate * rate / core::f32::consts::PI).max(8.0 / STEPS / (dt * dt));
-        let greatest = degrees(anatomy::ACCELERATION.0);
-        inside("gate.acceleration", None, degrees(config.acceleration.0), degrees(least), greatest, "deg/s^2")?;
-
-        // Truncated to the stricter side. An acceleration of more than twice the rate in one tick has no effect.
-        let rate = (rate * dt * STEPS) as u32;
-        let acceleration = ((config.acceleration.0 * dt * dt * STEPS) as u32).min(rate.saturating_mul(2));
-        let acceleration = NonZeroU32::new(acceleration).unwrap_or(NonZeroU32::MIN);
-        Ok(Self { joints, pose, rate: i64::from(rate), acceleration })
+        Ok(Self { joints, pose })
     }
 
     /// State at rest in a pose; `None` unless the pose is finite, in range and in the envelope.
@@ -182,9 +164,10 @@ impl Gate {
             let (position, wanted) =
                 (i64::from(before.position[at]), i64::from(goal[at]) - i64::from(before.position[at]));
             // Not `clamp`, which can panic: it requires its bounds to be in order.
-            let drift = (i64::from(goal[at]) - i64::from(before.goal[at])).max(-self.rate).min(self.rate);
+            let limits = &self.joints[at];
+            let drift = (i64::from(goal[at]) - i64::from(before.goal[at])).max(-limits.rate).min(limits.rate);
             let left = wanted - drift;
-            let asked = drift + left.signum() * self.reach(left.abs());
+            let asked = drift + left.signum() * limits.reach(left.abs());
             let (step, why) = self.admit(state, &before, joint, asked);
             if step != wanted {
                 status = status.with(why);
@@ -209,7 +192,8 @@ impl Gate {
     fn admit(&self, now: &GateState, before: &GateState, joint: Joint, asked: i64) -> (i64, GateStatus) {
         let at = joint as usize & 3;
         let (position, last) = (i64::from(before.position[at]), i64::from(before.step[at]));
-        let (limits, a) = (&self.joints[at], i64::from(self.acceleration.get()));
+        let limits = &self.joints[at];
+        let a = i64::from(limits.acceleration.get());
 
         // Lower and upper bound of the step, each with its limit.
         let mut low = (last - a, GateStatus::ACCELERATION);
@@ -222,8 +206,8 @@ impl Gate {
             }
         };
         for (sign, margin) in [(1, i64::from(limits.most) - position), (-1, position - i64::from(limits.least))] {
-            bound(sign, self.rate, GateStatus::RATE);
-            bound(sign, self.reach(margin), GateStatus::RANGE);
+            bound(sign, limits.rate, GateStatus::RATE);
+            bound(sign, limits.reach(margin), GateStatus::RANGE);
         }
         for edge in self.pose.iter().flatten() {
             let [first, second] = edge.joints;
@@ -232,7 +216,7 @@ impl Gate {
                 let partner = if joint == first { second } else { first };
                 // A joint later in order has not moved yet: its braking path is reserved.
                 let peak = self.peak(now, partner, partner_sign, (partner as usize) > at);
-                bound(sign, self.reach(edge.most - sign * position - peak), GateStatus::POSE);
+                bound(sign, limits.reach(edge.most - sign * position - peak), GateStatus::POSE);
             }
         }
         if asked > high.0 {
@@ -248,29 +232,14 @@ impl Gate {
     fn peak(&self, state: &GateState, joint: Joint, sign: i64, from_next: bool) -> i64 {
         let at = joint as usize & 3;
         let (here, outward) = (sign * i64::from(state.position[at]), sign * i64::from(state.step[at]));
+        let limits = &self.joints[at];
         if outward > 0 {
-            here + self.brake(outward)
+            here + limits.brake(outward)
         } else if from_next {
-            here + (outward + i64::from(self.acceleration.get())).min(0)
+            here + (outward + i64::from(limits.acceleration.get())).min(0)
         } else {
             here
         }
-    }
-
-    /// brake(v) of the module's documentation, for v > 0.
-    fn brake(&self, v: i64) -> i64 {
-        let n = i64::from(v as u32 / self.acceleration);
-        n * v - i64::from(self.acceleration.get()) * n * (n + 1) / 2
-    }
-
-    /// The greatest v with v + brake(v) <= margin; the margin itself if it is negative.
-    fn reach(&self, margin: i64) -> i64 {
-        let Ok(margin) = u32::try_from(margin) else { return margin.min(i64::from(u32::MAX)) };
-        // v + brake(v) is A n (n + 1) / 2 at v = n A, and grows by n + 1 for every step of v from there.
-        let a = self.acceleration;
-        let n = ((margin / a).saturating_mul(8).saturating_add(1).isqrt() - 1) / 2;
-        let whole = a.get() * (n * (n + 1) / 2);
-        i64::from(n * a.get() + (margin - whole) / NonZeroU32::MIN.saturating_add(n))
     }
 }
 

@@ -1,19 +1,22 @@
-//! Checked limits of single joints and of pairs of joints, in the gate's unit: steps of 2^-28 rad.
+//! Checked limits of single joints and of pairs of joints, in the gate's units: steps of 2^-28 rad, and ticks.
 //!
 //! Limits are rounded to the stricter side, so a limit in steps never exceeds the same limit in radians.
 
 use crate::error::{LoopError, inside};
-use crate::setup::robot::{JointRange, PoseLimit, PoseSense, anatomy};
-use joint_units::Joint;
+use crate::setup::robot::{GateConfig, PoseLimit, PoseSense, anatomy};
+use core::num::NonZeroU32;
+use joint_units::{Joint, Period, Radians};
 
 /// Steps in a radian.
 pub(crate) const STEPS: f32 = 268_435_456.0;
 
-/// Range of one joint.
+/// Limits of one joint: its range, its largest step in a tick, and the largest change of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Limits {
     pub(crate) least: i32,
     pub(crate) most: i32,
+    pub(crate) rate: i64,
+    pub(crate) acceleration: NonZeroU32,
 }
 
 /// Bound on two joints: `signs[0] q[joints[0]] + signs[1] q[joints[1]] <= most`.
@@ -25,8 +28,9 @@ pub(crate) struct Edge {
 }
 
 impl Limits {
-    pub(crate) fn build(joint: Joint, range: &JointRange) -> Result<Self, LoopError> {
-        let whole = anatomy::range(joint);
+    pub(crate) fn build(joint: Joint, config: &GateConfig, period: Period) -> Result<Self, LoopError> {
+        let at = joint as usize & 3;
+        let (range, whole) = (&config.range[at], anatomy::range(joint));
         let (least, most) = (whole.least.degrees(), whole.most.degrees());
         inside("gate.range.least", Some(joint), range.least.degrees(), least, most, "deg")?;
         inside("gate.range.most", Some(joint), range.most.degrees(), least, most, "deg")?;
@@ -34,17 +38,47 @@ impl Limits {
         let low = range.least.0.max(whole.least.0) * STEPS;
         let high = range.most.0.min(whole.most.0) * STEPS;
         let (least, most) = (low as i32, high as i32);
-        let limits =
-            Self { least: least + i32::from((least as f32) < low), most: most - i32::from(most as f32 > high) };
-        if limits.least >= limits.most {
+        let (least, most) = (least + i32::from((least as f32) < low), most - i32::from(most as f32 > high));
+        if least >= most {
             return Err(LoopError::Inverted { field: "gate.range", joint: Some(joint) });
         }
-        Ok(limits)
+
+        let degrees = |radians: f32| Radians(radians).degrees();
+        let (rate, acceleration, dt) = (config.rate[at].0, config.acceleration[at].0, period.seconds());
+        let (slowest, fastest) = (degrees(8.0 / STEPS / dt).max(1.0), degrees(anatomy::RATE.0));
+        inside("gate.rate", Some(joint), degrees(rate), slowest, fastest, "deg/s")?;
+        // Braking from full speed takes rate^2 / (2 acceleration), which must be at most 90 degrees. The acceleration must be
+        // at least 8 steps per tick squared, so that rounding it down has little effect.
+        let weakest = degrees((rate * rate / core::f32::consts::PI).max(8.0 / STEPS / (dt * dt)));
+        let strongest = degrees(anatomy::ACCELERATION.0);
+        inside("gate.acceleration", Some(joint), degrees(acceleration), weakest, strongest, "deg/s^2")?;
+
+        // Truncated to the stricter side. An acceleration of more than twice the rate in one tick has no effect.
+        let rate = (rate * dt * STEPS) as u32;
+        let acceleration = ((acceleration * dt * dt * STEPS) as u32).min(rate.saturating_mul(2));
+        let acceleration = NonZeroU32::new(acceleration).unwrap_or(NonZeroU32::MIN);
+        Ok(Self { least, most, rate: i64::from(rate), acceleration })
     }
 
     /// Nearest position in range.
     pub(crate) fn hold(&self, position: i64) -> i32 {
         position.max(i64::from(self.least)).min(i64::from(self.most)) as i32
+    }
+
+    /// brake(v) of the gate's documentation, for v > 0.
+    pub(crate) fn brake(&self, v: i64) -> i64 {
+        let n = i64::from(v as u32 / self.acceleration);
+        n * v - i64::from(self.acceleration.get()) * n * (n + 1) / 2
+    }
+
+    /// The greatest v with v + brake(v) <= margin; the margin itself if it is negative.
+    pub(crate) fn reach(&self, margin: i64) -> i64 {
+        let Ok(margin) = u32::try_from(margin) else { return margin.min(i64::from(u32::MAX)) };
+        // v + brake(v) is A n (n + 1) / 2 at v = n A, and grows by n + 1 for every step of v from there.
+        let a = self.acceleration;
+        let n = ((margin / a).saturating_mul(8).saturating_add(1).isqrt() - 1) / 2;
+        let whole = a.get() * (n * (n + 1) / 2);
+        i64::from(n * a.get() + (margin - whole) / NonZeroU32::MIN.saturating_add(n))
     }
 }
 

@@ -6,8 +6,8 @@ use crate::control::monitor::MonitorConfig;
 use crate::control::tick::{JointLoop, Stages};
 use crate::error::LoopError;
 use crate::motion::blend::BlendConfig;
-use crate::motion::gate::Gate;
 use crate::setup::robot::{GateConfig, ServoConfig};
+use crate::setup::robot_config::{Robot, RobotConfig};
 use cpg_core::{Follow, Generator};
 use hgod_adc::Sensor;
 use joint_units::{Joint, Period};
@@ -28,14 +28,19 @@ pub struct LoopConfig {
 }
 
 impl LoopConfig {
-    /// The default robot: two hips and two knees on hobby servos with 180 degrees of travel, see [`GateConfig::default_biped`]
-    /// and [`ServoConfig::default_biped`].
+    /// The default robot, see [`RobotConfig::default_biped`].
     #[must_use]
     pub const fn default_biped() -> Self {
+        Self::of(&RobotConfig::default_biped())
+    }
+
+    /// The loop of a robot, with default ramp times and monitor.
+    #[must_use]
+    pub const fn of(robot: &RobotConfig) -> Self {
         Self {
-            gate: GateConfig::default_biped(),
-            servos: ServoConfig::default_biped(),
-            blend: BlendConfig::DEFAULT,
+            gate: robot.gate,
+            servos: robot.servos,
+            blend: robot.blend(),
             monitor: MonitorConfig::DEFAULT,
             gait_sensor: 0,
         }
@@ -52,18 +57,7 @@ impl LoopConfig {
         generator: G,
         sensors: [Option<Sensor>; S],
     ) -> Result<JointLoop<G, S>, LoopError> {
-        let gate = Gate::build(&self.gate, period)?;
-        let [left_hip, right_hip, left_knee, right_knee] = &self.servos;
-        let servos = [
-            left_hip.build(Joint::LeftHip)?,
-            right_hip.build(Joint::RightHip)?,
-            left_knee.build(Joint::LeftKnee)?,
-            right_knee.build(Joint::RightKnee)?,
-        ];
-        for ((joint, map), range) in Joint::ALL.into_iter().zip(&servos).zip(&self.gate.range) {
-            map.reaches(joint, range)?;
-        }
-        let blend = self.blend.build(period, &self.gate)?;
+        let Robot { gate, servos, blend, parked } = Robot::build(&self.gate, &self.servos, &self.blend, period)?;
         let monitor = self.monitor.build(period)?;
         let button = self.monitor.button(period)?;
         if self.monitor.sensor_required && sensors.iter().all(Option::is_none) {
@@ -72,7 +66,6 @@ impl LoopConfig {
         if generator.check().is_err() {
             return Err(LoopError::Generator);
         }
-        let parked = gate.rest(blend.park()).ok_or(LoopError::Park)?;
         Ok(JointLoop::new(
             Stages { gate, servos, blend, monitor, button, sensors, gait_sensor: self.gait_sensor },
             generator,

@@ -7,30 +7,35 @@ use cpg_core::BuildError;
 use hgod_adc::{CalibrationError, Sensor, SensorError};
 use joint_units::{AdcCode, Joint, Period, Volts};
 
+use crate::setup::robot_config::RobotConfig;
 use crate::setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSOR_JOINT, SENSORS};
 use crate::{BoardGenerator, GeneratorConfig, JointLoop, LoopConfig, LoopError};
 
 /// The loop that the firmware runs, with any generator of a board.
 pub type BoardLoop = JointLoop<BoardGenerator, SENSORS>;
 
-/// Parameters of a board, from its generator record and its sensor record.
+/// Parameters of a board, from its three records.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
     /// Generator.
     pub generator: GeneratorConfig,
     /// Sensors.
     pub sensors: JointSensors,
+    /// Robot.
+    pub robot: RobotConfig,
 }
 
 impl Parameters {
     /// Replaces missing records (erased sectors) by defaults: the default walk, and one uncalibrated sensor on the joint that the
-    /// generator follows, or on [`SENSOR_JOINT`] if the generator is no follower.
+    /// generator follows, or on [`SENSOR_JOINT`] if the generator is no follower. A robot has no default: pulses for the servos of another
+    /// robot could be beyond their stops.
     ///
     /// # Errors
     /// [`BoardLoopError`] if the default sensor is not allowed; a test shows that it is.
     pub fn with_defaults(
         generator: Option<GeneratorConfig>,
         sensors: Option<JointSensors>,
+        robot: RobotConfig,
     ) -> Result<Self, BoardLoopError> {
         let generator = generator.unwrap_or(GeneratorConfig::default_walk());
         let sensors = match sensors {
@@ -41,7 +46,7 @@ impl Parameters {
                 JointSensors::build([one]).map_err(BoardLoopError::Sensors)?
             }
         };
-        Ok(Self { generator, sensors })
+        Ok(Self { generator, sensors, robot })
     }
 }
 
@@ -87,14 +92,14 @@ impl core::error::Error for BoardLoopError {}
 
 /// Builds the loop of a board, before its first tick, at a control period of 1 ms.
 ///
-/// `vrefint_cal` is the factory's code of the chip's internal reference, `min_supply` the lowest supply at which a sample can be good (1.8 to
-/// 3.6 V). With `sensor_required` the joints move only while the sensors are good; a follower needs them good only to arm.
+/// `vrefint_cal` is the factory's code of the chip's internal reference, `min_supply` the lowest supply at which a sample can be good, see
+/// [`RobotConfig::min_supply_on`]. With `sensor_required` the joints move only while the sensors are good; a follower needs them good only to arm.
 ///
 /// ```
 /// use joint_loop::setup::default_loop::{Parameters, board_loop};
-/// use joint_loop::{SENSORS, Sample, SupervisorState};
+/// use joint_loop::{RobotConfig, SENSORS, Sample, SupervisorState};
 /// use joint_units::{AdcCode, Volts};
-/// let default = Parameters::with_defaults(None, None)?;
+/// let default = Parameters::with_defaults(None, None, RobotConfig::default_biped())?;
 /// let mut joints = board_loop(&default, AdcCode(1501), Volts(2.7), true)?;
 /// // 1.5 V at a supply of 3.0 V: the middle of the potentiometer.
 /// let sample = Sample { codes: [AdcCode(2048); SENSORS], vrefint: AdcCode(1651), ..Sample::default() };
@@ -119,7 +124,7 @@ pub fn board_loop(
     min_supply: Volts,
     sensor_required: bool,
 ) -> Result<BoardLoop, BoardLoopError> {
-    let mut config = LoopConfig::default_biped();
+    let mut config = LoopConfig::of(&parameters.robot);
     config.monitor.sensor_required = sensor_required;
     if parameters.generator.follows().is_some() {
         // Without a sensor a follower continues for two seconds, then stands, and follows again when the sensor is good.
@@ -128,7 +133,7 @@ pub fn board_loop(
     board_loop_with(&config, parameters, vrefint_cal, min_supply)
 }
 
-/// Builds the loop of a board with another loop configuration. `gait_sensor` is set to the channel that the generator follows.
+/// Builds the loop of a board with another loop configuration than that of its robot. `gait_sensor` is set to the channel that the generator follows.
 ///
 /// # Errors
 /// [`BoardLoopError`] names the part that is not allowed.

@@ -3,4 +3,5 @@
 pub(crate) mod config;
 pub mod default_loop;
 pub(crate) mod robot;
+pub mod robot_config;
 pub(crate) mod sensors;

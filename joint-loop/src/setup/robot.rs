@@ -60,6 +60,11 @@ pub enum PoseSense {
     Difference,
 }
 
+impl PoseSense {
+    /// Both, in the order of the robot record.
+    pub const ALL: [Self; 2] = [Self::Sum, Self::Difference];
+}
+
 /// One edge of the pose envelope: a bound on two joints together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoseLimit {
@@ -92,11 +97,11 @@ pub struct GateConfig {
     pub range: [JointRange; Joint::COUNT],
     /// Pose envelope: all of these limits hold at every tick.
     pub pose: [Option<PoseLimit>; POSE_LIMITS],
-    /// Highest setpoint rate. rad/s, above 0, at most [`anatomy::RATE`].
-    pub rate: RadPerSec,
-    /// Largest setpoint acceleration. rad/s^2, above 0, at most [`anatomy::ACCELERATION`]. It must stop a joint from `rate`
-    /// within 90 degrees, and be at least 8 steps of 2^-28 rad per tick squared, the gate's resolution at the given period.
-    pub acceleration: RadPerSec2,
+    /// Highest setpoint rate of each joint. rad/s, above 0, at most [`anatomy::RATE`].
+    pub rate: [RadPerSec; Joint::COUNT],
+    /// Largest setpoint acceleration of each joint. rad/s^2, above 0, at most [`anatomy::ACCELERATION`]. It must stop the joint from its
+    /// `rate` within 90 degrees, and be at least 8 steps of 2^-28 rad per tick squared, the gate's resolution at the given period.
+    pub acceleration: [RadPerSec2; Joint::COUNT],
 }
 
 impl GateConfig {
@@ -126,16 +131,22 @@ impl GateConfig {
                 pose(RightKnee, RightHip, PoseSense::Difference, 125.0),
                 None,
             ],
-            rate: RadPerSec(Radians::from_degrees(500.0).0),
-            acceleration: RadPerSec2(Radians::from_degrees(20_000.0).0),
+            rate: [RadPerSec(Radians::from_degrees(500.0).0); Joint::COUNT],
+            acceleration: [RadPerSec2(Radians::from_degrees(20_000.0).0); Joint::COUNT],
         }
     }
 
     /// The limits of each joint, for a smooth change of the generator. The pose envelope, which is of two joints, is the gate's alone.
     #[must_use]
     pub fn joint_limits(&self) -> [JointLimits; Joint::COUNT] {
-        let (rate, acceleration) = (self.rate, self.acceleration);
-        self.range.map(|JointRange { least, most }| JointLimits { least, most, rate, acceleration })
+        let ([a, b, c, d], rate, acceleration) = (self.range, self.rate, self.acceleration);
+        let limits = |JointRange { least, most }, rate, acceleration| JointLimits { least, most, rate, acceleration };
+        [
+            limits(a, rate[0], acceleration[0]),
+            limits(b, rate[1], acceleration[1]),
+            limits(c, rate[2], acceleration[2]),
+            limits(d, rate[3], acceleration[3]),
+        ]
     }
 }
 
@@ -146,6 +157,11 @@ pub enum Direction {
     Forward,
     /// Flexion makes the pulse shorter.
     Mirrored,
+}
+
+impl Direction {
+    /// Both, in the order of the robot record.
+    pub const ALL: [Self; 2] = [Self::Forward, Self::Mirrored];
 }
 
 /// Servo map of one joint.

@@ -1,4 +1,5 @@
-//! The generator record: a generator's parameters as bytes. A host writes it to the board's first parameter sector, the board reads it at boot.
+//! The generator record: a generator's parameters as bytes. A host writes it to the board's first parameter sector,
+//! the board reads it at boot.
 //!
 //! The format is that of [`crate::store::flash_record`] with the magic word "FFWK". The number of the kind and its words are in the file of the
 //! kind, see [`crate::generator`]. A word is an `f32` as its bits, a phase in 2^-32 of a cycle, or the index of a value in a list.
@@ -8,14 +9,15 @@ use core::fmt;
 use cpg_core::BuildError;
 use joint_units::Period;
 
-use crate::generator::{GeneratorConfig, WordError};
-use crate::store::flash_record::{FlashRecordError, Framed, bytes_of, open};
+use crate::generator::GeneratorConfig;
+use crate::store::flash_record::{FlashRecordError, Framed, WordError, bytes_of, open};
+use crate::store::record_name::RecordName;
 
 /// Bytes of the longest record.
 pub const MAX_BYTES: usize = bytes_of(GeneratorConfig::MAX_WORDS);
 
 const MAGIC: [u8; 4] = *b"FFWK";
-const SCHEMA: u16 = 1;
+const SCHEMA: u16 = 2;
 
 /// Why bytes are not a generator record.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,11 +75,13 @@ impl From<WordError> for GeneratorRecordError {
     }
 }
 
-/// Parameters read from a generator record, with the checksum that identifies it.
+/// Parameters read from a generator record, with the name and the checksum that identify it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stored {
     /// The parameters, checked.
     pub config: GeneratorConfig,
+    /// Name of the record.
+    pub name: RecordName,
     /// Checksum of the record.
     pub crc: u32,
 }
@@ -87,18 +91,19 @@ pub type Record = Framed<MAX_BYTES>;
 
 /// Makes the record of a generator's parameters.
 #[must_use]
-pub fn record_of(config: &GeneratorConfig) -> Record {
-    Record::new(MAGIC, SCHEMA, config.record_kind(), |words| config.write(words))
+pub fn record_of(config: &GeneratorConfig, name: &RecordName) -> Record {
+    Record::new(MAGIC, SCHEMA, config.record_kind(), name, |words| config.write(words))
 }
 
-/// Reads the record at the start of `bytes`; `None` if they are erased flash. Bytes after the record are ignored.
+/// Reads the record of a sector; `None` if all of the sector is erased.
 ///
 /// ```
-/// use joint_loop::{FlashRecordError, GeneratorConfig};
+/// use joint_loop::{FlashRecordError, GeneratorConfig, RecordName};
 /// use joint_loop::store::generator_record::{GeneratorRecordError, read, record_of};
-/// let record = record_of(&GeneratorConfig::default_walk());
+/// let name = RecordName::new("normal walk").unwrap();
+/// let record = record_of(&GeneratorConfig::default_walk(), &name);
 /// let stored = read(record.bytes())?.unwrap();
-/// assert_eq!((stored.config, stored.crc), (GeneratorConfig::default_walk(), record.crc()));
+/// assert_eq!((stored.config, stored.name, stored.crc), (GeneratorConfig::default_walk(), name, record.crc()));
 /// assert_eq!(read(&[0xFF; 64]), Ok(None));
 /// let mut broken = record.bytes().to_vec();
 /// broken[20] ^= 1;
@@ -108,15 +113,15 @@ pub fn record_of(config: &GeneratorConfig) -> Record {
 ///
 /// # Errors
 /// [`GeneratorRecordError`]; also if a parameter is not allowed at a period of 1 ms.
-pub fn read(bytes: &[u8]) -> Result<Option<Stored>, GeneratorRecordError> {
+pub fn read(sector: &[u8]) -> Result<Option<Stored>, GeneratorRecordError> {
     let is_known =
         |kind, words| GeneratorConfig::RECORD_KINDS.iter().any(|known| (known.0, known.1 as u32) == (kind, words));
-    let Some(mut found) = open(bytes, MAGIC, SCHEMA, is_known)? else { return Ok(None) };
+    let Some(mut found) = open(sector, MAGIC, SCHEMA, is_known)? else { return Ok(None) };
     let words = found.words_left();
     let unknown = FlashRecordError::Kind { kind: found.kind, words };
     let config = GeneratorConfig::read(found.kind, &mut found.words).ok_or(unknown)??;
     config.build(Period::MILLISECOND).map_err(GeneratorRecordError::Parameter)?;
-    Ok(Some(Stored { config, crc: found.crc }))
+    Ok(Some(Stored { config, name: found.name, crc: found.crc }))
 }
 
 #[cfg(test)]
@@ -130,6 +135,7 @@ mod tests {
     use std::vec::Vec;
 
     const FOLLOW: (u16, usize) = (4, 71);
+    const NAME: RecordName = RecordName::literal("a test");
 
     fn shape() -> GeneratorConfig {
         let series =
@@ -150,8 +156,8 @@ mod tests {
     #[test]
     fn every_kind_makes_an_exact_round_trip() {
         for config in all() {
-            let record = record_of(&config);
-            assert_eq!(read(record.bytes()), Ok(Some(Stored { config, crc: record.crc() })));
+            let record = record_of(&config, &NAME);
+            assert_eq!(read(record.bytes()), Ok(Some(Stored { config, name: NAME, crc: record.crc() })));
             // In flash the record is followed by erased bytes.
             let sector = [record.bytes(), &[0xFF; 100]].concat();
             assert_eq!(read(&sector).unwrap().unwrap().config, config);
@@ -161,7 +167,7 @@ mod tests {
     #[test]
     fn a_sensor_on_no_joint_and_events_of_no_source_are_refused() {
         let of = |joint, events| {
-            Record::new(MAGIC, SCHEMA, FOLLOW.0, |record| {
+            Record::new(MAGIC, SCHEMA, FOLLOW.0, &NAME, |record| {
                 record.push(joint);
                 record.push(events);
                 (2..FOLLOW.1).for_each(|_| record.push(0));
@@ -177,7 +183,7 @@ mod tests {
     /// A follower of an older version, without the word for its events, is refused by its length.
     #[test]
     fn a_follower_of_the_old_length_is_refused() {
-        let old = Record::new(MAGIC, SCHEMA, FOLLOW.0, |record| (1..FOLLOW.1).for_each(|_| record.push(0)));
+        let old = Record::new(MAGIC, SCHEMA, FOLLOW.0, &NAME, |record| (1..FOLLOW.1).for_each(|_| record.push(0)));
         let error = read(old.bytes()).unwrap_err();
         assert_eq!(error, GeneratorRecordError::Frame(FlashRecordError::Kind { kind: 4, words: 70 }));
         assert!(error.to_string().contains("kind 4 with 71 words"), "{error}");
@@ -186,7 +192,7 @@ mod tests {
     #[test]
     fn every_flipped_bit_is_detected() {
         for config in all() {
-            let record = record_of(&config);
+            let record = record_of(&config, &NAME);
             for bit in 0..record.bytes().len() * 8 {
                 let mut bytes: Vec<u8> = record.bytes().into();
                 bytes[bit / 8] ^= 1 << (bit % 8);
@@ -198,14 +204,16 @@ mod tests {
 
     #[test]
     fn an_error_states_what_is_allowed() {
-        let record = record_of(&shape());
+        let record = record_of(&shape(), &NAME);
         let refusal = |bytes: &[u8]| read(bytes).unwrap_err().to_string();
-        assert!(refusal(b"hello, world").contains("allowed is a record that begins with FFWK, or erased flash"));
+        assert!(
+            refusal(b"hello, world").contains("not all erased; allowed is that, or a record that begins with FFWK")
+        );
         assert!(refusal(&record.bytes()[..200]).contains("ends before"));
         assert!(refusal(&[]).contains("ends before"));
         let mut other = record.bytes().to_vec();
         other[4] = 9;
-        assert_eq!(refusal(&other), "schema 9; allowed is 1; make the record again with `footfall pack`");
+        assert_eq!(refusal(&other), "schema 9; allowed is 2; make the record again with `footfall pack`");
         let mut other = record.bytes().to_vec();
         other[6] = 7;
         assert!(
@@ -215,17 +223,17 @@ mod tests {
         // A wrong number is refused although the checksum is correct.
         let GeneratorConfig::Shape(mut config) = shape() else { unreachable!() };
         config.stride_s = f32::NAN;
-        assert!(refusal(record_of(&GeneratorConfig::Shape(config)).bytes()).contains("stride_s"));
+        assert!(refusal(record_of(&GeneratorConfig::Shape(config), &NAME).bytes()).contains("stride_s"));
     }
 
     proptest! {
         #[test]
         fn no_bytes_panic(bytes in prop::collection::vec(any::<u8>(), 0..400), kind in 0u16..5, words in 0u32..80) {
-            let mut framed = b"FFWK\x01\x00".to_vec();
+            let mut framed = b"FFWK\x02\x00".to_vec();
             framed.extend(kind.to_le_bytes());
             framed.extend(words.to_le_bytes());
             framed.extend(&bytes);
-            prop_assert!(read(&bytes).is_err() || bytes.starts_with(&[0xFF; 4]));
+            prop_assert!(read(&bytes).is_err() || bytes.iter().all(|byte| *byte == 0xFF));
             prop_assert!(read(&framed).is_err());
         }
     }

@@ -17,12 +17,13 @@ use joint_units::{Joint, Radians, Volts};
 
 use crate::setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSORS};
 use crate::store::flash_record::{FlashRecordError, Framed, WordReader, bytes_of, open};
+use crate::store::record_name::RecordName;
 
 /// Bytes of the longest record.
 pub const MAX_BYTES: usize = bytes_of(MAX_WORDS);
 
 const MAGIC: [u8; 4] = *b"FFSN";
-const SCHEMA: u16 = 1;
+const SCHEMA: u16 = 2;
 const KIND: u16 = 1;
 /// Words of a sensor without its points.
 const HEAD_WORDS: usize = 4;
@@ -64,6 +65,9 @@ pub enum SensorRecordError {
 impl fmt::Display for SensorRecordError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Frame(error @ (FlashRecordError::Schema { .. } | FlashRecordError::Kind { .. })) => {
+                write!(f, "{error}; make the record again with `footfall pack`")
+            }
             Self::Frame(error) => write!(f, "{error}"),
             Self::Word { sensor, field, word } => {
                 let allowed = match *field {
@@ -93,19 +97,21 @@ impl From<FlashRecordError> for SensorRecordError {
 /// A sensor record.
 pub type Record = Framed<MAX_BYTES>;
 
-/// Sensors read from a record, with the checksum that identifies it.
+/// Sensors read from a record, with the name and the checksum that identify it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stored {
     /// The sensors.
     pub sensors: JointSensors,
+    /// Name of the record.
+    pub name: RecordName,
     /// Checksum of the record.
     pub crc: u32,
 }
 
 /// Makes the record of sensors.
 #[must_use]
-pub fn record_of(sensors: &JointSensors) -> Record {
-    Record::new(MAGIC, SCHEMA, KIND, |record| {
+pub fn record_of(sensors: &JointSensors, name: &RecordName) -> Record {
+    Record::new(MAGIC, SCHEMA, KIND, name, |record| {
         for sensor in sensors.iter() {
             let points = sensor.calibration.points();
             record.push(sensor.joint as u32);
@@ -120,16 +126,17 @@ pub fn record_of(sensors: &JointSensors) -> Record {
     })
 }
 
-/// Reads the record at the start of `bytes`; `None` if they are erased flash. Bytes after the record are ignored.
+/// Reads the record of a sector; `None` if all of the sector is erased.
 ///
 /// ```
 /// use joint_loop::store::sensor_record::{read, record_of};
-/// use joint_loop::{JointSensor, JointSensors};
+/// use joint_loop::{JointSensor, JointSensors, RecordName};
 /// use joint_units::Joint;
 /// let sensors = JointSensors::build([JointSensor::uncalibrated(Joint::RightHip).unwrap()]).unwrap();
-/// let record = record_of(&sensors);
+/// let name = RecordName::new("hip goniometer").unwrap();
+/// let record = record_of(&sensors, &name);
 /// let stored = read(record.bytes())?.unwrap();
-/// assert_eq!((stored.sensors, stored.crc), (sensors, record.crc()));
+/// assert_eq!((stored.sensors, stored.name, stored.crc), (sensors, name, record.crc()));
 /// assert_eq!(read(&[0xFF; 64]), Ok(None));
 /// assert!(read(b"FFWK, a generator").unwrap_err().to_string().contains("begins with FFSN"));
 /// # Ok::<(), joint_loop::store::sensor_record::SensorRecordError>(())
@@ -137,9 +144,9 @@ pub fn record_of(sensors: &JointSensors) -> Record {
 ///
 /// # Errors
 /// [`SensorRecordError`] names the first part that is not allowed.
-pub fn read(bytes: &[u8]) -> Result<Option<Stored>, SensorRecordError> {
+pub fn read(sector: &[u8]) -> Result<Option<Stored>, SensorRecordError> {
     let is_known = |kind, words: u32| kind == KIND && (1..=MAX_WORDS as u32).contains(&words);
-    let Some(mut found) = open(bytes, MAGIC, SCHEMA, is_known)? else { return Ok(None) };
+    let Some(mut found) = open(sector, MAGIC, SCHEMA, is_known)? else { return Ok(None) };
     let mut channels = [const { None }; SENSORS];
     for (place, channel) in channels.iter_mut().enumerate() {
         if found.words.is_empty() {
@@ -151,7 +158,7 @@ pub fn read(bytes: &[u8]) -> Result<Option<Stored>, SensorRecordError> {
         return Err(SensorRecordError::Sensors(JointSensorsError::Count(SENSORS + 1)));
     }
     let sensors = JointSensors::build(channels.into_iter().flatten()).map_err(SensorRecordError::Sensors)?;
-    Ok(Some(Stored { sensors, crc: found.crc }))
+    Ok(Some(Stored { sensors, name: found.name, crc: found.crc }))
 }
 
 fn sensor(place: usize, words: &mut WordReader<'_>) -> Result<JointSensor, SensorRecordError> {
@@ -186,6 +193,8 @@ mod tests {
     use proptest::prelude::*;
     use std::vec::Vec;
 
+    const NAME: RecordName = RecordName::literal("a test");
+
     fn four() -> JointSensors {
         let mut sensors = Joint::ALL.map(|joint| JointSensor::uncalibrated(joint).expect("monotone"));
         let points = [(0.5, 1.25), (1.5, 0.1), (2.75, -0.3)];
@@ -197,17 +206,17 @@ mod tests {
 
     /// A record of these words with a correct checksum.
     fn of_words(words: &[u32]) -> Record {
-        Record::new(MAGIC, SCHEMA, KIND, |record| words.iter().for_each(|word| record.push(*word)))
+        Record::new(MAGIC, SCHEMA, KIND, &NAME, |record| words.iter().for_each(|word| record.push(*word)))
     }
 
     fn words_of(record: &Record) -> Vec<u32> {
         let bytes = record.bytes();
-        bytes[12..bytes.len() - 4].chunks(4).map(|word| u32::from_le_bytes(word.try_into().expect("four"))).collect()
+        bytes[36..bytes.len() - 8].chunks(4).map(|word| u32::from_le_bytes(word.try_into().expect("four"))).collect()
     }
 
     #[test]
     fn sensors_are_read_back_and_a_changed_bit_is_found() {
-        let record = record_of(&four());
+        let record = record_of(&four(), &NAME);
         let stored = read(record.bytes()).expect("whole").expect("there");
         assert_eq!((&stored.sensors, stored.crc), (&four(), record.crc()));
         let sector = [record.bytes(), &[0xFF; 100]].concat();
@@ -226,7 +235,7 @@ mod tests {
     /// Wrong words with a correct checksum.
     #[test]
     fn each_wrong_word_is_named() {
-        let good = words_of(&record_of(&four()));
+        let good = words_of(&record_of(&four(), &NAME));
         let refusal = |place: usize, word: u32| {
             let mut words = good.clone();
             words[place] = word;
@@ -241,7 +250,7 @@ mod tests {
         assert!(refusal(4, f32::NAN.to_bits()).starts_with("sensor 1: points[0].volts: not a finite number"));
         // One more point than the record has: it ends within the last sensor.
         let last = good.len() - 1 - 2 * 17;
-        assert_eq!(refusal(last, 18), "ends before its check sum");
+        assert_eq!(refusal(last, 18), "damaged: ends before its commit word; write it again");
         let five = [good.clone(), good[..4 + 2 * 17].to_vec()].concat();
         let error = read(of_words(&five[..MAX_WORDS.min(five.len())]).bytes()).expect_err("five");
         assert_eq!(error, SensorRecordError::Sensors(JointSensorsError::Count(5)));
@@ -251,7 +260,7 @@ mod tests {
         #[test]
         fn no_words_panic(words in prop::collection::vec(any::<u32>(), 0..80), places in prop::collection::vec((0usize..120, 0u32..40), 0..4)) {
             let _ = read(of_words(&words).bytes());
-            let mut near = words_of(&record_of(&four()));
+            let mut near = words_of(&record_of(&four(), &NAME));
             for (place, word) in places {
                 near[place] = word;
             }

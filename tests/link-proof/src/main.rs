@@ -28,7 +28,7 @@ mod proof {
         SensorState,
     };
     use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop_with};
-    use joint_loop::store::{generator_record, sensor_record};
+    use joint_loop::store::{generator_record, robot_record, sensor_record};
     use joint_loop::{BoardFaults, LoopConfig, SENSORS, Sample};
     use joint_units::{AdcCode, Period, Volts};
 
@@ -75,14 +75,23 @@ mod proof {
     fn joint_loop() {
         let bytes: &[u8] = black_box(&[]);
         let (Ok(generator), Ok(sensors)) = (generator_record::read(bytes), sensor_record::read(bytes)) else { return };
-        let parameters =
-            Parameters::with_defaults(generator.map(|stored| stored.config), sensors.map(|stored| stored.sensors));
+        let Ok(Some(robot)) = robot_record::read(bytes) else { return };
+        let names = (generator.as_ref().map(|stored| stored.name), sensors.as_ref().map(|stored| stored.name));
+        let name = black_box(names.0.or(names.1).unwrap_or(robot.name));
+        black_box(name.as_str());
+        let parameters = Parameters::with_defaults(
+            generator.map(|stored| stored.config),
+            sensors.map(|stored| stored.sensors),
+            robot.robot,
+        );
         let Ok(parameters) = parameters else { return };
-        black_box(generator_record::record_of(black_box(&parameters.generator)).bytes());
-        black_box(sensor_record::record_of(black_box(&parameters.sensors)).bytes());
+        black_box(generator_record::record_of(black_box(&parameters.generator), &name).bytes());
+        black_box(sensor_record::record_of(black_box(&parameters.sensors), &name).bytes());
+        black_box(robot_record::record_of(black_box(&parameters.robot), &name).bytes());
         let cal = AdcCode(black_box(1502));
-        let config = black_box(LoopConfig::default_biped());
-        let built = board_loop_with(&config, black_box(&parameters), cal, Volts(black_box(2.7)));
+        let config = black_box(LoopConfig::of(&parameters.robot));
+        let min_supply = parameters.robot.min_supply_on(Volts(black_box(2.7)));
+        let built = board_loop_with(&config, black_box(&parameters), cal, min_supply);
         let Ok(built) = built else { return };
         let mut joints: BoardLoop = black_box(built);
         let sample = Sample {

@@ -86,7 +86,7 @@ enum Analysis {
     Calibrate(Box<calibrate::Options>),
     /// Fit another recorder's clock to the board's, from the edges of the synchronisation output or of a line that both recorded
     Sync(sync::Options),
-    /// Convert a generator file or sensor files to a flash record of the board, or a generator file to a Rust constant
+    /// Convert a generator file, sensor files or a robot file to a flash record of the board, or a generator file to a Rust constant
     Pack(pack::Options),
     /// Print a file with the default values, as a template
     Defaults(defaults::Options),

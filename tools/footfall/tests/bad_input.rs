@@ -4,8 +4,8 @@
 
 use footfall::board::default_loop;
 use footfall::cli;
-use footfall::file::{calibration_file, parameter_file};
-use joint_loop::LoopConfig;
+use footfall::file::calibration_file;
+use generator_file::robot_file::RobotFile;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -122,84 +122,45 @@ fn calibration_files() {
 }
 
 #[test]
-fn parameter_files() {
-    let good = parameter_file::to_text(&LoopConfig::default_biped());
+fn robot_files() {
+    let good = RobotFile::default_biped().to_toml();
     let ok = Bad::new("good.toml", good.as_bytes());
-    assert_eq!(call(&["check".into(), "--parameters".into(), ok.file.clone().into()]).0, 0);
+    assert_eq!(call(&["check".into(), "--robot".into(), ok.file.clone().into()]).0, 0);
     for (from, to, words) in [
-        ("schema = 2", "schema = 7", vec!["field `schema`", "is 7", "allowed is 2"]),
-        ("schema = 2", "schema = 1", vec!["field `schema`", "an old file", "`footfall defaults parameters`"]),
-        ("schema = 2", "schema = \"2\"", vec!["field `schema`", "the text \"2\""]),
-        ("rate_deg_per_s = 500.0", "rate_deg_per_s = nan", vec!["field `gate.rate_deg_per_s`", "nan"]),
-        ("rate_deg_per_s = 500.0", "rate_deg_per_s = -5", vec!["field `gate.rate_deg_per_s`", "-5", "1000 deg/s"]),
-        ("rate_deg_per_s = 500.0", "rate = 500", vec!["field `gate.rate`", "unknown field", "`rate_deg_per_s`"]),
-        (
-            "left_hip = [-30.0, 60.0]",
-            "left_hip = [nan, 60]",
-            vec!["field `gate.range_deg.left_hip[0]`", "nan", "a finite number"],
-        ),
-        ("left_hip = [-30.0, 60.0]", "left_hip = [60, -30]", vec!["field `gate.range_deg.left_hip`", "below the most"]),
-        (
-            "left_hip = [-30.0, 60.0]",
-            "left_hip = [-30]",
-            vec!["field `gate.range_deg.left_hip`", "a list of 1", "a list of 2 numbers"],
-        ),
-        (
-            "left_hip = [-30.0, 60.0]",
-            "left_hip = [-30, 60, 90]",
-            vec!["field `gate.range_deg.left_hip`", "a list of 3", "a list of 2"],
-        ),
-        (
-            "left_hip = [-30.0, 60.0]",
-            "left_hip = [-30, 600]",
-            vec!["field `gate.range_deg.left_hip[1]`", "600", "-30 to 120 deg"],
-        ),
-        (
-            "left_hip = [-30.0, 60.0]",
-            "left_hip = [-30, \"x\"]",
-            vec!["field `gate.range_deg.left_hip[1]`", "the text \"x\""],
-        ),
-        (
-            "first = \"left_knee\"",
-            "first = \"left_toe\"",
-            vec!["field `gate.pose[0].first`", "left_toe", "\"left_hip\""],
-        ),
-        ("most_deg = 150.0", "most_deg = 300", vec!["field `gate.pose[0].most_deg`", "300", "-257 to 257 degrees"]),
-        ("most_deg = 150.0", "most_deg = nan", vec!["field `gate.pose[0].most_deg`", "nan", "-257 to 257 degrees"]),
-        ("sense = \"sum\"", "sense = 1", vec!["field `gate.pose[0].sense`", "the whole number 1", "\"difference\""]),
-        (
-            "neutral_us = 1500",
-            "neutral_us = 1500.5",
-            vec!["field `servos.left_hip.neutral_us`", "1500.5", "a whole number"],
-        ),
-        ("neutral_us = 1500", "neutral_us = 50", vec!["field `servos.left_hip.neutral_us`", "50", "500 to 2500"]),
-        ("direction = \"forward\"", "direction = \"up\"", vec!["field `servos.left_hip.direction`", "\"mirrored\""]),
-        ("ramp_s = 2.0", "ramp_s = 60", vec!["field `blend.ramp_s`", "60", "0.5 to 30 s"]),
-        ("left_hip = 0.0", "left_hip = 90", vec!["field `blend.park_deg.left_hip`", "90", "-30 to 60 deg"]),
-        ("sensor_required = true", "sensor_required = 1", vec!["field `monitor.sensor_required`", "`true` or `false`"]),
-        (
-            "overruns_per_s = 2",
-            "overruns_per_s = -1",
-            vec!["field `monitor.overruns_per_s`", "-1", "a whole number, not negative"],
-        ),
-        ("overruns_per_s = 2", "overruns_per_s = 101", vec!["field `monitor.overruns_per_s`", "101", "0 to 100"]),
-        ("debounce_s = 0.02", "debounce_s = 0.02\nspeed = 3", vec!["field `monitor.speed`", "unknown field"]),
-        ("left_knee = [-2.0, 120.0]", "left_knee = [-2, 140]", vec!["gate.range", "left_knee", "pulse"]),
+        ("schema = 1", "schema = 7", vec!["field `schema`", "is 7", "allowed is 1", "`footfall defaults robot`"]),
+        ("schema = 1", "schema = \"1\"", vec!["field `schema`", "the text \"1\""]),
+        ("rate_deg_per_s = 500.0", "rate_deg_per_s = nan", vec!["field `left_hip.rate_deg_per_s`", "nan"]),
+        ("rate_deg_per_s = 500.0", "rate_deg_per_s = -5", vec!["field `left_hip.rate_deg_per_s`", "-5", "1000 deg/s"]),
+        ("rate_deg_per_s = 500.0", "rate = 500", vec!["field `left_hip.rate`", "unknown field", "`rate_deg_per_s`"]),
+        ("[-30.0, 60.0]", "[nan, 60]", vec!["field `left_hip.range_deg[0]`", "nan", "a finite number"]),
+        ("[-30.0, 60.0]", "[60, -30]", vec!["field `left_hip.range_deg`", "below the most"]),
+        ("[-30.0, 60.0]", "[-30]", vec!["field `left_hip.range_deg`", "a list of 1", "a list of 2 numbers"]),
+        ("[-30.0, 60.0]", "[-30, 60, 90]", vec!["field `left_hip.range_deg`", "a list of 3", "a list of 2"]),
+        ("[-30.0, 60.0]", "[-30, 600]", vec!["field `left_hip.range_deg[1]`", "600", "-30 to 120 deg"]),
+        ("[-30.0, 60.0]", "[-30, \"x\"]", vec!["field `left_hip.range_deg[1]`", "the text \"x\""]),
+        ("first = \"left_knee\"", "first = \"left_toe\"", vec!["field `pose[0].first`", "left_toe", "\"left_hip\""]),
+        ("most_deg = 150.0", "most_deg = nan", vec!["field `pose[0].most_deg`", "nan", "-257 to 257 degrees"]),
+        ("sense = \"sum\"", "sense = 1", vec!["field `pose[0].sense`", "the whole number 1", "\"difference\""]),
+        ("neutral_us = 1500", "neutral_us = 1500.5", vec!["field `left_hip.neutral_us`", "1500.5", "a whole number"]),
+        ("direction = \"forward\"", "direction = \"up\"", vec!["field `left_hip.direction`", "\"mirrored\""]),
+        ("park_deg = 0.0", "park_deg = 90", vec!["field `left_hip.park_deg`", "90", "-30 to 60 deg"]),
+        ("min_supply_v = 2.7", "min_supply_v = 1", vec!["field `min_supply_v`", "1.8 to 3.6 V"]),
+        ("longest_us = 2500", "longest_us = 2500\nspeed = 3", vec!["field `left_hip.speed`", "unknown field"]),
+        ("[-2.0, 120.0]", "[-2, 140]", vec!["gate.range", "left_knee", "pulse"]),
     ] {
         let at = good.find(from).unwrap_or_else(|| panic!("{from} is not in the file"));
         let text = format!("{}{to}{}", &good[..at], &good[at + from.len()..]);
         let line = good[..at].matches('\n').count() + 1 + usize::from(to.contains('\n'));
-        assert_refused("--parameters", &Bad::new("loop.toml", text.as_bytes()), line, &words);
+        assert_refused("--robot", &Bad::new("robot.toml", text.as_bytes()), line, &words);
     }
     // A field that is not there is missed at its table.
     for (gone, table, words) in [
-        ("stop_s = 1.0\n", "[blend]", ["field `blend.stop_s`", "is missing"]),
-        ("us_per_rad = 636.62\n", "[servos.left_hip]", ["field `servos.left_hip.us_per_rad`", "is missing"]),
-        ("most_deg = 150.0\n", "[[gate.pose]]", ["field `gate.pose[0].most_deg`", "is missing"]),
+        ("us_per_rad = 636.62\n", "[left_hip]", ["field `left_hip.us_per_rad`", "is missing"]),
+        ("most_deg = 150.0\n", "[[pose]]", ["field `pose[0].most_deg`", "is missing"]),
     ] {
         let text = good.replacen(gone, "", 1);
         let line = text[..text.find(table).unwrap()].matches('\n').count() + 1;
-        assert_refused("--parameters", &Bad::new("loop.toml", text.as_bytes()), line, &words);
+        assert_refused("--robot", &Bad::new("robot.toml", text.as_bytes()), line, &words);
     }
 }
 

@@ -57,7 +57,7 @@ const PRINTING: [(&str, i32); 22] = [
     ("entrain @walk.csv --sensor left_hip", 0),
     ("sync @edges.csv", 0),
     ("pack @generator.toml --rust", 0),
-    ("defaults parameters", 0),
+    ("defaults robot", 0),
     ("sample walk.csv", 0),
     ("completions bash", 0),
 ];
@@ -256,7 +256,7 @@ fn no_command_reads_a_file_without_end() {
         "pack /dev/zero -o /dev/null",
         "check --trace /dev/zero",
         "check --generator /dev/zero",
-        "check --parameters /dev/zero",
+        "check --robot /dev/zero",
         "check --calibration /dev/zero",
         "fit /dev/zero",
         "convert /dev/zero -o /dev/null.csv",

@@ -18,7 +18,7 @@ fn quoted(arguments: &[&str], name: &str, content: &[u8]) -> String {
     said
 }
 
-/// A graph, a generator, parameters, sensors, recordings, lists of poses and of edges: none makes a terminal obey.
+/// A graph, a generator, a robot, sensors, recordings, lists of poses and of edges: none makes a terminal obey.
 #[test]
 fn escape_sequences_in_files_are_not_passed_on() {
     let wipe = "\u{1b}[2J\u{9b}31m\rx";
@@ -32,8 +32,8 @@ fn escape_sequences_in_files_are_not_passed_on() {
         (&["check", "--trace", "FILE"][..], "a.csv", format!("time_s,left_hip_deg,{wipe}\n0,1,2\n")),
         (&["check", "--trace", "FILE"], "b.csv", format!("time_s,left_knee_deg\n0,{wipe}\n0.01,{wipe}\n")),
         (&["volts", "--trace", "FILE"], "c.csv", format!("time_s,left_knee_deg\n0,{wipe}\n")),
-        (&["check", "--parameters", "FILE"], "d.toml", format!("schema = \"{wipe}\"\n")),
-        (&["check", "--parameters", "FILE"], "e.toml", "\"\\u001b[2J\" = 1\n".into()),
+        (&["check", "--robot", "FILE"], "d.toml", format!("schema = \"{wipe}\"\n")),
+        (&["check", "--robot", "FILE"], "e.toml", "\"\\u001b[2J\" = 1\n".into()),
         (&["check", "--generator", "FILE"], "f.toml", "kind = \"\\u001b[2J\"\n".into()),
         (&["check", "--calibration", "FILE"], "g.toml", "\"\\u001b[2J\" = \"\\u001b[2J\"\n".into()),
         (&["calibrate", "FILE", "-o", "no.toml"], "h.csv", format!("{wipe},code\n{wipe},2\n")),

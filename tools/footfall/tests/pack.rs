@@ -7,7 +7,8 @@ use cpg_core::entrainment::EventSource;
 use footfall::command::pack::constant;
 use generator_file::file::GeneratorFile;
 use joint_loop::store::generator_record::{read, record_of};
-use joint_loop::{FollowConfig, GeneratorConfig, SeriesConfig, ShapeConfig};
+use joint_loop::store::robot_record;
+use joint_loop::{FollowConfig, GeneratorConfig, RecordName, RobotConfig, SeriesConfig, ShapeConfig};
 use joint_units::{Joint, Radians};
 use std::ffi::OsString;
 
@@ -48,8 +49,25 @@ fn a_constant_in_rust_is_the_file_bit_for_bit() {
     ] {
         let written = constant(&config, "a test");
         assert_eq!(text, written, "{name}");
-        assert_eq!(record_of(&compiled).bytes(), record_of(&config).bytes(), "{name}");
+        assert_eq!(compiled, config, "{name}");
+        let bytes = |config| record_of(config, &RecordName::BUILT_IN).bytes().to_vec();
+        assert_eq!(bytes(&compiled), bytes(&config), "{name}");
     }
+}
+
+/// `defaults robot` prints a file that packs to the record of the default robot, bit for bit.
+#[test]
+fn the_default_robot_is_printed_and_packed() {
+    let folder = tempfile::tempdir().unwrap();
+    let (toml, packed) = (folder.path().join("robot.toml"), folder.path().join("robot.bin"));
+    let printed =
+        std::process::Command::new(env!("CARGO_BIN_EXE_footfall")).args(["defaults", "robot"]).output().unwrap();
+    std::fs::write(&toml, &printed.stdout).unwrap();
+    let call = |arguments: [OsString; 5]| footfall::cli::call(std::iter::once("footfall".into()).chain(arguments));
+    call(["pack".into(), "--robot".into(), toml.into(), "--out".into(), packed.clone().into()]).unwrap();
+    let name = RecordName::new("default biped").unwrap();
+    let expected = robot_record::record_of(&RobotConfig::default_biped(), &name);
+    assert_eq!(std::fs::read(&packed).unwrap(), expected.bytes());
 }
 
 #[test]
@@ -62,7 +80,22 @@ fn a_flash_record_has_the_parameters_of_the_file() {
         |arguments: &[OsString]| footfall::cli::call(std::iter::once("footfall".into()).chain(arguments.to_vec()));
     call(&["pack".into(), params.clone().into(), "--out".into(), packed.clone().into()]).unwrap();
     let stored = read(&std::fs::read(&packed).unwrap()).unwrap().unwrap();
-    assert_eq!(stored.config, file.set.config());
+    assert_eq!((stored.config, stored.name.as_str()), (file.set.config(), "generator"));
+    let named = |name: &str| {
+        call(&[
+            "pack".into(),
+            params.clone().into(),
+            "--name".into(),
+            name.into(),
+            "--out".into(),
+            packed.clone().into(),
+            "--force".into(),
+        ])
+    };
+    named("normal walk").unwrap();
+    assert_eq!(read(&std::fs::read(&packed).unwrap()).unwrap().unwrap().name.as_str(), "normal walk");
+    let refusal = named("a name of more than 24 bytes").unwrap_err();
+    assert!(refusal.exit_code() == 2 && refusal.to_string().contains("allowed are 1 to 24 bytes"), "{refusal}");
 
     std::fs::remove_file(&packed).unwrap();
     std::fs::write(&params, file.to_toml().replace("alpha_per_s = 0.0014", "alpha_per_s = -1")).unwrap();

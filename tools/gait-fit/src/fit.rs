@@ -17,6 +17,8 @@ use generator_file::certificate::{Certificate, certify};
 use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet, Provenance};
 use generator_file::inside_limits::inside_limits;
 use generator_file::returns::comes_back;
+use generator_file::robot_file::RobotFile;
+use joint_loop::store::robot_record;
 use joint_loop::{LoopConfig, SERIES_HARMONICS};
 use joint_units::Joint;
 use serde::Serialize;
@@ -89,7 +91,9 @@ pub struct Settings {
     pub follow: Option<Joint>,
     /// Source of stride events for a follower, besides the angle.
     pub events: EventSource,
-    /// Whether the joints are scaled and shifted into the limits of the default robot.
+    /// The robot that the generator is for.
+    pub robot: RobotFile,
+    /// Whether the joints are scaled and shifted into the limits of the robot.
     pub fit_limits: bool,
 }
 
@@ -107,6 +111,7 @@ impl Default for Settings {
             compare: false,
             follow: None,
             events: EventSource::None,
+            robot: RobotFile::default_biped(),
             fit_limits: false,
         }
     }
@@ -126,6 +131,10 @@ impl fmt::Display for Settings {
         }?;
         if self.fit_limits {
             write!(f, ", joints fitted into the limits")?;
+        }
+        let RobotFile { name, robot } = &self.robot;
+        if *robot != RobotFile::default_biped().robot {
+            write!(f, ", robot \"{name}\" {:08x}", robot_record::record_of(robot, name).crc())?;
         }
         match self.follow {
             Some(joint) => write!(f, ", follows {}, events {}", joint.name(), self.events.name()),
@@ -217,7 +226,7 @@ pub struct Fit {
     pub joints: [JointFit; 4],
     /// Choice of the strides that were not fitted.
     pub held_out: HeldOut,
-    /// The certificate of the generator in the file; it has whether the generator walks on the default robot.
+    /// The certificate of the generator in the file; it has whether the generator walks on the robot.
     pub certificate: Certificate,
     /// Root mean square change of each joint that the limits of the robot cost, degrees; `None` if the fit was not asked to keep them.
     pub limits_cost_deg: Option<[f64; 4]>,
@@ -303,7 +312,7 @@ pub fn fit(
     let Found { mut set, history, .. } = found;
     let limits_cost_deg = if settings.fit_limits {
         progress("limits of the robot");
-        let inside = inside_limits(&set, &LoopConfig::default_biped())
+        let inside = inside_limits(&set, &LoopConfig::of(&settings.robot.robot))
             .map_err(|why| FitError::Generator { file: file(), why })?;
         if inside.set != set {
             set = inside.set;
@@ -457,7 +466,7 @@ fn kind_of(set: &GeneratorSet) -> Kind {
 
 fn check(set: &GeneratorSet, settings: &Settings, progress: &mut dyn FnMut(&str)) -> Result<Certificate, String> {
     let mut report = |what: &str| progress(&format!("certificate: {what}"));
-    certify(set, settings.starts, &LoopConfig::default_biped(), &mut report)
+    certify(set, settings.starts, &LoopConfig::of(&settings.robot.robot), &mut report)
 }
 
 /// Why a generator is not used. One that exceeds the limits of the robot is: another kind of generator would exceed them too.

@@ -19,7 +19,7 @@ pub struct JointFit {
     pub name: &'static str,
     /// Root mean square error of the generator against the person's mean stride, degrees.
     pub rmse_mean_stride_deg: f64,
-    /// The same error of the setpoints, after the limits of the default robot, degrees; `None` if it does not walk there.
+    /// The same error of the setpoints, after the limits of the robot, degrees; `None` if it does not walk there.
     pub rmse_driven_deg: Option<f64>,
     /// Root mean square error on strides that were not fitted, degrees; `None` if there is only one stride.
     pub rmse_heldout_deg: Option<f64>,

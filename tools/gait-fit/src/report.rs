@@ -236,7 +236,7 @@ fn certificate(page: &mut String, fit: &Fit) {
     let following = certificate.following.iter().flat_map(generator_file::following::Following::in_words);
     for (name, value) in [
         ("result", certificate.refused_because.clone().unwrap_or("accepted".into())),
-        ("walks on the default robot", certificate.drive.in_words()),
+        ("walks on the robot", certificate.drive.in_words()),
         ("random starts on the orbit", of(returns.converged, returns.starts)),
         (
             "kicks of half an amplitude that come back",

@@ -203,9 +203,10 @@ fn project(stride: &Stride, gate: &GateConfig, margin: (f64, f64)) -> [Change; J
         }
     }
     for j in 0..N {
-        for (peak, most) in
-            [(stride.peak_rate[j], degrees(gate.rate.0)), (stride.peak_acceleration[j], degrees(gate.acceleration.0))]
-        {
+        for (peak, most) in [
+            (stride.peak_rate[j], degrees(gate.rate[j].0)),
+            (stride.peak_acceleration[j], degrees(gate.acceleration[j].0)),
+        ] {
             if peak > 0.0 {
                 add(&[(j, 0.0, 1.0 / stride.deviation[j])], (1.0 - margin.1) * most / peak - 1.0);
             }

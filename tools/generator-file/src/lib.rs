@@ -1,4 +1,4 @@
-//! Generator files: the parameters of a generator with their provenance, and the certificate of what the generator does.
+//! Generator files: the parameters of a generator with their provenance, and the certificate of what the generator does. Robot files.
 //!
 //! ```
 //! use generator_file::file::{GeneratorSet, GeneratorFile};
@@ -10,6 +10,7 @@
 
 #[cfg(feature = "certificate")]
 pub mod certificate;
+pub mod degrees;
 #[cfg(feature = "certificate")]
 pub mod drive;
 #[cfg(feature = "certificate")]
@@ -33,6 +34,7 @@ mod orbit;
 pub mod random;
 #[cfg(feature = "certificate")]
 pub mod returns;
+pub mod robot_file;
 #[cfg(feature = "certificate")]
 mod single_precision;
 #[cfg(feature = "certificate")]
@@ -40,3 +42,4 @@ pub mod status;
 #[cfg(feature = "certificate")]
 pub mod subject;
 pub mod toml_file;
+pub mod word;

@@ -177,8 +177,8 @@ pub(crate) fn measure(subject: &Subject, gate: &GateConfig) -> Result<Measured, 
     }
     for joint in Joint::ALL {
         let name = || joint.name().to_string();
-        exceeds(name(), Limit::Rate, rate[joint as usize], gate.rate.0);
-        exceeds(name(), Limit::Acceleration, acceleration[joint as usize], gate.acceleration.0);
+        exceeds(name(), Limit::Rate, rate[joint as usize], gate.rate[joint as usize].0);
+        exceeds(name(), Limit::Acceleration, acceleration[joint as usize], gate.acceleration[joint as usize].0);
     }
     let joints = Joint::ALL.map(|joint| {
         let j = joint as usize;

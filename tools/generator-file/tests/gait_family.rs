@@ -31,8 +31,8 @@ fn cadences(member: Member) -> Vec<f32> {
 /// The default robot with wider limits: a strong one, whose anatomy is the same.
 fn strong_robot() -> LoopConfig {
     let mut robot = LoopConfig::default_biped();
-    robot.gate.rate = RadPerSec(Radians::from_degrees(900.0).0);
-    robot.gate.acceleration = RadPerSec2(Radians::from_degrees(40_000.0).0);
+    robot.gate.rate = [RadPerSec(Radians::from_degrees(900.0).0); 4];
+    robot.gate.acceleration = [RadPerSec2(Radians::from_degrees(40_000.0).0); 4];
     for limit in robot.gate.pose.iter_mut().flatten().filter(|limit| limit.sense == PoseSense::Sum) {
         limit.most = Radians::from_degrees(180.0);
     }

@@ -2,7 +2,8 @@
 //! integers and on the returned angles.
 
 use super::*;
-use crate::setup::robot::{JointRange, PoseLimit, PoseSense};
+use crate::setup::robot::{JointRange, PoseLimit, PoseSense, anatomy};
+use core::num::NonZeroU32;
 use joint_units::{RadPerSec, RadPerSec2};
 use proptest::prelude::*;
 
@@ -61,13 +62,13 @@ fn degrees(pose: [f32; 4]) -> [Radians; 4] {
 
 /// Checks the limits after a tick on the integers, exactly.
 fn assert_kept(gate: &Gate, before: &GateState, after: &GateState) {
-    let a = i64::from(gate.acceleration.get());
     for joint in 0..4 {
         let (p, limits) = (after.position[joint], &gate.joints[joint]);
+        let a = i64::from(limits.acceleration.get());
         assert!((limits.least..=limits.most).contains(&p), "range of joint {joint}: {p} {limits:?}");
         assert_eq!(after.step[joint], p - before.position[joint]);
         let step = i64::from(after.step[joint]);
-        assert!(step.abs() <= gate.rate, "rate of joint {joint}: {step}");
+        assert!(step.abs() <= limits.rate, "rate of joint {joint}: {step}");
         assert!((step - i64::from(before.step[joint])).abs() <= a, "acceleration of joint {joint}");
     }
     for edge in gate.pose.iter().flatten() {
@@ -77,11 +78,11 @@ fn assert_kept(gate: &Gate, before: &GateState, after: &GateState) {
 
 /// Brakes all joints at the largest deceleration until they rest, and checks the limits at each step.
 fn assert_brakes(gate: &Gate, state: &GateState) {
-    let a = gate.acceleration.get() as i32;
     let mut now = *state;
     while now.step != [0; 4] {
         let before = now;
         for joint in 0..4 {
+            let a = gate.joints[joint].acceleration.get() as i32;
             now.step[joint] = (now.step[joint].abs() - a).max(0) * now.step[joint].signum();
             now.position[joint] += now.step[joint];
         }
@@ -110,11 +111,13 @@ fn target(random: &mut Random, kind: u64, last: [Radians; 4]) -> [Radians; 4] {
 fn random_config(random: &mut Random) -> (GateConfig, Period) {
     let mut config = config();
     let micros = [100, 500, 1_000, 2_000, 10_000][random.below(5) as usize];
-    config.rate = RadPerSec(random.between(0.5, 17.0));
-    // At least 8 steps per tick squared are allowed.
-    let (braking, dt) = (config.rate.0 * config.rate.0, micros as f32 * 1e-6);
-    let resolution = 9.0 / STEPS / (dt * dt);
-    config.acceleration = RadPerSec2(random.between(braking / 3.0, 1_000.0).max(braking).max(resolution));
+    for (rate, acceleration) in config.rate.iter_mut().zip(&mut config.acceleration) {
+        *rate = RadPerSec(random.between(0.5, 17.0));
+        // At least 8 steps per tick squared are allowed.
+        let (braking, dt) = (rate.0 * rate.0, micros as f32 * 1e-6);
+        let resolution = 9.0 / STEPS / (dt * dt);
+        *acceleration = RadPerSec2(random.between(braking / 3.0, 1_000.0).max(braking).max(resolution));
+    }
     for (range, joint) in config.range.iter_mut().zip(Joint::ALL) {
         let whole = anatomy::range(joint);
         *range = JointRange {
@@ -209,15 +212,15 @@ proptest! {
     /// brake and reach against simulated braking.
     #[test]
     fn the_braking_distance_is_exact(v in 1_i64..2_400_000, a in 8_u32..1_000_000, margin in 0_i64..2_600_000_000) {
-        let gate = Gate { acceleration: NonZeroU32::new(a).expect("positive"), ..default() };
+        let limits = Limits { acceleration: NonZeroU32::new(a).expect("positive"), ..default().joints[0] };
         let stepped = |v: i64| (1..).map(|k| v - k * i64::from(a)).take_while(|v| *v > 0).sum::<i64>();
         prop_assume!(v / i64::from(a) < 10_000);
-        prop_assert_eq!(gate.brake(v), stepped(v));
-        let reach = gate.reach(margin);
+        prop_assert_eq!(limits.brake(v), stepped(v));
+        let reach = limits.reach(margin);
         prop_assume!(reach / i64::from(a) < 10_000);
         prop_assert!(reach == 0 || reach + stepped(reach) <= margin);
         prop_assert!(reach + 1 + stepped(reach + 1) > margin);
-        prop_assert_eq!(gate.reach(-margin), -margin);
+        prop_assert_eq!(limits.reach(-margin), -margin);
     }
 
     /// From rest to any target inside: without overshoot, in the time of the slowest trapezoidal profile, and then equal to the
@@ -230,7 +233,7 @@ proptest! {
         let pose = |share: [f32; 4]| degrees([share[0] * 70.0 - 30.0, share[1] * 70.0 - 30.0, share[2] * 72.0 - 2.0, share[3] * 72.0 - 2.0]);
         let (gate, from, to) = (default(), pose(from), pose(to));
         let mut state = gate.rest(from).expect("inside");
-        let (rate, a) = (gate.rate as f64, f64::from(gate.acceleration.get()));
+        let (rate, a) = (gate.joints[0].rate as f64, f64::from(gate.joints[0].acceleration.get()));
         let furthest = state.position.iter().zip(to).map(|(p, t)| (f64::from(t.0 * STEPS) - f64::from(*p)).abs()).fold(0.0, f64::max);
         // Up, along, down: d / V + V / A; without reaching V: 2 sqrt(d / A). One tick late for the goal to be known, and some
         // for whole ticks.
@@ -423,14 +426,14 @@ fn every_field_is_checked_by_name() {
         }),
         ("gate.range.most[left_knee] is 141 deg", |c| c.range[2].most = Radians::from_degrees(141.0)),
         ("gate.range[right_knee]: the least must be below the most", |c| c.range[3].least = c.range[3].most),
-        ("gate.rate is 1001 deg/s; allowed are 1 to 1000", |c| c.rate = RadPerSec(rad_per_s(1001.0))),
-        ("gate.rate is 0 deg/s", |c| c.rate = RadPerSec(0.0)),
-        ("gate.rate is not", |c| c.rate = RadPerSec(f32::INFINITY)),
-        ("gate.acceleration is 1000 deg/s^2; allowed are 1388.", |c| {
-            c.acceleration = RadPerSec2(rad_per_s(1000.0));
+        ("gate.rate[left_hip] is 1001 deg/s; allowed are 1 to 1000", |c| c.rate[0] = RadPerSec(rad_per_s(1001.0))),
+        ("gate.rate[right_hip] is 0 deg/s", |c| c.rate[1] = RadPerSec(0.0)),
+        ("gate.rate[left_knee] is not", |c| c.rate[2] = RadPerSec(f32::INFINITY)),
+        ("gate.acceleration[right_knee] is 1000 deg/s^2; allowed are 1388.", |c| {
+            c.acceleration[3] = RadPerSec2(rad_per_s(1000.0));
         }),
-        ("gate.acceleration is 61000", |c| c.acceleration = RadPerSec2(rad_per_s(61_000.0))),
-        ("gate.acceleration is not", |c| c.acceleration = RadPerSec2(f32::NAN)),
+        ("gate.acceleration[left_hip] is 61000", |c| c.acceleration[0] = RadPerSec2(rad_per_s(61_000.0))),
+        ("gate.acceleration[left_knee] is not", |c| c.acceleration[2] = RadPerSec2(f32::NAN)),
         ("gate.pose[1] must name two different joints", |c| {
             c.pose[1] = c.pose[1].map(|p| PoseLimit { second: p.first, ..p })
         }),
@@ -446,13 +449,13 @@ fn every_field_is_checked_by_name() {
 #[test]
 fn a_period_too_short_for_the_resolution_is_refused() {
     let build = |micros| Gate::build(&config(), Period::from_micros(micros).expect("valid"));
-    assert_eq!(build(10).map(|gate| gate.acceleration.get()), Ok(9));
+    assert_eq!(build(10).map(|gate| gate.joints[0].acceleration.get()), Ok(9));
     let error = build(5).expect_err("too short").to_string();
-    assert!(error.starts_with("gate.acceleration is 20000 deg/s^2; allowed are 68301."), "{error}");
+    assert!(error.starts_with("gate.acceleration[left_hip] is 20000 deg/s^2; allowed are 68301."), "{error}");
 
-    let slow = GateConfig { rate: RadPerSec(rad_per_s(1.5)), ..config() };
+    let slow = GateConfig { rate: [RadPerSec(rad_per_s(1.5)); 4], ..config() };
     let error = Gate::build(&slow, Period::from_micros(1).expect("valid")).expect_err("too short").to_string();
-    assert!(error.starts_with("gate.rate is 1.5 deg/s; allowed are 1.708 to 1000 deg/s"), "{error}");
+    assert!(error.starts_with("gate.rate[left_hip] is 1.5 deg/s; allowed are 1.708 to 1000 deg/s"), "{error}");
 }
 
 fn rad_per_s(degrees: f32) -> f32 {

@@ -5,6 +5,7 @@ mod lines;
 mod motion;
 mod random;
 mod recordings;
+mod robot;
 mod sensor;
 
 /// Name and content of every sample, in the order of the list of `footfall sample`.
@@ -21,6 +22,7 @@ pub(crate) fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("line-recorder.csv", lines::plain(lines::RECORDER).into_bytes()),
         ("generator.toml", generators::shape().into_bytes()),
         ("follower.toml", generators::follower().into_bytes()),
+        ("robot.toml", robot::small().into_bytes()),
         ("graph.txt", GRAPH.as_bytes().to_vec()),
     ]
 }

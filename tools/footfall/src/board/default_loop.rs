@@ -5,7 +5,7 @@ use hgod_adc::Sensor;
 pub use joint_loop::SENSOR_JOINT;
 use joint_loop::setup::default_loop;
 pub use joint_loop::setup::default_loop::{BoardLoop, BoardLoopError, Parameters};
-use joint_loop::{JointSensor, LoopConfig, SENSORS};
+use joint_loop::{JointSensor, LoopConfig, RobotConfig, SENSORS};
 use joint_units::{AdcCode, Volts};
 
 use crate::file::calibration_file::WiredSensor;
@@ -50,17 +50,9 @@ pub fn wired_sensor() -> Result<WiredSensor, BoardLoopError> {
 /// # Errors
 /// None; a test builds it.
 pub fn typical_loop() -> Result<BoardLoop, BoardLoopError> {
-    loop_with(&LoopConfig::default_biped())
-}
-
-/// The default walk and sensor in a loop with other parameters.
-///
-/// # Errors
-/// The rule that the parameters break.
-pub fn loop_with(config: &LoopConfig) -> Result<BoardLoop, BoardLoopError> {
     default_loop::board_loop_with(
-        config,
-        &Parameters::with_defaults(None, None)?,
+        &LoopConfig::default_biped(),
+        &Parameters::with_defaults(None, None, RobotConfig::default_biped())?,
         TYPICAL_VREFINT_CAL,
         TYPICAL_MIN_SUPPLY,
     )

@@ -2,6 +2,7 @@
 
 pub mod default_loop;
 pub mod feed;
+pub(crate) mod host_copy;
 pub mod image;
 pub mod lines;
 pub mod process;

@@ -6,15 +6,15 @@
 //! A frame is an event at once, for live views. It is a [`Row`] as soon as the inputs of its tick have arrived: with the converter's
 //! codes, and compared with the host's copy of the loop.
 
+use crate::board::host_copy::loop_of;
 use crate::board::image::{Decoder, Image};
 use crate::board::lines::{BoardLine, End};
 use crate::board::replay::{Difference, Gap, Replay, differences};
 use crate::board::telemetry::{RecordError, record_in};
 use cpg_core::entrainment::{Lock, SensorFault};
-use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
-use joint_loop::store::{generator_record, sensor_record};
+use joint_loop::setup::default_loop::Parameters;
 use joint_loop::{Cause, SENSORS};
-use joint_units::{AdcCode, Volts};
+use joint_units::AdcCode;
 use serde::Serialize;
 use std::collections::VecDeque;
 use wire::{Boot, Cost, Edge, Environment, Frame, Inputs, Record};
@@ -376,26 +376,4 @@ impl<'t> BoardRun<'t> {
     fn time_s(&self, tick: &Frame) -> f64 {
         self.began_s + f64::from(tick.tick) / 1000.0
     }
-}
-
-/// The host's copy of the loop of a board with this boot record; an error says why there is none.
-pub(crate) fn loop_of(parameters: &Parameters, boot: &Boot) -> Result<BoardLoop, String> {
-    let generator = generator_record::record_of(&parameters.generator).crc();
-    let sensors = sensor_record::record_of(&parameters.sensors).crc();
-    for (what, board, known, option) in [
-        ("generator record", boot.generator_crc, generator, "the file it was made from, with --generator"),
-        ("sensor record", boot.sensors_crc, sensors, "the sensors of the board, with --sensor"),
-    ] {
-        match board {
-            None => return Err("the board refused its flash records; write them again with `footfall pack`".into()),
-            Some(board) if board != known => {
-                return Err(format!(
-                    "the board runs the {what} {board:08x}, this program has {known:08x}; allowed is {option}"
-                ));
-            }
-            Some(_) => {}
-        }
-    }
-    let (reference_cal, min_supply) = (AdcCode(boot.reference_cal), Volts(boot.min_supply_v));
-    board_loop(parameters, reference_cal, min_supply, boot.sensor_required).map_err(|error| error.to_string())
 }

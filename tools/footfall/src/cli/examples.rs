@@ -198,7 +198,7 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
     (
         "defaults",
         &[
-            ("A parameter file of the control loop:", "footfall defaults parameters > parameters.toml"),
+            ("A robot file:", "footfall defaults robot > robot.toml"),
             ("A sensor file:", "footfall defaults sensor > sensor.toml"),
         ],
     ),

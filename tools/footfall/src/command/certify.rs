@@ -1,5 +1,5 @@
 //! `footfall certify`: measures a generator and writes its certificate; refuses one that does not come back to its orbit or exceeds the
-//! limits of the robot, and a follower that does not lock from every start. It also says whether it walks on the default robot.
+//! limits of the robot, and a follower that does not lock from every start. It also says whether it walks on the robot.
 
 use clap::Args;
 use generator_file::certificate::{Certificate, KICK_PHASES, RETURN_STRIDES, START_STRIDES, certify_subject};
@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use crate::failure::Failure;
 use crate::messages;
 use crate::options::overwrite::Overwrite;
+use crate::options::robot::RobotArgument;
 use crate::output;
 
 /// Options of `footfall certify`.
@@ -27,6 +28,9 @@ pub struct Options {
     /// Number of random starts, of which 95 % must arrive; 20 or more
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(20..=1_000_000))]
     pub starts: u32,
+    /// The robot
+    #[command(flatten)]
+    pub robot: RobotArgument,
     /// The certificate to write [default: GENERATOR with the extension .certificate.json, for a file]
     #[arg(short, long, value_name = "FILE")]
     pub out: Option<PathBuf>,
@@ -64,12 +68,13 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let beside = || params.with_extension("certificate.json");
     let out = options.out.clone().or_else(|| is_file.then(beside));
     if let Some(path) = &out {
-        output::check_apart([path.as_path()], is_file.then_some(params.as_path()))?;
+        let inputs = is_file.then_some(params.as_path()).into_iter().chain(options.robot.robot.as_deref());
+        output::check_apart([path.as_path()], inputs)?;
         output::check(path, options.overwrite)?;
     }
+    let robot = LoopConfig::of(&options.robot.read()?.robot);
     let mut progress = |what: &str| messages::status(format_args!("measuring: {what}"));
-    let certificate = certify_subject(&subject, options.starts, &LoopConfig::default_biped(), &mut progress)
-        .map_err(Failure::input)?;
+    let certificate = certify_subject(&subject, options.starts, &robot, &mut progress).map_err(Failure::input)?;
     let json = serde_json::to_string(&certificate).map_err(Failure::run)? + "\n";
     if let Some(path) = out {
         output::write_text(&path, &json, options.overwrite)?;

@@ -6,13 +6,13 @@ mod recording;
 
 use crate::command::fit::job::Job;
 use crate::failure::Failure;
-use crate::file::parameter_file;
 use crate::file::recording::ReadSettings;
 use crate::options::reading::Reading;
 use clap::Args;
 use gait_fit::fit::Settings;
 use gait_trace::LowPass;
 use generator_file::file::GeneratorFile;
+use generator_file::robot_file::RobotFile;
 use std::path::PathBuf;
 
 /// Options of `footfall check`.
@@ -21,9 +21,9 @@ pub struct Options {
     /// A recording, in any format that `fit` reads; good is what `fit` takes
     #[arg(long, value_name = "FILE")]
     pub trace: Vec<PathBuf>,
-    /// A parameter file of the control loop
+    /// A robot file
     #[arg(long, value_name = "TOML")]
-    pub parameters: Vec<PathBuf>,
+    pub robot: Vec<PathBuf>,
     /// A generator file
     #[arg(long, value_name = "TOML")]
     pub generator: Vec<PathBuf>,
@@ -60,10 +60,10 @@ impl Results {
 /// # Errors
 /// The errors of all wrong files, one a line.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { trace, parameters, generator, reading, strict } = options;
-    if trace.is_empty() && parameters.is_empty() && generator.is_empty() && reading.calibration.is_none() {
+    let Options { trace, robot, generator, reading, strict } = options;
+    if trace.is_empty() && robot.is_empty() && generator.is_empty() && reading.calibration.is_none() {
         return Err(Failure::input(
-            "no file named: allowed are --trace, --parameters and --generator, each any number of times, and --calibration",
+            "no file named: allowed are --trace, --robot and --generator, each any number of times, and --calibration",
         ));
     }
     let mut results = Results::default();
@@ -84,9 +84,9 @@ pub fn run(options: Options) -> Result<(), Failure> {
                 .extend(trace.iter().map(|path| format!("{}: not read, since the options are wrong", path.display())));
         }
     }
-    for path in &parameters {
-        let file = parameter_file::read(path).map_err(Failure::input);
-        results.take(file.map(|_| format!("{}: good", path.display())));
+    for path in &robot {
+        let file = RobotFile::read(path).map_err(Failure::input);
+        results.take(file.map(|file| format!("{}: good: the robot \"{}\"", path.display(), file.name)));
     }
     for path in &generator {
         let file = GeneratorFile::read(path).map_err(Failure::input);
@@ -109,5 +109,5 @@ fn sensor_file(sensor: &crate::file::recording::SensorCalibration) -> String {
 
 /// The fit that a recording must pass: of the shape, as the other generators are replaced by it where they fail.
 fn job(reading: ReadSettings, strict: bool) -> Job {
-    Job { fit: Settings { rules: reading.rules(), ..Settings::default() }, reading, strict }
+    Job { fit: Settings { rules: reading.rules(), ..Settings::default() }, reading, robot: None, strict }
 }

@@ -2,11 +2,11 @@
 
 use clap::{Args, ValueEnum};
 use generator_file::file::GeneratorFile;
-use joint_loop::LoopConfig;
+use generator_file::robot_file::RobotFile;
 
 use crate::board::default_loop;
 use crate::failure::Failure;
-use crate::file::{calibration_file, parameter_file};
+use crate::file::calibration_file;
 use crate::output;
 
 /// Options of `footfall defaults`.
@@ -22,8 +22,8 @@ pub struct Options {
 pub enum File {
     /// A sensor file: the calibration of the gait sensor
     Sensor,
-    /// A parameter file: gate, servos, blend and monitor of the control loop
-    Parameters,
+    /// A robot file: servos, limits, park pose and least supply of the default robot
+    Robot,
     /// A generator file: the default walk of the board
     Generator,
     /// A generator file: the thesis' network, Table 1 and set S
@@ -37,7 +37,7 @@ pub enum File {
 pub fn run(options: &Options) -> Result<(), Failure> {
     let text = match options.file {
         File::Sensor => calibration_file::to_text(&default_loop::wired_sensor().map_err(Failure::run)?, None),
-        File::Parameters => parameter_file::to_text(&LoopConfig::default_biped()),
+        File::Robot => RobotFile::default_biped().to_toml(),
         File::Generator => generator("phase-coupled")?,
         File::Thesis => generator("thesis")?,
     };

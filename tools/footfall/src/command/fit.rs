@@ -24,6 +24,7 @@ use crate::failure::Failure;
 use crate::messages::{self, Amount};
 use crate::options::overwrite::Overwrite;
 use crate::options::reading::Reading;
+use crate::options::robot::RobotArgument;
 use crate::options::value::{number, one_of};
 use crate::output;
 use batch::Batch;
@@ -46,12 +47,15 @@ pub struct Options {
     /// Print the result as one JSON object instead of the generator file
     #[arg(long)]
     pub json: bool,
-    /// Write a generator that does not walk on the default robot too; the exit code stays 1
+    /// Write a generator that does not walk on the robot too; the exit code stays 1
     #[arg(long)]
     pub force_write: bool,
     /// What is fitted
     #[command(flatten)]
     pub method: Method,
+    /// The robot that it is for
+    #[command(flatten)]
+    pub robot: RobotArgument,
     /// How files are read
     #[command(flatten)]
     pub reading: Reading,
@@ -90,7 +94,7 @@ pub struct Method {
     /// Harmonics of the shape [default: 6, or up to 8 if needed for an error below 0.4 degrees at the hips and 0.5 at the knees]
     #[arg(long, value_name = "N", value_parser = number(1..=SERIES_HARMONICS, ""))]
     pub harmonics: Option<usize>,
-    /// Scale and shift the joints of the fit, as little as possible, until no limit of the default robot changes them
+    /// Scale and shift the joints of the fit, as little as possible, until no limit of the robot changes them
     #[arg(long)]
     pub fit_limits: bool,
     /// Seed of the search for the thesis' parameters
@@ -144,11 +148,11 @@ fn shard(text: &str) -> Result<(u32, u32), String> {
 /// Wrong input, a file that cannot be written, or, of several recordings, some that could not be fitted. A file in a folder that has no
 /// time or no joint is no recording of gait, and no failure.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { recordings, out, report, json, force_write, method, reading, strict, overwrite, jobs, shard } =
+    let Options { recordings, out, report, json, force_write, method, robot, reading, strict, overwrite, jobs, shard } =
         options;
     let reading = reading.settings(LowPass::Customary)?;
-    let fit = method.settings(reading.rules(), report.is_some())?;
-    let job = Job { reading, fit, strict };
+    let fit = Settings { robot: robot.read()?, ..method.settings(reading.rules(), report.is_some())? };
+    let job = Job { reading, fit, robot: robot.robot, strict };
     match recordings.as_slice() {
         [one] if !one.is_dir() && shard.is_none() && jobs.is_none() => {
             single(&job, one, &Outputs { out, report, json, force_write, overwrite })
@@ -220,7 +224,10 @@ impl Outputs {
     fn check(&self, recording: &Path, job: &Job) -> Result<(), Failure> {
         let files: Vec<&Path> = [&self.out, &self.report].into_iter().flatten().map(PathBuf::as_path).collect();
         let calibration = job.reading.calibration.as_ref().map(|calibration| calibration.path.as_path());
-        output::check_apart(files.iter().copied(), [Some(recording), calibration].into_iter().flatten())?;
+        output::check_apart(
+            files.iter().copied(),
+            [Some(recording), calibration, job.robot.as_deref()].into_iter().flatten(),
+        )?;
         files.into_iter().try_for_each(|file| output::check(file, self.overwrite))
     }
 }

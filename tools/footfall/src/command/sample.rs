@@ -34,7 +34,7 @@ macro_rules! sample {
 }
 
 /// Every sample file. `samples/README.md` describes them.
-pub const SAMPLES: [Sample; 12] = [
+pub const SAMPLES: [Sample; 13] = [
     sample!("walk.csv", "a recording: CSV with four joints, 20 s", "footfall fit {} -o generator.toml"),
     sample!(
         "walk.mot",
@@ -62,6 +62,7 @@ pub const SAMPLES: [Sample; 12] = [
     ),
     sample!("generator.toml", "a generator file: phase and shape", "footfall certify {}"),
     sample!("follower.toml", "a generator file: a follower with the sensor on the left hip", "footfall certify {}"),
+    sample!("robot.toml", "a robot file: other servos and less travel", "footfall check --robot {}"),
     sample!("graph.txt", "a graph of nodes that operate by edge reversal", "footfall smer {}"),
 ];
 

@@ -18,16 +18,15 @@
 //! interpolation and points.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
+use generator_file::degrees::shortest;
 use generator_file::toml_file::{FileError, Problem, TomlFile, Top};
+use generator_file::word;
 use hgod_adc::{Calibration, CalibrationError, CalibrationPoint, Interpolation};
 use joint_units::{Radians, Volts};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::path::Path;
 use time::{Date, Month};
-
-use crate::file::degrees::shortest;
-use crate::file::word::{self, Word};
 
 /// Version of the layout that people write by hand.
 pub const SCHEMA: u32 = 1;
@@ -127,11 +126,6 @@ impl Table {
         }
         digest.finalize()
     }
-}
-
-impl Word for Interpolation {
-    const WORDS: &'static [&'static str] = &["linear", "monotone_cubic"];
-    const VALUES: &'static [Self] = &[Self::Linear, Self::MonotoneCubic];
 }
 
 /// `[largest, mean]`, or `[]` for none.

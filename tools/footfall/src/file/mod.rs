@@ -3,13 +3,10 @@
 pub mod bounded;
 pub mod calibration_file;
 pub mod capture;
-pub mod degrees;
 #[cfg(feature = "analysis")]
 pub mod fit_summary;
 #[cfg(feature = "analysis")]
 pub mod graph_file;
-pub mod parameter_file;
 pub mod recording;
 #[cfg(feature = "analysis")]
 pub mod svg;
-pub mod word;

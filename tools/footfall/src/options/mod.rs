@@ -6,6 +6,8 @@ pub mod manners;
 pub mod overwrite;
 pub mod played;
 pub mod reading;
+pub mod record_name;
+pub mod robot;
 pub mod sensors;
 pub mod steps;
 pub mod value;

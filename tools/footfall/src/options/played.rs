@@ -2,12 +2,15 @@
 
 use clap::Args;
 use generator_file::file::GeneratorFile;
+use generator_file::robot_file::RobotFile;
 use joint_loop::setup::default_loop::Parameters;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 
 use super::overwrite::Overwrite;
+use super::record_name;
+use super::robot::RobotArgument;
 use super::sensors::SensorArgument;
 use super::value::number;
 use crate::failure::Failure;
@@ -27,6 +30,9 @@ pub struct Played {
     /// A generator file; it goes into the board's parameter sector [default: the built-in walk]
     #[arg(long, value_name = "TOML")]
     pub generator: Option<PathBuf>,
+    /// The robot, whose record goes into the board's third parameter sector
+    #[command(flatten)]
+    pub robot: RobotArgument,
     /// Virtual seconds to run [default: until q or Ctrl-C on a terminal, else 10]
     #[arg(long, value_name = "N", value_parser = number(0.1..=86_400.0, " seconds"))]
     pub secs: Option<f64>,
@@ -54,17 +60,21 @@ pub struct Played {
 }
 
 impl Played {
-    /// The content of the board's two parameter sectors, with the built-in values where no option is given.
+    /// The content of the board's parameter sectors, with the built-in values where no option is given, and the default robot.
     ///
     /// # Errors
     /// A file is wrong, the sensors do not go together, or the generator follows a joint without a sensor.
     pub fn parameters(&self) -> Result<Parameters, Failure> {
+        self.parameters_on(&self.robot.read()?)
+    }
+
+    fn parameters_on(&self, robot: &RobotFile) -> Result<Parameters, Failure> {
         let generator = match &self.generator {
             Some(path) => Some(GeneratorFile::read(path).map_err(Failure::input)?.set.config()),
             None => None,
         };
         let sensors = if self.sensor.is_empty() { None } else { Some(SensorArgument::read_all(&self.sensor)?) };
-        let parameters = Parameters::with_defaults(generator, sensors).map_err(Failure::run)?;
+        let parameters = Parameters::with_defaults(generator, sensors, robot.robot).map_err(Failure::run)?;
         match parameters.generator.follows() {
             Some(joint) if parameters.sensors.channel_of(joint).is_none() => {
                 let joint = joint.name();
@@ -87,7 +97,9 @@ impl Played {
             (false, false, true) => Show::Screen,
             (false, ..) => Show::Plain,
         };
-        let parameters = self.parameters()?;
+        let robot = self.robot.read()?;
+        let parameters = self.parameters_on(&robot)?;
+        let sensors_name = (!self.sensor.is_empty()).then(|| record_name::of_sensors(&self.sensor));
         Ok(Settings {
             elf,
             virtual_board,
@@ -96,7 +108,9 @@ impl Played {
             trace: self.trace,
             parameters,
             generator: self.generator,
-            own_sensors: !self.sensor.is_empty(),
+            sensors_name,
+            robot_name: robot.name,
+            robot_file: self.robot.robot,
             secs: self.secs,
             press: self.press,
             disarm: self.disarm,

@@ -1,8 +1,9 @@
 //! Reads and checks everything that a run on the virtual board needs, before anything is started or written.
 
-use firmware::board::{GENERATOR_SECTOR, SENSORS_SECTOR};
+use firmware::board::{GENERATOR_SECTOR, ROBOT_SECTOR, SENSORS_SECTOR};
 use gait_trace::format::csv_file;
-use joint_loop::store::{generator_record, sensor_record};
+use joint_loop::setup::default_loop::Parameters;
+use joint_loop::store::{generator_record, robot_record, sensor_record};
 use serde_json::{Value, json};
 use std::ffi::OsString;
 use std::io::{self, Write};
@@ -14,6 +15,7 @@ use crate::board::feed::Feed;
 use crate::board::image::Image;
 use crate::failure::Failure;
 use crate::file::capture;
+use crate::options::record_name;
 
 /// What was read and checked.
 pub(super) struct Prepared {
@@ -77,20 +79,22 @@ pub(super) fn arguments(settings: &Settings, prepared: &Prepared) -> Result<Argu
     if prepared.feed.repeat {
         all.push("--loop".into());
     }
-    // A sector without an option stays erased.
-    let generator = generator_record::record_of(&settings.parameters.generator);
-    let sensors = sensor_record::record_of(&settings.parameters.sensors);
-    for (given, address, bytes) in [
-        (settings.generator.is_some(), GENERATOR_SECTOR, generator.bytes()),
-        (settings.own_sensors, SENSORS_SECTOR, sensors.bytes()),
-    ] {
-        if given {
-            let file = temporary_file(".bin", |out| out.write_all(bytes))?;
-            let mut download = OsString::from(format!("{address:#010x}="));
-            download.push(file.path());
-            all.extend(["--flash".into(), download]);
-            files.push(file);
-        }
+    // A sector without an option stays erased, but for that of the robot, without which a board gives no pulse.
+    let Parameters { generator, sensors, robot } = &settings.parameters;
+    let mut download = |address: u32, bytes: &[u8]| -> Result<(), Failure> {
+        let file = temporary_file(".bin", |out| out.write_all(bytes))?;
+        let mut download = OsString::from(format!("{address:#010x}="));
+        download.push(file.path());
+        all.extend(["--flash".into(), download]);
+        files.push(file);
+        Ok(())
+    };
+    download(ROBOT_SECTOR, robot_record::record_of(robot, &settings.robot_name).bytes())?;
+    if let Some(path) = &settings.generator {
+        download(GENERATOR_SECTOR, generator_record::record_of(generator, &record_name::of_file(path)).bytes())?;
+    }
+    if let Some(name) = &settings.sensors_name {
+        download(SENSORS_SECTOR, sensor_record::record_of(sensors, name).bytes())?;
     }
     if let Some(secs) = prepared.secs {
         all.extend(["--secs".into(), secs.to_string().into()]);

@@ -2,6 +2,7 @@
 //!
 //! Screen, plain lines and JSON lines show the same [`View`].
 
+use joint_loop::RobotConfig;
 use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use serde_json::Value;
 use std::io::{self, Write};
@@ -36,8 +37,11 @@ const LAST_LINE: Duration = Duration::from_secs(10);
 pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     let prepared = prepare(settings)?;
     output::notes(&prepared.notes);
+    if settings.robot_file.is_none() {
+        messages::status("robot: the record of the default robot is written to the board; --robot writes another");
+    }
     if let Some(path) = &settings.generator {
-        messages::status(format_args!("walks: {}", walks(path)?));
+        messages::status(format_args!("walks: {}", walks(path, &settings.parameters.robot)?));
     }
     let arguments = arguments(settings, &prepared)?;
     let mut board = BoardProcess::start(&settings.virtual_board, &arguments.all).map_err(Failure::input)?;
@@ -52,17 +56,17 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     run.report(settings.show)
 }
 
-/// Whether the generator of a file walks on the default robot, in words.
+/// Whether the generator of a file walks on the robot, in words.
 #[cfg(feature = "analysis")]
-fn walks(path: &Path) -> Result<String, Failure> {
+fn walks(path: &Path, robot: &RobotConfig) -> Result<String, Failure> {
     use generator_file::{drive, file::GeneratorFile};
     let set = GeneratorFile::read(path).map_err(Failure::input)?.set;
-    let drive = drive::walks(&set, &joint_loop::LoopConfig::default_biped()).map_err(Failure::input)?;
+    let drive = drive::walks(&set, &joint_loop::LoopConfig::of(robot)).map_err(Failure::input)?;
     Ok(drive.in_words())
 }
 
 #[cfg(not(feature = "analysis"))]
-fn walks(path: &Path) -> Result<String, Failure> {
+fn walks(path: &Path, _robot: &RobotConfig) -> Result<String, Failure> {
     Ok(format!(
         "not judged by this program, which is built without certificates; `cargo footfall certify {}` does",
         path.display()

@@ -1,6 +1,7 @@
 //! Settings of a run on the virtual board.
 
 use crate::options::overwrite::Overwrite;
+use joint_loop::RecordName;
 use joint_loop::setup::default_loop::Parameters;
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -31,12 +32,16 @@ pub struct Settings {
     pub overwrite: Overwrite,
     /// The recording that is fed to the sensors; `None` for the default one.
     pub trace: Option<PathBuf>,
-    /// Generator and sensors.
+    /// Generator, sensors and robot.
     pub parameters: Parameters,
     /// The generator file; `None` for the built-in walk.
     pub generator: Option<PathBuf>,
-    /// The sensors are from options; otherwise they are the built-in ones.
-    pub own_sensors: bool,
+    /// Name of the record of the sensors from options; `None` for the built-in ones.
+    pub sensors_name: Option<RecordName>,
+    /// Name of the record of the robot.
+    pub robot_name: RecordName,
+    /// The robot file; `None` for the default robot.
+    pub robot_file: Option<PathBuf>,
     /// Virtual seconds.
     pub secs: Option<f64>,
     /// When the button is pressed.

@@ -5,10 +5,10 @@
 use footfall::board::default_loop::{BoardLoop, TYPICAL_MIN_SUPPLY, TYPICAL_VREFINT_CAL, typical_loop};
 use footfall::board::image::sha256;
 use footfall::board::telemetry::printed;
-use joint_loop::Sample;
 use joint_loop::setup::default_loop::Parameters;
 use joint_loop::store::generator_record::record_of;
-use joint_loop::store::sensor_record;
+use joint_loop::store::{robot_record, sensor_record};
+use joint_loop::{RecordName, RobotConfig, Sample};
 use joint_units::AdcCode;
 use object::write::{Object, StandardSegment, Symbol, SymbolSection};
 use object::{Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope};
@@ -16,7 +16,7 @@ use serde_json::json;
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::process::Command;
-use wire::{Boot, Call, Frame, Inputs, Record, Reset};
+use wire::{Boot, Call, Frame, Inputs, Record, RecordId, Reset};
 
 /// Where the one format string, `{=str}` at level info, lies in the log table.
 const INDEX: u16 = 1;
@@ -114,9 +114,11 @@ impl SimulatedBoard {
 
     fn boot(&mut self, cause: &str) {
         self.line(json!({ "type": "boot", "t_s": self.t_s(), "cause": cause }));
-        let default = Parameters::with_defaults(None, None).unwrap();
-        let (generator, sensors) =
-            (record_of(&default.generator).crc(), sensor_record::record_of(&default.sensors).crc());
+        let default = Parameters::with_defaults(None, None, RobotConfig::default_biped()).unwrap();
+        let name = RecordName::BUILT_IN;
+        let id = |crc| Some(RecordId::new(name.as_str(), crc));
+        let generator = record_of(&default.generator, &name).crc();
+        let sensors = sensor_record::record_of(&default.sensors, &name).crc();
         let reset = Reset::ALL.into_iter().find(|reset| reset.name() == cause).unwrap();
         self.log(&printed(&Record::Boot(Boot {
             version: wire::VERSION,
@@ -127,8 +129,9 @@ impl SimulatedBoard {
             reference_cal: TYPICAL_VREFINT_CAL.0,
             min_supply_v: TYPICAL_MIN_SUPPLY.0,
             sensor_required: true,
-            generator_crc: Some(generator),
-            sensors_crc: Some(sensors),
+            generator: id(generator),
+            sensors: id(sensors),
+            robot: id(robot_record::record_of(&default.robot, &name).crc()),
             shadow: false,
         })));
     }

@@ -154,7 +154,7 @@ pub fn json(calibrated: &Calibrated) -> Value {
         .calibration
         .points()
         .iter()
-        .map(|point| json!({ "sensor_v": point.volts.0, "angle_deg": crate::file::degrees::shortest(point.angle) }))
+        .map(|point| json!({ "sensor_v": point.volts.0, "angle_deg": generator_file::degrees::shortest(point.angle) }))
         .collect();
     json!({
         "type": "calibration",
@@ -268,7 +268,7 @@ pub fn html(calibrated: &Calibrated) -> Result<String, String> {
         .calibration
         .points()
         .iter()
-        .map(|point| [point.volts.0.to_string(), crate::file::degrees::shortest(point.angle).to_string()])
+        .map(|point| [point.volts.0.to_string(), generator_file::degrees::shortest(point.angle).to_string()])
         .collect();
     table(&mut page, &["sensor_v", "angle_deg"], points.iter().map(|row| row.iter().map(String::as_str).collect()));
     page += "<h2>Rows</h2>";

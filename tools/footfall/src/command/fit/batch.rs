@@ -47,7 +47,7 @@ pub(super) struct Batch {
 enum End {
     Fitted,
     Known,
-    /// Fitted, but the generator does not walk on the default robot.
+    /// Fitted, but the generator does not walk on the robot.
     Stands(String),
     Failed(String),
     /// No recording of gait.
@@ -82,7 +82,7 @@ pub(super) fn run(job: &Job, paths: &[PathBuf], batch: &Batch) -> Result<(), Fai
     if stands > 0 {
         let of = ends.len() - skipped;
         return Err(Failure::run(format!(
-            "{stands} of {of} generators do not walk on the default robot; allowed are --fit-limits and --force-write"
+            "{stands} of {of} generators do not walk on the robot; allowed are --fit-limits and --force-write"
         )));
     }
     Ok(())

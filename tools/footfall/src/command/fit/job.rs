@@ -3,7 +3,7 @@
 use gait_fit::fit::{Fit, FitError, Settings, Source, fit};
 use gait_fit::report;
 use gait_trace::{LowPass, RawJoints, StrideError};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 use crate::file::recording::{self, ReadSettings, Recorded};
@@ -16,6 +16,8 @@ pub(crate) struct Job {
     pub(crate) reading: ReadSettings,
     /// What is fitted.
     pub(crate) fit: Settings,
+    /// The robot file; `None` for the default robot.
+    pub(crate) robot: Option<PathBuf>,
     /// A recording with a warning is refused.
     pub(crate) strict: bool,
 }
@@ -90,6 +92,9 @@ impl Job {
         if let Some(joint) = fit.follow {
             option("follow", joint.name().into());
             option("events", fit.events.name().into());
+        }
+        if let Some(robot) = &self.robot {
+            option("robot", name_of(robot));
         }
         match reading.low_pass {
             LowPass::Customary => {}

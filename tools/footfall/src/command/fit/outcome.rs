@@ -81,7 +81,7 @@ impl<'a> Outcome<'a> {
         output::findings(&self.fit.conditioned.findings);
     }
 
-    /// Whether it walks on the default robot, with the errors as driven.
+    /// Whether it walks on the robot, with the errors as driven.
     pub(super) fn walks(&self) -> String {
         let words = self.certificate.drive.in_words();
         let driven: Option<Vec<String>> = self

@@ -3,33 +3,31 @@
 use super::samples::{Booted, Counts};
 use crate::board::default_loop::SENSOR_PINS;
 use crate::board::image::Image;
-use crate::file::degrees::shortest;
+use generator_file::degrees::shortest;
 use hgod_adc::Interpolation;
 use joint_loop::setup::default_loop::Parameters;
-use joint_loop::store::{generator_record, sensor_record};
 use joint_loop::{JointSensor, JointSensors};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
+use wire::RecordId;
 
 /// Version of the layout of captures and of the file beside them.
 ///
 /// Version 4 has `validity` instead of `verdict`, `generator_file` instead of `params`, `result` instead of `summary`, and `boot_record`
-/// instead of `heard`.
-pub const SCHEMA: u32 = 4;
+/// instead of `heard`. Version 5 has name and check sum of each record at each boot, where the board reports them.
+pub const SCHEMA: u32 = 5;
 
 /// What runs on the board: image, generator, sensors; and `more` about the run.
 #[must_use]
 pub fn about(elf: &Path, image: &Image, generator_file: Option<&Path>, parameters: &Parameters, more: Value) -> Value {
-    let Parameters { generator, sensors } = parameters;
+    let Parameters { generator, sensors, .. } = parameters;
     let mut about = json!({
         "elf": elf,
         "elf_sha256": image.sha256,
         "generator_file": generator_file,
         "generator": generator.name(),
-        "generator_crc": format!("{:08x}", generator_record::record_of(generator).crc()),
         "sensors": about_sensors(sensors),
-        "sensors_crc": format!("{:08x}", sensor_record::record_of(sensors).crc()),
     });
     if let (Some(about), Value::Object(more)) = (about.as_object_mut(), more) {
         about.extend(more);
@@ -61,7 +59,9 @@ fn about_sensor(sensor: &JointSensor, pin: &str) -> Value {
 /// A boot.
 pub(crate) fn boot(booted: &Booted) -> Value {
     let time_s = booted.time_ns as f64 / 1e9;
-    let crc = |crc: Option<u32>| crc.map(|crc| format!("{crc:08x}"));
+    let id = |id: &Option<RecordId>| {
+        id.as_ref().map(|RecordId { name, crc }| json!({ "name": name.as_str(), "crc": format!("{crc:08x}") }))
+    };
     let Some(boot) = &booted.boot else { return json!({ "time_s": time_s, "boot_record": false }) };
     json!({
         "time_s": time_s,
@@ -73,8 +73,9 @@ pub(crate) fn boot(booted: &Booted) -> Value {
         "vrefint_cal": boot.reference_cal,
         "min_supply_v": boot.min_supply_v,
         "sensor_required": boot.sensor_required,
-        "generator_crc": crc(boot.generator_crc),
-        "sensors_crc": crc(boot.sensors_crc),
+        "generator": id(&boot.generator),
+        "sensors": id(&boot.sensors),
+        "robot": id(&boot.robot),
         "shadow": boot.shadow,
     })
 }

@@ -10,8 +10,8 @@
 //! again with the next sample, as on a board after boot, and is exact once its filter and its plausibility limits no longer depend on
 //! earlier samples.
 
+use crate::board::host_copy::loop_of;
 use crate::board::replay::{Difference, Replay, differences};
-use crate::board::run::loop_of;
 use crate::board::telemetry::{RecordError, record_in};
 use hgod_adc::{Reading, Sensor, SensorState};
 use joint_loop::SENSORS;

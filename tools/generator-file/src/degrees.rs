@@ -5,7 +5,7 @@ use joint_units::Radians;
 /// The shortest decimal number of degrees that is this angle.
 ///
 /// ```
-/// use footfall::file::degrees;
+/// use generator_file::degrees;
 /// use joint_units::Radians;
 /// assert_eq!(degrees::shortest(Radians::from_degrees(-30.0)).to_string(), "-30");
 /// ```

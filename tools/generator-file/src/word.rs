@@ -1,5 +1,6 @@
 //! Values that a file has as words, for serde.
 
+use hgod_adc::Interpolation;
 use joint_loop::generator::one_of;
 use joint_units::Joint;
 use serde::ser::Error;
@@ -17,6 +18,11 @@ impl Word for Joint {
     const WORDS: &'static [&'static str] =
         &[Self::ALL[0].name(), Self::ALL[1].name(), Self::ALL[2].name(), Self::ALL[3].name()];
     const VALUES: &'static [Self] = &Self::ALL;
+}
+
+impl Word for Interpolation {
+    const WORDS: &'static [&'static str] = &["linear", "monotone_cubic"];
+    const VALUES: &'static [Self] = &[Self::Linear, Self::MonotoneCubic];
 }
 
 /// Writes the word of a value.
