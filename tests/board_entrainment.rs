@@ -33,8 +33,10 @@ fn main() -> ExitCode {
 
 const HIPS: [Joint; 2] = [Joint::LeftHip, Joint::RightHip];
 
-/// Starts in all.
-const STARTS: usize = 1000;
+/// Names the number of starts, a multiple of 20; docs/evidence.md has the result of 1,000.
+const STARTS: &str = "FOOTFALL_STARTS";
+/// Starts if the variable does not exist.
+const FEW_STARTS: usize = 100;
 /// How long the slowest may take, and how long a start is watched, s.
 const SLOWEST_S: f64 = 4.0;
 const START_S: f64 = 4.5;
@@ -86,19 +88,25 @@ impl Start<'_> {
     }
 }
 
-/// 1,000 boards are switched on beside walking people, at any moment of the stride, with a stride in their parameters that is anything
+/// Boards are switched on beside walking people, at any moment of the stride, with a stride in their parameters that is anything
 /// from 40 % too slow to 40 % too fast. Locked means that the estimated phase is within 18 degrees of the person's for good, as in
 /// `the_lock_is_found_from_any_start`: people's own frequency varies by more than a bound on it could. A false lock is one
 /// that has not come half a second before the end, is not called a lock at the end, or is called one while a second long 18 degrees off.
 fn boards_lock_on_to_the_default_recording() {
     let people = HIPS.map(|hip| vec![Some(default_loop(hip, 12.0)), None, None]);
-    assert_eq!(boards_lock_on_to(&people), 400);
+    assert_eq!(boards_lock_on_to(&people), starts() * 2 / 5);
 }
 
-/// The other 600.
+/// The other six of ten.
 fn boards_lock_on_to_recorded_people() {
     let people = HIPS.map(|hip| std::iter::once(None).chain(people(hip).into_iter().map(Some)).collect());
-    assert_eq!(boards_lock_on_to(&people), 600);
+    assert_eq!(boards_lock_on_to(&people), starts() * 3 / 5);
+}
+
+fn starts() -> usize {
+    let Ok(text) = std::env::var(STARTS) else { return FEW_STARTS };
+    let number = text.parse().ok().filter(|number| *number > 0 && number % 20 == 0);
+    number.unwrap_or_else(|| panic!("{STARTS} is `{text}`; allowed is a multiple of 20"))
 }
 
 /// For each hip the default recording and two people. Returns the number of starts of those that are given.
@@ -116,7 +124,7 @@ fn boards_lock_on_to(people: &[Vec<Option<Person>>; 2]) -> usize {
         let from = first + (place * (last - first) as f64) as usize;
         Some(Start { person, sensor: HIPS[hip], from, factor: 0.6 + 0.8 * stride })
     };
-    let starts: Vec<Start> = (0..STARTS).filter_map(start).collect();
+    let starts: Vec<Start> = (0..starts()).filter_map(start).collect();
     let locked = all("starts", &starts, |start| start.run(&board));
 
     let mut missed = vec![];
