@@ -56,6 +56,36 @@ fn differences(table: &str) -> (usize, Vec<String>) {
     (rows.len(), wrong)
 }
 
+/// The rows of the table with this heading, after its two lines.
+fn rows_below<'t>(text: &'t str, prefix: &str, heading: &str) -> Vec<&'t str> {
+    let lines = text.lines().filter_map(|line| line.strip_prefix(prefix)).skip_while(|line| *line != heading).skip(2);
+    lines.take_while(|line| line.starts_with('|')).collect()
+}
+
+#[test]
+fn the_page_has_the_lamps_of_the_firmware() {
+    let heading = "| pattern | lamp | meaning |";
+    let (page, module) = (read("docs/boards.md"), read("firmware/src/lamp.rs"));
+    let rows = rows_below(&page, "", heading);
+    assert_eq!(rows, rows_below(&module, "//! ", heading));
+    assert_eq!(rows.len(), 10);
+    let lamps = DISCOVERY.led_pulses.into_iter().chain(DISCOVERY.led_fault);
+    assert!(lamps.chain(BOARDS[1].led_pulses).all(|pin| page.contains(pin.name)));
+}
+
+#[test]
+fn the_drawing_of_the_wiring_has_the_pins_of_the_board_files() {
+    let drawing = read("docs/wiring.svg");
+    let [discovery, nucleo] = BOARDS;
+    for (one, other) in discovery.servos.iter().zip(&nucleo.servos) {
+        assert!(drawing.contains(&format!(">{one} / {other}<")), "{one} / {other}");
+    }
+    for pin in [discovery.sensors[0].pin, discovery.emergency_stop] {
+        assert!(drawing.contains(&format!(">{pin}<")), "{pin}");
+    }
+    assert!(discovery.sensors == nucleo.sensors && discovery.emergency_stop == nucleo.emergency_stop);
+}
+
 #[test]
 fn the_table_of_pins_is_that_of_the_board_files() {
     let table = read("docs/boards.md");
@@ -83,13 +113,11 @@ fn the_virtual_board_has_the_pins_of_the_discovery() {
 fn help_texts_and_flash_have_the_board_files_numbers() {
     let help = read("tools/footfall/src/options/played.rs");
     assert!(help.contains(&format!("({})", SENSOR_PINS.join(", "))), "the pins in the help of `footfall watch`");
-    let flash = read("xtask/src/flash.rs");
-    for (name, address) in
-        [("GENERATOR_SECTOR", GENERATOR_SECTOR), ("SENSORS_SECTOR", SENSORS_SECTOR), ("ROBOT_SECTOR", ROBOT_SECTOR)]
-    {
-        let line = format!("const {name}: &str = \"{address:#010x}\";");
-        assert!(flash.contains(&line), "xtask/src/flash.rs lacks `{line}`");
+    let probe = read("xtask/src/probe.rs");
+    for (name, address) in [("Generator", GENERATOR_SECTOR), ("Sensors", SENSORS_SECTOR), ("Robot", ROBOT_SECTOR)] {
+        let line = format!("Self::{name} => \"{address:#010x}\",");
+        assert!(probe.contains(&line), "xtask/src/probe.rs lacks `{line}`");
     }
     let line = format!("const SECTOR_BYTES: usize = {} * 1024;", SECTOR_BYTES / 1024);
-    assert!(flash.contains(&line), "xtask/src/flash.rs lacks `{line}`");
+    assert!(probe.contains(&line), "xtask/src/probe.rs lacks `{line}`");
 }

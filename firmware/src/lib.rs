@@ -1,6 +1,7 @@
 //! The part of the firmware that uses no register, so that host tests and tools can use it; the registers are in the program (`main.rs`).
 //!
 //! - [`board`]: pins, clock, supply and flash sectors of each board.
+//! - [`lamp`]: what the lamps show.
 //! - [`pacing`]: which control period a sample belongs to, how many were missed, what counts as late.
 //! - [`liveness`]: whether the watchdog may be reloaded, and how long after the last reload it resets.
 //! - [`post_mortem`]: crash records in RAM for the next boot, and the lock-out of arming after repeated crashes.
@@ -8,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 pub mod board;
+pub mod lamp;
 pub mod liveness;
 pub mod pacing;
 pub mod post_mortem;

@@ -24,6 +24,7 @@
 mod clocks;
 mod environment;
 mod faults;
+mod lamps;
 mod log;
 mod parameters;
 mod pins;
@@ -43,6 +44,7 @@ mod boot {
     use embassy_stm32::pac::DBGMCU;
     use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
     use firmware::board::BOARD;
+    use firmware::lamp::Shown;
     use firmware::pacing::Pacer;
     use firmware::post_mortem::LOCKOUT_STREAK;
     use heapless::spsc::Queue;
@@ -51,13 +53,13 @@ mod boot {
     use wire::{Edge, Inputs, Subject};
 
     use crate::environment::Environment;
-    use crate::pins::{PinRegisters, lamps};
+    use crate::pins::PinRegisters;
     use crate::servo_pwm::{self, Outputs};
     use crate::tasks::control::{self, Control, EDGES_QUEUED, FRAMES_QUEUED, SAMPLES_QUEUED, TICKS_A_FRAME};
     use crate::tasks::telemetry::{self, FRAMES_A_LINE, Telemetry};
     use crate::tasks::watchdog as reloading;
     use crate::variant::SENSOR_REQUIRED;
-    use crate::{clocks, faults, log, parameters, sampling, stopwatch, sync_input, watchdog};
+    use crate::{clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog};
 
     /// Priorities, high to low. The clock of the tasks is below the ticks: a tick never waits for a timer of telemetry.
     const EDGE: Priority = Priority::P2;
@@ -113,7 +115,7 @@ mod boot {
         BOARD.sync_output.set_mode(Moder::OUTPUT);
         BOARD.foot_switch.set_pull(Pupdr::PULL_DOWN);
         BOARD.foot_switch.set_mode(Moder::INPUT);
-        lamps().for_each(|lamp| lamp.set_mode(Moder::OUTPUT));
+        lamps::start();
         let (samples_in, samples_out) = SAMPLES.split();
         let (frames_in, frames_out) = FRAMES.split();
         let (edges_in, edges_out) = EDGES.split();
@@ -162,13 +164,12 @@ mod boot {
         task
     }
 
-    /// Reports the reason, then sleeps with the servo lines low. The debug clock stays on, so that a probe can read the log.
+    /// Reports the reason in the log and by the lamps, with the servo lines low. The debug clock stays on in sleep, so that a probe can read
+    /// the log.
     fn stay_off(subject: Subject, reason: impl core::fmt::Display) -> ! {
         log::refused(subject, reason);
         DBGMCU.cr().modify(|w| w.set_dbg_sleep(true));
-        loop {
-            cortex_m::asm::wfi();
-        }
+        lamps::show_for_ever(Shown::Off(subject))
     }
 }
 

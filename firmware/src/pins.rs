@@ -3,7 +3,7 @@
 use embassy_stm32::pac;
 use embassy_stm32::pac::gpio::Gpio;
 use embassy_stm32::pac::gpio::vals::{Idr, Moder, Pupdr};
-use firmware::board::{BOARD, Pin, Port};
+use firmware::board::{Pin, Port};
 
 /// A pin's registers. The clock of its port must be on.
 pub(crate) trait PinRegisters: Copy {
@@ -56,9 +56,4 @@ impl PinRegisters for Pin {
     fn index(self) -> usize {
         self.number.into()
     }
-}
-
-/// The lamps that the board has.
-pub(crate) fn lamps() -> impl Iterator<Item = Pin> {
-    [BOARD.led_pulses, BOARD.led_fault].into_iter().flatten()
 }

@@ -1,13 +1,19 @@
 //! Hardware time: TIM5 as 32 bits of free-running microseconds, and the core's cycle counter for short spans.
 //!
 //! TIM5 and the trigger timer TIM2 have the same clock, so their ratio is exact. The cycle counter may stand still while the core sleeps,
-//! so it is only used for spans without sleep.
+//! so it is only used for spans without sleep. On a board that stays off, TIM5 wakes the core instead.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use cortex_m::peripheral::NVIC;
+use embassy_stm32::interrupt;
+use embassy_stm32::pac::rcc::vals::Sw;
 use embassy_stm32::pac::{RCC, TIM5};
 
 use crate::clocks::{self, APB1_TIMER_MHZ};
+
+/// Clock of TIM5 while the core runs on the oscillator that the chip starts with, MHz.
+const START_UP_MHZ: u16 = 16;
 
 /// Starts TIM5 and the cycle counter.
 pub(crate) fn start() {
@@ -54,4 +60,36 @@ pub(crate) fn now_us() -> u32 {
 #[inline]
 pub(crate) fn cycles() -> u32 {
     cortex_m::peripheral::DWT::cycle_count()
+}
+
+/// Calls `at` every `step_ms` from now on, with the time in milliseconds, which wraps; sleeps in between. No task runs any more, and there
+/// is no time stamp after the first call.
+pub(crate) fn sleep_and_wake(step_ms: u16, mut at: impl FnMut(u32)) -> ! {
+    // The timer's interrupt wakes the core, its handler does not run.
+    cortex_m::interrupt::disable();
+    let mhz = if RCC.cfgr().read().sws() == Sw::HSI { START_UP_MHZ } else { APB1_TIMER_MHZ };
+    RCC.apb1enr().modify(|w| w.set_tim5en(true));
+    clocks::settle();
+    TIM5.cr1().modify(|w| w.set_cen(false));
+    // A count of 0.1 ms.
+    TIM5.psc().write_value(mhz * 100 - 1);
+    TIM5.arr().write_value(u32::from(step_ms) * 10 - 1);
+    TIM5.egr().write(|w| w.set_ug(true));
+    TIM5.sr().modify(|w| w.set_uif(false));
+    TIM5.dier().modify(|w| w.set_uie(true));
+    // That of the tasks' clock stays pending and would end every sleep at once.
+    NVIC::mask(interrupt::TIM4);
+    // SAFETY: interrupts are masked, so no critical section is broken.
+    unsafe { NVIC::unmask(interrupt::TIM5) };
+    TIM5.cr1().modify(|w| w.set_cen(true));
+    let mut ms: u32 = 0;
+    loop {
+        at(ms);
+        while !TIM5.sr().read().uif() {
+            cortex_m::asm::wfi();
+        }
+        TIM5.sr().modify(|w| w.set_uif(false));
+        NVIC::unpend(interrupt::TIM5);
+        ms = ms.wrapping_add(u32::from(step_ms));
+    }
 }

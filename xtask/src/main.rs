@@ -8,10 +8,12 @@
 
 mod bench;
 mod board;
+mod board_sectors;
 mod emulated;
 mod flash;
 mod image;
 mod missing_requirement;
+mod probe;
 mod progress;
 mod run;
 mod self_test;
@@ -46,6 +48,11 @@ enum Task {
     Test(test::Options),
     /// Build the firmware and write it to a board with probe-rs
     Flash(flash::Options),
+    /// Show, save or erase the parameter records of a connected board
+    Board {
+        #[command(subcommand)]
+        action: board_sectors::Action,
+    },
     /// Build the firmware and print the path and the size of the image
     Build {
         /// The board to build for
@@ -84,6 +91,7 @@ fn perform(task: Task) -> anyhow::Result<ExitCode> {
         Task::Run(options) => run::run(&options),
         Task::Test(options) => test::test(&options),
         Task::Flash(options) => flash::flash(&options),
+        Task::Board { action } => board_sectors::board(&action),
         Task::Build { board, shadow } => {
             let mut workspace = Workspace::open()?;
             workspace.set_up(&[Need::BoardCompiler])?;

@@ -99,9 +99,9 @@ pub struct Board {
     pub sync_input: Pin,
     /// Synchronisation output, see [`joint_loop::io::time_code`].
     pub sync_output: Pin,
-    /// Lit while the servos get pulses; lit when the level is high.
+    /// Lamp of the pulses, see [`crate::lamp`]; lit when the level is high.
     pub led_pulses: Option<Pin>,
-    /// Lit in a fault; lit when the level is high.
+    /// Lamp of faults; without it, the other one shows faults too.
     pub led_fault: Option<Pin>,
 }
 

@@ -5,7 +5,8 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use firmware::board::{BOARD, Pin};
+use firmware::board::BOARD;
+use firmware::lamp::Shown;
 use firmware::pacing::{LATE_US, Pacer, since};
 use heapless::spsc::Producer;
 use joint_loop::io::time_code;
@@ -15,6 +16,7 @@ use wire::{CALLS, Edge};
 
 use super::progress::CONTROL;
 use super::sensor::{Measurement, sensor_step};
+use crate::lamps;
 use crate::pins::PinRegisters;
 use crate::sampling::NEWEST;
 use crate::servo_pwm::Outputs;
@@ -115,8 +117,14 @@ fn control_step(control: &mut Control, measured: &Measurement) {
 
     // After the pulses, which matter more. The edges come about 10 us after the start of the tick, nearly constant.
     BOARD.sync_output.set(time_code::level(frame.tick));
-    show(BOARD.led_pulses, command.pulses.is_some() && !SHADOW);
-    show(BOARD.led_fault, frame.state == SupervisorState::Fault);
+    let shown = match frame.state {
+        SupervisorState::Fault => Shown::Fault,
+        _ if control.locked_out => Shown::LockedOut,
+        _ if command.pulses.is_none() => Shown::Disarmed,
+        _ if SHADOW => Shown::Shadow,
+        _ => Shown::Armed,
+    };
+    lamps::show(shown, frame.tick);
     control.report(&sample, frame);
     control.report_edges(frame.tick, measured.triggered_us);
     CONTROL.count();
@@ -150,11 +158,5 @@ impl Control {
         if dropped > 0 {
             DROPPED.fetch_add(dropped, Ordering::Relaxed);
         }
-    }
-}
-
-fn show(led: Option<Pin>, on: bool) {
-    if let Some(pin) = led {
-        pin.set(on);
     }
 }

@@ -16,7 +16,8 @@ use crate::store::record_name::RecordName;
 /// Bytes of the longest record.
 pub const MAX_BYTES: usize = bytes_of(GeneratorConfig::MAX_WORDS);
 
-const MAGIC: [u8; 4] = *b"FFWK";
+/// First bytes of a record.
+pub const MAGIC: [u8; 4] = *b"FFWK";
 const SCHEMA: u16 = 2;
 
 /// Why bytes are not a generator record.

@@ -34,7 +34,8 @@ use crate::store::record_name::RecordName;
 /// Bytes of the longest record.
 pub const MAX_BYTES: usize = bytes_of(MAX_WORDS);
 
-const MAGIC: [u8; 4] = *b"FFRB";
+/// First bytes of a record.
+pub const MAGIC: [u8; 4] = *b"FFRB";
 const SCHEMA: u16 = 1;
 const KIND: u16 = 1;
 /// Words of a robot without pose limits.

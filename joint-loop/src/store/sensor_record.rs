@@ -22,7 +22,8 @@ use crate::store::record_name::RecordName;
 /// Bytes of the longest record.
 pub const MAX_BYTES: usize = bytes_of(MAX_WORDS);
 
-const MAGIC: [u8; 4] = *b"FFSN";
+/// First bytes of a record.
+pub const MAGIC: [u8; 4] = *b"FFSN";
 const SCHEMA: u16 = 2;
 const KIND: u16 = 1;
 /// Words of a sensor without its points.

@@ -5,7 +5,7 @@ pub mod examples;
 #[cfg(feature = "analysis")]
 use crate::command::{
     calibrate, certify, check, completions, convert, defaults, entrain, figures, fit, gait_error, hexapod, man, merge,
-    obb, pack, sample, smer, sync, volts, walk,
+    obb, pack, replay, sample, smer, sync, volts, walk,
 };
 use crate::command::{record, watch};
 use crate::failure::Failure;
@@ -86,6 +86,8 @@ enum Analysis {
     Calibrate(Box<calibrate::Options>),
     /// Fit another recorder's clock to the board's, from the edges of the synchronisation output or of a line that both recorded
     Sync(sync::Options),
+    /// Run the control loop with the inputs of a capture, and compare every tick with it, bit for bit
+    Replay(replay::Options),
     /// Convert a generator file, sensor files or a robot file to a flash record of the board, or a generator file to a Rust constant
     Pack(pack::Options),
     /// Print a file with the default values, as a template
@@ -171,6 +173,7 @@ fn analyse(command: Analysis) -> Result<(), Failure> {
         Analysis::Convert(options) => convert::run(options),
         Analysis::Merge(options) => merge::run(&options),
         Analysis::Calibrate(options) => calibrate::run(*options),
+        Analysis::Replay(options) => replay::run(&options),
         Analysis::Pack(options) => pack::run(&options),
         Analysis::Defaults(options) => defaults::run(&options),
         Analysis::Sample(options) => sample::run(&options),

@@ -33,6 +33,8 @@ fn main() -> ExitCode {
         a_killed_recorder_leaves_a_file_that_can_be_read(),
         half_a_row_at_the_end_is_left_out_and_one_in_the_middle_refused(),
         fit_of_one_joint_names_the_missing_ones(),
+        a_capture_is_replayed_and_every_change_in_it_is_named(),
+        what_cannot_be_replayed_is_said(),
         the_virtual_boards_conversions_are_the_codes_of_the_capture(Image),
         a_capture_of_four_sensors_is_fitted_as_it_is(Image),
     ])
@@ -325,6 +327,127 @@ fn a_killed_recorder_leaves_a_file_that_can_be_read() {
         assert_eq!(raw.notes.iter().any(|note| note.contains("The file has no end")), out == "walk.mcap");
         assert_eq!(about(&file)["finished"], false);
     }
+}
+
+/// `footfall replay --json` of a capture: the exit code, the object, and what it says.
+fn replayed(file: &Path) -> (Option<i32>, Value, String) {
+    let output = footfall(&["replay", "--json"], &[file]);
+    let object = serde_json::from_slice(&output.stdout).unwrap_or_default();
+    (output.status.code(), object, complaints(&output))
+}
+
+fn a_capture_is_replayed_and_every_change_in_it_is_named() {
+    let bench = Bench::plays(&walked(3).lines);
+    for out in ["walk.csv", "walk.mcap"] {
+        let (file, output) = record(&bench, out, &["--secs", "3"]);
+        assert_eq!(output.status.code(), Some(0), "{}", complaints(&output));
+        let (code, object, said) = replayed(&file);
+        assert_eq!((code, said.as_str()), (Some(0), ""), "{object}");
+        assert_eq!((&object["ticks"], &object["compared"]), (&3000.into(), &3000.into()), "{object}");
+        assert_eq!((&object["different"], &object["not_replayed"]), (&0.into(), &0.into()), "{object}");
+    }
+    // One value of one row, near the end, so that nothing after it hides the change.
+    let text = std::fs::read_to_string(bench.path("walk.csv")).unwrap();
+    let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let changed = |column: &str, change: &dyn Fn(&str) -> String| {
+        let index = header.iter().position(|name| *name == column).unwrap();
+        let rows = text.lines().enumerate().map(|(row, line)| {
+            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if row == 2900 {
+                cells[index] = change(&cells[index]);
+            }
+            cells.join(",")
+        });
+        let file = bench.path("changed.csv");
+        std::fs::write(&file, rows.collect::<Vec<_>>().join("\n") + "\n").unwrap();
+        std::fs::copy(bench.path("walk.csv.json"), bench.path("changed.csv.json")).unwrap();
+        replayed(&file)
+    };
+    let next_bit = |text: &str| f32::from_bits(text.parse::<f32>().unwrap().to_bits() ^ 1).to_string();
+    let plus_one = |text: &str| (text.parse::<u32>().unwrap() + 1).to_string();
+    for (column, field, change) in [
+        ("set_right_knee_deg", "set", &next_bit as &dyn Fn(&str) -> String),
+        ("left_hip_us", "pulse", &plus_one),
+        ("state", "state", &|_| "fault".into()),
+        ("seq", "seq", &plus_one),
+        ("limited", "limited", &|_| "1".into()),
+    ] {
+        let (code, object, said) = changed(column, change);
+        assert_eq!((code, &object["different"]), (Some(1), &1.into()), "{column}: {object} {said}");
+        let found = &object["differences"][0];
+        assert_eq!((&found["tick"], &found["field"]), (&2900.into(), &field.into()), "{object}");
+        assert!(said.contains(&format!("boot 1, tick 2900: {field} is ")), "{said}");
+    }
+    // Another input is another run: a fault of the board at that tick stops it.
+    let (code, object, _) = changed("flags", &|_| "252".into());
+    assert!(code == Some(1) && object["different"].as_u64() > Some(50), "{object}");
+    // What is no number is named with its line.
+    let (code, _, said) = changed("left_knee_code", &|_| "2x".into());
+    assert!(code == Some(2) && said.contains("changed.csv:2901: `left_knee_code` is `2x`"), "{said}");
+}
+
+fn what_cannot_be_replayed_is_said() {
+    let mut simulated = walked(4);
+    let of_time = |line: &String| {
+        let object: Value = serde_json::from_str(line).unwrap();
+        object["type"] == "rtt" && (2.0005..2.2505).contains(&object["t_s"].as_f64().unwrap())
+    };
+    simulated.lines.retain(|line| !of_time(line));
+    let bench = Bench::plays(&simulated.lines);
+    for out in ["walk.csv", "walk.mcap"] {
+        let (file, _) = record(&bench, out, &["--secs", "4"]);
+        let (code, object, said) = replayed(&file);
+        assert_eq!((code, &object["compared"], &object["not_replayed"]), (Some(0), &2000.into(), &1750.into()));
+        assert!(
+            said.contains("boot 1: not replayed from there on: the inputs of ticks 2001 to 2250 were lost"),
+            "{said}"
+        );
+    }
+    // A recorder that is stopped leaves what a replay needs.
+    let mut killed = walked(3);
+    killed.lines.truncate(killed.lines.len() - 1);
+    let bench = Bench::waits(&killed.lines);
+    for out in ["walk.csv", "walk.mcap"] {
+        let file = bench.path(out);
+        let mut child = bench
+            .watch()
+            .args(["--json", "--secs", "60", "--record"])
+            .arg(&file)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let began = std::time::Instant::now();
+        let length = || std::fs::metadata(&file).map_or(0, |file| file.len());
+        let mut before = 0;
+        while length() < 300_000 || length() != before {
+            before = length();
+            assert!(began.elapsed().as_secs() < 30);
+            std::thread::sleep(std::time::Duration::from_millis(500));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let (code, object, said) = replayed(&file);
+        assert_eq!((code, &object["different"], &object["finished"]), (Some(0), &0.into(), &false.into()), "{said}");
+        assert!(object["compared"].as_u64() >= Some(1000) && said.contains("has no end"), "{object} {said}");
+    }
+    // No boot record, another layout, no capture.
+    let bytes = log_bytes(&walked(3).lines);
+    let bench = Bench::plays(&["{}".into()]);
+    let (late, _) = record_rtt(&bench, &bytes[bytes.len() / 2..], "late.csv", &[]);
+    let (code, _, said) = replayed(&late);
+    assert!(code == Some(1) && said.contains("the boot record was lost") && said.contains("no tick could be compared"));
+    let json = bench.path("late.csv.json");
+    let text = std::fs::read_to_string(&json).unwrap().replacen("\"schema\": 6", "\"schema\": 5", 1);
+    std::fs::write(&json, text).unwrap();
+    let (code, _, said) = replayed(&late);
+    assert!(code == Some(2) && said.contains("late.csv.json: schema 5; allowed is 6"), "{said}");
+    std::fs::remove_file(&json).unwrap();
+    assert!(replayed(&late).2.contains("late.csv.json: cannot be read"));
+    std::fs::write(bench.path("x.mcap"), b"no").unwrap();
+    let (code, _, said) = replayed(&bench.path("x.mcap"));
+    assert_eq!(code, Some(2), "{said}");
 }
 
 /// A program that is killed while it writes can leave half a row.

@@ -257,6 +257,7 @@ fn no_command_reads_a_file_without_end() {
         "check --trace /dev/zero",
         "check --generator /dev/zero",
         "check --robot /dev/zero",
+        "check --record /dev/zero",
         "check --calibration /dev/zero",
         "fit /dev/zero",
         "convert /dev/zero -o /dev/null.csv",

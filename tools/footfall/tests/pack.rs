@@ -103,3 +103,54 @@ fn a_flash_record_has_the_parameters_of_the_file() {
     assert!(failure.exit_code() == 2 && failure.to_string().contains("alpha_per_s"), "{failure}");
     assert!(!packed.exists());
 }
+
+/// `check --record` names what a record holds, alone and in its sector, and says what is wrong with anything else.
+#[test]
+fn check_tells_records_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let samples = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../samples");
+    let run = |arguments: &[OsString]| {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_footfall")).args(arguments).output().unwrap();
+        let words = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+        (output.status.code(), words)
+    };
+    let packed = |name: &str, what: &[OsString]| {
+        let out = folder.path().join(name);
+        let arguments = [&["pack".into(), "--out".into(), out.clone().into()], what].concat();
+        assert_eq!(run(&arguments).0, Some(0));
+        std::fs::read(out).unwrap()
+    };
+    let check = |bytes: &[u8]| {
+        let file = folder.path().join("checked.bin");
+        std::fs::write(&file, bytes).unwrap();
+        run(&["check".into(), "--record".into(), file.into()])
+    };
+    let mut sensor = OsString::from("right_hip=");
+    sensor.push(samples.join("sensor.toml"));
+    let generator = packed("g.bin", &[samples.join("generator.toml").into()]);
+    let sensors = packed("s.bin", &["--sensor".into(), sensor]);
+    let robot = packed("r.bin", &["--robot".into(), samples.join("robot.toml").into()]);
+    for (bytes, words) in [
+        (&generator, "good: the generator \"generator\", shape, check sum "),
+        (&sensors, " on right_hip, check sum "),
+        (&robot, "good: the robot \"small biped\", check sum "),
+    ] {
+        let mut sector = bytes.clone();
+        sector.resize(16 * 1024, 0xFF);
+        let (code, said) = check(&sector);
+        assert!(code == Some(0) && said.contains(words), "{said}");
+        assert_eq!(check(bytes), (code, said));
+        let (code, said) = check(&bytes[..bytes.len() - 4]);
+        assert!(code == Some(2) && said.contains("damaged"), "{said}");
+        sector[16 * 1024 - 1] = 0;
+        let (code, said) = check(&sector);
+        assert!(code == Some(2) && said.contains("not erased after the record"), "{said}");
+    }
+    assert!(check(&[0xFF; 64]).1.ends_with(": erased\n"));
+    for bytes in [&b""[..], b"#!/bin/sh", &[0; 64], &[[0xFF; 63].as_slice(), &[0xFE]].concat()] {
+        let (code, said) = check(bytes);
+        assert!(code == Some(2) && said.contains("no record; allowed is"), "{said}");
+    }
+    let (code, said) = check(&[0xFF; 16 * 1024 + 1]);
+    assert!(code == Some(2) && said.contains("larger than 16384 bytes"), "{said}");
+}

@@ -281,6 +281,53 @@ pub enum Fault {
         /// What is in brackets.
         what: String,
     },
+    /// The columns of a joint are a quaternion.
+    #[error(
+        "{columns} are the components of a quaternion, not angles; allowed are columns of joint angles in degrees or radians: convert the quaternions to joint angles first, or name a column of angles with `--map {joint}=COLUMN`"
+    )]
+    Quaternion {
+        /// The columns of its components.
+        columns: String,
+        /// The joint.
+        joint: &'static str,
+    },
+    /// The columns of a joint are components that nothing calls angles.
+    #[error(
+        "{columns} are components without a word or a unit of an angle, as positions of markers have them, not joint angles; allowed are columns of joint angles: headings that say so (`left_knee_angle_x`, `left_knee_x (deg)`), `--map` with a column of angles for every joint, or `--axis x|y|z` if the components are angles"
+    )]
+    Positions {
+        /// The columns of the components.
+        columns: String,
+    },
+    /// A joint has several components and none is clearly flexion.
+    #[error(
+        "{columns} are components of the angles of one joint, and it is unclear which one is flexion: {why}; allowed is `--axis x|y|z` for all joints, or `--map` with the column of every joint"
+    )]
+    UnclearFlexion {
+        /// The columns of the components.
+        columns: String,
+        /// Why it is unclear.
+        why: String,
+    },
+    /// The values of all joints were put between the same limits.
+    #[error(
+        "no unit is stated, and the values of every joint run exactly between 0 and 1 or -1 and 1: they are normalised by their smallest and largest value, and no longer angles; allowed are the angles before the normalisation, or `--unit radians` if they are radians"
+    )]
+    Normalised,
+    /// Many values are the same impossible number.
+    #[error(
+        "{codes} in {rows} of {of} rows is no angle and looks like a code for missing values; allowed are angles of up to {most} degrees, and an empty field or `nan` where a value is missing: replace the code by an empty field"
+    )]
+    MissingCode {
+        /// The numbers.
+        codes: String,
+        /// The rows that have them.
+        rows: usize,
+        /// All rows.
+        of: usize,
+        /// Largest allowed angle, degrees.
+        most: f64,
+    },
     /// The unit of the angles is unknown.
     #[error(
         "the unit of the angles is unknown{why}; allowed are a suffix `_deg` or `_rad`, `[deg]` or `(rad)`, `--unit degrees|radians`, or `--calibration FILE` for volts"
@@ -348,7 +395,7 @@ pub enum Fault {
     },
     /// An axis is given and the file has no angles of three components.
     #[error(
-        "an axis is given (`--axis`), but {what}; allowed is `--axis` for C3D, Vicon and Visual3D files with joint angles"
+        "an axis is given (`--axis`), but {what}; allowed is `--axis` for C3D, Vicon and Visual3D files with joint angles, and for CSV files with columns of their components (`LKneeAngles_X`, `LKneeAngles_Y`, ...)"
     )]
     NoAxes {
         /// What the file has instead.

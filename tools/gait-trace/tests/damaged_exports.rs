@@ -359,7 +359,7 @@ fn gait_cycle_data() {
                 "a.gcd",
                 good.replace("49.390", "149"),
                 &[
-                    "a.gcd:9: `LeftOppositeFootContact` is 149; allowed is one number: percent of the cycle, between 0 and 100",
+                    "a.gcd:9: `LeftOppositeFootContact` is 149; allowed is one number: percent of the cycle, from 20 to 80, for example 50.5; a fraction such as 0.505 is not",
                 ],
             ),
             damage(

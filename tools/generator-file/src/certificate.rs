@@ -15,7 +15,7 @@
 //!
 //! A distance is that from the nearest point of the orbit, all states together: one time shift of all joints, no shift of a single one.
 //!
-//! [`CertificateStatus`] is the first condition that is not met, in the order of its list, or accepted.
+//! [`CertificateStatus`] is the first condition that is not met, in the order of its list, or accepted; `refused_because` names all.
 
 use joint_loop::{GeneratorConfig, LoopConfig};
 use serde::Serialize;
@@ -62,7 +62,7 @@ pub struct Certificate {
     pub status: CertificateStatus,
     /// Whether the status is [`CertificateStatus::Accepted`].
     pub accepted: bool,
-    /// Why it was not accepted.
+    /// Why it was not accepted: every condition that is not met, that of the status first.
     pub refused_because: Option<String>,
 }
 
@@ -110,26 +110,27 @@ pub fn certify_subject(
         refused_because: None,
     };
     progress("orbit");
-    let (status, why) = match subject.motion()? {
+    let reasons = match subject.motion()? {
         None => certificate.phase_only(subject, &measured, progress)?,
         Some(settled) => certificate.of_model(subject, &settled, starts, &measured, progress),
     };
-    certificate.status = status;
-    certificate.accepted = status == CertificateStatus::Accepted;
-    certificate.refused_because = (!certificate.accepted).then(|| in_words(&(status, why)));
+    certificate.status = reasons.first().map_or(CertificateStatus::Accepted, |(status, _)| *status);
+    certificate.accepted = reasons.is_empty();
+    let words: Vec<String> = reasons.iter().map(in_words).collect();
+    certificate.refused_because = (!certificate.accepted).then(|| words.join("; also "));
     Ok(certificate)
 }
 
 impl Certificate {
-    /// The only state is a phase that advances by a constant: every state is on the orbit.
+    /// The only state is a phase that advances by a constant: every state is on the orbit. Returns the conditions that are not met.
     fn phase_only(
         &mut self,
         subject: &Subject,
         measured: &Measured,
         progress: &mut dyn FnMut(&str),
-    ) -> Result<Verdict, String> {
+    ) -> Result<Vec<Verdict>, String> {
         let period_s = subject.stride_guess_s();
-        (self.returns.oscillates, self.returns.period_s) = (measured.still().is_none(), period_s);
+        (self.returns.oscillates, self.returns.period_s) = (measured.still().next().is_none(), period_s);
         let mut lock = None;
         let config = if let Subject::Set(set) = subject { Some(set.config()) } else { None };
         match config {
@@ -149,15 +150,11 @@ impl Certificate {
         }
         progress("largest step");
         self.largest_step_ms = largest_step(subject, period_s);
-        let locked = || lock.map(|why| (CertificateStatus::DoesNotLock, Some(why)));
-        Ok(still(measured)
-            .or_else(|| unsound(measured))
-            .or_else(locked)
-            .or_else(|| beyond(measured))
-            .unwrap_or((CertificateStatus::Accepted, None)))
+        let lock = lock.map(|why| (CertificateStatus::DoesNotLock, Some(why)));
+        Ok([still(measured), unsound(measured), lock, beyond(measured)].into_iter().flatten().collect())
     }
 
-    /// Everything that needs the states.
+    /// Everything that needs the states. Returns the conditions that are not met.
     fn of_model(
         &mut self,
         subject: &Subject,
@@ -165,17 +162,15 @@ impl Certificate {
         starts: u32,
         measured: &Measured,
         progress: &mut dyn FnMut(&str),
-    ) -> Verdict {
+    ) -> Vec<Verdict> {
         let model = settled.model.as_ref();
         self.returns = Return::of(settled, starts, progress);
         let returns = self.returns.verdict();
         if matches!(settled.motion, Motion::Still) {
-            return (CertificateStatus::DoesNotOscillate, None);
+            return vec![(CertificateStatus::DoesNotOscillate, None)];
         }
-        let verdict = still(measured).or_else(|| unsound(measured)).or(returns).or_else(|| beyond(measured));
-        let Motion::Periodic(orbit) = &settled.motion else {
-            return verdict.unwrap_or((CertificateStatus::Irregular, None));
-        };
+        let reasons = [still(measured), unsound(measured), returns, beyond(measured)].into_iter().flatten().collect();
+        let Motion::Periodic(orbit) = &settled.motion else { return reasons };
         if model.has_joint_states() {
             progress("entrainment");
             self.entrainment = entrainment::tongues(model, orbit);
@@ -186,18 +181,15 @@ impl Certificate {
         }
         progress("largest step");
         self.largest_step_ms = largest_step(subject, orbit.period_s);
-        verdict.unwrap_or((CertificateStatus::Accepted, None))
+        reasons
     }
 }
 
 fn still(measured: &Measured) -> Option<Verdict> {
-    measured.still().map(|joint| {
-        let why = format!(
-            "{} has an amplitude of {:.2} degrees; allowed is {STILL_DEG} or more",
-            joint.name, joint.amplitude_deg
-        );
-        (CertificateStatus::JointsDoNotMove, Some(why))
-    })
+    let still: Vec<String> =
+        measured.still().map(|joint| format!("{} {:.4}", joint.name, joint.amplitude_deg)).collect();
+    let why = || format!("amplitude {} degrees; allowed is {STILL_DEG} or more", still.join(", "));
+    (!still.is_empty()).then(|| (CertificateStatus::JointsDoNotMove, Some(why())))
 }
 
 fn unsound(measured: &Measured) -> Option<Verdict> {

@@ -97,9 +97,9 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
-    /// The first joint that does not move.
-    pub(crate) fn still(&self) -> Option<&JointPeaks> {
-        self.joints.iter().find(|joint| joint.amplitude_deg < STILL_DEG)
+    /// The joints that do not move.
+    pub(crate) fn still(&self) -> impl Iterator<Item = &JointPeaks> {
+        self.joints.iter().filter(|joint| joint.amplitude_deg < STILL_DEG)
     }
 }
 

@@ -306,11 +306,13 @@ fn host_tests(state: &State) -> Result<String> {
 }
 
 fn firmware_host(state: &State) -> Result<String> {
-    cargo_test(state, shell::cargo().args(["test", "--package", "firmware", "--lib"]), false)
+    // The library uses none of what an image needs.
+    cargo_test(state, shell::cargo().args(["test", "--package", "firmware", "--lib", "--no-default-features"]), false)
 }
 
 fn endurance(_: &State) -> Result<String> {
-    cargo(&["run", "--package", "cpg-core", "--profile", "host", "--example", "endurance", "--", "72"])?;
+    // The host tests have built it.
+    cargo(&["run", "--package", "cpg-core", "--example", "endurance", "--", "72"])?;
     Ok(String::new())
 }
 
@@ -400,6 +402,19 @@ fn core_controls(state: &State) -> Result<String> {
     Ok(format!("{} faults noticed", self_test::FAULTS.len()))
 }
 
+/// The test programs that run the image.
+const IMAGE_TESTS: [&str; 9] = [
+    "virtual_board",
+    "fits",
+    "board_inputs",
+    "board_follower",
+    "board_records",
+    "board_entrainment",
+    "capture",
+    "lamps",
+    "sensor_faults",
+];
+
 fn image_tests(state: &State) -> Result<String> {
     let footfall = state.workspace.footfall()?;
     let mut tests = shell::cargo();
@@ -409,23 +424,10 @@ fn image_tests(state: &State) -> Result<String> {
         .env("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?)
         .env("FOOTFALL_BIN", footfall)
         // Without `--package`, the features are those of the host tests and nothing is compiled again.
-        .args([
-            "test",
-            "--test",
-            "virtual_board",
-            "--test",
-            "fits",
-            "--test",
-            "board_inputs",
-            "--test",
-            "board_follower",
-            "--test",
-            "board_entrainment",
-            "--test",
-            "capture",
-            "--test",
-            "sensor_faults",
-        ]);
+        .arg("test");
+    for name in IMAGE_TESTS {
+        tests.args(["--test", name]);
+    }
     cargo_test(state, &mut tests, true)
 }
 

@@ -132,7 +132,7 @@ pub fn parse(line: &str) -> Result<BoardLine, LineError> {
         "start" => BoardLine::Start { elf_sha256: fields.elf_sha256.clone().ok_or_else(|| lacks("elf_sha256"))? },
         "boot" => BoardLine::Boot { t_s: time()?, cause: fields.cause.clone().ok_or_else(|| lacks("cause"))? },
         "rtt" => {
-            let bytes = fields.hex.as_deref().and_then(bytes).ok_or_else(|| lacks("hex"))?;
+            let bytes = fields.hex.as_deref().and_then(bytes_of_hex).ok_or_else(|| lacks("hex"))?;
             BoardLine::Rtt { t_s: time()?, bytes }
         }
         "pulses" => BoardLine::Pulses { t_s: time()?, us: fields.us.ok_or_else(|| lacks("us"))? },
@@ -143,7 +143,7 @@ pub fn parse(line: &str) -> Result<BoardLine, LineError> {
 }
 
 /// Bytes from hexadecimal digits.
-fn bytes(hex: &str) -> Option<Vec<u8>> {
+pub(crate) fn bytes_of_hex(hex: &str) -> Option<Vec<u8>> {
     let digit = |byte: u8| char::from(byte).to_digit(16);
     hex.as_bytes()
         .chunks(2)

@@ -189,6 +189,13 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
         ],
     ),
     (
+        "replay",
+        &[
+            ("A capture of a run:", "footfall replay walk.mcap"),
+            ("One in CSV, with what differs as JSON:", "footfall replay walk.csv --json"),
+        ],
+    ),
+    (
         "pack",
         &[
             ("A flash record of a generator:", "footfall pack samples/generator.toml -o generator.bin"),

@@ -106,12 +106,12 @@ fn table(c: &Certificate) -> String {
         (false, false) => "no steady oscillation".into(),
     };
     let mut rows = vec![("generator", c.generator.to_string()), ("motion", motion)];
+    if !returns.multipliers.is_empty() {
+        let sizes: Vec<String> = returns.multipliers.iter().map(|m| format!("{m:.4}")).collect();
+        rows.push(("Floquet multipliers", sizes.join(" ")));
+    }
     if returns.kicks > 0 {
         rows.extend([
-            (
-                "Floquet multipliers",
-                returns.multipliers.iter().map(|m| format!("{m:.4}")).collect::<Vec<_>>().join(" "),
-            ),
             (
                 "kicks",
                 format!(
@@ -132,6 +132,8 @@ fn table(c: &Certificate) -> String {
                 ),
             ),
         ]);
+    } else if !returns.multipliers.is_empty() {
+        rows.push(("kicks", "none: a multiplier is too large".into()));
     } else if returns.oscillates && !returns.quasi_periodic {
         rows.push(("return", "its only state is a phase: every state is on the orbit".into()));
     }
@@ -154,7 +156,7 @@ fn table(c: &Certificate) -> String {
     }
     rows.extend(c.excesses.iter().map(|excess| ("beyond a limit", excess.to_string())));
     rows.push(("walks", walks(c)));
-    let accepted = if c.accepted { "yes".into() } else { format!("no; {}", c.status.words()) };
+    let accepted = c.refused_because.as_ref().map_or("yes".into(), |why| format!("no; {why}"));
     rows.push(("accepted", accepted));
     rows.into_iter().map(|(name, value)| format!("{name:<22} {value}\n")).collect()
 }

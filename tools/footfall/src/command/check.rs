@@ -2,6 +2,7 @@
 //!
 //! A recording takes the way that it takes in `footfall fit`, up to the result, which is not written: what `check` calls good, `fit` takes.
 
+mod record;
 mod recording;
 
 use crate::command::fit::job::Job;
@@ -27,6 +28,9 @@ pub struct Options {
     /// A generator file
     #[arg(long, value_name = "TOML")]
     pub generator: Vec<PathBuf>,
+    /// A flash record, or a sector that was read from a board
+    #[arg(long, value_name = "BIN")]
+    pub record: Vec<PathBuf>,
     /// How recordings are read; the sensor file that --calibration names is checked too
     #[command(flatten)]
     pub reading: Reading,
@@ -60,10 +64,11 @@ impl Results {
 /// # Errors
 /// The errors of all wrong files, one a line.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { trace, robot, generator, reading, strict } = options;
-    if trace.is_empty() && robot.is_empty() && generator.is_empty() && reading.calibration.is_none() {
+    let Options { trace, robot, generator, record, reading, strict } = options;
+    let files = [&trace, &robot, &generator, &record];
+    if files.iter().all(|files| files.is_empty()) && reading.calibration.is_none() {
         return Err(Failure::input(
-            "no file named: allowed are --trace, --robot and --generator, each any number of times, and --calibration",
+            "no file named: allowed are --trace, --robot, --generator and --record, each any number of times, and --calibration",
         ));
     }
     let mut results = Results::default();
@@ -92,6 +97,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
         let file = GeneratorFile::read(path).map_err(Failure::input);
         results.take(file.map(|file| format!("{}: good: a {} generator", path.display(), file.set.name())));
     }
+    record.iter().for_each(|path| results.take(record::check(path)));
     crate::output::print(&crate::messages::escaped(&results.text))?;
     let Results { wrong_input, not_sound, .. } = results;
     match (wrong_input.is_empty(), not_sound.is_empty()) {

@@ -32,6 +32,8 @@ pub mod obb;
 pub mod pack;
 pub mod record;
 #[cfg(feature = "analysis")]
+pub mod replay;
+#[cfg(feature = "analysis")]
 pub mod sample;
 #[cfg(feature = "analysis")]
 pub mod smer;

@@ -9,7 +9,10 @@
 
 mod csv_rows;
 mod header;
+mod joint_states;
 mod mcap_messages;
+#[cfg(feature = "analysis")]
+pub mod recorded;
 pub mod rtt;
 pub mod samples;
 
@@ -22,7 +25,6 @@ use crate::options::sensors::joints;
 use crate::output;
 use gait_trace::format::whole_file;
 use joint_loop::setup::default_loop::Parameters;
-use joint_units::Joint;
 use samples::{Booted, Counts, EdgeAt, Sample, Sampler};
 use serde_json::{Value, json};
 use std::ffi::OsString;
@@ -195,14 +197,17 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a file, after [`check`]; `about` is what runs, `joints` are the joints with a sensor.
+    /// Begins a file, after [`check`]; `about` is what runs, with these parameters.
     ///
     /// # Errors
     /// A file cannot be written, or its name has no known extension.
-    pub fn begin(path: &Path, joints: &[Joint], about: Value) -> io::Result<Self> {
+    pub fn begin(path: &Path, parameters: &Parameters, about: Value) -> io::Result<Self> {
+        let joints = &joints(&parameters.sensors);
         let sink = match Format::of(path).map_err(io::Error::other)? {
             Format::Csv => Sink::Csv(csv_rows::Rows::begin(path, joints)?),
-            Format::Mcap => Sink::Mcap(Box::new(mcap_messages::Messages::begin(path, joints, &about)?)),
+            Format::Mcap => {
+                Sink::Mcap(Box::new(mcap_messages::Messages::begin(path, joints, &parameters.robot, &about)?))
+            }
         };
         // The edges of an earlier capture must not remain.
         match std::fs::remove_file(edges_beside(path)) {
@@ -224,7 +229,8 @@ impl Recorder {
             messages.boot(&value)?;
         }
         self.boots.push(value);
-        Ok(())
+        // A program that is killed leaves what a replay needs.
+        self.write_about(false, &Value::Null, &Value::Null)
     }
 
     /// Writes samples.
@@ -341,7 +347,7 @@ impl<'t> Capture<'t> {
     /// # Errors
     /// A file cannot be written.
     pub fn begin(path: &Path, about: Value, image: &'t Image, parameters: Parameters) -> io::Result<Self> {
-        let recorder = Recorder::begin(path, &joints(&parameters.sensors), about)?;
+        let recorder = Recorder::begin(path, &parameters, about)?;
         Ok(Self { log_reader: LogReader::new(image, parameters), recorder, samples: Vec::new() })
     }
 

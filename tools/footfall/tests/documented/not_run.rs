@@ -14,6 +14,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask run --secs 10 --disarm --json | tail -1",
             "cargo xtask run --trace samples/walk.csv --record walk.mcap",
             "cargo xtask run --robot robot.toml",
+            "cargo xtask run --generator samples/generator.toml --robot robot.toml",
             "cargo xtask run --generator generator.toml --robot robot.toml",
             "cargo xtask run -- --hang control_step@3",
             "cargo xtask bench oscillators",
@@ -24,7 +25,12 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
     ),
     (
         "reads what the virtual board recorded, which needs the image",
-        &["cargo footfall fit walk.mcap -o generator.toml"],
+        &[
+            "cargo footfall fit walk.mcap -o generator.toml",
+            "cargo footfall replay walk.mcap",
+            "footfall replay walk.mcap",
+            "footfall replay walk.csv --json",
+        ],
     ),
     (
         "needs a board",
@@ -36,6 +42,11 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask flash --generator generator.toml --robot robot.toml",
             "cargo xtask flash --sensor left_hip=hip.toml --sensor left_knee=knee.toml",
             "cargo xtask flash --shadow",
+            "cargo xtask flash --board nucleo-f446re --generator samples/generator.toml --robot robot.toml --shadow",
+            "cargo xtask board info --board nucleo-f446re",
+            "cargo xtask board info",
+            "cargo xtask board read -o saved",
+            "cargo xtask board erase --generator",
             "footfall record --elf firmware.elf --rtt tcp:localhost:19021 -o walk.csv",
         ],
     ),

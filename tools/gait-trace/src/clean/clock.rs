@@ -54,7 +54,7 @@ impl Clock {
             let before = rows.last().map_or(f64::NEG_INFINITY, |&before| raw.time_s[before]);
             if value < before {
                 // A recording that begins again where the one above it did.
-                let begins_again = value - first < 0.1 * (before - first);
+                let begins_again = before > first && value - first < 0.1 * (before - first);
                 return Err(ConditionError::TimeOrder { file: file(), row, value, before, begins_again });
             }
             if value == before { repeated.push(index) } else { rows.push(index) }
@@ -163,6 +163,9 @@ impl Cycle {
         if rules.stride_s.is_some() {
             return Self::Whole { length };
         }
+        if repeats(raw, rows, length) {
+            return Self::None;
+        }
         let mut apart_deg = 0.0_f64;
         let mut closes = true;
         for column in raw.joints.iter().flatten() {
@@ -173,4 +176,31 @@ impl Cycle {
         }
         if closes { Self::Whole { length } } else { Self::Open { length, apart_deg } }
     }
+}
+
+/// Most whole cycles that a time from 0 to 1 s can hold.
+const MOST_CYCLES: usize = 4;
+/// Rows a part of the table apart are the same phase of several cycles if nine in ten differ by less than this share of the range. Rows of one
+/// gait cycle differ by more than half of it; the steps of the rows, and strides that differ, make up to 0.14.
+const SAME_SHARE: f64 = 0.3;
+
+/// Whether every joint goes through several equal cycles from the first to the last row: the times are seconds then, of a fast gait.
+fn repeats(raw: &RawJoints, rows: &[usize], length: f64) -> bool {
+    let times: Vec<f64> = rows.iter().map(|&row| raw.time_s[row]).collect();
+    let joints: Vec<&[f64]> = raw.joints.iter().flatten().map(|joint| joint.angle_deg.as_slice()).collect();
+    let in_parts = |parts: usize| {
+        let lag = length / parts as f64;
+        let same = |column: &&[f64]| {
+            let known: Vec<f64> = rows.iter().map(|&row| column[row]).filter(|x| x.is_finite()).collect();
+            let apart = rows.iter().zip(&times).filter_map(|(&row, time)| {
+                let later = times.partition_point(|other| *other < time + lag - 1e-6);
+                let other = column[*rows.get(later)?];
+                Some((column[row] - other).abs()).filter(|apart| apart.is_finite())
+            });
+            let range = range(&known);
+            range > 0.0 && quantile(apart, 0.9) < SAME_SHARE * range
+        };
+        joints.iter().all(same)
+    };
+    !joints.is_empty() && (2..=MOST_CYCLES).any(in_parts)
 }

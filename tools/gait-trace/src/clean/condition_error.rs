@@ -46,7 +46,7 @@ pub enum ConditionError {
     },
     /// The time decreases.
     #[error(
-        "{file}: row {row}: time {value} s after {before} s; allowed are times that increase: {}", if *.begins_again { "the rows are of several recordings, one below the other; split the file, or choose the rows of one (`--where COLUMN=VALUE`)" } else { "put the rows in order, or split the file if it has several recordings" }
+        "{file}: row {row}: time {value} s after {before} s; allowed are times that increase: {}", if *.begins_again { "the rows may be of several recordings, one below the other; split the file, choose the rows of one (`--where COLUMN=VALUE`), or correct the times if a clock began again" } else { "put the rows in order, or split the file if it has several recordings" }
     )]
     TimeOrder {
         /// The file.

@@ -11,6 +11,8 @@ use crate::fault::{Fault, TraceError};
 use crate::format::calibrated;
 pub(crate) use crate::format::column::{AngleColumn, Place};
 use crate::format::joint_names::{AngleUnit, joint_of, sideless_of};
+use crate::format::normalised;
+use crate::format::text_table::listed;
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
 use crate::raw::{RawJoint, UnitSource};
@@ -26,6 +28,9 @@ const RADIANS_END: f64 = 3.5;
 const RADIANS_MEAN: f64 = 1.1;
 /// Up to one value in this many may be beyond [`MAX_ANGLE_DEG`] and counts as a glitch; with more the unit is wrong.
 const GLITCH_SHARE: usize = 100;
+
+/// Most different numbers that are codes for missing values.
+const MOST_CODES: usize = 3;
 
 /// The joints in degrees, for [`crate::RawJoints`].
 pub(crate) fn in_degrees(
@@ -118,6 +123,9 @@ fn guess(place: &Place<'_>, columns: &[AngleColumn], notes: &mut Vec<String>) ->
         return Err(place.at(place.header, columns.iter().find(degrees), fault));
     }
     let Some(unsaid) = columns.iter().find(is_unsaid) else { return Ok(None) };
+    if columns.iter().all(|column| is_unsaid(&column)) && normalised::is(columns) {
+        return Err(place.at(place.header, Some(unsaid), Fault::Normalised));
+    }
     let (largest, values) = extent(columns.iter().filter(is_unsaid));
     let no_unit = |why| Err(place.at(place.header, Some(unsaid), Fault::NoUnit { why }));
     let unit = match largest {
@@ -157,17 +165,29 @@ fn without_glitches(
     let mut values = std::mem::take(&mut column.values);
     let mut first_beyond = None;
     let mut beyond = 0;
+    let mut codes: Vec<f64> = Vec::new();
     for (row, value) in values.iter_mut().enumerate() {
-        *value = unit.degrees(*value);
+        let raw = *value;
+        *value = unit.degrees(raw);
         if value.abs() > MAX_ANGLE_DEG {
             first_beyond.get_or_insert((row, *value));
             beyond += 1;
+            if codes.len() <= MOST_CODES && !codes.contains(&raw) {
+                codes.push(raw);
+            }
             *value = f64::NAN;
         }
     }
     if let Some((row, value)) = first_beyond {
         let line = place.lines.get(row).copied();
         if beyond * GLITCH_SHARE > values.len() {
+            // Where most values are beyond the limit, it is the unit that is wrong.
+            let is_few = codes.len() <= MOST_CODES && codes.len() < beyond && 2 * beyond < values.len();
+            if is_few && codes.iter().all(|code| code.fract() == 0.0) {
+                let codes = listed(&codes.iter().map(f64::to_string).collect::<Vec<_>>());
+                let fault = Fault::MissingCode { codes, rows: beyond, of: values.len(), most: MAX_ANGLE_DEG };
+                return Err(place.at(line, Some(&column), fault));
+            }
             return Err(place.at(line, Some(&column), Fault::Magnitude { value, quantity: Quantity::Angle }));
         }
         let at = line.map_or_else(|| format!("frame {row}"), |line| format!("line {line}"));

@@ -28,6 +28,17 @@ pub(crate) fn of_flexion(points: &[(Joint, usize, Track)], notes: &mut Vec<Strin
     widest.unwrap_or(Axis::X)
 }
 
+/// The axis of flexion where one component clearly moves most, with a note.
+///
+/// # Errors
+/// None does; how much each moves, in words.
+pub(crate) fn clear(points: &[(Joint, usize, Track)], notes: &mut Vec<String>) -> Result<Axis, String> {
+    match widest(points) {
+        (Some(_), _) => Ok(of_flexion(points, notes)),
+        (None, moves) => Err(moves),
+    }
+}
+
 /// The first axis, which is flexion where Plug-in Gait named the angles, with a note that says whether another one moves most.
 pub(crate) fn of_plug_in_gait(points: &[(Joint, usize, Track)], notes: &mut Vec<String>) -> Axis {
     let although = match widest(points) {

@@ -1,12 +1,13 @@
 //! Parses the header of a CSV file with any header: where the time comes from, and the column of each joint.
 
 use crate::fault::{Fault, TraceError};
+use crate::format::components::{Components, Triple};
 use crate::format::joint_names::{AngleUnit, joint_of, sideless_of, unit_of};
 use crate::format::stated;
 use crate::format::text_table::{column_called, listed, short};
-use crate::format::time_names::{is_frame, time_of};
+use crate::format::time_names::{is_frame, stamp_of, time_of};
 use crate::format::unit::{Said, seconds_of, volts_in, volts_of, without_volts};
-use crate::options::ReadOptions;
+use crate::options::{Axis, ReadOptions};
 use joint_units::Joint;
 use std::borrow::Cow;
 
@@ -19,6 +20,8 @@ pub(crate) struct Chosen {
     /// The numbers are in units of `10^power`.
     pub(crate) power: i32,
     pub(crate) values: Vec<f64>,
+    /// The components of the joint, if this is the first of several.
+    pub(crate) triple: Option<Triple>,
 }
 
 impl Chosen {
@@ -28,7 +31,7 @@ impl Chosen {
             Some(power) => (Said::Volts, power),
             None => (named.map_or(Said::Nothing, Said::Unit), 0),
         };
-        Self { joint, index, heading: heading.to_owned(), said, power, values: Vec::new() }
+        Self { joint, index, heading: heading.to_owned(), said, power, values: Vec::new(), triple: None }
     }
 
     /// The only hip or knee of a file that names no side, as a recording of a single sensor does.
@@ -75,6 +78,8 @@ pub(crate) struct Header {
     pub(crate) headings: Vec<String>,
     pub(crate) time: TimeSource,
     pub(crate) chosen: Vec<Chosen>,
+    /// The axes of the columns that the map chose among components, each once.
+    pub(crate) mapped_axes: Vec<Axis>,
     /// The only joint names no side.
     is_sideless: bool,
 }
@@ -90,6 +95,8 @@ impl Header {
         let time = time_source(name, line, &headings, headless, how)?;
         let fault = |fault| TraceError::new(name, Some(line), fault);
         let mut chosen: Vec<Chosen> = Vec::new();
+        let components = Components::of(&headings);
+        let mut mapped_axes: Vec<Axis> = Vec::new();
         for joint in Joint::ALL {
             let index = match how.column_of(joint) {
                 Some(wanted) => Some(mapped(name, line, &headings, joint.name(), wanted)?),
@@ -105,6 +112,10 @@ impl Header {
                         true => named.retain(|&index| is_joint(&headings[index])),
                         false => named.retain(|&index| is_joint(without_volts(&headings[index]))),
                     }
+                    // So do columns of one angle before components that are no angles.
+                    if named.iter().any(|&index| !components.is_no_angle(index, &headings)) {
+                        named.retain(|&index| !components.is_no_angle(index, &headings));
+                    }
                     let mut found = named.into_iter();
                     let index = found.next();
                     if let (Some(index), Some(other)) = (index, found.next()) {
@@ -115,14 +126,25 @@ impl Header {
                     index
                 }
             };
-            if let Some(index) = index.filter(|_| how.column_of(joint).is_some()) {
-                stated::check(&headings[index], how).map_err(|f| fault(f).in_column(index, &headings[index]))?;
+            let is_mapped = how.column_of(joint).is_some();
+            if let Some(index) = index {
+                let at = |f: Fault| fault(f).in_column(index, &headings[index]);
+                let check = if is_mapped { stated::check } else { stated::check_found };
+                check(&headings[index], how).map_err(at)?;
+                if let Some(columns) = components.quaternion(index, &headings) {
+                    return Err(at(Fault::Quaternion { columns, joint: joint.name() }));
+                }
+                let axis = components.axis_of(index).filter(|axis| is_mapped && !mapped_axes.contains(axis));
+                mapped_axes.extend(axis);
             }
             if let Some(index) = index.filter(|index| time.index() == Some(*index)) {
                 let heading = short(&headings[index]);
                 return Err(fault(Fault::TimeAsJoint { joint: joint.name() }).in_column(index, &heading));
             }
-            chosen.extend(index.map(|index| Chosen::of(joint, index, &headings[index])));
+            chosen.extend(index.map(|index| {
+                let triple = if is_mapped { None } else { components.triple(index, &headings) };
+                Chosen { triple, ..Chosen::of(joint, index, &headings[index]) }
+            }));
         }
         let sideless = if chosen.is_empty() { Chosen::sideless(&headings, how) } else { None };
         let is_sideless = sideless.is_some();
@@ -142,7 +164,7 @@ impl Header {
                 volts => Fault::NoChannelMap { have: listed(volts) },
             }));
         }
-        Ok(Self { headings, time, chosen, is_sideless })
+        Ok(Self { headings, time, chosen, mapped_axes, is_sideless })
     }
 
     /// Puts the only joint of a file that names no side on the leg that a column of the rows names, if any.
@@ -241,7 +263,9 @@ fn time_source(
                     fault(Fault::TwoColumns { joint: "time", first, second }).in_column(other, &headings[other])
                 );
             }
-            time.or_else(|| headings.iter().position(|heading| is_frame(heading)))
+            // A stamp of a clock is the time where nothing else is, and no rate is given in its place.
+            let stamp = || headings.iter().position(|heading| how.rate_hz.is_none() && stamp_of(heading).is_some());
+            time.or_else(stamp).or_else(|| headings.iter().position(|heading| is_frame(heading)))
         }
     };
     match (index, how.rate_hz) {
@@ -268,5 +292,5 @@ fn unit_of_time(heading: &str) -> Option<i32> {
         let (_, end) = heading.trim_end_matches([']', ')', ' ']).rsplit_once(['_', '[', '(', ' '])?;
         seconds_of(end)
     };
-    time_of(heading).flatten().or_else(at_end)
+    time_of(heading).or_else(|| stamp_of(heading)).flatten().or_else(at_end)
 }

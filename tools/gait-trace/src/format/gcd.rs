@@ -34,6 +34,9 @@ pub(crate) const DESCRIPTION: Description = Description {
 /// The part of the left cycle at which the right foot makes contact, where the file has none.
 const HALF_PERCENT: f64 = 50.0;
 
+/// What the contact of the other foot may be. In any gait it is far from the ends of the cycle; a value near 0 is a fraction, or wrong.
+const CONTACT: &str = "percent of the cycle, from 20 to 80, for example 50.5; a fraction such as 0.505 is not";
+
 /// Whether the text begins like a file of the DST family.
 pub(crate) fn looks_like(text: &str) -> bool {
     let first = bare_lines(text).find(|row| !row.trim().is_empty()).unwrap_or_default().trim_start();
@@ -251,8 +254,7 @@ fn moved(
     points: usize,
     notes: &mut Vec<String>,
 ) -> Result<usize, TraceError> {
-    let percent =
-        |block: &Block| one(name, heads, block, "percent of the cycle, between 0 and 100", |v| 0.0 < v && v < 100.0);
+    let percent = |block: &Block| one(name, heads, block, CONTACT, |v| (20.0..=80.0).contains(&v));
     let (percent, by) = match contacts {
         [Some(left), _] => (percent(left)?, "by `LeftOppositeFootContact`"),
         [None, Some(right)] => (100.0 - percent(right)?, "by `RightOppositeFootContact`"),

@@ -5,6 +5,7 @@
 //! (`hip_adduction_l`, `knee_angle_r_beta`, `hip_moment_l`) is not a joint angle.
 
 use joint_units::Joint;
+use std::borrow::Cow;
 
 /// The unit of angles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -44,8 +45,14 @@ impl std::str::FromStr for AngleUnit {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        match text.to_ascii_lowercase().as_str() {
-            "deg" | "degree" | "degrees" | "°" => Ok(Self::Degrees),
+        // `Grad` is the German word for degrees; `grad` is a hundredth of a right angle.
+        if text == "Grad" {
+            return Ok(Self::Degrees);
+        }
+        match text.to_lowercase().as_str() {
+            "deg" | "degree" | "degrees" | "°" | "º" | "grado" | "grados" | "degre" | "degres" | "degré" | "degrés" => {
+                Ok(Self::Degrees)
+            }
             "rad" | "radian" | "radians" => Ok(Self::Radians),
             _ => Err(format!("unit `{text}`; allowed are degrees, radians")),
         }
@@ -65,7 +72,7 @@ enum Word {
     Other,
 }
 
-const WORDS: [(&str, Word); 29] = [
+const WORDS: [(&str, Word); 36] = [
     ("left", Word::Left),
     ("right", Word::Right),
     ("lt", Word::Left),
@@ -78,6 +85,13 @@ const WORDS: [(&str, Word); 29] = [
     ("degree", Word::Unit(AngleUnit::Degrees)),
     ("deg", Word::Unit(AngleUnit::Degrees)),
     ("°", Word::Unit(AngleUnit::Degrees)),
+    ("º", Word::Unit(AngleUnit::Degrees)),
+    ("grado", Word::Unit(AngleUnit::Degrees)),
+    ("grados", Word::Unit(AngleUnit::Degrees)),
+    ("degre", Word::Unit(AngleUnit::Degrees)),
+    ("degres", Word::Unit(AngleUnit::Degrees)),
+    ("degré", Word::Unit(AngleUnit::Degrees)),
+    ("degrés", Word::Unit(AngleUnit::Degrees)),
     ("radians", Word::Unit(AngleUnit::Radians)),
     ("radian", Word::Unit(AngleUnit::Radians)),
     ("rad", Word::Unit(AngleUnit::Radians)),
@@ -149,6 +163,10 @@ pub fn sideless_of(name: &str) -> Option<([Joint; 2], Option<AngleUnit>)> {
 /// The words of a joint angle's name; `None` for any other name and for one that counts extension as positive.
 fn words_in(name: &str) -> Option<Vec<Word>> {
     let name = coordinate_of(name)?;
+    // `Grad` in lower case would be another unit.
+    let end = name.trim_end_matches([']', ')', '}', ' ']);
+    let before = end.strip_suffix("Grad").filter(|before| before.ends_with(['[', '(', '{', ' ', '_']));
+    let name = before.map_or(Cow::Borrowed(name), |before| Cow::Owned(format!("{before}deg")));
     let plain: String = name.to_lowercase().chars().filter(|c| c.is_alphanumeric() || *c == '°').collect();
     if plain.len() > MAX_NAME {
         return None;
@@ -301,6 +319,10 @@ mod tests {
         assert_eq!(joint_of("left_hip_rad").unwrap().1, Some(AngleUnit::Radians));
         assert_eq!(joint_of("left hip [deg]").unwrap().1, Some(AngleUnit::Degrees));
         assert_eq!(joint_of("kneer").unwrap().1, None);
+        for name in ["left_hip [Grad]", "left_hip_Grad", "left_hip [grados]", "left_hip [degrés]", "left_hip [º]"] {
+            assert_eq!(joint_of(name).unwrap().1, Some(AngleUnit::Degrees), "{name}");
+        }
+        assert_eq!(joint_of("left_hip [grad]"), None);
         for (name, unit) in [("a_deg", Some(AngleUnit::Degrees)), ("a [rad]", Some(AngleUnit::Radians)), ("trad", None)]
         {
             assert_eq!(unit_of(name), unit, "{name}");

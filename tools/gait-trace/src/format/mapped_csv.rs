@@ -16,6 +16,7 @@
 use crate::clean::rules::MOST_PERCENT_ROWS;
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
+use crate::format::components::{self, Triple};
 use crate::format::csv_header::{Chosen, Header, TimeSource};
 use crate::format::description::{Description, SIGNS};
 use crate::format::row_marks::RowMarks;
@@ -31,11 +32,11 @@ pub(crate) const DESCRIPTION: Description = Description {
     name: "CSV of any program, with the project's own, Saleae and PicoScope (`.csv`, `.txt`, `.tsv`)",
     recognised: "text that is none of the other formats; commas, semicolons or tabs, or blanks between rows of numbers without a header",
     units: "a heading's end (`_deg`, `[rad]`, `(mV)`, `PA1`) or a row of units below it; volts need a calibration",
-    axes: "one column a joint",
+    axes: "one column a joint; of components (`LKneeAngles_X`, `LKneeAngles_Y`, `LKneeAngles_Z`) the one that clearly moves most at the knees, the same for all joints",
     signs: SIGNS,
     rate: "a column of times in s, ms, us or ns (`time_ms`, `Time [s]`, `sec`), or of frames; none with `--rate`, which also replaces times that agree with it",
-    said: "degrees or radians by the values, where an angle's heading has no unit; volts, where a calibration is given; seconds, where a time has no unit and steps below 0.5; percent of a cycle, where it runs from 0 to 100; the joint of a name without side; the subject or trial of all rows; columns `time`, `CH1`, ... without a header",
-    options: &["--map", "--where", "--unit", "--calibration", "--rate", "--knee-sign", "--stride-time"],
+    said: "the axis, where angles have components; degrees or radians by the values, where an angle's heading has no unit; volts, where a calibration is given; seconds, where a time has no unit and steps below 0.5; percent of a cycle, where it runs from 0 to 100; the joint of a name without side; the subject or trial of all rows; columns `time`, `CH1`, ... without a header",
+    options: &["--map", "--where", "--axis", "--unit", "--calibration", "--rate", "--knee-sign", "--stride-time"],
 };
 
 /// Reads the bytes of a CSV file.
@@ -97,6 +98,11 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
     };
     let mut header = Header::understand(name, header_line, headings, headless && header_line == first.0, how)?;
 
+    if how.axis.is_some() && header.chosen.iter().all(|chosen| chosen.triple.is_none()) {
+        let what = "this file has no angles of three components";
+        return Err(TraceError::new(name, None, Fault::NoAxes { what }));
+    }
+
     let is_number = |column| {
         let is_time = match header.time {
             TimeSource::Column { index, .. } | TimeSource::Frames { index, .. } => index == column,
@@ -152,9 +158,14 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
             let field = &fields[chosen.index];
             let value = if is_missing(field) { Ok(f64::NAN) } else { scaled(field, comma, chosen.power) };
             chosen.values.push(value.map_err(|f| fault(f).in_column(chosen.index, &header.headings[chosen.index]))?);
+            for (index, values) in chosen.triple.iter_mut().flat_map(Triple::others) {
+                let field = &fields[index];
+                let value = if is_missing(field) { Ok(f64::NAN) } else { scaled(field, comma, chosen.power) };
+                values.push(value.map_err(|f| fault(f).in_column(index, &header.headings[index]))?);
+            }
         }
     }
-    marks.check(name, header_line, &mut notes)?;
+    marks.check(name, header_line, &time_s, &mut notes)?;
     if time_s.len() < 2 {
         let last = row_lines.last().copied().unwrap_or(header_line);
         return Err(TraceError::new(name, Some(last), Fault::TooFewRows { rows: time_s.len() }));
@@ -172,6 +183,9 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
                 .map_err(|fault| TraceError::new(name, Some(header_line), fault).in_column(index, heading))?;
         }
     }
+    components::settle(&mut header.chosen, &header.mapped_axes, how, &mut notes).map_err(|(index, fault)| {
+        TraceError::new(name, Some(header_line), fault).in_column(index, &header.headings[index])
+    })?;
     header.settle_side(marks.is_left(), &mut notes);
     let place = Place { file: name, header: Some(header_line), lines: &row_lines };
     let column =

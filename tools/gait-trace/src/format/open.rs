@@ -75,7 +75,8 @@ pub fn of_bytes(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJo
         return Err(TraceError::new(name, None, Fault::Empty));
     }
     unsupported::check(name, bytes)?;
-    if how.axis.is_some() && extension != "c3d" && !has_axes(bytes) {
+    let is_csv = || matches!(other_than_csv(name, bytes, &extension), Ok(None));
+    if how.axis.is_some() && extension != "c3d" && !has_axes(bytes) && !is_csv() {
         return Err(TraceError::new(name, None, Fault::NoAxes { what: "this file has no angles of three components" }));
     }
     if how.topic.is_some() && !mcap_file::looks_like(bytes) {

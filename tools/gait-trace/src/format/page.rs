@@ -40,18 +40,25 @@ with their own. A sign that was changed is reported for each knee, with its angl
 ## Cycles
 
 A time that runs from 0 to 1, or from 0 to 100 with 401 rows or fewer, is the fraction of one cycle if the angles at both ends are equal
-within 3 degrees or a tenth of their range. It is reported, and `--stride-time S` gives the real duration. If the ends differ by more, the
+within 3 degrees or a tenth of their range, and do not repeat in halves, thirds or quarters of it: then it is a time of several strides. It is reported, and `--stride-time S` gives the real duration. If the ends differ by more, the
 time is read as seconds, which is reported too; `--stride-time S` then makes one stride of it.
 
 A GCD file has a cycle of each leg, each from the contact of its own foot. The right leg is moved to the cycle of the left one, by
-`LeftOppositeFootContact` percent in whole points, so that no angle is made up; without that value it is moved by half a cycle. Both are reported.
+`LeftOppositeFootContact` percent, from 20 to 80, in whole points, so that no angle is made up; without that value it is moved by half a cycle. Both are reported.
+
+## Components
+
+A CSV file may have several columns of a joint: `LKneeAngles_X`, `LKneeAngles_Y`, `LKneeAngles_Z (deg)`. The component that clearly moves most at the
+knees is read for all joints, which is reported; where none does, `--axis x|y|z` or a map of every joint is required. Components whose headings have no
+word or unit of an angle are positions of markers, and those with a fourth one, `w`, are quaternions: both are errors.
 
 ## Several subjects, recordings or ranges
 
 A table of CSV may have the rows of several recordings, separated by a column called `subject`, `id`, `participant`, `trial`, `session`, `side`, or
 another such name, also with `_id`, `_no` or `_name` behind it. Several values in such a column are an error that lists them: `--where subject=S01`
 reads the rows with that value, `--where` may be repeated, and `--where 'subject=*'` reads all rows of a column that does not tell recordings apart. One
-value is a note. A column with another value in nearly every row counts rows. Where no column tells them apart, times that begin again, rows of equal
+value is a note. A column with another value in nearly every row counts rows. A column of another name is treated as such a one if it has up to 50
+texts, each in long blocks of rows; labels of phases and events come again in each stride. Where no column tells them apart, times that begin again, rows of equal
 times with different angles, and rows that take turns between two recordings are errors.
 
 A file of Vicon Nexus, Visual3D or C3D may have the angles of several subjects, recordings, ranges of a recording or folders. It is refused with

@@ -1,9 +1,11 @@
 //! Columns of a CSV file that tell recordings apart, such as subject and trial: rows of several recordings are never read as one.
 //!
-//! Such a column is recognised by its name. It has words or whole numbers, and fewer values than half its rows: a column with another
+//! Such a column is recognised by its name, or by long blocks of rows with the same text ([`row_labels`](super::row_labels)). By its name it has words or whole numbers, and fewer values than half its rows: a column with another
 //! value in nearly every row counts rows. The caller's [`RowFilter`] chooses the rows.
 
+use crate::clean::rules::MOST_PERCENT_ROWS;
 use crate::fault::{Fault, TraceError};
+use crate::format::row_labels::Label;
 use crate::format::text_table::{column_called, listed, short};
 use crate::options::RowFilter;
 use crate::shell_word;
@@ -11,7 +13,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// Names of columns that separate recordings, in lower case, without blanks and signs.
-const NAMES: [&str; 22] = [
+const NAMES: [&str; 53] = [
     "subject",
     "subj",
     "sub",
@@ -34,6 +36,37 @@ const NAMES: [&str; 22] = [
     "side",
     "leg",
     "limb",
+    "name",
+    "sujeto",
+    "proefpersoon",
+    "pat",
+    "patid",
+    "pid",
+    "mrn",
+    "group",
+    "cond",
+    "day",
+    "rep",
+    "repetition",
+    "athlete",
+    "bout",
+    "probandennummer",
+    "patientennummer",
+    "versuch",
+    "versuchsperson",
+    "testperson",
+    "essai",
+    "walkno",
+    "player",
+    "video",
+    "clip",
+    "trackid",
+    "bodyid",
+    "actor",
+    "set",
+    "human",
+    "animal",
+    "skeleton",
 ];
 /// What may follow such a name.
 const ENDS: [&str; 8] = ["id", "no", "nr", "num", "number", "name", "code", "label"];
@@ -82,14 +115,25 @@ impl Mark {
     }
 
     fn listed(&self) -> String {
-        const MOST: usize = 24;
-        let each = |(value, rows): (&String, &usize)| format!("`{}` ({rows} rows)", short(value));
-        let mut text = self.values.iter().take(MOST).map(each).collect::<Vec<_>>().join(", ");
-        if self.values.len() > MOST {
-            text += &format!(" and {} more", self.values.len() - MOST);
-        }
-        text
+        listed_values(&self.values)
     }
+}
+
+/// Values, each with its number of rows, in words.
+fn listed_values(values: &BTreeMap<String, usize>) -> String {
+    const MOST: usize = 24;
+    let each = |(value, rows): (&String, &usize)| format!("`{}` ({rows} rows)", short(value));
+    let mut text = values.iter().take(MOST).map(each).collect::<Vec<_>>().join(", ");
+    if values.len() > MOST {
+        text += &format!(" and {} more", values.len() - MOST);
+    }
+    text
+}
+
+/// Whether the times are percent of a cycle, in which labels are phases.
+fn is_percent(time_s: &[f64]) -> bool {
+    let is = |first: &f64, last: &f64| first.abs() < 0.1 && (last - 100.0).abs() < 0.1;
+    time_s.len() <= MOST_PERCENT_ROWS && time_s.first().zip(time_s.last()).is_some_and(|(first, last)| is(first, last))
 }
 
 /// The caller's filter of a column, and the values that the column has.
@@ -102,6 +146,7 @@ struct Filter {
 /// The columns that tell recordings apart, and the rows that are read.
 pub(crate) struct RowMarks {
     marks: Vec<Mark>,
+    labels: Vec<Label>,
     filters: Vec<Filter>,
     rows: usize,
     taken: usize,
@@ -120,7 +165,10 @@ impl RowMarks {
         let filters = only.iter().map(filter).collect::<Result<Vec<_>, _>>()?;
         let is_mark = |index: &usize| is_mark(&headings[*index]) && !used.contains(index);
         let marks = (0..headings.len()).filter(is_mark).map(mark).collect();
-        Ok(Self { marks, filters, rows: 0, taken: 0 })
+        let is_free = |index: &usize| !is_mark(index) && !used.contains(index);
+        let labels =
+            (0..headings.len()).filter(is_free).filter_map(|index| Label::of(index, &headings[index])).collect();
+        Ok(Self { marks, labels, filters, rows: 0, taken: 0 })
     }
 
     /// Whether a row is read.
@@ -133,6 +181,8 @@ impl RowMarks {
             taken &= filter.rows.takes(field(filter.index));
         }
         if taken {
+            let row = self.taken;
+            self.labels.retain_mut(|label| label.take(row, field(label.index)));
             self.taken += 1;
             self.marks.iter_mut().for_each(|mark| mark.take(field(mark.index)));
         }
@@ -149,8 +199,15 @@ impl RowMarks {
         }
     }
 
-    /// An error if the rows that were read are of several recordings, or if no row is; `line` is that of the header.
-    pub(crate) fn check(&self, name: &str, line: u64, notes: &mut Vec<String>) -> Result<(), TraceError> {
+    /// An error if the rows that were read are of several recordings, or if no row is; `line` is that of the header, and `time_s` are the
+    /// times of the rows.
+    pub(crate) fn check(
+        &self,
+        name: &str,
+        line: u64,
+        time_s: &[f64],
+        notes: &mut Vec<String>,
+    ) -> Result<(), TraceError> {
         if self.taken == 0 && self.rows > 0 {
             let takes_none = |filter: &&Filter| !filter.seen.values.keys().any(|value| filter.rows.takes(value));
             // Each value may be there, but in other rows than the others.
@@ -172,6 +229,15 @@ impl RowMarks {
                 Some(value) if mark.values.len() == 1 => notes.push(format!("`{heading}` is `{value}` in all rows.")),
                 _ => {}
             }
+        }
+        let is_chosen = |index: usize| self.filters.iter().any(|filter| filter.index == index);
+        let mut labels = self.labels.iter().filter(|label| !is_chosen(label.index) && !is_percent(time_s));
+        if let Some(label) = labels.find(|label| label.marks(time_s)) {
+            let heading = short(&label.heading);
+            let first = label.values.keys().next().map(|value| short(value)).unwrap_or_default();
+            let [example, all] = [&*first, "*"].map(|value| shell_word(format!("{heading}={value}")));
+            let fault = Fault::SeveralRecordings { values: listed_values(&label.values), example, all };
+            return Err(TraceError::new(name, Some(line), fault).in_column(label.index, &label.heading));
         }
         let (taken, rows) = (self.taken, self.rows);
         for Filter { rows: filter, seen, .. } in &self.filters {
@@ -203,7 +269,7 @@ mod tests {
         let fields = |row: &[&str]| row.iter().map(|field| Cow::Owned((*field).to_owned())).collect::<Vec<_>>();
         let taken = rows.iter().filter(|row| marks.takes(&fields(row))).count();
         let mut notes = Vec::new();
-        marks.check("a.csv", 1, &mut notes).map_err(|error| error.to_string())?;
+        marks.check("a.csv", 1, &[], &mut notes).map_err(|error| error.to_string())?;
         Ok((notes, taken))
     }
 

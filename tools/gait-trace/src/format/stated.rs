@@ -66,6 +66,20 @@ pub(crate) fn check(heading: &str, how: &ReadOptions<'_>) -> Result<(), Fault> {
     }
 }
 
+/// An error if a column that was found by its name has a unit without letters that is no angle: `left_hip [%]`, `left_hip [-]`. Words
+/// that are no angle are in no name of a joint.
+pub(crate) fn check_found(heading: &str, how: &ReadOptions<'_>) -> Result<(), Fault> {
+    let end = bracketed(heading).or_else(|| heading.trim_end().rsplit([' ', '_']).next()).unwrap_or_default().trim();
+    match end {
+        "%" | "‰" => Err(Fault::NoAngle { column: short(heading), what: format!("the unit `{end}`") }),
+        // `Flexion (+) / Extension (-)` names signs, no unit.
+        "-" | "–" | "−" if bracketed(heading).is_some() && !heading.contains('+') && how.unit.is_none() => {
+            Err(Fault::UnknownUnit { column: short(heading), what: end.into() })
+        }
+        _ => Ok(()),
+    }
+}
+
 #[derive(Debug, PartialEq)]
 enum Stated {
     /// A unit or a quantity that is no angle, in words.
@@ -183,6 +197,25 @@ mod tests {
             "motor_current",
         ] {
             assert!(matches!(stated(heading), Some(Stated::Other(_))), "{heading}: {:?}", stated(heading));
+        }
+    }
+
+    #[test]
+    fn signs_that_are_no_unit_of_an_angle_are_refused_for_names_of_joints_too() {
+        let how = ReadOptions::default();
+        for heading in ["left_hip [%]", "left_hip %", "left_hip_%", "left_hip [-]", "left_hip (–)"] {
+            assert!(check_found(heading, &how).is_err(), "{heading}");
+        }
+        for heading in [
+            "left_hip",
+            "left_hip (°)",
+            "left_hip (+)",
+            "Left Hip Flexion (+) / Extension (-)",
+            "Knee (Flex/Ext) LT",
+            "left_hip -",
+            "left_hip_deg",
+        ] {
+            assert!(check_found(heading, &how).is_ok(), "{heading}");
         }
     }
 

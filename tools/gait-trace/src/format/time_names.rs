@@ -18,6 +18,22 @@ pub(crate) fn time_of(name: &str) -> Option<Option<i32>> {
     if rest.is_empty() { Some(None) } else { seconds_of(rest).map(Some) }
 }
 
+/// As [`time_of`], for a stamp of a clock or the time since a beginning: `timestamp_us`, `elapsed_ms`.
+#[must_use]
+pub(crate) fn stamp_of(name: &str) -> Option<Option<i32>> {
+    let plain: String = name.to_lowercase().chars().filter(|c| c.is_alphanumeric()).collect();
+    let rest = ["timestamp", "elapsedtime", "elapsed"].iter().find_map(|word| plain.strip_prefix(word))?;
+    if rest.is_empty() { Some(None) } else { seconds_of(rest).map(Some) }
+}
+
+/// Whether a column's name is about time or a date, whatever is in it.
+#[must_use]
+pub(crate) fn is_time_like(name: &str) -> bool {
+    let plain = name.to_lowercase();
+    time_of(name).is_some()
+        || ["time", "date", "clock", "utc", "stamp", "elapsed"].iter().any(|word| plain.contains(word))
+}
+
 /// Whether a column's name denotes a number of frames or samples.
 #[must_use]
 pub(crate) fn is_frame(name: &str) -> bool {
@@ -48,6 +64,19 @@ mod tests {
             ("trunk", None),
         ] {
             assert_eq!(time_of(name), unit, "{name}");
+        }
+        for (name, unit) in [
+            ("timestamp", Some(None)),
+            ("timestamp_ms", Some(Some(-3))),
+            ("Timestamp [us]", Some(Some(-6))),
+            ("timestamp_ns", Some(Some(-9))),
+            ("elapsed", Some(None)),
+            ("elapsed_ms", Some(Some(-3))),
+            ("elapsed time (s)", Some(Some(0))),
+            ("timestamp_utc", None),
+            ("time", None),
+        ] {
+            assert_eq!(stamp_of(name), unit, "{name}");
         }
         assert!(["Frame", "frame #", "Sample No."].into_iter().all(is_frame));
         assert!(["framework", "time", "sampled", "sample_rate"].into_iter().all(|name| !is_frame(name)));

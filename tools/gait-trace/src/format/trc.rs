@@ -2,12 +2,13 @@
 //!
 //! Five lines, separated by tabs: `PathFileType`, names of the header's fields, their values, names of the markers (one above three
 //! columns), names of the components; then rows of frame number, time, and X, Y, Z of each marker. An empty field, or a marker at
-//! exactly 0, 0, 0, is missing. The angles are computed as those of a C3D file of joint centres or markers.
+//! exactly 0, 0, 0, is missing. A marker may have the name of its subject in front (`Anna:LKNE`). The angles are computed as those of a C3D file of joint centres or markers.
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{Place, in_degrees};
 use crate::format::description::{Description, SIGNS};
 use crate::format::segments::{self, LengthUnit, Track};
+use crate::format::subjects;
 use crate::format::text_table::{Delimiter, check_rows, finite, lines, listed, number_or_missing, short, text};
 use crate::format::time_step;
 use crate::options::ReadOptions;
@@ -76,9 +77,14 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     };
     differs(announced("NumMarkers"), markers.len(), "NumMarkers", "markers", &mut notes);
 
-    let legs = segments::find(&markers);
+    let bare: Vec<&str> = markers.iter().map(|label| subjects::bare(label)).collect();
+    let legs = segments::find(&bare);
     if legs.iter().all(Option::is_none) {
         return Err(fault(Fault::NoTrajectories { have: listed(&markers) }));
+    }
+    let with_legs = subjects::with_legs(&markers);
+    if with_legs.len() > 1 {
+        return Err(fault(Fault::SeveralSubjects { have: listed(&with_legs) }));
     }
     let mut tracks: Vec<Option<Track>> = vec![None; markers.len()];
     legs.iter().flatten().flat_map(segments::Leg::points).for_each(|point| tracks[point] = Some(Track::new()));

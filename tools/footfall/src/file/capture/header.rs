@@ -6,7 +6,8 @@ use crate::board::image::Image;
 use generator_file::degrees::shortest;
 use hgod_adc::Interpolation;
 use joint_loop::setup::default_loop::Parameters;
-use joint_loop::{JointSensor, JointSensors};
+use joint_loop::store::{generator_record, robot_record, sensor_record};
+use joint_loop::{JointSensor, JointSensors, RecordName};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,24 +16,36 @@ use wire::RecordId;
 /// Version of the layout of captures and of the file beside them.
 ///
 /// Version 4 has `validity` instead of `verdict`, `generator_file` instead of `params`, `result` instead of `summary`, and `boot_record`
-/// instead of `heard`. Version 5 has name and check sum of each record at each boot, where the board reports them.
-pub const SCHEMA: u32 = 5;
+/// instead of `heard`. Version 5 has name and check sum of each record at each boot, where the board reports them,
+/// version 6 the records themselves.
+pub const SCHEMA: u32 = 6;
 
-/// What runs on the board: image, generator, sensors; and `more` about the run.
+/// What runs on the board: image, generator, sensors, their records and that of the robot in hexadecimal digits; and `more` about the run.
 #[must_use]
 pub fn about(elf: &Path, image: &Image, generator_file: Option<&Path>, parameters: &Parameters, more: Value) -> Value {
-    let Parameters { generator, sensors, .. } = parameters;
+    let Parameters { generator, sensors, robot, .. } = parameters;
+    // The board's own names are in its boot record.
+    let name = RecordName::cut("capture");
     let mut about = json!({
         "elf": elf,
         "elf_sha256": image.sha256,
         "generator_file": generator_file,
         "generator": generator.name(),
         "sensors": about_sensors(sensors),
+        "records": {
+            "generator": hex(generator_record::record_of(generator, &name).bytes()),
+            "sensors": hex(sensor_record::record_of(sensors, &name).bytes()),
+            "robot": hex(robot_record::record_of(robot, &name).bytes()),
+        },
     });
     if let (Some(about), Value::Object(more)) = (about.as_object_mut(), more) {
         about.extend(more);
     }
     about
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn about_sensors(sensors: &JointSensors) -> Value {

@@ -1,5 +1,5 @@
 //! A capture as MCAP (<https://mcap.dev/spec>): messages in JSON with JSON Schema, time stamps in nanoseconds of the board's own
-//! clock. Opens in Foxglove and PlotJuggler.
+//! clock. Opens in Foxglove and PlotJuggler; the messages of ROS 2 move a robot there, see [`super::joint_states`].
 //!
 //! | topic | a message for | content |
 //! |---|---|---|
@@ -7,14 +7,18 @@
 //! | `/joints` | every sample with known outputs | four setpoints, four pulses, and their source |
 //! | `/sync` | every edge at the synchronisation input | the level after it |
 //! | `/state` | every change | state of the supervisor, late and missed ticks |
+//! | `/joint_states` | every tenth sample with known outputs | setpoints, as ROS 2 has them |
+//! | `/robot_description` | once | the robot, as URDF |
 //!
 //! Metadata: `footfall` (what runs, the calibration), `boot 1`, `boot 2`, ... (chip, factory values), `end` (the counts).
 //! A chunk is written at once every second: a file without an end is complete up to its last chunk.
 
 use super::header::{SCHEMA, flat};
+use super::joint_states;
 use super::samples::{EdgeAt, Sample};
 use crate::output;
 use hgod_adc::Validity;
+use joint_loop::RobotConfig;
 use joint_units::Joint;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{McapError, WriteOptions, Writer};
@@ -30,16 +34,16 @@ const CHUNK: u32 = 1000;
 pub(crate) struct Messages {
     writer: Writer<BufWriter<File>>,
     joints: Vec<Joint>,
-    /// Channels `/sensor`, `/joints`, `/state`, `/sync`.
-    channels: [u16; 4],
-    sequences: [u32; 4],
+    /// Channels `/sensor`, `/joints`, `/state`, `/sync`, `/joint_states`.
+    channels: [u16; 5],
+    sequences: [u32; 5],
     in_chunk: u32,
     boots: u32,
     state: Option<(u32, &'static str, u32, u32)>,
 }
 
 impl Messages {
-    pub(crate) fn begin(path: &Path, joints: &[Joint], about: &Value) -> io::Result<Self> {
+    pub(crate) fn begin(path: &Path, joints: &[Joint], robot: &RobotConfig, about: &Value) -> io::Result<Self> {
         let options = WriteOptions::new()
             .compression(None)
             .profile("")
@@ -48,22 +52,32 @@ impl Messages {
             // A chunk is then written in one piece, with its length: a killed program leaves whole chunks.
             .disable_seeking(true);
         let mut writer = options.create(BufWriter::new(output::begin(path)?)).map_err(io)?;
-        let mut channel = |topic: &str, name: &str, schema: Value| -> io::Result<u16> {
-            let schema = writer.add_schema(name, "jsonschema", schema.to_string().as_bytes()).map_err(io)?;
-            writer.add_channel(schema, topic, "json", &BTreeMap::new()).map_err(io)
+        let mut add = |topic: &str, (name, definition): (&str, &str), [language, encoding]: [&str; 2]| {
+            let schema = writer.add_schema(name, language, definition.as_bytes()).map_err(io)?;
+            writer.add_channel(schema, topic, encoding, &BTreeMap::new()).map_err(io)
         };
-        let channels = [
+        let mut channel =
+            |topic: &str, name: &str, schema: Value| add(topic, (name, &schema.to_string()), ["jsonschema", "json"]);
+        let json = [
             channel("/sensor", "footfall.Sensor", sensor_schema(joints))?,
             channel("/joints", "footfall.Joints", joints_schema())?,
             channel("/state", "footfall.State", state_schema())?,
             channel("/sync", "footfall.Sync", sync_schema())?,
         ];
+        let ros = ["ros2msg", "cdr"];
+        let joint_states = add("/joint_states", joint_states::JOINT_STATE, ros)?;
+        let description = add("/robot_description", joint_states::TEXT, ros)?;
+        let [sensor, joint, state, sync] = json;
+        let channels = [sensor, joint, state, sync, joint_states];
         let mut metadata = flat(about);
         metadata.insert("footfall".into(), env!("CARGO_PKG_VERSION").into());
         metadata.insert("schema".into(), SCHEMA.to_string());
         writer.write_metadata(&Metadata { name: "footfall".into(), metadata }).map_err(io)?;
+        let header = MessageHeader { channel_id: description, sequence: 0, log_time: 0, publish_time: 0 };
+        let robot = joint_states::text(&joint_states::urdf(robot));
+        writer.write_to_known_channel(&header, &robot).map_err(io)?;
         writer.flush().map_err(io)?;
-        Ok(Self { writer, joints: joints.to_vec(), channels, sequences: [0; 4], in_chunk: 0, boots: 0, state: None })
+        Ok(Self { writer, joints: joints.to_vec(), channels, sequences: [0; 5], in_chunk: 0, boots: 0, state: None })
     }
 
     pub(crate) fn boot(&mut self, boot: &Value) -> io::Result<()> {
@@ -120,6 +134,9 @@ impl Messages {
         joints.insert("seq".into(), tick.seq.into());
         joints.insert("limited".into(), tick.limited.into());
         self.message(1, at, &Value::Object(joints))?;
+        if sample.tick.is_multiple_of(joint_states::TICKS) {
+            self.bytes(4, at, &joint_states::joint_state(at, tick.setpoints_rad))?;
+        }
 
         let state = (sample.boot, tick.state.name(), tick.late, tick.missed);
         if self.state.replace(state) == Some(state) {
@@ -135,10 +152,14 @@ impl Messages {
     }
 
     fn message(&mut self, channel: usize, at: u64, value: &Value) -> io::Result<()> {
+        self.bytes(channel, at, value.to_string().as_bytes())
+    }
+
+    fn bytes(&mut self, channel: usize, at: u64, bytes: &[u8]) -> io::Result<()> {
         let sequence = self.sequences[channel];
         self.sequences[channel] = sequence.wrapping_add(1);
         let header = MessageHeader { channel_id: self.channels[channel], sequence, log_time: at, publish_time: at };
-        self.writer.write_to_known_channel(&header, value.to_string().as_bytes()).map_err(io)
+        self.writer.write_to_known_channel(&header, bytes).map_err(io)
     }
 
     pub(crate) fn finish(&mut self, counts: &Value) -> io::Result<()> {

@@ -19,6 +19,7 @@ use crate::format::description::{Description, SIGNS};
 use crate::format::joint_names::AngleUnit;
 use crate::format::outputs::{self, Output};
 use crate::format::segments::{self, LengthUnit, Track};
+use crate::format::subjects;
 use crate::format::text_table::{check_rows, listed};
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
@@ -132,7 +133,7 @@ impl File<'_> {
 
     /// Hip and knee angles from thighs and shanks.
     fn segments(&self, notes: &mut Vec<String>) -> Result<Vec<AngleColumn>, TraceError> {
-        let bare: Vec<&str> = self.layout.labels.iter().map(|label| bare(label)).collect();
+        let bare: Vec<&str> = self.layout.labels.iter().map(|label| subjects::bare(label)).collect();
         let first_text = |name| self.parameters.text(&self.ctx, name).first().cloned();
         let screen_up = first_text("POINT:Y_SCREEN");
         let legs = segments::find(&bare);
@@ -140,7 +141,8 @@ impl File<'_> {
         if legs.iter().all(Option::is_none) {
             return Err(fault(Fault::NoTrajectories { have: listed(&self.layout.labels) }));
         }
-        let subjects = subjects_with_legs(&self.layout.labels);
+        let labels: Vec<&str> = self.layout.labels.iter().map(String::as_str).collect();
+        let subjects = subjects::with_legs(&labels);
         if subjects.len() > 1 {
             return Err(fault(Fault::SeveralSubjects { have: listed(&subjects) }));
         }
@@ -193,24 +195,4 @@ fn outputs_of(labels: &[String]) -> Vec<Output> {
         outputs.push(Output { group: group.into(), name: name.into(), is_angle, columns: [Some(0), Some(1), Some(2)] });
     }
     outputs
-}
-
-/// The names of the subjects whose points give a leg.
-fn subjects_with_legs(labels: &[String]) -> Vec<&str> {
-    let subject = |label: &'_ String| label.rsplit_once(':').map(|(subject, _)| subject.len());
-    let mut subjects: Vec<&str> = labels.iter().filter_map(|label| label.get(..subject(label)?)).collect();
-    subjects.sort_unstable();
-    subjects.dedup();
-    let has_leg = |wanted: &&str| {
-        let own = |label: &String| label.get(..wanted.len()) == Some(wanted) && subject(label) == Some(wanted.len());
-        let names: Vec<&str> = labels.iter().map(|label| if own(label) { bare(label) } else { "" }).collect();
-        segments::find(&names).iter().any(Option::is_some)
-    };
-    subjects.retain(has_leg);
-    subjects
-}
-
-/// A label without the subject's name: `Anna:LKNE` gives `LKNE`.
-fn bare(label: &str) -> &str {
-    label.rsplit(':').next().unwrap_or(label)
 }

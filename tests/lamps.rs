@@ -1,0 +1,154 @@
+//! The lamps of the flashed image, on the virtual board: the pattern of each state, and of each reason why the board stays off.
+
+use firmware::board::f4_discovery::BOARD;
+use firmware::board::{GENERATOR_SECTOR, Pin, ROBOT_SECTOR, SENSORS_SECTOR};
+use firmware::lamp::{Lamp, Shown};
+use footfall_tests::board::{Board, Ran};
+use footfall_tests::recordings::default_volts_file;
+use generator_file::file::GeneratorFile;
+use joint_loop::setup::default_loop::Parameters;
+use joint_loop::store::{generator_record, sensor_record};
+use joint_loop::{RecordName, RobotConfig};
+use std::path::Path;
+use std::process::ExitCode;
+use test_suite::tests;
+use wire::Subject;
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        disarmed_and_armed_boards_show_it(Image),
+        shadow_mode_shows_it(ShadowImage),
+        a_fault_shows_it(Image),
+        repeated_crashes_show_the_lock_out(Image),
+        a_board_that_stays_off_shows_why(Image),
+    ])
+}
+
+/// The levels of both lamps at each millisecond of a run.
+struct Lamps {
+    levels: [Vec<bool>; 2],
+}
+
+const LAMPS: [Lamp; 2] = [Lamp::Pulses, Lamp::Fault];
+
+/// Runs a board for so many seconds with these options.
+fn run(board: &Board, secs: f64, options: &[&str]) -> (Lamps, Ran) {
+    let folder = tempfile::tempdir().unwrap();
+    let pins = [BOARD.led_pulses, BOARD.led_fault].map(|pin| pin.expect("this board has two"));
+    let files = pins.map(|pin: Pin| folder.path().join(format!("{pin}.csv")));
+    let mut all = vec!["--secs".to_owned(), secs.to_string(), "--loop".into()];
+    all.extend(["--volts".into(), default_volts_file().display().to_string()]);
+    for (pin, file) in pins.iter().zip(&files) {
+        all.extend(["--record-edges".into(), format!("{pin}={}", file.display())]);
+    }
+    all.extend(options.iter().map(|option| (*option).to_owned()));
+    let ran = board.run(&all);
+    let levels = files.map(|file| levels(&file, secs));
+    (Lamps { levels }, ran)
+}
+
+/// The level of a pin in the middle of each millisecond, from its edges.
+fn levels(file: &Path, secs: f64) -> Vec<bool> {
+    let text = std::fs::read_to_string(file).unwrap();
+    let mut edges = text.lines().skip(1).map(|line| line.split_once(',').unwrap()).peekable();
+    let mut level = false;
+    let at = |ms: usize| (ms as f64 + 0.5) * 1e-3;
+    let mut after = |ms: usize| {
+        while let Some((_, new)) = edges.next_if(|(t_s, _)| t_s.parse::<f64>().unwrap() <= at(ms)) {
+            level = new == "1";
+        }
+        level
+    };
+    (0..(secs * 1e3) as usize).map(&mut after).collect()
+}
+
+impl Lamps {
+    /// From `from_ms` to the end the lamps show this, with the pattern's beginning anywhere.
+    fn assert_shown(&self, shown: Shown, from_ms: usize) {
+        let seen = |lamp: usize| &self.levels[lamp][from_ms..];
+        let is_shown = |begin: u32| {
+            LAMPS.iter().enumerate().all(|(index, lamp)| {
+                let is_wanted = |ms: usize| shown.lit(begin + ms as u32) == Some(*lamp);
+                // A change may be seen a millisecond early or late.
+                let is_near =
+                    |ms: usize| (ms.saturating_sub(1)..=ms + 1).any(|near| is_wanted(near) == seen(index)[ms]);
+                (0..seen(index).len()).all(is_near)
+            })
+        };
+        assert!(seen(0).len() > 2_500, "{shown:?}: too short to see a pattern");
+        assert!((0..3_200).any(is_shown), "{shown:?} is not what the lamps show");
+        let lit = |lamp: usize| seen(lamp).iter().filter(|lit| **lit).count();
+        assert!(lit(0) + lit(1) > 0 && (lit(0) == 0 || lit(1) == 0), "{shown:?}: {} and {} ms", lit(0), lit(1));
+    }
+}
+
+fn disarmed_and_armed_boards_show_it() {
+    let board = Board::find();
+    let (lamps, _) = run(&board, 5.0, &[]);
+    lamps.assert_shown(Shown::Disarmed, 200);
+    let (lamps, ran) = run(&board, 4.0, &["--press", "0.3"]);
+    lamps.assert_shown(Shown::Armed, 500);
+    assert!(!ran.pulses.is_empty());
+}
+
+fn shadow_mode_shows_it() {
+    let (lamps, ran) = run(&Board::shadow(), 5.0, &["--press", "0.3"]);
+    lamps.assert_shown(Shown::Shadow, 500);
+    assert!(ran.pulses.is_empty());
+}
+
+fn a_fault_shows_it() {
+    let (lamps, _) = run(&Board::find(), 5.0, &["--press", "0.3", "--dma-error", "2"]);
+    lamps.assert_shown(Shown::Fault, 2_100);
+}
+
+fn repeated_crashes_show_the_lock_out() {
+    let crashes: Vec<String> = (1..=8).map(|n| format!("{}", f64::from(n) * 0.5)).collect();
+    let mut options = vec![];
+    for at in &crashes {
+        options.extend(["--panic", at]);
+    }
+    let (lamps, ran) = run(&Board::find(), 9.0, &options);
+    assert!(ran.boots.last().unwrap().refused.iter().any(|refused| refused.subject == Subject::Arming));
+    lamps.assert_shown(Shown::LockedOut, 4_700);
+}
+
+/// Clock, records and configuration; the button does nothing.
+fn a_board_that_stays_off_shows_why() {
+    let board = Board::find();
+    let folder = tempfile::tempdir().unwrap();
+    let sector = |name: &str, address: u32, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        format!("{address:#010x}={}", path.display())
+    };
+    let damaged = [0; 16];
+    // A follower of the left hip, and a sensor on the left knee.
+    let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../samples");
+    let follower = GeneratorFile::read(&samples.join("follower.toml")).unwrap().set.config();
+    let follower = generator_record::record_of(&follower, &RecordName::BUILT_IN);
+    let defaults = Parameters::with_defaults(None, None, RobotConfig::default_biped()).unwrap();
+    let knee = sensor_record::record_of(&defaults.sensors, &RecordName::BUILT_IN);
+    for (subject, options) in [
+        (Subject::Clock, vec!["--hse-dead".to_owned()]),
+        (Subject::GeneratorRecord, vec!["--flash".into(), sector("generator", GENERATOR_SECTOR, &damaged)]),
+        (Subject::SensorRecord, vec!["--flash".into(), sector("sensors", SENSORS_SECTOR, &damaged)]),
+        (Subject::RobotRecord, vec!["--flash".into(), sector("robot", ROBOT_SECTOR, &[0xFF; 16])]),
+        (
+            Subject::Configuration,
+            vec![
+                "--flash".into(),
+                sector("follower", GENERATOR_SECTOR, follower.bytes()),
+                "--flash".into(),
+                sector("knee", SENSORS_SECTOR, knee.bytes()),
+            ],
+        ),
+    ] {
+        let options: Vec<&str> = options.iter().map(String::as_str).chain(["--press", "1"]).collect();
+        let (lamps, ran) = run(&board, 8.0, &options);
+        assert_eq!(ran.boots[0].refused.iter().map(|refused| refused.subject).collect::<Vec<_>>(), [subject]);
+        // Without the crystal the core waits for it at 16 MHz, a tenth of a second and more.
+        lamps.assert_shown(Shown::Off(subject), 1_000);
+        assert!(ran.pulses.is_empty() && ran.end.edges_before_arming == 0, "{subject:?}");
+    }
+}
