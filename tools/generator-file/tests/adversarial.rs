@@ -145,7 +145,7 @@ fn cases() -> Vec<Case> {
             "no amplitudes",
             walk(|s| s.joints.iter_mut().for_each(|j| j.amplitude_deg = 0.0)),
             JointsDoNotMove,
-            "left_hip has an amplitude of 0.00",
+            "left_hip 0.0000, right_hip 0.0000",
             false,
         ),
         ("one knee without amplitude", walk(|s| s.joints[3].amplitude_deg = 0.0), JointsDoNotMove, "right_knee", true),

@@ -4,14 +4,9 @@
 //! The component that clearly moves like flexion is taken, the same for all joints. Components whose headings do not say that they are
 //! angles are positions of markers, and four components with a `w` are a quaternion; neither is an angle.
 
-use crate::fault::Fault;
-use crate::format::axis;
-use crate::format::csv_header::Chosen;
 use crate::format::joint_names::{AngleUnit, joint_of};
-use crate::format::segments::Track;
 use crate::format::text_table::{listed, short};
-use crate::format::unit::Said;
-use crate::options::{Axis, ReadOptions};
+use crate::options::Axis;
 use joint_units::Joint;
 
 /// Between a name and its component.
@@ -36,8 +31,8 @@ pub(crate) struct Components(Vec<Option<Component>>);
 
 /// The columns of the components of one joint, and the values of the second and the third; the first one is the joint's own column.
 pub(crate) struct Triple {
-    columns: [Option<(usize, String)>; 3],
-    values: [Vec<f64>; 3],
+    pub(super) columns: [Option<(usize, String)>; 3],
+    pub(super) values: [Vec<f64>; 3],
 }
 
 impl Triple {
@@ -47,7 +42,7 @@ impl Triple {
         others.filter_map(|(column, values)| Some((column.as_ref()?.0, values)))
     }
 
-    fn listed(&self) -> String {
+    pub(super) fn listed(&self) -> String {
         listed(&self.columns.iter().flatten().map(|(_, heading)| short(heading)).collect::<Vec<_>>())
     }
 }
@@ -103,10 +98,10 @@ impl Components {
 /// The component that a heading names at its end, behind which a unit may be.
 fn component_of(heading: &str) -> Option<Component> {
     let heading = heading.trim();
-    let (body, unit) = split_unit(heading);
-    let last = body.chars().next_back()?;
+    let (stem, unit) = split_unit(heading);
+    let last = stem.chars().next_back()?;
     let letter = LETTERS.iter().position(|&letter| letter == last.to_ascii_lowercase())?;
-    let before = &body[..body.len() - last.len_utf8()];
+    let before = &stem[..stem.len() - last.len_utf8()];
     // `LHip_qx` is a component of a quaternion.
     let before = before.strip_suffix(['q', 'Q']).filter(|before| before.ends_with(SIGNS)).unwrap_or(before);
     let is_apart = before.ends_with(SIGNS)
@@ -135,65 +130,10 @@ fn split_unit(heading: &str) -> (&str, &str) {
     }
 }
 
-fn says_angle(heading: &str) -> bool {
+/// Whether a heading says that its column is an angle.
+pub(super) fn says_angle(heading: &str) -> bool {
     let plain = heading.to_lowercase();
     ANGLES.iter().any(|word| plain.contains(word))
-}
-
-/// Puts each joint of several components on the one that is flexion. `mapped` are the axes of the columns that the map chose.
-///
-/// # Errors
-/// The components are positions; or it is unclear which one is flexion. With the index of the column.
-pub(crate) fn settle(
-    chosen: &mut [Chosen],
-    mapped: &[Axis],
-    how: &ReadOptions<'_>,
-    notes: &mut Vec<String>,
-) -> Result<(), (usize, Fault)> {
-    let is_position = |c: &Chosen| c.said == Said::Nothing && !says_angle(&c.heading) && how.axis.is_none();
-    let Some((first, columns)) = chosen.iter().find_map(|c| Some((c.index, c.triple.as_ref()?.listed()))) else {
-        return Ok(());
-    };
-    if let Some(position) = chosen.iter().find(|c| c.triple.is_some() && is_position(c)) {
-        let columns = position.triple.as_ref().map(Triple::listed).unwrap_or_default();
-        return Err((position.index, Fault::Positions { columns }));
-    }
-    let axis = match (how.axis, mapped) {
-        (Some(axis), _) => axis,
-        (None, [axis]) => {
-            notes.push(format!(
-                "The joints that the map does not name are read from component {} of the angles, as the map has it; `--axis` takes another.",
-                axis.name()
-            ));
-            *axis
-        }
-        (None, [_, _, ..]) => {
-            let why = "the map takes several components".into();
-            return Err((first, Fault::UnclearFlexion { columns, why }));
-        }
-        (None, []) => {
-            let points: Vec<(Joint, usize, Track)> = chosen
-                .iter()
-                .filter_map(|c| {
-                    let [_, y, z] = &c.triple.as_ref()?.values;
-                    let at = |values: &[f64], row: usize| values.get(row).copied().unwrap_or(f64::NAN);
-                    let rows = c.values.iter().enumerate();
-                    Some((c.joint, c.index, rows.map(|(row, &x)| [x, at(y, row), at(z, row)]).collect()))
-                })
-                .collect();
-            axis::clear(&points, notes).map_err(|why| (first, Fault::UnclearFlexion { columns, why }))?
-        }
-    };
-    for one in chosen.iter_mut().filter(|_| axis != Axis::X) {
-        let Some(triple) = one.triple.as_mut() else { continue };
-        let Some((index, heading)) = triple.columns[axis as usize].take() else {
-            let (field, found) = (short(&one.heading), format!("without component {}", axis.name()));
-            return Err((one.index, Fault::HeaderField { field, found, allowed: "another `--axis`".into() }));
-        };
-        (one.index, one.heading) = (index, heading);
-        one.values = std::mem::take(&mut triple.values[axis as usize]);
-    }
-    Ok(())
 }
 
 #[cfg(test)]

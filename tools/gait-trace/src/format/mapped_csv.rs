@@ -16,9 +16,10 @@
 use crate::clean::rules::MOST_PERCENT_ROWS;
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
-use crate::format::components::{self, Triple};
+use crate::format::components::Triple;
 use crate::format::csv_header::{Chosen, Header, TimeSource};
 use crate::format::description::{Description, SIGNS};
+use crate::format::flexion_component;
 use crate::format::row_marks::RowMarks;
 use crate::format::text_table::{Delimiter, check_rows, cut_line, finite, is_missing, lines, short, text};
 use crate::format::time_step;
@@ -183,7 +184,7 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
                 .map_err(|fault| TraceError::new(name, Some(header_line), fault).in_column(index, heading))?;
         }
     }
-    components::settle(&mut header.chosen, &header.mapped_axes, how, &mut notes).map_err(|(index, fault)| {
+    flexion_component::settle(&mut header.chosen, &header.mapped_axes, how, &mut notes).map_err(|(index, fault)| {
         TraceError::new(name, Some(header_line), fault).in_column(index, &header.headings[index])
     })?;
     header.settle_side(marks.is_left(), &mut notes);

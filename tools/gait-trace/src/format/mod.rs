@@ -12,6 +12,7 @@ pub mod csv_file;
 pub(crate) mod csv_header;
 pub(crate) mod decimals;
 pub(crate) mod description;
+pub(crate) mod flexion_component;
 pub mod gcd;
 pub mod joint_names;
 pub mod mapped_csv;
