@@ -115,7 +115,7 @@ fn help_texts_and_flash_have_the_board_files_numbers() {
     assert!(help.contains(&format!("({})", SENSOR_PINS.join(", "))), "the pins in the help of `footfall watch`");
     let probe = read("xtask/src/probe.rs");
     for (name, address) in [("Generator", GENERATOR_SECTOR), ("Sensors", SENSORS_SECTOR), ("Robot", ROBOT_SECTOR)] {
-        let line = format!("Self::{name} => \"{address:#010x}\",");
+        let line = format!("Self::{name} => 0x{:04X}_{:04X},", address >> 16, address & 0xFFFF);
         assert!(probe.contains(&line), "xtask/src/probe.rs lacks `{line}`");
     }
     let line = format!("const SECTOR_BYTES: usize = {} * 1024;", SECTOR_BYTES / 1024);

@@ -42,6 +42,14 @@ impl Board {
         }
     }
 
+    /// True if the board has a socket at the chip's USB pins, so that its boot loader can be used. A Nucleo's only socket is that of the probe.
+    pub(crate) fn has_usb(self) -> bool {
+        match self {
+            Board::F4Discovery => true,
+            Board::NucleoF446re => false,
+        }
+    }
+
     /// The name that `probe-rs run --chip` wants.
     pub(crate) fn chip(self) -> &'static str {
         match self {

@@ -1,12 +1,15 @@
-//! `cargo xtask flash`: writes the firmware to a board with probe-rs and shows the board's log until Ctrl-C.
+//! `cargo xtask flash`: writes the firmware to a board with probe-rs and shows the board's log until Ctrl-C, or writes it through the chip's
+//! USB boot loader.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 
 use crate::board::{Board, Drive};
+use crate::dfu;
+use crate::image;
 use crate::probe::{self, Sector};
 use crate::setup::Need;
 use crate::shell;
@@ -44,6 +47,9 @@ pub(crate) struct Options {
     /// Shadow mode: run everything, drive nothing
     #[arg(long)]
     shadow: bool,
+    /// Write through the chip's USB boot loader with dfu-util, without a probe: BOOT0 high, then reset
+    #[arg(long)]
+    dfu: bool,
 }
 
 impl Options {
@@ -69,10 +75,10 @@ impl Options {
     }
 }
 
-/// Looks for a probe first: without one a build is useless.
+/// Looks for the board first: without one a build is useless.
 pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
     let board = options.board;
-    probe::require()?;
+    if options.dfu { dfu::require(board) } else { probe::require() }?;
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler])?;
     let image = workspace.firmware(board, Drive::unless(options.shadow))?;
@@ -80,16 +86,26 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
     // Each sector is a download of its own: that of the program does not erase them.
     let (written, kept) = options.sectors();
     for (sector, content) in written {
-        download(&workspace, board, sector, &content)?;
+        write(&workspace, options, sector, &content)?;
     }
     for sector in kept {
         eprintln!("{} sector: kept as it is", sector.name());
     }
-    shell::replace_with(shell::command("probe-rs").args(["run", "--chip", board.chip()]).arg(image.elf))
+    if !options.dfu {
+        return shell::replace_with(shell::command("probe-rs").args(["run", "--chip", board.chip()]).arg(image.elf));
+    }
+    let elf = std::fs::read(&image.elf).with_context(|| format!("reading {}", image.elf.display()))?;
+    for part in image::flash_parts(&elf).map_err(|wrong| anyhow!("{}: {wrong}", image.elf.display()))? {
+        let file = image.elf.with_extension("bin");
+        std::fs::write(&file, &part.bytes).with_context(|| format!("writing {}", file.display()))?;
+        dfu::download(part.address, &file)?;
+    }
+    eprintln!("next: connect BOOT0 with GND and press reset; the board then runs the program");
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Makes the content of a sector and writes it.
-fn download(workspace: &Workspace, board: Board, sector: Sector, content: &Content) -> Result<()> {
+fn write(workspace: &Workspace, options: &Options, sector: Sector, content: &Content) -> Result<()> {
     let name = sector.name();
     let packed = workspace.target_dir.join("images").join(name).with_extension("bin");
     let pack = |arguments: &[OsString]| {
@@ -108,10 +124,16 @@ fn download(workspace: &Workspace, board: Board, sector: Sector, content: &Conte
         }
         Content::Erased => {
             eprintln!("{name} sector: erased, {}; --keep keeps it", sector.when_erased());
-            return probe::erase(board, sector, &packed);
+            return match options.dfu {
+                true => dfu::erase(sector, &packed),
+                false => probe::erase(options.board, sector, &packed),
+            };
         }
     }
-    probe::download(board, sector, &packed)
+    match options.dfu {
+        true => dfu::download(sector.address(), &packed),
+        false => probe::download(options.board, sector, &packed),
+    }
 }
 
 #[cfg(test)]

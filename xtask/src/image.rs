@@ -1,6 +1,9 @@
-//! Reads an image's ELF file (32 bit, little-endian): its size in flash and RAM, and whether it computes in double precision.
+//! Reads an image's ELF file (32 bit, little-endian): its size in flash and RAM, its bytes in flash, and whether it computes in double
+//! precision.
 
 use std::fmt;
+
+use crate::probe::{SECTOR_BYTES, Sector};
 
 /// Bytes in flash and in RAM.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,6 +22,7 @@ impl fmt::Display for Footprint {
 }
 
 // Of the ELF specification.
+const PT_LOAD: u32 = 1;
 const SHT_SYMTAB: u32 = 2;
 const SHT_NOBITS: u32 = 8;
 const SHF_ALLOC: u32 = 2;
@@ -27,6 +31,7 @@ const SYMBOL_SIZE: usize = 16;
 const RAM_START: u32 = 0x2000_0000;
 
 const CUT: &str = "the ELF file is cut short";
+const NOT_ELF: &str = "not a 32 bit little-endian ELF file";
 
 fn half(elf: &[u8], at: usize) -> Result<u16, &'static str> {
     let bytes = at.checked_add(2).and_then(|end| elf.get(at..end)).ok_or(CUT)?;
@@ -50,7 +55,7 @@ struct Section {
 
 fn sections(elf: &[u8]) -> Result<Vec<Section>, &'static str> {
     if elf.get(..6) != Some(b"\x7fELF\x01\x01") {
-        return Err("not a 32 bit little-endian ELF file");
+        return Err(NOT_ELF);
     }
     let table = word(elf, 0x20)? as usize;
     let entry = usize::from(half(elf, 0x2e)?);
@@ -86,6 +91,64 @@ pub(crate) fn footprint(elf: &[u8]) -> Result<Footprint, &'static str> {
         return Err("the image is empty: no section is loaded");
     }
     Ok(footprint)
+}
+
+/// Bytes of an image that lie together in flash.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Part {
+    /// Address of the first.
+    pub(crate) address: u32,
+    pub(crate) bytes: Vec<u8>,
+}
+
+/// What an image has in flash: the part before the parameter sectors and the part after them, gaps filled with 0xFF.
+///
+/// No part touches a parameter sector, and the two have no sector in common: writing a part erases its sectors.
+pub(crate) fn flash_parts(elf: &[u8]) -> Result<Vec<Part>, &'static str> {
+    let sectors = Sector::ALL.map(Sector::address);
+    let parameters = sectors[0]..sectors[2] + SECTOR_BYTES as u32;
+    let mut loaded = loaded(elf)?;
+    loaded.sort_by_key(|part| part.address);
+    let mut parts: Vec<Part> = Vec::new();
+    for part in loaded {
+        let end = part.address.checked_add(part.bytes.len() as u32).ok_or("a segment ends beyond the address space")?;
+        if part.address < parameters.end && end > parameters.start {
+            return Err("a segment lies in a parameter sector");
+        }
+        match parts.last_mut() {
+            // Both before the parameter sectors, or both after them.
+            Some(last) if (last.address < parameters.start) == (part.address < parameters.start) => {
+                let offset = (part.address - last.address) as usize;
+                if offset < last.bytes.len() {
+                    return Err("two segments overlap");
+                }
+                last.bytes.resize(offset, 0xFF);
+                last.bytes.extend(part.bytes);
+            }
+            _ => parts.push(part),
+        }
+    }
+    if parts.is_empty() { Err("the image is empty: no segment is loaded") } else { Ok(parts) }
+}
+
+/// The segments with content, at the addresses where they are stored (`p_paddr`).
+fn loaded(elf: &[u8]) -> Result<Vec<Part>, &'static str> {
+    if elf.get(..6) != Some(b"\x7fELF\x01\x01") {
+        return Err(NOT_ELF);
+    }
+    let table = word(elf, 0x1c)? as usize;
+    let entry = usize::from(half(elf, 0x2a)?);
+    let count = usize::from(half(elf, 0x2c)?);
+    let mut loaded = Vec::new();
+    for index in 0..count {
+        let field = |number: usize| word(elf, table.saturating_add(index * entry + 4 * number));
+        let (kind, offset, address, size) = (field(0)?, field(1)? as usize, field(3)?, field(4)? as usize);
+        if kind == PT_LOAD && size > 0 {
+            let bytes = offset.checked_add(size).and_then(|end| elf.get(offset..end)).ok_or(CUT)?;
+            loaded.push(Part { address, bytes: bytes.to_vec() });
+        }
+    }
+    Ok(loaded)
 }
 
 /// The names in the symbol table.
@@ -190,6 +253,48 @@ mod tests {
             file[at..at + 4].copy_from_slice(&(value as u32).to_le_bytes());
         }
         file
+    }
+
+    /// An ELF file of only a header and loaded segments: (address, bytes) each.
+    fn with_segments(segments: &[(u32, &[u8])]) -> Vec<u8> {
+        let mut file = b"\x7fELF\x01\x01".to_vec();
+        file.resize(52, 0);
+        file[0x1c..0x20].copy_from_slice(&52_u32.to_le_bytes());
+        file[0x2a..0x2c].copy_from_slice(&32_u16.to_le_bytes());
+        file[0x2c..0x2e].copy_from_slice(&(segments.len() as u16).to_le_bytes());
+        let mut offset = 52 + 32 * segments.len();
+        for (address, bytes) in segments {
+            // Variables with first values run in RAM and are stored in flash.
+            for field in [1, offset as u32, 0x2000_0000, *address, bytes.len() as u32, bytes.len() as u32, 6, 4] {
+                file.extend_from_slice(&field.to_le_bytes());
+            }
+            offset += bytes.len();
+        }
+        file.extend(segments.iter().flat_map(|(_, bytes)| bytes.iter()));
+        file
+    }
+
+    #[test]
+    fn an_image_has_a_part_on_each_side_of_the_parameters() {
+        let vectors = (0x0800_0000, &b"vectors"[..]);
+        let file = with_segments(&[(0x0801_0008, b"data"), vectors, (0x0801_0000, b"text"), (0x0801_0010, b"")]);
+        let parts = flash_parts(&file).unwrap();
+        assert_eq!(parts[0], Part { address: 0x0800_0000, bytes: b"vectors".to_vec() });
+        assert_eq!(parts[1], Part { address: 0x0801_0000, bytes: b"text\xFF\xFF\xFF\xFFdata".to_vec() });
+        assert_eq!(parts.len(), 2);
+        for (segment, words) in [
+            ((0x0800_3FFF, &b"ab"[..]), "parameter sector"),
+            ((0x0800_4000, b"a"), "parameter sector"),
+            ((0x0800_FFFF, b"a"), "parameter sector"),
+            ((0x0800_0006, b"a"), "overlap"),
+            ((0xFFFF_FFFF, b"ab"), "address space"),
+        ] {
+            assert!(flash_parts(&with_segments(&[vectors, segment])).unwrap_err().contains(words), "{segment:x?}");
+        }
+        assert!(flash_parts(&with_segments(&[])).unwrap_err().contains("empty"));
+        for length in 0..file.len() {
+            assert!(flash_parts(&file[..length]).is_err(), "{length}");
+        }
     }
 
     #[test]

@@ -9,6 +9,8 @@
 mod bench;
 mod board;
 mod board_sectors;
+mod dfu;
+mod dist;
 mod emulated;
 mod flash;
 mod image;
@@ -46,7 +48,7 @@ enum Task {
     Run(run::Options),
     /// Check everything: format, lints, docs, host tests, both firmware images, the virtual board
     Test(test::Options),
-    /// Build the firmware and write it to a board with probe-rs
+    /// Build the firmware and write it to a board, with probe-rs or through USB
     Flash(flash::Options),
     /// Show, save or erase the parameter records of a connected board
     Board {
@@ -67,6 +69,8 @@ enum Task {
         #[command(subcommand)]
         bench: bench::Bench,
     },
+    /// Pack a release: images, program, completions, manual pages, documentation, samples, check sums
+    Dist(dist::Options),
     /// Install what the other commands need, or print the command that installs it
     Setup {
         /// Install this group of tools too (repeat for more)
@@ -100,6 +104,7 @@ fn perform(task: Task) -> anyhow::Result<ExitCode> {
             Ok(ExitCode::SUCCESS)
         }
         Task::Bench { bench } => bench::bench(&bench),
+        Task::Dist(options) => dist::dist(&options),
         Task::Setup { with } => {
             let groups: Vec<Need> = with.iter().filter_map(|name| Need::named(name)).collect();
             let missing = Workspace::open()?.install(&groups)?;

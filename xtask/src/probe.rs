@@ -32,12 +32,17 @@ impl Sector {
     }
 
     /// Its first address, as `firmware/src/board/mod.rs` has it; `tests/pins.rs` compares the two.
-    pub(crate) fn address(self) -> &'static str {
+    pub(crate) fn address(self) -> u32 {
         match self {
-            Self::Generator => "0x08004000",
-            Self::Sensors => "0x08008000",
-            Self::Robot => "0x0800c000",
+            Self::Generator => 0x0800_4000,
+            Self::Sensors => 0x0800_8000,
+            Self::Robot => 0x0800_C000,
         }
+    }
+
+    /// The address as probe-rs takes it.
+    fn argument(self) -> String {
+        format!("0x{:08x}", self.address())
     }
 
     /// What a board does whose sector is erased.
@@ -70,8 +75,8 @@ pub(crate) fn require() -> Result<()> {
 /// Writes a file into a sector. What the sector held is gone, and the other sectors stay.
 pub(crate) fn download(board: Board, sector: Sector, file: &Path) -> Result<()> {
     let mut download = shell::command("probe-rs");
-    download.args(["download", "--chip", board.chip(), "--binary-format", "bin", "--base-address", sector.address()]);
-    done(download.arg(file), "probe-rs download")
+    download.args(["download", "--chip", board.chip(), "--binary-format", "bin", "--base-address"]);
+    done(download.arg(sector.argument()).arg(file), "probe-rs download")
 }
 
 /// Erases a sector by a download that touches all of it; `file` is written on the way.
@@ -84,7 +89,7 @@ pub(crate) fn erase(board: Board, sector: Sector, file: &Path) -> Result<()> {
 pub(crate) fn read(board: Board, sector: Sector) -> Result<Vec<u8>> {
     let words = (SECTOR_BYTES / 4).to_string();
     let mut read = shell::command("probe-rs");
-    let text = shell::stdout_of(read.args(["read", "--chip", board.chip(), "b32", sector.address(), &words]))?;
+    let text = shell::stdout_of(read.args(["read", "--chip", board.chip(), "b32", &sector.argument(), &words]))?;
     let bytes = bytes_of(&text).with_context(|| format!("reading the {} sector", sector.name()))?;
     ensure!(
         bytes.len() == SECTOR_BYTES,

@@ -1,4 +1,4 @@
-//! The gaits of persons of `cpg-core`, against the recordings that they come from: the numbers, and the tables of `docs/gaits.md`.
+//! The gaits of persons of `cpg-core`, against the recordings that they come from: the numbers, the tables of `docs/gaits.md`, and the picture.
 
 use cpg_core::gait::family::{Member, START, STOP};
 use cpg_core::waveform::shape::MAX_COEFFICIENT;
@@ -6,6 +6,7 @@ use gait_fit::series::Series;
 use reproduce::gait_family::errors::over_all;
 use reproduce::gait_family::leg::Leg;
 use reproduce::gait_family::page::{tables, with_tables};
+use reproduce::gait_family::picture::picture;
 use reproduce::gait_family::study::{Study, study};
 use std::path::Path;
 use std::process::ExitCode;
@@ -16,6 +17,7 @@ fn main() -> ExitCode {
     test_suite::run(tests![
         the_numbers_of_the_core_are_those_of_the_recordings(Traces),
         the_page_has_the_tables_of_the_study(Traces),
+        the_picture_is_that_of_the_study(Traces),
         the_family_is_nearer_where_the_page_says_so(Traces),
         the_run_is_that_of_runners(),
     ])
@@ -65,6 +67,14 @@ fn the_page_has_the_tables_of_the_study() {
     assert!(
         with_tables(&text, &tables(&STUDY)).expect("marks") == text,
         "docs/gaits.md differs; `cargo run -p reproduce --example gait_family -- --write` makes it again"
+    );
+}
+
+fn the_picture_is_that_of_the_study() {
+    let stored = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/gaits.svg");
+    assert!(
+        std::fs::read_to_string(stored).expect("the picture") == picture(&STUDY).expect("drawn"),
+        "docs/gaits.svg differs; `cargo run -p reproduce --example gait_family -- --write` makes it again"
     );
 }
 

@@ -214,6 +214,11 @@ impl Dma {
         self.streams[stream].fail_next_transfer = true;
     }
 
+    /// True if a stream has a flag; without one no interrupt line is high.
+    pub(crate) fn has_flags(&self) -> bool {
+        self.streams.iter().any(|stream| stream.flags != 0)
+    }
+
     /// Level of the interrupt line of a stream.
     pub(crate) fn interrupt(&self, stream: usize) -> bool {
         let stream = &self.streams[stream];

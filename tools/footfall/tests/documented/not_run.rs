@@ -42,6 +42,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask flash --generator generator.toml --robot robot.toml",
             "cargo xtask flash --sensor left_hip=hip.toml --sensor left_knee=knee.toml",
             "cargo xtask flash --shadow",
+            "cargo xtask flash --dfu",
             "cargo xtask flash --board nucleo-f446re --generator samples/generator.toml --robot robot.toml --shadow",
             "cargo xtask board info --board nucleo-f446re",
             "cargo xtask board info",

@@ -230,7 +230,8 @@ impl Soc {
     fn refresh_lines(&mut self) {
         let mut lines = [0; 3];
         let mut raise = |irq: u8, level: bool| lines[usize::from(irq / 32)] |= u32::from(level) << (irq % 32);
-        for timer in &self.timers[1..] {
+        // Most blocks have nothing pending, and this runs at every register access.
+        for timer in self.timers[1..].iter().filter(|timer| timer.pending() != 0) {
             for (irq, level) in timer.interrupts() {
                 raise(irq, level);
             }
@@ -241,9 +242,9 @@ impl Soc {
         for (irq, mask) in EXTI_IRQS {
             raise(irq, pending & mask != 0);
         }
-        for (controller, irqs) in IRQS.iter().enumerate() {
+        for (dma, irqs) in self.dma.iter().zip(&IRQS).filter(|(dma, _)| dma.has_flags()) {
             for (stream, &irq) in irqs.iter().enumerate() {
-                raise(irq, self.dma[controller].interrupt(stream));
+                raise(irq, dma.interrupt(stream));
             }
         }
         self.lines = lines;

@@ -313,9 +313,14 @@ impl Timer {
         }
     }
 
+    /// Flags of SR whose interrupt is enabled.
+    pub(crate) const fn pending(&self) -> u32 {
+        self.sr & self.dier
+    }
+
     /// Interrupt numbers and levels, in the order update, compare, trigger, break.
     pub(crate) fn interrupts(&self) -> [(u8, bool); 4] {
-        let pending = self.sr & self.dier;
+        let pending = self.pending();
         let irqs = self.features.irqs;
         [
             (irqs.update, pending & UIF != 0),
