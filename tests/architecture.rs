@@ -18,7 +18,8 @@ const CORES: [(&str, &[&str]); 5] = [
 ];
 
 /// Libraries that a core may use: no allocation, no input or output, no hardware.
-const CORE_LIBRARIES: [&str; 8] = ["crc", "defmt", "fixed", "heapless", "libm", "micromath", "postcard", "serde"];
+const CORE_LIBRARIES: [&str; 9] =
+    ["cobs", "crc", "defmt", "fixed", "heapless", "libm", "micromath", "postcard", "serde"];
 
 /// Packages that nothing may depend on: programs, chores and tests. The virtual board is one for its licence too (GPL-2.0-only).
 const ENDS: [&str; 7] =

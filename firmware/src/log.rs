@@ -18,8 +18,8 @@ use crate::faults::LastRun;
 use crate::parameters::Loaded;
 use crate::variant::{SENSOR_REQUIRED, SHADOW};
 
-/// Reports the boot; `loaded` is `None` if the parameters were refused, which is reported next.
-pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, loaded: Option<&Loaded>) {
+/// Reports the boot, and returns its record; `loaded` is `None` if the parameters were refused, which is reported next.
+pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, loaded: Option<&Loaded>) -> Boot {
     // A name longer than its field would become empty; none is so long.
     let text = |name: &str| String::try_from(name).unwrap_or_default();
     let min_supply = loaded.map_or(BOARD.min_supply, |loaded| loaded.parameters.robot.min_supply_on(BOARD.min_supply));
@@ -38,7 +38,7 @@ pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, loaded: Option<&Loade
         shadow: SHADOW,
     };
     lines::boot(&boot);
-    send(&Record::Boot(boot));
+    send(&Record::Boot(boot.clone()));
     lines::crash(last);
     lines::brown_out();
     if last.streak >= LOCKOUT_STREAK {
@@ -50,6 +50,7 @@ pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, loaded: Option<&Loade
             ),
         );
     }
+    boot
 }
 
 /// Reports a refusal with its reason.
@@ -68,7 +69,7 @@ pub(crate) fn send(record: &Record) {
     }
 }
 
-pub(crate) use lines::{stalled, state, status};
+pub(crate) use lines::{answered, stalled, state, status};
 
 /// The messages.
 #[cfg(target_os = "none")]
@@ -77,6 +78,7 @@ mod lines {
     use defmt_rtt as _;
     use firmware::liveness::Part;
     use firmware::post_mortem::Cause;
+    use joint_loop::tuning::Answer;
     use wire::{Boot, Change, Frame, RecordId, Refused};
 
     use crate::faults::LastRun;
@@ -162,6 +164,11 @@ mod lines {
         defmt::info!("{=str}, cause {=str}", change.state.name(), change.cause.name());
     }
 
+    /// The answer to a request.
+    pub(crate) fn answered(answer: &Answer) {
+        defmt::info!("request {=u16}: {=str} at tick {=u32}", answer.number, answer.outcome.name(), answer.tick);
+    }
+
     /// Angles and pulses, twice a second.
     pub(crate) fn status(frame: &Frame) {
         let [lh, rh, lk, rk] = frame.setpoints_rad.map(whole_degrees);
@@ -207,6 +214,7 @@ mod lines {
 #[cfg(not(target_os = "none"))]
 mod lines {
     use firmware::liveness::Part;
+    use joint_loop::tuning::Answer;
     use wire::{Boot, Change, Frame, Refused};
 
     use crate::faults::LastRun;
@@ -217,6 +225,7 @@ mod lines {
     pub(super) fn brown_out() {}
     pub(super) fn refused(_refused: &Refused) {}
     pub(crate) fn stalled(_part: Part, _how: &'static str) {}
+    pub(crate) fn answered(_answer: &Answer) {}
     pub(crate) fn state(_change: &Change) {}
     pub(crate) fn status(_frame: &Frame) {}
 }

@@ -9,6 +9,7 @@
 //! | TIM2, ADC1, ADC123_COMMON, DMA2 | [`sampling`] |
 //! | TIM5, and DWT of the core | [`stopwatch`] |
 //! | EXTI, SYSCFG | [`sync_input`] |
+//! | USART2, DMA1 | [`serial`] |
 //! | IWDG | [`watchdog`] |
 //! | GPIOA, GPIOB, GPIOC, GPIOD, GPIOE | [`pins`] |
 //!
@@ -29,6 +30,7 @@ mod log;
 mod parameters;
 mod pins;
 mod sampling;
+mod serial;
 mod servo_pwm;
 mod stack;
 mod stopwatch;
@@ -49,13 +51,17 @@ mod boot {
     use firmware::post_mortem::LOCKOUT_STREAK;
     use heapless::spsc::Queue;
     use joint_loop::setup::default_loop::board_loop;
+    use joint_loop::tuning::{Answer, Request};
     use joint_loop::{Frame, SENSORS, Sample};
-    use wire::{Edge, Inputs, Subject};
+    use wire::{Edge, Inputs, Record, Subject};
 
     use crate::environment::Environment;
     use crate::pins::PinRegisters;
+    use crate::serial::{self, REQUESTS_QUEUED};
     use crate::servo_pwm::{self, Outputs};
-    use crate::tasks::control::{self, Control, EDGES_QUEUED, FRAMES_QUEUED, SAMPLES_QUEUED, TICKS_A_FRAME};
+    use crate::tasks::control::{
+        self, Control, EDGES_QUEUED, FRAMES_QUEUED, RECORDS_QUEUED, SAMPLES_QUEUED, TICKS_A_FRAME,
+    };
     use crate::tasks::telemetry::{self, FRAMES_A_LINE, Telemetry};
     use crate::tasks::watchdog as reloading;
     use crate::variant::SENSOR_REQUIRED;
@@ -81,6 +87,9 @@ mod boot {
         static mut SAMPLES: Queue<(u32, Sample<SENSORS>), SAMPLES_QUEUED> = Queue::new();
         static mut FRAMES: Queue<Frame<SENSORS>, FRAMES_QUEUED> = Queue::new();
         static mut EDGES: Queue<Edge, EDGES_QUEUED> = Queue::new();
+        static mut RECORDS: Queue<Frame<SENSORS>, RECORDS_QUEUED> = Queue::new();
+        static mut REQUESTS: Queue<Request, REQUESTS_QUEUED> = Queue::new();
+        static mut ANSWERS: Queue<Answer, REQUESTS_QUEUED> = Queue::new();
         static mut THREAD: Option<Executor> = None;
 
         // Drive the pins low, read the reset cause, then start the crystal.
@@ -91,7 +100,7 @@ mod boot {
         let clock = clocks::start();
         // The sectors are searched to their ends, which takes a tenth of the time with the fast clock.
         let loaded = parameters::read();
-        log::boot(&last_run, reference_cal, loaded.as_ref().ok());
+        let boot = log::boot(&last_run, reference_cal, loaded.as_ref().ok());
         let parameters = match loaded {
             Ok(loaded) => loaded.parameters,
             Err(error) => stay_off(error.subject(), error),
@@ -119,12 +128,19 @@ mod boot {
         let (samples_in, samples_out) = SAMPLES.split();
         let (frames_in, frames_out) = FRAMES.split();
         let (edges_in, edges_out) = EDGES.split();
+        let (records_in, records_out) = RECORDS.split();
+        let (requests_in, requests_out) = REQUESTS.split();
+        let (answers_in, answers_out) = ANSWERS.split();
         let control = Control {
             joint_loop,
             outputs,
             samples: samples_in,
             frames: frames_in,
             edges: edges_in,
+            records: records_in,
+            requests: requests_out,
+            answers: answers_in,
+            ticks_to_record: 1,
             locked_out: last_run.streak >= LOCKOUT_STREAK,
             pacer: Pacer::default(),
             ticks_to_frame: TICKS_A_FRAME,
@@ -140,7 +156,12 @@ mod boot {
         sync_input::start(EDGE);
         sampling::start(CONVERSION);
 
+        let mut port = serial::start(requests_in);
+        port.send(&Record::Boot(boot));
         let telemetry = Telemetry {
+            port,
+            records: records_out,
+            answers: answers_out,
             samples: samples_out,
             frames: frames_out,
             edges: edges_out,

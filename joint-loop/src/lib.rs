@@ -3,7 +3,7 @@
 //! [`JointLoop::tick`] is a pure function of the loop's state and the [`Sample`]: it has no clock and no I/O, allocates nothing
 //! and cannot panic. Firmware, host replay and tests call the same function, and the same inputs give the same bits. The gate
 //! limits every setpoint, for any output of generator and sensor. Pulses exist only in the three moving states of the
-//! supervisor, and only a press of the button starts a motion.
+//! supervisor, and only a press of the button starts a motion: a request of a host can stop it, not start it.
 //!
 //! | module | contents |
 //! |---|---|
@@ -12,6 +12,7 @@
 //! | [`setup`] | configuration, robot, sensors, default loop |
 //! | [`generator`] | the generators of a board, one file for each kind |
 //! | [`store`] | records in flash: generator, sensors, robot |
+//! | [`tuning`] | changes while the loop runs: table of parameters, requests, transition |
 //! | [`io`] | interface to the board, frame, time code |
 //!
 //! ```
@@ -80,6 +81,7 @@ pub mod io;
 pub mod motion;
 pub mod setup;
 pub mod store;
+pub mod tuning;
 
 pub use control::fault_table::{
     FOLLOWER_BRIDGE_MS, FREEWHEEL_MS, FaultResponse, PARK_MS, Response, SENSOR_TOLERANCE_MS, fault_response,

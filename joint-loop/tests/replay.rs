@@ -95,6 +95,7 @@ fn anything() -> impl Strategy<Value = (Sample<1>, u16)> {
                 foot: false,
                 late,
                 faults,
+                request: None,
             };
             (sample, held)
         },

@@ -15,8 +15,9 @@ use joint_loop::{Frame, GeneratorConfig, RecordName, RobotConfig, SENSORS};
 use joint_units::{AdcCode, Volts};
 use serde_json::Value;
 use std::ffi::{OsStr, OsString};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use wire::{Boot, Call, Cost, Edge, Environment, Record, Refused};
 
 /// Image and virtual board.
@@ -163,6 +164,54 @@ impl Board {
     /// As [`Board::run`].
     #[must_use]
     pub fn run_as<A: AsRef<OsStr>>(&self, parameters: &Parameters, options: impl IntoIterator<Item = A>) -> Ran {
+        self.run_beside(parameters, options, |child| {
+            let output = child.wait_with_output().expect("the board ends");
+            (String::from_utf8(output.stdout).expect("JSON is text"), output.status.code())
+        })
+    }
+
+    /// Runs the image with its serial port, and beside it a host that is given the name of the port. The board ends when the host does.
+    ///
+    /// # Panics
+    /// As [`Board::run`], or the host panics.
+    #[must_use]
+    pub fn run_with_host<A: AsRef<OsStr>>(
+        &self,
+        options: impl IntoIterator<Item = A>,
+        host: impl FnOnce(PathBuf) + Send,
+    ) -> Ran {
+        let options = options.into_iter().map(|option| option.as_ref().to_owned()).chain(["--serial".into()]);
+        self.run_beside(&with_generator(&GeneratorConfig::default_walk()), options.collect::<Vec<_>>(), |mut child| {
+            let (mut console, output) = (child.stdin.take().expect("piped"), child.stdout.take().expect("piped"));
+            let mut lines = BufReader::new(output);
+            let mut text = String::new();
+            while !text.contains("\"type\":\"serial\"") {
+                assert!(lines.read_line(&mut text).expect("JSON is text") > 0, "the board names its port");
+            }
+            let line: Value = serde_json::from_str(text.lines().last().expect("a line")).expect("an object");
+            let port = PathBuf::from(line["port"].as_str().expect("a name"));
+            std::thread::scope(|scope| {
+                let host = scope.spawn(move || host(port));
+                let waiting = scope.spawn(move || {
+                    let ended = host.join();
+                    console.write_all(b"quit\n").expect("the board takes commands");
+                    ended
+                });
+                lines.read_to_string(&mut text).expect("JSON is text");
+                if let Err(panic) = waiting.join().expect("it waits") {
+                    std::panic::resume_unwind(panic);
+                }
+            });
+            (text, child.wait().expect("the board ends").code())
+        })
+    }
+
+    fn run_beside<A: AsRef<OsStr>>(
+        &self,
+        parameters: &Parameters,
+        options: impl IntoIterator<Item = A>,
+        wait: impl FnOnce(Child) -> (String, Option<i32>),
+    ) -> Ran {
         // A board without a robot record gives no pulse: each one gets its own, unless an option fills that sector.
         let options: Vec<OsString> = options.into_iter().map(|option| option.as_ref().to_owned()).collect();
         let sector = format!("{ROBOT_SECTOR:#010x}=");
@@ -171,16 +220,17 @@ impl Board {
         std::fs::write(record.path(), robot.bytes()).expect("written");
         let is_filled = options.iter().any(|option| option.to_string_lossy().starts_with(&sector));
         let download = ["--flash".into(), OsString::from(format!("{sector}{}", record.path().display()))];
-        let output = Command::new(&self.program)
+        let child = Command::new(&self.program)
             .arg(&self.elf)
             .args(options)
             .args(download.iter().filter(|_| !is_filled))
-            .stdin(Stdio::null())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
             .stderr(Stdio::inherit())
-            .output()
+            .spawn()
             .unwrap_or_else(|error| panic!("{}: {error}", self.program.display()));
-        let text = String::from_utf8(output.stdout).expect("JSON is text");
-        self.read(parameters, text, output.status.code())
+        let (text, code) = wait(child);
+        self.read(parameters, text, code)
     }
 
     fn read(&self, parameters: &Parameters, output: String, code: Option<i32>) -> Ran {
@@ -235,6 +285,6 @@ fn take(boot: &mut Booted, message: &Message) {
         Record::Environment(environment) => boot.environment.push(environment),
         Record::Edge(edge) => boot.edges.push(edge),
         Record::Cost(cost) => boot.costs.push(cost),
-        Record::Change(_) => {}
+        Record::Change(_) | Record::Answered(_) | Record::Port(_) => {}
     }
 }

@@ -4,10 +4,10 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Boot, Change, Cost, Edge, Environment, Frame, Inputs, Refused, VERSION};
+use crate::{Answered, Boot, Change, Cost, Edge, Environment, Frame, Inputs, Port, Refused, VERSION};
 
-/// Bytes of the longest record: [`Inputs`] of ten calls with four sensors each.
-pub const MAX_BYTES: usize = 197;
+/// Bytes of the longest record: [`Inputs`] of ten calls with four sensors and a request each.
+pub const MAX_BYTES: usize = 297;
 
 /// A record: its kind, one byte, then its fields in the order of their declaration. The order of the kinds is part of the version,
 /// so a further kind is a new version: a host must know every one.
@@ -29,6 +29,10 @@ pub enum Record {
     Cost(Cost),
     /// Temperature and supply, once a second.
     Environment(Environment),
+    /// The loop answers a request.
+    Answered(Answered),
+    /// Counters of the serial port, once a second.
+    Port(Port),
 }
 
 /// The kind of a record: its first byte.
@@ -51,12 +55,26 @@ pub enum Kind {
     Cost = 6,
     /// [`Record::Environment`].
     Environment = 7,
+    /// [`Record::Answered`].
+    Answered = 8,
+    /// [`Record::Port`].
+    Port = 9,
 }
 
 impl Kind {
     /// Every kind, in order of its number.
-    pub const ALL: [Self; 8] =
-        [Self::Boot, Self::Refused, Self::Change, Self::Inputs, Self::Frame, Self::Edge, Self::Cost, Self::Environment];
+    pub const ALL: [Self; 10] = [
+        Self::Boot,
+        Self::Refused,
+        Self::Change,
+        Self::Inputs,
+        Self::Frame,
+        Self::Edge,
+        Self::Cost,
+        Self::Environment,
+        Self::Answered,
+        Self::Port,
+    ];
 
     /// The word for it in messages.
     #[must_use]
@@ -70,6 +88,8 @@ impl Kind {
             Self::Edge => "edge",
             Self::Cost => "cost",
             Self::Environment => "environment",
+            Self::Answered => "answered",
+            Self::Port => "port",
         }
     }
 }
@@ -87,6 +107,8 @@ impl Record {
             Self::Edge(_) => Kind::Edge,
             Self::Cost(_) => Kind::Cost,
             Self::Environment(_) => Kind::Environment,
+            Self::Answered(_) => Kind::Answered,
+            Self::Port(_) => Kind::Port,
         }
     }
 }
@@ -146,13 +168,7 @@ impl fmt::Display for DecodeError {
             Self::Kind { kind, length } => {
                 write!(f, "unknown record kind {kind} ({length} bytes); version {VERSION} has the kinds")?;
                 for known in Kind::ALL {
-                    write!(
-                        f,
-                        " {} {}{}",
-                        known as u8,
-                        known.name(),
-                        if known == Kind::Environment { "" } else { "," }
-                    )?;
+                    write!(f, " {} {}{}", known as u8, known.name(), if known == Kind::Port { "" } else { "," })?;
                 }
                 Ok(())
             }

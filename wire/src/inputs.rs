@@ -1,11 +1,12 @@
 //! The inputs of every call of the control loop, with which a host can run the same loop and get the same bits.
 
 use heapless::Vec;
+use joint_loop::tuning::Request;
 use joint_loop::{MAX_ELAPSED, SENSORS, Sample};
 use joint_units::AdcCode;
 use serde::{Deserialize, Serialize};
 
-use crate::Flags;
+use crate::{Flags, request};
 
 /// Most calls in one record, and the calls between two frames.
 pub const CALLS: usize = 10;
@@ -30,6 +31,9 @@ pub struct Call {
     pub elapsed: u8,
     /// Button, foot switch, lateness and faults.
     pub flags: Flags,
+    /// What a host asked for in this call.
+    #[serde(with = "request::option")]
+    pub request: Option<Request>,
 }
 
 impl Inputs {
@@ -66,6 +70,7 @@ impl Call {
             reference: sample.vrefint.0,
             elapsed: sample.elapsed.min(MAX_ELAPSED) as u8,
             flags: Flags::of(sample),
+            request: sample.request,
         }
     }
 
@@ -84,6 +89,7 @@ impl Call {
             foot: self.flags.foot(),
             late: self.flags.late(),
             faults: self.flags.faults(),
+            request: self.request,
         }
     }
 }

@@ -8,8 +8,10 @@ mod events;
 mod flags;
 mod frame;
 mod inputs;
+mod link;
 mod load;
 mod number;
+mod request;
 mod text;
 
 pub use boot::{Boot, RecordId, Refused, Reset, Subject};
@@ -18,9 +20,13 @@ pub use events::{Change, Edge};
 pub use flags::Flags;
 pub use frame::{Follow, Frame, Reading};
 pub use inputs::{CALLS, Call, Inputs};
+pub use link::{
+    FrameError, MAX_FRAME_BYTES, RequestError, Unframer, decode_framed, decode_request, frame_record, frame_request,
+};
 pub use load::{Cost, Environment};
+pub use request::{Answered, Port};
 pub use text::{TextError, bytes_in};
 
 /// Version of the records in this crate. It changes whenever any byte of any record changes its place or its meaning: a new field, a new
 /// record, another order of the variants of an enum that is sent.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;

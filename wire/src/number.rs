@@ -2,6 +2,7 @@
 
 use cpg_core::entrainment::{Lock, SensorFault};
 use hgod_adc::Validity;
+use joint_loop::tuning::Outcome;
 use joint_loop::{Cause, SupervisorState};
 use serde::de::{Error, Unexpected};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -16,7 +17,7 @@ macro_rules! numbered {
     ($($name:ty)*) => { $(impl Numbered for $name { const ALL: &'static [Self] = &<$name>::ALL; })* };
 }
 
-numbered!(Cause Lock SensorFault SupervisorState Validity);
+numbered!(Cause Lock Outcome SensorFault SupervisorState Validity);
 
 fn place<T: Numbered>(value: T) -> u8 {
     // Every variant is in the list; what were not would be refused by the reader.

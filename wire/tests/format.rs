@@ -1,7 +1,8 @@
-//! The bytes of version 2, an example of each record. A change here is another version: raise [`wire::VERSION`].
+//! The bytes of version 3, an example of each record. A change here is another version: raise [`wire::VERSION`].
 
 use cpg_core::entrainment::{Lock, SensorFault};
 use hgod_adc::Validity;
+use joint_loop::tuning::{Action, Outcome, Parameter, Request};
 use joint_loop::{Cause, Sample, SupervisorState};
 use wire::*;
 
@@ -10,13 +11,19 @@ fn vec<T: Clone, const N: usize>(items: &[T]) -> heapless::Vec<T, N> {
 }
 
 fn call(codes: &[u16], flags: u16) -> Call {
-    Call { codes: vec(codes), reference: 1502, elapsed: 1, flags: Flags::from_bits(flags).expect("known bits") }
+    Call {
+        codes: vec(codes),
+        reference: 1502,
+        elapsed: 1,
+        flags: Flags::from_bits(flags).expect("known bits"),
+        request: None,
+    }
 }
 
-/// An example of each record with its bytes in version 2.
-fn examples() -> [(Record, Vec<u8>); 8] {
+/// An example of each record with its bytes in version 3.
+fn examples() -> [(Record, Vec<u8>); 10] {
     let boot = Boot {
-        version: 2,
+        version: 3,
         board: "f4-discovery".try_into().expect("it fits"),
         chip: "STM32F407VGTx".try_into().expect("it fits"),
         reset: Reset::IndependentWatchdog,
@@ -58,12 +65,14 @@ fn examples() -> [(Record, Vec<u8>); 8] {
     };
     let still = Frame { sensors: [None; 4], following: None, ..frame };
     assert!(matches!(round(&Record::Frame(still)), Record::Frame(still) if still.following.is_none()));
-    let inputs = Inputs { first_tick: 300, calls: vec(&[call(&[2048], 0), call(&[127], 0x101)]) };
+    let action = Action::Set { parameter: Parameter::Speed, thousandths: -1_250 };
+    let asked = Call { request: Some(Request { number: 300, action }), ..call(&[127], 0x101) };
+    let inputs = Inputs { first_tick: 300, calls: vec(&[call(&[2048], 0), asked]) };
     [
         (
             Record::Boot(boot),
             [
-                &[0, 2, 12][..],
+                &[0, 3, 12][..],
                 b"f4-discovery",
                 &[13],
                 b"STM32F407VGTx",
@@ -78,7 +87,15 @@ fn examples() -> [(Record, Vec<u8>); 8] {
             Record::Change(Change { tick: 128, state: SupervisorState::Fault, cause: Cause::Board }),
             vec![2, 0x80, 1, 5, 19],
         ),
-        (Record::Inputs(inputs), vec![3, 0xac, 2, 2, 1, 0x80, 0x10, 0xde, 0x0b, 1, 0, 1, 0x7f, 0xde, 0x0b, 1, 0x81, 2]),
+        (
+            Record::Inputs(inputs),
+            [
+                &[3, 0xac, 2, 2][..],
+                &[1, 0x80, 0x10, 0xde, 0x0b, 1, 0, 0],
+                &[1, 0x7f, 0xde, 0x0b, 1, 0x81, 2, 1, 0xac, 2, 3, 0xc3, 0x13],
+            ]
+            .concat(),
+        ),
         (
             Record::Frame(frame),
             [
@@ -106,6 +123,11 @@ fn examples() -> [(Record, Vec<u8>); 8] {
             vec![6, 0x8c, 0x47, 38, 2, 0x84, 7, 0x90, 0xbf, 5],
         ),
         (Record::Environment(Environment { die_c: Some(31.25), supply_v: None }), vec![7, 1, 0, 0, 0xfa, 0x41, 0]),
+        (Record::Answered(Answered { tick: 300, number: 7, outcome: Outcome::OutOfRange }), vec![8, 0xac, 2, 7, 2]),
+        (
+            Record::Port(Port { requests: 1, malformed: 300, other_version: 2, too_many: 3, not_sent: 4 }),
+            vec![9, 1, 0xac, 2, 2, 3, 4],
+        ),
     ]
 }
 
@@ -115,8 +137,8 @@ fn round(record: &Record) -> Record {
 }
 
 #[test]
-fn the_bytes_are_those_of_version_2() {
-    assert_eq!(VERSION, 2);
+fn the_bytes_are_those_of_version_3() {
+    assert_eq!(VERSION, 3);
     for (place, (record, bytes)) in examples().into_iter().enumerate() {
         let mut buffer = [0; MAX_BYTES];
         let name = record.kind().name();
@@ -127,14 +149,14 @@ fn the_bytes_are_those_of_version_2() {
 }
 
 #[test]
-fn the_numbers_of_states_are_those_of_version_2() {
+fn the_numbers_of_states_are_those_of_version_3() {
     // What the lists of the cores hold, in order: another order is another version.
     let names = |all: &[&str]| all.join(" ");
     assert_eq!(names(&SupervisorState::ALL.map(SupervisorState::name)), "boot disarmed arming walking stopping fault");
     assert_eq!(
         names(&Cause::ALL.map(Cause::name)),
         "none button sensor_open sensor_short sensor_saturated sensor_stuck sensor_spike sensor_rate sensor_out_of_table \
-         sensor_supply_low adc_overrun pose generator gap non_finite break_input clock watchdog outputs board"
+         sensor_supply_low adc_overrun pose generator gap non_finite break_input clock watchdog outputs board request"
     );
     assert_eq!(
         names(&Validity::ALL.map(Validity::name)),
@@ -147,23 +169,32 @@ fn the_numbers_of_states_are_those_of_version_2() {
         names(&Subject::ALL.map(Subject::name)),
         "generator_record sensor_record robot_record configuration clock arming"
     );
+    assert_eq!(
+        names(&Outcome::ALL.map(Outcome::name)),
+        "staged in_effect out_of_range not_a_follower follows_a_person nothing_to_undo gait_not_possible"
+    );
+    assert_eq!(
+        names(&Parameter::ALL.map(Parameter::name)),
+        "gait speed amplitude_left_hip amplitude_right_hip amplitude_left_knee amplitude_right_knee offset_left_hip offset_right_hip \
+         offset_left_knee offset_right_knee follow record_rate"
+    );
     for (place, (reset, subject)) in Reset::ALL.into_iter().zip(Subject::ALL).enumerate() {
         assert_eq!((reset as usize, subject as usize), (place, place));
     }
-    assert_eq!(Kind::ALL.map(|kind| kind as usize), [0, 1, 2, 3, 4, 5, 6, 7]);
+    assert_eq!(Kind::ALL.map(|kind| kind as usize), [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
 }
 
 #[test]
 fn another_version_is_refused_in_words() {
     // Only kind and version are as in every version; what follows may be anything, or nothing.
     for rest in [&[][..], &[1, 2, 3], &[0xff; 100]] {
-        let bytes = [&[0, 3][..], rest].concat();
-        assert_eq!(decode(&bytes), Err(DecodeError::Version { board: 3 }));
+        let bytes = [&[0, 4][..], rest].concat();
+        assert_eq!(decode(&bytes), Err(DecodeError::Version { board: 4 }));
     }
     assert_eq!(decode(&[0, 0xff, 0xff, 3]), Err(DecodeError::Version { board: 65_535 }));
     assert_eq!(
-        DecodeError::Version { board: 3 }.to_string(),
-        "the board sends records of version 3, this program reads version 2: flash the image of this checkout, or use the `footfall` \
+        DecodeError::Version { board: 4 }.to_string(),
+        "the board sends records of version 4, this program reads version 3: flash the image of this checkout, or use the `footfall` \
          of the checkout that the board's image was built from"
     );
 }
@@ -171,21 +202,21 @@ fn another_version_is_refused_in_words() {
 #[test]
 fn bytes_that_are_no_record_are_refused_in_words() {
     for (bytes, words) in [
-        (&[][..], "record of 0 bytes; allowed are 1 to 197"),
+        (&[][..], "record of 0 bytes; allowed are 1 to 297"),
         (
-            &[8, 1, 2],
-            "unknown record kind 8 (3 bytes); version 2 has the kinds 0 boot, 1 refused, 2 change, 3 inputs, 4 frame, 5 edge, 6 cost, \
-             7 environment",
+            &[10, 1, 2],
+            "unknown record kind 10 (3 bytes); version 3 has the kinds 0 boot, 1 refused, 2 change, 3 inputs, 4 frame, 5 edge, 6 cost, \
+             7 environment, 8 answered, 9 port",
         ),
         (&[0xff], "unknown record kind 255 (1 bytes)"),
-        (&[5, 7], "edge record ends inside a field after 2 bytes; allowed is a whole record of version 2"),
+        (&[5, 7], "edge record ends inside a field after 2 bytes; allowed is a whole record of version 3"),
         (&[0], "boot record ends inside a field after 1 bytes"),
-        (&[5, 7, 5, 2, 0], "edge record of 5 bytes holds a value that no field of version 2 can have"),
+        (&[5, 7, 5, 2, 0], "edge record of 5 bytes holds a value that no field of version 3 can have"),
         (&[2, 7, 6, 0], "change record of 4 bytes holds a value"),
-        (&[2, 7, 5, 20], "change record of 4 bytes holds a value"),
-        (&[3, 1, 1, 0, 0, 1, 0x80, 4], "inputs record of 8 bytes holds a value"),
+        (&[2, 7, 5, 21], "change record of 4 bytes holds a value"),
+        (&[3, 1, 1, 0, 0, 1, 0x80, 4, 0], "inputs record of 9 bytes holds a value"),
         // Eleven calls.
-        (&[&[3, 1, 11][..], &[0; 44]].concat(), "inputs record of 47 bytes holds a value"),
+        (&[&[3, 1, 11][..], &[0; 55]].concat(), "inputs record of 58 bytes holds a value"),
         (&[5, 7, 5, 1, 0, 9, 9], "edge record of 7 bytes; this one ends after 5, allowed is nothing behind it"),
     ] {
         let error = decode(bytes).unwrap_err().to_string();
@@ -208,8 +239,14 @@ fn every_truncation_is_refused() {
 
 #[test]
 fn the_longest_record_fills_the_buffer() {
-    let most =
-        Call { codes: vec(&[u16::MAX; 4]), reference: u16::MAX, elapsed: 255, flags: Flags::from_bits(0x1ff).unwrap() };
+    let action = Action::Set { parameter: Parameter::Speed, thousandths: i32::MIN };
+    let most = Call {
+        codes: vec(&[u16::MAX; 4]),
+        reference: u16::MAX,
+        elapsed: 255,
+        flags: Flags::from_bits(0x1ff).unwrap(),
+        request: Some(Request { number: u16::MAX, action }),
+    };
     let inputs = Record::Inputs(Inputs { first_tick: u32::MAX, calls: vec(&vec![most; CALLS]) });
     let mut buffer = [0; MAX_BYTES + 1];
     assert_eq!(encode(&inputs, &mut buffer).unwrap().len(), MAX_BYTES);
@@ -250,7 +287,8 @@ fn printed_records_are_found() {
 fn a_sample_comes_back_whole() {
     for bits in 0..=Flags::ALL {
         let flags = Flags::from_bits(bits).unwrap();
-        let call = Call { codes: vec(&[1, 2, 3, 4]), reference: 9, elapsed: 255, flags };
+        let request = (bits % 2 == 0).then_some(Request { number: bits, action: Action::Undo });
+        let call = Call { codes: vec(&[1, 2, 3, 4]), reference: 9, elapsed: 255, flags, request };
         let sample = call.sample();
         assert_eq!((Flags::of(&sample).bits(), Call::of(&sample, 4)), (bits, call));
     }

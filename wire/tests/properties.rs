@@ -2,6 +2,7 @@
 
 use cpg_core::entrainment::{Lock, SensorFault};
 use hgod_adc::Validity;
+use joint_loop::tuning::{Action, Outcome, Parameter, Request};
 use joint_loop::{Cause, SENSORS, SupervisorState};
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -51,10 +52,17 @@ fn boot() -> impl Strategy<Value = Record> {
 
 fn inputs() -> impl Strategy<Value = Record> {
     let flags = any::<u16>().prop_filter_map("known bits", |bits| Flags::from_bits(bits & Flags::ALL));
-    let call = (few::<u16, SENSORS>(any::<u16>()), any::<u16>(), any::<u8>(), flags)
-        .prop_map(|(codes, reference, elapsed, flags)| Call { codes, reference, elapsed, flags });
+    let call = (few::<u16, SENSORS>(any::<u16>()), any::<u16>(), any::<u8>(), flags, prop::option::of(request()))
+        .prop_map(|(codes, reference, elapsed, flags, request)| Call { codes, reference, elapsed, flags, request });
     (any::<u32>(), few::<Call, CALLS>(call))
         .prop_map(|(first_tick, calls)| Record::Inputs(Inputs { first_tick, calls }))
+}
+
+fn request() -> impl Strategy<Value = Request> {
+    let set = (select(&Parameter::ALL[..]), any::<i32>())
+        .prop_map(|(parameter, thousandths)| Action::Set { parameter, thousandths });
+    let action = prop_oneof![Just(Action::Stop), Just(Action::Undo), set];
+    (any::<u16>(), action).prop_map(|(number, action)| Request { number, action })
 }
 
 fn frame() -> impl Strategy<Value = Record> {
@@ -107,7 +115,12 @@ fn record() -> impl Strategy<Value = Record> {
     });
     let environment = prop::array::uniform2(prop::option::of(float()))
         .prop_map(|[die_c, supply_v]| Record::Environment(Environment { die_c, supply_v }));
-    prop_oneof![boot(), refused, change, inputs(), frame(), edge, cost, environment]
+    let answered = (any::<u32>(), any::<u16>(), select(&Outcome::ALL[..]))
+        .prop_map(|(tick, number, outcome)| Record::Answered(Answered { tick, number, outcome }));
+    let port = prop::array::uniform5(any::<u32>()).prop_map(|[a, b, c, d, e]| {
+        Record::Port(Port { requests: a, malformed: b, other_version: c, too_many: d, not_sent: e })
+    });
+    prop_oneof![boot(), refused, change, inputs(), frame(), edge, cost, environment, answered, port]
 }
 
 proptest! {
@@ -155,7 +168,7 @@ fn no_bytes_panic() {
         let length = random() as usize % (MAX_BYTES + 8);
         let mut bytes: Vec<u8> = (0..length).map(|_| (random() >> 24) as u8).collect();
         if let (0, Some(first)) = (round % 2, bytes.first_mut()) {
-            *first %= 8;
+            *first %= 10;
         }
         if let Ok(record) = decode(&bytes) {
             accepted += 1;

@@ -99,6 +99,10 @@ pub struct Board {
     pub sync_input: Pin,
     /// Synchronisation output, see [`joint_loop::io::time_code`].
     pub sync_output: Pin,
+    /// The serial port's output, USART2 by alternate function 7.
+    pub serial_out: Pin,
+    /// Its input.
+    pub serial_in: Pin,
     /// Lamp of the pulses, see [`crate::lamp`]; lit when the level is high.
     pub led_pulses: Option<Pin>,
     /// Lamp of faults; without it, the other one shows faults too.

@@ -23,6 +23,8 @@ pub const BOARD: Board = Board {
     button_pressed: true,
     sync_input: Pin::new("PC6"),
     sync_output: Pin::new("PB5"),
+    serial_out: Pin::new("PA2"),
+    serial_in: Pin::new("PA3"),
     // LD4, green.
     led_pulses: Some(Pin::new("PD12")),
     // LD5, red.

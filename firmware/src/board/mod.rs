@@ -11,6 +11,7 @@
 //! | sensors 1 to 4 | channels of ADC1 |
 //! | synchronisation input, 3.3 V | an EXTI line from 5 to 9, with the chip's pull-down |
 //! | foot switch, a contact to the 3 V supply that closes on the floor | with the chip's pull-down |
+//! | serial port, 2 Mbaud | USART2, DMA1 streams 5 and 6 |
 //! | conversions, four to a control period | TIM2, DMA2 stream 0 |
 //! | clock of the tasks that wait | TIM4 |
 //! | free-running microseconds | TIM5 |
@@ -78,6 +79,7 @@ mod tests {
             let mut pins: Vec<Pin> = board.servos.into();
             pins.extend(board.sensors.map(|sensor| sensor.pin));
             pins.extend([board.foot_switch, board.emergency_stop, board.button, board.sync_input, board.sync_output]);
+            pins.extend([board.serial_out, board.serial_in]);
             pins.extend(board.led_pulses.into_iter().chain(board.led_fault));
             let names: BTreeSet<&str> = pins.iter().map(|pin| pin.name).collect();
             assert_eq!(names.len(), pins.len(), "{}: {pins:?}", board.name);

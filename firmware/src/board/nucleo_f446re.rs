@@ -24,6 +24,9 @@ pub const BOARD: Board = Board {
     button_pressed: false,
     sync_input: Pin::new("PC6"),
     sync_output: Pin::new("PB5"),
+    // To the ST-LINK, which is a serial port of the computer (solder bridges SB13 and SB14 on, as delivered).
+    serial_out: Pin::new("PA2"),
+    serial_in: Pin::new("PA3"),
     // LD2, green: the only one.
     led_pulses: Some(Pin::new("PA5")),
     led_fault: None,

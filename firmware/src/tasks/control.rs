@@ -8,9 +8,10 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use firmware::board::BOARD;
 use firmware::lamp::Shown;
 use firmware::pacing::{LATE_US, Pacer, since};
-use heapless::spsc::Producer;
+use heapless::spsc::{Consumer, Producer};
 use joint_loop::io::time_code;
 use joint_loop::setup::default_loop::BoardLoop;
+use joint_loop::tuning::{Answer, Request};
 use joint_loop::{BoardFaults, Frame, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
 use wire::{CALLS, Edge};
 
@@ -32,6 +33,8 @@ pub(crate) const SAMPLES_QUEUED: usize = 64;
 pub(crate) const EDGES_QUEUED: usize = 128;
 /// Frames of the same time, and one more.
 pub(crate) const FRAMES_QUEUED: usize = 8;
+/// Frames for the serial port: at most one a tick, over many rounds of telemetry.
+pub(crate) const RECORDS_QUEUED: usize = 32;
 
 /// Longest tick since telemetry's last report, core cycles.
 static LONGEST_CYCLES: AtomicU32 = AtomicU32::new(0);
@@ -39,6 +42,14 @@ static LONGEST_CYCLES: AtomicU32 = AtomicU32::new(0);
 static LATEST_START_US: AtomicU32 = AtomicU32::new(0);
 /// Records dropped because their queue was full.
 static DROPPED: AtomicU32 = AtomicU32::new(0);
+
+/// Frames for the serial port that were dropped since telemetry's last report.
+static NOT_SENT: AtomicU32 = AtomicU32::new(0);
+
+/// Frames for the serial port that were dropped since the last call because telemetry was behind.
+pub(super) fn take_not_sent() -> u32 {
+    NOT_SENT.swap(0, Ordering::Relaxed)
+}
 
 /// Since the last call: the longest tick, in core cycles, and the latest start of one, in microseconds after its trigger.
 pub(super) fn take_worst() -> (u32, u32) {
@@ -58,6 +69,12 @@ pub(crate) struct Control {
     pub(crate) samples: Producer<'static, (u32, Sample<SENSORS>)>,
     pub(crate) frames: Producer<'static, Frame<SENSORS>>,
     pub(crate) edges: Producer<'static, Edge>,
+    /// Frames for the serial port.
+    pub(crate) records: Producer<'static, Frame<SENSORS>>,
+    /// From the serial port.
+    pub(crate) requests: Consumer<'static, Request>,
+    pub(crate) answers: Producer<'static, Answer>,
+    pub(crate) ticks_to_record: u32,
     /// Too many crashes in a row: the button is not passed on.
     pub(crate) locked_out: bool,
     pub(crate) pacer: Pacer,
@@ -103,6 +120,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         foot: measured.foot,
         late: start_us > LATE_US,
         faults,
+        request: control.requests.dequeue(),
     };
 
     let command = control.joint_loop.tick(&sample);
@@ -140,6 +158,15 @@ impl Control {
         if self.ticks_to_frame == 0 {
             self.ticks_to_frame = TICKS_A_FRAME;
             dropped += u32::from(self.frames.enqueue(frame).is_err());
+        }
+        dropped +=
+            self.joint_loop.answers().map(|answer| u32::from(self.answers.enqueue(answer).is_err())).sum::<u32>();
+        self.ticks_to_record -= 1;
+        if self.ticks_to_record == 0 {
+            self.ticks_to_record = self.joint_loop.settings().ticks_a_record();
+            if self.records.enqueue(frame).is_err() {
+                NOT_SENT.fetch_add(1, Ordering::Relaxed);
+            }
         }
         if dropped > 0 {
             DROPPED.fetch_add(dropped, Ordering::Relaxed);

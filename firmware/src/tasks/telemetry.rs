@@ -1,15 +1,17 @@
-//! The telemetry task: sends the contents of the control task's queues to the log, as records of the crate `wire`.
+//! The telemetry task: sends the contents of the control task's queues to the log and the serial port, as records of the crate `wire`.
 
 use embassy_time::Timer;
 use firmware::liveness::FEED_US;
 use heapless::spsc::Consumer;
+use joint_loop::tuning::Answer;
 use joint_loop::{Cause, Frame, SENSORS, Sample, SupervisorState};
-use wire::{Call, Change, Cost, Edge, Inputs, Record};
+use wire::{Answered, Call, Change, Cost, Edge, Inputs, Record};
 
-use super::control::{dropped, take_worst};
+use super::control::{dropped, take_not_sent, take_worst};
 use super::progress::TELEMETRY;
 use crate::environment::Environment;
 use crate::log;
+use crate::serial::Port;
 use crate::stack;
 
 /// Period of the task, us: less than half the period of the watchdog task, which must see progress each time.
@@ -21,6 +23,10 @@ pub(crate) const FRAMES_A_LINE: u8 = 50;
 
 /// State of the telemetry task.
 pub(crate) struct Telemetry {
+    pub(crate) port: Port,
+    /// Frames for the serial port.
+    pub(crate) records: Consumer<'static, Frame<SENSORS>>,
+    pub(crate) answers: Consumer<'static, Answer>,
     /// Each with its tick.
     pub(crate) samples: Consumer<'static, (u32, Sample<SENSORS>)>,
     pub(crate) frames: Consumer<'static, Frame<SENSORS>>,
@@ -58,26 +64,45 @@ fn telemetry_step(telemetry: &mut Telemetry) {
         telemetry.report(&frame);
     }
     while let Some(edge) = telemetry.edges.dequeue() {
-        log::send(&Record::Edge(edge));
+        telemetry.send(&Record::Edge(edge));
+    }
+    while let Some(frame) = telemetry.records.dequeue() {
+        telemetry.port.send(&Record::Frame(wire::Frame::from(&frame)));
+    }
+    while let Some(answer) = telemetry.answers.dequeue() {
+        log::answered(&answer);
+        telemetry.send(&Record::Answered(Answered::from(answer)));
     }
     telemetry.rounds += 1;
     if telemetry.rounds == ROUNDS_A_SECOND {
         telemetry.rounds = 0;
         let (longest_cycles, latest_start_us) = take_worst();
         let (used, size) = stack::high_water();
-        log::send(&Record::Cost(Cost {
+        telemetry.send(&Record::Cost(Cost {
             longest_cycles,
             latest_start_us,
             dropped: dropped(),
             stack_used: used as u32,
             stack_size: size as u32,
         }));
-        log::send(&Record::Environment(telemetry.environment.take()));
+        let environment = telemetry.environment.take();
+        telemetry.send(&Record::Environment(environment));
+        telemetry.port.drop_records(take_not_sent());
+        let counts = telemetry.port.counts();
+        telemetry.send(&Record::Port(counts));
     }
+    telemetry.port.receive();
+    telemetry.port.pump();
     TELEMETRY.count();
 }
 
 impl Telemetry {
+    /// Sends a record to the log and to the serial port.
+    fn send(&mut self, record: &Record) {
+        log::send(record);
+        self.port.send(record);
+    }
+
     /// Collects a record of successive calls; after a gap a new record begins.
     fn collect(&mut self, tick: u32, sample: &Sample<SENSORS>) {
         if tick != self.last_tick.wrapping_add(sample.elapsed) {
@@ -96,7 +121,8 @@ impl Telemetry {
 
     fn flush(&mut self) {
         if !self.inputs.calls.is_empty() {
-            log::send(&Record::Inputs(core::mem::take(&mut self.inputs)));
+            let inputs = core::mem::take(&mut self.inputs);
+            self.send(&Record::Inputs(inputs));
         }
     }
 
@@ -105,7 +131,7 @@ impl Telemetry {
         if self.reported.replace((state, cause)) != Some((state, cause)) {
             let change = Change { tick, state, cause };
             log::state(&change);
-            log::send(&Record::Change(change));
+            self.send(&Record::Change(change));
         }
         let frame = wire::Frame::from(frame);
         self.frames_to_line -= 1;

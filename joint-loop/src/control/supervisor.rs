@@ -121,11 +121,13 @@ pub enum Cause {
     Outputs = 18,
     /// The board reported a fault bit without a name.
     Board = 19,
+    /// A host asked for a stop.
+    Request = 20,
 }
 
 impl Cause {
     /// Every cause, in the order of its number.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::None,
         Self::Button,
         Self::SensorOpen,
@@ -146,6 +148,7 @@ impl Cause {
         Self::Watchdog,
         Self::Outputs,
         Self::Board,
+        Self::Request,
     ];
 
     /// Name in telemetry.
@@ -172,6 +175,7 @@ impl Cause {
             Self::Watchdog => "watchdog",
             Self::Outputs => "outputs",
             Self::Board => "board",
+            Self::Request => "request",
         }
     }
 
@@ -350,7 +354,7 @@ mod tests {
             assert_eq!(actions.outputs, ["arming", "walking", "stopping"].contains(&state), "{given}");
             checked += 1;
         }
-        assert_eq!(checked, 6 * 20 * 41 * 4);
+        assert_eq!(checked, 6 * 21 * 43 * 4);
     }
 
     #[test]

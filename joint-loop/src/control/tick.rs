@@ -8,9 +8,10 @@ use crate::io::frame::{Frame, SetpointHash};
 use crate::motion::blend::{Blend, Weight};
 use crate::motion::gate::{Gate, GateState, GateStatus};
 use crate::motion::servo::ServoMap;
+use crate::tuning::{Answer, Robot, Settings, Source, Tuner};
 use cpg_core::{Follow, Generator};
 use hgod_adc::{Sensor, SensorState, Validity};
-use joint_units::{Joint, PulseMicros, Radians};
+use joint_units::{Joint, Period, PulseMicros, Radians};
 
 /// The stages of the loop, checked for one period. No tick changes them.
 #[derive(Debug, Clone)]
@@ -31,6 +32,8 @@ pub(crate) struct Stages<const S: usize> {
 pub struct JointLoop<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> {
     stages: Stages<S>,
     generator: G,
+    source: Source,
+    tuner: Tuner,
     /// The generator's angles in the last tick in which it passed its check.
     wanted: [Radians; Joint::COUNT],
     /// The generator passes its check.
@@ -62,6 +65,10 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         // Supervise before any motion, so that a fault in this sample switches the outputs off in this tick.
         let seen = self.seen(sample, elapsed, sensors);
         let demand = self.stages.monitor.judge(&mut self.monitor_state, &seen);
+        let demand = match (self.asked_to_stop(sample), demand) {
+            (true, Demand::Go) => Demand::Stop(Cause::Request),
+            (_, demand) => demand,
+        };
         let inputs = Inputs { press, settled: self.settled(), demand };
         let (mut status, mut actions) = next(self.status, inputs);
 
@@ -105,7 +112,18 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         &self.generator
     }
 
-    pub(crate) fn new(stages: Stages<S>, generator: G, parked: GateState) -> Self {
+    /// The settings in effect after the last tick.
+    #[must_use]
+    pub fn settings(&self) -> &Settings {
+        self.tuner.settings()
+    }
+
+    /// Answers of the last tick to requests: at most one to the request of its sample, and then one to settings that took effect.
+    pub fn answers(&self) -> impl Iterator<Item = Answer> + use<G, S> {
+        self.tuner.answers()
+    }
+
+    pub(crate) fn new(stages: Stages<S>, generator: G, parked: GateState, period: Period) -> Self {
         let park = stages.blend.park();
         let following = generator.follow_status();
         Self {
@@ -113,6 +131,8 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             sound: true,
             // A foot on the floor at boot is no heel strike.
             foot: true,
+            source: Source::new(&generator),
+            tuner: Tuner::new(Robot { period, park }),
             generator,
             sensor_states: [SensorState::default(); S],
             press: Press::default(),
@@ -170,6 +190,12 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         worst
     }
 
+    /// Takes the request of a tick; whether it asks for a stop.
+    fn asked_to_stop(&mut self, sample: &Sample<S>) -> bool {
+        let follows = self.generator.follow_status().is_some();
+        self.tuner.take(sample.request, self.frame.tick, follows)
+    }
+
     /// Inputs of the monitor.
     fn seen(&self, sample: &Sample<S>, elapsed: u32, sensors: Validity) -> Observation {
         Observation {
@@ -201,19 +227,20 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         // A follower gets good samples only.
         let gait = self.stages.gait_sensor;
         let good = self.frame.validity.get(gait) == Some(&Some(Validity::Good));
+        let good = good && self.tuner.settings().follow();
         self.generator.observe(self.frame.measured.get(gait).copied().filter(|_| good));
         if sample.foot && !self.foot {
             self.generator.heel_strike();
         }
         self.foot = sample.foot;
         if self.sound {
-            self.generator.step();
+            self.tuner.step(&mut self.source, &mut self.generator, self.frame.tick, state.moving());
         } else if !state.moving() {
-            self.generator.reset();
+            self.source.reset(&mut self.generator);
         }
-        self.sound = self.generator.check().is_ok();
+        self.sound = self.source.check(&self.generator).is_ok();
         if self.sound {
-            self.wanted = self.generator.angles();
+            self.wanted = self.tuner.angles(&self.source, &self.generator);
         }
     }
 

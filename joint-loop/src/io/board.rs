@@ -3,6 +3,7 @@
 //! A board fills a [`Sample`] once per control period and carries out the [`Command`]: firmware, a host replay of recorded
 //! inputs, or a test. The docs of the fields state its duties.
 
+use crate::tuning::Request;
 use joint_units::{AdcCode, Joint, PulseMicros};
 
 /// Largest number of periods that one call counts; more are counted as this many. The wire format has one byte for it.
@@ -30,10 +31,12 @@ pub struct Sample<const S: usize> {
     pub late: bool,
     /// Faults that the board found since the previous call. The board repeats a fault while it lasts.
     pub faults: BoardFaults,
+    /// What a host asks for in this tick; see [`crate::tuning`].
+    pub request: Option<Request>,
 }
 
 impl<const S: usize> Default for Sample<S> {
-    /// One period, button released, no foot on the floor, no fault, all codes 0 (a short circuit for any sensor).
+    /// One period, button released, no foot on the floor, no fault, no request, all codes 0 (a short circuit for any sensor).
     fn default() -> Self {
         Self {
             elapsed: 1,
@@ -43,6 +46,7 @@ impl<const S: usize> Default for Sample<S> {
             foot: false,
             late: false,
             faults: BoardFaults::NONE,
+            request: None,
         }
     }
 }

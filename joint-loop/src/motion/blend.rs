@@ -11,6 +11,7 @@
 
 use crate::control::supervisor::Motion;
 use crate::error::{LoopError, inside, ticks};
+use crate::motion::ramp::{fraction, minimum_jerk};
 use crate::setup::robot::{DEFAULT_PARK, GateConfig};
 use joint_units::{Joint, Period, Radians};
 
@@ -145,20 +146,6 @@ impl Blend {
         weight.stop.is_some_and(|stop| stop >= self.stop.saturating_add(ticks))
             || weight.hurry.is_some_and(|hurry| hurry >= self.hurry.saturating_add(ticks))
     }
-}
-
-/// Elapsed fraction of a ramp: 0 before it, 1 after it.
-fn fraction(ticks: Option<u32>, duration: u32) -> f32 {
-    match ticks {
-        None => 0.0,
-        Some(ticks) if ticks >= duration => 1.0,
-        Some(ticks) => ticks as f32 / duration as f32,
-    }
-}
-
-/// 10 x^3 - 15 x^4 + 6 x^5 by Horner's rule, at most 1: rounding gives slightly more near the end.
-fn minimum_jerk(x: f32) -> f32 {
-    (x * x * x * (10.0 + x * (6.0 * x - 15.0))).min(1.0)
 }
 
 #[cfg(test)]

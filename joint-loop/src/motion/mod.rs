@@ -1,6 +1,7 @@
-//! Conversion of generator angles to servo pulses: blend, gate, limits, servo map.
+//! Conversion of generator angles to servo pulses: blend, gate, limits, ramp, servo map.
 
 pub(crate) mod blend;
 pub(crate) mod gate;
 pub(crate) mod limits;
+pub(crate) mod ramp;
 pub(crate) mod servo;

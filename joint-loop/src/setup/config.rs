@@ -70,6 +70,7 @@ impl LoopConfig {
             Stages { gate, servos, blend, monitor, button, sensors, gait_sensor: self.gait_sensor },
             generator,
             parked,
+            period,
         ))
     }
 }

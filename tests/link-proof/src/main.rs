@@ -29,6 +29,7 @@ mod proof {
     };
     use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop_with};
     use joint_loop::store::{generator_record, robot_record, sensor_record};
+    use joint_loop::tuning::Request;
     use joint_loop::{BoardFaults, LoopConfig, SENSORS, Sample};
     use joint_units::{AdcCode, Period, Volts};
 
@@ -102,9 +103,11 @@ mod proof {
             foot: black_box(false),
             late: black_box(false),
             faults: BoardFaults::from_bits(black_box(0)),
+            request: black_box(None::<Request>),
         };
         black_box(joints.tick(&sample));
-        crate::records::of_tick(&sample, &black_box(joints.frame()));
+        crate::records::of_tick(&sample, &black_box(joints.frame()), joints.answers());
+        black_box(joints.settings().ticks_a_record());
         black_box(&joints);
     }
 

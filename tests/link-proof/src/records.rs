@@ -3,8 +3,12 @@
 
 use core::hint::black_box;
 
+use joint_loop::tuning::Answer;
 use joint_loop::{SENSORS, Sample};
-use wire::{Call, Frame, Inputs, MAX_BYTES, Record, Refused, Subject, decode, encode};
+use wire::{
+    Answered, Call, Frame, Inputs, MAX_BYTES, MAX_FRAME_BYTES, Port, Record, Refused, Subject, Unframer, decode,
+    decode_request, encode, frame_record,
+};
 
 /// A record of any kind, since the optimiser knows nothing of the bytes.
 pub(crate) fn prove() {
@@ -25,10 +29,26 @@ pub(crate) fn prove() {
     }
     let refused = Refused::new(black_box(Subject::ALL[0]), black_box("no reason"));
     send(&Record::Refused(refused));
+    send(&Record::Port(black_box(Port::default())));
+    received();
+}
+
+/// Any byte after any others on the serial line.
+fn received() {
+    let mut unframer = black_box(Unframer::default());
+    if let Some(Ok(payload)) = unframer.push(black_box(0)) {
+        let _ = black_box(decode_request(payload));
+    }
+    black_box(&unframer);
 }
 
 /// What a board logs of a tick.
-pub(crate) fn of_tick(sample: &Sample<SENSORS>, frame: &joint_loop::Frame<SENSORS>) {
+pub(crate) fn of_tick(
+    sample: &Sample<SENSORS>,
+    frame: &joint_loop::Frame<SENSORS>,
+    answers: impl Iterator<Item = Answer>,
+) {
+    answers.for_each(|answer| send(&Record::Answered(Answered::from(answer))));
     send(&Record::Frame(Frame::from(frame)));
     let mut inputs = Inputs { first_tick: frame.tick, ..Inputs::default() };
     let _ = inputs.calls.push(Call::of(sample, black_box(SENSORS)));
@@ -38,4 +58,6 @@ pub(crate) fn of_tick(sample: &Sample<SENSORS>, frame: &joint_loop::Frame<SENSOR
 fn send(record: &Record) {
     let mut buffer = [0; MAX_BYTES];
     black_box(encode(black_box(record), black_box(&mut buffer)));
+    let mut buffer = [0; MAX_FRAME_BYTES];
+    black_box(frame_record(black_box(record), black_box(&mut buffer)));
 }

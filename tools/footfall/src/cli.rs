@@ -7,7 +7,7 @@ use crate::command::{
     calibrate, certify, check, completions, convert, defaults, entrain, figures, fit, gait_error, hexapod, man, merge,
     obb, pack, replay, sample, smer, sync, volts, walk,
 };
-use crate::command::{record, watch};
+use crate::command::{record, set, watch};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::messages;
@@ -18,7 +18,7 @@ use std::time::Instant;
 
 /// Says that not every command is in this program.
 #[cfg(not(feature = "analysis"))]
-const BUILT_FOR: &str = "This program was built by `cargo xtask run`, with `watch` and `record` only:\n`cargo footfall` builds it whole.\n\n";
+const BUILT_FOR: &str = "This program was built by `cargo xtask run`, with `watch`, `record` and `set` only:\n`cargo footfall` builds it whole.\n\n";
 #[cfg(feature = "analysis")]
 const BUILT_FOR: &str = "";
 const EXIT_CODES: &str =
@@ -43,10 +43,12 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run the firmware image on the virtual board, fed with a recorded gait, and show the run
+    /// Run the firmware image on the virtual board, fed with a recorded gait, or listen to a board's serial port, and show the run
     Watch(Box<watch::Options>),
-    /// Record every tick of a board as CSV or MCAP: the virtual board, or a real board through RTT
+    /// Record every tick of a board as CSV or MCAP: the virtual board, or a real board through RTT or its serial port
     Record(Box<record::Options>),
+    /// Change a parameter of a running board through its serial port, undo the last change, or stop it
+    Set(set::Options),
     #[cfg(feature = "analysis")]
     #[command(flatten)]
     Analysis(Analysis),
@@ -150,6 +152,7 @@ fn execute(cli: Cli) -> Result<(), Failure> {
     match cli.command {
         Command::Watch(options) => watch::run(*options, &*interrupt::flag()?),
         Command::Record(options) => record::run(*options, &*interrupt::flag()?),
+        Command::Set(options) => set::run(&options, &*interrupt::flag()?),
         #[cfg(feature = "analysis")]
         Command::Analysis(command) => analyse(command),
     }

@@ -200,3 +200,50 @@ fn rows_of_one_subject_are_chosen() {
     let wrong = convert(&from, &folder.path().join("x.csv"), &["--where", "subject"]);
     assert!(wrong.status.code() == Some(2) && said(&wrong).contains("COLUMN=VALUE"), "{}", said(&wrong));
 }
+
+/// What no person does is refused by the words of `fit`, a warning with --strict, and what `fit` refuses for its strides is said.
+#[test]
+fn the_result_is_judged_as_a_fit_judges_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let [from, to] = ["walk.csv", "out.csv"].map(|name| folder.path().join(name));
+    let changed = |column: usize, change: &dyn Fn(f64) -> f64| {
+        let rows = walk(6.0, 1.1, 0.0);
+        let row = |row: &str| {
+            let mut cells: Vec<String> = row.split(',').map(str::to_owned).collect();
+            if let Ok(angle) = cells[column].parse::<f64>() {
+                cells[column] = change(angle).to_string();
+            }
+            cells.join(",") + "\n"
+        };
+        std::fs::write(&from, rows.lines().map(row).collect::<String>()).unwrap();
+    };
+    for (column, change, words) in [
+        (1, (&|x| x + 120.0) as &dyn Fn(f64) -> f64, "left_hip has a mean of 12"),
+        (1, &|x: f64| x.abs(), "left_hip turns back in a corner at 0 degrees"),
+    ] {
+        changed(column, change);
+        let output = convert(&from, &to, &[]);
+        assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+        assert!(said(&output).contains(words) && !to.exists(), "{}", said(&output));
+        let checked = footfall(["check".into(), "--trace".into(), OsString::from(&from)]);
+        assert!(said(&checked).contains(words), "{}", said(&checked));
+    }
+    // A hip of which upright is 90 degrees: possible, and doubtful.
+    changed(1, &|x| x + 80.0);
+    let output = convert(&from, &to, &["--strict"]);
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(
+        said(&output).contains("--strict allows no warning: left hip: a mean of") && !to.exists(),
+        "{}",
+        said(&output)
+    );
+    done(&convert(&from, &to, &[]));
+    std::fs::write(&from, walk(0.9, 1.1, 0.0)).unwrap();
+    let output = convert(&from, &to, &["--force"]);
+    done(&output);
+    assert!(
+        said(&output).contains("note: `fit` refuses it: no stride repeats") && !said(&output).contains("next:"),
+        "{}",
+        said(&output)
+    );
+}

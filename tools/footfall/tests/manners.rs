@@ -103,7 +103,7 @@ fn quiet_says_nothing_but_warnings_and_errors() {
     for (line, usual) in [
         (format!("fit @walk.mot -o {}", out("a")), "next: run it on the virtual board: cargo xtask run --generator"),
         (format!("calibrate @rows.csv -o {}", out("b")), "next: run it on the virtual board, here on the left hip"),
-        (format!("convert @walk.c3d -o {}", out("c.csv")), "next: fit a generator to it: footfall fit"),
+        (format!("convert @walk.c3d -o {}", out("c.csv")), "next: see whether `fit` takes it: footfall check --trace"),
         (format!("volts --trace @walk.csv -o {}", out("d")), "next: feed them to the virtual board: cargo xtask run"),
         (format!("sample graph.txt -o {}", out("e")), "next: for example: footfall smer"),
         (format!("walk --secs 1 --svg {}", out("f.svg")), "written: "),

@@ -10,7 +10,7 @@
 use std::fmt;
 
 use cpg_core::entrainment::EventSource;
-use gait_trace::stride::cycle::{Cycle, POINTS};
+use gait_trace::stride::cycle::Cycle;
 use gait_trace::stride::strides::segment;
 use gait_trace::{ConditionError, Conditioned, LowPass, RawJoints, Rules, StrideError, Strides, condition};
 use generator_file::certificate::{Certificate, certify};
@@ -25,6 +25,7 @@ use serde::Serialize;
 
 use crate::generator_cycle::{aligned, cycle_of, generator_cycle};
 use crate::judge::{HeldOut, JointFit, held_out, judge};
+use crate::measures::Measures;
 use crate::search::{Dynamics, SearchSettings, fit_phase_coupled, fit_thesis};
 use crate::series::{self, Series};
 
@@ -155,8 +156,8 @@ pub struct Source {
 /// Why there is no fit.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
-    /// The joints cannot be conditioned.
-    #[error("{file}: {why}")]
+    /// The joints cannot be conditioned. The reason names the file.
+    #[error("{why}")]
     Condition {
         /// The recording.
         file: String,
@@ -220,10 +221,12 @@ pub struct Fit {
     pub period_s: f64,
     /// The generator's cycle, aligned with the mean stride.
     pub cycle: Cycle,
-    /// Index of the cycle's point at which the generator's phase is 0: the left hip is most flexed.
-    pub origin: usize,
+    /// The cycle of the setpoints after the limits of the robot, aligned with the mean stride; `None` if it does not walk there.
+    pub driven: Option<Cycle>,
     /// The errors of the joints.
     pub joints: [JointFit; 4],
+    /// Cadence, stride time and ranges of motion.
+    pub measures: Measures,
     /// Choice of the strides that were not fitted.
     pub held_out: HeldOut,
     /// The certificate of the generator in the file; it has whether the generator walks on the robot.
@@ -324,8 +327,7 @@ pub fn fit(
     };
     let mut certificate = checked.map_err(|why| FitError::Generator { file: file(), why })?;
     let own = generator_cycle(&set).map_err(|why| FitError::Generator { file: file(), why })?;
-    let (cycle, ahead) = aligned(&own.cycle, &mean);
-    let origin = ((1.0 - ahead) * POINTS as f64).round() as usize % POINTS;
+    let (cycle, _) = aligned(&own.cycle, &mean);
 
     progress("held-out strides");
     // Fitted into limits, the generator itself is judged.
@@ -372,6 +374,8 @@ pub fn fit(
     };
     let driven = cycle_of(&certificate.drive.strides).map(|driven| aligned(&driven.cycle, &mean).0);
     let joints = judge(&strides, &cycle, driven.as_ref(), errors, floor);
+    let in_seconds = !conditioned.normalised_cycle || settings.rules.stride_s.is_some();
+    let measures = Measures::of(&strides, &cycle, in_seconds);
     notes.extend(certificate.excesses.iter().map(|excess| format!("beyond the limits of the robot: {excess}")));
     if let Some(cost) = limits_cost_deg.filter(|_| moved) {
         let [a, b, c, d] = cost;
@@ -394,8 +398,9 @@ pub fn fit(
         file: GeneratorFile { provenance, set },
         period_s: own.period_s,
         cycle,
-        origin,
+        driven,
         joints,
+        measures,
         held_out: way,
         certificate,
         limits_cost_deg,

@@ -145,6 +145,13 @@ pub fn judge(
     })
 }
 
+/// Root mean square of an error over the joints; `None` if a joint has none.
+#[must_use]
+pub fn pooled(joints: &[JointFit; 4], error: impl Fn(&JointFit) -> Option<f64>) -> Option<f64> {
+    let errors: Option<Vec<f64>> = joints.iter().map(error).collect();
+    errors.map(|errors| gait_trace::root_mean_square(&errors))
+}
+
 /// The largest value and its place in cycles, interpolated by a parabola.
 fn largest(points: &[f64; POINTS]) -> (f64, f64) {
     let k = (0..POINTS).max_by(|a, b| points[*a].total_cmp(&points[*b])).unwrap_or(0);

@@ -13,10 +13,13 @@
 #![forbid(unsafe_code)]
 
 pub mod causal;
+pub mod contact;
 pub mod fit;
 pub mod generator_cycle;
 pub mod html;
 pub mod judge;
+pub mod measures;
+pub mod normative;
 pub mod report;
 pub mod search;
 pub mod series;

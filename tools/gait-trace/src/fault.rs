@@ -219,23 +219,47 @@ pub enum Fault {
     /// The header occurs again below rows of numbers.
     #[error("a second header; allowed is one, at the top: put each recording in a file of its own")]
     SecondHeader,
+    /// Lines of text are above a table whose header is not recognised.
+    #[error(
+        "no header is recognised: this line has {found} fields, and the rows of numbers from line {first_row} on have {fields}; allowed is a header with a time and a joint (`time_s,left_knee_deg`) above rows of as many fields: delete the lines of text above the header, or name its columns with `--map time=COLUMN,left_hip=COLUMN,...`"
+    )]
+    NoHeader {
+        /// Number of fields of the first line.
+        found: usize,
+        /// The line of the first row of numbers.
+        first_row: u64,
+        /// Number of its fields.
+        fields: usize,
+    },
+    /// Several lines may be the header.
+    #[error("this line and line {other} may be the header; allowed is one table: put each in a file of its own")]
+    SeveralHeaders {
+        /// The other line.
+        other: u64,
+    },
     /// No column is recognised as the time.
     #[error(
-        "no column is recognised as the time{hint}; the columns are {have}; allowed is one called `time`, `time_s`, `t`, `Time (s)` or `time_ms`, `--map time=COLUMN`, or `--rate HZ` for rows at equal time steps"
+        "no column is recognised as the time{hint}; the columns are {have}; allowed is one called `time`, `time_s`, `t`, `Time (s)` or `time_ms`, `--map time=COLUMN`{example}, or `--rate HZ` for rows at equal time steps"
     )]
     NoTime {
         /// What the file has.
         have: String,
         /// The probable cause.
         hint: &'static str,
+        /// Some columns are joints.
+        has_joints: bool,
+        /// A map for the file, in words; empty where there is none.
+        example: String,
     },
     /// No column is recognised as a joint.
     #[error(
-        "no column is recognised as a joint; there are {have}; allowed are names such as `left_hip_deg`, `hip_flexion_l`, `LKneeAngles`, or `--map left_hip=COLUMN,...`"
+        "no column is recognised as a joint; there are {have}; allowed are names such as `left_hip_deg`, `hip_flexion_l`, `LKneeAngles`, or `--map left_hip=COLUMN,...`{example}"
     )]
     NoJoints {
         /// What the file has.
         have: String,
+        /// A map for the file, in words; empty where there is none.
+        example: String,
     },
     /// The map names a column that the file does not have.
     #[error(

@@ -41,6 +41,25 @@ pub enum FindingKind {
     },
     /// A low-pass was requested, so the data are treated as unfiltered.
     Unfiltered,
+    /// Rows repeat the values of a slower sensor.
+    Held {
+        /// Usual number of equal rows.
+        block: usize,
+        /// Rate of the different values, Hz.
+        rate_hz: f64,
+    },
+    /// A small part of the angle was folded at a bound.
+    Folded {
+        /// The bound, degrees.
+        at_deg: f64,
+        /// Size of the folded parts, degrees.
+        deg: f64,
+    },
+    /// The mean angle of a hip is not that of an upright person.
+    Displaced {
+        /// The mean, degrees.
+        mean_deg: f64,
+    },
     /// Values are missing.
     Gap,
     /// Values are missing in many places, each short.
@@ -101,6 +120,9 @@ pub enum FindingKind {
 const MANY_REPEATED: usize = 20;
 /// Delays of messages from which equal steps are an assumption that a person should look at, as a fraction of a step.
 const LONG_DELAYS: f64 = 0.5;
+
+/// Legs that are less apart, in strides, move together.
+const IN_PHASE: f64 = 0.1;
 
 /// How much a finding matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -174,6 +196,9 @@ impl Finding {
             | FindingKind::KneesCrossed
             | FindingKind::NotOpposed { .. }
             | FindingKind::Clipped { .. }
+            | FindingKind::Held { .. }
+            | FindingKind::Folded { .. }
+            | FindingKind::Displaced { .. }
             | FindingKind::Drift { .. } => Level::Warning,
             FindingKind::RepeatedTimes { rows, of } if rows * MANY_REPEATED > of => Level::Warning,
             FindingKind::ReceivedTimes { share } if share > LONG_DELAYS => Level::Warning,
@@ -217,6 +242,24 @@ impl fmt::Display for Finding {
                     "the time runs from 0 to {length}, as in a normalised cycle, but the ends differ by {apart_deg:.1} deg; it is read as seconds; `--stride-time S` reads it as one stride of S seconds"
                 )?;
             }
+            FindingKind::Held { block, rate_hz } => {
+                write!(
+                    f,
+                    "the rows repeat their values in blocks of {block}, as a slower sensor makes them: it gave {rate_hz:.1} values a second; the repeated rows are"
+                )?;
+            }
+            FindingKind::Folded { at_deg, deg } => {
+                write!(
+                    f,
+                    "{joint}: turns back in corners at {at_deg} deg: up to {deg:.1} deg beyond it may be folded to this side"
+                )?;
+            }
+            FindingKind::Displaced { mean_deg } => {
+                write!(
+                    f,
+                    "{joint}: a mean of {mean_deg:.0} deg; an upright stand may have another angle than 0 in the file"
+                )?;
+            }
             FindingKind::Unfiltered => write!(f, "all joints: treated as unfiltered")?,
             FindingKind::Gap => write!(f, "{joint}, {from:.3} s to {to:.3} s: missing values")?,
             FindingKind::Gaps { count, longest_s } => {
@@ -256,7 +299,15 @@ impl fmt::Display for Finding {
                 write!(f, "each knee moves in the phase of the other leg's hip: left and right knee may be exchanged")?;
             }
             FindingKind::NotOpposed { cycles } => {
-                write!(f, "left and right {part} are {cycles:.2} strides apart, not 0.5: columns may be exchanged")?;
+                let hint = if cycles < IN_PHASE {
+                    ", one leg may be in both, or each leg may count from its own step"
+                } else {
+                    ""
+                };
+                write!(
+                    f,
+                    "left and right {part} are {cycles:.2} strides apart, not 0.5: columns may be exchanged{hint}"
+                )?;
             }
         }
         match (self.what, self.done) {
@@ -274,6 +325,7 @@ impl fmt::Display for Finding {
                 }
                 Ok(())
             }
+            (FindingKind::Held { .. }, Done::LeftOut) => f.write_str(" left out"),
             (_, Done::Bridged) => f.write_str("; replaced by a cubic"),
             (_, Done::LeftOut) => f.write_str("; left out"),
             (_, Done::Reported) => f.write_str("; not changed"),

@@ -30,6 +30,7 @@
 //! | [`clean::rules`] | thresholds of the conditioning, and its low-pass |
 //! | [`clean::convention`] | signs and exchanged columns, recognised by the shape of the gait |
 //! | [`clean::knee_sign`] | the sign of the knees: one decision for both |
+//! | [`clean::anatomy`] | angles that no person has |
 //! | [`clean::repair`] | resampling of uneven times, bridges over gaps, jumps |
 //! | [`clean::resample`] | linear interpolation to a fixed rate |
 //! | **strides** | [`stride`] |

@@ -1,6 +1,6 @@
 //! What the caller knows of a recording's file and the file does not say: columns, unit, calibration, rate, axis.
 
-use crate::format::joint_names::AngleUnit;
+use crate::format::angle_unit::AngleUnit;
 use hgod_adc::Calibration;
 use joint_units::Joint;
 use std::fmt;

@@ -1,6 +1,6 @@
 //! The four joints as a file has them: the output of every reader, before any repair, change of sign or cut.
 
-use crate::format::joint_names::AngleUnit;
+use crate::format::angle_unit::AngleUnit;
 use joint_units::Joint;
 use std::fmt;
 

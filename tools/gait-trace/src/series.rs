@@ -91,3 +91,14 @@ pub(crate) fn variance(x: &[f64]) -> f64 {
     let mean = x.iter().sum::<f64>() / x.len() as f64;
     x.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / x.len() as f64
 }
+
+/// Correlation of two series of equal length; not a number if one does not vary.
+pub(crate) fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+    let (a0, b0) = (mean(a), mean(b));
+    let (aa, bb, ab) = a.iter().zip(b).fold((0.0, 0.0, 0.0), |(aa, bb, ab), (a, b)| {
+        let (a, b) = (a - a0, b - b0);
+        (aa + a * a, bb + b * b, ab + a * b)
+    });
+    ab / (aa * bb).sqrt()
+}

@@ -6,7 +6,7 @@
 
 mod support;
 
-use gait_trace::format::joint_names::AngleUnit;
+use gait_trace::format::angle_unit::AngleUnit;
 use gait_trace::format::open;
 use gait_trace::stride::strides::segment;
 use gait_trace::{Axis, FindingKind, RawJoints, ReadOptions, Rules, condition};

@@ -3,7 +3,7 @@
 
 mod support;
 
-use gait_trace::format::joint_names::AngleUnit;
+use gait_trace::format::angle_unit::AngleUnit;
 use gait_trace::format::open;
 use gait_trace::format::{c3d, gcd, mapped_csv, mcap_file, mvnx, opensim, scope, trc, vicon, visual3d};
 use gait_trace::{Axis, ReadOptions};

@@ -6,7 +6,7 @@ mod support;
 mod damage;
 
 use damage::{check, damage, held};
-use gait_trace::format::joint_names::AngleUnit;
+use gait_trace::format::angle_unit::AngleUnit;
 use gait_trace::format::open;
 use gait_trace::{RawJoints, ReadOptions};
 use joint_units::Joint;

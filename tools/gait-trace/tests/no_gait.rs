@@ -91,7 +91,8 @@ fn jumps_and_drop_jumps_are_no_gait() {
 fn a_leg_half_a_stride_off_is_a_warning() {
     let off = raw(times(6.0, 100.0), |joint, t| {
         let is_right = matches!(joint, Joint::RightHip | Joint::RightKnee);
-        angle(joint, t / 1.1 + if is_right { 0.5 } else { 0.0 })
+        let size = if is_right { 1.02 } else { 1.0 };
+        size * angle(joint, t / 1.1 + if is_right { 0.5 } else { 0.0 })
     });
     let out = done(&off);
     let warned: Vec<Option<Joint>> = out

@@ -3,7 +3,7 @@
 
 mod support;
 
-use gait_trace::format::joint_names::AngleUnit;
+use gait_trace::format::angle_unit::AngleUnit;
 use gait_trace::format::open;
 use gait_trace::{RawJoints, ReadOptions, Rules, condition};
 use joint_units::Volts;

@@ -5,8 +5,8 @@
 
 use gait_trace::ReadOptions;
 use gait_trace::condition;
+use gait_trace::format::angle_unit::AngleUnit;
 use gait_trace::format::csv_file;
-use gait_trace::format::joint_names::AngleUnit;
 use gait_trace::format::open;
 use gait_trace::stride::cycle::POINTS;
 use gait_trace::stride::{cut, strides};

@@ -4,7 +4,7 @@ mod support;
 #[allow(dead_code, reason = "one function of it is used here")]
 mod synthetic;
 
-use gait_trace::format::joint_names::AngleUnit;
+use gait_trace::format::angle_unit::AngleUnit;
 use gait_trace::format::open;
 use gait_trace::{ConditionError, RawJoints, ReadOptions, Rules, UnitSource, condition};
 use joint_units::Joint;

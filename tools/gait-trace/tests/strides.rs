@@ -229,7 +229,7 @@ fn what_has_no_strides_says_why() {
     let cuts = cut::cut(&done(&knee)).unwrap();
     assert!((3..=4).contains(&cuts.spans.len()), "{:?}", cuts.spans);
 
-    let ramp = raw(times(5.0, 100.0), |joint, t| 5.0 * t + f64::from(joint as u8));
+    let ramp = raw(times(5.0, 100.0), |joint, t| (5.0 + f64::from(joint as u8)) * t);
     assert!(matches!(strides::segment(&done(&ramp)), Err(StrideError::NoPeriod { .. })));
     assert!(matches!(strides::segment(&done(&walk(0.5, 100.0, 1.1, 0.0))), Err(StrideError::NoPeriod { .. })));
 

@@ -32,7 +32,7 @@ pub use joint_loop::generator::thesis::{ThesisJoint, ThesisSet};
 use serde::ser::{SerializeMap, Serializer};
 use serde::{Deserialize, Serialize};
 
-use crate::toml_file::{FileError, Problem, TomlFile};
+use crate::toml_file::{FileError, FileKind, Problem, TomlFile};
 
 /// Version of the layout. In version 1 the kind `phase-coupled` was called `robust`.
 pub const SCHEMA: u32 = 2;
@@ -100,7 +100,7 @@ impl GeneratorFile {
         let top = file.top(MAKE_AGAIN)?;
         let keys: Vec<&str> =
             ["schema", "generator", "provenance"].into_iter().chain(GeneratorConfig::NAMES.iter().copied()).collect();
-        top.layout(&[(SCHEMA, &keys)])?;
+        top.layout(FileKind::Generator, &[(SCHEMA, &keys)])?;
         let kind: String = top.get("generator")?;
         let allowed = || format!("one of {}", quoted(GeneratorConfig::NAMES));
         let unknown_kind =

@@ -25,7 +25,7 @@ use joint_units::{Joint, Period, PulseMicros, RadPerSec, RadPerSec2, Radians, Vo
 use serde::{Deserialize, Serialize};
 
 use crate::degrees::shortest;
-use crate::toml_file::{FileError, Problem, TomlFile};
+use crate::toml_file::{FileError, FileKind, Problem, TomlFile};
 use crate::word::{self, Word};
 
 /// Version of the layout.
@@ -89,7 +89,7 @@ impl RobotFile {
         let top = file.top(HELP)?;
         let joints = Joint::ALL.map(Joint::name);
         let keys = [&["schema", "name", "min_supply_v", "pose"][..], &joints].concat();
-        top.layout(&[(SCHEMA, &keys)])?;
+        top.layout(FileKind::Robot, &[(SCHEMA, &keys)])?;
         let layout: Layout = top.read()?;
         let name =
             RecordName::new(&layout.name).map_err(|error| top.error("name", Problem::Rule(error.to_string())))?;

@@ -12,6 +12,51 @@ use toml::de::{DeTable, DeValue, Deserializer, Error, ValueDeserializer};
 /// Largest size of a file in bytes: 1 MiB.
 pub const MAX_BYTES: usize = 1 << 20;
 
+/// A kind of file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum FileKind {
+    /// The parameters of a generator.
+    Generator,
+    /// The servos and limits of a robot.
+    Robot,
+    /// The calibration of a sensor.
+    Sensor,
+}
+
+impl FileKind {
+    /// The kind in words, with its article.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::Generator => "a generator file",
+            Self::Robot => "a robot file",
+            Self::Sensor => "a sensor file",
+        }
+    }
+
+    /// The options that take it, in words.
+    #[must_use]
+    pub const fn option(self) -> &'static str {
+        match self {
+            Self::Generator => "`--generator`",
+            Self::Robot => "`--robot`",
+            Self::Sensor => "`--sensor` or `--calibration`",
+        }
+    }
+
+    /// The kind of a file by the keys that only this kind has; `None` if there is no such key, or those of several kinds.
+    fn of(has: impl Fn(&str) -> bool) -> Option<Self> {
+        let any = |keys: &[&str]| keys.iter().any(|key| has(key));
+        let kinds = [
+            (Self::Generator, any(&["generator", "provenance"])),
+            (Self::Robot, any(&["min_supply_v", "pose", "left_hip", "right_hip", "left_knee", "right_knee"])),
+            (Self::Sensor, any(&["points", "divider", "interpolation"])),
+        ];
+        let mut found = kinds.into_iter().filter(|(_, is)| *is).map(|(kind, _)| kind);
+        found.next().filter(|_| found.next().is_none())
+    }
+}
+
 /// What is wrong with a file or one of its values, and what is allowed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Problem {
@@ -27,6 +72,16 @@ pub enum Problem {
     /// The file is empty. The text says what to do.
     #[error("is empty; allowed is a file with `schema` and the keys of its kind: {0}")]
     Empty(&'static str),
+    /// The file is of another kind.
+    #[error("is {}, which belongs to {}; allowed here is {}: {help}", .found.words(), .found.option(), .wanted.words())]
+    OtherKind {
+        /// What it is.
+        found: FileKind,
+        /// What is allowed.
+        wanted: FileKind,
+        /// How a file of the right kind is made.
+        help: &'static str,
+    },
     /// The text is not TOML.
     #[error("is not TOML: {0}")]
     Syntax(String),
@@ -164,11 +219,16 @@ pub struct Top<'a> {
 }
 
 impl<'a> Top<'a> {
-    /// Checks the key `schema` against the known versions, oldest first, each with its keys at the top. Returns the version.
+    /// Checks that the file is of a kind, then the key `schema` against the known versions, oldest first, each with its keys at the top. Returns the version.
     ///
     /// # Errors
-    /// Another version, a key that the version does not have, or no `schema`.
-    pub fn layout(&self, known: &[(u32, &[&str])]) -> Result<u32, FileError> {
+    /// A file of another kind, another version, a key that the version does not have, or no `schema`.
+    pub fn layout(&self, wanted: FileKind, known: &[(u32, &[&str])]) -> Result<u32, FileError> {
+        if let Some(found) = FileKind::of(|key| self.tree.get_ref().contains_key(key)).filter(|found| *found != wanted)
+        {
+            let problem = Problem::OtherKind { found, wanted, help: self.help };
+            return Err(FileError { file: self.file.file.clone(), line: None, field: None, problem });
+        }
         if !self.tree.get_ref().contains_key("schema") {
             known.last().map_or(Ok(()), |(_, keys)| self.only(keys))?;
         }

@@ -9,6 +9,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod inline;
 pub mod links;
 
 use links::Links;

@@ -10,11 +10,13 @@
 //! | [`micro_ga`] | the micro-GA that the thesis names as future work |
 //! | [`levenberg`] | Levenberg-Marquardt from many random starts |
 //! | [`gait_family`] | walks and runs of recorded persons as functions of the cadence, and their errors |
+//! | [`normative_band`] | hip and knee of persons who walk, as mean and standard deviation |
 //!
 //! | example | content |
 //! |---|---|
 //! | `thesis_mode` | the thesis' network recovered from its own waveform by five searches |
 //! | `gait_family` | the numbers of `cpg_core::gait::family`, the tables of `docs/gaits.md` and the picture beside them |
+//! | `normative_band` | the numbers of `gait_fit::normative` |
 //! | `search_speed` | evaluations per second, beside a plain loop and GNU Octave |
 //!
 //! The fits that the product uses (CMA-ES, Levenberg-Marquardt, the orbit check) are in [`gait_fit::search`].
@@ -48,6 +50,7 @@ pub mod gait_family;
 pub mod genes;
 pub mod levenberg;
 pub mod micro_ga;
+pub mod normative_band;
 pub mod objective;
 pub mod pattern_search;
 pub mod population;

@@ -36,12 +36,17 @@ pub(crate) enum DmaSource {
     Update(usize),
     /// Compare match of a timer's channel 0 to 3.
     Compare(usize, u8),
+    /// A character that USART2 received.
+    Received,
+    /// A character that USART2 can take.
+    ToSend,
 }
 
 /// Connections of the request sources: source, controller (0 is DMA1), stream, channel (10.3.3, tables 42 and 43).
 #[rustfmt::skip]
-pub(crate) static REQUESTS: [(DmaSource, usize, usize, u32); 49] = [
+pub(crate) static REQUESTS: [(DmaSource, usize, usize, u32); 51] = [
     (DmaSource::Adc(0), 1, 0, 0), (DmaSource::Adc(0), 1, 4, 0), (DmaSource::Adc(1), 1, 2, 1), (DmaSource::Adc(1), 1, 3, 1),
+    (DmaSource::Received, 0, 5, 4), (DmaSource::ToSend, 0, 6, 4),
     (DmaSource::Adc(2), 1, 0, 2), (DmaSource::Adc(2), 1, 1, 2),
     (DmaSource::Update(1), 1, 5, 6), (DmaSource::Update(2), 0, 1, 3), (DmaSource::Update(2), 0, 7, 3), (DmaSource::Update(3), 0, 2, 5),
     (DmaSource::Update(4), 0, 6, 2), (DmaSource::Update(5), 0, 0, 6), (DmaSource::Update(5), 0, 6, 6), (DmaSource::Update(6), 0, 1, 7),
@@ -217,6 +222,11 @@ impl Dma {
     /// True if a stream has a flag; without one no interrupt line is high.
     pub(crate) fn has_flags(&self) -> bool {
         self.streams.iter().any(|stream| stream.flags != 0)
+    }
+
+    /// Whether a stream can raise its interrupt line.
+    pub(crate) fn has_interrupts(&self, stream: usize) -> bool {
+        self.streams[stream].cr & (TEIE | HTIE | TCIE) != 0
     }
 
     /// Level of the interrupt line of a stream.

@@ -28,6 +28,7 @@ pub(crate) enum Model {
     Syscfg,
     Exti,
     Iwdg,
+    Usart2,
     Dbgmcu,
     /// Factory data in system memory, read only.
     SystemMemory,
@@ -117,7 +118,7 @@ pub(crate) static BLOCKS: [PeripheralBlock; 65] = [
     other("SPI2", 0x4000_3800, Some((Bus::Apb1, 14))),
     other("SPI3", 0x4000_3C00, Some((Bus::Apb1, 15))),
     other("I2S3ext", 0x4000_4000, None),
-    other("USART2", 0x4000_4400, Some((Bus::Apb1, 17))),
+    block("USART2", 0x4000_4400, Model::Usart2, Widths::Any, Some((Bus::Apb1, 17))),
     other("USART3", 0x4000_4800, Some((Bus::Apb1, 18))),
     other("UART4", 0x4000_4C00, Some((Bus::Apb1, 19))),
     other("UART5", 0x4000_5000, Some((Bus::Apb1, 20))),

@@ -24,6 +24,7 @@ mod rtt;
 mod run;
 mod scs;
 mod semihosting;
+mod serial;
 mod systick;
 mod unicorn;
 
@@ -44,6 +45,7 @@ use crate::plant::{BUTTON, BoardPlant, ButtonPress, LevelTable, VoltageTable};
 use crate::recorder::SignalRecorder;
 use crate::report::ReportWriter;
 use crate::run::{BoardRun, RunOptions};
+use crate::serial::SerialPort;
 
 /// Runs an ELF for the STM32F407 on a modelled chip. Writes JSON lines to standard output; reads press, release, quit from standard input.
 #[derive(Debug, Parser)]
@@ -111,6 +113,9 @@ struct Cli {
     /// Cycles per instruction, 0.1 to 100
     #[arg(long, default_value_t = 1.0, value_parser = parse_cpi)]
     cpi: f64,
+    /// Make a pseudo-terminal that is the host's end of the serial port USART2; its name is in a line of the output
+    #[arg(long)]
+    serial: bool,
     /// Run no faster than real time
     #[arg(long)]
     pace: bool,
@@ -285,7 +290,8 @@ fn run(cli: &Cli) -> Result<u8> {
     let mut plant = BoardPlant::new(volts, cli.press.clone(), lines);
     plant.pulses.record_edges_of(cli.record_edges.iter().map(|(pin, _)| *pin));
     let report = ReportWriter::new(BufWriter::new(stdout()));
-    BoardRun::new(&image, config, plant, injections, recorder, Console::open()?, report, options)?.run()
+    let serial = cli.serial.then(SerialPort::open).transpose()?;
+    BoardRun::new(&image, config, plant, injections, recorder, Console::open()?, serial, report, options)?.run()
 }
 
 fn main() -> ExitCode {

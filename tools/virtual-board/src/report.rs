@@ -18,6 +18,11 @@ pub(crate) enum ReportLine {
         /// Cycles per instruction.
         cpi: f64,
     },
+    /// The host's end of the serial port.
+    Serial {
+        /// Its name.
+        port: String,
+    },
     /// The chip left reset.
     Boot {
         /// Time.

@@ -21,6 +21,7 @@ use crate::plant::BoardPlant;
 use crate::recorder::SignalRecorder;
 use crate::report::{self, ReportLine, ReportWriter, ResetRecord};
 use crate::rtt::Rtt;
+use crate::serial::SerialPort;
 use crate::unicorn::UnicornCpu;
 
 /// Virtual time between two periodic jobs (RTT, commands, end of the run), s.
@@ -69,6 +70,7 @@ pub(crate) struct BoardRun<'a, W: Write> {
     options: RunOptions,
     report: ReportWriter<W>,
     console: Console,
+    serial: Option<SerialPort>,
     rtt: Option<Rtt>,
     recorder: SignalRecorder,
     injections: Vec<Injection>,
@@ -100,6 +102,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         injections: Vec<Injection>,
         recorder: SignalRecorder,
         console: Console,
+        serial: Option<SerialPort>,
         report: ReportWriter<W>,
         options: RunOptions,
     ) -> Result<Self> {
@@ -112,6 +115,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             options,
             report,
             console,
+            serial,
             rtt,
             recorder,
             injections,
@@ -139,6 +143,10 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let hclk_hz = self.cpu.machine().soc.hclk_hz();
         let (elf_sha256, cpi) = (self.image.sha256.clone(), self.options.cpi);
         self.report.line(&ReportLine::Start { elf_sha256, hclk_hz, cpi });
+        if let Some(SerialPort { name, .. }) = &self.serial {
+            self.report.line(&ReportLine::Serial { port: name.clone() });
+            self.report.flush();
+        }
         self.boot(ResetCause::PowerOn);
         self.schedule_stop();
         let reason = loop {

@@ -1,4 +1,4 @@
-//! Any bytes: a record that can be sent again, or an error in words; any text: a printed record, or none.
+//! Any bytes: a record that can be sent again, or an error in words; frames of a serial line with any bytes; any text: a printed record, or none.
 //!
 //! ```text
 //! cargo +nightly fuzz run decode -- -max_len=256 -max_total_time=60
@@ -6,7 +6,7 @@
 //! Run it in this folder's parent.
 #![no_main]
 
-use wire::{MAX_BYTES, bytes_in, decode, encode};
+use wire::{MAX_BYTES, Unframer, bytes_in, decode, decode_framed, decode_request, encode};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     match decode(bytes) {
@@ -19,6 +19,13 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         }
         Err(error) => assert!(!error.to_string().is_empty()),
     }
+    let mut unframer = Unframer::default();
+    for byte in bytes {
+        if let Some(Ok(payload)) = unframer.push(*byte) {
+            let _ = (decode_request(payload), decode_framed(payload));
+        }
+    }
+    let _ = (decode_request(bytes), decode_framed(bytes));
     if let Ok(text) = std::str::from_utf8(bytes) {
         let _ = bytes_in(text);
     }

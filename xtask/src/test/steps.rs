@@ -403,10 +403,11 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 9] = [
+const IMAGE_TESTS: [&str; 10] = [
     "virtual_board",
     "fits",
     "board_inputs",
+    "board_serial",
     "board_follower",
     "board_records",
     "board_entrainment",

@@ -1,4 +1,4 @@
-//! A board or virtual board: process, log, image, replay.
+//! A board or virtual board: process, log, serial port, image, replay.
 
 pub mod default_loop;
 pub mod feed;
@@ -9,4 +9,5 @@ pub mod process;
 pub mod replay;
 pub mod run;
 pub mod run_result;
+pub mod serial;
 pub mod telemetry;

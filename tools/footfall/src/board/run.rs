@@ -282,8 +282,8 @@ impl<'t> BoardRun<'t> {
                 Record::Edge(edge) => events.push(Event::Edge(edge)),
                 Record::Cost(cost) => events.push(Event::Cost(cost)),
                 Record::Environment(environment) => events.push(Event::Environment(environment)),
-                // The log also has it as a text line.
-                Record::Refused(_) => {}
+                // The log also has them as text lines.
+                Record::Refused(_) | Record::Answered(_) | Record::Port(_) => {}
             }
         }
         Ok(())

@@ -20,6 +20,7 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
                 "A generator of your own, with every tick recorded (`cargo xtask run` finds image and board):",
                 "footfall watch --elf firmware.elf --virtual-board virtual-board --generator generator.toml --record walk.mcap",
             ),
+            ("A real board, live, through its serial port:", "footfall watch --serial /dev/ttyACM0"),
         ],
     ),
     (
@@ -33,6 +34,21 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
                 "A real board, whose log a debug probe's program passes on:",
                 "footfall record --elf firmware.elf --rtt tcp:localhost:19021 -o walk.csv",
             ),
+            (
+                "A real board without a probe, through its serial port:",
+                "footfall record --elf firmware.elf --serial /dev/ttyACM0 -o walk.csv",
+            ),
+        ],
+    ),
+    (
+        "set",
+        &[
+            ("What can be set:", "footfall set --list"),
+            (
+                "The speed of a walk, in effect at the next phase boundary:",
+                "footfall set --serial /dev/ttyACM0 speed 1.2",
+            ),
+            ("Back to the settings before, from a script:", "footfall set --serial /dev/ttyACM0 --undo --json"),
         ],
     ),
     (

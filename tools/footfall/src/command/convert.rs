@@ -1,11 +1,13 @@
 //! `footfall convert`: writes any recording as CSV or as OpenSim .mot: joint angles in degrees, flexion positive, equal time steps.
 //!
 //! It invents nothing: gaps stay empty, jumps stay as they are, and nothing is filtered unless an option asks for it. What was changed is
-//! recorded in the file ([`gait_trace::format::converted`]), so that no other command filters it a second time.
+//! recorded in the file ([`gait_trace::format::converted`]), so that no other command filters it a second time. What is impossible for a person is
+//! refused by the words of `fit`, and what `fit` will refuse is said.
 
 use clap::Args;
 use gait_trace::format::converted::{self, Conversion, Format};
-use gait_trace::{Done, FindingKind, Level, LowPass, Rules, condition};
+use gait_trace::stride::strides;
+use gait_trace::{Done, FindingKind, Level, LowPass, RawJoints, Rules, condition};
 use joint_units::Joint;
 use std::path::{Path, PathBuf};
 
@@ -28,6 +30,9 @@ pub struct Options {
     /// How it is read
     #[command(flatten)]
     pub reading: Reading,
+    /// Convert no recording with a warning: the exit code is 1, and nothing is written
+    #[arg(long)]
+    pub strict: bool,
     /// Whether files may be replaced
     #[command(flatten)]
     pub overwrite: Overwrite,
@@ -36,9 +41,9 @@ pub struct Options {
 /// Runs the command.
 ///
 /// # Errors
-/// Wrong input, an output that is the input or exists, another extension, or a file that cannot be written.
+/// Wrong input, an output that is the input or exists, another extension, a warning with --strict, or a file that cannot be written.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { recording: path, out, reading, overwrite } = options;
+    let Options { recording: path, out, reading, strict, overwrite } = options;
     let extension = out.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
     let format = match extension.as_deref() {
         Some("csv") => Format::Csv,
@@ -56,6 +61,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
     let rules = Rules { low_pass, jump_bend_deg: f64::INFINITY, ..settings.rules() };
     let joints = condition(&raw, &rules).map_err(Failure::input)?;
     output::notes(raw.notes.iter().chain(&note));
+    let fit_refuses = refusal_of_fit(&raw, &rules, &settings);
 
     let before = recorded.conversion.unwrap_or_default();
     let mut conversion = Conversion {
@@ -95,10 +101,26 @@ pub fn run(options: Options) -> Result<(), Failure> {
         output::levelled(finding.level(), &text);
         conversion.changes.push(text);
     }
+    if strict {
+        recording::no_warning(&name_of(&path), &joints.findings)?;
+    }
     output::write(&out, overwrite, |file| converted::write_to(file, format, &joints, &conversion))?;
     messages::written(&out);
-    messages::next("fit a generator to it", format!("footfall fit {} -o generator.toml", gait_trace::shell_word(&out)));
+    let out = gait_trace::shell_word(&out);
+    match fit_refuses {
+        Some(why) => messages::note(format_args!("`fit` refuses it: {why}")),
+        None => messages::next("see whether `fit` takes it", format!("footfall check --trace {out}")),
+    }
     Ok(())
+}
+
+/// Why `fit` refuses the recording, if its strides show it; the generator is judged by `check`.
+fn refusal_of_fit(raw: &RawJoints, rules: &Rules, settings: &ReadSettings) -> Option<String> {
+    let rules = Rules { jump_bend_deg: settings.rules().jump_bend_deg, ..*rules };
+    match condition(raw, &rules) {
+        Ok(joints) => strides::segment(&joints).err().map(|why| why.to_string()),
+        Err(why) => Some(why.to_string()),
+    }
 }
 
 fn name_of(path: &Path) -> String {

@@ -194,7 +194,7 @@ fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
         messages::written(file);
     }
     if let Some(file) = &outputs.report {
-        output::write_text(file, &job.page(&fitted, path)?, outputs.overwrite)?;
+        output::write_text(file, &job.page(&fitted, path), outputs.overwrite)?;
         messages::written(file);
     }
     match (outputs.json, &outputs.out) {

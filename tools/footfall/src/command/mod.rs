@@ -35,6 +35,7 @@ pub mod record;
 pub mod replay;
 #[cfg(feature = "analysis")]
 pub mod sample;
+pub mod set;
 #[cfg(feature = "analysis")]
 pub mod smer;
 #[cfg(feature = "analysis")]

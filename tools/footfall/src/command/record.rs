@@ -1,6 +1,6 @@
 //! `footfall record`: records every tick of a board as CSV or MCAP.
 //!
-//! The board is the virtual one, or a real one whose RTT bytes a debug probe's program passes on.
+//! The board is the virtual one, or a real one: through its serial port, or the RTT bytes that a debug probe's program passes on.
 
 use clap::Args;
 use joint_loop::setup::default_loop::Parameters;
@@ -8,8 +8,10 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
+use std::{fmt, io};
 
 use crate::board::image::Image;
+use crate::board::serial::Port;
 use crate::failure::Failure;
 use crate::file::capture;
 use crate::file::capture::Capture;
@@ -31,7 +33,7 @@ pub struct Options {
     #[arg(long, value_name = "FILE")]
     pub elf: PathBuf,
     /// Record the virtual board: its program
-    #[arg(long, value_name = "PROGRAM", required_unless_present = "rtt")]
+    #[arg(long, value_name = "PROGRAM", required_unless_present_any = ["rtt", "serial"])]
     pub virtual_board: Option<PathBuf>,
     /// Record a real board: the raw bytes of its RTT up channel 0, from a file, `-` (standard input) or tcp:HOST:PORT. Reset the
     /// board after the recording has begun: its boot record has the calibration that converts codes to volts
@@ -41,6 +43,13 @@ pub struct Options {
         conflicts_with_all = ["virtual_board", "trace", "press", "disarm", "pace", "plain", "board"]
     )]
     pub rtt: Option<Source>,
+    /// Record a real board through its serial port: a device file. As with --rtt, reset the board after the recording has begun
+    #[arg(
+        long,
+        value_name = "PORT",
+        conflicts_with_all = ["virtual_board", "rtt", "trace", "press", "disarm", "pace", "plain", "board"]
+    )]
+    pub serial: Option<PathBuf>,
     /// What is fed to the board, and how the run is shown
     #[command(flatten)]
     pub played: Played,
@@ -51,15 +60,57 @@ pub struct Options {
 /// # Errors
 /// Wrong input, a board or a source that cannot be reached, a file that cannot be written, or a run that was not sound.
 pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let Options { out, elf, virtual_board, rtt, played } = options;
-    match (rtt, virtual_board) {
+    let Options { out, elf, virtual_board, rtt, serial, played } = options;
+    let source = serial.map(Origin::Serial).or(rtt.map(Origin::Log));
+    match (source, virtual_board) {
         (Some(source), _) => {
             let parameters = played.parameters()?;
             let Played { generator, secs, json, overwrite, .. } = played;
-            from_rtt(&RealBoard { out, elf, source, parameters, generator, secs, json, overwrite }, interrupt)
+            from_board(&RealBoard { out, elf, source, parameters, generator, secs, json, overwrite }, interrupt)
         }
         (None, Some(board)) => run::run(&played.settings(elf, board, Some(out))?, interrupt),
-        (None, None) => Err(Failure::input("nothing to record; allowed is --virtual-board or --rtt")),
+        (None, None) => Err(Failure::input("nothing to record; allowed is --virtual-board, --rtt or --serial")),
+    }
+}
+
+/// Where the records of a real board come from.
+enum Origin {
+    /// The raw bytes of its log.
+    Log(Source),
+    /// Its serial port.
+    Serial(PathBuf),
+}
+
+impl Origin {
+    fn open(&self) -> io::Result<Opened> {
+        match self {
+            Self::Log(source) => Stream::open(source).map(Opened::Log),
+            Self::Serial(path) => Port::open(path, false).map(Opened::Serial),
+        }
+    }
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Log(source) => source.fmt(f),
+            Self::Serial(path) => path.display().fmt(f),
+        }
+    }
+}
+
+/// The same, open.
+enum Opened {
+    Log(Stream),
+    Serial(Port),
+}
+
+impl Opened {
+    fn next(&self, patience: Duration) -> Came {
+        match self {
+            Self::Log(stream) => stream.next(patience),
+            Self::Serial(port) => port.next_within(patience),
+        }
     }
 }
 
@@ -67,7 +118,7 @@ pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
 struct RealBoard {
     out: PathBuf,
     elf: PathBuf,
-    source: Source,
+    source: Origin,
     parameters: Parameters,
     /// The generator file, if one is in the board's flash.
     generator: Option<PathBuf>,
@@ -76,16 +127,22 @@ struct RealBoard {
     overwrite: Overwrite,
 }
 
-fn from_rtt(settings: &RealBoard, interrupt: &AtomicBool) -> Result<(), Failure> {
+fn from_board(settings: &RealBoard, interrupt: &AtomicBool) -> Result<(), Failure> {
     let RealBoard { out, elf, source, parameters, generator, secs, json, overwrite } = settings;
     let image = Image::read(elf).map_err(Failure::input)?;
     capture::check(out, *overwrite)?;
-    let stream =
-        Stream::open(source).map_err(|error| Failure::input(format!("{source}: cannot be opened: {error}")))?;
-    let more = json!({ "rtt": source.to_string(), "secs": secs });
+    let stream = source.open().map_err(|error| Failure::input(format!("{source}: cannot be opened: {error}")))?;
+    let more = match source {
+        Origin::Log(source) => json!({ "rtt": source.to_string(), "secs": secs }),
+        Origin::Serial(port) => json!({ "serial": port, "secs": secs }),
+    };
     let about = capture::about(elf, &image, generator.as_deref(), parameters, more);
     let cannot_write = |error| output::cannot_write(out, error);
-    let mut capture = Capture::begin(out, about, &image, parameters.clone()).map_err(cannot_write)?;
+    let begun = match source {
+        Origin::Log(_) => Capture::begin(out, about, &image, parameters.clone()),
+        Origin::Serial(_) => Capture::begin_serial(out, about, parameters.clone()),
+    };
+    let mut capture = begun.map_err(cannot_write)?;
     let ended = receive(&mut capture, &stream, source, *secs, interrupt);
     // Even after an error the samples so far are a finished file.
     let ending = json!({ "ended": ended.as_ref().map_or_else(ToString::to_string, ToString::to_string) });
@@ -100,8 +157,8 @@ fn from_rtt(settings: &RealBoard, interrupt: &AtomicBool) -> Result<(), Failure>
 /// Records until the source ends, enough seconds are recorded, or a signal asks for the end. Gives the reason.
 fn receive(
     capture: &mut Capture<'_>,
-    stream: &Stream,
-    source: &Source,
+    stream: &Opened,
+    source: &Origin,
     secs: Option<f64>,
     interrupt: &AtomicBool,
 ) -> Result<&'static str, Failure> {

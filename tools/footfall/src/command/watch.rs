@@ -1,4 +1,7 @@
-//! `footfall watch`: runs the firmware image on the virtual board, fed with a recorded gait, and shows, records and replays the run.
+//! `footfall watch`: runs the firmware image on the virtual board, fed with a recorded gait, and shows, records and replays the run; or shows
+//! what a board sends on its serial port.
+
+mod live;
 
 use clap::Args;
 use std::path::PathBuf;
@@ -12,11 +15,20 @@ use crate::virtual_run::run;
 #[derive(Debug, Clone, Args)]
 pub struct Options {
     /// The firmware's ELF file: the one that would be flashed
-    #[arg(long, value_name = "FILE")]
-    pub elf: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "serial")]
+    pub elf: Option<PathBuf>,
     /// The virtual board's program
-    #[arg(long, value_name = "PROGRAM")]
-    pub virtual_board: PathBuf,
+    #[arg(long, value_name = "PROGRAM", required_unless_present = "serial")]
+    pub virtual_board: Option<PathBuf>,
+    /// Listen to a board that runs: its serial port, a device file. --json prints every frame; `footfall set` changes their rate
+    #[arg(
+        long,
+        value_name = "PORT",
+        conflicts_with_all = [
+            "elf", "virtual_board", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board"
+        ]
+    )]
+    pub serial: Option<PathBuf>,
     /// Record every tick: a name that ends in .csv or .mcap; data of the whole run go to FILE.json
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
@@ -30,6 +42,10 @@ pub struct Options {
 /// # Errors
 /// Wrong input, a board that cannot be started or reached, a file that cannot be written, or a run that was not sound.
 pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let Options { elf, virtual_board, record, played } = options;
-    run::run(&played.settings(elf, virtual_board, record)?, interrupt)
+    let Options { elf, virtual_board, serial, record, played } = options;
+    match (serial, elf, virtual_board) {
+        (Some(port), ..) => live::run(&port, played.secs, played.json, interrupt),
+        (None, Some(elf), Some(board)) => run::run(&played.settings(elf, board, record)?, interrupt),
+        _ => Err(Failure::input("nothing to watch; allowed are --elf with --virtual-board, or --serial")),
+    }
 }

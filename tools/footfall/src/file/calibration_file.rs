@@ -19,7 +19,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use generator_file::degrees::shortest;
-use generator_file::toml_file::{FileError, Problem, TomlFile, Top};
+use generator_file::toml_file::{FileError, FileKind, Problem, TomlFile, Top};
 use generator_file::word;
 use hgod_adc::{Calibration, CalibrationError, CalibrationPoint, Interpolation};
 use joint_units::{Radians, Volts};
@@ -177,7 +177,8 @@ pub fn parse(file: &TomlFile) -> Result<WiredSensor, FileError> {
 /// As [`read`].
 pub fn parse_whole(file: &TomlFile) -> Result<CalibrationFile, FileError> {
     let top = file.top(HELP)?;
-    let is_measured = top.layout(&[(SCHEMA, &KEYS), (MEASURED_SCHEMA, &MEASURED_KEYS)])? == MEASURED_SCHEMA;
+    let is_measured =
+        top.layout(FileKind::Sensor, &[(SCHEMA, &KEYS), (MEASURED_SCHEMA, &MEASURED_KEYS)])? == MEASURED_SCHEMA;
     let measured = if is_measured { Some(measured(&top)?) } else { None };
     let table: Table = top.read()?;
     let divider = table.divider;

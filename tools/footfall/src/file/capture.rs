@@ -18,6 +18,7 @@ pub mod samples;
 
 use crate::board::image::{Decoder, Image};
 use crate::board::lines::BoardLine;
+use crate::board::serial::{LinkError, Records, is_other_version};
 use crate::board::telemetry::RecordError;
 use crate::failure::Failure;
 use crate::options::overwrite::Overwrite;
@@ -53,6 +54,9 @@ pub enum LogError {
     /// The board's image was built with another version of the records.
     #[error(transparent)]
     OtherVersion(RecordError),
+    /// The same on the serial port.
+    #[error(transparent)]
+    SerialVersion(LinkError),
 }
 
 /// The format of a file.
@@ -106,9 +110,17 @@ pub fn counts_in_words(out: &Path, counts: &Counts) -> String {
     text
 }
 
-/// Converts bytes of the log to samples.
+/// How the records come.
+enum Transport<'t> {
+    /// In the log of an image.
+    Log(Box<Decoder<'t>>),
+    /// In frames of the serial port.
+    Serial(Box<Records>),
+}
+
+/// Converts bytes of the log, or of the serial port, to samples.
 pub struct LogReader<'t> {
-    decoder: Decoder<'t>,
+    transport: Transport<'t>,
     sampler: Sampler,
     /// Time of the last reset, if known from outside of the board.
     reset_ns: Option<u64>,
@@ -120,12 +132,24 @@ impl<'t> LogReader<'t> {
     /// For the log of an image that runs with these parameters.
     #[must_use]
     pub fn new(image: &'t Image, parameters: Parameters) -> Self {
-        Self { decoder: image.decoder(), sampler: Sampler::new(parameters), reset_ns: None, messages: Vec::new() }
+        Self::of(Transport::Log(Box::new(image.decoder())), parameters)
+    }
+
+    /// For the serial port of a board that runs with these parameters.
+    #[must_use]
+    pub fn of_serial(parameters: Parameters) -> Self {
+        Self::of(Transport::Serial(Box::default()), parameters)
+    }
+
+    fn of(transport: Transport<'t>, parameters: Parameters) -> Self {
+        Self { transport, sampler: Sampler::new(parameters), reset_ns: None, messages: Vec::new() }
     }
 
     /// The chip left reset; an unfinished frame is discarded.
     pub fn reset(&mut self, t_s: f64) {
-        self.decoder.restart();
+        if let Transport::Log(decoder) = &mut self.transport {
+            decoder.restart();
+        }
         self.reset_ns = Some((t_s * 1e9).round().max(0.0) as u64);
     }
 
@@ -135,8 +159,21 @@ impl<'t> LogReader<'t> {
     /// The bytes are not of this image's log.
     pub fn bytes(&mut self, bytes: &[u8], out: &mut Vec<Sample>) -> Result<Vec<Booted>, LogError> {
         let mut boots = Vec::new();
-        self.decoder.push(bytes);
-        while let Some(message) = self.decoder.message() {
+        let decoder = match &mut self.transport {
+            Transport::Log(decoder) => decoder,
+            Transport::Serial(records) => {
+                for record in records.push(bytes) {
+                    match record {
+                        Ok(record) => boots.extend(self.sampler.record(record, self.reset_ns, out)),
+                        Err(error) if is_other_version(&record) => return Err(LogError::SerialVersion(error)),
+                        Err(_) => self.sampler.malformed(),
+                    }
+                }
+                return Ok(boots);
+            }
+        };
+        decoder.push(bytes);
+        while let Some(message) = decoder.message() {
             let read = message.as_ref().ok().map(|message| self.sampler.line(&message.text, self.reset_ns, out));
             match (read, message) {
                 (Some(Ok(booted)), Ok(message)) => {
@@ -349,6 +386,15 @@ impl<'t> Capture<'t> {
     pub fn begin(path: &Path, about: Value, image: &'t Image, parameters: Parameters) -> io::Result<Self> {
         let recorder = Recorder::begin(path, &parameters, about)?;
         Ok(Self { log_reader: LogReader::new(image, parameters), recorder, samples: Vec::new() })
+    }
+
+    /// Begins one of a board's serial port.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn begin_serial(path: &Path, about: Value, parameters: Parameters) -> io::Result<Self> {
+        let recorder = Recorder::begin(path, &parameters, about)?;
+        Ok(Self { log_reader: LogReader::of_serial(parameters), recorder, samples: Vec::new() })
     }
 
     /// Takes a line of the virtual board.

@@ -1,8 +1,8 @@
 //! Reads recordings of a person's gait, of any format, as joint angles.
 
+use gait_trace::format::angle_unit::AngleUnit;
 use gait_trace::format::converted::Conversion;
 use gait_trace::format::csv_file::MAX_BYTES;
-use gait_trace::format::joint_names::AngleUnit;
 use gait_trace::format::open::of_bytes;
 use gait_trace::{
     Axis, Fault, Finding, KneeSign, Level, LowPass, RawJoints, ReadOptions, RowFilter, Rules, TraceError,
@@ -147,14 +147,15 @@ impl Recorded {
         }
     }
 
-    /// Why the file is no recording of gait at all: it has no time, no joint, no trajectory, or holds another quantity. `None` for
+    /// Why the file is no recording of gait at all: it has no time and no joint, no joint, no trajectory, or holds another quantity. `None` for
     /// recordings, also for wrong ones.
     #[must_use]
     pub fn other_than_gait(&self) -> Option<String> {
         let error = self.joints.as_ref().err()?;
         let other = matches!(
             *error.fault,
-            Fault::NoTime { .. }
+            Fault::NoTime { has_joints: false, .. }
+                | Fault::NoHeader { .. }
                 | Fault::NoJoints { .. }
                 | Fault::NoTrajectories { .. }
                 | Fault::NotAngles { .. }

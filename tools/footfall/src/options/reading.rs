@@ -1,7 +1,7 @@
 //! Options that say how a recording is read.
 
 use clap::Args;
-use gait_trace::format::joint_names::AngleUnit;
+use gait_trace::format::angle_unit::AngleUnit;
 use gait_trace::{Axis, KneeSign, LowPass, RowFilter};
 use std::path::PathBuf;
 
@@ -32,7 +32,8 @@ pub struct Reading {
     /// are rounded and agree with it
     #[arg(long, value_name = "HZ", value_parser = number(0.1..=1e6, " Hz"))]
     pub rate: Option<f64>,
-    /// Component of the angles of C3D, Vicon or Visual3D that is flexion: x, y or z [default: the one that moves most; of Vicon: x]
+    /// Component of the angles that is flexion, in C3D, Vicon and Visual3D files and in CSV with columns of components (`LKneeAngles_X`): x, y
+    /// or z [default: the one that moves most; of Vicon: x]
     #[arg(long, value_name = "AXIS", value_parser = one_of(Axis::ALL, Axis::name))]
     pub axis: Option<Axis>,
     /// Topic of the joints, for an MCAP file that has joints in several topics

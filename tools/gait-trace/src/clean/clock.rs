@@ -1,6 +1,6 @@
 //! Evaluates the time column: rows to keep, nominal rate, and resampling of the joints to equal time steps.
 
-use crate::clean::condition_error::ConditionError;
+use crate::clean::condition_error::{ConditionError, LONGEST_GAP_S};
 use crate::clean::received::{self, Delays};
 use crate::clean::repair;
 use crate::clean::resample::MAX_SAMPLES;
@@ -88,10 +88,16 @@ impl Clock {
             let (likely, heading) = time_step::likely_unit(median);
             return Err(ConditionError::TimeStep { file: file(), step_s: median, likely, heading });
         }
+        let end_s = times[times.len() - 1];
+        let longest = steps.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
+        if let Some((n, &gap_s)) = longest.filter(|(_, gap)| **gap > LONGEST_GAP_S.max(end_s - **gap)) {
+            let (row, value) = (rows[n + 1] + 1, raw.time_s[rows[n + 1]]);
+            return Err(ConditionError::TimeGap { file: file(), row, value, gap_s, rest_s: end_s - gap_s });
+        }
         let usual: Vec<f64> =
             steps.iter().copied().filter(|step| *step > 0.5 * median && *step <= 1.5 * median).collect();
         let step = usual.iter().sum::<f64>() / usual.len() as f64;
-        let (rate_hz, end_s) = (1.0 / step, times[times.len() - 1]);
+        let rate_hz = 1.0 / step;
         let samples = (end_s * rate_hz + 0.01).floor();
         // An infinite rate gives NaN samples, which are too many as well.
         if samples.is_nan() || samples >= MAX_SAMPLES as f64 {

@@ -2,8 +2,8 @@
 //!
 //! The steps, in this order. Each uses thresholds of [`Rules`] and reports what it did, or what is doubtful, as a [`Finding`] with times:
 //!
-//! 1. *Time.* Rows with the same time as the row before are dropped; a decreasing time is an error that names the row, and so are rows of
-//!    two recordings and steps that are too long for seconds. Times at which messages were received are put at equal steps, if the rows fit
+//! 1. *Time.* Rows that repeat the values of a slower sensor in blocks are left out. Rows with the same time as the row before are dropped; a decreasing time is an error that names the row, and so are rows of
+//!    two recordings, steps that are too long for seconds and a gap that is longer than the rest. Times at which messages were received are put at equal steps, if the rows fit
 //!    them. An axis from 0
 //!    to 1 (or 0 to 100 in at most `MOST_PERCENT_ROWS` rows) whose joints end at their start values is a normalised cycle. The rate
 //!    follows from the mean of the typical steps. If a time stamp is more than a hundredth of a step off the even grid, the joints are
@@ -11,24 +11,30 @@
 //! 2. *Gaps.* A step of more than 1.5 median steps, or a value that is not a number, is a gap: bridged up to
 //!    [`Rules::longest_bridge_s`], unusable if longer. How much of a recording is unusable does not matter, only what is left: the cut
 //!    into strides ([`crate::stride::cut`](mod@crate::stride::cut)) decides whether it holds one.
+//!    An angle that was folded at 0 or 180 degrees is an error, or a warning where the folded part is small.
 //!    A joint that stays at an end of its range in stride after stride is reported as clipped.
 //! 3. *Jumps* faster than a leg can move are bridged, or unusable if longer than [`Rules::longest_jump_s`]. At a lasting step the samples
 //!    are unusable.
 //! 4. *Units.* If no joint moves by [`Rules::least_range_deg`], the values are probably radians and are refused. A unit that only the values
-//!    imply is refused if the joints then move too little for a gait.
+//!    imply is refused if the joints then move too little for a gait. So are a left and a right joint with the same numbers.
 //! 5. *Low-pass*, if [`Rules::low_pass`] requests one.
-//! 6. *Convention*: signs and exchanged columns ([`crate::clean::convention`]).
+//! 6. *Convention*: signs and exchanged columns ([`crate::clean::convention`]). What is beyond the bounds of a person then is an error
+//!    ([`crate::clean::anatomy`]).
 //!
 //! Times are counted from the file's first row; [`Conditioned::start_s`] is that row's time in the file.
 
+use crate::clean::anatomy;
 use crate::clean::clipped::clipped;
 use crate::clean::clock::Clock;
 use crate::clean::condition_error::ConditionError;
 use crate::clean::convention;
+use crate::clean::folded::{self, Folded};
+use crate::clean::held;
 use crate::clean::knee_sign::AmbiguousKnees;
 use crate::clean::repair;
 use crate::clean::repair::JumpRule;
 use crate::clean::rules::{FEWEST_ROWS, LowPass, MOST_CUT_OFF, RUNNING_HZ, RUNNING_STRIDE_S, Rules, WALKING_HZ};
+use crate::clean::same_leg;
 use crate::clean::unit_doubt;
 use crate::finding::{Done, Finding, FindingKind};
 use crate::raw::RawJoints;
@@ -100,10 +106,20 @@ impl Conditioned {
 /// # Ok::<(), gait_trace::ConditionError>(())
 /// ```
 pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, ConditionError> {
+    let held = held::released(raw);
+    if held.is_some() {
+        // Its errors name rows of the file.
+        Clock::of(raw, rules)?;
+    }
+    let raw = held.as_ref().map_or(raw, |(kept, _)| kept);
     let clock = Clock::of(raw, rules)?;
     let (rate_hz, samples) = (clock.rate_hz, clock.samples);
     let mut findings = clock.findings.clone();
     let seconds = |n: usize| n as f64 / rate_hz;
+    if let Some((_, block)) = held {
+        let what = FindingKind::Held { block, rate_hz };
+        findings.push(Finding { from_s: 0.0, to_s: seconds(samples - 1), joint: None, what, done: Done::LeftOut });
+    }
     let mut joints: [Option<Vec<f64>>; Joint::COUNT] = Default::default();
     let mut unusable = vec![false; samples];
     let mut gaps: [Vec<(usize, usize)>; Joint::COUNT] = Default::default();
@@ -122,6 +138,15 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         let Some(column) = &raw.joints[joint as usize] else { continue };
         let mut bad = vec![false; samples];
         let mut x = clock.even(&column.angle_deg);
+        if let Some(Folded { at_deg, corners, span, deg, .. }) = folded::folded(joint, &x, rate_hz) {
+            let (from_s, to_s) = (seconds(span.0), seconds(span.1));
+            if deg > folded::SMALL_DEG {
+                let file = raw.file.clone();
+                return Err(ConditionError::Folded { file, joint, at_deg, corners, from_s, to_s });
+            }
+            let what = FindingKind::Folded { at_deg, deg };
+            findings.push(Finding { from_s, to_s, joint: Some(joint), what, done: Done::Reported });
+        }
         for (from, to) in runs(samples, |n| !x[n].is_finite()) {
             // A gap between samples 3 and 7 is 4 steps long, although 3 samples are missing.
             let open = from == 0 || to == samples;
@@ -175,6 +200,9 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         return Err(ConditionError::Radians { file, range: widest, least });
     }
     unit_doubt::check(raw, &joints, &unusable)?;
+    if let Some(left) = same_leg::of(&joints) {
+        return Err(ConditionError::SameLeg { file: raw.file.clone(), left });
+    }
     let end_s = seconds(samples - 1);
     let cut_off = match rules.low_pass {
         _ if clock.normalised_cycle => None,
@@ -207,7 +235,9 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         let hip = joint.map_or(0, |joint| joint as usize);
         gaps.swap(hip, hip + 2);
     }
-    findings.extend(convention.into_iter().map(|(joint, what, done)| Finding {
+    let doubts = anatomy::check(&joints, &unusable)
+        .map_err(|impossible| ConditionError::Impossible { file: raw.file.clone(), impossible })?;
+    findings.extend(convention.into_iter().chain(doubts).map(|(joint, what, done)| Finding {
         from_s: 0.0,
         to_s: end_s,
         joint,

@@ -1,9 +1,13 @@
 //! Why a recording cannot be conditioned: file, row, value and what is allowed.
 
+use crate::clean::anatomy::Impossible;
 use crate::clean::resample::MAX_SAMPLES;
 use crate::clean::rules::{FEWEST_ROWS, MOST_CUT_OFF};
 use crate::recording::RecordingError;
 use joint_units::Joint;
+
+/// Longest gap between two rows, seconds, in a recording that is shorter without it.
+pub(crate) const LONGEST_GAP_S: f64 = 60.0;
 
 /// Why a recording cannot be conditioned.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -84,6 +88,22 @@ pub enum ConditionError {
         /// The heading that says so.
         heading: &'static str,
     },
+    /// A gap between two rows is longer than the rest of the recording.
+    #[error(
+        "{file}: row {row}: time {value} s, {gap_s:.3} s after the row before, and all other rows last {rest_s:.3} s; allowed is a gap of up to {LONGEST_GAP_S} s or as long as the rest: correct the time stamp or delete the row, or split the file there"
+    )]
+    TimeGap {
+        /// The file.
+        file: String,
+        /// The row, counted from 1.
+        row: usize,
+        /// Its time.
+        value: f64,
+        /// Length of the gap before it, seconds.
+        gap_s: f64,
+        /// Length of the recording without the gap, seconds.
+        rest_s: f64,
+    },
     /// There would be more samples than the limit; usually a time is wrong.
     #[error("{file}: {duration_s} s at {rate_hz} Hz; allowed are up to {MAX_SAMPLES} samples: is a time stamp wrong?")]
     TooLong {
@@ -132,6 +152,48 @@ pub enum ConditionError {
         joint: Joint,
         /// Number of its usable values.
         values: usize,
+    },
+    /// A joint turns back in corners at a bound.
+    #[error(
+        "{file}: {joint} turns back in a corner at {at_deg} degrees in {corners} places ({from_s:.3} s to {to_s:.3} s): the angle was folded there, as |angle| or the smaller of two angles is; allowed are angles with their sign: export them again, without the absolute value",
+        joint = .joint.name()
+    )]
+    Folded {
+        /// The file.
+        file: String,
+        /// The joint.
+        joint: Joint,
+        /// The angle at which it turns back, degrees.
+        at_deg: f64,
+        /// Number of places.
+        corners: usize,
+        /// The first of them, seconds.
+        from_s: f64,
+        /// The last of them, seconds.
+        to_s: f64,
+    },
+    /// The numbers of a left joint are those of the right one.
+    #[error(
+        "{file}: {left} and {right} have the same numbers in every row; allowed are the angles of both legs: one leg may be exported twice, or `--map` may name one column for both",
+        left = .left.name(), right = Joint::ALL[(*left as usize + 1) % Joint::COUNT].name()
+    )]
+    SameLeg {
+        /// The file.
+        file: String,
+        /// The left joint.
+        left: Joint,
+    },
+    /// A joint has an angle that no person has.
+    #[error(
+        "{file}: {joint} {what} {found:.1} degrees with flexion positive, which no person has; allowed are {least} to {most}: is the column or its unit another one, or is the zero of the angle not that of an upright stand?",
+        joint = .impossible.joint.name(), what = .impossible.what, found = .impossible.found_deg,
+        least = .impossible.allowed_deg.0, most = .impossible.allowed_deg.1
+    )]
+    Impossible {
+        /// The file.
+        file: String,
+        /// The joint and its angle.
+        impossible: Impossible,
     },
     /// The sign of the knees does not follow from their angles.
     #[error(

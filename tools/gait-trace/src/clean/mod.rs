@@ -1,15 +1,19 @@
 //! Finds and repairs defects of a recording.
 
+pub mod anatomy;
 mod clipped;
 pub(crate) mod clock;
 pub mod condition;
 pub mod condition_error;
 pub mod convention;
+mod folded;
+mod held;
 pub mod knee_sign;
 mod received;
 pub mod repair;
 pub mod resample;
 pub mod rules;
+mod same_leg;
 mod shape;
 mod two_recordings;
 mod unit_doubt;

@@ -5,7 +5,7 @@
 //! J. Biomed. Eng. 7 (1985) 282; M. Schwartz et al., J. Biomech. 41 (2008) 1639). The hip that moves more has 36 degrees and more.
 
 use crate::clean::condition_error::ConditionError;
-use crate::format::joint_names::AngleUnit;
+use crate::format::angle_unit::AngleUnit;
 use crate::raw::{RawJoints, UnitSource};
 use crate::series::quantile;
 use joint_units::Joint;

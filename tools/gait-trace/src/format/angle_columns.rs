@@ -8,11 +8,13 @@
 //! angle (`ADC`, `Channel A`), or whose mean is beyond [`RADIANS_MEAN`].
 
 use crate::fault::{Fault, TraceError};
+use crate::format::angle_unit::AngleUnit;
 use crate::format::calibrated;
 pub(crate) use crate::format::column::{AngleColumn, Place};
-use crate::format::joint_names::{AngleUnit, joint_of, sideless_of};
+use crate::format::joint_names::{joint_of, sideless_of};
 use crate::format::normalised;
 use crate::format::text_table::listed;
+use crate::format::turns;
 use crate::format::unit::Said;
 use crate::options::ReadOptions;
 use crate::raw::{RawJoint, UnitSource};
@@ -59,6 +61,16 @@ pub(crate) fn in_degrees(
             return Err(place.at(place.header, columns.first(), Fault::UnitAndCalibration { unit: unit.words() }));
         }
         notes.push("The requested unit has no effect: the angles are computed, and are in degrees.".into());
+    }
+    for column in columns.iter_mut().filter(|column| !is_computed(column)) {
+        let largest = extent(std::iter::once(&*column)).0;
+        let (turn, is_known) = match how.unit.or(column.said.unit()) {
+            Some(AngleUnit::Degrees) => (360.0, true),
+            Some(AngleUnit::Radians) => (TAU, true),
+            None if largest > TAU * (1.0 + 1e-3) => (360.0, true),
+            None => (TAU, false),
+        };
+        notes.extend(turns::take_out(&column.heading, &mut column.values, turn, is_known));
     }
     let guess = match how.unit {
         Some(_) => None,

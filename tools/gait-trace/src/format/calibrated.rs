@@ -1,8 +1,8 @@
 //! Columns in volts become angles through a calibration; a calibration that no column uses is an error.
 
 use crate::fault::{Fault, TraceError};
+use crate::format::angle_unit::AngleUnit;
 use crate::format::column::{AngleColumn, Place};
-use crate::format::joint_names::AngleUnit;
 use crate::format::text_table::short;
 use crate::format::unit::Said;
 use crate::options::ReadOptions;

@@ -4,15 +4,22 @@
 //! The component that clearly moves like flexion is taken, the same for all joints. Components whose headings do not say that they are
 //! angles are positions of markers, and four components with a `w` are a quaternion; neither is an angle.
 
-use crate::format::joint_names::{AngleUnit, joint_of};
+use crate::format::angle_unit::AngleUnit;
+use crate::format::joint_names::joint_of;
+use crate::format::stated;
 use crate::format::text_table::{listed, short};
 use crate::options::Axis;
 use joint_units::Joint;
 
 /// Between a name and its component.
 const SIGNS: [char; 6] = ['_', '.', ' ', '-', ':', '/'];
-/// Pieces of words that only names of angles have.
-const ANGLES: [&str; 9] = ["ang", "deg", "rad", "°", "º", "flex", "fe", "pitch", "sagittal"];
+/// Longest heading that is examined, bytes.
+const MAX_HEADING: usize = 256;
+/// Parts of words that only names of angles have.
+const ANGLES: [&str; 8] = ["ang", "ángulo", "ângulo", "winkel", "deg", "flex", "pitch", "sagittal"];
+/// Whole words of the same: `fe` is a part of many others.
+const WHOLE: [&str; 4] = ["fe", "rad", "radian", "radians"];
+const SIGNS_OF_DEGREES: [char; 2] = ['°', 'º'];
 /// The letters of components: `x`, `y` and `z` first.
 const LETTERS: [char; 4] = ['x', 'y', 'z', 'w'];
 
@@ -132,8 +139,10 @@ fn split_unit(heading: &str) -> (&str, &str) {
 
 /// Whether a heading says that its column is an angle.
 pub(super) fn says_angle(heading: &str) -> bool {
-    let plain = heading.to_lowercase();
-    ANGLES.iter().any(|word| plain.contains(word))
+    // A text of any length is no heading.
+    let words = if heading.len() <= MAX_HEADING { stated::words(heading) } else { vec![] };
+    heading.contains(SIGNS_OF_DEGREES)
+        || words.iter().any(|word| WHOLE.contains(&word.as_str()) || ANGLES.iter().any(|angle| word.contains(angle)))
 }
 
 #[cfg(test)]
@@ -161,6 +170,20 @@ mod tests {
         }
         for heading in ["", "x", "_x", "left_hip_deg", "max", "velocity", "yaw", "left_hip_deg_s", "°)"] {
             assert_eq!(component(heading), None, "{heading}");
+        }
+    }
+
+    #[test]
+    fn an_angle_is_said_by_whole_words() {
+        for heading in
+            ["LHipAngles_X", "left_knee_x_deg", "hipFE_x", "left_hip_fe_x", "knee x (rad)", "kneeflex_x", "knee x [°]"]
+        {
+            assert!(says_angle(heading), "{heading}");
+        }
+        for heading in
+            ["left_knee_feature_x", "lower_femur_x", "radius_x", "left_hip_x", "female_hip_x", "left_knee_grade_x"]
+        {
+            assert!(!says_angle(heading), "{heading}");
         }
     }
 }

@@ -1,8 +1,9 @@
 //! Parses the header of a CSV file with any header: where the time comes from, and the column of each joint.
 
 use crate::fault::{Fault, TraceError};
+use crate::format::angle_unit::AngleUnit;
 use crate::format::components::{Components, Triple};
-use crate::format::joint_names::{AngleUnit, joint_of, sideless_of, unit_of};
+use crate::format::joint_names::{joint_of, sideless_of, unit_of};
 use crate::format::stated;
 use crate::format::text_table::{column_called, listed, short};
 use crate::format::time_names::{is_frame, stamp_of, time_of};
@@ -160,7 +161,10 @@ impl Header {
             return Err(fault(match volts.as_slice() {
                 // With a calibration the columns are channels of a recorder.
                 [] if how.calibration.is_some() => Fault::NoChannelMap { have: listed(&others) },
-                [] => Fault::NoJoints { have: listed(&headings) },
+                [] => {
+                    let first = (0..headings.len()).find(|index| time.index() != Some(*index)).unwrap_or(0);
+                    Fault::NoJoints { have: listed(&headings), example: example("left_hip", &headings, first) }
+                }
                 volts => Fault::NoChannelMap { have: listed(volts) },
             }));
         }
@@ -228,6 +232,12 @@ impl Header {
     }
 }
 
+/// A map for this very file, in words.
+fn example(what: &str, headings: &[String], index: usize) -> String {
+    let heading = headings.get(index).map(|heading| short(heading)).unwrap_or_default();
+    format!(" (here `--map {what}={}` if that is `{heading}`)", index + 1)
+}
+
 /// An error where the row of units contradicts the heading.
 fn contradicts(name: &str, line: u64, unit: &str, allowed: &str) -> TraceError {
     let (field, found) = ("the unit below the heading".into(), format!("`{}`", short(unit)));
@@ -281,7 +291,9 @@ fn time_source(
                 1 => " (there is only one column; separate the fields by `,`, `;` or tabs)",
                 _ => "",
             };
-            Err(fault(Fault::NoTime { have: listed(headings), hint }))
+            let has_joints = headings.iter().any(|heading| joint_of(heading).is_some());
+            let example = example("time", headings, 0);
+            Err(fault(Fault::NoTime { have: listed(headings), hint, has_joints, example }))
         }
     }
 }

@@ -1,115 +1,13 @@
 //! Recognises the joint of a column by its name, in the usual naming schemes of gait laboratories.
 //!
 //! A name is split into words without regard to case, blanks and signs: `LHipAngles`, `hip_flexion_l`, `Left Knee Flexion (deg)` and
-//! `RT Knee Flexion` each consist of one side, one joint and permitted further words. A name with any other word
+//! `RT Knee Flexion` each consist of one side, one joint and permitted further words, of one of seven languages (`words`). A name with any other word
 //! (`hip_adduction_l`, `knee_angle_r_beta`, `hip_moment_l`) is not a joint angle.
 
+use crate::format::angle_unit::AngleUnit;
+use crate::format::words::{COMMON, LANGUAGES, Word};
 use joint_units::Joint;
 use std::borrow::Cow;
-
-/// The unit of angles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum AngleUnit {
-    /// 360 per turn.
-    Degrees,
-    /// 2 pi per turn.
-    Radians,
-}
-
-impl AngleUnit {
-    /// Converts an angle of this unit to degrees.
-    ///
-    /// ```
-    /// use gait_trace::format::joint_names::AngleUnit;
-    /// assert_eq!(AngleUnit::Radians.degrees(std::f64::consts::PI), 180.0);
-    /// ```
-    #[must_use]
-    pub fn degrees(self, value: f64) -> f64 {
-        match self {
-            Self::Degrees => value,
-            Self::Radians => value.to_degrees(),
-        }
-    }
-
-    /// Name of the unit.
-    #[must_use]
-    pub const fn words(self) -> &'static str {
-        match self {
-            Self::Degrees => "degrees",
-            Self::Radians => "radians",
-        }
-    }
-}
-
-impl std::str::FromStr for AngleUnit {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        // `Grad` is the German word for degrees; `grad` is a hundredth of a right angle.
-        if text == "Grad" {
-            return Ok(Self::Degrees);
-        }
-        match text.to_lowercase().as_str() {
-            "deg" | "degree" | "degrees" | "°" | "º" | "grado" | "grados" | "degre" | "degres" | "degré" | "degrés" => {
-                Ok(Self::Degrees)
-            }
-            "rad" | "radian" | "radians" => Ok(Self::Radians),
-            _ => Err(format!("unit `{text}`; allowed are degrees, radians")),
-        }
-    }
-}
-
-/// Meaning of a word in a name.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Word {
-    Left,
-    Right,
-    Hip,
-    Knee,
-    Unit(AngleUnit),
-    Flexion,
-    Extension,
-    Other,
-}
-
-const WORDS: [(&str, Word); 36] = [
-    ("left", Word::Left),
-    ("right", Word::Right),
-    ("lt", Word::Left),
-    ("rt", Word::Right),
-    ("l", Word::Left),
-    ("r", Word::Right),
-    ("hip", Word::Hip),
-    ("knee", Word::Knee),
-    ("degrees", Word::Unit(AngleUnit::Degrees)),
-    ("degree", Word::Unit(AngleUnit::Degrees)),
-    ("deg", Word::Unit(AngleUnit::Degrees)),
-    ("°", Word::Unit(AngleUnit::Degrees)),
-    ("º", Word::Unit(AngleUnit::Degrees)),
-    ("grado", Word::Unit(AngleUnit::Degrees)),
-    ("grados", Word::Unit(AngleUnit::Degrees)),
-    ("degre", Word::Unit(AngleUnit::Degrees)),
-    ("degres", Word::Unit(AngleUnit::Degrees)),
-    ("degré", Word::Unit(AngleUnit::Degrees)),
-    ("degrés", Word::Unit(AngleUnit::Degrees)),
-    ("radians", Word::Unit(AngleUnit::Radians)),
-    ("radian", Word::Unit(AngleUnit::Radians)),
-    ("rad", Word::Unit(AngleUnit::Radians)),
-    ("flexion", Word::Flexion),
-    ("flex", Word::Flexion),
-    ("fe", Word::Flexion),
-    ("extension", Word::Extension),
-    ("ext", Word::Extension),
-    ("angles", Word::Other),
-    ("angle", Word::Other),
-    ("ang", Word::Other),
-    ("joint", Word::Other),
-    ("pitch", Word::Other),
-    ("sagittal", Word::Other),
-    ("plane", Word::Other),
-    ("x", Word::Other),
-    ("ik", Word::Other),
-];
 
 /// Longest name that is examined, bytes.
 const MAX_NAME: usize = 64;
@@ -117,7 +15,8 @@ const MAX_NAME: usize = 64;
 /// The joint that a column's name denotes, and the unit if the name has one.
 ///
 /// ```
-/// use gait_trace::format::joint_names::{AngleUnit, joint_of};
+/// use gait_trace::format::angle_unit::AngleUnit;
+/// use gait_trace::format::joint_names::joint_of;
 /// use joint_units::Joint;
 /// assert_eq!(joint_of("left_hip_deg"), Some((Joint::LeftHip, Some(AngleUnit::Degrees))));
 /// assert_eq!(joint_of("knee_angle_r"), Some((Joint::RightKnee, None)));
@@ -127,20 +26,22 @@ const MAX_NAME: usize = 64;
 /// ```
 #[must_use]
 pub fn joint_of(name: &str) -> Option<(Joint, Option<AngleUnit>)> {
-    let words = words_in(name)?;
-    let joint = match (one_of(&words, Word::Left, Word::Right)?, one_of(&words, Word::Hip, Word::Knee)?) {
-        (Word::Left, Word::Hip) => Joint::LeftHip,
-        (Word::Right, Word::Hip) => Joint::RightHip,
-        (Word::Left, _) => Joint::LeftKnee,
-        _ => Joint::RightKnee,
-    };
-    Some((joint, unit_among(&words)?))
+    only(readings(name).filter_map(|words| {
+        let joint = match (one_of(&words, Word::Left, Word::Right)?, one_of(&words, Word::Hip, Word::Knee)?) {
+            (Word::Left, Word::Hip) => Joint::LeftHip,
+            (Word::Right, Word::Hip) => Joint::RightHip,
+            (Word::Left, _) => Joint::LeftKnee,
+            _ => Joint::RightKnee,
+        };
+        Some((joint, unit_among(&words)?))
+    }))
 }
 
 /// The left and right joint that a name without a side may denote, and the unit if the name has one.
 ///
 /// ```
-/// use gait_trace::format::joint_names::{AngleUnit, sideless_of};
+/// use gait_trace::format::angle_unit::AngleUnit;
+/// use gait_trace::format::joint_names::sideless_of;
 /// use joint_units::Joint;
 /// assert_eq!(sideless_of("knee_deg"), Some(([Joint::LeftKnee, Joint::RightKnee], Some(AngleUnit::Degrees))));
 /// assert_eq!(sideless_of("Hip flexion"), Some(([Joint::LeftHip, Joint::RightHip], None)));
@@ -149,36 +50,49 @@ pub fn joint_of(name: &str) -> Option<(Joint, Option<AngleUnit>)> {
 /// ```
 #[must_use]
 pub fn sideless_of(name: &str) -> Option<([Joint; 2], Option<AngleUnit>)> {
-    let words = words_in(name)?;
-    if words.iter().any(|word| matches!(word, Word::Left | Word::Right)) {
-        return None;
-    }
-    let joints = match one_of(&words, Word::Hip, Word::Knee)? {
-        Word::Hip => [Joint::LeftHip, Joint::RightHip],
-        _ => [Joint::LeftKnee, Joint::RightKnee],
-    };
-    Some((joints, unit_among(&words)?))
+    only(readings(name).filter_map(|words| {
+        if words.iter().any(|word| matches!(word, Word::Left | Word::Right)) {
+            return None;
+        }
+        let joints = match one_of(&words, Word::Hip, Word::Knee)? {
+            Word::Hip => [Joint::LeftHip, Joint::RightHip],
+            _ => [Joint::LeftKnee, Joint::RightKnee],
+        };
+        Some((joints, unit_among(&words)?))
+    }))
 }
 
-/// The words of a joint angle's name; `None` for any other name and for one that counts extension as positive.
-fn words_in(name: &str) -> Option<Vec<Word>> {
+/// What all readings of a name agree on; `None` if there is none, or if they differ.
+fn only<T: PartialEq>(mut readings: impl Iterator<Item = T>) -> Option<T> {
+    let first = readings.next()?;
+    readings.all(|other| other == first).then_some(first)
+}
+
+/// The words of a joint angle's name, in each language that has them all; none for any other name and for one that counts extension as
+/// positive.
+fn readings(name: &str) -> impl Iterator<Item = Vec<Word>> {
+    let plain = plain(name).unwrap_or_default();
+    LANGUAGES.iter().filter_map(move |language| {
+        let words = words_of(&plain, language)?;
+        let extension = words.contains(&Word::Extension) && !words.contains(&Word::Flexion);
+        (!extension).then_some(words)
+    })
+}
+
+/// A name in lower case without blanks and signs; `None` for one that is too long, and for a speed.
+fn plain(name: &str) -> Option<String> {
     let name = coordinate_of(name)?;
     // `Grad` in lower case would be another unit.
     let end = name.trim_end_matches([']', ')', '}', ' ']);
     let before = end.strip_suffix("Grad").filter(|before| before.ends_with(['[', '(', '{', ' ', '_']));
     let name = before.map_or(Cow::Borrowed(name), |before| Cow::Owned(format!("{before}deg")));
     let plain: String = name.to_lowercase().chars().filter(|c| c.is_alphanumeric() || *c == '°').collect();
-    if plain.len() > MAX_NAME {
-        return None;
-    }
-    let words = words_of(&plain)?;
-    let extension = words.contains(&Word::Extension) && !words.contains(&Word::Flexion);
-    (!extension).then_some(words)
+    (plain.len() <= MAX_NAME).then_some(plain)
 }
 
 /// Whether a text in lower case, without blanks and signs, has only words of the names of joint angles.
 pub(crate) fn is_joint_words(plain: &str) -> bool {
-    plain.len() <= MAX_NAME && words_of(plain).is_some()
+    plain.len() <= MAX_NAME && LANGUAGES.iter().any(|language| words_of(plain, language).is_some())
 }
 
 /// The one of two words that occurs; `None` if both or none do.
@@ -203,7 +117,8 @@ fn unit_among(words: &[Word]) -> Option<Option<AngleUnit>> {
 /// The unit at the end of a heading (`hip angle [rad]`), for columns that only the map assigns to a joint.
 ///
 /// ```
-/// use gait_trace::format::joint_names::{AngleUnit, unit_of};
+/// use gait_trace::format::angle_unit::AngleUnit;
+/// use gait_trace::format::joint_names::unit_of;
 /// assert_eq!(unit_of("goniometer 2 (rad)"), Some(AngleUnit::Radians));
 /// assert_eq!(unit_of("grad"), None);
 /// ```
@@ -229,14 +144,15 @@ fn coordinate_of(name: &str) -> Option<&str> {
     }
 }
 
-/// Splits a name completely into words of [`WORDS`]; `None` if a part is not in the list.
-fn words_of(plain: &str) -> Option<Vec<Word>> {
+/// Splits a name completely into words of a language; `None` if a part is not among them.
+fn words_of(plain: &str, language: &[(&str, Word)]) -> Option<Vec<Word>> {
     // `after[n]` is a split of the first n bytes: the word that ends there, and where it starts.
     let mut after: Vec<Option<(Word, usize)>> = vec![None; plain.len() + 1];
     for end in 1..=plain.len() {
         // The longest word wins, so that `left` is a side and not an `l` before an unknown word.
-        after[end] = WORDS
+        after[end] = language
             .iter()
+            .chain(&COMMON)
             .filter_map(|&(text, word)| {
                 let start = end.checked_sub(text.len())?;
                 let fits = plain.as_bytes()[start..end] == *text.as_bytes() && (start == 0 || after[start].is_some());
@@ -279,6 +195,30 @@ mod tests {
             ("RKneePitch", RightKnee),
         ] {
             assert_eq!(joint_of(name).map(|(joint, _)| joint), Some(joint), "{name}");
+        }
+    }
+
+    #[test]
+    fn names_in_other_languages_are_recognised() {
+        for names in [
+            ["Hüfte links [°]", "Hüfte rechts [°]", "Knie links [°]", "Knie rechts [°]"],
+            ["Hüftflexion_li", "Hüftflexion_re", "Knieflexion_li", "Knieflexion_re"],
+            ["Hueftwinkel_L", "Hueftwinkel_R", "Kniewinkel_L", "Kniewinkel_R"],
+            ["Heup links", "Heup rechts", "Kniehoek links", "Kniehoek rechts"],
+            ["Hanche_G", "Hanche_D", "Genou_G", "Genou_D"],
+            ["hanche gauche", "hanche droite", "genou gauche", "genou droit"],
+            ["Cadera Izq (°)", "Cadera Der (°)", "Rodilla Izq (°)", "Rodilla Der (°)"],
+            ["cadera izquierda", "cadera derecha", "ángulo de la rodilla izquierda", "rodilla derecha"],
+            ["anca_sx", "anca_dx", "ginocchio_sx", "ginocchio_dx"],
+            ["anca sinistra", "anca destra", "ginocchio sinistro", "flessione ginocchio destro [gradi]"],
+            ["quadril esquerdo", "quadril direito", "joelho esq", "joelho dir (graus)"],
+        ] {
+            assert_eq!(names.map(|name| joint_of(name).map(|(joint, _)| joint)), Joint::ALL.map(Some), "{names:?}");
+        }
+        assert_eq!(sideless_of("Kniewinkel [Grad]").unwrap().1, Some(AngleUnit::Degrees));
+        // Words of two languages, both sides, and a side that is none in its language.
+        for name in ["hip_der", "rodilla_left", "cadera_izq_der", "hip_d", "knee_g", "hanche_sx", "Kniestreckung_li"] {
+            assert_eq!(joint_of(name), None, "{name}");
         }
     }
 

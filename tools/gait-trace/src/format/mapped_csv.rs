@@ -3,7 +3,7 @@
 //! Fields are separated by commas, semicolons or tabs (with the latter two, decimal commas are read); a byte order mark,
 //! CR LF, quotes, blank lines, lines that begin with `#`, and a row of units below the header are allowed. An empty field,
 //! `nan` or `NaN` in a joint's column is a missing value. The other columns may hold anything. Rows of numbers without a header may
-//! also be separated by blanks. A last row that is cut short, as a program leaves it that is killed while it writes, is left out,
+//! also be separated by blanks. Lines of free text above the header are left out, with a note, if exactly one line below them is a header. A last row that is cut short, as a program leaves it that is killed while it writes, is left out,
 //! with a note.
 //!
 //! The unit of an angle comes from its heading (`left_hip_deg`, `hip l [rad]`) or from the caller, else from the values, with a
@@ -20,6 +20,7 @@ use crate::format::components::Triple;
 use crate::format::csv_header::{Chosen, Header, TimeSource};
 use crate::format::description::{Description, SIGNS};
 use crate::format::flexion_component;
+use crate::format::preamble::{self, Preamble};
 use crate::format::row_marks::RowMarks;
 use crate::format::text_table::{Delimiter, check_rows, cut_line, finite, is_missing, lines, short, text};
 use crate::format::time_step;
@@ -36,7 +37,7 @@ pub(crate) const DESCRIPTION: Description = Description {
     axes: "one column a joint; of components (`LKneeAngles_X`, `LKneeAngles_Y`, `LKneeAngles_Z`) the one that clearly moves most at the knees, the same for all joints",
     signs: SIGNS,
     rate: "a column of times in s, ms, us or ns (`time_ms`, `Time [s]`, `sec`), or of frames; none with `--rate`, which also replaces times that agree with it",
-    said: "the axis, where angles have components; degrees or radians by the values, where an angle's heading has no unit; volts, where a calibration is given; seconds, where a time has no unit and steps below 0.5; percent of a cycle, where it runs from 0 to 100; the joint of a name without side; the subject or trial of all rows; columns `time`, `CH1`, ... without a header",
+    said: "the axis, where angles have components; degrees or radians by the values, where an angle's heading has no unit; volts, where a calibration is given; seconds, where a time has no unit and steps below 0.5; percent of a cycle, where it runs from 0 to 100; the joint of a name without side; the subject or trial of all rows; columns `time`, `CH1`, ... without a header; the line of the header, where lines of text are above it",
     options: &["--map", "--where", "--axis", "--unit", "--calibration", "--rate", "--knee-sign", "--stride-time"],
 };
 
@@ -60,8 +61,15 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
     let mut notes = Vec::new();
     let mut comment: Option<(u64, &str)> = None;
     let mut rows = lines(name, text).filter(|row| !matches!(row, Ok((_, row)) if row.trim().is_empty()));
+    let preamble = preamble::find(name, text, how)?;
+    if let Preamble::UpTo(header) = preamble {
+        notes.push(format!("Line {header} is read as the header; the lines above it are left out."));
+    }
     let first = loop {
         let (line, row) = rows.next().ok_or_else(|| TraceError::new(name, None, Fault::Empty))??;
+        if matches!(preamble, Preamble::UpTo(header) if line < header) {
+            continue;
+        }
         match row.trim_start().strip_prefix('#') {
             Some(rest) => comment = Some((line, rest)),
             // Some spreadsheets name the delimiter in a first line; the header shows it too.
@@ -97,7 +105,14 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
         }
         _ => (first.0, first_fields.iter().map(|field| field.to_string()).collect()),
     };
-    let mut header = Header::understand(name, header_line, headings, headless && header_line == first.0, how)?;
+    let understood = Header::understand(name, header_line, headings, headless && header_line == first.0, how);
+    let mut header = understood.map_err(|error| match (preamble, &*error.fault) {
+        (Preamble::Unclear { first_row, fields }, Fault::NoTime { .. } | Fault::NoJoints { .. }) => {
+            let found = first_fields.len();
+            TraceError::new(name, Some(first.0), Fault::NoHeader { found, first_row, fields })
+        }
+        _ => error,
+    })?;
 
     if how.axis.is_some() && header.chosen.iter().all(|chosen| chosen.triple.is_none()) {
         let what = "this file has no angles of three components";

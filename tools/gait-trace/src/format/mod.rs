@@ -1,6 +1,7 @@
 //! Readers and writers of recordings: one file per format, and what they share.
 
 pub(crate) mod angle_columns;
+pub mod angle_unit;
 pub(crate) mod axis;
 pub mod c3d;
 pub(crate) mod calibrated;
@@ -23,6 +24,7 @@ pub mod open;
 pub mod opensim;
 pub(crate) mod outputs;
 pub mod page;
+pub(crate) mod preamble;
 pub(crate) mod row_labels;
 pub(crate) mod row_marks;
 pub mod scope;
@@ -33,8 +35,10 @@ pub(crate) mod text_table;
 pub(crate) mod time_names;
 pub(crate) mod time_step;
 pub mod trc;
+pub(crate) mod turns;
 pub(crate) mod unit;
 pub(crate) mod unsupported;
 pub mod vicon;
 pub mod visual3d;
 pub mod whole_file;
+mod words;

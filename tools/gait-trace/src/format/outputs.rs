@@ -72,7 +72,7 @@ pub(crate) fn choose(
     }
     if chosen.is_empty() {
         let have = listed(&outputs.iter().map(Output::label).collect::<Vec<_>>());
-        return Err(Fault::NoJoints { have });
+        return Err(Fault::NoJoints { have, example: String::new() });
     }
     Ok(chosen)
 }

@@ -4,7 +4,8 @@
 //! but not against what its heading states. Volts are no case of this: a calibration converts them.
 
 use crate::fault::Fault;
-use crate::format::joint_names::{AngleUnit, is_joint_words};
+use crate::format::angle_unit::AngleUnit;
+use crate::format::joint_names::is_joint_words;
 use crate::format::text_table::short;
 use crate::format::unit::volts_of;
 use crate::options::ReadOptions;
@@ -150,7 +151,7 @@ fn bracketed(heading: &str) -> Option<&str> {
 }
 
 /// The words of a heading in lower case: split at blanks and signs, and where a capital follows a small letter.
-fn words(heading: &str) -> Vec<String> {
+pub(super) fn words(heading: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut before_small = false;
     for c in heading.chars() {

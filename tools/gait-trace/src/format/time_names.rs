@@ -1,6 +1,7 @@
 //! Recognises a column of times or of frames by its name.
 
 use crate::format::unit::seconds_of;
+use crate::format::words::TIMES;
 
 /// The power of ten of the time's unit if a column's name denotes a time (`time_ms`: -3); `Some(None)` for a time without unit.
 #[must_use]
@@ -14,7 +15,7 @@ pub(crate) fn time_of(name: &str) -> Option<Option<i32>> {
     if let Some(power) = seconds_of(plain.strip_prefix("in").unwrap_or(&plain)).filter(|_| plain.len() > 2) {
         return Some(Some(power));
     }
-    let rest = plain.strip_prefix("time").or_else(|| plain.strip_prefix('t'))?;
+    let rest = TIMES.iter().find_map(|word| plain.strip_prefix(word))?;
     if rest.is_empty() { Some(None) } else { seconds_of(rest).map(Some) }
 }
 
@@ -31,7 +32,11 @@ pub(crate) fn stamp_of(name: &str) -> Option<Option<i32>> {
 pub(crate) fn is_time_like(name: &str) -> bool {
     let plain = name.to_lowercase();
     time_of(name).is_some()
-        || ["time", "date", "clock", "utc", "stamp", "elapsed"].iter().any(|word| plain.contains(word))
+        || TIMES
+            .iter()
+            .filter(|word| word.len() > 1)
+            .chain(&["date", "clock", "utc", "stamp", "elapsed"])
+            .any(|word| plain.contains(word))
 }
 
 /// Whether a column's name denotes a number of frames or samples.
@@ -60,6 +65,12 @@ mod tests {
             ("in s", Some(Some(0))),
             ("s", None),
             ("ms", None),
+            ("Zeit [s]", Some(Some(0))),
+            ("tiempo (ms)", Some(Some(-3))),
+            ("Temps", Some(None)),
+            ("tempo", Some(None)),
+            ("temp", None),
+            ("temperature", None),
             ("torque", None),
             ("trunk", None),
         ] {

@@ -1,8 +1,9 @@
 //! Units of columns by their names, and numbers in decimal multiples of a unit.
 
 use crate::fault::Fault;
-use crate::format::joint_names::AngleUnit;
+use crate::format::angle_unit::AngleUnit;
 use crate::format::text_table::finite;
+use crate::format::words::SECONDS;
 use crate::recording::{Channel, Quantity};
 
 /// What a file says about the unit of a column.
@@ -53,7 +54,7 @@ pub(crate) fn volts_of(unit: &str) -> Option<i32> {
 /// The power of ten of a unit of time: 0 for seconds, -3 for milliseconds.
 pub(crate) fn seconds_of(unit: &str) -> Option<i32> {
     match unit.trim().trim_matches(['(', ')', '[', ']', '{', '}', ' ']).to_lowercase().as_str() {
-        "s" | "sec" | "secs" | "second" | "seconds" => Some(0),
+        unit if SECONDS.contains(&unit) => Some(0),
         "ms" | "msec" | "msecs" | "millis" | "millisecond" | "milliseconds" => Some(-3),
         "us" | "usec" | "µs" | "μs" | "microsecond" | "microseconds" => Some(-6),
         "ns" | "nsec" | "nanosecond" | "nanoseconds" => Some(-9),

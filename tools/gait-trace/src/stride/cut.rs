@@ -106,7 +106,10 @@ pub fn cut(conditioned: &Conditioned) -> Result<Cuts, StrideError> {
     let longest = series::runs(samples, |n| !bad[n]).iter().map(|(from, to)| to - from - 1).max();
     let no_period = || StrideError::NoPeriod { duration_s: longest.unwrap_or(0) as f64 / rate };
     let signal = segment::event_signal(&joints).ok_or_else(no_period)?;
-    let period_s = segment::period_s(&joints, &bad, rate).ok_or_else(no_period)?;
+    let period_s = segment::period_s(&joints, &bad, rate).ok_or_else(|| {
+        let too_slow = segment::too_slow_s(&joints, &bad, rate);
+        too_slow.map_or_else(no_period, |period_s| StrideError::TooSlow { period_s })
+    })?;
     let period = period_s * rate;
     let stretch = [3.0, 2.0, 1.0].into_iter().find_map(|strides| {
         let length = (strides * period) as usize;

@@ -11,7 +11,7 @@
 //! A recording of which one leg is half a stride off (each leg counted from its own heel strike) has correlated hips too, but in each leg
 //! the knee leads the hip as in gait: that is a finding ([`crate::FindingKind::NotOpposed`]), not this.
 
-use crate::series::{median, range};
+use crate::series::{correlation, median, range};
 use crate::stride::segment::Joints;
 use crate::stride::spans::{Span, Together};
 
@@ -39,15 +39,4 @@ pub(crate) fn no_gait(joints: &Joints<'_>, spans: &[Span], rate_hz: f64) -> Opti
     let all = Together { hips: of(0, 1)?, knees: of(2, 3)?, left: of(0, 2)?, right: of(1, 3)? };
     let legs = all.hips.min(all.knees) > TOGETHER;
     (legs && all.left.abs().min(all.right.abs()) > COUPLED).then_some(all)
-}
-
-/// Correlation of two series of equal length.
-fn correlation(a: &[f64], b: &[f64]) -> f64 {
-    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
-    let (a0, b0) = (mean(a), mean(b));
-    let (aa, bb, ab) = a.iter().zip(b).fold((0.0, 0.0, 0.0), |(aa, bb, ab), (a, b)| {
-        let (a, b) = (a - a0, b - b0);
-        (aa + a * a, bb + b * b, ab + a * b)
-    });
-    ab / (aa * bb).sqrt()
 }

@@ -8,21 +8,29 @@
 //! maximum within [`SLACK`] of the highest one (a shift of two strides fits as well as one, so the highest alone is not enough). Left
 //! and right legs are half a stride apart, so half a stride is not a maximum with channels of both, nor with one knee.
 //!
-//! Units: seconds. Search range: [`SHORTEST_S`] to [`LONGEST_S`], as long as [`OVERLAP_S`] of the recording overlap.
+//! Units: seconds. Search range: [`SHORTEST_S`] to [`USUAL_S`], as long as [`OVERLAP_S`] of the recording overlap. [`find_slow`] goes on to
+//! [`LONGEST_S`] and asks for two strides: over a short overlap a long shift is soon alike by chance.
 
 use crate::recording::Recording;
 use crate::series::varying;
 
 /// Shortest stride, seconds: sprinters take 0.45 s.
 pub const SHORTEST_S: f64 = 0.4;
-/// Longest stride, seconds: slow walking of patients takes 2 s.
-pub const LONGEST_S: f64 = 2.5;
+/// Longest stride that a single stride and [`OVERLAP_S`] show, seconds: slow walking of healthy people takes 2 s.
+pub const USUAL_S: f64 = 2.5;
+/// Longest stride, seconds: people after a stroke take 3 s and more.
+pub const LONGEST_S: f64 = 4.0;
+/// Longest repetition that is looked for to name the reason of a refusal, seconds.
+pub(crate) const TOO_LONG_S: f64 = 12.0;
 /// Shortest overlap of the recording with its shifted copy, seconds.
 pub const OVERLAP_S: f64 = 0.2;
 /// Smallest likeness that counts as repetition.
 pub const LEAST_LIKENESS: f64 = 0.7;
 /// Largest deficit of a shorter shift against the highest likeness.
 pub const SLACK: f64 = 0.1;
+
+/// What the search for slow strides examines beyond the ends of their range, seconds.
+const EDGE_S: f64 = 0.05;
 
 /// Sample rate of the search, Hz; a parabola then places the maximum between samples.
 const RATE_HZ: f64 = 100.0;
@@ -49,6 +57,23 @@ pub struct Stride {
 /// ```
 #[must_use]
 pub fn find(recording: &Recording) -> Option<Stride> {
+    find_in(recording, SHORTEST_S, USUAL_S, |_| OVERLAP_S)
+}
+
+/// As [`find`], for strides of [`USUAL_S`] to [`LONGEST_S`] in a recording of two of them or more.
+#[must_use]
+pub fn find_slow(recording: &Recording) -> Option<Stride> {
+    // A maximum at an end of the range needs a neighbour beyond it.
+    find_in(recording, USUAL_S - EDGE_S, LONGEST_S + EDGE_S, |shift_s| shift_s - EDGE_S)
+}
+
+/// The repetition after more than [`LONGEST_S`], which is no stride.
+pub(crate) fn find_too_slow(recording: &Recording) -> Option<Stride> {
+    find_in(recording, LONGEST_S, TOO_LONG_S, |shift_s| shift_s)
+}
+
+/// The period between two shifts in seconds, where the recording and its shifted copy overlap by `overlap_s` of the shift.
+fn find_in(recording: &Recording, from_s: f64, to_s: f64, overlap_s: impl Fn(f64) -> f64) -> Option<Stride> {
     let even = recording.resample(RATE_HZ).ok()?;
     let samples = even.time_s().len();
     let channels = varying(even.channels());
@@ -66,8 +91,9 @@ pub fn find(recording: &Recording) -> Option<Stride> {
         1.0 - unlike / channels.len() as f64
     };
     let in_samples = |seconds: f64| (seconds * RATE_HZ).round() as usize;
-    let first = in_samples(SHORTEST_S);
-    let last = in_samples(LONGEST_S).min(samples.checked_sub(in_samples(OVERLAP_S))?);
+    let first = in_samples(from_s);
+    let fits = |shift: &usize| shift + in_samples(overlap_s(*shift as f64 / RATE_HZ)) <= samples;
+    let last = (first..=in_samples(to_s)).rev().find(fits)?;
     if last < first + 2 {
         return None;
     }

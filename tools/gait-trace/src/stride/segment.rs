@@ -3,12 +3,12 @@
 //! The event is the upward crossing of the difference of the hips, left minus right, through the middle of its range. Legs are
 //! half a stride apart, so the even harmonics cancel in the difference: the rest is close to a sine of twice the amplitude, and both
 //! hips contribute to each event. Without two hips the difference of the knees is used; with a single joint, the joint itself, whose
-//! swing crosses the middle of its range once upward and once downward.
+//! swing crosses the middle of its range once upward and once downward. Legs that move together, as in hops, are added instead.
 //!
 //! A crossing counts if the signal was below the middle by [`HYSTERESIS`] of its half range before and reaches as far above after.
 
 use crate::recording::{Channel, Quantity, Recording};
-use crate::series::{median, quantile, runs, variance};
+use crate::series::{correlation, median, quantile, runs, variance};
 use crate::stride::period;
 use joint_units::Joint;
 
@@ -21,6 +21,10 @@ pub const REGULAR: (f64, f64) = (0.7, 1.4);
 const EDGE: f64 = 1.6;
 /// Length of the part with most movement in which the period is searched, seconds.
 const ACTIVE_S: f64 = 8.0;
+/// The same for slow strides.
+const SLOW_ACTIVE_S: f64 = 24.0;
+/// Correlation of left and right from which the legs move together.
+const TOGETHER: f64 = 0.5;
 
 pub(crate) type Joints<'a> = [Option<&'a [f64]>; Joint::COUNT];
 
@@ -39,20 +43,32 @@ pub(crate) fn most_active(joints: &Joints<'_>, bad: &[bool], length: usize, step
 
 /// The stride period in seconds, if the joints are periodic, or each leg repeats the other half a stride later.
 pub(crate) fn period_s(joints: &Joints<'_>, bad: &[bool], rate_hz: f64) -> Option<f64> {
+    let usual = stretch(joints, bad, rate_hz, ACTIVE_S)?;
+    let found = period::find(&usual).map(|found| found.period_s).or_else(|| period_by_halves(&usual, rate_hz));
+    found.or_else(|| Some(period::find_slow(&stretch(joints, bad, rate_hz, SLOW_ACTIVE_S)?)?.period_s))
+}
+
+/// The period of a movement that repeats too slowly for a stride, seconds.
+pub(crate) fn too_slow_s(joints: &Joints<'_>, bad: &[bool], rate_hz: f64) -> Option<f64> {
+    Some(period::find_too_slow(&stretch(joints, bad, rate_hz, SLOW_ACTIVE_S)?)?.period_s)
+}
+
+/// The part of up to `most_s` seconds with most movement and without a bad sample.
+fn stretch(joints: &Joints<'_>, bad: &[bool], rate_hz: f64, most_s: f64) -> Option<Recording> {
     let longest = runs(bad.len(), |n| !bad[n]).iter().map(|(from, to)| to - from).max()?;
-    let length = longest.min((ACTIVE_S * rate_hz) as usize);
+    let length = longest.min((most_s * rate_hz) as usize);
     let from = most_active(joints, bad, length, if length < longest { (rate_hz / 4.0) as usize } else { 1 })?;
     let stretch = joints.map(|joint| joint.and_then(|x| x.get(from..from + length)));
     let channels = Joint::ALL.into_iter().zip(stretch);
     let channels =
         channels.filter_map(|(joint, x)| x.map(|x| Channel::new(joint.name(), Quantity::Angle, x.to_vec()))).collect();
     let times = (0..length).map(|n| n as f64 / rate_hz).collect();
-    let stretch_of = Recording::build(times, channels).ok()?;
-    period::find(&stretch_of).map(|found| found.period_s).or_else(|| period_by_halves(&stretch, rate_hz))
+    Recording::build(times, channels).ok()
 }
 
 /// The period T at which each leg most resembles the other T / 2 later; for recordings of little more than one stride.
-fn period_by_halves(joints: &Joints<'_>, rate_hz: f64) -> Option<f64> {
+fn period_by_halves(recording: &Recording, rate_hz: f64) -> Option<f64> {
+    let joints = Joint::ALL.map(|joint| recording.channel(joint.name()).ok().map(Channel::values));
     let pairs: Vec<[&[f64]; 2]> =
         [0, 2].into_iter().filter_map(|left| Some([joints[left]?, joints[left + 1]?])).collect();
     let samples = pairs.first()?[0].len();
@@ -68,7 +84,7 @@ fn period_by_halves(joints: &Joints<'_>, rate_hz: f64) -> Option<f64> {
         pairs.iter().map(|[a, b]| 0.5 * (one(a, b) + one(b, a))).sum::<f64>() / pairs.len() as f64
     };
     let first = (0.5 * period::SHORTEST_S * rate_hz) as usize;
-    let last = ((0.5 * period::LONGEST_S * rate_hz) as usize).min(samples.checked_sub(overlap)?).min(samples / 2 + 1);
+    let last = ((0.5 * period::USUAL_S * rate_hz) as usize).min(samples.checked_sub(overlap)?).min(samples / 2 + 1);
     let r: Vec<f64> = (first..=last.max(first)).map(|half| 1.0 - unlike(half)).collect();
     let peak = (1..r.len().saturating_sub(1))
         .filter(|&i| r[i] > r[i - 1] && r[i] >= r[i + 1] && r[i] >= period::LEAST_LIKENESS)
@@ -78,7 +94,11 @@ fn period_by_halves(joints: &Joints<'_>, rate_hz: f64) -> Option<f64> {
 
 /// The signal with one upward crossing per stride.
 pub(crate) fn event_signal(joints: &Joints<'_>) -> Option<Vec<f64>> {
-    let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
+    let difference = |a: &[f64], b: &[f64]| {
+        // Of legs that move together the difference is noise; their sum crosses its middle once a stride.
+        let sign = if correlation(a, b) > TOGETHER { 1.0 } else { -1.0 };
+        a.iter().zip(b).map(|(a, b)| a + sign * b).collect()
+    };
     match joints {
         [Some(left), Some(right), ..] | [_, _, Some(left), Some(right)] => Some(difference(left, right)),
         [Some(x), ..] | [_, Some(x), ..] | [_, _, Some(x), _] | [_, _, _, Some(x)] => Some(x.to_vec()),

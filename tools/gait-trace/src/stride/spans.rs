@@ -1,6 +1,6 @@
 //! Time spans of the strides of a recording, the parts that are in no stride, and the errors.
 
-use crate::stride::period::OVERLAP_S;
+use crate::stride::period::{LONGEST_S, OVERLAP_S, SHORTEST_S, USUAL_S};
 use std::fmt;
 
 /// The time span of a stride.
@@ -89,12 +89,19 @@ pub enum StrideError {
     },
     /// The recording is not periodic.
     #[error(
-        "no stride repeats within {duration_s:.2} s; allowed is walking or running of at least one stride and {:.1} s more",
-        OVERLAP_S
+        "no stride repeats within {duration_s:.2} s; allowed is walking or running of at least one stride of {SHORTEST_S} to {USUAL_S} s and {OVERLAP_S:.1} s more, or two strides of up to {LONGEST_S} s"
     )]
     NoPeriod {
         /// Length of the longest part without a gap, seconds.
         duration_s: f64,
+    },
+    /// The movement repeats too slowly for a stride.
+    #[error(
+        "the movement repeats after {period_s:.2} s; allowed are strides of {SHORTEST_S} to {LONGEST_S} s: is it a gait, and are the times in the right unit?"
+    )]
+    TooSlow {
+        /// The period, seconds.
+        period_s: f64,
     },
     /// The movement repeats, but it is no gait.
     #[error(

@@ -144,3 +144,20 @@ proptest! {
         let _ = parsed(&text);
     }
 }
+
+/// A file of another kind is named, with the option that it belongs to.
+#[test]
+fn a_file_of_another_kind_is_named() {
+    let said = |error: FileError| error.to_string();
+    let robot = RobotFile::default_biped().to_toml();
+    let error = said(crate::file::GeneratorFile::parse("robot.toml", &robot).unwrap_err());
+    assert!(error.contains("is a robot file, which belongs to `--robot`; allowed here is a generator file"), "{error}");
+    let sensor = "schema = 1\ninterpolation = \"linear\"\npoints = []\n";
+    let error = said(crate::file::GeneratorFile::parse("knee.toml", sensor).unwrap_err());
+    assert!(error.contains("is a sensor file, which belongs to `--sensor` or `--calibration`"), "{error}");
+    let error = said(parsed("schema = 2\ngenerator = \"shape\"\n").unwrap_err());
+    assert!(
+        error.contains("is a generator file, which belongs to `--generator`; allowed here is a robot file"),
+        "{error}"
+    );
+}

@@ -25,6 +25,10 @@ impl Soc {
                     self.adcs[index].after_read(register);
                     self.refresh();
                 }
+                if block.model == Model::Usart2 {
+                    self.usart2.after_read(register);
+                    self.refresh();
+                }
                 word >> ((offset & 3) * 8) & width.mask()
             }
         }
@@ -110,6 +114,7 @@ impl Soc {
             Model::Syscfg => self.syscfg.peek(offset),
             Model::Exti => self.exti.peek(offset),
             Model::Iwdg => self.iwdg.peek(offset, self.time.seconds(self.now)),
+            Model::Usart2 => self.usart2.peek(offset),
             Model::Dbgmcu => self.dbgmcu.peek(offset),
             Model::SystemMemory => self.factory_data(offset),
             Model::None => None,
@@ -182,6 +187,7 @@ impl Soc {
                 self.iwdg.write(offset, value, seconds, lints);
                 self.schedule_watchdog_reset();
             }
+            Model::Usart2 => self.usart2.write(offset, value, now, lints),
             Model::Dbgmcu => self.dbgmcu.write(offset, value, lints),
             Model::SystemMemory => lints.push(LintKind::Misuse("system memory is read only")),
             Model::None => lints.push(LintKind::Unmodelled),

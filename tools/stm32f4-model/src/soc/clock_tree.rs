@@ -9,6 +9,7 @@ use crate::lint::LintKind;
 use crate::memory_map::{BLOCKS, Bus, Model};
 use crate::pwr::Pwr;
 use crate::tim::{TIMERS, Timer};
+use crate::usart::Usart;
 
 /// Bit number of RCC_APB2ENR.ADC1EN; those of ADC2 and ADC3 follow.
 const ADC1_BIT: u8 = 8;
@@ -39,6 +40,7 @@ impl Soc {
             let clock = self.clocks.apb[1] * self.adc_common.divider();
             self.adcs[index].set_clock(on.then_some(clock));
         }
+        self.usart2.set_divider(self.clocks.apb[0]);
         // 7.2.7: a failure that the clock security system detects acts on the break inputs.
         let failed = self.rcc.nmi();
         for number in [1, 8] {
@@ -62,6 +64,7 @@ impl Soc {
             Model::Gpio(port) => self.gpio[port] = Gpio::new(port),
             Model::Pwr => self.pwr = Pwr::new(),
             Model::Syscfg => self.syscfg = Syscfg::default(),
+            Model::Usart2 => self.usart2 = Usart::new(),
             // These have no reset bit in RCC.
             Model::Rcc
             | Model::Flash

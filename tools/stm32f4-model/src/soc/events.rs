@@ -1,7 +1,7 @@
 //! Events: advances time and carries out timer signals, conversions, DMA transfers and the watchdog in the order of time.
 
 use super::{KEPT_CONVERSIONS, Soc};
-use crate::adc::{AdcChannel, AdcEvent, Trigger};
+use crate::adc::{Adc, AdcChannel, AdcEvent, Trigger};
 use crate::bus::Width;
 use crate::dma::{DmaSource, IRQS, REQUESTS};
 use crate::gpio::PinMode;
@@ -10,10 +10,12 @@ use crate::memory_map::Bus;
 use crate::plant::{DmaMemory, Plant};
 use crate::reset::ResetCause;
 use crate::tim::Signals;
+use crate::usart::SERIAL_OUT;
 
 // Interrupt numbers (RM0090 12.1.3).
 const IRQ_RCC: u8 = 5;
 const IRQ_ADC: u8 = 18;
+const IRQ_USART2: u8 = 38;
 /// Interrupt number and mask of its EXTI lines (RM0090 12.1.3).
 const EXTI_IRQS: [(u8, u32); 14] = [
     (6, 1),
@@ -74,6 +76,10 @@ impl Soc {
                 self.convert(index, plant);
             }
         }
+        if self.usart2.next_event() <= self.now {
+            self.usart2.run_to(self.now);
+            self.send_characters();
+        }
         if self.pins.change_at <= self.now {
             self.sample_inputs(plant);
         }
@@ -81,6 +87,17 @@ impl Soc {
             self.watchdog_at = u64::MAX;
             self.iwdg.deadline = None;
             self.reset_request = Some(ResetCause::IndependentWatchdog);
+        }
+    }
+
+    /// Characters leave the chip by the pin.
+    fn send_characters(&mut self) {
+        let sent = self.usart2.take_sent();
+        if sent.is_empty() || self.has_pin(&SERIAL_OUT) {
+            self.serial.extend(sent);
+        } else {
+            let kind = LintKind::Misuse("USART2 sends, but neither PA2 nor PD5 is connected to it");
+            self.lint(0x4000_4404, Width::Byte, kind, None);
         }
     }
 
@@ -186,6 +203,11 @@ impl Soc {
                 self.adcs[index].dma_served(last);
             }
         }
+        if self.usart2.offers_data() {
+            self.serve(DmaSource::Received, memory);
+        }
+        // The shift register may take the first at once.
+        while self.usart2.requests_data() && self.serve(DmaSource::ToSend, memory).is_some() {}
     }
 
     /// Makes one transfer for a source; `None`: no stream has selected it. `Some(true)`: it was the last item of the buffer.
@@ -223,8 +245,12 @@ impl Soc {
     fn refresh_next(&mut self) {
         let timers = self.timers.iter().map(|timer| timer.next_event()).min().unwrap_or(u64::MAX);
         let common = timers.min(self.watchdog_at).min(self.pins.change_at);
-        self.next = self.adcs.iter().fold(common, |next, adc| next.min(adc.next_event()));
-        self.next_visible = self.adcs.iter().fold(common, |next, adc| next.min(adc.next_visible()));
+        let serial = self.usart2.next_event();
+        let serial_visible =
+            self.usart2.has_interrupts() || [5, 6].iter().any(|stream| self.dma[0].has_interrupts(*stream));
+        let adcs = |next: u64, of: fn(&Adc) -> u64| self.adcs.iter().fold(next, |next, adc| next.min(of(adc)));
+        self.next = adcs(common.min(serial), Adc::next_event);
+        self.next_visible = adcs(if serial_visible { common.min(serial) } else { common }, Adc::next_visible);
     }
 
     fn refresh_lines(&mut self) {
@@ -238,6 +264,7 @@ impl Soc {
         }
         raise(IRQ_ADC, self.adcs.iter().any(|adc| adc.interrupt()));
         raise(IRQ_RCC, self.rcc.interrupt());
+        raise(IRQ_USART2, self.usart2.interrupt());
         let pending = self.exti.pending();
         for (irq, mask) in EXTI_IRQS {
             raise(irq, pending & mask != 0);

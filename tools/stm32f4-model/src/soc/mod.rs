@@ -31,6 +31,7 @@ use crate::pwr::Pwr;
 use crate::rcc::Rcc;
 use crate::reset::ResetCause;
 use crate::tim::{TIMERS, Timer};
+use crate::usart::{SERIAL_IN, Usart};
 
 use pin_levels::Pins;
 
@@ -81,6 +82,9 @@ pub struct Soc {
     adcs: [Adc; 3],
     adc_common: AdcCommonRegisters,
     dma: [Dma; 2],
+    usart2: Usart,
+    /// Characters that left the chip.
+    serial: Vec<u8>,
     pins: Pins,
     lines: [u32; 3],
     /// DMA requests of timers that have not been served yet.
@@ -118,6 +122,8 @@ impl Soc {
             adcs: std::array::from_fn(Adc::new),
             adc_common: AdcCommonRegisters::default(),
             dma: [Dma::new(), Dma::new()],
+            usart2: Usart::new(),
+            serial: Vec::new(),
             pins: Pins::new(),
             lines: [0; 3],
             requests: Vec::new(),
@@ -191,6 +197,7 @@ impl Soc {
         self.iwdg = Iwdg::new(self.config.lsi_hz);
         self.adc_common = AdcCommonRegisters::default();
         self.dma = [Dma::new(), Dma::new()];
+        self.usart2 = Usart::new();
         self.gpio = std::array::from_fn(Gpio::new);
         self.timers = std::array::from_fn(|number| Timer::new(&TIMERS[number], self.now));
         self.adcs = std::array::from_fn(Adc::new);
@@ -230,6 +237,19 @@ impl Soc {
     /// Removes and returns the ADC results since the last call; only the last 65 536 are kept.
     pub fn conversions(&mut self) -> Drain<'_, Conversion> {
         self.conversions.drain(..)
+    }
+
+    /// Removes and returns the characters that USART2 has sent since the last call.
+    pub fn take_serial(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.serial)
+    }
+
+    /// Puts characters on the line to USART2, one after the other at its own rate. They are lost while its receiver is off or has no pin.
+    pub fn put_serial(&mut self, bytes: &[u8]) {
+        if self.has_pin(&SERIAL_IN) {
+            self.usart2.put(bytes, self.now);
+            self.refresh();
+        }
     }
 
     /// Level of a pin as an output. A pin that the chip does not drive counts as low; a timer pin that is not driven, as its pull-up.

@@ -13,6 +13,11 @@ fn pin(port: usize, number: u8) -> Option<Pin> {
 }
 
 impl Soc {
+    /// Whether one of these pins is connected to USART2.
+    pub(super) fn has_pin(&self, pins: &[(usize, u8)]) -> bool {
+        pins.iter().any(|&(port, number)| self.gpio[port].mode(number) == PinMode::Alternate(7))
+    }
+
     /// Updates the pins after a write to a GPIO register.
     pub(super) fn port_written(&mut self, port: usize, offset: u32) {
         let functions = matches!(offset, gpio::MODER | gpio::AFRL | gpio::AFRH);

@@ -36,7 +36,7 @@ fn unmodelled_registers_and_blocks_are_named() {
     bench.to(7);
     bench.set(TIM1 + 0x50, 1);
     bench.get(TIM1 + 0x50);
-    bench.get(0x4000_4400);
+    bench.get(0x4000_4800);
     bench.get(0x4002_9400);
     bench.get(0x4002_9400);
     assert_eq!(
@@ -44,7 +44,7 @@ fn unmodelled_registers_and_blocks_are_named() {
         [
             "write of 0x00000001 to TIM1+0x50 (unmodelled) at cycle 7",
             "read of TIM1+0x50 (unmodelled) at cycle 7",
-            "read of USART2+0x00 (unmodelled) at cycle 7",
+            "read of USART3+0x00 (unmodelled) at cycle 7",
             "read of 0x40029400 (unmodelled) at cycle 7, 2 times",
         ]
     );

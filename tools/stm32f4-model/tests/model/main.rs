@@ -13,4 +13,5 @@ mod pwm;
 mod registers;
 mod stepped_timer;
 mod timers;
+mod usart;
 mod watchdog;

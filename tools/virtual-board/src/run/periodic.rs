@@ -54,6 +54,7 @@ impl<W: Write> BoardRun<'_, W> {
         self.periods += 1;
         self.cpu.machine().check_outputs();
         self.drain_rtt();
+        self.exchange_serial()?;
         self.record_signals()?;
         self.report_lints();
         while let Some(command) = self.console.poll() {
@@ -96,6 +97,18 @@ impl<W: Write> BoardRun<'_, W> {
             }));
         }
         Ok(None)
+    }
+
+    fn exchange_serial(&mut self) -> Result<()> {
+        let mut board = self.cpu.machine();
+        let sent = board.soc.take_serial();
+        if let Some(serial) = &mut self.serial {
+            let came = serial.exchange(&sent)?;
+            if !came.is_empty() {
+                board.soc.put_serial(&came);
+            }
+        }
+        Ok(())
     }
 
     pub(super) fn drain_rtt(&mut self) {

@@ -234,58 +234,41 @@ pub fn svg(calibrated: &Calibrated) -> Result<String, String> {
     draw(&title, &panels(calibrated), 1)
 }
 
-fn table<'a>(page: &mut String, head: &[&str], rows: impl Iterator<Item = Vec<&'a str>>) {
-    *page += "<table>";
-    if !head.is_empty() {
-        html::row(page, "th", head.iter().copied());
-    }
-    for row in rows {
-        html::row(page, "td", row);
-    }
-    *page += "</table>";
-}
-
 /// One self-contained HTML page.
 ///
 /// # Errors
 /// A picture cannot be drawn.
 pub fn html(calibrated: &Calibrated) -> Result<String, String> {
     let (fit, measured) = (&calibrated.fit, &calibrated.measured);
-    let title = format!("{}, {}", html::escape(&measured.sensor), html::escape(&measured.date));
-    let mut page = format!("{}<title>Footfall: {title}</title></head><body><h1>{title}</h1>", html::HEAD);
-    let _ = write!(page, "<p>From {}.</p>", html::escape(&calibrated.source));
-    for note in &calibrated.notes {
-        let _ = write!(page, "<p class=\"note\">{}</p>", html::escape(note));
-    }
-    let summary = summary(calibrated);
-    table(&mut page, &[], summary.iter().map(|(name, value)| vec![*name, value.as_str()]));
-    page += &svg(calibrated)?;
+    let title = format!("{}, {}", measured.sensor, measured.date);
+    let mut page = html::begin(&title, &title);
+    html::paragraph(&mut page, &format!("From {}.", calibrated.source));
+    calibrated.notes.iter().for_each(|text| html::note(&mut page, text));
+    html::table(
+        &mut page,
+        "Result",
+        &[],
+        summary(calibrated).into_iter().map(|(name, value)| [name.to_owned(), value]),
+    );
+    let _ =
+        write!(page, "<figure role=\"img\" aria-label=\"The table and its residuals\">{}</figure>", svg(calibrated)?);
     page += "<h2>Poses</h2>";
-    let poses = cells(fit);
-    table(&mut page, &HEADINGS, poses.iter().map(|row| row.iter().map(String::as_str).collect()));
+    html::table(&mut page, "Poses", &HEADINGS, cells(fit));
     page += "<h2>Points of the table</h2>";
-    let points: Vec<[String; 2]> = fit
+    let points = fit
         .calibration
         .points()
         .iter()
-        .map(|point| [point.volts.0.to_string(), generator_file::degrees::shortest(point.angle).to_string()])
-        .collect();
-    table(&mut page, &["sensor_v", "angle_deg"], points.iter().map(|row| row.iter().map(String::as_str).collect()));
+        .map(|point| [point.volts.0.to_string(), generator_file::degrees::shortest(point.angle).to_string()]);
+    html::table(&mut page, "Points of the table", &["sensor_v", "angle_deg"], points);
     page += "<h2>Rows</h2>";
     if fit.residuals.len() > MOST_ROWS {
-        let _ = write!(page, "<p>The first {MOST_ROWS} of {}.</p>", fit.residuals.len());
+        html::paragraph(&mut page, &format!("The first {MOST_ROWS} of {}.", fit.residuals.len()));
     }
-    let rows: Vec<[String; 4]> = fit
-        .residuals
-        .iter()
-        .take(MOST_ROWS)
-        .map(|row| {
-            let error = row.error_deg.map_or("not in the table".into(), |error| format!("{error:.3}"));
-            [row.line.to_string(), short(row.angle_deg), format!("{:.4}", row.volts), error]
-        })
-        .collect();
-    let head = ["line", "angle/deg", "volts/V", "error/deg"];
-    table(&mut page, &head, rows.iter().map(|row| row.iter().map(String::as_str).collect()));
-    page += "</body></html>\n";
-    Ok(page)
+    let rows = fit.residuals.iter().take(MOST_ROWS).map(|row| {
+        let error = row.error_deg.map_or("not in the table".into(), |error| format!("{error:.3}"));
+        [row.line.to_string(), short(row.angle_deg), format!("{:.4}", row.volts), error]
+    });
+    html::table(&mut page, "Rows", &["line", "angle/deg", "volts/V", "error/deg"], rows);
+    Ok(page + html::END)
 }

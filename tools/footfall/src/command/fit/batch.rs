@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::job::{Input, Job, NotFitted};
-use super::outcome::{Failed, Outcome};
+use super::outcome::{Failed, Outcome, Skipped};
 use super::recordings::{Found, Recording, recordings};
 use crate::board::image::sha256;
 use crate::failure::Failure;
@@ -22,6 +22,9 @@ use crate::file::recording;
 use crate::messages::{self, Amount};
 use crate::options::overwrite::Overwrite;
 use crate::output;
+
+/// What a result has: one with less is computed again.
+const CONTENT: &str = "curves and measures";
 
 /// The program that computed a result: another version may fit otherwise.
 const MADE_BY: &str = concat!("footfall ", env!("CARGO_PKG_VERSION"));
@@ -107,7 +110,7 @@ fn fit_all(job: &Job, all: &[Recording], batch: &Batch) -> Result<Vec<End>, Fail
         Some(calibration) => sha256(&recording::bytes(&calibration.path)?),
         None => String::new(),
     };
-    let asked = format!("{job:?}; {calibration_sha256}");
+    let asked = format!("{CONTENT}; {job:?}; {calibration_sha256}");
     let one = |recording: &Recording| {
         bar.set_message(recording.name.clone());
         let end = one(job, recording, batch, &asked);
@@ -182,19 +185,21 @@ fn one(job: &Job, recording: &Recording, batch: &Batch, asked: &str) -> Result<E
         && let Ok(recorded) = &parsed
         && let Some(why) = recorded.other_than_gait()
     {
-        files.remove_own(name);
-        return Ok(End::Skipped(why));
+        return files.skip(name, &hash, why, batch.overwrite);
     }
     let input = parsed.and_then(|recorded| Input::of(recorded, name, job.fit.rules.low_pass));
     let fitted = input.map_err(NotFitted::Failed).and_then(|input| job.fit(&input, &mut |_| ()));
     let fitted = match fitted {
         Err(NotFitted::NoGait(why)) if recording.found => {
-            files.remove_own(name);
-            return Ok(End::Skipped(why.to_string()));
+            return files.skip(name, &hash, why.to_string(), batch.overwrite);
         }
         other => other.map_err(Failure::from),
     };
     let overwrite = files.overwrite(name, batch.overwrite);
+    if files.skipped_before(name) {
+        // What cannot be removed would be listed as skipped as well.
+        std::fs::remove_file(&files.skipped).map_err(|error| output::cannot_write(&files.skipped, error))?;
+    }
     let (value, end) = match &fitted {
         Ok(fitted) => {
             let why_not = &fitted.certificate.drive.why_not;
@@ -202,10 +207,14 @@ fn one(job: &Job, recording: &Recording, batch: &Batch, asked: &str) -> Result<E
                 output::write_text(&files.generator, &fitted.file.to_toml(), overwrite)?;
             }
             if let Some(page) = &files.page {
-                output::write_text(page, &job.page(fitted, &recording.path)?, overwrite)?;
+                output::write_text(page, &job.page(fitted, &recording.path), overwrite)?;
             }
             let end = why_not.clone().map_or(End::Fitted, End::Stands);
-            (serde_json::to_value(Outcome::of(fitted, began.elapsed().as_secs_f64())), end)
+            let value = serde_json::to_value(Outcome::of(fitted, began.elapsed().as_secs_f64())).map(|mut value| {
+                value["report"] = files.page.as_ref().and_then(|page| relative(&batch.out, page)).into();
+                value
+            });
+            (value, end)
         }
         Err(why) => {
             files.remove_own(name);
@@ -231,12 +240,15 @@ struct Files {
     outcome: PathBuf,
     generator: PathBuf,
     page: Option<PathBuf>,
+    /// Why it was skipped; the others do not exist then.
+    skipped: PathBuf,
 }
 
 impl Files {
     fn of(name: &str, batch: &Batch) -> Self {
         Self {
             outcome: outcome_file(&batch.out, name),
+            skipped: batch.out.join(format!("{name}{}", fit_summary::SKIPPED)),
             generator: batch.out.join(format!("{name}.toml")),
             page: batch.report.as_ref().map(|folder| folder.join(format!("{name}.html"))),
         }
@@ -280,6 +292,24 @@ impl Files {
         }
     }
 
+    /// Leaves only the reason why the file is no recording of gait.
+    fn skip(&self, name: &str, hash: &str, why: String, asked: Overwrite) -> Result<End, Failure> {
+        self.remove_own(name);
+        let skipped = Skipped { recording: name, sha256: hash, made_by: MADE_BY, skipped: &why };
+        let text = serde_json::to_string(&skipped).map_err(Failure::run)? + "\n";
+        let overwrite = if self.skipped_before(name) { Overwrite::OWN } else { asked };
+        output::write_text(&self.skipped, &text, overwrite)?;
+        Ok(End::Skipped(why))
+    }
+
+    /// An earlier run skipped this recording.
+    fn skipped_before(&self, name: &str) -> bool {
+        let value: Option<Value> = bounded::bytes(&self.skipped, fit_summary::MOST_BYTES)
+            .ok()
+            .and_then(|bytes| serde_json::from_slice(&bytes).ok());
+        value.is_some_and(|value| value["recording"] == name && value["skipped"].is_string())
+    }
+
     /// The end of an earlier run with the same bytes and settings, if its files exist.
     fn known(&self, hash: &str, asked: &str, force_write: bool) -> Option<End> {
         if self.page.as_ref().is_some_and(|page| !page.exists()) {
@@ -297,6 +327,15 @@ impl Files {
             },
         }
     }
+}
+
+/// The way from a folder to a file, with `/` between the parts; `None` if there is none, as between two drives.
+fn relative(folder: &Path, file: &Path) -> Option<String> {
+    let (from, to) = (folder.canonicalize().ok()?, file.canonicalize().ok()?);
+    let common = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    let up = from.components().skip(common).map(|_| "..".into());
+    let down = to.components().skip(common).map(|part| part.as_os_str().to_string_lossy());
+    (common > 0).then(|| up.chain(down).collect::<Vec<_>>().join("/"))
 }
 
 /// One object a line, in the order of the names.

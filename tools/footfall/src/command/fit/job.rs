@@ -81,7 +81,7 @@ impl Job {
     }
 
     /// The report page, with the command that makes it again.
-    pub(crate) fn page(&self, fitted: &Fit, path: &Path) -> Result<String, Failure> {
+    pub(crate) fn page(&self, fitted: &Fit, path: &Path) -> String {
         let Self { reading, fit, .. } = self;
         let mut words: Vec<String> =
             vec!["footfall fit".into(), shell_word(name_of(path)), "--kind".into(), fit.generator.name().into()];
@@ -127,7 +127,7 @@ impl Job {
         option("seed", fit.seed.to_string());
         option("evaluations", fit.evaluations.to_string());
         let command = words.join(" ") + " -o generator.toml --report generator.html";
-        report::html(fitted, &command).map_err(Failure::run)
+        report::html(fitted, &command)
     }
 }
 

@@ -1,9 +1,12 @@
 //! The result of one recording, as JSON for programs and as a line of text.
 
 use gait_fit::fit::{Compared, Fit, Refused};
-use gait_fit::judge::{HeldOut, JointFit};
+use gait_fit::judge::{HeldOut, JointFit, pooled};
+use gait_fit::measures::Measures;
 use gait_trace::Finding;
+use gait_trace::stride::cycle::{Cycle, POINTS};
 use generator_file::certificate::Certificate;
+use joint_units::Joint;
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -23,9 +26,14 @@ pub(super) struct Outcome<'a> {
     generator: &'static str,
     period_s: f64,
     strides: usize,
-    stride_time_sd_s: f64,
+    /// Root mean square error on strides that were not fitted, over the joints, degrees; null for one stride.
+    rmse_heldout_deg: Option<f64>,
     joints: &'a [JointFit; 4],
     held_out: HeldOut,
+    /// Cadence, stride time, where 0 % is, ranges of motion.
+    measures: &'a Measures,
+    /// Mean stride and generator over the cycle of the joint's own leg, in the order of the joints.
+    curves: [Curves; Joint::COUNT],
     /// Left against right, half a stride apart: hip and knee, degrees.
     asymmetry_deg: [f64; 2],
     asymmetric: bool,
@@ -54,9 +62,11 @@ impl<'a> Outcome<'a> {
             generator: fit.file.set.name(),
             period_s: fit.period_s,
             strides: fit.strides.cycles().len(),
-            stride_time_sd_s: fit.strides.period_sd_s(),
+            rmse_heldout_deg: pooled(&fit.joints, |joint| joint.rmse_heldout_deg),
             joints: &fit.joints,
             held_out: fit.held_out,
+            measures: &fit.measures,
+            curves: Joint::ALL.map(|joint| Curves::of(fit, joint)),
             asymmetry_deg: fit.strides.asymmetry_deg(),
             asymmetric: fit.asymmetric,
             certificate: &fit.certificate,
@@ -110,6 +120,27 @@ impl<'a> Outcome<'a> {
     }
 }
 
+/// Every how many points of a stride the curves have one.
+const EVERY: usize = 4;
+
+/// One joint over the cycle of its leg, in equal steps, for small pictures.
+#[derive(Debug, Serialize)]
+struct Curves {
+    name: &'static str,
+    mean_deg: Vec<f64>,
+    generator_deg: Vec<f64>,
+}
+
+impl Curves {
+    fn of(fit: &Fit, joint: Joint) -> Self {
+        let thinned = |cycle: &Cycle| {
+            let own: [f64; POINTS] = fit.measures.cycle_start.own_cycle(cycle, joint);
+            own.iter().step_by(EVERY).map(|angle| (angle * 100.0).round() / 100.0).collect()
+        };
+        Self { name: joint.name(), mean_deg: thinned(&fit.strides.mean()), generator_deg: thinned(&fit.cycle) }
+    }
+}
+
 /// A defect of the recording, how it was handled, and how much it matters: `note`, `warning` or `error`.
 #[derive(Debug, Serialize)]
 struct Found {
@@ -131,4 +162,14 @@ pub(super) struct Failed<'a> {
     pub(super) settings: String,
     pub(super) made_by: &'static str,
     pub(super) error: String,
+}
+
+/// A file of a folder that is no recording of gait.
+#[derive(Debug, Serialize)]
+pub(super) struct Skipped<'a> {
+    pub(super) recording: &'a str,
+    pub(super) sha256: &'a str,
+    pub(super) made_by: &'static str,
+    /// The reason.
+    pub(super) skipped: &'a str,
 }

@@ -117,6 +117,7 @@ impl Messages {
         }
         sensor.insert("elapsed".into(), sample.call.elapsed.into());
         sensor.insert("flags".into(), sample.call.flags.bits().into());
+        sensor.insert("request".into(), sample.call.request.map(|request| request.to_string()).into());
         sensor.insert("lost".into(), sample.lost.into());
         self.message(0, at, &Value::Object(sensor))?;
 
@@ -215,6 +216,7 @@ fn sensor_schema(joints: &[Joint]) -> Value {
             "integer",
             "bit 0 button, bit 1 late, bits 2 to 7 faults of the board, bit 8 foot switch closed",
         ),
+        ("request".into(), "string|null", "what a host asked for in this tick: `7 set speed 1.25`, `7 undo`, `7 stop`"),
         ("lost".into(), "integer", "samples lost since the start of the capture"),
     ]);
     object_of(&fields)

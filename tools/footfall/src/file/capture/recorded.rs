@@ -143,7 +143,10 @@ impl Values<'_> {
             Flags::from_bits(flags).ok_or_else(|| self.wrong("flags", format!("is {flags}, which has no meaning")))?;
         let codes = joints.iter().map(|joint| self.number(&format!("{}_code", joint.name())));
         let codes = codes.collect::<Result<_, _>>()?;
-        Ok(Call { codes, reference: self.number("vrefint")?, elapsed: self.number("elapsed")?, flags })
+        let request = (self.of)("request")
+            .map(|text| text.parse().map_err(|error| self.wrong("request", format!("is `{text}`, {error}"))));
+        let request = request.transpose()?;
+        Ok(Call { codes, reference: self.number("vrefint")?, elapsed: self.number("elapsed")?, flags, request })
     }
 
     fn output(&self, state: String) -> Result<Output, RecordedError> {

@@ -189,9 +189,14 @@ impl Sampler {
         out: &mut Vec<Sample>,
     ) -> Result<Option<Booted>, RecordError> {
         let Some(record) = record_in(text) else { return Ok(None) };
-        match record? {
-            Record::Boot(boot) => return Ok(Some(self.boot(Some(boot), reset_ns, out))),
-            Record::Inputs(inputs) => return Ok(self.inputs(&inputs, out)),
+        Ok(self.record(record?, reset_ns, out))
+    }
+
+    /// Takes a record; otherwise as [`Sampler::line`].
+    pub fn record(&mut self, record: Record, reset_ns: Option<u64>, out: &mut Vec<Sample>) -> Option<Booted> {
+        match record {
+            Record::Boot(boot) => return Some(self.boot(Some(boot), reset_ns, out)),
+            Record::Inputs(inputs) => return self.inputs(&inputs, out),
             Record::Frame(frame) => self.tick(frame, out),
             Record::Cost(cost) => {
                 let more = cost.dropped.checked_sub(self.dropped_this_boot).unwrap_or(cost.dropped);
@@ -199,9 +204,10 @@ impl Sampler {
                 self.dropped_this_boot = cost.dropped;
             }
             Record::Edge(edge) => self.edge(&edge),
-            Record::Change(_) | Record::Environment(_) | Record::Refused(_) => {}
+            Record::Change(_) | Record::Environment(_) | Record::Refused(_) | Record::Answered(_) | Record::Port(_) => {
+            }
         }
-        Ok(None)
+        None
     }
 
     /// Appends the samples that still wait, at the end of the log.

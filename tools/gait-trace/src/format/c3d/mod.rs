@@ -14,9 +14,9 @@ mod section;
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
+use crate::format::angle_unit::AngleUnit;
 use crate::format::axis;
 use crate::format::description::{Description, SIGNS};
-use crate::format::joint_names::AngleUnit;
 use crate::format::outputs::{self, Output};
 use crate::format::segments::{self, LengthUnit, Track};
 use crate::format::subjects;

@@ -1,8 +1,9 @@
 //! What an MCAP file has: its channels, the fields that may be joints, and the field that is chosen for each joint.
 
 use crate::fault::{Fault, TraceError};
+use crate::format::angle_unit::AngleUnit;
 use crate::format::choice::columns;
-use crate::format::joint_names::{AngleUnit, joint_of, unit_of};
+use crate::format::joint_names::{joint_of, unit_of};
 use crate::format::mcap_file::joint_state::{JointState, Layout, layout_of};
 use crate::format::mcap_file::message::object_of;
 use crate::format::text_table::{listed, short};
@@ -179,7 +180,7 @@ impl Seen {
             } else {
                 listed(&headings)
             };
-            return Err(fault(Fault::NoJoints { have }));
+            return Err(fault(Fault::NoJoints { have, example: String::new() }));
         }
         let chosen = chosen.into_iter().map(|(joint, index)| {
             let Field { channel, name, heading } = fields[index];

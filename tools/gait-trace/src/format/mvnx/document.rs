@@ -2,9 +2,9 @@
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
+use crate::format::angle_unit::AngleUnit;
 use crate::format::choice::columns;
 use crate::format::decimals::Decimals;
-use crate::format::joint_names::AngleUnit;
 use crate::format::mvnx::times::{Stamp, times_s};
 use crate::format::text_table::{MAX_COLUMNS, check_rows, listed, number_or_missing, short};
 use crate::format::unit::Said;
@@ -261,7 +261,7 @@ impl Document {
         });
         self.chosen = chosen.collect();
         match self.chosen.is_empty() {
-            true => Err(Fault::NoJoints { have: listed(&self.labels) }),
+            true => Err(Fault::NoJoints { have: listed(&self.labels), example: String::new() }),
             false => Ok(()),
         }
     }

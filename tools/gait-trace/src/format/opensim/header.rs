@@ -1,7 +1,7 @@
 //! Parses the header of an OpenSim file: title, numbers of rows and columns, unit.
 
 use crate::fault::{Fault, TraceError};
-use crate::format::joint_names::AngleUnit;
+use crate::format::angle_unit::AngleUnit;
 use crate::format::text_table::short;
 
 /// `endheader` must be within this many lines.

@@ -13,8 +13,9 @@ mod write;
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
+use crate::format::angle_unit::AngleUnit;
 use crate::format::description::{Description, SIGNS};
-use crate::format::joint_names::{AngleUnit, joint_of};
+use crate::format::joint_names::joint_of;
 use crate::format::stated;
 use crate::format::text_table::{
     Delimiter, bare_lines, check_rows, column_called, finite, lines, listed, number_or_missing, short, text,
@@ -95,10 +96,9 @@ pub fn parse(name: &str, bytes: &[u8], how: &ReadOptions<'_>) -> Result<RawJoint
     let time = match &how.time {
         Some(wanted) => column_called(&labels, wanted)
             .ok_or_else(|| fault(Fault::MapColumn { joint: "time", wanted: wanted.clone(), have: listed(&labels) }))?,
-        None => labels
-            .iter()
-            .position(|label| time_of(label).is_some())
-            .ok_or_else(|| fault(Fault::NoTime { have: listed(&labels), hint: "" }))?,
+        None => labels.iter().position(|label| time_of(label).is_some()).ok_or_else(|| {
+            fault(Fault::NoTime { have: listed(&labels), hint: "", has_joints: false, example: String::new() })
+        })?,
     };
     let said = header.unit(&mut notes);
     let mut columns = chosen(&labels, how, said).map_err(fault)?;
@@ -195,7 +195,7 @@ fn chosen(labels: &[String], how: &ReadOptions<'_>, said: Option<AngleUnit>) -> 
         }
     }
     if columns.is_empty() {
-        return Err(Fault::NoJoints { have: listed(labels) });
+        return Err(Fault::NoJoints { have: listed(labels), example: String::new() });
     }
     Ok(columns)
 }

@@ -1,6 +1,7 @@
 //! One table of all fits in a folder: as CSV, as JSON, as a page.
 
-use gait_fit::html;
+mod page;
+
 use joint_units::Joint;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -19,6 +20,12 @@ const SUMMARIES: [(&str, &str); 3] = [
     ("summary.json", "\"recording\":"),
     ("summary.html", "<title>Footfall: fits</title>"),
 ];
+
+/// End of the name of a result.
+const RESULT: &str = ".fit.json";
+
+/// End of the name of a file that says why a recording was skipped.
+pub const SKIPPED: &str = ".skipped.json";
 
 /// Most bytes of a result or of a summary.
 pub const MOST_BYTES: u64 = 64 << 20;
@@ -43,18 +50,19 @@ pub fn check(folder: &Path, overwrite: Overwrite) -> Result<(), Failure> {
 pub fn write(folder: &Path, overwrite: Overwrite) -> Result<usize, Failure> {
     check(folder, overwrite)?;
     let all = outcomes(folder)?;
-    let rows: Vec<Vec<String>> = all.iter().map(row).collect();
+    let tried: Vec<&Value> = all.iter().filter(|outcome| outcome["skipped"].is_null()).collect();
+    let rows: Vec<Vec<String>> = tried.iter().map(|outcome| row(outcome)).collect();
     write_text(&folder.join("summary.csv"), &csv(&rows), Overwrite::OWN)?;
     write_text(
         &folder.join("summary.json"),
-        &(Value::Array(all.iter().map(short).collect()).to_string() + "\n"),
+        &(Value::Array(tried.iter().map(|outcome| short(outcome)).collect()).to_string() + "\n"),
         Overwrite::OWN,
     )?;
-    write_text(&folder.join("summary.html"), &page(&rows), Overwrite::OWN)?;
+    write_text(&folder.join("summary.html"), &page::page(folder, &all), Overwrite::OWN)?;
     let failed = all.iter().filter(|outcome| outcome["error"].is_string()).count();
     messages::status(format_args!(
         "summary of {} recordings, {failed} of them failed: {}",
-        all.len(),
+        tried.len(),
         folder.join("summary.html").display()
     ));
     Ok(failed)
@@ -65,7 +73,7 @@ fn outcomes(folder: &Path) -> Result<Vec<Value>, Failure> {
     let mut names: Vec<_> = std::fs::read_dir(folder)
         .map_err(wrong)?
         .filter_map(|entry| entry.ok().map(|entry| entry.path()))
-        .filter(|path| path.to_string_lossy().ends_with(".fit.json"))
+        .filter(|path| [RESULT, SKIPPED].into_iter().any(|end| path.to_string_lossy().ends_with(end)))
         .collect();
     names.sort();
     if names.is_empty() {
@@ -80,7 +88,7 @@ fn outcomes(folder: &Path) -> Result<Vec<Value>, Failure> {
         };
         let bytes = bounded::bytes(path, MOST_BYTES).map_err(|why| wrong_file(why.to_string()))?;
         let outcome: Value = serde_json::from_slice(&bytes).map_err(|error| wrong_file(error.to_string()))?;
-        let ended = outcome["error"].is_string() || outcome["generator"].is_string();
+        let ended = ["error", "generator", "skipped"].into_iter().any(|key| outcome[key].is_string());
         if outcome["recording"].is_string() && ended {
             Ok(outcome)
         } else {
@@ -96,7 +104,7 @@ fn header() -> Vec<String> {
     for joint in Joint::ALL.map(Joint::name) {
         cells.extend(ERRORS.map(|error| format!("{joint}_{error}")));
     }
-    cells.push("error".into());
+    cells.extend(["rmse_heldout_deg", "cadence_steps_per_min", "stride_time_cv_percent", "error"].map(String::from));
     cells
 }
 
@@ -118,6 +126,9 @@ fn row(outcome: &Value) -> Vec<String> {
     for joint in 0..Joint::COUNT {
         cells.extend(ERRORS.map(|error| text(&outcome["joints"][joint][error])));
     }
+    let measures = &outcome["measures"];
+    cells.push(text(&outcome["rmse_heldout_deg"]));
+    cells.extend(["cadence_steps_per_min", "stride_time_cv_percent"].map(|key| text(&measures[key])));
     cells.push(text(&outcome["error"]));
     cells
 }
@@ -133,7 +144,9 @@ fn short(outcome: &Value) -> Value {
         "generator": outcome["generator"],
         "period_s": outcome["period_s"],
         "strides": outcome["strides"],
+        "rmse_heldout_deg": outcome["rmse_heldout_deg"],
         "joints": outcome["joints"],
+        "measures": outcome["measures"],
         "asymmetric": outcome["asymmetric"],
         "accepted": outcome["certificate"]["accepted"],
         "walks": outcome["certificate"]["drive"]["walks"],
@@ -147,16 +160,6 @@ fn csv(rows: &[Vec<String>]) -> String {
     };
     let line = |cells: &[String]| cells.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n";
     std::iter::once(header()).chain(rows.iter().cloned()).map(|cells| line(&cells)).collect()
-}
-
-fn page(rows: &[Vec<String>]) -> String {
-    let mut page = format!("{}<title>Footfall: fits</title></head><body><h1>Fits</h1><table>", html::HEAD);
-    let names: Vec<String> = header().iter().map(|name| name.replace('_', " ")).collect();
-    html::row(&mut page, "th", names.iter().map(String::as_str));
-    for cells in rows {
-        html::row(&mut page, "td", cells.iter().map(String::as_str));
-    }
-    page + "</table></body></html>\n"
 }
 
 #[cfg(test)]

@@ -1,0 +1,231 @@
+//! The serial port: records out and requests in, by USART2 and DMA1, without an interrupt.
+//!
+//! Telemetry copies frames ([`wire::frame_record`]) into a ring and, in each of its rounds, hands DMA the next piece of it and takes what the
+//! other stream has received. Neither waits, and neither runs in the tick: a record for which the ring has no space is dropped and counted.
+//!
+//! | direction | stream | memory |
+//! |---|---|---|
+//! | out | DMA1 stream 6, channel 4, one piece at a time | ring of 4096 bytes: 20 ms of the line |
+//! | in | DMA1 stream 5, channel 4, circular | ring of 1024 bytes: 5 ms of the line, two rounds of telemetry |
+//!
+//! 2 Mbaud, 8 data bits, no parity, one stop bit. A byte that is lost or damaged costs its frame and no other.
+
+use core::cell::UnsafeCell;
+use core::sync::atomic::{Ordering, compiler_fence};
+
+use embassy_stm32::pac::dma::regs::Ixr;
+use embassy_stm32::pac::dma::vals::{Dir, Pl};
+use embassy_stm32::pac::usart::regs::Brr;
+use embassy_stm32::pac::{DMA1, RCC, USART2};
+use firmware::board::BOARD;
+use heapless::spsc::Producer;
+use joint_loop::tuning::Request;
+use wire::{MAX_FRAME_BYTES, Record, RequestError, Unframer, decode_request, frame_record};
+
+use crate::clocks::{self, APB1_TIMER_MHZ};
+use crate::pins::PinRegisters;
+
+/// Requests between telemetry and the loop, which takes one in a tick.
+pub(crate) const REQUESTS_QUEUED: usize = 8;
+
+/// Bits a microsecond. 42 MHz / 21: exact.
+const MEGABAUD: u16 = 2;
+/// PCLK1 is half the clock of its timers.
+const DIVISOR: u16 = APB1_TIMER_MHZ / 2 / MEGABAUD;
+const _: () = assert!(DIVISOR * MEGABAUD * 2 == APB1_TIMER_MHZ && DIVISOR >= 16, "RM0090 30.3.4");
+/// Alternate function of both pins.
+const FUNCTION: u8 = 7;
+
+/// RM0090 table 42, RM0390 table 28.
+const RECEIVE: usize = 5;
+const SEND: usize = 6;
+const CHANNEL: u8 = 4;
+
+const OUT: usize = 4096;
+const IN: usize = 1024;
+
+/// Memory that DMA and one owner share.
+#[repr(transparent)]
+struct Ring<const N: usize>(UnsafeCell<[u8; N]>);
+
+// SAFETY: only the one `Port` accesses it beside DMA, by volatile bytes; any byte is a valid value.
+unsafe impl<const N: usize> Sync for Ring<N> {}
+
+static SENT: Ring<OUT> = Ring(UnsafeCell::new([0; OUT]));
+static RECEIVED: Ring<IN> = Ring(UnsafeCell::new([0; IN]));
+
+impl<const N: usize> Ring<N> {
+    fn address(&self) -> *mut u8 {
+        self.0.get().cast()
+    }
+
+    fn read(&self, place: usize) -> u8 {
+        // SAFETY: the place is taken modulo the length.
+        unsafe { self.address().wrapping_add(place % N).read_volatile() }
+    }
+
+    fn write(&self, place: usize, byte: u8) {
+        // SAFETY: the place is taken modulo the length.
+        unsafe { self.address().wrapping_add(place % N).write_volatile(byte) };
+    }
+}
+
+/// The port. [`start`] makes the one that there is.
+pub(crate) struct Port {
+    /// Bytes that were written to the ring, and those that were sent: both modulo its length.
+    written: usize,
+    sent: usize,
+    /// Bytes that DMA is sending.
+    under_way: usize,
+    /// Place of the next received byte.
+    taken: usize,
+    unframer: Unframer,
+    requests: Producer<'static, Request>,
+    counts: wire::Port,
+}
+
+/// Starts the port.
+pub(crate) fn start(requests: Producer<'static, Request>) -> Port {
+    RCC.apb1enr().modify(|w| w.set_usart2en(true));
+    RCC.ahb1enr().modify(|w| w.set_dma1en(true));
+    clocks::settle();
+    for pin in [BOARD.serial_out, BOARD.serial_in] {
+        pin.set_function(FUNCTION);
+    }
+    // A line that is not wired is idle.
+    BOARD.serial_in.set_pull(embassy_stm32::pac::gpio::vals::Pupdr::PULL_UP);
+    USART2.brr().write_value(Brr(DIVISOR.into()));
+    USART2.cr3().write(|w| {
+        w.set_dmat(true);
+        w.set_dmar(true);
+    });
+    begin_receiving();
+    USART2.cr1().write(|w| {
+        w.set_ue(true);
+        w.set_te(true);
+        w.set_re(true);
+    });
+    Port {
+        written: 0,
+        sent: 0,
+        under_way: 0,
+        taken: 0,
+        unframer: Unframer::default(),
+        requests,
+        counts: wire::Port::default(),
+    }
+}
+
+fn begin_receiving() {
+    let stream = DMA1.st(RECEIVE);
+    clear(RECEIVE);
+    stream.par().write_value(USART2.dr().as_ptr() as u32);
+    stream.m0ar().write_value(RECEIVED.address() as u32);
+    stream.ndtr().write(|w| w.set_ndt(IN as u16));
+    stream.cr().write(|w| {
+        w.set_chsel(CHANNEL);
+        w.set_circ(true);
+        w.set_minc(true);
+        w.set_pl(Pl::LOW);
+        w.set_en(true);
+    });
+}
+
+/// Clears the flags of a stream; it does not start with one set.
+fn clear(stream: usize) {
+    let mut flags = Ixr(0);
+    let place = stream % 4;
+    flags.set_tcif(place, true);
+    flags.set_htif(place, true);
+    flags.set_teif(place, true);
+    flags.set_dmeif(place, true);
+    flags.set_feif(place, true);
+    DMA1.ifcr(stream / 4).write_value(flags);
+}
+
+impl Port {
+    /// Puts a record into the ring, or counts that there was no space.
+    #[inline(never)]
+    pub(crate) fn send(&mut self, record: &Record) {
+        let mut buffer = [0; MAX_FRAME_BYTES];
+        let free = OUT - self.written.wrapping_sub(self.sent);
+        match frame_record(record, &mut buffer) {
+            Some(frame) if frame.len() <= free => {
+                for byte in frame {
+                    SENT.write(self.written, *byte);
+                    self.written = self.written.wrapping_add(1);
+                }
+            }
+            _ => self.drop_records(1),
+        }
+    }
+
+    /// Counts records that are not sent.
+    pub(crate) fn drop_records(&mut self, records: u32) {
+        self.counts.not_sent = self.counts.not_sent.wrapping_add(records);
+    }
+
+    /// The counters.
+    pub(crate) const fn counts(&self) -> wire::Port {
+        self.counts
+    }
+
+    /// Hands DMA the next bytes if it has none.
+    pub(crate) fn pump(&mut self) {
+        let stream = DMA1.st(SEND);
+        if stream.cr().read().en() {
+            return;
+        }
+        // A transfer that failed has lost its frames; the next ones are right again.
+        self.sent = self.sent.wrapping_add(core::mem::take(&mut self.under_way));
+        let from = self.sent % OUT;
+        let piece = self.written.wrapping_sub(self.sent).min(OUT - from);
+        if piece == 0 {
+            return;
+        }
+        self.under_way = piece;
+        clear(SEND);
+        stream.par().write_value(USART2.dr().as_ptr() as u32);
+        stream.m0ar().write_value(SENT.address().wrapping_add(from) as u32);
+        stream.ndtr().write(|w| w.set_ndt(piece as u16));
+        // The bytes are in memory before the stream reads them.
+        compiler_fence(Ordering::SeqCst);
+        cortex_m::asm::dmb();
+        stream.cr().write(|w| {
+            w.set_chsel(CHANNEL);
+            w.set_dir(Dir::MEMORY_TO_PERIPHERAL);
+            w.set_minc(true);
+            w.set_pl(Pl::LOW);
+            w.set_en(true);
+        });
+    }
+
+    /// Takes what was received, and hands the requests in it to the loop.
+    pub(crate) fn receive(&mut self) {
+        // RM0090 30.3.3: reading SR, then DR, ends an overrun or a framing error. The character is lost, and with it its frame.
+        let status = USART2.sr().read();
+        if status.ore() || status.fe() || status.ne() {
+            let _ = USART2.dr().read();
+        }
+        let stream = DMA1.st(RECEIVE);
+        if !stream.cr().read().en() {
+            self.taken = 0;
+            begin_receiving();
+            return;
+        }
+        let end = IN - usize::from(stream.ndtr().read().ndt());
+        while self.taken != end % IN {
+            let byte = RECEIVED.read(self.taken);
+            self.taken = (self.taken + 1) % IN;
+            let Some(payload) = self.unframer.push(byte) else { continue };
+            let counts = &mut self.counts;
+            let counter = match payload.map_or(Err(RequestError::Malformed), decode_request) {
+                Ok(request) if self.requests.enqueue(request).is_ok() => &mut counts.requests,
+                Ok(_) => &mut counts.too_many,
+                Err(RequestError::Version { .. }) => &mut counts.other_version,
+                Err(_) => &mut counts.malformed,
+            };
+            *counter = counter.wrapping_add(1);
+        }
+    }
+}

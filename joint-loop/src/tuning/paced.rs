@@ -1,0 +1,46 @@
+//! A generator at another speed: steps of its own period, and the angles between them by a straight line.
+//!
+//! A generator is built for one period. At speed s its time advances by s periods in a tick; between two of its steps the angle is
+//! interpolated, which is wrong by at most w'' h^2 / 8 (w'' the acceleration, h the period): 0.005 degrees at 400 rad/s^2 and 1 ms.
+
+use cpg_core::Generator;
+use joint_units::{Joint, Radians};
+
+/// Where between its last two steps a generator is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Paced {
+    /// 1 is at the last step, above 0.
+    fraction: f32,
+    /// Angles at the step before it.
+    before: [Radians; Joint::COUNT],
+}
+
+impl Paced {
+    /// At the present step of a generator.
+    pub(crate) fn new(generator: &impl Generator<{ Joint::COUNT }>) -> Self {
+        Self { fraction: 1.0, before: generator.angles() }
+    }
+
+    /// Advances by a tick at a speed: at most two steps at speeds up to 2.
+    pub(crate) fn step(&mut self, generator: &mut impl Generator<{ Joint::COUNT }>, speed: f32) {
+        self.fraction += speed;
+        for _ in 0..2 {
+            if self.fraction > 1.0 {
+                self.before = generator.angles();
+                generator.step();
+                self.fraction -= 1.0;
+            }
+        }
+    }
+
+    /// The angles; at speed 1 those of the generator, bit for bit.
+    pub(crate) fn angles(&self, generator: &impl Generator<{ Joint::COUNT }>) -> [Radians; Joint::COUNT] {
+        let mut angles = generator.angles();
+        if self.fraction != 1.0 {
+            for (angle, before) in angles.iter_mut().zip(self.before) {
+                angle.0 = before.0 + (angle.0 - before.0) * self.fraction;
+            }
+        }
+        angles
+    }
+}

@@ -1,0 +1,195 @@
+//! Takes requests, stages settings, and leads the motion to them.
+
+use cpg_core::gait::named::DefaultGait;
+use cpg_core::{Follow, Generator};
+use joint_units::{Joint, Period, Radians};
+
+use crate::motion::ramp::{fraction, minimum_jerk};
+use crate::tuning::parameter::Parameter;
+use crate::tuning::request::{Action, Answer, Outcome, Request};
+use crate::tuning::settings::Settings;
+use crate::tuning::source::Source;
+
+/// Time in which a change is complete, s.
+pub const RAMP_S: f32 = 1.0;
+/// Longest time that a change waits for a phase boundary, s: longer than a stride at half speed.
+pub const LONGEST_WAIT_S: f32 = 4.0;
+
+/// What is fixed: period and park pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Robot {
+    pub(crate) period: Period,
+    pub(crate) park: [Radians; Joint::COUNT],
+}
+
+/// Settings that wait for a phase boundary.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Staged {
+    settings: Settings,
+    /// The gait, built; `None` if it stays or is the board's own.
+    gait: Option<DefaultGait>,
+    /// Number of the last request in it.
+    number: u16,
+    /// Ticks since the first request.
+    waited: u32,
+}
+
+/// State of the changes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Tuner {
+    ramp_ticks: u32,
+    longest_wait: u32,
+    robot: Robot,
+    /// In effect; the end of the ramp.
+    settings: Settings,
+    /// Before the last change; the start of the ramp.
+    before: Option<Settings>,
+    /// Ticks since the last change took effect; `None` once it is complete.
+    ramp: Option<u32>,
+    staged: Option<Staged>,
+    answers: [Option<Answer>; 2],
+    /// The source passed a phase boundary in the last tick.
+    boundary: bool,
+}
+
+impl Tuner {
+    pub(crate) fn new(robot: Robot) -> Self {
+        let ticks = |seconds: f32| (seconds / robot.period.seconds() + 0.5) as u32;
+        Self {
+            ramp_ticks: ticks(RAMP_S),
+            longest_wait: ticks(LONGEST_WAIT_S),
+            robot,
+            settings: Settings::default(),
+            before: None,
+            ramp: None,
+            staged: None,
+            answers: [None; 2],
+            boundary: false,
+        }
+    }
+
+    /// The settings in effect.
+    pub(crate) const fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Answers of the last tick.
+    pub(crate) fn answers(&self) -> impl Iterator<Item = Answer> + use<> {
+        self.answers.into_iter().flatten()
+    }
+
+    /// Takes the request of a tick. Returns true if it asks for a stop.
+    pub(crate) fn take(&mut self, request: Option<Request>, tick: u32, follows: bool) -> bool {
+        self.answers = [None; 2];
+        let Some(Request { number, action }) = request else { return false };
+        let outcome = match action {
+            Action::Stop => Outcome::InEffect,
+            Action::Undo if self.staged.take().is_some() => Outcome::InEffect,
+            Action::Undo => match self.before {
+                None => Outcome::NothingToUndo,
+                Some(before) => self.stage(before, number),
+            },
+            Action::Set { parameter, thousandths } => {
+                let base = self.staged.map_or(self.settings, |staged| staged.settings);
+                match parameter {
+                    Parameter::Follow if !follows => Outcome::NotAFollower,
+                    Parameter::Speed if follows && base.gait().is_none() => Outcome::FollowsAPerson,
+                    _ => match base.with(parameter, thousandths) {
+                        Ok(settings) => self.stage(settings, number),
+                        Err(refused) => refused,
+                    },
+                }
+            }
+        };
+        self.answers = [Some(Answer { tick, number, outcome }), None];
+        action == Action::Stop
+    }
+
+    /// Stages settings; a gait that they name is built here, so that the tick of the effect costs no more than another.
+    fn stage(&mut self, settings: Settings, number: u16) -> Outcome {
+        let waited = self.staged.map_or(0, |staged| staged.waited);
+        let gait = match settings.gait().filter(|_| settings.gait() != self.settings.gait()) {
+            None => None,
+            Some(gait) => match gait.build(1.0, self.robot.period) {
+                Ok(gait) => Some(gait),
+                Err(_) => return Outcome::GaitNotPossible,
+            },
+        };
+        self.staged = Some(Staged { settings, gait, number, waited });
+        Outcome::Staged
+    }
+
+    /// Advances the ramp, and brings what is staged into effect where it may.
+    fn advance(&mut self, source: &mut Source, tick: u32, moving: bool) {
+        self.ramp = self.ramp.map(|ticks| ticks.saturating_add(1)).filter(|ticks| moving && *ticks < self.ramp_ticks);
+        if self.ramp.is_none() {
+            source.complete();
+        }
+        let Some(staged) = &mut self.staged else { return };
+        staged.waited = staged.waited.saturating_add(1);
+        let due = self.ramp.is_none() && (self.boundary || staged.waited > self.longest_wait);
+        if moving && !due {
+            return;
+        }
+        let Staged { settings, gait, number, .. } = *staged;
+        self.staged = None;
+        if settings.gait() != self.settings.gait() {
+            source.change(gait);
+        }
+        self.before = Some(core::mem::replace(&mut self.settings, settings));
+        if moving {
+            self.ramp = Some(0);
+        } else {
+            source.complete();
+        }
+        let effect = Some(Answer { tick, number, outcome: Outcome::InEffect });
+        match &mut self.answers {
+            [first @ None, _] => *first = effect,
+            [_, second] => *second = effect,
+        }
+    }
+
+    /// Advances the source by a tick, at the present speed.
+    pub(crate) fn step<G: Generator<{ Joint::COUNT }> + Follow>(
+        &mut self,
+        source: &mut Source,
+        own: &mut G,
+        tick: u32,
+        moving: bool,
+    ) {
+        self.advance(source, tick, moving);
+        let [speed, was] = [self.settings, self.start()].map(|settings| settings.value(Parameter::Speed));
+        let speed = if self.ramp.is_some() { was + (speed - was) * self.weight() } else { speed };
+        self.boundary = source.step(own, speed);
+    }
+
+    /// The angles with amplitudes and offsets; with the default settings those of the generator, bit for bit.
+    pub(crate) fn angles<G: Generator<{ Joint::COUNT }>>(&self, source: &Source, own: &G) -> [Radians; Joint::COUNT] {
+        let weight = self.weight();
+        let mut angles = source.angles(own, weight);
+        let joints = self.settings.joints().into_iter().zip(self.start().joints());
+        for ((angle, park), ((factor, added), (was_factor, was_added))) in
+            angles.iter_mut().zip(self.robot.park).zip(joints)
+        {
+            let factor = was_factor + (factor - was_factor) * weight;
+            let added = was_added.0 + (added.0 - was_added.0) * weight;
+            if factor != 1.0 || added != 0.0 {
+                angle.0 = park.0 + (angle.0 - park.0) * factor + added;
+            }
+        }
+        angles
+    }
+
+    /// Where the ramp began.
+    fn start(&self) -> Settings {
+        self.before.filter(|_| self.ramp.is_some()).unwrap_or(self.settings)
+    }
+
+    /// Share of the present settings.
+    fn weight(&self) -> f32 {
+        match self.ramp {
+            None => 1.0,
+            ramp => minimum_jerk(fraction(ramp, self.ramp_ticks)),
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! Initial contact from joint angles, against the events that the file of a laboratory holds.
+
+use gait_fit::contact::CycleStart;
+use gait_trace::format::open;
+use gait_trace::stride::cycle::POINTS;
+use gait_trace::stride::strides::segment;
+use gait_trace::{LowPass, ReadOptions, Rules, Span, condition};
+use std::process::ExitCode;
+use test_suite::{report, tests, wild_folder};
+
+fn main() -> ExitCode {
+    test_suite::run(tests![contact_is_near_the_events_of_the_laboratory(Wild)])
+}
+
+/// A file of a healthy person (Plug-in Gait) and its events `Foot Strike` of the left and of the right foot, seconds: the parameters CONTEXTS,
+/// LABELS and TIMES of the group EVENT, as an independent reader (ezc3d) gives them.
+const FILE: &str = "c3dorg_sample23_vicon_analysis.c3d";
+const STRIKES: [(&str, &[f64]); 2] = [("left", &[2.15, 3.196, 4.225, 5.25]), ("right", &[1.625, 2.668, 3.708, 4.742])];
+
+/// Largest error, percent of the cycle.
+const MOST_PERCENT: f64 = 6.0;
+
+fn contact_is_near_the_events_of_the_laboratory() {
+    let raw = open::read(&wild_folder().join(FILE), &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+    let rules = Rules { low_pass: LowPass::Customary, ..Rules::default() };
+    let conditioned = condition(&raw, &rules).unwrap_or_else(|error| panic!("{error}"));
+    let strides = segment(&conditioned).unwrap_or_else(|error| panic!("{error}"));
+    let start = CycleStart::of(&strides.mean(), Some(120.0 / strides.period_s));
+    assert!(start.initial_contact, "{}", start.words());
+    for ((leg, strikes), point) in STRIKES.into_iter().zip(start.points) {
+        let error = |span: &Span| {
+            let length = span.end_s - span.start_s;
+            let found = conditioned.start_s + span.start_s + length * point as f64 / POINTS as f64;
+            let apart = strikes.iter().map(|strike| found - strike).min_by(|a, b| a.abs().total_cmp(&b.abs()));
+            100.0 * apart.expect("an event") / length
+        };
+        let errors: Vec<f64> = strides.spans.iter().map(error).collect();
+        report!("{leg} leg: {errors:+.1?} % of the cycle");
+        assert!(errors.iter().all(|error| error.abs() <= MOST_PERCENT), "{leg}: {errors:?}");
+    }
+}

@@ -1,0 +1,63 @@
+//! Whether the angles of hips and knees are possible for a person, after signs were decided: flexion positive, standing upright 0.
+//!
+//! A knee bends by up to 160 degrees and overextends by up to 25, a hip bends by up to 125 (140 with the pelvis) and extends by up to 30. The
+//! bounds leave a margin for offsets of the zero.
+
+use super::convention::Untimed;
+use super::knee_sign::MOST_MEAN_DEG;
+use crate::finding::{Done, FindingKind};
+use crate::series::quantile;
+use joint_units::Joint;
+
+/// Smallest and largest angle of a knee, degrees, without the outermost hundredths.
+pub const KNEE_DEG: (f64, f64) = (-50.0, 170.0);
+/// The same of a hip.
+pub const HIP_DEG: (f64, f64) = (-70.0, 150.0);
+/// Means of a hip that are possible at all, degrees.
+pub const HIP_MOST_MEAN_DEG: (f64, f64) = (-60.0, 110.0);
+/// Means of a hip in a gait of any kind, degrees; beyond them the zero of the angle is probably not an upright stand.
+pub const HIP_MEAN_DEG: (f64, f64) = (-40.0, 80.0);
+
+/// An angle that no person has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Impossible {
+    /// The joint.
+    pub joint: Joint,
+    /// What is out of bounds, in words: the angle, or its mean.
+    pub what: &'static str,
+    /// The angle, degrees.
+    pub found_deg: f64,
+    /// Smallest and largest allowed angle, degrees.
+    pub allowed_deg: (f64, f64),
+}
+
+/// What is doubtful about the angles.
+///
+/// # Errors
+/// The first joint with an angle that no person has.
+pub(crate) fn check(joints: &[Option<Vec<f64>>; Joint::COUNT], unusable: &[bool]) -> Result<Vec<Untimed>, Impossible> {
+    let mut findings = Vec::new();
+    for (joint, x) in Joint::ALL.into_iter().zip(joints) {
+        let Some(x) = x else { continue };
+        let good: Vec<f64> = x.iter().zip(unusable).filter(|(_, bad)| !**bad).map(|(x, _)| *x).collect();
+        if good.is_empty() {
+            continue;
+        }
+        let is_knee = matches!(joint, Joint::LeftKnee | Joint::RightKnee);
+        let bounds = if is_knee { KNEE_DEG } else { HIP_DEG };
+        let mean = good.iter().sum::<f64>() / good.len() as f64;
+        let ends = [quantile(good.iter().copied(), 0.01), quantile(good, 0.99)];
+        let beyond = |deg: f64, (least, most): (f64, f64)| !(least..=most).contains(&deg);
+        if let Some(found_deg) = ends.into_iter().find(|end| beyond(*end, bounds)) {
+            return Err(Impossible { joint, what: "reaches", found_deg, allowed_deg: bounds });
+        }
+        let means = if is_knee { (bounds.0, MOST_MEAN_DEG) } else { HIP_MOST_MEAN_DEG };
+        if beyond(mean, means) {
+            return Err(Impossible { joint, what: "has a mean of", found_deg: mean, allowed_deg: means });
+        }
+        if !is_knee && beyond(mean, HIP_MEAN_DEG) {
+            findings.push((Some(joint), FindingKind::Displaced { mean_deg: mean }, Done::Reported));
+        }
+    }
+    Ok(findings)
+}

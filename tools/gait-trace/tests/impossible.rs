@@ -1,0 +1,150 @@
+//! Recordings that look like gait and are none as they stand: folded angles, one leg twice, rows of a slow sensor, a wrong time stamp,
+//! angles that no person has, and strides that are too slow.
+
+mod synthetic;
+
+use gait_trace::stride::strides::segment;
+use gait_trace::{ConditionError, FindingKind, Level, Rules, StrideError, condition};
+use joint_units::Joint;
+use std::f64::consts::TAU;
+use synthetic::{angle, column, raw, times, walk};
+
+fn refused(raw: &gait_trace::RawJoints) -> (ConditionError, String) {
+    let error = condition(raw, &Rules::default()).unwrap_err();
+    let said = error.to_string();
+    (error, said)
+}
+
+#[test]
+fn hips_without_their_sign_are_refused_by_name() {
+    let folded = raw(times(8.0, 100.0), |joint, t| angle(joint, t / 1.1).abs());
+    let (error, said) = refused(&folded);
+    assert!(matches!(error, ConditionError::Folded { joint: Joint::LeftHip, at_deg: 0.0, .. }), "{said}");
+    assert!(
+        said.contains("left_hip turns back in a corner at 0 degrees in") && said.contains("with their sign"),
+        "{said}"
+    );
+    // The angle between thigh and shank, up to 180 degrees at a straight knee: the smaller of two angles.
+    let smaller = raw(times(8.0, 200.0), |joint, t| match joint {
+        Joint::LeftKnee | Joint::RightKnee => 180.0 - (angle(joint, t / 1.1) - 20.0).abs(),
+        hip => angle(hip, t / 1.1),
+    });
+    let (error, said) = refused(&smaller);
+    assert!(matches!(error, ConditionError::Folded { joint: Joint::LeftKnee, at_deg: 180.0, .. }), "{said}");
+}
+
+#[test]
+fn a_small_folded_part_is_a_warning() {
+    let knees = raw(times(8.0, 200.0), |joint, t| match joint {
+        Joint::LeftKnee | Joint::RightKnee => {
+            let p = TAU * (t / 1.1 + 0.2 + 0.5 * f64::from(joint as u8 % 2));
+            (22.0 - 25.0 * p.cos() + 3.0 * (2.0 * p).sin()).abs()
+        }
+        hip => angle(hip, t / 1.1),
+    });
+    let done = condition(&knees, &Rules::default()).unwrap();
+    let folded: Vec<_> = done.findings.iter().filter(|f| matches!(f.what, FindingKind::Folded { .. })).collect();
+    assert_eq!(folded.iter().map(|f| f.joint).collect::<Vec<_>>(), [Some(Joint::LeftKnee), Some(Joint::RightKnee)]);
+    assert!(folded.iter().all(|f| f.level() == Level::Warning && f.to_string().contains("in corners at 0 deg")));
+}
+
+#[test]
+fn one_leg_in_both_columns_is_refused() {
+    for offset in [0.0, 4.0] {
+        let twice = raw(times(8.0, 100.0), |joint, t| match joint {
+            Joint::LeftKnee | Joint::RightKnee => angle(Joint::LeftKnee, t / 1.1) + offset * f64::from(joint as u8 % 2),
+            hip => angle(hip, t / 1.1),
+        });
+        let (error, said) = refused(&twice);
+        assert!(matches!(error, ConditionError::SameLeg { left: Joint::LeftKnee, .. }), "{said}");
+        assert!(said.contains("left_knee and right_knee have the same numbers"), "{said}");
+    }
+}
+
+/// Hops, in which the legs move together: their difference has no stride in it.
+#[test]
+fn the_period_of_legs_in_phase_is_the_right_one() {
+    let noise = |joint: Joint, t: f64| 0.6 * ((t * 7919.0 + f64::from(joint as u8) * 13.7).sin() * 43758.5).fract();
+    let hops = raw(times(12.0, 100.0), |joint, t| {
+        let same = Joint::ALL[joint as usize & 2];
+        angle(same, t / 1.1) + noise(joint, t)
+    });
+    let done = condition(&hops, &Rules::default()).unwrap();
+    let found = segment(&done).unwrap();
+    assert!((found.period_s - 1.1).abs() < 0.02 && found.spans.len() >= 9, "{} {}", found.period_s, found.spans.len());
+    let said: Vec<String> = done.findings.iter().map(ToString::to_string).collect();
+    assert!(
+        said.iter().any(|said| said.contains("0.00 strides apart, not 0.5") && said.contains("one leg may be in both")),
+        "{said:?}"
+    );
+}
+
+#[test]
+fn strides_of_up_to_four_seconds_are_read_and_slower_ones_named() {
+    for period in [2.4, 2.5, 2.6, 3.2, 4.0] {
+        let found = segment(&condition(&walk(16.0, 100.0, period, 0.2), &Rules::default()).unwrap()).unwrap();
+        assert!((found.period_s - period).abs() < 0.02, "{} for {period}", found.period_s);
+    }
+    let error = segment(&condition(&walk(24.0, 100.0, 5.0, 0.2), &Rules::default()).unwrap()).unwrap_err();
+    assert!(matches!(error, StrideError::TooSlow { period_s } if (period_s - 5.0).abs() < 0.05), "{error}");
+    assert!(error.to_string().contains("strides of 0.4 to 4 s"), "{error}");
+    let error = segment(&condition(&walk(4.0, 100.0, 3.5, 0.2), &Rules::default()).unwrap()).unwrap_err();
+    assert!(error.to_string().contains("two strides of up to 4 s"), "{error}");
+}
+
+#[test]
+fn rows_of_a_slow_sensor_are_read_at_its_rate() {
+    for block in [2, 5, 10] {
+        let held = raw(times(8.0, 200.0), |joint, t| {
+            let row = (t * 200.0).round() as usize / block * block;
+            angle(joint, row as f64 / 200.0 / 1.1)
+        });
+        let done = condition(&held, &Rules::default()).unwrap();
+        assert!((done.rate_hz - 200.0 / block as f64).abs() < 0.1, "{}", done.rate_hz);
+        let said: Vec<&gait_trace::Finding> = done.findings.iter().filter(|f| f.level() == Level::Warning).collect();
+        assert!(matches!(said[..], [f] if f.what == (FindingKind::Held { block, rate_hz: done.rate_hz })), "{said:?}");
+        let words =
+            format!("blocks of {block}, as a slower sensor makes them: it gave {:.1} values", 200.0 / block as f64);
+        assert!(said[0].to_string().contains(&words), "{}", said[0]);
+        assert!((segment(&done).unwrap().period_s - 1.1).abs() < 0.01);
+    }
+}
+
+#[test]
+fn a_time_stamp_far_away_is_named_with_its_row() {
+    let mut late = walk(8.0, 100.0, 1.1, 0.0);
+    let last = late.time_s.len() - 1;
+    late.time_s[last] = 5000.0;
+    let (error, said) = refused(&late);
+    assert!(matches!(error, ConditionError::TimeGap { row, .. } if row == last + 1), "{said}");
+    assert!(said.contains("row 801: time 5000 s, 4992.010 s after the row before"), "{said}");
+    let mut early = walk(8.0, 100.0, 1.1, 0.0);
+    early.time_s.iter_mut().skip(1).for_each(|time| *time += 1e9);
+    assert!(matches!(refused(&early).0, ConditionError::TimeGap { row: 2, .. }));
+    // A pause of a minute.
+    let mut pause = walk(8.0, 100.0, 1.1, 0.0);
+    pause.time_s.iter_mut().skip(400).for_each(|time| *time += 50.0);
+    assert!(condition(&pause, &Rules::default()).is_ok());
+}
+
+#[test]
+fn angles_that_no_person_has_are_refused_with_what_is_allowed() {
+    let shifted = |hip: f64, knee: f64| {
+        raw(times(8.0, 100.0), move |joint, t| {
+            angle(joint, t / 1.1) + if matches!(joint, Joint::LeftHip | Joint::RightHip) { hip } else { knee }
+        })
+    };
+    let (error, said) = refused(&shifted(150.0, 0.0));
+    assert!(matches!(error, ConditionError::Impossible { .. }), "{said}");
+    assert!(said.contains("left_hip reaches") && said.contains("allowed are -70 to 150"), "{said}");
+    let asked = Rules { knee_sign: Some(gait_trace::KneeSign::Flexion), ..Rules::default() };
+    let error = condition(&shifted(0.0, 100.0), &asked).unwrap_err().to_string();
+    assert!(error.contains("left_knee has a mean of 123.6") && error.contains("zero of the angle"), "{error}");
+    let done = condition(&shifted(90.0, 0.0), &Rules::default()).unwrap();
+    assert!(
+        done.findings.iter().any(|f| matches!(f.what, FindingKind::Displaced { .. }) && f.level() == Level::Warning)
+    );
+    let mut good = walk(8.0, 100.0, 1.1, 0.0);
+    column(&mut good, Joint::LeftHip)[3] += 1.0;
+    assert!(condition(&good, &Rules::default()).unwrap().findings.iter().all(|f| f.level() < Level::Warning));
+}

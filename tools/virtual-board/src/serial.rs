@@ -1,0 +1,89 @@
+//! The other end of the serial port: a pseudo-terminal that a host program opens like the port of a real board.
+//!
+//! Bytes that the host does not read in time are dropped, as on a line. The terminal is raw, and its rate is the one that the chip has set.
+
+use std::fs::File;
+use std::io::{ErrorKind, Read, Write};
+
+use anyhow::{Context as _, Result};
+use rustix::fs::{Mode, OFlags};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+
+/// Longest piece that is read at once.
+const PIECE: usize = 4096;
+
+/// A pseudo-terminal.
+pub(crate) struct SerialPort {
+    near: File,
+    /// Open, so that a host may close the port and open it again.
+    _far: File,
+    /// Name of the host's end.
+    pub(crate) name: String,
+}
+
+impl SerialPort {
+    /// Makes a pseudo-terminal.
+    ///
+    /// # Errors
+    /// The system has none to give.
+    pub(crate) fn open() -> Result<Self> {
+        let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).context("cannot make a pseudo-terminal")?;
+        grantpt(&near).and_then(|()| unlockpt(&near)).context("cannot unlock the pseudo-terminal")?;
+        let name = ptsname(&near, Vec::new()).context("the pseudo-terminal has no name")?;
+        let far = rustix::fs::open(&*name, OFlags::RDWR | OFlags::NOCTTY, Mode::empty())
+            .context("cannot open the pseudo-terminal")?;
+        let mut attributes = tcgetattr(&far).context("cannot read the modes of the pseudo-terminal")?;
+        attributes.make_raw();
+        tcsetattr(&far, OptionalActions::Now, &attributes).context("cannot set the pseudo-terminal raw")?;
+        rustix::io::ioctl_fionbio(&near, true).context("cannot set the pseudo-terminal non-blocking")?;
+        Ok(SerialPort { near: near.into(), _far: far.into(), name: name.to_string_lossy().into_owned() })
+    }
+
+    /// Hands the host what the chip sent; returns what the host sent.
+    ///
+    /// # Errors
+    /// The pseudo-terminal fails.
+    pub(crate) fn exchange(&mut self, sent: &[u8]) -> Result<Vec<u8>> {
+        match self.near.write(sent) {
+            Ok(_) => {}
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+            Err(error) => return Err(error).context("cannot write to the pseudo-terminal"),
+        }
+        let mut piece = vec![0; PIECE];
+        match self.near.read(&mut piece) {
+            Ok(length) => piece.truncate(length),
+            Err(error) if error.kind() == ErrorKind::WouldBlock => piece.clear(),
+            Err(error) => return Err(error).context("cannot read from the pseudo-terminal"),
+        }
+        Ok(piece)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_pass_unchanged_in_both_directions() {
+        let mut port = SerialPort::open().unwrap();
+        let mut host = File::options().read(true).write(true).open(&port.name).unwrap();
+        let all: Vec<u8> = (0..=255).collect();
+        assert!(port.exchange(&all).unwrap().is_empty());
+        let mut read = vec![0; 256];
+        host.read_exact(&mut read).unwrap();
+        assert_eq!(read, all);
+        host.write_all(&all).unwrap();
+        let mut got = Vec::new();
+        while got.len() < 256 {
+            got.extend(port.exchange(&[]).unwrap());
+        }
+        assert_eq!(got, all);
+        // A host that does not read holds nothing up, and one that comes later finds the port.
+        drop(host);
+        for _ in 0..100 {
+            port.exchange(&all).unwrap();
+        }
+        File::options().read(true).open(&port.name).unwrap();
+    }
+}
