@@ -3,13 +3,14 @@
 //! Nothing is compiled twice: all steps on the host share two profiles (`dev`, and `host` for programs that must be fast), no step sets `RUSTFLAGS`, and what is built for the board is kept for the later steps.
 
 use std::cell::{OnceCell, RefCell};
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
 
 use super::counts::{self, Counts};
+use super::programs;
 use crate::board::{Board, Drive};
 use crate::emulated;
 use crate::self_test::{self, SelfTest};
@@ -201,10 +202,23 @@ fn cargo(arguments: &[&str]) -> Result<()> {
     shell::must_succeed(shell::cargo().args(arguments), &format!("cargo {}", arguments.join(" ")))
 }
 
-/// A cargo command that runs tests: shows its output, counts the tests and names those that fail.
-fn cargo_test(state: &State, command: &mut Command, with_image: bool) -> Result<String> {
-    command.env(REQUIRE, state.required.for_tests(with_image));
-    let counts = counts::run(command, &mut std::io::stderr())?;
+/// Runs the tests that the arguments of `cargo test` select: shows their output, counts them and names those that fail.
+fn tests(state: &State, arguments: &[&str], variables: &[(&str, &OsStr)]) -> Result<Counts> {
+    let required = state.required.for_tests(!variables.is_empty());
+    let variables = [variables, &[(REQUIRE, OsStr::new(&required))]].concat();
+    programs::run(arguments, &variables)
+}
+
+/// The same for the examples in the documentation, which cargo compiles while it runs them.
+fn doc_tests(arguments: &[&str]) -> Result<Counts> {
+    let mut cargo = shell::cargo();
+    cargo.args(["test", "--doc"]).args(arguments);
+    counts::run("cargo test --doc", &mut cargo, &mut std::io::stderr())
+}
+
+/// What the table says about the tests of a step.
+fn passed(state: &State, counts: Counts) -> Result<String> {
+    let counts = counts.without_failures()?;
     let text = counts.to_string();
     state.counts.borrow_mut().add(counts);
     Ok(text)
@@ -302,12 +316,14 @@ fn cores_thumb(state: &State) -> Result<String> {
 }
 
 fn host_tests(state: &State) -> Result<String> {
-    cargo_test(state, shell::cargo().arg("test"), false)
+    let mut counts = tests(state, &[], &[])?;
+    counts.add(doc_tests(&[])?);
+    passed(state, counts)
 }
 
 fn firmware_host(state: &State) -> Result<String> {
     // The library uses none of what an image needs.
-    cargo_test(state, shell::cargo().args(["test", "--package", "firmware", "--lib", "--no-default-features"]), false)
+    passed(state, tests(state, &["--package", "firmware", "--lib", "--no-default-features"], &[])?)
 }
 
 fn endurance(_: &State) -> Result<String> {
@@ -323,7 +339,9 @@ fn virtual_board(state: &State) -> Result<String> {
     let mut doc = shell::cargo();
     doc.env("RUSTDOCFLAGS", "-Dwarnings").arg("doc").args(package).arg("--no-deps");
     shell::must_succeed(&mut doc, "cargo doc")?;
-    cargo_test(state, shell::cargo().arg("test").args(package), false)
+    let mut counts = tests(state, &package, &[])?;
+    counts.add(doc_tests(&package)?);
+    passed(state, counts)
 }
 
 fn images(state: &State) -> Result<String> {
@@ -418,18 +436,15 @@ const IMAGE_TESTS: [&str; 10] = [
 
 fn image_tests(state: &State) -> Result<String> {
     let footfall = state.workspace.footfall()?;
-    let mut tests = shell::cargo();
-    tests
-        .env("FOOTFALL_ELF", state.image()?)
-        .env("FOOTFALL_SHADOW_ELF", state.shadow()?)
-        .env("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?)
-        .env("FOOTFALL_BIN", footfall)
-        // Without `--package`, the features are those of the host tests and nothing is compiled again.
-        .arg("test");
-    for name in IMAGE_TESTS {
-        tests.args(["--test", name]);
-    }
-    cargo_test(state, &mut tests, true)
+    let variables = [
+        ("FOOTFALL_ELF", state.image()?),
+        ("FOOTFALL_SHADOW_ELF", state.shadow()?),
+        ("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?),
+        ("FOOTFALL_BIN", &footfall),
+    ];
+    // Without `--package`, the features are those of the host tests and nothing is compiled again.
+    let arguments: Vec<&str> = IMAGE_TESTS.iter().flat_map(|name| ["--test", name]).collect();
+    passed(state, tests(state, &arguments, &variables.map(|(name, path)| (name, path.as_os_str())))?)
 }
 
 #[cfg(test)]
