@@ -1,15 +1,20 @@
 //! The other end of the serial port: a pseudo-terminal that a host program opens like the port of a real board.
 //!
-//! Bytes that the host does not read in time are dropped, as on a line. The terminal is raw, and its rate is the one that the chip has set.
+//! The board's time is not the host's, so it waits for a host that is behind: [`PATIENCE`] at most. From then on bytes that the host does not
+//! read are dropped, as on a line, until it reads again. The terminal is raw, and its rate is the one that the chip has set.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
+use std::time::Duration;
 
 use anyhow::{Context as _, Result};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
+/// Longest wait for a host that does not read.
+const PATIENCE: Duration = Duration::from_secs(1);
 /// Longest piece that is read at once.
 const PIECE: usize = 4096;
 
@@ -18,6 +23,8 @@ pub(crate) struct SerialPort {
     near: File,
     /// Open, so that a host may close the port and open it again.
     _far: File,
+    /// The host did not read within the patience, and has not read since.
+    absent: bool,
     /// Name of the host's end.
     pub(crate) name: String,
 }
@@ -37,7 +44,7 @@ impl SerialPort {
         attributes.make_raw();
         tcsetattr(&far, OptionalActions::Now, &attributes).context("cannot set the pseudo-terminal raw")?;
         rustix::io::ioctl_fionbio(&near, true).context("cannot set the pseudo-terminal non-blocking")?;
-        Ok(SerialPort { near: near.into(), _far: far.into(), name: name.to_string_lossy().into_owned() })
+        Ok(SerialPort { near: near.into(), _far: far.into(), absent: false, name: name.to_string_lossy().into_owned() })
     }
 
     /// Hands the host what the chip sent; returns what the host sent.
@@ -45,11 +52,7 @@ impl SerialPort {
     /// # Errors
     /// The pseudo-terminal fails.
     pub(crate) fn exchange(&mut self, sent: &[u8]) -> Result<Vec<u8>> {
-        match self.near.write(sent) {
-            Ok(_) => {}
-            Err(error) if error.kind() == ErrorKind::WouldBlock => {}
-            Err(error) => return Err(error).context("cannot write to the pseudo-terminal"),
-        }
+        self.send(sent).context("cannot write to the pseudo-terminal")?;
         let mut piece = vec![0; PIECE];
         match self.near.read(&mut piece) {
             Ok(length) => piece.truncate(length),
@@ -57,6 +60,27 @@ impl SerialPort {
             Err(error) => return Err(error).context("cannot read from the pseudo-terminal"),
         }
         Ok(piece)
+    }
+
+    fn send(&mut self, mut bytes: &[u8]) -> std::io::Result<()> {
+        while !bytes.is_empty() {
+            match self.near.write(bytes) {
+                Ok(length) => {
+                    bytes = bytes.get(length..).unwrap_or_default();
+                    self.absent = false;
+                }
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    let patience = if self.absent { Duration::ZERO } else { PATIENCE };
+                    let patience = Timespec::try_from(patience).map_err(std::io::Error::other)?;
+                    if poll(&mut [PollFd::new(&self.near, PollFlags::OUT)], Some(&patience))? == 0 {
+                        self.absent = true;
+                        return Ok(());
+                    }
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
     }
 }
 
@@ -85,5 +109,26 @@ mod tests {
             port.exchange(&all).unwrap();
         }
         File::options().read(true).open(&port.name).unwrap();
+    }
+
+    /// The board sends in microseconds what takes a line half a second; the host reads now and then.
+    #[test]
+    fn a_host_that_is_behind_loses_nothing() {
+        let mut port = SerialPort::open().unwrap();
+        let mut host = File::options().read(true).open(&port.name).unwrap();
+        let all: Vec<u8> = (0..200_000_u32).map(|n| (n % 251) as u8).collect();
+        let expected = all.clone();
+        let reader = std::thread::spawn(move || {
+            let mut read = vec![0; expected.len()];
+            for piece in read.chunks_mut(10_000) {
+                std::thread::sleep(Duration::from_millis(5));
+                host.read_exact(piece).unwrap();
+            }
+            assert!(read == expected);
+        });
+        for piece in all.chunks(100) {
+            port.exchange(piece).unwrap();
+        }
+        reader.join().unwrap();
     }
 }
