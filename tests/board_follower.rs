@@ -3,6 +3,7 @@
 
 use footfall::board::feed;
 use footfall_tests::board::Board;
+use footfall_tests::people::{PEOPLE, people_of};
 use footfall_tests::{chain, recordings};
 use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::ReadOptions;
@@ -17,6 +18,7 @@ fn main() -> ExitCode {
     test_suite::run(tests![
         four_joints_follow_one_recorded_hip_or_knee(Image),
         with_a_broken_wire_it_walks_two_seconds_then_stands(Image),
+        corrections_bring_the_joints_closer(Image, Traces),
     ])
 }
 
@@ -75,6 +77,39 @@ fn four_joints_follow_one_recorded_hip_or_knee() {
         // The recording has two strides that differ; a template is their mean.
         assert!(errors.iter().all(|error| *error < 3.5), "{sensor:?}: {errors:?}");
     }
+}
+
+/// A recorded person, fitted with and without corrections: the same phase, and each joint closer to the person's.
+fn corrections_bring_the_joints_closer() {
+    let board = Board::find();
+    let (name, sensor, secs) = (PEOPLE[1], Joint::LeftHip, 16.0);
+    let path = test_suite::traces_folder().join(format!("{name}.csv"));
+    let raw = open::read(&path, &ReadOptions::default()).unwrap();
+    let [person] = &people_of(&[name], sensor)[..] else { panic!("one person") };
+    let feed = chain::volts(&person.samples(sensor)[..(secs * 1000.0) as usize]);
+    let errors = [true, false].map(|corrections| {
+        let source = Source { name: name.into(), sha256: String::new() };
+        let settings = Settings { follow: Some(sensor), starts: 10, corrections, ..Settings::default() };
+        let config = fit(&source, &raw, &settings, &mut |_| ()).unwrap().file.set.config();
+        let GeneratorConfig::Follow(follow) = &config else { panic!("not a follower") };
+        assert_eq!(follow.corrections.is_none(), !corrections);
+        // Refuses a run in which one bit differs from the host's.
+        let ran = chain::run(&board, &config, &feed, secs, true);
+        let frames = ran.boots[0].replay(&config);
+        let begun_ms = chain::begun_ms(&ran.boots[0]);
+        Joint::ALL.map(|joint| {
+            let recorded = person.samples(joint);
+            let squares = frames[6_000..].iter().map(|frame| {
+                let wanted = recorded[frame.tick as usize + begun_ms];
+                (f64::from(frame.setpoints[joint as usize].degrees()) - wanted).powi(2)
+            });
+            (squares.sum::<f64>() / (frames.len() - 6_000) as f64).sqrt()
+        })
+    });
+    let [with, without] = errors;
+    report!("{name}, {}: {with:.2?} with corrections, {without:.2?} without", sensor.name());
+    assert!(with.iter().zip(without).all(|(with, without)| *with < 0.9 * without), "{with:?} {without:?}");
+    assert!(with[sensor as usize] < 0.5, "{with:?}");
 }
 
 fn with_a_broken_wire_it_walks_two_seconds_then_stands() {

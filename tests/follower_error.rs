@@ -4,6 +4,7 @@
 //! variable some of them.
 
 use cpg_core::entrainment::FollowerConfig;
+use footfall::command::entrain::corrected::corrected;
 use footfall::command::entrain::entrain;
 use footfall::command::entrain::possible::{Comparison, Possible};
 use footfall::command::entrain::run::{Holes, judge, run};
@@ -85,7 +86,8 @@ fn row_of(name: &str, sensor: Joint) -> Option<[Cell; Joint::COUNT]> {
 fn measured(name: &str, sensor: Joint) -> [Cell; Joint::COUNT] {
     let recording = csv_file::read(&traces_folder().join(format!("{name}.csv"))).expect("a good recording");
     let run = entrain(&recording, sensor, None).expect("entrained");
-    let following = &run.following;
+    let corrected = corrected(&recording, sensor, &Holes::default(), &run);
+    let following = corrected.as_ref().map_or(&run.following, |corrected| &corrected.following);
     let possible = Possible::of(&recording, sensor, &Holes::default(), run.learned.stride_s, following);
     Joint::ALL.map(|joint| Cell {
         rmse: following.steady_rmse_deg[joint as usize].expect("a steady part"),

@@ -1,7 +1,7 @@
 //! A write of a record that is interrupted anywhere: the sector is erased, holds the old or the new record whole, or is damaged. No cut
 //! gives another value, and none stands for an erased sector.
 
-use cpg_core::entrainment::EventSource;
+use cpg_core::entrainment::{Corrections, EventSource};
 use cpg_core::network::thesis::ThesisConfig;
 use joint_loop::store::{generator_record, robot_record, sensor_record};
 use joint_loop::{
@@ -110,7 +110,12 @@ fn generators() -> Vec<GeneratorConfig> {
     let series =
         |mean| SeriesConfig { mean: Radians(mean), cos: [0.25; SERIES_HARMONICS], sin: [-1e-7; SERIES_HARMONICS] };
     let shape = ShapeConfig { stride_s: 1.25, joints: [0.1, 0.2, 0.3, 0.4].map(series) };
-    let follow = FollowConfig { sensor: Joint::RightHip, events: EventSource::FootSwitch, shape };
+    let follow = FollowConfig {
+        sensor: Joint::RightHip,
+        events: EventSource::FootSwitch,
+        shape,
+        corrections: Corrections::NONE,
+    };
     vec![
         GeneratorConfig::default_walk(),
         GeneratorConfig::Thesis(ThesisConfig::set_s()),

@@ -42,6 +42,7 @@ fn follower() -> GeneratorConfig {
         sensor: Joint::LeftKnee,
         events: cpg_core::entrainment::EventSource::ALL[0],
         shape,
+        corrections: cpg_core::entrainment::Corrections::NONE,
     })
 }
 

@@ -2,7 +2,7 @@
 
 use crate::recordings::default_trace;
 use cpg_core::entrainment::phase_lock::Template;
-use cpg_core::entrainment::{EventSource, Follower};
+use cpg_core::entrainment::{Corrections, EventSource, Follower};
 use footfall::command::entrain::default_generator;
 use footfall::command::entrain::learn::{Learned, learn};
 use footfall::command::entrain::run;
@@ -69,7 +69,12 @@ impl Person {
             SeriesConfig { mean: Radians(mean), cos: *cos, sin: *sin }
         };
         let shape = ShapeConfig { stride_s: stride_s as f32, joints: self.templates.map(series) };
-        GeneratorConfig::Follow(FollowConfig { sensor, events: EventSource::None, shape })
+        GeneratorConfig::Follow(FollowConfig {
+            sensor,
+            events: EventSource::None,
+            shape,
+            corrections: Corrections::NONE,
+        })
     }
 
     /// Phase of the person less that of the follower at the tick of this number, degrees.

@@ -6,6 +6,7 @@ use joint_units::{Joint, Period, Phase, RadPerSec, RadPerSec2, Radians};
 
 use super::bounded_phase::{BoundedNumber, BoundedPhase};
 use super::config::{FollowStatus, FollowerConfig, Lock};
+use super::correction::{self, Corrected, Corrections, Inputs};
 use super::drift::{self, Drift};
 use super::events::{Events, Role};
 use super::history::History;
@@ -25,6 +26,9 @@ use crate::{BuildError, Field, Follow, Generator, StateFault};
 pub struct Follower {
     config: FollowerConfig,
     templates: [Template; 4],
+    corrections: Corrections,
+    /// There are corrections.
+    corrects: bool,
     /// The measured joint.
     sensor: Joint,
     lock: PhaseLock,
@@ -62,6 +66,8 @@ struct FollowerState {
     /// Amplitude s of the joints, 0 to 1.
     amplitude: BoundedNumber,
     drift: Drift,
+    inputs: Inputs,
+    corrected: Corrected,
     events: Events,
 }
 
@@ -93,11 +99,30 @@ impl FollowerConfig {
         let fastest = lock.nominal().0 * self.lock.frequency_range.1;
         let events = Events::new(self.events, &measured, &lock, period)?;
         let state = FollowerState::new(self, &lock, events, period);
-        Ok(Follower { config: *self, templates, sensor, lock, period, fastest, sensed: None, state })
+        let (corrections, corrects) = (Corrections::NONE, false);
+        let config = *self;
+        Ok(Follower { config, templates, corrections, corrects, sensor, lock, period, fastest, sensed: None, state })
     }
 }
 
 impl Follower {
+    /// The same follower with these corrections of its joints, see [`correction`].
+    ///
+    /// # Errors
+    /// Names the gain that is not finite or out of range.
+    pub fn with_corrections(self, corrections: Corrections) -> Result<Self, BuildError> {
+        corrections.validate()?;
+        // Both poles lie at 2k, as those of the driven phase.
+        allow_period(self.period, (0.5 * correction::DELAY_S * 1e6) as u32)?;
+        Ok(Self { corrections, corrects: !corrections.is_none(), ..self })
+    }
+
+    /// The inputs of a correction after the last step; `None` without a near lock and a good sample. Gains are learned from them.
+    #[must_use]
+    pub fn correction_inputs(&self) -> Option<[f32; correction::INPUTS]> {
+        self.state.inputs.values()
+    }
+
     /// State of the tracking; the same as [`Follow::follow_status`], without the `Option`.
     #[must_use]
     pub fn status(&self) -> FollowStatus {
@@ -138,6 +163,7 @@ impl Follower {
     /// `|a''| <= A_s |D| + 2 |s'| |D'| psi' + |D''| psi'^2 + |D'| A_psi`, with the largest value of each factor: A_s is
     /// [`FollowerConfig::amplitude_acceleration`], A_psi is [`FollowerConfig::phase_acceleration`], D' and D'' are derivatives by psi. For the
     /// measured joint D has the drift d in it, which adds `A_s limit + 2 |s'| R + 2 R / T` (R and T are rate and time constant of the drift).
+    /// A correction c adds `A_s 2 C + 2 |s'| |c'| + A_c`, with its own largest rate and acceleration.
     #[must_use]
     pub fn acceleration_bound(&self, joint: Joint) -> RadPerSec2 {
         let (Some(template), Some(stand)) = (self.templates.get(joint as usize), self.config.stand.get(joint as usize))
@@ -162,8 +188,15 @@ impl Follower {
         } else {
             0.0
         };
+        let corrected = if self.corrects {
+            way += 2.0 * correction::LARGEST;
+            2.0 * libm::sqrtf(a) * correction::fastest() + correction::ACCELERATION
+        } else {
+            0.0
+        };
         // The amplitude moves by 1 at most, so its rate is at most sqrt(A).
-        let turning = 2.0 * libm::sqrtf(a) * slope * self.fastest + bend * self.fastest * self.fastest + drifting;
+        let turning =
+            2.0 * libm::sqrtf(a) * slope * self.fastest + bend * self.fastest * self.fastest + drifting + corrected;
         RadPerSec2(a * way + turning + slope * self.config.phase_acceleration.0)
     }
 
@@ -211,6 +244,13 @@ impl Follower {
             // No sample leads here, as only finite ones are used. Otherwise the search begins again.
             self.lock.reset();
             self.enter(Lock::Stopped);
+        }
+        match sample {
+            Plausibility::Good(_) if self.state.lock == Lock::Locked && self.lock.is_near() => {
+                self.state.inputs.take(self.lock.innovation().0, self.lock.frequency().0);
+            }
+            Plausibility::Bridged if self.state.lock == Lock::Locked => {}
+            _ => self.state.inputs.forget(),
         }
         let offset = (self.state.lock == Lock::Locked).then(|| self.lock.sensor().0.0);
         self.state.drift.step(offset, self.config.drift_limit.0, t);
@@ -421,18 +461,22 @@ impl Follower {
             state.driven.halt(&halt);
         }
         state.amplitude.approach(target, &amplitude_law);
+        if self.corrects {
+            let innovation = state.innovation.root();
+            state.corrected.step(&self.corrections, &state.inputs, innovation, self.lock.phase(), self.period);
+        }
     }
 
     /// Angle and rate of each joint.
     fn points(&self) -> impl Iterator<Item = (f32, f32)> + '_ {
-        let FollowerState { driven, amplitude, drift, .. } = &self.state;
+        let FollowerState { driven, amplitude, drift, corrected, .. } = &self.state;
         let rate = driven.rate * (1.0 / TAU);
-        let joints = Joint::ALL.into_iter().zip(&self.templates).zip(&self.config.stand);
-        joints.map(move |((joint, template), stand)| {
+        let joints = Joint::ALL.into_iter().zip(&self.templates).zip(&self.config.stand).zip(&corrected.joints);
+        joints.map(move |(((joint, template), stand), correction)| {
             let point = template.at(driven.phase);
             let (drifted, drifts) = if joint == self.sensor { (drift.value, drift.rate) } else { (0.0, 0.0) };
-            let off = point.angle + drifted - stand.0;
-            let off_rate = point.slope * rate + drifts;
+            let off = point.angle + drifted + correction.value - stand.0;
+            let off_rate = point.slope * rate + drifts + correction.rate;
             (stand.0 + amplitude.value * off, amplitude.rate * off + amplitude.value * off_rate)
         })
     }
@@ -465,7 +509,7 @@ const STAND_BELOW_AMPLITUDE: f32 = 0.5;
 const FAR_PHASE_RAD: f32 = 0.125 * TAU;
 
 impl FollowerState {
-    const fn new(config: &FollowerConfig, lock: &PhaseLock, events: Events, period: Period) -> Self {
+    fn new(config: &FollowerConfig, lock: &PhaseLock, events: Events, period: Period) -> Self {
         Self {
             plausibility: PlausibilityCheck::new(config.plausibility, period),
             activity: Activity::new(),
@@ -482,6 +526,8 @@ impl FollowerState {
             driven: BoundedPhase { phase: Phase(0), rate: 0.0 },
             amplitude: BoundedNumber { value: 0.0, rate: 0.0 },
             drift: Drift::new(),
+            inputs: Inputs::new(lock.nominal().0, period),
+            corrected: Corrected::default(),
             events,
         }
     }
@@ -528,8 +574,12 @@ impl Generator<4> for Follower {
             ("drift", drift.value),
             ("drift.rate", drift.rate),
         ];
-        match states.into_iter().find(|(_, value)| !value.is_finite()) {
-            Some((name, _)) => Err(StateFault::NotFinite { state: Field::of(name) }),
+        if let Some((name, _)) = states.into_iter().find(|(_, value)| !value.is_finite()) {
+            return Err(StateFault::NotFinite { state: Field::of(name) });
+        }
+        let correction = self.state.corrected.joints.iter().position(|c| !(c.value + c.rate).is_finite());
+        match correction {
+            Some(joint) => Err(StateFault::NotFinite { state: Field::at("correction", joint) }),
             None => self.lock.check(),
         }
     }

@@ -1,12 +1,13 @@
 //! Entrainment: a generator whose four joints follow a walking person in phase and stride frequency, measured by one joint sensor.
 //!
 //! ```text
-//! y -> plausibility -> phase lock -> phi, w -> bounded phase -> psi -> a_j = stand_j + s (S_j(psi) - stand_j)
+//! y -> plausibility -> phase lock -> phi, w -> bounded phase -> psi -> a_j = stand_j + s (S_j(psi) + c_j - stand_j)
 //! ```
 //! y is the measured angle of one hip or knee. The phase lock estimates the person's gait phase phi and its angular frequency w. A template S_j
-//! for each joint j (the person's mean stride as a Fourier series) gives the four angles a_j. The measured angle never drives a joint directly:
-//! the driven phase psi follows phi with bounded acceleration and never decreases, and the amplitude s moves with bounded acceleration between
-//! 0 (standing in the pose `stand`) and 1 (walking). So angles and rates are continuous for any sequence of samples, and
+//! for each joint j (the person's mean stride as a Fourier series) gives the four angles a_j, with a [`correction`] c_j where one was learned
+//! (without, c_j = 0). The measured angle never drives a joint directly: the driven phase psi follows phi with bounded acceleration and never
+//! decreases, the amplitude s moves with bounded acceleration between 0 (standing in the pose `stand`) and 1 (walking), and c_j is small and moves
+//! with bounded acceleration. So angles and rates are continuous for any sequence of samples, and
 //! [`Follower::acceleration_bound`] is an upper bound of the joints' acceleration.
 //!
 //! | state ([`Lock`]) | meaning | target of s | ends when |
@@ -32,6 +33,7 @@
 //! | to | see |
 //! |---|---|
 //! | follow a person with four joints | [`FollowerConfig`], [`Follower`] |
+//! | correct the joints by what the sensor shows of this stride | [`correction`] |
 //! | estimate phase and stride frequency from an angle only | [`phase_lock`] |
 //! | estimate them from heel strikes or peaks only | [`stride_events`] |
 //! | get fundamental, quadrature and mean of a periodic signal | [`quadrature_filter`] |
@@ -58,6 +60,7 @@
 mod adaptive_hopf;
 mod bounded_phase;
 mod config;
+pub mod correction;
 mod drift;
 mod events;
 mod follower;
@@ -70,6 +73,7 @@ pub mod stride_events;
 
 pub use adaptive_hopf::{AdaptiveHopfConfig, AdaptiveHopfEstimator};
 pub use config::{FollowStatus, FollowerConfig, Lock};
+pub use correction::Corrections;
 pub use events::EventSource;
 pub use follower::Follower;
 pub use plausibility::{PlausibilityConfig, SensorFault};

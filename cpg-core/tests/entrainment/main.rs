@@ -1,12 +1,13 @@
 //! Entrainment on synthetic persons: what must hold whatever the sensor says.
 
+mod corrections;
 mod events;
 mod person;
 
 use core::f32::consts::TAU;
 
 use cpg_core::entrainment::phase_lock::PhaseLockConfig;
-use cpg_core::entrainment::{EventSource, FollowerConfig, Lock, SensorFault};
+use cpg_core::entrainment::{Corrections, EventSource, FollowerConfig, Lock, SensorFault};
 use cpg_core::waveform::shape::Shape;
 use cpg_core::{BuildError, Follow, Generator};
 use joint_units::{Joint, Period, Phase, RadPerSec, RadPerSec2, Radians};
@@ -339,6 +340,19 @@ fn piece() -> impl Strategy<Value = (Piece, u32)> {
     (kind, 1u32..3000)
 }
 
+/// Gains up to this size, each of them random; none for a third of the sizes.
+fn any_corrections(size: f32, mut seed: u32) -> Corrections {
+    if size > 6.7 {
+        return Corrections::NONE;
+    }
+    let mut corrections = Corrections { usual_innovation: Radians(0.02 + 0.1 * size), ..Corrections::NONE };
+    for gain in corrections.gains.as_flattened_mut().as_flattened_mut() {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        *gain = size * ((seed >> 8) as f32 / 8_388_608.0 - 1.0);
+    }
+    corrections
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 96, ..ProptestConfig::default() })]
 
@@ -350,11 +364,13 @@ proptest! {
         place in 0usize..4,
         source in 0usize..3,
         strikes in 0u32..1 << 30,
+        gain in 0.0f32..10.0,
         seed: u32,
     ) {
         let sensor = Joint::ALL[place];
         let config = FollowerConfig { events: EventSource::ALL[source], ..FollowerConfig::default() };
-        let mut legs = config.build(templates(), sensor, Period::MILLISECOND).unwrap();
+        let legs = config.build(templates(), sensor, Period::MILLISECOND).unwrap();
+        let mut legs = legs.with_corrections(any_corrections(gain, seed)).unwrap();
         let bounds = Joint::ALL.map(|joint| legs.acceleration_bound(joint).0);
         let fastest = 2.5 * TAU / 1.1;
         let mut person = Person::new(sensor, 1.1);

@@ -1,10 +1,11 @@
 //! A follower as a generator of a board: the Fourier series of [`crate::generator::shape`], with the phase locked to that of a person.
 //!
-//! Record: kind 4; index of the sensor's joint in [`Joint::ALL`], index of the source of events in [`EventSource::ALL`], then the
-//! words of a shape.
+//! Record: kind 4; index of the sensor's joint in [`Joint::ALL`], index of the source of events in [`EventSource::ALL`], the words of a
+//! shape, then the usual innovation and the gains of the corrections, in the units and the order of [`Corrections`].
 
+use cpg_core::entrainment::correction::{INPUTS, TERMS};
 use cpg_core::entrainment::phase_lock::PhaseLockConfig;
-use cpg_core::entrainment::{EventSource, FollowStatus, Follower, FollowerConfig};
+use cpg_core::entrainment::{Corrections, EventSource, FollowStatus, Follower, FollowerConfig};
 use cpg_core::{BuildError, Follow};
 use hgod_adc::FilterConfig;
 use joint_units::{Joint, Period, Radians};
@@ -14,7 +15,7 @@ use crate::generator::shape::ShapeConfig;
 use crate::store::flash_record::{WordError, WordReader, WordWriter, choice};
 
 #[cfg(feature = "serde")]
-pub use set::{FollowSet, FollowSet as Set};
+pub use set::{CorrectionsJoint, CorrectionsSet, FollowSet, FollowSet as Set};
 
 /// A follower: the joint with the sensor that it follows, the events beside the sensor's angle, and the shapes of its joints.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +26,8 @@ pub struct FollowConfig {
     pub events: EventSource,
     /// The person's mean stride: the templates. Its stride time is within the range of [`PhaseLockConfig::stride_s`].
     pub shape: ShapeConfig,
+    /// Corrections of the joints; [`Corrections::NONE`] for none.
+    pub corrections: Corrections,
 }
 
 /// Configuration.
@@ -47,22 +50,30 @@ impl BoardKind for FollowConfig {
     type Built = Built;
     const NAME: &'static str = "follow";
     const RECORD_KIND: u16 = 4;
-    const WORDS: usize = 2 + <ShapeConfig as BoardKind>::WORDS;
+    const WORDS: usize = 2 + <ShapeConfig as BoardKind>::WORDS + 1 + Joint::COUNT * INPUTS * TERMS;
 
     fn build(&self, period: Period) -> Result<Built, BuildError> {
-        self.entrained().build(self.shape.shapes()?, self.sensor, period)
+        let follower = self.entrained().build(self.shape.shapes()?, self.sensor, period)?;
+        follower.with_corrections(self.corrections)
     }
 
     fn write(&self, words: &mut WordWriter<'_>) {
         words.push(self.sensor as u32);
         words.push(self.events as u32);
         self.shape.write(words);
+        words.floats(&[self.corrections.usual_innovation.0]);
+        words.floats(self.corrections.gains.as_flattened().as_flattened());
     }
 
     fn read(words: &mut WordReader<'_>) -> Result<Self, WordError> {
         let sensor = choice(words, "sensor", &Joint::ALL)?;
         let events = choice(words, "events", &EventSource::ALL)?;
-        Ok(Self { sensor, events, shape: ShapeConfig::read(words)? })
+        let shape = ShapeConfig::read(words)?;
+        let mut corrections = Corrections { usual_innovation: Radians(words.float()?), ..Corrections::NONE };
+        for terms in corrections.gains.as_flattened_mut() {
+            *terms = words.floats()?;
+        }
+        Ok(Self { sensor, events, shape, corrections })
     }
 
     fn follows(&self) -> Option<Joint> {
@@ -84,8 +95,8 @@ impl BoardKind for FollowConfig {
 
 #[cfg(feature = "serde")]
 mod set {
-    use super::{EventSource, FollowConfig, Joint};
-    use crate::generator::file::{JOINTS, Key, KindSet, SetError, one_of};
+    use super::{Corrections, EventSource, FollowConfig, INPUTS, Joint, Radians, TERMS};
+    use crate::generator::file::{JOINTS, Key, KindSet, SetError, Unit, one_of};
     use crate::generator::shape::{ShapeJoint, ShapeSet};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -101,15 +112,101 @@ mod set {
         pub events: EventSource,
         /// The person's undisturbed gait.
         pub shape: ShapeSet,
+        /// Corrections of the joints.
+        pub corrections: Option<CorrectionsSet>,
+    }
+
+    /// Corrections of the joints, see [`cpg_core::entrainment::correction`].
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct CorrectionsSet {
+        /// Root mean square of the innovation in the recording, degrees.
+        pub usual_innovation_deg: f32,
+        /// Left hip.
+        pub left_hip: CorrectionsJoint,
+        /// Right hip.
+        pub right_hip: CorrectionsJoint,
+        /// Left knee.
+        pub left_knee: CorrectionsJoint,
+        /// Right knee.
+        pub right_knee: CorrectionsJoint,
+    }
+
+    /// The gains of a joint: each a mean, then cosine and sine of each harmonic.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct CorrectionsJoint {
+        /// Of the constant, degrees.
+        pub constant_deg: [f32; TERMS],
+        /// Of the relative difference of the frequency, degrees.
+        pub frequency_deg: [f32; TERMS],
+        /// Of the low-passed innovations, degrees for each degree.
+        pub innovation: [[f32; TERMS]; INPUTS - 2],
+    }
+
+    impl CorrectionsJoint {
+        fn of(gains: &[[f32; TERMS]; INPUTS]) -> Self {
+            let [constant, frequency, innovation @ ..] = *gains;
+            let degrees = |gains: [f32; TERMS]| gains.map(|gain| Radians(gain).degrees());
+            Self { constant_deg: degrees(constant), frequency_deg: degrees(frequency), innovation }
+        }
+
+        fn gains(&self) -> [[f32; TERMS]; INPUTS] {
+            let radians = |gains: [f32; TERMS]| gains.map(|gain| Radians::from_degrees(gain).0);
+            let [a, b, c, d, e, f] = self.innovation;
+            [radians(self.constant_deg), radians(self.frequency_deg), a, b, c, d, e, f]
+        }
+    }
+
+    impl CorrectionsSet {
+        /// In the units of the file; `None` for none.
+        #[must_use]
+        pub fn of(corrections: &Corrections) -> Option<Self> {
+            let [left_hip, right_hip, left_knee, right_knee] = corrections.gains.each_ref().map(CorrectionsJoint::of);
+            let usual_innovation_deg = corrections.usual_innovation.degrees();
+            let set = Self { usual_innovation_deg, left_hip, right_hip, left_knee, right_knee };
+            (!corrections.is_none()).then_some(set)
+        }
+
+        /// In SI units.
+        #[must_use]
+        pub fn corrections(&self) -> Corrections {
+            let joints = [&self.left_hip, &self.right_hip, &self.left_knee, &self.right_knee];
+            let gains = joints.map(CorrectionsJoint::gains);
+            Corrections { usual_innovation: Radians::from_degrees(self.usual_innovation_deg), gains }
+        }
+    }
+
+    impl FollowSet {
+        /// The configuration.
+        #[must_use]
+        pub fn in_si_units(&self) -> FollowConfig {
+            let corrections = self.corrections.as_ref().map_or(Corrections::NONE, CorrectionsSet::corrections);
+            FollowConfig { sensor: self.sensor, events: self.events, shape: self.shape.config(), corrections }
+        }
     }
 
     impl KindSet for FollowSet {
         type Config = FollowConfig;
-        const KEYS: &'static [Key] = ShapeSet::SHAPE_KEYS;
-        const RUST_IMPORTS: &'static str = "use cpg_core::entrainment::EventSource::*;\nuse joint_loop::{FollowConfig, GeneratorConfig, SeriesConfig, ShapeConfig};\nuse joint_units::Joint::*;\nuse joint_units::Radians;\n";
+        const KEYS: &'static [Key] = &[
+            ShapeSet::SHAPE_KEYS[0],
+            ShapeSet::SHAPE_KEYS[1],
+            ShapeSet::SHAPE_KEYS[2],
+            ShapeSet::SHAPE_KEYS[3],
+            Key { field: "usual_innovation", key: "corrections.usual_innovation_deg", names: &[], unit: Unit::Degrees },
+            Key { field: "*.correction.constant", key: "corrections.*.constant_deg", names: &[], unit: Unit::Degrees },
+            Key {
+                field: "*.correction.frequency",
+                key: "corrections.*.frequency_deg",
+                names: &[],
+                unit: Unit::Degrees,
+            },
+            Key { field: "*.correction.innovation", key: "corrections.*.innovation", names: &[], unit: Unit::One },
+        ];
+        const RUST_IMPORTS: &'static str = "use cpg_core::entrainment::Corrections;\nuse cpg_core::entrainment::EventSource::*;\nuse joint_loop::{FollowConfig, GeneratorConfig, SeriesConfig, ShapeConfig};\nuse joint_units::Joint::*;\nuse joint_units::Radians;\n";
 
         fn config(&self) -> FollowConfig {
-            FollowConfig { sensor: self.sensor, events: self.events, shape: self.shape.config() }
+            self.in_si_units()
         }
 
         fn stride_guess_s(&self) -> f64 {
@@ -135,6 +232,8 @@ mod set {
         right_hip: ShapeJoint,
         left_knee: ShapeJoint,
         right_knee: ShapeJoint,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        corrections: Option<CorrectionsSet>,
     }
 
     fn joint<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Joint, D::Error> {
@@ -157,17 +256,17 @@ mod set {
 
     impl From<Table> for FollowSet {
         fn from(table: Table) -> Self {
-            let Table { sensor, events, stride_s, left_hip, right_hip, left_knee, right_knee } = table;
+            let Table { sensor, events, stride_s, left_hip, right_hip, left_knee, right_knee, corrections } = table;
             let joints = [left_hip, right_hip, left_knee, right_knee];
-            Self { sensor, events, shape: ShapeSet { stride_s, joints } }
+            Self { sensor, events, shape: ShapeSet { stride_s, joints }, corrections }
         }
     }
 
     impl From<FollowSet> for Table {
         fn from(set: FollowSet) -> Self {
-            let FollowSet { sensor, events, shape: ShapeSet { stride_s, joints } } = set;
+            let FollowSet { sensor, events, shape: ShapeSet { stride_s, joints }, corrections } = set;
             let [left_hip, right_hip, left_knee, right_knee] = joints;
-            Self { sensor, events, stride_s, left_hip, right_hip, left_knee, right_knee }
+            Self { sensor, events, stride_s, left_hip, right_hip, left_knee, right_knee, corrections }
         }
     }
 }
@@ -188,7 +287,12 @@ mod tests {
             SeriesConfig { mean: Radians(0.1), cos, sin }
         };
         let shape = ShapeConfig { stride_s: 1.1, joints: [0.0_f32, 3.1, 1.5, 4.6].map(joint) };
-        let follow = FollowConfig { sensor: Joint::LeftHip, events: EventSource::FootSwitch, shape };
+        let follow = FollowConfig {
+            sensor: Joint::LeftHip,
+            events: EventSource::FootSwitch,
+            shape,
+            corrections: Corrections::NONE,
+        };
         let mut generator = GeneratorConfig::Follow(follow).build(Period::MILLISECOND).unwrap();
         let mut core = follow.entrained().build(shape.shapes().unwrap(), Joint::LeftHip, Period::MILLISECOND).unwrap();
         for tick in 0..16_000u32 {

@@ -129,7 +129,7 @@ pub fn read(sector: &[u8]) -> Result<Option<Stored>, GeneratorRecordError> {
 mod tests {
     use super::*;
     use crate::{FollowConfig, SERIES_HARMONICS, SeriesConfig, ShapeConfig};
-    use cpg_core::entrainment::EventSource;
+    use cpg_core::entrainment::{Corrections, EventSource};
     use cpg_core::network::thesis::ThesisConfig;
     use joint_units::{Joint, Radians};
     use proptest::prelude::*;
@@ -146,10 +146,14 @@ mod tests {
 
     fn all() -> [GeneratorConfig; 4] {
         let GeneratorConfig::Shape(inner) = shape() else { unreachable!() };
+        let mut corrections = Corrections { usual_innovation: Radians(0.03), ..Corrections::NONE };
+        let gains = corrections.gains.as_flattened_mut().as_flattened_mut();
+        gains.iter_mut().zip(0_u8..).for_each(|(gain, n)| *gain = 0.01 * f32::from(n));
         let follow = GeneratorConfig::Follow(FollowConfig {
             sensor: Joint::RightHip,
             events: EventSource::FootSwitch,
             shape: inner,
+            corrections,
         });
         [GeneratorConfig::default_walk(), GeneratorConfig::Thesis(ThesisConfig::set_s()), shape(), follow]
     }

@@ -3,7 +3,7 @@
 // The constants are written for crates that export them.
 #![allow(unreachable_pub)]
 
-use cpg_core::entrainment::EventSource;
+use cpg_core::entrainment::{Corrections, EventSource};
 use footfall::command::pack::constant;
 use generator_file::file::GeneratorFile;
 use joint_loop::store::generator_record::{read, record_of};
@@ -35,7 +35,12 @@ fn awkward() -> ShapeConfig {
 #[test]
 fn a_constant_in_rust_is_the_file_bit_for_bit() {
     let default = |name| GeneratorFile::default_of(name).unwrap().set.config();
-    let followed = FollowConfig { sensor: Joint::RightKnee, events: EventSource::None, shape: awkward() };
+    let followed = FollowConfig {
+        sensor: Joint::RightKnee,
+        events: EventSource::None,
+        shape: awkward(),
+        corrections: Corrections::NONE,
+    };
     for (name, config, text, compiled) in [
         (
             "phase-coupled",

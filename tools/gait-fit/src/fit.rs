@@ -9,12 +9,13 @@
 
 use std::fmt;
 
+use crate::corrections::{self, LEAST_STRIDES, Learned};
 use cpg_core::entrainment::EventSource;
 use gait_trace::stride::cycle::Cycle;
 use gait_trace::stride::strides::segment;
 use gait_trace::{ConditionError, Conditioned, LowPass, RawJoints, Rules, StrideError, Strides, condition};
 use generator_file::certificate::{Certificate, certify};
-use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet, Provenance};
+use generator_file::file::{CorrectionsSet, FollowSet, GeneratorFile, GeneratorSet, Provenance};
 use generator_file::inside_limits::inside_limits;
 use generator_file::returns::comes_back;
 use generator_file::robot_file::RobotFile;
@@ -92,6 +93,8 @@ pub struct Settings {
     pub follow: Option<Joint>,
     /// Source of stride events for a follower, besides the angle.
     pub events: EventSource,
+    /// Whether corrections of a follower are learned ([`crate::corrections`]).
+    pub corrections: bool,
     /// The robot that the generator is for.
     pub robot: RobotFile,
     /// Whether the joints are scaled and shifted into the limits of the robot.
@@ -112,6 +115,7 @@ impl Default for Settings {
             compare: false,
             follow: None,
             events: EventSource::None,
+            corrections: true,
             robot: RobotFile::default_biped(),
             fit_limits: false,
         }
@@ -138,7 +142,10 @@ impl fmt::Display for Settings {
             write!(f, ", robot \"{name}\" {:08x}", robot_record::record_of(robot, name).crc())?;
         }
         match self.follow {
-            Some(joint) => write!(f, ", follows {}, events {}", joint.name(), self.events.name()),
+            Some(joint) => {
+                let corrections = if self.corrections { "" } else { ", no corrections" };
+                write!(f, ", follows {}, events {}{corrections}", joint.name(), self.events.name())
+            }
             None => Ok(()),
         }
     }
@@ -363,7 +370,15 @@ pub fn fit(
     // The errors are those of the shape itself; as a follower it also depends on its phase, and the certificate measures the locking.
     let set = match (set, settings.follow) {
         (GeneratorSet::Shape(shape), Some(sensor)) => {
-            let set = GeneratorSet::Follow(FollowSet { sensor, events: settings.events, shape });
+            let mut set = FollowSet { sensor, events: settings.events, shape, corrections: None };
+            // Corrections would undo what was fitted into limits.
+            if settings.corrections && !moved {
+                progress("corrections");
+                let learned = corrections::on_the_board(&set.in_si_units(), raw, &settings.rules);
+                notes.push(corrections_in_words(learned.as_ref()));
+                set.corrections = learned.and_then(|learned| CorrectionsSet::of(&learned.corrections));
+            }
+            let set = GeneratorSet::Follow(set);
             certificate = check(&set, settings, progress).map_err(|why| FitError::Generator { file: file(), why })?;
             notes.extend(
                 certificate.refused_because.iter().map(|because| format!("not accepted as a follower: {because}")),
@@ -445,6 +460,23 @@ fn of_kind(kind: Kind, mean: &Cycle, period_s: f64, settings: &Settings, progres
             }
         }
     }
+}
+
+/// What the corrections do on strides that they were not learned from, or why there are none.
+fn corrections_in_words(learned: Option<&Learned>) -> String {
+    let Some(learned) = learned else {
+        return format!(
+            "no corrections: the follower was not locked for {LEAST_STRIDES} strides of this recording; its joints have the mean stride"
+        );
+    };
+    let joints = Joint::ALL.iter().zip(learned.errors_deg).filter_map(|(joint, errors)| {
+        let [without, with] = errors?;
+        Some(format!("{} {with:.2} (without {without:.2})", joint.name()))
+    });
+    format!(
+        "corrections from the sensor: error on strides that they were not learned from, degrees: {}",
+        joints.collect::<Vec<_>>().join(", ")
+    )
 }
 
 /// The requested number of harmonics, else the smallest one within the goal, else the largest.

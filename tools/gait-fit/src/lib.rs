@@ -14,6 +14,7 @@
 
 pub mod causal;
 pub mod contact;
+pub mod corrections;
 pub mod fit;
 pub mod generator_cycle;
 pub mod html;

@@ -25,7 +25,7 @@ use joint_loop::GeneratorConfig;
 pub use joint_loop::SERIES_HARMONICS;
 pub use joint_loop::generator::GeneratorSet;
 use joint_loop::generator::SetError;
-pub use joint_loop::generator::follow::FollowSet;
+pub use joint_loop::generator::follow::{CorrectionsSet, FollowSet};
 pub use joint_loop::generator::phase_coupled::{PhaseCoupledJoint, PhaseCoupledSet};
 pub use joint_loop::generator::shape::{Coefficients, ShapeJoint, ShapeSet};
 pub use joint_loop::generator::thesis::{ThesisJoint, ThesisSet};
@@ -181,6 +181,7 @@ mod tests {
                 sensor: Joint::RightKnee,
                 events: EventSource::FootSwitch,
                 shape: inner,
+                corrections: None,
             }),
             ..shape()
         });

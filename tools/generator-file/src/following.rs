@@ -262,7 +262,7 @@ pub fn following(config: &FollowConfig) -> Result<Following, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cpg_core::entrainment::EventSource;
+    use cpg_core::entrainment::{Corrections, EventSource};
     use joint_loop::{SERIES_HARMONICS, SeriesConfig, ShapeConfig};
     use joint_units::{Joint, Radians};
 
@@ -277,7 +277,12 @@ mod tests {
             SeriesConfig { mean: Radians::from_degrees(mean), cos, sin }
         };
         let joints = [series(5.0, hip, 0.0), series(5.0, hip, 0.5), series(24.0, knee, 0.25), series(24.0, knee, 0.75)];
-        FollowConfig { sensor, events: EventSource::None, shape: ShapeConfig { stride_s: 1.1, joints } }
+        FollowConfig {
+            sensor,
+            events: EventSource::None,
+            shape: ShapeConfig { stride_s: 1.1, joints },
+            corrections: Corrections::NONE,
+        }
     }
 
     const HIP: [f32; 3] = [20.0, -4.5, 0.8];

@@ -78,7 +78,7 @@ fn a_follower_is_certified_on_its_person() {
         let sin_deg = coefficients(&vec![0.0; cos_deg.len()]);
         let joint = ShapeJoint { mean_deg: 26.0, sin_deg, cos_deg: coefficients(&cos_deg) };
         let shape = ShapeSet { stride_s: 1.1, joints: std::array::from_fn(|_| joint.clone()) };
-        GeneratorSet::Follow(FollowSet { sensor: Joint::LeftHip, events: EventSource::None, shape })
+        GeneratorSet::Follow(FollowSet { sensor: Joint::LeftHip, events: EventSource::None, shape, corrections: None })
     };
     let got = certificate(&set(vec![20.0, -4.0]), 10);
     let found = got.following.clone().expect("a follower");

@@ -2,9 +2,11 @@
 //!
 //! One joint of the recording, of any format that `fit` reads, is played at 1 kHz ([`trace`](mod@trace)); the setpoints of all four joints
 //! are compared with the recording. The templates are learned from the first steady seconds of the recording, with joints that it lacks
-//! taken from the default recording ([`learn`](mod@learn)), or all are read from a generator file.
+//! taken from the default recording ([`learn`](mod@learn)), and corrections of the joints from the strides of the rest
+//! ([`corrected`](mod@corrected)); or all are read from a generator file.
 
 pub mod breaks;
+pub mod corrected;
 pub mod learn;
 pub mod possible;
 mod report;
@@ -13,6 +15,7 @@ pub mod tick;
 pub mod trace;
 
 use clap::Args;
+use cpg_core::entrainment::Corrections;
 use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
 use gait_trace::{LowPass, Recording, Rules};
 use generator_file::file::{FollowSet, GeneratorFile, GeneratorSet};
@@ -29,11 +32,11 @@ use crate::options::overwrite::Overwrite;
 use crate::options::reading::Reading;
 use crate::options::value::one_of;
 use crate::output;
+use corrected::corrected;
 use learn::{Learned, learn, learn_without};
 use possible::Possible;
 pub use run::Entrainment;
 use run::{Following, Holes};
-use trace::Trace;
 
 /// Length of the window that templates are learned from, s.
 const WINDOW_S: f64 = 12.0;
@@ -102,11 +105,11 @@ pub fn entrain_without(
 ) -> Result<Entrainment, Failure> {
     let learned = learn_without(recording, sensor, WINDOW_S, &holes.any).map_err(Failure::input)?;
     let mut learned = learned.completed(&default_generator(sensor)?, sensor).map_err(Failure::run)?;
-    let (templates, stride_s, source) = match generator {
+    let (templates, stride_s, corrections, source) = match generator {
         Some(file) => {
             let (templates, stride_s) = of_file(file)?;
             learned.count_as(&templates[sensor as usize], sensor);
-            (templates, stride_s, "file".to_owned())
+            (templates, stride_s, corrections_of(file, sensor), "file".to_owned())
         }
         None => {
             let [Some(a), Some(b), Some(c), Some(d)] = learned.templates else {
@@ -117,14 +120,24 @@ pub fn entrain_without(
                 Joint::ALL.into_iter().filter(|&joint| joint != sensor && recording.channel(joint.name()).is_err());
             let default: Vec<&str> = default.map(Joint::name).collect();
             let default = if default.is_empty() { String::new() } else { format!("; default {}", default.join(", ")) };
-            ([a, b, c, d], learned.stride_s, format!("learned from {from:.1} to {to:.1} s{default}"))
+            let templates = [a, b, c, d];
+            (templates, learned.stride_s, Corrections::NONE, format!("learned from {from:.1} to {to:.1} s{default}"))
         }
     };
-    let mut follower = run::follower(templates, sensor, stride_s).map_err(Failure::input)?;
+    let follower = run::follower(templates, sensor, stride_s).map_err(Failure::input)?;
+    let mut follower = follower.with_corrections(corrections).map_err(Failure::input)?;
     let samples = run::without(run::samples(recording, sensor).map_err(Failure::input)?, &holes.sensor);
     let ticks = run::run(&mut follower, samples);
     let following = run::judge_without(&ticks, recording, sensor, &learned, &templates.map(Some), &holes.any);
     Ok(Entrainment { learned, templates, source, ticks, following })
+}
+
+/// The corrections of a follower's file, if they are for this sensor.
+fn corrections_of(file: &GeneratorFile, sensor: Joint) -> Corrections {
+    match &file.set {
+        GeneratorSet::Follow(set) if set.sensor == sensor => set.in_si_units().corrections,
+        _ => Corrections::NONE,
+    }
 }
 
 fn of_file(file: &GeneratorFile) -> Result<([Template; Joint::COUNT], f64), Failure> {
@@ -184,10 +197,24 @@ pub fn run(options: Options) -> Result<(), Failure> {
         let title = format!("{} of {name}, host core", trace.sensor.name());
         svg::write(path, &title, &panels(&run, &trace.recording, trace.sensor), overwrite)?;
     }
-    let possible = Possible::of(&trace.recording, trace.sensor, &trace.holes, run.learned.stride_s, &run.following);
-    print(&name, &trace, &run, &possible, json)?;
+    let corrected =
+        if generator.is_none() { corrected(&trace.recording, trace.sensor, &trace.holes, &run) } else { None };
+    let following = corrected.as_ref().map_or(&run.following, |corrected| &corrected.following);
+    let possible = Possible::of(&trace.recording, trace.sensor, &trace.holes, run.learned.stride_s, following);
+    let warnings = possible.warnings(following);
+    if let (Some(lock), None) = (run.following.lock_s, run.following.steady_s) {
+        messages::note(format_args!(
+            "locked at {lock:.1} s, but the recording has no steady part: it begins 3 s after the lock, and in recordings of \
+             20 s or more at 15 s"
+        ));
+    }
+    warnings.iter().for_each(messages::warning);
+    output::print(&if json {
+        format!("{}\n", report::as_json(&name, &trace, &run, corrected.as_ref(), &possible))
+    } else {
+        report::as_text(&name, trace.sensor, &run, corrected.as_ref(), &possible)
+    })?;
     check(&name, trace.sensor, &run.following)?;
-    let warnings = possible.warnings(&run.following);
     if strict && !warnings.is_empty() {
         return Err(Failure::run(format!("{name}: --strict allows no warning: {}", warnings.join("; "))));
     }
@@ -200,23 +227,6 @@ fn sensor_of(file: &GeneratorFile) -> Option<Joint> {
         GeneratorSet::Follow(set) => Some(set.sensor),
         _ => None,
     }
-}
-
-/// Prints the result.
-fn print(name: &str, trace: &Trace, run: &Entrainment, possible: &Possible, json: bool) -> Result<(), Failure> {
-    if let (Some(lock), None) = (run.following.lock_s, run.following.steady_s) {
-        messages::note(format_args!(
-            "locked at {lock:.1} s, but the recording has no steady part: it begins 3 s after the lock, and in recordings of \
-             20 s or more at 15 s"
-        ));
-    }
-    possible.warnings(&run.following).iter().for_each(messages::warning);
-    let text = if json {
-        format!("{}\n", report::as_json(name, trace, run, possible))
-    } else {
-        report::as_text(name, trace.sensor, run, possible)
-    };
-    output::print(&text)
 }
 
 /// Fails without a lock, and with false locks, false stops or phase slips.

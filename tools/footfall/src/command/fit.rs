@@ -91,6 +91,9 @@ pub struct Method {
         value_parser = one_of(EventSource::ALL, EventSource::name)
     )]
     pub events: EventSource,
+    /// Give the follower the mean stride only: do not learn to correct its joints by what the sensor shows of each stride
+    #[arg(long, requires = "follow")]
+    pub no_corrections: bool,
     /// Harmonics of the shape [default: 6, or up to 8 if needed for an error below 0.4 degrees at the hips and 0.5 at the knees]
     #[arg(long, value_name = "N", value_parser = number(1..=SERIES_HARMONICS, ""))]
     pub harmonics: Option<usize>,
@@ -129,6 +132,7 @@ impl Method {
             compare,
             follow: self.follow,
             events: self.events,
+            corrections: !self.no_corrections,
             fit_limits: self.fit_limits,
             ..Settings::default()
         })

@@ -1,4 +1,5 @@
 // Written by `footfall pack --rust`. Angles in radians, times in seconds.
+use cpg_core::entrainment::Corrections;
 use cpg_core::entrainment::EventSource::*;
 use joint_loop::{FollowConfig, GeneratorConfig, SeriesConfig, ShapeConfig};
 use joint_units::Joint::*;
@@ -116,5 +117,6 @@ pub const GENERATOR: GeneratorConfig = GeneratorConfig::Follow(
                 },
             ],
         },
+        corrections: Corrections::NONE,
     },
 );

@@ -6,14 +6,22 @@ use joint_units::Joint;
 use serde_json::json;
 use std::fmt::Write as _;
 
+use super::corrected::Corrected;
 use super::possible::{Comparison, Possible};
 use super::run;
 use super::run::Entrainment;
 use super::trace::Trace;
 
 /// One JSON object.
-pub(super) fn as_json(name: &str, trace: &Trace, run: &Entrainment, possible: &Possible) -> serde_json::Value {
+pub(super) fn as_json(
+    name: &str,
+    trace: &Trace,
+    run: &Entrainment,
+    corrected: Option<&Corrected>,
+    possible: &Possible,
+) -> serde_json::Value {
     let following = &run.following;
+    let judged = corrected.map_or(following, |corrected| &corrected.following);
     let by_joint = |value: &dyn Fn(Joint) -> Option<f64>| {
         let pairs = Joint::ALL.into_iter().map(|joint| (joint.name().to_owned(), json!(value(joint))));
         serde_json::Value::Object(pairs.collect())
@@ -50,8 +58,9 @@ pub(super) fn as_json(name: &str, trace: &Trace, run: &Entrainment, possible: &P
         "lock_s": following.lock_s,
         "steady_s": following.steady_s.map(|(from, to)| [from, to]),
         "steady_rmse_deg": by_joint(&|joint| following.steady_rmse_deg[joint as usize]),
+        "corrected_rmse_deg": corrected.map(|corrected| by_joint(&|joint| rmse_of(corrected, joint))),
         "perfect_phase_rmse_deg": by_joint(&|joint| following.perfect_phase_rmse_deg[joint as usize]),
-        "ratio": by_joint(&|joint| following.ratio(joint)),
+        "ratio": by_joint(&|joint| judged.ratio(joint)),
         "causal_bound_deg": by_joint(&|joint| possible.causal_bound_deg[joint as usize]),
         "verdict": verdicts,
         "false_locks": following.false_locks,
@@ -70,9 +79,20 @@ fn found(finding: &Finding) -> serde_json::Value {
     json!({ "level": finding.level().name(), "text": finding.to_string() })
 }
 
+fn rmse_of(corrected: &Corrected, joint: Joint) -> Option<f64> {
+    corrected.following.steady_rmse_deg[joint as usize]
+}
+
 /// A line for each key.
-pub(super) fn as_text(name: &str, sensor: Joint, run: &Entrainment, possible: &Possible) -> String {
+pub(super) fn as_text(
+    name: &str,
+    sensor: Joint,
+    run: &Entrainment,
+    corrected: Option<&Corrected>,
+    possible: &Possible,
+) -> String {
     let following = &run.following;
+    let judged = corrected.map_or(following, |corrected| &corrected.following);
     let number = |value: Option<f64>, places: usize| value.map_or("-".to_owned(), |value| format!("{value:.places$}"));
     let mut out = format!("trace {name}\nsensor {}\ntemplate {}\n", sensor.name(), run.source);
     let _ = writeln!(out, "stride_s {:.3}", run.learned.stride_s);
@@ -85,8 +105,11 @@ pub(super) fn as_text(name: &str, sensor: Joint, run: &Entrainment, possible: &P
         out.push('\n');
     };
     by_joint("steady_rmse_deg", &|joint| following.steady_rmse_deg[joint as usize]);
+    if let Some(corrected) = corrected {
+        by_joint("corrected_rmse_deg", &|joint| rmse_of(corrected, joint));
+    }
     by_joint("perfect_phase_rmse_deg", &|joint| following.perfect_phase_rmse_deg[joint as usize]);
-    by_joint("ratio", &|joint| following.ratio(joint));
+    by_joint("ratio", &|joint| judged.ratio(joint));
     by_joint("causal_bound_deg", &|joint| possible.causal_bound_deg[joint as usize]);
     let _ = write!(out, "verdict");
     for joint in Joint::ALL {

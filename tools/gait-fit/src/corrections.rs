@@ -1,0 +1,268 @@
+//! Learns the corrections of a follower from a recording: ridge regression of what its templates miss on what its sensor shows.
+//!
+//! ```text
+//! minimise  sum_t ( a_j(t + d) - s_j(t + d) - sum_ib G_jib B_b(phi(t)) x_i(t) )^2 + N r sum_ib (sigma_ib G_jib)^2
+//! ```
+//! a_j is the recorded angle of joint j, s_j the setpoint of the follower without corrections, d the delay of a correction, x_i and B_b the
+//! inputs and terms of [`cpg_core::entrainment::correction`], sigma_ib the standard deviation of their product, N the number of rows (one each
+//! 10 ms). The rows are cut into [`SPANS`] spans of time; a ridge r of [`RIDGES`] is chosen for each joint by the error on spans to which it was
+//! not fitted. The gains that are returned are fitted to all rows; those for a span to the rows that are a stride or more from it.
+//!
+//! Source: ridge regression, Hoerl and Kennard 1970 (Technometrics 12, 55-67); cross-validation in spans of time, Burman, Chow and Nolan 1994
+//! (Biometrika 81, 351-358).
+
+use std::ops::Range;
+
+use cpg_core::entrainment::correction::{Corrections, DELAY_S, INPUTS, MAX_GAIN, TERMS, terms};
+use cpg_core::entrainment::{Follower, Lock};
+use cpg_core::{Follow, Generator};
+use gait_trace::{LowPass, RawJoints, Rules, condition};
+use hgod_adc::{FilterConfig, FilterState};
+use joint_loop::FollowConfig;
+use joint_units::{Joint, Period, Radians};
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// Spans of the cross-validation.
+pub const SPANS: usize = 10;
+/// Ridges r that are tried.
+pub const RIDGES: [f64; 4] = [1e-3, 1e-4, 1e-5, 1e-6];
+/// Fewest strides of rows: with fewer, the gains are those of a few strides.
+pub const LEAST_STRIDES: f64 = 20.0;
+/// Ticks from one row to the next.
+const STEP: usize = 10;
+/// Time of a lock after which rows are used, s: the sensor's offset and gain are learned first.
+const SETTLE_S: f64 = 3.0;
+/// Coefficients of a joint.
+const COEFFICIENTS: usize = INPUTS * TERMS;
+
+/// Corrections that were learned.
+#[derive(Debug, Clone)]
+pub struct Learned {
+    /// From the whole recording.
+    pub corrections: Corrections,
+    /// For spans of ticks, in order and without gaps from the first tick to the last: corrections that were learned from the rest.
+    pub held_out: Vec<(Range<usize>, Corrections)>,
+    /// Root mean square of what the templates miss, degrees, and of what is left of it on spans that the gains were not learned from; `None`
+    /// for a joint that was not recorded.
+    pub errors_deg: [Option<[f64; 2]>; Joint::COUNT],
+}
+
+/// What a follower is fed with and what it should do, one value a tick of 1 ms, degrees.
+#[derive(Debug, Clone, Copy)]
+pub struct Recorded<'a> {
+    /// Angle of the measured joint as the follower gets it; `None` where there is no sample.
+    pub samples: &'a [Option<f64>],
+    /// Angles of the joints; empty for a joint that was not recorded, not finite where it was not measured.
+    pub joints: [&'a [f64]; Joint::COUNT],
+}
+
+/// Runs the follower, which has no corrections, over the recording and learns what would have corrected it. `None` if it was not locked for
+/// [`LEAST_STRIDES`], or an estimate cannot be made. Joints that were not recorded are not corrected.
+#[must_use]
+pub fn learn(mut follower: Follower, recorded: &Recorded<'_>) -> Option<Learned> {
+    let stride_s = std::f64::consts::TAU / f64::from(follower.phase_lock().nominal().0);
+    let rows = Rows::of(&mut follower, recorded);
+    let stride = stride_s / (STEP as f64 * Period::MILLISECOND.seconds() as f64);
+    if (rows.at.len() as f64) < LEAST_STRIDES * stride {
+        return None;
+    }
+    let spans = rows.spans(stride as usize);
+    let known: Vec<Joint> =
+        Joint::ALL.into_iter().filter(|joint| !recorded.joints[*joint as usize].is_empty()).collect();
+    let mut all = Corrections { usual_innovation: rows.innovation, ..Corrections::NONE };
+    let mut parts = vec![all; spans.len()];
+    let grams = Grams::of(&rows, &spans);
+    let mut errors_deg = [None; Joint::COUNT];
+    for joint in known {
+        let wanted = DVector::from_iterator(rows.at.len(), rows.missing.iter().map(|row| row[joint as usize]));
+        let (whole, of_spans, squares) = grams.gains(&rows, &spans, &wanted)?;
+        let rms = |squares: f64| (squares / wanted.len() as f64).sqrt().to_degrees();
+        errors_deg[joint as usize] = Some([rms(wanted.norm_squared()), rms(squares)]);
+        all.gains[joint as usize] = rows.unscaled(&whole)?;
+        for (part, gains) in parts.iter_mut().zip(&of_spans) {
+            part.gains[joint as usize] = rows.unscaled(gains)?;
+        }
+    }
+    let ends = spans.iter().skip(1).map(|span| rows.at[span.tested.start]).chain([recorded.samples.len()]);
+    let begins = std::iter::once(0).chain(spans.iter().skip(1).map(|span| rows.at[span.tested.start]));
+    let held_out = begins.zip(ends).map(|(from, to)| from..to).zip(parts).collect();
+    Some(Learned { corrections: all, held_out, errors_deg })
+}
+
+/// The corrections of a follower on a board: its sensor's angle passes the filter of the board's sensors. The recording is not smoothed, because a
+/// filter without lag shows the sensor what comes later. `None` as in [`learn`], or if the joints cannot be conditioned.
+#[must_use]
+pub fn on_the_board(config: &FollowConfig, raw: &RawJoints, rules: &Rules) -> Option<Learned> {
+    let conditioned = condition(raw, &Rules { low_pass: LowPass::Off, ..rules.clone() }).ok()?;
+    if conditioned.normalised_cycle {
+        return None;
+    }
+    let period = Period::MILLISECOND;
+    let recording = &conditioned.recording;
+    let ticks = (recording.duration_s() / f64::from(period.seconds())) as usize;
+    let time = |tick: usize| tick as f64 * f64::from(period.seconds());
+    let is_lost = |tick: usize| conditioned.unusable.iter().any(|&(from, to)| (from..=to).contains(&time(tick)));
+    let start = recording.time_s().first()?;
+    let angles = Joint::ALL.map(|joint| {
+        let channel = recording.channel(joint.name()).ok();
+        channel.map_or(vec![], |channel| (0..ticks).map(|tick| recording.at(channel, start + time(tick))).collect())
+    });
+    let (filter, mut state) = (FilterConfig::default().build(period).ok()?, FilterState::default());
+    let sensor = angles[config.sensor as usize].iter().enumerate();
+    let samples: Vec<Option<f64>> = sensor
+        .map(|(tick, angle)| {
+            let filtered = filter.step(&mut state, Radians::from_degrees(*angle as f32));
+            (!is_lost(tick)).then_some(f64::from(filtered.degrees()))
+        })
+        .collect();
+    let joints = angles.map(|angles: Vec<f64>| {
+        angles.into_iter().enumerate().map(|(tick, angle)| if is_lost(tick) { f64::NAN } else { angle }).collect()
+    });
+    let follower = config.entrained().build(config.shape.shapes().ok()?, config.sensor, period).ok()?;
+    learn(follower, &Recorded { samples: &samples, joints: joints.each_ref().map(Vec::as_slice) })
+}
+
+/// The rows of the regression.
+struct Rows {
+    /// Tick of each row.
+    at: Vec<usize>,
+    /// Products of inputs and terms, a row each, of variance 1 but for the constant.
+    products: DMatrix<f64>,
+    /// Standard deviations by which the products were divided.
+    scale: Vec<f64>,
+    /// What the templates miss, rad; 0 for joints that were not recorded.
+    missing: Vec<[f64; Joint::COUNT]>,
+    /// Root mean square of the innovation.
+    innovation: Radians,
+}
+
+/// Rows that are estimated, and those that must not be fitted meanwhile.
+struct Span {
+    tested: Range<usize>,
+    left_out: Range<usize>,
+}
+
+impl Rows {
+    fn of(follower: &mut Follower, recorded: &Recorded<'_>) -> Self {
+        let delay = (DELAY_S / Period::MILLISECOND.seconds()) as usize;
+        let settle = (SETTLE_S / f64::from(Period::MILLISECOND.seconds())) as usize;
+        let mut inputs = Vec::with_capacity(recorded.samples.len());
+        let mut setpoints = Vec::with_capacity(recorded.samples.len());
+        let (mut locked_for, mut innovations) = (0, 0.0);
+        for sample in recorded.samples {
+            follower.observe(sample.map(|degrees| Radians::from_degrees(degrees as f32)));
+            follower.step();
+            let walks = follower.status().state == Lock::Locked && follower.amplitude() == 1.0;
+            locked_for = if walks { locked_for + 1 } else { 0 };
+            let lock = follower.phase_lock();
+            let shown = follower.correction_inputs().filter(|_| locked_for > settle);
+            inputs.push(shown.map(|inputs| (inputs, lock.phase(), f64::from(lock.innovation().0))));
+            setpoints.push((follower.angles(), walks));
+        }
+        let (mut at, mut products, mut missing) = (vec![], vec![], vec![]);
+        for (tick, shown) in inputs.iter().enumerate().step_by(STEP) {
+            let Some(((inputs, phase, innovation), (angles, true))) = shown.zip(setpoints.get(tick + delay).copied())
+            else {
+                continue;
+            };
+            let missed = Joint::ALL.map(|joint| match recorded.joints[joint as usize] {
+                [] => 0.0,
+                angle => {
+                    angle.get(tick + delay).map_or(f64::NAN, |angle| angle.to_radians())
+                        - f64::from(angles[joint as usize].0)
+                }
+            });
+            if missed.iter().all(|missed| missed.is_finite()) {
+                let terms = terms(phase);
+                at.push(tick);
+                innovations += innovation * innovation;
+                products.extend(inputs.iter().flat_map(|x| terms.map(|term| f64::from(x * term))));
+                missing.push(missed);
+            }
+        }
+        let mut products = DMatrix::from_row_iterator(at.len(), COEFFICIENTS, products);
+        let mut scale = vec![1.0; COEFFICIENTS];
+        for (column, (mut values, scale)) in products.column_iter_mut().zip(&mut scale).enumerate() {
+            let deviation = values.variance().sqrt();
+            if column > 0 && deviation > 1e-9 {
+                values /= deviation;
+                *scale = deviation;
+            }
+        }
+        let innovation = Radians((innovations / at.len().max(1) as f64).sqrt() as f32);
+        Self { at, products, scale, missing, innovation }
+    }
+
+    fn spans(&self, stride: usize) -> Vec<Span> {
+        let rows = self.at.len();
+        let span = |n: usize| {
+            let tested = n * rows / SPANS..(n + 1) * rows / SPANS;
+            let (first, last) = (self.at[tested.start], self.at[tested.end - 1]);
+            let from = self.at.partition_point(|&tick| tick + stride * STEP < first);
+            let to = self.at.partition_point(|&tick| tick <= last + stride * STEP);
+            Span { tested, left_out: from..to }
+        };
+        (0..SPANS).map(span).collect()
+    }
+
+    /// Gains in the unit of the core; `None` if one is beyond its range.
+    fn unscaled(&self, gains: &DVector<f64>) -> Option<[[f32; TERMS]; INPUTS]> {
+        let gain = |input: usize, term: usize| {
+            let place = input * TERMS + term;
+            (gains[place] / self.scale[place]) as f32
+        };
+        let gains: [[f32; TERMS]; INPUTS] = std::array::from_fn(|input| std::array::from_fn(|term| gain(input, term)));
+        gains.as_flattened().iter().all(|gain| gain.abs() <= MAX_GAIN).then_some(gains)
+    }
+}
+
+/// Sums of the outer products of the rows: of all, and of those that are fitted for a span.
+struct Grams {
+    all: DMatrix<f64>,
+    of_spans: Vec<DMatrix<f64>>,
+}
+
+impl Grams {
+    fn of(rows: &Rows, spans: &[Span]) -> Self {
+        let all = rows.products.tr_mul(&rows.products);
+        let without = |span: &Span| {
+            let part = rows.products.rows_range(span.left_out.clone());
+            &all - part.tr_mul(&part)
+        };
+        let of_spans = spans.iter().map(without).collect();
+        Self { all, of_spans }
+    }
+
+    /// The gains of a joint with the best ridge: from all rows, and for each span; the sum of the squares that is left on the spans.
+    fn gains(
+        &self,
+        rows: &Rows,
+        spans: &[Span],
+        wanted: &DVector<f64>,
+    ) -> Option<(DVector<f64>, Vec<DVector<f64>>, f64)> {
+        let right = rows.products.tr_mul(wanted);
+        let of_ridge = |ridge: f64| -> Option<(f64, Vec<DVector<f64>>)> {
+            let mut squares = 0.0;
+            let mut gains = Vec::with_capacity(spans.len());
+            for (span, gram) in spans.iter().zip(&self.of_spans) {
+                let part = rows.products.rows_range(span.left_out.clone());
+                let right = &right - part.tr_mul(&wanted.rows_range(span.left_out.clone()));
+                let fitted = wanted.len() - span.left_out.len();
+                let of_span = solved(gram, &right, ridge * fitted as f64)?;
+                let tested = rows.products.rows_range(span.tested.clone());
+                squares += (tested * &of_span - wanted.rows_range(span.tested.clone())).norm_squared();
+                gains.push(of_span);
+            }
+            Some((squares, gains))
+        };
+        let tried = RIDGES.into_iter().filter_map(|ridge| Some((ridge, of_ridge(ridge)?)));
+        let (ridge, (squares, of_spans)) = tried.min_by(|(_, one), (_, other)| one.0.total_cmp(&other.0))?;
+        Some((solved(&self.all, &right, ridge * wanted.len() as f64)?, of_spans, squares))
+    }
+}
+
+fn solved(gram: &DMatrix<f64>, right: &DVector<f64>, penalty: f64) -> Option<DVector<f64>> {
+    let mut normal = gram.clone();
+    (0..normal.nrows()).for_each(|i| normal[(i, i)] += penalty);
+    Some(Cholesky::new(normal)?.solve(right))
+}
