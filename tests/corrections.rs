@@ -35,7 +35,7 @@ fn errors(person: &Person, ticks: &[Tick]) -> [f64; Joint::COUNT] {
 }
 
 fn with_and_without(person: &Person, legs: Follower, corrections: Corrections, samples: &Series) -> [[f64; 4]; 2] {
-    [legs.with_corrections(corrections).expect("corrections"), legs].map(|mut legs| {
+    [legs.with_corrections(&corrections).expect("corrections"), legs].map(|mut legs| {
         let ticks = run::run(&mut legs, samples.iter().copied());
         errors(person, &ticks)
     })

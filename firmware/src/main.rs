@@ -50,12 +50,14 @@ mod boot {
     use firmware::pacing::Pacer;
     use firmware::post_mortem::LOCKOUT_STREAK;
     use heapless::spsc::Queue;
-    use joint_loop::setup::default_loop::board_loop;
+    use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
     use joint_loop::tuning::{Answer, Request};
     use joint_loop::{Frame, SENSORS, Sample};
-    use wire::{Edge, Inputs, Record, Subject};
+    use joint_units::AdcCode;
+    use wire::{Boot, Edge, Inputs, Record, Subject};
 
     use crate::environment::Environment;
+    use crate::faults::LastRun;
     use crate::pins::PinRegisters;
     use crate::serial::{self, REQUESTS_QUEUED};
     use crate::servo_pwm::{self, Outputs};
@@ -91,6 +93,8 @@ mod boot {
         static mut REQUESTS: Queue<Request, REQUESTS_QUEUED> = Queue::new();
         static mut ANSWERS: Queue<Answer, REQUESTS_QUEUED> = Queue::new();
         static mut THREAD: Option<Executor> = None;
+        static mut LOOP: Option<BoardLoop> = None;
+        static mut PARAMETERS: Option<Parameters> = None;
 
         // Drive the pins low, read the reset cause, then start the crystal.
         servo_pwm::drive_pins_low();
@@ -98,27 +102,7 @@ mod boot {
         let reference_cal = sampling::reference_calibration();
         let environment = Environment::new(reference_cal, sampling::temperature_calibration());
         let clock = clocks::start();
-        // The sectors are searched to their ends, which takes a tenth of the time with the fast clock.
-        let loaded = parameters::read();
-        let boot = log::boot(&last_run, reference_cal, loaded.as_ref().ok());
-        let parameters = match loaded {
-            Ok(loaded) => loaded.parameters,
-            Err(error) => stay_off(error.subject(), error),
-        };
-        if clock.is_err() {
-            stay_off(
-                Subject::Clock,
-                "the 8 MHz clock HSE did not start: check the crystal or its solder bridge, then reset",
-            );
-        }
-        stopwatch::start();
-
-        // Every refusal happens here, before anything can move.
-        let min_supply = parameters.robot.min_supply_on(BOARD.min_supply);
-        let joint_loop = match board_loop(&parameters, reference_cal, min_supply, SENSOR_REQUIRED) {
-            Ok(joint_loop) => joint_loop,
-            Err(refusal) => stay_off(Subject::Configuration, refusal),
-        };
+        let Built { joint_loop, boot, sensors } = build_loop(LOOP, PARAMETERS, &last_run, reference_cal, clock);
         let outputs = Outputs::new();
         BOARD.sync_output.set(false);
         BOARD.sync_output.set_mode(Moder::OUTPUT);
@@ -165,7 +149,7 @@ mod boot {
             samples: samples_out,
             frames: frames_out,
             edges: edges_out,
-            sensors: parameters.sensors.count(),
+            sensors,
             inputs: Inputs::default(),
             last_tick: 0,
             environment,
@@ -177,6 +161,45 @@ mod boot {
             thread.spawn(only(telemetry::telemetry_task(telemetry)));
             thread.spawn(only(reloading::watchdog_task()));
         })
+    }
+
+    /// The loop, the boot record, and how many sensors there are.
+    struct Built {
+        joint_loop: &'static mut BoardLoop,
+        boot: Boot,
+        sensors: usize,
+    }
+
+    /// Reads the parameters and builds the loop in its place. Every refusal happens here, before anything can move.
+    ///
+    /// A function of its own, because the stack that it takes is free again afterwards.
+    #[inline(never)]
+    fn build_loop(
+        place: &'static mut Option<BoardLoop>,
+        parameters: &'static mut Option<Parameters>,
+        last_run: &LastRun,
+        reference_cal: AdcCode,
+        clock: Result<(), clocks::NoHse>,
+    ) -> Built {
+        // The sectors are searched to their ends, which takes a tenth of the time with the fast clock.
+        let loaded = parameters::read(parameters);
+        let boot = log::boot(last_run, reference_cal, loaded.as_ref().ok());
+        let parameters = match &loaded {
+            Ok(loaded) => loaded.parameters,
+            Err(error) => stay_off(error.subject(), error),
+        };
+        if clock.is_err() {
+            stay_off(
+                Subject::Clock,
+                "the 8 MHz clock HSE did not start: check the crystal or its solder bridge, then reset",
+            );
+        }
+        stopwatch::start();
+        let min_supply = parameters.robot.min_supply_on(BOARD.min_supply);
+        match board_loop(parameters, reference_cal, min_supply, SENSOR_REQUIRED) {
+            Ok(joint_loop) => Built { joint_loop: place.insert(joint_loop), boot, sensors: parameters.sensors.count() },
+            Err(refusal) => stay_off(Subject::Configuration, refusal),
+        }
     }
 
     /// The one instance of a task.

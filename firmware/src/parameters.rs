@@ -2,9 +2,9 @@
 //! sensors are the built-in ones; there is no built-in robot.
 
 use firmware::board::{GENERATOR_SECTOR, ROBOT_SECTOR, SECTOR_BYTES, SENSORS_SECTOR};
-use joint_loop::RecordName;
 use joint_loop::setup::default_loop::{BoardLoopError, Parameters};
 use joint_loop::store::{generator_record, robot_record, sensor_record};
+use joint_loop::{GeneratorConfig, RecordName, RobotConfig};
 use wire::{RecordId, Subject};
 
 const _: () = assert!(
@@ -15,7 +15,7 @@ const _: () = assert!(
 
 /// What the board runs, and what identifies it.
 pub(crate) struct Loaded {
-    pub(crate) parameters: Parameters,
+    pub(crate) parameters: &'static Parameters,
     pub(crate) generator: RecordId,
     pub(crate) sensors: RecordId,
     pub(crate) robot: RecordId,
@@ -59,26 +59,55 @@ impl core::fmt::Display for NoParameters {
     }
 }
 
-/// Reads the three sectors. Only a sector that is erased from end to end selects the built-in generator or sensors; one with other contents
-/// is an error, because this board was set up for others.
-pub(crate) fn read() -> Result<Loaded, NoParameters> {
-    let generator = generator_record::read(sector(GENERATOR_SECTOR)).map_err(NoParameters::Generator)?;
-    let sensors = sensor_record::read(sector(SENSORS_SECTOR)).map_err(NoParameters::Sensors)?;
-    let robot = robot_record::read(sector(ROBOT_SECTOR)).map_err(NoParameters::Robot)?.ok_or(NoParameters::NoRobot)?;
-    let id = |name: &RecordName, crc| RecordId::new(name.as_str(), crc);
-    let generator_id = generator.as_ref().map(|stored| id(&stored.name, stored.crc));
-    let sensors_id = sensors.as_ref().map(|stored| id(&stored.name, stored.crc));
-    let (generator, sensors) = (generator.map(|stored| stored.config), sensors.map(|stored| stored.sensors));
-    let parameters = Parameters::with_defaults(generator, sensors, robot.robot).map_err(NoParameters::BuiltIn)?;
-    let built_in = &RecordName::BUILT_IN;
-    Ok(Loaded {
-        generator: generator_id
-            .unwrap_or_else(|| id(built_in, generator_record::record_of(&parameters.generator, built_in).crc())),
-        sensors: sensors_id
-            .unwrap_or_else(|| id(built_in, sensor_record::record_of(&parameters.sensors, built_in).crc())),
-        robot: id(&robot.name, robot.crc),
-        parameters,
-    })
+/// Reads the three sectors; `place` gets the parameters. Only a sector that is erased from end to end selects the built-in generator or sensors;
+/// one with other contents is an error, because this board was set up for others.
+///
+/// Each part is read by a function that is not inlined and written to its place at once: the parameters are large, and copies of them would
+/// take more of the stack than everything else.
+pub(crate) fn read(place: &'static mut Option<Parameters>) -> Result<Loaded, NoParameters> {
+    let (robot_config, robot) = read_robot()?;
+    let parameters = place.insert(built_in(robot_config)?);
+    let generator = read_generator(&mut parameters.generator)?;
+    let sensors = read_sensors(parameters)?;
+    Ok(Loaded { parameters, generator, sensors, robot })
+}
+
+fn id(name: &RecordName, crc: u32) -> RecordId {
+    RecordId::new(name.as_str(), crc)
+}
+
+#[inline(never)]
+fn built_in(robot: RobotConfig) -> Result<Parameters, NoParameters> {
+    Parameters::with_defaults(None, None, robot).map_err(NoParameters::BuiltIn)
+}
+
+#[inline(never)]
+fn read_robot() -> Result<(RobotConfig, RecordId), NoParameters> {
+    let stored = robot_record::read(sector(ROBOT_SECTOR)).map_err(NoParameters::Robot)?.ok_or(NoParameters::NoRobot)?;
+    Ok((stored.robot, id(&stored.name, stored.crc)))
+}
+
+#[inline(never)]
+fn read_generator(place: &mut GeneratorConfig) -> Result<RecordId, NoParameters> {
+    match generator_record::read(sector(GENERATOR_SECTOR)) {
+        Ok(Some(stored)) => {
+            *place = stored.config;
+            Ok(id(&stored.name, stored.crc))
+        }
+        Ok(None) => Ok(id(&RecordName::BUILT_IN, generator_record::record_of(place, &RecordName::BUILT_IN).crc())),
+        Err(error) => Err(NoParameters::Generator(error)),
+    }
+}
+
+#[inline(never)]
+fn read_sensors(parameters: &mut Parameters) -> Result<RecordId, NoParameters> {
+    let (sensors, named) = match sensor_record::read(sector(SENSORS_SECTOR)).map_err(NoParameters::Sensors)? {
+        Some(stored) => (stored.sensors, Some(id(&stored.name, stored.crc))),
+        None => (Parameters::default_sensors(&parameters.generator).map_err(NoParameters::BuiltIn)?, None),
+    };
+    parameters.sensors = sensors;
+    let built_in = || sensor_record::record_of(&parameters.sensors, &RecordName::BUILT_IN).crc();
+    Ok(named.unwrap_or_else(|| id(&RecordName::BUILT_IN, built_in())))
 }
 
 /// A whole sector.

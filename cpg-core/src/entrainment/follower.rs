@@ -110,11 +110,13 @@ impl Follower {
     ///
     /// # Errors
     /// Names the gain that is not finite or out of range.
-    pub fn with_corrections(self, corrections: Corrections) -> Result<Self, BuildError> {
+    pub fn with_corrections(mut self, corrections: &Corrections) -> Result<Self, BuildError> {
         corrections.validate()?;
         // Both poles lie at 2k, as those of the driven phase.
         allow_period(self.period, (0.5 * correction::DELAY_S * 1e6) as u32)?;
-        Ok(Self { corrections, corrects: !corrections.is_none(), ..self })
+        self.corrections = *corrections;
+        self.corrects = !corrections.is_none();
+        Ok(self)
     }
 
     /// The inputs of a correction after the last step; `None` without a near lock and a good sample. Gains are learned from them.

@@ -19,7 +19,7 @@ fn knee_of_the_innovation() -> Corrections {
 
 /// The follower of a person whose hip is off by `off(t)` radians: angles of each tick.
 fn walked(corrections: Corrections, off: impl Fn(f32) -> f32) -> Vec<([Radians; 4], Lock, Phase)> {
-    let mut legs = legs(Joint::LeftHip).with_corrections(corrections).unwrap();
+    let mut legs = legs(Joint::LeftHip).with_corrections(&corrections).unwrap();
     let hip = templates()[Joint::LeftHip as usize];
     (0..20_000u32)
         .map(|tick| {
@@ -79,7 +79,7 @@ fn a_correction_ends_with_the_sensor() {
     let mut corrections = Corrections { usual_innovation: Radians(1.0), ..Corrections::NONE };
     corrections.gains[Joint::RightHip as usize][0][0] = 0.1;
     let run = |corrections| {
-        let mut legs = legs(Joint::LeftHip).with_corrections(corrections).unwrap();
+        let mut legs = legs(Joint::LeftHip).with_corrections(&corrections).unwrap();
         let hip = templates()[Joint::LeftHip as usize];
         (0..11_000u32)
             .map(|tick| {
@@ -113,7 +113,7 @@ fn the_terms_are_those_of_a_fourier_series() {
 fn a_gain_that_is_not_allowed_is_named() {
     let mut broken = knee_of_the_innovation();
     broken.gains[3][INPUTS - 1][TERMS - 1] = 51.0;
-    let refused = |corrections| legs(Joint::LeftHip).with_corrections(corrections).unwrap_err();
+    let refused = |corrections: Corrections| legs(Joint::LeftHip).with_corrections(&corrections).unwrap_err();
     assert!(
         refused(broken).to_string().starts_with("right_knee.correction.innovation[65] = 51"),
         "{}",

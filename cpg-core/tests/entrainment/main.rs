@@ -370,7 +370,7 @@ proptest! {
         let sensor = Joint::ALL[place];
         let config = FollowerConfig { events: EventSource::ALL[source], ..FollowerConfig::default() };
         let legs = config.build(templates(), sensor, Period::MILLISECOND).unwrap();
-        let mut legs = legs.with_corrections(any_corrections(gain, seed)).unwrap();
+        let mut legs = legs.with_corrections(&any_corrections(gain, seed)).unwrap();
         let bounds = Joint::ALL.map(|joint| legs.acceleration_bound(joint).0);
         let fastest = 2.5 * TAU / 1.1;
         let mut person = Person::new(sensor, 1.1);

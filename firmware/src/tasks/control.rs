@@ -63,7 +63,7 @@ pub(super) fn dropped() -> u32 {
 
 /// State of the control task.
 pub(crate) struct Control {
-    pub(crate) joint_loop: BoardLoop,
+    pub(crate) joint_loop: &'static mut BoardLoop,
     pub(crate) outputs: Outputs,
     /// Each with its tick.
     pub(crate) samples: Producer<'static, (u32, Sample<SENSORS>)>,

@@ -54,7 +54,7 @@ impl BoardKind for FollowConfig {
 
     fn build(&self, period: Period) -> Result<Built, BuildError> {
         let follower = self.entrained().build(self.shape.shapes()?, self.sensor, period)?;
-        follower.with_corrections(self.corrections)
+        follower.with_corrections(&self.corrections)
     }
 
     fn write(&self, words: &mut WordWriter<'_>) {

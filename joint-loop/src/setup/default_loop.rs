@@ -40,13 +40,20 @@ impl Parameters {
         let generator = generator.unwrap_or(GeneratorConfig::default_walk());
         let sensors = match sensors {
             Some(sensors) => sensors,
-            None => {
-                let joint = generator.follows().unwrap_or(SENSOR_JOINT);
-                let one = JointSensor::uncalibrated(joint).map_err(BoardLoopError::Calibration)?;
-                JointSensors::build([one]).map_err(BoardLoopError::Sensors)?
-            }
+            None => Self::default_sensors(&generator)?,
         };
         Ok(Self { generator, sensors, robot })
+    }
+
+    /// The sensors of a board without a record of sensors: one that is not calibrated, on the joint that the generator follows, or on
+    /// [`SENSOR_JOINT`] if it is no follower.
+    ///
+    /// # Errors
+    /// As [`Parameters::with_defaults`].
+    pub fn default_sensors(generator: &GeneratorConfig) -> Result<JointSensors, BoardLoopError> {
+        let joint = generator.follows().unwrap_or(SENSOR_JOINT);
+        let one = JointSensor::uncalibrated(joint).map_err(BoardLoopError::Calibration)?;
+        JointSensors::build([one]).map_err(BoardLoopError::Sensors)
     }
 }
 
@@ -118,6 +125,8 @@ impl core::error::Error for BoardLoopError {}
 ///
 /// # Errors
 /// [`BoardLoopError`] names the part that is not allowed.
+// Inlined into the caller, its temporaries would take the stack of the whole program.
+#[inline(never)]
 pub fn board_loop(
     parameters: &Parameters,
     vrefint_cal: AdcCode,

@@ -25,13 +25,15 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 /// Spans of the cross-validation.
 pub const SPANS: usize = 10;
 /// Ridges r that are tried.
-pub const RIDGES: [f64; 4] = [1e-3, 1e-4, 1e-5, 1e-6];
+pub const RIDGES: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 /// Fewest strides of rows: with fewer, the gains are those of a few strides.
 pub const LEAST_STRIDES: f64 = 20.0;
 /// Ticks from one row to the next.
 const STEP: usize = 10;
 /// Time of a lock after which rows are used, s: the sensor's offset and gain are learned first.
 const SETTLE_S: f64 = 3.0;
+/// Least standard deviation that a product is scaled by: an input that hardly varies teaches nothing, and gets no large gain.
+const LEAST_DEVIATION: f64 = 1e-3;
 /// Coefficients of a joint.
 const COEFFICIENTS: usize = INPUTS * TERMS;
 
@@ -75,12 +77,12 @@ pub fn learn(mut follower: Follower, recorded: &Recorded<'_>) -> Option<Learned>
     let mut errors_deg = [None; Joint::COUNT];
     for joint in known {
         let wanted = DVector::from_iterator(rows.at.len(), rows.missing.iter().map(|row| row[joint as usize]));
-        let (whole, of_spans, squares) = grams.gains(&rows, &spans, &wanted)?;
+        let Gains { whole, of_spans, squares } = grams.gains(&rows, &spans, &wanted)?;
         let rms = |squares: f64| (squares / wanted.len() as f64).sqrt().to_degrees();
         errors_deg[joint as usize] = Some([rms(wanted.norm_squared()), rms(squares)]);
-        all.gains[joint as usize] = rows.unscaled(&whole)?;
-        for (part, gains) in parts.iter_mut().zip(&of_spans) {
-            part.gains[joint as usize] = rows.unscaled(gains)?;
+        all.gains[joint as usize] = whole;
+        for (part, gains) in parts.iter_mut().zip(of_spans) {
+            part.gains[joint as usize] = gains;
         }
     }
     let ends = spans.iter().skip(1).map(|span| rows.at[span.tested.start]).chain([recorded.samples.len()]);
@@ -183,10 +185,9 @@ impl Rows {
         let mut products = DMatrix::from_row_iterator(at.len(), COEFFICIENTS, products);
         let mut scale = vec![1.0; COEFFICIENTS];
         for (column, (mut values, scale)) in products.column_iter_mut().zip(&mut scale).enumerate() {
-            let deviation = values.variance().sqrt();
-            if column > 0 && deviation > 1e-9 {
-                values /= deviation;
-                *scale = deviation;
+            if column > 0 {
+                *scale = values.variance().sqrt().max(LEAST_DEVIATION);
+                values /= *scale;
             }
         }
         let innovation = Radians((innovations / at.len().max(1) as f64).sqrt() as f32);
@@ -233,36 +234,135 @@ impl Grams {
         Self { all, of_spans }
     }
 
-    /// The gains of a joint with the best ridge: from all rows, and for each span; the sum of the squares that is left on the spans.
-    fn gains(
-        &self,
-        rows: &Rows,
-        spans: &[Span],
-        wanted: &DVector<f64>,
-    ) -> Option<(DVector<f64>, Vec<DVector<f64>>, f64)> {
+    /// The gains of a joint with the best ridge of those whose gains are all within their range.
+    fn gains(&self, rows: &Rows, spans: &[Span], wanted: &DVector<f64>) -> Option<Gains> {
         let right = rows.products.tr_mul(wanted);
-        let of_ridge = |ridge: f64| -> Option<(f64, Vec<DVector<f64>>)> {
+        let of_ridge = |ridge: f64| -> Option<Gains> {
             let mut squares = 0.0;
-            let mut gains = Vec::with_capacity(spans.len());
+            let mut of_spans = Vec::with_capacity(spans.len());
             for (span, gram) in spans.iter().zip(&self.of_spans) {
                 let part = rows.products.rows_range(span.left_out.clone());
                 let right = &right - part.tr_mul(&wanted.rows_range(span.left_out.clone()));
                 let fitted = wanted.len() - span.left_out.len();
-                let of_span = solved(gram, &right, ridge * fitted as f64)?;
+                let gains = solved(gram, &right, ridge * fitted as f64)?;
                 let tested = rows.products.rows_range(span.tested.clone());
-                squares += (tested * &of_span - wanted.rows_range(span.tested.clone())).norm_squared();
-                gains.push(of_span);
+                squares += (tested * &gains - wanted.rows_range(span.tested.clone())).norm_squared();
+                of_spans.push(rows.unscaled(&gains)?);
             }
-            Some((squares, gains))
+            let whole = rows.unscaled(&solved(&self.all, &right, ridge * wanted.len() as f64)?)?;
+            Some(Gains { whole, of_spans, squares })
         };
-        let tried = RIDGES.into_iter().filter_map(|ridge| Some((ridge, of_ridge(ridge)?)));
-        let (ridge, (squares, of_spans)) = tried.min_by(|(_, one), (_, other)| one.0.total_cmp(&other.0))?;
-        Some((solved(&self.all, &right, ridge * wanted.len() as f64)?, of_spans, squares))
+        let tried = RIDGES.into_iter().filter_map(of_ridge);
+        tried.min_by(|one, other| one.squares.total_cmp(&other.squares))
     }
+}
+
+/// The gains of a joint, in the unit of the core.
+struct Gains {
+    whole: [[f32; TERMS]; INPUTS],
+    /// For each span, fitted to the other rows.
+    of_spans: Vec<[[f32; TERMS]; INPUTS]>,
+    /// Sum of the squares that these leave on their spans.
+    squares: f64,
 }
 
 fn solved(gram: &DMatrix<f64>, right: &DVector<f64>, penalty: f64) -> Option<DVector<f64>> {
     let mut normal = gram.clone();
     (0..normal.nrows()).for_each(|i| normal[(i, i)] += penalty);
     Some(Cholesky::new(normal)?.solve(right))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cpg_core::entrainment::FollowerConfig;
+    use cpg_core::entrainment::phase_lock::Template;
+    use cpg_core::waveform::shape::Shape;
+    use joint_units::Phase;
+
+    fn template(mean: f32, size: f32, lead: f32) -> Template {
+        let (mut cos, mut sin) = ([0.0; 8], [0.0; 8]);
+        for (n, part) in [1.0, 0.3].into_iter().enumerate() {
+            let turn = std::f32::consts::TAU * lead * (n + 1) as f32;
+            (cos[n], sin[n]) = (size * part * turn.cos(), -size * part * turn.sin());
+        }
+        Template::new(Radians(mean), cos, sin).unwrap()
+    }
+
+    fn templates() -> [Template; 4] {
+        [template(0.1, 0.35, 0.0), template(0.1, 0.35, 0.5), template(0.4, 0.3, 0.25), template(0.4, 0.3, 0.75)]
+    }
+
+    /// Differences from the template in degrees: a random number each 0.3 s, and lines between them.
+    fn wander(time_s: f64, seed: u64) -> f64 {
+        let at = |place: f64| {
+            let mixed = (place as u64 + 1000 * seed).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+            let mixed = (mixed ^ (mixed >> 31)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            4.0 * ((mixed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+        };
+        let place = (time_s / 0.3).max(0.0);
+        at(place.floor()) + (at(place.floor() + 1.0) - at(place.floor())) * place.fract()
+    }
+
+    /// A person whose left knee differs from its template by twice what the left hip did 0.1 s before, and whose right knee differs by chance.
+    fn person(secs: f64) -> [Vec<f64>; 4] {
+        let ticks = (secs * 1e3) as usize;
+        let joint = |joint: usize, off: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            let angle = |time: f64| f64::from(templates()[joint].at(Phase::from_cycles((time / 1.1) as f32)).angle);
+            (0..ticks).map(|tick| tick as f64 * 1e-3).map(|time| angle(time).to_degrees() + off(time)).collect()
+        };
+        [
+            joint(0, &|time| wander(time, 1)),
+            joint(1, &|_| 0.0),
+            joint(2, &|time| 2.0 * wander(time - 0.1, 1)),
+            joint(3, &|time| wander(time, 2)),
+        ]
+    }
+
+    fn learned(angles: &[Vec<f64>; 4]) -> Option<Learned> {
+        let follower = FollowerConfig::default().build(templates(), Joint::LeftHip, Period::MILLISECOND).unwrap();
+        let samples: Vec<_> = angles[0].iter().copied().map(Some).collect();
+        learn(follower, &Recorded { samples: &samples, joints: angles.each_ref().map(Vec::as_slice) })
+    }
+
+    #[test]
+    fn what_follows_from_the_sensor_is_learned_and_chance_is_not() {
+        let learned = learned(&person(90.0)).unwrap();
+        let [hip, _, knee, chance] = learned.errors_deg.map(Option::unwrap);
+        assert!(hip[1] < 0.2 * hip[0], "{hip:?}");
+        assert!(knee[0] > 2.0 && knee[1] < 0.5 * knee[0], "{knee:?}");
+        assert!((0.85..1.1).contains(&(chance[1] / chance[0])), "{chance:?}");
+    }
+
+    /// The gains for a span do not depend on what happens in it.
+    #[test]
+    fn a_span_teaches_nothing_about_itself() {
+        let angles = person(60.0);
+        let first = learned(&angles).unwrap();
+        let (span, gains) = &first.held_out[4];
+        let mut other = angles.clone();
+        other[2][span.clone()].iter_mut().for_each(|angle| *angle += 0.2);
+        let second = learned(&other).unwrap();
+        let (_, after) = &second.held_out[4];
+        let knee = |of: &Corrections| of.gains[2].as_flattened().to_vec();
+        let off = |one: &Corrections, other: &Corrections| {
+            knee(one).iter().zip(knee(other)).map(|(one, other)| (one - other).abs()).fold(0.0, f32::max)
+        };
+        assert!(off(gains, after) < 1e-4, "{}", off(gains, after));
+        assert!(off(&first.corrections, &second.corrections) > 1e-3);
+        let ends: Vec<usize> = first.held_out.iter().map(|(span, _)| span.end).collect();
+        let begins: Vec<usize> = first.held_out.iter().map(|(span, _)| span.start).collect();
+        assert_eq!((begins[0], ends[SPANS - 1], &begins[1..]), (0, 60_000, &ends[..SPANS - 1]));
+    }
+
+    #[test]
+    fn a_short_recording_has_none_and_a_missing_joint_is_not_corrected() {
+        assert!(learned(&person(20.0)).is_none());
+        let mut angles = person(40.0);
+        angles[2].clear();
+        let learned = learned(&angles).unwrap();
+        assert_eq!(learned.errors_deg[2], None);
+        assert!(learned.corrections.gains[2].as_flattened().iter().all(|gain| *gain == 0.0));
+        assert!(!learned.corrections.is_none());
+    }
 }

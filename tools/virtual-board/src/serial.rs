@@ -5,7 +5,7 @@
 
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -15,6 +15,8 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
 /// Longest wait for a host that does not read.
 const PATIENCE: Duration = Duration::from_secs(1);
+/// Time after which a write is tried again.
+const RETRY: Timespec = Timespec { tv_sec: 0, tv_nsec: 10_000_000 };
 /// Longest piece that is read at once.
 const PIECE: usize = 4096;
 
@@ -63,19 +65,21 @@ impl SerialPort {
     }
 
     fn send(&mut self, mut bytes: &[u8]) -> std::io::Result<()> {
+        let mut waits_until = None;
         while !bytes.is_empty() {
             match self.near.write(bytes) {
                 Ok(length) => {
                     bytes = bytes.get(length..).unwrap_or_default();
-                    self.absent = false;
+                    (self.absent, waits_until) = (false, None);
                 }
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {
-                    let patience = if self.absent { Duration::ZERO } else { PATIENCE };
-                    let patience = Timespec::try_from(patience).map_err(std::io::Error::other)?;
-                    if poll(&mut [PollFd::new(&self.near, PollFlags::OUT)], Some(&patience))? == 0 {
+                    let until = *waits_until.get_or_insert_with(|| Instant::now() + PATIENCE);
+                    if self.absent || Instant::now() >= until {
                         self.absent = true;
                         return Ok(());
                     }
+                    // A host that empties the port without reading it wakes nobody.
+                    poll(&mut [PollFd::new(&self.near, PollFlags::OUT)], Some(&RETRY))?;
                 }
                 Err(error) => return Err(error),
             }

@@ -36,7 +36,7 @@ use corrected::corrected;
 use learn::{Learned, learn, learn_without};
 use possible::Possible;
 pub use run::Entrainment;
-use run::{Following, Holes};
+use run::{Following, Holes, Tick};
 
 /// Length of the window that templates are learned from, s.
 const WINDOW_S: f64 = 12.0;
@@ -125,7 +125,7 @@ pub fn entrain_without(
         }
     };
     let follower = run::follower(templates, sensor, stride_s).map_err(Failure::input)?;
-    let mut follower = follower.with_corrections(corrections).map_err(Failure::input)?;
+    let mut follower = follower.with_corrections(&corrections).map_err(Failure::input)?;
     let samples = run::without(run::samples(recording, sensor).map_err(Failure::input)?, &holes.sensor);
     let ticks = run::run(&mut follower, samples);
     let following = run::judge_without(&ticks, recording, sensor, &learned, &templates.map(Some), &holes.any);
@@ -193,13 +193,14 @@ pub fn run(options: Options) -> Result<(), Failure> {
     if let Some(path) = &generator_path {
         run.source = path.display().to_string();
     }
-    if let Some(path) = &svg {
-        let title = format!("{} of {name}, host core", trace.sensor.name());
-        svg::write(path, &title, &panels(&run, &trace.recording, trace.sensor), overwrite)?;
-    }
     let corrected =
         if generator.is_none() { corrected(&trace.recording, trace.sensor, &trace.holes, &run) } else { None };
-    let following = corrected.as_ref().map_or(&run.following, |corrected| &corrected.following);
+    let (following, ticks) =
+        corrected.as_ref().map_or((&run.following, &run.ticks), |corrected| (&corrected.following, &corrected.ticks));
+    if let Some(path) = &svg {
+        let title = format!("{} of {name}, host core", trace.sensor.name());
+        svg::write(path, &title, &panels(&run.learned, ticks, &trace.recording, trace.sensor), overwrite)?;
+    }
     let possible = Possible::of(&trace.recording, trace.sensor, &trace.holes, run.learned.stride_s, following);
     let warnings = possible.warnings(following);
     if let (Some(lock), None) = (run.following.lock_s, run.following.steady_s) {
@@ -254,10 +255,10 @@ fn check(name: &str, sensor: Joint, following: &Following) -> Result<(), Failure
 }
 
 /// Charts: recorded and generated angle of each joint, phase error, amplitude.
-fn panels(run: &Entrainment, recording: &Recording, sensor: Joint) -> Vec<Panel> {
+fn panels(learned: &Learned, ticks: &[Tick], recording: &Recording, sensor: Joint) -> Vec<Panel> {
     let every = 10;
     let time = |tick: usize| tick as f64 / run::TICKS_PER_S;
-    let ticks = || run.ticks.iter().enumerate().step_by(every);
+    let ticks = || ticks.iter().enumerate().step_by(every);
     let start = recording.time_s()[0];
     let mut panels: Vec<Panel> = Joint::ALL
         .into_iter()
@@ -272,7 +273,7 @@ fn panels(run: &Entrainment, recording: &Recording, sensor: Joint) -> Vec<Panel>
             Panel::curves(joint.name(), "s", "deg", curves)
         })
         .collect();
-    let error = ticks().map(|(n, tick)| (time(n), run::phase_error_deg(tick, run.learned.phase_at(time(n))))).collect();
+    let error = ticks().map(|(n, tick)| (time(n), run::phase_error_deg(tick, learned.phase_at(time(n))))).collect();
     panels.push(Panel::curves("phase error", "s", "deg", vec![Curve::new("", error)]));
     let amplitude = ticks().map(|(n, tick)| (time(n), f64::from(tick.amplitude))).collect();
     panels.push(Panel::curves("amplitude", "s", "1", vec![Curve::new("", amplitude)]));

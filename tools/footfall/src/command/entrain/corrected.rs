@@ -33,7 +33,7 @@ pub fn corrected(recording: &Recording, sensor: Joint, holes: &Holes, run: &Entr
     let learned = learn(follower, &Recorded { samples: &samples, joints: angles.each_ref().map(Vec::as_slice) })?;
     let mut ticks = Vec::with_capacity(samples.len());
     for (span, corrections) in &learned.held_out {
-        let mut follower = follower.with_corrections(*corrections).ok()?;
+        let mut follower = follower.with_corrections(corrections).ok()?;
         let part = run::run(&mut follower, samples[..span.end].iter().copied());
         ticks.extend_from_slice(&part[span.clone()]);
     }
