@@ -18,6 +18,9 @@ pub const HIP_MOST_MEAN_DEG: (f64, f64) = (-60.0, 110.0);
 /// Means of a hip in a gait of any kind, degrees; beyond them the zero of the angle is probably not an upright stand.
 pub const HIP_MEAN_DEG: (f64, f64) = (-40.0, 80.0);
 
+/// Largest mean of a knee in a gait of any kind, degrees, of which the same holds: patients in crouch gait have up to 75.
+pub const KNEE_MOST_MEAN_DEG: f64 = 90.0;
+
 /// An angle that no person has.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Impossible {
@@ -55,7 +58,7 @@ pub(crate) fn check(joints: &[Option<Vec<f64>>; Joint::COUNT], unusable: &[bool]
         if beyond(mean, means) {
             return Err(Impossible { joint, what: "has a mean of", found_deg: mean, allowed_deg: means });
         }
-        if !is_knee && beyond(mean, HIP_MEAN_DEG) {
+        if (is_knee && mean > KNEE_MOST_MEAN_DEG) || (!is_knee && beyond(mean, HIP_MEAN_DEG)) {
             findings.push((Some(joint), FindingKind::Displaced { mean_deg: mean }, Done::Reported));
         }
     }
