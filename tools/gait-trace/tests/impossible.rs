@@ -59,6 +59,22 @@ fn one_leg_in_both_columns_is_refused() {
         assert!(matches!(error, ConditionError::SameLeg { left: Joint::LeftKnee, .. }), "{said}");
         assert!(said.contains("left_knee and right_knee have the same numbers"), "{said}");
     }
+    let hips = raw(times(8.0, 100.0), |joint, t| match joint {
+        Joint::LeftHip | Joint::RightHip => angle(Joint::LeftHip, t / 1.1),
+        knee => angle(knee, t / 1.1),
+    });
+    let (error, said) = refused(&hips);
+    assert!(matches!(error, ConditionError::SameLeg { left: Joint::LeftHip, .. }), "{said}");
+    // Knees that are held still by orthoses may have the same numbers, and so may the few rows that both knees have.
+    let still = raw(times(8.0, 100.0), |joint, t| match joint {
+        Joint::LeftKnee | Joint::RightKnee => 10.0 + 0.05 * angle(Joint::LeftKnee, t / 1.1),
+        hip => angle(hip, t / 1.1),
+    });
+    assert!(condition(&still, &Rules::default()).is_ok());
+    let mut few = walk(8.0, 100.0, 1.1, 0.0);
+    few.joints[3] = few.joints[2].clone();
+    column(&mut few, Joint::RightKnee)[300..].fill(f64::NAN);
+    assert!(!matches!(condition(&few, &Rules::default()), Err(ConditionError::SameLeg { .. })));
 }
 
 /// Hops, in which the legs move together: their difference has no stride in it.
@@ -107,6 +123,11 @@ fn rows_of_a_slow_sensor_are_read_at_its_rate() {
             format!("blocks of {block}, as a slower sensor makes them: it gave {:.1} values", 200.0 / block as f64);
         assert!(said[0].to_string().contains(&words), "{}", said[0]);
         assert!((segment(&done).unwrap().period_s - 1.1).abs() < 0.01);
+        // Errors name the row of the file, not that of the different values.
+        let mut back = held.clone();
+        back.time_s[401] = 1.0;
+        let (error, said) = refused(&back);
+        assert!(matches!(error, ConditionError::TimeOrder { row: 402, .. }), "{said}");
     }
 }
 
@@ -125,6 +146,10 @@ fn a_time_stamp_far_away_is_named_with_its_row() {
     let mut pause = walk(8.0, 100.0, 1.1, 0.0);
     pause.time_s.iter_mut().skip(400).for_each(|time| *time += 50.0);
     assert!(condition(&pause, &Rules::default()).is_ok());
+    // A longer one in a recording that is longer still.
+    let mut long = walk(160.0, 50.0, 1.1, 0.0);
+    long.time_s.iter_mut().skip(4000).for_each(|time| *time += 70.0);
+    assert!(condition(&long, &Rules::default()).is_ok());
 }
 
 #[test]

@@ -63,6 +63,15 @@ fn cells_merged_over_components_are_refused() {
     }
 }
 
+/// A single joint with a delimiter at the end of each line, and one column without a heading.
+#[test]
+fn a_column_without_a_heading_beside_one_joint_is_no_component() {
+    let knee = |rest: &str| format!("time_s,left_knee_deg,\n0,1,{rest}\n0.01,2,{rest}\n");
+    for rest in ["", "7"] {
+        assert_eq!(angles(&read(&knee(rest), "").unwrap()), [[1.0, 2.0]]);
+    }
+}
+
 #[test]
 fn a_unit_of_time_that_is_not_read_is_refused_where_the_map_names_the_column() {
     for (heading, factor) in [("Time (min)", 1.0 / 60.0), ("Time [h]", 1.0 / 3600.0), ("Zeit (0.1 s)", 10.0)] {

@@ -2,7 +2,8 @@
 //!
 //! The steps, in this order. Each uses thresholds of [`Rules`] and reports what it did, or what is doubtful, as a [`Finding`] with times:
 //!
-//! 1. *Time.* Rows that repeat the values of a slower sensor in blocks are left out. Rows with the same time as the row before are dropped; a decreasing time is an error that names the row, and so are rows of
+//! 1. *Time.* Rows that repeat the values of a slower sensor in blocks are left out, and so are those of one column, between
+//!    whose values a cubic is put. Rows with the same time as the row before are dropped; a decreasing time is an error that names the row, and so are rows of
 //!    two recordings, steps that are too long for seconds and a gap that is longer than the rest. Times at which messages were received are put at equal steps, if the rows fit
 //!    them. An axis from 0
 //!    to 1 (or 0 to 100 in at most `MOST_PERCENT_ROWS` rows) whose joints end at their start values is a normalised cycle. The rate

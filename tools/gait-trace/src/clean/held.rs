@@ -99,6 +99,8 @@ mod tests {
         assert_eq!(released(&table(800, |n| knee(n as f64 * 0.005).round())), None);
         assert_eq!(released(&table(800, |n| knee((n.max(400) - 400) as f64 * 0.005))), None);
         assert_eq!(released(&table(800, |_| 12.0)), None);
+        // Too few blocks to tell.
+        assert_eq!(released(&table(60, |n| knee((n / 4 * 4) as f64 * 0.005))), None);
         for angle in [|n: usize| knee(n as f64 * 0.005), |n| knee(n as f64 * 0.005).round(), |_| 12.0] {
             assert!(column(&(0..800).map(angle).collect::<Vec<_>>()).is_none());
         }

@@ -11,6 +11,9 @@
 //! converted by the calibration; with a calibration, so is a column without unit. A column of frames, or no time at all, needs the
 //! rate from the caller; a rate may also replace times that are rounded too coarsely, where they agree with it.
 //!
+//! Headings that do not say which column is meant are errors: cells merged over components, and columns that a program renamed
+//! (`left_hip.1`).
+//!
 //! A column such as `subject` or `trial` with several values is an error, unless the caller chooses rows or takes all of them.
 
 use crate::clean::rules::MOST_PERCENT_ROWS;

@@ -104,6 +104,8 @@ mod tests {
             found("Report,time of the left knee\na,b,c,d\n0,1,2,3\n"),
             Preamble::Unclear { first_row: 3, fields: 4 }
         );
+        let remark = "Report\ntime,left knee\na\nb\nc\nd\n";
+        assert_eq!(found(&format!("{remark}{table}")), Preamble::UpTo(7));
         assert_eq!(found("a,b\n0,1\n"), Preamble::None);
         assert_eq!(found("0,1\n1,2\n"), Preamble::None);
         assert_eq!(found(&format!("sep=;\n{table}")), Preamble::None);
