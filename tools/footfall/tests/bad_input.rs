@@ -236,3 +236,11 @@ fn sorted(folder: &Path) -> Vec<PathBuf> {
     files.sort();
     files
 }
+
+/// The first thing that a new user types.
+#[test]
+fn a_file_without_an_option_is_refused_with_the_option() {
+    let (code, said) = call(&["check".into(), "walk.csv".into()]);
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("`--trace walk.csv` if it is a recording"), "{said}");
+}

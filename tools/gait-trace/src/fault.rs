@@ -88,6 +88,14 @@ pub enum Fault {
         /// The field.
         text: String,
     },
+    /// A field of a column of times is a time of day.
+    #[error(
+        "`{text}` is a time of day; allowed are numbers in s, ms, us or ns: write the time as seconds from the first row (`time_s`), or delete the column and give the rate of the rows (`--rate HZ`)"
+    )]
+    ClockTime {
+        /// The field.
+        text: String,
+    },
     /// A field is not finite.
     #[error("`{text}` is not finite; allowed is a decimal number such as -12.5")]
     NotFinite {
@@ -192,7 +200,9 @@ pub enum Fault {
         what: String,
     },
     /// A quote is not closed on its line.
-    #[error("a quote is opened and not closed on this line; allowed are pairs of \"")]
+    #[error(
+        "a quote is opened and not closed on this line; allowed are pairs of \" on one line: remove line breaks inside of quotes"
+    )]
     OpenQuote,
     /// A line is too long.
     #[error("a line of {bytes} bytes; allowed are up to {most}")]
@@ -230,6 +240,14 @@ pub enum Fault {
         first_row: u64,
         /// Number of its fields.
         fields: usize,
+    },
+    /// The header is separated by blanks.
+    #[error(
+        "the {words} words of this line are separated by blanks, as the numbers below it are; allowed are blanks between numbers only, since a heading may have one inside: separate the fields by commas, semicolons or tabs, or delete this line and name the columns by their numbers (`--map time=1,left_hip=2,...`)"
+    )]
+    BlankHeader {
+        /// Number of words.
+        words: usize,
     },
     /// Several lines may be the header.
     #[error("this line and line {other} may be the header; allowed is one table: put each in a file of its own")]
@@ -383,6 +401,30 @@ pub enum Fault {
         likely: &'static str,
         /// The heading that says so.
         heading: &'static str,
+    },
+    /// The time steps are too short for seconds, which nothing states.
+    #[error(
+        "the heading names no unit; read as seconds, the median time step is {step:e}, too short for a recording of angles (minutes, hours or days?); allowed is a heading with the unit of the time (`time_s`, `time_ms`) and times in that unit, `--map time=COLUMN` for another column, or `--calibration FILE` for an oscilloscope's volts"
+    )]
+    TimeTooShort {
+        /// The median time step.
+        step: f64,
+    },
+    /// The heading of the times names a unit that is not read.
+    #[error(
+        "the heading names the unit `{unit}`, which is not read; allowed are times in s, ms, us or ns (`time_s`, `Time (ms)`): convert the times, or delete the column and give the rate of the rows (`--rate HZ`)"
+    )]
+    TimeOfUnit {
+        /// The unit.
+        unit: String,
+    },
+    /// Columns beside those of the joints have no heading.
+    #[error(
+        "`{first}` and the other joints each have a column without a heading on their right, as a cell over several components leaves it, and it is unclear which column is flexion; allowed is a heading in every column (`Left Knee Angle X`), or `--map left_hip=COLUMN,...` with the number of the column of every joint"
+    )]
+    MergedHeading {
+        /// The heading of the first joint.
+        first: String,
     },
     /// A column is in volts and there is no calibration.
     #[error(

@@ -55,7 +55,7 @@ pub enum FindingKind {
         /// Size of the folded parts, degrees.
         deg: f64,
     },
-    /// The mean angle of a hip is not that of an upright person.
+    /// The mean angle of a hip or knee is not that of an upright person.
     Displaced {
         /// The mean, degrees.
         mean_deg: f64,
@@ -243,9 +243,17 @@ impl fmt::Display for Finding {
                 )?;
             }
             FindingKind::Held { block, rate_hz } => {
+                let (what, none, rest) = match self.joint {
+                    Some(_) => (
+                        format!("{joint}: the rows"),
+                        ", or have none,",
+                        "the angles between them are replaced by a cubic",
+                    ),
+                    None => ("the rows".into(), "", "the repeated rows are left out"),
+                };
                 write!(
                     f,
-                    "the rows repeat their values in blocks of {block}, as a slower sensor makes them: it gave {rate_hz:.1} values a second; the repeated rows are"
+                    "{what} repeat their values{none} in blocks of {block}, as a slower sensor makes them: it gave {rate_hz:.1} values a second; {rest}"
                 )?;
             }
             FindingKind::Folded { at_deg, deg } => {
@@ -325,7 +333,7 @@ impl fmt::Display for Finding {
                 }
                 Ok(())
             }
-            (FindingKind::Held { .. }, Done::LeftOut) => f.write_str(" left out"),
+            (FindingKind::Held { .. }, _) => Ok(()),
             (_, Done::Bridged) => f.write_str("; replaced by a cubic"),
             (_, Done::LeftOut) => f.write_str("; left out"),
             (_, Done::Reported) => f.write_str("; not changed"),

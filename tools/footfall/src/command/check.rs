@@ -19,6 +19,9 @@ use std::path::PathBuf;
 /// Options of `footfall check`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
+    /// Files without an option; refused with the option of their kind
+    #[arg(hide = true)]
+    pub bare: Vec<PathBuf>,
     /// A recording, in any format that `fit` reads; good is what `fit` takes
     #[arg(long, value_name = "FILE")]
     pub trace: Vec<PathBuf>,
@@ -64,7 +67,13 @@ impl Results {
 /// # Errors
 /// The errors of all wrong files, one a line.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { trace, robot, generator, record, reading, strict } = options;
+    let Options { bare, trace, robot, generator, record, reading, strict } = options;
+    if let Some(file) = bare.first() {
+        let file = file.display();
+        return Err(Failure::input(format!(
+            "`{file}`: allowed is a file behind the option of its kind: `--trace {file}` if it is a recording, else --generator, --robot, --record or --calibration"
+        )));
+    }
     let files = [&trace, &robot, &generator, &record];
     if files.iter().all(|files| files.is_empty()) && reading.calibration.is_none() {
         return Err(Failure::input(

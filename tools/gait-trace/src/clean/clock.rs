@@ -9,7 +9,7 @@ use crate::clean::two_recordings;
 use crate::finding::{Done, Finding, FindingKind};
 use crate::format::time_step;
 use crate::raw::RawJoints;
-use crate::series::{quantile, range, upper_median};
+use crate::series::{quantile, range, runs, upper_median};
 use joint_units::Joint;
 
 /// The evaluated time column.
@@ -84,6 +84,10 @@ impl Clock {
         let delays = raw.received.then(|| received::put_at_equal_steps(&mut times));
         let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let median = upper_median(steps.iter().copied());
+        if let (Cycle::Open { length, apart_deg }, true) = (&cycle, median >= time_step::MAX_STEP_S) {
+            let (length, apart_deg) = (*length, *apart_deg);
+            return Err(ConditionError::OpenCycle { file: file(), length, apart_deg });
+        }
         if median >= time_step::MAX_STEP_S && matches!(cycle, Cycle::None) {
             let (likely, heading) = time_step::likely_unit(median);
             return Err(ConditionError::TimeStep { file: file(), step_s: median, likely, heading });
@@ -130,6 +134,21 @@ impl Clock {
         }
         let hole_s = 1.5 * median;
         Ok(Self { rows, times, rate_hz, samples, is_even, hole_s, start_s, normalised_cycle, findings })
+    }
+
+    /// A column at equal time steps that has values in some rows only, usually one in `block`, with NaN in gaps; and the samples between these
+    /// values.
+    pub(crate) fn even_of(&self, rows: &[usize], block: usize, column: &[f64]) -> (Vec<f64>, Vec<(usize, usize)>) {
+        let kept = self.rows.iter().zip(&self.times).filter(|(row, _)| rows.binary_search(row).is_ok());
+        let (values, times): (Vec<f64>, Vec<f64>) = kept.map(|(&row, &time)| (column[row], time)).unzip();
+        let mut is_between = vec![true; self.samples];
+        for time in &times {
+            if let Some(sample) = is_between.get_mut((time * self.rate_hz).round() as usize) {
+                *sample = false;
+            }
+        }
+        let even = repair::even(&times, &values, self.rate_hz, self.samples, block as f64 * self.hole_s);
+        (even, runs(self.samples, |n| is_between[n]))
     }
 
     /// A column at equal time steps; NaN in gaps.

@@ -2,7 +2,8 @@
 //!
 //! The steps, in this order. Each uses thresholds of [`Rules`] and reports what it did, or what is doubtful, as a [`Finding`] with times:
 //!
-//! 1. *Time.* Rows that repeat the values of a slower sensor in blocks are left out. Rows with the same time as the row before are dropped; a decreasing time is an error that names the row, and so are rows of
+//! 1. *Time.* Rows that repeat the values of a slower sensor in blocks are left out, and so are those of one column, between
+//!    whose values a cubic is put. Rows with the same time as the row before are dropped; a decreasing time is an error that names the row, and so are rows of
 //!    two recordings, steps that are too long for seconds and a gap that is longer than the rest. Times at which messages were received are put at equal steps, if the rows fit
 //!    them. An axis from 0
 //!    to 1 (or 0 to 100 in at most `MOST_PERCENT_ROWS` rows) whose joints end at their start values is a normalised cycle. The rate
@@ -123,6 +124,7 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
     let mut joints: [Option<Vec<f64>>; Joint::COUNT] = Default::default();
     let mut unusable = vec![false; samples];
     let mut gaps: [Vec<(usize, usize)>; Joint::COUNT] = Default::default();
+    let mut made_up: [Option<Vec<(usize, usize)>>; Joint::COUNT] = Default::default();
     let most_bridged = rules.longest_bridge_s * rate_hz + 1e-6;
 
     let jump_rule = JumpRule {
@@ -137,7 +139,16 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
     for joint in Joint::ALL {
         let Some(column) = &raw.joints[joint as usize] else { continue };
         let mut bad = vec![false; samples];
-        let mut x = clock.even(&column.angle_deg);
+        let slow = held::column(&column.angle_deg);
+        let mut x = match &slow {
+            None => clock.even(&column.angle_deg),
+            Some(slow) => {
+                let (even, between) = clock.even_of(&slow.rows, slow.block, &column.angle_deg);
+                made_up[joint as usize] = Some(between);
+                findings.push(slow.finding(joint, seconds(samples - 1)));
+                even
+            }
+        };
         if let Some(Folded { at_deg, corners, span, deg, .. }) = folded::folded(joint, &x, rate_hz) {
             let (from_s, to_s) = (seconds(span.0), seconds(span.1));
             if deg > folded::SMALL_DEG {
@@ -200,8 +211,11 @@ pub fn condition(raw: &RawJoints, rules: &Rules) -> Result<Conditioned, Conditio
         return Err(ConditionError::Radians { file, range: widest, least });
     }
     unit_doubt::check(raw, &joints, &unusable)?;
-    if let Some(left) = same_leg::of(&joints) {
+    if let Some(left) = same_leg::of(&joints, &gaps) {
         return Err(ConditionError::SameLeg { file: raw.file.clone(), left });
+    }
+    for (gaps, made_up) in gaps.iter_mut().zip(made_up) {
+        *gaps = made_up.unwrap_or_else(|| std::mem::take(gaps));
     }
     let end_s = seconds(samples - 1);
     let cut_off = match rules.low_pass {

@@ -88,6 +88,18 @@ pub enum ConditionError {
         /// The heading that says so.
         heading: &'static str,
     },
+    /// The time runs as that of a normalised cycle, the ends differ, and the steps are too long for seconds.
+    #[error(
+        "{file}: the time runs from 0 to {length}, as percent of a cycle does, but the angles at its ends differ by {apart_deg:.1} degrees; its steps are too long for seconds; allowed is `--stride-time S`, which reads it as one stride of S seconds"
+    )]
+    OpenCycle {
+        /// The file.
+        file: String,
+        /// Length of the time axis.
+        length: f64,
+        /// Largest difference of the ends, degrees.
+        apart_deg: f64,
+    },
     /// A gap between two rows is longer than the rest of the recording.
     #[error(
         "{file}: row {row}: time {value} s, {gap_s:.3} s after the row before, and all other rows last {rest_s:.3} s; allowed is a gap of up to {LONGEST_GAP_S} s or as long as the rest: correct the time stamp or delete the row, or split the file there"

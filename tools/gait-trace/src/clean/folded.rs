@@ -115,11 +115,48 @@ mod tests {
             prop_assert!(found.is_some_and(|found| found.at_deg == 0.0 && found.corners >= 8 && found.deg > SMALL_DEG), "{found:?}");
             let other = folded(Joint::LeftHip, &signed.iter().map(|x| 180.0 - x.abs()).collect::<Vec<_>>(), rate);
             prop_assert!(other.is_some_and(|found| found.at_deg == 180.0), "{other:?}");
+            for (at_deg, change) in [(0.0, 0.0), (-180.0, -180.0)] {
+                let side = if at_deg < 0.0 { 1.0 } else { -1.0 };
+                let other: Vec<f64> = signed.iter().map(|x| change + side * x.abs()).collect();
+                let found = folded(Joint::LeftHip, &other, rate);
+                prop_assert!(found.is_some_and(|found| found.at_deg == at_deg), "{found:?}");
+            }
             let least = signed.iter().copied().fold(f64::INFINITY, f64::min);
             let touching: Vec<f64> = signed.iter().map(|x| x - least).collect();
             prop_assert_eq!(folded(Joint::LeftHip, &touching, rate), None);
             prop_assert_eq!(folded(Joint::LeftHip, &touching.iter().map(|x| x.round()).collect::<Vec<_>>(), rate), None);
         }
+    }
+
+    /// A curve that touches 0 in each stride, in some of them in a corner; it moves by `range` degrees.
+    fn touching(range: f64, corners: impl Fn(usize) -> bool) -> Vec<f64> {
+        let touch = |n: usize| {
+            let wave = (n as f64 / 220.0 * std::f64::consts::TAU / 2.0).sin();
+            if corners((n + 110) / 220) { wave.abs() } else { wave * wave }
+        };
+        (0..2200).map(|n| range * touch(n)).collect()
+    }
+
+    #[test]
+    fn single_corners_and_still_joints_are_no_folds() {
+        let corners = |range, corners: fn(usize) -> bool| folded(Joint::LeftHip, &touching(range, corners), 200.0);
+        assert!(corners(40.0, |_| true).is_some());
+        assert_eq!(corners(40.0, |stride| stride == 4), None);
+        assert_eq!(corners(40.0, |stride| stride % 3 == 0), None);
+        let still: Vec<f64> = (0..2200).map(|n| 4.8 * (n as f64 * std::f64::consts::PI / 32.0).sin().abs()).collect();
+        assert_eq!(folded(Joint::LeftHip, &still, 200.0), None);
+        // One corner at the end of a recording.
+        assert_eq!(folded(Joint::LeftHip, &touching(40.0, |_| true)[110..330], 200.0), None);
+    }
+
+    /// A corner beside a gap is not judged, and does not count against the others.
+    #[test]
+    fn gaps_at_corners_are_left_out() {
+        let mut signed = touching(40.0, |_| true);
+        for stride in (1..10).step_by(2) {
+            signed[220 * stride + 6] = f64::NAN;
+        }
+        assert_eq!(folded(Joint::LeftHip, &signed, 200.0).map(|found| found.corners), Some(4));
     }
 
     /// A knee that overextends by 2 degrees, which were reflected.

@@ -6,7 +6,7 @@ use crate::format::components::{Components, Triple};
 use crate::format::joint_names::{joint_of, sideless_of, unit_of};
 use crate::format::stated;
 use crate::format::text_table::{column_called, listed, short};
-use crate::format::time_names::{is_frame, stamp_of, time_of};
+use crate::format::time_names::{is_frame, other_unit_of_time, stamp_of, time_of};
 use crate::format::unit::{Said, seconds_of, volts_in, volts_of, without_volts};
 use crate::options::{Axis, ReadOptions};
 use joint_units::Joint;
@@ -119,7 +119,8 @@ impl Header {
                     }
                     let mut found = named.into_iter();
                     let index = found.next();
-                    if let (Some(index), Some(other)) = (index, found.next()) {
+                    let again = || index.and_then(|index| renamed_copy(&headings, index));
+                    if let (Some(index), Some(other)) = (index, found.next().or_else(again)) {
                         let (first, second) = (short(&headings[index]), short(&headings[other]));
                         let fault = fault(Fault::TwoColumns { joint: joint.name(), first, second });
                         return Err(fault.in_column(other, &headings[other]));
@@ -146,6 +147,9 @@ impl Header {
                 let triple = if is_mapped { None } else { components.triple(index, &headings) };
                 Chosen { triple, ..Chosen::of(joint, index, &headings[index]) }
             }));
+        }
+        if let Some(fault) = merged_heading(&headings, &chosen, how) {
+            return Err(TraceError::new(name, Some(line), fault));
         }
         let sideless = if chosen.is_empty() { Chosen::sideless(&headings, how) } else { None };
         let is_sideless = sideless.is_some();
@@ -234,8 +238,27 @@ impl Header {
 
 /// A map for this very file, in words.
 fn example(what: &str, headings: &[String], index: usize) -> String {
-    let heading = headings.get(index).map(|heading| short(heading)).unwrap_or_default();
-    format!(" (here `--map {what}={}` if that is `{heading}`)", index + 1)
+    let heading = headings.get(index).filter(|heading| !heading.is_empty());
+    let that = heading.map_or("the column without a heading".into(), |heading| format!("`{}`", short(heading)));
+    format!(" (here `--map {what}={}` if that is {that})", index + 1)
+}
+
+/// The column that has the heading of this one and a number behind it: pandas renames the second `left_hip` to `left_hip.1`.
+fn renamed_copy(headings: &[String], index: usize) -> Option<usize> {
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let is_copy = |heading: &String| {
+        let rest = heading.strip_prefix(headings[index].as_str()).and_then(|rest| rest.strip_prefix('.'));
+        rest.is_some_and(is_number)
+    };
+    headings.iter().position(is_copy)
+}
+
+/// An error if each of several joints that were found by their names has a column without a heading on its right.
+fn merged_heading(headings: &[String], chosen: &[Chosen], how: &ReadOptions<'_>) -> Option<Fault> {
+    let is_merged = |chosen: &&Chosen| headings.get(chosen.index + 1).is_some_and(String::is_empty);
+    let found = || chosen.iter().filter(|chosen| how.column_of(chosen.joint).is_none());
+    let first = short(&found().find(is_merged)?.heading);
+    (found().count() > 1 && found().all(|chosen| is_merged(&chosen))).then_some(Fault::MergedHeading { first })
 }
 
 /// An error where the row of units contradicts the heading.
@@ -278,6 +301,9 @@ fn time_source(
             time.or_else(stamp).or_else(|| headings.iter().position(|heading| is_frame(heading)))
         }
     };
+    if let Some((index, unit)) = index.and_then(|index| Some((index, other_unit_of_time(&headings[index])?))) {
+        return Err(fault(Fault::TimeOfUnit { unit }).in_column(index, &headings[index]));
+    }
     match (index, how.rate_hz) {
         (Some(index), Some(rate_hz)) if !is_time(&index) => Ok(TimeSource::Frames { index, rate_hz }),
         (Some(index), None) if is_frame(&headings[index]) => {

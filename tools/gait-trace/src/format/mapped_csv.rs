@@ -11,6 +11,9 @@
 //! converted by the calibration; with a calibration, so is a column without unit. A column of frames, or no time at all, needs the
 //! rate from the caller; a rate may also replace times that are rounded too coarsely, where they agree with it.
 //!
+//! Headings that do not say which column is meant are errors: cells merged over components, and columns that a program renamed
+//! (`left_hip.1`).
+//!
 //! A column such as `subject` or `trial` with several values is an error, unless the caller chooses rows or takes all of them.
 
 use crate::clean::rules::MOST_PERCENT_ROWS;
@@ -22,7 +25,9 @@ use crate::format::description::{Description, SIGNS};
 use crate::format::flexion_component;
 use crate::format::preamble::{self, Preamble};
 use crate::format::row_marks::RowMarks;
-use crate::format::text_table::{Delimiter, check_rows, cut_line, finite, is_missing, lines, short, text};
+use crate::format::text_table::{
+    Delimiter, check_rows, cut_line, finite, is_missing, is_separator_line, lines, short, text,
+};
 use crate::format::time_step;
 use crate::format::unit::scaled;
 use crate::options::ReadOptions;
@@ -73,7 +78,7 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
         match row.trim_start().strip_prefix('#') {
             Some(rest) => comment = Some((line, rest)),
             // Some spreadsheets name the delimiter in a first line; the header shows it too.
-            None if row.len() <= 6 && row.to_ascii_lowercase().starts_with("sep=") => {}
+            None if is_separator_line(row) => {}
             None => break (line, row),
         }
     };
@@ -109,6 +114,9 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
     let mut header = understood.map_err(|error| match (preamble, &*error.fault) {
         (Preamble::Unclear { first_row, fields }, Fault::NoTime { .. } | Fault::NoJoints { .. }) => {
             let found = first_fields.len();
+            if found == 1 && first.1.split_whitespace().count() == fields {
+                return TraceError::new(name, Some(first.0), Fault::BlankHeader { words: fields });
+            }
             TraceError::new(name, Some(first.0), Fault::NoHeader { found, first_row, fields })
         }
         _ => error,
@@ -146,7 +154,7 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
             continue;
         }
         let wanted = header.headings.len();
-        let trailing = fields.len() == wanted + 1 && fields[wanted].is_empty();
+        let trailing = fields.len() > wanted && fields[wanted..].iter().all(|field| field.is_empty());
         if fields.len() != wanted && !trailing {
             return Err(fault(wrong_count(&fields, wanted, comma)));
         }
@@ -157,7 +165,7 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
                 if is_header() {
                     return fault(Fault::SecondHeader);
                 }
-                at(index, f)
+                at(index, clock_time(f))
             })
         };
         if !marks.takes(&fields) && !is_header() {
@@ -193,7 +201,7 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
     }
     if let TimeSource::Column { index, power } = header.time {
         let heading = &header.headings[index];
-        check_seconds(name, header_line, (index, heading), power.is_some(), &time_s, &mut notes)?;
+        check_seconds(name, header_line, (index, heading), power.is_some(), how, &time_s, &mut notes)?;
         if let Some(rate_hz) = how.rate_hz {
             time_step::at_rate(&mut time_s, rate_hz, heading, &mut notes)
                 .map_err(|fault| TraceError::new(name, Some(header_line), fault).in_column(index, heading))?;
@@ -212,6 +220,14 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
     Ok(RawJoints { file: name.into(), format, time_s, received: false, joints, notes })
 }
 
+/// A field that is no number in a column of times may be a time of day.
+fn clock_time(fault: Fault) -> Fault {
+    match fault {
+        Fault::NotANumber { text } if text.contains(':') => Fault::ClockTime { text },
+        other => other,
+    }
+}
+
 /// What is wrong with a row of too few or too many fields.
 fn wrong_count(fields: &[Cow<'_, str>], wanted: usize, comma: bool) -> Fault {
     let found = fields.len();
@@ -228,6 +244,7 @@ fn check_seconds(
     line: u64,
     (index, heading): (usize, &str),
     is_stated: bool,
+    how: &ReadOptions<'_>,
     time_s: &[f64],
     notes: &mut Vec<String>,
 ) -> Result<(), TraceError> {
@@ -255,6 +272,11 @@ fn check_seconds(
     if step >= time_step::MAX_STEP_S {
         let (likely, right) = time_step::likely_unit(step);
         let fault = Fault::TimeUnit { step, likely, heading: right };
+        return Err(TraceError::new(name, Some(line), fault).in_column(index, heading));
+    }
+    // An oscilloscope's rows of volts may be that close.
+    if !is_stated && how.calibration.is_none() && step > 0.0 && step < time_step::MIN_UNSAID_STEP_S {
+        let fault = Fault::TimeTooShort { step };
         return Err(TraceError::new(name, Some(line), fault).in_column(index, heading));
     }
     if !is_stated {

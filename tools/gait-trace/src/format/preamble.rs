@@ -5,7 +5,7 @@
 
 use crate::fault::{Fault, TraceError};
 use crate::format::joint_names::{joint_of, sideless_of};
-use crate::format::text_table::{Delimiter, column_called, finite, lines};
+use crate::format::text_table::{Delimiter, column_called, finite, is_separator_line, lines};
 use crate::format::time_names::{is_frame, stamp_of, time_of};
 use crate::format::unit::without_volts;
 use crate::options::ReadOptions;
@@ -34,7 +34,7 @@ pub(crate) enum Preamble {
 pub(crate) fn find(name: &str, text: &str, how: &ReadOptions<'_>) -> Result<Preamble, TraceError> {
     let rows: Vec<(u64, &str)> = lines(name, text)
         .map_while(Result::ok)
-        .filter(|(_, row)| !row.trim().is_empty() && !row.trim_start().starts_with('#'))
+        .filter(|(_, row)| !row.trim().is_empty() && !row.trim_start().starts_with('#') && !is_separator_line(row))
         .take(MOST_LINES)
         .collect();
     let split: Vec<(Delimiter, Vec<Cow<'_, str>>)> = rows
@@ -104,8 +104,13 @@ mod tests {
             found("Report,time of the left knee\na,b,c,d\n0,1,2,3\n"),
             Preamble::Unclear { first_row: 3, fields: 4 }
         );
+        let remark = "Report\ntime,left knee\na\nb\nc\nd\n";
+        assert_eq!(found(&format!("{remark}{table}")), Preamble::UpTo(7));
         assert_eq!(found("a,b\n0,1\n"), Preamble::None);
         assert_eq!(found("0,1\n1,2\n"), Preamble::None);
+        assert_eq!(found(&format!("sep=;\n{table}")), Preamble::None);
+        let commas = "Zeit;Knie links;Knie rechts;Hüfte links\n0,00;1,5;2,5;3,5\n";
+        assert_eq!(found(&format!("Patient;Max\n{commas}")), Preamble::UpTo(2));
     }
 
     #[test]

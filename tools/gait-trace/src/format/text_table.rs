@@ -87,6 +87,11 @@ fn is_begun_number(text: &str, comma: bool) -> bool {
     number_or_missing(text, comma).is_err() && (finite(&format!("{text}0"), comma).is_ok() || begins_nan())
 }
 
+/// Whether a line names the delimiter, as some spreadsheets write it above the header: `sep=;`.
+pub(crate) fn is_separator_line(row: &str) -> bool {
+    row.len() <= 6 && row.to_ascii_lowercase().starts_with("sep=")
+}
+
 /// An error if the table already has [`MAX_ROWS`] rows.
 pub(crate) fn check_rows(rows: usize) -> Result<(), Fault> {
     if rows < MAX_ROWS { Ok(()) } else { Err(Fault::TooManyRows { most: MAX_ROWS }) }
@@ -116,11 +121,16 @@ impl Delimiter {
         Self::Char(best.0)
     }
 
-    /// As [`Self::of_header`], for a line that may be a row of numbers: blanks if nothing else separates two or more of them.
+    /// As [`Self::of_header`], for a line that may be a row of numbers: blanks if nothing else separates two or more of them, and semicolons or
+    /// tabs if numbers are between them, which may have more decimal commas than there are fields.
     pub(crate) fn of_rows(row: &str) -> Self {
         let is_number = |field: &str| field.parse::<f64>().is_ok();
         let blanks = !row.contains([',', ';', '\t']) && row.split_whitespace().nth(1).is_some();
-        if blanks && row.split_whitespace().all(is_number) { Self::Blanks } else { Self::of_header(row) }
+        if blanks && row.split_whitespace().all(is_number) {
+            return Self::Blanks;
+        }
+        let separates = |c: &char| row.contains(*c) && row.split(*c).all(|f| number_or_missing(f.trim(), true).is_ok());
+        [';', '\t'].into_iter().find(separates).map_or_else(|| Self::of_header(row), Self::Char)
     }
 
     pub(crate) const fn words(self) -> &'static str {
@@ -205,6 +215,9 @@ pub(crate) fn number_or_missing(field: &str, comma: bool) -> Result<f64, Fault> 
 
 /// A finite number. A decimal comma is accepted if `comma` is set.
 pub(crate) fn finite(field: &str, comma: bool) -> Result<f64, Fault> {
+    // Some programs write a true minus sign.
+    let field = if field.is_ascii() { Cow::Borrowed(field) } else { Cow::Owned(field.replace('\u{2212}', "-")) };
+    let field = field.as_ref();
     let parsed = if comma && field.contains(',') { field.replacen(',', ".", 1).parse() } else { field.parse::<f64>() };
     match parsed {
         Ok(value) if value.is_finite() => Ok(value),
@@ -272,6 +285,10 @@ mod tests {
         assert_eq!(Delimiter::of_header("a;b,c;d"), Delimiter::Char(';'));
         assert_eq!(Delimiter::of_header("\"a,b,c,d\"\te"), Delimiter::Char('\t'));
         assert_eq!(Delimiter::of_header("alone"), Delimiter::Char(','));
+        // A row with more decimal commas than semicolons.
+        assert_eq!(Delimiter::of_rows("0,00;12,5;;-3,1"), Delimiter::Char(';'));
+        assert_eq!(Delimiter::of_rows("0,00\t12,5\t-3,1"), Delimiter::Char('\t'));
+        assert_eq!(Delimiter::of_rows("0,1,2"), Delimiter::Char(','));
     }
 
     #[test]
@@ -279,6 +296,7 @@ mod tests {
         assert!(number_or_missing("", false).unwrap().is_nan() && number_or_missing("NaN", false).unwrap().is_nan());
         assert!(["NA", "#N/A", "null", "∞"].iter().all(|word| number_or_missing(word, false).unwrap().is_nan()));
         assert_eq!(number_or_missing("-1,5", true).unwrap(), -1.5);
+        assert_eq!(number_or_missing("\u{2212}1.5", false).unwrap(), -1.5);
         assert!(matches!(number_or_missing("-1,5", false), Err(Fault::DecimalComma { .. })));
         assert!(matches!(number_or_missing("1,000,000", true), Err(Fault::NotANumber { .. })));
         assert!(matches!(number_or_missing("inf", true), Err(Fault::NotFinite { .. })));

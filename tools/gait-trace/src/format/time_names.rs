@@ -27,6 +27,26 @@ pub(crate) fn stamp_of(name: &str) -> Option<Option<i32>> {
     if rest.is_empty() { Some(None) } else { seconds_of(rest).map(Some) }
 }
 
+/// Units of time that are not read, in lower case.
+const OTHER_UNITS: [&str; 23] = [
+    "min", "mins", "minute", "minutes", "minuten", "minuti", "minutos", "h", "hr", "hrs", "hour", "hours", "std",
+    "stunden", "uur", "heures", "horas", "ore", "day", "days", "tage", "cs", "ds",
+];
+
+/// The unit that a heading has at its end, if it is one of time that is not read: `Time (min)`, `t/h`, `clock (0.1 s)`.
+#[must_use]
+pub(crate) fn other_unit_of_time(heading: &str) -> Option<String> {
+    let bare = heading.trim_end_matches([']', ')', '}', ' ', '.']);
+    let end = bare.rsplit(['_', '[', '(', '{', ' ', '/', ',']).next()?;
+    if OTHER_UNITS.contains(&end.to_lowercase().as_str()) {
+        return Some(end.into());
+    }
+    // A number of units: the times count tenths of a second.
+    let (_, inside) = bare.rsplit_once(['[', '(', '{']).filter(|_| bare.len() < heading.trim_end().len())?;
+    let is_multiple = inside.starts_with(|c: char| c.is_ascii_digit()) && seconds_of(end).is_some() && end != inside;
+    is_multiple.then(|| inside.trim().into())
+}
+
 /// Whether a column's name is about time or a date, whatever is in it.
 #[must_use]
 pub(crate) fn is_time_like(name: &str) -> bool {
@@ -88,6 +108,21 @@ mod tests {
             ("time", None),
         ] {
             assert_eq!(stamp_of(name), unit, "{name}");
+        }
+        for (name, unit) in [
+            ("Time (min)", Some("min")),
+            ("t/h", Some("h")),
+            ("time_cs", Some("cs")),
+            ("Zeit (0.1 s)", Some("0.1 s")),
+            ("clock [1/100 s]", Some("1/100 s")),
+            ("Minuten", Some("Minuten")),
+            ("Time (s)", None),
+            ("Uhr in ms", None),
+            ("Time [s]", None),
+            ("clock 2 s", None),
+            ("path", None),
+        ] {
+            assert_eq!(other_unit_of_time(name).as_deref(), unit, "{name}");
         }
         assert!(["Frame", "frame #", "Sample No."].into_iter().all(is_frame));
         assert!(["framework", "time", "sampled", "sample_rate"].into_iter().all(|name| !is_frame(name)));

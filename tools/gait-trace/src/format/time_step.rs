@@ -5,6 +5,9 @@ use crate::format::text_table::short;
 
 /// From this median step on, seconds, times are not those of a gait: two rows a stride of 1 s.
 pub(crate) const MAX_STEP_S: f64 = 0.5;
+/// Times whose unit nothing states are not read as seconds below this step: angles are not recorded at more than 2.5 kHz, but the rows of 60 Hz are
+/// 0.28 thousandths of a minute apart.
+pub(crate) const MIN_UNSAID_STEP_S: f64 = 4e-4;
 /// Shortest step of a recorder of gait, seconds.
 const MIN_STEP_S: f64 = 1e-4;
 

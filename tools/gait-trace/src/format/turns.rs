@@ -82,7 +82,7 @@ mod tests {
         let mut bent: Vec<f64> = (0..300).map(|n| 360.0 - knee(n)).collect();
         assert!(take_out("knee", &mut bent, 360.0, true).unwrap().contains("near a whole turn"));
         assert!((bent[7] + knee(7)).abs() < 1e-9);
-        for change in [0.0, 150.0, 190.0] {
+        for change in [0.0, 150.0, 190.0, 210.0] {
             let mut values: Vec<f64> = (0..300).map(|n| knee(n) + change).collect();
             let before = values.clone();
             assert_eq!(take_out("knee", &mut values, 360.0, true), None);

@@ -28,6 +28,15 @@ pub(crate) const ALL: &[Unsupported] = &[
         is: |bytes| trimmed(bytes).starts_with(b"HIERARCHY"),
     },
     Unsupported {
+        what: "a JSON file",
+        begins: "`{\"`, `[{`, `[[` or `[\"`",
+        instead: "write the joint angles as CSV (`time_s,left_hip_deg,...`), a row a sample (`pandas.read_json`, `to_csv`)",
+        is: |bytes| {
+            let mut text = trimmed(bytes).iter().copied().filter(|byte| !byte.is_ascii_whitespace());
+            matches!((text.next(), text.next()), (Some(b'{'), Some(b'"')) | (Some(b'['), Some(b'{' | b'[' | b'"')))
+        },
+    },
+    Unsupported {
         what: "a rosbag of ROS 1",
         begins: "`#ROSBAG V`",
         instead: "convert it to MCAP (`mcap convert`), or write the joint angles of its messages as CSV (`rostopic echo -p`)",
