@@ -124,11 +124,11 @@ impl Corrections {
     /// The target of each joint, rad.
     fn at(&self, inputs: &[f32; INPUTS], terms: &[f32; TERMS], innovation: f32) -> [f32; Joint::COUNT] {
         let times = innovation / self.usual_innovation.0.max(LEAST_INNOVATION);
-        let factor = ((NONE_FROM - times) / (NONE_FROM - ALL_TO)).max(0.0).min(1.0);
+        let factor = ((NONE_FROM - times) / (NONE_FROM - ALL_TO)).clamp(0.0, 1.0);
         let gain = |of: &[f32; TERMS]| of.iter().zip(terms).map(|(gain, term)| gain * term).sum::<f32>();
         self.gains.each_ref().map(|joint| {
             let sum: f32 = joint.iter().zip(inputs).map(|(of, input)| gain(of) * input).sum();
-            factor * sum.max(-LARGEST).min(LARGEST)
+            factor * sum.clamp(-LARGEST, LARGEST)
         })
     }
 }
@@ -169,12 +169,12 @@ impl Inputs {
 
     /// Takes innovation (rad) and frequency (rad/s) of one period with a good sample in a near lock.
     pub(super) fn take(&mut self, innovation: f32, frequency: f32) {
-        let innovation = innovation.max(-LARGEST_INNOVATION).min(LARGEST_INNOVATION);
+        let innovation = innovation.clamp(-LARGEST_INNOVATION, LARGEST_INNOVATION);
         for (memory, step) in self.memories.iter_mut().zip(&self.steps) {
             *memory += (innovation - *memory) * step;
         }
         let difference = frequency / self.nominal - 1.0;
-        self.frequency = difference.max(-LARGEST_FREQUENCY).min(LARGEST_FREQUENCY);
+        self.frequency = difference.clamp(-LARGEST_FREQUENCY, LARGEST_FREQUENCY);
         self.is_active = true;
     }
 

@@ -28,6 +28,8 @@ use crate::store::flash_record::{WordError, WordReader, WordWriter};
 macro_rules! board_generators {
     ($($(#[$doc:meta])* $variant:ident => $module:ident,)+) => {
         /// Parameters of a generator, in SI units.
+        // There is one value, and no heap for the largest variant.
+        #[allow(clippy::large_enum_variant)]
         #[derive(Debug, Clone, Copy, PartialEq)]
         #[non_exhaustive]
         pub enum GeneratorConfig {
@@ -35,7 +37,7 @@ macro_rules! board_generators {
         }
 
         /// A built generator.
-        // There is one value, and no heap for the largest variant.
+        // As above.
         #[allow(clippy::large_enum_variant)]
         #[derive(Debug, Clone, Copy, PartialEq)]
         #[non_exhaustive]
@@ -45,6 +47,8 @@ macro_rules! board_generators {
 
         /// Parameters of a generator as its file has them: degrees, seconds, and numbers that read back to the same bits.
         #[cfg(feature = "serde")]
+        // As above.
+        #[allow(clippy::large_enum_variant)]
         #[derive(Debug, Clone, PartialEq)]
         #[non_exhaustive]
         pub enum GeneratorSet {

@@ -95,7 +95,7 @@ pub fn learn(mut follower: Follower, recorded: &Recorded<'_>) -> Option<Learned>
 /// filter without lag shows the sensor what comes later. `None` as in [`learn`], or if the joints cannot be conditioned.
 #[must_use]
 pub fn on_the_board(config: &FollowConfig, raw: &RawJoints, rules: &Rules) -> Option<Learned> {
-    let conditioned = condition(raw, &Rules { low_pass: LowPass::Off, ..rules.clone() }).ok()?;
+    let conditioned = condition(raw, &Rules { low_pass: LowPass::Off, ..*rules }).ok()?;
     if conditioned.normalised_cycle {
         return None;
     }
