@@ -115,6 +115,12 @@ fn decimal_commas_below_lines_of_text_are_read() {
     let table = csv(ENGLISH, 1.0, |x| x.to_string()).replace(',', ";").replace('.', ",");
     let raw = read(&format!("Patient;Max\nTime;12:00:00\n{table}"), "").unwrap();
     assert_eq!((angles(&raw), &raw.time_s), (angles(&plain()), &plain().time_s));
+    // Headings with commas inside.
+    let header = ENGLISH.replace(',', ";").replace("_deg", ", deg").replace("_s;", ", s;");
+    for above in ["", "Patient;Max\n"] {
+        let raw = read(&format!("{above}{header}\n{}", table.split_once('\n').unwrap().1), "").unwrap();
+        assert_eq!((angles(&raw), &raw.time_s), (angles(&plain()), &plain().time_s));
+    }
     // A true minus sign, which some programs write.
     let raw = read(&csv(ENGLISH, 1.0, |x| x.to_string()).replace('-', "\u{2212}"), "").unwrap();
     assert_eq!(angles(&raw), angles(&plain()));

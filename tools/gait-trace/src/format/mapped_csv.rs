@@ -26,7 +26,7 @@ use crate::format::flexion_component;
 use crate::format::preamble::{self, Preamble};
 use crate::format::row_marks::RowMarks;
 use crate::format::text_table::{
-    Delimiter, check_rows, cut_line, finite, is_missing, is_separator_line, lines, short, text,
+    Delimiter, bare_lines, check_rows, cut_line, finite, is_missing, is_separator_line, lines, short, text,
 };
 use crate::format::time_step;
 use crate::format::unit::scaled;
@@ -82,7 +82,8 @@ pub(crate) fn parse_text(name: &str, text: &str, how: &ReadOptions<'_>) -> Resul
             None => break (line, row),
         }
     };
-    let delimiter = Delimiter::of_rows(first.1);
+    let below = bare_lines(text).skip(first.0 as usize).filter(|row| !row.trim().is_empty());
+    let delimiter = Delimiter::of_line(first.1, below);
     let split = |line, row| delimiter.fields(row).map_err(|fault| TraceError::new(name, Some(line), fault));
     let comma = delimiter != Delimiter::Char(',');
     let is_number = |field: &Cow<'_, str>| finite(field, comma).is_ok();

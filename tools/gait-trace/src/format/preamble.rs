@@ -39,8 +39,9 @@ pub(crate) fn find(name: &str, text: &str, how: &ReadOptions<'_>) -> Result<Prea
         .collect();
     let split: Vec<(Delimiter, Vec<Cow<'_, str>>)> = rows
         .iter()
-        .map(|(_, row)| {
-            let delimiter = Delimiter::of_rows(row);
+        .enumerate()
+        .map(|(n, (_, row))| {
+            let delimiter = Delimiter::of_line(row, rows[n + 1..].iter().map(|(_, row)| *row));
             (delimiter, delimiter.fields(row).unwrap_or_default())
         })
         .collect();

@@ -129,8 +129,22 @@ impl Delimiter {
         if blanks && row.split_whitespace().all(is_number) {
             return Self::Blanks;
         }
-        let separates = |c: &char| row.contains(*c) && row.split(*c).all(|f| number_or_missing(f.trim(), true).is_ok());
+        let separates = |c: &char| has_numbers_between(row, *c);
         [';', '\t'].into_iter().find(separates).map_or_else(|| Self::of_header(row), Self::Char)
+    }
+
+    /// As [`Self::of_rows`], for a line with others below it: a heading may have a comma inside, `Zeit, s;Knie links, °`, so that rows of as
+    /// many numbers between semicolons or tabs decide.
+    pub(crate) fn of_line<'a>(row: &str, below: impl Iterator<Item = &'a str>) -> Self {
+        let own = Self::of_rows(row);
+        if own != Self::Char(',') {
+            return own;
+        }
+        let as_many = |below: &str, c: char| row.contains(c) && row.split(c).count() == below.split(c).count();
+        let of_numbers =
+            |below: &str| [';', '\t'].into_iter().find(|&c| has_numbers_between(below, c) && as_many(below, c));
+        // Rows of units or of components may be between the header and the numbers.
+        below.take(4).find_map(of_numbers).map_or(own, Self::Char)
     }
 
     pub(crate) const fn words(self) -> &'static str {
@@ -158,6 +172,11 @@ impl Delimiter {
         }
         Ok(fields)
     }
+}
+
+/// Whether a character separates fields that are all numbers or empty.
+fn has_numbers_between(row: &str, c: char) -> bool {
+    row.contains(c) && row.split(c).all(|field| number_or_missing(field.trim(), true).is_ok())
 }
 
 /// The fields of a row with quotes; `""` inside of quotes is one quote.
