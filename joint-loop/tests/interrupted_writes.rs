@@ -11,7 +11,7 @@ use joint_loop::{
 use joint_units::{Joint, Radians};
 
 /// Longer than any record; a sector of the board is longer still.
-const SECTOR: usize = 1024;
+const SECTOR: usize = 2048;
 
 /// What a reader makes of a sector.
 #[derive(Debug, PartialEq)]

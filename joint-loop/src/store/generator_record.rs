@@ -155,7 +155,7 @@ mod tests {
         let GeneratorConfig::Shape(inner) = shape() else { unreachable!() };
         let mut corrections = Corrections { usual_innovation: Radians(0.03), ..Corrections::NONE };
         let gains = corrections.gains.as_flattened_mut().as_flattened_mut();
-        gains.iter_mut().zip(0_u8..).for_each(|(gain, n)| *gain = 0.01 * f32::from(n));
+        gains.iter_mut().zip(0_u16..).for_each(|(gain, n)| *gain = 0.01 * f32::from(n));
         let follow = GeneratorConfig::Follow(FollowConfig {
             sensor: Joint::RightHip,
             events: EventSource::FootSwitch,
@@ -192,13 +192,13 @@ mod tests {
         }
     }
 
-    /// A follower of an older version, without the word for its events, is refused by its length.
+    /// A follower of an older version, without corrections, is refused by its length.
     #[test]
     fn a_follower_of_the_old_length_is_refused() {
-        let old = Record::new(MAGIC, SCHEMA, FOLLOW.0, &NAME, |record| (1..FOLLOW.1).for_each(|_| record.push(0)));
+        let old = Record::new(MAGIC, SCHEMA, FOLLOW.0, &NAME, |record| (0..71).for_each(|_| record.push(0)));
         let error = read(old.bytes()).unwrap_err();
-        assert_eq!(error, GeneratorRecordError::Frame(FlashRecordError::Kind { kind: 4, words: 70 }));
-        assert!(error.to_string().contains("kind 4 with 71 words"), "{error}");
+        assert_eq!(error, GeneratorRecordError::Frame(FlashRecordError::Kind { kind: 4, words: 71 }));
+        assert!(error.to_string().contains("kind 4 with 424 words"), "{error}");
     }
 
     #[test]

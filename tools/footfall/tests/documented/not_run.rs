@@ -88,6 +88,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo test -p footfall --test gait_changes",
             "cargo test -p footfall --test gait_changes -- --nocapture",
             "cargo test -p footfall --test gait_changes -- --ignored --nocapture",
+            "cargo test -p footfall-tests --test corrections",
             "cargo test -p footfall-tests --test entrainment",
             "cargo test -p footfall-tests --test fits -- --nocapture",
             "cargo test -p footfall-tests --test recordings -- --nocapture an_hour",
