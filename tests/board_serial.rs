@@ -248,6 +248,10 @@ fn the_commands_of_footfall_use_the_port() {
             assert!(error.contains(said), "{error}");
         }
         set(&["--stop"]).expect("it stops");
+        // The log, which is read below, has the stop a moment after the port has.
+        let mut host = Host::open(&path);
+        host.until("disarmed", |host| host.state == SupervisorState::Disarmed);
+        host.wait(500);
     });
     assert_sound(&ran);
     let requests: Vec<String> =
