@@ -15,8 +15,7 @@
 //! | E, E_0 | root mean square of e over the last 0.4 s, and in the recording that the gains were learned from |
 //!
 //! A template at the person's phase has the mean stride. Each stride differs from it, and what the measured joint did in the last half stride
-//! tells how the others are about to differ: a longer step of one leg is followed by one of the other. The gains are learned from a recording
-//! by least squares (`gait_fit::corrections`). They have an effect only in a near lock with good samples; in any other state the target is 0.
+//! tells how the others are about to differ. The gains are learned from a recording by least squares (`gait_fit::corrections`). They have an effect only in a near lock with good samples; in any other state the target is 0.
 //! The factor f takes them away from a gait that is not the one of the recording: there they would be an extrapolation.
 
 use core::f32::consts::TAU;
