@@ -4,9 +4,10 @@
 //! minimise  sum_t ( a_j(t + d) - s_j(t + d) - sum_ib G_jib B_b(phi(t)) x_i(t) )^2 + N r sum_ib (sigma_ib G_jib)^2
 //! ```
 //! a_j is the recorded angle of joint j, s_j the setpoint of the follower without corrections, d the delay of a correction, x_i and B_b the
-//! inputs and terms of [`cpg_core::entrainment::correction`], sigma_ib the standard deviation of their product, N the number of rows (one each
-//! 10 ms). The rows are cut into [`SPANS`] spans of time; a ridge r of [`RIDGES`] is chosen for each joint by the error on spans to which it was
-//! not fitted. The gains that are returned are fitted to all rows; those for a span to the rows that are a stride or more from it.
+//! inputs and terms of [`cpg_core::entrainment::correction`], sigma_ib the standard deviation of their product (1 for the constant, at least
+//! `LEAST_DEVIATION`), N the number of rows (one each 10 ms). The rows are cut into [`SPANS`] spans of time. A ridge r of [`RIDGES`] is chosen for
+//! each joint by the error on spans to which it was not fitted, among those whose gains are within [`MAX_GAIN`]. The gains that are returned are
+//! fitted to all rows, those for a span to the rows that are a stride or more from it; the usual innovation is that of all rows.
 //!
 //! Source: ridge regression, Hoerl and Kennard 1970 (Technometrics 12, 55-67); cross-validation in spans of time, Burman, Chow and Nolan 1994
 //! (Biometrika 81, 351-358).
@@ -85,9 +86,9 @@ pub fn learn(mut follower: Follower, recorded: &Recorded<'_>) -> Option<Learned>
             part.gains[joint as usize] = gains;
         }
     }
-    let ends = spans.iter().skip(1).map(|span| rows.at[span.tested.start]).chain([recorded.samples.len()]);
-    let begins = std::iter::once(0).chain(spans.iter().skip(1).map(|span| rows.at[span.tested.start]));
-    let held_out = begins.zip(ends).map(|(from, to)| from..to).zip(parts).collect();
+    let inner = spans[1..].iter().map(|span| rows.at[span.tested.start]);
+    let cuts: Vec<usize> = std::iter::once(0).chain(inner).chain([recorded.samples.len()]).collect();
+    let held_out = cuts.windows(2).map(|pair| pair[0]..pair[1]).zip(parts).collect();
     Some(Learned { corrections: all, held_out, errors_deg })
 }
 

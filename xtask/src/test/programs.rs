@@ -38,6 +38,8 @@ pub(super) fn run(arguments: &[&str], variables: &[(&str, &OsStr)]) -> Result<Co
     let (sender, ended) = channel();
     let work = |sender: Sender<_>| {
         while let Some(program) = programs.get(next.fetch_add(1, Ordering::Relaxed)) {
+            // One that hangs is the last to be named here without its output below.
+            eprintln!("running {}", program.source);
             let mut shown = Vec::new();
             let counts = counts::run(&program.source, program.command().envs(variables.iter().copied()), &mut shown);
             if sender.send((program, counts, shown)).is_err() {

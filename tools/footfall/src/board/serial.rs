@@ -5,20 +5,17 @@
 use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::Path;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
-use std::thread;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::file::capture::rtt::Came;
+use crate::file::capture::rtt::{Came, Stream};
 use joint_loop::tuning::Request;
 use wire::{DecodeError, FrameError, MAX_FRAME_BYTES, Record, Unframer, decode_framed, frame_request};
 
 /// Rate of the board's port.
 #[cfg(unix)]
 const BAUD: u32 = 2_000_000;
-/// Reads in the queue, and bytes of one.
-const QUEUE: usize = 1024;
-const BLOCK: usize = 4096;
 
 /// A frame that holds no record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -65,7 +62,8 @@ pub fn is_other_version(record: &Result<Record, LinkError>) -> bool {
 #[derive(Debug)]
 pub struct Port {
     file: File,
-    receiver: Receiver<io::Result<Vec<u8>>>,
+    received: Stream,
+    closed: Arc<AtomicBool>,
 }
 
 impl Port {
@@ -77,24 +75,9 @@ impl Port {
         let file = File::options().read(true).write(send).open(path)?;
         #[cfg(unix)]
         set_up(&file)?;
-        let mut reader = file.try_clone()?;
-        let (sender, receiver) = sync_channel(QUEUE);
-        thread::spawn(move || {
-            let mut block = vec![0; BLOCK];
-            loop {
-                let came = match reader.read(&mut block) {
-                    Ok(0) => return,
-                    Ok(bytes) => Ok(block[..bytes].to_vec()),
-                    Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-                    Err(error) => Err(error),
-                };
-                let last = came.is_err();
-                if sender.send(came).is_err() || last {
-                    return;
-                }
-            }
-        });
-        Ok(Self { file, receiver })
+        let closed = Arc::new(AtomicBool::new(false));
+        let received = Stream::of(Reader { file: file.try_clone()?, closed: closed.clone() });
+        Ok(Self { file, received, closed })
     }
 
     /// Sends a request.
@@ -111,19 +94,51 @@ impl Port {
     /// Waits at most until then for bytes.
     #[must_use]
     pub fn next(&self, until: Instant) -> Came {
-        match self.receiver.recv_timeout(until.saturating_duration_since(Instant::now())) {
-            Ok(Ok(bytes)) => Came::Bytes(bytes),
-            Ok(Err(error)) => Came::Broken(error),
-            Err(RecvTimeoutError::Timeout) => Came::Nothing,
-            Err(RecvTimeoutError::Disconnected) => Came::End,
-        }
+        self.received.next(until.saturating_duration_since(Instant::now()))
     }
 
     /// The same with a time limit.
     #[must_use]
     pub fn next_within(&self, patience: Duration) -> Came {
-        self.next(Instant::now() + patience)
+        self.received.next(patience)
     }
+}
+
+/// A port that is read no more takes no byte from the one that is opened next.
+impl Drop for Port {
+    fn drop(&mut self) {
+        self.closed.store(true, Ordering::Release);
+        #[cfg(unix)]
+        while !matches!(self.next_within(Duration::from_secs(1)), Came::End | Came::Broken(_)) {}
+    }
+}
+
+/// What a port receives, until the port is closed here.
+#[derive(Debug)]
+struct Reader {
+    file: File,
+    closed: Arc<AtomicBool>,
+}
+
+impl Read for Reader {
+    fn read(&mut self, block: &mut [u8]) -> io::Result<usize> {
+        while !self.closed.load(Ordering::Acquire) {
+            #[cfg(unix)]
+            if !has_bytes(&self.file)? {
+                continue;
+            }
+            return self.file.read(block);
+        }
+        Ok(0)
+    }
+}
+
+/// Waits a moment for bytes, or for the end of the file.
+#[cfg(unix)]
+fn has_bytes(file: &File) -> io::Result<bool> {
+    use rustix::event::{PollFd, PollFlags, Timespec, poll};
+    const MOMENT: Timespec = Timespec { tv_sec: 0, tv_nsec: 10_000_000 };
+    Ok(poll(&mut [PollFd::new(file, PollFlags::IN)], Some(&MOMENT))? > 0)
 }
 
 #[cfg(unix)]
@@ -142,7 +157,26 @@ fn set_up(file: &File) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    #[cfg(unix)]
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
     use wire::{Edge, frame_record};
+
+    /// A program may close a port and open it again: the first bytes after that are the second port's.
+    #[cfg(unix)]
+    #[test]
+    fn a_closed_port_takes_nothing_from_the_next() {
+        let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+        grantpt(&near).and_then(|()| unlockpt(&near)).unwrap();
+        let path = ptsname(&near, Vec::new()).unwrap().into_string().unwrap();
+        let mut near = File::from(near);
+        let _far = File::open(&path).unwrap();
+        for round in 0..20 {
+            let port = Port::open(path.as_ref(), true).unwrap();
+            near.write_all(&[round]).unwrap();
+            let Came::Bytes(bytes) = port.next_within(Duration::from_secs(5)) else { panic!("round {round}") };
+            assert_eq!(bytes, [round]);
+        }
+    }
 
     #[test]
     fn records_are_found_from_any_byte_on() {

@@ -15,8 +15,8 @@ use crate::failure::Failure;
 use crate::file::capture::rtt::Came;
 use crate::output;
 
-/// Longest time to the first answer: a board answers in the tick that takes the request.
-const ANSWER_WITHIN: Duration = Duration::from_secs(2);
+/// Longest time to the first answer: a board answers in the tick that takes the request; a virtual board on a busy computer has slow ticks.
+const ANSWER_WITHIN: Duration = Duration::from_secs(5);
 /// Longest time from there to the effect: the longest wait for a phase boundary, and the ramp of an earlier change.
 const EFFECT_WITHIN: Duration = Duration::from_secs(10);
 

@@ -89,11 +89,15 @@ impl Stream {
     /// # Errors
     /// The file or server does not exist.
     pub fn open(source: &Source) -> io::Result<Self> {
-        let mut reader: Box<dyn Read + Send> = match source {
-            Source::File(path) => Box::new(File::open(path)?),
-            Source::Stdin => Box::new(io::stdin()),
-            Source::Tcp(address) => Box::new(TcpStream::connect(address)?),
-        };
+        Ok(match source {
+            Source::File(path) => Self::of(File::open(path)?),
+            Source::Stdin => Self::of(io::stdin()),
+            Source::Tcp(address) => Self::of(TcpStream::connect(address)?),
+        })
+    }
+
+    /// The stream of what a thread of its own reads here.
+    pub(crate) fn of(mut reader: impl Read + Send + 'static) -> Self {
         let (sender, receiver) = sync_channel(QUEUE);
         thread::spawn(move || {
             let mut block = vec![0; BLOCK];
@@ -110,7 +114,7 @@ impl Stream {
                 }
             }
         });
-        Ok(Self { receiver })
+        Self { receiver }
     }
 
     /// Waits at most this long for bytes.
