@@ -1,18 +1,20 @@
 //! Requests to the flashed image on the virtual board, through its serial port: they take effect at the tick that is acknowledged, inside the
 //! limits and as on the host, bit for bit; what is malformed changes nothing; and nothing arms.
 
+use firmware::board::f4_discovery::BOARD;
 use footfall::board::serial::{Port, Records};
 use footfall::file::capture::rtt::Came;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::degraded::Random;
 use footfall_tests::recordings::default_volts_file;
+use generator_file::robot_file::RobotFile;
 use joint_loop::tuning::{Action, Answer, Outcome, Parameter, Request};
-use joint_loop::{GateConfig, GeneratorConfig, SupervisorState};
+use joint_loop::{Direction, GateConfig, GeneratorConfig, SupervisorState};
 use std::ffi::OsString;
 use std::fs::File;
-use std::io::Write;
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
-use std::process::ExitCode;
+use std::process::{Command, ExitCode, Stdio};
 use std::sync::mpsc::channel;
 use std::time::Duration;
 use test_suite::{report, tests};
@@ -24,6 +26,7 @@ fn main() -> ExitCode {
         malformed_frames_are_counted_and_change_nothing(Image),
         no_request_arms_and_one_stops(Image),
         the_commands_of_footfall_use_the_port(Image),
+        a_servo_is_trimmed_through_the_port(Image),
     ])
 }
 
@@ -107,7 +110,7 @@ fn any_set(random: &mut Random) -> Action {
 fn changes_at_random_phases_take_effect_as_acknowledged() {
     let requests = std::env::var("FOOTFALL_REQUESTS").map_or(REQUESTS, |text| text.parse().expect("a number"));
     let (send, receive) = channel();
-    let ran = Board::find().run_with_host(walks("0.3"), move |path| {
+    let ran = Board::find().run_with_host(walks("0.3"), move |path, _| {
         let mut host = Host::open(&path);
         let mut random = Random(7);
         host.until("walking", |host| host.state == SupervisorState::Walking);
@@ -155,7 +158,7 @@ fn changes_at_random_phases_take_effect_as_acknowledged() {
 
 fn malformed_frames_are_counted_and_change_nothing() {
     let (send, receive) = channel();
-    let ran = Board::find().run_with_host(walks("0.3"), move |path| {
+    let ran = Board::find().run_with_host(walks("0.3"), move |path, _| {
         let mut line = File::options().write(true).open(&path).expect("the board's port");
         let mut host = Host::open(&path);
         let mut random = Random(3);
@@ -189,7 +192,7 @@ fn malformed_frames_are_counted_and_change_nothing() {
 }
 
 fn no_request_arms_and_one_stops() {
-    let ran = Board::find().run_with_host(walks("6"), move |path| {
+    let ran = Board::find().run_with_host(walks("6"), move |path, _| {
         let mut host = Host::open(&path);
         host.until("disarmed", |host| host.state == SupervisorState::Disarmed);
         for (number, parameter) in (1..).zip(Parameter::ALL) {
@@ -227,7 +230,7 @@ fn the_commands_of_footfall_use_the_port() {
     let folder = tempfile::tempdir().expect("a folder");
     let capture = folder.path().join("walk.csv");
     let (elf, out) = (std::env::var("FOOTFALL_ELF").expect("FOOTFALL_ELF"), capture.display().to_string());
-    let ran = Board::find().run_with_host(walks("0.3"), |path| {
+    let ran = Board::find().run_with_host(walks("0.3"), |path, _| {
         let port = path.display().to_string();
         Host::open(&path).until("walking", |host| host.state == SupervisorState::Walking);
         let call = |words: &[&str]| {
@@ -263,4 +266,72 @@ fn the_commands_of_footfall_use_the_port() {
     assert!(rows.lines().count() > 2_000 && rows.starts_with("time_s,boot,tick,"), "{}", rows.lines().count());
     // Nothing was lost on the way.
     assert!(rows.lines().skip(1).all(|row| row.ends_with(",0")));
+}
+
+/// The program as a user runs it: a line each on standard input, and a press of the button when it asks for one.
+fn a_servo_is_trimmed_through_the_port() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [robot, out] = ["robot.toml", "trimmed.toml"].map(|name| folder.path().join(name));
+    let before = RobotFile::default_biped().to_toml();
+    std::fs::write(&robot, &before).expect("written");
+    let (program, trimmed) = (std::env::var_os("FOOTFALL_BIN").expect("FOOTFALL_BIN"), out.clone());
+    // No sensor is connected: its wire is open.
+    let open = folder.path().join("open.csv");
+    std::fs::write(&open, "time_s,PA1\n0,0\n").expect("written");
+    let lamp = folder.path().join("lamp.csv");
+    let lamp_pin = format!("{}={}", BOARD.led_pulses.expect("a lamp"), lamp.display());
+    let options = ["--volts".into(), OsString::from(open), "--record-edges".into(), lamp_pin.into()];
+    let ran = Board::find().run_with_host(options, move |path, button| {
+        let mut child = Command::new(program)
+            .args(["trim", "left_hip", "--serial"])
+            .arg(path)
+            .arg("--robot")
+            .arg(&robot)
+            .arg("-o")
+            .arg(&trimmed)
+            .stdin(Stdio::piped())
+            .stderr(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        let mut said = BufReader::new(child.stderr.take().expect("piped"));
+        let mut all = String::new();
+        while !all.contains("press the board's button") {
+            assert!(said.read_line(&mut all).expect("text") > 0, "{all}");
+        }
+        button.press();
+        let lines = b"=1460\nangle 0\n=1360\nangle 10\ndone\n";
+        child.stdin.take().expect("piped").write_all(lines).expect("taken");
+        said.read_to_string(&mut all).expect("text");
+        assert!(child.wait_with_output().expect("it ends").status.success(), "{all}");
+    });
+    assert_sound(&ran);
+    // In the file: 10 us a degree, mirrored, and nothing else is changed.
+    let after = RobotFile::read(&out).expect("a robot");
+    let servo = after.robot.servos[0];
+    assert_eq!((servo.neutral.0, servo.direction, servo.angle_at_neutral.0), (1_460, Direction::Mirrored, 0.0));
+    assert!((servo.micros_per_radian - 572.96).abs() < 0.01, "{servo:?}");
+    let text = std::fs::read_to_string(&out).expect("text");
+    assert_eq!(before.lines().zip(text.lines()).filter(|(was, is)| was != is).count(), 3, "{text}");
+    // At the pins: the others stay parked, and the servo moves by a microsecond at a time, 50 frames a second.
+    let parked = [1500, 1500, 1056, 1944].map(f64::from);
+    let pulses: Vec<[f64; 4]> = ran
+        .pulses
+        .iter()
+        .filter_map(|(_, us)| us.iter().copied().collect::<Option<Vec<_>>>()?.try_into().ok())
+        .collect();
+    assert_eq!(pulses.first(), Some(&parked));
+    assert!(pulses.iter().all(|us| us[1..] == parked[1..]), "{:?}", pulses.iter().find(|us| us[1..] != parked[1..]));
+    assert!(pulses.windows(2).all(|pair| (pair[1][0] - pair[0][0]).abs() <= 2.0));
+    let ends =
+        pulses.iter().map(|us| us[0]).fold((f64::MAX, f64::MIN), |(least, most), us| (least.min(us), most.max(us)));
+    assert_eq!(ends, (1_360.0, 1_500.0));
+    assert_eq!(ran.end.edges_before_arming, 0);
+    // Ready to trim: three flashes, a quarter of a second from one to the next.
+    let edges = std::fs::read_to_string(&lamp).expect("edges");
+    let lit: Vec<f64> =
+        edges.lines().filter_map(|row| row.strip_suffix(",1")).map(|t_s| t_s.parse().expect("a time")).collect();
+    let is_step = |pair: &[f64]| (pair[1] - pair[0] - 0.25).abs() < 0.005;
+    assert!(lit.windows(3).any(|three| three.windows(2).all(is_step)), "{lit:?}");
+    report!("{} pulse sets of a trim, {} replayed ticks equal", pulses.len(), ran.books.calls);
 }

@@ -5,6 +5,7 @@
 //! | pattern | lamp | meaning |
 //! |---|---|---|
 //! | a flash of 50 ms every 2 s | pulses | disarmed: the button arms |
+//! | three flashes of 50 ms every 2 s | pulses | ready to trim: the button begins the trim of a servo |
 //! | lit | pulses | armed: the servos get pulses |
 //! | two flashes of 50 ms every 2 s | pulses | armed in shadow mode: everything runs, no pulses |
 //! | 100 ms lit, 100 ms dark | fault | fault: the button acknowledges it |
@@ -22,6 +23,8 @@ use wire::Subject;
 pub enum Shown {
     /// No pulses; a press arms.
     Disarmed,
+    /// No pulses; a press begins a trim.
+    TrimReady,
     /// The servos get pulses.
     Armed,
     /// Armed, and shadow mode withholds the pulses.
@@ -71,6 +74,7 @@ impl Shown {
     const fn pattern(self) -> Pattern {
         match self {
             Self::Disarmed => Pattern::even(Lamp::Pulses, 50, 2_000),
+            Self::TrimReady => Pattern { lamp: Lamp::Pulses, flashes: 3, lit_ms: 50, step_ms: 250, period_ms: 2_000 },
             Self::Armed => Pattern::even(Lamp::Pulses, 1_000, 1_000),
             Self::Shadow => Pattern { lamp: Lamp::Pulses, flashes: 2, lit_ms: 50, step_ms: 250, period_ms: 2_000 },
             Self::Fault => Pattern::even(Lamp::Fault, 100, 200),
@@ -104,8 +108,9 @@ impl Shown {
 mod tests {
     use super::*;
 
-    const ALL: [Shown; 10] = [
+    const ALL: [Shown; 11] = [
         Shown::Disarmed,
+        Shown::TrimReady,
         Shown::Armed,
         Shown::Shadow,
         Shown::Fault,

@@ -57,6 +57,8 @@ fn assert_allowed(before: &Frame<1>, after: &Frame<1>) {
         SupervisorState::Walking => &[SupervisorState::Walking, SupervisorState::Stopping, SupervisorState::Fault],
         SupervisorState::Stopping => &[SupervisorState::Stopping, SupervisorState::Disarmed, SupervisorState::Fault],
         SupervisorState::Fault => &[SupervisorState::Fault, SupervisorState::Disarmed],
+        SupervisorState::TrimReady => &[SupervisorState::TrimReady, SupervisorState::Trimming, SupervisorState::Fault],
+        SupervisorState::Trimming => &[SupervisorState::Trimming, SupervisorState::TrimReady, SupervisorState::Fault],
     };
     assert!(legal.contains(&after.state), "{before:?} {after:?}");
     assert_eq!(after.seq, before.seq.wrapping_add(1));

@@ -10,7 +10,7 @@ use joint_loop::{
     BoardFaults, Cause, FollowConfig, GateConfig, GeneratorConfig, RobotConfig, SENSORS, Sample, SeriesConfig,
     ShapeConfig, SupervisorState,
 };
-use joint_units::{AdcCode, Joint, Radians, Volts};
+use joint_units::{AdcCode, Joint, PulseMicros, Radians, Volts};
 use proptest::prelude::*;
 
 const IDLE: Sample<SENSORS> = Sample {
@@ -287,7 +287,11 @@ fn any_action() -> impl Strategy<Value = Action> {
     });
     let any = (0..Parameter::COUNT, any::<i32>())
         .prop_map(|(place, thousandths)| Action::Set { parameter: Parameter::ALL[place], thousandths });
-    prop_oneof![8 => near, 1 => any, 1 => Just(Action::Undo)]
+    let trim = (0..Joint::COUNT, prop::bool::ANY, 0..3_000_u16).prop_map(|(place, jog, pulse)| match jog {
+        true => Action::Jog { pulse: PulseMicros(pulse) },
+        false => Action::Trim { joint: Joint::ALL[place] },
+    });
+    prop_oneof![8 => near, 1 => any, 1 => Just(Action::Undo), 1 => trim]
 }
 
 proptest! {

@@ -17,7 +17,8 @@ use serde_json::Value;
 use std::ffi::{OsStr, OsString};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::{Arc, Mutex};
 use wire::{Boot, Call, Cost, Edge, Environment, Record, Refused};
 
 /// Image and virtual board.
@@ -114,6 +115,24 @@ impl Booted {
     }
 }
 
+/// The user button of a board that runs, and its other commands.
+#[derive(Debug, Clone)]
+pub struct Button(Arc<Mutex<ChildStdin>>);
+
+impl Button {
+    /// Presses it, for a moment.
+    ///
+    /// # Panics
+    /// The board has ended.
+    pub fn press(&self) {
+        self.command("press");
+    }
+
+    fn command(&self, command: &str) {
+        writeln!(self.0.lock().expect("no thread has failed"), "{command}").expect("the board takes commands");
+    }
+}
+
 impl Board {
     /// The board with the image that drives the servos.
     ///
@@ -170,7 +189,8 @@ impl Board {
         })
     }
 
-    /// Runs the image with its serial port, and beside it a host that is given the name of the port. The board ends when the host does.
+    /// Runs the image with its serial port, and beside it a host that is given the name of the port and the board's button. The board ends when
+    /// the host does.
     ///
     /// # Panics
     /// As [`Board::run`], or the host panics.
@@ -178,11 +198,12 @@ impl Board {
     pub fn run_with_host<A: AsRef<OsStr>>(
         &self,
         options: impl IntoIterator<Item = A>,
-        host: impl FnOnce(PathBuf) + Send,
+        host: impl FnOnce(PathBuf, Button) + Send,
     ) -> Ran {
         let options = options.into_iter().map(|option| option.as_ref().to_owned()).chain(["--serial".into()]);
         self.run_beside(&with_generator(&GeneratorConfig::default_walk()), options.collect::<Vec<_>>(), |mut child| {
-            let (mut console, output) = (child.stdin.take().expect("piped"), child.stdout.take().expect("piped"));
+            let (console, output) = (child.stdin.take().expect("piped"), child.stdout.take().expect("piped"));
+            let console = Button(Arc::new(Mutex::new(console)));
             let mut lines = BufReader::new(output);
             let mut text = String::new();
             while !text.contains("\"type\":\"serial\"") {
@@ -191,10 +212,11 @@ impl Board {
             let line: Value = serde_json::from_str(text.lines().last().expect("a line")).expect("an object");
             let port = PathBuf::from(line["port"].as_str().expect("a name"));
             std::thread::scope(|scope| {
-                let host = scope.spawn(move || host(port));
+                let button = console.clone();
+                let host = scope.spawn(move || host(port, button));
                 let waiting = scope.spawn(move || {
                     let ended = host.join();
-                    console.write_all(b"quit\n").expect("the board takes commands");
+                    console.command("quit");
                     ended
                 });
                 lines.read_to_string(&mut text).expect("JSON is text");

@@ -1,9 +1,10 @@
 //! Requests of a host, and the answers: the types of [`joint_loop::tuning`] as bytes.
 //!
-//! A request is its number, one byte for the action, and a value: 0 stop, 1 undo, 2 and above the place of a parameter in its table. No byte
-//! arms, and none changes a limit: there is no such action.
+//! A request is its number, one byte for the action, and a value: 0 stop, 1 undo, 2 and above the place of a parameter in its table, 254 the
+//! trim of a joint, 255 a jog to a pulse in us. No byte switches an output on, and none changes a limit: there is no such action.
 
 use joint_loop::tuning::{Action, Answer, Outcome, Parameter, Request};
+use joint_units::{Joint, PulseMicros};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use crate::number;
@@ -11,6 +12,8 @@ use crate::number;
 const STOP: u8 = 0;
 const UNDO: u8 = 1;
 const FIRST_PARAMETER: u8 = 2;
+const TRIM: u8 = 254;
+const JOG: u8 = 255;
 
 /// Number, action, value.
 #[derive(Serialize, Deserialize)]
@@ -25,16 +28,27 @@ impl From<Request> for Sent {
             Action::Set { parameter, thousandths } => {
                 Self(number, FIRST_PARAMETER.saturating_add(parameter.place() as u8), thousandths)
             }
+            Action::Trim { joint } => Self(number, TRIM, joint as i32),
+            Action::Jog { pulse } => Self(number, JOG, pulse.0.into()),
         }
     }
 }
 
 impl Sent {
     fn request<E: de::Error>(self) -> Result<Request, E> {
-        let Self(number, action, thousandths) = self;
-        let action = match (action, thousandths) {
+        let Self(number, action, value) = self;
+        let beyond = |allowed: &'static str| E::invalid_value(de::Unexpected::Signed(value.into()), &allowed);
+        let action = match (action, value) {
             (STOP, 0) => Action::Stop,
             (UNDO, 0) => Action::Undo,
+            (TRIM, place) => {
+                let joint = usize::try_from(place).ok().and_then(|place| Joint::ALL.get(place)).copied();
+                Action::Trim { joint: joint.ok_or_else(|| beyond("a joint, 0 to 3"))? }
+            }
+            (JOG, micros) => {
+                let micros = u16::try_from(micros).map_err(|_| beyond("a pulse, 0 to 65535 us"))?;
+                Action::Jog { pulse: PulseMicros(micros) }
+            }
             (action, thousandths) => {
                 let place = action.checked_sub(FIRST_PARAMETER).map(usize::from);
                 let parameter = place.and_then(|place| Parameter::ALL.get(place)).copied();

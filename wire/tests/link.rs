@@ -1,6 +1,7 @@
 //! Frames on a serial line: exact round trips, every damage refused, the next frame unharmed, and no request that arms.
 
 use joint_loop::tuning::{Action, Parameter, Request};
+use joint_units::{Joint, PulseMicros};
 use proptest::prelude::*;
 use wire::*;
 
@@ -51,12 +52,16 @@ fn by_definition(payload: &[u8]) -> Vec<u8> {
 #[test]
 fn a_frame_is_as_the_paper_defines_it() {
     let action = Action::Set { parameter: Parameter::Speed, thousandths: 1_000 };
-    let payload = [3, 7, 3, 0xd0, 0x0f];
+    let payload = [4, 7, 3, 0xd0, 0x0f];
     assert_eq!(framed(&Request { number: 7, action }), by_definition(&payload));
-    assert_eq!(framed(&Request { number: 7, action: Action::Stop }), by_definition(&[3, 7, 0, 0]));
+    assert_eq!(framed(&Request { number: 7, action: Action::Stop }), by_definition(&[4, 7, 0, 0]));
+    let trim = Action::Trim { joint: Joint::RightKnee };
+    assert_eq!(framed(&Request { number: 7, action: trim }), by_definition(&[4, 7, 254, 6]));
+    let jog = Action::Jog { pulse: PulseMicros(1_501) };
+    assert_eq!(framed(&Request { number: 7, action: jog }), by_definition(&[4, 7, 255, 0xba, 0x17]));
     let record = Record::Edge(Edge { tick: 0, offset_us: 0, high: false, lost_before: false });
     let mut buffer = [0; MAX_FRAME_BYTES];
-    assert_eq!(frame_record(&record, &mut buffer), Some(&by_definition(&[3, 5, 0, 0, 0, 0])[..]));
+    assert_eq!(frame_record(&record, &mut buffer), Some(&by_definition(&[4, 5, 0, 0, 0, 0])[..]));
 }
 
 #[test]
@@ -76,7 +81,7 @@ fn the_longest_record_fits_and_a_shorter_buffer_is_refused() {
     assert!(frame_record(&inputs, &mut buffer).is_some());
 }
 
-/// Every first action byte: stop, undo, the table; nothing else is a request. So none arms.
+/// Every first action byte: stop, undo, the table, trim and jog; nothing else is a request. So none arms.
 #[test]
 fn no_byte_is_a_request_to_arm() {
     let mut accepted = Vec::new();
@@ -88,6 +93,13 @@ fn no_byte_is_a_request_to_arm() {
                 Ok(Request { action: Action::Set { parameter, .. }, .. }) => {
                     assert_eq!(parameter.place() + 2, usize::from(action));
                     accepted.push(action);
+                }
+                // A value is sent in zigzag: 0, -1, 1, -64.
+                Ok(Request { action: Action::Trim { joint }, .. }) => {
+                    assert_eq!((action, 2 * joint as usize), (254, usize::from(value)));
+                }
+                Ok(Request { action: Action::Jog { pulse }, .. }) => {
+                    assert_eq!((action, 2 * pulse.0), (255, u16::from(value)));
                 }
                 Err(error) => assert_eq!(error, RequestError::Malformed, "{action} {value}"),
             }
@@ -105,18 +117,18 @@ fn a_record_comes_back_from_its_frame() {
     assert_eq!(payloads.len(), 1);
     let payload = payloads[0].as_ref().expect("a frame");
     assert_eq!(decode_framed(payload), Ok(record));
-    assert_eq!(decode_framed(&[4]), Err(DecodeError::Version { board: 4 }));
+    assert_eq!(decode_framed(&[5]), Err(DecodeError::Version { board: 5 }));
     assert_eq!(decode_framed(&[]), Err(DecodeError::Empty));
 }
 
 #[test]
 fn another_version_is_refused_in_words() {
     for rest in [&[][..], &[1, 2, 3], &[0xff; 40]] {
-        let payload = [&[4][..], rest].concat();
-        assert_eq!(decode_request(&payload), Err(RequestError::Version { host: 4 }));
+        let payload = [&[5][..], rest].concat();
+        assert_eq!(decode_request(&payload), Err(RequestError::Version { host: 5 }));
     }
-    let words = "a request of version 4; this board takes version 3: use the `footfall` of the checkout that its image was built from";
-    assert_eq!(RequestError::Version { host: 4 }.to_string(), words);
+    let words = "a request of version 5; this board takes version 4: use the `footfall` of the checkout that its image was built from";
+    assert_eq!(RequestError::Version { host: 5 }.to_string(), words);
 }
 
 proptest! {

@@ -4,6 +4,7 @@ use cpg_core::entrainment::{Lock, SensorFault};
 use hgod_adc::Validity;
 use joint_loop::tuning::{Action, Outcome, Parameter, Request};
 use joint_loop::{Cause, SENSORS, SupervisorState};
+use joint_units::{Joint, PulseMicros};
 use proptest::prelude::*;
 use proptest::sample::select;
 use wire::*;
@@ -61,7 +62,9 @@ fn inputs() -> impl Strategy<Value = Record> {
 fn request() -> impl Strategy<Value = Request> {
     let set = (select(&Parameter::ALL[..]), any::<i32>())
         .prop_map(|(parameter, thousandths)| Action::Set { parameter, thousandths });
-    let action = prop_oneof![Just(Action::Stop), Just(Action::Undo), set];
+    let trim = select(&Joint::ALL[..]).prop_map(|joint| Action::Trim { joint });
+    let jog = any::<u16>().prop_map(|pulse| Action::Jog { pulse: PulseMicros(pulse) });
+    let action = prop_oneof![Just(Action::Stop), Just(Action::Undo), set, trim, jog];
     (any::<u16>(), action).prop_map(|(number, action)| Request { number, action })
 }
 

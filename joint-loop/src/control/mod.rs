@@ -1,7 +1,8 @@
-//! Control of one period: tick, supervisor, monitor, fault table, button.
+//! Control of one period: tick, supervisor, monitor, fault table, button, trim.
 
 pub(crate) mod button;
 pub mod fault_table;
 pub(crate) mod monitor;
 pub mod supervisor;
 pub(crate) mod tick;
+pub mod trim;

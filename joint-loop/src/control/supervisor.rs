@@ -1,21 +1,27 @@
 //! The supervisor: a state machine that decides when the joints may move. [`next`] is a pure function of status and inputs.
 //!
-//! Each cell is the next state and, after the slash, the [`Motion`] of this tick. The outputs are on only in the three moving
-//! states: arming, walking, stopping. `-` means that the state does not change.
+//! Each cell is the next state and, after the slash, the [`Motion`] of this tick. The outputs are on only in the four moving
+//! states: arming, walking, stopping, trimming. `-` means that the state does not change.
 //!
-//! | state | go | go, press | stop | stop, press | fault | settled (and no fault) |
-//! |---|---|---|---|---|---|---|
-//! | boot | disarmed / rest | disarmed / rest | disarmed / rest | disarmed / rest | disarmed / rest | disarmed / rest |
-//! | disarmed | - / rest | **arming / rise** | - / rest | - / rest, with the cause | fault / freeze | - |
-//! | arming | - / run | stopping / stop | stopping / hurry | stopping / hurry | fault / freeze | go: walking / run |
-//! | walking | - / run | stopping / stop | stopping / hurry | stopping / hurry | fault / freeze | - |
-//! | stopping | - / run | - / run | - / hurry | - / hurry | fault / freeze | disarmed / rest |
-//! | fault | - / freeze | disarmed / rest | - / freeze | disarmed / rest | - / freeze | - |
+//! | state | go | go, press | stop | stop, press | fault | settled (and no fault) | stop request | trim request (and no fault) |
+//! |---|---|---|---|---|---|---|---|---|
+//! | boot | disarmed / rest | disarmed / rest | disarmed / rest | disarmed / rest | disarmed / rest | - | - | - |
+//! | disarmed | - / rest | **arming / rise** | - / rest | - / rest, with the cause | fault / freeze | - | - | trim_ready / rest |
+//! | arming | - / run | stopping / stop | stopping / hurry | stopping / hurry | fault / freeze | go: walking / run | - | - |
+//! | walking | - / run | stopping / stop | stopping / hurry | stopping / hurry | fault / freeze | - | - | - |
+//! | stopping | - / run | - / run | - / hurry | - / hurry | fault / freeze | disarmed / rest | - | - |
+//! | fault | - / freeze | disarmed / rest | - / freeze | disarmed / rest | - / freeze | - | - | - |
+//! | trim_ready | - / rest | **trimming / trim** | - / rest | - / rest, with the cause | fault / freeze | - | disarmed / rest | - |
+//! | trimming | - / trim | trim_ready / rest | trim_ready / rest | trim_ready / rest | fault / freeze | - | - | - |
 //!
 //! - *go*, *stop*, *fault* are the [`Demand`] of the monitor. *press* is an edge of the button. *settled* means that the ramp of
 //!   the state has ended: in arming at the generator's angles, in stopping at the park pose. In arming, a press has priority
-//!   over settled. A press in the tick that ends a stop is ignored.
-//! - **No motion without a press**: the only way to arming is a press in disarmed with the demand go.
+//!   over settled. A press in the tick that ends a stop is ignored. A stop request is a stop with the cause `request`. Where one of the
+//!   last three columns has `-`, the first five apply.
+//! - **No motion without a press**: the only ways to motion are a press in disarmed and one in trim_ready, with the demand go.
+//! - **Trim** is apart from walking: a host's request chooses it at rest, and from then on a press begins a trim, until a stop request or a
+//!   reset: no press that was meant for a trim starts a walk. A trim moves one servo, slowly ([`crate::control::trim`]). It ends where the servo
+//!   is: the outputs go off. It needs no gait sensor ([`Demand::in_trim`]).
 //! - **A fault is latched**: after its condition has ended, one press acknowledges it (to disarmed), and a second press arms.
 //!   A press while the condition persists has no effect. The first cause is kept.
 //! - **A sensor that is not good** causes a demand to stop, with a cause named after its validity;
@@ -42,16 +48,35 @@ pub enum SupervisorState {
     Stopping = 4,
     /// Outputs off, latched until a press acknowledges the fault.
     Fault = 5,
+    /// Outputs off; a press begins the trim of a servo.
+    TrimReady = 6,
+    /// One servo is moved slowly, the others are in the park pose.
+    Trimming = 7,
 }
 
 impl SupervisorState {
     /// Every state, in the order of its number.
-    pub const ALL: [Self; 6] = [Self::Boot, Self::Disarmed, Self::Arming, Self::Walking, Self::Stopping, Self::Fault];
+    pub const ALL: [Self; 8] = [
+        Self::Boot,
+        Self::Disarmed,
+        Self::Arming,
+        Self::Walking,
+        Self::Stopping,
+        Self::Fault,
+        Self::TrimReady,
+        Self::Trimming,
+    ];
 
     /// Whether the outputs are on.
     #[must_use]
     pub const fn moving(self) -> bool {
-        matches!(self, Self::Arming | Self::Walking | Self::Stopping)
+        matches!(self, Self::Arming | Self::Walking | Self::Stopping | Self::Trimming)
+    }
+
+    /// Whether a press begins or ends a trim.
+    #[must_use]
+    pub const fn is_trim(self) -> bool {
+        matches!(self, Self::TrimReady | Self::Trimming)
     }
 
     /// Name in telemetry.
@@ -64,6 +89,8 @@ impl SupervisorState {
             Self::Walking => "walking",
             Self::Stopping => "stopping",
             Self::Fault => "fault",
+            Self::TrimReady => "trim_ready",
+            Self::Trimming => "trimming",
         }
     }
 
@@ -123,11 +150,13 @@ pub enum Cause {
     Board = 19,
     /// A host asked for a stop.
     Request = 20,
+    /// In trim, no request came for too long.
+    HostSilent = 21,
 }
 
 impl Cause {
     /// Every cause, in the order of its number.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::None,
         Self::Button,
         Self::SensorOpen,
@@ -149,6 +178,7 @@ impl Cause {
         Self::Outputs,
         Self::Board,
         Self::Request,
+        Self::HostSilent,
     ];
 
     /// Name in telemetry.
@@ -176,6 +206,7 @@ impl Cause {
             Self::Outputs => "outputs",
             Self::Board => "board",
             Self::Request => "request",
+            Self::HostSilent => "host_silent",
         }
     }
 
@@ -214,6 +245,20 @@ pub enum Demand {
     Fault(Cause),
 }
 
+impl Demand {
+    /// The demand as far as it concerns a trim, which needs no gait sensor: a robot is trimmed before it has one. The supply counts.
+    #[must_use]
+    pub const fn in_trim(self) -> Self {
+        use Cause::{SensorOpen, SensorOutOfTable, SensorRate, SensorSaturated, SensorShort, SensorSpike, SensorStuck};
+        match self {
+            Self::Stop(
+                SensorOpen | SensorShort | SensorSaturated | SensorStuck | SensorSpike | SensorRate | SensorOutOfTable,
+            ) => Self::Go,
+            other => other,
+        }
+    }
+}
+
 /// State of the supervisor, with its cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct SupervisorStatus {
@@ -230,8 +275,10 @@ pub struct Inputs {
     pub press: bool,
     /// The ramp of the present state has ended.
     pub settled: bool,
-    /// Demand of the monitor.
+    /// Demand of the monitor, or of a host that asks for a stop.
     pub demand: Demand,
+    /// A host asks for the trim of a servo.
+    pub trim: bool,
 }
 
 /// Instruction to the blend in one tick. Not `non_exhaustive`: the blend has to follow each.
@@ -249,6 +296,8 @@ pub enum Motion {
     Hurry,
     /// Change nothing, so that the frame shows the state at the fault.
     Freeze,
+    /// One servo as the trim has it, the others in the park pose.
+    Trim,
 }
 
 /// Outputs of the supervisor in one tick.
@@ -263,7 +312,7 @@ pub struct Actions {
 /// The table of the module as a function, defined for all inputs.
 #[must_use]
 pub const fn next(status: SupervisorStatus, inputs: Inputs) -> (SupervisorStatus, Actions) {
-    use SupervisorState::{Arming, Boot, Disarmed, Fault, Stopping, Walking};
+    use SupervisorState::{Arming, Boot, Disarmed, Fault, Stopping, TrimReady, Trimming, Walking};
     let SupervisorStatus { state, cause } = status;
     let (state, cause, motion) = match (state, inputs.demand) {
         (Boot, _) => (Disarmed, Cause::None, Motion::Rest),
@@ -272,6 +321,7 @@ pub const fn next(status: SupervisorStatus, inputs: Inputs) -> (SupervisorStatus
         (Fault, _) => (Fault, cause, Motion::Freeze),
         (_, Demand::Fault(why)) => (Fault, why, Motion::Freeze),
 
+        (Disarmed, _) if inputs.trim => (TrimReady, Cause::None, Motion::Rest),
         (Disarmed, Demand::Go) if inputs.press => (Arming, Cause::None, Motion::Rise),
         (Disarmed, Demand::Stop(why)) if inputs.press => (Disarmed, why, Motion::Rest),
         (Disarmed, _) => (Disarmed, cause, Motion::Rest),
@@ -287,6 +337,15 @@ pub const fn next(status: SupervisorStatus, inputs: Inputs) -> (SupervisorStatus
         (Stopping, _) if inputs.settled => (Disarmed, cause, Motion::Rest),
         (Stopping, Demand::Stop(_)) => (Stopping, cause, Motion::Hurry),
         (Stopping, Demand::Go) => (Stopping, cause, Motion::Run),
+
+        (TrimReady, Demand::Stop(Cause::Request)) => (Disarmed, Cause::Request, Motion::Rest),
+        (TrimReady, Demand::Go) if inputs.press => (Trimming, Cause::None, Motion::Trim),
+        (TrimReady, Demand::Stop(why)) if inputs.press => (TrimReady, why, Motion::Rest),
+        (TrimReady, _) => (TrimReady, cause, Motion::Rest),
+
+        (Trimming, Demand::Stop(why)) => (TrimReady, why, Motion::Rest),
+        (Trimming, Demand::Go) if inputs.press => (TrimReady, Cause::Button, Motion::Rest),
+        (Trimming, Demand::Go) => (Trimming, cause, Motion::Trim),
     };
     (SupervisorStatus { state, cause }, Actions { outputs: state.moving(), motion })
 }
@@ -306,8 +365,9 @@ mod tests {
             let demands = demands.clone();
             Cause::ALL.into_iter().flat_map(move |cause| {
                 demands.clone().into_iter().flat_map(move |demand| {
-                    (0..4).map(move |bits| {
-                        let inputs = Inputs { press: bits & 1 != 0, settled: bits & 2 != 0, demand };
+                    (0..8).map(move |bits| {
+                        let [press, settled, trim] = [1, 2, 4].map(|bit| bits & bit != 0);
+                        let inputs = Inputs { press, settled, demand, trim };
                         let status = SupervisorStatus { state, cause };
                         let (after, actions) = next(status, inputs);
                         (status, inputs, after, actions)
@@ -326,7 +386,7 @@ mod tests {
             .filter_map(|line| line.strip_prefix("//! | "))
             .map(|line| line.trim_end_matches('|').split('|').map(str::trim).collect())
             .collect();
-        assert_eq!(table[0].len(), 7);
+        assert_eq!(table[0].len(), 9);
         let mut checked = 0;
         for (status, inputs, after, actions) in rows() {
             let row = table.iter().find(|row| row[0] == status.state.name()).expect("a row for each state");
@@ -343,7 +403,13 @@ mod tests {
                 SupervisorState::Arming => column == 1,
                 _ => false,
             };
-            let cell = if inputs.settled && settles { row[6] } else { row[column] };
+            let stop_request = inputs.demand == Demand::Stop(Cause::Request);
+            let columns =
+                [(inputs.settled && settles, 6), (stop_request, 7), (inputs.trim && column != 5, 8), (true, column)];
+            // A trim request goes before the others, then what has settled.
+            let order = [columns[2], columns[0], columns[1], columns[3]];
+            let filled = order.iter().find(|(applies, place)| *applies && (*place == column || row[*place] != "-"));
+            let cell = row[filled.expect("a column").1];
             let cell = cell.trim_start_matches("go: ").replace("**", "");
             let (state, motion) = cell.split_once(" / ").expect("state / motion");
             let state = if state == "-" { status.state.name() } else { state };
@@ -351,20 +417,29 @@ mod tests {
             let given = format!("{status:?} {inputs:?}");
             assert_eq!(after.state.name(), state, "{given}");
             assert_eq!(format!("{:?}", actions.motion).to_lowercase(), motion, "{given}");
-            assert_eq!(actions.outputs, ["arming", "walking", "stopping"].contains(&state), "{given}");
+            assert_eq!(actions.outputs, ["arming", "walking", "stopping", "trimming"].contains(&state), "{given}");
             checked += 1;
         }
-        assert_eq!(checked, 6 * 21 * 43 * 4);
+        assert_eq!(checked, 8 * 22 * 45 * 8);
     }
 
     #[test]
     fn motion_begins_only_by_a_press_without_faults() {
         for (before, inputs, after, actions) in rows() {
             if !before.state.moving() && after.state.moving() {
-                assert_eq!((before.state, after.state), (SupervisorState::Disarmed, SupervisorState::Arming));
+                let motion = match (before.state, after.state) {
+                    (SupervisorState::Disarmed, SupervisorState::Arming) => Motion::Rise,
+                    (SupervisorState::TrimReady, SupervisorState::Trimming) => Motion::Trim,
+                    other => panic!("{other:?}"),
+                };
                 assert!(inputs.press && inputs.demand == Demand::Go);
-                assert_eq!(actions.motion, Motion::Rise);
+                assert_eq!(actions.motion, motion);
             }
+            // Between trim and walking is a stop request.
+            if before.state.is_trim() && !after.state.is_trim() && after.state != SupervisorState::Fault {
+                assert_eq!((inputs.demand, after.state), (Demand::Stop(Cause::Request), SupervisorState::Disarmed));
+            }
+            assert_eq!(actions.motion == Motion::Trim, after.state == SupervisorState::Trimming);
             if actions.motion == Motion::Rise {
                 assert_eq!(after, SupervisorStatus { state: SupervisorState::Arming, cause: Cause::None });
             }
@@ -407,6 +482,18 @@ mod tests {
                     assert_eq!(after.cause, why)
                 }
                 (SupervisorState::Arming, _) if entered => assert_eq!(after.cause, Cause::None),
+                (SupervisorState::Trimming, _) if entered => assert_eq!(after.cause, Cause::None),
+                (SupervisorState::TrimReady, Demand::Stop(why)) if before.state == SupervisorState::Trimming => {
+                    assert_eq!(after.cause, why)
+                }
+                (SupervisorState::TrimReady, Demand::Go) if before.state == SupervisorState::Trimming => {
+                    assert_eq!(after.cause, Cause::Button)
+                }
+                (SupervisorState::TrimReady, _) if entered => assert_eq!(after.cause, Cause::None),
+                (SupervisorState::TrimReady, Demand::Stop(why)) if inputs.press => assert_eq!(after.cause, why),
+                (SupervisorState::Disarmed, Demand::Stop(why)) if before.state == SupervisorState::TrimReady => {
+                    assert_eq!(after.cause, why)
+                }
                 _ => assert_eq!(after.cause, before.cause),
             }
         }

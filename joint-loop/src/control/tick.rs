@@ -3,12 +3,13 @@
 use crate::control::button::{Button, Press};
 use crate::control::monitor::{Monitor, MonitorState, Observation};
 use crate::control::supervisor::{Actions, Cause, Demand, Inputs, Motion, SupervisorState, SupervisorStatus, next};
+use crate::control::trim::{Trim, Trimmer};
 use crate::io::board::{BoardFaults, Command, MAX_ELAPSED, Sample};
 use crate::io::frame::{Frame, SetpointHash};
 use crate::motion::blend::{Blend, Weight};
 use crate::motion::gate::{Gate, GateState, GateStatus};
 use crate::motion::servo::ServoMap;
-use crate::tuning::{Answer, Robot, Settings, Source, Tuner};
+use crate::tuning::{Action, Answer, Outcome, Robot, Settings, Source, Tuner};
 use cpg_core::{Follow, Generator};
 use hgod_adc::{Sensor, SensorState, Validity};
 use joint_units::{Joint, Period, PulseMicros, Radians};
@@ -19,6 +20,7 @@ pub(crate) struct Stages<const S: usize> {
     pub(crate) gate: Gate,
     pub(crate) servos: [ServoMap; Joint::COUNT],
     pub(crate) blend: Blend,
+    pub(crate) trimmer: Trimmer,
     pub(crate) monitor: Monitor,
     pub(crate) button: Button,
     /// `None` for a channel without a sensor.
@@ -47,7 +49,17 @@ pub struct JointLoop<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> {
     weight: Weight,
     gating: GateState,
     parked: GateState,
+    /// The servo that a press trims, or that is trimmed; the last one after a trim.
+    trim: Option<Trim>,
     frame: Frame<S>,
+}
+
+/// What a host asks of the supervisor in one tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Asked {
+    Nothing,
+    Stop,
+    Trim,
 }
 
 impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
@@ -65,11 +77,9 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         // Supervise before any motion, so that a fault in this sample switches the outputs off in this tick.
         let seen = self.seen(sample, elapsed, sensors);
         let demand = self.stages.monitor.judge(&mut self.monitor_state, &seen);
-        let demand = match (self.asked_to_stop(sample), demand) {
-            (true, Demand::Go) => Demand::Stop(Cause::Request),
-            (_, demand) => demand,
-        };
-        let inputs = Inputs { press, settled: self.settled(), demand };
+        let asked = self.asked(sample);
+        let demand = self.demand(demand, asked);
+        let inputs = Inputs { press, settled: self.settled(), demand, trim: asked == Asked::Trim };
         let (mut status, mut actions) = next(self.status, inputs);
 
         // Generate: one step per call in every state, so that each tick has the same cost. Missed steps are not made up.
@@ -141,6 +151,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             weight: Weight::default(),
             gating: parked,
             parked,
+            trim: None,
             frame: Frame {
                 seq: 0,
                 tick: 0,
@@ -190,10 +201,34 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         worst
     }
 
-    /// Takes the request of a tick; whether it asks for a stop.
-    fn asked_to_stop(&mut self, sample: &Sample<S>) -> bool {
-        let follows = self.generator.follow_status().is_some();
-        self.tuner.take(sample.request, self.frame.tick, follows)
+    /// Takes the request of a tick, and answers it; what it asks of the supervisor.
+    fn asked(&mut self, sample: &Sample<S>) -> Asked {
+        self.tuner.begin();
+        let Some(request) = sample.request else { return Asked::Nothing };
+        let outcome = match request.action {
+            Action::Trim { .. } | Action::Jog { .. } => {
+                self.stages.trimmer.take(&mut self.trim, self.status.state, request.action)
+            }
+            _ => self.tuner.take(request, self.generator.follow_status().is_some()),
+        };
+        self.tuner.answer(Answer { tick: self.frame.tick, number: request.number, outcome });
+        match request.action {
+            Action::Stop => Asked::Stop,
+            Action::Trim { .. } if outcome == Outcome::Staged => Asked::Trim,
+            _ => Asked::Nothing,
+        }
+    }
+
+    /// Demand of the monitor and of the host on the supervisor.
+    fn demand(&self, seen: Demand, asked: Asked) -> Demand {
+        let state = self.status.state;
+        let seen = if state.is_trim() { seen.in_trim() } else { seen };
+        let is_silent = || self.trim.is_some_and(|trim| self.stages.trimmer.is_silent(&trim));
+        match seen {
+            Demand::Go if asked == Asked::Stop => Demand::Stop(Cause::Request),
+            Demand::Go if state == SupervisorState::Trimming && is_silent() => Demand::Stop(Cause::HostSilent),
+            seen => seen,
+        }
     }
 
     /// Inputs of the monitor.
@@ -249,6 +284,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         self.frame.limited = GateStatus::NONE;
         match actions.motion {
             Motion::Freeze => return None,
+            Motion::Trim => return self.trim(),
             Motion::Rest => {
                 self.gating = self.parked;
                 self.frame.setpoints = self.stages.blend.park();
@@ -264,6 +300,22 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         self.frame.setpoints = setpoints;
         self.frame.limited = limited;
         self.frame.limited_ticks = self.frame.limited_ticks.wrapping_add(u32::from(limited.any()));
+        Some(pulses)
+    }
+
+    /// Pulses of a trim: one servo as the trim has it, the others in the park pose.
+    fn trim(&mut self) -> Option<[PulseMicros; Joint::COUNT]> {
+        let mut trim = self.trim?;
+        if self.status.state != SupervisorState::Trimming {
+            trim = self.stages.trimmer.begin(trim.joint());
+        }
+        let (pulses, joint, angle) = self.stages.trimmer.step(&mut trim);
+        self.trim = Some(trim);
+        self.gating = self.parked;
+        self.frame.setpoints = self.stages.blend.park();
+        if let Some(setpoint) = self.frame.setpoints.get_mut(joint as usize) {
+            *setpoint = angle;
+        }
         Some(pulses)
     }
 

@@ -91,7 +91,7 @@ impl Blend {
         let on = |ticks: Option<u32>| ticks.map(|ticks| ticks.saturating_add(1));
         let mut next = Weight { rise: on(weight.rise), stop: on(weight.stop), hurry: on(weight.hurry) };
         match motion {
-            Motion::Rest => Weight::default(),
+            Motion::Rest | Motion::Trim => Weight::default(),
             Motion::Freeze => weight,
             Motion::Rise => Weight { rise: Some(0), ..Weight::default() },
             Motion::Run => next,

@@ -57,6 +57,12 @@ impl ServoMap {
         Some(PulseMicros((kept + 0.5) as u16))
     }
 
+    /// Whether the servo may get this pulse.
+    #[must_use]
+    pub fn allows(&self, pulse: PulseMicros) -> bool {
+        (self.shortest..=self.longest).contains(&f32::from(pulse.0))
+    }
+
     /// Angle for a pulse: the inverse map.
     #[must_use]
     pub fn angle(&self, pulse: PulseMicros) -> Radians {

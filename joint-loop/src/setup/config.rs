@@ -4,6 +4,7 @@
 
 use crate::control::monitor::MonitorConfig;
 use crate::control::tick::{JointLoop, Stages};
+use crate::control::trim::Trimmer;
 use crate::error::LoopError;
 use crate::motion::blend::BlendConfig;
 use crate::setup::robot::{GateConfig, ServoConfig};
@@ -58,6 +59,7 @@ impl LoopConfig {
         sensors: [Option<Sensor>; S],
     ) -> Result<JointLoop<G, S>, LoopError> {
         let Robot { gate, servos, blend, parked } = Robot::build(&self.gate, &self.servos, &self.blend, period)?;
+        let trimmer = Trimmer::build(servos, blend.park(), period)?;
         let monitor = self.monitor.build(period)?;
         let button = self.monitor.button(period)?;
         if self.monitor.sensor_required && sensors.iter().all(Option::is_none) {
@@ -67,7 +69,7 @@ impl LoopConfig {
             return Err(LoopError::Generator);
         }
         Ok(JointLoop::new(
-            Stages { gate, servos, blend, monitor, button, sensors, gait_sensor: self.gait_sensor },
+            Stages { gate, servos, blend, trimmer, monitor, button, sensors, gait_sensor: self.gait_sensor },
             generator,
             parked,
             period,

@@ -78,12 +78,20 @@ impl Tuner {
         self.answers.into_iter().flatten()
     }
 
-    /// Takes the request of a tick. Returns true if it asks for a stop.
-    pub(crate) fn take(&mut self, request: Option<Request>, tick: u32, follows: bool) -> bool {
+    /// Begins a tick: there is no answer yet.
+    pub(crate) fn begin(&mut self) {
         self.answers = [None; 2];
-        let Some(Request { number, action }) = request else { return false };
-        let outcome = match action {
-            Action::Stop => Outcome::InEffect,
+    }
+
+    /// Answers the request of a tick.
+    pub(crate) fn answer(&mut self, answer: Answer) {
+        self.answers = [Some(answer), None];
+    }
+
+    /// Takes a request that changes settings; the others are as good as in effect.
+    pub(crate) fn take(&mut self, Request { number, action }: Request, follows: bool) -> Outcome {
+        match action {
+            Action::Stop | Action::Trim { .. } | Action::Jog { .. } => Outcome::InEffect,
             Action::Undo if self.staged.take().is_some() => Outcome::InEffect,
             Action::Undo => match self.before {
                 None => Outcome::NothingToUndo,
@@ -100,9 +108,7 @@ impl Tuner {
                     },
                 }
             }
-        };
-        self.answers = [Some(Answer { tick, number, outcome }), None];
-        action == Action::Stop
+        }
     }
 
     /// Stages settings; a gait that they name is built here, so that the tick of the effect costs no more than another.

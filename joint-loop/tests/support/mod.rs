@@ -7,8 +7,9 @@ use cpg_core::{Follow, Generator, StateFault, Unguided};
 use hgod_adc::{
     Calibration, CalibrationPoint, FilterConfig, HealthConfig, Interpolation, ReferenceConfig, Sensor, SensorConfig,
 };
+use joint_loop::tuning::{Action, Request};
 use joint_loop::{BoardFaults, Command, JointLoop, LoopConfig, Sample, SupervisorState};
-use joint_units::{AdcCode, Period, Phase, RadPerSec, Radians, Volts};
+use joint_units::{AdcCode, Joint, Period, Phase, RadPerSec, Radians, Volts};
 
 /// The code of the internal reference at a supply of 3.3 V, for the sensor here.
 pub const VREFINT: AdcCode = AdcCode(1501);
@@ -83,6 +84,8 @@ pub fn script(state: SupervisorState) -> Vec<Sample<1>> {
     let idle = |ticks| vec![Sample { button: false, ..good(0) }; ticks];
     let press = || vec![Sample { button: true, ..good(0) }; 20];
     let clock = Sample { faults: BoardFaults::CLOCK, ..good(0) };
+    let action = Action::Trim { joint: Joint::LeftKnee };
+    let trim = Sample { request: Some(Request { number: 1, action }), ..good(0) };
     let mut script = match state {
         SupervisorState::Boot => vec![],
         SupervisorState::Disarmed => idle(100),
@@ -90,6 +93,8 @@ pub fn script(state: SupervisorState) -> Vec<Sample<1>> {
         SupervisorState::Walking => [idle(100), press(), idle(2_700)].concat(),
         SupervisorState::Stopping => [idle(100), press(), idle(2_700), press(), idle(300)].concat(),
         SupervisorState::Fault => [idle(100), vec![clock]].concat(),
+        SupervisorState::TrimReady => [idle(100), vec![trim]].concat(),
+        SupervisorState::Trimming => [idle(100), vec![trim], press(), idle(700)].concat(),
     };
     for (tick, sample) in (0..).zip(&mut script) {
         sample.codes = good(tick).codes;

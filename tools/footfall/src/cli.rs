@@ -5,7 +5,7 @@ pub mod examples;
 #[cfg(feature = "analysis")]
 use crate::command::{
     calibrate, certify, check, completions, convert, defaults, entrain, figures, fit, gait_error, hexapod, man, merge,
-    obb, pack, replay, sample, smer, sync, volts, walk,
+    obb, pack, replay, sample, smer, sync, trim, volts, walk,
 };
 use crate::command::{record, set, watch};
 use crate::failure::Failure;
@@ -86,6 +86,8 @@ enum Analysis {
     Entrain(Box<entrain::Options>),
     /// Make the calibration of a sensor from known angles and the sensor's readings there
     Calibrate(Box<calibrate::Options>),
+    /// Find the servo map of a joint on the robot: move the servo slowly, say which angles the joint has
+    Trim(trim::Options),
     /// Fit another recorder's clock to the board's, from the edges of the synchronisation output or of a line that both recorded
     Sync(sync::Options),
     /// Run the control loop with the inputs of a capture, and compare every tick with it, bit for bit
@@ -176,6 +178,7 @@ fn analyse(command: Analysis) -> Result<(), Failure> {
         Analysis::Convert(options) => convert::run(options),
         Analysis::Merge(options) => merge::run(&options),
         Analysis::Calibrate(options) => calibrate::run(*options),
+        Analysis::Trim(options) => trim::run(&options, &*interrupt::flag()?),
         Analysis::Replay(options) => replay::run(&options),
         Analysis::Pack(options) => pack::run(&options),
         Analysis::Defaults(options) => defaults::run(&options),

@@ -192,6 +192,19 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
         ],
     ),
     (
+        "trim",
+        &[
+            (
+                "The servo of the left hip, with the default robot's record on the board:",
+                "footfall trim left_hip --serial /dev/ttyACM0 --robot robot.toml -o robot.toml --force",
+            ),
+            (
+                "The angles from a script, a line each; someone presses the button:",
+                "printf '=1480\\nangle 0\\n=1180\\nangle 30\\ndone\\n' | footfall trim left_hip --serial /dev/ttyACM0 --robot robot.toml -o trimmed.toml",
+            ),
+        ],
+    ),
+    (
         "sync",
         &[
             (

@@ -41,6 +41,8 @@ pub mod smer;
 #[cfg(feature = "analysis")]
 pub mod sync;
 #[cfg(feature = "analysis")]
+pub mod trim;
+#[cfg(feature = "analysis")]
 pub mod volts;
 #[cfg(feature = "analysis")]
 pub mod walk;

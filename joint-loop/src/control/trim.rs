@@ -1,0 +1,113 @@
+//! Trim: moves one servo slowly to find its neutral pulse and its scale, while the others stay in the park pose.
+//!
+//! 1. At rest, a host chooses the servo ([`Action::Trim`]). From then on a press of the button begins the trim.
+//! 2. In trim, the host sets the pulse ([`Action::Jog`]), within the pulses of the servo in the robot record. The pulse moves there by one
+//!    microsecond in [`STEP_S`]: about 9 degrees a second.
+//! 3. A press, a stop request, or [`SILENCE_S`] without a jog ends the trim: the outputs go off.
+//!
+//! The angles of a joint are not known before it is trimmed. So its range and its pose limits do not bind here: what bounds the trim are the
+//! pulses of the servo, the speed, and the hand at the button. The other joints get the pulses of the park pose.
+
+use crate::motion::servo::ServoMap;
+use crate::tuning::{Action, Outcome};
+use crate::{LoopError, SupervisorState};
+use joint_units::{Joint, Period, PulseMicros, Radians};
+
+use crate::error::ticks;
+
+/// Time in which the pulse moves by one microsecond, s.
+pub const STEP_S: f32 = 0.01;
+/// Longest time without a jog, s. A host repeats the last one to keep the trim going.
+pub const SILENCE_S: f32 = 5.0;
+
+/// What is fixed, in ticks and pulses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Trimmer {
+    step: u32,
+    silence: u32,
+    servos: [ServoMap; Joint::COUNT],
+    parked: [PulseMicros; Joint::COUNT],
+}
+
+/// The servo that is trimmed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Trim {
+    joint: Joint,
+    at: PulseMicros,
+    goal: PulseMicros,
+    /// Ticks since the pulse moved.
+    stood: u32,
+    /// Ticks since the last jog.
+    silent: u32,
+}
+
+impl Trimmer {
+    pub(crate) fn build(
+        servos: [ServoMap; Joint::COUNT],
+        park: [Radians; Joint::COUNT],
+        period: Period,
+    ) -> Result<Self, LoopError> {
+        let mut parked = [PulseMicros(0); Joint::COUNT];
+        for ((pulse, servo), angle) in parked.iter_mut().zip(&servos).zip(park) {
+            *pulse = servo.pulse(angle).ok_or(LoopError::Park)?;
+        }
+        let step = ticks("trim.step_s", STEP_S, STEP_S, STEP_S, period)?;
+        Ok(Self { step, silence: ticks("trim.silence_s", SILENCE_S, SILENCE_S, SILENCE_S, period)?, servos, parked })
+    }
+
+    /// Takes a request for a trim or a jog in this state. The outcome of any other action is that there is no trim.
+    pub(crate) fn take(&self, trim: &mut Option<Trim>, state: SupervisorState, action: Action) -> Outcome {
+        match (action, state, trim) {
+            (Action::Trim { joint }, SupervisorState::Disarmed | SupervisorState::TrimReady, trim) => {
+                *trim = Some(self.begin(joint));
+                Outcome::Staged
+            }
+            (Action::Trim { .. }, ..) => Outcome::NotAtRest,
+            (Action::Jog { pulse }, SupervisorState::Trimming, Some(trim)) => {
+                if !self.servo(trim.joint).is_some_and(|servo| servo.allows(pulse)) {
+                    return Outcome::OutOfRange;
+                }
+                (trim.goal, trim.silent) = (pulse, 0);
+                Outcome::InEffect
+            }
+            _ => Outcome::NotTrimming,
+        }
+    }
+
+    /// Advances a trim by a tick; the pulses of all servos, and the angle of the one that is trimmed.
+    pub(crate) fn step(&self, trim: &mut Trim) -> ([PulseMicros; Joint::COUNT], Joint, Radians) {
+        trim.silent = trim.silent.saturating_add(1);
+        trim.stood = trim.stood.saturating_add(1);
+        if trim.stood >= self.step && trim.at != trim.goal {
+            trim.stood = 0;
+            trim.at.0 = if trim.at < trim.goal { trim.at.0.saturating_add(1) } else { trim.at.0.saturating_sub(1) };
+        }
+        let mut pulses = self.parked;
+        if let Some(pulse) = pulses.get_mut(trim.joint as usize) {
+            *pulse = trim.at;
+        }
+        (pulses, trim.joint, self.servo(trim.joint).map_or(Radians(0.0), |servo| servo.angle(trim.at)))
+    }
+
+    /// Whether the host has been silent for too long.
+    pub(crate) fn is_silent(&self, trim: &Trim) -> bool {
+        trim.silent >= self.silence
+    }
+
+    /// The trim of a servo from the park pose on, as at its beginning.
+    pub(crate) fn begin(&self, joint: Joint) -> Trim {
+        let at = self.parked.get(joint as usize).copied().unwrap_or_default();
+        Trim { joint, at, goal: at, stood: 0, silent: 0 }
+    }
+
+    fn servo(&self, joint: Joint) -> Option<&ServoMap> {
+        self.servos.get(joint as usize)
+    }
+}
+
+impl Trim {
+    /// The joint.
+    pub(crate) const fn joint(&self) -> Joint {
+        self.joint
+    }
+}

@@ -1,0 +1,248 @@
+//! Trim: one servo moves, slowly and within its pulses, the others stay parked; a press begins and ends it; and it never leads to a walk.
+
+mod support;
+
+use joint_loop::control::trim::{SILENCE_S, STEP_S};
+use joint_loop::tuning::{Action, Outcome, Request};
+use joint_loop::{BoardFaults, Cause, JointLoop, RobotConfig, Sample, SupervisorState};
+use joint_units::{AdcCode, Joint, PulseMicros};
+use proptest::prelude::*;
+use support::{OPEN, Walk, default_loop, good};
+
+type Board = JointLoop<Walk, 1>;
+
+/// The wire of the one sensor, which a walk requires, is open.
+fn idle() -> Sample<1> {
+    Sample { codes: [OPEN], ..good(0) }
+}
+
+/// At rest, for longer than an open wire is tolerated.
+fn board() -> Board {
+    let mut joints = default_loop();
+    run(&mut joints, 100);
+    joints
+}
+
+fn tick(joints: &mut Board, sample: &Sample<1>) {
+    joints.tick(sample);
+}
+
+fn run(joints: &mut Board, ticks: u32) {
+    for _ in 0..ticks {
+        joints.tick(&idle());
+    }
+}
+
+fn press(joints: &mut Board) {
+    for _ in 0..20 {
+        joints.tick(&Sample { button: true, ..idle() });
+    }
+    run(joints, 20);
+}
+
+fn ask(joints: &mut Board, action: Action) -> Outcome {
+    joints.tick(&Sample { request: Some(Request { number: 7, action }), ..idle() });
+    joints.answers().next().expect("an answer").outcome
+}
+
+fn jog(joints: &mut Board, pulse: u16) -> Outcome {
+    ask(joints, Action::Jog { pulse: PulseMicros(pulse) })
+}
+
+/// In the trim of this joint.
+fn trimming(joint: Joint) -> Board {
+    let mut joints = board();
+    assert_eq!(ask(&mut joints, Action::Trim { joint }), Outcome::Staged);
+    press(&mut joints);
+    assert_eq!(joints.state(), SupervisorState::Trimming);
+    joints
+}
+
+/// Pulses of the park pose, by the definition of the servo map.
+fn parked() -> [u16; 4] {
+    let RobotConfig { servos, park, .. } = RobotConfig::default_biped();
+    Joint::ALL.map(|joint| {
+        let servo = servos[joint as usize];
+        servo.build(joint).expect("valid").pulse(park[joint as usize]).expect("finite").0
+    })
+}
+
+fn pulses(joints: &Board) -> [u16; 4] {
+    joints.frame().pulses.map(|pulse| pulse.0)
+}
+
+#[test]
+fn one_servo_moves_by_a_microsecond_a_step_and_the_others_stay() {
+    for joint in Joint::ALL {
+        let (mut joints, place) = (trimming(joint), joint as usize);
+        assert_eq!(pulses(&joints), parked());
+        let from = parked()[place];
+        for goal in [from + 40, from - 25] {
+            let (begins, way) = (pulses(&joints)[place], i32::from(goal) - i32::from(pulses(&joints)[place]));
+            let mut moved_at = vec![];
+            for tick in 0..700_u32 {
+                let before = pulses(&joints);
+                if tick == 0 {
+                    assert_eq!(jog(&mut joints, goal), Outcome::InEffect);
+                } else {
+                    joints.tick(&idle());
+                }
+                for (other, (was, is)) in before.iter().zip(pulses(&joints)).enumerate() {
+                    let step = i32::from(is) - i32::from(*was);
+                    assert!(other == place && step == way.signum() || step == 0, "{joint:?} {other} {step}");
+                    if step != 0 {
+                        moved_at.push(tick);
+                    }
+                }
+            }
+            assert_eq!(pulses(&joints)[place], goal, "{joint:?} from {begins}");
+            let step = (STEP_S * 1000.0) as u32;
+            assert!(moved_at.windows(2).all(|pair| pair[1] - pair[0] == step), "{moved_at:?}");
+            assert_eq!(moved_at.len() as u32, way.unsigned_abs());
+        }
+        // The frame has the angle of the pulse by the present map.
+        let map = RobotConfig::default_biped().servos[place].build(joint).expect("valid");
+        assert_eq!(joints.frame().setpoints[place], map.angle(PulseMicros(from - 25)));
+    }
+}
+
+#[test]
+fn a_press_a_stop_request_silence_and_a_demand_end_it_where_the_servo_is() {
+    type End = fn(&mut Board);
+    let ends: [(End, Cause, SupervisorState); 5] = [
+        (press, Cause::Button, SupervisorState::TrimReady),
+        (|joints| assert_eq!(ask(joints, Action::Stop), Outcome::InEffect), Cause::Request, SupervisorState::TrimReady),
+        (|joints| run(joints, (SILENCE_S * 1000.0) as u32), Cause::HostSilent, SupervisorState::TrimReady),
+        (|joints| tick(joints, &Sample { elapsed: 10, ..idle() }), Cause::Gap, SupervisorState::TrimReady),
+        (
+            |joints| tick(joints, &Sample { faults: BoardFaults::BREAK_INPUT, ..idle() }),
+            Cause::BreakInput,
+            SupervisorState::Fault,
+        ),
+    ];
+    for (end, cause, state) in ends {
+        let mut joints = trimming(Joint::LeftKnee);
+        assert_eq!(jog(&mut joints, 1_200), Outcome::InEffect);
+        run(&mut joints, 500);
+        assert!(joints.state() == SupervisorState::Trimming && pulses(&joints)[2] != 0, "{cause:?}");
+        end(&mut joints);
+        assert_eq!((joints.state(), joints.frame().cause, pulses(&joints)), (state, cause, [0; 4]));
+        // A jog moves nothing any more.
+        assert_eq!(jog(&mut joints, 1_300), Outcome::NotTrimming);
+        run(&mut joints, 100);
+        assert_eq!(pulses(&joints), [0; 4]);
+    }
+}
+
+#[test]
+fn a_host_that_repeats_its_jog_keeps_the_trim_going() {
+    let mut joints = trimming(Joint::LeftHip);
+    for _ in 0..30 {
+        assert_eq!(jog(&mut joints, 1_500), Outcome::InEffect);
+        run(&mut joints, (SILENCE_S * 1000.0) as u32 - 10);
+    }
+    assert_eq!(joints.state(), SupervisorState::Trimming);
+}
+
+/// A press that was meant for a trim does not start a walk, whatever ended the trim before; a stop request leads back.
+#[test]
+fn after_a_trim_a_press_trims_again_from_the_park_pose() {
+    let mut joints = trimming(Joint::RightHip);
+    jog(&mut joints, 1_600);
+    run(&mut joints, 300);
+    for _ in 0..3 {
+        press(&mut joints);
+        assert_eq!(joints.state(), SupervisorState::TrimReady);
+        press(&mut joints);
+        assert_eq!((joints.state(), pulses(&joints)), (SupervisorState::Trimming, parked()));
+    }
+    press(&mut joints);
+    assert_eq!(ask(&mut joints, Action::Trim { joint: Joint::LeftKnee }), Outcome::Staged);
+    assert_eq!(ask(&mut joints, Action::Stop), Outcome::InEffect);
+    assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, Cause::Request));
+    // The sensors are open: the walk refuses.
+    press(&mut joints);
+    assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, Cause::SensorOpen));
+}
+
+#[test]
+fn the_supply_counts_in_a_trim() {
+    let low = Sample { vrefint: AdcCode(2_400), ..idle() };
+    let mut joints = trimming(Joint::LeftHip);
+    for _ in 0..60 {
+        joints.tick(&low);
+    }
+    assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::TrimReady, Cause::SensorSupplyLow));
+    for _ in 0..30 {
+        joints.tick(&Sample { button: true, ..low });
+    }
+    assert_eq!((joints.state(), pulses(&joints)), (SupervisorState::TrimReady, [0; 4]));
+}
+
+#[test]
+fn what_is_not_allowed_is_refused_and_moves_nothing() {
+    let mut joints = trimming(Joint::LeftHip);
+    let before = pulses(&joints);
+    for pulse in [0, 499, 2_501, u16::MAX] {
+        assert_eq!(jog(&mut joints, pulse), Outcome::OutOfRange, "{pulse}");
+    }
+    assert_eq!(ask(&mut joints, Action::Trim { joint: Joint::RightHip }), Outcome::NotAtRest);
+    run(&mut joints, 500);
+    assert_eq!((joints.state(), pulses(&joints)), (SupervisorState::Trimming, before));
+    // Walking: a trim is chosen at rest only.
+    let mut joints = board();
+    assert_eq!(jog(&mut joints, 1_500), Outcome::NotTrimming);
+    joints.tick(&Sample { faults: BoardFaults::CLOCK, ..idle() });
+    assert_eq!(ask(&mut joints, Action::Trim { joint: Joint::LeftHip }), Outcome::NotAtRest);
+    assert_eq!(joints.state(), SupervisorState::Fault);
+}
+
+fn step() -> impl Strategy<Value = Sample<1>> {
+    let action = prop_oneof![
+        4 => (0..2_700_u16).prop_map(|pulse| Action::Jog { pulse: PulseMicros(pulse) }),
+        1 => (0..4_usize).prop_map(|place| Action::Trim { joint: Joint::ALL[place] }),
+        1 => Just(Action::Stop),
+        1 => Just(Action::Undo),
+    ];
+    (prop::option::weighted(0.3, action), any::<bool>(), prop::bool::weighted(0.02)).prop_map(
+        |(action, button, fault)| Sample {
+            request: action.map(|action| Request { number: 1, action }),
+            button,
+            faults: if fault { BoardFaults::BREAK_INPUT } else { BoardFaults::NONE },
+            ..idle()
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+
+    /// Any requests and presses: outputs come on by a press only; in a trim at most one servo is off its park pulse, it moves by at most a
+    /// microsecond in ten ticks, and stays within its pulses.
+    #[test]
+    fn a_trim_is_slow_and_moves_one_servo(steps in prop::collection::vec((step(), 1_u32..120), 1..60)) {
+        let mut joints = board();
+        let (mut held, mut moved, mut tick) = (false, 0_u32, 0_u32);
+        for (sample, ticks) in steps {
+            for n in 0..ticks {
+                let (before, was) = (joints.state(), pulses(&joints));
+                joints.tick(&Sample { request: sample.request.filter(|_| n == 0), ..sample });
+                tick += 1;
+                let (state, is) = (joints.state(), pulses(&joints));
+                prop_assert!(before.moving() || !state.moving() || (sample.button && !held || held));
+                // The sensors are open: nothing but a trim moves.
+                prop_assert!(!state.moving() || state == SupervisorState::Trimming, "{:?}", state);
+                prop_assert_eq!(is == [0; 4], state != SupervisorState::Trimming);
+                if state == SupervisorState::Trimming {
+                    let off = is.iter().zip(parked()).filter(|(is, parked)| **is != *parked).count();
+                    prop_assert!(off <= 1 && is.iter().all(|pulse| (500..=2_500).contains(pulse)));
+                    if before == state && was != is {
+                        prop_assert!(was.iter().zip(&is).all(|(was, is)| was.abs_diff(*is) <= 1) && tick - moved >= 10);
+                        moved = tick;
+                    }
+                }
+                held = sample.button;
+            }
+        }
+    }
+}

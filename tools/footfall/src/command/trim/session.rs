@@ -1,0 +1,479 @@
+//! The dialogue of a trim: the user moves the servo and says which angles the joint has.
+
+use std::collections::VecDeque;
+use std::fmt::Display;
+use std::io::{self, BufRead, Write};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+
+use joint_loop::tuning::{Action, Outcome};
+use joint_loop::{RobotConfig, SupervisorState};
+use joint_units::{Joint, Period, PulseMicros};
+
+use super::board::{Seen, Trimmed};
+use super::solution::{LEAST_SPAN_DEG, Point, solve};
+use crate::failure::Failure;
+
+/// Ticks after which the last jog is repeated: a board ends a trim whose host is silent.
+const REPEAT: u32 = 1_000;
+
+const HELP: &str = "\
+  +N, -N     make the pulse N us longer or shorter; + and - are 1 us, Enter repeats the last of these
+  =N         move to a pulse of N us
+  angle DEG  the joint has this angle now, flexion positive
+  undo       forget the last angle
+  done       write the map of the angles so far
+  quit       end without it";
+
+/// A line of the user.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Line {
+    Move(i32),
+    To(u16),
+    Angle(f64),
+    Repeat,
+    Undo,
+    Done,
+    Quit,
+    Help,
+}
+
+impl Line {
+    fn read(text: &str) -> Option<Self> {
+        let text = text.trim();
+        let number = |digits: &str| match digits.trim() {
+            "" => Some(1),
+            digits if digits.starts_with(['+', '-']) => None,
+            digits => digits.parse::<u16>().ok().map(i32::from),
+        };
+        Some(match text {
+            "" => Self::Repeat,
+            "undo" => Self::Undo,
+            "done" => Self::Done,
+            "quit" => Self::Quit,
+            "help" => Self::Help,
+            _ => {
+                if let Some(digits) = text.strip_prefix('+') {
+                    Self::Move(number(digits)?)
+                } else if let Some(digits) = text.strip_prefix('-') {
+                    Self::Move(-number(digits)?)
+                } else if let Some(digits) = text.strip_prefix('=') {
+                    Self::To(digits.trim().parse().ok()?)
+                } else {
+                    let angle: f64 = text.strip_prefix("angle ")?.trim().parse().ok()?;
+                    (-180.0..=180.0).contains(&angle).then_some(Self::Angle(angle))?
+                }
+            }
+        })
+    }
+}
+
+/// A trim of one joint.
+pub(super) struct Session<B, W> {
+    board: B,
+    joint: Joint,
+    robot: RobotConfig,
+    lines: Receiver<io::Result<String>>,
+    /// Lines that wait for the trim to begin.
+    waiting: VecDeque<String>,
+    out: W,
+    /// Pulse that the servo moves to; nothing outside a trim.
+    goal: Option<PulseMicros>,
+    /// Tick of the last jog.
+    jogged: u32,
+    last_move: i32,
+    points: Vec<Point>,
+}
+
+impl<B: Trimmed, W: Write> Session<B, W> {
+    pub(super) fn new(
+        board: B,
+        joint: Joint,
+        robot: RobotConfig,
+        answers: impl BufRead + Send + 'static,
+        out: W,
+    ) -> Self {
+        let (sender, lines) = channel();
+        std::thread::spawn(move || {
+            for line in answers.lines() {
+                if sender.send(line).is_err() {
+                    break;
+                }
+            }
+        });
+        let (waiting, points) = (VecDeque::new(), Vec::new());
+        Self { board, joint, robot, lines, waiting, out, goal: None, jogged: 0, last_move: 1, points }
+    }
+
+    /// Talks until the user is done. The board is out of trim afterwards, however this ends.
+    ///
+    /// # Errors
+    /// The user quits, the answers end, or the board refuses, fails or is silent.
+    pub(super) fn run(mut self) -> Result<Vec<Point>, Failure> {
+        let ended = self.talk();
+        // From trimming to trim_ready, and from there to disarmed.
+        let left = self.board.ask(Action::Stop).and_then(|_| self.board.ask(Action::Stop));
+        if ended.is_ok() {
+            left?;
+        }
+        ended.map(|()| self.points)
+    }
+
+    fn talk(&mut self) -> Result<(), Failure> {
+        self.choose()?;
+        loop {
+            let Some(seen) = self.board.listen()? else { continue };
+            match seen.state {
+                SupervisorState::Trimming if self.goal.is_none() => self.begin(&seen)?,
+                SupervisorState::Trimming => self.keep_going(&seen)?,
+                _ if self.goal.is_some() => self.pause(&seen)?,
+                // A fault that was acknowledged: the next press would arm a walk.
+                SupervisorState::Disarmed => self.choose()?,
+                _ => {}
+            }
+            if self.is_done(&seen)? {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Makes the next press of the button begin a trim.
+    fn choose(&mut self) -> Result<(), Failure> {
+        let name = self.joint.name();
+        match self.board.ask(Action::Trim { joint: self.joint })? {
+            Outcome::Staged => {}
+            Outcome::NotAtRest => {
+                return Err(Failure::run(
+                    "the board is not at rest: end the walk, or acknowledge the fault, with its button; then run this again",
+                ));
+            }
+            other => return Err(Failure::run(format!("the board refused the trim: {}", other.name()))),
+        }
+        // The state of before the answer is no longer that of the board.
+        while self.board.listen()?.is_none_or(|seen| seen.state == SupervisorState::Disarmed) {}
+        self.tell(format_args!(
+            "{name}: press the board's button. Then all servos get pulses: those of the park pose. Keep clear; another press switches them off."
+        ))
+    }
+
+    fn begin(&mut self, seen: &Seen) -> Result<(), Failure> {
+        let parked = self.parked()?;
+        if seen.pulses != parked {
+            let [board, file] = [seen.pulses, parked].map(|pulses| pulses.map(|pulse| pulse.0));
+            return Err(Failure::run(format!(
+                "the board has the record of another robot: its park pose is {board:?} us, that of the robot file {file:?} us; flash the file first: \
+                 cargo xtask flash --keep --robot FILE"
+            )));
+        }
+        let pulse = parked[self.joint as usize];
+        (self.goal, self.jogged) = (Some(pulse), seen.tick);
+        self.tell(format_args!(
+            "{} is at {} us. Move it to 0 degrees and type `angle 0`, then to another angle, {LEAST_SPAN_DEG} degrees away or more.\n{HELP}",
+            self.joint.name(),
+            pulse.0
+        ))
+    }
+
+    /// Pulses of the park pose by the robot file.
+    fn parked(&self) -> Result<[PulseMicros; Joint::COUNT], Failure> {
+        let robot = self.robot.build(Period::MILLISECOND).map_err(Failure::input)?;
+        let mut parked = [PulseMicros(0); Joint::COUNT];
+        for ((pulse, servo), angle) in parked.iter_mut().zip(&robot.servos).zip(self.robot.park) {
+            *pulse = servo.pulse(angle).unwrap_or_default();
+        }
+        Ok(parked)
+    }
+
+    fn keep_going(&mut self, seen: &Seen) -> Result<(), Failure> {
+        match self.goal.filter(|_| seen.tick.wrapping_sub(self.jogged) >= REPEAT) {
+            Some(pulse) => {
+                self.jogged = seen.tick;
+                self.jog(pulse)
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The trim has ended on the board.
+    fn pause(&mut self, seen: &Seen) -> Result<(), Failure> {
+        self.goal = None;
+        let cause = seen.cause.name();
+        if seen.state == SupervisorState::Fault {
+            return self
+                .tell(format_args!("fault, cause {cause}: the outputs are off. A press acknowledges it; or `quit`"));
+        }
+        self.tell(format_args!(
+            "the outputs are off, cause {cause}. A press goes on from the park pose; the angles so far are kept; or `quit`, `done`"
+        ))
+    }
+
+    fn jog(&mut self, pulse: PulseMicros) -> Result<(), Failure> {
+        match self.board.ask(Action::Jog { pulse })? {
+            Outcome::InEffect => self.goal = Some(pulse),
+            // It has ended in the meantime, which its state will show.
+            Outcome::NotTrimming => {}
+            other => self.tell(format_args!("the board refuses {} us: {}", pulse.0, other.name()))?,
+        }
+        Ok(())
+    }
+
+    /// Takes the next line, if there is one that can be answered now. True at the end.
+    fn is_done(&mut self, seen: &Seen) -> Result<bool, Failure> {
+        match self.lines.try_recv() {
+            Ok(line) => self.waiting.push_back(line.map_err(Failure::run)?),
+            Err(TryRecvError::Disconnected) if self.waiting.is_empty() => {
+                return Err(Failure::input("the answers end; allowed is `done` or `quit`"));
+            }
+            Err(_) => {}
+        }
+        let Some(text) = self.waiting.front().cloned() else { return Ok(false) };
+        let line = Line::read(&text);
+        let is_at_goal = self.goal == Some(seen.pulses[self.joint as usize]);
+        match line {
+            Some(Line::Angle(_)) if !is_at_goal => return Ok(false),
+            Some(Line::Move(_) | Line::To(_) | Line::Repeat) if self.goal.is_none() => return Ok(false),
+            _ => drop(self.waiting.pop_front()),
+        }
+        match line {
+            None => self.tell(format_args!("`{text}` is not understood; allowed are\n{HELP}"))?,
+            Some(Line::Help) => self.tell(HELP)?,
+            Some(Line::Quit) => return Err(Failure::run("ended without a map; nothing is written")),
+            Some(Line::Done) => match solve(&self.points) {
+                Ok(_) => return Ok(true),
+                Err(why) => self.tell(why)?,
+            },
+            Some(Line::Undo) => match self.points.pop() {
+                Some(point) => self.tell(format_args!("forgotten: {point}"))?,
+                None => self.tell("there is no angle to forget")?,
+            },
+            Some(Line::Angle(angle_deg)) => {
+                let point = Point { pulse: seen.pulses[self.joint as usize], angle_deg };
+                self.points.push(point);
+                self.tell(point)?;
+            }
+            Some(Line::Move(by)) => {
+                self.last_move = by;
+                self.move_by(by)?;
+            }
+            Some(Line::Repeat) => self.move_by(self.last_move)?,
+            Some(Line::To(pulse)) => self.move_to(pulse.into())?,
+        }
+        Ok(false)
+    }
+
+    fn move_by(&mut self, by: i32) -> Result<(), Failure> {
+        let from = self.goal.unwrap_or_default();
+        self.move_to(i32::from(from.0) + by)
+    }
+
+    fn move_to(&mut self, micros: i32) -> Result<(), Failure> {
+        let servo = self.robot.servos[self.joint as usize];
+        let (shortest, longest) = (servo.shortest.0, servo.longest.0);
+        match u16::try_from(micros).ok().filter(|micros| (shortest..=longest).contains(micros)) {
+            Some(micros) => {
+                self.tell(format_args!("to {micros} us"))?;
+                self.jog(PulseMicros(micros))
+            }
+            None => self.tell(format_args!(
+                "{micros} us: allowed are {shortest} to {longest} us, shortest_us and longest_us of the robot file"
+            )),
+        }
+    }
+
+    fn tell(&mut self, what: impl Display) -> Result<(), Failure> {
+        writeln!(self.out, "{what}").and_then(|()| self.out.flush()).map_err(Failure::run)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
+    use joint_loop::tuning::Request;
+    use joint_loop::{BoardFaults, Cause, Sample};
+    use joint_units::{AdcCode, Volts};
+    use std::io::Cursor;
+
+    /// The loop of a board, with presses of its button at these ticks and a fault at one.
+    struct Loop {
+        joints: BoardLoop,
+        presses: Vec<u32>,
+        fault_at: Option<u32>,
+    }
+
+    impl Loop {
+        fn new(presses: &[u32]) -> Self {
+            let default = Parameters::with_defaults(None, None, RobotConfig::default_biped()).unwrap();
+            let joints = board_loop(&default, AdcCode(1501), Volts(2.7), false).unwrap();
+            let mut board = Self { joints, presses: presses.into(), fault_at: None };
+            board.tick(None);
+            board
+        }
+
+        fn tick(&mut self, request: Option<Request>) {
+            let now = self.joints.frame().tick;
+            let button = self.presses.iter().any(|at| (*at..at + 40).contains(&now));
+            let faults = if self.fault_at == Some(now) { BoardFaults::CLOCK } else { BoardFaults::NONE };
+            self.joints.tick(&Sample { button, faults, request, vrefint: AdcCode(1501), ..Sample::default() });
+        }
+    }
+
+    impl Trimmed for &mut Loop {
+        fn ask(&mut self, action: Action) -> Result<Outcome, Failure> {
+            self.tick(Some(Request { number: 1, action }));
+            Ok(self.joints.answers().next().unwrap().outcome)
+        }
+
+        fn listen(&mut self) -> Result<Option<Seen>, Failure> {
+            (0..10).for_each(|_| self.tick(None));
+            let frame = self.joints.frame();
+            if frame.tick > 200_000 {
+                return Err(Failure::run("too long"));
+            }
+            Ok(Some(Seen { tick: frame.tick, state: frame.state, cause: frame.cause, pulses: frame.pulses }))
+        }
+    }
+
+    fn session(board: &mut Loop, robot: RobotConfig, lines: &str) -> (Result<Vec<Point>, String>, String) {
+        let mut said = Vec::new();
+        let lines = Cursor::new(lines.to_owned());
+        let ended = Session::new(board, Joint::LeftHip, robot, lines, &mut said).run();
+        (ended.map_err(|failure| failure.to_string()), String::from_utf8(said).unwrap())
+    }
+
+    const DEFAULT: RobotConfig = RobotConfig::default_biped();
+
+    fn points(of: &[(u16, f64)]) -> Vec<Point> {
+        of.iter().map(|(pulse, angle_deg)| Point { pulse: PulseMicros(*pulse), angle_deg: *angle_deg }).collect()
+    }
+
+    #[test]
+    fn lines_are_read_as_the_help_says() {
+        for (text, line) in [
+            ("+", Some(Line::Move(1))),
+            ("-", Some(Line::Move(-1))),
+            (" + 25 ", Some(Line::Move(25))),
+            ("-3", Some(Line::Move(-3))),
+            ("=1500", Some(Line::To(1_500))),
+            ("angle -12.5", Some(Line::Angle(-12.5))),
+            ("", Some(Line::Repeat)),
+            ("done", Some(Line::Done)),
+            ("angle", None),
+            ("angle 181", None),
+            ("angle nan", None),
+            ("1500", None),
+            ("+-3", None),
+            ("=70000", None),
+            ("Done", None),
+        ] {
+            assert_eq!(Line::read(text), line, "{text}");
+        }
+    }
+
+    #[test]
+    fn angles_are_taken_where_the_servo_has_come_to() {
+        let mut board = Loop::new(&[500]);
+        let (ended, said) = session(&mut board, DEFAULT, "=1480\nangle 0\n-100\n\n\nangle 30\nangle 99\nundo\ndone\n");
+        assert_eq!(ended, Ok(points(&[(1_480, 0.0), (1_180, 30.0)])), "{said}");
+        assert_eq!((board.joints.state(), board.joints.frame().cause), (SupervisorState::Disarmed, Cause::Request));
+        assert!(
+            said.contains("press the board's button") && said.contains("forgotten: 1180 us is 99 degrees"),
+            "{said}"
+        );
+    }
+
+    /// The user thinks for a minute: the program keeps the trim going.
+    #[test]
+    fn a_slow_user_loses_nothing() {
+        let (send, receive) = channel::<&str>();
+        struct Slow(Receiver<&'static str>, Cursor<&'static str>);
+        impl io::Read for Slow {
+            fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
+                unreachable!("lines only")
+            }
+        }
+        impl BufRead for Slow {
+            fn fill_buf(&mut self) -> io::Result<&[u8]> {
+                if self.1.fill_buf()?.is_empty() {
+                    self.1 = Cursor::new(self.0.recv().unwrap_or_default());
+                }
+                self.1.fill_buf()
+            }
+
+            fn consume(&mut self, amount: usize) {
+                self.1.consume(amount);
+            }
+        }
+        struct Slowly<'a>(&'a mut Loop, std::sync::mpsc::Sender<&'static str>, Vec<(u32, &'static str)>);
+        impl Trimmed for Slowly<'_> {
+            fn ask(&mut self, action: Action) -> Result<Outcome, Failure> {
+                (&mut *self.0).ask(action)
+            }
+
+            fn listen(&mut self) -> Result<Option<Seen>, Failure> {
+                let seen = (&mut *self.0).listen()?;
+                if let Some((at, line)) = self.2.first().copied() {
+                    if self.0.joints.frame().tick >= at {
+                        self.2.remove(0);
+                        self.1.send(line).unwrap();
+                    }
+                }
+                Ok(seen)
+            }
+        }
+        let mut board = Loop::new(&[500]);
+        let answers = Slow(receive, Cursor::new(""));
+        let lines = vec![(60_000, "angle 0\n"), (120_000, "+90\n"), (180_000, "angle 9\nangle 20\ndone\n")];
+        let ended = Session::new(Slowly(&mut board, send, lines), Joint::LeftHip, DEFAULT, answers, io::sink()).run();
+        assert_eq!(ended.unwrap(), points(&[(1_500, 0.0), (1_590, 9.0), (1_590, 20.0)]));
+    }
+
+    #[test]
+    fn a_press_pauses_and_a_fault_does_not_lead_to_a_walk() {
+        let lines = "=1520\nangle 0\n=1600\nangle 20\ndone\n";
+        // The second press ends the trim on the way to 1600 us, the third begins it again from the park pose.
+        let mut board = Loop::new(&[500, 1_000, 2_000]);
+        let (ended, said) = session(&mut board, DEFAULT, lines);
+        assert!(said.contains("the outputs are off, cause button"), "{said}");
+        // What was on its way is asked for again by the user, who sees that the servo is parked: here, nobody does.
+        assert_eq!(ended, Ok(points(&[(1_520, 0.0), (1_500, 20.0)])), "{said}");
+        // A fault, its acknowledgement, and a press that would arm, were the trim not chosen again.
+        let mut board = Loop { fault_at: Some(700), ..Loop::new(&[500, 1_000, 1_500]) };
+        let (ended, said) = session(&mut board, DEFAULT, "=1530\nangle 0\n=1630\nangle 20\ndone\n");
+        assert!(said.contains("fault, cause clock") && ended.is_ok(), "{ended:?} {said}");
+        assert_eq!(board.joints.state(), SupervisorState::Disarmed);
+    }
+
+    #[test]
+    fn what_cannot_be_is_said_and_the_board_is_left_at_rest() {
+        let mut other = DEFAULT;
+        other.servos[0].neutral = PulseMicros(1_400);
+        let cases = [
+            (DEFAULT, "quit\n", "ended without a map"),
+            (DEFAULT, "=1480\n", "the answers end; allowed is `done` or `quit`"),
+            (other, "=1480\n", "the board has the record of another robot"),
+        ];
+        for (robot, lines, words) in cases {
+            let mut board = Loop::new(&[500]);
+            let error = session(&mut board, robot, lines).0.unwrap_err();
+            assert!(error.contains(words), "{error}");
+            assert_eq!(board.joints.state(), SupervisorState::Disarmed, "{words}");
+        }
+        let mut board = Loop::new(&[500]);
+        let (_, said) = session(&mut board, DEFAULT, "=400\n+2000\n1500\ndone\nundo\nquit\n");
+        for words in [
+            "400 us: allowed are 500 to 2500 us",
+            "3500 us: allowed are",
+            "`1500` is not understood; allowed are",
+            "no angle was given; allowed are two or more",
+            "there is no angle to forget",
+        ] {
+            assert!(said.contains(words), "{words}: {said}");
+        }
+        // A board that walks is not trimmed.
+        let mut board = Loop::new(&[500]);
+        (0..3_000).for_each(|_| board.tick(None));
+        assert_eq!(board.joints.state(), SupervisorState::Walking);
+        let error = session(&mut board, DEFAULT, "").0.unwrap_err();
+        assert!(error.contains("not at rest"), "{error}");
+    }
+}
