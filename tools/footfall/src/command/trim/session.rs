@@ -119,6 +119,8 @@ impl<B: Trimmed, W: Write> Session<B, W> {
     }
 
     fn talk(&mut self) -> Result<(), Failure> {
+        // A board that has not started takes no request.
+        while self.board.listen()?.is_none() {}
         self.choose()?;
         loop {
             let Some(seen) = self.board.listen()? else { continue };
