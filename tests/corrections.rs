@@ -119,7 +119,7 @@ fn another_cadence_is_not_worse() {
     }
 }
 
-/// A runner whose knees bend by a third more or less: the corrections of the other run are a guess there, and some joints are worse for it.
+/// Templates and corrections of the runner's other run: they are a guess there, and some joints are a little worse for it.
 fn another_gait_is_at_most_a_little_worse() {
     for sensor in Joint::ALL {
         let people = people_of(&RUNS, sensor);
@@ -130,11 +130,11 @@ fn another_gait_is_at_most_a_little_worse() {
             let [with, without] = with_and_without(&angles_of(person), legs, corrections, &samples);
             report!("{} {}: {with:.2?} with, {without:.2?} without", person.name, sensor.name());
             // It is another gait: the templates of the other run are far off at the knees.
-            assert!(without[2..].iter().all(|error| (9.0..15.0).contains(error)), "{}: {without:?}", person.name);
+            assert!(without[2..].iter().all(|error| (9.5..13.6).contains(error)), "{}: {without:?}", person.name);
             let closer = with.iter().zip(without).map(|(with, without)| without - with).fold(0.0, f64::max);
             assert!(closer > 0.1, "{} {}: no joint closer", person.name, sensor.name());
             let worse = with.iter().zip(without).map(|(with, without)| with - without).fold(0.0, f64::max);
-            assert!(worse < 2.6, "{} {}: {worse} degrees worse", person.name, sensor.name());
+            assert!(worse < 0.8, "{} {}: {worse} degrees worse", person.name, sensor.name());
         }
     }
 }
