@@ -7,7 +7,8 @@
 //! | symbol | quantity |
 //! |---|---|
 //! | c_j | correction of joint j, rad, added to its template; it moves with bounded acceleration and lags behind its target by [`delay_ticks`] |
-//! | phi, e | phase and innovation of the phase lock; the innovation is the measured less the predicted angle of the measured joint, see [`phase_lock`](crate::entrainment::phase_lock) |
+//! | phi | phase of the [phase lock](crate::entrainment::phase_lock) |
+//! | e | its innovation, rad: the measured less the predicted angle of the measured joint |
 //! | T | stride time of the template's person |
 //! | m_k | low-passed innovation, rad, with the time constant tau_k T; tau_k = 0.01, 0.02, 0.04, 0.08, 0.16, 0.32 strides |
 //! | L | largest innovation that is used: 0.35 rad (20 degrees) |
@@ -16,7 +17,7 @@
 //! | E, E_0 | root mean square of e over about the last 0.4 s, and in the recording that the gains were learned from (the usual innovation) |
 //!
 //! A template at the person's phase has the mean stride. Each stride differs from it, and the recent innovation of the measured joint tells how the
-//! others are about to differ: the slowest low-pass filter still has 5 % of an innovation after one stride. The gains are learned from a recording
+//! others are about to differ: after one stride the slowest low-pass filter still has 4 % of it. The gains are learned from a recording
 //! by least squares (`gait_fit::corrections`). The cadence is no input: in a recording it varies by about 1 %, and a gain that was learned from that
 //! says nothing about a cadence that is 10 % higher.
 //!

@@ -14,6 +14,8 @@
 //! Source: ridge regression, Hoerl and Kennard 1970 (Technometrics 12, 55-67); cross-validation in spans of time, Burman, Chow and Nolan 1994
 //! (Biometrika 81, 351-358).
 
+mod outcome;
+
 use std::ops::Range;
 
 use cpg_core::entrainment::correction::{Corrections, INPUTS, MAX_GAIN, TERMS, delay_ticks, terms};
@@ -24,6 +26,8 @@ use hgod_adc::{FilterConfig, FilterState};
 use joint_loop::FollowConfig;
 use joint_units::{Joint, Period, Radians};
 use nalgebra::{Cholesky, DMatrix, DVector};
+
+pub use outcome::{JointOutcome, NotLearned};
 
 /// Spans of the cross-validation.
 pub const SPANS: usize = 10;
@@ -51,50 +55,6 @@ pub struct Learned {
     pub joints: [JointOutcome; Joint::COUNT],
 }
 
-/// What was learned for a joint. Errors are root mean squares of the difference from the recording in degrees, on spans that the gains were not
-/// learned from.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum JointOutcome {
-    /// The joint was not recorded.
-    NotRecorded,
-    /// It has a correction.
-    Corrected {
-        /// Error of the template alone.
-        without_deg: f64,
-        /// Error with the correction; smaller.
-        with_deg: f64,
-    },
-    /// It has none, because its error would not be smaller.
-    NotCloser {
-        /// Error of the template alone.
-        without_deg: f64,
-        /// Error with the best correction.
-        with_deg: f64,
-    },
-    /// It has none, because each ridge leads to a gain beyond [`MAX_GAIN`].
-    GainsTooLarge {
-        /// Error of the template alone.
-        without_deg: f64,
-    },
-}
-
-impl JointOutcome {
-    /// Words for a note, without the joint's name; `None` for a joint that was not recorded.
-    #[must_use]
-    pub fn in_words(&self) -> Option<String> {
-        Some(match self {
-            Self::NotRecorded => return None,
-            Self::Corrected { without_deg, with_deg } => format!("{with_deg:.2} (without {without_deg:.2})"),
-            Self::NotCloser { without_deg, with_deg } => {
-                format!("{without_deg:.2} and not corrected: with a correction it would be {with_deg:.2}")
-            }
-            Self::GainsTooLarge { without_deg } => {
-                format!("{without_deg:.2} and not corrected: gains would be beyond {MAX_GAIN}")
-            }
-        })
-    }
-}
-
 impl Learned {
     /// One sentence: the errors with and without, and which joints are not corrected.
     #[must_use]
@@ -107,25 +67,6 @@ impl Learned {
             joints.join(", ")
         )
     }
-}
-
-/// Why there are no corrections.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum NotLearned {
-    /// The follower was not locked for long enough.
-    #[error(
-        "the follower was locked at full amplitude for {strides:.1} strides, not counting the first 3 s of a lock; allowed is {LEAST_STRIDES} or more"
-    )]
-    FewStrides {
-        /// Strides with rows.
-        strides: f64,
-    },
-    /// The time axis is a cycle.
-    #[error("the time axis of the recording is a cycle; allowed is one in seconds")]
-    Cycle,
-    /// The joints or the follower are not what the regression needs; the text says what.
-    #[error("{0}")]
-    Unusable(String),
 }
 
 /// What a follower is fed with and what it should do, one value a tick of 1 ms, degrees.
@@ -251,7 +192,7 @@ impl Rows {
             let walks = follower.status().state == Lock::Locked && follower.amplitude() == 1.0;
             locked_for = if walks { locked_for + 1 } else { 0 };
             let lock = follower.phase_lock();
-            let shown = follower.correction_inputs().filter(|_| locked_for > SETTLE_TICKS);
+            let shown = follower.correction_inputs().filter(|_| locked_for >= SETTLE_TICKS);
             inputs.push(shown.map(|inputs| (inputs, lock.phase(), f64::from(lock.innovation().0))));
             setpoints.push((follower.angles(), walks));
         }

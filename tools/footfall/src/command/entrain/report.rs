@@ -47,7 +47,7 @@ impl CorrectionSource {
             GeneratorSet::Follow(_) => None,
             _ => Some("the generator file is of no follower".to_owned()),
         };
-        notes.extend(missing.as_ref().map(|why| no_corrections(why)));
+        notes.extend(missing.as_ref().map(no_corrections));
         let source = if missing.is_none() { "file" } else { "none" };
         Self { source, is_corrected: missing.is_none(), fitted_to_this, notes }
     }
