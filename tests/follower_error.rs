@@ -86,7 +86,7 @@ fn row_of(name: &str, sensor: Joint) -> Option<[Cell; Joint::COUNT]> {
 fn measured(name: &str, sensor: Joint) -> [Cell; Joint::COUNT] {
     let recording = csv_file::read(&traces_folder().join(format!("{name}.csv"))).expect("a good recording");
     let run = entrain(&recording, sensor, None).expect("entrained");
-    let corrected = corrected(&recording, sensor, &Holes::default(), &run);
+    let corrected = corrected(&recording, sensor, &Holes::default(), &run).ok();
     let following = corrected.as_ref().map_or(&run.following, |corrected| &corrected.following);
     let possible = Possible::of(&recording, sensor, &Holes::default(), run.learned.stride_s, following);
     Joint::ALL.map(|joint| Cell {

@@ -1,22 +1,29 @@
 //! Corrects the angles of a follower by what its sensor shows beyond the phase: linear in the recent innovation, with gains over the phase.
 //!
 //! ```text
-//! c_j -> f clamp( sum_i G_ji(phi) x_i, +-C ),   x = [ 1, (w - w0) / w0, m_1 .. m_6 ],   m_k' = (e - m_k) / (tau_k T)
+//! c_j -> f clamp( sum_i G_ji(phi) x_i, +-C ),   x = [ 1, m_1 .. m_6 ],   m_k' = (clamp(e, +-L) - m_k) / (tau_k T)
 //! f = clamp( (4 - E / E_0) / 2, 0, 1 )
 //! ```
 //! | symbol | quantity |
 //! |---|---|
-//! | c_j | correction of joint j, rad; it moves with bounded acceleration, with a delay of [`DELAY_S`] |
-//! | phi, w, e | phase, frequency and innovation of the phase lock, see [`phase_lock`](crate::entrainment::phase_lock) |
-//! | w0, T | frequency and stride time of the template's person |
-//! | m_k | innovation, low-passed with the time constant tau_k = 0.01, 0.02, 0.04, 0.08, 0.16, 0.32 strides: a record of the last half stride |
+//! | c_j | correction of joint j, rad, added to its template; it moves with bounded acceleration and lags behind its target by [`delay_ticks`] |
+//! | phi | phase of the [phase lock](crate::entrainment::phase_lock) |
+//! | e | its innovation, rad: the measured less the predicted angle of the measured joint |
+//! | T | stride time of the template's person |
+//! | m_k | low-passed innovation, rad, with the time constant tau_k T; tau_k = 0.01, 0.02, 0.04, 0.08, 0.16, 0.32 strides |
+//! | L | largest innovation that is used: 0.35 rad (20 degrees) |
 //! | G_ji | gain: a Fourier series of [`HARMONICS`] harmonics |
 //! | C | [`LARGEST`] |
-//! | E, E_0 | root mean square of e over the last 0.4 s, and in the recording that the gains were learned from |
+//! | E, E_0 | root mean square of e over about the last 0.4 s, and in the recording that the gains were learned from (the usual innovation) |
 //!
-//! A template at the person's phase has the mean stride. Each stride differs from it, and what the measured joint did in the last half stride
-//! tells how the others are about to differ. The gains are learned from a recording by least squares (`gait_fit::corrections`). They have an effect only in a near lock with good samples; in any other state the target is 0.
-//! The factor f takes them away from a gait that is not the one of the recording: there they would be an extrapolation.
+//! A template at the person's phase has the mean stride. Each stride differs from it, and the recent innovation of the measured joint tells how the
+//! others are about to differ: after one stride the slowest low-pass filter still has 4 % of it. The gains are learned from a recording
+//! by least squares (`gait_fit::corrections`). The cadence is no input: in a recording it varies by about 1 %, and a gain that was learned from that
+//! says nothing about a cadence that is 10 % higher.
+//!
+//! Corrections act in a near lock with good samples, and while the follower bridges missing samples in a lock; then the memories keep their values. In
+//! any other state the target is 0. The factor f reduces them where the measured joint differs from its template by more than twice what is usual:
+//! there they would be an extrapolation.
 
 use core::f32::consts::TAU;
 
@@ -29,13 +36,11 @@ use crate::math::braking::Braking;
 use crate::math::trig::sin_cos;
 
 /// Inputs x of a correction.
-pub const INPUTS: usize = 2 + MEMORIES;
+pub const INPUTS: usize = 1 + MEMORIES;
 /// Harmonics of a gain.
 pub const HARMONICS: usize = 5;
 /// Coefficients of a gain: the mean, then cosine and sine of harmonic 1, of harmonic 2, ...
 pub const TERMS: usize = 1 + 2 * HARMONICS;
-/// Delay of a correction behind its target, s: gains are learned for the angle that the joint has by then.
-pub const DELAY_S: f32 = 1.0 / STIFFNESS;
 /// Largest correction C, rad.
 pub const LARGEST: f32 = 0.25;
 /// Largest coefficient of a gain, in radians for each unit of the input.
@@ -49,11 +54,14 @@ const NONE_FROM: f32 = 4.0;
 const MEMORIES: usize = 6;
 /// Time constants tau_k, strides.
 const MEMORY_STRIDES: [f32; MEMORIES] = [0.01, 0.02, 0.04, 0.08, 0.16, 0.32];
-/// Largest innovation that is used, rad, and largest relative difference of the frequency: those of a person who walks.
+/// Largest innovation L that is used, rad: that of a person who walks.
 const LARGEST_INNOVATION: f32 = 0.35;
-const LARGEST_FREQUENCY: f32 = 0.1;
+/// Time constant of the correction, us: 10 ms.
+const TIME_CONSTANT_US: u32 = 10_000;
 /// Stiffness k of the correction, 1/s.
-const STIFFNESS: f32 = 100.0;
+const STIFFNESS: f32 = 1e6 / TIME_CONSTANT_US as f32;
+/// Longest control period, us: both poles of the correction lie at 2k, as those of the driven phase, and the step is stable up to 1/(2k).
+pub(super) const LONGEST_PERIOD_US: u32 = TIME_CONSTANT_US / 2;
 /// Largest acceleration of the correction, rad/s^2.
 pub(super) const ACCELERATION: f32 = 200.0;
 
@@ -67,13 +75,23 @@ pub struct Corrections {
     pub gains: [[[f32; TERMS]; INPUTS]; Joint::COUNT],
 }
 
-/// Fields of each joint in a [`BuildError`]: the gains of the constant, of the frequency, of the innovation.
-const FIELDS: [[&str; 3]; Joint::COUNT] = [
-    ["left_hip.correction.constant", "left_hip.correction.frequency", "left_hip.correction.innovation"],
-    ["right_hip.correction.constant", "right_hip.correction.frequency", "right_hip.correction.innovation"],
-    ["left_knee.correction.constant", "left_knee.correction.frequency", "left_knee.correction.innovation"],
-    ["right_knee.correction.constant", "right_knee.correction.frequency", "right_knee.correction.innovation"],
-];
+/// Fields of each joint in a [`BuildError`]: the gains of the constant, and of each low-passed innovation.
+const FIELDS: [[&str; INPUTS]; Joint::COUNT] = {
+    macro_rules! fields {
+        ($joint:literal) => {
+            [
+                concat!($joint, ".correction.constant"),
+                concat!($joint, ".correction.innovation[0]"),
+                concat!($joint, ".correction.innovation[1]"),
+                concat!($joint, ".correction.innovation[2]"),
+                concat!($joint, ".correction.innovation[3]"),
+                concat!($joint, ".correction.innovation[4]"),
+                concat!($joint, ".correction.innovation[5]"),
+            ]
+        };
+    }
+    [fields!("left_hip"), fields!("right_hip"), fields!("left_knee"), fields!("right_knee")]
+};
 
 /// As the Rust expression that makes it.
 impl core::fmt::Debug for Corrections {
@@ -105,16 +123,9 @@ impl Corrections {
     pub(super) fn validate(&self) -> Result<(), BuildError> {
         let least = if self.is_none() { 0.0 } else { LEAST_INNOVATION };
         in_range(self.usual_innovation.0, Field::of("usual_innovation"), least, 1.0)?;
-        for (inputs, [constant, frequency, innovation]) in self.gains.iter().zip(FIELDS) {
-            for (input, terms) in inputs.iter().enumerate() {
-                let (name, first) = match input {
-                    0 => (constant, 0),
-                    1 => (frequency, 0),
-                    _ => (innovation, (input - 2) * TERMS),
-                };
-                for (term, gain) in terms.iter().enumerate() {
-                    in_range(*gain, Field::at(name, first + term), -MAX_GAIN, MAX_GAIN)?;
-                }
+        for (name, terms) in FIELDS.as_flattened().iter().zip(self.gains.as_flattened()) {
+            for (term, gain) in terms.iter().enumerate() {
+                in_range(*gain, Field::at(name, term), -MAX_GAIN, MAX_GAIN)?;
             }
         }
         Ok(())
@@ -130,6 +141,13 @@ impl Corrections {
             factor * sum.clamp(-LARGEST, LARGEST)
         })
     }
+}
+
+/// Delay of a correction behind its target in periods: 1/k less one period, as the step uses the target of its end. Gains are learned for the angle
+/// that the joint has by then. At 1 kHz it is 9 ms.
+#[must_use]
+pub const fn delay_ticks(period: Period) -> u32 {
+    (TIME_CONSTANT_US / period.micros()).saturating_sub(1)
 }
 
 /// The terms of a gain at a phase: 1, then cosine and sine of each harmonic.
@@ -149,31 +167,26 @@ pub fn terms(phase: Phase) -> [f32; TERMS] {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Inputs {
     memories: [f32; MEMORIES],
-    /// Relative difference of the frequency from that of the template's person.
-    frequency: f32,
     /// There are inputs: the last sample was good, in a near lock.
     is_active: bool,
     /// Part of the way to the innovation that a memory goes in a period.
     steps: [f32; MEMORIES],
-    nominal: f32,
 }
 
 impl Inputs {
-    /// For a frequency w0, rad/s.
+    /// For strides at this angular frequency, rad/s.
     pub(super) fn new(nominal: f32, period: Period) -> Self {
         let stride_s = TAU / nominal;
         let steps = MEMORY_STRIDES.map(|strides| 1.0 - libm::expf(-period.seconds() / (strides * stride_s)));
-        Self { memories: [0.0; MEMORIES], frequency: 0.0, is_active: false, steps, nominal }
+        Self { memories: [0.0; MEMORIES], is_active: false, steps }
     }
 
-    /// Takes innovation (rad) and frequency (rad/s) of one period with a good sample in a near lock.
-    pub(super) fn take(&mut self, innovation: f32, frequency: f32) {
+    /// Takes the innovation (rad) of one period with a good sample in a near lock.
+    pub(super) fn take(&mut self, innovation: f32) {
         let innovation = innovation.clamp(-LARGEST_INNOVATION, LARGEST_INNOVATION);
         for (memory, step) in self.memories.iter_mut().zip(&self.steps) {
             *memory += (innovation - *memory) * step;
         }
-        let difference = frequency / self.nominal - 1.0;
-        self.frequency = difference.clamp(-LARGEST_FREQUENCY, LARGEST_FREQUENCY);
         self.is_active = true;
     }
 
@@ -186,7 +199,7 @@ impl Inputs {
     /// The inputs x; `None` if there are none.
     pub(super) fn values(&self) -> Option<[f32; INPUTS]> {
         let [a, b, c, d, e, f] = self.memories;
-        self.is_active.then_some([1.0, self.frequency, a, b, c, d, e, f])
+        self.is_active.then_some([1.0, a, b, c, d, e, f])
     }
 }
 
@@ -211,4 +224,27 @@ impl Corrected {
 /// Upper bound of the rate of a correction, rad/s: the law brakes a distance of 2 C at most.
 pub(super) fn fastest() -> f32 {
     libm::sqrtf(2.0 * LARGEST * ACCELERATION)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A target that moves at a constant rate: the distance from it is that rate times the delay.
+    #[test]
+    fn a_correction_lags_by_its_delay() {
+        for micros in [250, 1000, 2000] {
+            let period = Period::from_micros(micros).unwrap();
+            let law = Braking { stiffness: STIFFNESS, acceleration: ACCELERATION, period_s: period.seconds() };
+            let (mut joint, rate) = (BoundedNumber::default(), 0.1);
+            let mut target = 0.0;
+            for tick in 1..=(400_000 / micros) {
+                target = rate * tick as f32 * period.seconds();
+                joint.approach(target, &law);
+            }
+            let lag = (target - joint.value) / rate / period.seconds();
+            assert!((lag - delay_ticks(period) as f32).abs() < 0.02, "{micros} us: {lag} periods");
+        }
+        assert_eq!(delay_ticks(Period::MILLISECOND), 9);
+    }
 }

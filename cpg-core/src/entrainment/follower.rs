@@ -109,11 +109,12 @@ impl Follower {
     /// The same follower with these corrections of its joints, see [`correction`].
     ///
     /// # Errors
-    /// Names the gain that is not finite or out of range.
+    /// - [`BuildError::NotFinite`] and [`BuildError::OutOfRange`] name the gain, as `left_hip.correction.innovation[5][10]`, or
+    ///   `usual_innovation`.
+    /// - [`BuildError::PeriodTooLong`] above 5 ms.
     pub fn with_corrections(mut self, corrections: &Corrections) -> Result<Self, BuildError> {
         corrections.validate()?;
-        // Both poles lie at 2k, as those of the driven phase.
-        allow_period(self.period, (0.5 * correction::DELAY_S * 1e6) as u32)?;
+        allow_period(self.period, correction::LONGEST_PERIOD_US)?;
         self.corrections = *corrections;
         self.corrects = !corrections.is_none();
         Ok(self)
@@ -163,8 +164,8 @@ impl Follower {
     ///
     /// The angle is `a = stand + s D(psi)` with D = S - stand, S the joint's template, s the amplitude and psi the driven phase. So
     /// `|a''| <= A_s |D| + 2 |s'| |D'| psi' + |D''| psi'^2 + |D'| A_psi`, with the largest value of each factor: A_s is
-    /// [`FollowerConfig::amplitude_acceleration`], A_psi is [`FollowerConfig::phase_acceleration`], D' and D'' are derivatives by psi. For the
-    /// measured joint D has the drift d in it, which adds `A_s limit + 2 |s'| R + 2 R / T` (R and T are rate and time constant of the drift).
+    /// [`FollowerConfig::amplitude_acceleration`], A_psi is twice [`FollowerConfig::phase_acceleration`], with which the driven phase halts, D' and
+    /// D'' are derivatives by psi. For the measured joint D has the drift d in it, which adds `A_s limit + 2 |s'| R + 2 R / T` (R and T are rate and time constant of the drift).
     /// A correction c adds `A_s 2 C + 2 |s'| |c'| + A_c`, with its own largest rate and acceleration.
     #[must_use]
     pub fn acceleration_bound(&self, joint: Joint) -> RadPerSec2 {
@@ -199,7 +200,7 @@ impl Follower {
         // The amplitude moves by 1 at most, so its rate is at most sqrt(A).
         let turning =
             2.0 * libm::sqrtf(a) * slope * self.fastest + bend * self.fastest * self.fastest + drifting + corrected;
-        RadPerSec2(a * way + turning + slope * self.config.phase_acceleration.0)
+        RadPerSec2(a * way + turning + slope * HALT_FACTOR * self.config.phase_acceleration.0)
     }
 
     /// Amplitude of the template, scaled by the learned gain of the sensor, rad: sqrt(2) times its root mean square.
@@ -249,7 +250,7 @@ impl Follower {
         }
         match sample {
             Plausibility::Good(_) if self.state.lock == Lock::Locked && self.lock.is_near() => {
-                self.state.inputs.take(self.lock.innovation().0, self.lock.frequency().0);
+                self.state.inputs.take(self.lock.innovation().0);
             }
             Plausibility::Bridged if self.state.lock == Lock::Locked => {}
             _ => self.state.inputs.forget(),
@@ -436,7 +437,7 @@ impl Follower {
     fn drive(&mut self) {
         let (t, config) = (self.period.seconds(), &self.config);
         let law = Braking { stiffness: config.stiffness, acceleration: config.phase_acceleration.0, period_s: t };
-        let halt = Braking { acceleration: 2.0 * law.acceleration, ..law };
+        let halt = Braking { acceleration: HALT_FACTOR * law.acceleration, ..law };
         let amplitude_law =
             Braking { stiffness: AMPLITUDE_STIFFNESS, acceleration: config.amplitude_acceleration, period_s: t };
         let state = &mut self.state;
@@ -505,6 +506,8 @@ const LOST_S: f32 = 1.0;
 const BEYOND_CYCLES: f32 = 0.4;
 /// Stiffness k of the amplitude, 1/s.
 const AMPLITUDE_STIFFNESS: f32 = 16.0;
+/// Acceleration with which the driven phase halts, divided by that with which it follows.
+const HALT_FACTOR: f32 = 2.0;
 /// Amplitude below which joints that are far from the person's phase stand before they move.
 const STAND_BELOW_AMPLITUDE: f32 = 0.5;
 /// Distance of the driven phase from the person's that counts as far, rad: an eighth of a stride.

@@ -152,6 +152,8 @@ pub enum Allowed {
     Finite,
     /// As many numbers as in `cos_deg`.
     Count(usize),
+    /// The joint that the follower's sensor is on.
+    Sensor(&'static str),
 }
 
 impl fmt::Display for Allowed {
@@ -160,6 +162,10 @@ impl fmt::Display for Allowed {
             Self::Range { least, most, unit } => write!(f, "a number from {least} to {most}{}", unit.suffix()),
             Self::Finite => f.write_str("a finite number"),
             Self::Count(count) => write!(f, "as many numbers as in `cos_deg`: {count}"),
+            Self::Sensor(joint) => write!(
+                f,
+                "\"{joint}\", the `sensor` of the follower: learn corrections for it with `footfall fit --follow {joint}`, or leave out the table"
+            ),
         }
     }
 }

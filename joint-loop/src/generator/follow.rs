@@ -96,7 +96,7 @@ impl BoardKind for FollowConfig {
 #[cfg(feature = "serde")]
 mod set {
     use super::{Corrections, EventSource, FollowConfig, INPUTS, Joint, Radians, TERMS};
-    use crate::generator::file::{JOINTS, Key, KindSet, SetError, Unit, one_of};
+    use crate::generator::file::{Allowed, JOINTS, Key, KeyPath, KindSet, SetError, Unit, one_of};
     use crate::generator::shape::{ShapeJoint, ShapeSet};
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -120,6 +120,9 @@ mod set {
     #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
     #[serde(deny_unknown_fields)]
     pub struct CorrectionsSet {
+        /// The joint with the sensor that the gains were learned with; the follower must have its sensor there.
+        #[serde(serialize_with = "joint_name", deserialize_with = "joint")]
+        pub sensor: Joint,
         /// Root mean square of the innovation in the recording, degrees.
         pub usual_innovation_deg: f32,
         /// Left hip.
@@ -138,33 +141,30 @@ mod set {
     pub struct CorrectionsJoint {
         /// Of the constant, degrees.
         pub constant_deg: [f32; TERMS],
-        /// Of the relative difference of the frequency, degrees.
-        pub frequency_deg: [f32; TERMS],
         /// Of the low-passed innovations, degrees for each degree.
-        pub innovation: [[f32; TERMS]; INPUTS - 2],
+        pub innovation: [[f32; TERMS]; INPUTS - 1],
     }
 
     impl CorrectionsJoint {
         fn of(gains: &[[f32; TERMS]; INPUTS]) -> Self {
-            let [constant, frequency, innovation @ ..] = *gains;
-            let degrees = |gains: [f32; TERMS]| gains.map(|gain| Radians(gain).degrees());
-            Self { constant_deg: degrees(constant), frequency_deg: degrees(frequency), innovation }
+            let [constant, innovation @ ..] = *gains;
+            Self { constant_deg: constant.map(|gain| Radians(gain).degrees()), innovation }
         }
 
         fn gains(&self) -> [[f32; TERMS]; INPUTS] {
-            let radians = |gains: [f32; TERMS]| gains.map(|gain| Radians::from_degrees(gain).0);
+            let constant = self.constant_deg.map(|gain| Radians::from_degrees(gain).0);
             let [a, b, c, d, e, f] = self.innovation;
-            [radians(self.constant_deg), radians(self.frequency_deg), a, b, c, d, e, f]
+            [constant, a, b, c, d, e, f]
         }
     }
 
     impl CorrectionsSet {
-        /// In the units of the file; `None` for none.
+        /// In the units of the file, for a follower with this sensor; `None` for none.
         #[must_use]
-        pub fn of(corrections: &Corrections) -> Option<Self> {
+        pub fn of(corrections: &Corrections, sensor: Joint) -> Option<Self> {
             let [left_hip, right_hip, left_knee, right_knee] = corrections.gains.each_ref().map(CorrectionsJoint::of);
             let usual_innovation_deg = corrections.usual_innovation.degrees();
-            let set = Self { usual_innovation_deg, left_hip, right_hip, left_knee, right_knee };
+            let set = Self { sensor, usual_innovation_deg, left_hip, right_hip, left_knee, right_knee };
             (!corrections.is_none()).then_some(set)
         }
 
@@ -186,6 +186,11 @@ mod set {
         }
     }
 
+    /// The key of the gains of a low-passed innovation.
+    const fn innovation(field: &'static str, key: &'static str) -> Key {
+        Key { field, key, names: &[], unit: Unit::One }
+    }
+
     impl KindSet for FollowSet {
         type Config = FollowConfig;
         const KEYS: &'static [Key] = &[
@@ -195,13 +200,12 @@ mod set {
             ShapeSet::SHAPE_KEYS[3],
             Key { field: "usual_innovation", key: "corrections.usual_innovation_deg", names: &[], unit: Unit::Degrees },
             Key { field: "*.correction.constant", key: "corrections.*.constant_deg", names: &[], unit: Unit::Degrees },
-            Key {
-                field: "*.correction.frequency",
-                key: "corrections.*.frequency_deg",
-                names: &[],
-                unit: Unit::Degrees,
-            },
-            Key { field: "*.correction.innovation", key: "corrections.*.innovation", names: &[], unit: Unit::One },
+            innovation("*.correction.innovation[0]", "corrections.*.innovation[0]"),
+            innovation("*.correction.innovation[1]", "corrections.*.innovation[1]"),
+            innovation("*.correction.innovation[2]", "corrections.*.innovation[2]"),
+            innovation("*.correction.innovation[3]", "corrections.*.innovation[3]"),
+            innovation("*.correction.innovation[4]", "corrections.*.innovation[4]"),
+            innovation("*.correction.innovation[5]", "corrections.*.innovation[5]"),
         ];
         const RUST_IMPORTS: &'static str = "use cpg_core::entrainment::Corrections;\nuse cpg_core::entrainment::EventSource::*;\nuse joint_loop::{FollowConfig, GeneratorConfig, SeriesConfig, ShapeConfig};\nuse joint_units::Joint::*;\nuse joint_units::Radians;\n";
 
@@ -214,7 +218,14 @@ mod set {
         }
 
         fn check_form(&self) -> Result<(), SetError> {
-            self.shape.check_form()
+            self.shape.check_form()?;
+            match self.corrections {
+                Some(CorrectionsSet { sensor, .. }) if sensor != self.sensor => Err(SetError::Value {
+                    key: KeyPath::of("corrections.sensor", ""),
+                    allowed: Allowed::Sensor(self.sensor.name()),
+                }),
+                _ => Ok(()),
+            }
         }
     }
 

@@ -142,7 +142,7 @@ mod tests {
     use proptest::prelude::*;
     use std::vec::Vec;
 
-    const FOLLOW: (u16, usize) = (4, 424);
+    const FOLLOW: (u16, usize) = (4, 380);
     const NAME: RecordName = RecordName::literal("a test");
 
     fn shape() -> GeneratorConfig {
@@ -192,13 +192,18 @@ mod tests {
         }
     }
 
-    /// A follower of an older version, without corrections, is refused by its length.
+    /// A follower of an older version, without corrections or with gains for the cadence, is refused by its length.
     #[test]
-    fn a_follower_of_the_old_length_is_refused() {
-        let old = Record::new(MAGIC, SCHEMA, FOLLOW.0, &NAME, |record| (0..71).for_each(|_| record.push(0)));
-        let error = read(old.bytes()).unwrap_err();
-        assert_eq!(error, GeneratorRecordError::Frame(FlashRecordError::Kind { kind: 4, words: 71 }));
-        assert!(error.to_string().contains("kind 4 with 424 words"), "{error}");
+    fn a_follower_of_an_old_length_is_refused() {
+        for words in [71, 424] {
+            let old = Framed::<{ bytes_of(424) }>::new(MAGIC, SCHEMA, FOLLOW.0, &NAME, |record| {
+                (0..words).for_each(|_| record.push(0))
+            });
+            let error = read(old.bytes()).unwrap_err();
+            assert_eq!(error, GeneratorRecordError::Frame(FlashRecordError::Kind { kind: 4, words }));
+            let text = error.to_string();
+            assert!(text.contains("kind 4 with 380 words") && text.ends_with("again with `footfall pack`"), "{text}");
+        }
     }
 
     #[test]

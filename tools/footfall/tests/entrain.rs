@@ -144,6 +144,21 @@ fn a_joint_above_what_is_possible_is_a_warning() {
     assert!(strict.status.code() == Some(1) && words.contains("--strict allows no warning: "), "{words}");
     assert!(!strict.stdout.is_empty(), "what was measured is reported first");
 
+    // Enough strides for a bound, and too few for corrections: that is said, and it is no warning.
+    let middle: String = jittery(0.0, 0.02).lines().take(2500).map(|line| format!("{line}\n")).collect();
+    let path = put(&folder, "middle.csv", &middle);
+    let strict = entrain(&path, &["--strict", "--json"]);
+    let words = said(&strict);
+    let object: Value = serde_json::from_slice(&strict.stdout).unwrap();
+    assert_eq!((strict.status.code(), &object["corrections"]), (Some(0), &Value::from("none")), "{words}");
+    assert!(object["verdict"]["right_knee"] == "above" && object["corrected_rmse_deg"].is_null(), "{object}");
+    assert!(words.contains("note: right_knee: error of") && !words.contains("warning: "), "{words}");
+    let why = "no corrections, so the errors are those of the templates alone: the follower was locked at full amplitude for ";
+    assert!(
+        words.contains(why) && words.contains("not counting the first 3 s of a lock; allowed is 20 or more"),
+        "{words}"
+    );
+
     // Too few strides for a bound.
     let short: String = jittery(0.0, 0.02).lines().take(1500).map(|line| format!("{line}\n")).collect();
     let object = self::object(&put(&folder, "short.csv", &short), &[]);
@@ -247,12 +262,17 @@ fn a_generator_file_has_templates_and_sensor() {
         let driven = object(&path, &["--generator", file]);
         assert_eq!(driven["sensor"], if kind == "follow" { "right_hip" } else { "left_hip" });
         assert_eq!(driven["template"], file);
+        // The errors are on the strides that it was fitted to.
+        assert_eq!((&driven["fitted_to_this"], &driven["corrections"]), (&Value::from(true), &Value::from("none")));
+        let notes = said(&entrain(&path, &["--generator", file]));
+        assert!(notes.contains("note: the generator was fitted to this recording: the errors are not"), "{notes}");
         assert!(rmse(&driven).iter().all(|rmse| rmse.is_some_and(|rmse| rmse < 2.5)), "{driven}");
         assert_eq!(driven["false_locks"], 0);
         // One knee of it alone: the file has the rest.
         let knee = put(&folder, "knee.csv", &text("time_s,left_knee_deg", ",", &[2], |deg| deg));
         let alone = object(&knee, &["--generator", file]);
         assert_eq!((alone["sensor"].as_str(), alone["false_locks"].as_u64()), (Some("left_knee"), Some(0)));
+        assert_eq!(alone["fitted_to_this"], false);
         assert!(rmse(&alone)[2].is_some_and(|rmse| rmse < 2.5), "{alone}");
     }
     let robust = folder.path().join("robust.toml");
@@ -314,7 +334,20 @@ fn recordings_that_cannot_be_played_are_refused() {
     let cycle: String = (0..=100).map(|n| format!("{},{}\n", n, angles(f64::from(n) * 0.0115)[0].round())).collect();
     let cycle = put(&folder, "cycle.csv", &format!("time_s,left_hip_deg\n{cycle}"));
     let still = put(&folder, "still.csv", &text("time_s,left_hip_deg", ",", &[0], |_| 5.0));
+    let hanging = text(OURS, ",", &[0, 1, 2, 3], |deg| deg);
+    let hanging: String = hanging
+        .lines()
+        .map(|line| match line.split(',').collect::<Vec<_>>()[..] {
+            [time, _, b, c, d] if !time.contains("time") => format!("{time},12.0,{b},{c},{d}\n"),
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    let hanging = put(&folder, "hanging.csv", &hanging);
     for (path, words) in [
+        (
+            &hanging,
+            "left_hip does not move (range 0.00 degrees), so its sensor shows no phase; allowed is --sensor with a joint",
+        ),
         (&pin, "no channel is assigned to a joint"),
         (&cycle, "the time axis is a cycle; allowed is a recording in seconds"),
         (&still, "no joint moves"),

@@ -183,6 +183,38 @@ fn what_does_not_walk_is_not_good() {
     assert!(code == Some(1) && words.contains("walks: no: ") && written, "{words}");
 }
 
+/// A follower that is refused is written only on request, and its joint must move.
+#[test]
+fn a_follower_that_does_not_lock_is_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, out] = ["slow.csv", "generator.toml"].map(|name| folder.path().join(name));
+    let slow = |hip: fn(f64) -> f64| {
+        table(40.0, move |t| {
+            let p = std::f64::consts::TAU * t / 2.2;
+            let knee = |p: f64| 32.0 + 22.0 * (p + 1.4).cos() + 12.0 * (2.0 * p).cos();
+            [hip(p), 15.0 + 20.0 * (p + std::f64::consts::PI).cos(), knee(p), knee(p + std::f64::consts::PI)]
+        })
+    };
+    std::fs::write(&file, slow(|p| 15.0 + 20.0 * p.cos())).unwrap();
+    let fit = |more: &[&str]| {
+        let start: Vec<OsString> = vec!["fit".into(), (&file).into(), "-o".into(), (&out).into()];
+        let fitted = footfall(start.into_iter().chain(more.iter().map(Into::into)));
+        (fitted.status.code(), said(&fitted), out.exists())
+    };
+    let (code, words, written) = fit(&["--follow", "left_knee"]);
+    let wanted = "starts are not locked after 4 s";
+    assert!(
+        code == Some(1) && !written && words.contains("refused as a follower: ") && words.contains(wanted),
+        "{words}"
+    );
+    assert!(words.contains("no generator is written") && !words.contains("next: "), "{words}");
+    let (code, words, written) = fit(&["--follow", "left_knee", "--force-write"]);
+    assert!(code == Some(1) && written && words.contains("the generator is written all the same"), "{words}");
+    std::fs::write(&file, slow(|_| 12.0)).unwrap();
+    let (code, words, _) = fit(&["--follow", "left_hip", "--force"]);
+    assert!(code == Some(2) && words.contains("left_hip does not move (range 0.00 degrees)"), "{words}");
+}
+
 /// What `check` calls good, `fit` takes, and the other way round.
 #[test]
 fn check_says_what_fit_does() {

@@ -3,18 +3,22 @@
 //! ```text
 //! minimise  sum_t ( a_j(t + d) - s_j(t + d) - sum_ib G_jib B_b(phi(t)) x_i(t) )^2 + N r sum_ib (sigma_ib G_jib)^2
 //! ```
-//! a_j is the recorded angle of joint j, s_j the setpoint of the follower without corrections, d the delay of a correction, x_i and B_b the
-//! inputs and terms of [`cpg_core::entrainment::correction`], sigma_ib the standard deviation of their product (1 for the constant, at least
-//! `LEAST_DEVIATION`), N the number of rows (one each 10 ms). The rows are cut into [`SPANS`] spans of time. A ridge r of [`RIDGES`] is chosen for
-//! each joint by the error on spans to which it was not fitted, among those whose gains are within [`MAX_GAIN`]. The gains that are returned are
-//! fitted to all rows, those for a span to the rows that are a stride or more from it; the usual innovation is that of all rows.
+//! a_j is the recorded angle of joint j, s_j the setpoint of the follower without corrections, d the delay of a correction
+//! ([`delay_ticks`]), x_i and B_b the inputs and terms of [`cpg_core::entrainment::correction`], sigma_ib the standard deviation of their product
+//! (1 for the constant, at least `LEAST_DEVIATION`), N the number of rows: one each 10 ms while the follower is locked at full amplitude, without
+//! the first 3 s of each lock. The rows are cut into [`SPANS`] spans of time. A ridge r of [`RIDGES`] is chosen for each joint by the error on spans
+//! to which it was not fitted, among those whose gains are within [`MAX_GAIN`]; no correction at all is chosen where that error is not smaller
+//! without. The error that is reported is the one that chose, so it is a little too small. The gains that are returned are fitted to all rows,
+//! those for a span to the rows that are a stride or more from it; the usual innovation is that of all rows.
 //!
 //! Source: ridge regression, Hoerl and Kennard 1970 (Technometrics 12, 55-67); cross-validation in spans of time, Burman, Chow and Nolan 1994
 //! (Biometrika 81, 351-358).
 
+mod outcome;
+
 use std::ops::Range;
 
-use cpg_core::entrainment::correction::{Corrections, DELAY_S, INPUTS, MAX_GAIN, TERMS, terms};
+use cpg_core::entrainment::correction::{Corrections, INPUTS, MAX_GAIN, TERMS, delay_ticks, terms};
 use cpg_core::entrainment::{Follower, Lock};
 use cpg_core::{Follow, Generator};
 use gait_trace::{LowPass, RawJoints, Rules, condition};
@@ -22,6 +26,8 @@ use hgod_adc::{FilterConfig, FilterState};
 use joint_loop::FollowConfig;
 use joint_units::{Joint, Period, Radians};
 use nalgebra::{Cholesky, DMatrix, DVector};
+
+pub use outcome::{JointOutcome, NotLearned};
 
 /// Spans of the cross-validation.
 pub const SPANS: usize = 10;
@@ -31,8 +37,8 @@ pub const RIDGES: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 pub const LEAST_STRIDES: f64 = 20.0;
 /// Ticks from one row to the next.
 const STEP: usize = 10;
-/// Time of a lock after which rows are used, s: the sensor's offset and gain are learned first.
-const SETTLE_S: f64 = 3.0;
+/// Time of a lock after which rows are used, ticks of 1 ms: the sensor's offset and gain are learned first.
+const SETTLE_TICKS: u32 = 3_000;
 /// Least standard deviation that a product is scaled by: an input that hardly varies teaches nothing, and gets no large gain.
 const LEAST_DEVIATION: f64 = 1e-3;
 /// Coefficients of a joint.
@@ -45,9 +51,22 @@ pub struct Learned {
     pub corrections: Corrections,
     /// For spans of ticks, in order and without gaps from the first tick to the last: corrections that were learned from the rest.
     pub held_out: Vec<(Range<usize>, Corrections)>,
-    /// Root mean square of what the templates miss, degrees, and of what is left of it on spans that the gains were not learned from; `None`
-    /// for a joint that was not recorded.
-    pub errors_deg: [Option<[f64; 2]>; Joint::COUNT],
+    /// What was learned for each joint.
+    pub joints: [JointOutcome; Joint::COUNT],
+}
+
+impl Learned {
+    /// One sentence: the errors with and without, and which joints are not corrected.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        let joints = Joint::ALL.iter().zip(&self.joints);
+        let joints: Vec<String> =
+            joints.filter_map(|(joint, outcome)| Some(format!("{} {}", joint.name(), outcome.in_words()?))).collect();
+        format!(
+            "corrections from the sensor: error in degrees on strides that their gains were not learned from (their ridge was chosen there): {}",
+            joints.join(", ")
+        )
+    }
 }
 
 /// What a follower is fed with and what it should do, one value a tick of 1 ms, degrees.
@@ -59,58 +78,69 @@ pub struct Recorded<'a> {
     pub joints: [&'a [f64]; Joint::COUNT],
 }
 
-/// Runs the follower, which has no corrections, over the recording and learns what would have corrected it. `None` if it was not locked for
-/// [`LEAST_STRIDES`], or an estimate cannot be made. Joints that were not recorded are not corrected.
-#[must_use]
-pub fn learn(mut follower: Follower, recorded: &Recorded<'_>) -> Option<Learned> {
+/// Runs the follower, which has no corrections, over the recording and learns what would have corrected it.
+///
+/// # Errors
+/// [`NotLearned::FewStrides`].
+pub fn learn(mut follower: Follower, recorded: &Recorded<'_>) -> Result<Learned, NotLearned> {
     let stride_s = std::f64::consts::TAU / f64::from(follower.phase_lock().nominal().0);
     let rows = Rows::of(&mut follower, recorded);
     let stride = stride_s / (STEP as f64 * Period::MILLISECOND.seconds() as f64);
-    if (rows.at.len() as f64) < LEAST_STRIDES * stride {
-        return None;
+    let strides = rows.at.len() as f64 / stride;
+    if strides < LEAST_STRIDES {
+        return Err(NotLearned::FewStrides { strides });
     }
     let spans = rows.spans(stride as usize);
-    let known: Vec<Joint> =
-        Joint::ALL.into_iter().filter(|joint| !recorded.joints[*joint as usize].is_empty()).collect();
     let mut all = Corrections { usual_innovation: rows.innovation, ..Corrections::NONE };
     let mut parts = vec![all; spans.len()];
     let grams = Grams::of(&rows, &spans);
-    let mut errors_deg = [None; Joint::COUNT];
-    for joint in known {
+    let joints = Joint::ALL.map(|joint| {
+        if recorded.joints[joint as usize].is_empty() {
+            return JointOutcome::NotRecorded;
+        }
         let wanted = DVector::from_iterator(rows.at.len(), rows.missing.iter().map(|row| row[joint as usize]));
-        let Gains { whole, of_spans, squares } = grams.gains(&rows, &spans, &wanted)?;
         let rms = |squares: f64| (squares / wanted.len() as f64).sqrt().to_degrees();
-        errors_deg[joint as usize] = Some([rms(wanted.norm_squared()), rms(squares)]);
+        let without_deg = rms(wanted.norm_squared());
+        let Some(Gains { whole, of_spans, squares }) = grams.gains(&rows, &spans, &wanted) else {
+            return JointOutcome::GainsTooLarge { without_deg };
+        };
+        let with_deg = rms(squares);
+        if with_deg >= without_deg {
+            return JointOutcome::NotCloser { without_deg, with_deg };
+        }
         all.gains[joint as usize] = whole;
         for (part, gains) in parts.iter_mut().zip(of_spans) {
             part.gains[joint as usize] = gains;
         }
-    }
+        JointOutcome::Corrected { without_deg, with_deg }
+    });
     let inner = spans[1..].iter().map(|span| rows.at[span.tested.start]);
     let cuts: Vec<usize> = std::iter::once(0).chain(inner).chain([recorded.samples.len()]).collect();
     let held_out = cuts.windows(2).map(|pair| pair[0]..pair[1]).zip(parts).collect();
-    Some(Learned { corrections: all, held_out, errors_deg })
+    Ok(Learned { corrections: all, held_out, joints })
 }
 
 /// The corrections of a follower on a board: its sensor's angle passes the filter of the board's sensors. The recording is not smoothed, because a
-/// filter without lag shows the sensor what comes later. `None` as in [`learn`], or if the joints cannot be conditioned.
-#[must_use]
-pub fn on_the_board(config: &FollowConfig, raw: &RawJoints, rules: &Rules) -> Option<Learned> {
-    let conditioned = condition(raw, &Rules { low_pass: LowPass::Off, ..*rules }).ok()?;
+/// filter without lag shows the sensor what comes later.
+///
+/// # Errors
+/// Why there are none.
+pub fn on_the_board(config: &FollowConfig, raw: &RawJoints, rules: &Rules) -> Result<Learned, NotLearned> {
+    let conditioned = condition(raw, &Rules { low_pass: LowPass::Off, ..*rules }).map_err(unusable)?;
     if conditioned.normalised_cycle {
-        return None;
+        return Err(NotLearned::Cycle);
     }
     let period = Period::MILLISECOND;
     let recording = &conditioned.recording;
     let ticks = (recording.duration_s() / f64::from(period.seconds())) as usize;
     let time = |tick: usize| tick as f64 * f64::from(period.seconds());
     let is_lost = |tick: usize| conditioned.unusable.iter().any(|&(from, to)| (from..=to).contains(&time(tick)));
-    let start = recording.time_s().first()?;
+    let start = recording.time_s().first().copied().unwrap_or(0.0);
     let angles = Joint::ALL.map(|joint| {
         let channel = recording.channel(joint.name()).ok();
         channel.map_or(vec![], |channel| (0..ticks).map(|tick| recording.at(channel, start + time(tick))).collect())
     });
-    let (filter, mut state) = (FilterConfig::default().build(period).ok()?, FilterState::default());
+    let (filter, mut state) = (FilterConfig::default().build(period).map_err(unusable)?, FilterState::default());
     let sensor = angles[config.sensor as usize].iter().enumerate();
     let samples: Vec<Option<f64>> = sensor
         .map(|(tick, angle)| {
@@ -121,8 +151,13 @@ pub fn on_the_board(config: &FollowConfig, raw: &RawJoints, rules: &Rules) -> Op
     let joints = angles.map(|angles: Vec<f64>| {
         angles.into_iter().enumerate().map(|(tick, angle)| if is_lost(tick) { f64::NAN } else { angle }).collect()
     });
-    let follower = config.entrained().build(config.shape.shapes().ok()?, config.sensor, period).ok()?;
+    let templates = config.shape.shapes().map_err(unusable)?;
+    let follower = config.entrained().build(templates, config.sensor, period).map_err(unusable)?;
     learn(follower, &Recorded { samples: &samples, joints: joints.each_ref().map(Vec::as_slice) })
+}
+
+fn unusable(why: impl std::fmt::Display) -> NotLearned {
+    NotLearned::Unusable(why.to_string())
 }
 
 /// The rows of the regression.
@@ -147,8 +182,7 @@ struct Span {
 
 impl Rows {
     fn of(follower: &mut Follower, recorded: &Recorded<'_>) -> Self {
-        let delay = (DELAY_S / Period::MILLISECOND.seconds()) as usize;
-        let settle = (SETTLE_S / f64::from(Period::MILLISECOND.seconds())) as usize;
+        let delay = delay_ticks(Period::MILLISECOND) as usize;
         let mut inputs = Vec::with_capacity(recorded.samples.len());
         let mut setpoints = Vec::with_capacity(recorded.samples.len());
         let (mut locked_for, mut innovations) = (0, 0.0);
@@ -158,7 +192,7 @@ impl Rows {
             let walks = follower.status().state == Lock::Locked && follower.amplitude() == 1.0;
             locked_for = if walks { locked_for + 1 } else { 0 };
             let lock = follower.phase_lock();
-            let shown = follower.correction_inputs().filter(|_| locked_for > settle);
+            let shown = follower.correction_inputs().filter(|_| locked_for >= SETTLE_TICKS);
             inputs.push(shown.map(|inputs| (inputs, lock.phase(), f64::from(lock.innovation().0))));
             setpoints.push((follower.angles(), walks));
         }
@@ -320,7 +354,7 @@ mod tests {
         ]
     }
 
-    fn learned(angles: &[Vec<f64>; 4]) -> Option<Learned> {
+    fn learned(angles: &[Vec<f64>; 4]) -> Result<Learned, NotLearned> {
         let follower = FollowerConfig::default().build(templates(), Joint::LeftHip, Period::MILLISECOND).unwrap();
         let samples: Vec<_> = angles[0].iter().copied().map(Some).collect();
         learn(follower, &Recorded { samples: &samples, joints: angles.each_ref().map(Vec::as_slice) })
@@ -329,10 +363,54 @@ mod tests {
     #[test]
     fn what_follows_from_the_sensor_is_learned_and_chance_is_not() {
         let learned = learned(&person(90.0)).unwrap();
-        let [hip, _, knee, chance] = learned.errors_deg.map(Option::unwrap);
+        let [hip, _, knee, chance] = learned.joints;
+        let [hip, knee] = [hip, knee].map(|joint| {
+            let JointOutcome::Corrected { without_deg, with_deg } = joint else { panic!("{joint:?}") };
+            [without_deg, with_deg]
+        });
         assert!(hip[1] < 0.2 * hip[0], "{hip:?}");
         assert!(knee[0] > 2.0 && knee[1] < 0.5 * knee[0], "{knee:?}");
-        assert!((0.85..1.1).contains(&(chance[1] / chance[0])), "{chance:?}");
+        // The sensor shows a part of it, the phase error.
+        let (JointOutcome::Corrected { without_deg, with_deg } | JointOutcome::NotCloser { without_deg, with_deg }) =
+            chance
+        else {
+            panic!("{chance:?}")
+        };
+        assert!((0.85..1.1).contains(&(with_deg / without_deg)), "{chance:?}");
+    }
+
+    /// What the sensor does not show at all is not corrected, and it is said.
+    #[test]
+    fn a_joint_that_would_be_no_closer_is_not_corrected() {
+        let mut angles = person(60.0);
+        angles[3].iter_mut().enumerate().for_each(|(tick, angle)| *angle += 10.0 * wander(tick as f64 * 1e-3, 3));
+        let learned = learned(&angles).unwrap();
+        let JointOutcome::NotCloser { without_deg, with_deg } = learned.joints[3] else {
+            panic!("{:?}", learned.joints)
+        };
+        assert!(with_deg >= without_deg && with_deg < 1.5 * without_deg, "{with_deg} {without_deg}");
+        let is_none = |corrections: &Corrections| corrections.gains[3].as_flattened().iter().all(|gain| *gain == 0.0);
+        assert!(is_none(&learned.corrections) && learned.held_out.iter().all(|(_, corrections)| is_none(corrections)));
+        let words = learned.in_words();
+        assert!(
+            words.contains("right_knee") && words.contains("not corrected: with a correction it would be"),
+            "{words}"
+        );
+    }
+
+    /// A joint whose gains would be too large is the only one without a correction.
+    #[test]
+    fn one_joint_with_large_gains_leaves_the_others_theirs() {
+        let mut angles = person(60.0);
+        // Thirty times what the hip did 0.05 s before.
+        angles[3]
+            .iter_mut()
+            .enumerate()
+            .for_each(|(tick, angle)| *angle += 300.0 * wander(tick as f64 * 1e-3 - 0.05, 1));
+        let learned = learned(&angles).unwrap();
+        assert!(matches!(learned.joints[3], JointOutcome::GainsTooLarge { .. }), "{:?}", learned.joints);
+        assert!([0, 2].iter().all(|&joint| matches!(learned.joints[joint], JointOutcome::Corrected { .. })));
+        assert!(learned.in_words().contains("not corrected: gains would be beyond 50"), "{}", learned.in_words());
     }
 
     /// The gains for a span do not depend on what happens in it.
@@ -358,11 +436,15 @@ mod tests {
 
     #[test]
     fn a_short_recording_has_none_and_a_missing_joint_is_not_corrected() {
-        assert!(learned(&person(20.0)).is_none());
+        // 20 s less the time to lock and 3 s, in strides of 1.1 s.
+        let Err(NotLearned::FewStrides { strides }) = learned(&person(20.0)) else { panic!("learned") };
+        assert!((12.0..16.0).contains(&strides), "{strides}");
+        let why = NotLearned::FewStrides { strides }.to_string();
+        assert!(why.contains("not counting the first 3 s of a lock; allowed is 20 or more"), "{why}");
         let mut angles = person(40.0);
         angles[2].clear();
         let learned = learned(&angles).unwrap();
-        assert_eq!(learned.errors_deg[2], None);
+        assert_eq!(learned.joints[2], JointOutcome::NotRecorded);
         assert!(learned.corrections.gains[2].as_flattened().iter().all(|gain| *gain == 0.0));
         assert!(!learned.corrections.is_none());
     }

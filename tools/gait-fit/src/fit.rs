@@ -9,7 +9,7 @@
 
 use std::fmt;
 
-use crate::corrections::{self, LEAST_STRIDES, Learned};
+use crate::corrections;
 use cpg_core::entrainment::EventSource;
 use gait_trace::stride::cycle::Cycle;
 use gait_trace::stride::strides::segment;
@@ -35,6 +35,9 @@ pub const ASYMMETRIC: f64 = 0.15;
 
 /// Default number of harmonics of phase and shape, enough for nearly every person.
 pub const LEAST_HARMONICS: usize = 6;
+
+/// Least range of the joint with the sensor, degrees: a joint that does not move shows no phase.
+pub const LEAST_RANGE_DEG: f64 = 1.0;
 
 /// Goal for the error of hip and knee against the mean stride, degrees.
 pub const GOAL_DEG: [f64; 2] = [0.4, 0.5];
@@ -179,6 +182,18 @@ pub enum FitError {
         /// The reason.
         why: StrideError,
     },
+    /// The joint that is to be followed does not move.
+    #[error(
+        "{file}: {joint} does not move (range {range_deg:.2} degrees), so its sensor shows no phase; allowed is --follow with a joint that moves by {LEAST_RANGE_DEG} degree or more"
+    )]
+    Still {
+        /// The recording.
+        file: String,
+        /// The joint.
+        joint: &'static str,
+        /// Range of its mean stride, degrees.
+        range_deg: f64,
+    },
     /// The fitted parameters are not a valid generator: the stride period is out of range, for instance.
     #[error("{file}: the fitted parameters are not a valid generator: {why}")]
     Generator {
@@ -252,6 +267,15 @@ pub struct Fit {
     pub notes: Vec<String>,
 }
 
+impl Fit {
+    /// Why the generator is written only on request: it does not walk on the robot, or it is refused as a follower.
+    #[must_use]
+    pub fn not_used_because(&self) -> Option<String> {
+        let walks = self.certificate.drive.why_not.as_ref().map(|why| format!("walks: no: {why}"));
+        walks.or_else(|| Some(format!("refused as a follower: {}", self.certificate.refused_as_follower()?)))
+    }
+}
+
 /// Fits a generator to a recording. `progress` is called with the name of each step.
 ///
 /// ```
@@ -303,6 +327,12 @@ pub fn fit(
     };
 
     let mean = strides.mean();
+    if let Some(joint) = settings.follow {
+        let range_deg = range(&mean.0[joint as usize]);
+        if range_deg < LEAST_RANGE_DEG {
+            return Err(FitError::Still { file: file(), joint: joint.name(), range_deg });
+        }
+    }
     let mut refused = None;
     let mut found = of_kind(settings.generator, &mean, period_s, settings, progress);
     let mut checked = check(&found.set, settings, progress);
@@ -371,12 +401,17 @@ pub fn fit(
     let set = match (set, settings.follow) {
         (GeneratorSet::Shape(shape), Some(sensor)) => {
             let mut set = FollowSet { sensor, events: settings.events, shape, corrections: None };
-            // Corrections would undo what was fitted into limits.
-            if settings.corrections && !moved {
+            if settings.corrections && moved {
+                notes.push("no corrections: they would undo what was fitted into the limits of the robot".into());
+            } else if settings.corrections {
                 progress("corrections");
-                let learned = corrections::on_the_board(&set.in_si_units(), raw, &settings.rules);
-                notes.push(corrections_in_words(learned.as_ref()));
-                set.corrections = learned.and_then(|learned| CorrectionsSet::of(&learned.corrections));
+                match corrections::on_the_board(&set.in_si_units(), raw, &settings.rules) {
+                    Ok(learned) => {
+                        notes.push(learned.in_words());
+                        set.corrections = CorrectionsSet::of(&learned.corrections, sensor);
+                    }
+                    Err(why) => notes.push(format!("no corrections, so the joints have the mean stride: {why}")),
+                }
             }
             let set = GeneratorSet::Follow(set);
             certificate = check(&set, settings, progress).map_err(|why| FitError::Generator { file: file(), why })?;
@@ -462,23 +497,6 @@ fn of_kind(kind: Kind, mean: &Cycle, period_s: f64, settings: &Settings, progres
     }
 }
 
-/// What the corrections do on strides that they were not learned from, or why there are none.
-fn corrections_in_words(learned: Option<&Learned>) -> String {
-    let Some(learned) = learned else {
-        return format!(
-            "no corrections: the follower was not locked for {LEAST_STRIDES} strides of this recording; its joints have the mean stride"
-        );
-    };
-    let joints = Joint::ALL.iter().zip(learned.errors_deg).filter_map(|(joint, errors)| {
-        let [without, with] = errors?;
-        Some(format!("{} {with:.2} (without {without:.2})", joint.name()))
-    });
-    format!(
-        "corrections from the sensor: error on strides that they were not learned from, degrees: {}",
-        joints.collect::<Vec<_>>().join(", ")
-    )
-}
-
 /// The requested number of harmonics, else the smallest one within the goal, else the largest.
 fn harmonics(mean: &Cycle, settings: &Settings) -> usize {
     let reaches = |harmonics: &usize| {
@@ -529,12 +547,13 @@ fn refitted(set: &GeneratorSet, some: &Cycle, period_s: f64) -> Cycle {
     generator_cycle(&again).map_or_else(|_| some.clone(), |own| aligned(&own.cycle, some).0)
 }
 
+fn range(points: &[f64]) -> f64 {
+    points.iter().copied().fold(f64::MIN, f64::max) - points.iter().copied().fold(f64::MAX, f64::min)
+}
+
 /// The legs differ by more than [`ASYMMETRIC`] of the range of motion, hips or knees.
 fn is_asymmetric(strides: &Strides) -> bool {
     let mean = strides.mean();
-    let range = |points: &[f64]| {
-        points.iter().copied().fold(f64::MIN, f64::max) - points.iter().copied().fold(f64::MAX, f64::min)
-    };
     let ranges = [0, 2].map(|left| range(&mean.0[left]).max(range(&mean.0[left + 1])));
     strides.asymmetry_deg().iter().zip(ranges).any(|(difference, range)| *difference > ASYMMETRIC * range)
 }

@@ -11,15 +11,17 @@
 //! | walks | the control loop with the robot's limits ([`crate::drive`]) |
 //! | entrainment | a link from a master oscillator at three strengths; frequencies of the master that lock every joint 1:1 ([`crate::entrainment`]) |
 //! | following | only a follower: lock times, lock range, steady phase error ([`crate::following`]) |
+//! | corrections | only a follower with corrections: their size where the measured joint differs from its template by twice what is usual ([`crate::corrected`]) |
 //! | largest stable step | longest control period in f32 at which the period is right within 1 percent |
 //!
 //! A distance is that from the nearest point of the orbit, all states together: one time shift of all joints, no shift of a single one.
 //!
 //! [`CertificateStatus`] is the first condition that is not met, in the order of its list, or accepted; `refused_because` names all.
 
-use joint_loop::{GeneratorConfig, LoopConfig};
+use joint_loop::{GateConfig, GeneratorConfig, LoopConfig};
 use serde::Serialize;
 
+use crate::corrected::{Corrected, corrected};
 use crate::drive::{Drive, drive};
 use crate::entrainment::{self, Tongue};
 use crate::file::GeneratorSet;
@@ -50,6 +52,9 @@ pub struct Certificate {
     pub entrainment_by: String,
     /// How it locks on a person; none if it is no follower.
     pub following: Option<Following>,
+    /// What its corrections do; none without corrections. Every other number of a follower is measured on the template itself, where its
+    /// corrections are nearly 0.
+    pub corrections: Option<Corrected>,
     /// Longest control period in `f32` at which the stride period is right within 1 percent, milliseconds.
     pub largest_step_ms: f64,
     /// The joints.
@@ -101,6 +106,7 @@ pub fn certify_subject(
         entrainment: vec![],
         entrainment_by: entrainment::not_measured("it has no orbit"),
         following: None,
+        corrections: None,
         largest_step_ms: 0.0,
         joints: measured.joints.clone(),
         excesses: measured.excesses.clone(),
@@ -111,7 +117,7 @@ pub fn certify_subject(
     };
     progress("orbit");
     let reasons = match subject.motion()? {
-        None => certificate.phase_only(subject, &measured, progress)?,
+        None => certificate.phase_only(subject, &measured, &robot.gate, progress)?,
         Some(settled) => certificate.of_model(subject, &settled, starts, &measured, progress),
     };
     certificate.status = reasons.first().map_or(CertificateStatus::Accepted, |(status, _)| *status);
@@ -122,16 +128,24 @@ pub fn certify_subject(
 }
 
 impl Certificate {
+    /// Why it is refused as a follower, whatever the robot: it does not lock, or its corrections are at their bound.
+    #[must_use]
+    pub fn refused_as_follower(&self) -> Option<String> {
+        let lock = self.following.as_ref().and_then(Following::refused_because);
+        lock.or_else(|| self.corrections.as_ref().and_then(Corrected::refused_because))
+    }
+
     /// The only state is a phase that advances by a constant: every state is on the orbit. Returns the conditions that are not met.
     fn phase_only(
         &mut self,
         subject: &Subject,
         measured: &Measured,
+        gate: &GateConfig,
         progress: &mut dyn FnMut(&str),
     ) -> Result<Vec<Verdict>, String> {
         let period_s = subject.stride_guess_s();
         (self.returns.oscillates, self.returns.period_s) = (measured.still().next().is_none(), period_s);
-        let mut lock = None;
+        let (mut lock, mut at_bound) = (None, None);
         let config = if let Subject::Set(set) = subject { Some(set.config()) } else { None };
         match config {
             Some(GeneratorConfig::Follow(config)) => {
@@ -141,6 +155,9 @@ impl Certificate {
                 self.entrainment_hz = found.lock_range.map(|range| range.map(|ratio| ratio / period_s));
                 self.entrainment_by = entrainment::by_sensor(&found);
                 self.following = Some(found);
+                progress("corrections");
+                self.corrections = corrected(&config, gate)?;
+                at_bound = self.corrections.as_ref().and_then(Corrected::refused_because);
             }
             Some(_) => {
                 self.entrainment_hz = Some(entrainment::BY_PHASE_HZ);
@@ -151,7 +168,8 @@ impl Certificate {
         progress("largest step");
         self.largest_step_ms = largest_step(subject, period_s);
         let lock = lock.map(|why| (CertificateStatus::DoesNotLock, Some(why)));
-        Ok([still(measured), unsound(measured), lock, beyond(measured)].into_iter().flatten().collect())
+        let at_bound = at_bound.map(|why| (CertificateStatus::CorrectionsAtBound, Some(why)));
+        Ok([still(measured), unsound(measured), lock, at_bound, beyond(measured)].into_iter().flatten().collect())
     }
 
     /// Everything that needs the states. Returns the conditions that are not met.

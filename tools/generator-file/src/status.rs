@@ -26,6 +26,8 @@ pub enum CertificateStatus {
     FewStartsArrive,
     /// A follower that does not lock from every start.
     DoesNotLock,
+    /// A follower whose corrections are at their bound.
+    CorrectionsAtBound,
     /// The motion exceeds a limit of the robot.
     BeyondLimits,
 }
@@ -51,6 +53,7 @@ impl CertificateStatus {
             Self::KicksDoNotReturn => "kicks do not come back to the orbit",
             Self::FewStartsArrive => "too few random starts arrive at the orbit",
             Self::DoesNotLock => "it does not lock on its person from every start",
+            Self::CorrectionsAtBound => "its corrections are at their bound",
             Self::BeyondLimits => "its motion exceeds the limits of the robot",
         }
     }

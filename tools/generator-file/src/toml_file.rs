@@ -283,7 +283,7 @@ impl<'a> Top<'a> {
                 self.whole_lists(&format!("{path}.{key}"), value, read.get(key))
             }),
             (DeValue::Array(list), Some(toml::Value::Array(read))) if list.len() > read.len() => {
-                Err(self.not_allowed(path, &format!("a list of {}", read.len())))
+                Err(self.not_allowed(path, &list_of(read.len(), list.first().map(Spanned::get_ref))))
             }
             (DeValue::Array(list), Some(toml::Value::Array(read))) => {
                 list.iter().zip(read).enumerate().try_for_each(|(index, (value, read))| {
@@ -332,7 +332,11 @@ impl<'a> Top<'a> {
                 self.error_at(&path, place, Problem::Missing(self.help))
             }
             None if error.message() == "floating-point number overflowed" => self.not_allowed(&path, "a finite number"),
-            None => self.error_at(&path, place, problem_of(error.message())),
+            None => {
+                let list = find(self.tree.get_ref(), &path).1.and_then(DeValue::as_array);
+                let entry = list.and_then(|list| list.first()).map(Spanned::get_ref);
+                self.error_at(&path, place, problem_of(error.message(), entry))
+            }
         }
     }
 
@@ -369,17 +373,17 @@ impl<'a> Top<'a> {
 /// Where the longest known part of a path stands, and its value if all of it is known.
 fn find<'t>(table: &'t DeTable<'_>, path: &str) -> (usize, Option<&'t DeValue<'t>>) {
     let (key, rest) = path.split_once('.').map_or((path, None), |(key, rest)| (key, Some(rest)));
-    let (key, index) = match key.split_once('[') {
-        Some((key, index)) => (key, index.trim_end_matches(']').parse::<usize>().ok()),
-        None => (key, None),
-    };
+    let (key, indexes) = key.split_once('[').unwrap_or((key, ""));
     let Some((name, value)) = table.get_key_value(key) else { return (0, None) };
-    let entry = |index| value.get_ref().as_array().and_then(|list| list.get(index));
-    let (here, value) = match index.map(entry) {
-        None => (name.span().start, Some(value.get_ref())),
-        Some(Some(entry)) => (entry.span().start, Some(entry.get_ref())),
-        Some(None) => (name.span().start, None),
-    };
+    let mut here = (name.span().start, Some(value.get_ref()));
+    for index in indexes.split('[').filter(|index| !index.is_empty()) {
+        let entry = |list: &'t DeValue<'_>| list.as_array()?.get(index.trim_end_matches(']').parse::<usize>().ok()?);
+        here = match here.1.and_then(entry) {
+            Some(entry) => (entry.span().start, Some(entry.get_ref())),
+            None => (here.0, None),
+        };
+    }
+    let (here, value) = here;
     match (rest, value.and_then(DeValue::as_table)) {
         (None, _) => (here, value),
         (Some(rest), Some(table)) => match find(table, rest) {
@@ -410,8 +414,8 @@ fn path_within(path: &str, value: &Spanned<DeValue<'_>>, place: usize) -> Option
     deeper.or_else(|| value.span().contains(&place).then(|| path.to_owned()))
 }
 
-/// A message of serde as a [`Problem`].
-fn problem_of(message: &str) -> Problem {
+/// A message of serde as a [`Problem`]; `entry` is the first one of the list that it is about, if it is about one.
+fn problem_of(message: &str, entry: Option<&DeValue<'_>>) -> Problem {
     if let Some((_, fields)) = message.strip_prefix("unknown field ").and_then(|rest| rest.split_once(", expected ")) {
         return Problem::Unknown(fields.trim_start_matches("one of ").into());
     }
@@ -420,7 +424,11 @@ fn problem_of(message: &str) -> Problem {
     match rest.and_then(|(start, rest)| Some((start, rest.split_once(", expected ")?))) {
         Some((start, (found, allowed))) => {
             let found = if start == "invalid length " { format!("a list of {found}") } else { found_in_words(found) };
-            Problem::Type { found, allowed: expected_in_words(allowed) }
+            let allowed = allowed
+                .strip_prefix("an array of length ")
+                .and_then(|count| count.parse().ok())
+                .map_or_else(|| expected_in_words(allowed), |count| list_of(count, entry));
+            Problem::Type { found, allowed }
         }
         None => Problem::Rule(message.into()),
     }
@@ -448,10 +456,15 @@ fn expected_in_words(expected: &str) -> String {
         "a string" => "a text".into(),
         "a boolean" => "`true` or `false`".into(),
         other if other.starts_with("struct ") => "a table".into(),
-        other => match other.strip_prefix("an array of length ") {
-            Some(count) => format!("a list of {count} numbers"),
-            None => other.into(),
-        },
+        other => other.into(),
+    }
+}
+
+/// A list of this length in words, with what its entries are.
+fn list_of(count: usize, entry: Option<&DeValue<'_>>) -> String {
+    match entry {
+        Some(DeValue::Array(inner)) => format!("a list of {count} lists of {} numbers", inner.len()),
+        _ => format!("a list of {count} numbers"),
     }
 }
 

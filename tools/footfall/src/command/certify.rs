@@ -3,6 +3,7 @@
 
 use clap::Args;
 use generator_file::certificate::{Certificate, KICK_PHASES, RETURN_STRIDES, START_STRIDES, certify_subject};
+use generator_file::corrected::Corrected;
 use generator_file::entrainment::Tongue;
 use generator_file::file::GeneratorFile;
 use generator_file::subject::Subject;
@@ -143,6 +144,7 @@ fn table(c: &Certificate) -> String {
         Some(following) => rows.extend(following.in_words()),
         None => rows.push(("lock on a person", "no follower".into())),
     }
+    rows.extend(c.corrections.iter().flat_map(Corrected::in_words));
     rows.extend([("largest f32 step", format!("{:.1} ms", c.largest_step_ms))]);
     for joint in &c.joints {
         let inside = if joint.inside_gate { "inside the limits" } else { "BEYOND THE LIMITS" };

@@ -35,6 +35,7 @@ use crate::output;
 use corrected::corrected;
 use learn::{Learned, learn, learn_without};
 use possible::Possible;
+use report::{CorrectionSource, Report};
 pub use run::Entrainment;
 use run::{Following, Holes, Tick};
 
@@ -57,7 +58,8 @@ pub struct Options {
     /// How the recording is read
     #[command(flatten)]
     pub reading: Reading,
-    /// Warnings make exit code 1: a recording with one is not played; a joint above what is possible is reported first
+    /// Warnings make exit code 1: a recording with one is not played; a joint above what is possible is reported first, unless there are no
+    /// corrections
     #[arg(long)]
     pub strict: bool,
     /// Print one JSON object instead of text
@@ -174,6 +176,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
     let of_file = generator.as_ref().and_then(sensor_of);
     reading.sideless = asked.or(of_file);
     let recorded = recording::parse(&path, &recording::bytes(&path)?, &reading)?;
+    let recorded_sha256 = recorded.sha256.clone();
     let (low_pass, note) = recorded.low_pass(reading.low_pass)?;
     output::notes(note);
     let trace = trace::trace(
@@ -193,8 +196,17 @@ pub fn run(options: Options) -> Result<(), Failure> {
     if let Some(path) = &generator_path {
         run.source = path.display().to_string();
     }
-    let corrected =
-        if generator.is_none() { corrected(&trace.recording, trace.sensor, &trace.holes, &run) } else { None };
+    let (corrected, source) = match &generator {
+        Some(file) => (None, CorrectionSource::of_file(file, trace.sensor, &recorded_sha256)),
+        None => match corrected(&trace.recording, trace.sensor, &trace.holes, &run) {
+            Ok(corrected) => {
+                let source = CorrectionSource::learned(&corrected);
+                (Some(corrected), source)
+            }
+            Err(why) => (None, CorrectionSource::none(why)),
+        },
+    };
+    output::notes(&source.notes);
     let (following, ticks) =
         corrected.as_ref().map_or((&run.following, &run.ticks), |corrected| (&corrected.following, &corrected.ticks));
     if let Some(path) = &svg {
@@ -202,7 +214,10 @@ pub fn run(options: Options) -> Result<(), Failure> {
         svg::write(path, &title, &panels(&run.learned, ticks, &trace.recording, trace.sensor), overwrite)?;
     }
     let possible = Possible::of(&trace.recording, trace.sensor, &trace.holes, run.learned.stride_s, following);
-    let warnings = possible.warnings(following);
+    let above = possible.above(following);
+    // The bound can be reached with corrections only: without them, being above it is no defect of the follower.
+    let (warnings, notes) = if source.is_corrected { (above, vec![]) } else { (vec![], above) };
+    output::notes(&notes);
     if let (Some(lock), None) = (run.following.lock_s, run.following.steady_s) {
         messages::note(format_args!(
             "locked at {lock:.1} s, but the recording has no steady part: it begins 3 s after the lock, and in recordings of \
@@ -210,11 +225,8 @@ pub fn run(options: Options) -> Result<(), Failure> {
         ));
     }
     warnings.iter().for_each(messages::warning);
-    output::print(&if json {
-        format!("{}\n", report::as_json(&name, &trace, &run, corrected.as_ref(), &possible))
-    } else {
-        report::as_text(&name, trace.sensor, &run, corrected.as_ref(), &possible)
-    })?;
+    let report = Report { name: &name, run: &run, corrected: corrected.as_ref(), source: &source, possible: &possible };
+    output::print(&if json { format!("{}\n", report.as_json(&trace)) } else { report.as_text(trace.sensor) })?;
     check(&name, trace.sensor, &run.following)?;
     if strict && !warnings.is_empty() {
         return Err(Failure::run(format!("{name}: --strict allows no warning: {}", warnings.join("; "))));

@@ -47,7 +47,7 @@ pub struct Options {
     /// Print the result as one JSON object instead of the generator file
     #[arg(long)]
     pub json: bool,
-    /// Write a generator that does not walk on the robot too; the exit code stays 1
+    /// Write a generator too that does not walk on the robot or is refused as a follower; the exit code stays 1
     #[arg(long)]
     pub force_write: bool,
     /// What is fitted
@@ -191,8 +191,8 @@ fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
     outcome.print_notes();
     messages::status(format_args!("walks: {}", outcome.walks()));
     let generator = fitted.file.to_toml();
-    let drive = &fitted.certificate.drive;
-    let write = drive.walks || outputs.force_write;
+    let not_used = fitted.not_used_because();
+    let write = not_used.is_none() || outputs.force_write;
     if let Some(file) = outputs.out.as_ref().filter(|_| write) {
         output::write_text(file, &generator, outputs.overwrite)?;
         messages::written(file);
@@ -206,8 +206,9 @@ fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
         (false, None) if write => output::print(&generator)?,
         _ => messages::status(outcome.line()),
     }
-    if let Some(why) = &drive.why_not {
-        return Err(Failure::run(does_not_walk(why, write)));
+    if let Some(why) = &not_used {
+        let help = if fitted.certificate.drive.walks { "--follow or --events" } else { "--fit-limits" };
+        return Err(Failure::run(not_used_in_words(why, help, write)));
     }
     if let Some(file) = &outputs.out {
         let shadow = if job.fit.follow.is_some() { "--shadow " } else { "" };
@@ -217,10 +218,11 @@ fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What a fit that does not walk ends with.
-fn does_not_walk(why: &str, written: bool) -> String {
+/// What a fit ends with that does not walk or is refused as a follower; `help` are the options that change that.
+fn not_used_in_words(why: &str, help: &str, written: bool) -> String {
     let what = if written { "the generator is written all the same" } else { "no generator is written" };
-    format!("walks: no: {why}; {what}; --fit-limits fits it into the limits, --force-write writes it as it is")
+    let does = if help == "--fit-limits" { "fits it into the limits" } else { "chooses another sensor or its events" };
+    format!("{why}; {what}; {help} {does}, --force-write writes it as it is")
 }
 
 impl Outputs {

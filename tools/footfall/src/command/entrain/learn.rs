@@ -11,6 +11,7 @@
 use cpg_core::BuildError;
 use cpg_core::entrainment::phase_lock::{TEMPLATE_HARMONICS, Template};
 use cpg_core::waveform::shape::Shape;
+use gait_fit::fit::LEAST_RANGE_DEG;
 use gait_trace::Recording;
 use gait_trace::stride::period;
 use joint_units::{Joint, Phase, Radians};
@@ -131,6 +132,16 @@ pub enum LearnError {
         /// Duration that was searched, s.
         window_s: f64,
     },
+    /// The joint with the sensor does not move.
+    #[error(
+        "{joint} does not move (range {range_deg:.2} degrees), so its sensor shows no phase; allowed is --sensor with a joint that moves by {LEAST_RANGE_DEG} degree or more"
+    )]
+    Still {
+        /// The joint.
+        joint: &'static str,
+        /// Its range, degrees.
+        range_deg: f64,
+    },
     /// The core refuses the series.
     #[error(transparent)]
     Template(#[from] BuildError),
@@ -162,6 +173,11 @@ pub fn learn_without(
         .map(|row| row as f64 / RATE_HZ)
         .map(|time| !left_out.iter().any(|&(from, to)| (from..=to).contains(&time)))
         .collect();
+    let moves = measured.iter().zip(&known).filter(|(_, known)| **known).map(|(angle, _)| *angle);
+    let (least, most) = moves.fold((f64::MAX, f64::MIN), |(least, most), angle| (angle.min(least), angle.max(most)));
+    if most - least < LEAST_RANGE_DEG {
+        return Err(LearnError::Still { joint: sensor.name(), range_deg: (most - least).max(0.0) });
+    }
     let (window, period_s) = window(&even, &known, window_s)
         .ok_or(LearnError::NoStride { window_s: rows.saturating_sub(1) as f64 / RATE_HZ })?;
     let joints: [Option<Vec<f64>>; Joint::COUNT] = Joint::ALL.map(|joint| {

@@ -75,7 +75,7 @@ impl Possible {
 
     /// A sentence for each joint that is above both.
     #[must_use]
-    pub fn warnings(&self, following: &Following) -> Vec<String> {
+    pub fn above(&self, following: &Following) -> Vec<String> {
         let above = Joint::ALL.into_iter().filter(|&joint| self.verdicts[joint as usize] == Some(Comparison::Above));
         let sentence = |joint: Joint| {
             let rmse = following.steady_rmse_deg[joint as usize]?;

@@ -24,7 +24,7 @@ use crate::options::overwrite::Overwrite;
 use crate::output;
 
 /// What a result has: one with less is computed again.
-const CONTENT: &str = "curves and measures";
+const CONTENT: &str = "curves, measures, why it is not used";
 
 /// The program that computed a result: another version may fit otherwise.
 const MADE_BY: &str = concat!("footfall ", env!("CARGO_PKG_VERSION"));
@@ -36,7 +36,7 @@ pub(super) struct Batch {
     /// The folder of the report pages.
     pub(super) report: Option<PathBuf>,
     pub(super) json: bool,
-    /// Generators that do not walk are written too.
+    /// Generators that do not walk or are refused as followers are written too.
     pub(super) force_write: bool,
     /// Recordings at a time; `None` for the number of cores.
     pub(super) jobs: Option<u16>,
@@ -50,8 +50,8 @@ pub(super) struct Batch {
 enum End {
     Fitted,
     Known,
-    /// Fitted, but the generator does not walk on the robot.
-    Stands(String),
+    /// Fitted, but the generator does not walk on the robot, or is refused as a follower.
+    NotUsed(String),
     Failed(String),
     /// No recording of gait.
     Skipped(String),
@@ -81,11 +81,11 @@ pub(super) fn run(job: &Job, paths: &[PathBuf], batch: &Batch) -> Result<(), Fai
     if failed > 0 {
         return Err(Failure::run(format!("{failed} of {} recordings could not be fitted", ends.len() - skipped)));
     }
-    let stands = count(&ends, |end| matches!(end, End::Stands(_)));
-    if stands > 0 {
+    let not_used = count(&ends, |end| matches!(end, End::NotUsed(_)));
+    if not_used > 0 {
         let of = ends.len() - skipped;
         return Err(Failure::run(format!(
-            "{stands} of {of} generators do not walk on the robot; allowed are --fit-limits and --force-write"
+            "{not_used} of {of} generators do not walk on the robot or are refused as followers; allowed are --fit-limits and --force-write"
         )));
     }
     Ok(())
@@ -120,7 +120,7 @@ fn fit_all(job: &Job, all: &[Recording], batch: &Batch) -> Result<Vec<End>, Fail
         bar.suspend(|| match &end {
             Ok(End::Fitted) if in_lines => messages::status(format_args!("fitted: {}", recording.name)),
             Ok(End::Known) if in_lines => messages::status(format_args!("known: {}", recording.name)),
-            Ok(End::Stands(why)) => messages::status(format_args!("walks: no: {}: {why}", recording.name)),
+            Ok(End::NotUsed(why)) => messages::status(format_args!("{}: {why}", recording.name)),
             Ok(End::Failed(why)) => messages::status(format_args!("failed: {why}")),
             Ok(End::Skipped(why)) => messages::status(format_args!("skipped: {why}")),
             _ => {}
@@ -138,7 +138,7 @@ fn count(ends: &[End], of: fn(&End) -> bool) -> usize {
 
 /// Prints how the recordings ended; gives the number of those that were skipped. The counts add up to the number of files.
 fn print_counts(ends: &[End], others: &BTreeMap<String, usize>, batch: &Batch) -> Result<usize, Failure> {
-    let fitted = count(ends, |end| matches!(end, End::Fitted | End::Stands(_)));
+    let fitted = count(ends, |end| matches!(end, End::Fitted | End::NotUsed(_)));
     let known = count(ends, |end| matches!(end, End::Known));
     let failed = count(ends, |end| matches!(end, End::Failed(_)));
     let skipped = count(ends, |end| matches!(end, End::Skipped(_)));
@@ -202,14 +202,14 @@ fn one(job: &Job, recording: &Recording, batch: &Batch, asked: &str) -> Result<E
     }
     let (value, end) = match &fitted {
         Ok(fitted) => {
-            let why_not = &fitted.certificate.drive.why_not;
+            let why_not = fitted.not_used_because();
             if why_not.is_none() || batch.force_write {
                 output::write_text(&files.generator, &fitted.file.to_toml(), overwrite)?;
             }
             if let Some(page) = &files.page {
                 output::write_text(page, &job.page(fitted, &recording.path), overwrite)?;
             }
-            let end = why_not.clone().map_or(End::Fitted, End::Stands);
+            let end = why_not.map_or(End::Fitted, End::NotUsed);
             let value = serde_json::to_value(Outcome::of(fitted, began.elapsed().as_secs_f64())).map(|mut value| {
                 value["report"] = files.page.as_ref().and_then(|page| relative(&batch.out, page)).into();
                 value
@@ -321,8 +321,8 @@ impl Files {
         }
         match value["error"].as_str() {
             Some(error) => Some(End::Failed(error.into())),
-            None => match value["certificate"]["drive"]["why_not"].as_str() {
-                Some(why) if self.generator.exists() || !force_write => Some(End::Stands(why.into())),
+            None => match value["not_used_because"].as_str() {
+                Some(why) if self.generator.exists() || !force_write => Some(End::NotUsed(why.into())),
                 _ => self.generator.exists().then_some(End::Known),
             },
         }

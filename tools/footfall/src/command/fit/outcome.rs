@@ -41,6 +41,8 @@ pub(super) struct Outcome<'a> {
     /// What the limits of the robot cost, with `--fit-limits`: root mean square change of each joint, degrees.
     limits_cost_deg: Option<[f64; 4]>,
     refused: Option<&'a Refused>,
+    /// Why the generator is written only with `--force-write`: it does not walk, or is refused as a follower.
+    not_used_because: Option<String>,
     compared: &'a [Compared],
     /// Defects of the recording, and how each was handled.
     findings: Vec<Found>,
@@ -72,6 +74,7 @@ impl<'a> Outcome<'a> {
             certificate: &fit.certificate,
             limits_cost_deg: fit.limits_cost_deg,
             refused: fit.refused.as_ref(),
+            not_used_because: fit.not_used_because(),
             compared: &fit.compared,
             findings: fit.conditioned.findings.iter().map(Found::of).collect(),
             left_out: fit.strides.left_out.iter().map(ToString::to_string).collect(),
