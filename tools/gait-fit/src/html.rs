@@ -10,7 +10,7 @@ const STYLE: &str = include_str!("page_style.css");
 /// Begin of a page, up to its first heading.
 #[must_use]
 pub fn begin(title: &str, heading: &str) -> String {
-    let (title, heading) = (escape(title), escape(heading));
+    let (title, heading) = (escape(title), file_name(heading));
     format!(
         "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"/>\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><meta name=\"color-scheme\" content=\"light dark\"/>\
@@ -91,6 +91,31 @@ where
         *page += "</tr>";
     }
     *page += "</tbody></table></div>";
+}
+
+/// A legend: names of lines and areas, each with the class with which it is drawn.
+pub fn legend(page: &mut String, entries: &[(&str, &str)]) {
+    *page += "<ul class=\"key\">";
+    for (name, class) in entries {
+        let shape = if matches!(*class, "others" | "band") {
+            format!("<rect class=\"{class}\" width=\"34\" height=\"14\"/>")
+        } else {
+            format!("<polyline class=\"{class}\" points=\"0,7 34,7\"/>")
+        };
+        let name = escape(name);
+        // Writing to a String cannot fail.
+        let _ = write!(
+            page,
+            "<li><svg viewBox=\"0 0 34 14\" aria-hidden=\"true\"><title>{name}</title>{shape}</svg>{name}</li>"
+        );
+    }
+    *page += "</ul>";
+}
+
+/// The name of a file, which may break behind an underscore.
+#[must_use]
+pub fn file_name(name: &str) -> String {
+    escape(name).replace('_', "_<wbr/>")
 }
 
 /// A link that holds a CSV file: it works without a network and without a second file.
