@@ -51,8 +51,8 @@ pub fn list(page: &mut String, sentences: impl IntoIterator<Item = String>) {
 }
 
 /// A table with a caption. The first cell of each row is its head; `head` are the heads of the columns, the first one that of the rows.
-/// Without them, the table is a list of names and values. Columns with a word in the first row are aligned as text. A table that is wider
-/// than the page scrolls inside of it.
+/// Without them, the table is a list of names and values. Columns whose first cell with content is no number are aligned as text. A table
+/// that is wider than the page scrolls inside of it.
 pub fn table<R, C>(page: &mut String, caption: &str, head: &[&str], rows: R)
 where
     R: IntoIterator<Item = C>,
@@ -62,8 +62,8 @@ where
     let cells = |row: C| row.into_iter().map(|cell| escape(cell.as_ref())).collect::<Vec<_>>();
     let rows: Vec<Vec<String>> = rows.into_iter().map(cells).collect();
     let is_text = |column: usize| {
-        let first = rows.first().and_then(|row| row.get(column)).and_then(|cell| cell.chars().next());
-        head.is_empty() || column == 0 || first.is_some_and(char::is_alphabetic)
+        let first = rows.iter().find_map(|row| row.get(column)?.chars().next());
+        head.is_empty() || column == 0 || first.is_some_and(|c| !(c.is_ascii_digit() || "+-−–.".contains(c)))
     };
     let class = |column: usize| if is_text(column) { " class=\"text\"" } else { "" };
     let caption = escape(caption);
@@ -170,6 +170,9 @@ mod tests {
         assert!(
             page.contains("<th scope=\"col\">deg</th>") && page.contains("<th scope=\"row\">left &lt;hip&gt;</th>")
         );
+        let mut page = String::new();
+        table(&mut page, "x", &["file", "why", "deg"], [["a", "", "−1"], ["b", "/tmp", "x"]]);
+        assert!(page.contains("<th scope=\"col\" class=\"text\">why</th><th scope=\"col\">deg</th>"), "{page}");
         assert_eq!(escape("bell \u{7}\u{1b}[31m"), "bell \u{fffd}\u{fffd}[31m");
     }
 
