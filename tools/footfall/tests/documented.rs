@@ -65,6 +65,31 @@ fn every_line_runs_as_it_is_written() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// What the page of laboratories quotes, in a block behind the lines that print it.
+#[test]
+fn quoted_output_is_printed() {
+    let page = std::fs::read_to_string(root().join("docs/from-your-lab.md")).unwrap();
+    let shell = Shell::new();
+    let blocks: Vec<&str> = page.split("\n```").skip(1).step_by(2).collect();
+    let mut quoted = 0;
+    for pair in blocks.windows(2) {
+        let (Some(lines), Some(quote)) = (pair[0].strip_prefix("sh\n"), pair[1].strip_prefix("text\n")) else {
+            continue;
+        };
+        let outputs = command_lines(&format!("```sh\n{lines}\n```\n")).into_iter().map(|line| shell.run(&line));
+        let printed: String = outputs
+            .map(|output| {
+                [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat()
+            })
+            .collect();
+        for line in quote.lines() {
+            assert!(printed.contains(line), "not printed: {line}\n{printed}");
+            quoted += 1;
+        }
+    }
+    assert!(quoted > 5, "{quoted} lines");
+}
+
 #[test]
 fn the_lists_have_no_line_that_no_page_has() {
     let pages: Vec<Page> = pages(&root()).into_iter().chain(helps()).collect();

@@ -135,6 +135,14 @@ pub(crate) const FAILS: &[(&str, i32, &str)] = &[
         1,
         "it does not walk on so slow a robot, which the exercise is about",
     ),
-    ("cargo footfall smer circle.txt --json > circle.json", 1, "no node of the circle can operate, which the exercise is about"),
-    ("cargo footfall check --trace samples/oscilloscope.csv", 2, "no channel is assigned, and the page shows the message"),
+    (
+        "cargo footfall smer circle.txt --json > circle.json",
+        1,
+        "no node of the circle can operate, which the exercise is about",
+    ),
+    (
+        "cargo footfall check --trace samples/oscilloscope.csv",
+        2,
+        "no channel is assigned, and the page shows the message",
+    ),
 ];

@@ -23,7 +23,10 @@ pub(crate) fn measured(shell: &Shell) -> Vec<(usize, &'static str, f64)> {
         edge("high_hz") - edge("low_hz")
     };
     let (weak, strong) = (width(0), width(2));
-    assert_eq!((at("tongue.json", "/entrainment/0/strength"), at("tongue.json", "/entrainment/2/strength")), (0.1, 0.5));
+    assert_eq!(
+        (at("tongue.json", "/entrainment/0/strength"), at("tongue.json", "/entrainment/2/strength")),
+        (0.1, 0.5)
+    );
     let lag = |name: &str| lag(&std::fs::read_to_string(shell.path(name)).unwrap());
     let slips = at("gap.json", "/slips") + at("long-gap.json", "/slips");
     let circle = json("circle.json");
@@ -82,9 +85,8 @@ fn lag(csv: &str) -> f64 {
     let rows: Vec<[f64; 3]> = csv.lines().filter_map(row).filter(|row| row[0] > START_S).collect();
     let peaks = |joint: usize| -> Vec<f64> {
         let top = rows.iter().map(|row| row[joint]).fold(f64::MIN, f64::max);
-        let is_peak = |w: &&[[f64; 3]]| {
-            w[1][joint] > w[0][joint] && w[1][joint] >= w[2][joint] && w[1][joint] > 0.9 * top
-        };
+        let is_peak =
+            |w: &&[[f64; 3]]| w[1][joint] > w[0][joint] && w[1][joint] >= w[2][joint] && w[1][joint] > 0.9 * top;
         rows.windows(3).filter(is_peak).map(|w| w[1][0]).collect()
     };
     let (left, right) = (peaks(1), peaks(2));
