@@ -13,8 +13,8 @@ use mdbook_summary::{Summary, SummaryItem, parse_summary};
 /// The list of the pages, relative to the root of the repository.
 pub const SUMMARY: &str = "docs/SUMMARY.md";
 
-/// Files that pages link to and that are no pages.
-const ATTACHED: [&str; 3] = ["CITATION.cff", "LICENSE-APACHE", "LICENSE-MIT"];
+/// Files that pages link to and that are no pages, and the style sheet that `book.toml` names.
+const ATTACHED: [&str; 4] = ["CITATION.cff", "LICENSE-APACHE", "LICENSE-MIT", "tools/book/style.css"];
 
 /// The pages of the book in their order, relative to the root of the repository.
 ///
