@@ -22,8 +22,16 @@ const CORE_LIBRARIES: [&str; 9] =
     ["cobs", "crc", "defmt", "fixed", "heapless", "libm", "micromath", "postcard", "serde"];
 
 /// Packages that nothing may depend on: programs, chores and tests. The virtual board is one for its licence too (GPL-2.0-only).
-const ENDS: [&str; 7] =
-    ["bare-metal-example", "core-selftest", "footfall-tests", "link-proof", "step-cost", "virtual-board", "xtask"];
+const ENDS: [&str; 8] = [
+    "bare-metal-example",
+    "book",
+    "core-selftest",
+    "footfall-tests",
+    "link-proof",
+    "step-cost",
+    "virtual-board",
+    "xtask",
+];
 
 /// Packages that need a second target or system packages, so that plain `cargo test` leaves them out.
 const NOT_DEFAULT: [&str; 6] =

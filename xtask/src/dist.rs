@@ -1,5 +1,5 @@
-//! `cargo xtask dist`: packs a release: an image of each board, the program, its completions and manual pages, the documentation and the
-//! samples, with check sums.
+//! `cargo xtask dist`: packs a release: an image of each board, the program, its completions and manual pages, the documentation as pages and
+//! as a book, and the samples, with check sums.
 //!
 //! The virtual board is not in it: it is GPL-2.0, and is built from the source.
 
@@ -11,6 +11,7 @@ use clap::Args;
 use sha2::{Digest, Sha256};
 
 use crate::board::{Board, Drive};
+use crate::book;
 use crate::setup::Need;
 use crate::shell;
 use crate::workspace::Workspace;
@@ -64,6 +65,7 @@ pub(crate) fn dist(options: &Options) -> Result<ExitCode> {
     }
     let pages = release.join("man");
     shell::stdout_of(shell::command(&program).args(["man", "-o"]).arg(&pages))?;
+    book::build(&release.join("book"))?;
     for copied in COPIED {
         copy(Path::new(copied), &release.join(copied))?;
     }
@@ -90,7 +92,7 @@ fn emptied(folder: PathBuf) -> Result<PathBuf> {
 }
 
 /// A folder of the user's: nothing in it is replaced.
-fn empty_folder(folder: PathBuf) -> Result<PathBuf> {
+pub(crate) fn empty_folder(folder: PathBuf) -> Result<PathBuf> {
     std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
     let mut files = std::fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))?;
     ensure!(files.next().is_none(), "{} is not empty; --out needs a new or an empty folder", folder.display());

@@ -9,6 +9,7 @@
 mod bench;
 mod board;
 mod board_sectors;
+mod book;
 mod dfu;
 mod dist;
 mod emulated;
@@ -69,7 +70,9 @@ enum Task {
         #[command(subcommand)]
         bench: bench::Bench,
     },
-    /// Pack a release: images, program, completions, manual pages, documentation, samples, check sums
+    /// Build the book of all pages, and print where its first page is
+    Book(book::Options),
+    /// Pack a release: images, program, completions, manual pages, documentation, book, samples, check sums
     Dist(dist::Options),
     /// Install what the other commands need, or print the command that installs it
     Setup {
@@ -104,6 +107,7 @@ fn perform(task: Task) -> anyhow::Result<ExitCode> {
             Ok(ExitCode::SUCCESS)
         }
         Task::Bench { bench } => bench::bench(&bench),
+        Task::Book(options) => book::book(&options),
         Task::Dist(options) => dist::dist(&options),
         Task::Setup { with } => {
             let groups: Vec<Need> = with.iter().filter_map(|name| Need::named(name)).collect();

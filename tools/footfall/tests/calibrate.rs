@@ -1,5 +1,7 @@
 //! Calibration from rows: the whole way through the command line, against sensors whose curve is known.
 
+mod page;
+
 use footfall::cli;
 use footfall::command::calibrate::fit;
 use footfall::command::calibrate::fit::{Fit, LeftOut, Settings, What};
@@ -8,6 +10,7 @@ use footfall::file::calibration_file;
 use generator_file::toml_file::TomlFile;
 use hgod_adc::{Calibration, Interpolation, OutOfTable, Reference, ReferenceConfig, Supply, rk09k};
 use joint_units::{AdcCode, Radians, Volts};
+use page::{check_structure, rows as page_rows};
 use proptest::prelude::*;
 use std::ffi::OsString;
 use std::path::Path;
@@ -365,7 +368,12 @@ fn the_command_writes_a_table_that_is_read_back_exactly_and_a_page_with_its_numb
     assert!(calibration_file::read(&again).is_ok());
     let page = std::fs::read_to_string(&html).unwrap();
     assert!(page.contains("knee &lt;3&gt;, 2026-03-04") && page.contains("saturated: 10, 20, 30 degrees"), "{page}");
-    assert!(page.contains("<svg") && std::fs::read_to_string(&svg).unwrap().starts_with("<svg"));
+    // Its pictures are in the colours of the page, which a dark screen changes, and every column has a head.
+    let all = check_structure(&page);
+    let pictures = all.iter().filter(|element| element.attribute("role") == Some("img"));
+    assert_eq!((pictures.count(), page.matches("fill=\"#").count()), (2, 0));
+    assert!(page_rows(&all, "Poses").iter().all(|row| row.len() == 9) && page.contains(">left out</th>"));
+    assert!(std::fs::read_to_string(&svg).unwrap().starts_with("<svg"));
     // A single digit of a point.
     let changed = written.replacen("angle_deg = 60", "angle_deg = 61", 1);
     std::fs::write(&out, &changed).unwrap();

@@ -8,19 +8,15 @@
 mod not_run;
 #[path = "documented/pages.rs"]
 mod pages;
+#[path = "documented/shell.rs"]
+mod shell;
 
 use footfall::cli::examples::EXAMPLES;
 use not_run::{FAILS, NOT_RUN};
 use pages::{Page, command_lines, pages};
+use shell::{Shell, root};
 use std::collections::BTreeSet;
-use std::os::unix::fs::PermissionsExt;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use std::sync::Mutex;
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
-}
 
 /// The examples of each command's help, as pages.
 fn helps() -> Vec<Page> {
@@ -28,49 +24,12 @@ fn helps() -> Vec<Page> {
     EXAMPLES.iter().map(|(name, examples)| Page { name: format!("help of {name}"), lines: lines(examples) }).collect()
 }
 
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        std::fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
-    }
-}
-
 /// Runs the lines of a page; gives those that do not end as they should.
 fn run(page: &Page) -> Vec<String> {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
-    copy(&root().join("samples"), &at("samples"));
-    copy(&root().join("tests/traces"), &at("tests/traces"));
-    let programs = at("programs");
-    std::fs::create_dir(&programs).unwrap();
-    let footfall = env!("CARGO_BIN_EXE_footfall");
-    for (name, script) in [
-        ("footfall", format!("#!/bin/sh\nexec '{footfall}' \"$@\"\n")),
-        (
-            "cargo",
-            format!(
-                "#!/bin/sh\n[ \"$1\" = footfall ] || {{ echo \"cargo $1 is not run here\"; exit 99; }}\nshift\nexec '{footfall}' \"$@\"\n"
-            ),
-        ),
-    ] {
-        std::fs::write(programs.join(name), script).unwrap();
-        std::fs::set_permissions(programs.join(name), std::fs::Permissions::from_mode(0o755)).unwrap();
-    }
-    let path = std::env::join_paths(
-        std::iter::once(programs).chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
-    );
-    let path = path.unwrap();
+    let shell = Shell::new();
     let mut wrong = Vec::new();
     for line in page.lines.iter().filter(|line| !is_listed(line)) {
-        let output = Command::new("sh")
-            .args(["-c", line])
-            .current_dir(folder.path())
-            .env("PATH", &path)
-            .env("HOME", folder.path())
-            .stdin(Stdio::null())
-            .output()
-            .unwrap();
+        let output = shell.run(line);
         let expected = FAILS.iter().find(|(fails, ..)| fails == line).map_or(0, |(_, code, _)| *code);
         if output.status.code() != Some(expected) {
             let said = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -104,6 +63,31 @@ fn every_line_runs_as_it_is_written() {
     let mut wrong = wrong.into_inner().unwrap();
     wrong.sort();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// What the page of laboratories quotes, in a block behind the lines that print it.
+#[test]
+fn quoted_output_is_printed() {
+    let page = std::fs::read_to_string(root().join("docs/from-your-lab.md")).unwrap();
+    let shell = Shell::new();
+    let blocks: Vec<&str> = page.split("\n```").skip(1).step_by(2).collect();
+    let mut quoted = 0;
+    for pair in blocks.windows(2) {
+        let (Some(lines), Some(quote)) = (pair[0].strip_prefix("sh\n"), pair[1].strip_prefix("text\n")) else {
+            continue;
+        };
+        let outputs = command_lines(&format!("```sh\n{lines}\n```\n")).into_iter().map(|line| shell.run(&line));
+        let printed: String = outputs
+            .map(|output| {
+                [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned()).concat()
+            })
+            .collect();
+        for line in quote.lines() {
+            assert!(printed.contains(line), "not printed: {line}\n{printed}");
+            quoted += 1;
+        }
+    }
+    assert!(quoted > 5, "{quoted} lines");
 }
 
 #[test]

@@ -172,6 +172,8 @@ fn the_page_says_what_zero_is() {
     assert!(
         text.contains("no reference of a population") && all.iter().any(|p| p.attribute("class") == Some("others"))
     );
+    // Each origin of the band's recordings is named once.
+    assert_eq!(text.matches("keenon/nimblephysics").count(), 1, "{}", gait_fit::normative::words());
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.csv");
     std::fs::write(&file, walk(9.0, 0.72, 0.0)).unwrap();

@@ -10,7 +10,7 @@ const STYLE: &str = include_str!("page_style.css");
 /// Begin of a page, up to its first heading.
 #[must_use]
 pub fn begin(title: &str, heading: &str) -> String {
-    let (title, heading) = (escape(title), escape(heading));
+    let (title, heading) = (escape(title), file_name(heading));
     format!(
         "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"/>\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><meta name=\"color-scheme\" content=\"light dark\"/>\
@@ -51,8 +51,8 @@ pub fn list(page: &mut String, sentences: impl IntoIterator<Item = String>) {
 }
 
 /// A table with a caption. The first cell of each row is its head; `head` are the heads of the columns, the first one that of the rows.
-/// Without them, the table is a list of names and values. Columns with a word in the first row are aligned as text. A table that is wider
-/// than the page scrolls inside of it.
+/// Without them, the table is a list of names and values. Columns whose first cell with content is no number are aligned as text. A table
+/// that is wider than the page scrolls inside of it.
 pub fn table<R, C>(page: &mut String, caption: &str, head: &[&str], rows: R)
 where
     R: IntoIterator<Item = C>,
@@ -62,8 +62,8 @@ where
     let cells = |row: C| row.into_iter().map(|cell| escape(cell.as_ref())).collect::<Vec<_>>();
     let rows: Vec<Vec<String>> = rows.into_iter().map(cells).collect();
     let is_text = |column: usize| {
-        let first = rows.first().and_then(|row| row.get(column)).and_then(|cell| cell.chars().next());
-        head.is_empty() || column == 0 || first.is_some_and(char::is_alphabetic)
+        let first = rows.iter().find_map(|row| row.get(column)?.chars().next());
+        head.is_empty() || column == 0 || first.is_some_and(|c| !(c.is_ascii_digit() || "+-−–.".contains(c)))
     };
     let class = |column: usize| if is_text(column) { " class=\"text\"" } else { "" };
     let caption = escape(caption);
@@ -91,6 +91,31 @@ where
         *page += "</tr>";
     }
     *page += "</tbody></table></div>";
+}
+
+/// A legend: names of lines and areas, each with the class with which it is drawn.
+pub fn legend(page: &mut String, entries: &[(&str, &str)]) {
+    *page += "<ul class=\"key\">";
+    for (name, class) in entries {
+        let shape = if matches!(*class, "others" | "band") {
+            format!("<rect class=\"{class}\" width=\"34\" height=\"14\"/>")
+        } else {
+            format!("<polyline class=\"{class}\" points=\"0,7 34,7\"/>")
+        };
+        let name = escape(name);
+        // Writing to a String cannot fail.
+        let _ = write!(
+            page,
+            "<li><svg viewBox=\"0 0 34 14\" aria-hidden=\"true\"><title>{name}</title>{shape}</svg>{name}</li>"
+        );
+    }
+    *page += "</ul>";
+}
+
+/// The name of a file, which may break behind an underscore.
+#[must_use]
+pub fn file_name(name: &str) -> String {
+    escape(name).replace('_', "_<wbr/>")
 }
 
 /// A link that holds a CSV file: it works without a network and without a second file.
@@ -145,6 +170,9 @@ mod tests {
         assert!(
             page.contains("<th scope=\"col\">deg</th>") && page.contains("<th scope=\"row\">left &lt;hip&gt;</th>")
         );
+        let mut page = String::new();
+        table(&mut page, "x", &["file", "why", "deg"], [["a", "", "−1"], ["b", "/tmp", "x"]]);
+        assert!(page.contains("<th scope=\"col\" class=\"text\">why</th><th scope=\"col\">deg</th>"), "{page}");
         assert_eq!(escape("bell \u{7}\u{1b}[31m"), "bell \u{fffd}\u{fffd}[31m");
     }
 

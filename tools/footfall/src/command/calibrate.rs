@@ -17,6 +17,7 @@ pub mod guide;
 pub mod knots;
 mod live;
 pub mod monotone;
+pub mod pictures;
 pub mod poses;
 pub mod report;
 pub mod result;
@@ -260,8 +261,8 @@ impl Outputs {
 /// Writes the files. All contents are made before the first file is written, so that an error leaves none.
 fn write(calibrated: &Calibrated, outputs: &Outputs) -> Result<(), Failure> {
     let toml = calibration_file::to_text(&calibrated.sensor, Some(&calibrated.measured));
-    let svg = outputs.svg.as_ref().map(|path| Ok((path, report::svg(calibrated)?)));
-    let html = outputs.report.as_ref().map(|path| Ok((path, report::html(calibrated)?)));
+    let svg = outputs.svg.as_ref().map(|path| Ok((path, pictures::svg(calibrated)?)));
+    let html = outputs.report.as_ref().map(|path| Ok((path, report::html(calibrated))));
     let pictures = [svg, html].into_iter().flatten().collect::<Result<Vec<_>, String>>().map_err(Failure::run)?;
     let texts = std::iter::once((&outputs.toml, toml)).chain(pictures);
     for (path, content) in texts {

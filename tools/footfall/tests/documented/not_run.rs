@@ -88,6 +88,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo test -p cpg-core --test smoothness -- --nocapture",
             "cargo test -p footfall --test conventions",
             "cargo test -p footfall --test edge_reversal",
+            "cargo test -p footfall --test exercises",
             "cargo test -p footfall --test gait_changes",
             "cargo test -p footfall --test gait_changes -- --nocapture",
             "cargo test -p footfall --test gait_changes -- --ignored --nocapture",
@@ -129,5 +130,22 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
 ];
 
 /// Lines that end with another exit code, and why.
-pub(crate) const FAILS: &[(&str, i32, &str)] =
-    &[("cargo footfall certify human-run-unscaled", 1, "it exceeds the limits of the robot, which the page says")];
+pub(crate) const FAILS: &[(&str, i32, &str)] = &[
+    ("cargo footfall certify human-run-unscaled", 1, "it exceeds the limits of the robot, which the page says"),
+    ("cargo footfall check --trace hop.csv", 2, "both legs move together, which the exercise asks about"),
+    (
+        "cargo footfall fit samples/walk.mot --robot slower.toml --json > slower.json",
+        1,
+        "it does not walk on so slow a robot, which the exercise is about",
+    ),
+    (
+        "cargo footfall smer circle.txt --json > circle.json",
+        1,
+        "no node of the circle can operate, which the exercise is about",
+    ),
+    (
+        "cargo footfall check --trace samples/oscilloscope.csv",
+        2,
+        "no channel is assigned, and the page shows the message",
+    ),
+];

@@ -44,7 +44,8 @@ pub fn words() -> String {
     for source in sources() {
         let (count, origins) = by_licence.entry(source.licence).or_default();
         *count += 1;
-        origins.insert(source.origin);
+        // Several recordings have an origin in common.
+        origins.extend(source.origin.split("; "));
     }
     let from = |(licence, (count, origins)): (&str, (usize, BTreeSet<&str>))| {
         format!("{count} under {licence} from {}", origins.into_iter().collect::<Vec<_>>().join(", "))

@@ -91,21 +91,8 @@ fn has_driven(fit: &Fit) -> bool {
 
 /// A legend of the lines with these classes.
 fn legend(page: &mut String, used: &[&str]) {
-    *page += "<ul class=\"key\">";
-    for (name, class) in LINES.iter().filter(|(_, class)| used.contains(class)) {
-        let shape = if matches!(*class, "others" | "band") {
-            format!("<rect class=\"{class}\" width=\"34\" height=\"14\"/>")
-        } else {
-            format!("<polyline class=\"{class}\" points=\"0,7 34,7\"/>")
-        };
-        // Writing to a String cannot fail.
-        let _ = write!(
-            page,
-            "<li><svg viewBox=\"0 0 34 14\" aria-hidden=\"true\"><title>{name}</title>{shape}</svg>{}</li>",
-            escape(name)
-        );
-    }
-    *page += "</ul>";
+    let entries: Vec<(&str, &str)> = LINES.into_iter().filter(|(_, class)| used.contains(class)).collect();
+    html::legend(page, &entries);
 }
 
 /// A chart for each joint; the vertical axis is that of both hips, and of both knees.

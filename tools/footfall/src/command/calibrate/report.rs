@@ -1,25 +1,21 @@
-//! Reports of a calibration: text for a terminal, JSON, a page, a picture.
+//! Reports of a calibration: text for a terminal, JSON, a page.
 
 use super::fit::{Fit, short};
 use super::knots::Extended;
+use super::pictures;
 use super::poses::Pose;
 use super::result::Calibrated;
 use crate::file::calibration_file::Hysteresis;
 use gait_fit::html;
-use joint_units::Volts;
-use picture::{Curve, Panel, draw};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-
-/// Points of the drawn curve.
-const CURVE: usize = 400;
 
 /// Largest number of rows on the page, which limits its size.
 const MOST_ROWS: usize = 5000;
 
 /// The headings of the table of poses, with their units.
 const HEADINGS: [&str; 9] =
-    ["angle/deg", "rows", "volts/V", "SD/mV", "SD/deg", "drift/deg", "up-down/deg", "error/deg", ""];
+    ["angle/deg", "rows", "volts/V", "SD/mV", "SD/deg", "drift/deg", "up-down/deg", "error/deg", "left out"];
 
 /// The table of poses, a row each.
 fn cells(fit: &Fit) -> Vec<[String; 9]> {
@@ -126,7 +122,8 @@ pub fn text(calibrated: &Calibrated) -> String {
             .collect();
         let _ = writeln!(text, "{}", padded.join("  ").trim_end());
     };
-    line(HEADINGS);
+    let has_left_out = calibrated.fit.left_out.iter().any(Option::is_some);
+    line(std::array::from_fn(|column| if column == 8 && !has_left_out { "" } else { HEADINGS[column] }));
     for row in &rows {
         line(std::array::from_fn(|column| row[column].as_str()));
     }
@@ -179,66 +176,9 @@ pub fn json(calibrated: &Calibrated) -> Value {
     })
 }
 
-/// Charts: the curve with its points, and the residuals.
-fn panels(calibrated: &Calibrated) -> Vec<Panel> {
-    let fit = &calibrated.fit;
-    let table = Extended::new(&fit.calibration);
-    let (low, high) = fit.calibration.volts_span();
-    let curve = |k: usize| {
-        let volts = low.0 + (high.0 - low.0) * (k as f32 / CURVE as f32);
-        fit.calibration.angle(Volts(volts)).ok().map(|angle| (f64::from(volts), f64::from(angle.degrees())))
-    };
-    let mut means: Vec<(f64, f64)> = fit.poses.iter().map(|pose| (pose.volts, pose.angle_deg)).collect();
-    means.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (first, last) = (means.first().map_or(0.0, |p| p.0), means.last().map_or(0.0, |p| p.0));
-    let outside: Vec<(f64, f64)> =
-        [(first, f64::from(low.0)), (f64::from(high.0), last)].into_iter().filter(|(from, to)| from < to).collect();
-    let sensor = Panel::curves(
-        "The sensor; grey is outside of the table",
-        "at the sensor, V",
-        "angle, deg",
-        vec![Curve::new("table", (0..=CURVE).filter_map(curve).collect()), Curve::new("poses", means)],
-    )
-    .shaded(&outside);
-    let kept = || fit.poses.iter().zip(&fit.left_out).filter(|(_, why)| why.is_none()).map(|(pose, _)| pose);
-    let errors = |volts: fn(&Pose) -> Option<f64>| {
-        kept().filter_map(|pose| Some((pose.angle_deg, table.degrees(volts(pose)?) - pose.angle_deg))).collect()
-    };
-    let mut rows: Vec<(f64, f64)> =
-        fit.residuals.iter().filter_map(|row| Some((row.angle_deg, row.error_deg?))).collect();
-    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let extreme = |which: fn(f64, f64) -> f64| {
-        let of_angle = |rows: &[(f64, f64)]| Some((rows.first()?.0, rows.iter().map(|row| row.1).reduce(which)?));
-        rows.chunk_by(|a, b| a.0 == b.0).filter_map(of_angle).collect()
-    };
-    let residuals = Panel::curves(
-        "Table minus known angle",
-        "known angle, deg",
-        "residual, deg",
-        vec![
-            Curve::new("up", errors(|pose| pose.up_v)),
-            Curve::new("down", errors(|pose| pose.down_v)),
-            Curve::new("least row", extreme(f64::min)),
-            Curve::new("greatest row", extreme(f64::max)),
-        ],
-    );
-    vec![sensor, residuals]
-}
-
-/// The charts as SVG.
-///
-/// # Errors
-/// The error of the drawing library.
-pub fn svg(calibrated: &Calibrated) -> Result<String, String> {
-    let title = format!("{}, {}", calibrated.measured.sensor, calibrated.measured.date);
-    draw(&title, &panels(calibrated), 1)
-}
-
 /// One self-contained HTML page.
-///
-/// # Errors
-/// A picture cannot be drawn.
-pub fn html(calibrated: &Calibrated) -> Result<String, String> {
+#[must_use]
+pub fn html(calibrated: &Calibrated) -> String {
     let (fit, measured) = (&calibrated.fit, &calibrated.measured);
     let title = format!("{}, {}", measured.sensor, measured.date);
     let mut page = html::begin(&title, &title);
@@ -250,10 +190,11 @@ pub fn html(calibrated: &Calibrated) -> Result<String, String> {
         &[],
         summary(calibrated).into_iter().map(|(name, value)| [name.to_owned(), value]),
     );
-    let _ =
-        write!(page, "<figure role=\"img\" aria-label=\"The table and its residuals\">{}</figure>", svg(calibrated)?);
+    pictures::charts(&mut page, calibrated);
     page += "<h2>Poses</h2>";
-    html::table(&mut page, "Poses", &HEADINGS, cells(fit));
+    // The last column is empty where every pose is in the table.
+    let shown = if fit.left_out.iter().any(Option::is_some) { HEADINGS.len() } else { HEADINGS.len() - 1 };
+    html::table(&mut page, "Poses", &HEADINGS[..shown], cells(fit).into_iter().map(|row| row.into_iter().take(shown)));
     page += "<h2>Points of the table</h2>";
     let points = fit
         .calibration
@@ -270,5 +211,5 @@ pub fn html(calibrated: &Calibrated) -> Result<String, String> {
         [row.line.to_string(), short(row.angle_deg), format!("{:.4}", row.volts), error]
     });
     html::table(&mut page, "Rows", &["line", "angle/deg", "volts/V", "error/deg"], rows);
-    Ok(page + html::END)
+    page + html::END
 }

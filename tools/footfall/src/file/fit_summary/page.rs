@@ -106,8 +106,8 @@ fn cells(folder: &Path, outcome: &Value) -> Vec<Cell> {
     let name = text(&outcome["recording"]);
     let report = outcome["report"].as_str().filter(|path| folder.join(path).is_file());
     let link = match report {
-        Some(path) => format!("<a href=\"{}\">{}</a>", percent_encoded(path), escape(&name)),
-        None => escape(&name),
+        Some(path) => format!("<a href=\"{}\">{}</a>", percent_encoded(path), html::file_name(&name)),
+        None => html::file_name(&name),
     };
     let joints = || outcome["joints"].as_array().into_iter().flatten();
     let pooled = |key: &str| {
