@@ -2,8 +2,10 @@
 
 #[cfg(feature = "analysis")]
 pub mod gait_charts;
+pub mod keys;
 #[cfg(feature = "analysis")]
 pub mod live_gait;
 pub mod plain;
 pub mod screen;
 pub mod state;
+pub mod tuning;
