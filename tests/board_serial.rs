@@ -1,6 +1,7 @@
 //! Requests to the flashed image on the virtual board, through its serial port: they take effect at the tick that is acknowledged, inside the
 //! limits and as on the host, bit for bit; what is malformed changes nothing; and nothing arms.
 
+use footfall::board::lines::{self, BoardLine};
 use footfall::board::serial::{Port, Records};
 use footfall::file::capture::rtt::Came;
 use footfall_tests::board::{Board, Ran};
@@ -11,10 +12,12 @@ use joint_loop::{GateConfig, GeneratorConfig, SupervisorState};
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::Write;
+use std::net::TcpListener;
 use std::path::Path;
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 use std::sync::mpsc::channel;
 use std::time::Duration;
+use test_suite::terminal::Terminal;
 use test_suite::{report, tests};
 use wire::{Answered, MAX_FRAME_BYTES, Record, frame_request};
 
@@ -24,6 +27,8 @@ fn main() -> ExitCode {
         malformed_frames_are_counted_and_change_nothing(Image),
         no_request_arms_and_one_stops(Image),
         the_commands_of_footfall_use_the_port(Image),
+        the_raw_log_is_watched_through_a_server(Image, Program),
+        keys_of_the_live_screen_change_the_board_and_none_arms(Image, Program, Terminal),
     ])
 }
 
@@ -263,4 +268,89 @@ fn the_commands_of_footfall_use_the_port() {
     assert!(rows.lines().count() > 2_000 && rows.starts_with("time_s,boot,tick,"), "{}", rows.lines().count());
     // Nothing was lost on the way.
     assert!(rows.lines().skip(1).all(|row| row.ends_with(",0")));
+}
+
+/// A person at the live screen of `footfall watch --serial`.
+fn keys_of_the_live_screen_change_the_board_and_none_arms() {
+    let (send, receive) = channel();
+    let program = std::env::var("FOOTFALL_BIN").expect("FOOTFALL_BIN");
+    let ran = Board::find().run_with_host(walks("0.3"), move |path| {
+        let line = format!("{program} watch --serial {}", path.display());
+        let mut terminal = Terminal::run(&line, 120, 40);
+        let _ = terminal.sees(" walking ");
+        assert!(terminal.shows().contains("gait = not known, default own"), "{}", terminal.shows());
+        // Down to the speed, and one step up.
+        terminal.presses("\u{1b}[B");
+        let _ = terminal.sees("speed = not known");
+        terminal.presses("\u{1b}[C");
+        let shown = terminal.sees("set speed 1.05: in effect at tick ");
+        let (_, after) = shown.split_once("in effect at tick ").expect("a tick");
+        let digits: String = after.chars().take_while(char::is_ascii_digit).collect();
+        send.send(digits.parse::<u32>().expect("a number")).expect("received");
+        assert!(terminal.sees("speed = 1.05").contains("allowed are 0.5 to 1.5"), "{}", terminal.shows());
+        terminal.presses("u");
+        let _ = terminal.sees("undo: in effect at tick ");
+        terminal.presses("u");
+        let _ = terminal.sees("undo: in effect at tick ");
+        terminal.presses("s");
+        let _ = terminal.sees("stop: stops from tick ");
+        let _ = terminal.sees(" disarmed ");
+        // Nothing arms.
+        terminal.presses(" \r\u{1b}[C\u{1b}[Dusa");
+        std::thread::sleep(Duration::from_secs(1));
+        assert!(terminal.shows().contains(" disarmed "), "{}", terminal.shows());
+        terminal.presses("q");
+        let (code, text) = terminal.ends();
+        assert_eq!(code, Some(0), "{text}");
+    });
+    assert_sound(&ran);
+    assert_eq!(ran.end.edges_after_disarming, 0);
+    let seen = receive.recv().expect("sent");
+    let boot = &ran.boots[0];
+    let answers: Vec<Vec<Answer>> =
+        boot.watch(&GeneratorConfig::default_walk(), |joints| joints.answers().collect::<Vec<_>>());
+    let effect = answers.into_iter().flatten().find(|answer| answer.outcome == Outcome::InEffect).expect("an effect");
+    assert_eq!(effect.tick, seen, "the tick on the screen is that of the loop");
+    let requests: Vec<String> =
+        boot.calls.iter().filter_map(|(_, call)| call.request).map(|it| it.to_string()).collect();
+    let actions: Vec<&str> =
+        requests.iter().filter_map(|text| text.split_once(' ')).map(|(_, action)| action).collect();
+    assert_eq!(actions[..4], ["set speed 1.05", "undo", "undo", "stop"], "{actions:?}");
+}
+
+/// The bytes that OpenOCD's or J-Link's server would pass on, from a server that plays them, cut anywhere.
+fn the_raw_log_is_watched_through_a_server() {
+    let ran = Board::find().run(["--secs", "3", "--press", "0.3"]);
+    let mut log = Vec::new();
+    for line in ran.output.lines() {
+        if let BoardLine::Rtt { bytes, .. } = lines::parse(line).expect("a line") {
+            log.extend(bytes);
+        }
+    }
+    let server = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = format!("tcp:{}", server.local_addr().expect("an address"));
+    let elf = std::env::var("FOOTFALL_ELF").expect("FOOTFALL_ELF");
+    // The second connection begins in the middle of a frame.
+    let serving = std::thread::spawn(move || {
+        for from in [0, log.len() / 2 + 3] {
+            let (mut peer, _) = server.accept().expect("a connection");
+            log[from..].chunks(101).for_each(|piece| peer.write_all(piece).expect("sent"));
+        }
+    });
+    let watch = || {
+        let mut command = Command::new(std::env::var_os("FOOTFALL_BIN").expect("FOOTFALL_BIN"));
+        let output = command.args(["watch", "--json", "--rtt", &address, "--elf", &elf]).output().expect("it runs");
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).expect("text");
+        let objects = text.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).expect("an object"));
+        let ticks = objects.filter(|object| object["type"] == "tick");
+        ticks.map(|tick| (tick["tick"].as_u64(), tick["setpoint_hash"].to_string())).collect::<Vec<_>>()
+    };
+    let frames = ran.boots[0].ticks.iter();
+    let sent: Vec<_> =
+        frames.map(|frame| (Some(frame.tick.into()), format!("\"{:016x}\"", frame.setpoint_hash))).collect();
+    assert_eq!(watch(), sent);
+    let late = watch();
+    assert!(late.len() > 100 && sent.ends_with(&late), "{} of {}", late.len(), sent.len());
+    serving.join().expect("served");
 }

@@ -164,8 +164,7 @@ fn the_screen_is_whole_on_small_and_large_terminals() {
         ] {
             assert!(shown.contains(words), "no `{words}` at {columns}x{rows} in\n{shown}");
         }
-        // A line at zero, beside which the axis is named where there is space, and four curves.
-        assert_eq!(shown.contains("  0│"), rows > 30, "{shown}");
+        assert!(shown.contains("  0│"), "{shown}");
         assert!(shown.chars().filter(|c| ('\u{2801}'..='\u{28ff}').contains(c)).count() > 100, "{shown}");
         assert!(screen.iter().all(|line| line.chars().count() <= usize::from(columns)), "{shown}");
         terminal.presses("q");

@@ -18,7 +18,7 @@ pub(super) struct Shown {
     first_s: Option<f64>,
     /// Start of the present boot, s: each boot of the board counts from zero, and time goes on.
     began_s: f64,
-    /// The log has refusals as lines too; a serial port has them as records alone.
+    /// The log has changes and refusals as lines too; a serial port has them as records alone.
     has_log: bool,
 }
 
@@ -68,7 +68,11 @@ impl Shown {
             Record::Boot(boot) => self.boot(&boot),
             Record::Change(change) => {
                 self.counters.cause = change.cause;
-                Vec::new()
+                if self.has_log {
+                    return Vec::new();
+                }
+                let text = format!("{}, cause {}", change.state.name(), change.cause.name());
+                self.show(Event::Log { t_s: self.view.t_s, level: "info".into(), text })
             }
             Record::Cost(cost) => self.show(Event::Cost(cost)),
             Record::Environment(environment) => self.show(Event::Environment(environment)),

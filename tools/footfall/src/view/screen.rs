@@ -30,14 +30,19 @@ pub fn draw(frame: &mut Frame<'_>, view: &View) {
         return;
     }
     let tuning = if view.tuning.is_some() { 2 } else { 0 };
+    // Charts come first on a small terminal, and a tall one shows more of the log.
+    let log_rows = match area.height {
+        ..30 => 4 - tuning,
+        30..=40 => 4,
+        _ => 8,
+    };
     let [head, measured, setpoints, pulses, tune, log, help] = Layout::vertical([
         Constraint::Length(if view.counters.following.is_some() { 4 } else { 3 }),
         Constraint::Fill(2),
         Constraint::Fill(2),
         Constraint::Length(4),
         Constraint::Length(tuning),
-        // A tall terminal shows more of the log.
-        Constraint::Length(if area.height > 40 { 8 } else { 4 - tuning / 2 }),
+        Constraint::Length(log_rows),
         Constraint::Length(1),
     ])
     .areas(area);
@@ -123,17 +128,17 @@ fn second(view: &View) -> Line<'_> {
         return Line::styled(format!(" {alarm}"), Style::new().fg(Color::Black).bg(Color::Yellow));
     }
     let books = match view.watched {
-        Watched::Virtual => format!("host replay: {}   frames lost {}", view.replay(), view.counters.lost_lines),
+        Watched::Virtual => format!("host replay: {}  frames lost {}", view.replay(), view.counters.lost_lines),
         Watched::Board => format!("damaged frames {}", view.counters.malformed),
     };
     let cost = view.cost.map_or(String::new(), |cost| {
-        format!("   longest tick {} cycles   stack {} B", cost.longest_cycles, cost.stack_used)
+        format!("  longest tick {} cycles  stack {} B", cost.longest_cycles, cost.stack_used)
     });
     let die =
-        view.environment.and_then(|means| means.die_c).map_or(String::new(), |die| format!("   die {die:.0} \u{b0}C"));
+        view.environment.and_then(|means| means.die_c).map_or(String::new(), |die| format!("  die {die:.0} \u{b0}C"));
     let supply =
-        view.environment.and_then(|means| means.supply_v).map_or(String::new(), |supply| format!("   {supply:.2} V"));
-    Line::from(format!(" {books}{cost}{die}{supply}"))
+        view.environment.and_then(|means| means.supply_v).map_or(String::new(), |supply| format!("  {supply:.2} V"));
+    Line::from(format!(" {books}{supply}{die}{cost}"))
 }
 
 fn measured_angle(frame: &mut Frame<'_>, area: Rect, view: &View) {
@@ -155,7 +160,7 @@ fn setpoint(frame: &mut Frame<'_>, area: Rect, view: &View, joint: usize) {
     let now = view
         .last
         .as_ref()
-        .map_or(format!(" {name} "), |tick| format!(" {name} {:.1} deg ", tick.setpoints_deg()[joint]));
+        .map_or(format!(" {name} "), |tick| format!(" {name} {:.1}\u{b0} ", tick.setpoints_deg()[joint]));
     chart(frame, area, view, now, &[Color::Magenta], view.scales.1[joint], |point| vec![point.set[joint]]);
 }
 
@@ -176,11 +181,7 @@ fn chart(
         }
     }
     let Scale([least, most]) = scale;
-    // All marks where each has a line of its own and one between.
-    let all_marks = scale.marks();
-    let is_tall = usize::from(area.height) > 2 * all_marks.len();
-    let marks = if is_tall { all_marks } else { vec![least, most] };
-    let marks = marks.iter().map(|mark| format!("{mark:>3.0}"));
+    let marks = marks(scale, area.height.saturating_sub(2));
     let end = view.past.back().map_or(PAST_S, |point| point.t_s.max(PAST_S));
     let zero = [(end - PAST_S, 0.0), (end, 0.0)];
     let line = |marker: Marker, colour: Color| {
@@ -200,6 +201,25 @@ fn chart(
         .x_axis(Axis::default().bounds([end - PAST_S, end]))
         .y_axis(Axis::default().bounds([f64::from(least), f64::from(most)]).labels(marks));
     frame.render_widget(chart, area);
+}
+
+/// The text beside each row of a chart, from the lowest: a mark of the axis stands in the row that a curve passes at it. The ends come first,
+/// then zero.
+fn marks(scale: Scale, rows: u16) -> Vec<String> {
+    let Scale([least, most]) = scale;
+    let mut texts = vec![String::new(); usize::from(rows)];
+    // Four dots a row.
+    let dots = f32::from(rows.max(1) * 4 - 1);
+    let mut wanted = scale.marks();
+    wanted.sort_by_key(|mark| (*mark != least && *mark != most, *mark != 0.0));
+    for mark in wanted {
+        let from_top = ((most - mark) / (most - least) * dots) as usize / 4;
+        let row = texts.len().checked_sub(from_top + 1).and_then(|row| texts.get_mut(row));
+        if let Some(text) = row.filter(|text| text.is_empty()) {
+            *text = format!("{mark:>3.0}");
+        }
+    }
+    texts
 }
 
 /// A bar between the limits of the servo, which stand at its ends.
@@ -271,10 +291,10 @@ mod tests {
         let screen = shown(&view(200), 100, 30);
         for words in [
             "measured left knee 20.5 deg (good)",
-            "left hip 11.5 deg",
-            "right hip -12.5 deg",
-            "left knee 33.5 deg",
-            "right knee 44.5 deg",
+            "left hip 11.5\u{b0}",
+            "right hip -12.5\u{b0}",
+            "left knee 33.5\u{b0}",
+            "right knee 44.5\u{b0}",
             "1501 us",
             "1602 us",
             "1703 us",
@@ -305,11 +325,27 @@ mod tests {
     fn the_smallest_full_screen_and_smaller_ones_hold() {
         let (width, height) = LEAST;
         let screen = shown(&view(50), width, height);
-        assert!(screen.contains("measured left knee") && screen.contains("right knee 44.5"), "{screen}");
+        assert!(screen.contains("measured left knee") && screen.contains("right knee 44.5\u{b0}"), "{screen}");
         for (width, height) in [(79, 24), (40, 10), (10, 3), (1, 1)] {
             shown(&view(50), width, height);
         }
         assert!(shown(&view(50), 79, 23).contains("walking"));
+    }
+
+    /// The zero of the axis stands beside the line at zero, whatever the height.
+    #[test]
+    fn marks_stand_where_curves_pass() {
+        for rows in 3..40 {
+            let texts = marks(Scale::default(), rows);
+            let [low, zero, high] = ["-30", "  0", " 90"].map(|mark| texts.iter().position(|text| text == mark));
+            let zero_dot = 0.75 * (f32::from(rows) * 4.0 - 1.0);
+            let zero_row = usize::from(rows) - 1 - zero_dot as usize / 4;
+            assert_eq!((low, high), (Some(0), Some(usize::from(rows) - 1)), "{texts:?}");
+            assert!(zero == Some(zero_row) || zero_row == 0, "{texts:?}");
+        }
+        let screen = shown(&view(200), 120, 40);
+        let row = screen.lines().find(|line| line.contains("  0\u{2502}")).expect("a zero");
+        assert!(row.chars().filter(|c| ('\u{2801}'..='\u{28ff}').contains(c)).count() > 80, "{row}");
     }
 
     #[test]

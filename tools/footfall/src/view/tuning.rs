@@ -95,8 +95,8 @@ impl Tuning {
             None => format!("not known, default {}", shown(parameter.range()[2])),
         };
         let next = planned.filter(|_| planned != now).map_or(String::new(), |value| format!(" -> {}", shown(value)));
-        let place = format!("{} of {}", self.selected + 1, Parameter::COUNT);
-        [format!("{} = {known}{next}   {}   ({place})", parameter.name(), allowed(parameter)), self.last.clone()]
+        let place = format!("{}/{}", self.selected + 1, Parameter::COUNT);
+        [format!("{place} {} = {known}{next}   {}", parameter.name(), allowed(parameter)), self.last.clone()]
     }
 
     /// What differs from the defaults, as the command line takes it: `speed=1.2`. Parameters whose value is not known are left out.
@@ -158,10 +158,10 @@ mod tests {
         assert_eq!(request.action, Action::Set { parameter: Parameter::Speed, thousandths: 1_050 });
         assert_eq!(tuning.lines()[1], "set speed 1.05: sent");
         tuning.take(&answer(request, 320, Outcome::Staged));
-        assert!(tuning.lines()[0].starts_with("speed = 1 -> 1.05 "), "{:?}", tuning.lines());
+        assert!(tuning.lines()[0].starts_with("2/12 speed = 1 -> 1.05 "), "{:?}", tuning.lines());
         assert!(tuning.lines()[1].contains("staged at tick 320"), "{:?}", tuning.lines());
         tuning.take(&answer(request, 700, Outcome::InEffect));
-        assert!(tuning.lines()[0].starts_with("speed = 1.05 "), "{:?}", tuning.lines());
+        assert!(tuning.lines()[0].starts_with("2/12 speed = 1.05 "), "{:?}", tuning.lines());
         assert_eq!(tuning.lines()[1], "set speed 1.05: in effect at tick 700");
         assert_eq!(tuning.changed(), ["speed=1.05"]);
         let request = tuning.press(TuneKey::Less, now).unwrap();
