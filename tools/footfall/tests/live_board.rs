@@ -262,6 +262,16 @@ fn another_image_is_refused_and_its_lines_are_not_shown() {
         assert_eq!((code, text.as_str()), (Some(1), ""), "{errors}");
         assert!(errors.contains(words) && errors.contains("log.rtt"), "{errors}");
     }
+    // The tables of two boards are alike: the boot record says which one it is.
+    let (nucleo, saved) = (bench.path("nucleo.elf"), bench.path("log.rtt"));
+    std::fs::write(&nucleo, support::elf_of("nucleo-f446re")).unwrap();
+    std::fs::write(&saved, walked(1).concat()).unwrap();
+    let (code, text, errors) = parts(&watch(&[&"--rtt", &saved, &"--elf", &nucleo]).output().unwrap());
+    assert_eq!((code, text.as_str()), (Some(1), ""), "{errors}");
+    assert!(
+        errors.contains("the board is a f4-discovery, and this ELF file is the image of another board"),
+        "{errors}"
+    );
     let (code, _, errors) = parts(&watch(&[&"--rtt", &"tcp:127.0.0.1:1", &"--elf", &elf]).output().unwrap());
     assert!(code == Some(2) && errors.contains("tcp:127.0.0.1:1: cannot be opened"), "{errors}");
     let (code, _, errors) = parts(&watch(&[&"--rtt", &"log.rtt"]).output().unwrap());

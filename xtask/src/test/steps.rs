@@ -138,7 +138,7 @@ pub(super) const STEPS: [Step; 18] = [
         name: "image-tests",
         claim: "the flashed image passes its scenarios on the virtual board",
         needs: &[Need::BoardCompiler, Need::VirtualBoard],
-        uses: &[Need::Traces],
+        uses: &[Need::Traces, Need::Terminal],
         run: image_tests,
     },
 ];

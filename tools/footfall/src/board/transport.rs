@@ -33,7 +33,7 @@ pub enum Heard {
 }
 
 /// What comes is not from the image or the program that it is read with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum TransportError {
     /// The log is not of this ELF file.
     #[error(
@@ -48,6 +48,14 @@ pub enum TransportError {
         /// Records.
         records: u64,
     },
+    /// The ELF file is of another board.
+    #[error(
+        "the board is a {board}, and this ELF file is the image of another board; give the ELF file that was flashed"
+    )]
+    OtherBoard {
+        /// Name of the board, from its boot record.
+        board: String,
+    },
     /// The board's image was built with another version of the records.
     #[error(transparent)]
     OtherVersion(DecodeError),
@@ -56,7 +64,7 @@ pub enum TransportError {
 /// How the records come.
 enum Coding<'t> {
     /// In the raw log of an image.
-    Log(Box<Decoder<'t>>),
+    Log(Box<Decoder<'t>>, &'t Image),
     /// In a log that was decoded already: the line that is not yet whole.
     Lines(Vec<u8>),
     /// In frames of the serial port.
@@ -75,7 +83,7 @@ impl<'t> Transport<'t> {
     /// For the raw bytes of the log of this image.
     #[must_use]
     pub fn log(image: &'t Image) -> Self {
-        Self::of(Coding::Log(Box::new(image.decoder())))
+        Self::of(Coding::Log(Box::new(image.decoder()), image))
     }
 
     /// For the lines of a log that `probe-rs` has decoded.
@@ -97,7 +105,7 @@ impl<'t> Transport<'t> {
     /// Discards an unfinished frame, after a reset or a new connection.
     pub fn restart(&mut self) {
         match &mut self.coding {
-            Coding::Log(decoder) => decoder.restart(),
+            Coding::Log(decoder, _) => decoder.restart(),
             Coding::Lines(line) => line.clear(),
             Coding::Serial(records) => **records = Records::default(),
         }
@@ -110,7 +118,7 @@ impl<'t> Transport<'t> {
     pub fn push(&mut self, bytes: &[u8], mut each: impl FnMut(Heard)) -> Result<(), TransportError> {
         let mut found = Vec::new();
         match &mut self.coding {
-            Coding::Log(decoder) => {
+            Coding::Log(decoder, _) => {
                 decoder.push(bytes);
                 while let Some(message) = decoder.message() {
                     found.push(message.map_or(Ok(Heard::Damaged), |message| in_message(message.level, message.text)));
@@ -134,10 +142,20 @@ impl<'t> Transport<'t> {
                 Heard::Text { .. } => self.strange += 1,
                 Heard::Damaged => self.damaged += 1,
             }
+            self.check_board(&heard)?;
             each(heard);
             self.judge()?;
         }
         Ok(())
+    }
+
+    fn check_board(&self, heard: &Heard) -> Result<(), TransportError> {
+        match (&self.coding, heard) {
+            (Coding::Log(_, image), Heard::Record(Record::Boot(boot))) if !image.is_of_board(&boot.board) => {
+                Err(TransportError::OtherBoard { board: boot.board.as_str().into() })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// A serial port has a check sum in each frame, and needs no image.
@@ -146,7 +164,7 @@ impl<'t> Transport<'t> {
         let is_damaged = damaged >= ENOUGH_DAMAGED && damaged > records;
         let is_strange = records == 0 && damaged + strange >= ENOUGH_STRANGE;
         match coding {
-            Coding::Log(_) | Coding::Lines(_) if is_damaged || is_strange => {
+            Coding::Log(..) | Coding::Lines(_) if is_damaged || is_strange => {
                 Err(TransportError::OtherImage { damaged, strange, records })
             }
             _ => Ok(()),
