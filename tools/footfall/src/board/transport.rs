@@ -17,6 +17,8 @@ const ENOUGH_STRANGE: u64 = 40;
 const LONGEST_LINE: usize = 8192;
 
 /// What a board sent.
+// It is passed on at once; nothing keeps many.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Heard {
     /// A record.
