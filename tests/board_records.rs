@@ -1,6 +1,9 @@
-//! `cargo xtask board` and `cargo xtask flash --dfu` against stand-ins for probe-rs and dfu-util: programs that keep the flash of a board in a
-//! file, and take the command lines and print the lists of the real ones.
+//! `cargo xtask board`, `watch`, `record` and `flash --dfu` against stand-ins for probe-rs and dfu-util: programs that keep the flash of a board
+//! in a file, and take the command lines and print the lists and the log of the real ones.
 
+use footfall::board::image::Image;
+use footfall::board::lines::{self, BoardLine};
+use footfall_tests::board::Board;
 use object::{Object, ObjectSegment};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -8,7 +11,11 @@ use tempfile::TempDir;
 use test_suite::tests;
 
 fn main() -> ExitCode {
-    test_suite::run(tests![records_are_shown_saved_and_erased(Program), usb_writes_program_and_records(Image)])
+    test_suite::run(tests![
+        records_are_shown_saved_and_erased(Program),
+        usb_writes_program_and_records(Image),
+        a_board_is_watched_and_recorded_behind_probe_rs(Image),
+    ])
 }
 
 /// A board: its flash, and the stand-in by which it is connected.
@@ -47,6 +54,7 @@ impl Connected {
             .current_dir(root())
             .env("PATH", &self.search_path)
             .env("FLASH", self.at("flash"))
+            .env("LOG", self.at("log"))
             .output()
             .unwrap();
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -181,4 +189,64 @@ fn usb_writes_program_and_records() {
 
     let (code, _, errors) = board.xtask("flash --dfu --board nucleo-f446re");
     assert!(code == Some(1) && errors.contains("no USB connector of its chip"), "{errors}");
+}
+
+/// `probe-rs list`, and `attach --chip CHIP --log-format '{L} {s}' ELF`, which prints the log and stays attached until it is ended.
+const ATTACH_STAND_IN: &str = r#"#!/bin/sh
+case "$1" in
+list) echo "The following debug probes were found:"; echo "[0]: STLink V2 -- 0483:3748:0668FF (ST-LINK)" ;;
+attach) [ "$2 $3 $4 $5" = "--chip STM32F407VGTx --log-format {L} {s}" ] && [ -f "$6" ] || exit 3
+    echo "attached to the stand-in" >&2
+    trap 'echo ended >> "$LOG.ended"; exit 0' TERM PIPE
+    cat "$LOG"
+    while :; do sleep 0.1; done ;;
+*) echo "unknown: $*" >&2; exit 3 ;;
+esac
+"#;
+
+/// What the image logs on the virtual board, as probe-rs prints it, goes through `cargo xtask` to the program and comes out whole.
+fn a_board_is_watched_and_recorded_behind_probe_rs() {
+    let connected = Connected::by("probe-rs", ATTACH_STAND_IN, &[]);
+    let image = Image::read(&PathBuf::from(std::env::var_os("FOOTFALL_ELF").expect("the image"))).expect("an image");
+    let ran = Board::find().run(["--secs", "3", "--press", "0.3"]);
+    let mut decoder = image.decoder();
+    for line in ran.output.lines() {
+        if let BoardLine::Rtt { bytes, .. } = lines::parse(line).expect("a line") {
+            decoder.push(&bytes);
+        }
+    }
+    let mut log = String::new();
+    while let Some(message) = decoder.message() {
+        let message = message.expect("whole frames");
+        let level =
+            if message.level.is_empty() { "<lvl>".into() } else { format!("{:<5}", message.level.to_uppercase()) };
+        log += &format!("{level} {}\n", message.text);
+    }
+    std::fs::write(connected.at("log"), log).unwrap();
+
+    let (code, said, errors) = connected.xtask("watch --json --secs 2");
+    assert_eq!(code, Some(0), "{errors}");
+    let ticks: Vec<serde_json::Value> = said
+        .lines()
+        .map(|line| serde_json::from_str::<serde_json::Value>(line).expect("an object"))
+        .filter(|object| object["type"] == "tick")
+        .collect();
+    let sent: Vec<u32> = ran.boots[0].ticks.iter().map(|tick| tick.tick).take(ticks.len()).collect();
+    assert!(ticks.len() >= 200, "{}", ticks.len());
+    assert_eq!(ticks.iter().map(|tick| tick["tick"].as_u64().unwrap() as u32).collect::<Vec<_>>(), sent);
+    // probe-rs was asked to end.
+    assert_eq!(std::fs::read_to_string(connected.at("log.ended")).unwrap(), "ended\n");
+
+    let out = connected.at("walk.csv");
+    let (code, _, errors) = connected.xtask(&format!("record --secs 2 -o {}", out.display()));
+    assert!(code == Some(0) && errors.contains("0 lost"), "{errors}");
+    assert!(std::fs::read_to_string(out).unwrap().lines().count() > 2_000);
+
+    // A board that says nothing: the words of probe-rs are passed on.
+    std::fs::write(connected.at("log"), "").unwrap();
+    let (code, _, errors) = connected.xtask("watch --plain --secs 0.5");
+    assert_eq!(code, Some(1), "{errors}");
+    for words in ["no byte for 5 s; check that the board runs", "probe-rs: attached to the stand-in"] {
+        assert!(errors.contains(words), "{errors}");
+    }
 }

@@ -1,11 +1,10 @@
 //! Requests to the flashed image on the virtual board, through its serial port: they take effect at the tick that is acknowledged, inside the
 //! limits and as on the host, bit for bit; what is malformed changes nothing; and nothing arms.
 
-use firmware::board::f4_discovery::BOARD;
-use footfall::board::serial::{Port, Records};
-use footfall::file::capture::rtt::Came;
-use footfall_tests::board::{Board, Ran};
+use footfall::board::lines::{self, BoardLine};
+use footfall_tests::board::Board;
 use footfall_tests::degraded::Random;
+use footfall_tests::host::Host;
 use footfall_tests::recordings::default_volts_file;
 use generator_file::robot_file::RobotFile;
 use joint_loop::tuning::{Action, Answer, Outcome, Parameter, Request};
@@ -13,14 +12,14 @@ use joint_loop::{Direction, GateConfig, GeneratorConfig, SupervisorState};
 use joint_units::Joint;
 use std::ffi::OsString;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Write};
-use std::path::Path;
-use std::process::{Child, Command, ExitCode, ExitStatus, Stdio};
+use std::io::Write;
+use std::net::TcpListener;
+use std::process::{Command, ExitCode};
 use std::sync::mpsc::channel;
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use test_suite::terminal::Terminal;
 use test_suite::{report, tests};
-use wire::{Answered, MAX_FRAME_BYTES, Record, frame_request};
+use wire::{Answered, MAX_FRAME_BYTES, frame_request};
 
 fn main() -> ExitCode {
     test_suite::run(tests![
@@ -28,76 +27,17 @@ fn main() -> ExitCode {
         malformed_frames_are_counted_and_change_nothing(Image),
         no_request_arms_and_one_stops(Image),
         the_commands_of_footfall_use_the_port(Image),
-        a_servo_is_trimmed_through_the_port(Image),
-        a_lamp_shows_that_a_press_would_trim(Image),
+        the_raw_log_is_watched_through_a_server(Image, Program),
+        keys_of_the_live_screen_change_the_board_and_none_arms(Image, Program, Terminal),
     ])
 }
 
 /// Changes in a run; `FOOTFALL_REQUESTS` sets another number.
 const REQUESTS: u16 = 25;
 
-/// A port, its records, and the answers that have not been asked for.
-struct Host {
-    port: Port,
-    records: Records,
-    answers: Vec<Answered>,
-    /// Tick of the last frame.
-    tick: u32,
-    state: SupervisorState,
-    counts: wire::Port,
-}
-
-impl Host {
-    fn open(path: &Path) -> Self {
-        let port = Port::open(path, true).expect("the board's port");
-        let (records, answers) = (Records::default(), Vec::new());
-        let (state, counts) = (SupervisorState::Boot, wire::Port::default());
-        Self { port, records, answers, tick: 0, state, counts }
-    }
-
-    /// Reads on until something holds, half a minute of the board at most.
-    fn until(&mut self, what: &str, done: impl Fn(&Self) -> bool) {
-        let last = self.tick + 30_000;
-        while !done(self) {
-            assert!(self.tick < last, "{what}: not within half a minute, tick {}", self.tick);
-            let Came::Bytes(bytes) = self.port.next_within(Duration::from_secs(60)) else { panic!("{what}: no bytes") };
-            for record in self.records.push(&bytes) {
-                match record {
-                    Ok(Record::Frame(frame)) => (self.tick, self.state) = (frame.tick, frame.state),
-                    Ok(Record::Answered(answer)) => self.answers.push(answer),
-                    Ok(Record::Port(counts)) => self.counts = counts,
-                    Ok(_) | Err(_) => {}
-                }
-            }
-        }
-    }
-
-    fn wait(&mut self, ticks: u32) {
-        let until = self.tick + ticks;
-        self.until("frames", |host| host.tick >= until);
-    }
-
-    fn ask(&mut self, number: u16, action: Action) {
-        self.port.send(&Request { number, action }).expect("sent");
-    }
-
-    fn answered(&self, number: u16, outcome: Outcome) -> bool {
-        self.answers.iter().any(|answer| answer.number == number && answer.outcome == outcome)
-    }
-}
-
 /// Options of a board whose sensor is moved by a recorded walk, and whose button is pressed once.
 fn walks(press: &str) -> [OsString; 5] {
     ["--volts".into(), default_volts_file().into(), "--loop".into(), "--press".into(), press.into()]
-}
-
-/// What is the same in each of these runs: nothing irregular, and every line the host's to the bit.
-fn assert_sound(ran: &Ran) {
-    assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (Some(0), 0, 0, 1));
-    let books = &ran.books;
-    assert_eq!((books.different, books.not_compared, books.lost_lines), (0, 0, 0), "{:?}", books.differences);
-    let last = ran.boots[0].ticks.last().expect("frames");
-    assert_eq!((last.missed, last.late), (0, 0));
 }
 
 fn any_set(random: &mut Random) -> Action {
@@ -128,7 +68,7 @@ fn changes_at_random_phases_take_effect_as_acknowledged() {
         host.until("counts", |host| host.counts.requests == u32::from(requests));
         send.send((host.answers, host.counts)).expect("received");
     });
-    assert_sound(&ran);
+    ran.assert_sound();
     let (answers, counts) = receive.recv().expect("sent");
     assert_eq!(counts, wire::Port { requests: requests.into(), ..wire::Port::default() });
 
@@ -187,7 +127,7 @@ fn malformed_frames_are_counted_and_change_nothing() {
         host.until("counts", |host| host.counts.malformed >= 1_000);
         send.send((host.answers, host.counts)).expect("received");
     });
-    assert_sound(&ran);
+    ran.assert_sound();
     let (answers, counts) = receive.recv().expect("sent");
     assert_eq!(counts, wire::Port { malformed: 1_000, ..wire::Port::default() });
     assert!(answers.is_empty() && ran.boots[0].calls.iter().all(|(_, call)| call.request.is_none()));
@@ -219,7 +159,7 @@ fn no_request_arms_and_one_stops() {
         assert!(host.answered(300, Outcome::InEffect));
         host.wait(500);
     });
-    assert_sound(&ran);
+    ran.assert_sound();
     assert_eq!(ran.end.edges_before_arming, 0);
     // No pulse but between the press and the end of the short ramp.
     let first = ran.pulses.iter().find(|(_, us)| us.iter().any(Option::is_some)).expect("pulses");
@@ -259,7 +199,7 @@ fn the_commands_of_footfall_use_the_port() {
         host.until("disarmed", |host| host.state == SupervisorState::Disarmed);
         host.wait(500);
     });
-    assert_sound(&ran);
+    ran.assert_sound();
     let requests: Vec<String> =
         ran.boots[0].calls.iter().filter_map(|(_, call)| call.request).map(|request| request.to_string()).collect();
     let actions: Vec<&str> =
@@ -271,105 +211,87 @@ fn the_commands_of_footfall_use_the_port() {
     assert!(rows.lines().skip(1).all(|row| row.ends_with(",0")));
 }
 
-/// Waits for a program beside the caller, which reads what it says; kills it after this time.
-fn ends_within(mut child: Child, longest: Duration) -> JoinHandle<ExitStatus> {
-    std::thread::spawn(move || {
-        let begun = Instant::now();
-        loop {
-            if let Some(status) = child.try_wait().expect("a program") {
-                return status;
-            }
-            if begun.elapsed() > longest {
-                child.kill().expect("a program");
-            }
-            std::thread::sleep(Duration::from_millis(20));
-        }
-    })
+/// A person at the live screen of `footfall watch --serial`.
+fn keys_of_the_live_screen_change_the_board_and_none_arms() {
+    let (send, receive) = channel();
+    let program = std::env::var("FOOTFALL_BIN").expect("FOOTFALL_BIN");
+    let ran = Board::find().run_with_host(walks("0.3"), move |path, _| {
+        let line = format!("{program} watch --serial {}", path.display());
+        let mut terminal = Terminal::run(&line, 120, 40);
+        let _ = terminal.sees(" walking ");
+        assert!(terminal.shows().contains("1/12 gait = "), "{}", terminal.shows());
+        // Down to the speed, and one step up. Whether its value is known depends on whether the boot was seen.
+        terminal.presses("\u{1b}[B");
+        let _ = terminal.sees("2/12 speed = ");
+        terminal.presses("\u{1b}[C");
+        let shown = terminal.sees("set speed 1.05: in effect at tick ");
+        let (_, after) = shown.split_once("in effect at tick ").expect("a tick");
+        let digits: String = after.chars().take_while(char::is_ascii_digit).collect();
+        send.send(digits.parse::<u32>().expect("a number")).expect("received");
+        assert!(terminal.sees("speed = 1.05").contains("allowed are 0.5 to 1.5"), "{}", terminal.shows());
+        terminal.presses("u");
+        let _ = terminal.sees("undo: in effect at tick ");
+        terminal.presses("u");
+        let _ = terminal.sees("undo: in effect at tick ");
+        terminal.presses("s");
+        let _ = terminal.sees("stop: stops from tick ");
+        let _ = terminal.sees(" disarmed ");
+        // Nothing arms.
+        terminal.presses(" \r\u{1b}[C\u{1b}[Dusa");
+        std::thread::sleep(Duration::from_secs(1));
+        assert!(terminal.shows().contains(" disarmed "), "{}", terminal.shows());
+        terminal.presses("q");
+        let (code, text) = terminal.ends();
+        assert_eq!(code, Some(0), "{text}");
+    });
+    ran.assert_sound();
+    assert_eq!(ran.end.edges_after_disarming, 0);
+    let seen = receive.recv().expect("sent");
+    let boot = &ran.boots[0];
+    let answers: Vec<Vec<Answer>> =
+        boot.watch(&GeneratorConfig::default_walk(), |joints| joints.answers().collect::<Vec<_>>());
+    let effect = answers.into_iter().flatten().find(|answer| answer.outcome == Outcome::InEffect).expect("an effect");
+    assert_eq!(effect.tick, seen, "the tick on the screen is that of the loop");
+    let requests: Vec<String> =
+        boot.calls.iter().filter_map(|(_, call)| call.request).map(|it| it.to_string()).collect();
+    let actions: Vec<&str> =
+        requests.iter().filter_map(|text| text.split_once(' ')).map(|(_, action)| action).collect();
+    assert_eq!(actions[..4], ["set speed 1.05", "undo", "undo", "stop"], "{actions:?}");
 }
 
-/// The program as a user runs it: a line each on standard input, and a press of the button when it asks for one.
-fn a_servo_is_trimmed_through_the_port() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let [robot, out] = ["robot.toml", "trimmed.toml"].map(|name| folder.path().join(name));
-    let before = RobotFile::default_biped().to_toml();
-    std::fs::write(&robot, &before).expect("written");
-    let (program, trimmed) = (std::env::var_os("FOOTFALL_BIN").expect("FOOTFALL_BIN"), out.clone());
-    // No sensor is connected: its wire is open.
-    let open = folder.path().join("open.csv");
-    std::fs::write(&open, "time_s,PA1\n0,0\n").expect("written");
-    // In real time, as a board: a trim ends after five seconds of the board without its host.
-    let options = ["--pace".into(), OsString::from("--volts"), open.into()];
-    let ran = Board::find().run_with_host(options, move |path, button| {
-        let mut child = Command::new(program)
-            .args(["trim", "left_hip", "--serial"])
-            .arg(path)
-            .arg("--robot")
-            .arg(&robot)
-            .arg("-o")
-            .arg(&trimmed)
-            .stdin(Stdio::piped())
-            .stderr(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("the program starts");
-        let mut said = BufReader::new(child.stderr.take().expect("piped"));
-        let (mut answers, printed) = (child.stdin.take().expect("piped"), child.stdout.take().expect("piped"));
-        let ended = ends_within(child, Duration::from_secs(120));
-        let mut all = String::new();
-        while !all.contains("press the board's button") {
-            assert!(said.read_line(&mut all).expect("text") > 0, "{all}");
+/// The bytes that OpenOCD's or J-Link's server would pass on, from a server that plays them, cut anywhere.
+fn the_raw_log_is_watched_through_a_server() {
+    let ran = Board::find().run(["--secs", "3", "--press", "0.3"]);
+    let mut log = Vec::new();
+    for line in ran.output.lines() {
+        if let BoardLine::Rtt { bytes, .. } = lines::parse(line).expect("a line") {
+            log.extend(bytes);
         }
-        button.press();
-        let lines = b"=1460\nangle 0\n=1360\nangle 10\ndone\n";
-        answers.write_all(lines).expect("taken");
-        said.read_to_string(&mut all).expect("text");
-        let printed = std::io::read_to_string(printed).expect("text");
-        assert!(
-            ended.join().expect("it ends").success() && printed.starts_with("neutral_us = 1460\n"),
-            "{all}{printed}"
-        );
+    }
+    let server = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = format!("tcp:{}", server.local_addr().expect("an address"));
+    let elf = std::env::var("FOOTFALL_ELF").expect("FOOTFALL_ELF");
+    // The second connection begins in the middle of a frame.
+    let serving = std::thread::spawn(move || {
+        for from in [0, log.len() / 2 + 3] {
+            let (mut peer, _) = server.accept().expect("a connection");
+            log[from..].chunks(101).for_each(|piece| peer.write_all(piece).expect("sent"));
+        }
     });
-    assert_sound(&ran);
-    // In the file: 10 us a degree, mirrored, and nothing else is changed.
-    let after = RobotFile::read(&out).expect("a robot");
-    let servo = after.robot.servos[0];
-    assert_eq!((servo.neutral.0, servo.direction, servo.angle_at_neutral.0), (1_460, Direction::Mirrored, 0.0));
-    assert!((servo.micros_per_radian - 572.96).abs() < 0.01, "{servo:?}");
-    let text = std::fs::read_to_string(&out).expect("text");
-    assert_eq!(before.lines().zip(text.lines()).filter(|(was, is)| was != is).count(), 3, "{text}");
-    // At the pins: the others stay parked, and the servo moves by a microsecond at a time, 50 frames a second.
-    let parked = [1500, 1500, 1056, 1944].map(f64::from);
-    let pulses: Vec<[f64; 4]> = ran
-        .pulses
-        .iter()
-        .filter_map(|(_, us)| us.iter().copied().collect::<Option<Vec<_>>>()?.try_into().ok())
-        .collect();
-    assert!(pulses.iter().all(|us| us[1..] == parked[1..]), "{:?}", pulses.iter().find(|us| us[1..] != parked[1..]));
-    assert!(pulses.windows(2).all(|pair| (pair[1][0] - pair[0][0]).abs() <= 2.0));
-    let ends =
-        pulses.iter().map(|us| us[0]).fold((f64::MAX, f64::MIN), |(least, most), us| (least.min(us), most.max(us)));
-    // The first pulse is that of the park pose, or one of the first frames after it.
-    assert!(ends.0 == 1_360.0 && (1_494.0..=1_500.0).contains(&ends.1), "{ends:?}");
-    assert_eq!(ran.end.edges_before_arming, 0);
-    report!("{} pulse sets of a trim, {} replayed ticks equal", pulses.len(), ran.books.calls);
-}
-
-fn a_lamp_shows_that_a_press_would_trim() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let lamp = folder.path().join("lamp.csv");
-    let lamp_pin = format!("{}={}", BOARD.led_pulses.expect("a lamp"), lamp.display());
-    let ran = Board::find().run_with_host(["--record-edges", &lamp_pin], |path, _| {
-        let mut host = Host::open(&path);
-        host.until("disarmed", |host| host.state == SupervisorState::Disarmed);
-        host.ask(1, Action::Trim { joint: Joint::LeftKnee });
-        host.until("ready", |host| host.state == SupervisorState::TrimReady);
-        host.wait(4_500);
-    });
-    assert_sound(&ran);
-    // Three flashes, a quarter of a second from one to the next.
-    let edges = std::fs::read_to_string(&lamp).expect("edges");
-    let lit: Vec<f64> =
-        edges.lines().filter_map(|row| row.strip_suffix(",1")).map(|t_s| t_s.parse().expect("a time")).collect();
-    let is_step = |pair: &[f64]| (pair[1] - pair[0] - 0.25).abs() < 0.005;
-    assert!(lit.windows(3).any(|three| three.windows(2).all(is_step)), "{lit:?}");
+    let watch = || {
+        let mut command = Command::new(std::env::var_os("FOOTFALL_BIN").expect("FOOTFALL_BIN"));
+        let output = command.args(["watch", "--json", "--rtt", &address, "--elf", &elf]).output().expect("it runs");
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).expect("text");
+        let objects = text.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).expect("an object"));
+        let ticks = objects.filter(|object| object["type"] == "tick");
+        ticks.map(|tick| (tick["tick"].as_u64(), tick["setpoint_hash"].to_string())).collect::<Vec<_>>()
+    };
+    let frames = ran.boots[0].ticks.iter();
+    let sent: Vec<_> =
+        frames.map(|frame| (Some(frame.tick.into()), format!("\"{:016x}\"", frame.setpoint_hash))).collect();
+    assert_eq!(watch(), sent);
+    let late = watch();
+    assert!(late.len() > 100 && sent.ends_with(&late), "{} of {}", late.len(), sent.len());
+    serving.join().expect("served");
 }

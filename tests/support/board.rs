@@ -115,6 +115,20 @@ impl Booted {
     }
 }
 
+impl Ran {
+    /// Checks what is the same in every run without a fault: one boot, nothing irregular, and every line the host's to the bit.
+    ///
+    /// # Panics
+    /// It is not.
+    pub fn assert_sound(&self) {
+        assert_eq!((self.code, self.end.unmodelled, self.end.lints.len(), self.boots.len()), (Some(0), 0, 0, 1));
+        let books = &self.books;
+        assert_eq!((books.different, books.not_compared, books.lost_lines), (0, 0, 0), "{:?}", books.differences);
+        let last = self.boots[0].ticks.last().expect("frames");
+        assert_eq!((last.missed, last.late), (0, 0));
+    }
+}
+
 /// The user button of a board that runs, and its other commands.
 #[derive(Debug, Clone)]
 pub struct Button(Arc<Mutex<ChildStdin>>);

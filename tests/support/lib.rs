@@ -17,6 +17,7 @@ pub mod board;
 pub mod chain;
 pub mod degraded;
 pub mod faults;
+pub mod host;
 pub mod host_loop;
 pub mod name_parts;
 pub mod people;

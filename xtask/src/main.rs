@@ -15,6 +15,7 @@ mod dist;
 mod emulated;
 mod flash;
 mod image;
+mod live;
 mod missing_requirement;
 mod probe;
 mod progress;
@@ -51,6 +52,10 @@ enum Task {
     Test(test::Options),
     /// Build the firmware and write it to a board, with probe-rs or through USB
     Flash(flash::Options),
+    /// Show a connected board live, with its image: through probe-rs, another RTT server, or its serial port
+    Watch(live::Options),
+    /// Record every tick of a connected board: the same ways, with -o FILE
+    Record(live::Options),
     /// Show, save or erase the parameter records of a connected board
     Board {
         #[command(subcommand)]
@@ -98,6 +103,8 @@ fn perform(task: Task) -> anyhow::Result<ExitCode> {
         Task::Run(options) => run::run(&options),
         Task::Test(options) => test::test(&options),
         Task::Flash(options) => flash::flash(&options),
+        Task::Watch(options) => live::live(&options, live::Use::Watch),
+        Task::Record(options) => live::live(&options, live::Use::Record),
         Task::Board { action } => board_sectors::board(&action),
         Task::Build { board, shadow } => {
             let mut workspace = Workspace::open()?;

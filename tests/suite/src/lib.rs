@@ -6,6 +6,8 @@
 //! between the names ([`Need::name`], or `all`): a test that lacks it fails instead.
 #![forbid(unsafe_code)]
 
+pub mod terminal;
+
 use std::fmt::Arguments as Text;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Output, Stdio};

@@ -5,7 +5,7 @@ pub mod examples;
 #[cfg(feature = "analysis")]
 use crate::command::{
     calibrate, certify, check, completions, convert, defaults, entrain, figures, fit, gait_error, hexapod, man, merge,
-    obb, pack, replay, sample, smer, sync, trim, volts, walk,
+    obb, pack, replay, sample, save, smer, sync, trim, volts, walk,
 };
 use crate::command::{record, set, watch};
 use crate::failure::Failure;
@@ -43,7 +43,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Run the firmware image on the virtual board, fed with a recorded gait, or listen to a board's serial port, and show the run
+    /// Run the firmware image on the virtual board, fed with a recorded gait, or watch a board that runs, through its serial port or a debug probe
     Watch(Box<watch::Options>),
     /// Record every tick of a board as CSV or MCAP: the virtual board, or a real board through RTT or its serial port
     Record(Box<record::Options>),
@@ -94,6 +94,8 @@ enum Analysis {
     Replay(replay::Options),
     /// Convert a generator file, sensor files or a robot file to a flash record of the board, or a generator file to a Rust constant
     Pack(pack::Options),
+    /// Write a generator file with the speed, amplitudes and offsets that were found on a running board
+    Save(save::Options),
     /// Print a file with the default values, as a template
     Defaults(defaults::Options),
     /// List the sample files, print one, or write them: one of each kind that the commands take
@@ -181,6 +183,7 @@ fn analyse(command: Analysis) -> Result<(), Failure> {
         Analysis::Trim(options) => trim::run(&options, &*interrupt::flag()?),
         Analysis::Replay(options) => replay::run(&options),
         Analysis::Pack(options) => pack::run(&options),
+        Analysis::Save(options) => save::run(&options),
         Analysis::Defaults(options) => defaults::run(&options),
         Analysis::Sample(options) => sample::run(&options),
         Analysis::Completions(options) => completions::run(&options, program()),

@@ -5,8 +5,9 @@
 //! | [`cli`] | the list of commands and the exit codes |
 //! | [`command`] | one file a command: its options and its `run` |
 //! | [`options`] | option groups and value parsers that several commands share |
-//! | [`board`] | the virtual board as a process, the board's log, replay on the host, the default control loop |
+//! | [`board`] | the virtual board as a process, the board's log and serial port, requests, replay on the host, the default control loop |
 //! | [`virtual_run`] | a run on the virtual board from preparation to result, shown and recorded |
+//! | [`live_run`] | a board that runs by itself, shown live: serial port or debug probe |
 //! | [`view`] | screens, lines of text, charts |
 //! | [`mod@file`] | the files that commands read and write |
 //! | [`gait_player`], [`edge_reversal`] | gaits and edge-reversal networks played on the host core |
@@ -31,6 +32,7 @@ pub mod file;
 pub mod gait_player;
 pub mod interrupt;
 pub mod line_fit;
+pub mod live_run;
 pub mod messages;
 pub mod options;
 pub mod output;

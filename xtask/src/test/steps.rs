@@ -138,7 +138,7 @@ pub(super) const STEPS: [Step; 18] = [
         name: "image-tests",
         claim: "the flashed image passes its scenarios on the virtual board",
         needs: &[Need::BoardCompiler, Need::VirtualBoard],
-        uses: &[Need::Traces],
+        uses: &[Need::Traces, Need::Terminal],
         run: image_tests,
     },
 ];
@@ -424,6 +424,7 @@ const IMAGE_TESTS: [&str; 10] = [
     "fits",
     "board_inputs",
     "board_serial",
+    "board_trim",
     "board_follower",
     "board_records",
     "board_entrainment",

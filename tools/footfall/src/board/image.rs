@@ -46,6 +46,7 @@ pub struct Image {
     /// SHA-256 of the file, hexadecimal.
     pub sha256: String,
     table: Table,
+    bytes: Vec<u8>,
 }
 
 impl Image {
@@ -58,7 +59,14 @@ impl Image {
         let bytes = bounded::bytes(path, MOST_BYTES).map_err(|why| ImageError::Unreadable { file: file(), why })?;
         let parsed = Table::parse(&bytes).map_err(|why| ImageError::NoElf { file: file(), why: format!("{why:#}") })?;
         let table = parsed.ok_or_else(|| ImageError::NoLog { file: file() })?;
-        Ok(Self { sha256: sha256(&bytes), table })
+        Ok(Self { sha256: sha256(&bytes), table, bytes })
+    }
+
+    /// Whether the image is of that board: the name, which its boot record has, is somewhere in the file. Images of two boards may have the
+    /// same table.
+    #[must_use]
+    pub fn is_of_board(&self, name: &str) -> bool {
+        name.is_empty() || self.bytes.windows(name.len()).any(|text| text == name.as_bytes())
     }
 
     /// A decoder at the beginning of a stream.

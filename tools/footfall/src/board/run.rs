@@ -171,6 +171,22 @@ pub struct Counters {
     pub hashes: Option<(u64, u64)>,
 }
 
+impl Counters {
+    /// Takes the state of a follower from a frame.
+    pub fn follow(&mut self, tick: &Frame) {
+        let Some(follow) = &tick.following else { return };
+        let locked = (follow.state == Lock::Locked).then(|| f64::from(tick.tick) / 1000.0);
+        self.following = Some(Following {
+            state: follow.state.name(),
+            fault: follow.fault.map(SensorFault::name),
+            confidence: follow.confidence,
+            stride_s: follow.stride_s,
+            phase_error_deg: follow.phase_error_deg(),
+            locked_at_s: self.following.and_then(|known| known.locked_at_s).or(locked),
+        });
+    }
+}
+
 /// A run of a board.
 pub struct BoardRun<'t> {
     decoder: Decoder<'t>,
@@ -299,17 +315,7 @@ impl<'t> BoardRun<'t> {
     }
 
     fn tick(&mut self, t_s: f64, tick: Frame, events: &mut Vec<Event>) {
-        if let Some(follow) = &tick.following {
-            let locked = (follow.state == Lock::Locked).then(|| f64::from(tick.tick) / 1000.0);
-            self.counters.following = Some(Following {
-                state: follow.state.name(),
-                fault: follow.fault.map(SensorFault::name),
-                confidence: follow.confidence,
-                stride_s: follow.stride_s,
-                phase_error_deg: follow.phase_error_deg(),
-                locked_at_s: self.counters.following.and_then(|known| known.locked_at_s).or(locked),
-            });
-        }
+        self.counters.follow(&tick);
         let calls = tick.seq.wrapping_sub(self.last_seq);
         self.counters.lost_lines += u64::from((calls / CALLS_A_FRAME).saturating_sub(1));
         self.last_seq = tick.seq;

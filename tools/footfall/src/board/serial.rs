@@ -3,7 +3,7 @@
 //! A port is a device file: `/dev/ttyACM0` of a Nucleo, `/dev/pts/7` of the virtual board. A file or a named pipe with saved bytes is read like one.
 
 use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, IsTerminal, Read, Write};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -53,8 +53,7 @@ impl Records {
 }
 
 /// Whether the board's image was built with another version of the records.
-#[must_use]
-pub fn is_other_version(record: &Result<Record, LinkError>) -> bool {
+fn is_other_version(record: &Result<Record, LinkError>) -> bool {
     matches!(record, Err(LinkError::Record(DecodeError::Version { .. })))
 }
 
@@ -62,6 +61,7 @@ pub fn is_other_version(record: &Result<Record, LinkError>) -> bool {
 #[derive(Debug)]
 pub struct Port {
     file: File,
+    sends: bool,
     received: Stream,
     closed: Arc<AtomicBool>,
 }
@@ -77,7 +77,13 @@ impl Port {
         set_up(&file)?;
         let closed = Arc::new(AtomicBool::new(false));
         let received = Stream::of(Reader { file: file.try_clone()?, closed: closed.clone() });
-        Ok(Self { file, received, closed })
+        Ok(Self { file, sends: send, received, closed })
+    }
+
+    /// Whether requests can be sent: it is open for writing, and no file with saved bytes, which they would change.
+    #[must_use]
+    pub fn takes_requests(&self) -> bool {
+        self.sends && self.file.is_terminal()
     }
 
     /// Sends a request.

@@ -13,14 +13,6 @@ pub enum RecordError {
     Bytes(#[from] DecodeError),
 }
 
-impl RecordError {
-    /// The board's image was built with another version of the records: no other record can be read either.
-    #[must_use]
-    pub const fn is_other_version(&self) -> bool {
-        matches!(self, Self::Bytes(DecodeError::Version { .. }))
-    }
-}
-
 /// The record in a line of the log; `None` in a line for people.
 ///
 /// ```

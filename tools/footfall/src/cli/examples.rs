@@ -20,7 +20,22 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
                 "A generator of your own, with every tick recorded (`cargo xtask run` finds image and board):",
                 "footfall watch --elf firmware.elf --virtual-board virtual-board --generator generator.toml --record walk.mcap",
             ),
-            ("A real board, live, through its serial port:", "footfall watch --serial /dev/ttyACM0"),
+            (
+                "A real board, live, through its serial port; the arrow keys change its parameters:",
+                "footfall watch --serial /dev/ttyACM0",
+            ),
+            (
+                "A real board through the RTT server of OpenOCD or J-Link:",
+                "footfall watch --elf firmware.elf --rtt tcp:localhost:9090",
+            ),
+            (
+                "A real board through probe-rs (`cargo xtask watch` does this):",
+                "probe-rs attach --chip STM32F407VGTx --log-format '{L} {s}' firmware.elf | footfall watch --rtt-lines -",
+            ),
+            (
+                "The virtual board, whose parameters the arrow keys change:",
+                "footfall watch --elf firmware.elf --virtual-board virtual-board --tune",
+            ),
         ],
     ),
     (
@@ -229,6 +244,19 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
         &[
             ("A flash record of a generator:", "footfall pack samples/generator.toml -o generator.bin"),
             ("A generator as a Rust constant:", "footfall pack samples/generator.toml --rust"),
+        ],
+    ),
+    (
+        "save",
+        &[
+            (
+                "A faster walk with a smaller left hip, as it was tried on the board:",
+                "footfall save samples/generator.toml --set speed=1.2 --set amplitude_left_hip=0.9 -o tuned.toml",
+            ),
+            (
+                "An offset, of a robot with another park pose:",
+                "footfall save samples/generator.toml --set offset_left_knee=-2.5 --robot samples/robot.toml -o bent.toml",
+            ),
         ],
     ),
     (

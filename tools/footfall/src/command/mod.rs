@@ -35,6 +35,8 @@ pub mod record;
 pub mod replay;
 #[cfg(feature = "analysis")]
 pub mod sample;
+#[cfg(feature = "analysis")]
+pub mod save;
 pub mod set;
 #[cfg(feature = "analysis")]
 pub mod smer;

@@ -8,14 +8,13 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-use std::{fmt, io};
 
 use crate::board::image::Image;
-use crate::board::serial::Port;
+use crate::board::source::{Opened, Origin};
 use crate::failure::Failure;
 use crate::file::capture;
 use crate::file::capture::Capture;
-use crate::file::capture::rtt::{Came, Source, Stream};
+use crate::file::capture::rtt::{Came, Source};
 use crate::file::capture::samples::Counts;
 use crate::messages;
 use crate::options::overwrite::Overwrite;
@@ -33,7 +32,7 @@ pub struct Options {
     #[arg(long, value_name = "FILE")]
     pub elf: PathBuf,
     /// Record the virtual board: its program
-    #[arg(long, value_name = "PROGRAM", required_unless_present_any = ["rtt", "serial"])]
+    #[arg(long, value_name = "PROGRAM", required_unless_present_any = ["rtt", "rtt_lines", "serial"])]
     pub virtual_board: Option<PathBuf>,
     /// Record a real board: the raw bytes of its RTT up channel 0, from a file, `-` (standard input) or tcp:HOST:PORT. Reset the
     /// board after the recording has begun: its boot record has the calibration that converts codes to volts
@@ -43,11 +42,18 @@ pub struct Options {
         conflicts_with_all = ["virtual_board", "trace", "press", "disarm", "pace", "plain", "board"]
     )]
     pub rtt: Option<Source>,
+    /// The same from the lines that probe-rs prints: `probe-rs attach` decodes the log itself and has no raw bytes to give
+    #[arg(
+        long,
+        value_name = "SOURCE",
+        conflicts_with_all = ["virtual_board", "rtt", "trace", "press", "disarm", "pace", "plain", "board"]
+    )]
+    pub rtt_lines: Option<Source>,
     /// Record a real board through its serial port: a device file. As with --rtt, reset the board after the recording has begun
     #[arg(
         long,
         value_name = "PORT",
-        conflicts_with_all = ["virtual_board", "rtt", "trace", "press", "disarm", "pace", "plain", "board"]
+        conflicts_with_all = ["virtual_board", "rtt", "rtt_lines", "trace", "press", "disarm", "pace", "plain", "board"]
     )]
     pub serial: Option<PathBuf>,
     /// What is fed to the board, and how the run is shown
@@ -60,8 +66,8 @@ pub struct Options {
 /// # Errors
 /// Wrong input, a board or a source that cannot be reached, a file that cannot be written, or a run that was not sound.
 pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let Options { out, elf, virtual_board, rtt, serial, played } = options;
-    let source = serial.map(Origin::Serial).or(rtt.map(Origin::Log));
+    let Options { out, elf, virtual_board, rtt, rtt_lines, serial, played } = options;
+    let source = serial.map(Origin::Serial).or(rtt.map(Origin::Log)).or(rtt_lines.map(Origin::Lines));
     match (source, virtual_board) {
         (Some(source), _) => {
             let parameters = played.parameters()?;
@@ -69,47 +75,8 @@ pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
             from_board(&RealBoard { out, elf, source, parameters, generator, secs, json, overwrite }, interrupt)
         }
         (None, Some(board)) => run::run(&played.settings(elf, board, Some(out))?, interrupt),
-        (None, None) => Err(Failure::input("nothing to record; allowed is --virtual-board, --rtt or --serial")),
-    }
-}
-
-/// Where the records of a real board come from.
-enum Origin {
-    /// The raw bytes of its log.
-    Log(Source),
-    /// Its serial port.
-    Serial(PathBuf),
-}
-
-impl Origin {
-    fn open(&self) -> io::Result<Opened> {
-        match self {
-            Self::Log(source) => Stream::open(source).map(Opened::Log),
-            Self::Serial(path) => Port::open(path, false).map(Opened::Serial),
-        }
-    }
-}
-
-impl fmt::Display for Origin {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Log(source) => source.fmt(f),
-            Self::Serial(path) => path.display().fmt(f),
-        }
-    }
-}
-
-/// The same, open.
-enum Opened {
-    Log(Stream),
-    Serial(Port),
-}
-
-impl Opened {
-    fn next(&self, patience: Duration) -> Came {
-        match self {
-            Self::Log(stream) => stream.next(patience),
-            Self::Serial(port) => port.next_within(patience),
+        (None, None) => {
+            Err(Failure::input("nothing to record; allowed is --virtual-board, --rtt, --rtt-lines or --serial"))
         }
     }
 }
@@ -131,17 +98,10 @@ fn from_board(settings: &RealBoard, interrupt: &AtomicBool) -> Result<(), Failur
     let RealBoard { out, elf, source, parameters, generator, secs, json, overwrite } = settings;
     let image = Image::read(elf).map_err(Failure::input)?;
     capture::check(out, *overwrite)?;
-    let stream = source.open().map_err(|error| Failure::input(format!("{source}: cannot be opened: {error}")))?;
-    let more = match source {
-        Origin::Log(source) => json!({ "rtt": source.to_string(), "secs": secs }),
-        Origin::Serial(port) => json!({ "serial": port, "secs": secs }),
-    };
-    let about = capture::about(elf, &image, generator.as_deref(), parameters, more);
+    let stream = source.open(false).map_err(|error| Failure::input(format!("{source}: cannot be opened: {error}")))?;
+    let about = capture::about(elf, &image, generator.as_deref(), parameters, source.about(*secs));
     let cannot_write = |error| output::cannot_write(out, error);
-    let begun = match source {
-        Origin::Log(_) => Capture::begin(out, about, &image, parameters.clone()),
-        Origin::Serial(_) => Capture::begin_serial(out, about, parameters.clone()),
-    };
+    let begun = Capture::begin(out, about, source.transport(Some(&image)), parameters.clone());
     let mut capture = begun.map_err(cannot_write)?;
     let ended = receive(&mut capture, &stream, source, *secs, interrupt);
     // Even after an error the samples so far are a finished file.
@@ -151,7 +111,7 @@ fn from_board(settings: &RealBoard, interrupt: &AtomicBool) -> Result<(), Failur
         output::print(&format!("{}\n", end_object(&counts)))?;
     }
     ended?;
-    report(out, &counts)
+    report(out, source, &counts)
 }
 
 /// Records until the source ends, enough seconds are recorded, or a signal asks for the end. Gives the reason.
@@ -191,10 +151,10 @@ fn end_object(counts: &Counts) -> serde_json::Value {
 }
 
 /// Prints the counts; fails if board and host differ or no sample came.
-fn report(out: &Path, counts: &Counts) -> Result<(), Failure> {
+fn report(out: &Path, source: &Origin, counts: &Counts) -> Result<(), Failure> {
     messages::status(capture::counts_in_words(out, counts));
     if counts.samples == 0 {
-        return Err(Failure::run("no sample came; check that the board runs and that this is its RTT channel 0"));
+        return Err(Failure::run(format!("no sample came; {}", source.to_check())));
     }
     if counts.different > 0 {
         let words: Vec<String> = counts.differences.iter().map(ToString::to_string).collect();

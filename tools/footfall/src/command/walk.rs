@@ -6,7 +6,6 @@ use cpg_core::Generator;
 use cpg_core::gait::named::Gait;
 use joint_units::Radians;
 use std::fmt::Write as _;
-use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 
 use crate::failure::Failure;
@@ -16,6 +15,7 @@ use crate::gait_player::{Change, GaitPlayer};
 use crate::interrupt;
 use crate::options::cadence::Cadence;
 use crate::options::overwrite::Overwrite;
+use crate::options::terminal::{Keys, shows_screens};
 use crate::options::value::number;
 use crate::output;
 use crate::view::gait_charts::{Motion, over_time};
@@ -97,8 +97,7 @@ pub fn run(options: Options) -> Result<(), Failure> {
     let gait = gait(&name)?;
     let speed = cadence.map_or(AskedSpeed::Factor(speed), |cadence| AskedSpeed::Cadence(cadence.first));
     let mut changes = switch.iter().map(|text| change(text)).collect::<Result<Vec<_>, _>>()?;
-    let terminal = io::stdout().is_terminal() && io::stdin().is_terminal();
-    let on_screen = terminal && !csv && !json && svg.is_none();
+    let on_screen = !csv && !json && svg.is_none() && shows_screens(Keys::Stdin);
     check_ends(&changes, secs, on_screen)?;
     if let Some(cadence) = cadence {
         changes.extend(cadence.sweep(gait, secs.unwrap_or(DEFAULT_SECS), &switch)?);

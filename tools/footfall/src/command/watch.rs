@@ -1,34 +1,56 @@
 //! `footfall watch`: runs the firmware image on the virtual board, fed with a recorded gait, and shows, records and replays the run; or shows
-//! what a board sends on its serial port.
-
-mod live;
+//! what a board sends on its serial port or in its log.
 
 use clap::Args;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
+use crate::board::source::Origin;
 use crate::failure::Failure;
+use crate::file::capture::rtt::Source;
+use crate::live_run;
 use crate::options::played::Played;
+use crate::options::terminal::Keys;
 use crate::virtual_run::run;
 
 /// Options of `footfall watch`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// The firmware's ELF file: the one that would be flashed
-    #[arg(long, value_name = "FILE", required_unless_present = "serial")]
+    /// The firmware's ELF file: the one that would be flashed, or that was
+    #[arg(long, value_name = "FILE", required_unless_present_any = ["serial", "rtt_lines"])]
     pub elf: Option<PathBuf>,
     /// The virtual board's program
-    #[arg(long, value_name = "PROGRAM", required_unless_present = "serial")]
+    #[arg(long, value_name = "PROGRAM", required_unless_present_any = ["serial", "rtt", "rtt_lines"])]
     pub virtual_board: Option<PathBuf>,
-    /// Listen to a board that runs: its serial port, a device file. --json prints every frame; `footfall set` changes their rate
+    /// Watch a board that runs: its serial port, a device file. On a terminal, keys change its parameters. --json prints every frame;
+    /// `footfall set` changes their rate
     #[arg(
         long,
         value_name = "PORT",
         conflicts_with_all = [
-            "elf", "virtual_board", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board"
+            "elf", "virtual_board", "rtt", "rtt_lines", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board"
         ]
     )]
     pub serial: Option<PathBuf>,
+    /// Watch a board that runs, with --elf: the raw bytes of its RTT up channel 0, from a file, `-` (standard input) or tcp:HOST:PORT
+    /// (a server of OpenOCD or J-Link)
+    #[arg(
+        long,
+        value_name = "SOURCE",
+        conflicts_with_all = [
+            "virtual_board", "rtt_lines", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board"
+        ]
+    )]
+    pub rtt: Option<Source>,
+    /// The same from the lines that probe-rs prints: `probe-rs attach` decodes the log itself and has no raw bytes to give
+    #[arg(
+        long,
+        value_name = "SOURCE",
+        conflicts_with_all = [
+            "elf", "virtual_board", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board"
+        ]
+    )]
+    pub rtt_lines: Option<Source>,
     /// Record every tick: a name that ends in .csv or .mcap; data of the whole run go to FILE.json
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
@@ -42,10 +64,17 @@ pub struct Options {
 /// # Errors
 /// Wrong input, a board that cannot be started or reached, a file that cannot be written, or a run that was not sound.
 pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let Options { elf, virtual_board, serial, record, played } = options;
-    match (serial, elf, virtual_board) {
-        (Some(port), ..) => live::run(&port, played.secs, played.json, interrupt),
+    let Options { elf, virtual_board, serial, rtt, rtt_lines, record, played } = options;
+    let origin = serial.map(Origin::Serial).or(rtt.map(Origin::Log)).or(rtt_lines.map(Origin::Lines));
+    match (origin, elf, virtual_board) {
+        (Some(origin), elf, _) => {
+            let show = played.show(if origin.is_stdin() { Keys::Terminal } else { Keys::Stdin });
+            live_run::run::run(&live_run::run::Settings { origin, elf, secs: played.secs, show }, interrupt)
+        }
         (None, Some(elf), Some(board)) => run::run(&played.settings(elf, board, record)?, interrupt),
-        _ => Err(Failure::input("nothing to watch; allowed are --elf with --virtual-board, or --serial")),
+        _ => {
+            let allowed = "--elf with --virtual-board or --rtt, --serial, or --rtt-lines";
+            Err(Failure::input(format!("nothing to watch; allowed are {allowed}")))
+        }
     }
 }

@@ -16,10 +16,8 @@ pub mod recorded;
 pub mod rtt;
 pub mod samples;
 
-use crate::board::image::{Decoder, Image};
 use crate::board::lines::BoardLine;
-use crate::board::serial::{LinkError, Records, is_other_version};
-use crate::board::telemetry::RecordError;
+use crate::board::transport::{Heard, Transport, TransportError};
 use crate::failure::Failure;
 use crate::options::overwrite::Overwrite;
 use crate::options::sensors::joints;
@@ -34,30 +32,6 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 pub use header::{SCHEMA, about};
-
-/// Fewest malformed frames for the error that the log is of another image.
-const ENOUGH_MALFORMED: u64 = 16;
-
-/// The log cannot be read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum LogError {
-    /// Most frames are malformed.
-    #[error(
-        "{malformed} malformed frames in the log and {samples} samples: the board runs another image than this ELF file, or the bytes are not of RTT channel 0; give the ELF file that was flashed"
-    )]
-    OtherImage {
-        /// Malformed frames.
-        malformed: u64,
-        /// Samples so far.
-        samples: u64,
-    },
-    /// The board's image was built with another version of the records.
-    #[error(transparent)]
-    OtherVersion(RecordError),
-    /// The same on the serial port.
-    #[error(transparent)]
-    SerialVersion(LinkError),
-}
 
 /// The format of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,14 +84,6 @@ pub fn counts_in_words(out: &Path, counts: &Counts) -> String {
     text
 }
 
-/// How the records come.
-enum Transport<'t> {
-    /// In the log of an image.
-    Log(Box<Decoder<'t>>),
-    /// In frames of the serial port.
-    Serial(Box<Records>),
-}
-
 /// Converts bytes of the log, or of the serial port, to samples.
 pub struct LogReader<'t> {
     transport: Transport<'t>,
@@ -129,27 +95,15 @@ pub struct LogReader<'t> {
 }
 
 impl<'t> LogReader<'t> {
-    /// For the log of an image that runs with these parameters.
+    /// For what this transport brings of a board that runs with these parameters.
     #[must_use]
-    pub fn new(image: &'t Image, parameters: Parameters) -> Self {
-        Self::of(Transport::Log(Box::new(image.decoder())), parameters)
-    }
-
-    /// For the serial port of a board that runs with these parameters.
-    #[must_use]
-    pub fn of_serial(parameters: Parameters) -> Self {
-        Self::of(Transport::Serial(Box::default()), parameters)
-    }
-
-    fn of(transport: Transport<'t>, parameters: Parameters) -> Self {
+    pub fn new(transport: Transport<'t>, parameters: Parameters) -> Self {
         Self { transport, sampler: Sampler::new(parameters), reset_ns: None, messages: Vec::new() }
     }
 
     /// The chip left reset; an unfinished frame is discarded.
     pub fn reset(&mut self, t_s: f64) {
-        if let Transport::Log(decoder) = &mut self.transport {
-            decoder.restart();
-        }
+        self.transport.restart();
         self.reset_ns = Some((t_s * 1e9).round().max(0.0) as u64);
     }
 
@@ -157,41 +111,17 @@ impl<'t> LogReader<'t> {
     ///
     /// # Errors
     /// The bytes are not of this image's log.
-    pub fn bytes(&mut self, bytes: &[u8], out: &mut Vec<Sample>) -> Result<Vec<Booted>, LogError> {
+    pub fn bytes(&mut self, bytes: &[u8], out: &mut Vec<Sample>) -> Result<Vec<Booted>, TransportError> {
+        let Self { transport, sampler, reset_ns, messages } = self;
         let mut boots = Vec::new();
-        let decoder = match &mut self.transport {
-            Transport::Log(decoder) => decoder,
-            Transport::Serial(records) => {
-                for record in records.push(bytes) {
-                    match record {
-                        Ok(record) => boots.extend(self.sampler.record(record, self.reset_ns, out)),
-                        Err(error) if is_other_version(&record) => return Err(LogError::SerialVersion(error)),
-                        Err(_) => self.sampler.malformed(),
-                    }
-                }
-                return Ok(boots);
+        transport.push(bytes, |heard| match heard {
+            Heard::Record(record) => boots.extend(sampler.record(record, *reset_ns, out)),
+            Heard::Text { level, text } if matches!(level.as_str(), "warn" | "error") => {
+                messages.push(format!("{level} {text}"));
             }
-        };
-        decoder.push(bytes);
-        while let Some(message) = decoder.message() {
-            let read = message.as_ref().ok().map(|message| self.sampler.line(&message.text, self.reset_ns, out));
-            match (read, message) {
-                (Some(Ok(booted)), Ok(message)) => {
-                    boots.extend(booted);
-                    if matches!(message.level.as_str(), "warn" | "error") {
-                        self.messages.push(format!("{} {}", message.level, message.text));
-                    }
-                }
-                (Some(Err(error)), _) if error.is_other_version() => return Err(LogError::OtherVersion(error)),
-                _ => {
-                    self.sampler.malformed();
-                    let Counts { malformed, samples, .. } = *self.sampler.counts();
-                    if malformed >= ENOUGH_MALFORMED && malformed > samples {
-                        return Err(LogError::OtherImage { malformed, samples });
-                    }
-                }
-            }
-        }
+            Heard::Text { .. } => {}
+            Heard::Damaged => sampler.malformed(),
+        })?;
         Ok(boots)
     }
 
@@ -365,7 +295,7 @@ pub fn edges_beside(capture: &Path) -> PathBuf {
 pub enum CaptureError {
     /// The log is not of this image.
     #[error(transparent)]
-    Log(#[from] LogError),
+    Log(#[from] TransportError),
     /// The file cannot be written.
     #[error("cannot be written: {0}")]
     Io(#[from] io::Error),
@@ -379,22 +309,13 @@ pub struct Capture<'t> {
 }
 
 impl<'t> Capture<'t> {
-    /// Begins one; see [`Recorder::begin`] and [`LogReader::new`].
+    /// Begins one of what this transport brings; see [`Recorder::begin`] and [`LogReader::new`].
     ///
     /// # Errors
     /// A file cannot be written.
-    pub fn begin(path: &Path, about: Value, image: &'t Image, parameters: Parameters) -> io::Result<Self> {
+    pub fn begin(path: &Path, about: Value, transport: Transport<'t>, parameters: Parameters) -> io::Result<Self> {
         let recorder = Recorder::begin(path, &parameters, about)?;
-        Ok(Self { log_reader: LogReader::new(image, parameters), recorder, samples: Vec::new() })
-    }
-
-    /// Begins one of a board's serial port.
-    ///
-    /// # Errors
-    /// A file cannot be written.
-    pub fn begin_serial(path: &Path, about: Value, parameters: Parameters) -> io::Result<Self> {
-        let recorder = Recorder::begin(path, &parameters, about)?;
-        Ok(Self { log_reader: LogReader::of_serial(parameters), recorder, samples: Vec::new() })
+        Ok(Self { log_reader: LogReader::new(transport, parameters), recorder, samples: Vec::new() })
     }
 
     /// Takes a line of the virtual board.

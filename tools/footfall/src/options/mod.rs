@@ -10,4 +10,5 @@ pub mod record_name;
 pub mod robot;
 pub mod sensors;
 pub mod steps;
+pub mod terminal;
 pub mod value;

@@ -5,13 +5,13 @@ use generator_file::file::GeneratorFile;
 use generator_file::robot_file::RobotFile;
 use joint_loop::setup::default_loop::Parameters;
 use std::ffi::OsString;
-use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 
 use super::overwrite::Overwrite;
 use super::record_name;
 use super::robot::RobotArgument;
 use super::sensors::SensorArgument;
+use super::terminal::{Keys, shows_screens};
 use super::value::number;
 use crate::failure::Failure;
 use crate::virtual_run::settings::{Press, Settings, Show};
@@ -51,6 +51,9 @@ pub struct Played {
     /// Run in real time, as on a terminal
     #[arg(long)]
     pub pace: bool,
+    /// Change the board's parameters by keys of the live screen. It takes the serial port of the virtual board, so that no other program can
+    #[arg(long, conflicts_with_all = ["json", "plain"])]
+    pub tune: bool,
     /// Whether files may be replaced
     #[command(flatten)]
     pub overwrite: Overwrite,
@@ -86,17 +89,27 @@ impl Played {
         }
     }
 
+    /// How the run is shown, with the keys from there.
+    #[must_use]
+    pub fn show(&self, keys: Keys) -> Show {
+        match (self.json, self.plain) {
+            (true, _) => Show::Json,
+            (false, false) if shows_screens(keys) => Show::Screen,
+            (false, _) => Show::Plain,
+        }
+    }
+
     /// The settings of a run of this image on the virtual board.
     ///
     /// # Errors
     /// As [`Played::parameters`].
     pub fn settings(self, elf: PathBuf, virtual_board: PathBuf, record: Option<PathBuf>) -> Result<Settings, Failure> {
-        let terminal = io::stdout().is_terminal() && io::stdin().is_terminal();
-        let show = match (self.json, self.plain, terminal) {
-            (true, ..) => Show::Json,
-            (false, false, true) => Show::Screen,
-            (false, ..) => Show::Plain,
-        };
+        let show = self.show(Keys::Stdin);
+        if self.tune && show != Show::Screen {
+            return Err(Failure::input(
+                "--tune: there is no live screen here; allowed is a terminal, or `footfall set`",
+            ));
+        }
         let robot = self.robot.read()?;
         let parameters = self.parameters_on(&robot)?;
         let sensors_name = (!self.sensor.is_empty()).then(|| record_name::of_sensors(&self.sensor));
@@ -115,6 +128,7 @@ impl Played {
             press: self.press,
             disarm: self.disarm,
             pace: self.pace,
+            tune: self.tune,
             show,
             board: self.board,
         })

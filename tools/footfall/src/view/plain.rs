@@ -2,7 +2,7 @@
 
 use crate::board::run::Event;
 use crate::board::run_result::RunResult;
-use crate::view::state::View;
+use crate::view::state::{View, Watched};
 use serde_json::{Value, json};
 use wire::{Frame, Reading};
 
@@ -13,15 +13,23 @@ pub fn line(view: &View) -> String {
     let Some(tick) = &view.last else { return format!("{t_s:8.3} s  no frame yet") };
     let Frame { tick: n, state, late, missed, .. } = tick;
     let [s0, s1, s2, s3] = tick.setpoints_deg();
-    let rate = view.tick_rate_hz().map_or("   -".into(), |rate| format!("{rate:4.0}"));
+    // A board that runs by itself has no clock beside its own to compare with.
+    let rate = match view.watched {
+        Watched::Virtual => view.tick_rate_hz().map_or("     - Hz".into(), |rate| format!("  {rate:4.0} Hz")),
+        Watched::Board => String::new(),
+    };
     let pulse = |us: Option<f64>| us.map_or("   -".into(), |us| format!("{us:4.0}"));
-    let [p0, p1, p2, p3] = view.pins_us.map(pulse);
+    let pulses = match view.watched {
+        Watched::Virtual => view.pins_us,
+        Watched::Board => [0, 1, 2, 3].map(|servo| view.pulse_us(servo)),
+    };
+    let [p0, p1, p2, p3] = pulses.map(pulse);
     let reading = |sensor: &Reading| format!("sensor {:6.1} deg {}  ", sensor.angle_deg(), sensor.validity);
     let sensors: String = tick.sensors.iter().flatten().map(reading).collect();
     let shadow = if view.counters.shadow { "  shadow" } else { "" };
     let following = view.following().map_or(String::new(), |words| format!("  following {words}"));
     format!(
-        "{t_s:8.3} s  {:<8}  tick {n:>6}  {rate} Hz  late {late}  missed {missed}  {sensors}\
+        "{t_s:8.3} s  {:<8}  tick {n:>6}{rate}  late {late}  missed {missed}  {sensors}\
          set {s0:6.1} {s1:6.1} {s2:6.1} {s3:6.1} deg  pulse {p0} {p1} {p2} {p3} us{shadow}{following}",
         state.name()
     )
@@ -53,13 +61,16 @@ pub fn object(view: &View) -> Value {
     })
 }
 
-/// All sensors.
+/// All sensors; those of a joint that is not known have its channel alone.
 fn sensors(view: &View, tick: &Frame) -> Vec<Value> {
-    let readings = view.sensors.iter().zip(&tick.sensors);
+    let count = if view.sensors.is_empty() { tick.sensors.iter().flatten().count() } else { view.sensors.len() };
+    let readings = tick.sensors.iter().take(count).enumerate();
     readings
-        .map(|(joint, sensor)| {
+        .map(|(channel, sensor)| {
+            let joint = view.sensors.get(channel).map(|joint| joint.name());
             let deg = sensor.map_or(0.0, |sensor| sensor.angle_deg());
-            json!({ "joint": joint.name(), "deg": deg, "validity": sensor.map(|sensor| sensor.validity.name()) })
+            let validity = sensor.map(|sensor| sensor.validity.name());
+            json!({ "channel": channel + 1, "joint": joint, "deg": deg, "validity": validity })
         })
         .collect()
 }

@@ -1,13 +1,13 @@
-//! The live screen: measured angle, four setpoints, four pulses, the state of the loop, and the log.
+//! The live screen: measured angles, four setpoints, four pulses, the state of the loop, the log, and the keys that change the board.
 
-use crate::view::state::{PAST_S, Point, View};
+use crate::view::angle_chart::chart;
+use crate::view::state::{View, Watched};
 use joint_loop::{SENSORS, SupervisorState};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
-use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Axis, Block, Chart, Dataset, Gauge, GraphType, Paragraph, Wrap};
+use ratatui::widgets::{Block, Borders, Gauge, Paragraph, Wrap};
 
 /// Smallest terminal with charts; on a smaller one there is text only.
 pub const LEAST: (u16, u16) = (80, 24);
@@ -15,22 +15,34 @@ pub const LEAST: (u16, u16) = (80, 24);
 const SERVOS: [&str; 4] = ["left hip", "right hip", "left knee", "right knee"];
 
 /// Range of the pulses of a hobby servo, in microseconds.
-const PULSE_RANGE: (f64, f64) = (500.0, 2500.0);
+const PULSE_RANGE_US: [u16; 2] = [500, 2500];
+
+const SENSOR_COLOURS: [Color; SENSORS] = [Color::Cyan, Color::Yellow, Color::Green, Color::Red];
+
+const SHADOW: &str = " SHADOW MODE: outputs off, pulses as they would be ";
 
 /// Draws the view.
 pub fn draw(frame: &mut Frame<'_>, view: &View) {
     let area = frame.area();
     if area.width < LEAST.0 || area.height < LEAST.1 {
-        let text = format!("{}\n{}", crate::view::plain::line(view), KEYS);
+        let text = format!("{}\n{}", crate::view::plain::line(view), keys(view));
         frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), area);
         return;
     }
-    let [head, measured, setpoints, pulses, log, keys] = Layout::vertical([
+    let tuning = if view.tuning.is_some() { 2 } else { 0 };
+    // Charts come first on a small terminal, and a tall one shows more of the log.
+    let log_rows = match area.height {
+        ..30 => 4 - tuning,
+        30..=40 => 4,
+        _ => 8,
+    };
+    let [head, measured, setpoints, pulses, tune, log, help] = Layout::vertical([
         Constraint::Length(if view.counters.following.is_some() { 4 } else { 3 }),
         Constraint::Fill(2),
         Constraint::Fill(2),
         Constraint::Length(4),
-        Constraint::Length(4),
+        Constraint::Length(tuning),
+        Constraint::Length(log_rows),
         Constraint::Length(1),
     ])
     .areas(area);
@@ -42,17 +54,30 @@ pub fn draw(frame: &mut Frame<'_>, view: &View) {
     for (servo, area) in Layout::vertical([Constraint::Length(1); 4]).split(pulses).iter().enumerate() {
         pulse(frame, *area, view, servo);
     }
+    if let Some(tuning) = &view.tuning {
+        let [value, last] = tuning.lines();
+        let name = Span::styled(" change ", Style::new().add_modifier(Modifier::REVERSED));
+        let lines =
+            vec![Line::from(vec![name, Span::raw(format!(" {value}"))]), Line::from(format!("         {last}"))];
+        frame.render_widget(Paragraph::new(lines), tune);
+    }
     let shown = usize::from(log.height.saturating_sub(1));
     let lines: Vec<Line<'_>> =
         view.log.iter().skip(view.log.len().saturating_sub(shown)).map(|line| Line::from(line.as_str())).collect();
-    let block = Block::new().borders(ratatui::widgets::Borders::TOP).title(" log ");
+    let block = Block::new().borders(Borders::TOP).title(" log ");
     frame.render_widget(Paragraph::new(lines).block(block), log);
-    frame.render_widget(Line::from(KEYS).style(Style::new().add_modifier(Modifier::DIM)), keys);
+    frame.render_widget(Line::from(keys(view)).style(Style::new().add_modifier(Modifier::DIM)), help);
 }
 
-const SHADOW: &str = " SHADOW MODE: outputs off, pulses as they would be ";
-
-const KEYS: &str = " space: press the button (arms, stops)   q: end";
+/// The keys that have an effect.
+fn keys(view: &View) -> &'static str {
+    match (view.watched, view.tuning.is_some()) {
+        (Watched::Virtual, false) => " space: press the button (arms, stops)   q: end",
+        (Watched::Virtual, true) => " space: button  up/down: parameter  left/right: change  u: undo  s: stop  q: end",
+        (Watched::Board, true) => " up/down: parameter  left/right: change  u: undo  s: stop  q: end; no key arms",
+        (Watched::Board, false) => " q: end   (nothing can be changed here: that takes the serial port)",
+    }
+}
 
 fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let tick = view.last.as_ref();
@@ -63,8 +88,16 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
         Some(SupervisorState::Fault) => Color::Red,
         _ => Color::Gray,
     };
-    let rate = view.tick_rate_hz().map_or("-".into(), |rate| format!("{rate:.0}"));
     let counted = |of: fn(&wire::Frame) -> u32| tick.map_or("-".into(), |tick| of(tick).to_string());
+    let rate = match view.watched {
+        Watched::Virtual => format!("   {} Hz", view.tick_rate_hz().map_or("-".into(), |rate| format!("{rate:.0}"))),
+        Watched::Board => String::new(),
+    };
+    let boots = match (view.watched, view.boots) {
+        (Watched::Board, 0) => "no boot seen".into(),
+        (Watched::Board, boots) => format!("boots seen {boots} ({})", view.boot_cause),
+        (Watched::Virtual, boots) => format!("boots {boots} ({})", view.boot_cause),
+    };
     let first = Line::from(vec![
         Span::raw(" "),
         Span::styled(
@@ -72,45 +105,56 @@ fn header(frame: &mut Frame<'_>, area: Rect, view: &View) {
             Style::new().fg(Color::Black).bg(colour).add_modifier(Modifier::BOLD),
         ),
         Span::raw(format!(
-            "  t {:.2} s   tick {}   {rate} Hz   late {}   missed {}   boots {} ({})",
+            "  t {:.2} s   tick {}{rate}   late {}   missed {}   {boots}",
             view.t_s,
             counted(|tick| tick.tick),
             counted(|tick| tick.late),
             counted(|tick| tick.missed),
-            view.boots,
-            view.boot_cause,
         )),
     ]);
-    let cost = view.cost.map_or(String::new(), |cost| format!("   tick {} cycles", cost.longest_cycles));
-    let margin = view.cost.map_or(String::new(), |cost| format!("   stack {} B", cost.stack_used));
-    let die = view.environment.and_then(|means| means.die_c).map_or(String::new(), |die| format!("   die {die:.0} °C"));
-    let supply =
-        view.environment.and_then(|means| means.supply_v).map_or(String::new(), |supply| format!("   {supply:.2} V"));
-    let second = Line::from(format!(
-        " host replay: {}   frames lost {}{cost}{margin}{die}{supply}",
-        view.replay(),
-        view.counters.lost_lines
-    ));
     let shadow = if view.counters.shadow { SHADOW } else { "" };
     let title = Line::from(vec![
         Span::styled(shadow, Style::new().fg(Color::Black).bg(Color::Cyan)),
         Span::raw(format!(" {}", view.title)),
     ]);
     let third = view.following().map(|words| Line::from(format!(" following: {words}")));
-    let lines = [Some(title.style(Style::new().add_modifier(Modifier::BOLD))), Some(first), Some(second), third];
+    let lines = [Some(title.style(Style::new().add_modifier(Modifier::BOLD))), Some(first), Some(second(view)), third];
     frame.render_widget(Paragraph::new(lines.into_iter().flatten().collect::<Vec<_>>()), area);
 }
 
+/// What is wrong with the connection, or the comparison with the host, the load and the environment.
+fn second(view: &View) -> Line<'_> {
+    if let Some(alarm) = &view.alarm {
+        return Line::styled(format!(" {alarm}"), Style::new().fg(Color::Black).bg(Color::Yellow));
+    }
+    let books = match view.watched {
+        Watched::Virtual => format!("host replay: {}  frames lost {}", view.replay(), view.counters.lost_lines),
+        Watched::Board => format!("damaged frames {}", view.counters.malformed),
+    };
+    let cost = view.cost.map_or(String::new(), |cost| {
+        format!("  longest tick {} cycles  stack {} B", cost.longest_cycles, cost.stack_used)
+    });
+    let die =
+        view.environment.and_then(|means| means.die_c).map_or(String::new(), |die| format!("  die {die:.0} \u{b0}C"));
+    let supply =
+        view.environment.and_then(|means| means.supply_v).map_or(String::new(), |supply| format!("  {supply:.2} V"));
+    Line::from(format!(" {books}{supply}{die}{cost}"))
+}
+
 fn measured_angle(frame: &mut Frame<'_>, area: Rect, view: &View) {
+    let present = view.last.map_or(1, |tick| tick.sensors.iter().flatten().count());
+    let count = if view.sensors.is_empty() { present } else { view.sensors.len() };
     let now = view.last.as_ref().map_or(" measured joint angle ".into(), |tick| {
         let words = tick.sensors.iter().enumerate().filter_map(|(channel, sensor)| {
-            let name = view.sensors.get(channel).map_or("joint", |joint| joint.name()).replace('_', " ");
-            sensor.map(|sensor| format!("{name} {:.1} deg ({})", sensor.angle_deg(), sensor.validity))
+            sensor.map(|sensor| {
+                format!("{} {:.1} deg ({})", view.sensor_name(channel), sensor.angle_deg(), sensor.validity)
+            })
         });
         format!(" measured {} ", words.collect::<Vec<_>>().join(", "))
     });
-    let count = view.sensors.len().max(1);
-    chart(frame, area, view, now, &SENSOR_COLOURS[..count], |point| point.measured[..count].to_vec());
+    chart(frame, area, &view.past, now, &SENSOR_COLOURS[..count], view.scales.0, |point| {
+        point.measured[..count].to_vec()
+    });
 }
 
 fn setpoint(frame: &mut Frame<'_>, area: Rect, view: &View, joint: usize) {
@@ -118,49 +162,20 @@ fn setpoint(frame: &mut Frame<'_>, area: Rect, view: &View, joint: usize) {
     let now = view
         .last
         .as_ref()
-        .map_or(format!(" {name} "), |tick| format!(" {name} {:.1} deg ", tick.setpoints_deg()[joint]));
-    chart(frame, area, view, now, &[Color::Magenta], |point| vec![point.set[joint]]);
+        .map_or(format!(" {name} "), |tick| format!(" {name} {:.1}\u{b0} ", tick.setpoints_deg()[joint]));
+    chart(frame, area, &view.past, now, &[Color::Magenta], view.scales.1[joint], |point| vec![point.set[joint]]);
 }
 
-const SENSOR_COLOURS: [Color; SENSORS] = [Color::Cyan, Color::Yellow, Color::Green, Color::Red];
-
-/// One series for each colour over the last seconds.
-fn chart(
-    frame: &mut Frame<'_>,
-    area: Rect,
-    view: &View,
-    title: String,
-    colours: &[Color],
-    of: impl Fn(&Point) -> Vec<f32>,
-) {
-    let mut all: Vec<Vec<(f64, f64)>> = vec![Vec::with_capacity(view.past.len()); colours.len()];
-    for point in &view.past {
-        for (series, y) in all.iter_mut().zip(of(point)) {
-            series.push((point.t_s, f64::from(y)));
-        }
-    }
-    let least = all.iter().flatten().map(|(_, y)| *y).fold(0.0, f64::min);
-    let most = all.iter().flatten().map(|(_, y)| *y).fold(10.0, f64::max);
-    // Whole tens, so that the axis changes seldom.
-    let (least, most) = ((least / 10.0).floor() * 10.0, (most / 10.0).ceil() * 10.0);
-    let end = view.past.back().map_or(PAST_S, |point| point.t_s.max(PAST_S));
-    let line = |(series, colour): (_, &Color)| {
-        let line = Dataset::default().marker(Marker::Braille).graph_type(GraphType::Line);
-        line.style(Style::new().fg(*colour)).data(series)
-    };
-    let chart = Chart::new(all.iter().map(Vec::as_slice).zip(colours).map(line).collect())
-        .block(Block::bordered().title(title))
-        .x_axis(Axis::default().bounds([end - PAST_S, end]))
-        .y_axis(Axis::default().bounds([least, most]).labels([format!("{least:.0}"), format!("{most:.0}")]));
-    frame.render_widget(chart, area);
-}
-
+/// A bar between the limits of the servo, which stand at its ends.
 fn pulse(frame: &mut Frame<'_>, area: Rect, view: &View, servo: usize) {
-    let [name, bar] = Layout::horizontal([Constraint::Length(12), Constraint::Fill(1)]).areas(area);
+    let [least, most] = view.pulse_limits_us.map_or(PULSE_RANGE_US, |limits| limits[servo]);
+    let widths = [Constraint::Length(12), Constraint::Length(5), Constraint::Fill(1), Constraint::Length(8)];
+    let [name, low, bar, high] = Layout::horizontal(widths).areas(area);
     frame.render_widget(Line::from(format!(" {}", SERVOS[servo])), name);
-    let would_be = || view.last.map(|tick| f64::from(tick.pulses_us[servo])).filter(|us| *us > 0.0);
-    let us = if view.counters.shadow { would_be() } else { view.pins_us[servo] };
-    let (least, most) = PULSE_RANGE;
+    frame.render_widget(Line::from(format!("{least:>4} ")), low);
+    frame.render_widget(Line::from(format!(" {most:>4} us")), high);
+    let us = view.pulse_us(servo);
+    let (least, most) = (f64::from(least), f64::from(most));
     let ratio = us.map_or(0.0, |us| ((us - least) / (most - least)).clamp(0.0, 1.0));
     let label = us.map_or("no pulse".into(), |us| format!("{us:.0} us"));
     frame.render_widget(Gauge::default().ratio(ratio).label(label).gauge_style(Style::new().fg(Color::Blue)), bar);
@@ -220,10 +235,10 @@ mod tests {
         let screen = shown(&view(200), 100, 30);
         for words in [
             "measured left knee 20.5 deg (good)",
-            "left hip 11.5 deg",
-            "right hip -12.5 deg",
-            "left knee 33.5 deg",
-            "right knee 44.5 deg",
+            "left hip 11.5\u{b0}",
+            "right hip -12.5\u{b0}",
+            "left knee 33.5\u{b0}",
+            "right knee 44.5\u{b0}",
             "1501 us",
             "1602 us",
             "1703 us",
@@ -237,10 +252,12 @@ mod tests {
             "host replay: equal in 200 lines",
             "hello from the board",
             "q: end",
-            // The upper ends of the axes of the two knees, and the lower one of the right hip: each chart has its own curve.
-            "40│",
-            "50│",
-            "-20│",
+            // The ends of the axes of angle and time, and the limits of the pulses.
+            " 90│",
+            "-30│",
+            "-4 s",
+            "500 ",
+            "2500 us",
         ] {
             assert!(screen.contains(words), "no `{words}` in\n{screen}");
         }
@@ -252,11 +269,18 @@ mod tests {
     fn the_smallest_full_screen_and_smaller_ones_hold() {
         let (width, height) = LEAST;
         let screen = shown(&view(50), width, height);
-        assert!(screen.contains("measured left knee") && screen.contains("right knee 44.5"), "{screen}");
+        assert!(screen.contains("measured left knee") && screen.contains("right knee 44.5\u{b0}"), "{screen}");
         for (width, height) in [(79, 24), (40, 10), (10, 3), (1, 1)] {
             shown(&view(50), width, height);
         }
         assert!(shown(&view(50), 79, 23).contains("walking"));
+    }
+
+    #[test]
+    fn a_line_at_zero_is_beside_its_mark() {
+        let screen = shown(&view(200), 120, 40);
+        let row = screen.lines().find(|line| line.contains("  0\u{2502}")).expect("a zero");
+        assert!(row.chars().filter(|c| ('\u{2801}'..='\u{28ff}').contains(c)).count() > 80, "{row}");
     }
 
     #[test]
@@ -298,7 +322,9 @@ mod tests {
             view.take(&Event::Tick { t_s: f64::from(n) * 0.01, tick }, &Counters::default());
         }
         let screen = shown(&view, 140, 40);
-        for words in ["left hip 11.0 deg (good)", "left knee 33.0 deg (open)", "right knee 44.0 deg (good)", "50│"] {
+        for words in
+            ["left hip 11.0 deg (good)", "left knee 33.0 deg (open)", "right knee 44.0 deg (good)", " 90│", "  0│"]
+        {
             assert!(screen.contains(words), "no `{words}` in\n{screen}");
         }
     }

@@ -2,6 +2,7 @@
 
 use crate::board::run::{Counters, Event};
 use crate::line_fit::line_fit;
+use crate::view::tuning::Tuning;
 use joint_loop::SENSORS;
 use joint_units::Joint;
 use std::collections::VecDeque;
@@ -15,6 +16,53 @@ const RATE_OVER_S: f64 = 1.0;
 
 /// Number of log lines that are kept.
 const LOG_LINES: usize = 50;
+
+/// Steps of the axes of angles, degrees.
+const SCALE_STEP_DEG: f32 = 30.0;
+
+/// Least and greatest angle of an axis, degrees. It is fixed, so that motions can be compared by eye, and grows for an angle beyond it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale(
+    /// The two ends.
+    pub [f32; 2],
+);
+
+impl Scale {
+    fn show(&mut self, degrees: f32) {
+        let Self([least, most]) = self;
+        if degrees.is_finite() {
+            *least = least.min((degrees / SCALE_STEP_DEG).floor() * SCALE_STEP_DEG);
+            *most = most.max((degrees / SCALE_STEP_DEG).ceil() * SCALE_STEP_DEG);
+        }
+    }
+}
+
+impl Default for Scale {
+    /// Any joint of a walk is inside.
+    fn default() -> Self {
+        Self([-SCALE_STEP_DEG, 3.0 * SCALE_STEP_DEG])
+    }
+}
+
+impl Scale {
+    /// The multiples of the step from end to end, degrees.
+    #[must_use]
+    pub fn marks(self) -> Vec<f32> {
+        let Self([least, most]) = self;
+        let count = ((most - least) / SCALE_STEP_DEG).round() as u16;
+        (0..=count).map(|mark| least + f32::from(mark) * SCALE_STEP_DEG).collect()
+    }
+}
+
+/// What is watched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Watched {
+    /// A virtual board: pins, time and a copy of its loop are known beside what it sends.
+    #[default]
+    Virtual,
+    /// A board that runs by itself: what it sends is all that is known.
+    Board,
+}
 
 /// A point of the charts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +82,17 @@ pub struct Point {
 pub struct View {
     /// Title of the run.
     pub title: String,
-    /// The joints with a sensor, from channel 1 on.
+    /// What is watched.
+    pub watched: Watched,
+    /// The keys that change the board; `None` where it takes no requests.
+    pub tuning: Option<Tuning>,
+    /// What is wrong with the connection now.
+    pub alarm: Option<String>,
+    /// Shortest and longest pulse that each servo may get, in microseconds; `None` if the robot is not known.
+    pub pulse_limits_us: Option<[[u16; 2]; 4]>,
+    /// The axis of the measured angles, and of each setpoint.
+    pub scales: (Scale, [Scale; 4]),
+    /// The joints with a sensor, from channel 1 on; empty if they are not known.
     pub sensors: Vec<Joint>,
     /// Virtual time, s.
     pub t_s: f64,
@@ -82,6 +140,9 @@ impl View {
                 self.last = Some(*tick);
                 let measured = tick.sensors.map(|sensor| sensor.map_or(0.0, |sensor| sensor.angle_deg()));
                 let set = tick.setpoints_deg();
+                let present = tick.sensors.iter().flatten();
+                present.for_each(|sensor| self.scales.0.show(sensor.angle_deg()));
+                self.scales.1.iter_mut().zip(set).for_each(|(scale, degrees)| scale.show(degrees));
                 self.past.push_back(Point { t_s: *t_s, tick: tick.tick, measured, set });
                 while self.past.front().is_some_and(|first| first.t_s < t_s - PAST_S) {
                     self.past.pop_front();
@@ -117,6 +178,23 @@ impl View {
         })
     }
 
+    /// Pulse of a servo, in microseconds; `None` without one. At the pins of a virtual board; as commanded by a board that runs by itself, and
+    /// in shadow mode, where the pins have none.
+    #[must_use]
+    pub fn pulse_us(&self, servo: usize) -> Option<f64> {
+        if self.watched == Watched::Virtual && !self.counters.shadow {
+            return self.pins_us[servo];
+        }
+        self.last.map(|tick| f64::from(tick.pulses_us[servo])).filter(|us| *us > 0.0)
+    }
+
+    /// What is known of a sensor's place: the name of its joint, or its channel.
+    #[must_use]
+    pub fn sensor_name(&self, channel: usize) -> String {
+        let joint = self.sensors.get(channel).map(|joint| joint.name().replace('_', " "));
+        joint.unwrap_or_else(|| format!("sensor {}", channel + 1))
+    }
+
     /// Adds a line to the log.
     pub fn note(&mut self, line: String) {
         if self.log.len() == LOG_LINES {
@@ -133,12 +211,16 @@ impl View {
         }
     }
 
-    /// Ticks a virtual second over the last second; `None` until there are enough points.
+    /// Ticks a virtual second over the last second; `None` until there are enough points, and of a board that runs by itself.
     ///
     /// The slope of the straight line through all points: a record leaves the board up to 2 ms after its tick, and the two end points alone
     /// would have an error of 2 in 1000.
     #[must_use]
     pub fn tick_rate_hz(&self) -> Option<f64> {
+        if self.watched == Watched::Board {
+            // Its own counter is its only clock here.
+            return None;
+        }
         let last = self.past.back()?;
         // Counted from the last point back: differences are small and exact.
         let from_last = |point: &Point| (last.t_s - point.t_s, f64::from(last.tick.wrapping_sub(point.tick)));

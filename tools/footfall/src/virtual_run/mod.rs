@@ -3,3 +3,4 @@
 mod prepare;
 pub mod run;
 pub mod settings;
+mod tuned;

@@ -105,6 +105,9 @@ pub(super) fn arguments(settings: &Settings, prepared: &Prepared) -> Result<Argu
     if settings.pace || settings.show == Show::Screen {
         all.push("--pace".into());
     }
+    if settings.tune && !settings.board.iter().any(|option| option == "--serial") {
+        all.push("--serial".into());
+    }
     all.extend(settings.board.iter().cloned());
     Ok(Arguments { all, _files: files })
 }

@@ -3,7 +3,6 @@
 //! Screen, plain lines and JSON lines show the same [`View`].
 
 use joint_loop::RobotConfig;
-use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use serde_json::Value;
 use std::io::{self, Write};
 use std::path::Path;
@@ -12,14 +11,17 @@ use std::time::{Duration, Instant};
 
 use super::prepare::{Prepared, about, arguments, prepare};
 use super::settings::{PRESS_S, Settings, Show};
+use super::tuned::Tuned;
 use crate::board::process::{BoardProcess, Output};
 use crate::board::run::{BoardRun, Event};
 use crate::board::run_result::RunResult;
+use crate::board::transport::Transport;
 use crate::failure::Failure;
 use crate::file::capture::{Capture, counts_in_words};
 use crate::messages;
 use crate::options::sensors::joints;
 use crate::output;
+use crate::view::keys::{Key, key};
 use crate::view::plain;
 use crate::view::screen;
 use crate::view::state::View;
@@ -78,6 +80,8 @@ struct Run<'t> {
     board_run: BoardRun<'t>,
     view: View,
     capture: Option<Capture<'t>>,
+    /// The serial port, if keys of the screen change the board.
+    tuned: Option<Tuned>,
     result: Option<RunResult>,
     /// The error that ended the run early.
     error: Option<Failure>,
@@ -88,14 +92,20 @@ impl<'t> Run<'t> {
         let parameters = &settings.parameters;
         let capture = match &settings.record {
             Some(path) => {
-                let begun = Capture::begin(path, about(settings, prepared), &prepared.image, parameters.clone());
+                let begun = Capture::begin(
+                    path,
+                    about(settings, prepared),
+                    Transport::log(&prepared.image),
+                    parameters.clone(),
+                );
                 Some(begun.map_err(|error| output::cannot_write(path, error))?)
             }
             None => None,
         };
-        let view = View::titled(format!("footfall watch: {}", prepared.feed.title), joints(&parameters.sensors));
+        let mut view = View::titled(format!("footfall watch: {}", prepared.feed.title), joints(&parameters.sensors));
+        view.pulse_limits_us = Some(parameters.robot.servos.map(|servo| [servo.shortest.0, servo.longest.0]));
         let board_run = BoardRun::new(&prepared.image, parameters.clone());
-        Ok(Self { board_run, view, capture, result: None, error: None })
+        Ok(Self { board_run, view, capture, tuned: settings.tune.then(Tuned::default), result: None, error: None })
     }
 
     /// Takes one output of the board; returns the events, or `None` after the last output.
@@ -131,6 +141,9 @@ impl<'t> Run<'t> {
 
     fn account(&mut self, event: &Event) {
         self.view.take(event, self.board_run.counters());
+        if let Some(tuned) = &mut self.tuned {
+            tuned.account(event, &mut self.view);
+        }
         if let Event::Ended(end) = event {
             self.result = Some(RunResult::new(Some(end), self.board_run.counters(), "", Value::Null));
         }
@@ -278,6 +291,9 @@ fn on_screen(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool
             continue;
         }
         drawn = Instant::now();
+        if let Some(tuned) = &mut run.tuned {
+            tuned.receive(&mut run.view);
+        }
         let key = match terminal.draw(|frame| screen::draw(frame, &run.view)).and_then(|_| key()) {
             Ok(key) => key,
             Err(error) => break Err(Failure::run(error)),
@@ -288,57 +304,14 @@ fn on_screen(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool
                 released_at = Some(run.view.t_s + PRESS_S);
             }
             Some(Key::End) => ending.requested = true,
+            Some(Key::Tune(key)) => {
+                if let Some(tuned) = &mut run.tuned {
+                    tuned.press(key, &mut run.view);
+                }
+            }
             Some(Key::Button) | None => {}
         }
     };
     let restored = ratatui::try_restore().map_err(Failure::run);
     shown.and(restored)
-}
-
-/// Meaning of a key.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Key {
-    Button,
-    End,
-}
-
-/// The meaning of the next key in the queue.
-fn key() -> io::Result<Option<Key>> {
-    while event::poll(Duration::ZERO)? {
-        if let event::Event::Key(key) = event::read()?
-            && let Some(meaning) = meaning(&key)
-        {
-            return Ok(Some(meaning));
-        }
-    }
-    Ok(None)
-}
-
-fn meaning(key: &KeyEvent) -> Option<Key> {
-    if key.kind != KeyEventKind::Press {
-        return None;
-    }
-    match key.code {
-        KeyCode::Char(' ') => Some(Key::Button),
-        KeyCode::Char('q') | KeyCode::Esc => Some(Key::End),
-        // In raw mode the terminal sends no signal.
-        KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => Some(Key::End),
-        _ => None,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn keys_mean_what_the_last_line_of_the_screen_says() {
-        let pressed = |code, modifiers| meaning(&KeyEvent::new(code, modifiers));
-        assert_eq!(pressed(KeyCode::Char(' '), KeyModifiers::NONE), Some(Key::Button));
-        assert_eq!(pressed(KeyCode::Char('q'), KeyModifiers::NONE), Some(Key::End));
-        assert_eq!(pressed(KeyCode::Char('c'), KeyModifiers::CONTROL), Some(Key::End));
-        assert_eq!(pressed(KeyCode::Char('c'), KeyModifiers::NONE), None);
-        let released = KeyEvent::new_with_kind(KeyCode::Char('q'), KeyModifiers::NONE, KeyEventKind::Release);
-        assert_eq!(meaning(&released), None);
-    }
 }

@@ -50,6 +50,8 @@ pub struct Settings {
     pub disarm: bool,
     /// In real time.
     pub pace: bool,
+    /// Keys of the screen change the board, through its serial port.
+    pub tune: bool,
     /// How the run is shown.
     pub show: Show,
     /// More options for the virtual board.

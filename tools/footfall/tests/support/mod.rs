@@ -23,10 +23,17 @@ const INDEX: u16 = 1;
 
 /// An ELF file whose log holds any text.
 pub(crate) fn elf() -> Vec<u8> {
+    elf_of("f4-discovery")
+}
+
+/// The same of a board with this name.
+pub(crate) fn elf_of(board: &str) -> Vec<u8> {
     let mut elf = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
     let section =
         elf.add_section(elf.segment_name(StandardSegment::Data).to_vec(), b".defmt".to_vec(), SectionKind::Data);
     elf.append_section_data(section, &[0; 8], 1);
+    let constants = elf.add_section(Vec::new(), b".rodata".to_vec(), SectionKind::ReadOnlyData);
+    elf.append_section_data(constants, board.as_bytes(), 1);
     let format = r#"{"package":"t","disambiguator":"1","tag":"defmt_info","data":"{=str}","crate_name":"t"}"#;
     for (name, value, of) in [
         ("_defmt_version_ = 4", 0, SymbolSection::Absolute),

@@ -11,7 +11,7 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::net::TcpStream;
+use std::net::{TcpStream, ToSocketAddrs};
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
@@ -20,6 +20,9 @@ use std::time::Duration;
 
 /// Reads in the queue.
 const QUEUE: usize = 1024;
+
+/// Longest time to a connection with one address of a server.
+const CONNECT_WITHIN: Duration = Duration::from_secs(3);
 
 /// Bytes of one read.
 const BLOCK: usize = 4096;
@@ -92,7 +95,7 @@ impl Stream {
         Ok(match source {
             Source::File(path) => Self::of(File::open(path)?),
             Source::Stdin => Self::of(io::stdin()),
-            Source::Tcp(address) => Self::of(TcpStream::connect(address)?),
+            Source::Tcp(address) => Self::of(connected(address)?),
         })
     }
 
@@ -127,6 +130,18 @@ impl Stream {
             Err(RecvTimeoutError::Disconnected) => Came::End,
         }
     }
+}
+
+/// Tries every address of the name, a moment each.
+fn connected(address: &str) -> io::Result<TcpStream> {
+    let mut why = io::Error::other("the name has no address");
+    for address in address.to_socket_addrs()? {
+        match TcpStream::connect_timeout(&address, CONNECT_WITHIN) {
+            Ok(stream) => return Ok(stream),
+            Err(error) => why = error,
+        }
+    }
+    Err(why)
 }
 
 #[cfg(test)]

@@ -12,7 +12,6 @@
 
 use crate::board::host_copy::loop_of;
 use crate::board::replay::{Difference, Replay, differences};
-use crate::board::telemetry::{RecordError, record_in};
 use hgod_adc::{Reading, Sensor, SensorState};
 use joint_loop::SENSORS;
 use joint_loop::setup::default_loop::Parameters;
@@ -177,22 +176,8 @@ impl Sampler {
         self.counts.malformed += 1;
     }
 
-    /// Takes a line of the log. `reset_ns` is the start of the present boot, if known from outside of the board.
-    /// Appends complete samples to `out`; returns the boot that the line reports.
-    ///
-    /// # Errors
-    /// The record cannot be read. It is skipped; the next line can be taken.
-    pub fn line(
-        &mut self,
-        text: &str,
-        reset_ns: Option<u64>,
-        out: &mut Vec<Sample>,
-    ) -> Result<Option<Booted>, RecordError> {
-        let Some(record) = record_in(text) else { return Ok(None) };
-        Ok(self.record(record?, reset_ns, out))
-    }
-
-    /// Takes a record; otherwise as [`Sampler::line`].
+    /// Takes a record. `reset_ns` is the start of the present boot, if known from outside of the board.
+    /// Appends complete samples to `out`; returns the boot that the record reports.
     pub fn record(&mut self, record: Record, reset_ns: Option<u64>, out: &mut Vec<Sample>) -> Option<Booted> {
         match record {
             Record::Boot(boot) => return Some(self.boot(Some(boot), reset_ns, out)),

@@ -1,0 +1,263 @@
+//! `footfall save`: writes a generator file in which speed, amplitudes and offsets that were found on a running board are the parameters.
+//!
+//! A board leads an angle a to park + factor (a - park) + offset, and runs its generator in another time. Both are changes of parameters of the
+//! kinds `phase-coupled`, `shape` and `spline`, up to the rounding of a number; the other kinds have no such parameters.
+
+use clap::Args;
+use generator_file::file::{Coefficients, GeneratorFile, GeneratorSet};
+use joint_loop::RobotConfig;
+use joint_loop::tuning::{Parameter, Settings};
+use joint_units::Joint;
+use std::path::PathBuf;
+
+use crate::board::requests::{setting, value_in_words};
+use crate::failure::Failure;
+use crate::messages;
+use crate::options::overwrite::Overwrite;
+use crate::options::robot::RobotArgument;
+use crate::output;
+
+/// Options of `footfall save`.
+#[derive(Debug, Clone, Args)]
+pub struct Options {
+    /// The generator file that the board's record was made from
+    #[arg(value_name = "TOML")]
+    pub generator: PathBuf,
+    /// A setting that was in effect on the board: speed, an amplitude or an offset; `footfall set --list` lists them. Repeat for more
+    #[arg(long, value_name = "NAME=VALUE", required = true, allow_hyphen_values = true)]
+    pub set: Vec<String>,
+    /// The robot, whose park pose the amplitudes are counted from
+    #[command(flatten)]
+    pub robot: RobotArgument,
+    /// The generator file to write
+    #[arg(short, long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// Whether files may be replaced
+    #[command(flatten)]
+    pub overwrite: Overwrite,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A setting that a generator cannot hold, a generator of another kind, parameters beyond their range, or a file that cannot be read or written.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    let Options { generator, set, robot, out, overwrite } = options;
+    let settings = settings(set)?;
+    let mut file = GeneratorFile::read(generator).map_err(Failure::input)?;
+    let robot = robot.read()?.robot;
+    output::check(out, *overwrite)?;
+    let place = generator.display();
+    file.set = saved(&file.set, &settings, &robot).map_err(|why| Failure::input(format!("{place}: {why}")))?;
+    let words = in_words(&settings);
+    let before = &file.provenance.settings;
+    file.provenance.settings =
+        if before.is_empty() { format!("saved with {words}") } else { format!("{before}; saved with {words}") };
+    output::write(out, *overwrite, |target| target.write_all(file.to_toml().as_bytes()))?;
+    messages::written(out);
+    let out = gait_trace::shell_word(out);
+    messages::next("see whether it walks on the robot", format!("footfall certify {out}"));
+    messages::next("write it to the board", format!("cargo xtask flash --generator {out}"));
+    Ok(())
+}
+
+/// The settings of `NAME=VALUE`, of which a later one of the same name counts.
+fn settings(all: &[String]) -> Result<Settings, Failure> {
+    let mut settings = Settings::default();
+    for text in all {
+        let (name, value) = text
+            .split_once('=')
+            .ok_or_else(|| Failure::input(format!("--set {text}: allowed is NAME=VALUE, such as speed=1.2")))?;
+        let (parameter, thousandths) = setting(name, value).map_err(Failure::input)?;
+        if matches!(parameter, Parameter::Gait | Parameter::Follow | Parameter::RecordRate) {
+            return Err(Failure::input(format!(
+                "--set {text}: no generator file holds it; allowed are speed, amplitudes and offsets"
+            )));
+        }
+        settings = settings.with(parameter, thousandths).map_err(|refused| Failure::run(refused.name()))?;
+    }
+    Ok(settings)
+}
+
+fn in_words(settings: &Settings) -> String {
+    let changed =
+        Parameter::ALL.into_iter().filter(|parameter| settings.thousandths(*parameter) != parameter.range()[2]);
+    let words = changed.map(|parameter| {
+        format!("{}={}", parameter.name(), value_in_words(parameter, settings.thousandths(parameter)))
+    });
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// What the settings make of one joint: of angles, and of distances between angles. Degrees.
+struct Change {
+    factor: f32,
+    park: f32,
+    offset: f32,
+}
+
+impl Change {
+    fn angle(&self, degrees: f32) -> f32 {
+        self.park + self.factor * (degrees - self.park) + self.offset
+    }
+
+    fn distance(&self, degrees: f32) -> f32 {
+        self.factor * degrees
+    }
+
+    fn coefficients(&self, of: &Coefficients) -> Result<Coefficients, String> {
+        let scaled: Vec<f32> = of.iter().map(|degrees| self.distance(*degrees)).collect();
+        Coefficients::new(&scaled).ok_or_else(|| "a joint has no coefficients".into())
+    }
+}
+
+/// The generator with these settings as its own parameters.
+fn saved(set: &GeneratorSet, settings: &Settings, robot: &RobotConfig) -> Result<GeneratorSet, String> {
+    let changes = Joint::ALL.map(|joint| Change {
+        factor: settings.value(Parameter::Amplitude(joint)),
+        park: robot.park[joint as usize].degrees(),
+        offset: settings.value(Parameter::Offset(joint)),
+    });
+    let speed = settings.value(Parameter::Speed);
+    let mut saved = set.clone();
+    match &mut saved {
+        GeneratorSet::PhaseCoupled(network) => {
+            // Every rate of the network is one of the natural period.
+            network.natural_period_s /= speed;
+            for (joint, change) in network.joints.iter_mut().zip(&changes) {
+                joint.amplitude_deg = change.distance(joint.amplitude_deg);
+                joint.offset_deg = change.angle(joint.offset_deg);
+            }
+        }
+        GeneratorSet::Shape(shape) => {
+            shape.stride_s /= speed;
+            for (joint, change) in shape.joints.iter_mut().zip(&changes) {
+                joint.mean_deg = change.angle(joint.mean_deg);
+                joint.cos_deg = change.coefficients(&joint.cos_deg)?;
+                joint.sin_deg = change.coefficients(&joint.sin_deg)?;
+            }
+        }
+        GeneratorSet::Spline(spline) => {
+            spline.stride_s /= speed;
+            let joints = [&mut spline.left_hip, &mut spline.right_hip, &mut spline.left_knee, &mut spline.right_knee];
+            for (joint, change) in joints.into_iter().zip(&changes) {
+                joint.knots_deg = joint.knots_deg.map(|degrees| change.angle(degrees));
+            }
+        }
+        other => {
+            return Err(format!(
+                "a generator of the kind `{}` has no parameters for these settings; allowed are phase-coupled, shape and spline",
+                other.name()
+            ));
+        }
+    }
+    saved.check().map_err(|error| format!("with these settings: {error}"))?;
+    Ok(saved)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use generator_file::file::{PhaseCoupledSet, ShapeJoint, ShapeSet};
+    use joint_loop::generator::spline::{SplineJoint, SplineSet};
+    use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
+    use joint_loop::tuning::{Action, Request};
+    use joint_loop::{GeneratorConfig, Sample};
+    use joint_units::{AdcCode, Volts};
+
+    /// The control loop of a board with this generator, armed, with these requests made at rest; every setpoint, degrees.
+    fn setpoints(generator: GeneratorConfig, settings: &Settings) -> Vec<[f32; 4]> {
+        let parameters = Parameters::with_defaults(Some(generator), None, RobotConfig::default_biped()).unwrap();
+        let mut joints: BoardLoop = board_loop(&parameters, AdcCode(1501), Volts(2.7), false).unwrap();
+        let mut all = Vec::new();
+        for tick in 0..8_000_u16 {
+            let parameter = Parameter::ALL.get(usize::from(tick)).copied();
+            let request = parameter.map(|parameter| Request {
+                number: tick,
+                action: Action::Set { parameter, thousandths: settings.thousandths(parameter) },
+            });
+            // A set of codes inside the supply; the button is held for a tenth of a second.
+            let request =
+                request.filter(|request| !matches!(request.action, Action::Set { parameter: Parameter::Follow, .. }));
+            let sample = Sample {
+                codes: [AdcCode(2200); 4],
+                vrefint: AdcCode(1652),
+                button: (300..400).contains(&tick),
+                request,
+                ..Sample::default()
+            };
+            joints.tick(&sample);
+            all.push(joints.frame().setpoints.map(|angle| angle.degrees()));
+        }
+        all
+    }
+
+    /// Largest difference of two motions over the last strides, at the best of some delays, ticks: one may begin a little later.
+    fn difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
+        let at = |delay: usize| {
+            let pairs = a[4_000..7_500].iter().zip(&b[4_000 - 30 + delay..]);
+            pairs.flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs())).fold(0.0, f32::max)
+        };
+        (0..60).map(at).fold(f32::INFINITY, f32::min)
+    }
+
+    fn shape() -> ShapeSet {
+        let joint = |mean_deg: f32, first: f32| ShapeJoint {
+            mean_deg,
+            cos_deg: Coefficients::new(&[first, 2.0]).unwrap(),
+            sin_deg: Coefficients::new(&[1.0, -1.5]).unwrap(),
+        };
+        ShapeSet { stride_s: 1.2, joints: [joint(8.0, 15.0), joint(8.0, -15.0), joint(28.0, 14.0), joint(28.0, -14.0)] }
+    }
+
+    fn spline() -> SplineSet {
+        let joint = |mean: f32, size: f32| SplineJoint {
+            knots_deg: std::array::from_fn(|k| mean + size * (std::f32::consts::FRAC_PI_6 * k as f32).cos()),
+        };
+        let [left_hip, right_hip] = [joint(5.0, 14.0), joint(5.0, -14.0)];
+        SplineSet { stride_s: 1.3, left_hip, right_hip, left_knee: joint(30.0, 18.0), right_knee: joint(30.0, -18.0) }
+    }
+
+    /// The board with the settings and the board with the saved generator move alike; without the settings they do not.
+    #[test]
+    fn a_saved_generator_moves_as_the_board_did() {
+        let texts = [
+            "speed=1.15",
+            "amplitude_left_hip=0.8",
+            "amplitude_right_knee=0.9",
+            "offset_left_knee=2.5",
+            "offset_right_hip=-1",
+        ];
+        let settings = settings(&texts.map(str::to_owned)).unwrap();
+        let network = PhaseCoupledSet::rounded(&cpg_core::gait::default_walk::default_config());
+        for set in [GeneratorSet::PhaseCoupled(network), GeneratorSet::Shape(shape()), GeneratorSet::Spline(spline())] {
+            let robot = RobotConfig::default_biped();
+            let tuned = setpoints(set.config(), &settings);
+            let kept = setpoints(saved(&set, &settings, &robot).unwrap().config(), &Settings::default());
+            let untouched = setpoints(set.config(), &Settings::default());
+            let name = set.name();
+            assert!(difference(&tuned, &kept) < 0.4, "{name}: {}", difference(&tuned, &kept));
+            assert!(difference(&tuned, &untouched) > 2.0, "{name}: {}", difference(&tuned, &untouched));
+        }
+    }
+
+    #[test]
+    fn what_a_generator_cannot_hold_is_refused() {
+        for (text, words) in [
+            ("gait=walk", "no generator file holds it"),
+            ("follow=off", "no generator file holds it"),
+            ("speed", "allowed is NAME=VALUE"),
+            ("speed=9", "allowed are 0.5 to 1.5"),
+            ("arm=1", "`arm` is no parameter"),
+        ] {
+            let error = settings(&[text.into()]).unwrap_err();
+            assert!(error.exit_code() == 2 && error.to_string().contains(words), "{error}");
+        }
+        let robot = RobotConfig::default_biped();
+        let thesis = GeneratorFile::default_of("thesis").unwrap().set;
+        let error = saved(&thesis, &Settings::default(), &robot).unwrap_err();
+        assert!(error.contains("the kind `thesis`") && error.contains("spline"), "{error}");
+        let beyond = ShapeSet { stride_s: 1e-3, ..shape() };
+        let error = saved(&GeneratorSet::Shape(beyond), &Settings::default(), &robot).unwrap_err();
+        assert!(error.contains("stride_s"), "{error}");
+    }
+}

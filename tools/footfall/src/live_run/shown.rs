@@ -1,0 +1,177 @@
+//! What is shown of a board that runs: the view that its records make, without a copy of its loop.
+
+use joint_loop::setup::default_loop::Parameters;
+use joint_loop::store::{robot_record, sensor_record};
+use joint_loop::{RecordName, RobotConfig};
+use wire::{Answered, Boot, Frame, Record, RecordId};
+
+use crate::board::run::{Counters, Event};
+use crate::board::transport::Heard;
+use crate::options::sensors::joints;
+use crate::view::state::{View, Watched};
+
+/// What is shown so far.
+pub(super) struct Shown {
+    pub(super) view: View,
+    counters: Counters,
+    /// Time of the first frame, s.
+    first_s: Option<f64>,
+    /// Start of the present boot, s: each boot of the board counts from zero, and time goes on.
+    began_s: f64,
+    /// The log has changes and refusals as lines too; a serial port has them as records alone.
+    has_log: bool,
+}
+
+/// What a board sent, for who prints it.
+#[derive(Debug)]
+pub(super) enum News {
+    /// An event.
+    Event(Event),
+    /// An answer to a request.
+    Answer(Answered),
+}
+
+impl Shown {
+    pub(super) fn titled(title: String, has_log: bool) -> Self {
+        let mut view = View::titled(title, Vec::new());
+        view.watched = Watched::Board;
+        Self { view, counters: Counters::default(), first_s: None, began_s: 0.0, has_log }
+    }
+
+    /// Seconds of the board since the first frame.
+    pub(super) fn seconds(&self) -> f64 {
+        self.first_s.map_or(0.0, |first| self.view.t_s - first)
+    }
+
+    /// Whether a frame has come.
+    pub(super) fn has_frames(&self) -> bool {
+        self.first_s.is_some()
+    }
+
+    /// Takes what the board sent; gives what is new of it.
+    pub(super) fn take(&mut self, heard: Heard) -> Vec<News> {
+        let record = match heard {
+            Heard::Record(record) => record,
+            // Lines without a level repeat a record as text.
+            Heard::Text { level, text } if !level.is_empty() => {
+                return self.show(Event::Log { t_s: self.view.t_s, level, text });
+            }
+            Heard::Text { .. } => return Vec::new(),
+            Heard::Damaged => {
+                self.counters.malformed += 1;
+                self.view.counters.malformed += 1;
+                return Vec::new();
+            }
+        };
+        match record {
+            Record::Frame(tick) => self.tick(tick),
+            Record::Boot(boot) => self.boot(&boot),
+            Record::Change(change) => {
+                self.counters.cause = change.cause;
+                if self.has_log {
+                    return Vec::new();
+                }
+                let text = format!("{}, cause {}", change.state.name(), change.cause.name());
+                self.show(Event::Log { t_s: self.view.t_s, level: "info".into(), text })
+            }
+            Record::Cost(cost) => self.show(Event::Cost(cost)),
+            Record::Environment(environment) => self.show(Event::Environment(environment)),
+            Record::Edge(edge) => self.show(Event::Edge(edge)),
+            Record::Refused(refused) if !self.has_log => {
+                let text = format!("{}: {}", refused.subject.name(), refused.reason);
+                self.show(Event::Remark { kind: "refused".into(), text })
+            }
+            Record::Answered(answer) => {
+                if let Some(tuning) = &mut self.view.tuning {
+                    tuning.take(&answer);
+                }
+                vec![News::Answer(answer)]
+            }
+            Record::Inputs(_) | Record::Port(_) | Record::Refused(_) => Vec::new(),
+        }
+    }
+
+    fn tick(&mut self, tick: Frame) -> Vec<News> {
+        let mut news = Vec::new();
+        let is_back = |last: Frame| last.tick.wrapping_sub(tick.tick).cast_signed() > 0;
+        if self.view.last.is_some_and(is_back) {
+            news = self.restart("not known, its record was lost");
+        }
+        self.counters.follow(&tick);
+        let t_s = self.began_s + f64::from(tick.tick) / 1000.0;
+        self.first_s.get_or_insert(t_s);
+        news.extend(self.show(Event::Tick { t_s, tick }));
+        news
+    }
+
+    fn boot(&mut self, boot: &Boot) -> Vec<News> {
+        self.counters.shadow = boot.shadow;
+        let news = self.restart(boot.reset.name());
+        // What the board runs is known where it is the default.
+        let default = Parameters::with_defaults(None, None, RobotConfig::default_biped()).ok();
+        let is = |id: &Option<RecordId>, crc: &dyn Fn(&RecordName) -> u32| {
+            id.as_ref().is_some_and(|id| id.crc == crc(&RecordName::cut(&id.name)))
+        };
+        self.view.pulse_limits_us = None;
+        self.view.sensors.clear();
+        if let Some(Parameters { sensors, robot, .. }) = default {
+            if is(&boot.robot, &|name| robot_record::record_of(&robot, name).crc()) {
+                let limits = robot.servos.map(|servo| [servo.shortest.0, servo.longest.0]);
+                self.view.pulse_limits_us = Some(limits);
+            }
+            if is(&boot.sensors, &|name| sensor_record::record_of(&sensors, name).crc()) {
+                self.view.sensors = joints(&sensors);
+            }
+        }
+        news
+    }
+
+    fn restart(&mut self, cause: &str) -> Vec<News> {
+        // A board that is met while it runs shows its own time.
+        self.began_s = if self.has_frames() { self.view.t_s } else { 0.0 };
+        if let Some(tuning) = &mut self.view.tuning {
+            tuning.booted();
+        }
+        self.show(Event::Booted { t_s: self.began_s, cause: cause.into() })
+    }
+
+    fn show(&mut self, event: Event) -> Vec<News> {
+        self.view.take(&event, &self.counters);
+        vec![News::Event(event)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::board::default_loop::typical_loop;
+
+    fn frame(tick: u32) -> Heard {
+        Heard::Record(Record::Frame(Frame { tick, seq: tick, ..Frame::from(&typical_loop().unwrap().frame()) }))
+    }
+
+    #[test]
+    fn time_goes_on_after_a_reset_whose_record_was_lost() {
+        let mut shown = Shown::titled("a port".into(), false);
+        for tick in [5_000, 5_010, 5_500] {
+            assert_eq!(shown.take(frame(tick)).len(), 1);
+        }
+        assert!((shown.seconds() - 0.5).abs() < 1e-9 && shown.view.boots == 0);
+        let news = shown.take(frame(10));
+        assert!(matches!(&news[0], News::Event(Event::Booted { cause, .. }) if cause.contains("lost")), "{news:?}");
+        assert!((shown.view.t_s - 5.51).abs() < 1e-9 && (shown.seconds() - 0.51).abs() < 1e-9);
+        // The counter wraps after 49 days: that is no reset.
+        let mut shown = Shown::titled("a port".into(), false);
+        shown.take(frame(u32::MAX));
+        assert_eq!(shown.take(frame(9)).len(), 1);
+    }
+
+    #[test]
+    fn lines_for_people_have_a_level_and_damage_is_counted() {
+        let mut shown = Shown::titled("a log".into(), true);
+        let text = |level: &str| Heard::Text { level: level.into(), text: "hello".into() };
+        assert!(shown.take(text("")).is_empty() && shown.take(Heard::Damaged).is_empty());
+        assert_eq!(shown.take(text("warn")).len(), 1);
+        assert_eq!((shown.view.log.len(), shown.view.counters.malformed), (1, 1));
+    }
+}
