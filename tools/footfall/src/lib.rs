@@ -7,6 +7,8 @@
 //! | [`options`] | option groups and value parsers that several commands share |
 //! | [`board`] | the virtual board as a process, the board's log, replay on the host, the default control loop |
 //! | [`virtual_run`] | a run on the virtual board from preparation to result, shown and recorded |
+//! | `channel` | topics, messages and their definitions, of captures and live views |
+//! | [`live`] | a run that is sent to other programs while it runs |
 //! | [`view`] | screens, lines of text, charts |
 //! | [`mod@file`] | the files that commands read and write |
 //! | [`gait_player`], [`edge_reversal`] | gaits and edge-reversal networks played on the host core |
@@ -21,6 +23,7 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod board;
+mod channel;
 pub mod cli;
 pub mod command;
 #[cfg(feature = "analysis")]
@@ -31,6 +34,7 @@ pub mod file;
 pub mod gait_player;
 pub mod interrupt;
 pub mod line_fit;
+pub mod live;
 pub mod messages;
 pub mod options;
 pub mod output;

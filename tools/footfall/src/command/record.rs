@@ -65,8 +65,9 @@ pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
     match (source, virtual_board) {
         (Some(source), _) => {
             let parameters = played.parameters()?;
+            let zero_ns = played.zero_ns();
             let Played { generator, secs, json, overwrite, .. } = played;
-            from_board(&RealBoard { out, elf, source, parameters, generator, secs, json, overwrite }, interrupt)
+            from_board(&RealBoard { out, elf, source, parameters, generator, secs, json, zero_ns, overwrite }, interrupt)
         }
         (None, Some(board)) => run::run(&played.settings(elf, board, Some(out))?, interrupt),
         (None, None) => Err(Failure::input("nothing to record; allowed is --virtual-board, --rtt or --serial")),
@@ -124,11 +125,13 @@ struct RealBoard {
     generator: Option<PathBuf>,
     secs: Option<f64>,
     json: bool,
+    /// Unix time of the zero of the capture's axis, if stated, ns.
+    zero_ns: Option<u64>,
     overwrite: Overwrite,
 }
 
 fn from_board(settings: &RealBoard, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let RealBoard { out, elf, source, parameters, generator, secs, json, overwrite } = settings;
+    let RealBoard { out, elf, source, parameters, generator, secs, json, zero_ns, overwrite } = settings;
     let image = Image::read(elf).map_err(Failure::input)?;
     capture::check(out, *overwrite)?;
     let stream = source.open().map_err(|error| Failure::input(format!("{source}: cannot be opened: {error}")))?;
@@ -139,8 +142,8 @@ fn from_board(settings: &RealBoard, interrupt: &AtomicBool) -> Result<(), Failur
     let about = capture::about(elf, &image, generator.as_deref(), parameters, more);
     let cannot_write = |error| output::cannot_write(out, error);
     let begun = match source {
-        Origin::Log(_) => Capture::begin(out, about, &image, parameters.clone()),
-        Origin::Serial(_) => Capture::begin_serial(out, about, parameters.clone()),
+        Origin::Log(_) => Capture::begin(out, about, &image, parameters.clone(), *zero_ns),
+        Origin::Serial(_) => Capture::begin_serial(out, about, parameters.clone(), *zero_ns),
     };
     let mut capture = begun.map_err(cannot_write)?;
     let ended = receive(&mut capture, &stream, source, *secs, interrupt);

@@ -1,13 +1,14 @@
 //! `footfall watch`: runs the firmware image on the virtual board, fed with a recorded gait, and shows, records and replays the run; or shows
-//! what a board sends on its serial port.
+//! what a board sends on its serial port. Either can be sent to other programs while it runs.
 
-mod live;
+mod serial_port;
 
 use clap::Args;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use crate::failure::Failure;
+use crate::live::Receivers;
 use crate::options::played::Played;
 use crate::virtual_run::run;
 
@@ -25,13 +26,17 @@ pub struct Options {
         long,
         value_name = "PORT",
         conflicts_with_all = [
-            "elf", "virtual_board", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board"
+            "elf", "virtual_board", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board",
+            "start_time"
         ]
     )]
     pub serial: Option<PathBuf>,
     /// Record every tick: a name that ends in .csv or .mcap; data of the whole run go to FILE.json
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
+    /// Where the run is sent while it runs
+    #[command(flatten)]
+    pub receivers: Receivers,
     /// What is fed to the board, and how the run is shown
     #[command(flatten)]
     pub played: Played,
@@ -42,10 +47,16 @@ pub struct Options {
 /// # Errors
 /// Wrong input, a board that cannot be started or reached, a file that cannot be written, or a run that was not sound.
 pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let Options { elf, virtual_board, serial, record, played } = options;
+    let Options { elf, virtual_board, serial, record, receivers, played } = options;
     match (serial, elf, virtual_board) {
-        (Some(port), ..) => live::run(&port, played.secs, played.json, interrupt),
-        (None, Some(elf), Some(board)) => run::run(&played.settings(elf, board, record)?, interrupt),
+        (Some(port), ..) => serial_port::run(&port, &receivers, played.secs, played.json, interrupt),
+        (None, Some(elf), Some(board)) => {
+            let mut settings = played.settings(elf, board, record)?;
+            // Who looks at it looks at it in real time.
+            settings.pace |= receivers.any();
+            settings.receivers = receivers;
+            run::run(&settings, interrupt)
+        }
         _ => Err(Failure::input("nothing to watch; allowed are --elf with --virtual-board, or --serial")),
     }
 }

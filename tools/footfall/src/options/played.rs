@@ -14,6 +14,7 @@ use super::robot::RobotArgument;
 use super::sensors::SensorArgument;
 use super::value::number;
 use crate::failure::Failure;
+use crate::live::Receivers;
 use crate::virtual_run::settings::{Press, Settings, Show};
 
 /// What is fed to the board, and how the run is shown.
@@ -51,6 +52,9 @@ pub struct Played {
     /// Run in real time, as on a terminal
     #[arg(long)]
     pub pace: bool,
+    /// Unix time of the zero of a capture's time axis, seconds: of the first power-on in it [default: by the host's clock]
+    #[arg(long, value_name = "SECONDS", value_parser = number(0.0..=2_147_483_647.0, " seconds"))]
+    pub start_time: Option<f64>,
     /// Whether files may be replaced
     #[command(flatten)]
     pub overwrite: Overwrite,
@@ -86,6 +90,12 @@ impl Played {
         }
     }
 
+    /// The Unix time of the zero of a capture's axis, if it is stated, in nanoseconds.
+    #[must_use]
+    pub fn zero_ns(&self) -> Option<u64> {
+        self.start_time.map(|seconds| (seconds * 1e9).round() as u64)
+    }
+
     /// The settings of a run of this image on the virtual board.
     ///
     /// # Errors
@@ -97,6 +107,7 @@ impl Played {
             (false, false, true) => Show::Screen,
             (false, ..) => Show::Plain,
         };
+        let zero_ns = self.zero_ns();
         let robot = self.robot.read()?;
         let parameters = self.parameters_on(&robot)?;
         let sensors_name = (!self.sensor.is_empty()).then(|| record_name::of_sensors(&self.sensor));
@@ -104,6 +115,7 @@ impl Played {
             elf,
             virtual_board,
             record,
+            zero_ns,
             overwrite: self.overwrite,
             trace: self.trace,
             parameters,
@@ -115,6 +127,7 @@ impl Played {
             press: self.press,
             disarm: self.disarm,
             pace: self.pace,
+            receivers: Receivers::default(),
             show,
             board: self.board,
         })

@@ -3,6 +3,7 @@
 //! Screen, plain lines and JSON lines show the same [`View`].
 
 use joint_loop::RobotConfig;
+use joint_loop::setup::default_loop::Parameters;
 use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use serde_json::Value;
 use std::io::{self, Write};
@@ -15,8 +16,10 @@ use super::settings::{PRESS_S, Settings, Show};
 use crate::board::process::{BoardProcess, Output};
 use crate::board::run::{BoardRun, Event};
 use crate::board::run_result::RunResult;
+use crate::channel::clock::unix_ns;
 use crate::failure::Failure;
 use crate::file::capture::{Capture, counts_in_words};
+use crate::live::Live;
 use crate::messages;
 use crate::options::sensors::joints;
 use crate::output;
@@ -44,8 +47,10 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
         messages::status(format_args!("walks: {}", walks(path, &settings.parameters.robot)?));
     }
     let arguments = arguments(settings, &prepared)?;
+    let Parameters { sensors, robot, .. } = &settings.parameters;
+    let live = Live::open(&settings.receivers, joints(sensors), robot)?;
     let mut board = BoardProcess::start(&settings.virtual_board, &arguments.all).map_err(Failure::input)?;
-    let mut run = Run::begin(settings, &prepared)?;
+    let mut run = Run::begin(settings, &prepared, live)?;
     let shown = match settings.show {
         Show::Screen => on_screen(&mut run, &mut board, interrupt),
         Show::Plain | Show::Json => in_lines(&mut run, &mut board, interrupt, settings.show),
@@ -77,6 +82,7 @@ fn walks(path: &Path, _robot: &RobotConfig) -> Result<String, Failure> {
 struct Run<'t> {
     board_run: BoardRun<'t>,
     view: View,
+    live: Live,
     capture: Option<Capture<'t>>,
     result: Option<RunResult>,
     /// The error that ended the run early.
@@ -84,18 +90,21 @@ struct Run<'t> {
 }
 
 impl<'t> Run<'t> {
-    fn begin(settings: &Settings, prepared: &'t Prepared) -> Result<Self, Failure> {
+    fn begin(settings: &Settings, prepared: &'t Prepared, live: Live) -> Result<Self, Failure> {
         let parameters = &settings.parameters;
         let capture = match &settings.record {
             Some(path) => {
-                let begun = Capture::begin(path, about(settings, prepared), &prepared.image, parameters.clone());
+                // The board powers on now.
+                let zero_ns = settings.zero_ns.unwrap_or_else(unix_ns);
+                let about = about(settings, prepared);
+                let begun = Capture::begin(path, about, &prepared.image, parameters.clone(), Some(zero_ns));
                 Some(begun.map_err(|error| output::cannot_write(path, error))?)
             }
             None => None,
         };
         let view = View::titled(format!("footfall watch: {}", prepared.feed.title), joints(&parameters.sensors));
         let board_run = BoardRun::new(&prepared.image, parameters.clone());
-        Ok(Self { board_run, view, capture, result: None, error: None })
+        Ok(Self { board_run, view, live, capture, result: None, error: None })
     }
 
     /// Takes one output of the board; returns the events, or `None` after the last output.
@@ -131,6 +140,11 @@ impl<'t> Run<'t> {
 
     fn account(&mut self, event: &Event) {
         self.view.take(event, self.board_run.counters());
+        match event {
+            Event::Booted { .. } => self.live.boot(),
+            Event::Tick { tick, .. } => self.live.frame(tick),
+            _ => {}
+        }
         if let Event::Ended(end) = event {
             self.result = Some(RunResult::new(Some(end), self.board_run.counters(), "", Value::Null));
         }
@@ -140,6 +154,7 @@ impl<'t> Run<'t> {
         for event in self.board_run.finish() {
             self.account(&event);
         }
+        self.live.finish();
         let complete = self.result.is_some();
         let mut result =
             self.result.take().unwrap_or_else(|| RunResult::new(None, self.board_run.counters(), "", Value::Null));

@@ -1,5 +1,6 @@
 //! Settings of a run on the virtual board.
 
+use crate::live::Receivers;
 use crate::options::overwrite::Overwrite;
 use joint_loop::RecordName;
 use joint_loop::setup::default_loop::Parameters;
@@ -28,6 +29,8 @@ pub struct Settings {
     pub virtual_board: PathBuf,
     /// The capture to write.
     pub record: Option<PathBuf>,
+    /// Unix time of the power-on for the capture, if it is stated, ns.
+    pub zero_ns: Option<u64>,
     /// Whether files may be replaced.
     pub overwrite: Overwrite,
     /// The recording that is fed to the sensors; `None` for the default one.
@@ -50,6 +53,8 @@ pub struct Settings {
     pub disarm: bool,
     /// In real time.
     pub pace: bool,
+    /// Where the run is sent while it runs.
+    pub receivers: Receivers,
     /// How the run is shown.
     pub show: Show,
     /// More options for the virtual board.

@@ -1,6 +1,6 @@
 //! A board's serial port as lines: what its records say, without a copy of its loop.
 
-use joint_loop::SENSOR_JOINT;
+use joint_loop::{RobotConfig, SENSOR_JOINT};
 use serde_json::json;
 use std::io::{self, Write};
 use std::path::Path;
@@ -12,6 +12,7 @@ use crate::board::run::{Counters, Event};
 use crate::board::serial::{LinkError, Port, Records, is_other_version};
 use crate::failure::Failure;
 use crate::file::capture::rtt::Came;
+use crate::live::{Live, Receivers};
 use crate::messages;
 use crate::view::plain;
 use crate::view::state::View;
@@ -23,12 +24,22 @@ const TICKS_A_LINE: u32 = 100;
 ///
 /// # Errors
 /// The port cannot be opened or fails, its records are of another version, or none came.
-pub(super) fn run(path: &Path, secs: Option<f64>, as_json: bool, interrupt: &AtomicBool) -> Result<(), Failure> {
+pub(super) fn run(
+    path: &Path,
+    receivers: &Receivers,
+    secs: Option<f64>,
+    as_json: bool,
+    interrupt: &AtomicBool,
+) -> Result<(), Failure> {
     let place = path.display();
     let port =
         Port::open(path, false).map_err(|error| Failure::input(format!("{place}: cannot be opened: {error}")))?;
+    // The port does not say which robot and which joints with sensors the board has: those of the default ones.
+    let sensors = vec![SENSOR_JOINT];
+    let live = Live::open(receivers, sensors.clone(), &RobotConfig::default_biped())?;
     let mut shown = Shown {
-        view: View::titled(format!("footfall watch: {place}"), vec![SENSOR_JOINT]),
+        live,
+        view: View::titled(format!("footfall watch: {place}"), sensors),
         counters: Counters::default(),
         first: None,
         lines: 0,
@@ -49,11 +60,15 @@ pub(super) fn run(path: &Path, secs: Option<f64>, as_json: bool, interrupt: &Ato
             match shown.take(record) {
                 Ok(()) => {}
                 // A closed pipe ends the run like Ctrl-C.
-                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => return Ok(()),
+                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
+                    shown.live.finish();
+                    return Ok(());
+                }
                 Err(error) => return Err(Failure::run(error)),
             }
         }
     }
+    shown.live.finish();
     if shown.first.is_none() {
         return Err(Failure::run(format!(
             "{place}: no frame came; check that the board runs and that this is its port, 2 Mbaud"
@@ -64,6 +79,7 @@ pub(super) fn run(path: &Path, secs: Option<f64>, as_json: bool, interrupt: &Ato
 
 /// What was shown so far.
 struct Shown {
+    live: Live,
     view: View,
     counters: Counters,
     /// Tick of the first frame.
@@ -83,11 +99,13 @@ impl Shown {
         let event = match record {
             Ok(Record::Frame(tick)) => {
                 self.first.get_or_insert(tick.tick);
+                self.live.frame(&tick);
                 Event::Tick { t_s: f64::from(tick.tick) / 1000.0, tick }
             }
             Ok(Record::Boot(boot)) => {
                 self.counters.shadow = boot.shadow;
                 self.first = None;
+                self.live.boot();
                 Event::Booted { t_s: 0.0, cause: boot.reset.name().into() }
             }
             Ok(Record::Change(change)) => {
