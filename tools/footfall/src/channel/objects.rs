@@ -77,6 +77,7 @@ fn reading_fields(joint: &str) -> [Field; 2] {
 }
 
 /// Of [`SENSOR`] in a live view, which has the readings of the board's frames.
+#[cfg(feature = "analysis")]
 pub(crate) fn readings_schema(joints: &[Joint]) -> Value {
     let readings = joints.iter().flat_map(|joint| reading_fields(joint.name()));
     object_of(&place_fields().into_iter().chain(readings).collect::<Vec<_>>())
