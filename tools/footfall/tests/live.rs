@@ -124,8 +124,7 @@ fn cdr_text(payload: &[u8]) -> String {
 fn foxglove_gets_joints_state_and_robot_while_the_board_runs() {
     let bench = Bench::paced(&walked(3));
     let began_s = now_s();
-    let mut watched =
-        Watched::start(bench.watch().args(["--json", "--secs", "3", "--foxglove", "127.0.0.1:0"]));
+    let mut watched = Watched::start(bench.watch().args(["--json", "--secs", "3", "--foxglove", "127.0.0.1:0"]));
     let address = watched.line("foxglove: ");
     let mut client = Client::connect(&address, "foxglove.sdk.v1");
     std::fs::write(bench.path("go"), "").unwrap();
@@ -198,7 +197,10 @@ fn late_and_foreign_clients_are_served_or_refused() {
     let refused = tungstenite::client(request, stream).map(|_| ()).unwrap_err().to_string();
     assert!(refused.contains("400"), "{refused}");
 
-    client.socket.send(Message::text(json!({ "op": "subscribe", "subscriptions": [{ "id": 1, "channelId": 99 }] }).to_string())).unwrap();
+    client
+        .socket
+        .send(Message::text(json!({ "op": "subscribe", "subscriptions": [{ "id": 1, "channelId": 99 }] }).to_string()))
+        .unwrap();
     let answer = loop {
         if let Message::Text(text) = client.socket.read().unwrap() {
             break serde_json::from_str::<Value>(&text).unwrap();
@@ -375,7 +377,8 @@ fn wrong_addresses_and_ports_in_use_are_named() {
 #[test]
 fn layouts_name_what_is_sent() {
     let sample = |name: &str| {
-        std::fs::read_to_string(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../samples").join(name)).unwrap()
+        std::fs::read_to_string(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../samples").join(name))
+            .unwrap()
     };
     let joints = joint_units::Joint::ALL;
     let mut frame = default_frame();

@@ -21,7 +21,10 @@ pub(crate) fn foxglove() -> String {
         })
     };
     let of = |topic: &'static str, prefix: &'static str| {
-        Joint::ALL.into_iter().zip(COLOURS).map(move |(joint, colour)| path(format!("{topic}.{prefix}{}_deg", joint.name()), colour))
+        Joint::ALL
+            .into_iter()
+            .zip(COLOURS)
+            .map(move |(joint, colour)| path(format!("{topic}.{prefix}{}_deg", joint.name()), colour))
     };
     let robot = json!({
         "layerId": "foxglove.Urdf", "instanceId": "robot", "label": "robot", "visible": true, "sourceType": "topic",

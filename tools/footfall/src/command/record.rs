@@ -67,7 +67,10 @@ pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
             let parameters = played.parameters()?;
             let zero_ns = played.zero_ns();
             let Played { generator, secs, json, overwrite, .. } = played;
-            from_board(&RealBoard { out, elf, source, parameters, generator, secs, json, zero_ns, overwrite }, interrupt)
+            from_board(
+                &RealBoard { out, elf, source, parameters, generator, secs, json, zero_ns, overwrite },
+                interrupt,
+            )
         }
         (None, Some(board)) => run::run(&played.settings(elf, board, Some(out))?, interrupt),
         (None, None) => Err(Failure::input("nothing to record; allowed is --virtual-board, --rtt or --serial")),

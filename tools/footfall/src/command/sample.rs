@@ -69,11 +69,7 @@ pub const SAMPLES: [Sample; 15] = [
         "a layout of Foxglove for `watch --foxglove` and captures",
         "footfall watch --serial /dev/ttyACM0 --foxglove, then in Foxglove: Layouts, Import from file, {}"
     ),
-    sample!(
-        "plotjuggler-layout.xml",
-        "a layout of PlotJuggler for `watch --udp`",
-        "plotjuggler --layout {}"
-    ),
+    sample!("plotjuggler-layout.xml", "a layout of PlotJuggler for `watch --udp`", "plotjuggler --layout {}"),
 ];
 
 /// Options of `footfall sample`.

@@ -256,7 +256,8 @@ impl Recorder {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
             _ => {}
         }
-        let recorder = Self { path: path.into(), sink, edges: None, about, zero_ns, has_zero: false, boots: Vec::new(), rows: 0 };
+        let recorder =
+            Self { path: path.into(), sink, edges: None, about, zero_ns, has_zero: false, boots: Vec::new(), rows: 0 };
         recorder.write_about(false, &Value::Null, &Value::Null)?;
         Ok(recorder)
     }
@@ -418,12 +419,7 @@ impl<'t> Capture<'t> {
     ///
     /// # Errors
     /// A file cannot be written.
-    pub fn begin_serial(
-        path: &Path,
-        about: Value,
-        parameters: Parameters,
-        zero_ns: Option<u64>,
-    ) -> io::Result<Self> {
+    pub fn begin_serial(path: &Path, about: Value, parameters: Parameters, zero_ns: Option<u64>) -> io::Result<Self> {
         let recorder = Recorder::begin(path, &parameters, about, zero_ns)?;
         Ok(Self { log_reader: LogReader::of_serial(parameters), recorder, samples: Vec::new() })
     }

@@ -6,8 +6,8 @@
 use binrw::BinWrite;
 use mcap::MAGIC;
 use mcap::records::{
-    Channel, ChunkHeader, ChunkIndex, DataEnd, Footer, Header, MessageHeader, MessageIndex, MessageIndexEntry, Metadata,
-    MetadataIndex, SchemaHeader, Statistics, op,
+    Channel, ChunkHeader, ChunkIndex, DataEnd, Footer, Header, MessageHeader, MessageIndex, MessageIndexEntry,
+    Metadata, MetadataIndex, SchemaHeader, Statistics, op,
 };
 use std::collections::BTreeMap;
 use std::io::{self, Cursor, Write};

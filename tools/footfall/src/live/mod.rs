@@ -83,7 +83,8 @@ impl Live {
     /// # Errors
     /// A port cannot be opened.
     pub fn open(receivers: &Receivers, sensors: Vec<Joint>, robot: &RobotConfig) -> Result<Self, Failure> {
-        let cannot_send = |to| move |error| Failure::input(format!("--udp {to}: no datagram can be sent there: {error}"));
+        let cannot_send =
+            |to| move |error| Failure::input(format!("--udp {to}: no datagram can be sent there: {error}"));
         let datagrams = receivers.udp.map(|to| Datagrams::open(to).map_err(cannot_send(to))).transpose()?;
         #[cfg(not(feature = "analysis"))]
         let _ = robot;

@@ -51,7 +51,8 @@ fn agree(request: &Request, mut response: Response) -> Result<Response, ErrorRes
     let headers = request.headers().get_all(SUBPROTOCOL);
     let offered: Vec<&str> = headers.iter().filter_map(|value| value.to_str().ok()).collect();
     let Some(chosen) = chosen(&offered.join(",")) else {
-        let mut refusal = ErrorResponse::new(Some("this server speaks foxglove.sdk.v1 and foxglove.websocket.v1".into()));
+        let mut refusal =
+            ErrorResponse::new(Some("this server speaks foxglove.sdk.v1 and foxglove.websocket.v1".into()));
         *refusal.status_mut() = tungstenite::http::StatusCode::BAD_REQUEST;
         return Err(refusal);
     };

@@ -8,9 +8,7 @@ mod protocol;
 mod queue;
 mod server;
 
-use crate::channel::objects::{
-    self, JOINTS, SENSOR, STATE, joints_schema, readings_schema, state_schema,
-};
+use crate::channel::objects::{self, JOINTS, SENSOR, STATE, joints_schema, readings_schema, state_schema};
 use crate::channel::{Channel, joint_states, robot_description};
 use joint_loop::RobotConfig;
 use joint_units::Joint;
@@ -23,14 +21,8 @@ use wire::Frame;
 pub const FOXGLOVE_PORT: u16 = 8765;
 
 /// The topics, in the order of the channels.
-pub const CHANNELS: [&str; 6] = [
-    SENSOR,
-    JOINTS,
-    STATE,
-    joint_states::TOPIC,
-    joint_states::FOXGLOVE_TOPIC,
-    robot_description::TOPIC,
-];
+pub const CHANNELS: [&str; 6] =
+    [SENSOR, JOINTS, STATE, joint_states::TOPIC, joint_states::FOXGLOVE_TOPIC, robot_description::TOPIC];
 
 fn channels(sensors: &[Joint]) -> Vec<Channel> {
     let [sensor, joints, state, ros, foxglove, robot] = CHANNELS;
