@@ -126,8 +126,8 @@ fn a_client_in_python_gets_joints_live() {
     assert_eq!(messages.len(), 200);
     assert!(messages.iter().all(|message| message[0].as_u64().unwrap() >= began_ns));
     // The last line of `--json` before the result has the setpoints of the last frame.
-    let ticks = text.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
-    let last = ticks.filter(|object| object["type"] == "tick").last().unwrap();
+    let mut ticks = text.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+    let last = ticks.rfind(|object| object["type"] == "tick").unwrap();
     for n in 0..4 {
         let radians = last["setpoint_deg"][n].as_f64().unwrap().to_radians();
         assert!((messages[199][1]["joints"][n]["position"].as_f64().unwrap() - radians).abs() < 1e-6);

@@ -194,14 +194,14 @@ impl<W: Write> McapWriter<W> {
 
 /// A record with its code, its length, and bytes behind its fields.
 fn record<R: for<'a> BinWrite<Args<'a> = ()>>(code: u8, fields: &R, tail: &[u8]) -> io::Result<Vec<u8>> {
-    let mut body = Cursor::new(Vec::new());
-    fields.write_le(&mut body).map_err(io::Error::other)?;
-    let mut body = body.into_inner();
+    let mut content = Cursor::new(Vec::new());
+    fields.write_le(&mut content).map_err(io::Error::other)?;
+    let mut content = content.into_inner();
     // The length of a chunk's records is the last field of its header.
-    body.extend(tail);
+    content.extend(tail);
     let mut bytes = vec![code];
-    bytes.extend((body.len() as u64).to_le_bytes());
-    bytes.append(&mut body);
+    bytes.extend((content.len() as u64).to_le_bytes());
+    bytes.append(&mut content);
     Ok(bytes)
 }
 

@@ -2,7 +2,7 @@
 
 use super::protocol::{Asked, advertise, asked, chosen, message_data, server_info, warning};
 use super::queue::Queue;
-use super::server::Shared;
+use super::shared::Shared;
 use std::io;
 use std::net::TcpStream;
 use std::sync::atomic::Ordering;

@@ -7,6 +7,7 @@ mod client;
 mod protocol;
 mod queue;
 mod server;
+mod shared;
 
 use crate::channel::objects::{self, JOINTS, SENSOR, STATE, joints_schema, readings_schema, state_schema};
 use crate::channel::{Channel, joint_states, robot_description};

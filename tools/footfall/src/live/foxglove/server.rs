@@ -1,13 +1,14 @@
-//! The server: its port, its clients, and what all of them share.
+//! The server: its port and its clients.
 
 use super::client;
 use super::queue::{Message, Queue};
+use super::shared::{Shared, lock};
 use crate::channel::Channel;
 use crate::channel::clock::unix_ns;
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -19,29 +20,6 @@ const ACCEPT: Duration = Duration::from_millis(20);
 
 /// How long clients may take for what waits for them when the server is closed.
 const LAST_MESSAGES: Duration = Duration::from_millis(500);
-
-/// What the run and the clients' threads share.
-pub(super) struct Shared {
-    pub(super) channels: Vec<Channel>,
-    /// A number of this run, for clients that connect again.
-    pub(super) session: u64,
-    pub(super) closing: AtomicBool,
-    /// Messages sent to clients.
-    pub(super) sent: AtomicU64,
-    clients: Mutex<Vec<Arc<Queue>>>,
-    /// The last message of each channel that new subscriptions begin with.
-    kept: Mutex<Vec<Option<Arc<Message>>>>,
-}
-
-impl Shared {
-    pub(super) fn kept(&self, channel: usize) -> Option<Arc<Message>> {
-        lock(&self.kept).get(channel).cloned().flatten()
-    }
-}
-
-fn lock<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
-    of.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// A port with clients.
 pub(super) struct Port {
