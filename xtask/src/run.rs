@@ -47,10 +47,11 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode> {
     shell::replace_with(watch.args(arguments))
 }
 
-/// A generator from a file is judged before it runs.
+/// A generator from a file is judged before it runs, and Foxglove is served by crates that the small program lacks.
 fn commands(watch: &[&str]) -> Commands {
-    let names_generator = watch.iter().any(|word| *word == "--generator" || word.starts_with("--generator="));
-    if names_generator { Commands::All } else { Commands::Watch }
+    let words = watch.iter().take_while(|word| **word != "--").map(|word| word.split('=').next().unwrap_or_default());
+    let mut names = words.filter(|name| matches!(*name, "--generator" | "--foxglove"));
+    if names.next().is_some() { Commands::All } else { Commands::Watch }
 }
 
 /// The command line, sorted: `--shadow` and `--help` count wherever they stand before `--`; the virtual board's own options follow it.
@@ -102,10 +103,14 @@ mod tests {
     }
 
     #[test]
-    fn a_generator_from_a_file_needs_every_command() {
+    fn a_generator_from_a_file_and_foxglove_need_every_command() {
         assert_eq!(commands(&["--secs", "3", "--json"]), Commands::Watch);
         assert_eq!(commands(&["--generator", "g.toml"]), Commands::All);
         assert_eq!(commands(&["--generator=g.toml", "--json"]), Commands::All);
+        assert_eq!(commands(&["--foxglove"]), Commands::All);
+        assert_eq!(commands(&["--foxglove=0.0.0.0"]), Commands::All);
+        assert_eq!(commands(&["--udp", "127.0.0.1"]), Commands::Watch);
+        assert_eq!(commands(&["--pace", "--", "--foxglove"]), Commands::Watch);
     }
 
     #[test]

@@ -24,6 +24,9 @@ const SHADOW_ELF: &str = "FOOTFALL_SHADOW_ELF";
 const VIRTUAL_BOARD: &str = "FOOTFALL_VIRTUAL_BOARD";
 const PROGRAM: &str = "FOOTFALL_BIN";
 
+/// Python, with the packages of `tools/footfall/tests/python/requirements.txt`.
+const PYTHON: &str = "FOOTFALL_PYTHON";
+
 /// Names another folder of recordings.
 const TRACES: &str = "FOOTFALL_TRACES";
 
@@ -43,6 +46,8 @@ pub enum Need {
     Traces,
     /// The program `script` of util-linux, which runs another one at a terminal.
     Terminal,
+    /// Python, with packages.
+    Python,
     /// The folder of other programs' files beside that of the recordings.
     Wild,
 }
@@ -55,6 +60,7 @@ impl Need {
             Self::Image | Self::ShadowImage | Self::Program => "virtual-board",
             Self::Traces | Self::Wild => "traces",
             Self::Terminal => "terminal",
+            Self::Python => "python",
         }
     }
 
@@ -65,6 +71,7 @@ impl Need {
             Self::Image => &[ELF, VIRTUAL_BOARD],
             Self::ShadowImage => &[SHADOW_ELF, VIRTUAL_BOARD],
             Self::Program => &[PROGRAM],
+            Self::Python => &[PYTHON],
             Self::Traces | Self::Wild => {
                 let folder = if self == Self::Wild { wild_folder() } else { traces_folder() };
                 let which = if self == Self::Wild { "the folder beside `wild`" } else { "another folder" };
@@ -83,6 +90,12 @@ impl Need {
         let verb = if unset.len() == 1 { "is" } else { "are" };
         (!unset.is_empty()).then(|| format!("{} {verb} not set; `cargo xtask test` sets them", unset.join(" and ")))
     }
+}
+
+/// The Python of [`Need::Python`].
+#[must_use]
+pub fn python() -> PathBuf {
+    std::env::var_os(PYTHON).map_or_else(|| "python3".into(), PathBuf::from)
 }
 
 /// The folder of recordings beside the checkout, which may be missing: `FOOTFALL_TRACES`, relative to the root of the workspace, or

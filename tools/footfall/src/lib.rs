@@ -8,6 +8,8 @@
 //! | [`board`] | the virtual board as a process, the board's log and serial port, requests, replay on the host, the default control loop |
 //! | [`virtual_run`] | a run on the virtual board from preparation to result, shown and recorded |
 //! | [`live_run`] | a board that runs by itself, shown live: serial port or debug probe |
+//! | `channel` | topics, messages and their definitions, of captures and live views |
+//! | [`publish`] | a run that is sent to other programs while it runs |
 //! | [`view`] | screens, lines of text, charts |
 //! | [`mod@file`] | the files that commands read and write |
 //! | [`gait_player`], [`edge_reversal`] | gaits and edge-reversal networks played on the host core |
@@ -22,6 +24,7 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod board;
+mod channel;
 pub mod cli;
 pub mod command;
 #[cfg(feature = "analysis")]
@@ -36,5 +39,6 @@ pub mod live_run;
 pub mod messages;
 pub mod options;
 pub mod output;
+pub mod publish;
 pub mod view;
 pub mod virtual_run;

@@ -127,6 +127,8 @@ impl Required {
     pub(crate) fn for_tests(&self, with_image: bool) -> String {
         let named = |need: &Need| match need {
             Need::VirtualBoard => with_image,
+            // The step that installs packages for it requires it itself.
+            Need::Python => false,
             need => self.0.contains(need),
         };
         Need::ALL.into_iter().filter(named).map(Need::name).collect::<Vec<_>>().join(",")
@@ -178,7 +180,7 @@ mod tests {
     fn only_tests_with_an_image_must_run_it() {
         let required = Required::parse("all").unwrap();
         assert!(required.for_tests(true).contains("virtual-board"));
-        assert_eq!(required.for_tests(false), "board-compiler,qemu,traces,terminal,node,chromium,python");
+        assert_eq!(required.for_tests(false), "board-compiler,qemu,traces,terminal,node,chromium");
         assert_eq!(Required::default().for_tests(true), "virtual-board");
         assert_eq!(Required::default().for_tests(false), "");
     }

@@ -32,7 +32,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 18] = [
+pub(super) const STEPS: [Step; 19] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
@@ -56,6 +56,13 @@ pub(super) const STEPS: [Step; 18] = [
         needs: &[],
         uses: &[Need::Traces, Need::Terminal],
         run: host_tests,
+    },
+    Step {
+        name: "python-readers",
+        claim: "programs in Python read captures and the live view; their packages come from the network",
+        needs: &[Need::Python],
+        uses: &[],
+        run: python_readers,
     },
     Step {
         name: "endurance",
@@ -321,6 +328,23 @@ fn host_tests(state: &State) -> Result<String> {
     passed(state, counts)
 }
 
+/// The packages are installed into `target`, where a later run finds them.
+fn python_readers(state: &State) -> Result<String> {
+    let folder = state.workspace.target_dir.join("python-readers");
+    let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
+    shell::must_succeed(shell::command("python3").args(["-m", "venv"]).arg(&folder), "python3 -m venv")?;
+    let mut install = shell::command(&python);
+    install.args(["-m", "pip", "install", "--quiet", "-r", "tools/footfall/tests/python/requirements.txt"]);
+    match shell::must_succeed(&mut install, "pip install") {
+        // A machine without a network has no packages.
+        Err(error) if !state.required.contains(Need::Python) => return Ok(format!("not run: {error}")),
+        installed => installed?,
+    }
+    let variables = [("FOOTFALL_PYTHON", python.as_os_str()), (REQUIRE, OsStr::new(Need::Python.name()))];
+    let counts = programs::run(&["--package", "footfall", "--test", "python_readers"], &variables)?;
+    passed(state, counts)
+}
+
 fn firmware_host(state: &State) -> Result<String> {
     // The library uses none of what an image needs.
     passed(state, tests(state, &["--package", "firmware", "--lib", "--no-default-features"], &[])?)
@@ -419,7 +443,7 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 10] = [
+const IMAGE_TESTS: [&str; 11] = [
     "virtual_board",
     "fits",
     "board_inputs",
@@ -459,10 +483,10 @@ mod tests {
     }
 
     #[test]
-    fn only_qemu_is_optional_for_a_step() {
+    fn only_qemu_and_python_are_optional_for_a_step() {
         let optional = |need: &&Need| !Required::default().contains(**need);
         let optional: Vec<_> = STEPS.iter().flat_map(|step| step.needs.iter().filter(optional)).collect();
-        assert_eq!(optional, [&Need::Qemu]);
+        assert_eq!(optional, [&Need::Python, &Need::Qemu]);
     }
 
     #[test]

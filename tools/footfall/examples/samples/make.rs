@@ -1,6 +1,7 @@
 //! Makes the content of every sample.
 
 mod generators;
+mod layouts;
 mod lines;
 mod motion;
 mod random;
@@ -24,6 +25,8 @@ pub(crate) fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("follower.toml", generators::follower().into_bytes()),
         ("robot.toml", robot::small().into_bytes()),
         ("graph.txt", GRAPH.as_bytes().to_vec()),
+        ("foxglove-layout.json", layouts::foxglove().into_bytes()),
+        ("plotjuggler-layout.xml", layouts::plotjuggler().into_bytes()),
     ]
 }
 

@@ -137,7 +137,7 @@ impl Requests {
                 values
             }
             Action::Undo => self.before.unwrap_or([None; Parameter::COUNT]),
-            Action::Stop => return,
+            Action::Stop | Action::Trim { .. } | Action::Jog { .. } => return,
         };
         self.staged = Some(staged);
     }

@@ -36,6 +36,8 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
                 "The virtual board, whose parameters the arrow keys change:",
                 "footfall watch --elf firmware.elf --virtual-board virtual-board --tune",
             ),
+            ("The same in Foxglove, at ws://127.0.0.1:8765:", "footfall watch --serial /dev/ttyACM0 --foxglove"),
+            ("The same in PlotJuggler, by UDP:", "footfall watch --serial /dev/ttyACM0 --udp 127.0.0.1:9870"),
         ],
     ),
     (
@@ -44,6 +46,10 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
             (
                 "A minute of the virtual board:",
                 "footfall record --elf firmware.elf --virtual-board virtual-board --secs 60 -o walk.mcap",
+            ),
+            (
+                "The same with a stated start, so that each run gives the same bytes:",
+                "footfall record --elf firmware.elf --virtual-board virtual-board --start-time 1700000000 -o walk.mcap",
             ),
             (
                 "A real board, whose log a debug probe's program passes on:",

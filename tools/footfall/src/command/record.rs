@@ -71,8 +71,12 @@ pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
     match (source, virtual_board) {
         (Some(source), _) => {
             let parameters = played.parameters()?;
+            let zero_ns = played.zero_ns();
             let Played { generator, secs, json, overwrite, .. } = played;
-            from_board(&RealBoard { out, elf, source, parameters, generator, secs, json, overwrite }, interrupt)
+            from_board(
+                &RealBoard { out, elf, source, parameters, generator, secs, json, zero_ns, overwrite },
+                interrupt,
+            )
         }
         (None, Some(board)) => run::run(&played.settings(elf, board, Some(out))?, interrupt),
         (None, None) => {
@@ -91,17 +95,19 @@ struct RealBoard {
     generator: Option<PathBuf>,
     secs: Option<f64>,
     json: bool,
+    /// Unix time of the zero of the capture's axis, if stated, ns.
+    zero_ns: Option<u64>,
     overwrite: Overwrite,
 }
 
 fn from_board(settings: &RealBoard, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let RealBoard { out, elf, source, parameters, generator, secs, json, overwrite } = settings;
+    let RealBoard { out, elf, source, parameters, generator, secs, json, zero_ns, overwrite } = settings;
     let image = Image::read(elf).map_err(Failure::input)?;
     capture::check(out, *overwrite)?;
     let stream = source.open(false).map_err(|error| Failure::input(format!("{source}: cannot be opened: {error}")))?;
     let about = capture::about(elf, &image, generator.as_deref(), parameters, source.about(*secs));
     let cannot_write = |error| output::cannot_write(out, error);
-    let begun = Capture::begin(out, about, source.transport(Some(&image)), parameters.clone());
+    let begun = Capture::begin(out, about, source.transport(Some(&image)), parameters.clone(), *zero_ns);
     let mut capture = begun.map_err(cannot_write)?;
     let ended = receive(&mut capture, &stream, source, *secs, interrupt);
     // Even after an error the samples so far are a finished file.

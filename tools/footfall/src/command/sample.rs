@@ -34,7 +34,7 @@ macro_rules! sample {
 }
 
 /// Every sample file. `samples/README.md` describes them.
-pub const SAMPLES: [Sample; 13] = [
+pub const SAMPLES: [Sample; 15] = [
     sample!("walk.csv", "a recording: CSV with four joints, 20 s", "footfall fit {} -o generator.toml"),
     sample!(
         "walk.mot",
@@ -64,6 +64,12 @@ pub const SAMPLES: [Sample; 13] = [
     sample!("follower.toml", "a generator file: a follower with the sensor on the left hip", "footfall certify {}"),
     sample!("robot.toml", "a robot file: other servos and less travel", "footfall check --robot {}"),
     sample!("graph.txt", "a graph of nodes that operate by edge reversal", "footfall smer {}"),
+    sample!(
+        "foxglove-layout.json",
+        "a layout of Foxglove for `watch --foxglove` and captures",
+        "footfall watch --serial /dev/ttyACM0 --foxglove, then in Foxglove: Layouts, Import from file, {}"
+    ),
+    sample!("plotjuggler-layout.xml", "a layout of PlotJuggler for `watch --udp`", "plotjuggler --layout {}"),
 ];
 
 /// Options of `footfall sample`.

@@ -1,5 +1,5 @@
 //! `footfall watch`: runs the firmware image on the virtual board, fed with a recorded gait, and shows, records and replays the run; or shows
-//! what a board sends on its serial port or in its log.
+//! what a board sends on its serial port or in its log. Either can be sent to other programs while it runs.
 
 use clap::Args;
 use std::path::PathBuf;
@@ -11,6 +11,7 @@ use crate::file::capture::rtt::Source;
 use crate::live_run;
 use crate::options::played::Played;
 use crate::options::terminal::Keys;
+use crate::publish::Receivers;
 use crate::virtual_run::run;
 
 /// Options of `footfall watch`.
@@ -28,7 +29,8 @@ pub struct Options {
         long,
         value_name = "PORT",
         conflicts_with_all = [
-            "elf", "virtual_board", "rtt", "rtt_lines", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board"
+            "elf", "virtual_board", "rtt", "rtt_lines", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board",
+            "start_time"
         ]
     )]
     pub serial: Option<PathBuf>,
@@ -38,7 +40,8 @@ pub struct Options {
         long,
         value_name = "SOURCE",
         conflicts_with_all = [
-            "virtual_board", "rtt_lines", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board"
+            "virtual_board", "rtt_lines", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board",
+            "start_time"
         ]
     )]
     pub rtt: Option<Source>,
@@ -47,13 +50,17 @@ pub struct Options {
         long,
         value_name = "SOURCE",
         conflicts_with_all = [
-            "elf", "virtual_board", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board"
+            "elf", "virtual_board", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board",
+            "start_time"
         ]
     )]
     pub rtt_lines: Option<Source>,
     /// Record every tick: a name that ends in .csv or .mcap; data of the whole run go to FILE.json
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
+    /// Where the run is sent while it runs
+    #[command(flatten)]
+    pub receivers: Receivers,
     /// What is fed to the board, and how the run is shown
     #[command(flatten)]
     pub played: Played,
@@ -64,14 +71,21 @@ pub struct Options {
 /// # Errors
 /// Wrong input, a board that cannot be started or reached, a file that cannot be written, or a run that was not sound.
 pub fn run(options: Options, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let Options { elf, virtual_board, serial, rtt, rtt_lines, record, played } = options;
+    let Options { elf, virtual_board, serial, rtt, rtt_lines, record, receivers, played } = options;
     let origin = serial.map(Origin::Serial).or(rtt.map(Origin::Log)).or(rtt_lines.map(Origin::Lines));
     match (origin, elf, virtual_board) {
         (Some(origin), elf, _) => {
             let show = played.show(if origin.is_stdin() { Keys::Terminal } else { Keys::Stdin });
-            live_run::run::run(&live_run::run::Settings { origin, elf, secs: played.secs, show }, interrupt)
+            let settings = live_run::run::Settings { origin, elf, secs: played.secs, receivers, show };
+            live_run::run::run(&settings, interrupt)
         }
-        (None, Some(elf), Some(board)) => run::run(&played.settings(elf, board, record)?, interrupt),
+        (None, Some(elf), Some(board)) => {
+            let mut settings = played.settings(elf, board, record)?;
+            // Who looks at it looks at it in real time.
+            settings.pace |= receivers.any();
+            settings.receivers = receivers;
+            run::run(&settings, interrupt)
+        }
         _ => {
             let allowed = "--elf with --virtual-board or --rtt, --serial, or --rtt-lines";
             Err(Failure::input(format!("nothing to watch; allowed are {allowed}")))

@@ -9,7 +9,6 @@
 
 mod csv_rows;
 mod header;
-mod joint_states;
 mod mcap_messages;
 #[cfg(feature = "analysis")]
 pub mod recorded;
@@ -18,6 +17,7 @@ pub mod samples;
 
 use crate::board::lines::BoardLine;
 use crate::board::transport::{Heard, Transport, TransportError};
+use crate::channel::clock::unix_ns;
 use crate::failure::Failure;
 use crate::options::overwrite::Overwrite;
 use crate::options::sensors::joints;
@@ -159,16 +159,21 @@ pub struct Recorder {
     /// The file of the edges at the synchronisation input; made with the first edge.
     edges: Option<File>,
     about: Value,
+    /// Unix time of the zero of the axis, ns: as stated, or from the arrival of the first sample.
+    zero_ns: Option<u64>,
+    /// Whether the file has it.
+    has_zero: bool,
     boots: Vec<Value>,
     rows: u64,
 }
 
 impl Recorder {
-    /// Begins a file, after [`check`]; `about` is what runs, with these parameters.
+    /// Begins a file, after [`check`]; `about` is what runs, with these parameters. `zero_ns` is the Unix time of the zero of the
+    /// capture's axis, in nanoseconds; without it, it follows from the time at which the first sample arrives.
     ///
     /// # Errors
     /// A file cannot be written, or its name has no known extension.
-    pub fn begin(path: &Path, parameters: &Parameters, about: Value) -> io::Result<Self> {
+    pub fn begin(path: &Path, parameters: &Parameters, about: Value, zero_ns: Option<u64>) -> io::Result<Self> {
         let joints = &joints(&parameters.sensors);
         let sink = match Format::of(path).map_err(io::Error::other)? {
             Format::Csv => Sink::Csv(csv_rows::Rows::begin(path, joints)?),
@@ -181,7 +186,8 @@ impl Recorder {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
             _ => {}
         }
-        let recorder = Self { path: path.into(), sink, edges: None, about, boots: Vec::new(), rows: 0 };
+        let recorder =
+            Self { path: path.into(), sink, edges: None, about, zero_ns, has_zero: false, boots: Vec::new(), rows: 0 };
         recorder.write_about(false, &Value::Null, &Value::Null)?;
         Ok(recorder)
     }
@@ -205,6 +211,8 @@ impl Recorder {
     /// # Errors
     /// The file cannot be written.
     pub fn samples(&mut self, samples: &[Sample]) -> io::Result<()> {
+        let Some(first) = samples.first() else { return Ok(()) };
+        self.set_zero(first.time_ns)?;
         match &mut self.sink {
             Sink::Csv(rows) => rows.write(samples)?,
             Sink::Mcap(messages) => messages.write(samples)?,
@@ -213,14 +221,26 @@ impl Recorder {
         Ok(())
     }
 
+    /// Takes the Unix time of the zero of the axis, with the first data, which have this time on the axis.
+    fn set_zero(&mut self, time_ns: u64) -> io::Result<()> {
+        if self.has_zero {
+            return Ok(());
+        }
+        self.has_zero = true;
+        let zero_ns = *self.zero_ns.get_or_insert_with(|| unix_ns().saturating_sub(time_ns));
+        match &mut self.sink {
+            Sink::Csv(_) => Ok(()),
+            Sink::Mcap(messages) => messages.set_zero(zero_ns),
+        }
+    }
+
     /// Writes edges at the synchronisation input.
     ///
     /// # Errors
     /// A file cannot be written.
     pub fn edges(&mut self, edges: &[EdgeAt]) -> io::Result<()> {
-        if edges.is_empty() {
-            return Ok(());
-        }
+        let Some(first) = edges.first() else { return Ok(()) };
+        self.set_zero(first.time_ns)?;
         if let Sink::Mcap(messages) = &mut self.sink {
             edges.iter().try_for_each(|edge| messages.edge(edge))?;
         }
@@ -262,6 +282,7 @@ impl Recorder {
             "rows": self.rows,
             "footfall": env!("CARGO_PKG_VERSION"),
             "about": self.about,
+            "clock": { "zero_unix_ns": self.zero_ns },
             "boots": self.boots,
             "counts": counts,
             "result": result,
@@ -313,8 +334,14 @@ impl<'t> Capture<'t> {
     ///
     /// # Errors
     /// A file cannot be written.
-    pub fn begin(path: &Path, about: Value, transport: Transport<'t>, parameters: Parameters) -> io::Result<Self> {
-        let recorder = Recorder::begin(path, &parameters, about)?;
+    pub fn begin(
+        path: &Path,
+        about: Value,
+        transport: Transport<'t>,
+        parameters: Parameters,
+        zero_ns: Option<u64>,
+    ) -> io::Result<Self> {
+        let recorder = Recorder::begin(path, &parameters, about, zero_ns)?;
         Ok(Self { log_reader: LogReader::new(transport, parameters), recorder, samples: Vec::new() })
     }
 

@@ -7,6 +7,7 @@ pub mod capture;
 pub mod fit_summary;
 #[cfg(feature = "analysis")]
 pub mod graph_file;
+pub(crate) mod mcap_writer;
 pub mod recording;
 #[cfg(feature = "analysis")]
 pub mod svg;

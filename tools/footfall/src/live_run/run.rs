@@ -1,5 +1,6 @@
 //! Watches a board that runs until its source ends, enough seconds have passed, a key or a signal.
 
+use joint_loop::{RobotConfig, SENSOR_JOINT};
 use serde_json::json;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -14,6 +15,7 @@ use crate::board::run::Event;
 use crate::board::source::Origin;
 use crate::failure::Failure;
 use crate::messages;
+use crate::publish::{Publisher, Receivers};
 use crate::view::keys::{Key, TuneKey, key};
 use crate::view::plain;
 use crate::view::screen;
@@ -35,6 +37,8 @@ pub struct Settings {
     pub elf: Option<PathBuf>,
     /// Seconds of the board.
     pub secs: Option<f64>,
+    /// Where it is sent while it runs.
+    pub receivers: Receivers,
     /// How it is shown.
     pub show: Show,
 }
@@ -44,11 +48,13 @@ pub struct Settings {
 /// # Errors
 /// The source cannot be opened or fails, its bytes are not of this image or version, or no frame came.
 pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
-    let Settings { origin, elf, show, .. } = settings;
+    let Settings { origin, elf, receivers, show, .. } = settings;
     let image = elf.as_deref().map(Image::read).transpose().map_err(Failure::input)?;
     let mut connection = Connection::open(origin, origin.transport(image.as_ref()), *show == Show::Screen)?;
     let has_log = !matches!(origin, Origin::Serial(_));
-    let mut shown = Shown::titled(format!("footfall watch: {origin}"), has_log);
+    // A board that is listened to does not say which robot it has.
+    let publisher = Publisher::open(receivers, vec![SENSOR_JOINT], &RobotConfig::default_biped())?;
+    let mut shown = Shown::titled(format!("footfall watch: {origin}"), has_log, publisher);
     let watched = match show {
         Show::Screen => {
             shown.view.tuning = connection.port().map(|_| Tuning::default());
@@ -56,6 +62,7 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
         }
         Show::Plain | Show::Json => in_lines(settings, &mut connection, &mut shown, interrupt),
     };
+    shown.publisher.finish();
     watched?;
     if let Some(tuning) = &shown.view.tuning {
         let changed = tuning.changed();

@@ -8,6 +8,7 @@ use wire::{Answered, Boot, Frame, Record, RecordId};
 use crate::board::run::{Counters, Event};
 use crate::board::transport::Heard;
 use crate::options::sensors::joints;
+use crate::publish::Publisher;
 use crate::view::state::{View, Watched};
 
 /// What is shown so far.
@@ -20,6 +21,7 @@ pub(super) struct Shown {
     began_s: f64,
     /// The log has changes and refusals as lines too; a serial port has them as records alone.
     has_log: bool,
+    pub(super) publisher: Publisher,
 }
 
 /// What a board sent, for who prints it.
@@ -32,10 +34,10 @@ pub(super) enum News {
 }
 
 impl Shown {
-    pub(super) fn titled(title: String, has_log: bool) -> Self {
+    pub(super) fn titled(title: String, has_log: bool, publisher: Publisher) -> Self {
         let mut view = View::titled(title, Vec::new());
         view.watched = Watched::Board;
-        Self { view, counters: Counters::default(), first_s: None, began_s: 0.0, has_log }
+        Self { view, counters: Counters::default(), first_s: None, began_s: 0.0, has_log, publisher }
     }
 
     /// Seconds of the board since the first frame.
@@ -137,6 +139,7 @@ impl Shown {
 
     fn show(&mut self, event: Event) -> Vec<News> {
         self.view.take(&event, &self.counters);
+        self.publisher.event(&event);
         vec![News::Event(event)]
     }
 }
@@ -152,7 +155,7 @@ mod tests {
 
     #[test]
     fn time_goes_on_after_a_reset_whose_record_was_lost() {
-        let mut shown = Shown::titled("a port".into(), false);
+        let mut shown = Shown::titled("a port".into(), false, Publisher::default());
         for tick in [5_000, 5_010, 5_500] {
             assert_eq!(shown.take(frame(tick)).len(), 1);
         }
@@ -161,14 +164,14 @@ mod tests {
         assert!(matches!(&news[0], News::Event(Event::Booted { cause, .. }) if cause.contains("lost")), "{news:?}");
         assert!((shown.view.t_s - 5.51).abs() < 1e-9 && (shown.seconds() - 0.51).abs() < 1e-9);
         // The counter wraps after 49 days: that is no reset.
-        let mut shown = Shown::titled("a port".into(), false);
+        let mut shown = Shown::titled("a port".into(), false, Publisher::default());
         shown.take(frame(u32::MAX));
         assert_eq!(shown.take(frame(9)).len(), 1);
     }
 
     #[test]
     fn lines_for_people_have_a_level_and_damage_is_counted() {
-        let mut shown = Shown::titled("a log".into(), true);
+        let mut shown = Shown::titled("a log".into(), true, Publisher::default());
         let text = |level: &str| Heard::Text { level: level.into(), text: "hello".into() };
         assert!(shown.take(text("")).is_empty() && shown.take(Heard::Damaged).is_empty());
         assert_eq!(shown.take(text("warn")).len(), 1);

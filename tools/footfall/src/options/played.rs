@@ -14,6 +14,7 @@ use super::sensors::SensorArgument;
 use super::terminal::{Keys, shows_screens};
 use super::value::number;
 use crate::failure::Failure;
+use crate::publish::Receivers;
 use crate::virtual_run::settings::{Press, Settings, Show};
 
 /// What is fed to the board, and how the run is shown.
@@ -54,6 +55,9 @@ pub struct Played {
     /// Change the board's parameters by keys of the live screen. It takes the serial port of the virtual board, so that no other program can
     #[arg(long, conflicts_with_all = ["json", "plain"])]
     pub tune: bool,
+    /// Unix time of the zero of a capture's time axis, seconds: of the first power-on in it [default: by the host's clock]
+    #[arg(long, value_name = "SECONDS", value_parser = number(0.0..=2_147_483_647.0, " seconds"))]
+    pub start_time: Option<f64>,
     /// Whether files may be replaced
     #[command(flatten)]
     pub overwrite: Overwrite,
@@ -99,6 +103,12 @@ impl Played {
         }
     }
 
+    /// The Unix time of the zero of a capture's axis, if it is stated, in nanoseconds.
+    #[must_use]
+    pub fn zero_ns(&self) -> Option<u64> {
+        self.start_time.map(|seconds| (seconds * 1e9).round() as u64)
+    }
+
     /// The settings of a run of this image on the virtual board.
     ///
     /// # Errors
@@ -110,6 +120,7 @@ impl Played {
                 "--tune: there is no live screen here; allowed is a terminal, or `footfall set`",
             ));
         }
+        let zero_ns = self.zero_ns();
         let robot = self.robot.read()?;
         let parameters = self.parameters_on(&robot)?;
         let sensors_name = (!self.sensor.is_empty()).then(|| record_name::of_sensors(&self.sensor));
@@ -117,6 +128,7 @@ impl Played {
             elf,
             virtual_board,
             record,
+            zero_ns,
             overwrite: self.overwrite,
             trace: self.trace,
             parameters,
@@ -129,6 +141,7 @@ impl Played {
             disarm: self.disarm,
             pace: self.pace,
             tune: self.tune,
+            receivers: Receivers::default(),
             show,
             board: self.board,
         })

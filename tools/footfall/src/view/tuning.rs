@@ -136,6 +136,8 @@ fn in_words(action: Action) -> String {
         Action::Set { parameter, thousandths } => {
             format!("set {} {}", parameter.name(), value_in_words(parameter, thousandths))
         }
+        Action::Trim { joint } => format!("trim {}", joint.name()),
+        Action::Jog { pulse } => format!("jog {} us", pulse.0),
     }
 }
 

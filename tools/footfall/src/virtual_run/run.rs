@@ -3,6 +3,7 @@
 //! Screen, plain lines and JSON lines show the same [`View`].
 
 use joint_loop::RobotConfig;
+use joint_loop::setup::default_loop::Parameters;
 use serde_json::Value;
 use std::io::{self, Write};
 use std::path::Path;
@@ -16,11 +17,13 @@ use crate::board::process::{BoardProcess, Output};
 use crate::board::run::{BoardRun, Event};
 use crate::board::run_result::RunResult;
 use crate::board::transport::Transport;
+use crate::channel::clock::unix_ns;
 use crate::failure::Failure;
 use crate::file::capture::{Capture, counts_in_words};
 use crate::messages;
 use crate::options::sensors::joints;
 use crate::output;
+use crate::publish::Publisher;
 use crate::view::keys::{Key, key};
 use crate::view::plain;
 use crate::view::screen;
@@ -46,8 +49,10 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
         messages::status(format_args!("walks: {}", walks(path, &settings.parameters.robot)?));
     }
     let arguments = arguments(settings, &prepared)?;
+    let Parameters { sensors, robot, .. } = &settings.parameters;
+    let publisher = Publisher::open(&settings.receivers, joints(sensors), robot)?;
     let mut board = BoardProcess::start(&settings.virtual_board, &arguments.all).map_err(Failure::input)?;
-    let mut run = Run::begin(settings, &prepared)?;
+    let mut run = Run::begin(settings, &prepared, publisher)?;
     let shown = match settings.show {
         Show::Screen => on_screen(&mut run, &mut board, interrupt),
         Show::Plain | Show::Json => in_lines(&mut run, &mut board, interrupt, settings.show),
@@ -79,6 +84,7 @@ fn walks(path: &Path, _robot: &RobotConfig) -> Result<String, Failure> {
 struct Run<'t> {
     board_run: BoardRun<'t>,
     view: View,
+    publisher: Publisher,
     capture: Option<Capture<'t>>,
     /// The serial port, if keys of the screen change the board.
     tuned: Option<Tuned>,
@@ -88,16 +94,14 @@ struct Run<'t> {
 }
 
 impl<'t> Run<'t> {
-    fn begin(settings: &Settings, prepared: &'t Prepared) -> Result<Self, Failure> {
+    fn begin(settings: &Settings, prepared: &'t Prepared, publisher: Publisher) -> Result<Self, Failure> {
         let parameters = &settings.parameters;
         let capture = match &settings.record {
             Some(path) => {
-                let begun = Capture::begin(
-                    path,
-                    about(settings, prepared),
-                    Transport::log(&prepared.image),
-                    parameters.clone(),
-                );
+                // The board powers on now.
+                let zero_ns = settings.zero_ns.unwrap_or_else(unix_ns);
+                let (about, log) = (about(settings, prepared), Transport::log(&prepared.image));
+                let begun = Capture::begin(path, about, log, parameters.clone(), Some(zero_ns));
                 Some(begun.map_err(|error| output::cannot_write(path, error))?)
             }
             None => None,
@@ -105,7 +109,8 @@ impl<'t> Run<'t> {
         let mut view = View::titled(format!("footfall watch: {}", prepared.feed.title), joints(&parameters.sensors));
         view.pulse_limits_us = Some(parameters.robot.servos.map(|servo| [servo.shortest.0, servo.longest.0]));
         let board_run = BoardRun::new(&prepared.image, parameters.clone());
-        Ok(Self { board_run, view, capture, tuned: settings.tune.then(Tuned::default), result: None, error: None })
+        let tuned = settings.tune.then(Tuned::default);
+        Ok(Self { board_run, view, publisher, capture, tuned, result: None, error: None })
     }
 
     /// Takes one output of the board; returns the events, or `None` after the last output.
@@ -141,6 +146,7 @@ impl<'t> Run<'t> {
 
     fn account(&mut self, event: &Event) {
         self.view.take(event, self.board_run.counters());
+        self.publisher.event(event);
         if let Some(tuned) = &mut self.tuned {
             tuned.account(event, &mut self.view);
         }
@@ -153,6 +159,7 @@ impl<'t> Run<'t> {
         for event in self.board_run.finish() {
             self.account(&event);
         }
+        self.publisher.finish();
         let complete = self.result.is_some();
         let mut result =
             self.result.take().unwrap_or_else(|| RunResult::new(None, self.board_run.counters(), "", Value::Null));

@@ -1,6 +1,7 @@
 //! Settings of a run on the virtual board.
 
 use crate::options::overwrite::Overwrite;
+use crate::publish::Receivers;
 use joint_loop::RecordName;
 use joint_loop::setup::default_loop::Parameters;
 use std::ffi::OsString;
@@ -28,6 +29,8 @@ pub struct Settings {
     pub virtual_board: PathBuf,
     /// The capture to write.
     pub record: Option<PathBuf>,
+    /// Unix time of the power-on for the capture, if it is stated, ns.
+    pub zero_ns: Option<u64>,
     /// Whether files may be replaced.
     pub overwrite: Overwrite,
     /// The recording that is fed to the sensors; `None` for the default one.
@@ -52,6 +55,8 @@ pub struct Settings {
     pub pace: bool,
     /// Keys of the screen change the board, through its serial port.
     pub tune: bool,
+    /// Where the run is sent while it runs.
+    pub receivers: Receivers,
     /// How the run is shown.
     pub show: Show,
     /// More options for the virtual board.

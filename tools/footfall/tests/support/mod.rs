@@ -233,6 +233,20 @@ impl Bench {
         Self::with(first, &quit)
     }
 
+    /// The board waits for the file `go`, then writes these lines as slowly as one that runs in real time, about, and ends.
+    pub(crate) fn paced(lines: &[String]) -> Self {
+        let bench = Self::with(&[String::new()], "");
+        std::fs::write(bench.path("paced"), lines.join("\n") + "\n").unwrap();
+        let folder = bench.folder.path().display();
+        let script = format!(
+            "#!/bin/sh\necho \"$@\" > {folder}/arguments\nwhile [ ! -e {folder}/go ]; do sleep 0.02; done\nn=0\n\
+             while IFS= read -r line; do\n  printf '%s\\n' \"$line\"\n  n=$((n + 1))\n  \
+             if [ $((n % 26)) = 0 ]; then sleep 0.1; fi\ndone < {folder}/paced\n"
+        );
+        std::fs::write(bench.path("board"), script).unwrap();
+        bench
+    }
+
     fn with(lines: &[String], then: &str) -> Self {
         let bench = Self { folder: tempfile::tempdir().unwrap() };
         std::fs::write(bench.path("fw.elf"), elf()).unwrap();

@@ -4,16 +4,18 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use joint_loop::tuning::{Action, Outcome, Request};
+use joint_loop::tuning::{Action, Outcome};
 use joint_loop::{Cause, SupervisorState};
 use joint_units::{Joint, PulseMicros};
 use wire::{Answered, Record};
 
-use crate::board::serial::{Port, Records, is_other_version};
+use crate::board::requests::{ANSWER_WITHIN, Requests};
+use crate::board::serial::Port;
+use crate::board::transport::{Heard, Transport};
 use crate::failure::Failure;
 use crate::file::capture::rtt::Came;
 
-/// Longest time to an answer, and longest silence.
+/// Longest silence.
 const PATIENCE: Duration = Duration::from_secs(5);
 /// Time for which one call listens.
 const MOMENT: Duration = Duration::from_millis(20);
@@ -42,10 +44,10 @@ pub(super) struct Seen {
 pub(super) struct Board<'a> {
     place: String,
     port: Port,
-    records: Records,
+    transport: Transport<'static>,
+    requests: Requests,
     interrupt: &'a AtomicBool,
-    number: u16,
-    answer: Option<Answered>,
+    answers: Vec<Answered>,
     seen: Option<Seen>,
     heard: Instant,
 }
@@ -55,8 +57,8 @@ impl<'a> Board<'a> {
         let place = path.display().to_string();
         let port =
             Port::open(path, true).map_err(|error| Failure::input(format!("{place}: cannot be opened: {error}")))?;
-        let (records, heard) = (Records::default(), Instant::now());
-        Ok(Self { place, port, records, interrupt, number: 0, answer: None, seen: None, heard })
+        let (transport, requests) = (Transport::serial(), Requests::default());
+        Ok(Self { place, port, transport, requests, interrupt, answers: vec![], seen: None, heard: Instant::now() })
     }
 
     fn receive(&mut self, within: Duration) -> Result<(), Failure> {
@@ -73,33 +75,30 @@ impl<'a> Board<'a> {
             Came::Broken(error) => return Err(Failure::run(format!("{place}: the port failed: {error}"))),
         };
         self.heard = Instant::now();
-        for record in self.records.push(&bytes) {
-            match record {
-                Ok(Record::Frame(frame)) => {
-                    let pulses = frame.pulses_us.map(PulseMicros);
-                    self.seen = Some(Seen { tick: frame.tick, state: frame.state, cause: frame.cause, pulses });
-                }
-                Ok(Record::Answered(answer)) if answer.number == self.number => self.answer = Some(answer),
-                Err(error) if is_other_version(&record) => return Err(Failure::run(format!("{place}: {error}"))),
-                _ => {}
+        let (seen, answers) = (&mut self.seen, &mut self.answers);
+        let pushed = self.transport.push(&bytes, |heard| match heard {
+            Heard::Record(Record::Frame(frame)) => {
+                let pulses = frame.pulses_us.map(PulseMicros);
+                *seen = Some(Seen { tick: frame.tick, state: frame.state, cause: frame.cause, pulses });
             }
-        }
-        Ok(())
+            Heard::Record(Record::Answered(answer)) => answers.push(answer),
+            _ => {}
+        });
+        pushed.map_err(|error| Failure::run(format!("{place}: {error}")))
     }
 }
 
 impl Trimmed for Board<'_> {
     fn ask(&mut self, action: Action) -> Result<Outcome, Failure> {
-        self.number = self.number.wrapping_add(1);
-        self.answer = None;
+        let request = self.requests.ask(action, Instant::now());
         let place = &self.place;
         self.port
-            .send(&Request { number: self.number, action })
+            .send(&request)
             .map_err(|error| Failure::run(format!("{place}: does not take the request: {error}")))?;
-        let until = Instant::now() + PATIENCE;
+        let until = Instant::now() + ANSWER_WITHIN;
         loop {
             self.receive(MOMENT)?;
-            if let Some(answer) = self.answer {
+            if let Some(answer) = self.answers.drain(..).find(|answer| answer.number == request.number) {
                 return Ok(answer.outcome);
             }
             if Instant::now() >= until {

@@ -17,8 +17,8 @@ use wire::RecordId;
 ///
 /// Version 4 has `validity` instead of `verdict`, `generator_file` instead of `params`, `result` instead of `summary`, and `boot_record`
 /// instead of `heard`. Version 5 has name and check sum of each record at each boot, where the board reports them,
-/// version 6 the records themselves, version 7 the requests of a host.
-pub const SCHEMA: u32 = 7;
+/// version 6 the records themselves, version 7 the requests of a host. Version 8 has times of the Unix epoch in MCAP, and their zero.
+pub const SCHEMA: u32 = 8;
 
 /// What runs on the board: image, generator, sensors, their records and that of the robot in hexadecimal digits; and `more` about the run.
 #[must_use]

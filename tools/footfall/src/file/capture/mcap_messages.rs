@@ -1,5 +1,5 @@
-//! A capture as MCAP (<https://mcap.dev/spec>): messages in JSON with JSON Schema, time stamps in nanoseconds of the board's own
-//! clock. Opens in Foxglove and PlotJuggler; the messages of ROS 2 move a robot there, see [`super::joint_states`].
+//! A capture as MCAP (<https://mcap.dev/spec>): messages in JSON with JSON Schema, and messages of ROS 2. Opens in Foxglove and
+//! PlotJuggler; the joint states move a robot there, see [`crate::channel::joint_states`].
 //!
 //! | topic | a message for | content |
 //! |---|---|---|
@@ -8,22 +8,24 @@
 //! | `/sync` | every edge at the synchronisation input | the level after it |
 //! | `/state` | every change | state of the supervisor, late and missed ticks |
 //! | `/joint_states` | every tenth sample with known outputs | setpoints, as ROS 2 has them |
+//! | `/foxglove_joint_states` | the same | setpoints, as Foxglove has them |
 //! | `/robot_description` | once | the robot, as URDF |
 //!
-//! Metadata: `footfall` (what runs, the calibration), `boot 1`, `boot 2`, ... (chip, factory values), `end` (the counts).
-//! A chunk is written at once every second: a file without an end is complete up to its last chunk.
+//! Times are nanoseconds of the Unix epoch: that of the zero of the capture's axis plus the time by the board's own clock, whose tick is in
+//! the messages. Metadata: `footfall` (what runs, the calibration), `clock` (`zero_unix_ns`, the Unix time of that zero), `boot 1`,
+//! `boot 2`, ... (chip, factory values), `end` (the counts). A chunk is written at once every second: a file without an end is complete up
+//! to its last chunk.
 
 use super::header::{SCHEMA, flat};
-use super::joint_states;
 use super::samples::{EdgeAt, Sample};
+use crate::channel::objects::{JOINTS, SENSOR, STATE, joints_schema, number, sensor_schema, state_schema, sync_schema};
+use crate::channel::{Channel, joint_states, objects, robot_description};
+use crate::file::mcap_writer::McapWriter;
 use crate::output;
 use hgod_adc::Validity;
 use joint_loop::RobotConfig;
 use joint_units::Joint;
-use mcap::records::{MessageHeader, Metadata};
-use mcap::{McapError, WriteOptions, Writer};
 use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::Path;
@@ -32,52 +34,63 @@ use std::path::Path;
 const CHUNK: u32 = 1000;
 
 pub(crate) struct Messages {
-    writer: Writer<BufWriter<File>>,
+    writer: McapWriter<BufWriter<File>>,
     joints: Vec<Joint>,
-    /// Channels `/sensor`, `/joints`, `/state`, `/sync`, `/joint_states`.
-    channels: [u16; 5],
-    sequences: [u32; 5],
+    /// The robot, as URDF.
+    robot: String,
+    /// Channels in the order of [`channels`], and the numbers of their next messages.
+    channels: [(u16, u32); 7],
+    /// Unix time of the zero of the capture's axis, ns.
+    zero_ns: u64,
     in_chunk: u32,
     boots: u32,
     state: Option<(u32, &'static str, u32, u32)>,
 }
 
+/// The channels of a capture of sensors on these joints.
+fn channels(joints: &[Joint]) -> [Channel; 7] {
+    [
+        Channel::json(SENSOR, "footfall.Sensor", &sensor_schema(joints)),
+        Channel::json(JOINTS, "footfall.Joints", &joints_schema()),
+        Channel::json(STATE, "footfall.State", &state_schema()),
+        Channel::json("/sync", "footfall.Sync", &sync_schema()),
+        Channel::ros(joint_states::TOPIC, joint_states::JOINT_STATE),
+        Channel::json(joint_states::FOXGLOVE_TOPIC, "foxglove.JointStates", &joint_states::foxglove_schema()),
+        Channel::ros(robot_description::TOPIC, robot_description::TEXT),
+    ]
+}
+
 impl Messages {
     pub(crate) fn begin(path: &Path, joints: &[Joint], robot: &RobotConfig, about: &Value) -> io::Result<Self> {
-        let options = WriteOptions::new()
-            .compression(None)
-            .profile("")
-            .library(concat!("footfall ", env!("CARGO_PKG_VERSION")))
-            .chunk_size(None)
-            // A chunk is then written in one piece, with its length: a killed program leaves whole chunks.
-            .disable_seeking(true);
-        let mut writer = options.create(BufWriter::new(output::begin(path)?)).map_err(io)?;
-        let mut add = |topic: &str, (name, definition): (&str, &str), [language, encoding]: [&str; 2]| {
-            let schema = writer.add_schema(name, language, definition.as_bytes()).map_err(io)?;
-            writer.add_channel(schema, topic, encoding, &BTreeMap::new()).map_err(io)
-        };
-        let mut channel =
-            |topic: &str, name: &str, schema: Value| add(topic, (name, &schema.to_string()), ["jsonschema", "json"]);
-        let json = [
-            channel("/sensor", "footfall.Sensor", sensor_schema(joints))?,
-            channel("/joints", "footfall.Joints", joints_schema())?,
-            channel("/state", "footfall.State", state_schema())?,
-            channel("/sync", "footfall.Sync", sync_schema())?,
-        ];
-        let ros = ["ros2msg", "cdr"];
-        let joint_states = add("/joint_states", joint_states::JOINT_STATE, ros)?;
-        let description = add("/robot_description", joint_states::TEXT, ros)?;
-        let [sensor, joint, state, sync] = json;
-        let channels = [sensor, joint, state, sync, joint_states];
+        let out = BufWriter::new(output::begin(path)?);
+        let mut writer = McapWriter::begin(out, concat!("footfall ", env!("CARGO_PKG_VERSION")))?;
+        let mut numbers = [(0, 0); 7];
+        for (number, channel) in numbers.iter_mut().zip(channels(joints)) {
+            let schema = [channel.schema.name, channel.schema.encoding, &channel.schema.text];
+            number.0 = writer.add_channel(channel.topic, channel.encoding, schema)?;
+        }
         let mut metadata = flat(about);
         metadata.insert("footfall".into(), env!("CARGO_PKG_VERSION").into());
         metadata.insert("schema".into(), SCHEMA.to_string());
-        writer.write_metadata(&Metadata { name: "footfall".into(), metadata }).map_err(io)?;
-        let header = MessageHeader { channel_id: description, sequence: 0, log_time: 0, publish_time: 0 };
-        let robot = joint_states::text(&joint_states::urdf(robot));
-        writer.write_to_known_channel(&header, &robot).map_err(io)?;
-        writer.flush().map_err(io)?;
-        Ok(Self { writer, joints: joints.to_vec(), channels, sequences: [0; 5], in_chunk: 0, boots: 0, state: None })
+        writer.metadata("footfall", metadata)?;
+        Ok(Self {
+            writer,
+            joints: joints.to_vec(),
+            robot: robot_description::urdf(robot),
+            channels: numbers,
+            zero_ns: 0,
+            in_chunk: 0,
+            boots: 0,
+            state: None,
+        })
+    }
+
+    /// Sets the Unix time of the zero of the axis, before the first message.
+    pub(crate) fn set_zero(&mut self, zero_ns: u64) -> io::Result<()> {
+        self.zero_ns = zero_ns;
+        self.metadata("clock", &json!({ "zero_unix_ns": zero_ns }))?;
+        self.bytes(6, 0, &robot_description::text(&self.robot))?;
+        self.writer.flush()
     }
 
     pub(crate) fn boot(&mut self, boot: &Value) -> io::Result<()> {
@@ -86,7 +99,7 @@ impl Messages {
     }
 
     fn metadata(&mut self, name: &str, value: &Value) -> io::Result<()> {
-        self.writer.write_metadata(&Metadata { name: name.into(), metadata: flat(value) }).map_err(io)
+        self.writer.metadata(name, flat(value))
     }
 
     pub(crate) fn write(&mut self, samples: &[Sample]) -> io::Result<()> {
@@ -94,7 +107,7 @@ impl Messages {
             self.sample(sample)?;
             self.in_chunk += 1;
             if self.in_chunk == CHUNK {
-                self.writer.flush().map_err(io)?;
+                self.writer.flush()?;
                 self.in_chunk = 0;
             }
         }
@@ -122,30 +135,19 @@ impl Messages {
         self.message(0, at, &Value::Object(sensor))?;
 
         let Some(tick) = &sample.output else { return Ok(()) };
-        let mut joints = Map::new();
-        joints.insert("boot".into(), sample.boot.into());
-        joints.insert("tick".into(), sample.tick.into());
-        for (joint, angle) in Joint::ALL.into_iter().zip(tick.setpoints_deg()) {
-            joints.insert(format!("set_{}_deg", joint.name()), number(Some(angle)));
-        }
-        for (joint, pulse) in Joint::ALL.into_iter().zip(tick.pulses_us) {
-            joints.insert(format!("{}_us", joint.name()), pulse.into());
-        }
+        let mut joints = objects::joints(sample.boot, tick);
         joints.insert("known".into(), sample.known.name().into());
-        joints.insert("seq".into(), tick.seq.into());
-        joints.insert("limited".into(), tick.limited.into());
         self.message(1, at, &Value::Object(joints))?;
         if sample.tick.is_multiple_of(joint_states::TICKS) {
-            self.bytes(4, at, &joint_states::joint_state(at, tick.setpoints_rad))?;
+            self.bytes(4, at, &joint_states::joint_state(self.unix_ns(at), tick.setpoints_rad))?;
+            self.message(5, at, &joint_states::foxglove_joint_states(self.unix_ns(at), tick.setpoints_rad))?;
         }
 
         let state = (sample.boot, tick.state.name(), tick.late, tick.missed);
         if self.state.replace(state) == Some(state) {
             return Ok(());
         }
-        let (boot, name, late, missed) = state;
-        let state = json!({ "boot": boot, "tick": sample.tick, "state": name, "late": late, "missed": missed });
-        self.message(2, at, &state)
+        self.message(2, at, &objects::state(sample.boot, tick))
     }
 
     pub(crate) fn edge(&mut self, edge: &EdgeAt) -> io::Result<()> {
@@ -157,104 +159,20 @@ impl Messages {
     }
 
     fn bytes(&mut self, channel: usize, at: u64, bytes: &[u8]) -> io::Result<()> {
-        let sequence = self.sequences[channel];
-        self.sequences[channel] = sequence.wrapping_add(1);
-        let header = MessageHeader { channel_id: self.channels[channel], sequence, log_time: at, publish_time: at };
-        self.writer.write_to_known_channel(&header, bytes).map_err(io)
+        let time_ns = self.unix_ns(at);
+        let (id, sequence) = &mut self.channels[channel];
+        self.writer.message(*id, *sequence, time_ns, bytes)?;
+        *sequence = sequence.wrapping_add(1);
+        Ok(())
+    }
+
+    /// The Unix time of a time on the axis of the capture.
+    fn unix_ns(&self, at: u64) -> u64 {
+        self.zero_ns.saturating_add(at)
     }
 
     pub(crate) fn finish(&mut self, counts: &Value) -> io::Result<()> {
         self.metadata("end", counts)?;
-        self.writer.finish().map_err(io)?;
-        Ok(())
+        self.writer.finish()
     }
-}
-
-/// With as many digits as its neighbours require, as the board prints it, not the longer ones of its double.
-fn number(value: Option<f32>) -> Value {
-    value.and_then(|value| value.to_string().parse::<f64>().ok()).map_or(Value::Null, Value::from)
-}
-
-fn io(error: McapError) -> io::Error {
-    match error {
-        McapError::Io(error) => error,
-        error => io::Error::other(error),
-    }
-}
-
-fn object(properties: &[(&str, &str, &str)]) -> Value {
-    let property = |&(name, kind, about): &(&str, &str, &str)| {
-        let kind: Vec<&str> = kind.split('|').collect();
-        (name.to_owned(), json!({ "type": kind, "description": about }))
-    };
-    json!({ "type": "object", "properties": properties.iter().map(property).collect::<Map<_, _>>() })
-}
-
-fn sensor_schema(joints: &[Joint]) -> Value {
-    let mut fields: Vec<(String, &str, &str)> = vec![
-        ("boot".into(), "integer", "number of boots in the capture, this one included"),
-        ("tick".into(), "integer", "control periods of 1 ms since the boot"),
-        ("vrefint".into(), "integer", "code of the internal reference in the same tick"),
-    ];
-    for joint in joints {
-        let name = joint.name();
-        fields.extend([
-            (
-                format!("{name}_deg"),
-                "number|null",
-                "angle in degrees, flexion positive; null unless the validity is good",
-            ),
-            (format!("{name}_validity"), "string|null", "validity of the sample"),
-            (format!("{name}_code"), "integer", "code of the sensor, 12 bit"),
-            (format!("{name}_volts"), "number|null", "V at the sensor"),
-        ]);
-    }
-    fields.extend([
-        ("elapsed".into(), "integer", "control periods since the previous call"),
-        (
-            "flags".into(),
-            "integer",
-            "bit 0 button, bit 1 late, bits 2 to 7 faults of the board, bit 8 foot switch closed",
-        ),
-        ("request".into(), "string|null", "what a host asked for in this tick: `7 set speed 1.25`, `7 undo`, `7 stop`"),
-        ("lost".into(), "integer", "samples lost since the start of the capture"),
-    ]);
-    object_of(&fields)
-}
-
-fn sync_schema() -> Value {
-    object(&[("level", "integer", "level of the synchronisation input after the edge: 0 or 1")])
-}
-
-/// The same for names that are made.
-fn object_of(fields: &[(String, &str, &str)]) -> Value {
-    let fields: Vec<(&str, &str, &str)> =
-        fields.iter().map(|(name, kind, about)| (name.as_str(), *kind, *about)).collect();
-    object(&fields)
-}
-
-fn joints_schema() -> Value {
-    let mut fields: Vec<(String, &str, &str)> = vec![
-        ("boot".into(), "integer", "number of boots in the capture, this one included"),
-        ("tick".into(), "integer", "control periods of 1 ms since the boot"),
-    ];
-    let of = |prefix: &str, suffix: &str| Joint::ALL.map(|joint| format!("{prefix}{}_{suffix}", joint.name()));
-    fields.extend(of("set_", "deg").map(|name| (name, "number", "setpoint in degrees, flexion positive")));
-    fields.extend(of("", "us").map(|name| (name, "integer", "commanded pulse in microseconds; 0 is none")));
-    fields.extend([
-        ("known".into(), "string", "source: replay is the host's copy of the loop, line is the board's own frame"),
-        ("seq".into(), "integer", "calls of the loop since the boot"),
-        ("limited".into(), "integer", "limits that acted on the setpoints, bits"),
-    ]);
-    object_of(&fields)
-}
-
-fn state_schema() -> Value {
-    object(&[
-        ("boot", "integer", "number of boots in the capture, this one included"),
-        ("tick", "integer", "control periods of 1 ms since the boot"),
-        ("state", "string", "state of the supervisor"),
-        ("late", "integer", "ticks that ended late so far"),
-        ("missed", "integer", "control periods without a tick so far"),
-    ])
 }

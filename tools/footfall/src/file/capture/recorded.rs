@@ -7,6 +7,8 @@
 
 use super::{Format, SCHEMA, beside};
 use crate::board::lines::bytes_of_hex;
+use gait_trace::TraceError;
+use gait_trace::format::mcap_file;
 use joint_loop::setup::default_loop::Parameters;
 use joint_loop::store::{generator_record, robot_record, sensor_record};
 use joint_units::Joint;
@@ -265,18 +267,28 @@ fn csv_rows(path: &Path, recorded: &Recorded, each: &mut impl FnMut(&Recorded, T
     Ok(())
 }
 
-/// The records of a file, up to its end or to where its recorder was stopped.
-fn records<'a>(file: &str, bytes: &'a [u8]) -> Result<impl Iterator<Item = Record<'a>> + use<'a>, RecordedError> {
-    let options = mcap::read::Options::IgnoreEndMagic | mcap::read::Options::ValidateChunkCrcs;
-    let records = mcap::read::ChunkFlattener::new_with_options(bytes, options)
-        .map_err(|error| RecordedError::Unreadable { file: file.into(), why: error.to_string() })?;
-    Ok(records.map_while(Result::ok))
+/// Hands on the records of a file, up to its end or to where its recorder was stopped.
+fn records(
+    file: &str,
+    bytes: &[u8],
+    mut each: impl FnMut(Record<'_>) -> Result<(), RecordedError>,
+) -> Result<(), RecordedError> {
+    let mut result = Ok(());
+    let read = mcap_file::records(file, bytes, |_, record| {
+        if result.is_ok() {
+            result = each(record);
+        }
+        Ok(())
+    });
+    result?;
+    let unreadable = |error: TraceError| RecordedError::Unreadable { file: file.into(), why: error.to_string() };
+    read.map(drop).map_err(unreadable)
 }
 
 fn mcap_metadata(file: &str, bytes: &[u8]) -> Result<Recorded, RecordedError> {
     let (mut about, mut boots, mut finished) = (Value::Null, Vec::new(), false);
-    for record in records(file, bytes)? {
-        let Record::Metadata(metadata) = record else { continue };
+    records(file, bytes, |record| {
+        let Record::Metadata(metadata) = record else { return Ok(()) };
         // Texts and numbers as they are; objects are JSON in a text.
         let value = |text: &String| serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.clone()));
         let object: Map<String, Value> =
@@ -287,7 +299,8 @@ fn mcap_metadata(file: &str, bytes: &[u8]) -> Result<Recorded, RecordedError> {
             name if name.starts_with("boot ") => boots.push(Value::Object(object)),
             _ => {}
         }
-    }
+        Ok(())
+    })?;
     recorded(file, &about["schema"], &about, &boots, finished)
 }
 
@@ -307,17 +320,17 @@ fn mcap_messages(
             each(recorded, tick);
         }
     };
-    for record in records(file, bytes)? {
+    records(file, bytes, |record| {
         let (header, data) = match record {
             Record::Channel(channel) => {
                 topics.insert(channel.id, channel.topic);
-                continue;
+                return Ok(());
             }
             Record::Message { header, data } => (header, data),
-            _ => continue,
+            _ => return Ok(()),
         };
         let topic = topics.get(&header.channel_id).map(String::as_str);
-        let Some(topic) = topic.filter(|topic| ["/sensor", "/joints", "/state"].contains(topic)) else { continue };
+        let Some(topic) = topic.filter(|topic| ["/sensor", "/joints", "/state"].contains(topic)) else { return Ok(()) };
         let place = format!("{file}: message {} on {topic}", header.sequence);
         let value: Value = serde_json::from_slice(&data)
             .map_err(|error| RecordedError::Unreadable { file: place.clone(), why: error.to_string() })?;
@@ -337,7 +350,8 @@ fn mcap_messages(
             "/state" => state = values.text("state")?,
             _ => {}
         }
-    }
+        Ok(())
+    })?;
     hand_on(&mut waiting, &state);
     Ok(())
 }

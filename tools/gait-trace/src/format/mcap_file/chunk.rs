@@ -6,8 +6,8 @@ use std::borrow::Cow;
 
 /// Most bytes of one unpacked chunk. Recorders write chunks of about a megabyte.
 const MAX_CHUNK: u64 = 64 << 20;
-/// Most bytes of all unpacked chunks together.
-const MAX_UNPACKED: u64 = 2 << 30;
+/// Most bytes of all unpacked chunks together: a capture of as many ticks as a table may have rows.
+const MAX_UNPACKED: u64 = 10 << 30;
 
 /// Unpacks chunks, with a limit on all of them together.
 #[derive(Default)]

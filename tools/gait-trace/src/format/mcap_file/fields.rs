@@ -71,6 +71,8 @@ pub(super) struct Seen {
     names: HashSet<(String, String)>,
     pub(super) messages: u64,
     pub(super) lost: Option<u64>,
+    /// Unix time of the zero of a capture's axis, ns; 0 in other files.
+    pub(super) zero_ns: u64,
     pub(super) notes: Vec<String>,
 }
 
@@ -84,6 +86,10 @@ impl Seen {
             Record::Channel(channel) => self.take_channel(channel).map_err(fault)?,
             Record::Metadata(metadata) if metadata.name == "end" => {
                 self.lost = metadata.metadata.get("lost_samples").and_then(|text| text.parse().ok());
+            }
+            Record::Metadata(metadata) if metadata.name == "clock" => {
+                let zero = metadata.metadata.get("zero_unix_ns").and_then(|text| text.parse().ok());
+                self.zero_ns = zero.unwrap_or(0);
             }
             Record::Message { header, data } => {
                 self.messages += 1;

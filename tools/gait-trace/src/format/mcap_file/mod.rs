@@ -4,7 +4,8 @@
 //! A channel has a joint if its first message is a JSON object with a number (or null) of a joint's name (`left_knee_deg`), or if its
 //! messages are `sensor_msgs/msg/JointState` in CDR and name a joint (`left_knee_joint`). Other channels are skipped. The column is called
 //! `/topic.field`; a map may also use `field` alone. The time is the message's log time, or the stamp in the header of the state of joints;
-//! messages of the same time make one row. A null is a missing value, and so is a joint that a message does not name.
+//! messages of the same time make one row. The times of a capture of the board begin with the zero of its own axis, which it states in its
+//! metadata. A null is a missing value, and so is a joint that a message does not name.
 //!
 //! A file that ends early because its recorder was stopped is read up to its last complete chunk, with a note. The check sum of each
 //! chunk is verified before it is used. Chunks may be compressed with zstd or lz4.
@@ -15,6 +16,8 @@ mod fields;
 mod joint_state;
 mod message;
 mod records;
+
+pub use records::records;
 
 use crate::fault::{Fault, TraceError};
 use crate::format::angle_columns::{AngleColumn, Place, in_degrees};
@@ -27,7 +30,6 @@ use fields::{Chosen, Kind, Seen, Source};
 use joint_state::{JointState, Layout};
 use mcap::records::{MessageHeader, Record};
 use message::{check_length, object_of};
-use records::records;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -128,7 +130,9 @@ impl Table<'_> {
                 };
                 (if self.has_stamps(source) { i128::from(stamp_ns) } else { i128::from(header.log_time) }, values)
             }
-            Kind::Json => (i128::from(header.log_time), self.object_values(&of_channel, data)?),
+            Kind::Json => {
+                (i128::from(header.log_time) - i128::from(self.seen.zero_ns), self.object_values(&of_channel, data)?)
+            }
             Kind::Other => return Ok(()),
         };
         let taken = |chosen: &Chosen| {

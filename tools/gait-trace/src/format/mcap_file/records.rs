@@ -16,7 +16,10 @@ enum Stop {
 
 /// Calls `take` with each record that a reader of messages needs, and the number of bytes read. Returns whether the file ends without
 /// an end record.
-pub(super) fn records(
+///
+/// # Errors
+/// The first fault of the file, with its place, or that of `take`.
+pub fn records(
     name: &str,
     bytes: &[u8],
     mut take: impl FnMut(u64, Record<'_>) -> Result<(), TraceError>,
