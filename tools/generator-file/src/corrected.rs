@@ -1,7 +1,7 @@
 //! How large the corrections of a follower become: on a simulated person whose measured joint differs from its template by twice what is usual.
 //!
 //! The person walks at the template's cadence; the measured angle is the template plus smooth random differences (white noise through two
-//! low-pass filters of [`SMOOTH_STRIDES`] each), so large that the innovation's root mean square is [`TIMES_USUAL`] times the usual one. Up to
+//! low-pass filters of 0.03 strides each), so large that the innovation's root mean square is [`TIMES_USUAL`] times the usual one. Up to
 //! there corrections act in full ([`cpg_core::entrainment::correction`]). If the follower does not stay locked then, the differences are halved.
 //! The same samples go to the follower without corrections; the difference of the two are the corrections.
 
