@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::Args;
 
-use crate::dist::empty_folder;
+use crate::folder::empty_folder;
 use crate::shell;
 use crate::workspace::Workspace;
 

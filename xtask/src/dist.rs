@@ -6,12 +6,13 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use clap::Args;
 use sha2::{Digest, Sha256};
 
 use crate::board::{Board, Drive};
 use crate::book;
+use crate::folder::empty_folder;
 use crate::setup::Need;
 use crate::shell;
 use crate::workspace::Workspace;
@@ -88,14 +89,6 @@ fn emptied(folder: PathBuf) -> Result<PathBuf> {
         std::fs::remove_dir_all(&folder).with_context(|| format!("removing {}", folder.display()))?;
     }
     std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
-    Ok(folder)
-}
-
-/// A folder of the user's: nothing in it is replaced.
-pub(crate) fn empty_folder(folder: PathBuf) -> Result<PathBuf> {
-    std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
-    let mut files = std::fs::read_dir(&folder).with_context(|| format!("reading {}", folder.display()))?;
-    ensure!(files.next().is_none(), "{} is not empty; --out needs a new or an empty folder", folder.display());
     Ok(folder)
 }
 

@@ -14,6 +14,7 @@ mod dfu;
 mod dist;
 mod emulated;
 mod flash;
+mod folder;
 mod image;
 mod live;
 mod missing_requirement;
