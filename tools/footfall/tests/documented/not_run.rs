@@ -58,6 +58,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "footfall record --elf firmware.elf --serial /dev/ttyACM0 -o walk.csv",
             "footfall watch --serial /dev/ttyACM0",
             "footfall watch --elf firmware.elf --rtt tcp:localhost:9090",
+            "footfall watch --elf firmware.elf --rtt tcp:localhost:19021",
             "probe-rs attach --chip STM32F407VGTx --log-format '{L} {s}' firmware.elf | footfall watch --rtt-lines -",
             "cargo xtask watch",
             "cargo xtask watch --serial /dev/ttyACM0",
