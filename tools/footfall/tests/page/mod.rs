@@ -1,4 +1,5 @@
 //! Takes the pages of reports apart: elements, tables, and the files that their links hold.
+#![allow(dead_code, reason = "each test file uses a part of it")]
 
 use quick_xml::Reader;
 use quick_xml::events::Event;

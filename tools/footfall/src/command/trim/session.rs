@@ -413,11 +413,8 @@ mod tests {
 
             fn listen(&mut self) -> Result<Option<Seen>, Failure> {
                 let seen = (&mut *self.0).listen()?;
-                if let Some((at, line)) = self.2.first().copied() {
-                    if self.0.joints.frame().tick >= at {
-                        self.2.remove(0);
-                        self.1.send(line).unwrap();
-                    }
+                if self.2.first().is_some_and(|(at, _)| self.0.joints.frame().tick >= *at) {
+                    self.1.send(self.2.remove(0).1).unwrap();
                 }
                 Ok(seen)
             }
