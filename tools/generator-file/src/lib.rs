@@ -10,6 +10,7 @@
 
 #[cfg(feature = "certificate")]
 pub mod certificate;
+#[cfg(feature = "certificate")]
 pub mod corrected;
 pub mod degrees;
 #[cfg(feature = "certificate")]
