@@ -69,7 +69,7 @@ fn the_page_has_the_lamps_of_the_firmware() {
     let (page, module) = (read("docs/boards.md"), read("firmware/src/lamp.rs"));
     let rows = rows_below(&page, "", heading);
     assert_eq!(rows, rows_below(&module, "//! ", heading));
-    assert_eq!(rows.len(), 10);
+    assert_eq!(rows.len(), 11);
     let lamps = DISCOVERY.led_pulses.into_iter().chain(DISCOVERY.led_fault);
     assert!(lamps.chain(BOARDS[1].led_pulses).all(|pin| page.contains(pin.name)));
 }

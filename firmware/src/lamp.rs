@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | a flash of 50 ms every 2 s | pulses | disarmed: the button arms |
 //! | three flashes of 50 ms every 2 s | pulses | ready to trim: the button begins the trim of a servo |
-//! | lit | pulses | armed: the servos get pulses |
+//! | lit | pulses | armed, or in a trim: the servos get pulses |
 //! | two flashes of 50 ms every 2 s | pulses | armed in shadow mode: everything runs, no pulses |
 //! | 100 ms lit, 100 ms dark | fault | fault: the button acknowledges it |
 //! | 1 s lit, 1 s dark | fault | locked out after repeated crashes: the button is ignored until a reset by hand or a power cycle |

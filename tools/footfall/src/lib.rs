@@ -23,6 +23,8 @@
 // They end the program where the stream cannot be written: `output` has what does not.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
+#[cfg(feature = "analysis")]
+mod answers;
 pub mod board;
 mod channel;
 pub mod cli;

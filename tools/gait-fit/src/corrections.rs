@@ -27,14 +27,12 @@ use joint_loop::FollowConfig;
 use joint_units::{Joint, Period, Radians};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-pub use outcome::{JointOutcome, NotLearned};
+pub use outcome::{JointOutcome, LEAST_STRIDES, NotLearned};
 
 /// Spans of the cross-validation.
 pub const SPANS: usize = 10;
 /// Ridges r that are tried.
 pub const RIDGES: [f64; 5] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
-/// Fewest strides of rows: with fewer, the gains are those of a few strides.
-pub const LEAST_STRIDES: f64 = 20.0;
 /// Ticks from one row to the next.
 const STEP: usize = 10;
 /// Time of a lock after which rows are used, ticks of 1 ms: the sensor's offset and gain are learned first.

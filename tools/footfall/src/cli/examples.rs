@@ -220,8 +220,8 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
                 "footfall trim left_hip --serial /dev/ttyACM0 --robot robot.toml -o robot.toml --force",
             ),
             (
-                "The angles from a script, a line each; someone presses the button:",
-                "printf '=1480\\nangle 0\\n=1180\\nangle 30\\ndone\\n' | footfall trim left_hip --serial /dev/ttyACM0 --robot robot.toml -o trimmed.toml",
+                "The answers from a file, a line each; someone presses the button:",
+                "footfall trim left_knee --serial /dev/ttyACM0 --robot robot.toml -o trimmed.toml < answers.txt",
             ),
         ],
     ),

@@ -12,6 +12,7 @@ use std::io::{self, BufReader};
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
+use crate::answers::lines;
 use crate::failure::Failure;
 use crate::messages;
 use crate::options::overwrite::Overwrite;
@@ -57,7 +58,7 @@ pub fn run(options: &Options, interrupt: &AtomicBool) -> Result<(), Failure> {
         std::fs::read_to_string(robot).map_err(|error| Failure::input(format!("{}: {error}", robot.display())))?;
     output::check(out, *overwrite)?;
     let board = Board::open(serial, interrupt)?;
-    let answers = BufReader::new(io::stdin());
+    let answers = lines(BufReader::new(io::stdin()));
     let points = Session::new(board, *joint, read.robot, answers, io::stderr()).run()?;
     let map = solution::solve(&points).map_err(Failure::run)?;
     // The values first: they are not lost if the file is refused.

@@ -2,7 +2,8 @@
 
 use cpg_core::entrainment::correction::MAX_GAIN;
 
-use super::LEAST_STRIDES;
+/// Fewest strides of rows: with fewer, the gains are those of a few strides.
+pub const LEAST_STRIDES: f64 = 20.0;
 
 /// What was learned for a joint. Errors are root mean squares of the difference from the recording in degrees, on spans that the gains were not
 /// learned from.

@@ -8,6 +8,7 @@
 use super::live::{self, Live};
 use super::rows::{self, Reading, Rows};
 use super::samples::{Sample, read_samples, statistics, take};
+use crate::answers::lines;
 use crate::failure::Failure;
 use crate::messages;
 use crate::options::overwrite::Overwrite;
@@ -17,7 +18,7 @@ use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 
 /// The default angles: a knee, up and down.
 pub const ANGLES_DEG: [f64; 17] =
@@ -167,20 +168,6 @@ pub fn ask(
     }
     let header = if with_vrefint == Some(true) { "angle_deg,code,vrefint\n" } else { "angle_deg,code\n" };
     Ok(format!("{header}{text}"))
-}
-
-/// Reads lines in a thread of its own, so that the screen does not block.
-fn lines(answers: impl BufRead + Send + 'static) -> Receiver<io::Result<String>> {
-    let (sender, receiver) = channel();
-    std::thread::spawn(move || {
-        for line in answers.lines() {
-            let failed = line.is_err();
-            if sender.send(line).is_err() || failed {
-                break;
-            }
-        }
-    });
-    receiver
 }
 
 /// The next answer, with the codes on the screen until then; `None` at the end of the answers.

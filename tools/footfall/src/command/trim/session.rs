@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 use std::fmt::Display;
-use std::io::{self, BufRead, Write};
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::io::{self, Write};
+use std::sync::mpsc::{Receiver, TryRecvError};
 
 use joint_loop::tuning::{Action, Outcome};
 use joint_loop::{RobotConfig, SupervisorState};
@@ -85,21 +85,7 @@ pub(super) struct Session<B, W> {
 }
 
 impl<B: Trimmed, W: Write> Session<B, W> {
-    pub(super) fn new(
-        board: B,
-        joint: Joint,
-        robot: RobotConfig,
-        answers: impl BufRead + Send + 'static,
-        out: W,
-    ) -> Self {
-        let (sender, lines) = channel();
-        std::thread::spawn(move || {
-            for line in answers.lines() {
-                if sender.send(line).is_err() {
-                    break;
-                }
-            }
-        });
+    pub(super) fn new(board: B, joint: Joint, robot: RobotConfig, lines: Receiver<io::Result<String>>, out: W) -> Self {
         let (waiting, points) = (VecDeque::new(), Vec::new());
         Self { board, joint, robot, lines, waiting, out, goal: None, jogged: 0, last_move: 1, points }
     }
@@ -293,7 +279,7 @@ mod tests {
     use joint_loop::tuning::Request;
     use joint_loop::{BoardFaults, Cause, Sample};
     use joint_units::{AdcCode, Volts};
-    use std::io::Cursor;
+    use std::sync::mpsc::{Sender, channel};
 
     /// The loop of a board, with presses of its button at these ticks and a fault at one.
     struct Loop {
@@ -337,8 +323,10 @@ mod tests {
 
     fn session(board: &mut Loop, robot: RobotConfig, lines: &str) -> (Result<Vec<Point>, String>, String) {
         let mut said = Vec::new();
-        let lines = Cursor::new(lines.to_owned());
-        let ended = Session::new(board, Joint::LeftHip, robot, lines, &mut said).run();
+        let (sender, answers) = channel();
+        lines.lines().for_each(|line| sender.send(Ok(line.to_owned())).unwrap());
+        drop(sender);
+        let ended = Session::new(board, Joint::LeftHip, robot, answers, &mut said).run();
         (ended.map_err(|failure| failure.to_string()), String::from_utf8(said).unwrap())
     }
 
@@ -386,26 +374,8 @@ mod tests {
     /// The user thinks for a minute: the program keeps the trim going.
     #[test]
     fn a_slow_user_loses_nothing() {
-        let (send, receive) = channel::<&str>();
-        struct Slow(Receiver<&'static str>, Cursor<&'static str>);
-        impl io::Read for Slow {
-            fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
-                unreachable!("lines only")
-            }
-        }
-        impl BufRead for Slow {
-            fn fill_buf(&mut self) -> io::Result<&[u8]> {
-                if self.1.fill_buf()?.is_empty() {
-                    self.1 = Cursor::new(self.0.recv().unwrap_or_default());
-                }
-                self.1.fill_buf()
-            }
-
-            fn consume(&mut self, amount: usize) {
-                self.1.consume(amount);
-            }
-        }
-        struct Slowly<'a>(&'a mut Loop, std::sync::mpsc::Sender<&'static str>, Vec<(u32, &'static str)>);
+        type Answer = io::Result<String>;
+        struct Slowly<'a>(&'a mut Loop, Sender<Answer>, Vec<(u32, &'static str)>);
         impl Trimmed for Slowly<'_> {
             fn ask(&mut self, action: Action) -> Result<Outcome, Failure> {
                 (&mut *self.0).ask(action)
@@ -414,15 +384,16 @@ mod tests {
             fn listen(&mut self) -> Result<Option<Seen>, Failure> {
                 let seen = (&mut *self.0).listen()?;
                 if self.2.first().is_some_and(|(at, _)| self.0.joints.frame().tick >= *at) {
-                    self.1.send(self.2.remove(0).1).unwrap();
+                    self.1.send(Ok(self.2.remove(0).1.into())).unwrap();
                 }
                 Ok(seen)
             }
         }
         let mut board = Loop::new(&[500]);
-        let answers = Slow(receive, Cursor::new(""));
-        let lines = vec![(60_000, "angle 0\n"), (120_000, "+90\n"), (180_000, "angle 9\nangle 20\ndone\n")];
-        let ended = Session::new(Slowly(&mut board, send, lines), Joint::LeftHip, DEFAULT, answers, io::sink()).run();
+        let (sender, answers) = channel();
+        let lines =
+            vec![(60_000, "angle 0"), (120_000, "+90"), (180_000, "angle 9"), (180_100, "angle 20"), (180_200, "done")];
+        let ended = Session::new(Slowly(&mut board, sender, lines), Joint::LeftHip, DEFAULT, answers, io::sink()).run();
         assert_eq!(ended.unwrap(), points(&[(1_500, 0.0), (1_590, 9.0), (1_590, 20.0)]));
     }
 

@@ -1,4 +1,4 @@
-//! The WebSocket protocol of Foxglove (<https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md>): the messages that are used.
+//! The WebSocket protocol of Foxglove (<https://github.com/foxglove/ws-protocol>): the messages that are used.
 //!
 //! The server names itself and its channels, as JSON in text messages; a client subscribes to channels; messages are binary.
 
