@@ -50,6 +50,8 @@ fn a_servo_is_trimmed_through_the_port() {
     // In real time, as a board: a trim ends after five seconds of the board without its host.
     let options = ["--pace".into(), OsString::from("--volts"), open.into()];
     let ran = Board::find().run_with_host(options, move |path, button| {
+        // A button that is held at boot is no press.
+        Host::open(&path).until("the button is released", |host| host.tick >= 100);
         let mut child = Command::new(program)
             .args(["trim", "left_hip", "--serial"])
             .arg(path)

@@ -134,7 +134,7 @@ impl Ran {
 pub struct Button(Arc<Mutex<ChildStdin>>);
 
 impl Button {
-    /// Presses it, for a moment.
+    /// Presses it, and holds it down.
     ///
     /// # Panics
     /// The board has ended.
