@@ -74,7 +74,7 @@ pub(super) struct Session<B, W> {
     joint: Joint,
     robot: RobotConfig,
     lines: Receiver<io::Result<String>>,
-    /// Lines of a script wait until they can be obeyed; a person is told.
+    /// Lines of a script wait until they can be obeyed; a person gets an answer at once.
     is_script: bool,
     waiting: VecDeque<String>,
     /// The board was asked for a trim.
@@ -462,7 +462,7 @@ mod tests {
             Session::new(Slowly(&mut board, sender, lines), Joint::LeftHip, DEFAULT, answers, false, &mut said).run();
         assert_eq!(ended.unwrap(), points(&[(1_500, 0.0), (1_600, 15.0)]));
         let said = String::from_utf8(said).unwrap();
-        // A person is told, and nothing that was said too early happens later.
+        // A person gets an answer, and nothing that was said too early happens later.
         assert!(said.contains("press the button first") && said.contains("still on its way to 1600 us"), "{said}");
         assert!(said.contains("to 1600 us, 1.0 s\nthe servo is still") && said.contains("\nat 1600 us\n"), "{said}");
     }
