@@ -56,8 +56,11 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     output::write(out, *overwrite, |target| target.write_all(file.to_toml().as_bytes()))?;
     messages::written(out);
     let out = gait_trace::shell_word(out);
-    messages::next("see whether it walks on the robot", format!("footfall certify {out}"));
-    messages::next("write it to the board", format!("cargo xtask flash --generator {out}"));
+    let robot = options.robot.robot.as_deref();
+    let robot = robot.map_or(String::new(), |path| format!(" --robot {}", gait_trace::shell_word(path)));
+    messages::next("see whether it walks on the robot", format!("footfall certify {out}{robot}"));
+    // What the board has of robot and sensors stays.
+    messages::next("write it to the board", format!("cargo xtask flash --keep --generator {out}"));
     Ok(())
 }
 

@@ -8,7 +8,7 @@ mod solution;
 use clap::Args;
 use generator_file::robot_file::RobotFile;
 use joint_units::Joint;
-use std::io::{self, BufReader};
+use std::io::{self, BufReader, IsTerminal};
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
@@ -58,8 +58,8 @@ pub fn run(options: &Options, interrupt: &AtomicBool) -> Result<(), Failure> {
         std::fs::read_to_string(robot).map_err(|error| Failure::input(format!("{}: {error}", robot.display())))?;
     output::check(out, *overwrite)?;
     let board = Board::open(serial, interrupt)?;
-    let answers = lines(BufReader::new(io::stdin()));
-    let points = Session::new(board, *joint, read.robot, answers, io::stderr()).run()?;
+    let (answers, is_script) = (lines(BufReader::new(io::stdin())), !io::stdin().is_terminal());
+    let points = Session::new(board, *joint, read.robot, answers, is_script, io::stderr()).run()?;
     let map = solution::solve(&points).map_err(Failure::run)?;
     // The values first: they are not lost if the file is refused.
     output::print(&map.to_string())?;

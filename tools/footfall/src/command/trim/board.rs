@@ -68,7 +68,7 @@ impl<'a> Board<'a> {
             Came::Nothing if self.heard.elapsed() < PATIENCE => return Ok(()),
             Came::Nothing => {
                 return Err(Failure::run(format!(
-                    "{place}: the board is silent; check that it runs and that this is its port, 2 Mbaud"
+                    "{place}: the board is silent; check that it runs and that this is its port, 2 Mbaud (a board that stays off sends nothing: see its lamps)"
                 )));
             }
             Came::End => return Err(Failure::run(format!("{place}: the port was closed"))),

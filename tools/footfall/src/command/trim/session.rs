@@ -5,6 +5,7 @@ use std::fmt::Display;
 use std::io::{self, Write};
 use std::sync::mpsc::{Receiver, TryRecvError};
 
+use joint_loop::control::trim::STEP_S;
 use joint_loop::tuning::{Action, Outcome};
 use joint_loop::{RobotConfig, SupervisorState};
 use joint_units::{Joint, Period, PulseMicros};
@@ -16,10 +17,10 @@ use crate::failure::Failure;
 /// Ticks after which the last jog is repeated: a board ends a trim whose host is silent.
 const REPEAT: u32 = 1_000;
 
-const HELP: &str = "\
-  +N, -N     make the pulse N us longer or shorter; + and - are 1 us, Enter repeats the last of these
+const HELP: &str =
+    "  +N, -N     make the pulse N us longer or shorter; + and - are 1 us, Enter repeats the last of these
   =N         move to a pulse of N us
-  angle DEG  the joint has this angle now, flexion positive
+  angle DEG  the joint has this angle now, flexion positive, -180 to 180
   undo       forget the last angle
   done       write the map of the angles so far
   quit       end without it";
@@ -73,11 +74,16 @@ pub(super) struct Session<B, W> {
     joint: Joint,
     robot: RobotConfig,
     lines: Receiver<io::Result<String>>,
-    /// Lines that wait for the trim to begin.
+    /// Lines of a script wait until they can be obeyed; a person gets an answer at once.
+    is_script: bool,
     waiting: VecDeque<String>,
+    /// The board was asked for a trim.
+    is_chosen: bool,
     out: W,
     /// Pulse that the servo moves to; nothing outside a trim.
     goal: Option<PulseMicros>,
+    /// The servo has not been there yet.
+    is_moving: bool,
     /// Tick of the last jog.
     jogged: u32,
     last_move: i32,
@@ -85,9 +91,31 @@ pub(super) struct Session<B, W> {
 }
 
 impl<B: Trimmed, W: Write> Session<B, W> {
-    pub(super) fn new(board: B, joint: Joint, robot: RobotConfig, lines: Receiver<io::Result<String>>, out: W) -> Self {
+    pub(super) fn new(
+        board: B,
+        joint: Joint,
+        robot: RobotConfig,
+        lines: Receiver<io::Result<String>>,
+        is_script: bool,
+        out: W,
+    ) -> Self {
         let (waiting, points) = (VecDeque::new(), Vec::new());
-        Self { board, joint, robot, lines, waiting, out, goal: None, jogged: 0, last_move: 1, points }
+        let (is_chosen, is_moving, goal) = (false, false, None);
+        Self {
+            board,
+            joint,
+            robot,
+            lines,
+            is_script,
+            waiting,
+            is_chosen,
+            out,
+            goal,
+            is_moving,
+            jogged: 0,
+            last_move: 1,
+            points,
+        }
     }
 
     /// Talks until the user is done. The board is out of trim afterwards, however this ends.
@@ -96,6 +124,9 @@ impl<B: Trimmed, W: Write> Session<B, W> {
     /// The user quits, the answers end, or the board refuses, fails or is silent.
     pub(super) fn run(mut self) -> Result<Vec<Point>, Failure> {
         let ended = self.talk();
+        if !self.is_chosen {
+            return ended.map(|()| self.points);
+        }
         // From trimming to trim_ready, and from there to disarmed.
         let left = self.board.ask(Action::Stop).and_then(|_| self.board.ask(Action::Stop));
         if ended.is_ok() {
@@ -112,7 +143,10 @@ impl<B: Trimmed, W: Write> Session<B, W> {
             let Some(seen) = self.board.listen()? else { continue };
             match seen.state {
                 SupervisorState::Trimming if self.goal.is_none() => self.begin(&seen)?,
-                SupervisorState::Trimming => self.keep_going(&seen)?,
+                SupervisorState::Trimming => {
+                    self.arrive(&seen)?;
+                    self.keep_going(&seen)?;
+                }
                 _ if self.goal.is_some() => self.pause(&seen)?,
                 // A fault that was acknowledged: the next press would arm a walk.
                 SupervisorState::Disarmed => self.choose()?,
@@ -128,10 +162,11 @@ impl<B: Trimmed, W: Write> Session<B, W> {
     fn choose(&mut self) -> Result<(), Failure> {
         let name = self.joint.name();
         match self.board.ask(Action::Trim { joint: self.joint })? {
-            Outcome::Staged => {}
+            Outcome::Staged => self.is_chosen = true,
             Outcome::NotAtRest => {
                 return Err(Failure::run(
-                    "the board is not at rest: end the walk, or acknowledge the fault, with its button; then run this again",
+                    "the board is not at rest: end the walk, or acknowledge the fault, with its button, or wait 5 s for the end of another trim; \
+                     then run this again",
                 ));
             }
             other => return Err(Failure::run(format!("the board refused the trim: {}", other.name()))),
@@ -171,6 +206,15 @@ impl<B: Trimmed, W: Write> Session<B, W> {
         Ok(parked)
     }
 
+    fn arrive(&mut self, seen: &Seen) -> Result<(), Failure> {
+        let pulse = seen.pulses[self.joint as usize];
+        if self.is_moving && self.goal == Some(pulse) {
+            self.is_moving = false;
+            self.tell(format_args!("at {} us", pulse.0))?;
+        }
+        Ok(())
+    }
+
     fn keep_going(&mut self, seen: &Seen) -> Result<(), Failure> {
         match self.goal.filter(|_| seen.tick.wrapping_sub(self.jogged) >= REPEAT) {
             Some(pulse) => {
@@ -183,7 +227,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
 
     /// The trim has ended on the board.
     fn pause(&mut self, seen: &Seen) -> Result<(), Failure> {
-        self.goal = None;
+        (self.goal, self.is_moving) = (None, false);
         let cause = seen.cause.name();
         if seen.state == SupervisorState::Fault {
             return self
@@ -216,10 +260,22 @@ impl<B: Trimmed, W: Write> Session<B, W> {
         let Some(text) = self.waiting.front().cloned() else { return Ok(false) };
         let line = Line::read(&text);
         let is_at_goal = self.goal == Some(seen.pulses[self.joint as usize]);
-        match line {
-            Some(Line::Angle(_)) if !is_at_goal => return Ok(false),
-            Some(Line::Move(_) | Line::To(_) | Line::Repeat) if self.goal.is_none() => return Ok(false),
-            _ => drop(self.waiting.pop_front()),
+        let too_early = match (line, self.goal) {
+            (Some(Line::Angle(_) | Line::Move(_) | Line::To(_) | Line::Repeat), None) => {
+                Some("the servo gets no pulses: press the button first".to_owned())
+            }
+            (Some(Line::Angle(_)), Some(goal)) if !is_at_goal => {
+                Some(format!("the servo is still on its way to {} us; say the angle when it is there", goal.0))
+            }
+            _ => None,
+        };
+        if too_early.is_some() && self.is_script {
+            return Ok(false);
+        }
+        self.waiting.pop_front();
+        if let Some(why) = too_early {
+            self.tell(why)?;
+            return Ok(false);
         }
         match line {
             None => self.tell(format_args!("`{text}` is not understood; allowed are\n{HELP}"))?,
@@ -258,7 +314,9 @@ impl<B: Trimmed, W: Write> Session<B, W> {
         let (shortest, longest) = (servo.shortest.0, servo.longest.0);
         match u16::try_from(micros).ok().filter(|micros| (shortest..=longest).contains(micros)) {
             Some(micros) => {
-                self.tell(format_args!("to {micros} us"))?;
+                let way = self.goal.map_or(0, |from| from.0.abs_diff(micros));
+                self.tell(format_args!("to {micros} us, {:.1} s", f32::from(way) * STEP_S))?;
+                self.is_moving = true;
                 self.jog(PulseMicros(micros))
             }
             None => self.tell(format_args!(
@@ -326,7 +384,7 @@ mod tests {
         let (sender, answers) = channel();
         lines.lines().for_each(|line| sender.send(Ok(line.to_owned())).unwrap());
         drop(sender);
-        let ended = Session::new(board, Joint::LeftHip, robot, answers, &mut said).run();
+        let ended = Session::new(board, Joint::LeftHip, robot, answers, true, &mut said).run();
         (ended.map_err(|failure| failure.to_string()), String::from_utf8(said).unwrap())
     }
 
@@ -391,10 +449,22 @@ mod tests {
         }
         let mut board = Loop::new(&[500]);
         let (sender, answers) = channel();
-        let lines =
-            vec![(60_000, "angle 0"), (120_000, "+90"), (180_000, "angle 9"), (180_100, "angle 20"), (180_200, "done")];
-        let ended = Session::new(Slowly(&mut board, sender, lines), Joint::LeftHip, DEFAULT, answers, io::sink()).run();
-        assert_eq!(ended.unwrap(), points(&[(1_500, 0.0), (1_590, 9.0), (1_590, 20.0)]));
+        let lines = vec![
+            (100, "+10"),
+            (60_000, "angle 0"),
+            (120_000, "+100"),
+            (120_100, "angle 14"),
+            (180_000, "angle 15"),
+            (180_200, "done"),
+        ];
+        let mut said = Vec::new();
+        let ended =
+            Session::new(Slowly(&mut board, sender, lines), Joint::LeftHip, DEFAULT, answers, false, &mut said).run();
+        assert_eq!(ended.unwrap(), points(&[(1_500, 0.0), (1_600, 15.0)]));
+        let said = String::from_utf8(said).unwrap();
+        // A person gets an answer, and nothing that was said too early happens later.
+        assert!(said.contains("press the button first") && said.contains("still on its way to 1600 us"), "{said}");
+        assert!(said.contains("to 1600 us, 1.0 s\nthe servo is still") && said.contains("\nat 1600 us\n"), "{said}");
     }
 
     #[test]
@@ -445,5 +515,6 @@ mod tests {
         assert_eq!(board.joints.state(), SupervisorState::Walking);
         let error = session(&mut board, DEFAULT, "").0.unwrap_err();
         assert!(error.contains("not at rest"), "{error}");
+        assert_eq!(board.joints.state(), SupervisorState::Walking);
     }
 }

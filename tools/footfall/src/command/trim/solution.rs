@@ -10,6 +10,9 @@ use crate::line_fit::line_fit;
 /// Least distance of the furthest two angles, degrees: an error of a degree in one of them changes the scale by a tenth.
 pub(super) const LEAST_SPAN_DEG: f64 = 10.0;
 
+/// Largest distance of a point from the line, degrees: a servo is straighter, and an angle is read better.
+const MOST_MISFIT_DEG: f64 = 5.0;
+
 /// The joint had this angle at this pulse.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Point {
@@ -37,7 +40,7 @@ pub(super) struct ServoMap {
 /// The line of least squares through the points. Its neutral pulse is that of the angle nearest to zero.
 ///
 /// # Errors
-/// In words: fewer than two points, angles too close to each other, or pulses that do not change with them.
+/// In words: fewer than two points, angles too close to each other or in contradiction, or pulses that do not change with them.
 pub(super) fn solve(points: &[Point]) -> Result<ServoMap, String> {
     let angles = || points.iter().map(|point| point.angle_deg);
     let span = angles().fold(f64::MIN, f64::max) - angles().fold(f64::MAX, f64::min);
@@ -56,6 +59,14 @@ pub(super) fn solve(points: &[Point]) -> Result<ServoMap, String> {
     }
     let angle_of = |pulse: PulseMicros| (f64::from(pulse.0) - at_zero) / us_per_deg;
     let misfit = points.iter().map(|point| (angle_of(point.pulse) - point.angle_deg).abs()).fold(0.0, f64::max);
+    if misfit > MOST_MISFIT_DEG {
+        let all: Vec<String> = points.iter().map(ToString::to_string).collect();
+        return Err(format!(
+            "the angles contradict each other: one is {misfit:.1} degrees from the line through them, allowed are {MOST_MISFIT_DEG}; `undo` the wrong one \
+             ({})",
+            all.join(", ")
+        ));
+    }
     Ok(ServoMap {
         neutral_us: neutral.pulse.0,
         angle_at_neutral_deg: rounded(angle_of(neutral.pulse), 1e3),
@@ -152,6 +163,7 @@ mod tests {
             (&[point(1_500, 0.0)], "0 degrees apart; allowed are two angles 10 degrees apart or more"),
             (&[point(1_500, 0.0), point(1_600, 9.0)], "9 degrees apart"),
             (&[point(1_500, 0.0), point(1_500, 30.0)], "the servo does not turn the joint"),
+            (&[point(1_500, 0.0), point(1_560, 30.0), point(1_550, 5.0)], "one is 15.7 degrees from the line"),
         ] {
             assert!(solve(points).unwrap_err().contains(words), "{words}");
         }
