@@ -2,6 +2,7 @@
 //! has, and the map goes into the robot file.
 
 mod board;
+mod line;
 mod session;
 mod solution;
 
