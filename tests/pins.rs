@@ -25,6 +25,7 @@ fn pins_in(text: &str) -> Vec<String> {
 fn row_of(title: &str, board: &Board) -> Option<Vec<Pin>> {
     [
         ("servo left hip", board.servos.to_vec()),
+        ("servo-rail enable", vec![board.servo_rail]),
         ("gait sensors 1 to 4", board.sensors.map(|sensor| sensor.pin).to_vec()),
         ("foot switch", vec![board.foot_switch]),
         ("synchronisation input", vec![board.sync_input]),
@@ -81,17 +82,18 @@ fn the_drawing_of_the_wiring_has_the_pins_of_the_board_files() {
     for (one, other) in discovery.servos.iter().zip(&nucleo.servos) {
         assert!(drawing.contains(&format!(">{one} / {other}<")), "{one} / {other}");
     }
-    for pin in [discovery.sensors[0].pin, discovery.emergency_stop] {
+    for pin in [discovery.sensors[0].pin, discovery.emergency_stop, discovery.servo_rail] {
         assert!(drawing.contains(&format!(">{pin}<")), "{pin}");
     }
     assert!(discovery.sensors == nucleo.sensors && discovery.emergency_stop == nucleo.emergency_stop);
+    assert_eq!(discovery.servo_rail, nucleo.servo_rail);
 }
 
 #[test]
 fn the_table_of_pins_is_that_of_the_board_files() {
     let table = read("docs/boards.md");
     let (rows, wrong) = differences(&table);
-    assert_eq!((rows, wrong), (8, vec![]));
+    assert_eq!((rows, wrong), (9, vec![]));
     // A pin that is changed in the table is found.
     for (from, to) in [("PE13", "PE12"), ("PC13", "PC14"), ("PB5 (D4)", "PB6 (D4)")] {
         assert!(table.contains(from));
@@ -105,6 +107,9 @@ fn the_virtual_board_has_the_pins_of_the_discovery() {
     let servos = DISCOVERY.servos.map(|pin| format!("Pin::new('{:?}', {})", pin.port, pin.number));
     let line = format!("match ({}) {{", servos.join(", "));
     assert!(pulses.contains(&line), "tools/virtual-board/src/pulses.rs lacks `{line}`");
+    let rail =
+        format!("RAIL: Pin = match Pin::new('{:?}', {})", DISCOVERY.servo_rail.port, DISCOVERY.servo_rail.number);
+    assert!(pulses.contains(&rail), "tools/virtual-board/src/pulses.rs lacks `{rail}`");
     let plant = read("tools/virtual-board/src/plant.rs");
     let button = format!("BUTTON: Pin = match Pin::new('{:?}', {})", DISCOVERY.button.port, DISCOVERY.button.number);
     assert!(plant.contains(&button), "tools/virtual-board/src/plant.rs lacks `{button}`");

@@ -37,7 +37,7 @@ fn main() -> ExitCode {
         without_a_press_no_pin_ever_moves(Image),
         a_task_that_hangs_is_reset_and_boots_disarmed(Image),
         time_stamps_go_on_while_the_control_task_stands_still(Image),
-        a_panic_or_a_fault_switches_the_outputs_off_first(Image),
+        a_panic_or_a_fault_switches_the_supply_off_first(Image),
         an_open_wire_stops_the_walk_and_is_named(Image),
         the_board_runs_the_generator_of_its_parameter_sector(Image),
         a_broken_parameter_sector_keeps_the_outputs_off(Image),
@@ -55,8 +55,11 @@ const TASKS: [&str; 4] = ["sensor_step", "control_step", "telemetry_step", "watc
 /// Latest reset after a hang, in microseconds: the slowest oscillator of the watchdog resets 37.6 ms after the last feed.
 const LATEST_RESET_US: f64 = 38_000.0;
 
-/// Latest moment at which the outputs are disarmed after a fault or panic handler has begun, in microseconds.
-const LATEST_DARK_US: f64 = 10.0;
+/// Latest moment at which the servos' supply is off after a fault or panic handler has begun, in microseconds.
+const LATEST_RAIL_US: f64 = 10.0;
+
+/// Latest moment at which the outputs are disarmed after that: the end of the longest pulse.
+const LATEST_DARK_US: f64 = 2_600.0;
 
 /// Options: so many seconds on the default volts, the button pressed at these times.
 fn options(secs: f64, presses: &[f64], more: &[&str]) -> Vec<OsString> {
@@ -401,7 +404,7 @@ fn time_stamps_go_on_while_the_control_task_stands_still() {
     assert!(after.log.iter().any(|line| line.contains("stalled task sensor")), "{:?}", after.log);
 }
 
-fn a_panic_or_a_fault_switches_the_outputs_off_first() {
+fn a_panic_or_a_fault_switches_the_supply_off_first() {
     let board = Board::find();
     for (option, value, why) in [
         ("--panic", "3", "panic"),
@@ -411,9 +414,14 @@ fn a_panic_or_a_fault_switches_the_outputs_off_first() {
     ] {
         let ran = board.run(options(3.6, &[0.3], &[option, value]));
         let reaction = reaction(&ran);
-        let [dark, low] = ["disarmed_us", "low_us"].map(|key| number(reaction, key));
-        report!("{option} {value}: outputs off after {dark} us, last pin low after {low} us");
-        assert!(dark <= LATEST_DARK_US && low <= LATEST_DARK_US, "{option} {value}: {reaction}");
+        let [rail, dark, low] = ["rail_us", "disarmed_us", "low_us"].map(|key| number(reaction, key));
+        report!(
+            "{option} {value}: supply off after {rail} us, outputs off after {dark} us, last pin low after {low} us"
+        );
+        assert!(
+            rail <= LATEST_RAIL_US && dark <= LATEST_DARK_US && low <= LATEST_DARK_US,
+            "{option} {value}: {reaction}"
+        );
         assert_boots_disarmed(&ran);
         let log = &ran.boots[1].log;
         assert!(

@@ -69,7 +69,7 @@ pub(crate) fn send(record: &Record) {
     }
 }
 
-pub(crate) use lines::{answered, stalled, state, status};
+pub(crate) use lines::{answered, stalled, state, status, truncated};
 
 /// The messages.
 #[cfg(target_os = "none")]
@@ -159,6 +159,11 @@ mod lines {
         defmt::error!("{=str} {=str}: outputs off, reset", part.name(), how);
     }
 
+    /// Servo pulses were cut short in the last second.
+    pub(crate) fn truncated(count: u32) {
+        defmt::warn!("{=u32} servo pulses cut short by the break input or a clock failure", count);
+    }
+
     /// A change of state.
     pub(crate) fn state(change: &Change) {
         defmt::info!("{=str}, cause {=str}", change.state.name(), change.cause.name());
@@ -225,6 +230,7 @@ mod lines {
     pub(super) fn brown_out() {}
     pub(super) fn refused(_refused: &Refused) {}
     pub(crate) fn stalled(_part: Part, _how: &'static str) {}
+    pub(crate) fn truncated(_count: u32) {}
     pub(crate) fn answered(_answer: &Answer) {}
     pub(crate) fn state(_change: &Change) {}
     pub(crate) fn status(_frame: &Frame) {}

@@ -32,6 +32,7 @@ mod pins;
 mod sampling;
 mod serial;
 mod servo_pwm;
+mod servo_rail;
 mod stack;
 mod stopwatch;
 mod sync_input;
@@ -69,7 +70,8 @@ mod boot {
     use crate::variant::SENSOR_REQUIRED;
     use crate::{clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog};
 
-    /// Priorities, high to low. The clock of the tasks is below the ticks: a tick never waits for a timer of telemetry.
+    /// Priorities, high to low. The break is first: it switches the servos' supply off. The clock of the tasks is below the ticks: a tick never waits for a timer of telemetry.
+    const BREAK: Priority = Priority::P0;
     const EDGE: Priority = Priority::P2;
     const CONVERSION: Priority = Priority::P4;
     const TICK: Priority = Priority::P6;
@@ -103,7 +105,7 @@ mod boot {
         let environment = Environment::new(reference_cal, sampling::temperature_calibration());
         let clock = clocks::start();
         let Built { joint_loop, boot, sensors } = build_loop(LOOP, PARAMETERS, &last_run, reference_cal, clock);
-        let outputs = Outputs::new();
+        let outputs = Outputs::new(BREAK);
         BOARD.sync_output.set(false);
         BOARD.sync_output.set_mode(Moder::OUTPUT);
         BOARD.foot_switch.set_pull(Pupdr::PULL_DOWN);
@@ -138,7 +140,11 @@ mod boot {
         let ticks = TICKS.start(interrupt::CAN1_TX);
         ticks.spawn(only(control::control_task(control)));
         sync_input::start(EDGE);
-        sampling::start(CONVERSION);
+        // Servo frames and ticks keep the distance that they have here: their timers have one clock.
+        cortex_m::interrupt::free(|_| {
+            sampling::start(CONVERSION);
+            servo_pwm::start_frames();
+        });
 
         let mut port = serial::start(requests_in);
         port.send(&Record::Boot(boot));
@@ -155,6 +161,7 @@ mod boot {
             environment,
             rounds: 0,
             frames_to_line: FRAMES_A_LINE,
+            truncated: 0,
             reported: None,
         };
         THREAD.insert(Executor::new()).run(|thread| {

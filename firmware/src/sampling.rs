@@ -9,7 +9,8 @@
 //! A block is read while the other is filled, so there is a whole millisecond for it. Each channel's four conversions become one code
 //! by [`hgod_adc::trimmed_mean`]. Two errors are reported as a fault of their tick:
 //! - the interrupt comes more than a millisecond late: the block may be written while it is read, and the set is marked as torn;
-//! - a result is lost (overrun of the converter) or the transfer fails: both stop the hardware, and [`restart`] synchronises it again.
+//! - a result is lost (overrun of the converter) or the transfer fails: both stop the hardware, and [`restart`] synchronises it again, at the same
+//!   place in the servo frames.
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -26,13 +27,14 @@ use embassy_stm32::pac::{ADC1, ADC123_COMMON, DMA2, RCC, TIM2};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use firmware::board::{BOARD, REFERENCE_CAL, REFERENCE_CHANNEL, TEMPERATURE_CAL};
-use firmware::pacing::{TRIGGER_US, trigger_us};
+use firmware::pacing::{PERIOD_US, TRIGGER_US, trigger_us};
 use hgod_adc::{OVERSAMPLING, trimmed_mean};
 use joint_loop::SENSORS;
 use joint_units::AdcCode;
 
 use crate::clocks::{self, APB1_TIMER_MHZ};
 use crate::pins::PinRegisters;
+use crate::servo_pwm::{TRIGGER_PHASE_US, frame_us};
 use crate::stopwatch;
 
 const _: () = assert!(BOARD.sensors.len() == SENSORS, "one input for each channel of the loop");
@@ -206,7 +208,7 @@ fn begin() {
 }
 
 /// Restarts converter and stream in step (RM0090 13.8.1): after a lost result or a failed transfer both have stopped, perhaps in the middle
-/// of a scan. The ticks then come at another quarter of the millisecond; their time stamps show it.
+/// of a scan. The ticks come at their place in the servo frames again.
 fn restart() {
     /// A stream finishes the current transfer before it is off: a few bus cycles.
     const ROUNDS: u32 = 100;
@@ -217,8 +219,30 @@ fn restart() {
     stream.cr().modify(|w| w.set_en(false));
     // If the stream does not stop, there are no ticks, and the watchdog task reports the sampling.
     if (0..ROUNDS).any(|_| !stream.cr().read().en()) {
+        realign();
         begin();
     }
+}
+
+/// Lengthens the present period of the trigger by as many quarters as it takes for the fourth trigger from now to come at
+/// [`TRIGGER_PHASE_US`].
+fn realign() {
+    /// The next trigger must not come before the converter waits for it, which takes it 3 us.
+    const SOONEST_US: u32 = 10;
+    const ROUNDS: u32 = 10_000;
+    let _ = (0..ROUNDS).any(|_| TIM2.cnt().read() % TRIGGER_US < TRIGGER_US - SOONEST_US);
+    let counted_us = TIM2.cnt().read();
+    // If the next trigger came as soon as possible, the fourth one would come four quarters after the beginning of this quarter.
+    let phase_us = (PERIOD_US + frame_us() - counted_us % TRIGGER_US) % PERIOD_US;
+    let wait_us = (PERIOD_US + TRIGGER_PHASE_US - phase_us) % PERIOD_US;
+    let quarters = (wait_us + TRIGGER_US / 2) / TRIGGER_US % OVERSAMPLING as u32;
+    // The period may have been lengthened already, by a failure shortly before: never below what is counted.
+    let begun = counted_us / TRIGGER_US;
+    // Without buffering the longer period is in effect at once; with it, the next one is as long as ever.
+    TIM2.cr1().modify(|w| w.set_arpe(false));
+    TIM2.arr().write_value((begun + quarters + 1) * TRIGGER_US - 1);
+    TIM2.cr1().modify(|w| w.set_arpe(true));
+    TIM2.arr().write_value(TRIGGER_US - 1);
 }
 
 /// The flags of the stream.

@@ -2,33 +2,61 @@
 //!
 //! - Frame: 20 ms, counted in microseconds; divider and period are written once and never again.
 //! - A pulse starts at the start of a frame and its width is buffered until the next start (preload), so every pulse has
-//!   either the old width or the new one.
-//! - [`Outputs::drive`] with MOE off: the active widths are set to 0, then MOE is set, then the new widths are buffered for the next frame.
-//!   The first pulse is complete.
-//! - [`Outputs::release`] waits for the end of a running pulse, at most 2.5 ms: a shortened pulse is a wrong angle. [`outputs_off`], for
-//!   faults, does not wait.
-//! - The break input (high stops, pulled down) clears MOE in hardware, independent of the processor; AOE stays 0, so only a new arming
-//!   sets it again. The clock security system has the same effect.
+//!   either the old width or the new one. Frames start half a period away from the ticks, which write the widths: all four joints take the
+//!   width of the same tick ([`start_frames`]).
+//! - [`Outputs::drive`] with MOE off: the widths have been 0 for a whole frame, so MOE is set without a pulse, then the new widths are buffered
+//!   for the next frame. The first pulse is complete.
+//! - A pulse that is cut short is a valid command for another angle. So whatever ends the pulses while the processor runs waits for the end of
+//!   a running one, at most 2.5 ms: [`Outputs::release`] over the ticks, [`outputs_off`] in a loop.
+//! - The break input (high stops, pulled down) clears MOE in hardware, independent of the processor, and so does the clock security system; AOE
+//!   stays 0, so only a new arming sets it again. That does cut a pulse: the interrupt of the break switches the servos' supply off
+//!   ([`servo_rail`]) and counts the pulses.
 //!
 //! Written by registers, because the HAL sets MOE as soon as it has the timer and asserts in the call that writes a width.
 
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
 use embassy_stm32::pac::timer::regs::{BdtrAdv, SrAdv};
 use embassy_stm32::pac::timer::vals::{Bkp, Lock, Ocm, Ossi};
 use embassy_stm32::pac::{RCC, TIM1};
 use firmware::board::BOARD;
+use firmware::pacing::PERIOD_US;
 use joint_units::PulseMicros;
 
 use crate::clocks::{self, APB2_TIMER_MHZ};
 use crate::pins::PinRegisters;
+use crate::servo_rail;
 
 /// Servo frame, us: 50 Hz.
 const FRAME_US: u16 = 20_000;
+/// The same in ticks, and one more: a frame has started in any span so long.
+const FRAME_TICKS: u8 = (FRAME_US as u32 / PERIOD_US) as u8 + 1;
 
 /// Longest pulse, us: a limit of the hardware layer; the gate in joint-loop limits the pulse first.
 const LONGEST_US: u16 = 2_500;
+/// A pulse has ended after this many ticks, unless the timer stands still.
+const LONGEST_TICKS: u8 = 4;
+const _: () = assert!((LONGEST_TICKS as u32 - 1) * PERIOD_US > LONGEST_US as u32, "longer than the longest pulse");
+
+/// Time in a frame, modulo a period, at which the converter is triggered for a tick, us. The widths are written 0.1 to 0.3 ms later: in the
+/// middle between two moments at which a frame can start.
+pub(crate) const TRIGGER_PHASE_US: u32 = 340;
+
+/// Rounds of the wait for the end of a pulse in [`outputs_off`]: at least five cycles of the processor each, so no less than 2.9 ms. It ends
+/// sooner by the timer; the rounds bound it if the timer stands still.
+const END_ROUNDS: u32 = 100_000;
 
 const TIM1_FUNCTION: u8 = 1;
+
+/// Pulses that the break cut short.
+static TRUNCATED: AtomicU32 = AtomicU32::new(0);
+
+/// Servo pulses that were cut short since the boot.
+pub(crate) fn truncated() -> u32 {
+    TRUNCATED.load(Ordering::Relaxed)
+}
 
 /// Break and dead-time register with MOE off: idle pins are driven (low), not left floating; break input on, active high. Locked: after
 /// the first write only MOE can be changed, here and in the modes of the channels, until the next reset.
@@ -41,21 +69,30 @@ fn dark() -> BdtrAdv {
     w
 }
 
-/// Drives the four lines low as plain outputs: the first action of the program, before the timer starts.
+/// Drives the four lines and the servo-rail enable low as plain outputs: the first action of the program, before the timer starts.
 pub(crate) fn drive_pins_low() {
-    // The two ports that TIM1 can reach.
+    // The two ports that TIM1 can reach, and that of the servo-rail enable.
     RCC.ahb1enr().modify(|w| {
         w.set_gpioaen(true);
+        w.set_gpiocen(true);
         w.set_gpioeen(true);
     });
     clocks::settle();
+    servo_rail::start();
     pins_low();
 }
 
-/// Switches the servos off at once, from any context: first TIM1, then also the pins. Only a reset reverses it.
+/// Switches the servos off for good, from any context: first their supply, then TIM1 at the end of a running pulse, then also the pins. Masks
+/// the interrupts, so that no tick writes a width. Only a reset reverses it.
 ///
-/// Before TIM1 has a clock, the write to it has no effect, and the pins are low already.
+/// Before TIM1 has a clock, its registers read 0 and the write to it has no effect, and the pins are low already.
 pub(crate) fn outputs_off() {
+    servo_rail::off();
+    cortex_m::interrupt::disable();
+    if TIM1.bdtr().read().moe() {
+        set_widths([PulseMicros(0); 4]);
+        let _ = (0..END_ROUNDS).any(|_| TIM1.cnt().read().cnt() > LONGEST_US);
+    }
     TIM1.bdtr().write_value(dark());
     pins_low();
 }
@@ -67,15 +104,44 @@ fn pins_low() {
     }
 }
 
+/// Starts the servo frames, at the moment at which the trigger of the ticks starts.
+pub(crate) fn start_frames() {
+    TIM1.cnt().write(|w| w.set_cnt(TRIGGER_PHASE_US as u16));
+    TIM1.cr1().modify(|w| w.set_cen(true));
+}
+
+/// Time since the start of the servo frame, us.
+pub(crate) fn frame_us() -> u32 {
+    TIM1.cnt().read().cnt().into()
+}
+
+/// The break has switched the outputs off.
+#[cfg(target_os = "none")]
+#[embassy_stm32::interrupt]
+fn TIM1_BRK_TIM9() {
+    on_break();
+}
+
+fn on_break() {
+    servo_rail::off();
+    // Off until the next arming: the flag comes back as long as the input is active.
+    TIM1.dier().modify(|w| w.set_bie(false));
+    let now = TIM1.cnt().read().cnt();
+    let cut = (0..BOARD.servos.len()).filter(|&channel| TIM1.ccr(channel).read().ccr() > now).count();
+    TRUNCATED.store(truncated().wrapping_add(cut as u32), Ordering::Relaxed);
+}
+
 /// The four servo lines. Only the owner of this value can make pulses.
 pub(crate) struct Outputs {
     /// True from the first width to the end of the last pulse.
     driving: bool,
+    /// Calls of [`Outputs::release`] since the last width.
+    released: u8,
 }
 
 impl Outputs {
-    /// Starts the timer, once; every line stays low.
-    pub(crate) fn new() -> Self {
+    /// Sets the timer up, once; every line stays low. [`start_frames`] starts it. `priority` is that of the break.
+    pub(crate) fn new(priority: Priority) -> Self {
         RCC.apb2enr().modify(|w| w.set_tim1en(true));
         clocks::settle();
         TIM1.psc().write_value(APB2_TIMER_MHZ - 1);
@@ -102,41 +168,50 @@ impl Outputs {
         for pin in BOARD.servos {
             pin.set_function(TIM1_FUNCTION);
         }
-
-        TIM1.cr1().modify(|w| w.set_cen(true));
-        Self { driving: false }
+        interrupt::TIM1_BRK_TIM9.set_priority(priority);
+        // SAFETY: the handler uses nothing that is set up later, and nothing masks this interrupt by itself.
+        unsafe { interrupt::TIM1_BRK_TIM9.enable() };
+        Self { driving: false, released: FRAME_TICKS }
     }
 
     /// Outputs these widths from the next frame on.
     pub(crate) fn drive(&mut self, widths: [PulseMicros; 4]) {
         if !self.driving {
-            // The active widths may be those before the last release: write 0 to the buffer, and update.
-            set_widths([PulseMicros(0); 4]);
-            TIM1.egr().write(|w| w.set_ug(true));
+            // Widths of 0 have not reached the outputs before a frame has started since.
+            if self.released < FRAME_TICKS {
+                self.release();
+                return;
+            }
+            servo_rail::on();
             TIM1.bdtr().write(|w| {
                 *w = dark();
                 w.set_moe(true);
             });
+            TIM1.dier().modify(|w| w.set_bie(true));
             self.driving = true;
         }
+        self.released = 0;
         set_widths(widths);
     }
 
-    /// Stops the pulses: at once, or at the end of the running pulse. Must be called in every tick until then.
+    /// Stops the pulses at the end of a running one, and then switches the servos' supply off. Must be called in every tick until the next
+    /// [`Outputs::drive`].
     pub(crate) fn release(&mut self) {
+        self.released = self.released.saturating_add(1);
         // First the widths, then MOE if the pulses of this frame are over: a frame that starts between the two lines has no pulse.
         set_widths([PulseMicros(0); 4]);
-        if !self.driving || TIM1.cnt().read().cnt() > LONGEST_US {
+        let in_pulse = TIM1.bdtr().read().moe() && TIM1.cnt().read().cnt() <= LONGEST_US;
+        if !self.driving || !in_pulse || self.released > LONGEST_TICKS {
             TIM1.bdtr().write_value(dark());
+            servo_rail::off();
             self.driving = false;
         }
     }
 
-    /// Stops the pulses at once, even in the middle of a pulse.
-    pub(crate) fn cut(&mut self) {
-        TIM1.bdtr().write_value(dark());
-        set_widths([PulseMicros(0); 4]);
-        self.driving = false;
+    /// Switches the servos' supply off at once, and stops the pulses like [`Outputs::release`]: for faults.
+    pub(crate) fn release_without_supply(&mut self) {
+        servo_rail::off();
+        self.release();
     }
 
     /// Whether the break input or a clock failure has switched the outputs off since the last call. True in every call while the cause lasts.

@@ -15,6 +15,8 @@ pub struct Cost {
     pub stack_used: u32,
     /// Size of the stack, bytes.
     pub stack_size: u32,
+    /// Servo pulses that the break input or a clock failure cut short since the boot, by the widths that were last written.
+    pub truncated: u32,
 }
 
 /// Means over the last second.

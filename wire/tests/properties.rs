@@ -113,8 +113,15 @@ fn record() -> impl Strategy<Value = Record> {
         .prop_map(|(tick, state, cause)| Record::Change(Change { tick, state, cause }));
     let edge = (any::<u32>(), any::<i32>(), any::<bool>(), any::<bool>())
         .prop_map(|(tick, offset_us, high, lost_before)| Record::Edge(Edge { tick, offset_us, high, lost_before }));
-    let cost = prop::array::uniform5(any::<u32>()).prop_map(|[a, b, c, d, e]| {
-        Record::Cost(Cost { longest_cycles: a, latest_start_us: b, dropped: c, stack_used: d, stack_size: e })
+    let cost = prop::array::uniform6(any::<u32>()).prop_map(|[a, b, c, d, e, f]| {
+        Record::Cost(Cost {
+            longest_cycles: a,
+            latest_start_us: b,
+            dropped: c,
+            stack_used: d,
+            stack_size: e,
+            truncated: f,
+        })
     });
     let environment = prop::array::uniform2(prop::option::of(float()))
         .prop_map(|[die_c, supply_v]| Record::Environment(Environment { die_c, supply_v }));

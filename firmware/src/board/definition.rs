@@ -85,6 +85,8 @@ pub struct Board {
     pub temperature_channel: u8,
     /// Pins of TIM1 channels 1 to 4, all by alternate function 1: PA8 to PA11, or PE9, PE11, PE13, PE14 where the package has them.
     pub servos: [Pin; 4],
+    /// Enable of the servos' supply: high only while the servo outputs are on, with a pull-down of its own.
+    pub servo_rail: Pin,
     /// Gait sensors 1 to 4. All are converted, whether a sensor is wired or not.
     pub sensors: [AnalogInput; 4],
     /// Foot switch: high while the foot is on the floor. A disconnected wire reports no heel strike.

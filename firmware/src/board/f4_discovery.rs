@@ -15,6 +15,8 @@ pub const BOARD: Board = Board {
     min_supply: Volts(2.7),
     // Not PA8 to PA11, TIM1's other pins: PA9 is VBUS of the micro-USB connector, with 4.7 uF to ground.
     servos: [Pin::new("PE9"), Pin::new("PE11"), Pin::new("PE13"), Pin::new("PE14")],
+    // On the header, wired to nothing on the board, and not driven by the boot loader of the chip (AN2606), unlike PB13.
+    servo_rail: Pin::new("PC8"),
     sensors: SENSORS,
     foot_switch: Pin::new("PC5"),
     emergency_stop: Pin::new("PB12"),

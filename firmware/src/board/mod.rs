@@ -7,6 +7,7 @@
 //! | what | where |
 //! |---|---|
 //! | servos, left hip, right hip, left knee, right knee | TIM1 channels 1 to 4, pins of the board's choice among those of TIM1 |
+//! | servo-rail enable: high only while the servo outputs are on | with a pull-down of its own |
 //! | emergency stop; a high level stops the servo pulses | TIM1 break input |
 //! | sensors 1 to 4 | channels of ADC1 |
 //! | synchronisation input, 3.3 V | an EXTI line from 5 to 9, with the chip's pull-down |
@@ -19,6 +20,8 @@
 //! # Duties of a board
 //! - Each servo line is free of anything else on the board, and has a pull-down of its own (10 kOhm to ground): in reset and in the
 //!   bootloader the chip drives nothing.
+//! - The servo-rail enable has a pull-down of its own (10 kOhm to ground), and a switch in the positive line of the servos' supply that is
+//!   off while it is low.
 //! - The emergency stop is a contact from the 3 V supply through 1 kOhm to its pin that closes to stop; open or absent, the chip's
 //!   pull-down keeps it released. A broken wire is therefore not noticed: press it to test it.
 //! - The servos have a supply of their own. A servo without pulses may hold its torque; only a switch in its
@@ -78,6 +81,7 @@ mod tests {
         for board in BOARDS {
             let mut pins: Vec<Pin> = board.servos.into();
             pins.extend(board.sensors.map(|sensor| sensor.pin));
+            pins.push(board.servo_rail);
             pins.extend([board.foot_switch, board.emergency_stop, board.button, board.sync_input, board.sync_output]);
             pins.extend([board.serial_out, board.serial_in]);
             pins.extend(board.led_pulses.into_iter().chain(board.led_fault));

@@ -16,6 +16,8 @@ pub const BOARD: Board = Board {
     // 3.3 V.
     min_supply: Volts(3.0),
     servos: [Pin::new("PA8"), Pin::new("PA9"), Pin::new("PA10"), Pin::new("PA11")],
+    // CN10-2; not driven by the boot loader of the chip (AN2606), unlike PB13.
+    servo_rail: Pin::new("PC8"),
     sensors: SENSORS,
     foot_switch: Pin::new("PC5"),
     emergency_stop: Pin::new("PB12"),

@@ -128,8 +128,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     match command.pulses {
         Some(_) if SHADOW => {}
         Some(widths) => control.outputs.drive(widths),
-        // In a fault the outputs go off in the middle of a pulse.
-        None if frame.state == SupervisorState::Fault => control.outputs.cut(),
+        None if frame.state == SupervisorState::Fault => control.outputs.release_without_supply(),
         None => control.outputs.release(),
     }
 

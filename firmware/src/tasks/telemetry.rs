@@ -12,6 +12,7 @@ use super::progress::TELEMETRY;
 use crate::environment::Environment;
 use crate::log;
 use crate::serial::Port;
+use crate::servo_pwm;
 use crate::stack;
 
 /// Period of the task, us: less than half the period of the watchdog task, which must see progress each time.
@@ -41,6 +42,8 @@ pub(crate) struct Telemetry {
     pub(crate) rounds: u32,
     /// Frames until the next line for people.
     pub(crate) frames_to_line: u8,
+    /// Pulses that were cut short, as of the last report.
+    pub(crate) truncated: u32,
     /// State and cause of the last frame.
     pub(crate) reported: Option<(SupervisorState, Cause)>,
 }
@@ -78,12 +81,18 @@ fn telemetry_step(telemetry: &mut Telemetry) {
         telemetry.rounds = 0;
         let (longest_cycles, latest_start_us) = take_worst();
         let (used, size) = stack::high_water();
+        let truncated = servo_pwm::truncated();
+        if telemetry.truncated != truncated {
+            log::truncated(truncated.wrapping_sub(telemetry.truncated));
+            telemetry.truncated = truncated;
+        }
         telemetry.send(&Record::Cost(Cost {
             longest_cycles,
             latest_start_us,
             dropped: dropped(),
             stack_used: used as u32,
             stack_size: size as u32,
+            truncated,
         }));
         let environment = telemetry.environment.take();
         telemetry.send(&Record::Environment(environment));

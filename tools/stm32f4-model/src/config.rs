@@ -1,6 +1,7 @@
 //! Configuration of the modelled chip: crystal, supply, factory calibration, temperature. A program cannot change it.
 
-/// Properties of the chip and of its board. `Default` is the STM32F4 Discovery: working 8 MHz crystal, 32 kHz LSI, VDDA 3.0 V.
+/// Properties of the chip and of its board. `Default` is the STM32F4 Discovery: working 8 MHz crystal, 32 kHz LSI, VDDA 3.0 V, and the brown-out
+/// reset at its highest level, as `cargo xtask flash` leaves it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SocConfig {
     /// Frequency of the HSE crystal, Hz. 4 to 26 MHz; 8 MHz on the Discovery board.
@@ -23,6 +24,8 @@ pub struct SocConfig {
     pub vrefint_cal: Option<u16>,
     /// The 96 bit unique identifier at 0x1FFF7A10.
     pub unique_id: [u32; 3],
+    /// BOR_LEV of the option bytes: 0 is the highest level of the brown-out reset, 3 is off, as delivered. The reset itself is not modelled.
+    pub bor_level: u8,
     /// Flash size at 0x1FFF7A22, KiB.
     pub flash_kib: u16,
 }
@@ -40,6 +43,7 @@ impl Default for SocConfig {
             die_celsius: 25.0,
             vrefint_cal: None,
             unique_id: [0x0035_0027, 0x3133_510C, 0x3437_3439],
+            bor_level: 0,
             flash_kib: 1024,
         }
     }

@@ -18,8 +18,9 @@ pub(crate) struct Flash {
 }
 
 impl Flash {
-    pub(crate) fn new() -> Self {
-        Flash { acr: 0, cr: LOCK, optcr: 0x0FFF_AAED, keys: [0; 2] }
+    /// `bor_level` is BOR_LEV of the option bytes, 0 to 3 (3.9.6).
+    pub(crate) fn new(bor_level: u8) -> Self {
+        Flash { acr: 0, cr: LOCK, optcr: 0x0FFF_AAE1 | u32::from(bor_level & 3) << 2, keys: [0; 2] }
     }
 
     pub(crate) fn peek(&self, offset: u32) -> Option<u32> {
@@ -111,7 +112,7 @@ mod tests {
 
     #[test]
     fn latency_and_caches_read_back() {
-        let mut flash = Flash::new();
+        let mut flash = Flash::new(3);
         write(&mut flash, 0, 0x705);
         assert_eq!((flash.peek(0), flash.wait_states()), (Some(0x705), 5));
     }
@@ -119,7 +120,7 @@ mod tests {
     #[test]
     fn two_keys_unlock_and_the_lock_bit_locks_again() {
         // RM0090 3.6.1.
-        let mut flash = Flash::new();
+        let mut flash = Flash::new(3);
         assert_eq!(flash.peek(0x10), Some(LOCK));
         assert_eq!(write(&mut flash, 0x10, 0x200).len(), 1);
         write(&mut flash, 4, 0x4567_0123);
@@ -137,7 +138,7 @@ mod tests {
 
     #[test]
     fn a_wrong_key_locks_until_reset() {
-        let mut flash = Flash::new();
+        let mut flash = Flash::new(3);
         assert_eq!(write(&mut flash, 4, 1).len(), 1);
         write(&mut flash, 4, 0x4567_0123);
         write(&mut flash, 4, 0xCDEF_89AB);
@@ -147,8 +148,9 @@ mod tests {
     #[test]
     fn option_bytes_have_keys_of_their_own() {
         // RM0090 3.6.1, 3.9.6: reset value, OPTKEYR, OPTLOCK.
-        let mut flash = Flash::new();
+        let mut flash = Flash::new(3);
         assert_eq!(flash.peek(0x14), Some(0x0FFF_AAED));
+        assert_eq!(Flash::new(0).peek(0x14), Some(0x0FFF_AAE1));
         assert_eq!(write(&mut flash, 0x14, 0x0FFF_AAEC).len(), 1);
         write(&mut flash, 8, 0x0819_2A3B);
         write(&mut flash, 8, 0x4C5D_6E7F);
@@ -162,7 +164,7 @@ mod tests {
 
     #[test]
     fn erasing_gives_an_unmodelled_lint() {
-        let mut flash = Flash::new();
+        let mut flash = Flash::new(3);
         write(&mut flash, 4, 0x4567_0123);
         write(&mut flash, 4, 0xCDEF_89AB);
         let lints = write(&mut flash, 0x10, 0x1_000A);

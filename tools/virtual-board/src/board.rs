@@ -13,6 +13,10 @@ use crate::scs::Scs;
 /// TIM1's break and dead-time register: bit 15 is the main output enable.
 const TIM1_BDTR: u32 = 0x4001_0044;
 const MOE: u32 = 1 << 15;
+/// TIM1's counter, its period and its compare registers.
+const TIM1_CNT: u32 = 0x4001_0024;
+const TIM1_ARR: u32 = 0x4001_002C;
+const TIM1_CCR: std::ops::RangeInclusive<u32> = 0x4001_0034..=0x4001_0040;
 /// RCC's reset register of APB2: bit 0 resets TIM1.
 const RCC_APB2RSTR: u32 = 0x4002_3824;
 const DBGMCU_CR: u32 = 0xE004_2004;
@@ -215,6 +219,12 @@ impl BoardModel {
         self.soc.read(TIM1_BDTR, Width::Word) & MOE != 0
     }
 
+    /// Measures a write of a pulse width against the frames of TIM1, which counts microseconds.
+    fn note_width_written(&mut self) {
+        let [count, last] = [TIM1_CNT, TIM1_ARR].map(|addr| self.soc.read(addr, Width::Word));
+        self.plant.pulses.note_width_written(f64::from(count.min((last + 1).saturating_sub(count))));
+    }
+
     fn set_armed(&mut self, armed: bool) {
         let seconds = self.seconds();
         self.plant.pulses.set_armed(armed, seconds);
@@ -280,6 +290,9 @@ impl Machine for BoardModel {
             return;
         }
         self.advance(memory);
+        if TIM1_CCR.contains(&addr) && self.plant.pulses.armed() {
+            self.note_width_written();
+        }
         self.soc.write(addr, width, value);
         let armed = match addr & !3 {
             TIM1_BDTR => Some(self.output_enable()),

@@ -10,13 +10,14 @@
 //! - overrun: a result of ADC1 is lost, as if the one before had not been read in time.
 //! - dma: a transfer of ADC1's stream, the first of DMA2, fails with a bus error.
 //! - trigger: TIM2, which triggers the conversions, stops: no sample comes, and the processor runs on.
+//! - register: a word is written to a register of a peripheral, as an electrical disturbance may change it.
 //!
 //! Changes to flash are undone when the chip resets: a task that hung runs again after the watchdog reset.
 
 use std::str::FromStr;
 
 use crate::cpu::{Cpu, Reg, XPSR_IT};
-use crate::pulses::OutputChange;
+use crate::pulses::{OutputChange, OutputState};
 use crate::report::{self, Reaction};
 
 /// `b .`
@@ -48,6 +49,37 @@ impl FromStr for SymbolAt {
             return Err(expected());
         }
         Ok(SymbolAt { symbol: symbol.to_owned(), at })
+    }
+}
+
+/// `ADDRESS=VALUE@T`: a register, a word and a time in seconds.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct RegisterAt {
+    /// Address.
+    pub(crate) address: u32,
+    /// The word.
+    pub(crate) value: u32,
+    /// Time, s.
+    pub(crate) at: f64,
+}
+
+impl FromStr for RegisterAt {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected =
+            || format!("`{text}` is not ADDRESS=VALUE@SECONDS with a hexadecimal address, for example 0x40010020=0@3");
+        let number = |text: &str| match text.strip_prefix("0x") {
+            Some(digits) => u32::from_str_radix(digits, 16).map_err(|_| expected()),
+            None => text.parse().map_err(|_| expected()),
+        };
+        let (word, at) = text.rsplit_once('@').ok_or_else(expected)?;
+        let (address, value) = word.split_once('=').ok_or_else(expected)?;
+        let at: f64 = at.parse().map_err(|_| expected())?;
+        if !address.starts_with("0x") || !at.is_finite() || at < 0.0 {
+            return Err(expected());
+        }
+        Ok(RegisterAt { address: number(address)?, value: number(value)?, at })
     }
 }
 
@@ -85,6 +117,8 @@ pub(crate) enum InjectionKind {
     Transfer,
     /// TIM2 stops.
     Trigger,
+    /// The word is written to the register.
+    Register { address: u32, value: u32 },
 }
 
 impl InjectionKind {
@@ -99,6 +133,7 @@ impl InjectionKind {
             InjectionKind::Overrun => "overrun",
             InjectionKind::Transfer => "dma",
             InjectionKind::Trigger => "trigger",
+            InjectionKind::Register { .. } => "register",
         }
     }
 }
@@ -127,6 +162,7 @@ pub(crate) struct Injection {
     effect: Option<Moment>,
     disarmed: Option<Moment>,
     low: Option<Moment>,
+    rail_off: Option<Moment>,
     reset: Option<Moment>,
     closed: bool,
 }
@@ -145,6 +181,7 @@ impl Injection {
             effect: nothing,
             disarmed: nothing,
             low: nothing,
+            rail_off: nothing,
             reset: nothing,
             closed: false,
         }
@@ -174,13 +211,16 @@ impl Injection {
     }
 
     /// Records the effect, with the state of the outputs.
-    pub(crate) const fn note_effect(&mut self, now: Moment, armed: bool, any_high: bool) {
+    pub(crate) const fn note_effect(&mut self, now: Moment, outputs: OutputState) {
         self.effect = Some(now);
-        if !armed {
+        if !outputs.armed {
             self.disarmed = Some(now);
         }
-        if !any_high {
+        if !outputs.high {
             self.low = Some(now);
+        }
+        if !outputs.rail {
+            self.rail_off = Some(now);
         }
     }
 
@@ -193,6 +233,8 @@ impl Injection {
             OutputChange::High(true) => self.low = None,
             OutputChange::High(false) => self.low = Some(now),
             OutputChange::Armed(true) => self.closed = self.disarmed.is_some(),
+            OutputChange::Rail(true) => self.rail_off = None,
+            OutputChange::Rail(false) => self.rail_off = self.rail_off.or(Some(now)),
             OutputChange::Armed(false) => self.disarmed = self.disarmed.or(Some(now)),
         }
         self.closed
@@ -220,6 +262,7 @@ impl Injection {
             disarmed_instructions: instructions(self.disarmed),
             low_us: after(low),
             low_instructions: instructions(low),
+            rail_us: after(self.rail_off),
             reset_us: after(self.reset),
         }
     }
@@ -264,6 +307,8 @@ pub(crate) fn call_panic(cpu: &mut impl Cpu, function: u32, arguments: PanicArgu
 mod tests {
     use super::*;
 
+    const RUNNING: OutputState = OutputState { armed: true, high: true, rail: true };
+
     fn moment(seconds: f64, instructions: u64) -> Moment {
         Moment { seconds, instructions }
     }
@@ -278,11 +323,23 @@ mod tests {
     }
 
     #[test]
+    fn a_register_a_word_and_a_time_are_parsed() {
+        let write = RegisterAt { address: 0x4001_0020, value: 17, at: 2.5 };
+        assert_eq!("0x40010020=0x11@2.5".parse(), Ok(write.clone()));
+        assert_eq!("0x40010020=17@2.5".parse(), Ok(write));
+        for wrong in ["0x40010020=1", "40010020=1@2", "0x40010020@2", "0x1=x@2", "0x1=1@x", "0x1=1@-1"] {
+            let message = wrong.parse::<RegisterAt>().unwrap_err();
+            assert!(message.contains(wrong), "{message}");
+        }
+    }
+
+    #[test]
     fn measures_from_the_effect_to_low_pins_that_stay_low() {
         let mut hang = Injection::new(InjectionKind::Hang(0x0801_0000), "tick".into(), 1.0);
         hang.note_output(OutputChange::High(true), moment(0.9, 1));
         hang.note_injection(moment(1.0, 1_000));
-        hang.note_effect(moment(1.001, 2_000), true, true);
+        hang.note_effect(moment(1.001, 2_000), RUNNING);
+        hang.note_output(OutputChange::Rail(false), moment(1.002, 2_100));
         hang.note_output(OutputChange::High(false), moment(1.0005, 1_500));
         for (seconds, instructions) in [(1.0, 2_000), (1.02, 3_000)] {
             hang.note_output(OutputChange::High(true), moment(seconds, instructions));
@@ -294,6 +351,7 @@ mod tests {
         assert!(hang.note_output(OutputChange::Armed(true), moment(2.0, 9_000)));
         hang.note_output(OutputChange::High(true), moment(2.0, 9_000));
         let reaction = hang.reaction(2.5);
+        assert_eq!(reaction.rail_us, Some(1_000.0));
         assert_eq!(reaction.low_us, Some(20_500.0));
         assert_eq!(reaction.low_instructions, Some(1_100));
         assert_eq!((reaction.disarmed_us, reaction.reset_us), (Some(39_000.0), Some(39_000.0)));
@@ -306,7 +364,7 @@ mod tests {
         assert!(panic.is_pending() && !panic.awaits_effect());
         panic.note_injection(moment(1.0, 10));
         assert!(panic.awaits_effect());
-        panic.note_effect(moment(1.0, 10), true, false);
+        panic.note_effect(moment(1.0, 10), OutputState { high: false, ..RUNNING });
         panic.note_output(OutputChange::Armed(false), moment(1.000_002, 60));
         let reaction = panic.reaction(1.001);
         assert_eq!(
@@ -319,7 +377,7 @@ mod tests {
     fn a_pause_between_pulses_is_not_low() {
         let mut hang = Injection::new(InjectionKind::Hang(0), "f".into(), 1.0);
         hang.note_injection(moment(1.0, 0));
-        hang.note_effect(moment(1.0, 0), true, true);
+        hang.note_effect(moment(1.0, 0), RUNNING);
         hang.note_output(OutputChange::High(false), moment(1.001, 10));
         assert_eq!(hang.reaction(1.02).low_us, None, "armed, and the next pulse may still come");
         assert_eq!(hang.reaction(1.06).low_us, Some(1_000.0));

@@ -39,7 +39,7 @@ use stm32f4_model::{Pin, SocConfig};
 
 use crate::console::Console;
 use crate::exception::OmittedParts;
-use crate::inject::{Injection, InjectionKind, PANIC_FUNCTIONS, SymbolAt};
+use crate::inject::{Injection, InjectionKind, PANIC_FUNCTIONS, RegisterAt, SymbolAt};
 use crate::loader::ProgramImage;
 use crate::plant::{BUTTON, BoardPlant, ButtonPress, LevelTable, VoltageTable};
 use crate::recorder::SignalRecorder;
@@ -95,6 +95,12 @@ struct Cli {
     /// Stop TIM2, which triggers the conversions, at these times, s
     #[arg(long, value_name = "T", value_parser = parse_time)]
     trigger_stop: Vec<f64>,
+    /// Write a word to a register at a time, s, for example 0x40010020=0@3
+    #[arg(long, value_name = "ADDRESS=VALUE@T")]
+    register: Vec<RegisterAt>,
+    /// The option bytes have the brown-out reset off, as in a chip as delivered
+    #[arg(long)]
+    no_brown_out_reset: bool,
     /// The crystal does not start
     #[arg(long)]
     hse_dead: bool,
@@ -237,6 +243,10 @@ fn collect_injections(cli: &Cli, image: &ProgramImage) -> Result<Vec<Injection>>
     all.extend(cli.adc_overrun.iter().map(|&at| Injection::new(InjectionKind::Overrun, "ADC1".into(), at)));
     all.extend(cli.dma_error.iter().map(|&at| Injection::new(InjectionKind::Transfer, "DMA2 stream 0".into(), at)));
     all.extend(cli.trigger_stop.iter().map(|&at| Injection::new(InjectionKind::Trigger, "TIM2".into(), at)));
+    all.extend(cli.register.iter().map(|write| {
+        let kind = InjectionKind::Register { address: write.address, value: write.value };
+        Injection::new(kind, format!("{:#010x}", write.address), write.at)
+    }));
     Ok(all)
 }
 
@@ -271,7 +281,10 @@ fn run(cli: &Cli) -> Result<u8> {
     let recorder = SignalRecorder::create(cli.record_conversions.as_deref(), &cli.record_edges)?;
     let default = SocConfig::default();
     let vdda = cli.vdda.unwrap_or(default.vdda);
-    let config = SocConfig { lsi_hz: cli.lsi_hz, vdda, hse_ready: !cli.hse_dead, ..default };
+    /// BOR_LEV of a chip as delivered.
+    const BROWN_OUT_RESET_OFF: u8 = 3;
+    let bor_level = if cli.no_brown_out_reset { BROWN_OUT_RESET_OFF } else { default.bor_level };
+    let config = SocConfig { lsi_hz: cli.lsi_hz, vdda, hse_ready: !cli.hse_dead, bor_level, ..default };
     let options = RunOptions {
         secs: cli.secs,
         cpi: cli.cpi,
@@ -339,6 +352,7 @@ mod tests {
             (&["fw.elf", "--edges", "PC6"], "PIN=FILE"),
             (&["fw.elf", "--edges", "PX1=a.csv"], "is not the name of a pin"),
             (&["fw.elf", "--hang", "tick"], "SYMBOL@SECONDS"),
+            (&["fw.elf", "--register", "0x40010020=1"], "ADDRESS=VALUE@SECONDS"),
             (&["fw.elf", "--flash", "4000=x"], "ADDRESS=FILE"),
             (&["fw.elf", "--flash", "0x4000"], "ADDRESS=FILE"),
             (&["fw.elf", "--vdda", "0"], "greater than 0"),

@@ -1,4 +1,5 @@
-//! Measurement of the servo outputs PE9, PE11, PE13 and PE14: pulse widths, edge counts, and edges while the outputs are disarmed.
+//! Measurement of the servo outputs PE9, PE11, PE13 and PE14 and of the servo-rail enable PC8: pulse widths, edge counts, and edges while the
+//! outputs are disarmed.
 //!
 //! Armed means that TIM1's main output enable (BDTR.MOE) is set. An edge of a servo pin while it is not is counted as before arming or as
 //! after disarming, by whether MOE has been set since the last reset. The one falling edge that disarming itself causes is not counted.
@@ -13,6 +14,12 @@ pub(crate) const SERVOS: [Pin; 4] = match (Pin::new('E', 9), Pin::new('E', 11), 
     _ => panic!("pins of port E"),
 };
 
+/// The pin that switches the servos' supply on while it is high.
+const RAIL: Pin = match Pin::new('C', 8) {
+    Some(pin) => pin,
+    None => panic!("a pin of port C"),
+};
+
 /// Time after disarming in which a falling edge counts as its effect, s.
 const DISARM_EDGE_S: f64 = 1e-6;
 
@@ -23,6 +30,19 @@ pub(crate) struct PulsePeriod {
     pub(crate) seconds: f64,
     /// Pulse width of each servo, us; `None`: no pulse.
     pub(crate) us: [Option<f64>; 4],
+    /// The servos' supply was on at the end of the last pulse.
+    pub(crate) rail: bool,
+}
+
+/// State of the servo outputs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct OutputState {
+    /// The main output enable is set.
+    pub(crate) armed: bool,
+    /// A servo pin is high.
+    pub(crate) high: bool,
+    /// The servos' supply is on.
+    pub(crate) rail: bool,
 }
 
 /// A change of the servo outputs.
@@ -32,6 +52,8 @@ pub(crate) enum OutputChange {
     High(bool),
     /// The main output enable was cleared or set.
     Armed(bool),
+    /// The servos' supply was switched off or on.
+    Rail(bool),
 }
 
 /// A change of the servo outputs with its time.
@@ -65,6 +87,7 @@ pub(crate) struct Pulses {
     armed: bool,
     armed_since_reset: bool,
     disarmed_at: f64,
+    rail: bool,
     edges: BTreeMap<Pin, u64>,
     /// Shortest and longest pulse of each servo, us.
     pub(crate) extremes: [Option<(f64, f64)>; 4],
@@ -72,6 +95,8 @@ pub(crate) struct Pulses {
     pub(crate) before_arming: u64,
     /// Edges of servo pins after disarming.
     pub(crate) after_disarming: u64,
+    /// Shortest time from a write of a pulse width to the start of a servo frame, before or after it, us; `None`: no write while armed.
+    pub(crate) frame_margin_us: Option<f64>,
     /// Instructions executed so far; the board keeps it up to date.
     pub(crate) instructions: u64,
     /// Pins whose edges are recorded, and the recorded edges.
@@ -116,6 +141,17 @@ impl Pulses {
         self.armed
     }
 
+    /// State of the outputs.
+    #[must_use]
+    pub(crate) fn state(&self) -> OutputState {
+        OutputState { armed: self.armed, high: self.any_high(), rail: self.rail }
+    }
+
+    /// Records a write of a pulse width, so long from the start of a servo frame, us.
+    pub(crate) fn note_width_written(&mut self, from_frame_us: f64) {
+        self.frame_margin_us = Some(self.frame_margin_us.unwrap_or(f64::MAX).min(from_frame_us));
+    }
+
     /// True while a servo pin is high.
     #[must_use]
     pub(crate) fn any_high(&self) -> bool {
@@ -131,6 +167,10 @@ impl Pulses {
         *self.edges.entry(pin).or_default() += 1;
         if self.watched.contains(&pin) {
             self.kept.push(PinEdge { pin, seconds, level });
+        }
+        if pin == RAIL {
+            self.rail = level;
+            self.note(seconds, OutputChange::Rail(level));
         }
         let Some(servo) = SERVOS.iter().position(|&servo| servo == pin) else { return };
         let ends_by_disarming = !level && seconds - self.disarmed_at <= DISARM_EDGE_S;
@@ -154,7 +194,7 @@ impl Pulses {
         }
         // All pins are low again: the pulses of the period are complete.
         if !high && let Some(start) = self.period.take() {
-            self.periods.push(PulsePeriod { seconds: start, us: std::mem::take(&mut self.done) });
+            self.periods.push(PulsePeriod { seconds: start, us: std::mem::take(&mut self.done), rail: self.rail });
         }
     }
 
@@ -214,6 +254,29 @@ mod tests {
         let us = pulses.take_periods()[0].us;
         assert_eq!((us[0], us[1], us[3]), (None, None, None));
         assert!((us[2].unwrap() - 1000.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_period_has_the_level_of_the_rail_at_its_end() {
+        let mut pulses = Pulses::default();
+        pulses.set_armed(true, 0.0);
+        pulses.edge(RAIL, true, 0.01);
+        pulse(&mut pulses, 0.02, [1500.0, 1400.0, 1600.0, 1500.0]);
+        pulses.edge(SERVOS[0], true, 0.04);
+        pulses.edge(RAIL, false, 0.0405);
+        pulses.edge(SERVOS[0], false, 0.041);
+        let rails: Vec<bool> = pulses.take_periods().iter().map(|period| period.rail).collect();
+        assert_eq!(rails, [true, false]);
+        let changes = pulses.take_activity();
+        assert!(changes.iter().any(|noted| noted.change == OutputChange::Rail(false) && noted.seconds == 0.0405));
+    }
+
+    #[test]
+    fn the_margin_is_that_of_the_closest_write() {
+        let mut pulses = Pulses::default();
+        assert_eq!(pulses.frame_margin_us, None);
+        [400.0, 310.0, 500.0].into_iter().for_each(|us| pulses.note_width_written(us));
+        assert_eq!(pulses.frame_margin_us, Some(310.0));
     }
 
     #[test]

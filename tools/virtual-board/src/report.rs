@@ -43,6 +43,8 @@ pub(crate) enum ReportLine {
         t_s: f64,
         /// Widths on the four servo pins, us; null: no pulse.
         us: [Option<f64>; 4],
+        /// Whether the servos' supply was on at the end of the last pulse.
+        rail: bool,
     },
     /// State of the run, every 100 ms.
     Status {
@@ -101,7 +103,7 @@ pub(crate) enum ReportLine {
     Injected {
         /// Time.
         t_s: f64,
-        /// `hang`, `fault`, `panic`, `hse`, `overrun` or `dma`.
+        /// `hang`, `fault`, `panic`, `hse`, `overrun`, `dma`, `trigger` or `register`.
         kind: &'static str,
         /// Name of the function or of the peripheral.
         symbol: String,
@@ -115,7 +117,7 @@ pub(crate) enum ReportLine {
 /// Outcome of an injected fault: times from its effect to safe outputs and to the reset.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Reaction {
-    /// `hang`, `fault`, `panic`, `hse`, `overrun` or `dma`.
+    /// `hang`, `fault`, `panic`, `hse`, `overrun`, `dma`, `trigger` or `register`.
     pub(crate) kind: &'static str,
     /// Name of the function or of the peripheral.
     pub(crate) symbol: String,
@@ -131,6 +133,8 @@ pub(crate) struct Reaction {
     pub(crate) low_us: Option<f64>,
     /// The same, in instructions executed.
     pub(crate) low_instructions: Option<u64>,
+    /// From the effect until the servos' supply was off, us; 0: it was off already; null: it stayed on.
+    pub(crate) rail_us: Option<f64>,
     /// From the effect to the next reset of the chip, us; null: no reset.
     pub(crate) reset_us: Option<f64>,
 }
@@ -184,6 +188,8 @@ pub(crate) struct RunSummary {
     pub(crate) pulse_us: [Option<[f64; 2]>; 4],
     /// Level of each servo pin at the end; true is high.
     pub(crate) high_at_end: [bool; 4],
+    /// Shortest time from a write of a pulse width to the start of a servo frame, us; null: none was written while armed.
+    pub(crate) frame_margin_us: Option<f64>,
     /// Instructions executed.
     pub(crate) instructions: u64,
     /// Exceptions taken.
@@ -256,13 +262,14 @@ mod tests {
         report.line(&ReportLine::Pulses {
             t_s: seconds(0.020_000_000_04),
             us: [Some(1500.0), None, None, Some(micros(1_499.999_96))],
+            rail: true,
         });
         report.line(&ReportLine::Boot { t_s: 0.0, cause: "power_on".into() });
         report.flush();
         let text = String::from_utf8(out).unwrap();
         assert_eq!(
             text,
-            "{\"type\":\"pulses\",\"t_s\":0.02,\"us\":[1500.0,null,null,1500.0]}\n{\"type\":\"boot\",\"t_s\":0.0,\"cause\":\"power_on\"}\n"
+            "{\"type\":\"pulses\",\"t_s\":0.02,\"us\":[1500.0,null,null,1500.0],\"rail\":true}\n{\"type\":\"boot\",\"t_s\":0.0,\"cause\":\"power_on\"}\n"
         );
     }
 

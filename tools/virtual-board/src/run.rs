@@ -258,7 +258,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 continue;
             }
             let kind = injection.kind;
-            let (armed, high) = self.output_state();
+            let outputs = self.output_state();
             let now = self.moment();
             match kind {
                 InjectionKind::Hang(address) => {
@@ -281,7 +281,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
                     );
                     self.idle = IdleState::No;
                     self.injections[n].note_injection(now);
-                    self.injections[n].note_effect(now, armed, high);
+                    self.injections[n].note_effect(now, outputs);
                 }
                 InjectionKind::Crystal => {
                     let (mut board, mut memory) = self.cpu.machine_and_memory();
@@ -290,18 +290,22 @@ impl<'a, W: Write> BoardRun<'a, W> {
                     board.sync(&mut memory);
                     drop(board);
                     self.injections[n].note_injection(now);
-                    self.injections[n].note_effect(now, armed, high);
+                    self.injections[n].note_effect(now, outputs);
                 }
-                InjectionKind::Trigger => {
+                InjectionKind::Trigger | InjectionKind::Register { .. } => {
                     /// Control register 1 of TIM2.
                     const TIM2_CR1: u32 = 0x4000_0000;
+                    let (address, value) = match kind {
+                        InjectionKind::Register { address, value } => (address, value),
+                        _ => (TIM2_CR1, 0),
+                    };
                     let (mut board, mut memory) = self.cpu.machine_and_memory();
-                    board.soc.write(TIM2_CR1, Width::Word, 0);
+                    board.soc.write(address, Width::Word, value);
                     // The deadline has changed.
                     board.sync(&mut memory);
                     drop(board);
                     self.injections[n].note_injection(now);
-                    self.injections[n].note_effect(now, armed, high);
+                    self.injections[n].note_effect(now, outputs);
                 }
                 InjectionKind::Overrun | InjectionKind::Transfer => {
                     let mut board = self.cpu.machine();
@@ -311,7 +315,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
                     }
                     drop(board);
                     self.injections[n].note_injection(now);
-                    self.injections[n].note_effect(now, armed, high);
+                    self.injections[n].note_effect(now, outputs);
                 }
             }
             let line = ReportLine::Injected {

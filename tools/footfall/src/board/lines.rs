@@ -81,6 +81,9 @@ pub struct End {
     /// Injected faults and their effects.
     #[serde(default)]
     pub injections: Vec<Value>,
+    /// Shortest time from a write of a pulse width to the start of a servo frame, us; `None` if none was written while armed.
+    #[serde(default)]
+    pub frame_margin_us: Option<f64>,
     /// Instructions executed.
     #[serde(default)]
     pub instructions: u64,

@@ -112,7 +112,7 @@ impl Soc {
             clocks,
             rcc,
             pwr: Pwr::new(),
-            flash: Flash::new(),
+            flash: Flash::new(config.bor_level),
             dbgmcu: Dbgmcu::default(),
             syscfg: Syscfg::default(),
             exti: Exti::default(),
@@ -191,7 +191,7 @@ impl Soc {
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
         self.pwr = Pwr::new();
-        self.flash = Flash::new();
+        self.flash = Flash::new(self.config.bor_level);
         self.syscfg = Syscfg::default();
         self.exti = Exti::default();
         self.iwdg = Iwdg::new(self.config.lsi_hz);

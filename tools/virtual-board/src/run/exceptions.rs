@@ -8,6 +8,7 @@ use crate::exception::{self, ReturnFault};
 use crate::fault::{self, FaultCause, FaultResponse};
 use crate::inject::InjectionKind;
 use crate::nvic;
+use crate::pulses::OutputState;
 use crate::report::{self, ReportLine};
 use crate::semihosting::{self, SemihostingRequest};
 
@@ -128,11 +129,11 @@ impl<W: Write> BoardRun<'_, W> {
     pub(super) fn report_fault(&mut self, exception: u8, cause: FaultCause, pc: u32) {
         self.faults += 1;
         let now = self.moment();
-        let (armed, high) = self.output_state();
+        let outputs = self.output_state();
         let mut explained = false;
         for injection in &mut self.injections {
             if matches!(injection.kind, InjectionKind::Fault(_)) && injection.awaits_effect() {
-                injection.note_effect(now, armed, high);
+                injection.note_effect(now, outputs);
             }
             explained |= injection.took_effect();
         }
@@ -150,9 +151,8 @@ impl<W: Write> BoardRun<'_, W> {
         }
     }
 
-    pub(super) fn output_state(&self) -> (bool, bool) {
-        let board = self.cpu.machine();
-        (board.plant.pulses.armed(), board.plant.pulses.any_high())
+    pub(super) fn output_state(&self) -> OutputState {
+        self.cpu.machine().plant.pulses.state()
     }
 
     pub(super) fn serve_semihosting(&mut self) -> Option<&'static str> {

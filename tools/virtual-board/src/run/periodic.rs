@@ -22,19 +22,18 @@ impl<W: Write> BoardRun<'_, W> {
         let mut board = self.cpu.machine();
         let periods = board.plant.pulses.take_periods();
         let activity = board.plant.pulses.take_activity();
-        let armed = board.plant.pulses.armed();
         let reached = board.reached.take();
         drop(board);
         for period in periods {
             let us = period.us.map(|us| us.map(report::micros));
-            self.report.line(&ReportLine::Pulses { t_s: report::seconds(period.seconds), us });
+            self.report.line(&ReportLine::Pulses { t_s: report::seconds(period.seconds), us, rail: period.rail });
         }
-        let high = self.output_state().1;
+        let outputs = self.output_state();
         for injection in &mut self.injections {
             if reached.is_some_and(|address| injection.kind == InjectionKind::Hang(address))
                 && injection.awaits_effect()
             {
-                injection.note_effect(now, armed, high);
+                injection.note_effect(now, outputs);
             }
             for &TimedOutputChange { seconds, instructions, change } in &activity {
                 if injection.note_output(change, Moment { seconds, instructions }) {
@@ -199,6 +198,7 @@ impl<W: Write> BoardRun<'_, W> {
                 edges_after_disarming: pulses.after_disarming,
                 pulse_us: pulses.extremes.map(|both| both.map(|(min, max)| [report::micros(min), report::micros(max)])),
                 high_at_end: SERVOS.map(|pin| board.soc.output_level(pin)),
+                frame_margin_us: pulses.frame_margin_us,
                 instructions: board.instructions,
                 exceptions: self.exceptions,
                 rtt_bytes: self.rtt_bytes,
