@@ -92,6 +92,11 @@ impl BoardModel {
         }
     }
 
+    /// Makes an instruction take so many cycles, rounded to a thousandth.
+    pub(crate) fn set_cpi(&mut self, cpi: f64) {
+        self.cpi_milli = (cpi * 1000.0).round() as u64;
+    }
+
     /// HCLK cycles since power-on.
     #[must_use]
     pub(crate) const fn now(&self) -> u64 {

@@ -40,6 +40,11 @@ pub(crate) struct Console {
 }
 
 impl Console {
+    /// Without commands.
+    pub(crate) fn closed() -> Self {
+        Console { lines: channel().1, signalled: Arc::default(), open: false }
+    }
+
     /// Starts reading standard input and catching SIGINT and SIGTERM.
     ///
     /// # Errors

@@ -16,6 +16,8 @@
 
 use std::str::FromStr;
 
+use stm32f4_model::Pin;
+
 use crate::cpu::{Cpu, Reg, XPSR_IT};
 use crate::pulses::{OutputChange, OutputState};
 use crate::report::{self, Reaction};
@@ -101,7 +103,7 @@ pub(crate) const PANIC_FUNCTIONS: [(&str, PanicArguments); 4] = [
 ];
 
 /// Kind of an injected fault.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum InjectionKind {
     /// The function at the address never returns.
     Hang(u32),
@@ -119,6 +121,16 @@ pub(crate) enum InjectionKind {
     Trigger,
     /// The word is written to the register.
     Register { address: u32, value: u32 },
+    /// Bits of a word change: of a register, or in RAM.
+    Flip { address: u32, mask: u32 },
+    /// The analogue supply becomes this voltage, V.
+    Supply(f64),
+    /// A pin of the converter gets this voltage, V.
+    Volts(Pin, f64),
+    /// An input gets this level.
+    Level(Pin, bool),
+    /// An instruction takes so many cycles.
+    Slow(f64),
 }
 
 impl InjectionKind {
@@ -134,6 +146,11 @@ impl InjectionKind {
             InjectionKind::Transfer => "dma",
             InjectionKind::Trigger => "trigger",
             InjectionKind::Register { .. } => "register",
+            InjectionKind::Flip { .. } => "flip",
+            InjectionKind::Supply(_) => "supply",
+            InjectionKind::Volts(..) => "volts",
+            InjectionKind::Level(..) => "level",
+            InjectionKind::Slow(_) => "slow",
         }
     }
 }

@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 mod board;
+mod campaign;
 mod console;
 mod cpu;
 mod exception;
@@ -37,6 +38,7 @@ use anyhow::{Context as _, Result, ensure};
 use clap::{Parser, ValueEnum};
 use stm32f4_model::{Pin, SocConfig};
 
+use crate::campaign::Campaign;
 use crate::console::Console;
 use crate::exception::OmittedParts;
 use crate::inject::{Injection, InjectionKind, PANIC_FUNCTIONS, RegisterAt, SymbolAt};
@@ -104,6 +106,15 @@ struct Cli {
     /// The crystal does not start
     #[arg(long)]
     hse_dead: bool,
+    /// Run a campaign of faults: a TOML file; each fault in each state at each phase is a line of the output
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["secs", "serial", "pace", "record_conversions", "record_edges"])]
+    campaign: Option<PathBuf>,
+    /// Cases of the campaign at a time [default: the processor's cores]
+    #[arg(long, value_name = "N", requires = "campaign")]
+    jobs: Option<std::num::NonZero<usize>>,
+    /// One case of N of the campaign
+    #[arg(long, value_name = "N", requires = "campaign", default_value = "1")]
+    every: std::num::NonZero<usize>,
     /// Frequency of the low speed oscillator, which clocks the watchdog, Hz
     #[arg(long, default_value_t = 32_000.0, value_parser = parse_positive)]
     lsi_hz: f64,
@@ -302,6 +313,17 @@ fn run(cli: &Cli) -> Result<u8> {
     let injections = collect_injections(cli, &image)?;
     let mut plant = BoardPlant::new(volts, cli.press.clone(), lines);
     plant.pulses.record_edges_of(cli.record_edges.iter().map(|(pin, _)| *pin));
+    if let Some(path) = &cli.campaign {
+        let campaign = Campaign::read(path)?;
+        ensure!(injections.is_empty(), "a campaign injects its own faults; remove the other ones");
+        let jobs = match cli.jobs {
+            Some(jobs) => jobs.get(),
+            None => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+        };
+        let nowhere = ReportWriter::new(std::io::sink());
+        let run = BoardRun::new(&image, config, plant, vec![], recorder, Console::closed(), None, nowhere, options)?;
+        return run.campaign(&campaign, jobs, cli.every.get());
+    }
     let report = ReportWriter::new(BufWriter::new(stdout()));
     let serial = cli.serial.then(SerialPort::open).transpose()?;
     BoardRun::new(&image, config, plant, injections, recorder, Console::open()?, serial, report, options)?.run()

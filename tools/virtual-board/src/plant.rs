@@ -205,6 +205,9 @@ pub(crate) struct BoardPlant {
     lines: BTreeMap<Pin, LevelTable>,
     /// The user holds the button pressed.
     held: bool,
+    /// Voltages that replace those of the table.
+    held_volts: BTreeMap<Pin, f64>,
+    held_supply: Option<f64>,
     /// The user has pressed or released since the last input sample.
     changed: Cell<bool>,
     /// Measurement of the output pins.
@@ -224,6 +227,26 @@ impl BoardPlant {
         self.changed.set(true);
     }
 
+    /// Holds an input at a level from now on; the button is one.
+    pub(crate) fn hold_level(&mut self, pin: Pin, high: bool) {
+        if pin == BUTTON {
+            self.held = high;
+        } else {
+            self.lines.insert(pin, LevelTable::fixed(high));
+        }
+        self.changed.set(true);
+    }
+
+    /// Holds a pin of the converter at a voltage from now on, V.
+    pub(crate) fn hold_volts(&mut self, pin: Pin, volts: f64) {
+        self.held_volts.insert(pin, volts);
+    }
+
+    /// Holds the analogue supply at a voltage from now on, V.
+    pub(crate) fn hold_supply(&mut self, volts: f64) {
+        self.held_supply = Some(volts);
+    }
+
     /// True if an input changes after a time, s.
     #[must_use]
     pub(crate) fn expects_change(&self, seconds: f64) -> bool {
@@ -234,11 +257,12 @@ impl BoardPlant {
 
 impl Plant for BoardPlant {
     fn volts(&mut self, channel: AdcChannel, seconds: f64) -> f64 {
-        channel.pin().map_or(0.0, |pin| self.volts.at(pin, seconds))
+        let at = |pin| self.held_volts.get(&pin).copied().unwrap_or_else(|| self.volts.at(pin, seconds));
+        channel.pin().map_or(0.0, at)
     }
 
     fn vdda(&mut self, seconds: f64) -> Option<f64> {
-        self.volts.vdda(seconds)
+        self.held_supply.or_else(|| self.volts.vdda(seconds))
     }
 
     fn input_level(&mut self, pin: Pin, seconds: f64) -> bool {

@@ -1,5 +1,6 @@
 //! Run of a program: executes to the next deadline, takes exceptions, sleeps, resets, injects faults, and reports events.
 
+mod campaign;
 mod exceptions;
 mod periodic;
 
@@ -10,6 +11,7 @@ use anyhow::Result;
 use stm32f4_model::{ResetCause, Soc, SocConfig, Width};
 
 use crate::board::BoardModel;
+use crate::campaign::Judge;
 use crate::console::Console;
 use crate::cpu::{Cpu, Reg, Stop, XPSR_EXCEPTION};
 use crate::exception::OmittedParts;
@@ -74,6 +76,8 @@ pub(crate) struct BoardRun<'a, W: Write> {
     rtt: Option<Rtt>,
     recorder: SignalRecorder,
     injections: Vec<Injection>,
+    /// Judges every pulse of a campaign.
+    judge: Option<Judge>,
     idle: IdleState,
     periods: u64,
     started: Instant,
@@ -119,6 +123,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             rtt,
             recorder,
             injections,
+            judge: None,
             idle: IdleState::No,
             periods: 0,
             started: Instant::now(),
@@ -140,6 +145,17 @@ impl<'a, W: Write> BoardRun<'a, W> {
     /// # Errors
     /// A file cannot be written, or the emulator fails.
     pub(crate) fn run(mut self) -> Result<u8> {
+        self.begin();
+        let reason = loop {
+            if let Some(reason) = self.step()? {
+                break reason;
+            }
+        };
+        self.end(reason)
+    }
+
+    /// Switches the power on.
+    fn begin(&mut self) {
         let hclk_hz = self.cpu.machine().soc.hclk_hz();
         let (elf_sha256, cpi) = (self.image.sha256.clone(), self.options.cpi);
         self.report.line(&ReportLine::Start { elf_sha256, hclk_hz, cpi });
@@ -149,12 +165,6 @@ impl<'a, W: Write> BoardRun<'a, W> {
         }
         self.boot(ResetCause::PowerOn);
         self.schedule_stop();
-        let reason = loop {
-            if let Some(reason) = self.step()? {
-                break reason;
-            }
-        };
-        self.end(reason)
     }
 
     /// Advances the peripherals to the present, then executes or sleeps to the next deadline. Returns a reason to end, if any.
@@ -307,6 +317,15 @@ impl<'a, W: Write> BoardRun<'a, W> {
                     self.injections[n].note_injection(now);
                     self.injections[n].note_effect(now, outputs);
                 }
+                InjectionKind::Flip { .. }
+                | InjectionKind::Supply(_)
+                | InjectionKind::Volts(..)
+                | InjectionKind::Level(..)
+                | InjectionKind::Slow(_) => {
+                    self.disturb(kind)?;
+                    self.injections[n].note_injection(now);
+                    self.injections[n].note_effect(now, outputs);
+                }
                 InjectionKind::Overrun | InjectionKind::Transfer => {
                     let mut board = self.cpu.machine();
                     match kind {
@@ -326,6 +345,34 @@ impl<'a, W: Write> BoardRun<'a, W> {
             self.report.line(&line);
             self.schedule_stop();
         }
+        Ok(())
+    }
+
+    /// Changes bits, voltages, levels or the speed from now on.
+    fn disturb(&mut self, kind: InjectionKind) -> Result<()> {
+        if let InjectionKind::Flip { address, mask } = kind
+            && let Some(word) = self.cpu.read_word(address)
+        {
+            anyhow::ensure!(
+                self.cpu.write_ram(address, &(word ^ mask).to_le_bytes()),
+                "{address:#010x} is neither a register nor in RAM"
+            );
+            return Ok(());
+        }
+        let (mut board, mut memory) = self.cpu.machine_and_memory();
+        match kind {
+            InjectionKind::Flip { address, mask } => {
+                let word = board.soc.read(address, Width::Word);
+                board.soc.write(address, Width::Word, word ^ mask);
+            }
+            InjectionKind::Supply(volts) => board.plant.hold_supply(volts),
+            InjectionKind::Volts(pin, volts) => board.plant.hold_volts(pin, volts),
+            InjectionKind::Level(pin, high) => board.plant.hold_level(pin, high),
+            InjectionKind::Slow(cpi) => board.set_cpi(cpi),
+            _ => {}
+        }
+        // The deadline may have changed.
+        board.sync(&mut memory);
         Ok(())
     }
 

@@ -24,6 +24,10 @@ impl<W: Write> BoardRun<'_, W> {
         let activity = board.plant.pulses.take_activity();
         let reached = board.reached.take();
         drop(board);
+        if let Some(judge) = &mut self.judge {
+            periods.iter().for_each(|period| judge.take(period));
+            activity.iter().for_each(|change| judge.change(change));
+        }
         for period in periods {
             let us = period.us.map(|us| us.map(report::micros));
             self.report.line(&ReportLine::Pulses { t_s: report::seconds(period.seconds), us, rail: period.rail });
