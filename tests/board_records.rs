@@ -4,7 +4,13 @@
 use footfall::board::image::Image;
 use footfall::board::lines::{self, BoardLine};
 use footfall_tests::board::Board;
+use footfall_tests::host::Host;
+use footfall_tests::recordings::default_volts_file;
+use generator_file::file::{GeneratorFile, GeneratorSet};
+use joint_loop::SupervisorState;
+use joint_loop::store::generator_record;
 use object::{Object, ObjectSegment};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use tempfile::TempDir;
@@ -13,6 +19,7 @@ use test_suite::tests;
 fn main() -> ExitCode {
     test_suite::run(tests![
         records_are_shown_saved_and_erased(Program),
+        what_was_tuned_becomes_the_record(Image, Program),
         usb_writes_program_and_records(Image),
         a_board_is_watched_and_recorded_behind_probe_rs(Image),
     ])
@@ -66,7 +73,8 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// `probe-rs list`, `read --chip CHIP b32 ADDRESS WORDS` and `download --chip CHIP --binary-format bin --base-address ADDRESS FILE`.
+/// `probe-rs list`, `read --chip CHIP b32 ADDRESS WORDS`, `download --chip CHIP --binary-format bin --base-address ADDRESS FILE` and
+/// `reset --chip CHIP`.
 const STAND_IN: &str = r#"#!/bin/sh
 case "$1" in
 list) echo "The following debug probes were found:"; echo "[0]: STLink V2 -- 0483:3748:0668FF (ST-LINK)" ;;
@@ -74,6 +82,8 @@ read) [ "$2 $3 $4" = "--chip STM32F407VGTx b32" ] || exit 3
     od -An -v -tx4 -w32 -j $(($5 - 0x08000000)) -N $(($6 * 4)) "$FLASH" ;;
 download) [ "$2 $3 $4 $5 $6" = "--chip STM32F407VGTx --binary-format bin --base-address" ] || exit 3
     dd if="$8" of="$FLASH" bs=1 seek=$(($7 - 0x08000000)) conv=notrunc 2>/dev/null ;;
+reset) [ "$2 $3" = "--chip STM32F407VGTx" ] || exit 3
+    echo reset >> "$LOG" ;;
 *) echo "unknown: $*" >&2; exit 3 ;;
 esac
 "#;
@@ -189,6 +199,42 @@ fn usb_writes_program_and_records() {
 
     let (code, _, errors) = board.xtask("flash --dfu --board nucleo-f446re");
     assert!(code == Some(1) && errors.contains("no USB connector of its chip"), "{errors}");
+}
+
+/// The virtual board plays the serial port, the stand-in the probe. The record that is written makes the board move as it was tuned.
+fn what_was_tuned_becomes_the_record() {
+    let connected = Connected::by("probe-rs", STAND_IN, &[0xFF; 0x10000]);
+    let file = GeneratorFile::default_of("phase-coupled").unwrap();
+    std::fs::write(connected.at("walk.toml"), file.to_toml()).unwrap();
+    let [walk, out] = ["walk.toml", "tuned.toml"].map(|name| connected.at(name).display().to_string());
+    let walks: [OsString; 5] =
+        ["--volts".into(), default_volts_file().into(), "--loop".into(), "--press".into(), "0.3".into()];
+    let ran = Board::find().run_with_host(walks, |path, _| {
+        let port = path.display().to_string();
+        let save = || connected.xtask(&format!("board save {walk} --serial {port} --out {out} --force"));
+        let set = |words: &[&str]| {
+            let words = [&["footfall", "set", "--serial", &port], words].concat();
+            footfall::cli::call(words.into_iter().map(Into::into)).unwrap();
+        };
+        Host::open(&path).until("walking", |host| host.state == SupervisorState::Walking);
+        set(&["speed", "1.2"]);
+        let (code, _, errors) = save();
+        assert!(code == Some(1) && errors.contains("the board is in the state `walking`"), "{errors}");
+        assert!(connected.flash().iter().all(|byte| *byte == 0xFF), "nothing is written");
+        set(&["--stop"]);
+        Host::open(&path).until("disarmed", |host| host.state == SupervisorState::Disarmed);
+        let (code, said, errors) = save();
+        assert!(code == Some(0) && errors.contains("read back; the board was reset"), "{said}{errors}");
+    });
+    ran.assert_sound();
+    assert_eq!(std::fs::read_to_string(connected.at("log")).unwrap(), "reset\n");
+    let tuned = GeneratorFile::read(Path::new(&out)).unwrap();
+    let stored = generator_record::read(&connected.flash()[0x4000..0x8000]).unwrap().expect("a record");
+    assert_eq!((stored.config, stored.name.as_str()), (tuned.set.config(), "tuned"));
+    let (GeneratorSet::PhaseCoupled(before), GeneratorSet::PhaseCoupled(after)) = (file.set, tuned.set) else {
+        panic!()
+    };
+    assert!((before.natural_period_s / after.natural_period_s - 1.2).abs() < 1e-5);
 }
 
 /// `probe-rs list`, and `attach --chip CHIP --log-format '{L} {s}' ELF`, which prints the log and stays attached until it is ended.

@@ -6,6 +6,7 @@ use footfall_tests::board::Board;
 use footfall_tests::degraded::Random;
 use footfall_tests::host::Host;
 use footfall_tests::recordings::default_volts_file;
+use generator_file::file::GeneratorFile;
 use joint_loop::tuning::{Action, Answer, Outcome, Parameter, Request};
 use joint_loop::{GateConfig, GeneratorConfig, SupervisorState};
 use std::ffi::OsString;
@@ -27,6 +28,7 @@ fn main() -> ExitCode {
         the_commands_of_footfall_use_the_port(Image),
         the_raw_log_is_watched_through_a_server(Image, Program),
         keys_of_the_live_screen_change_the_board_and_none_arms(Image, Program, Terminal),
+        keys_tune_the_virtual_board_that_is_watched(Image, Program, Terminal),
     ])
 }
 
@@ -171,6 +173,10 @@ fn the_commands_of_footfall_use_the_port() {
     let folder = tempfile::tempdir().expect("a folder");
     let capture = folder.path().join("walk.csv");
     let (elf, out) = (std::env::var("FOOTFALL_ELF").expect("FOOTFALL_ELF"), capture.display().to_string());
+    let [default, read_back, given] =
+        ["walk.toml", "read.toml", "given.toml"].map(|name| folder.path().join(name).display().to_string());
+    let file = GeneratorFile::default_of("phase-coupled").expect("a generator file");
+    std::fs::write(&default, file.to_toml()).expect("written");
     let ran = Board::find().run_with_host(walks("0.3"), |path, _| {
         let port = path.display().to_string();
         Host::open(&path).until("walking", |host| host.state == SupervisorState::Walking);
@@ -180,6 +186,10 @@ fn the_commands_of_footfall_use_the_port() {
         let set = |words: &[&str]| call(&[&["set", "--serial", &port], words].concat());
         set(&["speed", "1.25"]).expect("in effect");
         set(&["offset_left_hip", "-2.5", "--json"]).expect("in effect");
+        set(&["--show"]).expect("a report");
+        call(&["save", &default, "--serial", &port, "-o", &read_back]).expect("a generator");
+        let error = call(&["save", &default, "--serial", &port, "--at-rest", "-o", &read_back, "--force"]);
+        assert!(error.expect_err("it walks").to_string().contains("in the state `walking`"));
         call(&["watch", "--serial", &port, "--secs", "0.5"]).expect("frames");
         call(&["record", "--serial", &port, "--elf", &elf, "--secs", "2", "-o", &out]).expect("a recording");
         set(&["--undo"]).expect("in effect");
@@ -205,6 +215,18 @@ fn the_commands_of_footfall_use_the_port() {
     assert_eq!(actions, ["set speed 1.25", "set offset_left_hip -2.5", "undo", "set follow 0", "stop"]);
     let rows = std::fs::read_to_string(&capture).expect("a recording");
     assert!(rows.lines().count() > 2_000 && rows.starts_with("time_s,boot,tick,"), "{}", rows.lines().count());
+    // What was read back is what was set, and the board reported each change in its tick.
+    let words = ["footfall", "save", &default, "--set", "speed=1.25", "--set", "offset_left_hip=-2.5", "-o", &given];
+    footfall::cli::call(words.into_iter().map(Into::into)).expect("a generator");
+    let [read_back, given] = [read_back, given].map(|path| std::fs::read_to_string(path).expect("a file"));
+    assert_eq!(read_back, given);
+    let boot = &ran.boots[0];
+    let settings = boot.watch(&GeneratorConfig::default_walk(), |joints| *joints.settings());
+    assert!(boot.settings.len() >= 5, "{}", boot.settings.len());
+    for report in &boot.settings {
+        let place = boot.calls.iter().position(|(tick, _)| *tick == report.tick).expect("a call");
+        assert_eq!(report.values, settings[place], "tick {}", report.tick);
+    }
     // Nothing was lost on the way.
     assert!(rows.lines().skip(1).all(|row| row.ends_with(",0")));
 }
@@ -255,6 +277,25 @@ fn keys_of_the_live_screen_change_the_board_and_none_arms() {
     let actions: Vec<&str> =
         requests.iter().filter_map(|text| text.split_once(' ')).map(|(_, action)| action).collect();
     assert_eq!(actions[..4], ["set speed 1.05", "undo", "undo", "stop"], "{actions:?}");
+}
+
+/// A person at the live screen of `footfall watch --tune`, which runs the virtual board itself.
+fn keys_tune_the_virtual_board_that_is_watched() {
+    let of = |name: &str| std::env::var(name).unwrap_or_else(|_| panic!("{name}"));
+    let [program, elf, board] = ["FOOTFALL_BIN", "FOOTFALL_ELF", "FOOTFALL_VIRTUAL_BOARD"].map(of);
+    let line = format!("{program} watch --elf {elf} --virtual-board {board} --tune --pace");
+    let mut terminal = Terminal::run(&line, 120, 40);
+    let _ = terminal.sees("1/12 gait = own");
+    terminal.presses("\u{1b}[B");
+    let _ = terminal.sees("2/12 speed = 1 ");
+    terminal.presses("\u{1b}[C");
+    let _ = terminal.sees("set speed 1.05: in effect at tick ");
+    let _ = terminal.sees("speed = 1.05");
+    terminal.presses("u");
+    let _ = terminal.sees("speed = 1 ");
+    terminal.presses("q");
+    let (code, text) = terminal.ends();
+    assert_eq!(code, Some(0), "{text}");
 }
 
 /// The bytes that OpenOCD's or J-Link's server would pass on, from a server that plays them, cut anywhere.

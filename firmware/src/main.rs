@@ -52,7 +52,7 @@ mod boot {
     use firmware::post_mortem::LOCKOUT_STREAK;
     use heapless::spsc::Queue;
     use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
-    use joint_loop::tuning::{Answer, Request};
+    use joint_loop::tuning::{Answer, Request, Settings};
     use joint_loop::{Frame, SENSORS, Sample};
     use joint_units::AdcCode;
     use wire::{Boot, Edge, Inputs, Record, Subject};
@@ -94,6 +94,7 @@ mod boot {
         static mut RECORDS: Queue<Frame<SENSORS>, RECORDS_QUEUED> = Queue::new();
         static mut REQUESTS: Queue<Request, REQUESTS_QUEUED> = Queue::new();
         static mut ANSWERS: Queue<Answer, REQUESTS_QUEUED> = Queue::new();
+        static mut SETTINGS: Queue<(u32, Settings), REQUESTS_QUEUED> = Queue::new();
         static mut THREAD: Option<Executor> = None;
         static mut LOOP: Option<BoardLoop> = None;
         static mut PARAMETERS: Option<Parameters> = None;
@@ -104,7 +105,8 @@ mod boot {
         let reference_cal = sampling::reference_calibration();
         let environment = Environment::new(reference_cal, sampling::temperature_calibration());
         let clock = clocks::start();
-        let Built { joint_loop, boot, sensors } = build_loop(LOOP, PARAMETERS, &last_run, reference_cal, clock);
+        let Built { joint_loop, boot, unnamed, sensors } =
+            build_loop(LOOP, PARAMETERS, &last_run, reference_cal, clock);
         let outputs = Outputs::new(BREAK);
         BOARD.sync_output.set(false);
         BOARD.sync_output.set_mode(Moder::OUTPUT);
@@ -117,6 +119,7 @@ mod boot {
         let (records_in, records_out) = RECORDS.split();
         let (requests_in, requests_out) = REQUESTS.split();
         let (answers_in, answers_out) = ANSWERS.split();
+        let (settings_in, settings_out) = SETTINGS.split();
         let control = Control {
             joint_loop,
             outputs,
@@ -126,6 +129,8 @@ mod boot {
             records: records_in,
             requests: requests_out,
             answers: answers_in,
+            settings: settings_in,
+            ticks_to_settings: 1,
             ticks_to_record: 1,
             locked_out: last_run.streak >= LOCKOUT_STREAK,
             pacer: Pacer::default(),
@@ -152,6 +157,8 @@ mod boot {
             port,
             records: records_out,
             answers: answers_out,
+            settings: settings_out,
+            unnamed,
             samples: samples_out,
             frames: frames_out,
             edges: edges_out,
@@ -174,6 +181,8 @@ mod boot {
     struct Built {
         joint_loop: &'static mut BoardLoop,
         boot: Boot,
+        /// Check sums of the generator's and the robot's parameters.
+        unnamed: [u32; 2],
         sensors: usize,
     }
 
@@ -191,8 +200,8 @@ mod boot {
         // The sectors are searched to their ends, which takes a tenth of the time with the fast clock.
         let loaded = parameters::read(parameters);
         let boot = log::boot(last_run, reference_cal, loaded.as_ref().ok());
-        let parameters = match &loaded {
-            Ok(loaded) => loaded.parameters,
+        let (parameters, unnamed) = match &loaded {
+            Ok(loaded) => (loaded.parameters, loaded.unnamed),
             Err(error) => stay_off(error.subject(), error),
         };
         if clock.is_err() {
@@ -204,7 +213,9 @@ mod boot {
         stopwatch::start();
         let min_supply = parameters.robot.min_supply_on(BOARD.min_supply);
         match board_loop(parameters, reference_cal, min_supply, SENSOR_REQUIRED) {
-            Ok(joint_loop) => Built { joint_loop: place.insert(joint_loop), boot, sensors: parameters.sensors.count() },
+            Ok(joint_loop) => {
+                Built { joint_loop: place.insert(joint_loop), boot, unnamed, sensors: parameters.sensors.count() }
+            }
             Err(refusal) => stay_off(Subject::Configuration, refusal),
         }
     }

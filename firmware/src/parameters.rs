@@ -19,6 +19,8 @@ pub(crate) struct Loaded {
     pub(crate) generator: RecordId,
     pub(crate) sensors: RecordId,
     pub(crate) robot: RecordId,
+    /// Check sums of the generator's and the robot's parameters, whatever their records are called: of records with the name `built-in`.
+    pub(crate) unnamed: [u32; 2],
 }
 
 /// Why the board has no parameters.
@@ -67,9 +69,11 @@ impl core::fmt::Display for NoParameters {
 pub(crate) fn read(place: &'static mut Option<Parameters>) -> Result<Loaded, NoParameters> {
     let (robot_config, robot) = read_robot()?;
     let parameters = place.insert(built_in(robot_config)?);
-    let generator = read_generator(&mut parameters.generator)?;
+    let stored = read_generator(&mut parameters.generator)?;
+    let unnamed = [unnamed_generator(&parameters.generator), unnamed_robot(&parameters.robot)];
+    let generator = stored.unwrap_or_else(|| id(&RecordName::BUILT_IN, unnamed[0]));
     let sensors = read_sensors(parameters)?;
-    Ok(Loaded { parameters, generator, sensors, robot })
+    Ok(Loaded { parameters, generator, sensors, robot, unnamed })
 }
 
 fn id(name: &RecordName, crc: u32) -> RecordId {
@@ -88,15 +92,22 @@ fn read_robot() -> Result<(RobotConfig, RecordId), NoParameters> {
 }
 
 #[inline(never)]
-fn read_generator(place: &mut GeneratorConfig) -> Result<RecordId, NoParameters> {
-    match generator_record::read(sector(GENERATOR_SECTOR)) {
-        Ok(Some(stored)) => {
-            *place = stored.config;
-            Ok(id(&stored.name, stored.crc))
-        }
-        Ok(None) => Ok(id(&RecordName::BUILT_IN, generator_record::record_of(place, &RecordName::BUILT_IN).crc())),
-        Err(error) => Err(NoParameters::Generator(error)),
-    }
+fn read_generator(place: &mut GeneratorConfig) -> Result<Option<RecordId>, NoParameters> {
+    let stored = generator_record::read(sector(GENERATOR_SECTOR)).map_err(NoParameters::Generator)?;
+    Ok(stored.map(|stored| {
+        *place = stored.config;
+        id(&stored.name, stored.crc)
+    }))
+}
+
+#[inline(never)]
+fn unnamed_generator(generator: &GeneratorConfig) -> u32 {
+    generator_record::record_of(generator, &RecordName::BUILT_IN).crc()
+}
+
+#[inline(never)]
+fn unnamed_robot(robot: &RobotConfig) -> u32 {
+    robot_record::record_of(robot, &RecordName::BUILT_IN).crc()
 }
 
 #[inline(never)]

@@ -69,6 +69,8 @@ pub struct Booted {
     pub costs: Vec<Cost>,
     /// Temperature and supply, once a second.
     pub environment: Vec<Environment>,
+    /// The settings in effect, once a second and after a change.
+    pub settings: Vec<wire::Settings>,
     /// Lines for people.
     pub log: Vec<String>,
     /// Their time stamps, in seconds by the board's clock.
@@ -321,6 +323,7 @@ fn take(boot: &mut Booted, message: &Message) {
         Record::Environment(environment) => boot.environment.push(environment),
         Record::Edge(edge) => boot.edges.push(edge),
         Record::Cost(cost) => boot.costs.push(cost),
+        Record::Settings(settings) => boot.settings.push(settings),
         Record::Change(_) | Record::Answered(_) | Record::Port(_) => {}
     }
 }

@@ -4,7 +4,7 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Answered, Boot, Change, Cost, Edge, Environment, Frame, Inputs, Port, Refused, VERSION};
+use crate::{Answered, Boot, Change, Cost, Edge, Environment, Frame, Inputs, Port, Refused, Settings, VERSION};
 
 /// Bytes of the longest record: [`Inputs`] of ten calls with four sensors and a request each.
 pub const MAX_BYTES: usize = 297;
@@ -33,6 +33,8 @@ pub enum Record {
     Answered(Answered),
     /// Counters of the serial port, once a second.
     Port(Port),
+    /// The settings in effect, once a second and after a change.
+    Settings(Settings),
 }
 
 /// The kind of a record: its first byte.
@@ -59,11 +61,13 @@ pub enum Kind {
     Answered = 8,
     /// [`Record::Port`].
     Port = 9,
+    /// [`Record::Settings`].
+    Settings = 10,
 }
 
 impl Kind {
     /// Every kind, in order of its number.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Boot,
         Self::Refused,
         Self::Change,
@@ -74,6 +78,7 @@ impl Kind {
         Self::Environment,
         Self::Answered,
         Self::Port,
+        Self::Settings,
     ];
 
     /// The word for it in messages.
@@ -90,6 +95,7 @@ impl Kind {
             Self::Environment => "environment",
             Self::Answered => "answered",
             Self::Port => "port",
+            Self::Settings => "settings",
         }
     }
 }
@@ -109,6 +115,7 @@ impl Record {
             Self::Environment(_) => Kind::Environment,
             Self::Answered(_) => Kind::Answered,
             Self::Port(_) => Kind::Port,
+            Self::Settings(_) => Kind::Settings,
         }
     }
 }
@@ -168,7 +175,7 @@ impl fmt::Display for DecodeError {
             Self::Kind { kind, length } => {
                 write!(f, "unknown record kind {kind} ({length} bytes); version {VERSION} has the kinds")?;
                 for known in Kind::ALL {
-                    write!(f, " {} {}{}", known as u8, known.name(), if known == Kind::Port { "" } else { "," })?;
+                    write!(f, " {} {}{}", known as u8, known.name(), if known == Kind::Settings { "" } else { "," })?;
                 }
                 Ok(())
             }

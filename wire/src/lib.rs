@@ -12,6 +12,7 @@ mod link;
 mod load;
 mod number;
 mod request;
+mod settings;
 mod text;
 
 pub use boot::{Boot, RecordId, Refused, Reset, Subject};
@@ -25,6 +26,7 @@ pub use link::{
 };
 pub use load::{Cost, Environment};
 pub use request::{Answered, Port};
+pub use settings::Settings;
 pub use text::{TextError, bytes_in};
 
 /// Version of the records in this crate. It changes whenever any byte of any record changes its place or its meaning: a new field, a new

@@ -2,8 +2,9 @@
 
 use cpg_core::entrainment::{Lock, SensorFault};
 use hgod_adc::Validity;
-use joint_loop::tuning::{Action, Outcome, Parameter, Request};
+use joint_loop::tuning::{Action, Outcome, Parameter, Request, Settings as Values};
 use joint_loop::{Cause, Sample, SupervisorState};
+use joint_units::Joint;
 use wire::*;
 
 fn vec<T: Clone, const N: usize>(items: &[T]) -> heapless::Vec<T, N> {
@@ -21,7 +22,7 @@ fn call(codes: &[u16], flags: u16) -> Call {
 }
 
 /// An example of each record with its bytes in version 5.
-fn examples() -> [(Record, Vec<u8>); 10] {
+fn examples() -> [(Record, Vec<u8>); 11] {
     let boot = Boot {
         version: 5,
         board: "f4-discovery".try_into().expect("it fits"),
@@ -68,6 +69,8 @@ fn examples() -> [(Record, Vec<u8>); 10] {
     let action = Action::Set { parameter: Parameter::Speed, thousandths: -1_250 };
     let asked = Call { request: Some(Request { number: 300, action }), ..call(&[127], 0x101) };
     let inputs = Inputs { first_tick: 300, calls: vec(&[call(&[2048], 0), asked]) };
+    let set = |of: Values, parameter, thousandths| of.with(parameter, thousandths).expect("in its range");
+    let settings = set(set(Values::default(), Parameter::Speed, 1_250), Parameter::Offset(Joint::RightKnee), -2);
     [
         (
             Record::Boot(boot),
@@ -129,6 +132,13 @@ fn examples() -> [(Record, Vec<u8>); 10] {
             Record::Port(Port { requests: 1, malformed: 300, other_version: 2, too_many: 3, not_sent: 4 }),
             vec![9, 1, 0xac, 2, 2, 3, 4],
         ),
+        (
+            Record::Settings(Settings { tick: 300, generator: 1, robot: 2, values: settings }),
+            vec![
+                10, 0xac, 2, 1, 2, 0, 0xc4, 0x13, 0xd0, 0x0f, 0xd0, 0x0f, 0xd0, 0x0f, 0xd0, 0x0f, 0, 0, 0, 3, 0xd0,
+                0x0f, 0xc0, 0x9a, 0x0c,
+            ],
+        ),
     ]
 }
 
@@ -185,7 +195,7 @@ fn the_numbers_of_states_are_those_of_version_5() {
     for (place, (reset, subject)) in Reset::ALL.into_iter().zip(Subject::ALL).enumerate() {
         assert_eq!((reset as usize, subject as usize), (place, place));
     }
-    assert_eq!(Kind::ALL.map(|kind| kind as usize), [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
+    assert_eq!(Kind::ALL.map(|kind| kind as usize), [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10]);
 }
 
 #[test]
@@ -208,9 +218,9 @@ fn bytes_that_are_no_record_are_refused_in_words() {
     for (bytes, words) in [
         (&[][..], "record of 0 bytes; allowed are 1 to 297"),
         (
-            &[10, 1, 2],
-            "unknown record kind 10 (3 bytes); version 5 has the kinds 0 boot, 1 refused, 2 change, 3 inputs, 4 frame, 5 edge, 6 cost, \
-             7 environment, 8 answered, 9 port",
+            &[11, 1, 2],
+            "unknown record kind 11 (3 bytes); version 5 has the kinds 0 boot, 1 refused, 2 change, 3 inputs, 4 frame, 5 edge, 6 cost, \
+             7 environment, 8 answered, 9 port, 10 settings",
         ),
         (&[0xff], "unknown record kind 255 (1 bytes)"),
         (&[5, 7], "edge record ends inside a field after 2 bytes; allowed is a whole record of version 5"),
@@ -218,6 +228,11 @@ fn bytes_that_are_no_record_are_refused_in_words() {
         (&[5, 7, 5, 2, 0], "edge record of 5 bytes holds a value that no field of version 5 can have"),
         (&[2, 7, 8, 0], "change record of 4 bytes holds a value"),
         (&[2, 7, 5, 22], "change record of 4 bytes holds a value"),
+        // A gait beyond the list.
+        (
+            &[10, 7, 1, 2, 0x90, 0x4e, 0xd0, 0x0f, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xd0, 0x0f],
+            "settings record of 19 bytes holds a value",
+        ),
         (&[3, 1, 1, 0, 0, 1, 0x80, 4, 0], "inputs record of 9 bytes holds a value"),
         // Eleven calls.
         (&[&[3, 1, 11][..], &[0; 55]].concat(), "inputs record of 58 bytes holds a value"),

@@ -2,7 +2,7 @@
 
 use cpg_core::entrainment::{Lock, SensorFault};
 use hgod_adc::Validity;
-use joint_loop::tuning::{Action, Outcome, Parameter, Request};
+use joint_loop::tuning::{Action, Outcome, Parameter, Request, Settings as Values};
 use joint_loop::{Cause, SENSORS, SupervisorState};
 use joint_units::{Joint, PulseMicros};
 use proptest::prelude::*;
@@ -106,6 +106,22 @@ fn frame() -> impl Strategy<Value = Record> {
     })
 }
 
+/// Any value that each parameter allows.
+fn settings() -> impl Strategy<Value = Record> {
+    (prop::array::uniform3(any::<u32>()), prop::array::uniform12(0.0..=1.0)).prop_map(
+        |([tick, generator, robot], shares)| {
+            let values =
+                Parameter::ALL.into_iter().zip(shares).fold(Values::default(), |values, (parameter, share)| {
+                    let [least, most, _] = parameter.range();
+                    let thousandths = least + (f64::from(most - least) * share) as i32;
+                    let step = if parameter.is_whole() { 1_000 } else { 1 };
+                    values.with(parameter, thousandths / step * step).expect("inside its range")
+                });
+            Record::Settings(Settings { tick, generator, robot, values })
+        },
+    )
+}
+
 fn record() -> impl Strategy<Value = Record> {
     let refused = (select(&Subject::ALL[..]), "\\PC{0,200}")
         .prop_map(|(subject, reason)| Record::Refused(Refused::new(subject, reason)));
@@ -130,7 +146,7 @@ fn record() -> impl Strategy<Value = Record> {
     let port = prop::array::uniform5(any::<u32>()).prop_map(|[a, b, c, d, e]| {
         Record::Port(Port { requests: a, malformed: b, other_version: c, too_many: d, not_sent: e })
     });
-    prop_oneof![boot(), refused, change, inputs(), frame(), edge, cost, environment, answered, port]
+    prop_oneof![boot(), refused, change, inputs(), frame(), edge, cost, environment, answered, port, settings()]
 }
 
 proptest! {

@@ -1,9 +1,9 @@
-//! `cargo xtask board`: shows, saves and erases the parameter records of a connected board.
+//! `cargo xtask board`: shows, reads, erases the parameter records of a connected board, and saves what was tuned while it ran.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use clap::{Args, Subcommand};
 
 use crate::board::Board;
@@ -26,6 +26,8 @@ pub(crate) enum Action {
         #[arg(long)]
         force: bool,
     },
+    /// Write what was tuned while the board ran into its generator's record: the settings come from its serial port, the probe writes
+    Save(Tuned),
     /// Erase parameter sectors; the program stays
     Erase {
         #[command(flatten)]
@@ -40,6 +42,27 @@ pub(crate) struct Connected {
     /// The board that is connected
     #[arg(long, value_enum, default_value_t)]
     board: Board,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Tuned {
+    #[command(flatten)]
+    connected: Connected,
+    /// The generator file that the board's record was made from
+    #[arg(value_name = "TOML")]
+    generator: PathBuf,
+    /// The board's serial port
+    #[arg(long, value_name = "PORT")]
+    serial: PathBuf,
+    /// The board's robot file [default: the default robot]
+    #[arg(long, value_name = "TOML")]
+    robot: Option<PathBuf>,
+    /// The generator file with the settings
+    #[arg(short, long, value_name = "TOML")]
+    out: PathBuf,
+    /// Replace an existing file
+    #[arg(long)]
+    force: bool,
 }
 
 /// At least one sector.
@@ -71,7 +94,8 @@ pub(crate) fn board(action: &Action) -> Result<ExitCode> {
     probe::require()?;
     match action {
         Action::Info(connected) => info(connected.board),
-        Action::Read { connected, out, force } => save(connected.board, out, *force),
+        Action::Read { connected, out, force } => read(connected.board, out, *force),
+        Action::Save(tuned) => save(tuned),
         Action::Erase { connected, chosen } => erase(connected.board, chosen),
     }
 }
@@ -93,7 +117,7 @@ fn info(board: Board) -> Result<ExitCode> {
     Ok(status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from))
 }
 
-fn save(board: Board, folder: &PathBuf, force: bool) -> Result<ExitCode> {
+fn read(board: Board, folder: &PathBuf, force: bool) -> Result<ExitCode> {
     let paths = Sector::ALL.map(|sector| folder.join(sector.name()).with_extension("bin"));
     if let Some(path) = paths.iter().find(|path| !force && path.exists()) {
         bail!("{} exists; choose another folder, or --force", path.display());
@@ -106,6 +130,45 @@ fn save(board: Board, folder: &PathBuf, force: bool) -> Result<ExitCode> {
         eprintln!("written: {}", path.display());
     }
     eprintln!("next: see what it holds: cargo footfall check --record {}", paths[0].display());
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The probe writes only after the file is there, passes its certificate, and the board is at rest.
+fn save(tuned: &Tuned) -> Result<ExitCode> {
+    let Tuned { connected: Connected { board }, generator, serial, robot, out, force } = tuned;
+    let workspace = Workspace::open()?;
+    let program = workspace.footfall()?;
+    let footfall = |command: &str| {
+        let mut footfall = shell::command(&program);
+        footfall.current_dir(&workspace.started_in).arg(command);
+        footfall
+    };
+    let with_robot = |mut command: std::process::Command| {
+        command.args(robot.iter().flat_map(|robot| ["--robot".as_ref(), robot.as_os_str()]));
+        command
+    };
+    let mut saving = with_robot(footfall("save"));
+    saving.arg(generator).arg("--serial").arg(serial).arg("--at-rest").arg("--quiet").arg("--out").arg(out);
+    saving.args(force.then_some("--force"));
+    probe::done(&mut saving, "footfall save")?;
+    eprintln!("written: {}", out.display());
+    probe::done(with_robot(footfall("certify")).arg(out), "footfall certify")
+        .with_context(|| format!("the board is not written, {} is kept", out.display()))?;
+    let folder = workspace.target_dir.join("board");
+    std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
+    let packed = folder.join("tuned.bin");
+    probe::done(footfall("pack").arg(out).arg("--force").arg("--out").arg(&packed), "footfall pack")?;
+    probe::download(*board, Sector::Generator, &packed)?;
+    let record = std::fs::read(&packed).with_context(|| format!("reading {}", packed.display()))?;
+    ensure!(
+        probe::read(*board, Sector::Generator)?.starts_with(&record),
+        "the generator's sector reads other bytes than were written; run `cargo xtask board info`, then write it again"
+    );
+    probe::reset(*board)?;
+    eprintln!(
+        "generator sector: {}, read back; the board was reset and runs it with the default settings",
+        out.display()
+    );
     Ok(ExitCode::SUCCESS)
 }
 

@@ -57,7 +57,7 @@ enum Task {
     Watch(live::Options),
     /// Record every tick of a connected board: the same ways, with -o FILE
     Record(live::Options),
-    /// Show, save or erase the parameter records of a connected board
+    /// Show, read, tune or erase the parameter records of a connected board
     Board {
         #[command(subcommand)]
         action: board_sectors::Action,

@@ -85,6 +85,11 @@ pub(crate) fn erase(board: Board, sector: Sector, file: &Path) -> Result<()> {
     download(board, sector, file)
 }
 
+/// Resets the board: it runs what its flash holds.
+pub(crate) fn reset(board: Board) -> Result<()> {
+    done(shell::command("probe-rs").args(["reset", "--chip", board.chip()]), "probe-rs reset")
+}
+
 /// The bytes of a sector.
 pub(crate) fn read(board: Board, sector: Sector) -> Result<Vec<u8>> {
     let words = (SECTOR_BYTES / 4).to_string();

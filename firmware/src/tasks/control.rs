@@ -11,7 +11,7 @@ use firmware::pacing::{LATE_US, Pacer, since};
 use heapless::spsc::{Consumer, Producer};
 use joint_loop::io::time_code;
 use joint_loop::setup::default_loop::BoardLoop;
-use joint_loop::tuning::{Answer, Request};
+use joint_loop::tuning::{Answer, Outcome, Request, Settings};
 use joint_loop::{BoardFaults, Frame, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
 use wire::{CALLS, Edge};
 
@@ -33,6 +33,8 @@ pub(crate) const SAMPLES_QUEUED: usize = 64;
 pub(crate) const EDGES_QUEUED: usize = 128;
 /// Frames of the same time, and one more.
 pub(crate) const FRAMES_QUEUED: usize = 8;
+/// Ticks from one report of the settings to the next, without a change: a second.
+const TICKS_A_REPORT: u32 = 1000;
 /// Frames for the serial port: at most one a tick, over many rounds of telemetry.
 pub(crate) const RECORDS_QUEUED: usize = 32;
 
@@ -74,6 +76,9 @@ pub(crate) struct Control {
     /// From the serial port.
     pub(crate) requests: Consumer<'static, Request>,
     pub(crate) answers: Producer<'static, Answer>,
+    /// Each with a tick in which they were in effect.
+    pub(crate) settings: Producer<'static, (u32, Settings)>,
+    pub(crate) ticks_to_settings: u32,
     pub(crate) ticks_to_record: u32,
     /// Too many crashes in a row: the button is not passed on.
     pub(crate) locked_out: bool,
@@ -159,8 +164,17 @@ impl Control {
             self.ticks_to_frame = TICKS_A_FRAME;
             dropped += u32::from(self.frames.enqueue(frame).is_err());
         }
-        dropped +=
-            self.joint_loop.answers().map(|answer| u32::from(self.answers.enqueue(answer).is_err())).sum::<u32>();
+        self.ticks_to_settings = self.ticks_to_settings.saturating_sub(1);
+        for answer in self.joint_loop.answers() {
+            if answer.outcome == Outcome::InEffect {
+                self.ticks_to_settings = 0;
+            }
+            dropped += u32::from(self.answers.enqueue(answer).is_err());
+        }
+        if self.ticks_to_settings == 0 {
+            self.ticks_to_settings = TICKS_A_REPORT;
+            dropped += u32::from(self.settings.enqueue((frame.tick, *self.joint_loop.settings())).is_err());
+        }
         self.ticks_to_record -= 1;
         if self.ticks_to_record == 0 {
             self.ticks_to_record = self.joint_loop.settings().ticks_a_record();

@@ -3,7 +3,7 @@
 use embassy_time::Timer;
 use firmware::liveness::FEED_US;
 use heapless::spsc::Consumer;
-use joint_loop::tuning::Answer;
+use joint_loop::tuning::{Answer, Settings};
 use joint_loop::{Cause, Frame, SENSORS, Sample, SupervisorState};
 use wire::{Answered, Call, Change, Cost, Edge, Inputs, Record};
 
@@ -28,6 +28,10 @@ pub(crate) struct Telemetry {
     /// Frames for the serial port.
     pub(crate) records: Consumer<'static, Frame<SENSORS>>,
     pub(crate) answers: Consumer<'static, Answer>,
+    /// Each with a tick in which they were in effect.
+    pub(crate) settings: Consumer<'static, (u32, Settings)>,
+    /// Check sums of the generator's and the robot's parameters.
+    pub(crate) unnamed: [u32; 2],
     /// Each with its tick.
     pub(crate) samples: Consumer<'static, (u32, Sample<SENSORS>)>,
     pub(crate) frames: Consumer<'static, Frame<SENSORS>>,
@@ -71,6 +75,11 @@ fn telemetry_step(telemetry: &mut Telemetry) {
     }
     while let Some(frame) = telemetry.records.dequeue() {
         telemetry.port.send(&Record::Frame(wire::Frame::from(&frame)));
+    }
+    // Before the answers: with one that says `in effect` a host has the settings already.
+    while let Some((tick, values)) = telemetry.settings.dequeue() {
+        let [generator, robot] = telemetry.unnamed;
+        telemetry.send(&Record::Settings(wire::Settings { tick, generator, robot, values }));
     }
     while let Some(answer) = telemetry.answers.dequeue() {
         log::answered(&answer);

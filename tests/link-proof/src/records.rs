@@ -3,11 +3,11 @@
 
 use core::hint::black_box;
 
-use joint_loop::tuning::Answer;
+use joint_loop::tuning::{Answer, Settings as Values};
 use joint_loop::{SENSORS, Sample};
 use wire::{
-    Answered, Call, Frame, Inputs, MAX_BYTES, MAX_FRAME_BYTES, Port, Record, Refused, Subject, Unframer, decode,
-    decode_request, encode, frame_record,
+    Answered, Call, Frame, Inputs, MAX_BYTES, MAX_FRAME_BYTES, Port, Record, Refused, Settings, Subject, Unframer,
+    decode, decode_request, encode, frame_record,
 };
 
 /// A record of any kind, since the optimiser knows nothing of the bytes.
@@ -30,6 +30,9 @@ pub(crate) fn prove() {
     let refused = Refused::new(black_box(Subject::ALL[0]), black_box("no reason"));
     send(&Record::Refused(refused));
     send(&Record::Port(black_box(Port::default())));
+    let [tick, generator, robot] = black_box([0; 3]);
+    let settings = Settings { tick, generator, robot, values: black_box(Values::default()) };
+    send(&Record::Settings(settings));
     received();
 }
 

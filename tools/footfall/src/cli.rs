@@ -183,7 +183,7 @@ fn analyse(command: Analysis) -> Result<(), Failure> {
         Analysis::Trim(options) => trim::run(&options, &*interrupt::flag()?),
         Analysis::Replay(options) => replay::run(&options),
         Analysis::Pack(options) => pack::run(&options),
-        Analysis::Save(options) => save::run(&options),
+        Analysis::Save(options) => save::run(&options, &*interrupt::flag()?),
         Analysis::Defaults(options) => defaults::run(&options),
         Analysis::Sample(options) => sample::run(&options),
         Analysis::Completions(options) => completions::run(&options, program()),

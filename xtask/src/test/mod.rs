@@ -15,7 +15,7 @@ use clap::builder::PossibleValuesParser;
 
 use crate::setup::{Need, Required};
 use crate::workspace::Workspace;
-use steps::{STEPS, State, Step};
+use steps::{CannotRun, STEPS, State, Step};
 use summary::{Outcome, Row};
 
 /// Options of `cargo xtask test`.
@@ -85,8 +85,17 @@ fn outcome(step: &Step, missing: &[(Need, String)], state: &State) -> Outcome {
         eprintln!("SKIPPED: {reason}");
         return Outcome::Skipped(reason.to_owned());
     }
-    match (step.run)(state) {
+    judged((step.run)(state))
+}
+
+/// What the result of a step means.
+fn judged(result: Result<String>) -> Outcome {
+    match result {
         Ok(note) => Outcome::Passed(note),
+        Err(error) if error.is::<CannotRun>() => {
+            eprintln!("SKIPPED: {error}");
+            Outcome::Skipped(error.to_string())
+        }
         Err(error) => {
             eprintln!("error: {error:#}");
             Outcome::Failed(format!("{error:#}").lines().next().unwrap_or_default().to_owned())
@@ -118,6 +127,14 @@ mod tests {
         let all = needs(&selected(&[]));
         assert_eq!(all.len(), 6, "{all:?}");
         assert_eq!(needs(&selected(&["format".to_owned()])), []);
+    }
+
+    #[test]
+    fn a_step_that_finds_no_packages_is_not_passed() {
+        assert!(matches!(judged(Ok("3 tests".into())), Outcome::Passed(note) if note == "3 tests"));
+        let missing = CannotRun("no network".into());
+        assert!(matches!(judged(Err(missing.into())), Outcome::Skipped(reason) if reason == "no network"));
+        assert!(matches!(judged(Err(anyhow::anyhow!("broken\nin line 2"))), Outcome::Failed(why) if why == "broken"));
     }
 
     #[test]

@@ -150,6 +150,18 @@ pub(super) const STEPS: [Step; 19] = [
     },
 ];
 
+/// A step without what it needs, as it turned out while it ran: it is skipped, and neither passed nor failed.
+#[derive(Debug)]
+pub(super) struct CannotRun(pub(super) String);
+
+impl std::fmt::Display for CannotRun {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for CannotRun {}
+
 /// What the steps share: the workspace, what an earlier step has built, and the tests that have run.
 pub(super) struct State {
     workspace: Workspace,
@@ -337,7 +349,7 @@ fn python_readers(state: &State) -> Result<String> {
     install.args(["-m", "pip", "install", "--quiet", "-r", "tools/footfall/tests/python/requirements.txt"]);
     match shell::must_succeed(&mut install, "pip install") {
         // A machine without a network has no packages.
-        Err(error) if !state.required.contains(Need::Python) => return Ok(format!("not run: {error}")),
+        Err(error) if !state.required.contains(Need::Python) => return Err(CannotRun(format!("{error:#}")).into()),
         installed => installed?,
     }
     let variables = [("FOOTFALL_PYTHON", python.as_os_str()), (REQUIRE, OsStr::new(Need::Python.name()))];

@@ -1,5 +1,6 @@
 //! A board or virtual board: process, log, serial port, image, replay.
 
+pub mod at_port;
 pub mod default_loop;
 pub mod feed;
 pub(crate) mod host_copy;

@@ -1,9 +1,8 @@
 //! Requests to a running board, and the answers that belong to them; and what is known of its settings from these.
 //!
-//! A board does not report its settings. They are known after its boot, as the defaults, and from the answers since then; a change by another
-//! program makes them unknown.
+//! A board reports its settings each second and when they change. Between a boot and its first report they are the defaults.
 
-use joint_loop::tuning::{Action, GAITS, Outcome, Parameter, Request, Thousandths};
+use joint_loop::tuning::{Action, GAITS, Outcome, Parameter, Request, Settings, Thousandths};
 use std::time::{Duration, Instant, SystemTime};
 use wire::Answered;
 
@@ -23,9 +22,6 @@ pub struct Reply {
     pub outcome: Outcome,
 }
 
-/// A value for every parameter, thousandths of its unit; `None` where it is not known.
-type Values = [Option<i32>; Parameter::COUNT];
-
 /// A request that waits.
 #[derive(Debug, Clone, Copy)]
 struct Waiting {
@@ -39,16 +35,14 @@ struct Waiting {
 pub struct Requests {
     next: u16,
     waiting: Vec<Waiting>,
-    in_effect: Values,
-    before: Option<Values>,
-    staged: Option<Values>,
+    in_effect: Option<Settings>,
 }
 
 impl Default for Requests {
     /// No request yet, to a board of which nothing is known. Numbers begin where those of another program probably do not.
     fn default() -> Self {
         let next = SystemTime::UNIX_EPOCH.elapsed().map_or(1, |since| since.as_millis() as u16);
-        Self { next, waiting: Vec::new(), in_effect: [None; Parameter::COUNT], before: None, staged: None }
+        Self { next, waiting: Vec::new(), in_effect: None }
     }
 }
 
@@ -63,25 +57,28 @@ impl Requests {
 
     /// The board has started: its settings are the defaults, and what was asked for before is lost.
     pub fn booted(&mut self) {
-        *self = Self { next: self.next, in_effect: Parameter::ALL.map(|p| Some(p.range()[2])), ..Self::default() };
+        *self = Self { next: self.next, waiting: Vec::new(), in_effect: Some(Settings::default()) };
+    }
+
+    /// The board reports these settings.
+    pub fn reported(&mut self, settings: Settings) {
+        self.in_effect = Some(settings);
     }
 
     /// Value in effect, thousandths of the unit; `None` if it is not known.
     #[must_use]
     pub fn value(&self, parameter: Parameter) -> Option<i32> {
-        self.in_effect[parameter.place()]
+        self.in_effect.map(|settings| settings.thousandths(parameter))
     }
 
-    /// The value that was asked for last, or is staged or in effect.
+    /// The value that was asked for last and was not refused, or is in effect.
     #[must_use]
     pub fn planned(&self, parameter: Parameter) -> Option<i32> {
-        let asked = self.waiting.iter().rev().filter(|waiting| !waiting.is_staged).find_map(|waiting| {
-            match waiting.request.action {
-                Action::Set { parameter: of, thousandths } if of == parameter => Some(thousandths),
-                _ => None,
-            }
+        let asked = self.waiting.iter().rev().find_map(|waiting| match waiting.request.action {
+            Action::Set { parameter: of, thousandths } if of == parameter => Some(thousandths),
+            _ => None,
         });
-        asked.or(self.staged.unwrap_or(self.in_effect)[parameter.place()])
+        asked.or_else(|| self.value(parameter))
     }
 
     /// The requests whose answer did not come in time; they are not waited for any longer.
@@ -101,45 +98,20 @@ impl Requests {
         match (first, outcome) {
             (Some(place), Outcome::Staged) => {
                 self.waiting[place].is_staged = true;
-                self.stage(self.waiting[place].request.action);
                 vec![reply(self.waiting[place])]
             }
             (Some(place), _) => {
                 let answered = self.waiting.remove(place);
                 if (answered.request.action, outcome) == (Action::Undo, Outcome::InEffect) {
                     // What was staged is discarded.
-                    self.staged = None;
                     self.waiting.retain(|waiting| !waiting.is_staged);
                 }
                 vec![reply(answered)]
             }
             // Settings that are staged together take effect together, with the number of the last.
-            (None, Outcome::InEffect) => {
-                let staged: Vec<Waiting> = self.waiting.extract_if(.., |waiting| waiting.is_staged).collect();
-                let now = self.staged.take().unwrap_or([None; Parameter::COUNT]);
-                self.before = Some(std::mem::replace(&mut self.in_effect, now));
-                staged.into_iter().map(reply).collect()
-            }
-            (None, Outcome::Staged) => {
-                // Another program's: what it set is not known.
-                self.staged = Some([None; Parameter::COUNT]);
-                Vec::new()
-            }
+            (None, Outcome::InEffect) => self.waiting.extract_if(.., |waiting| waiting.is_staged).map(reply).collect(),
             (None, _) => Vec::new(),
         }
-    }
-
-    fn stage(&mut self, action: Action) {
-        let staged = match action {
-            Action::Set { parameter, thousandths } => {
-                let mut values = self.staged.unwrap_or(self.in_effect);
-                values[parameter.place()] = Some(thousandths);
-                values
-            }
-            Action::Undo => self.before.unwrap_or([None; Parameter::COUNT]),
-            Action::Stop | Action::Trim { .. } | Action::Jog { .. } => return,
-        };
-        self.staged = Some(staged);
     }
 }
 
@@ -221,27 +193,18 @@ mod tests {
         Answered { tick, number: request.number, outcome }
     }
 
-    /// A staged and one in effect, with what the board says of it.
-    fn change(requests: &mut Requests, action: Action) {
-        let request = requests.ask(action, Instant::now());
-        assert_eq!(requests.take(&answer(request, 1, Outcome::Staged)).len(), 1);
-        let replies = requests.take(&answer(request, 2, Outcome::InEffect));
-        assert_eq!(replies, [Reply { request, tick: 2, outcome: Outcome::InEffect }]);
+    fn speed(thousandths: i32) -> Settings {
+        Settings::default().with(Parameter::Speed, thousandths).unwrap()
     }
 
     #[test]
-    fn settings_are_known_from_answers_and_go_back() {
+    fn settings_are_known_from_a_boot_or_a_report() {
         let mut requests = Requests::default();
         assert_eq!(requests.value(Parameter::Speed), None);
+        requests.reported(speed(1_200));
+        assert_eq!(requests.value(Parameter::Speed), Some(1_200));
         requests.booted();
         assert_eq!(requests.value(Parameter::Speed), Some(1_000));
-        change(&mut requests, set(1_200));
-        change(&mut requests, set(1_300));
-        assert_eq!(requests.value(Parameter::Speed), Some(1_300));
-        change(&mut requests, Action::Undo);
-        assert_eq!(requests.value(Parameter::Speed), Some(1_200));
-        change(&mut requests, Action::Undo);
-        assert_eq!(requests.value(Parameter::Speed), Some(1_300));
     }
 
     #[test]
@@ -256,10 +219,12 @@ mod tests {
             requests.take(&answer(request, 5, Outcome::Staged));
         }
         assert_eq!((requests.value(offset), requests.planned(offset)), (Some(0), Some(2_000)));
-        assert_eq!(requests.take(&answer(asked[1], 9, Outcome::InEffect)).len(), 2);
-        assert_eq!((requests.value(offset), requests.value(Parameter::Speed)), (Some(2_000), Some(1_100)));
+        requests.reported(speed(1_100).with(offset, 2_000).unwrap());
+        let replies = requests.take(&answer(asked[1], 9, Outcome::InEffect));
+        assert_eq!(replies, asked.map(|request| Reply { request, tick: 9, outcome: Outcome::InEffect }));
         let dropped = requests.ask(set(1_400), now);
         requests.take(&answer(dropped, 20, Outcome::Staged));
+        assert_eq!(requests.planned(Parameter::Speed), Some(1_400));
         let undo = requests.ask(Action::Undo, now);
         assert_eq!(requests.take(&answer(undo, 21, Outcome::InEffect))[0].request, undo);
         assert_eq!(
@@ -269,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn refusals_and_silence_change_nothing_and_a_strange_change_is_not_known() {
+    fn refusals_silence_and_strange_answers_change_nothing() {
         let mut requests = Requests::default();
         requests.booted();
         let now = Instant::now();
@@ -278,12 +243,11 @@ mod tests {
         let lost = requests.ask(set(900), now);
         assert_eq!(requests.overdue(now + ANSWER_WITHIN), []);
         assert_eq!(requests.overdue(now + ANSWER_WITHIN * 2), [lost]);
-        assert_eq!(requests.planned(Parameter::Speed), Some(1_000));
         for outcome in [Outcome::Staged, Outcome::InEffect] {
             let number = refused.number.wrapping_sub(7);
             assert_eq!(requests.take(&Answered { tick: 9, number, outcome }), []);
         }
-        assert_eq!(requests.value(Parameter::Speed), None);
+        assert_eq!(requests.planned(Parameter::Speed), Some(1_000));
     }
 
     #[test]

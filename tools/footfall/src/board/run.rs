@@ -299,7 +299,7 @@ impl<'t> BoardRun<'t> {
                 Record::Cost(cost) => events.push(Event::Cost(cost)),
                 Record::Environment(environment) => events.push(Event::Environment(environment)),
                 // The log also has them as text lines.
-                Record::Refused(_) | Record::Answered(_) | Record::Port(_) => {}
+                Record::Refused(_) | Record::Answered(_) | Record::Port(_) | Record::Settings(_) => {}
             }
         }
         Ok(())

@@ -65,6 +65,7 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
         "set",
         &[
             ("What can be set:", "footfall set --list"),
+            ("What is set on the board:", "footfall set --serial /dev/ttyACM0 --show"),
             (
                 "The speed of a walk, in effect at the next phase boundary:",
                 "footfall set --serial /dev/ttyACM0 speed 1.2",
@@ -255,6 +256,10 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
     (
         "save",
         &[
+            (
+                "What the board at this port has now:",
+                "footfall save samples/generator.toml --serial /dev/ttyACM0 -o tuned.toml",
+            ),
             (
                 "A faster walk with a smaller left hip, as it was tried on the board:",
                 "footfall save samples/generator.toml --set speed=1.2 --set amplitude_left_hip=0.9 -o tuned.toml",

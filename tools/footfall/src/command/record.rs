@@ -22,6 +22,9 @@ use crate::options::played::Played;
 use crate::output;
 use crate::virtual_run::run;
 
+/// Options that a board which runs already cannot be given.
+const OF_THE_VIRTUAL_BOARD: [&str; 7] = ["virtual_board", "trace", "press", "disarm", "pace", "plain", "board"];
+
 /// Options of `footfall record`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
@@ -39,21 +42,23 @@ pub struct Options {
     #[arg(
         long,
         value_name = "SOURCE",
-        conflicts_with_all = ["virtual_board", "trace", "press", "disarm", "pace", "plain", "board"]
+        conflicts_with_all = OF_THE_VIRTUAL_BOARD
     )]
     pub rtt: Option<Source>,
     /// The same from the lines that probe-rs prints: `probe-rs attach` decodes the log itself and has no raw bytes to give
     #[arg(
         long,
         value_name = "SOURCE",
-        conflicts_with_all = ["virtual_board", "rtt", "trace", "press", "disarm", "pace", "plain", "board"]
+        conflicts_with = "rtt",
+        conflicts_with_all = OF_THE_VIRTUAL_BOARD
     )]
     pub rtt_lines: Option<Source>,
     /// Record a real board through its serial port: a device file. As with --rtt, reset the board after the recording has begun
     #[arg(
         long,
         value_name = "PORT",
-        conflicts_with_all = ["virtual_board", "rtt", "rtt_lines", "trace", "press", "disarm", "pace", "plain", "board"]
+        conflicts_with_all = ["rtt", "rtt_lines"],
+        conflicts_with_all = OF_THE_VIRTUAL_BOARD
     )]
     pub serial: Option<PathBuf>,
     /// What is fed to the board, and how the run is shown

@@ -1,15 +1,19 @@
-//! `footfall save`: writes a generator file in which speed, amplitudes and offsets that were found on a running board are the parameters.
+//! `footfall save`: writes a generator file in which speed, amplitudes and offsets of a running board are the parameters. They are read back
+//! from the board's serial port, or given.
 //!
 //! A board leads an angle a to park + factor (a - park) + offset, and runs its generator in another time. Both are changes of parameters of the
 //! kinds `phase-coupled`, `shape` and `spline`, up to the rounding of a number; the other kinds have no such parameters.
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use generator_file::file::{Coefficients, GeneratorFile, GeneratorSet};
-use joint_loop::RobotConfig;
+use joint_loop::store::{generator_record, robot_record};
 use joint_loop::tuning::{Parameter, Settings};
+use joint_loop::{GeneratorConfig, RecordName, RobotConfig, SupervisorState};
 use joint_units::Joint;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
+use crate::board::at_port::{AtPort, Reported};
 use crate::board::requests::{setting, value_in_words};
 use crate::failure::Failure;
 use crate::messages;
@@ -19,12 +23,19 @@ use crate::output;
 
 /// Options of `footfall save`.
 #[derive(Debug, Clone, Args)]
+#[command(group(ArgGroup::new("settings").required(true).args(["serial", "set"])))]
 pub struct Options {
     /// The generator file that the board's record was made from
     #[arg(value_name = "TOML")]
     pub generator: PathBuf,
+    /// Read the settings back from the board at this serial port; its generator must be that of the file
+    #[arg(long, value_name = "PORT")]
+    pub serial: Option<PathBuf>,
+    /// Refuse a board that is not at rest: its flash is to be written next
+    #[arg(long, requires = "serial")]
+    pub at_rest: bool,
     /// A setting that was in effect on the board: speed, an amplitude or an offset; `footfall set --list` lists them. Repeat for more
-    #[arg(long, value_name = "NAME=VALUE", required = true, allow_hyphen_values = true)]
+    #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
     pub set: Vec<String>,
     /// The robot, whose park pose the amplitudes are counted from
     #[command(flatten)]
@@ -37,16 +48,23 @@ pub struct Options {
     pub overwrite: Overwrite,
 }
 
-/// Runs the command.
+/// Runs the command. `interrupt` is set by a signal that asks it to end.
 ///
 /// # Errors
-/// A setting that a generator cannot hold, a generator of another kind, parameters beyond their range, or a file that cannot be read or written.
-pub fn run(options: &Options) -> Result<(), Failure> {
-    let Options { generator, set, robot, out, overwrite } = options;
-    let settings = settings(set)?;
+/// A setting that a generator cannot hold, a generator of another kind, parameters beyond their range, a file that cannot be read or written, a
+/// board that is silent or has another generator.
+pub fn run(options: &Options, interrupt: &AtomicBool) -> Result<(), Failure> {
+    let Options { generator, serial, at_rest, set, robot, out, overwrite } = options;
     let mut file = GeneratorFile::read(generator).map_err(Failure::input)?;
     let robot = robot.read()?.robot;
     output::check(out, *overwrite)?;
+    let settings = match serial {
+        None => settings(set)?,
+        Some(port) => {
+            let reported = AtPort::open(port, interrupt)?.report()?;
+            read_back(&reported, generator, &file.set.config(), &robot, *at_rest).map_err(Failure::run)?
+        }
+    };
     let place = generator.display();
     file.set = saved(&file.set, &settings, &robot).map_err(|why| Failure::input(format!("{place}: {why}")))?;
     let words = in_words(&settings);
@@ -80,6 +98,51 @@ fn settings(all: &[String]) -> Result<Settings, Failure> {
         settings = settings.with(parameter, thousandths).map_err(|refused| Failure::run(refused.name()))?;
     }
     Ok(settings)
+}
+
+/// The settings of the board, if its generator is that of the file, and its robot the given one.
+fn read_back(
+    reported: &Reported,
+    file: &Path,
+    config: &GeneratorConfig,
+    robot: &RobotConfig,
+    at_rest: bool,
+) -> Result<Settings, String> {
+    let Reported { settings, state } = reported;
+    let (board, place) = (settings.generator, file.display());
+    let of_file = generator_record::record_of(config, &RecordName::BUILT_IN).crc();
+    if board != of_file {
+        return Err(format!(
+            "the board runs a generator with the check sum {board:08x}, that of {place} is {of_file:08x}; name the file that the board's record was made from, \
+             or write this one to it first: cargo xtask flash --keep --generator {}",
+            gait_trace::shell_word(file)
+        ));
+    }
+    if settings.robot != robot_record::record_of(robot, &RecordName::BUILT_IN).crc() {
+        return Err("the board has the record of another robot, and amplitudes are counted from the park pose; name its robot file with --robot".into());
+    }
+    if at_rest && *state != SupervisorState::Disarmed {
+        return Err(format!(
+            "the board is in the state `{}`; allowed is `disarmed`: end the walk with its button or `footfall set --stop`, then run this again",
+            state.name()
+        ));
+    }
+    let values = settings.values;
+    if values.gait().is_some() {
+        return Err(format!(
+            "the board walks the gait `{}`, which is no generator of a file; set its own first: footfall set gait own",
+            value_in_words(Parameter::Gait, values.thousandths(Parameter::Gait))
+        ));
+    }
+    let kept =
+        |parameter: &Parameter| !matches!(parameter, Parameter::Gait | Parameter::Follow | Parameter::RecordRate);
+    let kept = Parameter::ALL.into_iter().filter(kept).try_fold(Settings::default(), |kept, parameter| {
+        kept.with(parameter, values.thousandths(parameter)).map_err(|refused| refused.name().to_owned())
+    })?;
+    if kept == Settings::default() {
+        return Err("speed, amplitudes and offsets of the board are the defaults: there is nothing to save".into());
+    }
+    Ok(kept)
 }
 
 fn in_words(settings: &Settings) -> String {
@@ -241,6 +304,49 @@ mod tests {
             assert!(difference(&tuned, &kept) < 0.4, "{name}: {}", difference(&tuned, &kept));
             assert!(difference(&tuned, &untouched) > 2.0, "{name}: {}", difference(&tuned, &untouched));
         }
+    }
+
+    #[test]
+    fn settings_are_read_back_from_the_board_that_has_this_generator_and_robot() {
+        let (config, robot) = (GeneratorConfig::default_walk(), RobotConfig::default_biped());
+        let sums = [
+            generator_record::record_of(&config, &RecordName::BUILT_IN).crc(),
+            robot_record::record_of(&robot, &RecordName::BUILT_IN).crc(),
+        ];
+        let with = |changes: &[(Parameter, i32)]| {
+            changes.iter().fold(Settings::default(), |all, (of, value)| all.with(*of, *value).unwrap())
+        };
+        let read = |changes: &[(Parameter, i32)], [generator, robot_sum]: [u32; 2], state, at_rest| {
+            let settings = wire::Settings { tick: 1, generator, robot: robot_sum, values: with(changes) };
+            read_back(&Reported { settings, state }, Path::new("walk.toml"), &config, &robot, at_rest)
+        };
+        use SupervisorState::{Disarmed, Walking};
+        let faster = [(Parameter::Speed, 1_250), (Parameter::RecordRate, 10_000)];
+        assert_eq!(read(&faster, sums, Walking, false), Ok(with(&faster[..1])));
+        assert_eq!(read(&faster, sums, Disarmed, true), Ok(with(&faster[..1])));
+        for (changes, sums, state, words) in [
+            (
+                &faster[..],
+                [1, sums[1]],
+                Disarmed,
+                "write this one to it first: cargo xtask flash --keep --generator walk.toml",
+            ),
+            (&faster, [sums[0], 1], Disarmed, "another robot"),
+            (&faster, sums, Walking, "allowed is `disarmed`"),
+            (&[(Parameter::Gait, 1_000)], sums, Disarmed, "walks the gait `walk`"),
+            (&faster[1..], sums, Disarmed, "nothing to save"),
+        ] {
+            let error = read(changes, sums, state, true).unwrap_err();
+            assert!(error.contains(words), "{error}");
+        }
+    }
+
+    /// A board without a generator record has the generator of `footfall defaults generator`.
+    #[test]
+    fn the_file_of_the_default_walk_is_that_of_the_board() {
+        let file = GeneratorFile::default_of("phase-coupled").unwrap();
+        let sum = |config: &GeneratorConfig| generator_record::record_of(config, &RecordName::BUILT_IN).crc();
+        assert_eq!(sum(&file.set.config()), sum(&GeneratorConfig::default_walk()));
     }
 
     #[test]

@@ -1,20 +1,18 @@
-//! `footfall set`: changes a parameter of a running board, goes back, or stops it, through its serial port.
+//! `footfall set`: changes a parameter of a running board, goes back, stops it, or shows its settings, through its serial port.
 
 use clap::Args;
 use joint_loop::tuning::{Action, Outcome, Parameter, Request, Thousandths};
-use serde_json::json;
+use serde_json::{Map, Value, json};
 use std::collections::VecDeque;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 use wire::Record;
 
-use crate::board::requests::{ANSWER_WITHIN, EFFECT_WITHIN, Reply, Requests, refusal, setting};
-use crate::board::serial::Port;
-use crate::board::transport::{Heard, Transport};
+use crate::board::at_port::{AtPort, Reported};
+use crate::board::requests::{ANSWER_WITHIN, EFFECT_WITHIN, Reply, Requests, refusal, setting, value_in_words};
 use crate::failure::Failure;
-use crate::file::capture::rtt::Came;
 use crate::output;
 
 /// Options of `footfall set`.
@@ -24,17 +22,20 @@ pub struct Options {
     #[arg(long, value_name = "PORT", required_unless_present = "list")]
     pub serial: Option<PathBuf>,
     /// The parameter; --list shows all
-    #[arg(value_name = "NAME", requires = "value", required_unless_present_any = ["list", "undo", "stop"])]
+    #[arg(value_name = "NAME", requires = "value", required_unless_present_any = ["list", "show", "undo", "stop"])]
     pub name: Option<String>,
     /// Its new value: a number, the name of a gait, or `on` and `off`
     #[arg(value_name = "VALUE", allow_hyphen_values = true)]
     pub value: Option<String>,
     /// Discard what is staged; with nothing staged, go back to the settings before the last change
-    #[arg(long, conflicts_with_all = ["name", "stop", "list"])]
+    #[arg(long, conflicts_with_all = ["name", "stop", "show", "list"])]
     pub undo: bool,
     /// Stop at once, by the short ramp to the park pose. Nothing here can arm: that takes the board's button
-    #[arg(long, conflicts_with_all = ["name", "list"])]
+    #[arg(long, conflicts_with_all = ["name", "show", "list"])]
     pub stop: bool,
+    /// Print the settings in effect
+    #[arg(long, conflicts_with_all = ["name", "list"])]
+    pub show: bool,
     /// List the parameters with unit, range and default
     #[arg(long, conflicts_with = "name")]
     pub list: bool,
@@ -50,28 +51,20 @@ pub struct Options {
 pub fn run(options: &Options, interrupt: &AtomicBool) -> Result<(), Failure> {
     let action = match (&options.name, &options.value) {
         _ if options.list => return list(options.json),
+        _ if options.show => return show(&open(options, interrupt)?.report()?, options.json),
         _ if options.undo => Action::Undo,
         _ if options.stop => Action::Stop,
         (Some(name), Some(value)) => {
             let (parameter, thousandths) = setting(name, value).map_err(Failure::input)?;
             Action::Set { parameter, thousandths }
         }
-        _ => return Err(Failure::input("nothing to set; allowed are NAME and VALUE, --undo, --stop, --list")),
+        _ => return Err(Failure::input("nothing to set; allowed are NAME and VALUE, --undo, --stop, --show, --list")),
     };
-    let Some(path) = &options.serial else { return Err(Failure::input("no port; allowed is --serial PORT")) };
-    let place = path.display();
-    let mut port =
-        Port::open(path, true).map_err(|error| Failure::input(format!("{place}: cannot be opened: {error}")))?;
-    let mut requests = Requests::default();
-    port.send(&requests.ask(action, Instant::now()))
-        .map_err(|error| Failure::run(format!("{place}: does not take the request: {error}")))?;
     let mut answers =
-        Answers { path, port, transport: Transport::serial(), requests, found: VecDeque::new(), interrupt };
-    let first = answers.next(ANSWER_WITHIN)?.ok_or_else(|| {
-        Failure::run(format!(
-            "{place}: no answer to the request; check that the board runs and that this is its port, 2 Mbaud"
-        ))
-    })?;
+        Answers { board: open(options, interrupt)?, requests: Requests::default(), found: VecDeque::new() };
+    let request = answers.requests.ask(action, Instant::now());
+    answers.board.send(&request)?;
+    let first = answers.next(ANSWER_WITHIN)?.ok_or_else(|| answers.board.no_answer())?;
     report(&first, options.json)?;
     if first.outcome == Outcome::Staged {
         let effect = answers.next(EFFECT_WITHIN)?.ok_or_else(|| {
@@ -82,46 +75,31 @@ pub fn run(options: &Options, interrupt: &AtomicBool) -> Result<(), Failure> {
     Ok(())
 }
 
+fn open<'a>(options: &Options, interrupt: &'a AtomicBool) -> Result<AtPort<'a>, Failure> {
+    let path = options.serial.as_ref().ok_or_else(|| Failure::input("no port; allowed is --serial PORT"))?;
+    AtPort::open(path, interrupt)
+}
+
 /// The answers of a board.
 struct Answers<'a> {
-    path: &'a Path,
-    port: Port,
-    transport: Transport<'static>,
+    board: AtPort<'a>,
     requests: Requests,
     found: VecDeque<Reply>,
-    interrupt: &'a AtomicBool,
 }
 
 impl Answers<'_> {
     /// The next answer to the request; `None` if it does not come in time.
     fn next(&mut self, within: Duration) -> Result<Option<Reply>, Failure> {
         let until = Instant::now() + within;
-        loop {
-            if let Some(reply) = self.found.pop_front() {
-                return Ok(Some(reply));
-            }
-            if self.interrupt.load(Ordering::Relaxed) {
-                return Err(Failure::run("asked to end before the board answered"));
-            }
-            if Instant::now() >= until {
-                return Ok(None);
-            }
-            let Self { requests, found, .. } = self;
-            let place = self.path.display();
-            match self.port.next(until.min(Instant::now() + Duration::from_millis(50))) {
-                Came::Bytes(bytes) => {
-                    let each = |heard| {
-                        if let Heard::Record(Record::Answered(answer)) = heard {
-                            found.extend(requests.take(&answer));
-                        }
-                    };
-                    self.transport.push(&bytes, each).map_err(|error| Failure::run(format!("{place}: {error}")))?;
+        while self.found.is_empty() && Instant::now() < until {
+            let Self { board, requests, found } = self;
+            board.receive(|record| {
+                if let Record::Answered(answer) = record {
+                    found.extend(requests.take(&answer));
                 }
-                Came::Nothing => {}
-                Came::End => return Err(Failure::run(format!("{place}: the port was closed"))),
-                Came::Broken(error) => return Err(Failure::run(format!("{place}: the port failed: {error}"))),
-            }
+            })?;
         }
+        Ok(self.found.pop_front())
     }
 }
 
@@ -144,6 +122,29 @@ fn report(reply: &Reply, as_json: bool) -> Result<(), Failure> {
         output::print(&format!("tick {tick}: {what}\n"))?;
     }
     Ok(())
+}
+
+fn show(reported: &Reported, as_json: bool) -> Result<(), Failure> {
+    let Reported { settings, state } = reported;
+    let values = Parameter::ALL.map(|parameter| {
+        let thousandths = settings.values.thousandths(parameter);
+        (parameter, value_in_words(parameter, thousandths), thousandths == parameter.range()[2])
+    });
+    if as_json {
+        let values: Map<String, Value> =
+            values.into_iter().map(|(parameter, value, _)| (parameter.name().into(), value.into())).collect();
+        let [generator, robot] = [settings.generator, settings.robot].map(|sum| format!("{sum:08x}"));
+        let object = json!({
+            "type": "settings", "tick": settings.tick, "state": state.name(), "generator": generator, "robot": robot,
+            "values": values,
+        });
+        return output::print(&format!("{object}\n"));
+    }
+    let lines = values.map(|(parameter, value, is_default)| {
+        let unit = if parameter.unit().is_empty() { String::new() } else { format!(" {}", parameter.unit()) };
+        format!("{:<21} {value}{unit}{}\n", parameter.name(), if is_default { "" } else { "  (changed)" })
+    });
+    output::print(&lines.concat())
 }
 
 fn list(as_json: bool) -> Result<(), Failure> {

@@ -17,6 +17,7 @@ use crate::answers::lines;
 use crate::failure::Failure;
 use crate::messages;
 use crate::options::overwrite::Overwrite;
+use crate::options::value::one_of;
 use crate::output;
 use board::Board;
 use session::Session;
@@ -25,7 +26,7 @@ use session::Session;
 #[derive(Debug, Clone, Args)]
 pub struct Options {
     /// The joint whose servo is trimmed
-    #[arg(value_name = "JOINT", value_parser = joint)]
+    #[arg(value_name = "JOINT", value_parser = one_of(Joint::ALL, Joint::name))]
     pub joint: Joint,
     /// The board's serial port: a device file
     #[arg(long, value_name = "PORT")]
@@ -39,13 +40,6 @@ pub struct Options {
     /// Whether a file may be replaced
     #[command(flatten)]
     pub overwrite: Overwrite,
-}
-
-fn joint(name: &str) -> Result<Joint, String> {
-    Joint::ALL.into_iter().find(|joint| joint.name() == name).ok_or_else(|| {
-        let names = Joint::ALL.map(Joint::name).join(", ");
-        format!("allowed are {names}")
-    })
 }
 
 /// Runs the command. Answers come from standard input, a line each. `interrupt` is set by a signal that asks it to end.

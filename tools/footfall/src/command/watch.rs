@@ -14,6 +14,21 @@ use crate::options::terminal::Keys;
 use crate::publish::Receivers;
 use crate::virtual_run::run;
 
+/// Options that a board which runs already cannot be given.
+const OF_THE_VIRTUAL_BOARD: [&str; 11] = [
+    "virtual_board",
+    "record",
+    "trace",
+    "sensor",
+    "generator",
+    "robot",
+    "press",
+    "disarm",
+    "pace",
+    "board",
+    "start_time",
+];
+
 /// Options of `footfall watch`.
 #[derive(Debug, Clone, Args)]
 pub struct Options {
@@ -28,10 +43,8 @@ pub struct Options {
     #[arg(
         long,
         value_name = "PORT",
-        conflicts_with_all = [
-            "elf", "virtual_board", "rtt", "rtt_lines", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board",
-            "start_time"
-        ]
+        conflicts_with_all = ["elf", "rtt", "rtt_lines"],
+        conflicts_with_all = OF_THE_VIRTUAL_BOARD
     )]
     pub serial: Option<PathBuf>,
     /// Watch a board that runs, with --elf: the raw bytes of its RTT up channel 0, from a file, `-` (standard input) or tcp:HOST:PORT
@@ -39,20 +52,16 @@ pub struct Options {
     #[arg(
         long,
         value_name = "SOURCE",
-        conflicts_with_all = [
-            "virtual_board", "rtt_lines", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board",
-            "start_time"
-        ]
+        conflicts_with = "rtt_lines",
+        conflicts_with_all = OF_THE_VIRTUAL_BOARD
     )]
     pub rtt: Option<Source>,
     /// The same from the lines that probe-rs prints: `probe-rs attach` decodes the log itself and has no raw bytes to give
     #[arg(
         long,
         value_name = "SOURCE",
-        conflicts_with_all = [
-            "elf", "virtual_board", "record", "trace", "sensor", "generator", "robot", "press", "disarm", "pace", "board",
-            "start_time"
-        ]
+        conflicts_with = "elf",
+        conflicts_with_all = OF_THE_VIRTUAL_BOARD
     )]
     pub rtt_lines: Option<Source>,
     /// Record every tick: a name that ends in .csv or .mcap; data of the whole run go to FILE.json

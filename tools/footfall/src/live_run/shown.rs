@@ -89,6 +89,12 @@ impl Shown {
                 }
                 vec![News::Answer(answer)]
             }
+            Record::Settings(settings) => {
+                if let Some(tuning) = &mut self.view.tuning {
+                    tuning.reported(settings.values);
+                }
+                Vec::new()
+            }
             Record::Inputs(_) | Record::Port(_) | Record::Refused(_) => Vec::new(),
         }
     }

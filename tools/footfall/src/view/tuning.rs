@@ -1,6 +1,6 @@
 //! The part of a live screen that changes the running board: the selected parameter, its value, and what the board answered last.
 
-use joint_loop::tuning::{Action, Outcome, Parameter, Request};
+use joint_loop::tuning::{Action, Outcome, Parameter, Request, Settings};
 use std::time::Instant;
 use wire::Answered;
 
@@ -65,6 +65,11 @@ impl Tuning {
             };
             self.last = format!("{}: {what}", in_words(request.action));
         }
+    }
+
+    /// The board reports its settings.
+    pub fn reported(&mut self, settings: Settings) {
+        self.requests.reported(settings);
     }
 
     /// The board has started: its settings are the defaults.
@@ -162,6 +167,7 @@ mod tests {
         tuning.take(&answer(request, 320, Outcome::Staged));
         assert!(tuning.lines()[0].starts_with("2/12 speed = 1 -> 1.05 "), "{:?}", tuning.lines());
         assert!(tuning.lines()[1].contains("staged at tick 320"), "{:?}", tuning.lines());
+        tuning.reported(Settings::default().with(Parameter::Speed, 1_050).unwrap());
         tuning.take(&answer(request, 700, Outcome::InEffect));
         assert!(tuning.lines()[0].starts_with("2/12 speed = 1.05 "), "{:?}", tuning.lines());
         assert_eq!(tuning.lines()[1], "set speed 1.05: in effect at tick 700");

@@ -45,10 +45,10 @@ impl Tuned {
     pub(super) fn receive(&mut self, view: &mut View) {
         let (Some((port, transport)), Some(tuning)) = (&mut self.open, &mut view.tuning) else { return };
         while let Came::Bytes(bytes) = port.next_within(Duration::ZERO) {
-            let taken = transport.push(&bytes, |heard| {
-                if let Heard::Record(Record::Answered(answer)) = heard {
-                    tuning.take(&answer);
-                }
+            let taken = transport.push(&bytes, |heard| match heard {
+                Heard::Record(Record::Answered(answer)) => tuning.take(&answer),
+                Heard::Record(Record::Settings(settings)) => tuning.reported(settings.values),
+                _ => {}
             });
             if let Err(error) = taken {
                 tuning.not_sent(&error);

@@ -102,7 +102,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
                 SupervisorState::Disarmed => self.choose()?,
                 _ => {}
             }
-            if self.is_done(&seen)? {
+            if self.take_line(&seen)? {
                 return Ok(());
             }
         }
@@ -198,8 +198,8 @@ impl<B: Trimmed, W: Write> Session<B, W> {
         Ok(())
     }
 
-    /// Takes the next line, if there is one that can be answered now. True at the end.
-    fn is_done(&mut self, seen: &Seen) -> Result<bool, Failure> {
+    /// Takes the next line, if there is one that can be answered now. True if it was the last: `done`.
+    fn take_line(&mut self, seen: &Seen) -> Result<bool, Failure> {
         match self.lines.try_recv() {
             Ok(line) => self.waiting.push_back(line.map_err(Failure::run)?),
             Err(TryRecvError::Disconnected) if self.waiting.is_empty() => {

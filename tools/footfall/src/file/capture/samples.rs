@@ -189,8 +189,12 @@ impl Sampler {
                 self.dropped_this_boot = cost.dropped;
             }
             Record::Edge(edge) => self.edge(&edge),
-            Record::Change(_) | Record::Environment(_) | Record::Refused(_) | Record::Answered(_) | Record::Port(_) => {
-            }
+            Record::Change(_)
+            | Record::Environment(_)
+            | Record::Refused(_)
+            | Record::Answered(_)
+            | Record::Port(_)
+            | Record::Settings(_) => {}
         }
         None
     }
