@@ -4,6 +4,9 @@
 //! A watchdog that is reloaded in an interrupt does not detect a hang of the other code; one that only checks for any progress accepts a
 //! loop that runs too fast. [`judge`] therefore compares the progress counters with a free-running hardware clock, in both directions.
 //!
+//! That comparison allows for two ticks that are not counted yet, which hides ticks that are lost again and again. [`keeps_pace`] compares over
+//! [`PACE_US`], in which they add up.
+//!
 //! # Timing
 //! The watchdog runs on the chip's low-speed oscillator, which the data sheets of both boards specify as 17 to 47 kHz.
 //! [`timeout_us`] is computed for both ends, and the assertions below check that
@@ -58,6 +61,39 @@ const _: () = assert!(
     "resets before the watchdog task can report the part that stalled"
 );
 const _: () = assert!(GRACE_US >= 2 * FEED_US, "one late round of the watchdog task is no stall");
+
+/// Time over which ticks that are lost add up, us.
+pub const PACE_US: u32 = 100_000;
+
+/// Share of the ticks in [`PACE_US`] that may be lost, in percent. The monitor of the loop stops the motion long before.
+pub const PACE_LOST_PERCENT: u32 = 10;
+
+/// Whether ticks and samples have kept pace with the clock since `from`: [`Liveness::Alive`] if they have, [`Liveness::Wait`] before
+/// [`PACE_US`] have passed, [`Liveness::Stalled`] otherwise.
+///
+/// ```
+/// use firmware::liveness::{Liveness, Part, Progress, keeps_pace};
+/// let from = Progress::default();
+/// let now = Progress { control: 92, sensor: 92, telemetry: 40, now_us: 100_000 };
+/// assert_eq!(keeps_pace(&from, &now), Liveness::Alive);
+/// assert_eq!(keeps_pace(&from, &Progress { control: 60, ..now }), Liveness::Stalled(Part::Control));
+/// ```
+#[must_use]
+pub fn keeps_pace(from: &Progress, now: &Progress) -> Liveness {
+    let passed_us = now.now_us.wrapping_sub(from.now_us);
+    if passed_us < PACE_US {
+        return Liveness::Wait;
+    }
+    let expected = passed_us / crate::pacing::PERIOD_US;
+    let least = (expected - expected / (100 / PACE_LOST_PERCENT)).saturating_sub(SLACK_TICKS);
+    if now.sensor.wrapping_sub(from.sensor) < least {
+        Liveness::Stalled(Part::Sensor)
+    } else if now.control.wrapping_sub(from.control) < least {
+        Liveness::Stalled(Part::Control)
+    } else {
+        Liveness::Alive
+    }
+}
 
 /// A part of the program that must make progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -209,6 +245,32 @@ mod tests {
     fn half_the_pace_is_too_slow() {
         assert_eq!(after(5, 5, 5, GRACE_US), Liveness::Stalled(Part::Sensor));
         assert_eq!(after(8, 8, 5, GRACE_US), Liveness::Alive);
+    }
+
+    /// Rounds of the watchdog task while this share of ticks is lost, until one reports it.
+    fn rounds_until_found(lost_percent: u32) -> Option<u32> {
+        let at = |ms: u32| {
+            let ticks = ms - ms * lost_percent / 100;
+            Progress { control: ticks, sensor: ticks, telemetry: ms / 2, now_us: ms * 1_000 }
+        };
+        let mut from = at(0);
+        (1..1_000).find(|round| match keeps_pace(&from, &at(round * 5)) {
+            Liveness::Wait => false,
+            Liveness::Alive => {
+                from = at(round * 5);
+                false
+            }
+            _ => true,
+        })
+    }
+
+    #[test]
+    fn lost_ticks_add_up() {
+        assert_eq!(rounds_until_found(40), Some(PACE_US / FEED_US));
+        assert_eq!(rounds_until_found(15), Some(PACE_US / FEED_US));
+        assert_eq!((rounds_until_found(10), rounds_until_found(0)), (None, None));
+        // The comparison of single rounds does not find them.
+        assert_eq!(after(3, 3, 2, 5_000), Liveness::Alive);
     }
 
     #[test]

@@ -135,6 +135,7 @@ mod boot {
             locked_out: last_run.streak >= LOCKOUT_STREAK,
             pacer: Pacer::default(),
             ticks_to_frame: TICKS_A_FRAME,
+            ended_late: false,
             flooded: false,
         };
 

@@ -16,6 +16,9 @@ const _: () = assert!(PERIOD_US.is_multiple_of(TRIGGER_US), "a whole number of t
 /// A tick that starts later than this after its trigger counts as late. The scan takes 54 us of it with one sensor, 77 us with four.
 pub const LATE_US: u32 = 100;
 
+/// A tick that ends later than this after its trigger counts as late too: half a period, and before the next servo frame can start.
+pub const LATE_END_US: u32 = 500;
+
 /// A sample older than this is not used.
 pub const STALE_US: u32 = 5_000;
 

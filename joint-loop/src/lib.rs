@@ -88,6 +88,7 @@ pub use control::fault_table::{
 };
 pub use control::monitor::MonitorConfig;
 pub use control::supervisor::{Cause, SupervisorState};
+pub use control::supply::{RIPPLE_MS, SUPPLY_TOLERANCE_MS};
 pub use control::tick::JointLoop;
 pub use error::LoopError;
 pub use generator::follow::FollowConfig;

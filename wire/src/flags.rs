@@ -58,7 +58,7 @@ impl Flags {
         self.0 & Self::BUTTON != 0
     }
 
-    /// The tick began more than 100 us after its trigger.
+    /// The tick began more than 100 us after its trigger, or the one before ended more than 500 us after its own.
     #[must_use]
     pub const fn late(self) -> bool {
         self.0 & Self::LATE != 0

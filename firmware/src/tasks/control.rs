@@ -7,7 +7,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use firmware::board::BOARD;
 use firmware::lamp::Shown;
-use firmware::pacing::{LATE_US, Pacer, since};
+use firmware::pacing::{LATE_END_US, LATE_US, Pacer, since};
 use heapless::spsc::{Consumer, Producer};
 use joint_loop::io::time_code;
 use joint_loop::setup::default_loop::BoardLoop;
@@ -84,6 +84,8 @@ pub(crate) struct Control {
     pub(crate) locked_out: bool,
     pub(crate) pacer: Pacer,
     pub(crate) ticks_to_frame: u8,
+    /// The last tick ended late.
+    pub(crate) ended_late: bool,
     /// More edges came before the last tick than could be taken.
     pub(crate) flooded: bool,
 }
@@ -123,7 +125,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         vrefint: measured.vrefint,
         button: measured.button && !control.locked_out,
         foot: measured.foot,
-        late: start_us > LATE_US,
+        late: start_us > LATE_US || control.ended_late,
         faults,
         request: control.requests.dequeue(),
     };
@@ -151,6 +153,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     control.report(&sample, frame);
     control.report_edges(frame.tick, measured.triggered_us);
     CONTROL.count();
+    control.ended_late = since(stopwatch::now_us(), measured.triggered_us) > LATE_END_US;
     let cycles = stopwatch::cycles().wrapping_sub(started);
     LONGEST_CYCLES.fetch_max(cycles, Ordering::Relaxed);
     LATEST_START_US.fetch_max(start_us, Ordering::Relaxed);

@@ -1,8 +1,9 @@
 //! The watchdog task: reloads the independent watchdog while sampling, control and telemetry make progress. It runs in the thread of
-//! telemetry, so that a thread without processor time is detected too. The rule is [`firmware::liveness::judge`].
+//! telemetry, so that a thread without processor time is detected too. The rules are
+//! [`firmware::liveness::judge`] and [`firmware::liveness::keeps_pace`].
 
 use embassy_time::Timer;
-use firmware::liveness::{FEED_US, Liveness, Part, Progress, RETRY_US, judge};
+use firmware::liveness::{FEED_US, Liveness, Part, Progress, RETRY_US, judge, keeps_pace};
 use firmware::post_mortem::{Cause, Record, STABLE_RUN_S};
 
 use super::progress::progress;
@@ -11,7 +12,8 @@ use crate::{faults, log, servo_pwm, watchdog};
 /// Checks every [`FEED_US`].
 #[embassy_executor::task]
 pub(crate) async fn watchdog_task() -> ! {
-    let mut fed = Feeding { since: progress(), feeds: 0 };
+    let begun = progress();
+    let mut fed = Feeding { since: begun, pace_from: begun, feeds: 0 };
     watchdog::feed();
     loop {
         Timer::after_micros(FEED_US.into()).await;
@@ -23,6 +25,8 @@ pub(crate) async fn watchdog_task() -> ! {
 
 struct Feeding {
     since: Progress,
+    /// Progress at which the pace was last found right.
+    pace_from: Progress,
     feeds: u32,
 }
 
@@ -30,6 +34,11 @@ struct Feeding {
 #[inline(never)]
 fn watchdog_step(fed: &mut Feeding) -> bool {
     let now = progress();
+    match keeps_pace(&fed.pace_from, &now) {
+        Liveness::Alive => fed.pace_from = now,
+        Liveness::Stalled(part) => end(part, Cause::Stalled),
+        Liveness::Wait | Liveness::Racing(_) => {}
+    }
     match judge(&fed.since, &now) {
         Liveness::Alive => {
             watchdog::feed();

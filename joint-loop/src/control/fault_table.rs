@@ -9,7 +9,7 @@
 //! | spike | sensor_spike | 1 | 1 | carry on | 51 | carry on | 21 |
 //! | rate | sensor_rate | 5 | 1 | park | 51 | freewheel | 21 |
 //! | out_of_table | sensor_out_of_table | 1 | 1 | park | 51 | freewheel | 21 |
-//! | supply_low | sensor_supply_low | 1 | 1 | park | 51 | freewheel | 21 |
+//! | supply_low | supply | 1 | 1 | off | 41 | off | 41 |
 //!
 //! Times are in ms from the last correct sample, with the default configuration at 1 kHz: `n` ms is the n-th wrong sample.
 //!
@@ -24,6 +24,9 @@
 //!   stands with the outputs on, and follows again when the sensor is good. It also detects angles that a moving leg cannot
 //!   have, and earlier: a sensor that sticks in mid swing after about 0.1 s. A sensor that sticks where the leg hardly moves
 //!   looks like a standing leg; the joints then stand without freewheeling first.
+//! - *off*: the supply is a condition of the board, watched with and without sensors ([`crate::control::supply`]): after [`SUPPLY_TOLERANCE_MS`]
+//!   it is a fault, which switches the outputs off at once. A follower freewheels meanwhile. In a loop without a chip ([`crate::LoopConfig::supply`]
+//!   is `None`) it is a condition of the sensor alone, with the cause `sensor_supply_low`, and the reaction is that to an open wire.
 //! - *carry on*: the fault ends or gets a worse validity before any reaction. A spike becomes a rate from its 5th ms, a
 //!   saturated code an open or shorted wire from its 20th. *acts* is the time at which a reaction would begin.
 //! - A *rate* causes a reaction only if the jump remains impossible for that time: a jump of more than 78 degrees, or of more
@@ -35,6 +38,7 @@
 use crate::control::supervisor::Cause;
 #[cfg(doc)]
 use crate::control::supervisor::Motion;
+use crate::control::supply::SUPPLY_TOLERANCE_MS;
 use hgod_adc::Validity;
 
 /// How long a required sensor may be not good while the joints move, in ms: the default of
@@ -64,6 +68,8 @@ pub enum Response {
     Park,
     /// The follower continues without its sensor for a limited time, then stands.
     Freewheel,
+    /// The supervisor switches the outputs off: a fault.
+    Off,
 }
 
 impl Response {
@@ -74,6 +80,7 @@ impl Response {
             Self::CarryOn => "carry on",
             Self::Park => "park",
             Self::Freewheel => "freewheel",
+            Self::Off => "off",
         }
     }
 }
@@ -95,7 +102,7 @@ pub struct FaultResponse {
 }
 
 impl FaultResponse {
-    /// Time at which the supervisor stops a generator that needs no sensor, in ms, if the sensor is not good until then.
+    /// Time at which the supervisor stops a generator that needs no sensor, or switches it off, in ms, if the sensor is not good until then.
     ///
     /// ```
     /// use hgod_adc::Validity;
@@ -105,24 +112,34 @@ impl FaultResponse {
     /// ```
     #[must_use]
     pub const fn stops_ms(&self) -> u16 {
-        self.rejected_ms.saturating_add(SENSOR_TOLERANCE_MS)
+        self.rejected_ms.saturating_add(match self.independent {
+            Response::Off => SUPPLY_TOLERANCE_MS,
+            _ => SENSOR_TOLERANCE_MS,
+        })
     }
 
-    /// Latest time at which a follower begins to freewheel, in ms, if the sensor is not good until then.
+    /// Latest time at which a follower begins to freewheel, or is switched off, in ms, if the sensor is not good until then.
     #[must_use]
     pub const fn freewheels_ms(&self) -> u16 {
-        self.rejected_ms.saturating_add(FOLLOWER_BRIDGE_MS)
+        self.rejected_ms.saturating_add(match self.follower {
+            Response::Off => SUPPLY_TOLERANCE_MS,
+            _ => FOLLOWER_BRIDGE_MS,
+        })
     }
 }
 
 /// Reaction to a validity, as in the table of [`crate::control::fault_table`]; `None` for good.
 #[must_use]
 pub const fn fault_response(validity: Validity) -> Option<FaultResponse> {
-    let cause = Cause::of_sensor(validity);
+    let cause = match validity {
+        Validity::SupplyLow => Cause::Supply,
+        _ => Cause::of_sensor(validity),
+    };
     let (independent, follower) = match validity {
         Validity::Good => return None,
         Validity::Saturated | Validity::Spike => (Response::CarryOn, Response::CarryOn),
-        // Open, short, stuck, rate, out of table, supply low, and any validity that is added later.
+        Validity::SupplyLow => (Response::Off, Response::Off),
+        // Open, short, stuck, rate, out of table, and any validity that is added later.
         _ => (Response::Park, Response::Freewheel),
     };
     let classified_ms = validity.detection_ms();

@@ -1,8 +1,11 @@
-//! Control of one period: tick, supervisor, monitor, fault table, button, trim.
+//! Control of one period: tick, supervisor, monitor with supply and timeliness, fault table, button, trim.
 
+pub(crate) mod burst;
 pub(crate) mod button;
 pub mod fault_table;
 pub(crate) mod monitor;
 pub mod supervisor;
+pub mod supply;
 pub(crate) mod tick;
+pub mod timeliness;
 pub mod trim;

@@ -3,8 +3,11 @@
 //! | condition | while moving | otherwise |
 //! |---|---|---|
 //! | break input, clock, watchdog, outputs, a fault bit without a name | fault | fault |
-//! | more than `fault_gap_s` of control periods without a tick | fault | fault |
+//! | more than `fault_gap_s` of control periods without a tick, or more of them missed than `missed_per_s` | fault | fault |
+//! | the chip's supply below its minimum for more than 40 ms | fault | arming refused, with no tolerance |
 //! | more than `stop_gap_s` of control periods without a tick | stop | arming refused |
+//! | more late ticks of the last 100 than `late_ticks` | stop | arming refused |
+//! | dips of the supply that go on for more than 1 s | stop | arming refused |
 //! | the generator does not pass its check | stop | arming refused |
 //! | more overruns of the converter than `overruns_per_s` | stop | arming refused |
 //! | a required sensor not good for more than `sensor_tolerance_s` | stop | arming refused, with no tolerance |
@@ -16,10 +19,13 @@
 //! The cause of a sensor's stop is named after its validity. If validities alternate, the cause is the worst
 //! ([`Validity::worse`]) of the last `sensor_tolerance_s`: an open wire with intermittent contact, which also shows spikes and
 //! impossible rates, is reported as open. With several sensors, each tick counts with its worst validity.
-//! [`crate::control::fault_table`] lists validities, times and reactions.
+//! [`crate::control::fault_table`] lists validities, times and reactions, [`crate::control::supply`] and [`crate::control::timeliness`] have the
+//! conditions of supply and ticks.
 
+use crate::control::burst::Burst;
 use crate::control::button::Button;
 use crate::control::supervisor::{Cause, Demand};
+use crate::control::timeliness::{LATE_WINDOW, Timeliness, TimelinessState};
 use crate::error::{LoopError, inside, ticks};
 use crate::io::board::{BoardFaults, MAX_ELAPSED};
 use hgod_adc::Validity;
@@ -38,8 +44,12 @@ pub struct MonitorConfig {
     pub pose_tolerance_s: f32,
     /// Longest gap between two ticks that does not stop the motion, s; less than `fault_gap_s`, default 0.005.
     pub stop_gap_s: f32,
-    /// Longest gap between two ticks that is not a fault, s; at most 0.1 and at most 254 periods, default 0.02.
+    /// Longest gap between two ticks that is not a fault, s; at most 0.1 and at most 254 periods, default 0.01.
     pub fault_gap_s: f32,
+    /// Number of late ticks among the last 100 that do not stop the motion; 0 to 100, default 5.
+    pub late_ticks: u32,
+    /// Number of missed control periods within one second of the first of them that are not a fault; 0 to 254, default 9.
+    pub missed_per_s: u32,
     /// Number of overruns of the converter within one second that do not stop the motion; 0 to 100, default 2.
     pub overruns_per_s: u32,
     /// Time for which the button's level must be stable to be accepted, s; 0.005 to 0.2, default 0.02.
@@ -47,14 +57,16 @@ pub struct MonitorConfig {
 }
 
 impl MonitorConfig {
-    /// Sensor required; tolerances of 50 ms (the time within which a broken wire must stop the motion); gaps of 5 and 20 ms;
-    /// 2 overruns per second; 20 ms of debounce, longer than a tactile switch bounces.
+    /// Sensor required; tolerances of 50 ms (the time within which a broken wire must stop the motion); gaps of 5 and 10 ms;
+    /// 5 late ticks of 100, 9 missed periods and 2 overruns per second; 20 ms of debounce, longer than a tactile switch bounces.
     pub const DEFAULT: Self = Self {
         sensor_required: true,
         sensor_tolerance_s: 0.05,
         pose_tolerance_s: 0.05,
         stop_gap_s: 0.005,
-        fault_gap_s: 0.02,
+        fault_gap_s: 0.01,
+        late_ticks: 5,
+        missed_per_s: 9,
         overruns_per_s: 2,
         debounce_s: 0.02,
     };
@@ -75,6 +87,9 @@ impl MonitorConfig {
         if stop_gap > fault_gap {
             return Err(LoopError::Inverted { field: "monitor.stop_gap_s..fault_gap_s", joint: None });
         }
+        inside("monitor.late_ticks", None, self.late_ticks as f32, 0.0, LATE_WINDOW as f32, "")?;
+        inside("monitor.missed_per_s", None, self.missed_per_s as f32, 0.0, (MAX_ELAPSED - 1) as f32, "1/s")?;
+        let second = ticks("second", 1.0, 1.0, 1.0, period)?;
         inside("monitor.overruns_per_s", None, self.overruns_per_s as f32, 0.0, 100.0, "1/s")?;
         Ok(Monitor {
             sensor_required: self.sensor_required,
@@ -86,7 +101,8 @@ impl MonitorConfig {
             stop_gap,
             fault_gap,
             overruns: self.overruns_per_s,
-            second: ticks("second", 1.0, 1.0, 1.0, period)?,
+            timeliness: Timeliness { late: self.late_ticks, missed: self.missed_per_s, second },
+            second,
         })
     }
 
@@ -109,6 +125,7 @@ pub struct Monitor {
     stop_gap: u32,
     fault_gap: u32,
     overruns: u32,
+    timeliness: Timeliness,
     second: u32,
 }
 
@@ -119,6 +136,10 @@ pub struct Observation {
     pub moving: bool,
     /// Control periods since the last tick.
     pub elapsed: u32,
+    /// The tick began late, or the one before ended late.
+    pub late: bool,
+    /// Demand of the supply's condition.
+    pub supply: Demand,
     /// Faults that the board reports.
     pub faults: BoardFaults,
     /// Worst validity of all sensors. An overrun of the converter counts as not good even if this is good.
@@ -140,10 +161,9 @@ pub struct MonitorState {
     since_worst: u32,
     /// Ticks in which the pose was limited, minus ticks in which it was not.
     pose: u32,
-    /// Overruns since the start of the window, including the one that started it.
-    overruns: u32,
-    /// Periods since the start of the window.
-    window: u32,
+    /// Overruns of the converter.
+    overruns: Burst,
+    timeliness: TimelinessState,
 }
 
 impl Monitor {
@@ -155,15 +175,8 @@ impl Monitor {
         count(&mut monitor_state.sensor, overrun || seen.sensors != Validity::Good, seen.elapsed, tolerance);
         monitor_state.remember(seen.sensors, seen.elapsed, tolerance);
         count(&mut monitor_state.pose, seen.pose_limited, 1, self.pose_tolerance);
-        monitor_state.window = monitor_state.window.saturating_add(seen.elapsed);
-        if overrun {
-            if monitor_state.overruns == 0 || monitor_state.window >= self.second {
-                (monitor_state.overruns, monitor_state.window) = (0, 0);
-            }
-            monitor_state.overruns = monitor_state.overruns.saturating_add(1);
-        } else if monitor_state.window >= self.second {
-            monitor_state.overruns = 0;
-        }
+        let overruns = monitor_state.overruns.note(overrun.into(), seen.elapsed, self.second);
+        let timeliness = self.timeliness.judge(&mut monitor_state.timeliness, seen.late, seen.elapsed);
 
         let sensor_bad = match self.sensor_tolerance {
             None if seen.moving => false,
@@ -173,11 +186,15 @@ impl Monitor {
             Demand::Fault(cause)
         } else if seen.elapsed > self.fault_gap {
             Demand::Fault(Cause::Gap)
+        } else if let Some(fault) = [timeliness, seen.supply].into_iter().find(|one| matches!(one, Demand::Fault(_))) {
+            fault
         } else if seen.elapsed > self.stop_gap {
             Demand::Stop(Cause::Gap)
+        } else if let Some(stop) = [timeliness, seen.supply].into_iter().find(|one| *one != Demand::Go) {
+            stop
         } else if !seen.generator_sound {
             Demand::Stop(Cause::Generator)
-        } else if monitor_state.overruns > self.overruns {
+        } else if overruns > self.overruns {
             Demand::Stop(Cause::AdcOverrun)
         } else if self.sensor_required && sensor_bad {
             Demand::Stop(match Cause::of_sensor(monitor_state.worst) {
@@ -230,6 +247,8 @@ mod tests {
     const FAULTLESS: Observation = Observation {
         moving: true,
         elapsed: 1,
+        late: false,
+        supply: Demand::Go,
         faults: BoardFaults::NONE,
         sensors: Validity::Good,
         generator_sound: true,
@@ -292,26 +311,28 @@ mod tests {
         assert_eq!(see(1, false, false), Demand::Stop(Cause::SensorOutOfTable));
         // Missed periods count with the tick after them.
         see(100, true, true);
-        let seen = Observation { sensors: Validity::OutOfTable, elapsed: 5, ..FAULTLESS };
-        let demands: Vec<_> = (0..11).map(|_| monitor.judge(&mut monitor_state, &seen)).collect();
-        assert_eq!(demands[9..], [Demand::Go, Demand::Stop(Cause::SensorOutOfTable)]);
+        let bad = |elapsed| Observation { sensors: Validity::OutOfTable, elapsed, ..FAULTLESS };
+        assert_eq!(monitor.judge(&mut monitor_state, &bad(5)), Demand::Go);
+        let demands: Vec<_> = (6..=51).map(|_| monitor.judge(&mut monitor_state, &bad(1))).collect();
+        assert_eq!(demands[44..], [Demand::Go, Demand::Stop(Cause::SensorOutOfTable)]);
     }
 
     #[test]
     fn the_worst_condition_comes_first() {
         let all = Observation {
             elapsed: 255,
+            late: false,
+            supply: Demand::Stop(Cause::Supply),
             faults: BoardFaults::from_bits(0x3f),
             sensors: Validity::OutOfTable,
             generator_sound: false,
             pose_limited: true,
             moving: true,
         };
+        let mut overruns = Burst::default();
+        overruns.note(9, 1, 1_000);
         let judge = |seen: Observation| {
-            monitor().judge(
-                &mut MonitorState { sensor: 51, pose: 51, overruns: 9, window: 1, ..MonitorState::default() },
-                &seen,
-            )
+            monitor().judge(&mut MonitorState { sensor: 51, pose: 51, overruns, ..MonitorState::default() }, &seen)
         };
         let faults = |bits| Observation { faults: BoardFaults::from_bits(bits), ..all };
         assert_eq!(judge(all), Demand::Fault(Cause::BreakInput));
@@ -320,9 +341,13 @@ mod tests {
         assert_eq!(judge(faults(0x29)), Demand::Fault(Cause::Watchdog));
         assert_eq!(judge(faults(0x21)), Demand::Fault(Cause::Board));
         assert_eq!(judge(faults(0x01)), Demand::Fault(Cause::Gap));
-        let none = Observation { elapsed: 20, ..faults(0) };
+        let none = Observation { elapsed: 10, supply: Demand::Fault(Cause::Supply), ..faults(0) };
+        assert_eq!(judge(none), Demand::Fault(Cause::Supply));
+        let none = Observation { supply: Demand::Stop(Cause::Supply), ..none };
         assert_eq!(judge(none), Demand::Stop(Cause::Gap));
         let none = Observation { elapsed: 5, ..none };
+        assert_eq!(judge(none), Demand::Stop(Cause::Supply));
+        let none = Observation { supply: Demand::Go, ..none };
         assert_eq!(judge(none), Demand::Stop(Cause::Generator));
         let none = Observation { generator_sound: true, ..none };
         assert_eq!(judge(none), Demand::Stop(Cause::AdcOverrun));

@@ -134,7 +134,7 @@ pub enum Cause {
     Pose = 11,
     /// The generator does not pass its check: its state is not finite or not bounded.
     Generator = 12,
-    /// Control periods passed without a tick.
+    /// Control periods passed without a tick: too many in one gap, or in a second.
     Gap = 13,
     /// A target angle was not finite.
     NonFinite = 14,
@@ -152,11 +152,15 @@ pub enum Cause {
     Request = 20,
     /// In trim, no request came for too long.
     HostSilent = 21,
+    /// The supply of the chip was below its minimum for longer than tolerated. [`crate::control::supply`] has the times.
+    Supply = 22,
+    /// Too many ticks began or ended late.
+    Late = 23,
 }
 
 impl Cause {
     /// Every cause, in the order of its number.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 24] = [
         Self::None,
         Self::Button,
         Self::SensorOpen,
@@ -179,6 +183,8 @@ impl Cause {
         Self::Board,
         Self::Request,
         Self::HostSilent,
+        Self::Supply,
+        Self::Late,
     ];
 
     /// Name in telemetry.
@@ -207,6 +213,8 @@ impl Cause {
             Self::Board => "board",
             Self::Request => "request",
             Self::HostSilent => "host_silent",
+            Self::Supply => "supply",
+            Self::Late => "late",
         }
     }
 
@@ -420,7 +428,7 @@ mod tests {
             assert_eq!(actions.outputs, ["arming", "walking", "stopping", "trimming"].contains(&state), "{given}");
             checked += 1;
         }
-        assert_eq!(checked, 8 * 22 * 45 * 8);
+        assert_eq!(checked, 8 * 24 * 49 * 8);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use crate::control::button::{Button, Press};
 use crate::control::monitor::{Monitor, MonitorState, Observation};
 use crate::control::supervisor::{Actions, Cause, Demand, Inputs, Motion, SupervisorState, SupervisorStatus, next};
+use crate::control::supply::{Supply, SupplyState};
 use crate::control::trim::{Trim, Trimmer};
 use crate::io::board::{BoardFaults, Command, MAX_ELAPSED, Sample};
 use crate::io::frame::{Frame, SetpointHash};
@@ -22,6 +23,8 @@ pub(crate) struct Stages<const S: usize> {
     pub(crate) blend: Blend,
     pub(crate) trimmer: Trimmer,
     pub(crate) monitor: Monitor,
+    /// `None` where the loop does not know the internal reference.
+    pub(crate) supply: Option<Supply>,
     pub(crate) button: Button,
     /// `None` for a channel without a sensor.
     pub(crate) sensors: [Option<Sensor>; S],
@@ -45,6 +48,7 @@ pub struct JointLoop<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> {
     sensor_states: [SensorState; S],
     press: Press,
     monitor_state: MonitorState,
+    supply_state: SupplyState,
     status: SupervisorStatus,
     weight: Weight,
     gating: GateState,
@@ -147,6 +151,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             sensor_states: [SensorState::default(); S],
             press: Press::default(),
             monitor_state: MonitorState::default(),
+            supply_state: SupplyState::default(),
             status: SupervisorStatus::default(),
             weight: Weight::default(),
             gating: parked,
@@ -232,10 +237,17 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     }
 
     /// Inputs of the monitor.
-    fn seen(&self, sample: &Sample<S>, elapsed: u32, sensors: Validity) -> Observation {
+    fn seen(&mut self, sample: &Sample<S>, elapsed: u32, sensors: Validity) -> Observation {
+        let moving = self.status.state.moving();
+        let supply = self
+            .stages
+            .supply
+            .map_or(Demand::Go, |supply| supply.judge(&mut self.supply_state, sample.vrefint, elapsed, moving));
         Observation {
-            moving: self.status.state.moving(),
+            moving,
             elapsed,
+            late: sample.late,
+            supply,
             faults: sample.faults,
             sensors,
             generator_sound: self.sound,

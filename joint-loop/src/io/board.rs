@@ -27,7 +27,8 @@ pub struct Sample<const S: usize> {
     /// Raw level of the foot switch, true while the foot is on the floor; false without a switch. Its rising edge is a heel
     /// strike. The follower rejects a bounce by its interval.
     pub foot: bool,
-    /// Whether this tick began too long after its trigger (more than 100 us in the firmware of this repository). It is only counted.
+    /// Whether this tick began too long after its trigger, or the one before ended too long after its own (more than 100 and 500 us in the
+    /// firmware of this repository). Many late ticks stop the motion, see [`crate::control::timeliness`].
     pub late: bool,
     /// Faults that the board found since the previous call. The board repeats a fault while it lasts.
     pub faults: BoardFaults,

@@ -3,6 +3,7 @@
 //! All fields are plain data in SI units. [`LoopConfig::build`] checks them and makes a [`JointLoop`] for one control period.
 
 use crate::control::monitor::MonitorConfig;
+use crate::control::supply::Supply;
 use crate::control::tick::{JointLoop, Stages};
 use crate::control::trim::Trimmer;
 use crate::error::LoopError;
@@ -10,7 +11,7 @@ use crate::motion::blend::BlendConfig;
 use crate::setup::robot::{GateConfig, ServoConfig};
 use crate::setup::robot_config::{Robot, RobotConfig};
 use cpg_core::{Follow, Generator};
-use hgod_adc::Sensor;
+use hgod_adc::{Reference, Sensor};
 use joint_units::{Joint, Period};
 
 /// Configuration of the loop.
@@ -26,6 +27,8 @@ pub struct LoopConfig {
     pub monitor: MonitorConfig,
     /// Channel of the sensor whose angle a follower gets, counted from 0. On a channel without a sensor a follower gets no angle.
     pub gait_sensor: usize,
+    /// The chip's internal reference with the least supply: watched on every board, with or without sensors. `None` in a loop without a chip.
+    pub supply: Option<Reference>,
 }
 
 impl LoopConfig {
@@ -44,6 +47,7 @@ impl LoopConfig {
             blend: robot.blend(),
             monitor: MonitorConfig::DEFAULT,
             gait_sensor: 0,
+            supply: None,
         }
     }
 
@@ -62,6 +66,7 @@ impl LoopConfig {
         let trimmer = Trimmer::build(servos, blend.park(), period)?;
         let monitor = self.monitor.build(period)?;
         let button = self.monitor.button(period)?;
+        let supply = self.supply.map(|reference| Supply::new(reference, period));
         if self.monitor.sensor_required && sensors.iter().all(Option::is_none) {
             return Err(LoopError::NoSensor);
         }
@@ -69,7 +74,7 @@ impl LoopConfig {
             return Err(LoopError::Generator);
         }
         Ok(JointLoop::new(
-            Stages { gate, servos, blend, trimmer, monitor, button, sensors, gait_sensor: self.gait_sensor },
+            Stages { gate, servos, blend, trimmer, monitor, supply, button, sensors, gait_sensor: self.gait_sensor },
             generator,
             parked,
             period,

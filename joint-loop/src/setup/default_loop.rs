@@ -4,7 +4,7 @@
 use core::fmt;
 
 use cpg_core::BuildError;
-use hgod_adc::{CalibrationError, Sensor, SensorError};
+use hgod_adc::{CalibrationError, ReferenceConfig, ReferenceError, Sensor, SensorError};
 use joint_units::{AdcCode, Joint, Period, Volts};
 
 use crate::setup::robot_config::RobotConfig;
@@ -72,6 +72,8 @@ pub enum BoardLoopError {
         /// The reason.
         error: SensorError,
     },
+    /// The internal reference of the chip, or the least supply, is not allowed.
+    Reference(ReferenceError),
     /// The generator follows a joint without a sensor.
     NoSensor(Joint),
     /// The generator is not allowed.
@@ -86,6 +88,7 @@ impl fmt::Display for BoardLoopError {
             BoardLoopError::Calibration(error) => write!(f, "calibration: {error}"),
             BoardLoopError::Sensors(error) => write!(f, "sensors: {error}"),
             BoardLoopError::Sensor { joint, error } => write!(f, "sensor on {}: {error}", joint.name()),
+            BoardLoopError::Reference(error) => write!(f, "{error}"),
             BoardLoopError::NoSensor(joint) => {
                 write!(f, "the generator follows {0}, which has no sensor; allowed is a sensor on {0}", joint.name())
             }
@@ -142,7 +145,8 @@ pub fn board_loop(
     board_loop_with(&config, parameters, vrefint_cal, min_supply)
 }
 
-/// Builds the loop of a board with another loop configuration than that of its robot. `gait_sensor` is set to the channel that the generator follows.
+/// Builds the loop of a board with another loop configuration than that of its robot. `gait_sensor` is set to the channel that the generator follows,
+/// `supply` to the chip's reference.
 ///
 /// # Errors
 /// [`BoardLoopError`] names the part that is not allowed.
@@ -157,11 +161,13 @@ pub fn board_loop_with(
         Some(joint) => parameters.sensors.channel_of(joint).ok_or(BoardLoopError::NoSensor(joint))?,
         None => 0,
     };
-    let loop_config = LoopConfig { gait_sensor, ..*config };
     let mut sensors: [Option<Sensor>; SENSORS] = [const { None }; SENSORS];
     for (sensor, config) in sensors.iter_mut().zip(parameters.sensors.iter()) {
         let built = config.build(vrefint_cal, min_supply);
         *sensor = Some(built.map_err(|error| BoardLoopError::Sensor { joint: config.joint, error })?);
     }
+    let reference = ReferenceConfig { min_supply, ..ReferenceConfig::stm32f4(vrefint_cal) };
+    let supply = Some(reference.build().map_err(BoardLoopError::Reference)?);
+    let loop_config = LoopConfig { gait_sensor, supply, ..*config };
     loop_config.build(Period::MILLISECOND, generator, sensors).map_err(BoardLoopError::Loop)
 }

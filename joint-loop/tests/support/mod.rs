@@ -35,9 +35,10 @@ pub fn sensor() -> Sensor {
 /// The default walk, which is no follower.
 pub type Walk = Unguided<default_walk::Walk>;
 
-/// The default walk with one sensor.
+/// The default walk with one sensor, on a board whose supply is watched.
 pub fn default_loop() -> JointLoop<Walk, 1> {
-    default_loop_with(&LoopConfig::default_biped())
+    let supply = Some(ReferenceConfig::stm32f4(VREFINT).build().expect("valid"));
+    default_loop_with(&LoopConfig { supply, ..LoopConfig::default_biped() })
 }
 
 /// The default walk with one sensor and this configuration.

@@ -462,6 +462,7 @@ const IMAGE_TESTS: [&str; 11] = [
     "board_serial",
     "board_trim",
     "board_pulses",
+    "board_conditions",
     "board_follower",
     "board_records",
     "board_entrainment",

@@ -1,0 +1,122 @@
+//! Conditions of the board on the flashed image on the virtual board: a processor that is too slow, a supply that is too low, and registers that
+//! are not as written. Each keeps the outputs off or switches them off, and the host repeats the run to the bit.
+
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::ExitCode;
+
+use firmware::board::GENERATOR_SECTOR;
+use footfall_tests::board::{Board, Ran};
+use footfall_tests::people::Person;
+use footfall_tests::recordings::{default_trace, default_volts};
+use joint_loop::setup::default_loop::BoardLoop;
+use joint_loop::store::generator_record::record_of;
+use joint_loop::{Cause, Frame, GeneratorConfig, RecordName, SENSORS, SupervisorState};
+use joint_units::Joint;
+use test_suite::{report, tests};
+
+fn main() -> ExitCode {
+    test_suite::run(tests![
+        a_processor_that_is_too_slow_does_not_arm(Image),
+        a_low_supply_switches_the_outputs_off(Image),
+        a_follower_does_not_walk_on_without_supply(Image),
+        a_ripple_of_the_supply_stops_the_walk(Image),
+    ])
+}
+
+/// A supply over the time.
+type Supply = dyn Fn(f64) -> f64;
+
+/// The default volts with this supply, one row a millisecond, as a file in this folder.
+fn volts(folder: &Path, secs: f64, supply: &Supply) -> OsString {
+    let knee = default_volts();
+    let mut text = String::from("time_s,PA1,VDDA\n");
+    for n in 0..(secs * 1e3) as u32 {
+        let time = f64::from(n) * 1e-3;
+        text +=
+            &format!("{time:.3},{:.6},{:.4}\n", knee.at(&knee.channels()[0], time % knee.duration_s()), supply(time));
+    }
+    let file = folder.join("volts.csv");
+    std::fs::write(&file, text).expect("written");
+    file.into()
+}
+
+/// A run with this supply, armed at 0.3 s, with a generator in its sector, and what the host's loop did.
+fn run(generator: &GeneratorConfig, secs: f64, supply: &Supply) -> (Ran, Vec<Frame<SENSORS>>) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let sector = folder.path().join("generator.bin");
+    std::fs::write(&sector, record_of(generator, &RecordName::BUILT_IN).bytes()).expect("written");
+    let mut options: Vec<OsString> = ["--press", "0.3", "--secs"].map(Into::into).to_vec();
+    options.extend([secs.to_string().into(), "--volts".into(), volts(folder.path(), secs, supply)]);
+    options.extend(["--flash".into(), format!("{:#010x}={}", GENERATOR_SECTOR, sector.display()).into()]);
+    let ran = Board::find().run_with(generator, options);
+    assert_eq!((ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (0, 0, 1), "{:?}", ran.end.lints);
+    assert_eq!((ran.books.different, ran.books.lost_lines), (0, 0), "{:?}", ran.books.differences);
+    let frames = ran.boots[0].watch(generator, BoardLoop::frame);
+    (ran, frames)
+}
+
+/// The tick after the last one that moved, and its state and cause.
+fn ended(frames: &[Frame<SENSORS>]) -> (u32, SupervisorState, Cause) {
+    let last = frames.iter().rposition(|frame| frame.state == SupervisorState::Walking).expect("it walked");
+    let after = frames.get(last + 1).expect("the walk ends");
+    (after.tick, after.state, after.cause)
+}
+
+/// At 8 to 20 cycles an instruction most ticks are late: no pulse, and the reason is in the log.
+fn a_processor_that_is_too_slow_does_not_arm() {
+    let board = Board::find();
+    for cpi in ["8", "12", "20"] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let feed = volts(folder.path(), 3.0, &|_| 3.0);
+        let mut options: Vec<OsString> = ["--cpi", cpi, "--press", "0.5:0.2", "--secs", "3"].map(Into::into).to_vec();
+        options.extend(["--volts".into(), feed]);
+        let ran = board.run(options);
+        let last = ran.boots[0].ticks.last().expect("frames");
+        report!(
+            "{cpi} cycles an instruction: {} of {} ticks late, {} missed, {:?}",
+            last.late,
+            last.seq,
+            last.missed,
+            last.cause
+        );
+        assert!(ran.pulses.is_empty(), "{} frames with pulses", ran.pulses.len());
+        assert!(matches!(last.cause, Cause::Late | Cause::Gap), "{:?}", last.cause);
+    }
+}
+
+/// From 3.0 to 2.6, 2.0 and 0.3 V: within 50 ms there is no pulse.
+fn a_low_supply_switches_the_outputs_off() {
+    for low in [2.6, 2.0, 0.3] {
+        let (ran, frames) = run(&GeneratorConfig::default_walk(), 4.0, &move |time| if time < 3.0 { 3.0 } else { low });
+        let (tick, state, cause) = ended(&frames);
+        assert_eq!((state, cause), (SupervisorState::Fault, Cause::Supply), "{low} V");
+        let last = ran.pulses.last().expect("pulses").0;
+        report!("{low} V: a fault in tick {tick}, last pulse at {last} s");
+        assert!(last <= 3.050, "{low} V: a pulse at {last} s");
+    }
+}
+
+/// A follower tolerates any fault of its sensor, but not this one.
+fn a_follower_does_not_walk_on_without_supply() {
+    let walk = default_trace().looped(1000.0).expect("a walk");
+    let person = Person::of("default", walk.recording.clone(), Joint::LeftKnee);
+    let follower = person.follower(Joint::LeftKnee, person.learned.stride_s);
+    for low in [2.0, 0.3] {
+        let (ran, frames) = run(&follower, 5.0, &move |time| if time < 4.0 { 3.0 } else { low });
+        let (_, state, cause) = ended(&frames);
+        assert_eq!((state, cause), (SupervisorState::Fault, Cause::Supply), "{low} V");
+        assert!(ran.pulses.last().expect("pulses").0 <= 4.050, "{low} V");
+    }
+}
+
+/// 50 Hz from 2.6 to 3.4 V: dips that are too short for a fault stop the walk after a second.
+fn a_ripple_of_the_supply_stops_the_walk() {
+    let hum = |time: f64| 3.0 + 0.4 * (time * 50.0 * std::f64::consts::TAU).sin();
+    let (_, frames) = run(&GeneratorConfig::default_walk(), 5.0, &move |time| if time < 3.0 { 3.0 } else { hum(time) });
+    let (tick, state, cause) = ended(&frames);
+    report!("ripple from 3 s on: {} {} in tick {tick}", state.name(), cause.name());
+    assert_eq!((state, cause), (SupervisorState::Stopping, Cause::Supply));
+    assert!((3_980..4_060).contains(&tick), "{tick}");
+    assert_eq!(frames.last().expect("frames").state, SupervisorState::Disarmed);
+}
