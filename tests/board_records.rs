@@ -4,6 +4,7 @@
 use footfall::board::image::Image;
 use footfall::board::lines::{self, BoardLine};
 use footfall_tests::board::Board;
+use footfall_tests::gestures::ARM;
 use object::{Object, ObjectSegment};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -208,7 +209,7 @@ esac
 fn a_board_is_watched_and_recorded_behind_probe_rs() {
     let connected = Connected::by("probe-rs", ATTACH_STAND_IN, &[]);
     let image = Image::read(&PathBuf::from(std::env::var_os("FOOTFALL_ELF").expect("the image"))).expect("an image");
-    let ran = Board::find().run(["--secs", "3", "--press", "0.3"]);
+    let ran = Board::find().run(["--secs", "3", "--press", ARM]);
     let mut decoder = image.decoder();
     for line in ran.output.lines() {
         if let BoardLine::Rtt { bytes, .. } = lines::parse(line).expect("a line") {

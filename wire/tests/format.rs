@@ -1,4 +1,4 @@
-//! The bytes of version 4, an example of each record. A change here is another version: raise [`wire::VERSION`].
+//! The bytes of version 5, an example of each record. A change here is another version: raise [`wire::VERSION`].
 
 use cpg_core::entrainment::{Lock, SensorFault};
 use hgod_adc::Validity;
@@ -20,10 +20,10 @@ fn call(codes: &[u16], flags: u16) -> Call {
     }
 }
 
-/// An example of each record with its bytes in version 4.
+/// An example of each record with its bytes in version 5.
 fn examples() -> [(Record, Vec<u8>); 10] {
     let boot = Boot {
-        version: 4,
+        version: 5,
         board: "f4-discovery".try_into().expect("it fits"),
         chip: "STM32F407VGTx".try_into().expect("it fits"),
         reset: Reset::IndependentWatchdog,
@@ -72,7 +72,7 @@ fn examples() -> [(Record, Vec<u8>); 10] {
         (
             Record::Boot(boot),
             [
-                &[0, 4, 12][..],
+                &[0, 5, 12][..],
                 b"f4-discovery",
                 &[13],
                 b"STM32F407VGTx",
@@ -137,8 +137,8 @@ fn round(record: &Record) -> Record {
 }
 
 #[test]
-fn the_bytes_are_those_of_version_4() {
-    assert_eq!(VERSION, 4);
+fn the_bytes_are_those_of_version_5() {
+    assert_eq!(VERSION, 5);
     for (place, (record, bytes)) in examples().into_iter().enumerate() {
         let mut buffer = [0; MAX_BYTES];
         let name = record.kind().name();
@@ -149,7 +149,7 @@ fn the_bytes_are_those_of_version_4() {
 }
 
 #[test]
-fn the_numbers_of_states_are_those_of_version_4() {
+fn the_numbers_of_states_are_those_of_version_5() {
     // What the lists of the cores hold, in order: another order is another version.
     let names = |all: &[&str]| all.join(" ");
     assert_eq!(
@@ -159,7 +159,8 @@ fn the_numbers_of_states_are_those_of_version_4() {
     assert_eq!(
         names(&Cause::ALL.map(Cause::name)),
         "none button sensor_open sensor_short sensor_saturated sensor_stuck sensor_spike sensor_rate sensor_out_of_table \
-         sensor_supply_low adc_overrun pose generator gap non_finite break_input clock watchdog outputs board request host_silent"
+         sensor_supply_low adc_overrun pose generator gap non_finite break_input clock watchdog outputs board request host_silent \
+         hold_short hold_long presses"
     );
     assert_eq!(
         names(&Validity::ALL.map(Validity::name)),
@@ -191,13 +192,13 @@ fn the_numbers_of_states_are_those_of_version_4() {
 fn another_version_is_refused_in_words() {
     // Only kind and version are as in every version; what follows may be anything, or nothing.
     for rest in [&[][..], &[1, 2, 3], &[0xff; 100]] {
-        let bytes = [&[0, 5][..], rest].concat();
-        assert_eq!(decode(&bytes), Err(DecodeError::Version { board: 5 }));
+        let bytes = [&[0, 6][..], rest].concat();
+        assert_eq!(decode(&bytes), Err(DecodeError::Version { board: 6 }));
     }
     assert_eq!(decode(&[0, 0xff, 0xff, 3]), Err(DecodeError::Version { board: 65_535 }));
     assert_eq!(
-        DecodeError::Version { board: 5 }.to_string(),
-        "the board sends records of version 5, this program reads version 4: flash the image of this checkout, or use the `footfall` \
+        DecodeError::Version { board: 6 }.to_string(),
+        "the board sends records of version 6, this program reads version 5: flash the image of this checkout, or use the `footfall` \
          of the checkout that the board's image was built from"
     );
 }
@@ -208,15 +209,15 @@ fn bytes_that_are_no_record_are_refused_in_words() {
         (&[][..], "record of 0 bytes; allowed are 1 to 297"),
         (
             &[10, 1, 2],
-            "unknown record kind 10 (3 bytes); version 4 has the kinds 0 boot, 1 refused, 2 change, 3 inputs, 4 frame, 5 edge, 6 cost, \
+            "unknown record kind 10 (3 bytes); version 5 has the kinds 0 boot, 1 refused, 2 change, 3 inputs, 4 frame, 5 edge, 6 cost, \
              7 environment, 8 answered, 9 port",
         ),
         (&[0xff], "unknown record kind 255 (1 bytes)"),
-        (&[5, 7], "edge record ends inside a field after 2 bytes; allowed is a whole record of version 4"),
+        (&[5, 7], "edge record ends inside a field after 2 bytes; allowed is a whole record of version 5"),
         (&[0], "boot record ends inside a field after 1 bytes"),
-        (&[5, 7, 5, 2, 0], "edge record of 5 bytes holds a value that no field of version 4 can have"),
+        (&[5, 7, 5, 2, 0], "edge record of 5 bytes holds a value that no field of version 5 can have"),
         (&[2, 7, 8, 0], "change record of 4 bytes holds a value"),
-        (&[2, 7, 5, 22], "change record of 4 bytes holds a value"),
+        (&[2, 7, 5, 29], "change record of 4 bytes holds a value"),
         (&[3, 1, 1, 0, 0, 1, 0x80, 4, 0], "inputs record of 9 bytes holds a value"),
         // Eleven calls.
         (&[&[3, 1, 11][..], &[0; 55]].concat(), "inputs record of 58 bytes holds a value"),

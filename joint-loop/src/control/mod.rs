@@ -1,6 +1,6 @@
 //! Control of one period: tick, supervisor, monitor, fault table, button, trim.
 
-pub(crate) mod button;
+pub mod button;
 pub mod fault_table;
 pub(crate) mod monitor;
 pub mod supervisor;

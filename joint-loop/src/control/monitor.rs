@@ -18,7 +18,6 @@
 //! impossible rates, is reported as open. With several sensors, each tick counts with its worst validity.
 //! [`crate::control::fault_table`] lists validities, times and reactions.
 
-use crate::control::button::Button;
 use crate::control::supervisor::{Cause, Demand};
 use crate::error::{LoopError, inside, ticks};
 use crate::io::board::{BoardFaults, MAX_ELAPSED};
@@ -42,13 +41,11 @@ pub struct MonitorConfig {
     pub fault_gap_s: f32,
     /// Number of overruns of the converter within one second that do not stop the motion; 0 to 100, default 2.
     pub overruns_per_s: u32,
-    /// Time for which the button's level must be stable to be accepted, s; 0.005 to 0.2, default 0.02.
-    pub debounce_s: f32,
 }
 
 impl MonitorConfig {
     /// Sensor required; tolerances of 50 ms (the time within which a broken wire must stop the motion); gaps of 5 and 20 ms;
-    /// 2 overruns per second; 20 ms of debounce, longer than a tactile switch bounces.
+    /// 2 overruns per second.
     pub const DEFAULT: Self = Self {
         sensor_required: true,
         sensor_tolerance_s: 0.05,
@@ -56,7 +53,6 @@ impl MonitorConfig {
         stop_gap_s: 0.005,
         fault_gap_s: 0.02,
         overruns_per_s: 2,
-        debounce_s: 0.02,
     };
 
     /// Checks the fields and converts times to ticks.
@@ -88,14 +84,6 @@ impl MonitorConfig {
             overruns: self.overruns_per_s,
             second: ticks("second", 1.0, 1.0, 1.0, period)?,
         })
-    }
-
-    /// The debounced button.
-    ///
-    /// # Errors
-    /// [`LoopError::OutOfRange`] or [`LoopError::NotFinite`] for `debounce_s`.
-    pub fn button(&self, period: Period) -> Result<Button, LoopError> {
-        Ok(Button::new(ticks("monitor.debounce_s", self.debounce_s, 0.005, 0.2, period)?))
     }
 }
 

@@ -80,7 +80,7 @@ fn the_board_gets_the_options_and_a_loop_of_volts() {
         "{arguments}"
     );
     assert!(
-        arguments.contains(" --secs 7.5 --press 0.5:0.1 --press 2:0.1 --press 5.8:0.1 --hang control_step@3"),
+        arguments.contains(" --secs 7.5 --press 0.5:0.5 --press 2:0.5 --press 5.8:0.5 --hang control_step@3"),
         "{arguments}"
     );
     let volts = bench.text("volts.csv");
@@ -334,7 +334,7 @@ fn another_image_or_another_version_is_refused() {
         (garbage.lines, "does not begin with a frame of this image"),
         (
             version.lines,
-            "the board sends records of version 99, this program reads version 4: flash the image of this checkout",
+            "the board sends records of version 99, this program reads version 5: flash the image of this checkout",
         ),
         (strange, "the virtual board wrote `thread 'main' panicked`"),
     ] {

@@ -449,6 +449,7 @@ const IMAGE_TESTS: [&str; 11] = [
     "board_inputs",
     "board_serial",
     "board_trim",
+    "board_gestures",
     "board_follower",
     "board_records",
     "board_entrainment",
