@@ -315,7 +315,7 @@ fn in_shadow_mode_everything_runs_and_no_pin_moves() {
     let walk = default_trace().looped(1000.0).unwrap();
     let person = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
     let config = person.follower(Joint::LeftHip, person.learned.stride_s);
-    let ran = chain::run(&board, &config, &chain::volts(&person.samples(Joint::LeftHip)), 8.0, true);
+    let ran = chain::run(&board, &config, &chain::volts(&person.samples(Joint::LeftHip)), 8.0, &[ARM]);
     assert_equal(&ran);
     let boot = &ran.boots[0];
     assert!(boot.boot.as_ref().unwrap().shadow && ran.books.shadow);

@@ -87,7 +87,8 @@ pub mod store;
 pub mod tuning;
 
 pub use control::fault_table::{
-    FOLLOWER_BRIDGE_MS, FREEWHEEL_MS, FaultResponse, PARK_MS, Response, SENSOR_TOLERANCE_MS, fault_response,
+    FOLLOWER_BRIDGE_MS, FOLLOWER_LOST_MS, FREEWHEEL_MS, FaultResponse, PARK_MS, Response, SENSOR_TOLERANCE_MS,
+    fault_response,
 };
 pub use control::monitor::MonitorConfig;
 pub use control::supervisor::{Cause, SupervisorState};

@@ -407,7 +407,7 @@ fn a_configuration_error_names_the_field() {
             .expect_err("broken")
             .to_string()
     };
-    let cases: [(&str, Change); 16] = [
+    let cases: [(&str, Change); 17] = [
         ("gate.rate[left_hip] is", |c| c.gate.rate[0].0 = -1.0),
         ("servos.neutral[right_knee] is 2600 us; allowed are 500 to 2500 us", |c| c.servos[3].neutral.0 = 2_600),
         ("gate.range[left_knee] needs a pulse of 2583", |c| c.servos[2].neutral.0 = 1_750),
@@ -421,7 +421,8 @@ fn a_configuration_error_names_the_field() {
         ("blend.ramp_s is 0.4 s; allowed are 0.5 to 30 s", |c| c.blend.ramp_s = 0.4),
         ("blend.stop_s is 31 s", |c| c.blend.stop_s = 31.0),
         ("blend.hurry_s is 0.31 s; allowed are 0.1 to 0.3 s", |c| c.blend.hurry_s = 0.31),
-        ("monitor.sensor_tolerance_s is 1.5 s", |c| c.monitor.sensor_tolerance_s = 1.5),
+        ("monitor.sensor_tolerance_s is 61 s", |c| c.monitor.sensor_tolerance_s = 61.0),
+        ("monitor.stand_s is 0.5 s; allowed are 1 to 3600 s", |c| c.monitor.stand_s = 0.5),
         ("monitor.pose_tolerance_s is not", |c| c.monitor.pose_tolerance_s = f32::INFINITY),
         ("monitor.stop_gap_s is 0.03 s; allowed are 0 to 0.02 s", |c| c.monitor.stop_gap_s = 0.03),
         ("monitor.fault_gap_s is 0.3 s; allowed are 0.001 to 0.1 s", |c| c.monitor.fault_gap_s = 0.3),

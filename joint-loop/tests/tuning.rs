@@ -225,7 +225,7 @@ fn a_change_without_a_phase_boundary_does_not_wait_for_ever() {
     let mut joints = board(Some(follower()));
     run(&mut joints, 100, false);
     run(&mut joints, 400, true);
-    run(&mut joints, 6_020, false);
+    run(&mut joints, 3_020, false);
     assert_eq!(joints.state(), SupervisorState::Walking);
     let asked = joints.frame().tick + 1;
     ask(&mut joints, 1, set("offset_left_hip", 5_000));
@@ -252,7 +252,7 @@ fn the_ramp_is_the_minimum_jerk_profile() {
     let mut joints = board(Some(follower()));
     run(&mut joints, 100, false);
     run(&mut joints, 400, true);
-    run(&mut joints, 6_020, false);
+    run(&mut joints, 3_020, false);
     let at = |joints: &BoardLoop| joints.frame().setpoints[Joint::LeftHip as usize].degrees();
     let first = at(&joints);
     ask(&mut joints, 1, set("offset_left_hip", 10_000));

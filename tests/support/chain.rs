@@ -58,12 +58,12 @@ pub fn volts(degrees: &[f64]) -> Recording {
         .expect("within the calibration")
 }
 
-/// Runs the image with a generator in its parameter sector and these volts for so many seconds; with `arm` it is armed.
+/// Runs the image with a generator in its parameter sector and these volts for so many seconds, with these gestures of the button.
 ///
 /// # Panics
 /// Something was wrong with the run, or the host cannot follow it bit for bit.
 #[must_use]
-pub fn run(board: &Board, config: &GeneratorConfig, volts: &Recording, secs: f64, arm: bool) -> Ran {
+pub fn run(board: &Board, config: &GeneratorConfig, volts: &Recording, secs: f64, presses: &[&str]) -> Ran {
     let folder = tempfile::tempdir().expect("a folder");
     let (feed, sector) = (folder.path().join("volts.csv"), folder.path().join("generator.bin"));
     csv_file::write(&feed, volts).expect("written");
@@ -76,9 +76,7 @@ pub fn run(board: &Board, config: &GeneratorConfig, volts: &Recording, secs: f64
         "--flash".into(),
         format!("{GENERATOR_SECTOR:#010x}={}", sector.display()).into(),
     ];
-    if arm {
-        options.extend(gestures::options([gestures::ARM]));
-    }
+    options.extend(gestures::options(presses));
     let ran = board.run_with(config, options);
     assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (Some(0), 0, 0, 1));
     let books = &ran.books;
@@ -96,14 +94,15 @@ pub fn begun_ms(boot: &Booted) -> usize {
     after.min().unwrap_or(0).saturating_sub(1)
 }
 
-/// Feeds a joint's angles in degrees, one a millisecond from power-on, to the sensor of a board that follows with it, to their end.
+/// Feeds a joint's angles in degrees, one a millisecond from power-on, to the sensor of a board that follows with it, to their end; with `arm` it
+/// is armed.
 ///
 /// # Panics
 /// As [`run`], and where a control period was missed.
 #[must_use]
 pub fn follow(board: &Board, config: &GeneratorConfig, degrees: &[f64], arm: bool) -> Chain {
     let secs = degrees.len() as f64 * 1e-3;
-    let ran = run(board, config, &volts(degrees), secs, arm);
+    let ran = run(board, config, &volts(degrees), secs, if arm { &[gestures::ARM] } else { &[] });
     let boot = &ran.boots[0];
     let mut before = None;
     let ticks = boot.watch(config, |joints| {

@@ -162,11 +162,13 @@ pub enum Cause {
     HoldLong = 23,
     /// The button was pressed too often to arm.
     Presses = 24,
+    /// The person whom the follower follows has stood for longer than tolerated.
+    PersonStands = 25,
 }
 
 impl Cause {
     /// Every cause, in the order of its number.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 26] = [
         Self::None,
         Self::Button,
         Self::SensorOpen,
@@ -192,6 +194,7 @@ impl Cause {
         Self::HoldShort,
         Self::HoldLong,
         Self::Presses,
+        Self::PersonStands,
     ];
 
     /// Name in telemetry.
@@ -223,6 +226,7 @@ impl Cause {
             Self::HoldShort => "hold_short",
             Self::HoldLong => "hold_long",
             Self::Presses => "presses",
+            Self::PersonStands => "person_stands",
         }
     }
 
@@ -462,7 +466,7 @@ mod tests {
             assert_eq!(actions.outputs, ["arming", "walking", "stopping", "trimming"].contains(&state), "{given}");
             checked += 1;
         }
-        assert_eq!(checked, 8 * 25 * 51 * 24);
+        assert_eq!(checked, 8 * 26 * 53 * 24);
     }
 
     #[test]

@@ -10,6 +10,7 @@ use crate::motion::blend::{Blend, Weight};
 use crate::motion::gate::{Gate, GateState, GateStatus};
 use crate::motion::servo::ServoMap;
 use crate::tuning::{Action, Answer, Outcome, Robot, Settings, Source, Tuner};
+use cpg_core::entrainment::Lock;
 use cpg_core::{Follow, Generator};
 use hgod_adc::{Sensor, SensorState, Validity};
 use joint_units::{Joint, Period, PulseMicros, Radians};
@@ -245,6 +246,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             sensors,
             generator_sound: self.sound,
             pose_limited: self.frame.limited.contains(GateStatus::POSE),
+            person_stands: self.generator.follow_status().is_some_and(|status| status.state == Lock::Stopped),
         }
     }
 
