@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use firmware::board::GENERATOR_SECTOR;
 use footfall_tests::board::{Board, Ran};
+use footfall_tests::gestures::ARM;
 use footfall_tests::people::Person;
 use footfall_tests::recordings::{default_trace, default_volts};
 use joint_loop::setup::default_loop::BoardLoop;
@@ -46,7 +47,7 @@ fn run(generator: &GeneratorConfig, secs: f64, supply: &Supply) -> (Ran, Vec<Fra
     let folder = tempfile::tempdir().expect("a folder");
     let sector = folder.path().join("generator.bin");
     std::fs::write(&sector, record_of(generator, &RecordName::BUILT_IN).bytes()).expect("written");
-    let mut options: Vec<OsString> = ["--press", "0.3", "--secs"].map(Into::into).to_vec();
+    let mut options: Vec<OsString> = ["--press", ARM, "--secs"].map(Into::into).to_vec();
     options.extend([secs.to_string().into(), "--volts".into(), volts(folder.path(), secs, supply)]);
     options.extend(["--flash".into(), format!("{:#010x}={}", GENERATOR_SECTOR, sector.display()).into()]);
     let ran = Board::find().run_with(generator, options);

@@ -2,14 +2,15 @@
 //! joints that follow; and what happens when the wire breaks. The same core on the host gives the same bits.
 
 use footfall::board::feed;
-use footfall_tests::board::Board;
+use footfall_tests::board::{Board, Ran};
+use footfall_tests::gestures::{self, ARM};
 use footfall_tests::people::{PEOPLE, people_of};
 use footfall_tests::{chain, recordings};
 use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::ReadOptions;
 use gait_trace::format::open;
 use gait_trace::{Channel, Looped, Quantity, Recording};
-use joint_loop::{BoardGenerator, Frame, GeneratorConfig, SENSORS, SupervisorState};
+use joint_loop::{BoardGenerator, Cause, Frame, GeneratorConfig, SENSORS, SupervisorState};
 use joint_units::{Joint, Radians};
 use std::process::ExitCode;
 use test_suite::{report, tests};
@@ -18,6 +19,8 @@ fn main() -> ExitCode {
     test_suite::run(tests![
         four_joints_follow_one_recorded_hip_or_knee(Image),
         with_a_broken_wire_it_walks_two_seconds_then_stands(Image),
+        a_sensor_that_was_lost_for_long_takes_a_hold_to_walk_again(Image),
+        a_person_who_stands_disarms_it(Image),
         corrections_bring_the_joints_closer(Image, Traces),
     ])
 }
@@ -64,7 +67,7 @@ fn four_joints_follow_one_recorded_hip_or_knee() {
     report!("| sensor | locked at, s | left hip | right hip | left knee | right knee |");
     for sensor in [Joint::LeftHip, Joint::RightHip, Joint::LeftKnee] {
         let config = follower(sensor);
-        let ran = chain::run(&board, &config, &volts(&walk, sensor, 12.0, (0.0, 0.0)), 12.0, true);
+        let ran = chain::run(&board, &config, &volts(&walk, sensor, 12.0, (0.0, 0.0)), 12.0, &[ARM]);
         let following = ran.books.following.unwrap();
         let locked = following.locked_at_s.unwrap();
         assert!(locked < 4.0, "{sensor:?}: locked after {locked} s");
@@ -94,7 +97,7 @@ fn corrections_bring_the_joints_closer() {
         let GeneratorConfig::Follow(follow) = &config else { panic!("not a follower") };
         assert_eq!(follow.corrections.is_none(), !corrections);
         // Refuses a run in which one bit differs from the host's.
-        let ran = chain::run(&board, &config, &feed, secs, true);
+        let ran = chain::run(&board, &config, &feed, secs, &[ARM]);
         let frames = ran.boots[0].replay(&config);
         let begun_ms = chain::begun_ms(&ran.boots[0]);
         Joint::ALL.map(|joint| {
@@ -112,14 +115,71 @@ fn corrections_bring_the_joints_closer() {
     assert!(with[sensor as usize] < 0.5, "{with:?}");
 }
 
+/// The state and its cause from a tick on.
+fn at(frames: &[Frame<SENSORS>], t_s: f64) -> (SupervisorState, Cause) {
+    let frame = frames.iter().find(|frame| f64::from(frame.tick) * 1e-3 >= t_s).expect("a frame");
+    (frame.state, frame.cause)
+}
+
+/// No pulse between these times, and some before and after.
+fn assert_pause(ran: &Ran, from_s: f64, to_s: f64) {
+    let pulses = |least: f64, most: f64| {
+        ran.pulses.iter().filter(|(t_s, us)| (least..most).contains(t_s) && us.iter().any(Option::is_some)).count()
+    };
+    assert_eq!(pulses(from_s, to_s), 0);
+    assert!(pulses(0.0, from_s) > 100 && pulses(to_s, f64::INFINITY) > 20);
+}
+
+fn a_sensor_that_was_lost_for_long_takes_a_hold_to_walk_again() {
+    let board = Board::find();
+    let (walk, sensor) = (walk(), Joint::LeftHip);
+    let config = follower(sensor);
+    let feed = volts(&walk, sensor, 21.0, (6.0, 13.0));
+    let ran = chain::run(&board, &config, &feed, 21.0, &[ARM, &gestures::hold(18.0)]);
+    let frames = ran.boots[0].replay(&config);
+    // A good sample in the last tick before, and the count of 5 s from the first one that is not good.
+    assert_eq!(at(&frames, 10.95), (SupervisorState::Walking, Cause::None));
+    assert_eq!(at(&frames, 11.06), (SupervisorState::Stopping, Cause::SensorOpen));
+    assert_eq!(at(&frames, 11.5), (SupervisorState::Disarmed, Cause::SensorOpen));
+    // It is good from 13 s on: nothing moves until the release at 18.4 s.
+    assert_eq!(at(&frames, 18.3), (SupervisorState::Disarmed, Cause::SensorOpen));
+    assert_pause(&ran, 11.5, 18.4);
+    assert_eq!(at(&frames, 20.9), (SupervisorState::Walking, Cause::None));
+}
+
+fn a_person_who_stands_disarms_it() {
+    let board = Board::find();
+    let (walk, sensor) = (walk(), Joint::LeftHip);
+    let config = follower(sensor);
+    // Walks for 6 s, stands, from 20 s on walks again. A code that never changes would be that of a sensor that sticks.
+    let (period, channel) = (walk.recording.duration_s(), walk.recording.of_joint(sensor).expect("the hip"));
+    let angle = |ms: u32| {
+        let sway = if ms % 2 == 0 { 0.1 } else { 0.0 };
+        let moved_ms = if ms < 6_000 { ms } else { 6_000 + ms.saturating_sub(20_000) };
+        walk.recording.at(channel, f64::from(moved_ms) * 1e-3 % period) + sway
+    };
+    let feed = chain::volts(&(0..27_000).map(angle).collect::<Vec<_>>());
+    let ran = chain::run(&board, &config, &feed, 27.0, &[ARM, &gestures::hold(24.0)]);
+    let frames = ran.boots[0].replay(&config);
+    let disarmed = frames.iter().find(|frame| frame.state == SupervisorState::Stopping).expect("it stops");
+    let t_s = f64::from(disarmed.tick) * 1e-3;
+    report!("stands from 6 s on, disarmed at {t_s:.2} s");
+    assert!((16.0..18.5).contains(&t_s) && disarmed.cause == Cause::PersonStands, "{t_s} s, {:?}", disarmed.cause);
+    // The person walks again, and nothing moves until the release at 24.4 s.
+    assert_eq!(at(&frames, 24.3), (SupervisorState::Disarmed, Cause::PersonStands));
+    assert_pause(&ran, t_s + 0.4, 24.4);
+    assert_eq!(at(&frames, 26.9), (SupervisorState::Walking, Cause::None));
+}
+
 fn with_a_broken_wire_it_walks_two_seconds_then_stands() {
     let board = Board::find();
     let (walk, sensor) = (walk(), Joint::LeftHip);
     let config = follower(sensor);
-    let (lost, mended) = (7.0, 12.0);
-    let ran = chain::run(&board, &config, &volts(&walk, sensor, 20.0, (lost, mended)), 20.0, true);
+    // Less than the 5 s after which it would not walk again.
+    let (lost, mended) = (7.0, 11.8);
+    let ran = chain::run(&board, &config, &volts(&walk, sensor, 20.0, (lost, mended)), 20.0, &[ARM]);
     let frames = ran.boots[0].replay(&config);
-    // Never disarmed, never a fault: the supervisor leaves it to the follower.
+    // Never disarmed, never a fault: for this time the supervisor leaves it to the follower.
     assert!(frames[2_500..].iter().all(|frame| frame.state == SupervisorState::Walking));
 
     // The follower's own account, tick by tick.

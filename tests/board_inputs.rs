@@ -8,6 +8,7 @@ use footfall::board::default_loop::SENSOR_PINS;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::chain;
 use footfall_tests::degraded::Random;
+use footfall_tests::gestures::ARM;
 use footfall_tests::people::Person;
 use footfall_tests::recordings::{default_trace, default_volts_file};
 use gait_trace::format::csv_file;
@@ -87,7 +88,7 @@ fn each_of_four_sensors_has_its_own_calibration() {
     let parameters = Parameters::with_defaults(None, Some(sensors.clone()), RobotConfig::default_biped()).unwrap();
     let feed = folder.path().join("volts.csv");
     csv_file::write(&feed, &volts(&walk, &sensors)).unwrap();
-    let mut options: Vec<OsString> = ["--secs", "5", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
+    let mut options: Vec<OsString> = ["--secs", "5", "--press", ARM, "--loop", "--volts"].map(Into::into).to_vec();
     options.push(feed.into());
     let record = sensor_record::record_of(&sensors, &RecordName::BUILT_IN);
     options.extend(download(SENSORS_SECTOR, record.bytes(), folder.path(), "sensors.bin"));
@@ -129,7 +130,7 @@ fn a_follower_uses_the_channel_of_its_joint() {
     let config = person.follower(Joint::LeftHip, person.learned.stride_s);
     let feed = folder.path().join("volts.csv");
     csv_file::write(&feed, &volts(&walk, &sensors)).unwrap();
-    let mut options: Vec<OsString> = ["--secs", "6", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
+    let mut options: Vec<OsString> = ["--secs", "6", "--press", ARM, "--loop", "--volts"].map(Into::into).to_vec();
     options.push(feed.into());
     let with = |sensors: &JointSensors| {
         let mut options = options.clone();
@@ -193,7 +194,7 @@ fn a_foot_switch_keeps_the_phase_while_the_sensor_is_lost() {
     let off = |events: EventSource| {
         let GeneratorConfig::Follow(follow) = person.follower(Joint::LeftHip, 1.1) else { panic!("not a follower") };
         let config = GeneratorConfig::Follow(FollowConfig { events, ..follow });
-        let mut options: Vec<OsString> = ["--press", "0.3", "--secs", &secs.to_string()].map(Into::into).to_vec();
+        let mut options: Vec<OsString> = ["--press", ARM, "--secs", &secs.to_string()].map(Into::into).to_vec();
         options.extend(["--volts".into(), feed.clone().into()]);
         options.extend(["--edges".into(), format!("PC5={}", strikes.display()).into()]);
         options.extend(download(
@@ -243,7 +244,7 @@ fn a_broken_sensor_sector_keeps_the_outputs_off() {
     for (bytes, words) in
         [(changed.as_slice(), "sensor_record refused: damaged: check sum"), (b"FFWK, not sensors", "begins with FFSN")]
     {
-        let mut options: Vec<OsString> = ["--secs", "0.5", "--press", "0.3"].map(Into::into).to_vec();
+        let mut options: Vec<OsString> = ["--secs", "0.5", "--press", ARM].map(Into::into).to_vec();
         options.extend(download(SENSORS_SECTOR, bytes, folder.path(), "sensors.bin"));
         let ran = board.run(options);
         assert!(ran.boots[0].ticks.is_empty() && ran.end.edges_before_arming == 0);
@@ -270,7 +271,7 @@ fn synchronisation_edges_are_timed_by_the_boards_clock() {
     }
     let file = folder.path().join("edges.csv");
     edges_file(&file, &edges);
-    let mut options: Vec<OsString> = ["--secs", "6", "--press", "0.3", "--loop", "--volts"].map(Into::into).to_vec();
+    let mut options: Vec<OsString> = ["--secs", "6", "--press", ARM, "--loop", "--volts"].map(Into::into).to_vec();
     options.extend([default_volts_file().into(), "--edges".into(), format!("PC6={}", file.display()).into()]);
     let ran = board.run(options);
     assert_equal(&ran);
@@ -314,7 +315,7 @@ fn in_shadow_mode_everything_runs_and_no_pin_moves() {
     let walk = default_trace().looped(1000.0).unwrap();
     let person = Person::of("default", looped(&walk, 12.0), Joint::LeftHip);
     let config = person.follower(Joint::LeftHip, person.learned.stride_s);
-    let ran = chain::run(&board, &config, &chain::volts(&person.samples(Joint::LeftHip)), 8.0, true);
+    let ran = chain::run(&board, &config, &chain::volts(&person.samples(Joint::LeftHip)), 8.0, &[ARM]);
     assert_equal(&ran);
     let boot = &ran.boots[0];
     assert!(boot.boot.as_ref().unwrap().shadow && ran.books.shadow);

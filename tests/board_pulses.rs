@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use firmware::board::f4_discovery::BOARD;
 use footfall_tests::board::{Board, Ran};
+use footfall_tests::gestures::ARM;
 use footfall_tests::recordings::default_volts_file;
 use joint_loop::{Cause, SupervisorState};
 use serde_json::Value;
@@ -37,7 +38,7 @@ const FRAME_S: f64 = 0.02;
 
 /// Options: so many seconds on the default volts, armed at 0.3 s.
 fn options(secs: f64, more: &[&str]) -> Vec<OsString> {
-    let mut options: Vec<OsString> = vec!["--secs".into(), secs.to_string().into(), "--press".into(), "0.3".into()];
+    let mut options: Vec<OsString> = vec!["--secs".into(), secs.to_string().into(), "--press".into(), ARM.into()];
     options.extend(["--loop".into(), "--volts".into(), default_volts_file().into()]);
     options.extend(more.iter().map(Into::into));
     options

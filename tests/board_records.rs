@@ -4,6 +4,7 @@
 use footfall::board::image::Image;
 use footfall::board::lines::{self, BoardLine};
 use footfall_tests::board::Board;
+use footfall_tests::gestures::ARM;
 use footfall_tests::host::Host;
 use footfall_tests::recordings::default_volts_file;
 use generator_file::file::{GeneratorFile, GeneratorSet};
@@ -208,7 +209,7 @@ fn what_was_tuned_becomes_the_record() {
     std::fs::write(connected.at("walk.toml"), file.to_toml()).unwrap();
     let [walk, out] = ["walk.toml", "tuned.toml"].map(|name| connected.at(name).display().to_string());
     let walks: [OsString; 5] =
-        ["--volts".into(), default_volts_file().into(), "--loop".into(), "--press".into(), "0.3".into()];
+        ["--volts".into(), default_volts_file().into(), "--loop".into(), "--press".into(), ARM.into()];
     let ran = Board::find().run_with_host(walks, |path, _| {
         let port = path.display().to_string();
         let save = || connected.xtask(&format!("board save {walk} --serial {port} --out {out} --force"));
@@ -254,7 +255,7 @@ esac
 fn a_board_is_watched_and_recorded_behind_probe_rs() {
     let connected = Connected::by("probe-rs", ATTACH_STAND_IN, &[]);
     let image = Image::read(&PathBuf::from(std::env::var_os("FOOTFALL_ELF").expect("the image"))).expect("an image");
-    let ran = Board::find().run(["--secs", "3", "--press", "0.3"]);
+    let ran = Board::find().run(["--secs", "3", "--press", ARM]);
     let mut decoder = image.decoder();
     for line in ran.output.lines() {
         if let BoardLine::Rtt { bytes, .. } = lines::parse(line).expect("a line") {

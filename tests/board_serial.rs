@@ -4,6 +4,7 @@
 use footfall::board::lines::{self, BoardLine};
 use footfall_tests::board::Board;
 use footfall_tests::degraded::Random;
+use footfall_tests::gestures::{self, ARM};
 use footfall_tests::host::Host;
 use footfall_tests::recordings::default_volts_file;
 use generator_file::file::GeneratorFile;
@@ -35,7 +36,7 @@ fn main() -> ExitCode {
 /// Changes in a run; `FOOTFALL_REQUESTS` sets another number.
 const REQUESTS: u16 = 25;
 
-/// Options of a board whose sensor is moved by a recorded walk, and whose button is pressed once.
+/// Options of a board whose sensor is moved by a recorded walk, and whose button is pressed once, with this value of `--press`.
 fn walks(press: &str) -> [OsString; 5] {
     ["--volts".into(), default_volts_file().into(), "--loop".into(), "--press".into(), press.into()]
 }
@@ -53,7 +54,7 @@ fn any_set(random: &mut Random) -> Action {
 fn changes_at_random_phases_take_effect_as_acknowledged() {
     let requests = std::env::var("FOOTFALL_REQUESTS").map_or(REQUESTS, |text| text.parse().expect("a number"));
     let (send, receive) = channel();
-    let ran = Board::find().run_with_host(walks("0.3"), move |path, _| {
+    let ran = Board::find().run_with_host(walks(ARM), move |path, _| {
         let mut host = Host::open(&path);
         let mut random = Random(7);
         host.until("walking", |host| host.state == SupervisorState::Walking);
@@ -101,7 +102,7 @@ fn changes_at_random_phases_take_effect_as_acknowledged() {
 
 fn malformed_frames_are_counted_and_change_nothing() {
     let (send, receive) = channel();
-    let ran = Board::find().run_with_host(walks("0.3"), move |path, _| {
+    let ran = Board::find().run_with_host(walks(ARM), move |path, _| {
         let mut line = File::options().write(true).open(&path).expect("the board's port");
         let mut host = Host::open(&path);
         let mut random = Random(3);
@@ -135,7 +136,7 @@ fn malformed_frames_are_counted_and_change_nothing() {
 }
 
 fn no_request_arms_and_one_stops() {
-    let ran = Board::find().run_with_host(walks("6"), move |path, _| {
+    let ran = Board::find().run_with_host(walks(&gestures::hold(6.0)), move |path, _| {
         let mut host = Host::open(&path);
         host.until("disarmed", |host| host.state == SupervisorState::Disarmed);
         for (number, parameter) in (1..).zip(Parameter::ALL) {
@@ -147,12 +148,12 @@ fn no_request_arms_and_one_stops() {
             host.wait(20);
         }
         assert_eq!(host.state, SupervisorState::Disarmed);
-        // Back to the defaults: from here on the press of the button arms.
+        // Back to the defaults: from here on the hold of the button arms.
         for (number, parameter) in (200..).zip(Parameter::ALL) {
             host.ask(number, Action::Set { parameter, thousandths: parameter.range()[2] });
             host.wait(20);
         }
-        assert!(host.tick < 6_000, "before the press");
+        assert!(host.tick < 6_000, "before the hold");
         host.until("walking", |host| host.state == SupervisorState::Walking);
         host.ask(300, Action::Stop);
         host.until("disarmed again", |host| host.state == SupervisorState::Disarmed);
@@ -161,7 +162,7 @@ fn no_request_arms_and_one_stops() {
     });
     ran.assert_sound();
     assert_eq!(ran.end.edges_before_arming, 0);
-    // No pulse but between the press and the end of the short ramp.
+    // No pulse but between the release and the end of the short ramp.
     let first = ran.pulses.iter().find(|(_, us)| us.iter().any(Option::is_some)).expect("pulses");
     assert!(first.0 > 6.0, "{first:?}");
     let stop = ran.boots[0].calls.iter().rev().find(|(_, call)| call.request.is_some()).expect("a stop").0;
@@ -177,7 +178,7 @@ fn the_commands_of_footfall_use_the_port() {
         ["walk.toml", "read.toml", "given.toml"].map(|name| folder.path().join(name).display().to_string());
     let file = GeneratorFile::default_of("phase-coupled").expect("a generator file");
     std::fs::write(&default, file.to_toml()).expect("written");
-    let ran = Board::find().run_with_host(walks("0.3"), |path, _| {
+    let ran = Board::find().run_with_host(walks(ARM), |path, _| {
         let port = path.display().to_string();
         Host::open(&path).until("walking", |host| host.state == SupervisorState::Walking);
         let call = |words: &[&str]| {
@@ -235,7 +236,7 @@ fn the_commands_of_footfall_use_the_port() {
 fn keys_of_the_live_screen_change_the_board_and_none_arms() {
     let (send, receive) = channel();
     let program = std::env::var("FOOTFALL_BIN").expect("FOOTFALL_BIN");
-    let ran = Board::find().run_with_host(walks("0.3"), move |path, _| {
+    let ran = Board::find().run_with_host(walks(ARM), move |path, _| {
         let line = format!("{program} watch --serial {}", path.display());
         let mut terminal = Terminal::run(&line, 120, 40);
         let _ = terminal.sees(" walking ");
@@ -300,7 +301,7 @@ fn keys_tune_the_virtual_board_that_is_watched() {
 
 /// The bytes that OpenOCD's or J-Link's server would pass on, from a server that plays them, cut anywhere.
 fn the_raw_log_is_watched_through_a_server() {
-    let ran = Board::find().run(["--secs", "3", "--press", "0.3"]);
+    let ran = Board::find().run(["--secs", "3", "--press", ARM]);
     let mut log = Vec::new();
     for line in ran.output.lines() {
         if let BoardLine::Rtt { bytes, .. } = lines::parse(line).expect("a line") {

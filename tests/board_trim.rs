@@ -17,7 +17,7 @@ use test_suite::{report, tests};
 fn main() -> ExitCode {
     test_suite::run(tests![
         a_servo_is_trimmed_through_the_port(Image, Program),
-        a_lamp_shows_that_a_press_would_trim(Image),
+        a_lamp_shows_that_the_button_would_trim(Image),
     ])
 }
 
@@ -37,7 +37,7 @@ fn ends_within(mut child: Child, longest: Duration) -> JoinHandle<ExitStatus> {
     })
 }
 
-/// The program as a user runs it: a line each on standard input, and a press of the button when it asks for one.
+/// The program as a user runs it: a line each on standard input, and a hold of the button when it asks for one.
 fn a_servo_is_trimmed_through_the_port() {
     let folder = tempfile::tempdir().expect("a folder");
     let [robot, out] = ["robot.toml", "trimmed.toml"].map(|name| folder.path().join(name));
@@ -68,10 +68,10 @@ fn a_servo_is_trimmed_through_the_port() {
         let (mut answers, printed) = (child.stdin.take().expect("piped"), child.stdout.take().expect("piped"));
         let ended = ends_within(child, Duration::from_secs(120));
         let mut all = String::new();
-        while !all.contains("press the board's button") {
+        while !all.contains("hold the board's button") {
             assert!(said.read_line(&mut all).expect("text") > 0, "{all}");
         }
-        button.press();
+        button.hold();
         let lines = b"=1460\nangle 0\n=1360\nangle 10\ndone\n";
         answers.write_all(lines).expect("taken");
         said.read_to_string(&mut all).expect("text");
@@ -108,7 +108,7 @@ fn a_servo_is_trimmed_through_the_port() {
     report!("{} pulse sets of a trim, {} replayed ticks equal", pulses.len(), ran.books.calls);
 }
 
-fn a_lamp_shows_that_a_press_would_trim() {
+fn a_lamp_shows_that_the_button_would_trim() {
     let folder = tempfile::tempdir().expect("a folder");
     let lamp = folder.path().join("lamp.csv");
     let lamp_pin = format!("{}={}", BOARD.led_pulses.expect("a lamp"), lamp.display());

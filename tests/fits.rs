@@ -2,6 +2,7 @@
 
 use firmware::board::GENERATOR_SECTOR;
 use footfall_tests::board::{Board, Ran};
+use footfall_tests::gestures::ARM;
 use footfall_tests::recordings::{self, default_volts_file};
 use gait_fit::fit::{Fit, Settings, Source, fit};
 use gait_fit::judge::HeldOut;
@@ -130,7 +131,7 @@ fn on_the_board(board: &Board, config: &GeneratorConfig, secs: f64) -> Ran {
     let sector = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(sector.path(), record_of(config, &RecordName::BUILT_IN).bytes()).unwrap();
     let mut options: Vec<OsString> = vec!["--secs".into(), secs.to_string().into(), "--volts".into()];
-    options.extend([default_volts_file().into(), "--loop".into(), "--press".into(), "0.3".into(), "--flash".into()]);
+    options.extend([default_volts_file().into(), "--loop".into(), "--press".into(), ARM.into(), "--flash".into()]);
     options.push(format!("{GENERATOR_SECTOR:#010x}={}", sector.path().display()).into());
     board.run_with(config, options)
 }

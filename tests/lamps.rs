@@ -4,6 +4,7 @@ use firmware::board::f4_discovery::BOARD;
 use firmware::board::{GENERATOR_SECTOR, Pin, ROBOT_SECTOR, SENSORS_SECTOR};
 use firmware::lamp::{Lamp, Shown};
 use footfall_tests::board::{Board, Ran};
+use footfall_tests::gestures::ARM;
 use footfall_tests::recordings::default_volts_file;
 use generator_file::file::GeneratorFile;
 use joint_loop::setup::default_loop::Parameters;
@@ -86,20 +87,20 @@ fn disarmed_and_armed_boards_show_it() {
     let board = Board::find();
     let (lamps, _) = run(&board, 5.0, &[]);
     lamps.assert_shown(Shown::Disarmed, 200);
-    let (lamps, ran) = run(&board, 4.0, &["--press", "0.3"]);
+    let (lamps, ran) = run(&board, 4.0, &["--press", ARM]);
     lamps.assert_shown(Shown::Armed, 500);
     assert!(!ran.pulses.is_empty());
 }
 
 fn shadow_mode_shows_it() {
-    let (lamps, ran) = run(&Board::shadow(), 5.0, &["--press", "0.3"]);
+    let (lamps, ran) = run(&Board::shadow(), 5.0, &["--press", ARM]);
     lamps.assert_shown(Shown::Shadow, 500);
     assert!(ran.pulses.is_empty());
 }
 
 fn a_fault_shows_it() {
     // A closed e-stop.
-    let (lamps, ran) = run(&Board::find(), 5.0, &["--press", "0.3", "--level", "PB12=1"]);
+    let (lamps, ran) = run(&Board::find(), 5.0, &["--press", ARM, "--level", "PB12=1"]);
     lamps.assert_shown(Shown::Fault, 200);
     assert!(ran.pulses.is_empty());
 }

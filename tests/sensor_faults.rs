@@ -13,6 +13,7 @@ use footfall::board::feed;
 use footfall_tests::board::{Board, Ran};
 use footfall_tests::degraded::Random;
 use footfall_tests::faults::{Fault, Knee, LSB, Rig, SUPPLY, table};
+use footfall_tests::gestures::ARMED_S;
 use footfall_tests::recordings::{default_trace, default_traces_folder, package};
 use gait_fit::fit::{Settings, Source, fit};
 use gait_trace::ReadOptions;
@@ -44,8 +45,8 @@ fn main() -> ExitCode {
 /// Phases of the stride at which a fault begins.
 const PHASES: u32 = 24;
 
-/// Walking from here on: pressed at 0.3 s, 20 ms of debounce, 2 s of ramp.
-const WALKING_S: f64 = 2.35;
+/// Walking from here on: 2 s of ramp after the arming.
+const WALKING_S: f64 = ARMED_S + 2.05;
 
 /// What a run came to.
 #[derive(Debug, Clone, Copy)]

@@ -6,6 +6,7 @@ use firmware::board::{GENERATOR_SECTOR, ROBOT_SECTOR, SECTOR_BYTES};
 use footfall::board::default_loop::SENSOR_JOINT;
 use footfall::command::sync::{coded, edges};
 use footfall_tests::board::{Board, Booted, Ran};
+use footfall_tests::gestures::{self, ARM};
 use footfall_tests::recordings::default_volts_file;
 use generator_file::file::{GeneratorFile, GeneratorSet};
 use hgod_adc::{OVERSAMPLING, SensorState, trimmed_mean};
@@ -61,13 +62,11 @@ const LATEST_RAIL_US: f64 = 10.0;
 /// Latest moment at which the outputs are disarmed after that: the end of the longest pulse.
 const LATEST_DARK_US: f64 = 2_600.0;
 
-/// Options: so many seconds on the default volts, the button pressed at these times.
-fn options(secs: f64, presses: &[f64], more: &[&str]) -> Vec<OsString> {
+/// Options: so many seconds on the default volts, with these gestures of the button.
+fn options(secs: f64, presses: &[&str], more: &[&str]) -> Vec<OsString> {
     let mut options: Vec<OsString> = vec!["--secs".into(), secs.to_string().into()];
     options.extend(["--volts".into(), default_volts_file().into(), "--loop".into()]);
-    for press in presses {
-        options.extend(["--press".into(), press.to_string().into()]);
-    }
+    options.extend(gestures::options(presses));
     options.extend(more.iter().map(Into::into));
     options
 }
@@ -87,7 +86,7 @@ fn only(ran: &Ran) -> &Booted {
 
 /// Arms at 0.3 s, walks for more than 10 s, comes to rest, and stays dark for half a second.
 fn ten_seconds(board: &Board) -> Ran {
-    board.run(options(14.8, &[0.3, 12.9], &[]))
+    board.run(options(14.8, &[ARM, &gestures::stop(12.9)], &[]))
 }
 
 fn ten_seconds_of_walking() {
@@ -143,7 +142,7 @@ fn ten_seconds_of_walking() {
 
 fn two_runs_are_bit_identical() {
     let board = Board::find();
-    let [one, two] = [(); 2].map(|()| board.run(options(4.0, &[0.3], &[])));
+    let [one, two] = [(); 2].map(|()| board.run(options(4.0, &[ARM], &[])));
     assert!(one.output.lines().count() > 400);
     assert!(one.output == two.output, "the second run is another one");
 }
@@ -200,7 +199,7 @@ fn logged_codes_are_those_of_the_converter() {
     let board = Board::find();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("conversions.csv");
-    let mut options = options(2.0, &[0.3], &[]);
+    let mut options = options(2.0, &[ARM], &[]);
     options.extend(["--record-conversions".into(), file.clone().into()]);
     let ran = board.run(options);
     let text = std::fs::read_to_string(file).unwrap();
@@ -239,13 +238,13 @@ fn logged_codes_are_those_of_the_converter() {
 /// The converter's model makes a single conversion wrong or lost; the ticks go on, and each loss is a fault of one tick.
 fn a_lost_conversion_is_a_fault_of_one_tick() {
     let board = Board::find();
-    let undisturbed = board.run(options(6.0, &[0.3], &[]));
+    let undisturbed = board.run(options(6.0, &[ARM], &[]));
     let ticks = only(&undisturbed).calls.last().unwrap().0;
     for option in ["--adc-overrun", "--dma-error"] {
         // Anywhere in the millisecond: between scans, in a scan, before and after the tick.
         let times = ["2", "2.60001", "3.20026", "3.80028", "4.40051", "5.00079"];
         let more: Vec<&str> = times.into_iter().flat_map(|time| [option, time]).collect();
-        let ran = board.run(options(6.0, &[0.3], &more));
+        let ran = board.run(options(6.0, &[ARM], &more));
         assert_regular(&ran);
         assert_eq!(ran.end.injections.len(), times.len());
         let boot = only(&ran);
@@ -367,7 +366,7 @@ fn a_task_that_hangs_is_reset_and_boots_disarmed() {
         // The ends of what the data sheet allows for the watchdog's oscillator: the slowest resets last, the fastest first.
         for lsi in ["17000", "32000", "47000"] {
             let hang = format!("{task}@3");
-            let ran = board.run(options(3.6, &[0.3], &["--hang", &hang, "--lsi-hz", lsi]));
+            let ran = board.run(options(3.6, &[ARM], &["--hang", &hang, "--lsi-hz", lsi]));
             let reaction = reaction(&ran);
             let [dark, reset] = ["disarmed_us", "reset_us"].map(|key| number(reaction, key));
             report!("{task} hangs, LSI {lsi} Hz: outputs off after {dark} us, reset after {reset} us");
@@ -387,7 +386,7 @@ fn a_task_that_hangs_is_reset_and_boots_disarmed() {
 /// No sample comes any more: the control task stands still, the log and its time stamps go on until the watchdog task resets the board.
 fn time_stamps_go_on_while_the_control_task_stands_still() {
     let board = Board::find();
-    let ran = board.run(options(3.6, &[0.3], &["--trigger-stop", "3"]));
+    let ran = board.run(options(3.6, &[ARM], &["--trigger-stop", "3"]));
     assert_boots_disarmed(&ran);
     let before = &ran.boots[0];
     let last = before.ticks[before.ticks.len() - 1];
@@ -412,7 +411,7 @@ fn a_panic_or_a_fault_switches_the_supply_off_first() {
         ("--fault", "telemetry_step@3", "hard_fault"),
         ("--fault", "sensor_step@3", "hard_fault"),
     ] {
-        let ran = board.run(options(3.6, &[0.3], &[option, value]));
+        let ran = board.run(options(3.6, &[ARM], &[option, value]));
         let reaction = reaction(&ran);
         let [rail, dark, low] = ["rail_us", "disarmed_us", "low_us"].map(|key| number(reaction, key));
         report!(
@@ -444,7 +443,7 @@ fn an_open_wire_stops_the_walk_and_is_named() {
     text += "4.0,0\n";
     std::fs::write(&file, text).unwrap();
     let arguments: [OsString; 6] =
-        ["--secs".into(), "6".into(), "--press".into(), "0.3".into(), "--volts".into(), file.into()];
+        ["--secs".into(), "6".into(), "--press".into(), ARM.into(), "--volts".into(), file.into()];
     let ran = board.run(arguments);
     assert_regular(&ran);
     let boot = only(&ran);
@@ -487,7 +486,7 @@ fn the_board_runs_the_generator_of_its_parameter_sector() {
         let config = file.set.config();
         let record = record_of(&config, &RecordName::new("normal walk").unwrap());
         let (_file, download) = sector(record.bytes());
-        let ran = board.run_with(&config, options(6.0, &[0.3], &["--flash", &download]));
+        let ran = board.run_with(&config, options(6.0, &[ARM], &["--flash", &download]));
         assert_regular(&ran);
         // The boot line has the name and the check sum.
         let line = format!("generator \"normal walk\" {:08x}", record.crc());
@@ -518,7 +517,7 @@ fn a_broken_parameter_sector_keeps_the_outputs_off() {
         (&almost_erased, "damaged: not all erased"),
     ] {
         let (_file, download) = sector(bytes);
-        let ran = board.run(options(1.5, &[0.3], &["--flash", &download]));
+        let ran = board.run(options(1.5, &[ARM], &["--flash", &download]));
         assert!(ran.boots[0].log.iter().any(|line| line.contains(words)), "{words}: {:?}", ran.boots[0].log);
         assert!(ran.pulses.is_empty() && ran.boots[0].ticks.is_empty(), "{words}");
         assert_eq!((ran.end.edges_before_arming, ran.end.edges_after_disarming), (0, 0), "{words}");
@@ -540,7 +539,7 @@ fn the_board_runs_the_robot_of_its_record() {
     let parameters = Parameters::with_defaults(None, None, robot).unwrap();
     let record = robot_record::record_of(&robot, &RecordName::new("other robot").unwrap());
     let (_file, download) = sector_at(ROBOT_SECTOR, record.bytes());
-    let ran = board.run_as(&parameters, options(6.0, &[0.3], &["--flash", &download]));
+    let ran = board.run_as(&parameters, options(6.0, &[ARM], &["--flash", &download]));
     assert_regular(&ran);
     let boot = only(&ran);
     let words = boot.boot.as_ref().unwrap();
@@ -597,7 +596,7 @@ fn without_a_whole_robot_record_the_outputs_stay_off() {
         (record(far).bytes(), "robot_record refused: gate.range[right_hip] needs a pulse of"),
     ] {
         let (_file, download) = sector_at(ROBOT_SECTOR, bytes);
-        let ran = board.run(options(1.0, &[0.3], &["--flash", &download]));
+        let ran = board.run(options(1.0, &[ARM], &["--flash", &download]));
         assert!(ran.boots[0].log.iter().any(|line| line.contains(words)), "{words}: {:?}", ran.boots[0].log);
         assert!(ran.pulses.is_empty() && ran.boots[0].ticks.is_empty(), "{words}");
         assert_eq!((ran.end.edges_before_arming, ran.end.edges_after_disarming), (0, 0), "{words}");
@@ -607,10 +606,10 @@ fn without_a_whole_robot_record_the_outputs_stay_off() {
 /// A debugger that attached, asked for a log that waits, and then reads nothing: the tick must not notice.
 fn a_stalled_reader_of_the_log_delays_no_tick() {
     let board = Board::find();
-    let ran = board.run(options(5.0, &[0.3], &["--rtt-mode", "2", "--no-drain"]));
+    let ran = board.run(options(5.0, &[ARM], &["--rtt-mode", "2", "--no-drain"]));
     assert_regular(&ran);
     assert_eq!(ran.boots.len(), 1);
-    let drained = board.run(options(5.0, &[0.3], &[]));
+    let drained = board.run(options(5.0, &[ARM], &[]));
     let times = |ran: &Ran| ran.pulses.iter().map(|(_, us)| *us).collect::<Vec<_>>();
     assert!(ran.pulses.len() > 220);
     assert_eq!(times(&ran), times(&drained), "the same pulses, whether anyone reads the log or not");

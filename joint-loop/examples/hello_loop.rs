@@ -13,8 +13,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut joints = config.build(Period::MILLISECOND, walk, [])?;
 
     for tick in 0..6_000 {
-        // Two presses of 100 ms: the first arms, the second stops.
-        let button = (500..600).contains(&tick) || (4_500..4_600).contains(&tick);
+        // The release after a hold of 0.5 s arms, the second press stops at once.
+        let button = (100..600).contains(&tick) || (4_500..4_600).contains(&tick);
         let command = joints.tick(&Sample { button, ..Sample::default() });
         if tick % 250 == 0 {
             let knee = joints.frame().setpoints[Joint::LeftKnee as usize].degrees();

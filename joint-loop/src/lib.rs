@@ -3,7 +3,7 @@
 //! [`JointLoop::tick`] is a pure function of the loop's state and the [`Sample`]: it has no clock and no I/O, allocates nothing
 //! and cannot panic. Firmware, host replay and tests call the same function, and the same inputs give the same bits. The gate
 //! limits every setpoint, for any output of generator and sensor. Pulses exist only in the three moving states of the
-//! supervisor, and only a press of the button starts a motion: a request of a host can stop it, not start it.
+//! supervisor, and only a deliberate hold of the button starts a motion: a request of a host can stop it, not start it.
 //!
 //! | module | contents |
 //! |---|---|
@@ -35,8 +35,11 @@
 //! }
 //! assert_eq!(joints.state(), SupervisorState::Disarmed);
 //!
-//! // A press (debounced, 20 ms) arms. The first pulses are those of the park pose: hips at 0 degrees, knees at 5.
-//! let first = (0..25).find_map(|_| joints.tick(&pressed).pulses).expect("armed");
+//! // The release after a hold of 0.5 s arms (debounced, 20 ms). The first pulses are those of the park pose: hips at 0 degrees, knees at 5.
+//! for _ in 0..500 {
+//!     assert_eq!(joints.tick(&pressed).pulses, None);
+//! }
+//! let first = (0..25).find_map(|_| joints.tick(&idle).pulses).expect("armed");
 //! assert_eq!(first.map(|pulse| pulse.0), [1500, 1500, 1056, 1944]);
 //!
 //! // Ramp for 2 s, walk for 2 s. The gate does not limit the default walk.
@@ -50,7 +53,7 @@
 //! assert_eq!(joints.state(), SupervisorState::Walking);
 //! assert!((60.0..63.0).contains(&widest), "{widest}");
 //!
-//! // A second press ramps to the park pose in one second and then switches the outputs off.
+//! // A second press stops at once: it ramps to the park pose in one second and then switches the outputs off.
 //! for _ in 0..25 {
 //!     joints.tick(&pressed);
 //! }
@@ -84,7 +87,8 @@ pub mod store;
 pub mod tuning;
 
 pub use control::fault_table::{
-    FOLLOWER_BRIDGE_MS, FREEWHEEL_MS, FaultResponse, PARK_MS, Response, SENSOR_TOLERANCE_MS, fault_response,
+    FOLLOWER_BRIDGE_MS, FOLLOWER_LOST_MS, FREEWHEEL_MS, FaultResponse, PARK_MS, Response, SENSOR_TOLERANCE_MS,
+    fault_response,
 };
 pub use control::monitor::MonitorConfig;
 pub use control::supervisor::{Cause, SupervisorState};

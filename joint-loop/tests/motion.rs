@@ -6,7 +6,7 @@ use cpg_core::gait::default_walk::default_walk;
 use cpg_core::{Follow, Generator, Unguided};
 use joint_loop::{Cause, GateStatus, JointLoop, LoopConfig, SupervisorState};
 use joint_units::{Period, PulseMicros, Radians};
-use support::{Puppet, default_loop, good, idle, press, puppet, reach};
+use support::{Puppet, default_loop, good, hold, idle, puppet, reach};
 
 const PARK: [Radians; 4] = [Radians(0.0), Radians(0.0), Radians::from_degrees(5.0), Radians::from_degrees(5.0)];
 const PARK_PULSES: [PulseMicros; 4] = [PulseMicros(1500), PulseMicros(1500), PulseMicros(1056), PulseMicros(1944)];
@@ -44,13 +44,13 @@ impl Course {
 }
 
 #[test]
-fn the_first_pulses_are_the_park_pose_and_come_with_the_press() {
+fn the_first_pulses_are_the_park_pose_and_come_with_the_release() {
     let mut joints = reach(&default_loop(), SupervisorState::Disarmed);
-    for tick in 0..19 {
-        let command = joints.tick(&joint_loop::Sample { button: true, ..good(tick) });
+    for tick in 0..419 {
+        let command = joints.tick(&joint_loop::Sample { button: tick < 400, ..good(tick) });
         assert_eq!(command.pulses, None, "not before the button is stable");
     }
-    let command = joints.tick(&joint_loop::Sample { button: true, ..good(19) });
+    let command = joints.tick(&good(419));
     assert_eq!(command.pulses, Some(PARK_PULSES));
     assert_eq!((joints.state(), joints.frame().setpoints), (SupervisorState::Arming, PARK));
 }
@@ -63,7 +63,7 @@ fn the_default_walk_passes_the_gate_unchanged() {
     for start in (0..1_100).step_by(20) {
         let mut joints = default_loop();
         idle(&mut joints, 20 + start);
-        press(&mut joints);
+        hold(&mut joints);
         let mut course = Course::at_rest(PARK);
         course.follow(&joints);
         for tick in 0..13_000 {
@@ -97,13 +97,12 @@ fn the_default_walk_passes_the_gate_unchanged() {
 #[test]
 fn a_stop_is_smooth_from_every_tick() {
     let mut joints = reach(&default_loop(), SupervisorState::Disarmed);
-    press(&mut joints);
+    hold(&mut joints);
     let mut course = Course::at_rest(PARK);
     for tick in 0..4_000 {
         joints.tick(&good(tick));
         course.follow(&joints);
-        // The button must be released before a second press.
-        if tick < 40 || (tick > 2_100 && tick % 7 != 0) {
+        if tick > 2_100 && tick % 7 != 0 {
             continue;
         }
         let (mut stopping, mut stop) = (joints.clone(), Course { ..course });
@@ -133,7 +132,7 @@ fn a_stop_is_smooth_from_every_tick() {
 #[test]
 fn a_hurried_stop_is_smooth_from_every_tick() {
     let mut joints = reach(&default_loop(), SupervisorState::Disarmed);
-    press(&mut joints);
+    hold(&mut joints);
     let mut course = Course::at_rest(PARK);
     let (mut rate, mut acceleration) = (0.0_f64, 0.0_f64);
     for tick in 0..3_600 {
@@ -175,7 +174,7 @@ fn a_jumping_generator_is_bounded() {
             )
             .expect("valid");
         idle(&mut joints, 40);
-        press(&mut joints);
+        hold(&mut joints);
         let mut course = Course::at_rest(PARK);
         course.follow(&joints);
         for tick in 0..10_000 {
@@ -253,13 +252,13 @@ fn the_motion_does_not_depend_on_the_period() {
             }
         };
         run(40, false);
-        run(20, true);
-        run(1_400, false);
+        run(400, true);
+        run(1_420, false);
         assert_eq!((joints.state(), joints.frame().limited_ticks), (SupervisorState::Arming, 0));
         poses.push(joints.frame().setpoints.map(Radians::degrees));
     }
     for joint in 0..4 {
-        // The press is accepted up to one tick earlier or later: 0.2 degrees per millisecond at 200 deg/s.
+        // The release is accepted up to one tick earlier or later: 0.2 degrees per millisecond at 200 deg/s.
         assert!((poses[0][joint] - poses[1][joint]).abs() < 0.3, "{poses:?}");
         assert!((poses[2][joint] - poses[1][joint]).abs() < 0.6, "{poses:?}");
     }

@@ -6,7 +6,7 @@ use cpg_core::{Field, StateFault};
 use hgod_adc::{ReferenceConfig, Validity};
 use joint_loop::{BoardFaults, Cause, Command, LoopConfig, PARK_MS, Response, Sample, SupervisorState, fault_response};
 use joint_units::{AdcCode, Period, Radians};
-use support::{Puppet, default_loop, default_loop_with, fault, good, idle, press, puppet, reach, run, sensor};
+use support::{Puppet, default_loop, default_loop_with, fault, good, hold, idle, puppet, reach, run, sensor};
 
 type Change = fn(&mut LoopConfig);
 
@@ -35,17 +35,22 @@ fn a_board_fault_switches_off_in_its_tick_and_is_latched() {
                 "{state:?}"
             );
 
-            // Latched after the fault has ended; a press while it lasts has no effect.
+            // Latched after the fault has ended; a hold while it lasts has no effect, nor has a short press.
             assert_eq!(idle(&mut joints, 10_000), Command::OFF);
-            let held = run(&mut joints, 40, |s| Sample { button: true, faults: bit, ..s });
-            assert_eq!((held, joints.state()), (Command::OFF, SupervisorState::Fault));
-            idle(&mut joints, 40);
+            for (held, last) in [(400, true), (40, false)] {
+                for (ticks, button) in [(held, true), (40, false)] {
+                    let faults = if last { bit } else { BoardFaults::NONE };
+                    let command = run(&mut joints, ticks, |s| Sample { button, faults, ..s });
+                    assert_eq!((command, joints.state()), (Command::OFF, SupervisorState::Fault));
+                }
+            }
+            idle(&mut joints, 10_000);
 
-            // One press acknowledges, the next one arms.
-            assert_eq!(press(&mut joints), Command::OFF);
+            // One hold acknowledges, the next one arms.
+            assert_eq!(hold(&mut joints), Command::OFF);
             assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, cause));
             assert_eq!(idle(&mut joints, 10_000), Command::OFF);
-            assert!(press(&mut joints).pulses.is_some());
+            assert!(hold(&mut joints).pulses.is_some());
             assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Arming, Cause::None));
         }
     }
@@ -79,12 +84,14 @@ fn a_sensor_may_be_bad_for_50_ms_at_most() {
         let mut joints = joints.clone();
         let command = run(&mut joints, 50 + 303, |s| Sample { codes: [support::OPEN], ..s });
         assert_eq!((joints.state(), command), (SupervisorState::Disarmed, Command::OFF));
-        // It does not move again by itself, nor by a press while the wire is open. The frame has the cause.
-        run(&mut joints, 40, |s| Sample { codes: [support::OPEN], button: true, ..s });
+        // It does not move again by itself, nor by a hold while the wire is open. The frame has the cause.
+        for (ticks, button) in [(400, true), (40, false)] {
+            run(&mut joints, ticks, |s| Sample { codes: [support::OPEN], button, ..s });
+        }
         assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, Cause::SensorOpen));
-        idle(&mut joints, 1_000);
+        idle(&mut joints, 5_000);
         assert_eq!(joints.state(), SupervisorState::Disarmed);
-        press(&mut joints);
+        hold(&mut joints);
         assert_eq!(joints.state(), SupervisorState::Arming);
     }
 }
@@ -198,14 +205,14 @@ fn a_fault_within_the_tolerance_does_not_change_the_motion() {
 
 /// At rest there is no tolerance, and the frame has the cause.
 #[test]
-fn a_press_does_not_arm_unless_the_sensor_is_good() {
+fn a_hold_does_not_arm_unless_the_sensor_is_good() {
     for validity in Validity::ALL {
         let Some(is) = fault_response(validity) else { continue };
         let mut joints = correct_in(SupervisorState::Disarmed, validity);
         let classified = u32::from(is.classified_ms);
-        // A press takes 20 ms. The fault begins so that it is classified in the last tick of the press.
+        // The release takes 20 ms. The fault begins so that it is classified in the last tick of it.
         for tick in 0..1_200 {
-            let button = (1_180..1_200).contains(&tick);
+            let button = (780..1_180).contains(&tick);
             let begins = 1_200 - classified;
             let sample = if tick >= begins { wrong(validity, tick + 1 - begins) } else { correct(validity, tick) };
             joints.tick(&Sample { button, ..sample });
@@ -237,7 +244,7 @@ fn without_a_required_sensor_the_motion_continues() {
     let mut joints = default_loop_with(&config);
     let open = |s| Sample { codes: [support::OPEN], vrefint: joint_units::AdcCode(0), ..s };
     run(&mut joints, 100, open);
-    run(&mut joints, 20, |s| Sample { button: true, ..open(s) });
+    run(&mut joints, 400, |s| Sample { button: true, ..open(s) });
     run(&mut joints, 60_000, open);
     assert_eq!(joints.state(), SupervisorState::Walking);
     // The validity is still reported.
@@ -264,10 +271,10 @@ fn two_overruns_a_second_are_tolerated_and_a_third_stops() {
     idle(&mut joints, 450);
     run(&mut joints, 1, overrun);
     assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Stopping, Cause::AdcOverrun));
-    // One second later a press arms again.
+    // One second later a hold arms again.
     idle(&mut joints, 1_000);
     assert_eq!(joints.state(), SupervisorState::Disarmed);
-    press(&mut joints);
+    hold(&mut joints);
     assert_eq!(joints.state(), SupervisorState::Arming);
 }
 
@@ -377,10 +384,10 @@ fn angles_of_a_failed_generator_are_not_used() {
         StateFault::NotFinite { state: Field::at("velocity", 2) },
         StateFault::OutOfBounds { state: Field::of("phase") },
     ] {
-        let failing = Puppet { health: Err(health), from_step: 3_000, ..Puppet::at([10.0, -10.0, 40.0, 20.0]) };
+        let failing = Puppet { health: Err(health), from_step: 3_500, ..Puppet::at([10.0, -10.0, 40.0, 20.0]) };
         let mut joints = reach(&puppet(failing), SupervisorState::Walking);
         let mut ticks = 0;
-        while joints.generator().steps < 3_000 {
+        while joints.generator().steps < 3_500 {
             joints.tick(&good(ticks));
             ticks += 1;
         }
@@ -391,17 +398,17 @@ fn angles_of_a_failed_generator_are_not_used() {
         assert!((299..=302).contains(&left), "{left}");
         assert_eq!((joints.state(), joints.generator().resets), (SupervisorState::Disarmed, 1));
         idle(&mut joints, 40);
-        press(&mut joints);
+        hold(&mut joints);
         assert_eq!(joints.state(), SupervisorState::Arming);
     }
 }
 
-/// At rest such angles have no effect; the gate refuses them in the tick of the press.
+/// At rest such angles have no effect; the gate refuses them in the tick that arms.
 #[test]
 fn angles_that_are_not_finite_cannot_be_armed() {
     let broken = Puppet { unchecked: Some((0, 3, f32::NAN)), ..Puppet::at([0.0; 4]) };
     let mut joints = reach(&puppet(broken), SupervisorState::Disarmed);
-    assert_eq!(press(&mut joints), Command::OFF);
+    assert_eq!(hold(&mut joints), Command::OFF);
     assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Fault, Cause::NonFinite));
 }
 
@@ -431,7 +438,7 @@ fn a_pose_limited_by_the_envelope_stops_after_50_ms() {
     // Both knees at 80 degrees: the sum is 160, allowed is 150.
     let mut joints = puppet(Puppet::at([0.0, 0.0, 80.0, 80.0]));
     idle(&mut joints, 40);
-    press(&mut joints);
+    hold(&mut joints);
     let held =
         |joints: &joint_loop::JointLoop<Puppet, 1>| joints.frame().limited.contains(joint_loop::GateStatus::POSE);
     let mut ticks = 0;
@@ -473,7 +480,7 @@ fn a_configuration_error_names_the_field() {
             .expect_err("broken")
             .to_string()
     };
-    let cases: [(&str, Change); 16] = [
+    let cases: [(&str, Change); 17] = [
         ("gate.rate[left_hip] is", |c| c.gate.rate[0].0 = -1.0),
         ("servos.neutral[right_knee] is 2600 us; allowed are 500 to 2500 us", |c| c.servos[3].neutral.0 = 2_600),
         ("gate.range[left_knee] needs a pulse of 2583", |c| c.servos[2].neutral.0 = 1_750),
@@ -487,12 +494,13 @@ fn a_configuration_error_names_the_field() {
         ("blend.ramp_s is 0.4 s; allowed are 0.5 to 30 s", |c| c.blend.ramp_s = 0.4),
         ("blend.stop_s is 31 s", |c| c.blend.stop_s = 31.0),
         ("blend.hurry_s is 0.31 s; allowed are 0.1 to 0.3 s", |c| c.blend.hurry_s = 0.31),
-        ("monitor.sensor_tolerance_s is 1.5 s", |c| c.monitor.sensor_tolerance_s = 1.5),
+        ("monitor.sensor_tolerance_s is 61 s", |c| c.monitor.sensor_tolerance_s = 61.0),
+        ("monitor.stand_s is 0.5 s; allowed are 1 to 3600 s", |c| c.monitor.stand_s = 0.5),
         ("monitor.pose_tolerance_s is not", |c| c.monitor.pose_tolerance_s = f32::INFINITY),
         ("monitor.stop_gap_s is 0.03 s; allowed are 0 to 0.01 s", |c| c.monitor.stop_gap_s = 0.03),
         ("monitor.fault_gap_s is 0.3 s; allowed are 0.001 to 0.1 s", |c| c.monitor.fault_gap_s = 0.3),
         ("monitor.overruns_per_s is 101", |c| c.monitor.overruns_per_s = 101),
-        ("monitor.debounce_s is 0 s; allowed are 0.005 to 0.2 s", |c| c.monitor.debounce_s = 0.0),
+        ("button.debounce_s is 0 s; allowed are 0.005 to 0.2 s", |c| c.button.debounce_s = 0.0),
         ("gate.pose[2] must name two different joints", |c| {
             c.gate.pose[2] = c.gate.pose[2].map(|p| joint_loop::PoseLimit { first: p.second, ..p });
         }),

@@ -118,18 +118,23 @@ proptest! {
     fn any_inputs_are_bounded_and_replay(intervals in prop::collection::vec(anything(), 1..60)) {
         let (mut joints, mut again) = (default_loop(), default_loop());
         let mut recorded = Vec::new();
-        let mut held_for = 0;
+        // Ticks of the last press, and since its release.
+        let (mut held_for, mut released_for) = (0, 0);
         for (first, held) in intervals {
             for tick in 0..held {
                 let sample = if tick == 0 { first } else { continued(first, tick) };
                 let before = joints.frame();
                 let command = joints.tick(&sample);
                 let after = joints.frame();
-                held_for = if sample.button { held_for + 1 } else { 0 };
+                if sample.button {
+                    (held_for, released_for) = (if released_for < 20 { held_for + 1 } else { 1 }, 0);
+                } else {
+                    released_for += 1;
+                }
                 assert_allowed(&before, &after);
                 prop_assert_eq!(command.pulses.is_some(), after.state.moving());
                 if !before.state.moving() && after.state.moving() {
-                    prop_assert!(before.state == SupervisorState::Disarmed && held_for >= 20);
+                    prop_assert!(before.state == SupervisorState::Disarmed && held_for >= 300 && released_for >= 20);
                     prop_assert!(after.validity == [Some(Validity::Good)] && sample.faults.is_empty());
                 }
                 recorded.push((sample, after));
@@ -152,7 +157,7 @@ fn bits(frame: &Frame<1>) -> (Frame<1>, [u32; 5]) {
 fn inputs() -> Vec<Sample<1>> {
     (0..6_000)
         .map(|tick| {
-            let button = matches!(tick, 100..200 | 4_000..4_100);
+            let button = matches!(tick, 100..500 | 4_000..4_100);
             let elapsed = if tick % 997 == 996 { 3 } else { 1 };
             Sample { button, elapsed, codes: [AdcCode(1_700 + (tick % 300) as u16)], ..good(tick) }
         })
@@ -181,7 +186,7 @@ fn different_runs_have_different_hashes() {
         replay(&inputs).frame()
     };
     // A changed input that affects the setpoints or the state changes the hash.
-    for at in [0, 50, 119, 1_000, 2_500, 4_019, 4_500, 5_999] {
+    for at in [0, 50, 519, 1_000, 2_500, 4_019, 4_500, 5_999] {
         for change in [
             |s: &mut Sample<1>| s.elapsed ^= 2,
             |s: &mut Sample<1>| s.faults = BoardFaults::CLOCK,
@@ -193,7 +198,7 @@ fn different_runs_have_different_hashes() {
             assert_eq!(changed.setpoint_hash == whole.setpoint_hash, nothing, "tick {at}");
         }
     }
-    assert_ne!(with(110, |s| s.button = false).setpoint_hash, whole.setpoint_hash);
+    assert_ne!(with(310, |s| s.button = false).setpoint_hash, whole.setpoint_hash);
     // A changed bit of a code does not change the setpoints but the measured angle.
     let other = with(5_990, |s| s.codes[0].0 ^= 4);
     assert_eq!(other.setpoint_hash, whole.setpoint_hash);

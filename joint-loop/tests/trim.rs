@@ -1,4 +1,4 @@
-//! Trim: one servo moves, slowly and within its pulses, the others stay parked; a press begins and ends it; and it never leads to a walk.
+//! Trim: one servo moves, slowly and within its pulses, the others stay parked; a hold of the button begins it, a press ends it; and it never leads to a walk.
 
 mod support;
 
@@ -33,11 +33,22 @@ fn run(joints: &mut Board, ticks: u32) {
     }
 }
 
-fn press(joints: &mut Board) {
-    for _ in 0..20 {
+fn pressed(joints: &mut Board, ticks: u32) {
+    for _ in 0..ticks {
         joints.tick(&Sample { button: true, ..idle() });
     }
     run(joints, 20);
+}
+
+/// The press that ends a trim; its release does nothing, although it comes after a hold.
+fn press(joints: &mut Board) {
+    pressed(joints, 400);
+}
+
+/// The hold that begins a trim, so long after the last press that it is not one of too many.
+fn hold(joints: &mut Board) {
+    run(joints, 5_000);
+    pressed(joints, 400);
 }
 
 fn ask(joints: &mut Board, action: Action) -> Outcome {
@@ -53,7 +64,7 @@ fn jog(joints: &mut Board, pulse: u16) -> Outcome {
 fn trimming(joint: Joint) -> Board {
     let mut joints = board();
     assert_eq!(ask(&mut joints, Action::Trim { joint }), Outcome::Staged);
-    press(&mut joints);
+    hold(&mut joints);
     assert_eq!(joints.state(), SupervisorState::Trimming);
     joints
 }
@@ -144,16 +155,16 @@ fn a_host_that_repeats_its_jog_keeps_the_trim_going() {
     assert_eq!(joints.state(), SupervisorState::Trimming);
 }
 
-/// A press that was meant for a trim does not start a walk, whatever ended the trim before; a stop request leads back.
+/// A hold that was meant for a trim does not start a walk, whatever ended the trim before; a stop request leads back.
 #[test]
-fn after_a_trim_a_press_trims_again_from_the_park_pose() {
+fn after_a_trim_a_hold_trims_again_from_the_park_pose() {
     let mut joints = trimming(Joint::RightHip);
     jog(&mut joints, 1_600);
     run(&mut joints, 300);
     for _ in 0..3 {
         press(&mut joints);
         assert_eq!(joints.state(), SupervisorState::TrimReady);
-        press(&mut joints);
+        hold(&mut joints);
         assert_eq!((joints.state(), pulses(&joints)), (SupervisorState::Trimming, parked()));
     }
     press(&mut joints);
@@ -161,7 +172,7 @@ fn after_a_trim_a_press_trims_again_from_the_park_pose() {
     assert_eq!(ask(&mut joints, Action::Stop), Outcome::InEffect);
     assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, Cause::Request));
     // The sensors are open: the walk refuses.
-    press(&mut joints);
+    hold(&mut joints);
     assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, Cause::SensorOpen));
 }
 
@@ -173,8 +184,8 @@ fn the_supply_counts_in_a_trim() {
         joints.tick(&low);
     }
     assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::TrimReady, Cause::SensorSupplyLow));
-    for _ in 0..30 {
-        joints.tick(&Sample { button: true, ..low });
+    for tick in 0..450 {
+        joints.tick(&Sample { button: tick < 400, ..low });
     }
     assert_eq!((joints.state(), pulses(&joints)), (SupervisorState::TrimReady, [0; 4]));
 }
@@ -217,19 +228,20 @@ fn step() -> impl Strategy<Value = Sample<1>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
-    /// Any requests and presses: outputs come on by a press only; in a trim at most one servo is off its park pulse, it moves by at most a
+    /// Any requests and presses: outputs come on by the release after a hold only; in a trim at most one servo is off its park pulse, it moves by at most a
     /// microsecond in ten ticks, and stays within its pulses.
     #[test]
-    fn a_trim_is_slow_and_moves_one_servo(steps in prop::collection::vec((step(), 1_u32..120), 1..60)) {
+    fn a_trim_is_slow_and_moves_one_servo(steps in prop::collection::vec((step(), 1_u32..700), 1..60)) {
         let mut joints = board();
-        let (mut moved, mut tick) = (0_u32, 0_u32);
+        let (mut moved, mut tick, mut held) = (0_u32, 0_u32, 0_u32);
         for (sample, ticks) in steps {
             for n in 0..ticks {
                 let (before, was) = (joints.state(), pulses(&joints));
                 joints.tick(&Sample { request: sample.request.filter(|_| n == 0), ..sample });
                 tick += 1;
                 let (state, is) = (joints.state(), pulses(&joints));
-                prop_assert!(before.moving() || !state.moving() || sample.button);
+                prop_assert!(before.moving() || !state.moving() || (!sample.button && held >= 300));
+                held = if sample.button { held + 1 } else if n < 19 { held } else { 0 };
                 // The sensors are open: nothing but a trim moves.
                 prop_assert!(!state.moving() || state == SupervisorState::Trimming, "{:?}", state);
                 prop_assert_eq!(is == [0; 4], state != SupervisorState::Trimming);

@@ -56,8 +56,8 @@ fn run(joints: &mut BoardLoop, ticks: u32, button: bool) {
 fn walking(more: u32) -> BoardLoop {
     let mut joints = board(None);
     run(&mut joints, 100, false);
-    run(&mut joints, 20, true);
-    run(&mut joints, 2_100 + more, false);
+    run(&mut joints, 400, true);
+    run(&mut joints, 2_120 + more, false);
     assert_eq!(joints.state(), SupervisorState::Walking);
     joints
 }
@@ -224,8 +224,8 @@ fn a_change_without_a_phase_boundary_does_not_wait_for_ever() {
     // A follower that sees nobody move stands.
     let mut joints = board(Some(follower()));
     run(&mut joints, 100, false);
-    run(&mut joints, 20, true);
-    run(&mut joints, 6_000, false);
+    run(&mut joints, 400, true);
+    run(&mut joints, 3_020, false);
     assert_eq!(joints.state(), SupervisorState::Walking);
     let asked = joints.frame().tick + 1;
     ask(&mut joints, 1, set("offset_left_hip", 5_000));
@@ -251,8 +251,8 @@ fn the_ramp_is_the_minimum_jerk_profile() {
     // An offset on a joint that stands: the follower without a person.
     let mut joints = board(Some(follower()));
     run(&mut joints, 100, false);
-    run(&mut joints, 20, true);
-    run(&mut joints, 6_000, false);
+    run(&mut joints, 400, true);
+    run(&mut joints, 3_020, false);
     let at = |joints: &BoardLoop| joints.frame().setpoints[Joint::LeftHip as usize].degrees();
     let first = at(&joints);
     ask(&mut joints, 1, set("offset_left_hip", 10_000));
@@ -361,11 +361,12 @@ proptest! {
 }
 
 #[test]
-fn a_stop_in_the_tick_of_a_press_refuses_to_arm() {
+fn a_stop_in_the_tick_of_a_release_refuses_to_arm() {
     let mut joints = board(None);
     run(&mut joints, 50, false);
-    run(&mut joints, 19, true);
-    joints.tick(&Sample { button: true, request: Some(Request { number: 1, action: Action::Stop }), ..IDLE });
+    run(&mut joints, 400, true);
+    run(&mut joints, 19, false);
+    joints.tick(&Sample { request: Some(Request { number: 1, action: Action::Stop }), ..IDLE });
     assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, Cause::Request));
     assert_eq!(joints.frame().validity[0], Some(Validity::Good));
 }

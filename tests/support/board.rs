@@ -136,12 +136,12 @@ impl Ran {
 pub struct Button(Arc<Mutex<ChildStdin>>);
 
 impl Button {
-    /// Presses it, and holds it down.
+    /// Holds it for half a virtual second: its release arms, or begins a trim.
     ///
     /// # Panics
     /// The board has ended.
-    pub fn press(&self) {
-        self.command("press");
+    pub fn hold(&self) {
+        self.command("hold");
     }
 
     fn command(&self, command: &str) {

@@ -6,6 +6,7 @@
 //! not be compared, is refused: so these ticks are the board's.
 
 use crate::board::{Board, Booted, Ran};
+use crate::gestures;
 use cpg_core::Generator;
 use firmware::board::GENERATOR_SECTOR;
 use footfall::board::default_loop::{SENSOR_PIN, wired_sensor};
@@ -19,10 +20,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-/// When the button is pressed in a run that is to move the joints, s after power-on; they move freely [`RISE_S`] later.
-const PRESS_S: f64 = 0.3;
-
-/// From power-on until the joints of a run with the button pressed are driven by the follower alone: debouncing and a ramp of 2 s.
+/// From power-on until the joints of a run that is armed are driven by the follower alone: [`gestures::ARMED_S`] and a ramp of 2 s.
 pub const FREE_S: f64 = 2.5;
 
 /// What a board did with a feed.
@@ -60,12 +58,12 @@ pub fn volts(degrees: &[f64]) -> Recording {
         .expect("within the calibration")
 }
 
-/// Runs the image with a generator in its parameter sector and these volts for so many seconds; with `press` the button is pressed.
+/// Runs the image with a generator in its parameter sector and these volts for so many seconds, with these gestures of the button.
 ///
 /// # Panics
 /// Something was wrong with the run, or the host cannot follow it bit for bit.
 #[must_use]
-pub fn run(board: &Board, config: &GeneratorConfig, volts: &Recording, secs: f64, press: bool) -> Ran {
+pub fn run(board: &Board, config: &GeneratorConfig, volts: &Recording, secs: f64, presses: &[&str]) -> Ran {
     let folder = tempfile::tempdir().expect("a folder");
     let (feed, sector) = (folder.path().join("volts.csv"), folder.path().join("generator.bin"));
     csv_file::write(&feed, volts).expect("written");
@@ -78,9 +76,7 @@ pub fn run(board: &Board, config: &GeneratorConfig, volts: &Recording, secs: f64
         "--flash".into(),
         format!("{GENERATOR_SECTOR:#010x}={}", sector.display()).into(),
     ];
-    if press {
-        options.extend(["--press".into(), PRESS_S.to_string().into()]);
-    }
+    options.extend(gestures::options(presses));
     let ran = board.run_with(config, options);
     assert_eq!((ran.code, ran.end.unmodelled, ran.end.lints.len(), ran.boots.len()), (Some(0), 0, 0, 1));
     let books = &ran.books;
@@ -98,14 +94,15 @@ pub fn begun_ms(boot: &Booted) -> usize {
     after.min().unwrap_or(0).saturating_sub(1)
 }
 
-/// Feeds a joint's angles in degrees, one a millisecond from power-on, to the sensor of a board that follows with it, to their end.
+/// Feeds a joint's angles in degrees, one a millisecond from power-on, to the sensor of a board that follows with it, to their end; with `arm` it
+/// is armed.
 ///
 /// # Panics
 /// As [`run`], and where a control period was missed.
 #[must_use]
-pub fn follow(board: &Board, config: &GeneratorConfig, degrees: &[f64], press: bool) -> Chain {
+pub fn follow(board: &Board, config: &GeneratorConfig, degrees: &[f64], arm: bool) -> Chain {
     let secs = degrees.len() as f64 * 1e-3;
-    let ran = run(board, config, &volts(degrees), secs, press);
+    let ran = run(board, config, &volts(degrees), secs, if arm { &[gestures::ARM] } else { &[] });
     let boot = &ran.boots[0];
     let mut before = None;
     let ticks = boot.watch(config, |joints| {

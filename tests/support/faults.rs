@@ -2,6 +2,7 @@
 
 use crate::board::{Board, Ran};
 use crate::degraded::Random;
+use crate::gestures;
 use crate::recordings::default_volts;
 use firmware::board::GENERATOR_SECTOR;
 use gait_trace::Recording;
@@ -204,16 +205,15 @@ impl<'a> Rig<'a> {
     }
 
     fn options(&self, feed: &Path, secs: f64) -> Vec<OsString> {
-        let press = ["--press".into(), "0.3".into()];
         let mut options: Vec<OsString> = ["--secs".into(), secs.to_string().into()].into();
-        options.extend(press.into_iter().chain(["--volts".into(), feed.into()]));
+        options.extend(gestures::options([gestures::ARM]).chain(["--volts".into(), feed.into()]));
         if let Some(sector) = &self.sector {
             options.extend(["--flash".into(), format!("{GENERATOR_SECTOR:#010x}={}", sector.path().display()).into()]);
         }
         options
     }
 
-    /// Runs the board on a table of volts, pressed at 0.3 s; every line of its log is equal to the host's replay, and the chip's models were enough.
+    /// Runs the board on a table of volts, armed at once; every line of its log is equal to the host's replay, and the chip's models were enough.
     ///
     /// # Panics
     /// They are not.

@@ -79,10 +79,10 @@ impl HostLoop {
         (0..ticks).map(|_| self.tick(button)).collect()
     }
 
-    /// Boots, presses the button for 0.1 s, and walks for so many ticks more.
+    /// Boots, holds the button so long that it arms, and walks for so many ticks more.
     pub fn arm_and_walk(&mut self, ticks: u32) -> Vec<Ticked> {
-        let mut all = self.ticks(300, false);
-        all.extend(self.ticks(100, true));
+        let mut all = self.ticks(50, false);
+        all.extend(self.ticks(350, true));
         all.extend(self.ticks(ticks, false));
         all
     }

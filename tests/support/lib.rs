@@ -10,6 +10,7 @@
 //! - [`name_parts`]: names and words in parts;
 //! - [`board`]: the flashed image on the virtual board, where there is one;
 //! - [`chain`]: a recorded angle as volts at the pin of that board, and what it made of it;
+//! - [`gestures`]: how its button is pressed;
 //! - [`faults`]: a sensor's faults as volts for it, and when its converter looks at them.
 #![forbid(unsafe_code)]
 
@@ -17,6 +18,7 @@ pub mod board;
 pub mod chain;
 pub mod degraded;
 pub mod faults;
+pub mod gestures;
 pub mod host;
 pub mod host_loop;
 pub mod name_parts;

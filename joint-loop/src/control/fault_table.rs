@@ -19,7 +19,8 @@
 //! - *independent*: a generator that needs no sensor. The supervisor *parks* the joints when a sensor has not been good for
 //!   more than [`SENSOR_TOLERANCE_MS`]: [`Motion::Hurry`] to the park pose, outputs off at most [`PARK_MS`] later. A press is
 //!   needed to move again. The cause is the worst validity ([`Validity::worse`]) of the last [`SENSOR_TOLERANCE_MS`].
-//! - *follower*: a generator whose phase is locked to the sensor. The supervisor does not stop it. The follower *freewheels*
+//! - *follower*: a generator whose phase is locked to the sensor. The supervisor *parks* the joints when the sensor has not been good for more than
+//!   [`FOLLOWER_LOST_MS`], so that nothing walks by itself when the sensor is good again later. Before that, the follower *freewheels*
 //!   after [`FOLLOWER_BRIDGE_MS`] without a good sample: it continues at its last cadence for at most [`FREEWHEEL_MS`], then
 //!   stands with the outputs on, and follows again when the sensor is good. It also detects angles that a moving leg cannot
 //!   have, and earlier: a sensor that sticks in mid swing after about 0.1 s. A sensor that sticks where the leg hardly moves
@@ -48,6 +49,9 @@ pub const SENSOR_TOLERANCE_MS: u16 = 50;
 /// Longest time from the first tick of a hurried stop to the first tick with the outputs off, in ms: the ramp of 0.3 s and the
 /// delay of the gate.
 pub const PARK_MS: u16 = 304;
+
+/// How long the sensor of a follower may be not good while the joints move, in ms: [`crate::MonitorConfig::sensor_tolerance_s`] of its loop.
+pub const FOLLOWER_LOST_MS: u16 = 5000;
 
 /// How long a follower bridges missing good samples before it freewheels, in ms: the default of
 /// [`cpg_core::entrainment::PlausibilityConfig::bridge_s`].

@@ -1,7 +1,7 @@
 //! Control of one period: tick, supervisor, monitor with supply and timeliness, fault table, button, trim.
 
 pub(crate) mod burst;
-pub(crate) mod button;
+pub mod button;
 pub mod fault_table;
 pub(crate) mod monitor;
 pub mod supervisor;

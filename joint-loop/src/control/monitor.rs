@@ -11,10 +11,12 @@
 //! | the generator does not pass its check | stop | arming refused |
 //! | more overruns of the converter than `overruns_per_s` | stop | arming refused |
 //! | a required sensor not good for more than `sensor_tolerance_s` | stop | arming refused, with no tolerance |
+//! | a follower whose person has stood for more than `stand_s` | stop | (not counted) |
 //! | the pose envelope limited the setpoints for more than `pose_tolerance_s` | stop | (cannot occur) |
 //!
 //! Below its tolerance a condition is only counted. A count rises by one in each bad period and falls by one in each good
-//! period, so a sensor that is bad more often than good exceeds its tolerance too, even if each interval is short.
+//! period, so a sensor that is bad more often than good exceeds its tolerance too, even if each interval is short. At rest the count of a sensor is at
+//! most that of the default tolerance: a sensor that is good for 51 ms arms, however long it was bad. A person who moves ends the time of the stand.
 //!
 //! The cause of a sensor's stop is named after its validity. If validities alternate, the cause is the worst
 //! ([`Validity::worse`]) of the last `sensor_tolerance_s`: an open wire with intermittent contact, which also shows spikes and
@@ -23,7 +25,6 @@
 //! conditions of supply and ticks.
 
 use crate::control::burst::Burst;
-use crate::control::button::Button;
 use crate::control::supervisor::{Cause, Demand};
 use crate::control::timeliness::{LATE_WINDOW, Timeliness, TimelinessState};
 use crate::error::{LoopError, inside, ticks};
@@ -37,9 +38,11 @@ pub struct MonitorConfig {
     /// Whether the gait sensors must be good to move; default true. False is for a generator that needs no sensor: validities and angles are
     /// still reported, but have no effect on the supervisor.
     pub sensor_required: bool,
-    /// Time for which a required sensor may be not good while moving, s; 0 to 1, default 0.05; or infinite for a follower, which continues
-    /// without a sensor for a limited time and then stands: the sensor is then required only to arm.
+    /// Time for which a required sensor may be not good while moving, s; 0 to 60, default 0.05. Of a follower, which continues without a sensor
+    /// for a limited time and then stands, [`crate::FOLLOWER_LOST_MS`].
     pub sensor_tolerance_s: f32,
+    /// Time for which the person whom a follower follows may stand while the outputs are on, s; 1 to 3600, default 10.
+    pub stand_s: f32,
     /// Time for which the pose envelope may limit the setpoints, s; 0 to 1, default 0.05.
     pub pose_tolerance_s: f32,
     /// Longest gap between two ticks that does not stop the motion, s; less than `fault_gap_s`, default 0.005.
@@ -52,23 +55,21 @@ pub struct MonitorConfig {
     pub missed_per_s: u32,
     /// Number of overruns of the converter within one second that do not stop the motion; 0 to 100, default 2.
     pub overruns_per_s: u32,
-    /// Time for which the button's level must be stable to be accepted, s; 0.005 to 0.2, default 0.02.
-    pub debounce_s: f32,
 }
 
 impl MonitorConfig {
-    /// Sensor required; tolerances of 50 ms (the time within which a broken wire must stop the motion); gaps of 5 and 10 ms;
-    /// 5 late ticks of 100, 9 missed periods and 2 overruns per second; 20 ms of debounce, longer than a tactile switch bounces.
+    /// Sensor required; tolerances of 50 ms (the time within which a broken wire must stop the motion); a stand of 10 s, longer than one before a
+    /// step or at a door; gaps of 5 and 10 ms; 5 late ticks of 100, 9 missed periods and 2 overruns per second.
     pub const DEFAULT: Self = Self {
         sensor_required: true,
         sensor_tolerance_s: 0.05,
+        stand_s: 10.0,
         pose_tolerance_s: 0.05,
         stop_gap_s: 0.005,
         fault_gap_s: 0.01,
         late_ticks: 5,
         missed_per_s: 9,
         overruns_per_s: 2,
-        debounce_s: 0.02,
     };
 
     /// Checks the fields and converts times to ticks.
@@ -76,8 +77,8 @@ impl MonitorConfig {
     /// # Errors
     /// [`LoopError`] names the first field that is not allowed.
     pub fn build(&self, period: Period) -> Result<Monitor, LoopError> {
-        let tolerance = |field, seconds| -> Result<u32, LoopError> {
-            let seconds = inside(field, None, seconds, 0.0, 1.0, "s")?;
+        let tolerance = |field, seconds, most| -> Result<u32, LoopError> {
+            let seconds = inside(field, None, seconds, 0.0, most, "s")?;
             Ok((seconds / period.seconds() + 0.5) as u32)
         };
         let most = (period.seconds() * (MAX_ELAPSED - 1) as f32).min(0.1);
@@ -93,11 +94,10 @@ impl MonitorConfig {
         inside("monitor.overruns_per_s", None, self.overruns_per_s as f32, 0.0, 100.0, "1/s")?;
         Ok(Monitor {
             sensor_required: self.sensor_required,
-            sensor_tolerance: match self.sensor_tolerance_s {
-                f32::INFINITY => None,
-                seconds => Some(tolerance("monitor.sensor_tolerance_s", seconds)?),
-            },
-            pose_tolerance: tolerance("monitor.pose_tolerance_s", self.pose_tolerance_s)?,
+            sensor_tolerance: tolerance("monitor.sensor_tolerance_s", self.sensor_tolerance_s, 60.0)?,
+            most_at_rest: tolerance("monitor.sensor_tolerance_s", Self::DEFAULT.sensor_tolerance_s, 60.0)?,
+            stand: ticks("monitor.stand_s", self.stand_s, 1.0, 3600.0, period)?,
+            pose_tolerance: tolerance("monitor.pose_tolerance_s", self.pose_tolerance_s, 1.0)?,
             stop_gap,
             fault_gap,
             overruns: self.overruns_per_s,
@@ -105,22 +105,16 @@ impl MonitorConfig {
             second,
         })
     }
-
-    /// The debounced button.
-    ///
-    /// # Errors
-    /// [`LoopError::OutOfRange`] or [`LoopError::NotFinite`] for `debounce_s`.
-    pub fn button(&self, period: Period) -> Result<Button, LoopError> {
-        Ok(Button::new(ticks("monitor.debounce_s", self.debounce_s, 0.005, 0.2, period)?))
-    }
 }
 
 /// A checked [`MonitorConfig`], in ticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Monitor {
     sensor_required: bool,
-    /// `None` tolerates any duration while moving.
-    sensor_tolerance: Option<u32>,
+    sensor_tolerance: u32,
+    /// Most that counts against a sensor at rest.
+    most_at_rest: u32,
+    stand: u32,
     pose_tolerance: u32,
     stop_gap: u32,
     fault_gap: u32,
@@ -148,6 +142,8 @@ pub struct Observation {
     pub generator_sound: bool,
     /// The pose envelope limited the setpoints in the last tick.
     pub pose_limited: bool,
+    /// The generator is a follower, and its person stands.
+    pub person_stands: bool,
 }
 
 /// State of the monitor: the counts.
@@ -159,6 +155,8 @@ pub struct MonitorState {
     worst: Validity,
     /// Periods since a validity at least as bad.
     since_worst: u32,
+    /// Periods for which the person has stood while the joints moved.
+    stood: u32,
     /// Ticks in which the pose was limited, minus ticks in which it was not.
     pose: u32,
     /// Overruns of the converter.
@@ -171,17 +169,16 @@ impl Monitor {
     pub fn judge(&self, monitor_state: &mut MonitorState, seen: &Observation) -> Demand {
         // A count stops at one above the tolerance, so that it returns to 0 within tolerance + 1 good periods.
         let overrun = seen.faults.contains(BoardFaults::ADC_OVERRUN);
-        let tolerance = self.sensor_tolerance.unwrap_or(0);
+        let tolerance = if seen.moving { self.sensor_tolerance } else { self.sensor_tolerance.min(self.most_at_rest) };
         count(&mut monitor_state.sensor, overrun || seen.sensors != Validity::Good, seen.elapsed, tolerance);
         monitor_state.remember(seen.sensors, seen.elapsed, tolerance);
+        let stands = seen.moving && seen.person_stands;
+        monitor_state.stood = if stands { monitor_state.stood.saturating_add(seen.elapsed) } else { 0 };
         count(&mut monitor_state.pose, seen.pose_limited, 1, self.pose_tolerance);
         let overruns = monitor_state.overruns.note(overrun.into(), seen.elapsed, self.second);
         let timeliness = self.timeliness.judge(&mut monitor_state.timeliness, seen.late, seen.elapsed);
 
-        let sensor_bad = match self.sensor_tolerance {
-            None if seen.moving => false,
-            tolerance => monitor_state.sensor > if seen.moving { tolerance.unwrap_or(0) } else { 0 },
-        };
+        let sensor_bad = monitor_state.sensor > if seen.moving { tolerance } else { 0 };
         if let Some(cause) = named(seen.faults) {
             Demand::Fault(cause)
         } else if seen.elapsed > self.fault_gap {
@@ -201,6 +198,8 @@ impl Monitor {
                 Cause::None => Cause::AdcOverrun,
                 cause => cause,
             })
+        } else if monitor_state.stood > self.stand {
+            Demand::Stop(Cause::PersonStands)
         } else if monitor_state.pose > self.pose_tolerance {
             Demand::Stop(Cause::Pose)
         } else {
@@ -253,6 +252,7 @@ mod tests {
         sensors: Validity::Good,
         generator_sound: true,
         pose_limited: false,
+        person_stands: false,
     };
 
     fn monitor() -> Monitor {
@@ -293,6 +293,41 @@ mod tests {
         assert_eq!(error, "monitor.fault_gap_s is 0.026 s; allowed are 0.0001 to 0.025 s");
     }
 
+    /// A stand counts while the joints move; any movement of the person begins it again.
+    #[test]
+    fn a_stand_is_tolerated_for_its_time() {
+        let (monitor, mut monitor_state) = (monitor(), MonitorState::default());
+        let mut see = |ticks: u32, person_stands, moving| {
+            let seen = Observation { person_stands, moving, ..FAULTLESS };
+            (0..ticks).map(|_| monitor.judge(&mut monitor_state, &seen)).last().expect("some")
+        };
+        assert_eq!(see(60_000, true, false), Demand::Go);
+        assert_eq!(see(10_000, true, true), Demand::Go);
+        assert_eq!(see(1, false, true), Demand::Go);
+        assert_eq!(see(10_000, true, true), Demand::Go);
+        assert_eq!(see(1, true, true), Demand::Stop(Cause::PersonStands));
+        // At rest a hold arms again, for another such time.
+        assert_eq!(see(1, true, false), Demand::Go);
+        assert_eq!(see(10_000, true, true), Demand::Go);
+        assert_eq!(see(1, true, true), Demand::Stop(Cause::PersonStands));
+    }
+
+    /// A sensor that was bad for as long as a follower tolerates arms again after 51 good ticks.
+    #[test]
+    fn a_long_tolerance_is_for_motion_only() {
+        let config = MonitorConfig { sensor_tolerance_s: 5.0, ..MonitorConfig::DEFAULT };
+        let (monitor, mut monitor_state) = (config.build(Period::MILLISECOND).expect("valid"), MonitorState::default());
+        let mut see = |ticks: u32, sensors, moving| {
+            let seen = Observation { sensors, moving, ..FAULTLESS };
+            (0..ticks).map(|_| monitor.judge(&mut monitor_state, &seen)).last().expect("some")
+        };
+        assert_eq!(see(5_000, Validity::Open, true), Demand::Go);
+        assert_eq!(see(1, Validity::Open, true), Demand::Stop(Cause::SensorOpen));
+        see(10_000, Validity::Open, false);
+        assert_eq!(see(50, Validity::Good, false), Demand::Stop(Cause::SensorOpen));
+        assert_eq!(see(1, Validity::Good, false), Demand::Go);
+    }
+
     #[test]
     fn a_tolerance_is_exact_and_recovers_at_the_same_rate() {
         let (monitor, mut monitor_state) = (monitor(), MonitorState::default());
@@ -327,6 +362,7 @@ mod tests {
             sensors: Validity::OutOfTable,
             generator_sound: false,
             pose_limited: true,
+            person_stands: true,
             moving: true,
         };
         let mut overruns = Burst::default();
@@ -353,10 +389,12 @@ mod tests {
         assert_eq!(judge(none), Demand::Stop(Cause::AdcOverrun));
         let later = Observation { elapsed: 1, ..none };
         let judge = |seen: Observation, sensor| {
-            monitor().judge(&mut MonitorState { sensor, pose: 51, ..MonitorState::default() }, &seen)
+            monitor().judge(&mut MonitorState { sensor, pose: 51, stood: 10_000, ..MonitorState::default() }, &seen)
         };
         assert_eq!(judge(later, 51), Demand::Stop(Cause::SensorOutOfTable));
-        assert_eq!(judge(Observation { sensors: Validity::Good, ..later }, 0), Demand::Stop(Cause::Pose));
+        let good = Observation { sensors: Validity::Good, ..later };
+        assert_eq!(judge(good, 0), Demand::Stop(Cause::PersonStands));
+        assert_eq!(judge(Observation { person_stands: false, ..good }, 0), Demand::Stop(Cause::Pose));
     }
 
     /// The cause at the end of the tolerance, for a repeated sequence of validities.

@@ -3,31 +3,35 @@
 //! Each cell is the next state and, after the slash, the [`Motion`] of this tick. The outputs are on only in the four moving
 //! states: arming, walking, stopping, trimming. `-` means that the state does not change.
 //!
-//! | state | go | go, press | stop | stop, press | fault | settled (and no fault) | stop request | trim request (and no fault) |
-//! |---|---|---|---|---|---|---|---|---|
-//! | boot | disarmed / rest | disarmed / rest | disarmed / rest | disarmed / rest | disarmed / rest | - | - | - |
-//! | disarmed | - / rest | **arming / rise** | - / rest | - / rest, with the cause | fault / freeze | - | - | trim_ready / rest |
-//! | arming | - / run | stopping / stop | stopping / hurry | stopping / hurry | fault / freeze | go: walking / run | - | - |
-//! | walking | - / run | stopping / stop | stopping / hurry | stopping / hurry | fault / freeze | - | - | - |
-//! | stopping | - / run | - / run | - / hurry | - / hurry | fault / freeze | disarmed / rest | - | - |
-//! | fault | - / freeze | disarmed / rest | - / freeze | disarmed / rest | - / freeze | - | - | - |
-//! | trim_ready | - / rest | **trimming / trim** | - / rest | - / rest, with the cause | fault / freeze | - | disarmed / rest | - |
-//! | trimming | - / trim | trim_ready / rest | trim_ready / rest | trim_ready / rest | fault / freeze | - | - | - |
+//! | state | go | go, press | go, hold | stop | stop, hold | fault | settled (and no fault) | stop request | trim request (and no fault) |
+//! |---|---|---|---|---|---|---|---|---|---|
+//! | boot | disarmed / rest | disarmed / rest | disarmed / rest | disarmed / rest | disarmed / rest | disarmed / rest | - | - | - |
+//! | disarmed | - / rest | - / rest | **arming / rise** | - / rest | - / rest, with the cause | fault / freeze | - | - | trim_ready / rest |
+//! | arming | - / run | stopping / stop | - / run | stopping / hurry | stopping / hurry | fault / freeze | go: walking / run | - | - |
+//! | walking | - / run | stopping / stop | - / run | stopping / hurry | stopping / hurry | fault / freeze | - | - | - |
+//! | stopping | - / run | - / run | - / run | - / hurry | - / hurry | fault / freeze | disarmed / rest | - | - |
+//! | fault | - / freeze | - / freeze | disarmed / rest | - / freeze | disarmed / rest | - / freeze | - | - | - |
+//! | trim_ready | - / rest | - / rest | **trimming / trim** | - / rest | - / rest, with the cause | fault / freeze | - | disarmed / rest | - |
+//! | trimming | - / trim | trim_ready / rest | - / trim | trim_ready / rest | trim_ready / rest | fault / freeze | - | - | - |
 //!
-//! - *go*, *stop*, *fault* are the [`Demand`] of the monitor. *press* is an edge of the button. *settled* means that the ramp of
+//! - *go*, *stop*, *fault* are the [`Demand`] of the monitor. *press* and *hold* are events of the button
+//!   ([`crate::control::button`]): the debounced edge, and the release after a deliberate hold. *settled* means that the ramp of
 //!   the state has ended: in arming at the generator's angles, in stopping at the park pose. In arming, a press has priority
 //!   over settled. A press in the tick that ends a stop is ignored. A stop request is a stop with the cause `request`. Where one of the
-//!   last three columns has `-`, the first five apply.
-//! - **No motion without a press**: the only ways to motion are a press in disarmed and one in trim_ready, with the demand go.
-//! - **Trim** is apart from walking: a host's request chooses it at rest, and from then on a press begins a trim, until a stop request or a
-//!   reset: no press that was meant for a trim starts a walk. A trim moves one servo, slowly ([`crate::control::trim`]). It ends where the servo
+//!   last three columns has `-`, the others apply. A press on a stop does what the stop does.
+//! - **No motion without a hold**: the only ways to motion are a hold in disarmed and one in trim_ready, with the demand go.
+//! - **A press that is no hold** is refused in disarmed and in trim_ready: the cause says whether it was too short, too long, or one of too many.
+//!   Otherwise its release has no effect.
+//! - **Trim** is apart from walking: a host's request chooses it at rest, and from then on a hold begins a trim, until a stop request or a
+//!   reset: no hold that was meant for a trim starts a walk. A trim moves one servo, slowly ([`crate::control::trim`]). It ends where the servo
 //!   is: the outputs go off. It needs no gait sensor ([`Demand::in_trim`]).
-//! - **A fault is latched**: after its condition has ended, one press acknowledges it (to disarmed), and a second press arms.
-//!   A press while the condition persists has no effect. The first cause is kept.
+//! - **A fault is latched**: after its condition has ended, one hold acknowledges it (to disarmed), and a second hold arms.
+//!   A hold while the condition persists has no effect. The first cause is kept.
 //! - **A sensor that is not good** causes a demand to stop, with a cause named after its validity;
 //!   [`crate::control::fault_table`] has the times.
 //! - **Boot always leads to disarmed**, even with the button pressed; a persistent condition is handled there.
 
+use crate::control::button::ButtonEvent;
 use hgod_adc::Validity;
 
 /// State of the supervisor. The numbers are part of the setpoint hash.
@@ -38,7 +42,7 @@ pub enum SupervisorState {
     /// Before the first tick.
     #[default]
     Boot = 0,
-    /// Outputs off; a press arms.
+    /// Outputs off; a hold of the button arms.
     Disarmed = 1,
     /// Ramp from the park pose to the generator's angles.
     Arming = 2,
@@ -46,9 +50,9 @@ pub enum SupervisorState {
     Walking = 3,
     /// Ramp to the park pose.
     Stopping = 4,
-    /// Outputs off, latched until a press acknowledges the fault.
+    /// Outputs off, latched until a hold of the button acknowledges the fault.
     Fault = 5,
-    /// Outputs off; a press begins the trim of a servo.
+    /// Outputs off; a hold of the button begins the trim of a servo.
     TrimReady = 6,
     /// One servo is moved slowly, the others are in the park pose.
     Trimming = 7,
@@ -73,7 +77,7 @@ impl SupervisorState {
         matches!(self, Self::Arming | Self::Walking | Self::Stopping | Self::Trimming)
     }
 
-    /// Whether a press begins or ends a trim.
+    /// Whether the button begins or ends a trim.
     #[must_use]
     pub const fn is_trim(self) -> bool {
         matches!(self, Self::TrimReady | Self::Trimming)
@@ -156,11 +160,19 @@ pub enum Cause {
     Supply = 22,
     /// Too many ticks began or ended late.
     Late = 23,
+    /// The button was released too soon to arm: [`crate::control::button`] has the times.
+    HoldShort = 24,
+    /// The button was released too late to arm.
+    HoldLong = 25,
+    /// The button was pressed too often to arm.
+    Presses = 26,
+    /// The person whom the follower follows has stood for longer than tolerated.
+    PersonStands = 27,
 }
 
 impl Cause {
     /// Every cause, in the order of its number.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 28] = [
         Self::None,
         Self::Button,
         Self::SensorOpen,
@@ -185,6 +197,10 @@ impl Cause {
         Self::HostSilent,
         Self::Supply,
         Self::Late,
+        Self::HoldShort,
+        Self::HoldLong,
+        Self::Presses,
+        Self::PersonStands,
     ];
 
     /// Name in telemetry.
@@ -215,6 +231,10 @@ impl Cause {
             Self::HostSilent => "host_silent",
             Self::Supply => "supply",
             Self::Late => "late",
+            Self::HoldShort => "hold_short",
+            Self::HoldLong => "hold_long",
+            Self::Presses => "presses",
+            Self::PersonStands => "person_stands",
         }
     }
 
@@ -222,6 +242,17 @@ impl Cause {
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|cause| cause.name() == name)
+    }
+
+    /// Cause for a press that is refused; `None` for any other event of the button.
+    #[must_use]
+    const fn of_refused(event: ButtonEvent) -> Option<Self> {
+        match event {
+            ButtonEvent::TooShort => Some(Self::HoldShort),
+            ButtonEvent::TooLong => Some(Self::HoldLong),
+            ButtonEvent::TooMany => Some(Self::Presses),
+            ButtonEvent::None | ButtonEvent::Press | ButtonEvent::Hold => None,
+        }
     }
 
     /// Cause for a sensor's validity; [`Cause::None`] for good.
@@ -279,8 +310,8 @@ pub struct SupervisorStatus {
 /// Inputs of the supervisor in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Inputs {
-    /// The button was pressed: a debounced edge.
-    pub press: bool,
+    /// What the button did.
+    pub button: ButtonEvent,
     /// The ramp of the present state has ended.
     pub settled: bool,
     /// Demand of the monitor, or of a host that asks for a stop.
@@ -322,20 +353,25 @@ pub struct Actions {
 pub const fn next(status: SupervisorStatus, inputs: Inputs) -> (SupervisorStatus, Actions) {
     use SupervisorState::{Arming, Boot, Disarmed, Fault, Stopping, TrimReady, Trimming, Walking};
     let SupervisorStatus { state, cause } = status;
+    let (press, hold) = (matches!(inputs.button, ButtonEvent::Press), matches!(inputs.button, ButtonEvent::Hold));
+    let refused = match Cause::of_refused(inputs.button) {
+        Some(refused) => refused,
+        None => cause,
+    };
     let (state, cause, motion) = match (state, inputs.demand) {
         (Boot, _) => (Disarmed, Cause::None, Motion::Rest),
 
-        (Fault, Demand::Go | Demand::Stop(_)) if inputs.press => (Disarmed, cause, Motion::Rest),
+        (Fault, Demand::Go | Demand::Stop(_)) if hold => (Disarmed, cause, Motion::Rest),
         (Fault, _) => (Fault, cause, Motion::Freeze),
         (_, Demand::Fault(why)) => (Fault, why, Motion::Freeze),
 
         (Disarmed, _) if inputs.trim => (TrimReady, Cause::None, Motion::Rest),
-        (Disarmed, Demand::Go) if inputs.press => (Arming, Cause::None, Motion::Rise),
-        (Disarmed, Demand::Stop(why)) if inputs.press => (Disarmed, why, Motion::Rest),
-        (Disarmed, _) => (Disarmed, cause, Motion::Rest),
+        (Disarmed, Demand::Go) if hold => (Arming, Cause::None, Motion::Rise),
+        (Disarmed, Demand::Stop(why)) if hold => (Disarmed, why, Motion::Rest),
+        (Disarmed, _) => (Disarmed, refused, Motion::Rest),
 
         (Arming | Walking, Demand::Stop(why)) => (Stopping, why, Motion::Hurry),
-        (Arming | Walking, Demand::Go) if inputs.press => (Stopping, Cause::Button, Motion::Stop),
+        (Arming | Walking, Demand::Go) if press => (Stopping, Cause::Button, Motion::Stop),
         (Arming, Demand::Go) if inputs.settled => (Walking, cause, Motion::Run),
         (Arming | Walking, Demand::Go) => (state, cause, Motion::Run),
 
@@ -347,12 +383,12 @@ pub const fn next(status: SupervisorStatus, inputs: Inputs) -> (SupervisorStatus
         (Stopping, Demand::Go) => (Stopping, cause, Motion::Run),
 
         (TrimReady, Demand::Stop(Cause::Request)) => (Disarmed, Cause::Request, Motion::Rest),
-        (TrimReady, Demand::Go) if inputs.press => (Trimming, Cause::None, Motion::Trim),
-        (TrimReady, Demand::Stop(why)) if inputs.press => (TrimReady, why, Motion::Rest),
-        (TrimReady, _) => (TrimReady, cause, Motion::Rest),
+        (TrimReady, Demand::Go) if hold => (Trimming, Cause::None, Motion::Trim),
+        (TrimReady, Demand::Stop(why)) if hold => (TrimReady, why, Motion::Rest),
+        (TrimReady, _) => (TrimReady, refused, Motion::Rest),
 
         (Trimming, Demand::Stop(why)) => (TrimReady, why, Motion::Rest),
-        (Trimming, Demand::Go) if inputs.press => (TrimReady, Cause::Button, Motion::Rest),
+        (Trimming, Demand::Go) if press => (TrimReady, Cause::Button, Motion::Rest),
         (Trimming, Demand::Go) => (Trimming, cause, Motion::Trim),
     };
     (SupervisorStatus { state, cause }, Actions { outputs: state.moving(), motion })
@@ -361,6 +397,15 @@ pub const fn next(status: SupervisorStatus, inputs: Inputs) -> (SupervisorStatus
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const EVENTS: [ButtonEvent; 6] = [
+        ButtonEvent::None,
+        ButtonEvent::Press,
+        ButtonEvent::Hold,
+        ButtonEvent::TooShort,
+        ButtonEvent::TooLong,
+        ButtonEvent::TooMany,
+    ];
 
     /// Every status with every input, and the result of `next`.
     fn rows() -> impl Iterator<Item = (SupervisorStatus, Inputs, SupervisorStatus, Actions)> {
@@ -373,9 +418,9 @@ mod tests {
             let demands = demands.clone();
             Cause::ALL.into_iter().flat_map(move |cause| {
                 demands.clone().into_iter().flat_map(move |demand| {
-                    (0..8).map(move |bits| {
-                        let [press, settled, trim] = [1, 2, 4].map(|bit| bits & bit != 0);
-                        let inputs = Inputs { press, settled, demand, trim };
+                    (0..4 * EVENTS.len()).map(move |place| {
+                        let [settled, trim] = [1, 2].map(|bit| place & bit != 0);
+                        let inputs = Inputs { button: EVENTS[place / 4], settled, demand, trim };
                         let status = SupervisorStatus { state, cause };
                         let (after, actions) = next(status, inputs);
                         (status, inputs, after, actions)
@@ -394,26 +439,27 @@ mod tests {
             .filter_map(|line| line.strip_prefix("//! | "))
             .map(|line| line.trim_end_matches('|').split('|').map(str::trim).collect())
             .collect();
-        assert_eq!(table[0].len(), 9);
+        assert_eq!(table[0].len(), 10);
         let mut checked = 0;
         for (status, inputs, after, actions) in rows() {
             let row = table.iter().find(|row| row[0] == status.state.name()).expect("a row for each state");
-            let column = match (inputs.demand, inputs.press) {
-                (Demand::Go, false) => 1,
-                (Demand::Go, true) => 2,
-                (Demand::Stop(_), false) => 3,
-                (Demand::Stop(_), true) => 4,
-                (Demand::Fault(_), _) => 5,
+            let column = match (inputs.demand, inputs.button) {
+                (Demand::Go, ButtonEvent::Press) => 2,
+                (Demand::Go, ButtonEvent::Hold) => 3,
+                (Demand::Go, _) => 1,
+                (Demand::Stop(_), ButtonEvent::Hold) => 5,
+                (Demand::Stop(_), _) => 4,
+                (Demand::Fault(_), _) => 6,
             };
-            // The last column applies in stopping unless a fault, and in arming on go without a press.
+            // That column applies in stopping unless a fault, and in arming on go without a press.
             let settles = match status.state {
-                SupervisorState::Stopping => column != 5,
-                SupervisorState::Arming => column == 1,
+                SupervisorState::Stopping => column != 6,
+                SupervisorState::Arming => column == 1 || column == 3,
                 _ => false,
             };
             let stop_request = inputs.demand == Demand::Stop(Cause::Request);
             let columns =
-                [(inputs.settled && settles, 6), (stop_request, 7), (inputs.trim && column != 5, 8), (true, column)];
+                [(inputs.settled && settles, 7), (stop_request, 8), (inputs.trim && column != 6, 9), (true, column)];
             // A trim request goes before the others, then what has settled.
             let order = [columns[2], columns[0], columns[1], columns[3]];
             let filled = order.iter().find(|(applies, place)| *applies && (*place == column || row[*place] != "-"));
@@ -428,11 +474,11 @@ mod tests {
             assert_eq!(actions.outputs, ["arming", "walking", "stopping", "trimming"].contains(&state), "{given}");
             checked += 1;
         }
-        assert_eq!(checked, 8 * 24 * 49 * 8);
+        assert_eq!(checked, 8 * 28 * 57 * 24);
     }
 
     #[test]
-    fn motion_begins_only_by_a_press_without_faults() {
+    fn motion_begins_only_by_a_hold_without_faults() {
         for (before, inputs, after, actions) in rows() {
             if !before.state.moving() && after.state.moving() {
                 let motion = match (before.state, after.state) {
@@ -440,7 +486,7 @@ mod tests {
                     (SupervisorState::TrimReady, SupervisorState::Trimming) => Motion::Trim,
                     other => panic!("{other:?}"),
                 };
-                assert!(inputs.press && inputs.demand == Demand::Go);
+                assert_eq!((inputs.button, inputs.demand), (ButtonEvent::Hold, Demand::Go));
                 assert_eq!(actions.motion, motion);
             }
             // Between trim and walking is a stop request.
@@ -460,7 +506,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_is_latched_and_needs_two_presses_to_move_again() {
+    fn a_fault_is_latched_and_needs_two_holds_to_move_again() {
         for (before, inputs, after, actions) in rows() {
             if let (Demand::Fault(_), true) = (inputs.demand, before.state != SupervisorState::Boot) {
                 assert_eq!(after.state, SupervisorState::Fault);
@@ -468,7 +514,7 @@ mod tests {
             }
             if before.state == SupervisorState::Fault {
                 assert_eq!(after.cause, before.cause, "the first cause is kept");
-                let leaves = inputs.press && !matches!(inputs.demand, Demand::Fault(_));
+                let leaves = inputs.button == ButtonEvent::Hold && !matches!(inputs.demand, Demand::Fault(_));
                 assert_eq!(after.state, if leaves { SupervisorState::Disarmed } else { SupervisorState::Fault });
             }
             assert_ne!(after.state, SupervisorState::Boot);
@@ -486,7 +532,7 @@ mod tests {
                 (SupervisorState::Stopping, Demand::Stop(why)) if before.cause == Cause::Button => {
                     assert_eq!(after.cause, why)
                 }
-                (SupervisorState::Disarmed, Demand::Stop(why)) if !entered && inputs.press => {
+                (SupervisorState::Disarmed, Demand::Stop(why)) if !entered && inputs.button == ButtonEvent::Hold => {
                     assert_eq!(after.cause, why)
                 }
                 (SupervisorState::Arming, _) if entered => assert_eq!(after.cause, Cause::None),
@@ -498,9 +544,21 @@ mod tests {
                     assert_eq!(after.cause, Cause::Button)
                 }
                 (SupervisorState::TrimReady, _) if entered => assert_eq!(after.cause, Cause::None),
-                (SupervisorState::TrimReady, Demand::Stop(why)) if inputs.press => assert_eq!(after.cause, why),
+                (SupervisorState::TrimReady, Demand::Stop(why)) if inputs.button == ButtonEvent::Hold => {
+                    assert_eq!(after.cause, why)
+                }
                 (SupervisorState::Disarmed, Demand::Stop(why)) if before.state == SupervisorState::TrimReady => {
                     assert_eq!(after.cause, why)
+                }
+                // The release of a press that is no hold.
+                (SupervisorState::Disarmed | SupervisorState::TrimReady, _) if !entered => {
+                    let refused = match inputs.button {
+                        ButtonEvent::TooShort => Cause::HoldShort,
+                        ButtonEvent::TooLong => Cause::HoldLong,
+                        ButtonEvent::TooMany => Cause::Presses,
+                        _ => before.cause,
+                    };
+                    assert_eq!(after.cause, refused);
                 }
                 _ => assert_eq!(after.cause, before.cause),
             }

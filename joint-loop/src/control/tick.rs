@@ -11,6 +11,7 @@ use crate::motion::blend::{Blend, Weight};
 use crate::motion::gate::{Gate, GateState, GateStatus};
 use crate::motion::servo::ServoMap;
 use crate::tuning::{Action, Answer, Outcome, Robot, Settings, Source, Tuner};
+use cpg_core::entrainment::Lock;
 use cpg_core::{Follow, Generator};
 use hgod_adc::{Sensor, SensorState, Validity};
 use joint_units::{Joint, Period, PulseMicros, Radians};
@@ -53,7 +54,7 @@ pub struct JointLoop<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> {
     weight: Weight,
     gating: GateState,
     parked: GateState,
-    /// The servo that a press trims, or that is trimmed; the last one after a trim.
+    /// The servo that a hold of the button trims, or that is trimmed; the last one after a trim.
     trim: Option<Trim>,
     frame: Frame<S>,
 }
@@ -69,11 +70,11 @@ enum Asked {
 impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
     /// Takes the sample of one tick and returns its command.
     ///
-    /// The order is: count, debounce, measure, monitor and supervise, generate, blend, gate, servo map, frame.
+    /// The order is: count, button, measure, monitor and supervise, generate, blend, gate, servo map, frame.
     pub fn tick(&mut self, sample: &Sample<S>) -> Command {
         // Count. Missed periods are counted and dropped.
         let elapsed = self.count(sample);
-        let press = self.stages.button.sample(&mut self.press, sample.button);
+        let button = self.stages.button.sample(&mut self.press, sample.button, elapsed);
 
         // Measure.
         let sensors = self.measure(sample, elapsed);
@@ -83,7 +84,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         let demand = self.stages.monitor.judge(&mut self.monitor_state, &seen);
         let asked = self.asked(sample);
         let demand = self.demand(demand, asked);
-        let inputs = Inputs { press, settled: self.settled(), demand, trim: asked == Asked::Trim };
+        let inputs = Inputs { button, settled: self.settled(), demand, trim: asked == Asked::Trim };
         let (mut status, mut actions) = next(self.status, inputs);
 
         // Generate: one step per call in every state, so that each tick has the same cost. Missed steps are not made up.
@@ -101,6 +102,11 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
 
         // Command.
         let command = if actions.outputs { Command { pulses } } else { Command::OFF };
+
+        // The button: a press acts on one state.
+        if status.state != self.status.state {
+            self.press.spend();
+        }
 
         // Frame.
         self.status = status;
@@ -252,6 +258,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             sensors,
             generator_sound: self.sound,
             pose_limited: self.frame.limited.contains(GateStatus::POSE),
+            person_stands: self.generator.follow_status().is_some_and(|status| status.state == Lock::Stopped),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Trim: moves one servo slowly to find its neutral pulse and its scale, while the others stay in the park pose.
 //!
-//! 1. At rest, a host chooses the servo ([`Action::Trim`]). From then on a press of the button begins the trim.
+//! 1. At rest, a host chooses the servo ([`Action::Trim`]). From then on a hold of the button begins the trim.
 //! 2. In trim, the host sets the pulse ([`Action::Jog`]), within the pulses of the servo in the robot record. The pulse moves there by one
 //!    microsecond in [`STEP_S`]: about 9 degrees a second.
 //! 3. A press, a stop request, or [`SILENCE_S`] without a jog ends the trim: the outputs go off.

@@ -2,6 +2,7 @@
 //!
 //! All fields are plain data in SI units. [`LoopConfig::build`] checks them and makes a [`JointLoop`] for one control period.
 
+use crate::control::button::ButtonConfig;
 use crate::control::monitor::MonitorConfig;
 use crate::control::supply::Supply;
 use crate::control::tick::{JointLoop, Stages};
@@ -25,6 +26,8 @@ pub struct LoopConfig {
     pub blend: BlendConfig,
     /// Monitored conditions and their tolerances.
     pub monitor: MonitorConfig,
+    /// Times of the button.
+    pub button: ButtonConfig,
     /// Channel of the sensor whose angle a follower gets, counted from 0. On a channel without a sensor a follower gets no angle.
     pub gait_sensor: usize,
     /// The chip's internal reference with the least supply: watched on every board, with or without sensors. `None` in a loop without a chip.
@@ -38,7 +41,7 @@ impl LoopConfig {
         Self::of(&RobotConfig::default_biped())
     }
 
-    /// The loop of a robot, with default ramp times and monitor.
+    /// The loop of a robot, with default ramp times, monitor and button.
     #[must_use]
     pub const fn of(robot: &RobotConfig) -> Self {
         Self {
@@ -46,6 +49,7 @@ impl LoopConfig {
             servos: robot.servos,
             blend: robot.blend(),
             monitor: MonitorConfig::DEFAULT,
+            button: ButtonConfig::DEFAULT,
             gait_sensor: 0,
             supply: None,
         }
@@ -65,8 +69,8 @@ impl LoopConfig {
         let Robot { gate, servos, blend, parked } = Robot::build(&self.gate, &self.servos, &self.blend, period)?;
         let trimmer = Trimmer::build(servos, blend.park(), period)?;
         let monitor = self.monitor.build(period)?;
-        let button = self.monitor.button(period)?;
         let supply = self.supply.map(|reference| Supply::new(reference, period));
+        let button = self.button.build(period)?;
         if self.monitor.sensor_required && sensors.iter().all(Option::is_none) {
             return Err(LoopError::NoSensor);
         }

@@ -7,6 +7,7 @@ use cpg_core::BuildError;
 use hgod_adc::{CalibrationError, ReferenceConfig, ReferenceError, Sensor, SensorError};
 use joint_units::{AdcCode, Joint, Period, Volts};
 
+use crate::control::fault_table::FOLLOWER_LOST_MS;
 use crate::setup::robot_config::RobotConfig;
 use crate::setup::sensors::{JointSensor, JointSensors, JointSensorsError, SENSOR_JOINT, SENSORS};
 use crate::{BoardGenerator, GeneratorConfig, JointLoop, LoopConfig, LoopError};
@@ -103,7 +104,8 @@ impl core::error::Error for BoardLoopError {}
 /// Builds the loop of a board, before its first tick, at a control period of 1 ms.
 ///
 /// `vrefint_cal` is the factory's code of the chip's internal reference, `min_supply` the lowest supply at which a sample can be good, see
-/// [`RobotConfig::min_supply_on`]. With `sensor_required` the joints move only while the sensors are good; a follower needs them good only to arm.
+/// [`RobotConfig::min_supply_on`]. With `sensor_required` the joints move only while the sensors are good; a follower
+/// may lose them for [`FOLLOWER_LOST_MS`].
 ///
 /// ```
 /// use joint_loop::setup::default_loop::{Parameters, board_loop};
@@ -139,8 +141,8 @@ pub fn board_loop(
     let mut config = LoopConfig::of(&parameters.robot);
     config.monitor.sensor_required = sensor_required;
     if parameters.generator.follows().is_some() {
-        // Without a sensor a follower continues for two seconds, then stands, and follows again when the sensor is good.
-        config.monitor.sensor_tolerance_s = f32::INFINITY;
+        // Without a sensor a follower continues for two seconds, then stands, and follows again when the sensor is good before this time.
+        config.monitor.sensor_tolerance_s = f32::from(FOLLOWER_LOST_MS) / 1000.0;
     }
     board_loop_with(&config, parameters, vrefint_cal, min_supply)
 }

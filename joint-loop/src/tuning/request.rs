@@ -31,7 +31,7 @@ pub enum Action {
         /// Its new value, thousandths of its unit.
         thousandths: i32,
     },
-    /// At rest: choose the servo that the next press of the button trims, see [`crate::control::trim`].
+    /// At rest: choose the servo that the next hold of the button trims, see [`crate::control::trim`].
     Trim {
         /// The servo's joint.
         joint: Joint,
@@ -114,7 +114,7 @@ pub struct Answer {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Outcome {
-    /// Valid, and waits: settings for the next phase boundary, a trim for a press of the button.
+    /// Valid, and waits: settings for the next phase boundary, a trim for a hold of the button.
     Staged,
     /// In effect from this tick on.
     InEffect,

@@ -65,6 +65,12 @@ pub fn run<G: Generator<4> + Follow>(
     command
 }
 
+/// Holds the button for 0.4 s and releases it, so that the last tick is the release: arms, or acknowledges a fault.
+pub fn hold<G: Generator<4> + Follow>(joints: &mut JointLoop<G, 1>) -> Command {
+    run(joints, 400, |sample| Sample { button: true, ..sample });
+    run(joints, 20, |sample| sample)
+}
+
 /// Holds the button for 20 ticks, so that the last of them is the press.
 pub fn press<G: Generator<4> + Follow>(joints: &mut JointLoop<G, 1>) -> Command {
     run(joints, 20, |sample| Sample { button: true, ..sample })
@@ -83,19 +89,20 @@ pub fn fault<G: Generator<4> + Follow>(joints: &mut JointLoop<G, 1>, faults: Boa
 /// Samples that lead from boot to a state.
 pub fn script(state: SupervisorState) -> Vec<Sample<1>> {
     let idle = |ticks| vec![Sample { button: false, ..good(0) }; ticks];
-    let press = || vec![Sample { button: true, ..good(0) }; 20];
+    let held = |ticks| vec![Sample { button: true, ..good(0) }; ticks];
+    let hold = || [held(400), idle(20)].concat();
     let clock = Sample { faults: BoardFaults::CLOCK, ..good(0) };
     let action = Action::Trim { joint: Joint::LeftKnee };
     let trim = Sample { request: Some(Request { number: 1, action }), ..good(0) };
     let mut script = match state {
         SupervisorState::Boot => vec![],
         SupervisorState::Disarmed => idle(100),
-        SupervisorState::Arming => [idle(100), press(), idle(700)].concat(),
-        SupervisorState::Walking => [idle(100), press(), idle(2_700)].concat(),
-        SupervisorState::Stopping => [idle(100), press(), idle(2_700), press(), idle(300)].concat(),
+        SupervisorState::Arming => [idle(100), hold(), idle(700)].concat(),
+        SupervisorState::Walking => [idle(100), hold(), idle(2_700)].concat(),
+        SupervisorState::Stopping => [idle(100), hold(), idle(2_700), held(20), idle(300)].concat(),
         SupervisorState::Fault => [idle(100), vec![clock]].concat(),
         SupervisorState::TrimReady => [idle(100), vec![trim]].concat(),
-        SupervisorState::Trimming => [idle(100), vec![trim], press(), idle(700)].concat(),
+        SupervisorState::Trimming => [idle(100), vec![trim], hold(), idle(700)].concat(),
     };
     for (tick, sample) in (0..).zip(&mut script) {
         sample.codes = good(tick).codes;

@@ -20,9 +20,9 @@ pub const STARTS: u32 = 4;
 const WALKED: (f64, f64) = (20.0, 20.0);
 /// Most ticks of each start.
 const MOST_TICKS: f64 = 300_000.0;
-/// Ticks from the boot to the first arming, and with the button pressed.
+/// Ticks from the boot to the first hold of the button, and of the hold.
 const BOOT: u32 = 100;
-const PRESS: u32 = 50;
+const HOLD: u32 = 400;
 /// Ticks within which a ramp ends; it takes 2 s.
 const RAMP: u32 = 5_000;
 /// Most ticks before an arming, for slow generators.
@@ -102,8 +102,8 @@ pub(crate) fn drive(subject: &Subject, config: &LoopConfig, excesses: &[Excess])
             joints.tick(&Sample::default());
         }
         let mut armed = 0;
-        for tick in 0..PRESS + RAMP {
-            joints.tick(&Sample { button: tick < PRESS, ..Sample::default() });
+        for tick in 0..HOLD + RAMP {
+            joints.tick(&Sample { button: tick < HOLD, ..Sample::default() });
             armed += 1;
             if joints.state() == SupervisorState::Walking {
                 break;

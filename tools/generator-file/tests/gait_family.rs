@@ -144,7 +144,7 @@ fn a_whole_course_keeps_walking() {
     let mut joints: JointLoop<Unguided<Course>, 0> = config.build(Period::MILLISECOND, course, []).expect("built");
     let (mut furthest, mut limited) = ([0.0f32; Joint::COUNT], 0);
     for tick in 0..45_000u32 {
-        joints.tick(&Sample { button: (100..150).contains(&tick), ..Sample::default() });
+        joints.tick(&Sample { button: (100..500).contains(&tick), ..Sample::default() });
         let Some(tick) = tick.checked_sub(ARMED) else { continue };
         assert_eq!(joints.state(), SupervisorState::Walking, "at {tick} ms: {}", joints.frame().cause.name());
         if joints.frame().limited.any() {

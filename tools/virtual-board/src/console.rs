@@ -14,6 +14,8 @@ pub(crate) enum ConsoleCommand {
     Press,
     /// `release`: release it.
     Release,
+    /// `hold`: press it for half a virtual second, a hold whose release arms.
+    Hold,
     /// `quit`, SIGINT or SIGTERM: end the run with its summary.
     Quit,
     /// Any other line.
@@ -26,6 +28,7 @@ impl ConsoleCommand {
             "" => return None,
             "press" => ConsoleCommand::Press,
             "release" => ConsoleCommand::Release,
+            "hold" => ConsoleCommand::Hold,
             "quit" => ConsoleCommand::Quit,
             other => ConsoleCommand::Unknown(other.to_owned()),
         })
@@ -96,6 +99,7 @@ mod tests {
     fn lines_are_commands() {
         assert_eq!(ConsoleCommand::parse("press\r"), Some(ConsoleCommand::Press));
         assert_eq!(ConsoleCommand::parse(" release "), Some(ConsoleCommand::Release));
+        assert_eq!(ConsoleCommand::parse("hold"), Some(ConsoleCommand::Hold));
         assert_eq!(ConsoleCommand::parse("quit"), Some(ConsoleCommand::Quit));
         assert_eq!(ConsoleCommand::parse(""), None);
         assert_eq!(ConsoleCommand::parse("jump"), Some(ConsoleCommand::Unknown("jump".into())));

@@ -49,7 +49,7 @@ use crate::report::ReportWriter;
 use crate::run::{BoardRun, RunOptions};
 use crate::serial::SerialPort;
 
-/// Runs an ELF for the STM32F407 on a modelled chip. Writes JSON lines to standard output; reads press, release, quit from standard input.
+/// Runs an ELF for the STM32F407 on a modelled chip. Writes JSON lines to standard output; reads press, release, hold, quit from standard input.
 #[derive(Debug, Parser)]
 #[command(version)]
 struct Cli {
@@ -67,7 +67,7 @@ struct Cli {
     /// Repeat the voltages instead of holding the last row
     #[arg(long = "loop", requires = "volts")]
     repeat: bool,
-    /// Press the user button at these times, s, for HOLD seconds [default: 0.1]
+    /// Press the user button at these times, s, for HOLD seconds [default: 0.5, a hold whose release arms]
     #[arg(long, value_name = "T[:HOLD]", num_args = 1.., value_parser = parse_press)]
     press: Vec<ButtonPress>,
     /// Set an input pin to a constant level, for example PB12=1
@@ -210,8 +210,10 @@ fn parse_cpi(text: &str) -> Result<f64, String> {
 }
 
 fn parse_press(text: &str) -> Result<ButtonPress, String> {
-    let (at, hold) = text.split_once(':').unwrap_or((text, "0.1"));
-    Ok(ButtonPress { at: parse_time(at)?, hold: parse_positive(hold)? })
+    match text.split_once(':') {
+        Some((at, hold)) => Ok(ButtonPress { at: parse_time(at)?, hold: parse_positive(hold)? }),
+        None => parse_time(text).map(ButtonPress::deliberate),
+    }
 }
 
 fn parse_level(text: &str) -> Result<(Pin, bool), String> {
@@ -355,7 +357,7 @@ mod tests {
         let cli =
             parse(&["fw.elf", "--secs", "2", "--press", "0.5", "1:0.2", "--hang", "a::b@1", "--break", "no-clrex"])
                 .unwrap();
-        assert_eq!(cli.press, [ButtonPress { at: 0.5, hold: 0.1 }, ButtonPress { at: 1.0, hold: 0.2 }]);
+        assert_eq!(cli.press, [ButtonPress { at: 0.5, hold: 0.5 }, ButtonPress { at: 1.0, hold: 0.2 }]);
         assert_eq!((cli.secs, cli.cpi, cli.lsi_hz), (Some(2.0), 1.0, 32_000.0));
         assert_eq!(cli.omitted, [OmittedPart::NoClrex]);
     }

@@ -197,6 +197,13 @@ pub(crate) struct ButtonPress {
     pub(crate) hold: f64,
 }
 
+impl ButtonPress {
+    /// A press from this time on, s, with a hold of half a second: its release arms.
+    pub(crate) const fn deliberate(at: f64) -> Self {
+        Self { at, hold: 0.5 }
+    }
+}
+
 /// Signals at the pins of the board.
 #[derive(Debug, Default)]
 pub(crate) struct BoardPlant {
@@ -245,6 +252,12 @@ impl BoardPlant {
     /// Holds the analogue supply at a voltage from now on, V.
     pub(crate) fn hold_supply(&mut self, volts: f64) {
         self.held_supply = Some(volts);
+    }
+
+    /// Adds a press that begins now.
+    pub(crate) fn press_button(&mut self, press: ButtonPress) {
+        self.presses.push(press);
+        self.changed.set(true);
     }
 
     /// True if an input changes after a time, s.
@@ -367,11 +380,15 @@ mod tests {
                 && plant.input_level(BUTTON, 1.05)
                 && !plant.input_level(BUTTON, 1.1)
         );
+        plant.press_button(ButtonPress::deliberate(3.0));
+        assert_eq!(plant.next_pin_change(3.0), Some(3.0), "the chip must sample at once");
+        assert!(plant.input_level(BUTTON, 3.0) && plant.input_level(BUTTON, 3.499) && !plant.input_level(BUTTON, 3.5));
+        assert_eq!(plant.next_pin_change(3.0), Some(3.5));
         plant.hold_button(true);
         assert_eq!(plant.next_pin_change(5.0), Some(5.0), "the chip must sample at once");
         assert!(plant.input_level(BUTTON, 5.0));
         assert_eq!(plant.next_pin_change(5.0), Some(f64::INFINITY));
-        assert!(plant.expects_change(1.05) && !plant.expects_change(1.2));
+        assert!(plant.expects_change(3.4) && !plant.expects_change(3.6));
     }
 
     #[test]

@@ -82,9 +82,9 @@ impl BoardProcess {
         }
     }
 
-    /// Presses or releases the user button.
-    pub fn hold_button(&mut self, down: bool) {
-        self.write(if down { "press" } else { "release" });
+    /// Holds the user button for half a virtual second: its release arms, and a motion stops at once.
+    pub fn hold_button(&mut self) {
+        self.write("hold");
     }
 
     /// Asks the board to end. Its last line follows.
@@ -185,15 +185,14 @@ mod tests {
         let mut board = shell(
             r#"while read word; do echo "{\"type\":\"remark\",\"text\":\"$word\"}"; [ "$word" = quit ] && exit 0; done"#,
         );
-        board.hold_button(true);
-        board.hold_button(false);
+        board.hold_button();
         board.quit();
         let mut heard = Vec::new();
         while let Some(Output::Line(BoardLine::Remark { text, .. })) = board.next(Duration::from_secs(20)) {
             heard.push(text);
         }
-        assert_eq!(heard.len(), 3);
-        assert!(heard[0].contains("press") && heard[1].contains("release") && heard[2].contains("quit"));
+        assert_eq!(heard.len(), 2);
+        assert!(heard[0].contains("hold") && heard[1].contains("quit"));
     }
 
     #[test]

@@ -221,7 +221,7 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
                 "footfall trim left_hip --serial /dev/ttyACM0 --robot robot.toml -o robot.toml --force",
             ),
             (
-                "The answers from a file, a line each; someone presses the button:",
+                "The answers from a file, a line each; someone holds the button:",
                 "footfall trim left_knee --serial /dev/ttyACM0 --robot robot.toml -o trimmed.toml < answers.txt",
             ),
         ],

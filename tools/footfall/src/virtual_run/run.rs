@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::prepare::{Prepared, about, arguments, prepare};
-use super::settings::{PRESS_S, Settings, Show};
+use super::settings::{Settings, Show};
 use super::tuned::Tuned;
 use crate::board::process::{BoardProcess, Output};
 use crate::board::run::{BoardRun, Event};
@@ -279,7 +279,6 @@ fn on_screen(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool
     let mut terminal =
         ratatui::try_init().map_err(|error| Failure::run(format!("the screen cannot be opened: {error}")))?;
     let mut ending = Ending::new(interrupt);
-    let mut released_at: Option<f64> = None;
     let mut drawn = Instant::now();
     let shown = loop {
         if run.error.is_some() || ending.end_if_requested(board) {
@@ -289,10 +288,6 @@ fn on_screen(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool
             && run.take(output).is_none()
         {
             break Ok(());
-        }
-        if released_at.is_some_and(|at| run.view.t_s >= at) {
-            board.hold_button(false);
-            released_at = None;
         }
         if drawn.elapsed() < FRAME {
             continue;
@@ -306,17 +301,14 @@ fn on_screen(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool
             Err(error) => break Err(Failure::run(error)),
         };
         match key {
-            Some(Key::Button) if released_at.is_none() => {
-                board.hold_button(true);
-                released_at = Some(run.view.t_s + PRESS_S);
-            }
+            Some(Key::Button) => board.hold_button(),
             Some(Key::End) => ending.requested = true,
             Some(Key::Tune(key)) => {
                 if let Some(tuned) = &mut run.tuned {
                     tuned.press(key, &mut run.view);
                 }
             }
-            Some(Key::Button) | None => {}
+            None => {}
         }
     };
     let restored = ratatui::try_restore().map_err(Failure::run);

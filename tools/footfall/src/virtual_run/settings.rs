@@ -8,8 +8,8 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// When `--press auto` presses the button, in virtual seconds.
-pub const ARM_AT_S: f64 = 0.3;
+/// When `--press auto` begins to hold the button, in virtual seconds.
+pub const ARM_AT_S: f64 = 0.1;
 
 /// How long before the end `--disarm` presses the button: the stop takes 1 s, and half a second shows that nothing moves after it.
 pub const DISARM_BEFORE_END_S: f64 = 1.7;
@@ -17,8 +17,8 @@ pub const DISARM_BEFORE_END_S: f64 = 1.7;
 /// Virtual seconds of a run without a terminal, where no option gives them.
 pub const DEFAULT_SECS: f64 = 10.0;
 
-/// How long the button is held, in virtual seconds.
-pub const PRESS_S: f64 = 0.1;
+/// How long the button is held, in virtual seconds: a deliberate hold, whose release arms.
+pub const PRESS_S: f64 = 0.5;
 
 /// A run on the virtual board.
 #[derive(Debug, Clone)]

@@ -189,10 +189,10 @@ impl SimulatedBoard {
         }
     }
 
-    /// Arms after 0.3 s and walks to the end of that many seconds.
+    /// Arms after 0.4 s and walks to the end of that many seconds.
     pub(crate) fn walk(&mut self, secs: u32) {
-        self.tick(300, false);
-        self.tick(100, true);
+        self.tick(50, false);
+        self.tick(350, true);
         self.tick(secs * 1000 - 400, false);
     }
 

@@ -9,6 +9,7 @@ use stm32f4_model::{Conversion, Lint};
 use super::{BoardRun, IdleState, PERIODIC_JOB_S};
 use crate::console::ConsoleCommand;
 use crate::inject::{Injection, InjectionKind, Moment};
+use crate::plant::ButtonPress;
 use crate::pulses::{SERVOS, TimedOutputChange};
 use crate::report::{self, LintCount, ReportLine, RunSummary};
 
@@ -64,9 +65,10 @@ impl<W: Write> BoardRun<'_, W> {
             match command {
                 ConsoleCommand::Press => self.cpu.machine().plant.hold_button(true),
                 ConsoleCommand::Release => self.cpu.machine().plant.hold_button(false),
+                ConsoleCommand::Hold => self.cpu.machine().plant.press_button(ButtonPress::deliberate(seconds)),
                 ConsoleCommand::Quit => return Ok(Some("killed")),
                 ConsoleCommand::Unknown(line) => {
-                    eprintln!("virtual-board: `{line}` is not a command; allowed is press, release or quit")
+                    eprintln!("virtual-board: `{line}` is not a command; allowed is press, release, hold or quit")
                 }
             }
         }

@@ -98,7 +98,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
                     self.keep_going(&seen)?;
                 }
                 _ if self.goal.is_some() => self.pause(&seen)?,
-                // A fault that was acknowledged: the next press would arm a walk.
+                // A fault that was acknowledged: the next hold of the button would arm a walk.
                 SupervisorState::Disarmed => self.choose()?,
                 _ => {}
             }
@@ -108,7 +108,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
         }
     }
 
-    /// Makes the next press of the button begin a trim.
+    /// Makes the next hold of the button begin a trim.
     fn choose(&mut self) -> Result<(), Failure> {
         let name = self.joint.name();
         match self.board.ask(Action::Trim { joint: self.joint })? {
@@ -124,7 +124,8 @@ impl<B: Trimmed, W: Write> Session<B, W> {
         // The state of before the answer is no longer that of the board.
         while self.board.listen()?.is_none_or(|seen| seen.state == SupervisorState::Disarmed) {}
         self.tell(format_args!(
-            "{name}: press the board's button. Then all servos get pulses: those of the park pose. Keep clear; another press switches them off."
+            "{name}: hold the board's button for half a second. At its release all servos get pulses: those of the park pose. Keep clear; a press \
+             switches them off at once."
         ))
     }
 
@@ -180,11 +181,12 @@ impl<B: Trimmed, W: Write> Session<B, W> {
         (self.goal, self.is_moving) = (None, false);
         let cause = seen.cause.name();
         if seen.state == SupervisorState::Fault {
-            return self
-                .tell(format_args!("fault, cause {cause}: the outputs are off. A press acknowledges it; or `quit`"));
+            return self.tell(format_args!(
+                "fault, cause {cause}: the outputs are off. A hold of half a second acknowledges it; or `quit`"
+            ));
         }
         self.tell(format_args!(
-            "the outputs are off, cause {cause}. A press goes on from the park pose; the angles so far are kept; or `quit`, `done`"
+            "the outputs are off, cause {cause}. A hold of half a second goes on from the park pose; the angles so far are kept; or `quit`, `done`"
         ))
     }
 
@@ -212,7 +214,7 @@ impl<B: Trimmed, W: Write> Session<B, W> {
         let is_at_goal = self.goal == Some(seen.pulses[self.joint as usize]);
         let too_early = match (line, self.goal) {
             (Some(Line::Angle(_) | Line::Move(_) | Line::To(_) | Line::Repeat), None) => {
-                Some("the servo gets no pulses: press the button first".to_owned())
+                Some("the servo gets no pulses: hold the button for half a second first".to_owned())
             }
             (Some(Line::Angle(_)), Some(goal)) if !is_at_goal => {
                 Some(format!("the servo is still on its way to {} us; say the angle when it is there", goal.0))
@@ -289,7 +291,7 @@ mod tests {
     use joint_units::{AdcCode, Volts};
     use std::sync::mpsc::{Sender, channel};
 
-    /// The loop of a board, with presses of its button at these ticks and a fault at one.
+    /// The loop of a board, with holds of its button from these ticks on and a fault at one.
     struct Loop {
         joints: BoardLoop,
         presses: Vec<u32>,
@@ -307,7 +309,7 @@ mod tests {
 
         fn tick(&mut self, request: Option<Request>) {
             let now = self.joints.frame().tick;
-            let button = self.presses.iter().any(|at| (*at..at + 40).contains(&now));
+            let button = self.presses.iter().any(|at| (*at..at + 400).contains(&now));
             let faults = if self.fault_at == Some(now) { BoardFaults::CLOCK } else { BoardFaults::NONE };
             self.joints.tick(&Sample { button, faults, request, vrefint: AdcCode(1501), ..Sample::default() });
         }
@@ -351,7 +353,7 @@ mod tests {
         assert_eq!(ended, Ok(points(&[(1_480, 0.0), (1_180, 30.0)])), "{said}");
         assert_eq!((board.joints.state(), board.joints.frame().cause), (SupervisorState::Disarmed, Cause::Request));
         assert!(
-            said.contains("press the board's button") && said.contains("forgotten: 1180 us is 99 degrees"),
+            said.contains("hold the board's button") && said.contains("forgotten: 1180 us is 99 degrees"),
             "{said}"
         );
     }
@@ -390,21 +392,24 @@ mod tests {
         assert_eq!(ended.unwrap(), points(&[(1_500, 0.0), (1_600, 15.0)]));
         let said = String::from_utf8(said).unwrap();
         // A person gets an answer, and nothing that was said too early happens later.
-        assert!(said.contains("press the button first") && said.contains("still on its way to 1600 us"), "{said}");
+        assert!(
+            said.contains("hold the button for half a second first") && said.contains("still on its way to 1600 us"),
+            "{said}"
+        );
         assert!(said.contains("to 1600 us, 1.0 s\nthe servo is still") && said.contains("\nat 1600 us\n"), "{said}");
     }
 
     #[test]
     fn a_press_pauses_and_a_fault_does_not_lead_to_a_walk() {
         let lines = "=1520\nangle 0\n=1600\nangle 20\ndone\n";
-        // The second press ends the trim on the way to 1600 us, the third begins it again from the park pose.
-        let mut board = Loop::new(&[500, 1_000, 2_000]);
+        // The second press ends the trim on the way to 1600 us, the third, so late that it is not one of too many, begins it again from the park pose.
+        let mut board = Loop::new(&[500, 1_500, 6_000]);
         let (ended, said) = session(&mut board, DEFAULT, lines);
         assert!(said.contains("the outputs are off, cause button"), "{said}");
         // What was on its way is asked for again by the user, who sees that the servo is parked: here, nobody does.
         assert_eq!(ended, Ok(points(&[(1_520, 0.0), (1_500, 20.0)])), "{said}");
-        // A fault, its acknowledgement, and a press that would arm, were the trim not chosen again.
-        let mut board = Loop { fault_at: Some(700), ..Loop::new(&[500, 1_000, 1_500]) };
+        // A fault, its acknowledgement, and a hold that would arm, were the trim not chosen again.
+        let mut board = Loop { fault_at: Some(1_100), ..Loop::new(&[500, 1_500, 6_000]) };
         let (ended, said) = session(&mut board, DEFAULT, "=1530\nangle 0\n=1630\nangle 20\ndone\n");
         assert!(said.contains("fault, cause clock") && ended.is_ok(), "{ended:?} {said}");
         assert_eq!(board.joints.state(), SupervisorState::Disarmed);
