@@ -22,6 +22,7 @@ fn main() -> ExitCode {
         a_low_supply_switches_the_outputs_off(Image),
         a_follower_does_not_walk_on_without_supply(Image),
         a_ripple_of_the_supply_stops_the_walk(Image),
+        a_changed_register_is_a_fault(Image),
     ])
 }
 
@@ -120,4 +121,41 @@ fn a_ripple_of_the_supply_stops_the_walk() {
     assert_eq!((state, cause), (SupervisorState::Stopping, Cause::Supply));
     assert!((3_980..4_060).contains(&tick), "{tick}");
     assert_eq!(frames.last().expect("frames").state, SupervisorState::Disarmed);
+}
+
+/// A register of everything that shapes a pulse changes in the middle of a tick: a fault in one of the next two, and no further pulse.
+fn a_changed_register_is_a_fault() {
+    let board = Board::find();
+    let folder = tempfile::tempdir().expect("a folder");
+    let feed = volts(folder.path(), 3.2, &|_| 3.0);
+    for (name, write) in [
+        ("TIM1 CR2", "0x40010004=0x8"),
+        ("TIM1 CCER: three channels on", "0x40010020=0x1110"),
+        ("TIM1 PSC", "0x40010028=83"),
+        ("TIM1 ARR", "0x4001002C=9999"),
+        ("TIM1 RCR", "0x40010030=1"),
+        ("TIM1 CCR1: another width", "0x40010034=2400"),
+        ("TIM1 CCR4: no width", "0x40010040=0"),
+        ("TIM1 DIER: no break interrupt", "0x4001000C=0"),
+        ("GPIOE MODER: servo pins are inputs", "0x40021000=0"),
+        ("GPIOE OTYPER: open drain", "0x40021004=0x0200"),
+        ("GPIOE AFRH: other functions", "0x40021024=0"),
+        ("GPIOC MODER: the servo-rail enable is an input", "0x40020800=0xC"),
+        ("GPIOB AFRH: no break input", "0x40020424=0"),
+        ("RCC CFGR: half the clock of TIM1", "0x40023808=0xB40A"),
+        ("FLASH ACR: no caches", "0x40023C00=5"),
+    ] {
+        let write = format!("{write}@3.0005");
+        let mut options: Vec<OsString> =
+            ["--press", "0.3", "--secs", "3.2", "--register", &write].map(Into::into).to_vec();
+        options.extend(["--volts".into(), feed.clone()]);
+        let ran = board.run(options);
+        let frames = ran.boots[0].watch(&GeneratorConfig::default_walk(), BoardLoop::frame);
+        let (tick, state, cause) = ended(&frames);
+        assert_eq!((state, cause), (SupervisorState::Fault, Cause::Outputs), "{name}");
+        // The board's tick 0 is some milliseconds after power-on.
+        assert!((2_985..=3_002).contains(&tick), "{name}: in tick {tick}");
+        let last = ran.pulses.last().expect("pulses").0;
+        assert!(last <= 3.003, "{name}: a pulse at {last} s");
+    }
 }

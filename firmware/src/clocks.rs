@@ -2,6 +2,8 @@
 //!
 //! HSE / 4 * 168 / 2 = 168 MHz; APB1 42 MHz (timers 84), APB2 84 MHz (timers 168), 48 MHz spare on Q.
 
+use core::sync::atomic::{AtomicU32, Ordering};
+
 use embassy_stm32::Config;
 use embassy_stm32::pac::{DBGMCU, FLASH, RCC};
 use embassy_stm32::rcc;
@@ -12,6 +14,22 @@ use firmware::board::{BOARD, Hse};
 pub(crate) const APB1_TIMER_MHZ: u16 = 84;
 /// Clock of the timers on APB2 (TIM1), MHz.
 pub(crate) const APB2_TIMER_MHZ: u16 = 168;
+
+/// The registers of the clock as they were after its start.
+static STARTED: [AtomicU32; 4] = [const { AtomicU32::new(0) }; 4];
+
+/// The registers that the speed of the timers and the reads of the flash depend on: oscillators, dividers, PLL, wait states. Bits that change by
+/// themselves are left out.
+fn registers() -> [u32; 4] {
+    /// HSEON, HSERDY, CSSON, PLLON, PLLRDY.
+    const RUNNING: u32 = 1 << 16 | 1 << 17 | 1 << 19 | 1 << 24 | 1 << 25;
+    [RCC.cr().read().0 & RUNNING, RCC.cfgr().read().0, RCC.pllcfgr().read().0, FLASH.acr().read().0]
+}
+
+/// Whether the clock is configured as it was started.
+pub(crate) fn is_as_started() -> bool {
+    registers().iter().zip(&STARTED).all(|(now, started)| *now == started.load(Ordering::Relaxed))
+}
 
 const HSE_HZ: u32 = 8_000_000;
 
@@ -56,6 +74,9 @@ pub(crate) fn start() -> Result<(), NoHse> {
     start_flash_accelerator();
     // From here on a crystal that stops raises the non-maskable interrupt, and breaks TIM1 in hardware.
     RCC.cr().modify(|w| w.set_csson(true));
+    for (register, started) in registers().into_iter().zip(&STARTED) {
+        started.store(register, Ordering::Relaxed);
+    }
     Ok(())
 }
 

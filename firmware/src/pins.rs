@@ -2,7 +2,7 @@
 
 use embassy_stm32::pac;
 use embassy_stm32::pac::gpio::Gpio;
-use embassy_stm32::pac::gpio::vals::{Idr, Moder, Pupdr};
+use embassy_stm32::pac::gpio::vals::{Idr, Moder, Odr, Ot, Pupdr};
 use firmware::board::{Pin, Port};
 
 /// A pin's registers. The clock of its port must be on.
@@ -33,6 +33,22 @@ pub(crate) trait PinRegisters: Copy {
         self.gpio().pupdr().modify(|w| w.set_pupdr(self.index(), pull));
     }
 
+    /// Whether the pin has this mode, and drives both levels where it is an output.
+    fn has_mode(self, mode: Moder) -> bool {
+        self.gpio().moder().read().moder(self.index()) == mode
+            && self.gpio().otyper().read().ot(self.index()) == Ot::PUSH_PULL
+    }
+
+    /// Whether the pin belongs to a peripheral by this function.
+    fn has_function(self, function: u8) -> bool {
+        self.gpio().afr(self.index() / 8).read().afr(self.index() % 8) == function && self.has_mode(Moder::ALTERNATE)
+    }
+
+    /// Whether an output is set high.
+    fn is_set(self) -> bool {
+        self.gpio().odr().read().odr(self.index()) == Odr::HIGH
+    }
+
     /// Gives the pin to a peripheral.
     fn set_function(self, function: u8) {
         self.gpio().afr(self.index() / 8).modify(|w| w.set_afr(self.index() % 8, function));
@@ -54,6 +70,7 @@ impl PinRegisters for Pin {
 
     #[inline(always)]
     fn index(self) -> usize {
-        self.number.into()
+        // What the board files guarantee, in a form that leaves no range check: this runs in the panic handler.
+        usize::from(self.number) % 16
     }
 }

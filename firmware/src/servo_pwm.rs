@@ -18,7 +18,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
-use embassy_stm32::pac::timer::regs::{BdtrAdv, SrAdv};
+use embassy_stm32::pac::timer::regs::{BdtrAdv, CcerAdv, CcmrOutputGp16, Cr1Gp16, SrAdv};
 use embassy_stm32::pac::timer::vals::{Bkp, Lock, Ocm, Ossi};
 use embassy_stm32::pac::{RCC, TIM1};
 use firmware::board::BOARD;
@@ -49,6 +49,8 @@ pub(crate) const TRIGGER_PHASE_US: u32 = 340;
 const END_ROUNDS: u32 = 100_000;
 
 const TIM1_FUNCTION: u8 = 1;
+
+const NO_PULSES: [PulseMicros; 4] = [PulseMicros(0); 4];
 
 /// Pulses that the break cut short.
 static TRUNCATED: AtomicU32 = AtomicU32::new(0);
@@ -90,7 +92,7 @@ pub(crate) fn outputs_off() {
     servo_rail::off();
     cortex_m::interrupt::disable();
     if TIM1.bdtr().read().moe() {
-        set_widths([PulseMicros(0); 4]);
+        set_widths(NO_PULSES);
         let _ = (0..END_ROUNDS).any(|_| TIM1.cnt().read().cnt() > LONGEST_US);
     }
     TIM1.bdtr().write_value(dark());
@@ -107,7 +109,7 @@ fn pins_low() {
 /// Starts the servo frames, at the moment at which the trigger of the ticks starts.
 pub(crate) fn start_frames() {
     TIM1.cnt().write(|w| w.set_cnt(TRIGGER_PHASE_US as u16));
-    TIM1.cr1().modify(|w| w.set_cen(true));
+    TIM1.cr1().write_value(counting(true));
 }
 
 /// Time since the start of the servo frame, us.
@@ -137,6 +139,8 @@ pub(crate) struct Outputs {
     driving: bool,
     /// Calls of [`Outputs::release`] since the last width.
     released: u8,
+    /// The widths that were last written.
+    widths: [PulseMicros; 4],
 }
 
 impl Outputs {
@@ -146,18 +150,10 @@ impl Outputs {
         clocks::settle();
         TIM1.psc().write_value(APB2_TIMER_MHZ - 1);
         TIM1.arr().write(|w| w.set_arr(FRAME_US - 1));
-        TIM1.cr1().write(|w| w.set_arpe(true));
-        for half in 0..2 {
-            TIM1.ccmr_output(half).write(|w| {
-                for channel in 0..2 {
-                    w.set_ocm(channel, Ocm::PWM_MODE1);
-                    w.set_ocpe(channel, true);
-                }
-            });
-        }
-        set_widths([PulseMicros(0); 4]);
-        // Idle level (CR2.OIS) low and active level (CCER.CCP) high are the reset values.
-        TIM1.ccer().write(|w| (0..4).for_each(|channel| w.set_cce(channel, true)));
+        TIM1.cr1().write_value(counting(false));
+        (0..2).for_each(|half| TIM1.ccmr_output(half).write_value(buffered_pwm()));
+        set_widths(NO_PULSES);
+        TIM1.ccer().write_value(outputs_enabled());
         TIM1.egr().write(|w| w.set_ug(true));
 
         // The break pin before the break is switched on, and both before the servo pins: an emergency stop that is pressed now acts from
@@ -171,7 +167,7 @@ impl Outputs {
         interrupt::TIM1_BRK_TIM9.set_priority(priority);
         // SAFETY: the handler uses nothing that is set up later, and nothing masks this interrupt by itself.
         unsafe { interrupt::TIM1_BRK_TIM9.enable() };
-        Self { driving: false, released: FRAME_TICKS }
+        Self { driving: false, released: FRAME_TICKS, widths: NO_PULSES }
     }
 
     /// Outputs these widths from the next frame on.
@@ -191,7 +187,7 @@ impl Outputs {
             self.driving = true;
         }
         self.released = 0;
-        set_widths(widths);
+        self.set_widths(widths);
     }
 
     /// Stops the pulses at the end of a running one, and then switches the servos' supply off. Must be called in every tick until the next
@@ -199,7 +195,7 @@ impl Outputs {
     pub(crate) fn release(&mut self) {
         self.released = self.released.saturating_add(1);
         // First the widths, then MOE if the pulses of this frame are over: a frame that starts between the two lines has no pulse.
-        set_widths([PulseMicros(0); 4]);
+        self.set_widths(NO_PULSES);
         let in_pulse = TIM1.bdtr().read().moe() && TIM1.cnt().read().cnt() <= LONGEST_US;
         if !self.driving || !in_pulse || self.released > LONGEST_TICKS {
             TIM1.bdtr().write_value(dark());
@@ -226,21 +222,69 @@ impl Outputs {
         seen
     }
 
-    /// Whether the timer's registers are as written, and the outputs are on exactly when they should be.
+    /// Whether everything that shapes a pulse is as written: the timer's registers, the widths, the functions of the pins, and the servo-rail
+    /// enable; and the outputs are on exactly when they should be.
     pub(crate) fn as_written(&self) -> bool {
         let bdtr = TIM1.bdtr().read();
-        TIM1.psc().read() == APB2_TIMER_MHZ - 1
+        let mut off = bdtr;
+        off.set_moe(false);
+        let timer = TIM1.cr1().read() == counting(true)
+            && TIM1.cr2().read().0 == 0
+            && TIM1.smcr().read().0 == 0
+            && TIM1.psc().read() == APB2_TIMER_MHZ - 1
             && TIM1.arr().read().arr() == FRAME_US - 1
-            && TIM1.cr1().read().cen()
+            && TIM1.rcr().read().0 == 0
+            && TIM1.ccer().read() == outputs_enabled()
+            && (0..2).all(|half| TIM1.ccmr_output(half).read() == buffered_pwm());
+        let widths =
+            self.widths.iter().enumerate().all(|(channel, width)| TIM1.ccr(channel).read().ccr() == limited(*width));
+        let pins = BOARD.servos.iter().chain([&BOARD.emergency_stop]).all(|pin| pin.has_function(TIM1_FUNCTION));
+        timer
+            && widths
+            && pins
+            && off == dark()
             && bdtr.moe() == self.driving
-            && bdtr.ossi() == Ossi::IDLE_LEVEL
-            && bdtr.bke(0)
-            && !bdtr.aoe()
+            && (!bdtr.moe() || TIM1.dier().read().bie())
+            && servo_rail::is_as_set(self.driving)
     }
+
+    fn set_widths(&mut self, widths: [PulseMicros; 4]) {
+        self.widths = widths;
+        set_widths(widths);
+    }
+}
+
+/// Both channels of a half: PWM, with buffered widths.
+fn buffered_pwm() -> CcmrOutputGp16 {
+    let mut w = CcmrOutputGp16(0);
+    for channel in 0..2 {
+        w.set_ocm(channel, Ocm::PWM_MODE1);
+        w.set_ocpe(channel, true);
+    }
+    w
+}
+
+/// All four channels on. Idle level (CR2.OIS) low and active level (CCER.CCP) high are the reset values.
+fn outputs_enabled() -> CcerAdv {
+    let mut w = CcerAdv(0);
+    (0..4).for_each(|channel| w.set_cce(channel, true));
+    w
+}
+
+/// Counts up, with a buffered period.
+fn counting(on: bool) -> Cr1Gp16 {
+    let mut w = Cr1Gp16(0);
+    w.set_arpe(true);
+    w.set_cen(on);
+    w
+}
+
+fn limited(width: PulseMicros) -> u16 {
+    width.0.min(LONGEST_US)
 }
 
 fn set_widths(widths: [PulseMicros; 4]) {
     for (channel, width) in widths.into_iter().enumerate() {
-        TIM1.ccr(channel).write(|w| w.set_ccr(width.0.min(LONGEST_US)));
+        TIM1.ccr(channel).write(|w| w.set_ccr(limited(width)));
     }
 }

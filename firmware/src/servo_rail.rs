@@ -19,6 +19,11 @@ pub(crate) fn on() {
     BOARD.servo_rail.set(true);
 }
 
+/// Whether the pin is an output, and set high only if it may be.
+pub(crate) fn is_as_set(may_be_on: bool) -> bool {
+    BOARD.servo_rail.has_mode(Moder::OUTPUT) && (may_be_on || !BOARD.servo_rail.is_set())
+}
+
 /// Switches the servos' supply off; from any context.
 pub(crate) fn off() {
     BOARD.servo_rail.set(false);

@@ -17,6 +17,7 @@ use wire::{CALLS, Edge};
 
 use super::progress::CONTROL;
 use super::sensor::{Measurement, sensor_step};
+use crate::clocks;
 use crate::lamps;
 use crate::pins::PinRegisters;
 use crate::sampling::NEWEST;
@@ -115,7 +116,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     if control.outputs.take_break() {
         faults = faults.with(BoardFaults::BREAK_INPUT);
     }
-    if !control.outputs.as_written() {
+    if !control.outputs.as_written() || !clocks::is_as_started() {
         faults = faults.with(BoardFaults::OUTPUTS);
     }
     let start_us = since(stopwatch::now_us(), measured.triggered_us);
