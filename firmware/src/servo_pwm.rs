@@ -7,7 +7,7 @@
 //!   The first pulse is complete.
 //! - [`Outputs::release`] waits for the end of a running pulse, at most 2.5 ms: a shortened pulse is a wrong angle. [`outputs_off`], for
 //!   faults, does not wait.
-//! - The break input (high stops, pulled down) clears MOE in hardware, independent of the processor; AOE stays 0, so only a new arming
+//! - The break input (low stops, pulled down, so that an open contact or a cut cable stops) clears MOE in hardware, independent of the processor; AOE stays 0, so only a new arming
 //!   sets it again. The clock security system has the same effect.
 //!
 //! Written by registers, because the HAL sets MOE as soon as it has the timer and asserts in the call that writes a width.
@@ -30,14 +30,14 @@ const LONGEST_US: u16 = 2_500;
 
 const TIM1_FUNCTION: u8 = 1;
 
-/// Break and dead-time register with MOE off: idle pins are driven (low), not left floating; break input on, active high. Locked: after
+/// Break and dead-time register with MOE off: idle pins are driven (low), not left floating; break input on, active low. Locked: after
 /// the first write only MOE can be changed, here and in the modes of the channels, until the next reset.
 fn dark() -> BdtrAdv {
     let mut w = BdtrAdv(0);
     w.set_lock(Lock::LEVEL3);
     w.set_ossi(Ossi::IDLE_LEVEL);
     w.set_bke(0, true);
-    w.set_bkp(0, Bkp::ACTIVE_HIGH);
+    w.set_bkp(0, Bkp::ACTIVE_LOW);
     w
 }
 
@@ -160,6 +160,7 @@ impl Outputs {
             && bdtr.moe() == self.driving
             && bdtr.ossi() == Ossi::IDLE_LEVEL
             && bdtr.bke(0)
+            && bdtr.bkp(0) == Bkp::ACTIVE_LOW
             && !bdtr.aoe()
     }
 }

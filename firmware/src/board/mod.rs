@@ -7,7 +7,7 @@
 //! | what | where |
 //! |---|---|
 //! | servos, left hip, right hip, left knee, right knee | TIM1 channels 1 to 4, pins of the board's choice among those of TIM1 |
-//! | emergency stop; a high level stops the servo pulses | TIM1 break input |
+//! | emergency stop; a low level stops the servo pulses | TIM1 break input, with the chip's pull-down |
 //! | sensors 1 to 4 | channels of ADC1 |
 //! | synchronisation input, 3.3 V | an EXTI line from 5 to 9, with the chip's pull-down |
 //! | foot switch, a contact to the 3 V supply that closes on the floor | with the chip's pull-down |
@@ -19,8 +19,8 @@
 //! # Duties of a board
 //! - Each servo line is free of anything else on the board, and has a pull-down of its own (10 kOhm to ground): in reset and in the
 //!   bootloader the chip drives nothing.
-//! - The emergency stop is a contact from the 3 V supply through 1 kOhm to its pin that closes to stop; open or absent, the chip's
-//!   pull-down keeps it released. A broken wire is therefore not noticed: press it to test it.
+//! - The emergency stop is a contact from the 3 V supply through 1 kOhm to its pin that opens to stop (normally closed). Open, absent, or with a cut
+//!   cable, the chip's pull-down stops the pulses. A contact that does not open is noticed by its test before the first arming after a boot.
 //! - The servos have a supply of their own. A servo without pulses may hold its torque; only a switch in its
 //!   supply removes it.
 //! - HSE is 8 MHz within 500 ppm. A wrong crystal scales every pulse and is not detected.

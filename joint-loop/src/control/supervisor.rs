@@ -164,11 +164,13 @@ pub enum Cause {
     Presses = 24,
     /// The person whom the follower follows has stood for longer than tolerated.
     PersonStands = 25,
+    /// The emergency stop was not pressed and released since the boot: [`crate::control::stop_test`].
+    StopUntested = 26,
 }
 
 impl Cause {
     /// Every cause, in the order of its number.
-    pub const ALL: [Self; 26] = [
+    pub const ALL: [Self; 27] = [
         Self::None,
         Self::Button,
         Self::SensorOpen,
@@ -195,6 +197,7 @@ impl Cause {
         Self::HoldLong,
         Self::Presses,
         Self::PersonStands,
+        Self::StopUntested,
     ];
 
     /// Name in telemetry.
@@ -227,6 +230,7 @@ impl Cause {
             Self::HoldLong => "hold_long",
             Self::Presses => "presses",
             Self::PersonStands => "person_stands",
+            Self::StopUntested => "stop_untested",
         }
     }
 
@@ -466,7 +470,7 @@ mod tests {
             assert_eq!(actions.outputs, ["arming", "walking", "stopping", "trimming"].contains(&state), "{given}");
             checked += 1;
         }
-        assert_eq!(checked, 8 * 26 * 53 * 24);
+        assert_eq!(checked, 8 * 27 * 55 * 24);
     }
 
     #[test]
