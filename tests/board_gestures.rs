@@ -13,6 +13,8 @@ fn main() -> ExitCode {
         chatter_of_the_button_never_arms(Image),
         chatter_of_long_holds_arms_once(Image),
         a_press_that_does_not_arm_says_why(Image),
+        without_a_test_of_the_emergency_stop_nothing_arms(Image),
+        a_cut_cable_of_the_emergency_stop_stops(Image),
     ])
 }
 
@@ -39,6 +41,15 @@ fn changes(ran: &Ran) -> Vec<(SupervisorState, Cause)> {
 
 fn armings(ran: &Ran) -> usize {
     changes(ran).iter().filter(|(state, _)| *state == SupervisorState::Arming).count()
+}
+
+/// Levels of the emergency stop's line, as a file: high at first, then changed at these times.
+fn line(changes_s: &[f64]) -> tempfile::NamedTempFile {
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    let rows: String =
+        [0.0].iter().chain(changes_s).zip(0..).map(|(t_s, n)| format!("{t_s},{}\n", (n + 1) % 2)).collect();
+    std::fs::write(file.path(), format!("time_s,level\n{rows}")).expect("written");
+    file
 }
 
 /// Presses of a contact that opens and closes at this rate for half of the time, s.
@@ -71,9 +82,7 @@ fn chatter_of_the_button_never_arms() {
     );
 
     // A fault is not acknowledged.
-    let edges = tempfile::NamedTempFile::new().expect("a file");
-    std::fs::write(edges.path(), "time_s,level\n0.1,1\n0.15,0\n").expect("written");
-    let ran = run(18.6, &at_rest, &["--edges", &format!("PB12={}", edges.path().display())]);
+    let ran = run(18.6, &at_rest, &["--emergency-stop", "0.05:0.03", "0.12:0.03"]);
     assert_eq!(changes(&ran).last(), Some(&(SupervisorState::Fault, Cause::BreakInput)), "{:?}", changes(&ran));
     assert!(ran.pulses.is_empty());
 }
@@ -101,4 +110,44 @@ fn a_press_that_does_not_arm_says_why() {
     assert_eq!(states, ["disarmed", "arming", "walking", "stopping", "disarmed"]);
     let last = ran.pulses.last().expect("pulses").0;
     assert!((4.4..4.6).contains(&last), "the last pulse at {last} s, a second after the press");
+}
+
+/// The line is high while the stop is released. A board that has not seen it come and go since its boot refuses to arm, and says so.
+fn without_a_test_of_the_emergency_stop_nothing_arms() {
+    let hold = [gestures::hold(0.5)];
+    let refused = |options: &[&str], cause: Cause| {
+        let ran = run(1.5, &hold, options);
+        assert_eq!(changes(&ran).last(), Some(&(SupervisorState::Disarmed, cause)), "{options:?}");
+        assert_eq!((ran.pulses.len(), ran.end.edges_before_arming), (0, 0), "{options:?}");
+    };
+    refused(&["--level", "PB12=1"], Cause::StopUntested);
+    // A disturbance of 15 ms, and a stop that is pressed from the boot on and then released.
+    refused(&["--emergency-stop", "0.2:0.015"], Cause::StopUntested);
+    refused(&["--emergency-stop", "0:0.3"], Cause::StopUntested);
+    // Pressed at the release; a cable that is cut, or was never connected.
+    refused(&["--emergency-stop", "0.2:1"], Cause::BreakInput);
+    refused(&["--level", "PB12=0"], Cause::BreakInput);
+    // Tested, also between the press of the button and its release.
+    for test in ["0.1:0.05", "0.6:0.1"] {
+        let ran = run(1.5, &hold, &["--emergency-stop", test]);
+        assert_eq!((armings(&ran), ran.pulses.is_empty()), (1, false), "{test}");
+    }
+}
+
+/// In a walk: the outputs are off in hardware, and it takes two holds to arm again.
+fn a_cut_cable_of_the_emergency_stop_stops() {
+    let (cut_s, mended_s) = (3.0, 5.0);
+    let cable = line(&[0.1, 0.2, cut_s, mended_s]);
+    let option = format!("PB12={}", cable.path().display());
+    let holds = [ARM.to_owned(), gestures::hold(4.0), gestures::hold(10.5), gestures::hold(11.5)];
+    let ran = run(13.0, &holds, &["--edges", &option]);
+    let pulses = |from_s: f64, to_s: f64| {
+        ran.pulses.iter().filter(|(t_s, us)| (from_s..to_s).contains(t_s) && us.iter().any(Option::is_some)).count()
+    };
+    assert!(pulses(0.4, cut_s) > 100 && pulses(11.9, 13.0) > 40);
+    // Neither by the hold while it is cut, nor by itself once it is mended, nor by the hold that acknowledges.
+    assert_eq!(pulses(cut_s, 11.9), 0);
+    let states: Vec<_> = changes(&ran).into_iter().map(|(state, _)| state.name()).collect();
+    assert_eq!(states, ["disarmed", "arming", "walking", "fault", "disarmed", "arming"], "{:?}", changes(&ran));
+    assert_eq!(changes(&ran)[3].1, Cause::BreakInput);
 }

@@ -86,7 +86,9 @@ impl Lamps {
 fn disarmed_and_armed_boards_show_it() {
     let board = Board::find();
     let (lamps, _) = run(&board, 5.0, &[]);
-    lamps.assert_shown(Shown::Disarmed, 200);
+    lamps.assert_shown(Shown::Disarmed, 300);
+    let (lamps, _) = run(&board, 5.0, &["--emergency-stop", "100"]);
+    lamps.assert_shown(Shown::StopUntested, 200);
     let (lamps, ran) = run(&board, 4.0, &["--press", ARM]);
     lamps.assert_shown(Shown::Armed, 500);
     assert!(!ran.pulses.is_empty());
@@ -99,9 +101,9 @@ fn shadow_mode_shows_it() {
 }
 
 fn a_fault_shows_it() {
-    // A closed e-stop.
-    let (lamps, ran) = run(&Board::find(), 5.0, &["--press", ARM, "--level", "PB12=1"]);
-    lamps.assert_shown(Shown::Fault, 200);
+    // The second press of the emergency stop is no test.
+    let (lamps, ran) = run(&Board::find(), 5.0, &["--press", ARM, "--emergency-stop", "0.05:0.05", "0.15:0.05"]);
+    lamps.assert_shown(Shown::Fault, 300);
     assert!(ran.pulses.is_empty());
 }
 

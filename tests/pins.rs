@@ -70,7 +70,7 @@ fn the_page_has_the_lamps_of_the_firmware() {
     let (page, module) = (read("docs/boards.md"), read("firmware/src/lamp.rs"));
     let rows = rows_below(&page, "", heading);
     assert_eq!(rows, rows_below(&module, "//! ", heading));
-    assert_eq!(rows.len(), 11);
+    assert_eq!(rows.len(), 12);
     let lamps = DISCOVERY.led_pulses.into_iter().chain(DISCOVERY.led_fault);
     assert!(lamps.chain(BOARDS[1].led_pulses).all(|pin| page.contains(pin.name)));
 }
@@ -113,6 +113,9 @@ fn the_virtual_board_has_the_pins_of_the_discovery() {
     let plant = read("tools/virtual-board/src/plant.rs");
     let button = format!("BUTTON: Pin = match Pin::new('{:?}', {})", DISCOVERY.button.port, DISCOVERY.button.number);
     assert!(plant.contains(&button), "tools/virtual-board/src/plant.rs lacks `{button}`");
+    let stop = DISCOVERY.emergency_stop;
+    let stop = format!("EMERGENCY_STOP: Pin = match Pin::new('{:?}', {})", stop.port, stop.number);
+    assert!(plant.contains(&stop), "tools/virtual-board/src/plant.rs lacks `{stop}`");
 }
 
 #[test]

@@ -5,6 +5,7 @@
 //! | pattern | lamp | meaning |
 //! |---|---|---|
 //! | a flash of 50 ms every 2 s | pulses | disarmed: the button arms |
+//! | four flashes of 50 ms every 2 s | pulses | after a boot: press the emergency stop and release it, then the button arms |
 //! | three flashes of 50 ms every 2 s | pulses | ready to trim: the button begins the trim of a servo |
 //! | lit | pulses | armed, or in a trim: the servos get pulses |
 //! | two flashes of 50 ms every 2 s | pulses | armed in shadow mode: everything runs, no pulses |
@@ -21,15 +22,17 @@ use wire::Subject;
 /// What is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shown {
-    /// No pulses; a press arms.
+    /// No pulses; the button arms.
     Disarmed,
-    /// No pulses; a press begins a trim.
+    /// No pulses; the emergency stop has to be tested before the button arms.
+    StopUntested,
+    /// No pulses; the button begins a trim.
     TrimReady,
     /// The servos get pulses.
     Armed,
     /// Armed, and shadow mode withholds the pulses.
     Shadow,
-    /// No pulses until a press acknowledges the fault.
+    /// No pulses until the button acknowledges the fault.
     Fault,
     /// The button is ignored.
     LockedOut,
@@ -74,6 +77,9 @@ impl Shown {
     const fn pattern(self) -> Pattern {
         match self {
             Self::Disarmed => Pattern::even(Lamp::Pulses, 50, 2_000),
+            Self::StopUntested => {
+                Pattern { lamp: Lamp::Pulses, flashes: 4, lit_ms: 50, step_ms: 250, period_ms: 2_000 }
+            }
             Self::TrimReady => Pattern { lamp: Lamp::Pulses, flashes: 3, lit_ms: 50, step_ms: 250, period_ms: 2_000 },
             Self::Armed => Pattern::even(Lamp::Pulses, 1_000, 1_000),
             Self::Shadow => Pattern { lamp: Lamp::Pulses, flashes: 2, lit_ms: 50, step_ms: 250, period_ms: 2_000 },
@@ -108,8 +114,9 @@ impl Shown {
 mod tests {
     use super::*;
 
-    const ALL: [Shown; 11] = [
+    const ALL: [Shown; 12] = [
         Shown::Disarmed,
+        Shown::StopUntested,
         Shown::TrimReady,
         Shown::Armed,
         Shown::Shadow,

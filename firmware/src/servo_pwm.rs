@@ -8,9 +8,9 @@
 //!   for the next frame. The first pulse is complete.
 //! - A pulse that is cut short is a valid command for another angle. So whatever ends the pulses while the processor runs waits for the end of
 //!   a running one, at most 2.5 ms: [`Outputs::release`] over the ticks, [`outputs_off`] in a loop.
-//! - The break input (high stops, pulled down) clears MOE in hardware, independent of the processor, and so does the clock security system; AOE
-//!   stays 0, so only a new arming sets it again. That does cut a pulse: the interrupt of the break switches the servos' supply off
-//!   ([`servo_rail`]) and counts the pulses.
+//! - The break input (low stops, pulled down, so that an open contact or a cut cable stops) clears MOE in hardware, independent of the processor,
+//!   and so does the clock security system; AOE stays 0, so only a new arming sets it again. That does cut a pulse: the interrupt of the break
+//!   switches the servos' supply off ([`servo_rail`]) and counts the pulses.
 //!
 //! Written by registers, because the HAL sets MOE as soon as it has the timer and asserts in the call that writes a width.
 
@@ -60,14 +60,14 @@ pub(crate) fn truncated() -> u32 {
     TRUNCATED.load(Ordering::Relaxed)
 }
 
-/// Break and dead-time register with MOE off: idle pins are driven (low), not left floating; break input on, active high. Locked: after
+/// Break and dead-time register with MOE off: idle pins are driven (low), not left floating; break input on, active low. Locked: after
 /// the first write only MOE can be changed, here and in the modes of the channels, until the next reset.
 fn dark() -> BdtrAdv {
     let mut w = BdtrAdv(0);
     w.set_lock(Lock::LEVEL3);
     w.set_ossi(Ossi::IDLE_LEVEL);
     w.set_bke(0, true);
-    w.set_bkp(0, Bkp::ACTIVE_HIGH);
+    w.set_bkp(0, Bkp::ACTIVE_LOW);
     w
 }
 

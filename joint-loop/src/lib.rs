@@ -7,7 +7,7 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | [`control`] | tick, supervisor, monitor, fault table, button |
+//! | [`control`] | tick, supervisor, monitor, fault table, button, test of the emergency stop, trim |
 //! | [`motion`] | blend, gate, limits, servo map |
 //! | [`setup`] | configuration, robot, sensors, default loop |
 //! | [`generator`] | the generators of a board, one file for each kind |

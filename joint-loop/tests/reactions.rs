@@ -339,8 +339,7 @@ fn ten_missed_periods_in_a_second_are_a_fault() {
 #[test]
 fn a_low_supply_is_a_fault_in_every_build() {
     type Change = fn(&mut LoopConfig);
-    let builds: [Change; 3] =
-        [|_| (), |c| c.monitor.sensor_required = false, |c| c.monitor.sensor_tolerance_s = 5.0];
+    let builds: [Change; 3] = [|_| (), |c| c.monitor.sensor_required = false, |c| c.monitor.sensor_tolerance_s = 5.0];
     let supply = Some(ReferenceConfig::stm32f4(support::VREFINT).build().expect("valid"));
     for change in builds {
         let mut config = LoopConfig { supply, ..LoopConfig::default_biped() };

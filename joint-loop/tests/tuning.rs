@@ -24,9 +24,20 @@ const IDLE: Sample<SENSORS> = Sample {
     request: None,
 };
 
-fn board(generator: Option<GeneratorConfig>) -> BoardLoop {
+/// Before its first tick.
+fn fresh(generator: Option<GeneratorConfig>) -> BoardLoop {
     let default = Parameters::with_defaults(generator, None, RobotConfig::default_biped()).expect("valid");
     board_loop(&default, AdcCode(1501), Volts(2.7), false).expect("valid")
+}
+
+/// After the test of the emergency stop.
+fn board(generator: Option<GeneratorConfig>) -> BoardLoop {
+    let mut joints = fresh(generator);
+    for tick in 0..60 {
+        let faults = if (20..40).contains(&tick) { BoardFaults::BREAK_INPUT } else { BoardFaults::NONE };
+        joints.tick(&Sample { faults, ..IDLE });
+    }
+    joints
 }
 
 /// A follower of the left knee that moves by one harmonic.
@@ -342,8 +353,8 @@ proptest! {
     /// From every state without a press: no request leads to a moving state, and in a moving one none prolongs it.
     #[test]
     fn no_request_arms(actions in prop::collection::vec(any_action(), 1..40), state in 0..3_usize, stop in any::<bool>()) {
-        let mut joints = board(None);
         let state = [SupervisorState::Boot, SupervisorState::Disarmed, SupervisorState::Fault][state];
+        let mut joints = if state == SupervisorState::Boot { fresh(None) } else { board(None) };
         if state != SupervisorState::Boot {
             run(&mut joints, 50, false);
         }

@@ -3,6 +3,7 @@
 //! `FOOTFALL_ELF` and `FOOTFALL_VIRTUAL_BOARD` name the two; `cargo xtask test` sets them. A test that uses them names
 //! [`test_suite::Need::Image`] or [`test_suite::Need::ShadowImage`].
 
+use crate::gestures;
 use firmware::board::ROBOT_SECTOR;
 use footfall::board::image::{Image, Message};
 use footfall::board::lines;
@@ -257,11 +258,18 @@ impl Board {
         let robot = robot_record::record_of(&parameters.robot, &RecordName::BUILT_IN);
         std::fs::write(record.path(), robot.bytes()).expect("written");
         let is_filled = options.iter().any(|option| option.to_string_lossy().starts_with(&sector));
+        // A board does not arm before its emergency stop was tested.
+        let has_stop = options.iter().any(|option| {
+            let option = option.to_string_lossy();
+            option.starts_with("--emergency-stop") || option.contains("PB12")
+        });
+        let stop = ["--emergency-stop", gestures::STOP_TEST];
         let download = ["--flash".into(), OsString::from(format!("{sector}{}", record.path().display()))];
         let child = Command::new(&self.program)
             .arg(&self.elf)
             .args(options)
             .args(download.iter().filter(|_| !is_filled))
+            .args(stop.iter().filter(|_| !has_stop))
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::inherit())

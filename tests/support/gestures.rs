@@ -8,6 +8,9 @@ pub const ARM: &str = "0.05:0.32";
 /// When a board that was armed by [`ARM`] is armed at the latest, s after power-on: the release, and 20 ms of debouncing.
 pub const ARMED_S: f64 = 0.4;
 
+/// Presses the emergency stop while the button is held by [`ARM`]: its test, without which a board does not arm. The value of `--emergency-stop`.
+pub const STOP_TEST: &str = "0.1:0.1";
+
 /// A press that stops a motion at this time, s: the value of `--press`.
 #[must_use]
 pub fn stop(at_s: f64) -> String {

@@ -5,7 +5,7 @@ use crate::recordings::default_volts;
 use footfall::board::default_loop::{BoardLoop, typical_loop, typical_sensor};
 use gait_trace::Recording;
 use hgod_adc::{Reference, Supply};
-use joint_loop::{Command, Frame, SENSORS, Sample};
+use joint_loop::{BoardFaults, Command, Frame, SENSORS, Sample};
 use joint_units::{AdcCode, Volts};
 
 /// A leg with a sensor, a converter and the loop.
@@ -69,7 +69,10 @@ impl HostLoop {
         self.tick += elapsed;
         let code = self.stream.code(self.code(self.tick));
         let vrefint = self.reference.vrefint(self.supply);
-        let sample = Sample { elapsed, codes: [code; SENSORS], vrefint, button, ..Sample::default() };
+        // After the boot the emergency stop is tested.
+        let is_test = (25..50).contains(&self.tick);
+        let faults = if is_test { BoardFaults::BREAK_INPUT } else { BoardFaults::NONE };
+        let sample = Sample { elapsed, codes: [code; SENSORS], vrefint, button, faults, ..Sample::default() };
         let command = self.joints.tick(&sample);
         Ticked { sample, command, frame: self.joints.frame() }
     }

@@ -171,7 +171,7 @@ fn the_numbers_of_states_are_those_of_version_5() {
         names(&Cause::ALL.map(Cause::name)),
         "none button sensor_open sensor_short sensor_saturated sensor_stuck sensor_spike sensor_rate sensor_out_of_table \
          sensor_supply_low adc_overrun pose generator gap non_finite break_input clock watchdog outputs board request host_silent supply late \
-         hold_short hold_long presses person_stands"
+         hold_short hold_long presses person_stands stop_untested"
     );
     assert_eq!(
         names(&Validity::ALL.map(Validity::name)),

@@ -91,7 +91,7 @@ pub struct Board {
     pub sensors: [AnalogInput; 4],
     /// Foot switch: high while the foot is on the floor. A disconnected wire reports no heel strike.
     pub foot_switch: Pin,
-    /// Emergency stop: the break input of TIM1; a high level stops the servo pulses.
+    /// Emergency stop: the break input of TIM1, high through its closed contact; a low level stops the servo pulses.
     pub emergency_stop: Pin,
     /// User button; the board holds the line at its level when released.
     pub button: Pin,

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | servos, left hip, right hip, left knee, right knee | TIM1 channels 1 to 4, pins of the board's choice among those of TIM1 |
 //! | servo-rail enable: high only while the servo outputs are on | with a pull-down of its own |
-//! | emergency stop; a high level stops the servo pulses | TIM1 break input |
+//! | emergency stop; a low level stops the servo pulses | TIM1 break input, with the chip's pull-down |
 //! | sensors 1 to 4 | channels of ADC1 |
 //! | synchronisation input, 3.3 V | an EXTI line from 5 to 9, with the chip's pull-down |
 //! | foot switch, a contact to the 3 V supply that closes on the floor | with the chip's pull-down |
@@ -22,8 +22,8 @@
 //!   bootloader the chip drives nothing.
 //! - The servo-rail enable has a pull-down of its own (10 kOhm to ground), and a switch in the positive line of the servos' supply that is
 //!   off while it is low.
-//! - The emergency stop is a contact from the 3 V supply through 1 kOhm to its pin that closes to stop; open or absent, the chip's
-//!   pull-down keeps it released. A broken wire is therefore not noticed: press it to test it.
+//! - The emergency stop is a contact from the 3 V supply through 1 kOhm to its pin that opens to stop (normally closed). Open, absent, or with a cut
+//!   cable, the chip's pull-down stops the pulses. A contact that does not open is noticed by its test before the first arming after a boot.
 //! - The servos have a supply of their own. A servo without pulses may hold its torque; only a switch in its
 //!   supply removes it.
 //! - HSE is 8 MHz within 500 ppm. A wrong crystal scales every pulse and is not detected.

@@ -145,6 +145,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
     let shown = match frame.state {
         SupervisorState::Fault => Shown::Fault,
         _ if control.locked_out => Shown::LockedOut,
+        _ if control.joint_loop.awaits_stop_test() => Shown::StopUntested,
         SupervisorState::TrimReady => Shown::TrimReady,
         _ if command.pulses.is_none() => Shown::Disarmed,
         _ if SHADOW => Shown::Shadow,

@@ -1,9 +1,10 @@
-//! Control of one period: tick, supervisor, monitor with supply and timeliness, fault table, button, trim.
+//! Control of one period: tick, supervisor, monitor with supply and timeliness, fault table, button, test of the emergency stop, trim.
 
 pub(crate) mod burst;
 pub mod button;
 pub mod fault_table;
 pub(crate) mod monitor;
+pub mod stop_test;
 pub mod supervisor;
 pub mod supply;
 pub(crate) mod tick;

@@ -2,7 +2,9 @@
 //!
 //! | condition | while moving | otherwise |
 //! |---|---|---|
-//! | break input, clock, watchdog, outputs, a fault bit without a name | fault | fault |
+//! | break input, before the emergency stop was tested | (cannot occur) | arming refused |
+//! | the emergency stop was not tested since the boot, if `stop_test_required` | (cannot occur) | arming refused |
+//! | break input otherwise, clock, watchdog, outputs, a fault bit without a name | fault | fault |
 //! | more than `fault_gap_s` of control periods without a tick, or more of them missed than `missed_per_s` | fault | fault |
 //! | the chip's supply below its minimum for more than 40 ms | fault | arming refused, with no tolerance |
 //! | more than `stop_gap_s` of control periods without a tick | stop | arming refused |
@@ -25,6 +27,7 @@
 //! conditions of supply and ticks.
 
 use crate::control::burst::Burst;
+use crate::control::stop_test::{StopTest, StopTestState};
 use crate::control::supervisor::{Cause, Demand};
 use crate::control::timeliness::{LATE_WINDOW, Timeliness, TimelinessState};
 use crate::error::{LoopError, inside, ticks};
@@ -43,6 +46,9 @@ pub struct MonitorConfig {
     pub sensor_tolerance_s: f32,
     /// Time for which the person whom a follower follows may stand while the outputs are on, s; 1 to 3600, default 10.
     pub stand_s: f32,
+    /// Whether the emergency stop must be tested before the first arming, see [`crate::control::stop_test`]; default false, for a loop without one at
+    /// its break input. The loop of a board requires it.
+    pub stop_test_required: bool,
     /// Time for which the pose envelope may limit the setpoints, s; 0 to 1, default 0.05.
     pub pose_tolerance_s: f32,
     /// Longest gap between two ticks that does not stop the motion, s; less than `fault_gap_s`, default 0.005.
@@ -64,6 +70,7 @@ impl MonitorConfig {
         sensor_required: true,
         sensor_tolerance_s: 0.05,
         stand_s: 10.0,
+        stop_test_required: false,
         pose_tolerance_s: 0.05,
         stop_gap_s: 0.005,
         fault_gap_s: 0.01,
@@ -96,6 +103,7 @@ impl MonitorConfig {
             sensor_required: self.sensor_required,
             sensor_tolerance: tolerance("monitor.sensor_tolerance_s", self.sensor_tolerance_s, 60.0)?,
             most_at_rest: tolerance("monitor.sensor_tolerance_s", Self::DEFAULT.sensor_tolerance_s, 60.0)?,
+            stop_test: if self.stop_test_required { Some(StopTest::build(period)?) } else { None },
             stand: ticks("monitor.stand_s", self.stand_s, 1.0, 3600.0, period)?,
             pose_tolerance: tolerance("monitor.pose_tolerance_s", self.pose_tolerance_s, 1.0)?,
             stop_gap,
@@ -115,6 +123,8 @@ pub struct Monitor {
     /// Most that counts against a sensor at rest.
     most_at_rest: u32,
     stand: u32,
+    /// `None` if it is not required.
+    stop_test: Option<StopTest>,
     pose_tolerance: u32,
     stop_gap: u32,
     fault_gap: u32,
@@ -155,6 +165,8 @@ pub struct MonitorState {
     worst: Validity,
     /// Periods since a validity at least as bad.
     since_worst: u32,
+    /// How far the test of the emergency stop is.
+    stop_test: StopTestState,
     /// Periods for which the person has stood while the joints moved.
     stood: u32,
     /// Ticks in which the pose was limited, minus ticks in which it was not.
@@ -178,8 +190,15 @@ impl Monitor {
         let overruns = monitor_state.overruns.note(overrun.into(), seen.elapsed, self.second);
         let timeliness = self.timeliness.judge(&mut monitor_state.timeliness, seen.late, seen.elapsed);
 
+        let is_pressed = seen.faults.contains(BoardFaults::BREAK_INPUT);
+        if let Some(test) = self.stop_test {
+            test.observe(&mut monitor_state.stop_test, is_pressed);
+        }
+        let is_untested = self.awaits_stop_test(monitor_state);
+        // Until then nothing moves, and the press that tests the stop is no fault that an operator has to acknowledge.
+        let faults = if is_untested { seen.faults.without(BoardFaults::BREAK_INPUT) } else { seen.faults };
         let sensor_bad = monitor_state.sensor > if seen.moving { tolerance } else { 0 };
-        if let Some(cause) = named(seen.faults) {
+        if let Some(cause) = named(faults) {
             Demand::Fault(cause)
         } else if seen.elapsed > self.fault_gap {
             Demand::Fault(Cause::Gap)
@@ -193,6 +212,9 @@ impl Monitor {
             Demand::Stop(Cause::Generator)
         } else if overruns > self.overruns {
             Demand::Stop(Cause::AdcOverrun)
+        } else if is_untested {
+            // Before the sensors, whose causes do not concern a trim.
+            Demand::Stop(if is_pressed { Cause::BreakInput } else { Cause::StopUntested })
         } else if self.sensor_required && sensor_bad {
             Demand::Stop(match Cause::of_sensor(monitor_state.worst) {
                 Cause::None => Cause::AdcOverrun,
@@ -205,6 +227,14 @@ impl Monitor {
         } else {
             Demand::Go
         }
+    }
+}
+
+impl Monitor {
+    /// Whether the emergency stop has to be tested before the board arms.
+    #[must_use]
+    pub fn awaits_stop_test(&self, state: &MonitorState) -> bool {
+        self.stop_test.is_some() && !state.stop_test.is_done()
     }
 }
 
@@ -291,6 +321,26 @@ mod tests {
         assert_eq!(build(0.025).map(|built| (built.stop_gap, built.fault_gap)), Ok((50, 250)));
         let error = build(0.026).expect_err("too long").to_string();
         assert_eq!(error, "monitor.fault_gap_s is 0.026 s; allowed are 0.0001 to 0.025 s");
+    }
+
+    /// Until the stop was tested, pressed or not, arming is refused and the press is no fault; afterwards it is one.
+    #[test]
+    fn the_stop_must_be_tested_before_the_first_arming() {
+        let config = MonitorConfig { stop_test_required: true, ..MonitorConfig::DEFAULT };
+        let (monitor, mut monitor_state) = (config.build(Period::MILLISECOND).expect("valid"), MonitorState::default());
+        let mut see = |ticks: u32, is_pressed, sensors| {
+            let faults = if is_pressed { BoardFaults::BREAK_INPUT } else { BoardFaults::NONE };
+            let seen = Observation { faults, sensors, moving: false, ..FAULTLESS };
+            (0..ticks).map(|_| monitor.judge(&mut monitor_state, &seen)).last().expect("some")
+        };
+        assert_eq!(see(60_000, false, Validity::Good), Demand::Stop(Cause::StopUntested));
+        // Also in a trim, for which a sensor does not count.
+        assert_eq!(see(100, false, Validity::Open).in_trim(), Demand::Stop(Cause::StopUntested));
+        assert_eq!(see(200, true, Validity::Good), Demand::Stop(Cause::BreakInput));
+        assert_eq!(see(19, false, Validity::Good), Demand::Stop(Cause::StopUntested));
+        assert_eq!(see(1, false, Validity::Good), Demand::Go);
+        assert_eq!(see(1, true, Validity::Good), Demand::Fault(Cause::BreakInput));
+        assert_eq!(see(1, false, Validity::Good), Demand::Go);
     }
 
     /// A stand counts while the joints move; any movement of the person begins it again.

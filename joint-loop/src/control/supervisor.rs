@@ -168,11 +168,13 @@ pub enum Cause {
     Presses = 26,
     /// The person whom the follower follows has stood for longer than tolerated.
     PersonStands = 27,
+    /// The emergency stop was not pressed and released since the boot: [`crate::control::stop_test`].
+    StopUntested = 28,
 }
 
 impl Cause {
     /// Every cause, in the order of its number.
-    pub const ALL: [Self; 28] = [
+    pub const ALL: [Self; 29] = [
         Self::None,
         Self::Button,
         Self::SensorOpen,
@@ -201,6 +203,7 @@ impl Cause {
         Self::HoldLong,
         Self::Presses,
         Self::PersonStands,
+        Self::StopUntested,
     ];
 
     /// Name in telemetry.
@@ -235,6 +238,7 @@ impl Cause {
             Self::HoldLong => "hold_long",
             Self::Presses => "presses",
             Self::PersonStands => "person_stands",
+            Self::StopUntested => "stop_untested",
         }
     }
 
@@ -474,7 +478,7 @@ mod tests {
             assert_eq!(actions.outputs, ["arming", "walking", "stopping", "trimming"].contains(&state), "{given}");
             checked += 1;
         }
-        assert_eq!(checked, 8 * 28 * 57 * 24);
+        assert_eq!(checked, 8 * 29 * 59 * 24);
     }
 
     #[test]

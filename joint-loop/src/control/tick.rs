@@ -126,6 +126,12 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         self.status.state
     }
 
+    /// Whether the emergency stop has to be pressed and released before the first arming.
+    #[must_use]
+    pub fn awaits_stop_test(&self) -> bool {
+        self.stages.monitor.awaits_stop_test(&self.monitor_state)
+    }
+
     /// The generator.
     #[must_use]
     pub fn generator(&self) -> &G {

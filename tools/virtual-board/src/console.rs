@@ -16,6 +16,8 @@ pub(crate) enum ConsoleCommand {
     Release,
     /// `hold`: press it for half a virtual second, a hold whose release arms.
     Hold,
+    /// `stop`: press the emergency stop for a tenth of a virtual second.
+    Stop,
     /// `quit`, SIGINT or SIGTERM: end the run with its summary.
     Quit,
     /// Any other line.
@@ -29,6 +31,7 @@ impl ConsoleCommand {
             "press" => ConsoleCommand::Press,
             "release" => ConsoleCommand::Release,
             "hold" => ConsoleCommand::Hold,
+            "stop" => ConsoleCommand::Stop,
             "quit" => ConsoleCommand::Quit,
             other => ConsoleCommand::Unknown(other.to_owned()),
         })
@@ -100,6 +103,7 @@ mod tests {
         assert_eq!(ConsoleCommand::parse("press\r"), Some(ConsoleCommand::Press));
         assert_eq!(ConsoleCommand::parse(" release "), Some(ConsoleCommand::Release));
         assert_eq!(ConsoleCommand::parse("hold"), Some(ConsoleCommand::Hold));
+        assert_eq!(ConsoleCommand::parse("stop"), Some(ConsoleCommand::Stop));
         assert_eq!(ConsoleCommand::parse("quit"), Some(ConsoleCommand::Quit));
         assert_eq!(ConsoleCommand::parse(""), None);
         assert_eq!(ConsoleCommand::parse("jump"), Some(ConsoleCommand::Unknown("jump".into())));

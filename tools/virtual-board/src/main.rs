@@ -43,13 +43,13 @@ use crate::console::Console;
 use crate::exception::OmittedParts;
 use crate::inject::{Injection, InjectionKind, PANIC_FUNCTIONS, RegisterAt, SymbolAt};
 use crate::loader::ProgramImage;
-use crate::plant::{BUTTON, BoardPlant, ButtonPress, LevelTable, VoltageTable};
+use crate::plant::{BUTTON, BoardPlant, ButtonPress, EMERGENCY_STOP, LevelTable, VoltageTable};
 use crate::recorder::SignalRecorder;
 use crate::report::ReportWriter;
 use crate::run::{BoardRun, RunOptions};
 use crate::serial::SerialPort;
 
-/// Runs an ELF for the STM32F407 on a modelled chip. Writes JSON lines to standard output; reads press, release, hold, quit from standard input.
+/// Runs an ELF for the STM32F407 on a modelled chip. Writes JSON lines to standard output; reads press, release, hold, stop, quit from standard input.
 #[derive(Debug, Parser)]
 #[command(version)]
 struct Cli {
@@ -70,7 +70,11 @@ struct Cli {
     /// Press the user button at these times, s, for HOLD seconds [default: 0.5, a hold whose release arms]
     #[arg(long, value_name = "T[:HOLD]", num_args = 1.., value_parser = parse_press)]
     press: Vec<ButtonPress>,
-    /// Set an input pin to a constant level, for example PB12=1
+    /// Press the emergency stop, whose line is high while it is released, at these times, s, for HOLD seconds [default: 0.1]. The board arms only
+    /// after it was pressed and released once since the boot
+    #[arg(long, value_name = "T[:HOLD]", num_args = 1.., value_parser = parse_stop)]
+    emergency_stop: Vec<ButtonPress>,
+    /// Set an input pin to a constant level, for example PB12=0: an emergency stop with a cut cable
     #[arg(long, value_name = "PIN=0|1", value_parser = parse_level)]
     level: Vec<(Pin, bool)>,
     /// Drive an input pin, for example PC6=edges.csv: CSV with the header time_s,level, one edge per row; low before the first
@@ -216,6 +220,13 @@ fn parse_press(text: &str) -> Result<ButtonPress, String> {
     }
 }
 
+fn parse_stop(text: &str) -> Result<ButtonPress, String> {
+    match text.split_once(':') {
+        Some(_) => parse_press(text),
+        None => parse_time(text).map(ButtonPress::short),
+    }
+}
+
 fn parse_level(text: &str) -> Result<(Pin, bool), String> {
     let expected = || format!("`{text}` is not PIN=0 or PIN=1, for example PB12=1");
     let (pin, level) = text.split_once('=').ok_or_else(expected)?;
@@ -291,6 +302,10 @@ fn run(cli: &Cli) -> Result<u8> {
         );
     }
     ensure!(!lines.contains_key(&BUTTON), "--level or --edges is given for {BUTTON}, the user button; use --press");
+    ensure!(
+        cli.emergency_stop.is_empty() || !lines.contains_key(&EMERGENCY_STOP),
+        "both --emergency-stop and --level or --edges set {EMERGENCY_STOP}; remove one of them"
+    );
     let recorder = SignalRecorder::create(cli.record_conversions.as_deref(), &cli.record_edges)?;
     let default = SocConfig::default();
     let vdda = cli.vdda.unwrap_or(default.vdda);
@@ -314,6 +329,7 @@ fn run(cli: &Cli) -> Result<u8> {
     };
     let injections = collect_injections(cli, &image)?;
     let mut plant = BoardPlant::new(volts, cli.press.clone(), lines);
+    cli.emergency_stop.iter().for_each(|press| plant.press_emergency_stop(*press));
     plant.pulses.record_edges_of(cli.record_edges.iter().map(|(pin, _)| *pin));
     if let Some(path) = &cli.campaign {
         let campaign = Campaign::read(path)?;
@@ -358,6 +374,8 @@ mod tests {
             parse(&["fw.elf", "--secs", "2", "--press", "0.5", "1:0.2", "--hang", "a::b@1", "--break", "no-clrex"])
                 .unwrap();
         assert_eq!(cli.press, [ButtonPress { at: 0.5, hold: 0.5 }, ButtonPress { at: 1.0, hold: 0.2 }]);
+        let cli_stop = parse(&["fw.elf", "--emergency-stop", "0.5", "1:0.2"]).unwrap();
+        assert_eq!(cli_stop.emergency_stop, [ButtonPress { at: 0.5, hold: 0.1 }, ButtonPress { at: 1.0, hold: 0.2 }]);
         assert_eq!((cli.secs, cli.cpi, cli.lsi_hz), (Some(2.0), 1.0, 32_000.0));
         assert_eq!(cli.omitted, [OmittedPart::NoClrex]);
     }
@@ -370,6 +388,7 @@ mod tests {
             (&["fw.elf", "--cpi", "0"], "0.1 to 100"),
             (&["fw.elf", "--press", "x"], "`x` is not a finite number"),
             (&["fw.elf", "--press", "1:0"], "greater than 0"),
+            (&["fw.elf", "--emergency-stop", "x"], "`x` is not a finite number"),
             (&["fw.elf", "--level", "PB12"], "PB12=1"),
             (&["fw.elf", "--level", "PB12=2"], "PB12=1"),
             (&["fw.elf", "--level", "PX1=1"], "is not the name of a pin"),

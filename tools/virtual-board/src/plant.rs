@@ -16,6 +16,12 @@ pub(crate) const BUTTON: Pin = match Pin::new('A', 0) {
     None => panic!("a pin of port A"),
 };
 
+/// The emergency stop: high while released, by its closed contact.
+pub(crate) const EMERGENCY_STOP: Pin = match Pin::new('B', 12) {
+    Some(pin) => pin,
+    None => panic!("a pin of port B"),
+};
+
 /// Name of the column of the analogue supply.
 const VDDA: &str = "VDDA";
 
@@ -188,7 +194,7 @@ impl LevelTable {
     }
 }
 
-/// One press of the user button.
+/// One press of the user button, or of the emergency stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ButtonPress {
     /// Time of the press, s.
@@ -202,6 +208,15 @@ impl ButtonPress {
     pub(crate) const fn deliberate(at: f64) -> Self {
         Self { at, hold: 0.5 }
     }
+
+    /// A press from this time on, s, of a tenth of a second.
+    pub(crate) const fn short(at: f64) -> Self {
+        Self { at, hold: 0.1 }
+    }
+
+    fn is_on(&self, seconds: f64) -> bool {
+        (self.at..self.at + self.hold).contains(&seconds)
+    }
 }
 
 /// Signals at the pins of the board.
@@ -209,6 +224,8 @@ impl ButtonPress {
 pub(crate) struct BoardPlant {
     volts: VoltageTable,
     presses: Vec<ButtonPress>,
+    /// Presses of the emergency stop.
+    stops: Vec<ButtonPress>,
     lines: BTreeMap<Pin, LevelTable>,
     /// The user holds the button pressed.
     held: bool,
@@ -226,6 +243,12 @@ impl BoardPlant {
     #[must_use]
     pub(crate) fn new(volts: VoltageTable, presses: Vec<ButtonPress>, lines: BTreeMap<Pin, LevelTable>) -> Self {
         BoardPlant { volts, presses, lines, ..BoardPlant::default() }
+    }
+
+    /// Adds a press of the emergency stop.
+    pub(crate) fn press_emergency_stop(&mut self, press: ButtonPress) {
+        self.stops.push(press);
+        self.changed.set(true);
     }
 
     /// Presses or releases the button.
@@ -263,7 +286,7 @@ impl BoardPlant {
     /// True if an input changes after a time, s.
     #[must_use]
     pub(crate) fn expects_change(&self, seconds: f64) -> bool {
-        self.presses.iter().any(|press| press.at + press.hold > seconds)
+        self.presses.iter().chain(&self.stops).any(|press| press.at + press.hold > seconds)
             || self.lines.values().any(|line| line.next_edge(seconds).is_some())
     }
 }
@@ -281,9 +304,12 @@ impl Plant for BoardPlant {
     fn input_level(&mut self, pin: Pin, seconds: f64) -> bool {
         if pin == BUTTON {
             self.changed.set(false);
-            return self.held || self.presses.iter().any(|press| (press.at..press.at + press.hold).contains(&seconds));
+            return self.held || self.presses.iter().any(|press| press.is_on(seconds));
         }
-        self.lines.get(&pin).is_some_and(|line| line.at(seconds))
+        match self.lines.get(&pin) {
+            Some(line) => line.at(seconds),
+            None => pin == EMERGENCY_STOP && !self.stops.iter().any(|press| press.is_on(seconds)),
+        }
     }
 
     fn record_edge(&mut self, pin: Pin, level: bool, seconds: f64) {
@@ -294,7 +320,7 @@ impl Plant for BoardPlant {
         if self.changed.get() {
             return Some(seconds);
         }
-        let presses = self.presses.iter().flat_map(|press| [press.at, press.at + press.hold]);
+        let presses = self.presses.iter().chain(&self.stops).flat_map(|press| [press.at, press.at + press.hold]);
         let edges = self.lines.values().filter_map(|line| line.next_edge(seconds));
         Some(presses.chain(edges).filter(|&at| at > seconds).fold(f64::INFINITY, f64::min))
     }
@@ -389,6 +415,20 @@ mod tests {
         assert!(plant.input_level(BUTTON, 5.0));
         assert_eq!(plant.next_pin_change(5.0), Some(f64::INFINITY));
         assert!(plant.expects_change(3.4) && !plant.expects_change(3.6));
+    }
+
+    #[test]
+    fn the_emergency_stop_is_low_while_pressed() {
+        let mut plant = BoardPlant::default();
+        plant.press_emergency_stop(ButtonPress::short(2.0));
+        assert_eq!(plant.next_pin_change(0.5), Some(0.5), "the chip must sample at once");
+        assert!(!plant.input_level(BUTTON, 0.5));
+        assert_eq!((plant.next_pin_change(0.5), plant.next_pin_change(2.0)), (Some(2.0), Some(2.1)));
+        let levels = [0.0, 1.999, 2.0, 2.099, 2.1].map(|seconds| plant.input_level(EMERGENCY_STOP, seconds));
+        assert_eq!(levels, [true, true, false, false, true]);
+        // A cut cable.
+        let cut = BTreeMap::from([(EMERGENCY_STOP, LevelTable::fixed(false))]);
+        assert!(!BoardPlant::new(VoltageTable::default(), vec![], cut).input_level(EMERGENCY_STOP, 1.0));
     }
 
     #[test]

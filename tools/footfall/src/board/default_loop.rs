@@ -5,7 +5,7 @@ use hgod_adc::Sensor;
 pub use joint_loop::SENSOR_JOINT;
 use joint_loop::setup::default_loop;
 pub use joint_loop::setup::default_loop::{BoardLoop, BoardLoopError, Parameters};
-use joint_loop::{JointSensor, LoopConfig, RobotConfig, SENSORS};
+use joint_loop::{JointSensor, RobotConfig, SENSORS};
 use joint_units::{AdcCode, Volts};
 
 use crate::file::calibration_file::WiredSensor;
@@ -45,15 +45,11 @@ pub fn wired_sensor() -> Result<WiredSensor, BoardLoopError> {
     Ok(WiredSensor { calibration, divider })
 }
 
-/// The loop of a typical chip after boot: disarmed, the default walk, the sensor required.
+/// The loop of a typical chip after boot: disarmed, the default walk, the sensor required, the emergency stop not tested yet.
 ///
 /// # Errors
 /// None; a test builds it.
 pub fn typical_loop() -> Result<BoardLoop, BoardLoopError> {
-    default_loop::board_loop_with(
-        &LoopConfig::default_biped(),
-        &Parameters::with_defaults(None, None, RobotConfig::default_biped())?,
-        TYPICAL_VREFINT_CAL,
-        TYPICAL_MIN_SUPPLY,
-    )
+    let default = Parameters::with_defaults(None, None, RobotConfig::default_biped())?;
+    default_loop::board_loop(&default, TYPICAL_VREFINT_CAL, TYPICAL_MIN_SUPPLY, true)
 }

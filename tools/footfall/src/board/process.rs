@@ -87,6 +87,11 @@ impl BoardProcess {
         self.write("hold");
     }
 
+    /// Presses the emergency stop for a tenth of a virtual second: its test before the first arming after a boot.
+    pub fn test_emergency_stop(&mut self) {
+        self.write("stop");
+    }
+
     /// Asks the board to end. Its last line follows.
     pub fn quit(&mut self) {
         self.write("quit");
@@ -185,14 +190,15 @@ mod tests {
         let mut board = shell(
             r#"while read word; do echo "{\"type\":\"remark\",\"text\":\"$word\"}"; [ "$word" = quit ] && exit 0; done"#,
         );
+        board.test_emergency_stop();
         board.hold_button();
         board.quit();
         let mut heard = Vec::new();
         while let Some(Output::Line(BoardLine::Remark { text, .. })) = board.next(Duration::from_secs(20)) {
             heard.push(text);
         }
-        assert_eq!(heard.len(), 2);
-        assert!(heard[0].contains("hold") && heard[1].contains("quit"));
+        assert_eq!(heard.len(), 3);
+        assert!(heard[0].contains("stop") && heard[1].contains("hold") && heard[2].contains("quit"));
     }
 
     #[test]

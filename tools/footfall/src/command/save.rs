@@ -227,7 +227,7 @@ mod tests {
     use joint_loop::generator::spline::{SplineJoint, SplineSet};
     use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
     use joint_loop::tuning::{Action, Request};
-    use joint_loop::{GeneratorConfig, Sample};
+    use joint_loop::{BoardFaults, GeneratorConfig, Sample};
     use joint_units::{AdcCode, Volts};
 
     /// The control loop of a board with this generator, armed, with these requests made at rest; every setpoint, degrees.
@@ -241,13 +241,14 @@ mod tests {
                 number: tick,
                 action: Action::Set { parameter, thousandths: settings.thousandths(parameter) },
             });
-            // A set of codes inside the supply; the button is held for a tenth of a second.
+            // A set of codes inside the supply; the emergency stop is tested, and the button held for 0.4 s.
             let request =
                 request.filter(|request| !matches!(request.action, Action::Set { parameter: Parameter::Follow, .. }));
             let sample = Sample {
                 codes: [AdcCode(2200); 4],
                 vrefint: AdcCode(1652),
-                button: (300..400).contains(&tick),
+                button: (100..500).contains(&tick),
+                faults: if (30..60).contains(&tick) { BoardFaults::BREAK_INPUT } else { BoardFaults::NONE },
                 request,
                 ..Sample::default()
             };

@@ -72,7 +72,9 @@ pub fn draw(frame: &mut Frame<'_>, view: &View) {
 /// The keys that have an effect.
 fn keys(view: &View) -> &'static str {
     match (view.watched, view.tuning.is_some()) {
-        (Watched::Virtual, false) => " space: hold the button 0.5 s (arms at its release, stops at once)   q: end",
+        (Watched::Virtual, false) => {
+            " space: hold the button 0.5 s (arms at its release, stops at once; tests the e-stop first)   q: end"
+        }
         (Watched::Virtual, true) => {
             " space: hold the button 0.5 s  up/down: parameter  left/right: change  u: undo  s: stop  q: end"
         }

@@ -9,7 +9,7 @@ use std::ffi::OsString;
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::settings::{ARM_AT_S, DEFAULT_SECS, DISARM_BEFORE_END_S, PRESS_S, Press, Settings, Show};
+use super::settings::{ARM_AT_S, DEFAULT_SECS, DISARM_BEFORE_END_S, PRESS_S, Press, STOP_TEST_AT_S, Settings, Show};
 use crate::board::feed;
 use crate::board::feed::Feed;
 use crate::board::image::Image;
@@ -99,6 +99,9 @@ pub(super) fn arguments(settings: &Settings, prepared: &Prepared) -> Result<Argu
     if let Some(secs) = prepared.secs {
         all.extend(["--secs".into(), secs.to_string().into()]);
     }
+    if tests_stop(settings) {
+        all.extend(["--emergency-stop".into(), STOP_TEST_AT_S.to_string().into()]);
+    }
     for press in &prepared.presses {
         all.extend(["--press".into(), format!("{press}:{PRESS_S}").into()]);
     }
@@ -110,6 +113,14 @@ pub(super) fn arguments(settings: &Settings, prepared: &Prepared) -> Result<Argu
     }
     all.extend(settings.board.iter().cloned());
     Ok(Arguments { all, _files: files })
+}
+
+/// Whether the emergency stop is tested for the user: not where the virtual board's own options say what it does.
+pub(super) fn tests_stop(settings: &Settings) -> bool {
+    !settings.board.iter().any(|option| {
+        let option = option.to_string_lossy();
+        option.starts_with("--emergency-stop") || option.contains("PB12")
+    })
 }
 
 fn temporary_file(

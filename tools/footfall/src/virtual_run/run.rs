@@ -10,8 +10,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::prepare::{Prepared, about, arguments, prepare};
-use super::settings::{Settings, Show};
+use super::prepare::{Prepared, about, arguments, prepare, tests_stop};
+use super::settings::{STOP_TEST_AT_S, Settings, Show};
 use super::tuned::Tuned;
 use crate::board::process::{BoardProcess, Output};
 use crate::board::run::{BoardRun, Event};
@@ -45,6 +45,11 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     if settings.robot_file.is_none() {
         messages::status("robot: the record of the default robot is written to the board; --robot writes another");
     }
+    if tests_stop(settings) {
+        messages::status(format_args!(
+            "emergency stop: pressed and released at {STOP_TEST_AT_S} s; without this test after each boot a board does not arm"
+        ));
+    }
     if let Some(path) = &settings.generator {
         messages::status(format_args!("walks: {}", walks(path, &settings.parameters.robot)?));
     }
@@ -54,7 +59,7 @@ pub fn run(settings: &Settings, interrupt: &AtomicBool) -> Result<(), Failure> {
     let mut board = BoardProcess::start(&settings.virtual_board, &arguments.all).map_err(Failure::input)?;
     let mut run = Run::begin(settings, &prepared, publisher)?;
     let shown = match settings.show {
-        Show::Screen => on_screen(&mut run, &mut board, interrupt),
+        Show::Screen => on_screen(&mut run, &mut board, interrupt, tests_stop(settings)),
         Show::Plain | Show::Json => in_lines(&mut run, &mut board, interrupt, settings.show),
     };
     // Even after an error the capture is finished, and the board has ended.
@@ -275,11 +280,17 @@ fn print_event(event: &Event, view: &View, show: Show) -> io::Result<()> {
     out.flush()
 }
 
-fn on_screen(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool) -> Result<(), Failure> {
+fn on_screen(
+    run: &mut Run<'_>,
+    board: &mut BoardProcess,
+    interrupt: &AtomicBool,
+    script_tests_stop: bool,
+) -> Result<(), Failure> {
     let mut terminal =
         ratatui::try_init().map_err(|error| Failure::run(format!("the screen cannot be opened: {error}")))?;
     let mut ending = Ending::new(interrupt);
     let mut drawn = Instant::now();
+    let mut tested = u32::from(script_tests_stop);
     let shown = loop {
         if run.error.is_some() || ending.end_if_requested(board) {
             break Ok(());
@@ -301,7 +312,14 @@ fn on_screen(run: &mut Run<'_>, board: &mut BoardProcess, interrupt: &AtomicBool
             Err(error) => break Err(Failure::run(error)),
         };
         match key {
-            Some(Key::Button) => board.hold_button(),
+            Some(Key::Button) => {
+                // The script has tested the stop of the first boot.
+                if run.view.boots > tested {
+                    tested = run.view.boots;
+                    board.test_emergency_stop();
+                }
+                board.hold_button();
+            }
             Some(Key::End) => ending.requested = true,
             Some(Key::Tune(key)) => {
                 if let Some(tuned) = &mut run.tuned {

@@ -8,7 +8,7 @@ use footfall::board::telemetry::printed;
 use joint_loop::setup::default_loop::Parameters;
 use joint_loop::store::generator_record::record_of;
 use joint_loop::store::{robot_record, sensor_record};
-use joint_loop::{RecordName, RobotConfig, Sample};
+use joint_loop::{BoardFaults, RecordName, RobotConfig, Sample};
 use joint_units::AdcCode;
 use object::write::{Object, StandardSegment, Symbol, SymbolSection};
 use object::{Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope};
@@ -169,7 +169,10 @@ impl SimulatedBoard {
             let knee = 2200.0 + 500.0 * (f64::from(self.t_ms) * 0.0057).sin();
             let vrefint = AdcCode(1652);
             let codes = [AdcCode(knee as u16), AdcCode(0), AdcCode(0), AdcCode(0)];
-            let sample = Sample { codes, vrefint, button, ..Sample::default() };
+            // After each boot the emergency stop is tested.
+            let is_test = (25..50).contains(&self.joints.frame().tick);
+            let faults = if is_test { BoardFaults::BREAK_INPUT } else { BoardFaults::NONE };
+            let sample = Sample { codes, vrefint, button, faults, ..Sample::default() };
             let command = self.joints.tick(&sample);
             self.calls.push(Call::of(&sample, 1));
             self.t_ms += 1;

@@ -66,9 +66,10 @@ impl<W: Write> BoardRun<'_, W> {
                 ConsoleCommand::Press => self.cpu.machine().plant.hold_button(true),
                 ConsoleCommand::Release => self.cpu.machine().plant.hold_button(false),
                 ConsoleCommand::Hold => self.cpu.machine().plant.press_button(ButtonPress::deliberate(seconds)),
+                ConsoleCommand::Stop => self.cpu.machine().plant.press_emergency_stop(ButtonPress::short(seconds)),
                 ConsoleCommand::Quit => return Ok(Some("killed")),
                 ConsoleCommand::Unknown(line) => {
-                    eprintln!("virtual-board: `{line}` is not a command; allowed is press, release, hold or quit")
+                    eprintln!("virtual-board: `{line}` is not a command; allowed is press, release, hold, stop or quit")
                 }
             }
         }

@@ -124,8 +124,8 @@ impl<B: Trimmed, W: Write> Session<B, W> {
         // The state of before the answer is no longer that of the board.
         while self.board.listen()?.is_none_or(|seen| seen.state == SupervisorState::Disarmed) {}
         self.tell(format_args!(
-            "{name}: hold the board's button for half a second. At its release all servos get pulses: those of the park pose. Keep clear; a press \
-             switches them off at once."
+            "{name}: hold the board's button for half a second; after a boot, press the e-stop and release it before. At the release of the button all \
+             servos get pulses: those of the park pose. Keep clear; a press switches them off at once."
         ))
     }
 
@@ -310,7 +310,12 @@ mod tests {
         fn tick(&mut self, request: Option<Request>) {
             let now = self.joints.frame().tick;
             let button = self.presses.iter().any(|at| (*at..at + 400).contains(&now));
-            let faults = if self.fault_at == Some(now) { BoardFaults::CLOCK } else { BoardFaults::NONE };
+            // After the boot the emergency stop is tested.
+            let faults = match now {
+                50..100 => BoardFaults::BREAK_INPUT,
+                _ if self.fault_at == Some(now) => BoardFaults::CLOCK,
+                _ => BoardFaults::NONE,
+            };
             self.joints.tick(&Sample { button, faults, request, vrefint: AdcCode(1501), ..Sample::default() });
         }
     }
