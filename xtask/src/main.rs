@@ -10,6 +10,7 @@ mod bench;
 mod board;
 mod board_sectors;
 mod book;
+mod campaign;
 mod dfu;
 mod dist;
 mod emulated;
@@ -76,6 +77,8 @@ enum Task {
         #[command(subcommand)]
         bench: bench::Bench,
     },
+    /// Inject faults into the flashed image on the virtual board, each in each state at each phase of the servo frame, and print what they lead to
+    Campaign(campaign::Options),
     /// Build the book of all pages, and print where its first page is
     Book(book::Options),
     /// Pack a release: images, program, completions, manual pages, documentation, book, samples, check sums
@@ -115,6 +118,7 @@ fn perform(task: Task) -> anyhow::Result<ExitCode> {
             Ok(ExitCode::SUCCESS)
         }
         Task::Bench { bench } => bench::bench(&bench),
+        Task::Campaign(options) => campaign::campaign(&options),
         Task::Book(options) => book::book(&options),
         Task::Dist(options) => dist::dist(&options),
         Task::Setup { with } => {

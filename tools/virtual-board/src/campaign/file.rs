@@ -146,8 +146,8 @@ pub(crate) struct Register {
     pub(crate) name: String,
     /// Address.
     pub(crate) address: u32,
-    /// First bit and the one after the last.
-    pub(crate) bits: [u32; 2],
+    /// The bits.
+    pub(crate) bits: Vec<u32>,
     /// States in which they apply.
     pub(crate) states: Vec<String>,
     /// What each must lead to.
@@ -263,7 +263,7 @@ mod tests {
     #[test]
     fn each_bit_is_a_fault_with_a_name() {
         let text = format!(
-            "{HEAD}[[register]]\nname = \"TIM1 ARR\"\naddress = 0x4001_002C\nbits = [3, 6]\nstates = [\"walking\"]\n\
+            "{HEAD}[[register]]\nname = \"TIM1 ARR\"\naddress = 0x4001_002C\nbits = [3, 4, 5]\nstates = [\"walking\"]\n\
              expect = {{ reaction = \"off\", within_ms = 120 }}\n\
              [[memory]]\nname = \"RAM\"\naddresses = [0x2000_0000, 0x2000_0100]\ncount = 50\nstates = [\"walking\"]\n"
         );

@@ -1,0 +1,191 @@
+//! `cargo xtask campaign`: injects faults into the flashed image on the virtual board, and prints what each led to.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::BufRead as _;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
+
+use anyhow::{Context, Result, ensure};
+use serde_json::Value;
+
+use crate::board::{Board, Drive};
+use crate::probe;
+use crate::setup::Need;
+use crate::shell;
+use crate::workspace::Workspace;
+
+/// The campaign that is run without an option.
+const FAULTS: &str = "tests/campaign/faults.toml";
+/// What the gait sensor measures meanwhile: a walk.
+const VOLTS: &str = "tests/traces/gaitkit_fukuchi_healthy_left_knee_volts.csv";
+/// The emergency stop is tested, and the button armed: the states of [`FAULTS`] begin at their times after this.
+const GESTURES: [&str; 4] = ["--emergency-stop", "0.05:0.05", "--press", "0.4:0.35"];
+const ROBOT_SECTOR: &str = "0x0800c000";
+
+/// Options of `cargo xtask campaign`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Options {
+    /// The faults [default: tests/campaign/faults.toml]
+    #[arg(long, value_name = "TOML")]
+    faults: Option<PathBuf>,
+    /// One case of N
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    every: u32,
+    /// Write each case, a JSON object a line, to this file
+    #[arg(long, value_name = "FILE")]
+    cases: Option<PathBuf>,
+}
+
+/// Builds what is needed, runs the campaign, and prints its table.
+pub(crate) fn campaign(options: &Options) -> Result<ExitCode> {
+    let mut workspace = Workspace::open()?;
+    workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
+    let image = workspace.firmware(Board::F4Discovery, Drive::Servos)?;
+    let robot = robot_record(&workspace)?;
+    let faults = options.faults.as_ref().map_or_else(|| PathBuf::from(FAULTS), |file| workspace.started_in.join(file));
+    let mut command = shell::command(workspace.virtual_board()?);
+    command.arg(&image.elf).args(GESTURES).args(["--loop", "--volts", VOLTS]);
+    command.arg("--flash").arg(format!("{ROBOT_SECTOR}={}", robot.display()));
+    command.arg("--campaign").arg(faults).args(["--every", &options.every.to_string()]);
+    let cases = options.cases.as_ref().map(|file| workspace.started_in.join(file));
+    let table = run(&mut command, cases.as_deref())?;
+    print!("{table}");
+    Ok(if table.wrong == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The record of the default robot.
+fn robot_record(workspace: &Workspace) -> Result<PathBuf> {
+    let footfall = workspace.footfall()?;
+    let folder = workspace.target_dir.join("images");
+    let (file, record) = (folder.join("robot.toml"), folder.join("robot.bin"));
+    let text = shell::stdout_of(shell::command(&footfall).args(["defaults", "robot"]))?;
+    std::fs::write(&file, text).with_context(|| format!("writing {}", file.display()))?;
+    let mut pack = shell::command(&footfall);
+    probe::done(
+        pack.args(["pack", "--force", "--quiet", "--robot"]).arg(&file).arg("--out").arg(&record),
+        "footfall pack",
+    )?;
+    Ok(record)
+}
+
+fn run(command: &mut Command, cases: Option<&Path>) -> Result<Table> {
+    let mut child =
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().context("starting the virtual board")?;
+    let lines = BufReader::new(child.stdout.take().context("no standard output of the virtual board")?).lines();
+    let (mut table, mut kept) = (Table::default(), String::new());
+    for line in lines {
+        let line = line.context("reading from the virtual board")?;
+        let case: Value = serde_json::from_str(&line).with_context(|| format!("`{line}` is no line of a campaign"))?;
+        table.add(&case);
+        kept = kept + &line + "\n";
+    }
+    let status = child.wait().context("waiting for the virtual board")?;
+    if let Some(path) = cases {
+        std::fs::write(path, kept).with_context(|| format!("writing {}", path.display()))?;
+    }
+    // It ends with 1 if a case is wrong, which the table shows.
+    ensure!(matches!(status.code(), Some(0 | 1)) && table.is_complete, "the virtual board ended with {status}");
+    Ok(table)
+}
+
+/// What came of the faults: those of one register or one part of the memory together.
+#[derive(Debug, Default)]
+struct Table {
+    rows: BTreeMap<(usize, String), Row>,
+    order: Vec<String>,
+    wrong: u64,
+    cases: u64,
+    seconds: f64,
+    is_complete: bool,
+}
+
+#[derive(Debug, Default)]
+struct Row {
+    cases: u64,
+    wrong: u64,
+    /// The latest end of the pulses and the latest reset, us.
+    off_us: Option<f64>,
+    reset_us: Option<f64>,
+    why: Option<String>,
+}
+
+impl Table {
+    fn add(&mut self, case: &Value) {
+        if case["type"] == "end" {
+            self.is_complete = true;
+            self.seconds = case["seconds"].as_f64().unwrap_or_default();
+            return;
+        }
+        // `TIM1 ARR, bit 3` is one of the bits of a register.
+        let fault = case["fault"].as_str().unwrap_or_default();
+        let group = fault.split_once(", ").map_or(fault, |(group, _)| group).to_owned();
+        let place = self.order.iter().position(|known| *known == group).unwrap_or_else(|| {
+            self.order.push(group.clone());
+            self.order.len() - 1
+        });
+        let state = case["state"].as_str().unwrap_or_default();
+        let row = self.rows.entry((place, format!("{group} | {state}"))).or_default();
+        let latest = |so_far: Option<f64>, key: &str| match (so_far, case[key].as_f64()) {
+            (Some(a), Some(b)) => Some(a.max(b)),
+            (a, b) => a.or(b),
+        };
+        (row.off_us, row.reset_us) = (latest(row.off_us, "off_us"), latest(row.reset_us, "reset_us"));
+        row.cases += 1;
+        self.cases += 1;
+        if case["good"] != true {
+            row.wrong += 1;
+            self.wrong += 1;
+            row.why.get_or_insert_with(|| {
+                format!("{fault}, phase {}: {}", case["phase"], case["why"].as_str().unwrap_or("no reason"))
+            });
+        }
+    }
+}
+
+impl std::fmt::Display for Table {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let ms = |us: Option<f64>| us.map_or_else(|| "-".to_owned(), |us| format!("{:.1}", us * 1e-3));
+        writeln!(f, "| fault | state | cases | wrong | outputs off, ms | reset, ms |\n|---|---|---|---|---|---|")?;
+        let mut notes = String::new();
+        for ((_, name), row) in &self.rows {
+            let Row { cases, wrong, off_us, reset_us, why } = row;
+            writeln!(f, "| {name} | {cases} | {wrong} | {} | {} |", ms(*off_us), ms(*reset_us))?;
+            if let Some(why) = why {
+                writeln!(notes, "wrong: {why}")?;
+            }
+        }
+        writeln!(f, "\n{} cases, {} wrong, {:.0} s", self.cases, self.wrong, self.seconds)?;
+        f.write_str(&notes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_of_a_register_are_one_row() {
+        let mut table = Table::default();
+        for line in [
+            r#"{"type":"case","fault":"a panic","state":"walking","phase":0,"good":true,"why":null,"off_us":180.5,"reset_us":1500.0}"#,
+            r#"{"type":"case","fault":"TIM1 ARR, bit 0","state":"walking","phase":0,"good":true,"why":null,"off_us":60.0,"reset_us":null}"#,
+            r#"{"type":"case","fault":"TIM1 ARR, bit 1","state":"walking","phase":7,"good":false,"why":"outputs off never","off_us":null,"reset_us":null}"#,
+        ] {
+            table.add(&serde_json::from_str(line).unwrap());
+        }
+        assert!(!table.is_complete);
+        table.add(&serde_json::from_str(r#"{"type":"end","cases":3,"wrong":1,"seconds":2.4}"#).unwrap());
+        let text = table.to_string();
+        for line in [
+            "| a panic | walking | 1 | 0 | 0.2 | 1.5 |",
+            "| TIM1 ARR | walking | 2 | 1 | 0.1 | - |",
+            "3 cases, 1 wrong, 2 s",
+            "wrong: TIM1 ARR, bit 1, phase 7: outputs off never",
+        ] {
+            assert!(text.contains(line), "{text}");
+        }
+        assert!(table.is_complete && text.find("a panic") < text.find("TIM1 ARR"));
+    }
+}
