@@ -70,7 +70,7 @@ impl fmt::Display for Id {
 /// What has been achieved about a hazard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 pub(crate) enum Status {
-    /// Tests show detection and reaction.
+    /// Tests show detection and reaction, or that the effect does not come.
     #[serde(rename = "shown")]
     Shown,
     /// There is a reaction, and no test of it.
@@ -79,7 +79,7 @@ pub(crate) enum Status {
     /// Some of it is handled; `missing` says what is not.
     #[serde(rename = "partly")]
     Partly,
-    /// Nothing is done about it.
+    /// Nothing is done about it, or nothing that can be relied on; `missing` says what should be.
     #[serde(rename = "open")]
     Open,
     /// This controller cannot have it.

@@ -13,7 +13,7 @@ const HEAD: &str = "\
 
 What can go wrong with this controller, how it notices that, what it does about it, and where a test has shown so. This page is made of
 `hazards.toml`, in which each hazard has its number, and names the tests. `FOOTFALL_WRITE_DOCS=1` and the test program `hazards` write it again.
-Words such as R1, arm and park pose are in the [glossary](glossary.md), the reactions to each fault of a sensor in [Sensor faults](sensor-faults.md).
+Words such as gate, arm and park pose are in the [glossary](glossary.md), the reactions to each fault of a sensor in [Sensor faults](sensor-faults.md).
 ";
 
 const READING: &str = "\
@@ -23,8 +23,9 @@ const READING: &str = "\
 - **shown on**: *link* is the linker, which refuses the cores if a panic is reachable in them; *host* the computer that runs the tests; *virtual
   board* the image that would be flashed, on models of the chip ([what it does not show](virtual-board.md#what-it-does-not-show)).
 - **hardware**: shown with a board in the hand. *Procedure* is a link to one that is written below and that nobody has carried out yet.
-- **status**: *shown*: tests show detection and reaction; *handled, no test*: there is a reaction, but no test of it; *partly*: something is missing,
-  which the [list below](#what-is-missing) names; *open*: nothing is done about it.
+- **status**: *shown*: tests show detection and reaction, or that the effect does not come; *handled, no test*: there is a reaction, but no test of
+  it; *partly*: something is missing, which the [list below](#what-is-missing) names; *open*: nothing is done about it, or nothing that can be relied
+  on. Hazards that do not apply have [a list of their own](#what-does-not-apply).
 ";
 
 /// The whole page.
