@@ -57,7 +57,10 @@ impl TryFrom<String> for Id {
 
     fn try_from(text: String) -> Result<Self, String> {
         let number = text.strip_prefix('H').filter(|digits| digits.len() == 2).and_then(|digits| digits.parse().ok());
-        number.filter(|number| *number > 0).map(Self).ok_or_else(|| format!("`{text}` is no ID; allowed are H01 to H99"))
+        number
+            .filter(|number| *number > 0)
+            .map(Self)
+            .ok_or_else(|| format!("`{text}` is no ID; allowed are H01 to H99"))
     }
 }
 

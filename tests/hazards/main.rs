@@ -81,7 +81,7 @@ why = "The firmware does not write flash."
 "#;
 
 /// A change of the text above, and what is said of it.
-const DEFECTS: [(&str, &str, &str); 23] = [
+const DEFECTS: [(&str, &str, &str); 25] = [
     ("H02", "H03", "H03: the number before it is H01"),
     ("H02", "H01", "H01: the number before it is H01"),
     ("H02", "X2", "`X2` is no ID"),
@@ -100,6 +100,12 @@ const DEFECTS: [(&str, &str, &str); 23] = [
     ("\"virtual-board\"", "\"host\"", "a test runs in VirtualBoard"),
     ("[\"virtual-board\"]", "[\"virtual-board\", \"virtual-board\"]", "has VirtualBoard twice"),
     ("a_task_that_hangs", "a_task_that_stands", "the file has no function"),
+    (
+        "disarmed\"]",
+        "disarmed\", \"tests/virtual_board.rs::a_task_that_hangs_is_reset_and_boots_disarmed\"]",
+        "is there twice",
+    ),
+    ("[\"virtual-board\"]", "[\"virtual-board\", \"bench\"]\nwhy = \"x\"", "it has no `why`"),
     ("virtual_board.rs::a", "nowhere.rs::a", "there is no file tests/nowhere.rs"),
     ("a_task_that_hangs_is_reset_and_boots_disarmed", "main", "the function is no test"),
     ("tests = [\"tests/virtual_board.rs::a_task_that_hangs_is_reset_and_boots_disarmed\"]\n", "", "it needs `tests`"),
@@ -119,6 +125,9 @@ fn each_defect_is_found() {
         let found = faults(&SOUND.replacen(text, defect, 1));
         assert!(found.contains(words), "`{text}` -> `{defect}`: {words} is expected, found:\n{found}");
     }
+    let (before, _) = SOUND.split_once("bench = ").expect("a procedure");
+    let found = faults(&before.replacen("[\"virtual-board\"]", "[\"virtual-board\", \"bench\"]", 1));
+    assert!(found.contains("shown on the bench without a procedure"), "{found}");
     // Other statuses refuse what the first one has.
     for (status, words) in
         [("handled, no test", "it has no `tests`"), ("partly", "it needs `missing`"), ("open", "it has no `limit_ms`")]

@@ -67,7 +67,8 @@ impl Found {
                 TokenTree::Group(group) => {
                     let is_list = before(1).is_some_and(|token| is(token, "!"))
                         && before(2).is_some_and(|token| is(token, "tests"));
-                    let is_step = group.delimiter() == Delimiter::Brace && before(1).is_some_and(|token| is(token, "Step"));
+                    let is_step =
+                        group.delimiter() == Delimiter::Brace && before(1).is_some_and(|token| is(token, "Step"));
                     let listed = match (is_list, is_step) {
                         (true, _) => listed(group.stream(), function),
                         (_, true) => step(group.stream(), function),

@@ -69,12 +69,17 @@ pub(crate) fn counts(hazards: &Hazards) -> String {
 
 /// A table with a row for each hazard that applies.
 fn table(hazards: &Hazards) -> String {
-    let mut table = "| hazard | detection | reaction | limit | shown on | hardware | status |\n|---|---|---|---|---|---|---|\n".to_owned();
+    let mut table =
+        "| hazard | detection | reaction | limit | shown on | hardware | status |\n|---|---|---|---|---|---|---|\n"
+            .to_owned();
     for hazard in hazards.list.iter().filter(|hazard| hazard.status != Status::DoesNotApply) {
         let text = |text: &Option<String>| text.clone().unwrap_or_else(|| "none".to_owned());
         let limit = hazard.limit_ms.map_or(String::new(), |ms| format!("{ms} ms"));
-        let places: Vec<&str> =
-            Place::ALL.into_iter().filter(|p| *p != Place::Bench && hazard.shown.contains(p)).map(Place::name).collect();
+        let places: Vec<&str> = Place::ALL
+            .into_iter()
+            .filter(|p| *p != Place::Bench && hazard.shown.contains(p))
+            .map(Place::name)
+            .collect();
         let hardware = match (hazard.shown.contains(&Place::Bench), &hazard.bench) {
             (true, _) => "shown".to_owned(),
             (false, Some(_)) => format!("[procedure](#{})", anchor(hazard)),

@@ -26,7 +26,8 @@ fn numbers(hazards: &Hazards) -> Vec<String> {
     let mut last = 0;
     for hazard in &hazards.list {
         if hazard.id.0 != last + 1 {
-            found.push(format!("{}: the number before it is H{last:02}; allowed is the next one, each once", hazard.id));
+            found
+                .push(format!("{}: the number before it is H{last:02}; allowed is the next one, each once", hazard.id));
         }
         last = hazard.id.0;
     }
@@ -86,7 +87,8 @@ fn entry(hazard: &Hazard) -> Vec<String> {
     if hazard.limit_ms.is_some_and(|limit| !limit.is_finite() || limit <= 0.0) {
         found.push("`limit_ms` is not above 0".to_owned());
     }
-    let has_unit = |text: &String| text.contains(|c: char| c.is_ascii_digit()) && UNITS.iter().any(|u| text.contains(u));
+    let has_unit =
+        |text: &String| text.contains(|c: char| c.is_ascii_digit()) && UNITS.iter().any(|u| text.contains(u));
     if hazard.measured.as_ref().is_some_and(|text| hazard.tests.is_empty() || !has_unit(text)) {
         found.push(format!("`measured` needs a test, a number and a unit of {UNITS:?}"));
     }
@@ -99,16 +101,17 @@ fn entry(hazard: &Hazard) -> Vec<String> {
 /// Every named test exists, and `shown` has the places in which these tests run.
 fn places(hazard: &Hazard) -> Vec<String> {
     let mut found = Vec::new();
-    let mut by_test: Vec<Place> = Vec::new();
-    for (index, name) in hazard.tests.iter().enumerate() {
-        if hazard.tests[..index].contains(name) {
-            found.push(format!("`{name}` is there twice"));
-        }
-        match place_of(name) {
-            Ok(place) => by_test.push(place),
-            Err(error) => found.push(error),
-        }
+    let is_known_before = |index: usize| hazard.tests[..index].contains(&hazard.tests[index]);
+    if let Some(index) = (0..hazard.tests.len()).find(|index| is_known_before(*index)) {
+        found.push(format!("`{}` is there twice", hazard.tests[index]));
     }
+    let (known, unknown): (Vec<_>, Vec<_>) = hazard.tests.iter().map(|name| place_of(name)).partition(Result::is_ok);
+    if !unknown.is_empty() {
+        // Where these run is not known, so the places are not compared.
+        found.extend(unknown.into_iter().filter_map(Result::err));
+        return found;
+    }
+    let by_test: Vec<Place> = known.into_iter().flatten().collect();
     for (index, place) in hazard.shown.iter().enumerate() {
         if hazard.shown[..index].contains(place) {
             found.push(format!("`shown` has {place:?} twice"));
