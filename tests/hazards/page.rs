@@ -13,7 +13,8 @@ const HEAD: &str = "\
 
 What can go wrong with this controller, how it notices that, what it does about it, and where a test has shown so. This page is made of
 `hazards.toml`, in which each hazard has its number, and names the tests. `FOOTFALL_WRITE_DOCS=1` and the test program `hazards` write it again.
-Words such as gate, arm and park pose are in the [glossary](glossary.md), the reactions to each fault of a sensor in [Sensor faults](sensor-faults.md).
+Words such as gate, arm and park pose are in the [glossary](glossary.md), the reactions to each fault of a sensor in
+[Sensor faults](sensor-faults.md).
 ";
 
 const READING: &str = "\
@@ -22,10 +23,17 @@ const READING: &str = "\
 - **limit**: the longest time from the fault to the start of the reaction. A ramp to the park pose takes up to 304 ms more; then the pulses end.
 - **shown on**: *link* is the linker, which refuses the cores if a panic is reachable in them; *host* the computer that runs the tests; *virtual
   board* the image that would be flashed, on models of the chip ([what it does not show](virtual-board.md#what-it-does-not-show)).
-- **hardware**: shown with a board in the hand. *Procedure* is a link to one that is written below and that nobody has carried out yet.
+- **hardware**: shown with a board in the hand. *procedure* leads to one below that nobody has carried out yet.
 - **status**: *shown*: tests show detection and reaction, or that the effect does not come; *handled, no test*: there is a reaction, but no test of
   it; *partly*: something is missing, which the [list below](#what-is-missing) names; *open*: nothing is done about it, or nothing that can be relied
   on. Hazards that do not apply have [a list of their own](#what-does-not-apply).
+";
+
+const BENCH: &str = "\
+## Bench procedures
+
+For a board in the hand, after the list [Before the first arming](first-walk.md#before-the-first-arming). Those to which the table has a link have
+not been carried out by anybody yet: one that does not work as written is a finding too.
 ";
 
 /// The whole page.
@@ -130,9 +138,7 @@ fn tests(hazards: &Hazards) -> String {
 
 /// The procedures for a board in the hand.
 fn procedures(hazards: &Hazards) -> String {
-    let mut text = "\n## Bench procedures\n\nFor a board in the hand, after the list [Before the first arming](first-walk.md#before-the-first-arming). \
-                    Nobody has carried them out yet: a\nprocedure that does not work as written is a finding too.\n"
-        .to_owned();
+    let mut text = format!("\n{BENCH}");
     for hazard in &hazards.list {
         if let Some(bench) = &hazard.bench {
             _ = write!(text, "\n### {}\n\n{}\n", heading(hazard), bench.trim());
