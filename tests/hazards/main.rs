@@ -1,0 +1,138 @@
+//! `hazards.toml` keeps its rules, names tests that exist, and is what `docs/safety.md` and the README say. With `FOOTFALL_WRITE_DOCS=1` these two
+//! are written instead.
+
+mod entry;
+mod named;
+mod page;
+mod rules;
+
+use entry::Hazards;
+use footfall_tests::workspace::{assert_none, read, root};
+use page::MARKS;
+use rules::violations;
+
+/// As many hazards are known, at least: with fewer, the last one has been lost.
+const KNOWN: usize = 60;
+
+#[test]
+fn every_entry_keeps_the_rules() {
+    let hazards = Hazards::of_repository();
+    assert!(hazards.list.len() >= KNOWN, "{} hazards of {KNOWN}", hazards.list.len());
+    assert_none(&violations(&hazards), &format!("faults of {}", entry::FILE));
+}
+
+/// Compares a page with what it should be, or writes it.
+fn compare(name: &str, page: &str) {
+    if std::env::var_os("FOOTFALL_WRITE_DOCS").is_some_and(|value| value == "1") {
+        std::fs::write(root().join(name), page).unwrap_or_else(|error| panic!("{name}: {error}"));
+    }
+    let found = read(name);
+    let differs = found.lines().zip(page.lines()).position(|(found, page)| found != page);
+    assert!(
+        found == page,
+        "{name} differs from {} from line {} on: FOOTFALL_WRITE_DOCS=1 writes it",
+        entry::FILE,
+        differs.map_or(found.lines().count().min(page.lines().count()) + 1, |line| line + 1)
+    );
+}
+
+#[test]
+fn the_page_is_that_of_the_file() {
+    compare("docs/safety.md", &page::safety(&Hazards::of_repository()));
+}
+
+#[test]
+fn the_readme_has_the_counts_of_the_file() {
+    let readme = read("README.md");
+    let [begin, end] = MARKS;
+    let (before, rest) = readme.split_once(begin).unwrap_or_else(|| panic!("README.md has no line {begin}"));
+    let (_, after) = rest.split_once(end).unwrap_or_else(|| panic!("README.md has no line {end}"));
+    let counts = page::counts(&Hazards::of_repository());
+    compare("README.md", &format!("{before}{begin}\n\n{counts}\n{end}{after}"));
+}
+
+/// A file without a fault, from which the defects below are made.
+const SOUND: &str = r#"
+not_for = ["Nothing else."]
+
+[[hazard]]
+id = "H01"
+cause = "a task hangs"
+effect = "the last pulse is repeated"
+detection = "watchdog"
+reaction = "reset"
+limit_ms = 38
+status = "shown"
+shown = ["virtual-board"]
+tests = ["tests/virtual_board.rs::a_task_that_hangs_is_reset_and_boots_disarmed"]
+measured = "at most 36 ms"
+bench = """
+1. Hang it.
+
+Passed if it resets.
+"""
+
+[[hazard]]
+id = "H02"
+cause = "an erase stalls the processor"
+effect = "late ticks"
+status = "does not apply"
+why = "The firmware does not write flash."
+"#;
+
+/// A change of the text above, and what is said of it.
+const DEFECTS: [(&str, &str, &str); 25] = [
+    ("H02", "H03", "H03: the number before it is H01"),
+    ("H02", "H01", "H01: the number before it is H01"),
+    ("H02", "X2", "`X2` is no ID"),
+    ("not_for = [\"Nothing else.\"]", "not_for = []", "not_for is empty"),
+    ("detection = \"watchdog\"\n", "", "it needs `detection`"),
+    ("reaction = \"reset\"\n", "", "it needs `reaction`"),
+    ("reaction = \"reset\"", "reaction = \"\"", "`reaction` is no single line"),
+    ("\"reset\"", "\"a | b\"", "a vertical bar is not allowed"),
+    ("why = \"The firmware does not write flash.\"\n", "", "it needs `why`"),
+    ("limit_ms = 38", "limit_ms = 0", "`limit_ms` is not above 0"),
+    ("limit_ms = 38", "limit_s = 38", "unknown field `limit_s`"),
+    ("limit_ms = 38", "missing = \"much\"", "it has no `missing`"),
+    ("\"shown\"", "\"done\"", "unknown variant `done`"),
+    ("\"virtual-board\"", "\"moon\"", "unknown variant `moon`"),
+    ("\"virtual-board\"", "\"host\"", "where none of its tests runs"),
+    ("\"virtual-board\"", "\"host\"", "a test runs in VirtualBoard"),
+    ("[\"virtual-board\"]", "[\"virtual-board\", \"virtual-board\"]", "has VirtualBoard twice"),
+    ("a_task_that_hangs", "a_task_that_stands", "the file has no function"),
+    (
+        "disarmed\"]",
+        "disarmed\", \"tests/virtual_board.rs::a_task_that_hangs_is_reset_and_boots_disarmed\"]",
+        "is there twice",
+    ),
+    ("[\"virtual-board\"]", "[\"virtual-board\", \"bench\"]\nwhy = \"x\"", "it has no `why`"),
+    ("virtual_board.rs::a", "nowhere.rs::a", "there is no file tests/nowhere.rs"),
+    ("a_task_that_hangs_is_reset_and_boots_disarmed", "main", "the function is no test"),
+    ("tests = [\"tests/virtual_board.rs::a_task_that_hangs_is_reset_and_boots_disarmed\"]\n", "", "it needs `tests`"),
+    ("at most 36 ms", "quick", "`measured` needs a test, a number and a unit"),
+    ("\nPassed if it resets.\n", "", "`bench` has no paragraph"),
+];
+
+#[test]
+fn each_defect_is_found() {
+    let faults = |text: &str| match Hazards::parse(text) {
+        Ok(hazards) => violations(&hazards).join("\n"),
+        Err(error) => error,
+    };
+    assert_eq!(faults(SOUND), "");
+    for (text, defect, words) in DEFECTS {
+        assert!(SOUND.contains(text), "{text}");
+        let found = faults(&SOUND.replacen(text, defect, 1));
+        assert!(found.contains(words), "`{text}` -> `{defect}`: {words} is expected, found:\n{found}");
+    }
+    let (before, _) = SOUND.split_once("bench = ").expect("a procedure");
+    let found = faults(&before.replacen("[\"virtual-board\"]", "[\"virtual-board\", \"bench\"]", 1));
+    assert!(found.contains("shown on the bench without a procedure"), "{found}");
+    // Other statuses refuse what the first one has.
+    for (status, words) in
+        [("handled, no test", "it has no `tests`"), ("partly", "it needs `missing`"), ("open", "it has no `limit_ms`")]
+    {
+        let found = faults(&SOUND.replacen("\"shown\"", &format!("\"{status}\""), 1));
+        assert!(found.contains(words), "{status}: {found}");
+    }
+}
