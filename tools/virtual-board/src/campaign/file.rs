@@ -208,12 +208,9 @@ impl Campaign {
 
     /// Makes a fault of each bit of the registers and of the drawn bits of the memory.
     fn expand(&mut self) -> Result<()> {
-        for Register { name, address, bits: [first, end], states, expect } in std::mem::take(&mut self.registers) {
-            ensure!(
-                first < end && end <= 32,
-                "register `{name}`: bits {first}..{end}; allowed is 0..32, in this order"
-            );
-            self.faults.extend((first..end).map(|bit| Fault {
+        for Register { name, address, bits, states, expect } in std::mem::take(&mut self.registers) {
+            ensure!(bits.iter().all(|bit| *bit < 32), "register `{name}`: bits {bits:?}; allowed are 0 to 31");
+            self.faults.extend(bits.into_iter().map(|bit| Fault {
                 name: format!("{name}, bit {bit}"),
                 inject: Inject::Flip { address, mask: 1 << bit },
                 states: states.clone(),
