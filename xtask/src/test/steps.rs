@@ -443,7 +443,7 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 11] = [
+const IMAGE_TESTS: [&str; 13] = [
     "virtual_board",
     "fits",
     "board_inputs",
