@@ -70,7 +70,8 @@ mod boot {
     use crate::variant::SENSOR_REQUIRED;
     use crate::{clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog};
 
-    /// Priorities, high to low. The break is first: it switches the servos' supply off. The clock of the tasks is below the ticks: a tick never waits for a timer of telemetry.
+    /// Priorities, high to low. The break is first: it switches the servos' supply off. The clock of the tasks is below the ticks: a tick
+    /// never waits for a timer of telemetry.
     const BREAK: Priority = Priority::P0;
     const EDGE: Priority = Priority::P2;
     const CONVERSION: Priority = Priority::P4;
