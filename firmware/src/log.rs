@@ -14,6 +14,7 @@ use heapless::String;
 use joint_units::AdcCode;
 use wire::{Boot, Record, Refused, Subject, VERSION};
 
+use crate::clocks::brown_out_reset_is_off;
 use crate::faults::LastRun;
 use crate::parameters::Loaded;
 use crate::variant::{SENSOR_REQUIRED, SHADOW};
@@ -40,7 +41,6 @@ pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, loaded: Option<&Loade
     lines::boot(&boot);
     send(&Record::Boot(boot.clone()));
     lines::crash(last);
-    lines::brown_out();
     if last.streak >= LOCKOUT_STREAK {
         refused(
             Subject::Arming,
@@ -48,6 +48,13 @@ pub(crate) fn boot(last: &LastRun, reference_cal: AdcCode, loaded: Option<&Loade
                 "{} crashes in a row; allowed is less than {LOCKOUT_STREAK}: switch the power off, or press reset",
                 last.streak
             ),
+        );
+    }
+    if brown_out_reset_is_off() {
+        // The firmware does not write option bytes: `cargo xtask flash` does.
+        refused(
+            Subject::Arming,
+            "the brown-out reset is off in the option bytes; allowed is on: flash with `cargo xtask flash` and a probe, which sets it",
         );
     }
     boot
@@ -141,15 +148,6 @@ mod lines {
         }
     }
 
-    pub(super) fn brown_out() {
-        if crate::clocks::brown_out_reset_is_off() {
-            // The firmware does not write option bytes: a person does, with a probe.
-            defmt::warn!(
-                "brown-out reset is off in the option bytes: a servo that pulls the supply down does not reset the board"
-            );
-        }
-    }
-
     pub(super) fn refused(refused: &Refused) {
         defmt::error!("{=str} refused: {=str}", refused.subject.name(), refused.reason.as_str());
     }
@@ -227,7 +225,6 @@ mod lines {
     pub(super) fn wire(_bytes: &[u8]) {}
     pub(super) fn boot(_boot: &Boot) {}
     pub(super) fn crash(_last: &LastRun) {}
-    pub(super) fn brown_out() {}
     pub(super) fn refused(_refused: &Refused) {}
     pub(crate) fn stalled(_part: Part, _how: &'static str) {}
     pub(crate) fn truncated(_count: u32) {}

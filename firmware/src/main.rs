@@ -53,9 +53,9 @@ mod boot {
     use heapless::spsc::Queue;
     use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
     use joint_loop::tuning::{Answer, Request, Settings};
-    use joint_loop::{Frame, SENSORS, Sample};
+    use joint_loop::{Cause, Frame, SENSORS, Sample, SupervisorState};
     use joint_units::AdcCode;
-    use wire::{Boot, Edge, Inputs, Record, Subject};
+    use wire::{Boot, Change, Edge, Inputs, Record, Subject};
 
     use crate::environment::Environment;
     use crate::faults::LastRun;
@@ -63,14 +63,15 @@ mod boot {
     use crate::serial::{self, REQUESTS_QUEUED};
     use crate::servo_pwm::{self, Outputs};
     use crate::tasks::control::{
-        self, Control, EDGES_QUEUED, FRAMES_QUEUED, RECORDS_QUEUED, SAMPLES_QUEUED, TICKS_A_FRAME,
+        self, CHANGES_QUEUED, Control, EDGES_QUEUED, FRAMES_QUEUED, RECORDS_QUEUED, SAMPLES_QUEUED, TICKS_A_FRAME,
     };
     use crate::tasks::telemetry::{self, FRAMES_A_LINE, Telemetry};
     use crate::tasks::watchdog as reloading;
     use crate::variant::SENSOR_REQUIRED;
     use crate::{clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog};
 
-    /// Priorities, high to low. The break is first: it switches the servos' supply off. The clock of the tasks is below the ticks: a tick never waits for a timer of telemetry.
+    /// Priorities, high to low. The break is first: it switches the servos' supply off. The clock of the tasks is below the ticks: a tick
+    /// never waits for a timer of telemetry.
     const BREAK: Priority = Priority::P0;
     const EDGE: Priority = Priority::P2;
     const CONVERSION: Priority = Priority::P4;
@@ -90,6 +91,7 @@ mod boot {
     fn main() -> ! {
         static mut SAMPLES: Queue<(u32, Sample<SENSORS>), SAMPLES_QUEUED> = Queue::new();
         static mut FRAMES: Queue<Frame<SENSORS>, FRAMES_QUEUED> = Queue::new();
+        static mut CHANGES: Queue<Change, CHANGES_QUEUED> = Queue::new();
         static mut EDGES: Queue<Edge, EDGES_QUEUED> = Queue::new();
         static mut RECORDS: Queue<Frame<SENSORS>, RECORDS_QUEUED> = Queue::new();
         static mut REQUESTS: Queue<Request, REQUESTS_QUEUED> = Queue::new();
@@ -115,6 +117,7 @@ mod boot {
         lamps::start();
         let (samples_in, samples_out) = SAMPLES.split();
         let (frames_in, frames_out) = FRAMES.split();
+        let (changes_in, changes_out) = CHANGES.split();
         let (edges_in, edges_out) = EDGES.split();
         let (records_in, records_out) = RECORDS.split();
         let (requests_in, requests_out) = REQUESTS.split();
@@ -125,6 +128,8 @@ mod boot {
             outputs,
             samples: samples_in,
             frames: frames_in,
+            changes: changes_in,
+            reported: (SupervisorState::Boot, Cause::None),
             edges: edges_in,
             records: records_in,
             requests: requests_out,
@@ -132,7 +137,7 @@ mod boot {
             settings: settings_in,
             ticks_to_settings: 1,
             ticks_to_record: 1,
-            locked_out: last_run.streak >= LOCKOUT_STREAK,
+            locked_out: last_run.streak >= LOCKOUT_STREAK || clocks::brown_out_reset_is_off(),
             pacer: Pacer::default(),
             ticks_to_frame: TICKS_A_FRAME,
             ended_late: false,
@@ -162,6 +167,7 @@ mod boot {
             unnamed,
             samples: samples_out,
             frames: frames_out,
+            changes: changes_out,
             edges: edges_out,
             sensors,
             inputs: Inputs::default(),
@@ -170,7 +176,6 @@ mod boot {
             rounds: 0,
             frames_to_line: FRAMES_A_LINE,
             truncated: 0,
-            reported: None,
         };
         THREAD.insert(Executor::new()).run(|thread| {
             thread.spawn(only(telemetry::telemetry_task(telemetry)));

@@ -9,12 +9,16 @@ use firmware::liveness::{PRESCALER, RELOAD};
 
 const _: () = assert!(PRESCALER == 4, "the divider that `start` writes");
 
-/// Starts the watchdog: from here on [`feed`] must be called in time.
-pub(crate) fn start() {
-    // A halted core must not leave the last pulse on the servos for longer than a hang does. TIM1 keeps running for the same reason:
-    // if it stopped, its pins would keep their level.
+/// Keeps the watchdog and TIM1 running while a debugger halts the core. A halted core must not leave the last pulse on the servos for longer than
+/// a hang does; if TIM1 stopped, its pins would keep their level.
+fn run_while_halted() {
     DBGMCU.apb1fzr().modify(|w| w.set_iwdg(false));
     DBGMCU.apb2fzr().modify(|w| w.set_tim1(false));
+}
+
+/// Starts the watchdog: from here on [`feed`] must be called in time.
+pub(crate) fn start() {
+    run_while_halted();
     IWDG.kr().write(|w| w.set_key(Key::START));
     IWDG.kr().write(|w| w.set_key(Key::ENABLE));
     IWDG.pr().write(|w| w.set_pr(Pr::DIVIDE_BY4));
@@ -24,7 +28,8 @@ pub(crate) fn start() {
     feed();
 }
 
-/// Reloads the watchdog.
+/// Reloads the watchdog. A debugger may have set the bits that stop it since the last time.
 pub(crate) fn feed() {
+    run_while_halted();
     IWDG.kr().write(|w| w.set_key(Key::RESET));
 }

@@ -20,7 +20,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::{Arc, Mutex};
-use wire::{Boot, Call, Cost, Edge, Environment, Record, Refused};
+use wire::{Boot, Call, Change, Cost, Edge, Environment, Record, Refused};
 
 /// Image and virtual board.
 #[derive(Debug)]
@@ -64,6 +64,8 @@ pub struct Booted {
     pub tick_times: Vec<f64>,
     /// What every call of the loop was given, in order, each with its tick.
     pub calls: Vec<(u32, Call)>,
+    /// Changes of state and cause.
+    pub changes: Vec<Change>,
     /// Edges at the synchronisation input.
     pub edges: Vec<Edge>,
     /// Load and reserves, once a second.
@@ -332,6 +334,7 @@ fn take(boot: &mut Booted, message: &Message) {
         Record::Edge(edge) => boot.edges.push(edge),
         Record::Cost(cost) => boot.costs.push(cost),
         Record::Settings(settings) => boot.settings.push(settings),
-        Record::Change(_) | Record::Answered(_) | Record::Port(_) => {}
+        Record::Change(change) => boot.changes.push(change),
+        Record::Answered(_) | Record::Port(_) => {}
     }
 }

@@ -92,6 +92,7 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
         eprintln!("{} sector: kept as it is", sector.name());
     }
     if !options.dfu {
+        probe::set_brown_out_reset(board)?;
         return shell::replace_with(shell::command("probe-rs").args(["run", "--chip", board.chip()]).arg(image.elf));
     }
     let elf = std::fs::read(&image.elf).with_context(|| format!("reading {}", image.elf.display()))?;
@@ -100,6 +101,10 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
         std::fs::write(&file, &part.bytes).with_context(|| format!("writing {}", file.display()))?;
         dfu::download(part.address, &file)?;
     }
+    eprintln!(
+        "the boot loader's tool does not set the brown-out reset, without which the board does not arm: set it once with a probe \
+         (`cargo xtask flash`), or with `STM32_Programmer_CLI -c port=USB1 -ob BOR_LEV=0`"
+    );
     eprintln!("next: connect BOOT0 with GND and press reset; the board then runs the program");
     Ok(ExitCode::SUCCESS)
 }

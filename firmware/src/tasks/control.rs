@@ -12,8 +12,8 @@ use heapless::spsc::{Consumer, Producer};
 use joint_loop::io::time_code;
 use joint_loop::setup::default_loop::BoardLoop;
 use joint_loop::tuning::{Answer, Outcome, Request, Settings};
-use joint_loop::{BoardFaults, Frame, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
-use wire::{CALLS, Edge};
+use joint_loop::{BoardFaults, Cause, Frame, MAX_ELAPSED, SENSORS, Sample, SupervisorState};
+use wire::{CALLS, Change, Edge};
 
 use super::progress::CONTROL;
 use super::sensor::{Measurement, sensor_step};
@@ -36,6 +36,8 @@ pub(crate) const EDGES_QUEUED: usize = 128;
 pub(crate) const FRAMES_QUEUED: usize = 8;
 /// Ticks from one report of the settings to the next, without a change: a second.
 const TICKS_A_REPORT: u32 = 1000;
+/// Changes of state: the longest chain of them, and as many again.
+pub(crate) const CHANGES_QUEUED: usize = 16;
 /// Frames for the serial port: at most one a tick, over many rounds of telemetry.
 pub(crate) const RECORDS_QUEUED: usize = 32;
 
@@ -71,6 +73,9 @@ pub(crate) struct Control {
     /// Each with its tick.
     pub(crate) samples: Producer<'static, (u32, Sample<SENSORS>)>,
     pub(crate) frames: Producer<'static, Frame<SENSORS>>,
+    pub(crate) changes: Producer<'static, Change>,
+    /// State and cause of the last tick.
+    pub(crate) reported: (SupervisorState, Cause),
     pub(crate) edges: Producer<'static, Edge>,
     /// Frames for the serial port.
     pub(crate) records: Producer<'static, Frame<SENSORS>>,
@@ -81,7 +86,7 @@ pub(crate) struct Control {
     pub(crate) settings: Producer<'static, (u32, Settings)>,
     pub(crate) ticks_to_settings: u32,
     pub(crate) ticks_to_record: u32,
-    /// Too many crashes in a row: the button is not passed on.
+    /// Too many crashes in a row, or no brown-out reset: the button is not passed on.
     pub(crate) locked_out: bool,
     pub(crate) pacer: Pacer,
     pub(crate) ticks_to_frame: u8,
@@ -164,6 +169,12 @@ fn control_step(control: &mut Control, measured: &Measurement) {
 impl Control {
     fn report(&mut self, sample: &Sample<SENSORS>, frame: Frame<SENSORS>) {
         let mut dropped = u32::from(self.samples.enqueue((frame.tick, *sample)).is_err());
+        let now = (frame.state, frame.cause);
+        if self.reported != now {
+            self.reported = now;
+            let (state, cause) = now;
+            dropped += u32::from(self.changes.enqueue(Change { tick: frame.tick, state, cause }).is_err());
+        }
         self.ticks_to_frame -= 1;
         if self.ticks_to_frame == 0 {
             self.ticks_to_frame = TICKS_A_FRAME;

@@ -4,7 +4,7 @@ use embassy_time::Timer;
 use firmware::liveness::FEED_US;
 use heapless::spsc::Consumer;
 use joint_loop::tuning::{Answer, Settings};
-use joint_loop::{Cause, Frame, SENSORS, Sample, SupervisorState};
+use joint_loop::{Frame, SENSORS, Sample};
 use wire::{Answered, Call, Change, Cost, Edge, Inputs, Record};
 
 use super::control::{dropped, take_not_sent, take_worst};
@@ -35,6 +35,7 @@ pub(crate) struct Telemetry {
     /// Each with its tick.
     pub(crate) samples: Consumer<'static, (u32, Sample<SENSORS>)>,
     pub(crate) frames: Consumer<'static, Frame<SENSORS>>,
+    pub(crate) changes: Consumer<'static, Change>,
     pub(crate) edges: Consumer<'static, Edge>,
     /// Sensors that the board has: the first channels.
     pub(crate) sensors: usize,
@@ -48,8 +49,6 @@ pub(crate) struct Telemetry {
     pub(crate) frames_to_line: u8,
     /// Pulses that were cut short, as of the last report.
     pub(crate) truncated: u32,
-    /// State and cause of the last frame.
-    pub(crate) reported: Option<(SupervisorState, Cause)>,
 }
 
 /// Runs every [`ROUND_US`].
@@ -66,6 +65,10 @@ pub(crate) async fn telemetry_task(mut telemetry: Telemetry) -> ! {
 fn telemetry_step(telemetry: &mut Telemetry) {
     while let Some((tick, sample)) = telemetry.samples.dequeue() {
         telemetry.collect(tick, &sample);
+    }
+    while let Some(change) = telemetry.changes.dequeue() {
+        log::state(&change);
+        telemetry.send(&Record::Change(change));
     }
     while let Some(frame) = telemetry.frames.dequeue() {
         telemetry.report(&frame);
@@ -145,12 +148,6 @@ impl Telemetry {
     }
 
     fn report(&mut self, frame: &Frame<SENSORS>) {
-        let Frame { tick, state, cause, .. } = *frame;
-        if self.reported.replace((state, cause)) != Some((state, cause)) {
-            let change = Change { tick, state, cause };
-            log::state(&change);
-            self.send(&Record::Change(change));
-        }
         let frame = wire::Frame::from(frame);
         self.frames_to_line -= 1;
         if self.frames_to_line == 0 {
