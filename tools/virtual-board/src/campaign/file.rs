@@ -62,6 +62,8 @@ pub(crate) enum Reaction {
     Reset,
     /// The outputs stay as they were: on or off.
     None,
+    /// One of the two: the program may have overwritten the fault before it looks.
+    OffOrNone,
     /// Any: only the limits of the pulses are judged.
     Any,
 }

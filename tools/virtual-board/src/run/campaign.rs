@@ -149,7 +149,7 @@ impl<W: Write> BoardRun<'_, W> {
             let is_decided = match expected {
                 Reaction::Off => off.is_some(),
                 Reaction::Reset => off.is_some() && reaction.reset_us.is_some(),
-                Reaction::None | Reaction::Any => false,
+                Reaction::None | Reaction::OffOrNone | Reaction::Any => false,
             };
             if is_decided {
                 until = until.min(now + AFTERWARDS_S);
@@ -225,13 +225,13 @@ fn missed(
     let ms = |us: Option<f64>| us.map_or("never".to_owned(), |us| format!("after {:.1} ms", us * 1e-3));
     match expected {
         Reaction::Any => None,
-        Reaction::None if reaction.reset_us.is_none() && stays => None,
+        Reaction::None | Reaction::OffOrNone if reaction.reset_us.is_none() && stays => None,
         Reaction::None => {
             Some(format!("nothing was to happen; outputs off {}, reset {}", ms(off), ms(reaction.reset_us)))
         }
         _ if reaction.effect_s.is_none() => Some("it had no effect".into()),
-        Reaction::Off if in_time(off) => None,
-        Reaction::Off => Some(format!("outputs off {}; allowed are {within_ms} ms", ms(off))),
+        Reaction::Off | Reaction::OffOrNone if in_time(off) => None,
+        Reaction::Off | Reaction::OffOrNone => Some(format!("outputs off {}; allowed are {within_ms} ms", ms(off))),
         Reaction::Reset if in_time(off) && in_time(reaction.reset_us) => None,
         Reaction::Reset => {
             Some(format!("outputs off {}, reset {}; allowed are {within_ms} ms", ms(off), ms(reaction.reset_us)))
