@@ -1,7 +1,7 @@
 //! Configuration of the modelled chip: crystal, supply, factory calibration, temperature. A program cannot change it.
 
-/// Properties of the chip and of its board. `Default` is the STM32F4 Discovery: working 8 MHz crystal, 32 kHz LSI, VDDA 3.0 V, and the brown-out
-/// reset at its highest level, as `cargo xtask flash` leaves it.
+/// Properties of the chip and of its board. `Default` is the STM32F4 Discovery: working 8 MHz crystal, 32 kHz LSI, VDDA 3.0 V, option bytes as
+/// delivered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SocConfig {
     /// Frequency of the HSE crystal, Hz. 4 to 26 MHz; 8 MHz on the Discovery board.
@@ -43,7 +43,7 @@ impl Default for SocConfig {
             die_celsius: 25.0,
             vrefint_cal: None,
             unique_id: [0x0035_0027, 0x3133_510C, 0x3437_3439],
-            bor_level: 0,
+            bor_level: 3,
             flash_kib: 1024,
         }
     }

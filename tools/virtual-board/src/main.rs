@@ -309,9 +309,9 @@ fn run(cli: &Cli) -> Result<u8> {
     let recorder = SignalRecorder::create(cli.record_conversions.as_deref(), &cli.record_edges)?;
     let default = SocConfig::default();
     let vdda = cli.vdda.unwrap_or(default.vdda);
-    /// BOR_LEV of a chip as delivered.
-    const BROWN_OUT_RESET_OFF: u8 = 3;
-    let bor_level = if cli.no_brown_out_reset { BROWN_OUT_RESET_OFF } else { default.bor_level };
+    /// BOR_LEV of a chip that `cargo xtask flash` has written: the highest level. The model's default is that of a chip as delivered: off.
+    const BROWN_OUT_RESET_ON: u8 = 0;
+    let bor_level = if cli.no_brown_out_reset { default.bor_level } else { BROWN_OUT_RESET_ON };
     let config = SocConfig { lsi_hz: cli.lsi_hz, vdda, hse_ready: !cli.hse_dead, bor_level, ..default };
     let options = RunOptions {
         secs: cli.secs,
