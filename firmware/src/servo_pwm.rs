@@ -7,8 +7,8 @@
 //!   The first pulse is complete.
 //! - [`Outputs::release`] waits for the end of a running pulse, at most 2.5 ms: a shortened pulse is a wrong angle. [`outputs_off`], for
 //!   faults, does not wait.
-//! - The break input (low stops, pulled down, so that an open contact or a cut cable stops) clears MOE in hardware, independent of the processor; AOE stays 0, so only a new arming
-//!   sets it again. The clock security system has the same effect.
+//! - The break input (low stops, pulled down, so that an open contact or a cut cable stops) clears MOE in hardware, independent of the processor; AOE
+//!   stays 0, so only a new arming sets it again. The clock security system has the same effect.
 //!
 //! Written by registers, because the HAL sets MOE as soon as it has the timer and asserts in the call that writes a width.
 
