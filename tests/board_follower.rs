@@ -154,7 +154,7 @@ fn a_person_who_stands_disarms_it() {
     // Walks for 6 s, stands, from 20 s on walks again. A code that never changes would be that of a sensor that sticks.
     let (period, channel) = (walk.recording.duration_s(), walk.recording.of_joint(sensor).expect("the hip"));
     let angle = |ms: u32| {
-        let sway = if ms % 2 == 0 { 0.1 } else { 0.0 };
+        let sway = if ms.is_multiple_of(2) { 0.1 } else { 0.0 };
         let moved_ms = if ms < 6_000 { ms } else { 6_000 + ms.saturating_sub(20_000) };
         walk.recording.at(channel, f64::from(moved_ms) * 1e-3 % period) + sway
     };

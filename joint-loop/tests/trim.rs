@@ -1,4 +1,5 @@
-//! Trim: one servo moves, slowly and within its pulses, the others stay parked; a hold of the button begins it, a press ends it; and it never leads to a walk.
+//! Trim: one servo moves, slowly and within its pulses, the others stay parked; a hold of the button begins it, a press ends it; and it never leads
+//! to a walk.
 
 mod support;
 
@@ -228,8 +229,8 @@ fn step() -> impl Strategy<Value = Sample<1>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
-    /// Any requests and presses: outputs come on by the release after a hold only; in a trim at most one servo is off its park pulse, it moves by at most a
-    /// microsecond in ten ticks, and stays within its pulses.
+    /// Any requests and presses: outputs come on by the release after a hold only; in a trim at most one servo is off its park pulse, it moves by at
+    /// most a microsecond in ten ticks, and stays within its pulses.
     #[test]
     fn a_trim_is_slow_and_moves_one_servo(steps in prop::collection::vec((step(), 1_u32..700), 1..60)) {
         let mut joints = board();

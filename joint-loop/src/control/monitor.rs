@@ -17,8 +17,9 @@
 //! | the pose envelope limited the setpoints for more than `pose_tolerance_s` | stop | (cannot occur) |
 //!
 //! Below its tolerance a condition is only counted. A count rises by one in each bad period and falls by one in each good
-//! period, so a sensor that is bad more often than good exceeds its tolerance too, even if each interval is short. At rest the count of a sensor is at
-//! most that of the default tolerance: a sensor that is good for 51 ms arms, however long it was bad. A person who moves ends the time of the stand.
+//! period, so a sensor that is bad more often than good exceeds its tolerance too, even if each interval is short. At rest the count of a sensor is
+//! at most that of the default tolerance: a sensor that is good for 51 ms arms, however long it was bad. A person who moves ends the time of the
+//! stand.
 //!
 //! The cause of a sensor's stop is named after its validity. If validities alternate, the cause is the worst
 //! ([`Validity::worse`]) of the last `sensor_tolerance_s`: an open wire with intermittent contact, which also shows spikes and

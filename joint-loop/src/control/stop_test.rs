@@ -1,7 +1,7 @@
 //! The test of the emergency stop: before the first arming after a boot the loop must have seen the break input come and go.
 //!
-//! The contact of an emergency stop is closed while it is released, so a cut cable stops. What a cut cable does not show is a contact that is bridged or
-//! stuck: a stop that does not work. So the operator presses it once and releases it. Released, pressed and released again each count after
+//! The contact of an emergency stop is closed while it is released, so a cut cable stops. What a cut cable does not show is a contact that is bridged
+//! or stuck: a stop that does not work. So the operator presses it once and releases it. Released, pressed and released again each count after
 //! [`STABLE_S`] without a change, so that neither a bounce nor a disturbance passes for a test.
 
 use crate::error::{LoopError, ticks};

@@ -49,7 +49,8 @@ use crate::report::ReportWriter;
 use crate::run::{BoardRun, RunOptions};
 use crate::serial::SerialPort;
 
-/// Runs an ELF for the STM32F407 on a modelled chip. Writes JSON lines to standard output; reads press, release, hold, stop, quit from standard input.
+/// Runs an ELF for the STM32F407 on a modelled chip. Writes JSON lines to standard output; reads press, release, hold, stop, quit from standard
+/// input.
 #[derive(Debug, Parser)]
 #[command(version)]
 struct Cli {

@@ -43,7 +43,8 @@ pub struct Played {
     /// Print plain lines even on a terminal
     #[arg(long, conflicts_with = "json")]
     pub plain: bool,
-    /// When to hold the user button for 0.5 s, whose release arms, and which stops a motion at once: `auto` (at 0.1 s), `none`, or times in virtual seconds such as 0.5,4
+    /// When to hold the user button for 0.5 s, whose release arms, and which stops a motion at once: `auto` (at 0.1 s), `none`, or times in virtual
+    /// seconds such as 0.5,4
     #[arg(long, value_name = "WHEN", default_value = "auto")]
     pub press: Press,
     /// Press the button again before the end, early enough to come to rest (needs --secs)

@@ -407,7 +407,8 @@ mod tests {
     #[test]
     fn a_press_pauses_and_a_fault_does_not_lead_to_a_walk() {
         let lines = "=1520\nangle 0\n=1600\nangle 20\ndone\n";
-        // The second press ends the trim on the way to 1600 us, the third, so late that it is not one of too many, begins it again from the park pose.
+        // The second press ends the trim on the way to 1600 us, the third, so late that it is not one of too many, begins it again from the park
+        // pose.
         let mut board = Loop::new(&[500, 1_500, 6_000]);
         let (ended, said) = session(&mut board, DEFAULT, lines);
         assert!(said.contains("the outputs are off, cause button"), "{said}");
