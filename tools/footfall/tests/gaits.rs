@@ -204,7 +204,8 @@ fn every_figure_is_written_and_has_its_axes() {
         let text = std::fs::read_to_string(folder.path().join(name)).expect("a file");
         assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"), "{name}");
         let is_graph = ["thesis-links.svg", "yang-1.svg", "yang-2.svg"].contains(&name);
-        let axis = ["time, s", "angle, deg", "step", "factor on Tr"].iter().any(|axis| text.contains(axis));
+        let axis =
+            ["time, s", "time, cycles", "angle, deg", "step", "factor on Tr"].iter().any(|axis| text.contains(axis));
         assert!(is_graph || (axis && text.len() > 5_000), "{name}: {} bytes", text.len());
         assert!(text.contains("Parameters: ") && text.contains("Command: footfall figures"), "{name}");
     }

@@ -91,15 +91,17 @@ fn table_of(markdown: &str) -> BTreeMap<String, Vec<String>> {
     let rows = markdown.lines().filter(|line| line.starts_with("| `"));
     let cells =
         rows.map(|row| row.trim_matches('|').split(" | ").map(|cell| cell.trim().to_owned()).collect::<Vec<_>>());
-    cells.map(|cells| (cells[0].trim_matches('`').to_owned(), cells)).collect()
+    let of_claims = cells.filter(|cells| cells.len() == 7);
+    of_claims.map(|cells| (cells[0].trim_matches('`').to_owned(), cells)).collect()
 }
 
 /// The page was written by a run with the whole budget. Its claims and verdicts are those of any run; where no search is behind a claim, its
 /// numbers too.
 #[test]
 fn the_page_of_the_book_has_the_same_claims_and_verdicts() {
-    let page = include_str!("../../../docs/reproduction.md");
-    let (of_page, of_run, claims) = (table_of(page), table_of(&text("claims.md")), claims());
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/reproduction.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let (of_page, of_run, claims) = (table_of(&page), table_of(&text("claims.md")), claims());
     assert_eq!(of_page.keys().collect::<Vec<_>>(), of_run.keys().collect::<Vec<_>>());
     assert_eq!(of_run.keys().collect::<Vec<_>>(), claims.keys().collect::<Vec<_>>());
     for (id, claim) in &claims {
@@ -113,7 +115,7 @@ fn the_page_of_the_book_has_the_same_claims_and_verdicts() {
     let [found, other, open] = ["reproduced", "not reproduced", "cannot be decided"].map(count);
     let sum =
         format!("Of {} claims {found} are reproduced, {other} are not, and {open} cannot be decided", claims.len());
-    assert!(page.contains(&sum), "{sum}");
+    assert!(page.replace('\n', " ").contains(&sum), "{sum}");
 }
 
 /// The points of the curves of a picture, which is well-formed.
