@@ -107,6 +107,9 @@ mod tests {
             assert!(Literal::new_thresholds(r).ends_with_both(false), "{r:?}");
             assert!(!Literal::equation_1(r).ends_with_both(false) && !Literal::equation_1(r).ends_with_both(true));
         }
+        // At the threshold itself sgn(0) stops both neurons.
+        let mut tenth = Literal { potential: [ONE / 10, 9 * ONE / 10], ..Literal::equation_1([1, 5]) };
+        assert!(tenth.ends_with_both(false));
         assert_eq!(period_and_duty(&Literal::new_weights([1, 5], [1, 3]).run(200)), Some((8, 0.375)));
         assert_eq!(period_and_duty(&Literal::equation_1([1, 3]).run(200)), Some((4, 0.75)));
     }
