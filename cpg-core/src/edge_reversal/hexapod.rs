@@ -19,6 +19,12 @@ use crate::edge_reversal::smer::{Edge, Fired, MAX_REVERSIBILITY, Smer, SmerError
 pub struct Swings(Fired);
 
 impl Swings {
+    /// The legs whose flexors fired in a graph in which the flexors are nodes 0 to 5, in the order of [`Leg::ALL`].
+    #[must_use]
+    pub const fn of(fired: Fired) -> Self {
+        Self(Fired(fired.0 & 0b11_1111))
+    }
+
     /// Whether this leg swings.
     #[must_use]
     pub const fn contains(self, leg: Leg) -> bool {
@@ -157,8 +163,7 @@ impl Hexapod {
 
     /// One step: the legs that swing during it.
     pub fn step(&mut self) -> Swings {
-        let fired = self.graph.step();
-        Swings(Fired(fired.0 & 0b11_1111))
+        Swings::of(self.graph.step())
     }
 
     /// The flexors' reversibility R: a leg stands for R steps between swings.

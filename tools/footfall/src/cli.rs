@@ -5,7 +5,7 @@ pub mod examples;
 #[cfg(feature = "analysis")]
 use crate::command::{
     calibrate, certify, check, completions, convert, defaults, entrain, figures, fit, gait_error, hexapod, man, merge,
-    obb, pack, replay, sample, save, smer, sync, trim, volts, walk,
+    obb, pack, replay, reproduce, sample, save, smer, sync, trim, volts, walk,
 };
 use crate::command::{record, set, watch};
 use crate::failure::Failure;
@@ -66,8 +66,10 @@ enum Analysis {
     Walk(walk::Options),
     /// Print the firing word of an oscillatory building block, one letter a step: F flexor, E extensor
     Obb(obb::Options),
-    /// Draw the figures of the two papers, computed by the core
+    /// Draw the figures of the two papers for which no search is needed, computed by the core
     Figures(figures::Options),
+    /// Compute both papers again: figures, tables, the searches for parameters, and every claim with its verdict
+    Reproduce(reproduce::Options),
     /// Print the difference between each generator and the mean stride of a healthy adult
     GaitError(gait_error::Options),
     /// Print which legs of the hexapod swing at each step, or the angles of its legs
@@ -171,6 +173,7 @@ fn analyse(command: Analysis) -> Result<(), Failure> {
         Analysis::Check(options) => check::run(*options),
         Analysis::Walk(options) => walk::run(options),
         Analysis::Figures(options) => figures::run(&options),
+        Analysis::Reproduce(options) => reproduce::run(&options),
         Analysis::GaitError(options) => gait_error::run(&options),
         Analysis::Obb(options) => obb::run(&options),
         Analysis::Hexapod(options) => hexapod::run(&options),

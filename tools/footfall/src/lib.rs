@@ -15,6 +15,7 @@
 //! | [`gait_player`], [`edge_reversal`] | gaits and edge-reversal networks played on the host core |
 //! | [`output`], [`messages`] | standard output and files, standard error |
 //! | [`failure`], [`interrupt`] | failures, signals |
+//! | `spinner` | progress of commands that compute for long |
 //! | [`line_fit`] | the straight line of least squares |
 //!
 //! Data go to standard output, messages to standard error. Exit codes: 0 success, 1 the run failed or its result is not sound,
@@ -42,5 +43,7 @@ pub mod messages;
 pub mod options;
 pub mod output;
 pub mod publish;
+#[cfg(feature = "analysis")]
+pub mod spinner;
 pub mod view;
 pub mod virtual_run;

@@ -198,13 +198,16 @@ fn every_figure_is_written_and_has_its_axes() {
     let folder = tempfile::tempdir().expect("a folder");
     let files = data(&["figures", "--out", folder.path().to_str().expect("text")]);
     let names: Vec<&str> = files.lines().filter_map(|line| line.rsplit('/').next()).collect();
-    let wanted = "thesis-2-4 thesis-2-5 thesis-2-6 thesis-2-7 thesis-2-8 thesis-5-1 thesis-5-2 thesis-5-3 thesis-5-4 thesis-5-5 thesis-5-6 obb-3 obb-4 hexapod-steps";
+    let wanted = "thesis-2-4 thesis-2-5 thesis-2-6 thesis-2-7 thesis-2-8 thesis-links thesis-5-1 thesis-5-2 thesis-5-3 thesis-5-4 thesis-5-5 thesis-5-6 thesis-hip-knee yang-1 yang-3 yang-4 yang-change-40-s yang-2 hexapod-steps hexapod-printed-roles matsuoka-networks matsuoka-control";
     assert_eq!(names.iter().map(|name| name.trim_end_matches(".svg")).collect::<Vec<_>>().join(" "), wanted);
     for name in names {
         let text = std::fs::read_to_string(folder.path().join(name)).expect("a file");
         assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"), "{name}");
-        let axis = ["time, s", "angle, deg", "step"].iter().any(|axis| text.contains(axis));
-        assert!(axis && text.len() > 5_000, "{name}: {} bytes", text.len());
+        let is_graph = ["thesis-links.svg", "yang-1.svg", "yang-2.svg"].contains(&name);
+        let axis =
+            ["time, s", "time, cycles", "angle, deg", "step", "factor on Tr"].iter().any(|axis| text.contains(axis));
+        assert!(is_graph || (axis && text.len() > 5_000), "{name}: {} bytes", text.len());
+        assert!(text.contains("Parameters: ") && text.contains("Command: footfall figures"), "{name}");
     }
     let legs = std::fs::read_to_string(folder.path().join("hexapod-steps.svg")).expect("a file");
     assert!(["TL", "BR", "R = 3", "R = 1"].iter().all(|word| legs.contains(word)));

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! RawJoints --condition--> joints --segment--> strides --fit--> set --one stride--> judged against the strides
-//!                                                         \--certify--> accepted, or phase and shape instead
+//!                                                         \--certify--> accepted, or refused with the reason
 //! ```
 //! The parameters are fitted to the mean of all kept strides. The errors on strides that were not fitted come from
 //! separate fits to some of the strides by the same method ([`crate::judge::HeldOut`]).
@@ -204,13 +204,26 @@ pub enum FitError {
     },
 }
 
-/// A generator that was fitted and refused.
+/// Why a fitted generator is refused: it does not come back to its orbit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Refused {
     /// Its kind.
     pub generator: &'static str,
     /// The reason.
     pub because: String,
+    /// Its root mean square error against the mean stride, degrees, in the order of the joints.
+    pub rmse_deg: [f64; Joint::COUNT],
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [a, b, c, d] = self.rmse_deg;
+        write!(
+            f,
+            "the {} generator is refused, with an RMSE of {a:.2} {b:.2} {c:.2} {d:.2} degrees (left hip, right hip, left knee, right knee): {}",
+            self.generator, self.because
+        )
+    }
 }
 
 /// Another generator fitted to the same strides, for comparison.
@@ -255,7 +268,7 @@ pub struct Fit {
     pub certificate: Certificate,
     /// Root mean square change of each joint that the limits of the robot cost, degrees; `None` if the fit was not asked to keep them.
     pub limits_cost_deg: Option<[f64; 4]>,
-    /// The requested generator, if it was refused.
+    /// Why the generator in the file is refused; `None` if it comes back to its orbit.
     pub refused: Option<Refused>,
     /// The other generators, if a comparison was requested.
     pub compared: Vec<Compared>,
@@ -268,9 +281,13 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Why the generator is written only on request: it does not walk on the robot, or it is refused as a follower.
+    /// Why the generator is written only on request: it does not come back to its orbit, it does not walk on the robot, or it is refused as
+    /// a follower.
     #[must_use]
     pub fn not_used_because(&self) -> Option<String> {
+        if let Some(refused) = &self.refused {
+            return Some(refused.to_string());
+        }
         let walks = self.certificate.drive.why_not.as_ref().map(|why| format!("walks: no: {why}"));
         walks.or_else(|| Some(format!("refused as a follower: {}", self.certificate.refused_as_follower()?)))
     }
@@ -333,23 +350,9 @@ pub fn fit(
             return Err(FitError::Still { file: file(), joint: joint.name(), range_deg });
         }
     }
-    let mut refused = None;
-    let mut found = of_kind(settings.generator, &mean, period_s, settings, progress);
-    let mut checked = check(&found.set, settings, progress);
-    if let Some(because) = found.refused_because.take().or_else(|| not_used(&checked)) {
-        if settings.generator == Kind::Shape {
-            return Err(FitError::Generator { file: file(), why: because });
-        }
-        notes.push(format!(
-            "the {} generator was refused ({because}); phase and shape is used instead",
-            settings.generator.name()
-        ));
-        refused = Some(Refused { generator: settings.generator.name(), because });
-        let used = Settings { generator: Kind::Shape, ..settings.clone() };
-        found = of_kind(Kind::Shape, &mean, period_s, &used, progress);
-        checked = check(&found.set, &used, progress);
-    }
-    let Found { mut set, history, .. } = found;
+    let Found { mut set, history, refused_because } = of_kind(settings.generator, &mean, period_s, settings, progress);
+    let mut checked = check(&set, settings, progress);
+    let because = refused_because.or_else(|| does_not_come_back(&checked));
     let limits_cost_deg = if settings.fit_limits {
         progress("limits of the robot");
         let inside = inside_limits(&set, &LoopConfig::of(&settings.robot.robot))
@@ -365,6 +368,11 @@ pub fn fit(
     let mut certificate = checked.map_err(|why| FitError::Generator { file: file(), why })?;
     let own = generator_cycle(&set).map_err(|why| FitError::Generator { file: file(), why })?;
     let (cycle, _) = aligned(&own.cycle, &mean);
+    let refused = because.map(|because| Refused {
+        generator: settings.generator.name(),
+        because,
+        rmse_deg: cycle.rmse_deg(&mean),
+    });
 
     progress("held-out strides");
     // Fitted into limits, the generator itself is judged.
@@ -524,13 +532,11 @@ fn check(set: &GeneratorSet, settings: &Settings, progress: &mut dyn FnMut(&str)
     certify(set, settings.starts, &LoopConfig::of(&settings.robot.robot), &mut report)
 }
 
-/// Why a generator is not used. One that exceeds the limits of the robot is: another kind of generator would exceed them too.
-fn not_used(checked: &Result<Certificate, String>) -> Option<String> {
-    match checked {
-        Err(why) => Some(why.clone()),
-        Ok(certificate) if certificate.status.comes_back() => None,
-        Ok(certificate) => Some(certificate.refused_because.clone().unwrap_or_default()),
-    }
+/// Why a generator does not come back to its orbit. One that exceeds the limits of the robot does, and one that cannot be certified is an
+/// error of its own.
+fn does_not_come_back(checked: &Result<Certificate, String>) -> Option<String> {
+    let certificate = checked.as_ref().ok().filter(|certificate| !certificate.status.comes_back())?;
+    Some(certificate.refused_because.clone().unwrap_or_default())
 }
 
 /// The cycle of a fit to other strides by the same method. The search for a thesis network is not repeated: its waveform is limited by

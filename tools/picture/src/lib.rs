@@ -15,6 +15,7 @@ pub mod links;
 use links::Links;
 use plotters::coord::Shift;
 use plotters::prelude::*;
+use std::fmt::Write as _;
 use std::ops::Range;
 
 /// A named curve: points (x, y) in the units of the axes.
@@ -29,6 +30,18 @@ impl Curve {
     #[must_use]
     pub fn new(name: &str, points: Vec<(f64, f64)>) -> Self {
         Self { name: name.into(), points }
+    }
+
+    /// Its name in the legend.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its points (x, y) in the units of the axes.
+    #[must_use]
+    pub fn points(&self) -> &[(f64, f64)] {
+        &self.points
     }
 }
 
@@ -128,6 +141,8 @@ const PANEL: u32 = 250;
 const LEGEND: u32 = 120;
 /// Height of the title of the picture, px.
 const TITLE: u32 = 40;
+/// Height of a line of the caption, px.
+const CAPTION_LINE: u32 = 17;
 /// Width of the labels at the left of a chart, px.
 const LABELS: u32 = 62;
 const GREY: RGBColor = RGBColor(120, 120, 120);
@@ -158,7 +173,15 @@ fn format_number(value: &f64) -> String {
 /// # Errors
 /// The message of the drawing library.
 pub fn draw(title: &str, panels: &[Panel], columns: usize) -> Result<String, String> {
-    let mut text = String::new();
+    draw_captioned(title, panels, columns, &[])
+}
+
+/// As [`draw`], with lines of small text below the panels.
+///
+/// # Errors
+/// The message of the drawing library.
+pub fn draw_captioned(title: &str, panels: &[Panel], columns: usize, caption: &[String]) -> Result<String, String> {
+    let (mut text, mut lines) = (String::new(), String::new());
     {
         let columns = columns.max(1);
         let mut ends = vec![];
@@ -170,20 +193,58 @@ pub fn draw(title: &str, panels: &[Panel], columns: usize) -> Result<String, Str
             ends.push(height);
         }
         let legend = panels.iter().any(|panel| !panel.named().is_empty());
-        let root = SVGBackend::with_string(&mut text, (WIDTH, height + TITLE)).into_drawing_area();
+        let below = if caption.is_empty() { 0 } else { CAPTION_LINE * (caption.len() as u32 + 1) };
+        let root = SVGBackend::with_string(&mut text, (WIDTH, height + TITLE + below)).into_drawing_area();
         root.fill(&WHITE).map_err(|e| e.to_string())?;
         let root = root.titled(title, ("sans-serif", 20)).map_err(|e| e.to_string())?;
-        // The last end is the end of the picture, which is no break.
-        ends.pop();
+        if caption.is_empty() {
+            // The last end is the end of the picture, which is no break.
+            ends.pop();
+        }
         let rows = root.split_by_breakpoints::<i32, u32, _, _>([], &ends);
         for (row, members) in rows.iter().zip(panels.chunks(columns)) {
             for (area, panel) in row.split_evenly((1, columns)).iter().zip(members) {
-                draw_panel(area, panel, &common_x(panels, panel), legend)?;
+                draw_panel(area, panel, &common_x(panels, panel), legend, &mut lines)?;
+            }
+        }
+        if let Some(area) = rows.last().filter(|_| !caption.is_empty()) {
+            for (place, line) in caption.iter().enumerate() {
+                let style = ("sans-serif", 12).into_font().color(&GREY);
+                let at = (LABELS as i32 / 2, (CAPTION_LINE * place as u32 + CAPTION_LINE / 2) as i32);
+                area.draw(&Text::new(line.clone(), at, style)).map_err(|e| e.to_string())?;
             }
         }
         root.present().map_err(|e| e.to_string())?;
     }
+    // The drawing library rounds to whole pixels, which shows in print: curves are written with the places between.
+    let end = text.rfind("</svg>").ok_or("the picture has no end")?;
+    text.insert_str(end, &lines);
     Ok(text)
+}
+
+/// Writes a curve into an area with these axes, to a hundredth of a pixel.
+fn write_curve(
+    lines: &mut String,
+    curve: &Curve,
+    colour: RGBColor,
+    pixels: &(Range<i32>, Range<i32>),
+    axes: [&Range<f64>; 2],
+) {
+    let place = |value: f64, axis: &Range<f64>, from: i32, to: i32| {
+        f64::from(from) + (value - axis.start) / (axis.end - axis.start) * f64::from(to - from)
+    };
+    let RGBColor(red, green, blue) = colour;
+    // Writing to a String cannot fail.
+    let _ = write!(
+        lines,
+        "<polyline fill=\"none\" stroke=\"#{red:02X}{green:02X}{blue:02X}\" stroke-width=\"1\" stroke-linejoin=\"round\" points=\""
+    );
+    for (x, y) in curve.points.iter().filter(|point| point.0.is_finite() && point.1.is_finite()) {
+        let x = place(*x, axes[0], pixels.0.start, pixels.0.end);
+        let y = place(*y, axes[1], pixels.1.end, pixels.1.start);
+        let _ = write!(lines, "{x:.2},{y:.2} ");
+    }
+    *lines += "\"/>\n";
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -228,12 +289,12 @@ fn over_time(curves: &[Curve]) -> bool {
 }
 
 /// Draws one panel. If any panel has a legend, all reserve its width, so that all axes end at the same place.
-fn draw_panel(area: &Area<'_>, panel: &Panel, x: &Range<f64>, legend: bool) -> Result<(), String> {
+fn draw_panel(area: &Area<'_>, panel: &Panel, x: &Range<f64>, legend: bool, lines: &mut String) -> Result<(), String> {
     let (width, _) = area.dim_in_pixel();
     let legend_width = if legend { LEGEND } else { 0 };
     let (chart, legend_area) = area.split_horizontally(width.saturating_sub(legend_width));
     match &panel.content {
-        Content::Curves(curves) => draw_curves(&chart, panel, x, curves)?,
+        Content::Curves(curves) => draw_curves(&chart, panel, x, curves, lines)?,
         Content::Bars(rows) => draw_bars(&chart, panel, x, rows)?,
         Content::Links(graph) => graph.draw(&chart, &panel.title)?,
     }
@@ -271,7 +332,13 @@ fn builder<'a, 'b>(area: &'a Area<'b>, panel: &Panel) -> ChartBuilder<'a, 'b, SV
     builder
 }
 
-fn draw_curves(area: &Area<'_>, panel: &Panel, x: &Range<f64>, curves: &[Curve]) -> Result<(), String> {
+fn draw_curves(
+    area: &Area<'_>,
+    panel: &Panel,
+    x: &Range<f64>,
+    curves: &[Curve],
+    lines: &mut String,
+) -> Result<(), String> {
     let all = || curves.iter().flat_map(|curve| curve.points.iter().copied());
     let edges = panel.bands.iter().flat_map(|band| band.0.iter().flat_map(|&(_, low, high)| [low, high]));
     let mut y_range = range_with_margin(all().map(|p| p.1).chain(edges));
@@ -281,7 +348,7 @@ fn draw_curves(area: &Area<'_>, panel: &Panel, x: &Range<f64>, curves: &[Curve])
     }
     let top = y_range.end;
     let bottom = y_range.start;
-    let mut chart = builder(area, panel).build_cartesian_2d(x.clone(), y_range).map_err(|e| e.to_string())?;
+    let mut chart = builder(area, panel).build_cartesian_2d(x.clone(), y_range.clone()).map_err(|e| e.to_string())?;
     chart
         .configure_mesh()
         .x_desc(&panel.x)
@@ -309,9 +376,12 @@ fn draw_curves(area: &Area<'_>, panel: &Panel, x: &Range<f64>, curves: &[Curve])
         let label = Text::new(format!(" {label}"), (*at, top), ("sans-serif", 12).into_font().color(&GREY));
         chart.draw_series([label]).map_err(|e| e.to_string())?;
     }
+    let mut pixels = chart.plotting_area().get_pixel_range();
+    // The axes begin at the first pixel and end at the last.
+    pixels.0.end -= 1;
+    pixels.1.end -= 1;
     for (index, curve) in curves.iter().enumerate() {
-        let line = LineSeries::new(curve.points.iter().copied(), colour(index).stroke_width(1));
-        chart.draw_series(line).map_err(|e| e.to_string())?;
+        write_curve(lines, curve, colour(index), &pixels, [x, &y_range]);
     }
     Ok(())
 }
@@ -371,6 +441,15 @@ mod tests {
             assert!(text.contains(wanted), "{wanted}");
         }
         assert!(text.matches("<polyline").count() >= 2);
+        // The last point of a panel's curve is at the right end of its axes, between two pixels in height.
+        let last = text
+            .lines()
+            .rfind(|line| line.starts_with("<polyline"))
+            .and_then(|line| line.split_whitespace().rev().nth(1));
+        let (x, y) = last.and_then(|point| point.split_once(',')).expect("a point");
+        assert!(x.ends_with(".00") && !y.ends_with(".00"), "{x}, {y}");
+        let captioned = draw_captioned("walking", &[], 1, &["first line".into(), "second line".into()]).unwrap();
+        assert!(captioned.contains("first line") && captioned.contains("second line"));
         let banded = Panel::curves("x", "s", "deg", vec![]).banded(vec![Band(vec![(0.0, 1.0, 2.0), (1.0, 1.0, 3.0)])]);
         assert!(draw("band", &[banded.shaded(&[(0.2, 0.4)])], 2).unwrap().contains("<polygon"));
         assert!(draw("nothing", &[Panel::curves("x", "s", "deg", vec![])], 2).is_ok());

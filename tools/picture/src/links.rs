@@ -35,6 +35,10 @@ type Point = (f64, f64);
 
 /// Width of a character, px.
 const CHARACTER: f64 = 8.0;
+/// Width of a character of a label, px.
+const LABEL_CHARACTER: f64 = 6.5;
+/// Height of a label, px.
+const LABEL_HEIGHT: f64 = 12.0;
 /// Height of a box, px.
 const BOX: f64 = 36.0;
 const LINE: RGBColor = RGBColor(90, 90, 90);
@@ -74,8 +78,18 @@ impl Links {
             let head = [end, along(end, -10.0, 4.0), along(end, -10.0, -4.0)];
             area.draw(&shaft).map_err(|e| e.to_string())?;
             area.draw(&Polygon::new(pixels(&head), LINE.filled())).map_err(|e| e.to_string())?;
-            text(&link.labels[0], along(start, 14.0, 9.0), 12, &LABEL)?;
-            text(&link.labels[1], along(end, -18.0, 9.0), 12, &LABEL)?;
+            // Beside the line and clear of the box, whatever the direction of the link.
+            let (across, up) = (direction.0.abs(), direction.1.abs());
+            let clear = |label: &str| {
+                let half = (label.chars().count() as f64 * LABEL_CHARACTER / 2.0, LABEL_HEIGHT / 2.0);
+                (6.0 + across * half.0 + up * half.1, 3.0 + up * half.0 + across * half.1)
+            };
+            for (label, end, side) in [(&link.labels[0], start, 1.0), (&link.labels[1], end, -1.0)] {
+                let (by, aside) = clear(label);
+                // An arrow's head is at the second end.
+                let by = if side < 0.0 { by + 6.0 } else { by };
+                text(label, along(end, side * by, aside), 12, &LABEL)?;
+            }
         }
         for (node, (x, y)) in self.nodes.iter().zip(places) {
             let corners = [(x - node.width() / 2.0, y - BOX / 2.0), (x + node.width() / 2.0, y + BOX / 2.0)];

@@ -13,7 +13,7 @@ use std::time::Instant;
 use gait_fit::search::{Evaluator, Network, Random};
 use pulp::{Arch, Simd, WithSimd};
 use reproduce::thesis_ga::ThesisGa;
-use reproduce::{Genes, Grid, Objective, Target, errors, set_s};
+use reproduce::{Genes, Grid, Objective, Target, errors, processor, set_s};
 
 const SECONDS: f64 = 5.0;
 /// Floating-point instructions of one step of one vector, multiply-adds counted once.
@@ -44,9 +44,9 @@ fn main() {
             );
             let (mut cpu, mut clock, mut evaluations) = (vec![], vec![], 0);
             for seed in 0..REPEATS {
-                let before = cpu_seconds();
+                let before = processor::seconds();
                 let (seconds, count) = pool.install(|| genetic(&genes, &target, grid, seed as u64));
-                cpu.push(before.zip(cpu_seconds()).map_or(seconds, |(before, after)| after - before));
+                cpu.push(before.zip(processor::seconds()).map_or(seconds, |(before, after)| after - before));
                 clock.push(seconds);
                 evaluations = count;
             }
@@ -113,15 +113,6 @@ impl Times {
     fn show(&self, unit: f64, digits: usize) -> String {
         format!("{:.digits$} ({:.digits$})", self.median * unit, self.best * unit)
     }
-}
-
-/// Processor time of all threads of this process in seconds, to a hundredth; `None` if the system does not report it.
-fn cpu_seconds() -> Option<f64> {
-    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // After the name in brackets: user and system time are the 12th and 13th field, in hundredths.
-    let mut fields = stat.rsplit_once(')')?.1.split_whitespace().skip(11);
-    let mut next = || fields.next()?.parse::<f64>().ok();
-    Some((next()? + next()?) / 100.0)
 }
 
 fn time<R>(work: impl FnOnce() -> R) -> f64 {

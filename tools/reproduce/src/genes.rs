@@ -84,10 +84,16 @@ pub struct Genes {
 }
 
 impl Genes {
+    /// These parameters, all others fixed.
+    #[must_use]
+    pub fn of(base: Network, free: &[Parameter]) -> Self {
+        Self { base, free: vec![] }.and(free)
+    }
+
     /// The chromosome of the thesis: 8 gains, 4 alpha.
     #[must_use]
     pub fn thesis(base: Network) -> Self {
-        Self { base, free: vec![Parameter::Difference, Parameter::Product, Parameter::Alpha] }
+        Self::of(base, &[Parameter::Difference, Parameter::Product, Parameter::Alpha])
     }
 
     /// The same with more parameters free.

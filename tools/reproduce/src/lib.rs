@@ -8,13 +8,15 @@
 //! | [`table_1`] | the thesis' Table 1 as an individual |
 //! | [`thesis_ga`], [`pattern_search`] | the thesis' genetic algorithm and the pattern search that ends it |
 //! | [`micro_ga`] | the micro-GA that the thesis names as future work |
+//! | [`papers`] | both papers computed again: figures, tables, searches, claims with their verdicts, as a page |
+//! | [`charts`] | charts of generators that run, also for the commands of `footfall` |
+//! | [`processor`] | the processor time of the program |
 //! | [`levenberg`] | Levenberg-Marquardt from many random starts |
 //! | [`gait_family`] | walks and runs of recorded persons as functions of the cadence, and their errors |
 //! | [`normative_band`] | hip and knee of persons who walk, as mean and standard deviation |
 //!
 //! | example | content |
 //! |---|---|
-//! | `thesis_mode` | the thesis' network recovered from its own waveform by five searches |
 //! | `gait_family` | the numbers of `cpg_core::gait::family`, the tables of `docs/gaits.md` and the picture beside them |
 //! | `normative_band` | the numbers of `gait_fit::normative` |
 //! | `search_speed` | evaluations per second, beside a plain loop and GNU Octave |
@@ -46,14 +48,17 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod charts;
 pub mod gait_family;
 pub mod genes;
 pub mod levenberg;
 pub mod micro_ga;
 pub mod normative_band;
 pub mod objective;
+pub mod papers;
 pub mod pattern_search;
 pub mod population;
+pub mod processor;
 pub mod table_1;
 pub mod thesis_ga;
 

@@ -124,6 +124,13 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
         ],
     ),
     (
+        "reproduce",
+        &[
+            ("Everything, in minutes; read index.html:", "footfall reproduce papers"),
+            ("A first look, in seconds:", "footfall reproduce papers-quick --quick"),
+        ],
+    ),
+    (
         "gait-error",
         &[("The table:", "footfall gait-error"), ("The same as one JSON object:", "footfall gait-error --json")],
     ),

@@ -12,21 +12,21 @@ mod recordings;
 
 use clap::Args;
 use cpg_core::entrainment::EventSource;
-use gait_fit::fit::{Kind, Settings};
+use gait_fit::fit::{Fit, Kind, Settings};
 use gait_trace::{LowPass, Rules};
-use indicatif::{ProgressBar, ProgressStyle};
 use joint_loop::SERIES_HARMONICS;
 use joint_units::Joint;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::failure::Failure;
-use crate::messages::{self, Amount};
+use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::options::reading::Reading;
 use crate::options::robot::RobotArgument;
 use crate::options::value::{number, one_of};
 use crate::output;
+use crate::spinner;
 use batch::Batch;
 use job::Job;
 use outcome::Outcome;
@@ -47,7 +47,8 @@ pub struct Options {
     /// Print the result as one JSON object instead of the generator file
     #[arg(long)]
     pub json: bool,
-    /// Write a generator too that does not walk on the robot or is refused as a follower; the exit code stays 1
+    /// Write a generator too that does not come back to its orbit, does not walk on the robot or is refused as a follower; the exit code
+    /// stays 1
     #[arg(long)]
     pub force_write: bool,
     /// What is fitted
@@ -180,7 +181,7 @@ struct Outputs {
 
 fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
     outputs.check(path, job)?;
-    let bar = spinner();
+    let bar = spinner::begin();
     let began = Instant::now();
     let fitted = job
         .read(path, &job::name_of(path))
@@ -207,8 +208,7 @@ fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
         _ => messages::status(outcome.line()),
     }
     if let Some(why) = &not_used {
-        let help = if fitted.certificate.drive.walks { "--follow or --events" } else { "--fit-limits" };
-        return Err(Failure::run(not_used_in_words(why, help, write)));
+        return Err(Failure::run(not_used_in_words(why, remedy(&fitted), write)));
     }
     if let Some(file) = &outputs.out {
         let shadow = if job.fit.follow.is_some() { "--shadow " } else { "" };
@@ -218,11 +218,19 @@ fn single(job: &Job, path: &Path, outputs: &Outputs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What a fit ends with that does not walk or is refused as a follower; `help` are the options that change that.
-fn not_used_in_words(why: &str, help: &str, written: bool) -> String {
+/// The options that change that a generator is not used, and what they do.
+fn remedy(fitted: &Fit) -> &'static str {
+    match (&fitted.refused, fitted.certificate.drive.walks) {
+        (Some(_), _) => "--kind shape fits another kind, --seed and --evaluations search elsewhere",
+        (None, true) => "--follow or --events chooses another sensor or its events",
+        (None, false) => "--fit-limits fits it into the limits",
+    }
+}
+
+/// What a fit ends with that is not used.
+fn not_used_in_words(why: &str, remedy: &str, written: bool) -> String {
     let what = if written { "the generator is written all the same" } else { "no generator is written" };
-    let does = if help == "--fit-limits" { "fits it into the limits" } else { "chooses another sensor or its events" };
-    format!("{why}; {what}; {help} {does}, --force-write writes it as it is")
+    format!("{why}; {what}; {remedy}, --force-write writes it as it is")
 }
 
 impl Outputs {
@@ -236,19 +244,6 @@ impl Outputs {
         )?;
         files.into_iter().try_for_each(|file| output::check(file, self.overwrite))
     }
-}
-
-/// A spinner on a terminal, nothing elsewhere.
-fn spinner() -> ProgressBar {
-    if !messages::says(Amount::Usual) {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new_spinner();
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(100));
-    bar
 }
 
 #[cfg(test)]

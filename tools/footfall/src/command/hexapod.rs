@@ -5,10 +5,11 @@ use cpg_core::Generator;
 use cpg_core::edge_reversal::hexapod::{Hexapod, HexapodError, Leg, Orientation, Swings};
 use cpg_core::joints::hexapod_legs::HexapodWalkConfig;
 use joint_units::{Period, Radians};
+use reproduce::charts::legs::{step_diagram, swings};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::edge_reversal::{LadderGait, step_diagram, swings};
+use crate::edge_reversal::LadderGait;
 use crate::failure::Failure;
 use crate::file::svg;
 use crate::options::overwrite::Overwrite;
@@ -85,13 +86,13 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if options.walk {
         let out = setpoints(options, &switches)?;
         if let Some(path) = &options.svg {
-            let steps = swings(&mut hexapod, &switches, options.steps)?;
+            let steps = swings(&mut hexapod, &switches, options.steps).map_err(Failure::run)?;
             draw(path, options, &steps, &switches)?;
         }
         return output::print(&out);
     }
     let circulation = hexapod.circulation();
-    let steps = swings(&mut hexapod, &switches, options.steps)?;
+    let steps = swings(&mut hexapod, &switches, options.steps).map_err(Failure::run)?;
     if let Some(path) = &options.svg {
         draw(path, options, &steps, &switches)?;
     }

@@ -34,6 +34,8 @@ pub mod record;
 #[cfg(feature = "analysis")]
 pub mod replay;
 #[cfg(feature = "analysis")]
+pub mod reproduce;
+#[cfg(feature = "analysis")]
 pub mod sample;
 #[cfg(feature = "analysis")]
 pub mod save;

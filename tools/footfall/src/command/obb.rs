@@ -2,9 +2,9 @@
 
 use clap::{Args, ValueEnum};
 use cpg_core::edge_reversal::obb::{Obb, PAPER_POTENTIAL, Reversibilities};
+use reproduce::charts::block::BlockRun;
 use std::path::PathBuf;
 
-use crate::edge_reversal::BlockRun;
 use crate::failure::Failure;
 use crate::file::svg;
 use crate::options::overwrite::Overwrite;

@@ -5,6 +5,7 @@ use clap::builder::ArgPredicate;
 use cpg_core::Generator;
 use cpg_core::gait::named::Gait;
 use joint_units::Radians;
+use reproduce::charts::motion::{Motion, over_time};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -18,7 +19,6 @@ use crate::options::overwrite::Overwrite;
 use crate::options::terminal::{Keys, shows_screens};
 use crate::options::value::number;
 use crate::output;
-use crate::view::gait_charts::{Motion, over_time};
 use crate::view::live_gait;
 
 /// Options of `footfall walk`.

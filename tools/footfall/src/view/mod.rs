@@ -1,8 +1,6 @@
 //! What the user sees: live screens, lines of text, charts.
 
 mod angle_chart;
-#[cfg(feature = "analysis")]
-pub mod gait_charts;
 pub mod keys;
 #[cfg(feature = "analysis")]
 pub mod live_gait;

@@ -115,6 +115,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo test -p footfall --test conventions",
             "cargo test -p footfall --test edge_reversal",
             "cargo test -p footfall --test exercises",
+            "cargo test -p footfall --test reproduce",
             "cargo test -p footfall --test gait_changes",
             "cargo test -p footfall --test gait_changes -- --nocapture",
             "cargo test -p footfall --test gait_changes -- --ignored --nocapture",
@@ -139,11 +140,14 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo run -p reproduce --example gait_family",
             "cargo run -p reproduce --example gait_family -- --write",
             "cargo run -p reproduce --example normative_band -- --write",
-            "cargo run --profile host -p reproduce --example thesis_mode",
             "cargo run --profile host -p reproduce --example search_speed",
             "cargo doc -p cpg-core --open",
             "cargo xtask book --open",
         ],
+    ),
+    (
+        "computes for minutes with the whole budget; the same with --quick is run",
+        &["footfall reproduce papers", "cargo footfall reproduce papers"],
     ),
     (
         "needs GNU parallel or Slurm, and names a folder of the reader",

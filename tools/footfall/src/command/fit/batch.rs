@@ -36,7 +36,7 @@ pub(super) struct Batch {
     /// The folder of the report pages.
     pub(super) report: Option<PathBuf>,
     pub(super) json: bool,
-    /// Generators that do not walk or are refused as followers are written too.
+    /// Generators that do not walk or are refused are written too.
     pub(super) force_write: bool,
     /// Recordings at a time; `None` for the number of cores.
     pub(super) jobs: Option<u16>,
@@ -50,7 +50,7 @@ pub(super) struct Batch {
 enum End {
     Fitted,
     Known,
-    /// Fitted, but the generator does not walk on the robot, or is refused as a follower.
+    /// Fitted, but the generator does not walk on the robot, or is refused.
     NotUsed(String),
     Failed(String),
     /// No recording of gait.
@@ -85,7 +85,7 @@ pub(super) fn run(job: &Job, paths: &[PathBuf], batch: &Batch) -> Result<(), Fai
     if not_used > 0 {
         let of = ends.len() - skipped;
         return Err(Failure::run(format!(
-            "{not_used} of {of} generators do not walk on the robot or are refused as followers; allowed are --fit-limits and --force-write"
+            "{not_used} of {of} generators do not walk on the robot or are refused; allowed are --fit-limits and --force-write"
         )));
     }
     Ok(())

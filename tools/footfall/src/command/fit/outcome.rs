@@ -41,7 +41,7 @@ pub(super) struct Outcome<'a> {
     /// What the limits of the robot cost, with `--fit-limits`: root mean square change of each joint, degrees.
     limits_cost_deg: Option<[f64; 4]>,
     refused: Option<&'a Refused>,
-    /// Why the generator is written only with `--force-write`: it does not walk, or is refused as a follower.
+    /// Why the generator is written only with `--force-write`: it does not come back to its orbit, does not walk, or is refused as a follower.
     not_used_because: Option<String>,
     compared: &'a [Compared],
     /// Defects of the recording, and how each was handled.

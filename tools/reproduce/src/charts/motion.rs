@@ -2,7 +2,7 @@
 
 use joint_units::Joint;
 
-use crate::file::svg::{Curve, Panel};
+use picture::{Curve, Panel};
 
 /// Time, angle and rate of each joint: s, deg, deg/s.
 pub type Motion = [Vec<(f64, f64, f64)>; 4];
