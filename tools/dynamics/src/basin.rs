@@ -1,15 +1,22 @@
 //! Basins of attraction: which attractor each start of a grid reaches.
 //!
-//! Two states vary over the grid, the others have given values. Every start is followed by [`settle`]. Ends that are equal within
-//! [`SAME`] of the scale, and in period, are one attractor.
+//! Two states vary over the grid, the others have given values. A start that comes within [`NEAR`] of the system's own cycle is on it; every other one is
+//! followed by [`settle`]. Ends that are equal within [`SAME`] of the scale, and in period, are one attractor.
 
+use generator_file::model::Model;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
+use crate::cycle::Cycle;
 use crate::settle::{Motion, settle};
 use crate::system::System;
 
 /// Largest difference of two ends of one attractor, in parts of the scale; of two periods, relative.
 pub const SAME: f64 = 0.05;
+
+/// Distance from the system's own cycle of a start that is on it, in amplitudes.
+pub const NEAR: f64 = 0.01;
+/// Cycles after which the distance is compared, and how often.
+const COMPARED: (f64, usize) = (2.0, 10);
 
 /// Values of one state of the grid.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,6 +45,7 @@ pub struct Map {
 pub fn map(system: &System, axes: &[Axis; 2], others: &[f64], done: &(impl Fn() + Sync)) -> Result<Map, String> {
     let (model, step) = system.model()?;
     let (scale, cycle) = (system.scale()?, system.cycle() / step);
+    let own = Own::of(system, &scale);
     let [x, y] = axes;
     let width = x.values.len();
     let ends: Vec<Motion> = (0..width * y.values.len())
@@ -48,7 +56,10 @@ pub fn map(system: &System, axes: &[Axis; 2], others: &[f64], done: &(impl Fn() 
             start[y.variable] = y.values[index / width];
             let mut model = model.copy();
             model.set_state(&start);
-            let end = settle(model.as_mut(), &scale, cycle);
+            let end = own
+                .as_ref()
+                .and_then(|own| own.reached(model.as_mut(), cycle))
+                .unwrap_or_else(|| settle(model.as_mut(), &scale, cycle));
             done();
             end
         })
@@ -70,6 +81,37 @@ pub fn map(system: &System, axes: &[Axis; 2], others: &[f64], done: &(impl Fn() 
         attractors: order.iter().map(|&index| attractors[index].clone()).collect(),
         step,
     })
+}
+
+/// The cycle that the system settles on from its own start.
+struct Own {
+    cycle: Cycle,
+    motion: Motion,
+}
+
+impl Own {
+    fn of(system: &System, scale: &[f64]) -> Option<Self> {
+        let cycle = Cycle::of(system).ok()?;
+        // At the step of the map.
+        let (mut model, step) = system.model().ok()?;
+        model.set_state(&cycle.at_start().state());
+        let motion = settle(model.as_mut(), scale, system.cycle() / step);
+        Some(Self { cycle, motion })
+    }
+
+    /// The motion, if the model comes near the cycle.
+    fn reached(&self, model: &mut dyn Model, cycle: f64) -> Option<Motion> {
+        let (cycles, times) = COMPARED;
+        for _ in 0..times {
+            if !model.advance((cycles * cycle).ceil() as usize) {
+                return Some(Motion::Leaves);
+            }
+            if self.cycle.orbit.distance(&model.state()) < NEAR {
+                return Some(self.motion.clone());
+            }
+        }
+        None
+    }
 }
 
 fn is_same(a: &Motion, b: &Motion, scale: &[f64]) -> bool {

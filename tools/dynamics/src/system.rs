@@ -151,7 +151,20 @@ impl System {
         Ok(least.iter().zip(&most).map(|(least, most)| (0.5 * (most - least)).max(1e-3)).collect())
     }
 
-    /// The index of a state of this name, or of this number.
+    /// The index of the state that a kick or an input acts on: that of this name; without one the first, or, of a network of joints, the velocity of
+    /// the first joint.
+    ///
+    /// # Errors
+    /// There is none; the text lists them.
+    pub fn kicked(&self, name: Option<&str>) -> Result<usize, String> {
+        if let Some(name) = name {
+            return self.variable(name).map_err(|why| format!("--variable {why}"));
+        }
+        let (model, _) = self.model()?;
+        Ok(if model.has_joint_states() { model.names().len() / 2 } else { 0 })
+    }
+
+    /// The index of a state of this name.
     ///
     /// # Errors
     /// There is none; the text lists them.

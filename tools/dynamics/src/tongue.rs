@@ -5,8 +5,9 @@
 //! amplitude of the state and by 2 pi times the own frequency: at strength 1 the input alone would move the state by its amplitude.
 //!
 //! The winding number is the mean number of cycles to one of the input, from the upward crossings of one state's middle. After [`SETTLE`] cycles of
-//! the input, a window of [`WATCH`] is watched. The model has **locked** n:m if, from crossing to n-th next crossing, the phase against n/m of the input
-//! stays within [`SLIP`] of a cycle over the window: the winding number is n/m within `SLIP / WATCH`. It has **slipped** if the phase has changed by a whole
+//! the input, a window of [`WATCH`] is watched. The model has **locked** n:m if, at every n-th crossing, or at every k n-th one with k up to
+//! [`MOST_REPEAT`] for a motion whose period has doubled, the phase against n/m of the input stays within [`SLIP`] of a cycle over the window: the winding
+//! number is n/m within `SLIP / WATCH`. It has **slipped** if the phase has changed by a whole
 //! cycle. Otherwise it is watched again, twice as long each time, up to [`LONGEST`] cycles, and is then **undecided**.
 
 use generator_file::model::Model;
@@ -21,9 +22,15 @@ pub const SETTLE: f64 = 20.0;
 /// Cycles of the input in the first window.
 pub const WATCH: f64 = 40.0;
 /// Cycles of the input in the longest window.
-pub const LONGEST: f64 = 160.0;
+pub const LONGEST: f64 = 640.0;
+/// Cycles of the input after which a window ends early if the phase has changed by a whole cycle.
+const LOOK: f64 = 10.0;
+/// The state whose crossings are counted: the first one moves in every system.
+const WATCHED: usize = 0;
 /// Largest change of the phase in a window of a lock, in cycles.
 pub const SLIP: f64 = 0.02;
+/// Most repetitions of n:m after which a locked motion repeats.
+pub const MOST_REPEAT: usize = 4;
 /// Part of the range by which the watched state must come back before the next crossing counts.
 const HYSTERESIS: f64 = 0.2;
 
@@ -105,45 +112,35 @@ pub fn map(
 pub fn cell(cycle: &Cycle, start: Box<dyn Model>, input: Input, pairs: &[Pair]) -> Cell {
     let mut run = Run::new(cycle, start, input);
     let mut winding = f64::NAN;
-    if run.watch(SETTLE).is_none() {
-        return Cell { input, winding, verdict: Verdict::Leaves };
-    }
-    let mut length = WATCH;
-    while length <= LONGEST {
-        let Some(marks) = run.watch(length) else { return Cell { input, winding, verdict: Verdict::Leaves } };
-        if let (Some(first), Some(last), true) = (marks.first(), marks.last(), marks.len() > 2) {
-            winding = (marks.len() - 1) as f64 / (last - first);
-            let drifts: Vec<Drift> = pairs.iter().map(|&pair| Drift::of(&marks, pair)).collect();
-            if let Some(index) = drifts.iter().position(|drift| drift.range < SLIP) {
-                return Cell { input, winding, verdict: Verdict::Locked(index) };
-            }
-            if drifts.iter().all(|drift| drift.total.abs() >= 1.0) {
-                return Cell { input, winding, verdict: Verdict::Slips };
-            }
-        }
-        length *= 2.0;
-    }
-    Cell { input, winding, verdict: Verdict::Undecided }
+    let verdict = run.verdict(pairs, &mut winding).unwrap_or(Verdict::Leaves);
+    Cell { input, winding, verdict }
 }
 
-/// The phase against n/m of the input, at every n-th crossing of a window.
+/// The phase against n/m of the input, over a window.
 struct Drift {
-    /// Change from the first to the last, in cycles.
+    /// Change from the first crossing to the last, in cycles.
     total: f64,
-    /// Largest difference between two.
+    /// Largest difference between two crossings that are a whole number of repetitions apart.
     range: f64,
 }
 
 impl Drift {
     fn of(marks: &[f64], (n, m): Pair) -> Self {
         let ratio = f64::from(n) / f64::from(m);
-        let phase = |(index, mark): (usize, &f64)| index as f64 - ratio * mark;
-        let phases: Vec<f64> = marks.iter().enumerate().step_by(n as usize).map(phase).collect();
+        let phases: Vec<f64> = marks.iter().enumerate().map(|(index, mark)| index as f64 - ratio * mark).collect();
         let (Some(first), Some(last)) = (phases.first(), phases.last()) else {
             return Self { total: 0.0, range: f64::INFINITY };
         };
-        let range = |of: fn(f64, f64) -> f64, from: f64| phases.iter().copied().fold(from, of);
-        Self { total: last - first, range: range(f64::max, f64::MIN) - range(f64::min, f64::MAX) }
+        let range = |repeat: usize| {
+            let every = || phases.iter().step_by(n as usize * repeat).copied();
+            // Two repetitions at least have to be compared.
+            if every().count() < 3 {
+                f64::INFINITY
+            } else {
+                every().fold(f64::MIN, f64::max) - every().fold(f64::MAX, f64::min)
+            }
+        };
+        Self { total: last - first, range: (1..=MOST_REPEAT).map(range).fold(f64::INFINITY, f64::min) }
     }
 }
 
@@ -156,30 +153,50 @@ struct Run {
     /// Cycles of the input a step.
     rate: f64,
     step: u64,
-    /// The state whose crossings are counted, with their level and hysteresis.
-    watched: (usize, f64, f64),
+    counter: Crossings,
 }
 
 impl Run {
     fn new(cycle: &Cycle, model: Box<dyn Model>, input: Input) -> Self {
         let orbit = &cycle.orbit;
-        // The first state moves in every system here, and no input acts on an angle.
-        let watched = (0, orbit.middle[0], HYSTERESIS * orbit.amplitude[0]);
+        let counter = Crossings::new(orbit.middle[WATCHED], HYSTERESIS * orbit.amplitude[WATCHED]);
         let kick = input.force(cycle) * cycle.step;
-        let mut run = Self { model, input, kick, rate: input.ratio / orbit.steps, step: 0, watched };
+        let mut run = Self { model, input, kick, rate: input.ratio / orbit.steps, step: 0, counter };
         run.model.kick(input.variable, 0.5 * run.kick);
         run
+    }
+
+    /// What is known after as many windows as it takes; none if a state reaches its bound.
+    fn verdict(&mut self, pairs: &[Pair], winding: &mut f64) -> Option<Verdict> {
+        self.watch(SETTLE)?;
+        let mut length = WATCH;
+        while length <= LONGEST {
+            let (mut marks, mut watched) = (vec![], 0.0);
+            while watched < length {
+                marks.extend(self.watch(LOOK)?);
+                watched += LOOK;
+                if let (Some(first), Some(last), true) = (marks.first(), marks.last(), marks.len() > 2) {
+                    *winding = (marks.len() - 1) as f64 / (last - first);
+                    if pairs.iter().all(|&pair| Drift::of(&marks, pair).total.abs() >= 1.0) {
+                        return Some(Verdict::Slips);
+                    }
+                }
+            }
+            if let Some(index) = pairs.iter().position(|&pair| Drift::of(&marks, pair).range < SLIP) {
+                return Some(Verdict::Locked(index));
+            }
+            length *= 2.0;
+        }
+        Some(Verdict::Undecided)
     }
 
     /// Runs for some cycles of the input. Returns the times of the crossings, in cycles of the input; none if a state reaches its bound.
     fn watch(&mut self, cycles: f64) -> Option<Vec<f64>> {
         let steps = (cycles / self.rate).ceil() as u64;
-        let (index, level, hysteresis) = self.watched;
-        let mut counter = Crossings::new(level, hysteresis);
         let mut marks = vec![];
         for _ in 0..steps {
             // The state in the middle of a kick is that of the motion without kicks.
-            if let Some(at) = counter.next(self.model.value(index)) {
+            if let Some(at) = self.counter.next(self.model.value(WATCHED)) {
                 marks.push(at * self.rate);
             }
             if !self.model.advance(1) {

@@ -3,6 +3,8 @@
 use cpg_core::math::first_order::{Flow, rk4};
 use generator_file::model::Model;
 
+use super::kind::Kind;
+
 /// States beyond so many times the largest start or scale have left for good.
 const BOUND: f64 = 1e3;
 
@@ -19,7 +21,7 @@ pub(super) struct FlowModel<F, const D: usize> {
 /// The model of a flow, at its start.
 pub(super) fn model<F: Flow<f64, D> + Clone + Send + Sync + 'static, const D: usize>(
     flow: F,
-    kind: &super::Kind,
+    kind: &Kind,
     scale: &[f64],
     step: f64,
 ) -> Box<dyn Model> {

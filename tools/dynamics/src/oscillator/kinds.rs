@@ -14,7 +14,7 @@ use generator_file::model::network;
 use joint_units::Period;
 
 use super::flow::model;
-use super::{Kind, Parameter};
+use super::kind::{Kind, Parameter};
 
 const fn parameter(name: &'static str, default: f64, least: f64, most: f64) -> Parameter {
     Parameter { name, default, least, most }
