@@ -166,7 +166,7 @@ fn morris_lecar_begins_where_its_equilibrium_loses_stability() {
     let neuron = system("oscillator:morris-lecar", &[]);
     let [up, down] = sweep(&neuron, "current", &even(80.0, 110.0, 13), &|| ()).unwrap();
     near(begins(&up), hopf_onset(field, [-26.0, 0.13], [80.0, 110.0]), 0.01);
-    // The cycle ends in a fold of cycles, which XPPAUT users know at 88.3.
+    // The cycle ends in a fold of cycles: Rinzel and Ermentrout 1989.
     near(ends(&down), 88.3, 0.01);
     let [_, down] = sweep(&neuron, "current", &even(190.0, 240.0, 13), &|| ()).unwrap();
     near(begins(&down), hopf_onset(field, [8.0, 0.5], [190.0, 240.0]), 0.01);

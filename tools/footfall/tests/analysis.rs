@@ -26,8 +26,8 @@ fn the_pictures_and_numbers_of_the_page_are_what_its_lines_give() {
         let arguments: Vec<&str> = line.split_whitespace().collect();
         let output = footfall(folder.path(), &arguments);
         assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
-        let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(name);
-        let [new, old] = [folder.path().join(name), shipped].map(|path| std::fs::read_to_string(path).expect(name));
+        let stored = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").join(name);
+        let [new, old] = [folder.path().join(name), stored].map(|path| std::fs::read_to_string(path).expect(name));
         assert_eq!(new, old, "docs/{name} is not what `footfall {line}` draws");
         assert!(PAGE.contains(&format!("]({name})")), "docs/analysis.md does not show {name}");
         let said = String::from_utf8_lossy(&output.stdout);
