@@ -8,7 +8,7 @@ use crate::settle::{self, settle};
 use crate::system::{ONLY_A_PHASE, System};
 
 /// Largest relative difference of the period to that at half the step.
-const SAME_PERIOD: f64 = 2e-5;
+const SAME_PERIOD: f64 = 2e-4;
 /// How often the step is halved, at most.
 const HALVINGS: usize = 4;
 

@@ -7,8 +7,8 @@
 //!   cycles repeat, else irregular,
 //! - **leaves** if a state reaches its bound or is not a number.
 //!
-//! Near an onset of oscillation the range changes slowly. After the last window a motion whose range falls counts as rest and one whose range rises as
-//! oscillation; one that does neither is undecided.
+//! Near an onset of oscillation the range changes slowly. After [`MOST_WINDOWS`] a motion whose range falls counts as rest; one whose range rises is
+//! followed for four times as long, and is then an oscillation, whatever its range. One that does neither is undecided.
 
 use generator_file::model::Model;
 
@@ -20,7 +20,7 @@ pub const SMALL: f64 = 0.01;
 pub const SAME: f64 = 1e-3;
 /// Cycles of a window.
 pub const WINDOW_CYCLES: f64 = 6.0;
-/// Most windows.
+/// Most windows of a motion that does not grow.
 pub const MOST_WINDOWS: usize = 60;
 /// Most cycles after which a motion repeats.
 const MOST_REPEAT: usize = 8;
@@ -204,7 +204,10 @@ pub fn settle(model: &mut dyn Model, scale: &[f64], cycle: f64) -> Motion {
     let mut before: Option<Window> = None;
     let (mut same, mut falling) = (0, 0);
     let mut ratio = 1.0;
-    for _ in 0..MOST_WINDOWS {
+    for index in 0..4 * MOST_WINDOWS {
+        if index >= MOST_WINDOWS && ratio < 1.0 + SAME {
+            break;
+        }
         let Some(window) = Window::of(model, steps) else { return Motion::Leaves };
         let range = window.range(scale);
         if !range.is_finite() {

@@ -44,10 +44,10 @@ pub struct Options {
     #[arg(long, value_name = "N:M", default_value = "1:1,1:2,2:1,2:3,3:2", value_delimiter = ',', value_parser = pair)]
     pub lock: Vec<Pair>,
     /// Number of ratios
-    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(2..=2000))]
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u32).range(2..=2000))]
     pub columns: u32,
     /// Number of strengths
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=2000))]
+    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=2000))]
     pub rows: u32,
     /// Where the result goes
     #[command(flatten)]
