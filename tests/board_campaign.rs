@@ -7,8 +7,8 @@ use std::process::{Command, ExitCode};
 
 use firmware::board::ROBOT_SECTOR;
 use footfall_tests::recordings::default_volts_file;
-use joint_loop::{Direction, GateConfig, ServoConfig};
 use joint_loop::store::robot_record;
+use joint_loop::{Direction, GateConfig, ServoConfig};
 use joint_loop::{RecordName, RobotConfig};
 use serde_json::Value;
 use test_suite::{report, tests};

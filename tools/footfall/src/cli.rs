@@ -4,8 +4,9 @@ pub mod examples;
 
 #[cfg(feature = "analysis")]
 use crate::command::{
-    calibrate, certify, check, completions, convert, defaults, entrain, figures, fit, gait_error, hexapod, man, merge,
-    obb, pack, replay, reproduce, sample, save, smer, sync, trim, volts, walk,
+    basin, bifurcation, calibrate, certify, check, completions, convert, defaults, entrain, figures, fit, gait_error,
+    hexapod, man, merge, obb, pack, phase_response, replay, reproduce, sample, save, smer, sync, tongue, trim, volts,
+    walk,
 };
 use crate::command::{record, set, watch};
 use crate::failure::Failure;
@@ -78,6 +79,14 @@ enum Analysis {
     Smer(smer::Options),
     /// Measure a generator and write its certificate: does it come back to its orbit, does it walk on the robot
     Certify(certify::Options),
+    /// Measure by how much a kick shifts the phase of an oscillator or generator
+    PhaseResponse(phase_response::Options),
+    /// Map which periodic inputs lock an oscillator or generator: Arnold tongues
+    Tongue(tongue::Options),
+    /// Map which attractor each start of an oscillator or generator reaches
+    Basin(basin::Options),
+    /// Follow the motion of an oscillator or generator along one parameter, and find where it begins to oscillate
+    Bifurcation(bifurcation::Options),
     /// Fit a generator to a recorded gait: parameters, a report, and the error on strides that were not fitted
     Fit(Box<fit::Options>),
     /// Write any recording as CSV or as OpenSim .mot: degrees, flexion positive, equal time steps
@@ -179,6 +188,10 @@ fn analyse(command: Analysis) -> Result<(), Failure> {
         Analysis::Hexapod(options) => hexapod::run(&options),
         Analysis::Smer(options) => smer::run(&options),
         Analysis::Certify(options) => certify::run(&options),
+        Analysis::PhaseResponse(options) => phase_response::run(&options),
+        Analysis::Tongue(options) => tongue::run(&options),
+        Analysis::Basin(options) => basin::run(&options),
+        Analysis::Bifurcation(options) => bifurcation::run(&options),
         Analysis::Fit(options) => fit::run(*options),
         Analysis::Convert(options) => convert::run(options),
         Analysis::Merge(options) => merge::run(&options),

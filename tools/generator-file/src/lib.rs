@@ -29,9 +29,9 @@ mod led;
 #[cfg(feature = "certificate")]
 pub mod limits;
 #[cfg(feature = "certificate")]
-mod model;
+pub mod model;
 #[cfg(feature = "certificate")]
-mod orbit;
+pub mod orbit;
 #[cfg(feature = "certificate")]
 pub mod random;
 #[cfg(feature = "certificate")]

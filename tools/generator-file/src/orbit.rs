@@ -30,7 +30,7 @@ const STEADY: f64 = 0.1;
 const LEAST_POINTS: usize = 200;
 
 /// The motion that a model settles on.
-pub(crate) enum Motion {
+pub enum Motion {
     /// It comes to rest.
     Still,
     /// Every state that moves does so steadily, but the whole never repeats.
@@ -42,29 +42,33 @@ pub(crate) enum Motion {
 }
 
 /// An orbit.
-pub(crate) struct Orbit {
-    /// States at every step, in amplitudes, one after the other.
+pub struct Orbit {
+    /// States at every few steps, in amplitudes, one after the other.
     scaled: Vec<f64>,
+    /// Steps from one of them to the next.
+    every: usize,
     /// Amplitude of each state: half its range, or its size if it does not move.
-    pub(crate) amplitude: Vec<f64>,
+    pub amplitude: Vec<f64>,
     /// Middle of each state's range.
-    pub(crate) middle: Vec<f64>,
-    /// Period, seconds.
-    pub(crate) period_s: f64,
+    pub middle: Vec<f64>,
+    /// Period, seconds, or units of the model's own time.
+    pub period_s: f64,
     /// Period in steps.
-    pub(crate) steps: f64,
+    pub steps: f64,
     /// Sizes of the Floquet multipliers without the trivial one, largest first.
-    pub(crate) multipliers: Vec<f64>,
+    pub multipliers: Vec<f64>,
 }
 
 impl Orbit {
     /// Number of states.
-    pub(crate) fn dimensions(&self) -> usize {
+    #[must_use]
+    pub fn dimensions(&self) -> usize {
         self.amplitude.len()
     }
 
     /// The state after a part of the period, 0 to 1.
-    pub(crate) fn at(&self, part: f64) -> Vec<f64> {
+    #[must_use]
+    pub fn at(&self, part: f64) -> Vec<f64> {
         let n = self.dimensions();
         let points = self.scaled.len() / n;
         let place = ((part * points as f64) as usize).min(points - 1);
@@ -72,34 +76,49 @@ impl Orbit {
     }
 
     /// Largest size of a state.
-    pub(crate) fn size(&self, index: usize) -> f64 {
+    #[must_use]
+    pub fn size(&self, index: usize) -> f64 {
         self.scaled.iter().skip(index).step_by(self.dimensions()).fold(0.0, |most, x| f64::max(most, x.abs()))
             * self.amplitude[index]
     }
 
     /// Distance of a state from the orbit.
-    pub(crate) fn distance(&self, state: &[f64]) -> f64 {
+    #[must_use]
+    pub fn distance(&self, state: &[f64]) -> f64 {
+        self.nearest(state).0
+    }
+
+    /// Distance of a state from the orbit, and the place of the nearest point as a part of the period, 0 to 1.
+    #[must_use]
+    pub fn nearest(&self, state: &[f64]) -> (f64, f64) {
         let n = self.dimensions();
         let here: Vec<f64> = state.iter().zip(&self.amplitude).map(|(x, a)| x / a).collect();
         let square = |point: &[f64]| point.iter().zip(&here).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
         let nearest = self.scaled.chunks_exact(n).map(square).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((place, least)) = nearest else { return f64::INFINITY };
+        let Some((place, least)) = nearest else { return (f64::INFINITY, 0.0) };
         // Between points the orbit is straight.
         let points = self.scaled.len() / n;
         let point = |k: usize| &self.scaled[(k % points) * n..(k % points + 1) * n];
-        let to_segment = |a: &[f64], b: &[f64]| {
+        let to_segment = |from: usize| {
+            let (a, b) = (point(from), point(from + 1));
             let along: f64 = a.iter().zip(b).zip(&here).map(|((a, b), x)| (b - a) * (x - a)).sum();
             let length: f64 = a.iter().zip(b).map(|(a, b)| (b - a) * (b - a)).sum();
             let part = if length > 0.0 { (along / length).clamp(0.0, 1.0) } else { 0.0 };
-            a.iter().zip(b).zip(&here).map(|((a, b), x)| (a + part * (b - a) - x).powi(2)).sum::<f64>()
+            let square = a.iter().zip(b).zip(&here).map(|((a, b), x)| (a + part * (b - a) - x).powi(2)).sum::<f64>();
+            // The last segment ends at the first point, after a shorter time than the others.
+            let ends = [from % points, from % points + 1].map(|k| self.steps.min((k * self.every) as f64));
+            (square, (ends[0] + part * (ends[1] - ends[0])) / self.steps)
         };
-        let (before, at, after) = (point(place + points - 1), point(place), point(place + 1));
-        least.min(to_segment(before, at)).min(to_segment(at, after)).sqrt()
+        let at = (least, (place * self.every) as f64 / self.steps);
+        let (square, part) = [to_segment(place + points - 1), to_segment(place)]
+            .into_iter()
+            .fold(at, |best, other| if other.0 < best.0 { other } else { best });
+        (square.sqrt(), part.rem_euclid(1.0))
     }
 }
 
 /// The motion that a model settles on from its own start. `stride` is the expected period in steps.
-pub(crate) fn motion(built: &dyn Model, stride: usize) -> Motion {
+pub fn motion(built: &dyn Model, stride: usize) -> Motion {
     let mut model = built.copy();
     let mut recorded = None;
     for search in 0..SEARCHES {
@@ -326,7 +345,7 @@ fn orbit_of(flow: &FlowMap<'_>, start: &DVector<f64>, steps: f64, map: &DMatrix<
         .collect();
     let middle = low.iter().zip(&high).map(|(low, high)| 0.5 * (low + high)).collect();
     let scaled = states.iter().flat_map(|state| state.iter().zip(&amplitude).map(|(x, a)| x / a)).collect();
-    Orbit { scaled, amplitude, middle, period_s: f64::NAN, steps, multipliers: multipliers(map) }
+    Orbit { scaled, every, amplitude, middle, period_s: f64::NAN, steps, multipliers: multipliers(map) }
 }
 
 /// Sizes of the eigenvalues without the one nearest to 1, largest first: a difference along the orbit does not contract.

@@ -49,11 +49,11 @@ const CATALOGUE: [(&str, &str); 16] = [
 ];
 
 /// A model that has settled.
-pub(crate) struct Settled {
+pub struct Settled {
     /// The model, built at the step of the simulations.
-    pub(crate) model: Box<dyn Model>,
+    pub model: Box<dyn Model>,
     /// Its motion.
-    pub(crate) motion: Motion,
+    pub motion: Motion,
 }
 
 impl Subject {
@@ -146,7 +146,10 @@ impl Subject {
     }
 
     /// The model; `None` if its only state is a phase.
-    fn model(&self, period: Period) -> Result<Option<Box<dyn Model>>, String> {
+    ///
+    /// # Errors
+    /// The generator cannot be built; the text says why.
+    pub fn model(&self, period: Period) -> Result<Option<Box<dyn Model>>, String> {
         fn single<G: crate::model::FlowStates>(built: Result<G, BuildError>) -> Result<Option<Box<dyn Model>>, String> {
             Ok(Some(Box::new(Single(built.map_err(|error| error.to_string())?))))
         }
@@ -177,7 +180,7 @@ impl Subject {
     ///
     /// # Errors
     /// The generator cannot be built; the text says why.
-    pub(crate) fn motion(&self) -> Result<Option<Settled>, String> {
+    pub fn motion(&self) -> Result<Option<Settled>, String> {
         let stride_micros = 1e6 * self.stride_guess_s();
         let mut micros = (stride_micros / STEPS).clamp(1.0, f64::from(Period::MAX_MICROS)) as u32;
         let finest = (micros / 8).max(1);

@@ -1,4 +1,4 @@
-//! Draws charts of curves, bands and bars, and graphs, as one self-contained SVG: panels in rows, each with its legend at its right.
+//! Draws charts of curves, bands and bars, maps of cells, and graphs, as one self-contained SVG: panels in rows, each with its legend at its right.
 //!
 //! ```
 //! use picture::{Curve, Panel, draw};
@@ -9,9 +9,11 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod cells;
 pub mod inline;
 pub mod links;
 
+use cells::Cells;
 use links::Links;
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -67,6 +69,8 @@ pub enum Content {
     Bars(Vec<Bars>),
     /// Nodes and arrows, without axes.
     Links(Links),
+    /// A map of cells.
+    Cells(Cells),
 }
 
 /// A chart: a pair of axes and its content, or a graph.
@@ -105,6 +109,12 @@ impl Panel {
     #[must_use]
     pub fn links(title: &str, links: Links) -> Self {
         Self::new(title, "", "", Content::Links(links))
+    }
+
+    /// A panel with a map of cells.
+    #[must_use]
+    pub fn cells(title: &str, x: &str, y: &str, cells: Cells) -> Self {
+        Self::new(title, x, y, Content::Cells(cells))
     }
 
     fn new(title: &str, x: &str, y: &str, content: Content) -> Self {
@@ -252,8 +262,12 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 impl Panel {
     /// Index and name of the curves with a name, for the legend.
     fn named(&self) -> Vec<(usize, &str)> {
-        let Content::Curves(curves) = &self.content else { return vec![] };
-        curves.iter().map(|curve| curve.name.as_str()).enumerate().filter(|(_, name)| !name.is_empty()).collect()
+        let names: Vec<&str> = match &self.content {
+            Content::Curves(curves) => curves.iter().map(|curve| curve.name.as_str()).collect(),
+            Content::Cells(cells) => cells.names.iter().map(String::as_str).collect(),
+            Content::Bars(_) | Content::Links(_) => vec![],
+        };
+        names.into_iter().enumerate().filter(|(_, name)| !name.is_empty()).collect()
     }
 
     /// Height, px: a phase portrait is taller than a curve over time, and many rows or nodes need more than a few.
@@ -262,6 +276,7 @@ impl Panel {
             Content::Curves(curves) if !over_time(curves) => PANEL * 8 / 5,
             Content::Bars(rows) => PANEL.max(80 + 20 * rows.len() as u32),
             Content::Links(graph) if graph.nodes.len() > 3 => PANEL * 2,
+            Content::Cells(_) => PANEL * 2,
             _ => PANEL,
         }
     }
@@ -273,7 +288,7 @@ fn common_x(panels: &[Panel], panel: &Panel) -> Range<f64> {
         Content::Curves(curves) if over_time(curves) => {
             Some(curves.iter().flat_map(|curve| curve.points.iter().map(|p| p.0)).collect::<Vec<f64>>())
         }
-        Content::Curves(_) | Content::Links(_) => None,
+        Content::Curves(_) | Content::Links(_) | Content::Cells(_) => None,
         Content::Bars(rows) => Some(rows.iter().flat_map(|row| row.spans.iter().flat_map(|&(a, b)| [a, b])).collect()),
     };
     match (&panel.content, along(panel)) {
@@ -297,6 +312,7 @@ fn draw_panel(area: &Area<'_>, panel: &Panel, x: &Range<f64>, legend: bool, line
         Content::Curves(curves) => draw_curves(&chart, panel, x, curves, lines)?,
         Content::Bars(rows) => draw_bars(&chart, panel, x, rows)?,
         Content::Links(graph) => graph.draw(&chart, &panel.title)?,
+        Content::Cells(cells) => cells.draw(&chart, panel)?,
     }
     draw_legend(&legend_area, &panel.named())
 }

@@ -160,6 +160,55 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
         ],
     ),
     (
+        "phase-response",
+        &[
+            (
+                "A small and a large kick of a neuron's potential:",
+                "footfall phase-response oscillator:fitzhugh-nagumo --kick 0.05,0.4 --svg response.svg",
+            ),
+            (
+                "The default walk, kicked at the left knee's velocity, every value as CSV:",
+                "footfall phase-response phase-coupled --variable left_knee.velocity -o response.csv",
+            ),
+        ],
+    ),
+    (
+        "tongue",
+        &[
+            ("An oscillator, every value as CSV:", "footfall tongue oscillator:van-der-pol -o tongue.csv"),
+            (
+                "A finer map of the 1:1 range alone:",
+                "footfall tongue oscillator:hopf --ratio 0.7..1.3 --strength 0.2 --lock 1:1 --columns 40 --rows 10 --svg tongue.svg",
+            ),
+        ],
+    ),
+    (
+        "basin",
+        &[
+            (
+                "A neuron that rests or fires, depending on its start:",
+                "footfall basin oscillator:morris-lecar --set current=90 --svg basin.svg",
+            ),
+            (
+                "Two neurons of which one wins:",
+                "footfall basin oscillator:matsuoka --set weight=4 --x x1=-1..1 --y x2=-1..1 --at v1=0 --at v2=0",
+            ),
+        ],
+    ),
+    (
+        "bifurcation",
+        &[
+            (
+                "Where a neuron begins to fire:",
+                "footfall bifurcation oscillator:fitzhugh-nagumo --parameter current=0.3..0.36 --svg onset.svg",
+            ),
+            (
+                "The default walk with weaker links:",
+                "footfall bifurcation phase-coupled --parameter coupling.hips=0..0.5 --points 11 -o links.csv",
+            ),
+        ],
+    ),
+    (
         "fit",
         &[
             ("A generator of a recording:", "footfall fit samples/walk.mot -o generator.toml"),

@@ -1,6 +1,10 @@
 //! The commands, one file each: options and `run`.
 
 #[cfg(feature = "analysis")]
+pub mod basin;
+#[cfg(feature = "analysis")]
+pub mod bifurcation;
+#[cfg(feature = "analysis")]
 pub mod calibrate;
 #[cfg(feature = "analysis")]
 pub mod certify;
@@ -30,6 +34,8 @@ pub mod merge;
 pub mod obb;
 #[cfg(feature = "analysis")]
 pub mod pack;
+#[cfg(feature = "analysis")]
+pub mod phase_response;
 pub mod record;
 #[cfg(feature = "analysis")]
 pub mod replay;
@@ -44,6 +50,8 @@ pub mod set;
 pub mod smer;
 #[cfg(feature = "analysis")]
 pub mod sync;
+#[cfg(feature = "analysis")]
+pub mod tongue;
 #[cfg(feature = "analysis")]
 pub mod trim;
 #[cfg(feature = "analysis")]

@@ -10,5 +10,7 @@ pub mod record_name;
 pub mod robot;
 pub mod sensors;
 pub mod steps;
+#[cfg(feature = "analysis")]
+pub mod system;
 pub mod terminal;
 pub mod value;
