@@ -25,6 +25,16 @@ pub struct Cells {
 }
 
 impl Cells {
+    /// The centre of a cell, x and y; cells are counted row by row from the lowest.
+    #[must_use]
+    pub fn centre(&self, place: usize) -> [f64; 2] {
+        let columns = self.columns.max(1);
+        let along = |(first, last): (f64, f64), at: usize, count: usize| {
+            first + (last - first) * (at as f64 + 0.5) / count.max(1) as f64
+        };
+        [along(self.x, place % columns, columns), along(self.y, place / columns, self.classes.len() / columns)]
+    }
+
     /// Draws the axes and one rectangle for each run of equal cells in a row.
     pub(crate) fn draw(&self, area: &Area<'_>, panel: &Panel) -> Result<(), String> {
         let rows = self.classes.len() / self.columns.max(1);

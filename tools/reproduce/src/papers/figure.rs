@@ -45,7 +45,7 @@ impl Figure {
     }
 
     /// What is drawn, as CSV with the columns [`COLUMNS`]: a `curve` has a row a point; a `bar` a row with its first x and, as y, its last x;
-    /// a `mark` its x; a `node` its note, and a `link` its two labels.
+    /// a `mark` its x; a `node` its note, and a `link` its two labels; a `cell` its class and its centre.
     #[must_use]
     pub fn csv(&self) -> String {
         let mut rows = csv::Writer::from_writer(vec![]);
@@ -76,6 +76,13 @@ impl Figure {
                     for Link { ends: [a, b], labels: [from, to] } in &graph.links {
                         let name = format!("{} -> {}", graph.nodes[*a].name, graph.nodes[*b].name);
                         row([title, "link", &name, "", from, "", to]);
+                    }
+                }
+                Content::Cells(cells) => {
+                    for (place, class) in cells.classes.iter().enumerate() {
+                        let [x, y] = cells.centre(place).map(number);
+                        let class = class.and_then(|class| cells.names.get(class)).map_or("", String::as_str);
+                        row([title, "cell", class, &panel.x, &x, &panel.y, &y]);
                     }
                 }
             }
