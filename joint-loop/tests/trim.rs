@@ -156,6 +156,16 @@ fn a_host_that_repeats_its_jog_keeps_the_trim_going() {
     assert_eq!(joints.state(), SupervisorState::Trimming);
 }
 
+/// Also while the loop would not let anything move: no hold of the button is meant for a trim any more.
+#[test]
+fn a_stop_request_leads_out_of_trim_ready_whatever_else_demands_a_stop() {
+    let mut joints = board();
+    assert_eq!(ask(&mut joints, Action::Trim { joint: Joint::LeftHip }), Outcome::Staged);
+    let request = Some(Request { number: 8, action: Action::Stop });
+    tick(&mut joints, &Sample { elapsed: 8, request, ..idle() });
+    assert_eq!((joints.state(), joints.frame().cause), (SupervisorState::Disarmed, Cause::Request));
+}
+
 /// A hold that was meant for a trim does not start a walk, whatever ended the trim before; a stop request leads back.
 #[test]
 fn after_a_trim_a_hold_trims_again_from_the_park_pose() {

@@ -22,8 +22,8 @@
 //! - **No motion without a hold**: the only ways to motion are a hold in disarmed and one in trim_ready, with the demand go.
 //! - **A press that is no hold** is refused in disarmed and in trim_ready: the cause says whether it was too short, too long, or one of too many.
 //!   Otherwise its release has no effect.
-//! - **Trim** is apart from walking: a host's request chooses it at rest, and from then on a hold begins a trim, until a stop request or a
-//!   reset: no hold that was meant for a trim starts a walk. A trim moves one servo, slowly ([`crate::control::trim`]). It ends where the servo
+//! - **Trim** is apart from walking: a host's request chooses it at rest, and from then on a hold begins a trim, until a stop request, a fault
+//!   or a reset. After a fault it has to be chosen again, which `footfall trim` does before it asks for a hold. A trim moves one servo, slowly ([`crate::control::trim`]). It ends where the servo
 //!   is: the outputs go off. It needs no gait sensor ([`Demand::in_trim`]).
 //! - **A fault is latched**: after its condition has ended, one hold acknowledges it (to disarmed), and a second hold arms.
 //!   A hold while the condition persists has no effect. The first cause is kept.
@@ -462,12 +462,10 @@ mod tests {
                 _ => false,
             };
             let stop_request = inputs.demand == Demand::Stop(Cause::Request);
-            let columns =
-                [(inputs.settled && settles, 7), (stop_request, 8), (inputs.trim && column != 6, 9), (true, column)];
-            // A trim request goes before the others, then what has settled.
-            let order = [columns[2], columns[0], columns[1], columns[3]];
-            let filled = order.iter().find(|(applies, place)| *applies && (*place == column || row[*place] != "-"));
-            let cell = row[filled.expect("a column").1];
+            // A trim request goes before the others, then what has settled. A column with `-` does not apply.
+            let special = [(inputs.trim && column != 6, 9), (inputs.settled && settles, 7), (stop_request, 8)];
+            let special = special.iter().find(|(applies, place)| *applies && row[*place] != "-");
+            let cell = row[special.map_or(column, |(_, place)| *place)];
             let cell = cell.trim_start_matches("go: ").replace("**", "");
             let (state, motion) = cell.split_once(" / ").expect("state / motion");
             let state = if state == "-" { status.state.name() } else { state };

@@ -243,6 +243,10 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
         let is_silent = || self.trim.is_some_and(|trim| self.stages.trimmer.is_silent(&trim));
         match seen {
             Demand::Go if asked == Asked::Stop => Demand::Stop(Cause::Request),
+            // It is the only way out of this state, whatever else the monitor demands.
+            Demand::Stop(_) if asked == Asked::Stop && state == SupervisorState::TrimReady => {
+                Demand::Stop(Cause::Request)
+            }
             Demand::Go if state == SupervisorState::Trimming && is_silent() => Demand::Stop(Cause::HostSilent),
             seen => seen,
         }

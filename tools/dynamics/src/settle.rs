@@ -3,7 +3,7 @@
 //! The motion is watched window by window. A window is a few cycles; it is made longer if less than four cycles are in it. The model
 //!
 //! - **rests** if its range falls below [`STILL`], or falls from window to window until it is below [`SMALL`],
-//! - has **settled on a cycle** if its range is the same in three windows, within [`SAME`], and at least [`SMALL`]: periodic if the times of up to eight
+//! - has **settled on a cycle** if its range is the same in three windows, within [`SAME`] of it, and at least [`SMALL`]: periodic if the times of up to eight
 //!   cycles repeat, else irregular,
 //! - **leaves** if a state reaches its bound or is not a number.
 //!
@@ -16,7 +16,7 @@ use generator_file::model::Model;
 pub const STILL: f64 = 1e-6;
 /// Range, in parts of the scale, below which a decreasing motion counts as rest.
 pub const SMALL: f64 = 0.01;
-/// Largest change of the range from window to window of a motion that has settled, in parts of the scale.
+/// Largest change of the range from window to window of a motion that has settled, in parts of the range, or of the scale if that is less.
 pub const SAME: f64 = 1e-3;
 /// Cycles of a window.
 pub const WINDOW_CYCLES: f64 = 6.0;
@@ -219,7 +219,7 @@ pub fn settle(model: &mut dyn Model, scale: &[f64], cycle: f64) -> Motion {
         if let Some(before) = &before {
             ratio = range / before.range(scale);
             falling = if ratio < 0.9 { falling + 1 } else { 0 };
-            same = if window.change(before, scale) < SAME && range >= SMALL { same + 1 } else { 0 };
+            same = if window.change(before, scale) < SAME * range.min(1.0) && range >= SMALL { same + 1 } else { 0 };
         }
         if falling >= 3 && range < SMALL {
             return Motion::Rest { at: model.state() };

@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use crate::{Area, Panel, builder, colour, format_number};
+use crate::frame::{Area, builder, colour, format_number};
 
 /// Colour of a cell without a class.
 const BLANK: RGBColor = RGBColor(235, 235, 235);
@@ -36,15 +36,15 @@ impl Cells {
     }
 
     /// Draws the axes and one rectangle for each run of equal cells in a row.
-    pub(crate) fn draw(&self, area: &Area<'_>, panel: &Panel) -> Result<(), String> {
+    pub(crate) fn draw(&self, area: &Area<'_>, title: &str, axes: [&str; 2]) -> Result<(), String> {
         let rows = self.classes.len() / self.columns.max(1);
-        let mut chart = builder(area, panel)
+        let mut chart = builder(area, title)
             .build_cartesian_2d(self.x.0..self.x.1, self.y.0..self.y.1)
             .map_err(|error| error.to_string())?;
         chart
             .configure_mesh()
-            .x_desc(&panel.x)
-            .y_desc(&panel.y)
+            .x_desc(axes[0])
+            .y_desc(axes[1])
             .x_labels(9)
             .y_labels(9)
             .x_label_formatter(&format_number)
@@ -77,6 +77,7 @@ impl Cells {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Panel;
     use crate::draw;
 
     #[test]

@@ -10,12 +10,13 @@
 #![forbid(unsafe_code)]
 
 pub mod cells;
+mod frame;
 pub mod inline;
 pub mod links;
 
 use cells::Cells;
+use frame::{Area, LABELS, builder, colour, format_number};
 use links::Links;
-use plotters::coord::Shift;
 use plotters::prelude::*;
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -153,30 +154,7 @@ const LEGEND: u32 = 120;
 const TITLE: u32 = 40;
 /// Height of a line of the caption, px.
 const CAPTION_LINE: u32 = 17;
-/// Width of the labels at the left of a chart, px.
-const LABELS: u32 = 62;
 const GREY: RGBColor = RGBColor(120, 120, 120);
-
-/// Colours that are distinct on white, also for colour-blind readers (Okabe and Ito 2008).
-const COLOURS: [RGBColor; 6] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(90, 90, 90),
-];
-
-const fn colour(index: usize) -> RGBColor {
-    COLOURS[index % COLOURS.len()]
-}
-
-/// Formats a number of an axis without superfluous digits.
-fn format_number(value: &f64) -> String {
-    // Steps of an axis are 1, 2 or 5 times a power of ten: rounding removes the error of their sum.
-    let rounded = (value * 1e6).round() / 1e6;
-    format!("{}", if rounded == 0.0 { 0.0 } else { rounded })
-}
 
 /// Draws the panels row by row in `columns` columns (at least 1). Returns the text of the SVG.
 ///
@@ -257,8 +235,6 @@ fn write_curve(
     *lines += "\"/>\n";
 }
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-
 impl Panel {
     /// Index and name of the curves with a name, for the legend.
     fn named(&self) -> Vec<(usize, &str)> {
@@ -312,7 +288,7 @@ fn draw_panel(area: &Area<'_>, panel: &Panel, x: &Range<f64>, legend: bool, line
         Content::Curves(curves) => draw_curves(&chart, panel, x, curves, lines)?,
         Content::Bars(rows) => draw_bars(&chart, panel, x, rows)?,
         Content::Links(graph) => graph.draw(&chart, &panel.title)?,
-        Content::Cells(cells) => cells.draw(&chart, panel)?,
+        Content::Cells(cells) => cells.draw(&chart, &panel.title, [&panel.x, &panel.y])?,
     }
     draw_legend(&legend_area, &panel.named())
 }
@@ -340,14 +316,6 @@ fn exact_range(values: impl Iterator<Item = f64>) -> Range<f64> {
     if low >= high { 0.0..1.0 } else { low..high }
 }
 
-/// Title and margins of a panel.
-fn builder<'a, 'b>(area: &'a Area<'b>, panel: &Panel) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
-    let mut builder = ChartBuilder::on(area);
-    builder.caption(&panel.title, ("sans-serif", 15)).margin(8).margin_right(20);
-    builder.x_label_area_size(38).y_label_area_size(LABELS);
-    builder
-}
-
 fn draw_curves(
     area: &Area<'_>,
     panel: &Panel,
@@ -364,7 +332,8 @@ fn draw_curves(
     }
     let top = y_range.end;
     let bottom = y_range.start;
-    let mut chart = builder(area, panel).build_cartesian_2d(x.clone(), y_range.clone()).map_err(|e| e.to_string())?;
+    let mut chart =
+        builder(area, &panel.title).build_cartesian_2d(x.clone(), y_range.clone()).map_err(|e| e.to_string())?;
     chart
         .configure_mesh()
         .x_desc(&panel.x)
@@ -406,7 +375,7 @@ fn draw_bars(area: &Area<'_>, panel: &Panel, x: &Range<f64>, rows: &[Bars]) -> R
     let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
     let count = rows.len();
     let longest = names.iter().map(|name| name.chars().count() as u32).max().unwrap_or(0);
-    let mut builder = builder(area, panel);
+    let mut builder = builder(area, &panel.title);
     builder.y_label_area_size(LABELS.max(30 + 7 * longest));
     // The label of a row is at its middle, a whole number; the labels of marks are above the first row.
     let mut chart = builder.build_cartesian_2d(x.clone(), -0.5..count as f64 + 0.3).map_err(|e| e.to_string())?;

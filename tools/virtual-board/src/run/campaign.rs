@@ -60,7 +60,7 @@ impl<W: Write> BoardRun<'_, W> {
         let all: usize = campaign.faults.iter().map(|fault| fault.states.len()).sum();
         let all = (all * campaign.phases as usize).div_ceil(every);
         let (mut place, mut running, mut count) = (0_usize, 0, Count::default());
-        let (began, mut told) = (Instant::now(), Instant::now());
+        let (began, mut said) = (Instant::now(), Instant::now());
         // A name that the image lacks is found before the first case.
         for fault in &campaign.faults {
             self.kind_of(&fault.inject).with_context(|| format!("fault `{}`", fault.name))?;
@@ -79,8 +79,8 @@ impl<W: Write> BoardRun<'_, W> {
                         count.add(finished()?);
                         running -= 1;
                     }
-                    if told.elapsed() > PROGRESS {
-                        told = Instant::now();
+                    if said.elapsed() > PROGRESS {
+                        said = Instant::now();
                         eprintln!(
                             "campaign: {} of {all} cases, {} wrong, {:.0} s",
                             count.cases,
