@@ -21,8 +21,9 @@ const ROUNDING_US: f64 = 0.6;
 /// A servo that got no pulse for so long may be anywhere: the next pulse begins a new motion, s.
 const FORGOTTEN_S: f64 = 0.1;
 
-/// A servo whose supply is switched off so soon after a pulse does not move by it, s.
-const WITHOUT_EFFECT_S: f64 = 50e-6;
+/// A servo whose supply is switched off so soon after a pulse hardly moves by it, s: one tick, in which a fast hobby servo (60 degrees in 0.08 s) turns
+/// by less than a degree. A bit that ends a pulse is found by the next tick.
+const WITHOUT_EFFECT_S: f64 = 1.1e-3;
 
 /// A pulse that no servo may get.
 #[derive(Debug, Clone)]
@@ -114,7 +115,7 @@ mod tests {
         judge.take(&period(0.9, 300.0, true));
         assert_eq!(judge.violations().0, 3);
         let off = |seconds| TimedOutputChange { seconds, instructions: 0, change: OutputChange::Rail(false) };
-        judge.change(&off(0.9004));
+        judge.change(&off(0.9015));
         assert_eq!(judge.violations().0, 3, "the supply went too late");
         judge.take(&period(1.2, 300.0, true));
         judge.change(&off(1.200_302));
