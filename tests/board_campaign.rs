@@ -96,7 +96,7 @@ fn wrong_limits_and_wrong_reactions_are_noticed() {
     };
     let file = tempfile::NamedTempFile::new().expect("a file");
     for (text, words) in [
-        (fault("\"overrun\"", "none").replace("least_us = [1166.6,", "least_us = [1490.0,"), "is outside 1490"),
+        (fault("\"overrun\"", "none").replace("least_us = [1166.6,", "least_us = [2100.0,"), "is outside 2100"),
         (fault("\"overrun\"", "none").replace("us_per_s = [5555.7,", "us_per_s = [50.0,"), "us in 20.0 ms"),
         (fault("\"overrun\"", "off"), "outputs off never; allowed are 100 ms"),
         (fault("\"panic\"", "none"), "nothing was to happen"),

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use firmware::board::GENERATOR_SECTOR;
 use footfall_tests::board::{Board, Ran};
-use footfall_tests::gestures::ARM;
+use footfall_tests::gestures::{ARM, STOP_TEST};
 use footfall_tests::people::Person;
 use footfall_tests::recordings::{default_trace, default_volts};
 use joint_loop::setup::default_loop::BoardLoop;
@@ -74,7 +74,7 @@ fn a_processor_that_is_too_slow_does_not_arm() {
     for cpi in ["8", "12", "20"] {
         let folder = tempfile::tempdir().expect("a folder");
         let feed = volts(folder.path(), 3.0, &|_| 3.0);
-        let mut options: Vec<OsString> = ["--cpi", cpi, "--press", "0.5:0.2", "--secs", "3"].map(Into::into).to_vec();
+        let mut options: Vec<OsString> = ["--cpi", cpi, "--press", "0.5:0.5", "--secs", "3"].map(Into::into).to_vec();
         options.extend(["--volts".into(), feed]);
         let ran = board.run(options);
         let last = ran.boots[0].ticks.last().expect("frames");
@@ -178,13 +178,13 @@ fn without_a_brown_out_reset_the_board_does_not_arm() {
 fn a_state_of_some_milliseconds_is_in_the_log() {
     let board = Board::find();
     let folder = tempfile::tempdir().expect("a folder");
-    let stop = folder.path().join("stop.csv");
     let feed = volts(folder.path(), 1.0, &|_| 3.0);
     let mut shortest = u32::MAX;
     for ms in 0..4 {
-        std::fs::write(&stop, format!("time_s,level\n{},1\n", 0.3201 + f64::from(ms) * 2e-3)).expect("written");
-        let edges = format!("PB12={}", stop.display());
-        let mut options: Vec<OsString> = ["--press", "0.3", "--secs", "1", "--edges", &edges].map(Into::into).to_vec();
+        // Armed at the release of the button, 20 ms of debouncing later.
+        let stop = format!("{}:0.1", 0.3901 + f64::from(ms) * 2e-3);
+        let mut options: Vec<OsString> =
+            ["--press", ARM, "--secs", "1", "--emergency-stop", STOP_TEST, &stop].map(Into::into).to_vec();
         options.extend(["--volts".into(), feed.clone()]);
         let ran = board.run(options);
         let frames = ran.boots[0].watch(&GeneratorConfig::default_walk(), BoardLoop::frame);

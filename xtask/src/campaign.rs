@@ -1,6 +1,5 @@
 //! `cargo xtask campaign`: injects faults into the flashed image on the virtual board, and prints what each led to.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::BufRead as _;
 use std::io::BufReader;
@@ -93,8 +92,7 @@ fn run(command: &mut Command, cases: Option<&Path>) -> Result<Table> {
 /// What came of the faults: those of one register or one part of the memory together.
 #[derive(Debug, Default)]
 struct Table {
-    rows: BTreeMap<(usize, String), Row>,
-    order: Vec<String>,
+    rows: Vec<Row>,
     wrong: u64,
     cases: u64,
     seconds: f64,
@@ -103,6 +101,8 @@ struct Table {
 
 #[derive(Debug, Default)]
 struct Row {
+    name: String,
+    states: Vec<String>,
     cases: u64,
     wrong: u64,
     /// The latest end of the pulses and the latest reset, us.
@@ -121,12 +121,15 @@ impl Table {
         // `TIM1 ARR, bit 3` is one of the bits of a register.
         let fault = case["fault"].as_str().unwrap_or_default();
         let group = fault.split_once(", ").map_or(fault, |(group, _)| group).to_owned();
-        let place = self.order.iter().position(|known| *known == group).unwrap_or_else(|| {
-            self.order.push(group.clone());
-            self.order.len() - 1
+        let place = self.rows.iter().position(|row| row.name == group).unwrap_or_else(|| {
+            self.rows.push(Row { name: group, ..Row::default() });
+            self.rows.len() - 1
         });
+        let row = &mut self.rows[place];
         let state = case["state"].as_str().unwrap_or_default();
-        let row = self.rows.entry((place, format!("{group} | {state}"))).or_default();
+        if !row.states.iter().any(|known| known == state) {
+            row.states.push(state.to_owned());
+        }
         let latest = |so_far: Option<f64>, key: &str| match (so_far, case[key].as_f64()) {
             (Some(a), Some(b)) => Some(a.max(b)),
             (a, b) => a.or(b),
@@ -147,11 +150,11 @@ impl Table {
 impl std::fmt::Display for Table {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let ms = |us: Option<f64>| us.map_or_else(|| "-".to_owned(), |us| format!("{:.1}", us * 1e-3));
-        writeln!(f, "| fault | state | cases | wrong | outputs off, ms | reset, ms |\n|---|---|---|---|---|---|")?;
+        writeln!(f, "| fault | states | cases | wrong | outputs off, ms | reset, ms |\n|---|---|---|---|---|---|")?;
         let mut notes = String::new();
-        for ((_, name), row) in &self.rows {
-            let Row { cases, wrong, off_us, reset_us, why } = row;
-            writeln!(f, "| {name} | {cases} | {wrong} | {} | {} |", ms(*off_us), ms(*reset_us))?;
+        for Row { name, states, cases, wrong, off_us, reset_us, why } in &self.rows {
+            let states = states.join(", ");
+            writeln!(f, "| {name} | {states} | {cases} | {wrong} | {} | {} |", ms(*off_us), ms(*reset_us))?;
             if let Some(why) = why {
                 writeln!(notes, "wrong: {why}")?;
             }
