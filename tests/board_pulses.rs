@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use firmware::board::f4_discovery::BOARD;
 use footfall_tests::board::{Board, Ran};
-use footfall_tests::gestures::ARM;
+use footfall_tests::gestures::{ARM, STOP_TEST};
 use footfall_tests::recordings::default_volts_file;
 use joint_loop::{Cause, SupervisorState};
 use serde_json::Value;
@@ -109,14 +109,13 @@ fn the_emergency_stop_takes_the_supply_with_the_pulse() {
     let undisturbed = undisturbed(&board);
     let start_s = frame_start_s(&undisturbed) + FRAME_S;
     let folder = tempfile::tempdir().expect("a folder");
-    let [stop, rail] = ["stop.csv", "rail.csv"].map(|name| folder.path().join(name));
+    let rail = folder.path().join("rail.csv");
     let (mut latest, mut all) = (0.0_f64, 0);
     for part in 0..40 {
         let at = start_s + FRAME_S * f64::from(part) / 40.0 + 1.031e-4;
-        std::fs::write(&stop, format!("time_s,level\n{at},1\n")).expect("written");
-        let edges = format!("{}={}", BOARD.emergency_stop, stop.display());
+        let stop = format!("{at}:1");
         let rails = format!("{}={}", BOARD.servo_rail, rail.display());
-        let ran = board.run(options(3.4, &["--edges", &edges, "--record-edges", &rails]));
+        let ran = board.run(options(3.4, &["--emergency-stop", STOP_TEST, &stop, "--record-edges", &rails]));
         let off = falls(&rail);
         let [off] = off.as_slice() else { panic!("the supply goes off once: {off:?}") };
         latest = latest.max((off - at) * 1e6);
