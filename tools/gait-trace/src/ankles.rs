@@ -37,12 +37,12 @@ pub enum AnklesError {
         file: String,
     },
     /// The columns that the caller named cannot be read.
-    #[error("--ankles {}: {why}", .columns.join(","))]
+    #[error("--ankles {columns}: {why}")]
     Columns {
-        /// The columns.
-        columns: [String; 2],
-        /// The reason.
-        why: TraceError,
+        /// The columns, left and right, with a comma between.
+        columns: String,
+        /// The reason, with the file.
+        why: String,
     },
     /// A stride has too long a part without a value.
     #[error(
@@ -95,7 +95,7 @@ impl Ankles {
     ) -> Result<Self, AnklesError> {
         if let Some(columns) = columns {
             let read = of_columns(name, bytes, how, columns);
-            let read = read.map_err(|why| AnklesError::Columns { columns: columns.clone(), why })?;
+            let read = read.map_err(|why| AnklesError::Columns { columns: columns.join(","), why: why.to_string() })?;
             return read.ok_or_else(|| AnklesError::NotFound { file: name.into() });
         }
         let known = COLUMNS.iter().map(|pair| pair.map(str::to_owned));
