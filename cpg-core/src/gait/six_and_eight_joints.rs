@@ -55,8 +55,13 @@ const fn right(left: Part) -> Part {
 /// # Ok::<(), cpg_core::BuildError>(())
 /// ```
 pub fn with_ankles(period: Period) -> Result<Robust<WithAnkles, 6, 7>, BuildError> {
-    let parts = [LEFT_HIP, right(LEFT_HIP), LEFT_KNEE, right(LEFT_KNEE), LEFT_ANKLE, right(LEFT_ANKLE)];
-    config(parts).build(period)
+    ankles_config().build(period)
+}
+
+/// The configuration of [`with_ankles`].
+#[must_use]
+pub fn ankles_config() -> RobustConfig<6, 7> {
+    config([LEFT_HIP, right(LEFT_HIP), LEFT_KNEE, right(LEFT_KNEE), LEFT_ANKLE, right(LEFT_ANKLE)])
 }
 
 /// Hips, knees, ankles and arms at a stride of 1.1 s.
@@ -64,9 +69,15 @@ pub fn with_ankles(period: Period) -> Result<Robust<WithAnkles, 6, 7>, BuildErro
 /// # Errors
 /// [`BuildError::PeriodTooLong`] above 17.2 ms.
 pub fn with_arms(period: Period) -> Result<Robust<WithArms, 8, 10>, BuildError> {
+    arms_config().build(period)
+}
+
+/// The configuration of [`with_arms`].
+#[must_use]
+pub fn arms_config() -> RobustConfig<8, 10> {
     let legs = [LEFT_HIP, right(LEFT_HIP), LEFT_KNEE, right(LEFT_KNEE), LEFT_ANKLE, right(LEFT_ANKLE)];
     let [a, b, c, d, e, f] = legs;
-    config([a, b, c, d, e, f, LEFT_ARM, right(LEFT_ARM)]).build(period)
+    config([a, b, c, d, e, f, LEFT_ARM, right(LEFT_ARM)])
 }
 
 fn config<const N: usize, const E: usize>(parts: [Part; N]) -> RobustConfig<N, E> {

@@ -43,7 +43,7 @@ pub const LEAST_RANGE_DEG: f64 = 1.0;
 pub const GOAL_DEG: [f64; 2] = [0.4, 0.5];
 
 /// Nonlinearity and coupling of R1: those of the default walk, which returns to its gait within a few strides of a disturbance.
-const LINKED: Dynamics = Dynamics::Fixed(0.5, 0.5);
+pub(crate) const LINKED: Dynamics = Dynamics::Fixed(0.5, 0.5);
 
 /// Which generator is fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -1,11 +1,12 @@
 //! Errors of a fit against the recorded strides, compared with the person's own variability.
 
 use gait_trace::stride::cycle::{Cycle, POINTS};
+use gait_trace::stride::metrics::rmse;
 use gait_trace::stride::strides::Strides;
 use joint_units::Joint;
 use serde::Serialize;
-use std::ops::Range;
 
+use crate::search::Curves;
 use crate::series::Series;
 
 /// With this many strides or more, a fit to the first half is judged on the second half; with fewer, each stride is judged by a fit to
@@ -75,39 +76,55 @@ impl HeldOut {
 /// Errors on held-out strides and their floor, per joint, degrees. `refit` fits the mean of some strides and returns the fitted cycle.
 #[must_use]
 pub fn held_out(strides: &Strides, refit: impl Fn(&Cycle) -> Cycle) -> (HeldOut, Option<[f64; 4]>, Option<[f64; 4]>) {
-    let (n, way) = (strides.cycles().len(), HeldOut::of(strides.cycles().len()));
+    let curves: Vec<Curves<4>> = strides.cycles().iter().map(|cycle| cycle.0).collect();
+    held_out_of(&curves, |some| refit(&Cycle(*some)).0)
+}
+
+/// As [`held_out`], for strides of `N` joints.
+#[must_use]
+pub fn held_out_of<const N: usize>(
+    strides: &[Curves<N>],
+    refit: impl Fn(&Curves<N>) -> Curves<N>,
+) -> (HeldOut, Option<[f64; N]>, Option<[f64; N]>) {
+    let (n, way) = (strides.len(), HeldOut::of(strides.len()));
     match way {
         HeldOut::None => (way, None, None),
         HeldOut::SecondHalf => {
-            let (first, second) = (0..n / 2, n / 2..n);
-            let own = strides.mean_of(first);
+            let (first, second) = strides.split_at(n / 2);
+            let own = mean_of(first);
             let template = refit(&own);
-            let errors = spread(strides, second.clone(), |_| template.clone());
-            (way, Some(errors), Some(spread(strides, second, |_| own.clone())))
+            (way, Some(spread(second, |_| template)), Some(spread(second, |_| own)))
         }
         HeldOut::EachByTheOthers => {
-            let mean = strides.mean();
-            let others = |k: usize| {
-                let one = &strides.cycles()[k];
+            let mean = mean_of(strides);
+            let others = |k: usize| -> Curves<N> {
+                let one = &strides[k];
                 let (count, rest) = (n as f64, n as f64 - 1.0);
-                Cycle(std::array::from_fn(|j| std::array::from_fn(|i| (mean.0[j][i] * count - one.0[j][i]) / rest)))
+                std::array::from_fn(|j| std::array::from_fn(|i| (mean[j][i] * count - one[j][i]) / rest))
             };
-            let errors = spread(strides, 0..n, |k| refit(&others(k)));
-            (way, Some(errors), Some(spread(strides, 0..n, others)))
+            (way, Some(spread(strides, |k| refit(&others(k)))), Some(spread(strides, others)))
         }
     }
 }
 
-/// Root mean square difference of some strides from the cycle expected for each, per joint.
-fn spread(strides: &Strides, which: Range<usize>, expected: impl Fn(usize) -> Cycle) -> [f64; Joint::COUNT] {
-    let count = which.len() as f64;
-    let mut squares = [0.0; Joint::COUNT];
-    for k in which {
-        for (sum, rmse) in squares.iter_mut().zip(strides.cycles()[k].rmse_deg(&expected(k))) {
-            *sum += rmse * rmse;
+/// The mean of one stride or more.
+#[must_use]
+pub fn mean_of<const N: usize>(strides: &[Curves<N>]) -> Curves<N> {
+    let n = strides.len().max(1) as f64;
+    std::array::from_fn(|j| std::array::from_fn(|i| strides.iter().map(|stride| stride[j][i]).sum::<f64>() / n))
+}
+
+/// Root mean square difference of the strides from the curves that are expected for each, per joint.
+#[must_use]
+pub fn spread<const N: usize>(strides: &[Curves<N>], expected: impl Fn(usize) -> Curves<N>) -> [f64; N] {
+    let mut squares = [0.0; N];
+    for (k, stride) in strides.iter().enumerate() {
+        let expected = expected(k);
+        for (sum, (own, expected)) in squares.iter_mut().zip(stride.iter().zip(&expected)) {
+            *sum += rmse(own, expected).unwrap_or(f64::NAN).powi(2);
         }
     }
-    squares.map(|sum| (sum / count).sqrt())
+    squares.map(|sum| (sum / strides.len() as f64).sqrt())
 }
 
 /// The errors of all joints. `fitted` is the generator's cycle, `driven` that of its setpoints on the robot; both are aligned with the

@@ -7,6 +7,7 @@
 //! | [`search`] | the oscillator networks, by CMA-ES and Levenberg-Marquardt |
 //! | [`generator_cycle`](mod@generator_cycle) | one stride of a generator as the board computes it |
 //! | [`causal`](mod@causal) | the error with which a joint can be estimated from the past of another one |
+//! | [`six_joints`] | a phase-coupled network of hips, knees and ankles |
 //! | [`judge`](mod@judge) | errors of a fit, compared with the person's own variability |
 //! | [`report`] | the results as one self-contained HTML page |
 //! | [`html`] | parts of such pages |
@@ -24,3 +25,4 @@ pub mod normative;
 pub mod report;
 pub mod search;
 pub mod series;
+pub mod six_joints;

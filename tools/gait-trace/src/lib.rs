@@ -66,6 +66,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod ankles;
 pub mod clean;
 mod fault;
 mod finding;

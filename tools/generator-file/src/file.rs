@@ -38,7 +38,15 @@ use crate::toml_file::{FileError, FileKind, Problem, TomlFile};
 pub const SCHEMA: u32 = 2;
 
 /// How a correct file is made, for errors.
-const MAKE_AGAIN: &str = "make the file again with `footfall fit` or `footfall defaults generator`";
+pub(crate) const MAKE_AGAIN: &str = "make the file again with `footfall fit` or `footfall defaults generator`";
+
+/// The key that only a network of six or eight joints has ([`crate::network_file`]).
+pub(crate) const LIST_OF_JOINTS: &str = "phase-coupled.joints";
+
+/// Why such a network is refused where a generator of four joints is needed.
+const HOST_ONLY: &str = "is the list of a network of six or eight joints, which runs on the host only: the control loop of the boards drives four \
+    joints, hips and knees. Allowed here is a generator of four joints, as `footfall fit RECORDING` makes it without `--joints`; \
+    `footfall certify` and `footfall walk --generator` take this file";
 
 /// Provenance of the parameters. All texts may be empty.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -96,7 +104,7 @@ impl GeneratorFile {
         Self::of(&TomlFile::of_text(name, text.into()))
     }
 
-    fn of(file: &TomlFile) -> Result<Self, FileError> {
+    pub(crate) fn of(file: &TomlFile) -> Result<Self, FileError> {
         let top = file.top(MAKE_AGAIN)?;
         let keys: Vec<&str> =
             ["schema", "generator", "provenance"].into_iter().chain(GeneratorConfig::NAMES.iter().copied()).collect();
@@ -110,6 +118,9 @@ impl GeneratorFile {
         }
         // The table of another kind is an error.
         top.only(&["schema", "generator", "provenance", &kind])?;
+        if top.has(LIST_OF_JOINTS) {
+            return Err(top.error(LIST_OF_JOINTS, Problem::Rule(HOST_ONLY.into())));
+        }
         let provenance: Provenance = top.get("provenance")?;
         let set = top
             .get_with(&kind, |table| GeneratorSet::deserialize(&kind, table).transpose())?
@@ -133,13 +144,23 @@ impl GeneratorFile {
 
 impl Serialize for GeneratorFile {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(4))?;
-        map.serialize_entry("schema", &SCHEMA)?;
-        map.serialize_entry("generator", self.set.name())?;
-        map.serialize_entry("provenance", &self.provenance)?;
-        map.serialize_entry(self.set.name(), &self.set)?;
-        map.end()
+        serialize(serializer, self.set.name(), &self.provenance, &self.set)
     }
+}
+
+/// The keys at the top of a generator file, in their order.
+pub(crate) fn serialize<S: Serializer, T: Serialize>(
+    serializer: S,
+    kind: &str,
+    provenance: &Provenance,
+    set: &T,
+) -> Result<S::Ok, S::Error> {
+    let mut map = serializer.serialize_map(Some(4))?;
+    map.serialize_entry("schema", &SCHEMA)?;
+    map.serialize_entry("generator", kind)?;
+    map.serialize_entry("provenance", provenance)?;
+    map.serialize_entry(kind, set)?;
+    map.end()
 }
 
 fn quoted(words: &[&str]) -> String {

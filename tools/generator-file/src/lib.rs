@@ -31,6 +31,10 @@ pub mod limits;
 #[cfg(feature = "certificate")]
 pub mod model;
 #[cfg(feature = "certificate")]
+pub mod network_certificate;
+pub mod network_file;
+pub mod network_motion;
+#[cfg(feature = "certificate")]
 pub mod orbit;
 #[cfg(feature = "certificate")]
 pub mod random;

@@ -4,7 +4,6 @@
 //! change between half an amplitude and a whole one. It is back when its distance from the orbit is a tenth of the
 //! first, and stays so for two periods.
 
-use joint_units::Joint;
 use serde::Serialize;
 
 use crate::file::GeneratorSet;
@@ -228,7 +227,7 @@ pub(crate) fn kicks(built: &dyn Model, orbit: &Orbit) -> Kicked {
             Some(which) => {
                 let (index, up) = (which / 2, which % 2 == 0);
                 state[index] += if up { KICK } else { -KICK } * orbit.amplitude[index];
-                format!("{} {}", if up { "+0.5" } else { "-0.5" }, state_name(built, index, n))
+                format!("{} {}", if up { "+0.5" } else { "-0.5" }, state_name(built, index))
             }
             None => {
                 let by: Vec<f64> = (0..n).map(|_| random.within(1.0)).collect();
@@ -281,12 +280,12 @@ fn back(model: &mut dyn Model, orbit: &Orbit, near: f64) -> Result<f64, bool> {
     Err(false)
 }
 
-fn state_name(model: &dyn Model, index: usize, n: usize) -> String {
-    if !model.has_joint_states() {
-        return format!("state {}", index + 1);
+fn state_name(model: &dyn Model, index: usize) -> String {
+    // A state of a joint is named `left_hip.velocity`.
+    match model.names()[index].split_once('.') {
+        Some((joint, state)) => format!("{state} of {joint}"),
+        None => format!("state {}", index + 1),
     }
-    let joint = Joint::ALL[index % (n / 2)].name();
-    format!("{} of {joint}", if index < n / 2 { "displacement" } else { "velocity" })
 }
 
 /// What became of random starts.

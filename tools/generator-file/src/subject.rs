@@ -175,42 +175,50 @@ impl Subject {
         }
     }
 
-    /// The motion that it settles on; `None` if its only state is a phase. The step is a part of the stride, and at most what the
-    /// generator allows; it is halved until the period does not depend on it.
+    /// The motion that it settles on; `None` if its only state is a phase.
     ///
     /// # Errors
     /// The generator cannot be built; the text says why.
     pub fn motion(&self) -> Result<Option<Settled>, String> {
-        let stride_micros = 1e6 * self.stride_guess_s();
-        let mut micros = (stride_micros / STEPS).clamp(1.0, f64::from(Period::MAX_MICROS)) as u32;
-        let finest = (micros / 8).max(1);
-        let mut coarser: Option<(f64, Settled)> = None;
-        loop {
-            let period = Period::from_micros(micros).ok_or("no such step")?;
-            let model = match self.model(period) {
-                Ok(None) => return Ok(None),
-                Ok(Some(model)) => model,
-                // A stiff model allows only shorter steps. All that can be read from a file run at 1 ms.
-                Err(_) if micros > 1_000 => {
-                    micros = (micros / 2).max(1_000);
-                    continue;
-                }
-                Err(why) => return Err(why),
-            };
-            let mut motion = motion(model.as_ref(), (stride_micros / f64::from(micros)).ceil() as usize);
-            let Motion::Periodic(orbit) = &mut motion else { return Ok(Some(Settled { model, motion })) };
-            let period_s = orbit.steps * f64::from(micros) * 1e-6;
-            orbit.period_s = period_s;
-            let is_double = model.is_double();
-            let settled = Settled { model, motion };
-            match coarser {
-                Some((known, before)) if (known / period_s - 1.0).abs() < SAME_PERIOD => return Ok(Some(before)),
-                // In single precision a smaller step has no smaller error.
-                _ if !is_double || micros <= finest => return Ok(Some(settled)),
-                _ => coarser = Some((period_s, settled)),
+        settle(self.stride_guess_s(), |period| self.model(period))
+    }
+}
+
+/// The motion that a model settles on, for a stride of about `stride_s`; `None` if its only state is a phase. The step is a part of the
+/// stride, and at most what the generator allows; it is halved until the period does not depend on it.
+pub(crate) fn settle(
+    stride_s: f64,
+    build: impl Fn(Period) -> Result<Option<Box<dyn Model>>, String>,
+) -> Result<Option<Settled>, String> {
+    let stride_micros = 1e6 * stride_s;
+    let mut micros = (stride_micros / STEPS).clamp(1.0, f64::from(Period::MAX_MICROS)) as u32;
+    let finest = (micros / 8).max(1);
+    let mut coarser: Option<(f64, Settled)> = None;
+    loop {
+        let period = Period::from_micros(micros).ok_or("no such step")?;
+        let model = match build(period) {
+            Ok(None) => return Ok(None),
+            Ok(Some(model)) => model,
+            // A stiff model allows only shorter steps. All that can be read from a file run at 1 ms.
+            Err(_) if micros > 1_000 => {
+                micros = (micros / 2).max(1_000);
+                continue;
             }
-            micros /= 2;
+            Err(why) => return Err(why),
+        };
+        let mut motion = motion(model.as_ref(), (stride_micros / f64::from(micros)).ceil() as usize);
+        let Motion::Periodic(orbit) = &mut motion else { return Ok(Some(Settled { model, motion })) };
+        let period_s = orbit.steps * f64::from(micros) * 1e-6;
+        orbit.period_s = period_s;
+        let is_double = model.is_double();
+        let settled = Settled { model, motion };
+        match coarser {
+            Some((known, before)) if (known / period_s - 1.0).abs() < SAME_PERIOD => return Ok(Some(before)),
+            // In single precision a smaller step has no smaller error.
+            _ if !is_double || micros <= finest => return Ok(Some(settled)),
+            _ => coarser = Some((period_s, settled)),
         }
+        micros /= 2;
     }
 }
 

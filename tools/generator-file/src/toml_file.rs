@@ -294,6 +294,12 @@ impl<'a> Top<'a> {
         }
     }
 
+    /// Whether there is a value at this path: `phase-coupled.joints`.
+    #[must_use]
+    pub fn has(&self, path: &str) -> bool {
+        find(self.tree.get_ref(), path).1.is_some()
+    }
+
     /// The value of a key at the top.
     ///
     /// # Errors

@@ -15,6 +15,7 @@ pub(crate) fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("walk.csv", recordings::csv().into_bytes()),
         ("walk.mot", recordings::mot().into_bytes()),
         ("walk.c3d", recordings::c3d()),
+        ("ankles.mot", recordings::with_ankles().into_bytes()),
         ("oscilloscope.csv", recordings::oscilloscope().into_bytes()),
         ("rows.csv", sensor::rows().into_bytes()),
         ("sensor.toml", sensor::table().into_bytes()),

@@ -4,6 +4,7 @@ use super::random::Noise;
 use cpg_core::Generator;
 use cpg_core::gait::family::Member;
 use joint_units::{Joint, Period, Radians};
+use std::f64::consts::TAU;
 
 /// Mean cadence, steps a minute.
 pub(crate) const CADENCE: f32 = 110.0;
@@ -36,6 +37,30 @@ pub(crate) fn rows(seconds: f64, seed: u64) -> Vec<[f64; Joint::COUNT]> {
     };
     let mut noise = Noise::new(seed);
     let row = |row: u32| at(course(f64::from(row) / RATE_HZ)).map(|angle| angle + noise.normal(NOISE_DEG));
+    (0..(seconds * RATE_HZ) as u32).map(row).collect()
+}
+
+/// Mean of an ankle, and cosine and sine of harmonics 1 to 3 over the stride from heel strike on, degrees, dorsiflexion positive: made up, with
+/// the usual order of a small plantarflexion, dorsiflexion in stance and a large plantarflexion at push-off.
+const ANKLE: (f64, [(f64, f64); 3]) = (-0.2, [(-1.1, 4.9), (1.1, -5.9), (-2.2, 0.9)]);
+/// Part of the stride from the largest flexion of the left hip, where the walk begins, to the left heel strike.
+const HEEL_STRIKE: f64 = 0.1;
+
+/// Left and right ankle in degrees for the same rows as [`rows`].
+pub(crate) fn ankles(seconds: f64, seed: u64) -> Vec<[f64; 2]> {
+    let (mean, harmonics) = ANKLE;
+    let angle = |part: f64| {
+        let terms = (1_u8..).zip(harmonics).map(|(harmonic, (cos, sin))| {
+            let turn = TAU * f64::from(harmonic) * part;
+            cos * turn.cos() + sin * turn.sin()
+        });
+        mean + terms.sum::<f64>()
+    };
+    let mut noise = Noise::new(seed);
+    let row = |row: u32| {
+        let strides = course(f64::from(row) / RATE_HZ) * f64::from(CADENCE) / 120.0;
+        [0.0, 0.5].map(|leg| angle(strides - HEEL_STRIKE + leg) + noise.normal(NOISE_DEG))
+    };
     (0..(seconds * RATE_HZ) as u32).map(row).collect()
 }
 

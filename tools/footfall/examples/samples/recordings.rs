@@ -4,7 +4,7 @@
 #[path = "../../../gait-trace/tests/support/c3d_writer.rs"]
 mod c3d_writer;
 
-use super::motion::{RATE_HZ, rows};
+use super::motion::{RATE_HZ, ankles, rows};
 use super::random::Noise;
 use super::sensor;
 use c3d_writer::{C3d, Format};
@@ -30,6 +30,20 @@ pub(super) fn mot() -> String {
     );
     for (row, [a, b, c, d]) in rows.into_iter().enumerate() {
         let _ = writeln!(text, "{:.2}\t{a:.2}\t{b:.2}\t{:.2}\t{:.2}", row as f64 / RATE_HZ, -c, -d);
+    }
+    text
+}
+
+/// OpenSim as [`mot`], with the ankles and with noise of its own: 12 s.
+pub(super) fn with_ankles() -> String {
+    let (legs, feet) = (rows(12.0, 10), ankles(12.0, 11));
+    let mut text = format!(
+        "Coordinates\nversion=1\nnRows={}\nnColumns=7\ninDegrees=yes\nendheader\n\
+         time\thip_flexion_l\thip_flexion_r\tknee_angle_l\tknee_angle_r\tankle_angle_l\tankle_angle_r\n",
+        legs.len()
+    );
+    for (row, ([a, b, c, d], [e, f])) in legs.into_iter().zip(feet).enumerate() {
+        let _ = writeln!(text, "{:.2}\t{a:.2}\t{b:.2}\t{:.2}\t{:.2}\t{e:.2}\t{f:.2}", row as f64 / RATE_HZ, -c, -d);
     }
     text
 }

@@ -220,6 +220,10 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
                 "Many recordings, two at a time, into the folder fits:",
                 "footfall fit samples/walk.csv samples/walk.mot -o fits --jobs 2",
             ),
+            (
+                "Hips, knees and ankles, for the host:",
+                "footfall fit samples/ankles.mot --kind phase-coupled --joints 6 -o six-joints.toml",
+            ),
         ],
     ),
     (
@@ -331,6 +335,7 @@ pub const EXAMPLES: &[(&str, &[Example])] = &[
         &[
             ("A robot file:", "footfall defaults robot > robot.toml"),
             ("A sensor file:", "footfall defaults sensor > sensor.toml"),
+            ("A walk of eight joints:", "footfall defaults eight-joints > eight-joints.toml"),
         ],
     ),
     (

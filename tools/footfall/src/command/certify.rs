@@ -1,11 +1,14 @@
 //! `footfall certify`: measures a generator and writes its certificate; refuses one that does not come back to its orbit or exceeds the
 //! limits of the robot, and a follower that does not lock from every start. It also says whether it walks on the robot.
 
+mod network;
+mod return_rows;
+
 use clap::Args;
-use generator_file::certificate::{Certificate, KICK_PHASES, RETURN_STRIDES, START_STRIDES, certify_subject};
+use generator_file::certificate::{Certificate, certify_subject};
 use generator_file::corrected::Corrected;
 use generator_file::entrainment::Tongue;
-use generator_file::file::GeneratorFile;
+use generator_file::network_file::{HostGenerator, NetworkFile};
 use generator_file::subject::Subject;
 use joint_loop::LoopConfig;
 use joint_units::Joint;
@@ -16,6 +19,7 @@ use crate::messages;
 use crate::options::overwrite::Overwrite;
 use crate::options::robot::RobotArgument;
 use crate::output;
+use return_rows::return_rows;
 
 /// Options of `footfall certify`.
 #[derive(Debug, Clone, Args)]
@@ -64,10 +68,12 @@ pub fn run(options: &Options) -> Result<(), Failure> {
                 params.display()
             )));
         }
-        None => Subject::Set(GeneratorFile::read(params).map_err(Failure::input)?.set),
+        None => match HostGenerator::read(params).map_err(Failure::input)? {
+            HostGenerator::FourJoints(file) => Subject::Set(file.set),
+            HostGenerator::Network(file) => return of_network(options, params, &file),
+        },
     };
-    let beside = || params.with_extension("certificate.json");
-    let out = options.out.clone().or_else(|| is_file.then(beside));
+    let out = options.out.clone().or_else(|| is_file.then(|| beside(params)));
     if let Some(path) = &out {
         let inputs = is_file.then_some(params.as_path()).into_iter().chain(options.robot.robot.as_deref());
         output::check_apart([path.as_path()], inputs)?;
@@ -89,6 +95,25 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     }
 }
 
+/// The certificate of a generator file, where `--out` does not name it.
+fn beside(generator: &Path) -> PathBuf {
+    generator.with_extension("certificate.json")
+}
+
+/// Certifies a network of six or eight joints, for which there is no robot.
+fn of_network(options: &Options, generator: &Path, file: &NetworkFile) -> Result<(), Failure> {
+    if options.robot.robot.is_some() {
+        return Err(Failure::input(format!(
+            "--robot with {}, a network of {} joints: no robot has so many, and the ranges are `range_deg` of the file; allowed is --robot with a generator of four joints",
+            generator.display(),
+            file.set.joints.len()
+        )));
+    }
+    let out = options.out.clone().unwrap_or_else(|| beside(generator));
+    let outputs = network::Outputs { generator, out: &out, overwrite: options.overwrite, json: options.json };
+    network::run(file, options.starts, &outputs)
+}
+
 fn list(json: bool) -> Result<(), Failure> {
     let names = Subject::names();
     if json {
@@ -100,44 +125,8 @@ fn list(json: bool) -> Result<(), Failure> {
 }
 
 fn table(c: &Certificate) -> String {
-    let returns = &c.returns;
-    let motion = match (returns.quasi_periodic, returns.oscillates) {
-        (true, _) => "quasi-periodic: steady, but the phases of the joints drift".into(),
-        (false, true) => format!("periodic, {:.6} s", returns.period_s),
-        (false, false) => "no steady oscillation".into(),
-    };
-    let mut rows = vec![("generator", c.generator.to_string()), ("motion", motion)];
-    if !returns.multipliers.is_empty() {
-        let sizes: Vec<String> = returns.multipliers.iter().map(|m| format!("{m:.4}")).collect();
-        rows.push(("Floquet multipliers", sizes.join(" ")));
-    }
-    if returns.kicks > 0 {
-        rows.extend([
-            (
-                "kicks",
-                format!(
-                    "{} of {} come back to a tenth within {RETURN_STRIDES} strides, at {KICK_PHASES} phases",
-                    returns.kicks - returns.kicks_lost.len() as u32,
-                    returns.kicks
-                ),
-            ),
-            (
-                "settling after a kick",
-                returns.settling_s.map_or("a kick is lost".into(), |s| format!("{s:.2} s, the worst of all kicks")),
-            ),
-            (
-                "random starts",
-                format!(
-                    "{} of {} on the orbit within {START_STRIDES} strides, {} end at a bound",
-                    returns.converged, returns.starts, returns.diverged
-                ),
-            ),
-        ]);
-    } else if !returns.multipliers.is_empty() {
-        rows.push(("kicks", "none: a multiplier is too large".into()));
-    } else if returns.oscillates && !returns.quasi_periodic {
-        rows.push(("return", "its only state is a phase: every state is on the orbit".into()));
-    }
+    let mut rows = vec![("generator", c.generator.to_string())];
+    rows.extend(return_rows(&c.returns));
     rows.push(("entrained by", c.entrainment_by.clone()));
     rows.extend(c.entrainment.iter().map(|tongue| ("", entrained(tongue))));
     match &c.following {

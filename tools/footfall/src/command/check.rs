@@ -12,7 +12,7 @@ use crate::options::reading::Reading;
 use clap::Args;
 use gait_fit::fit::Settings;
 use gait_trace::LowPass;
-use generator_file::file::GeneratorFile;
+use generator_file::network_file::HostGenerator;
 use generator_file::robot_file::RobotFile;
 use std::path::PathBuf;
 
@@ -103,8 +103,14 @@ pub fn run(options: Options) -> Result<(), Failure> {
         results.take(file.map(|file| format!("{}: good: the robot \"{}\"", path.display(), file.name)));
     }
     for path in &generator {
-        let file = GeneratorFile::read(path).map_err(Failure::input);
-        results.take(file.map(|file| format!("{}: good: a {} generator", path.display(), file.set.name())));
+        let file = HostGenerator::read(path).map_err(Failure::input);
+        let what = file.map(|file| match file {
+            HostGenerator::FourJoints(file) => format!("a {} generator", file.set.name()),
+            HostGenerator::Network(file) => {
+                format!("a phase-coupled network of {} joints, for the host", file.set.joints.len())
+            }
+        });
+        results.take(what.map(|what| format!("{}: good: {what}", path.display())));
     }
     record.iter().for_each(|path| results.take(record::check(path)));
     crate::output::print(&crate::messages::escaped(&results.text))?;

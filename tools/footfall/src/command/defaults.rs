@@ -2,6 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use generator_file::file::GeneratorFile;
+use generator_file::network_file::NetworkFile;
 use generator_file::robot_file::RobotFile;
 
 use crate::board::default_loop;
@@ -28,6 +29,10 @@ pub enum File {
     Generator,
     /// A generator file: the thesis' network, Table 1 and set S
     Thesis,
+    /// A generator file of hips, knees and ankles, for the host
+    SixJoints,
+    /// A generator file of hips, knees, ankles and shoulders, for the host
+    EightJoints,
 }
 
 /// Runs the command.
@@ -40,11 +45,20 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         File::Robot => RobotFile::default_biped().to_toml(),
         File::Generator => generator("phase-coupled")?,
         File::Thesis => generator("thesis")?,
+        File::SixJoints => network("six-joints")?,
+        File::EightJoints => network("eight-joints")?,
     };
     output::print(&text)
 }
 
 fn generator(name: &str) -> Result<String, Failure> {
-    let file = GeneratorFile::default_of(name).ok_or_else(|| Failure::run(format!("there is no default `{name}`")))?;
-    Ok(file.to_toml())
+    GeneratorFile::default_of(name).map(|file| file.to_toml()).ok_or_else(|| no_default(name))
+}
+
+fn network(name: &str) -> Result<String, Failure> {
+    NetworkFile::default_of(name).map(|file| file.to_toml()).ok_or_else(|| no_default(name))
+}
+
+fn no_default(name: &str) -> Failure {
+    Failure::run(format!("there is no default `{name}`"))
 }

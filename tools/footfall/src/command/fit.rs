@@ -9,6 +9,7 @@ mod batch;
 pub(crate) mod job;
 mod outcome;
 mod recordings;
+mod six_joints;
 
 use clap::Args;
 use cpg_core::entrainment::EventSource;
@@ -54,6 +55,12 @@ pub struct Options {
     /// What is fitted
     #[command(flatten)]
     pub method: Method,
+    /// How many joints: 4 (hips, knees), or 6 (and ankles) of one recording with --kind phase-coupled, for the host
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = joints)]
+    pub joints: usize,
+    /// Columns of the ankles, by name or by number from 1 [default: those of OpenSim, Plug-in Gait, or left_ankle_deg and right_ankle_deg]
+    #[arg(long, value_name = "LEFT,RIGHT", value_parser = pair)]
+    pub ankles: Option<(String, String)>,
     /// The robot that it is for
     #[command(flatten)]
     pub robot: RobotArgument,
@@ -140,6 +147,24 @@ impl Method {
     }
 }
 
+fn joints(text: &str) -> Result<usize, String> {
+    match text {
+        "4" => Ok(4),
+        "6" => Ok(6),
+        "8" => Err("no recording has arms, so eight joints are not fitted; allowed is 4 or 6, and `footfall defaults eight-joints` prints a generator file of eight".into()),
+        _ => Err("allowed is 4 or 6".into()),
+    }
+}
+
+fn pair(text: &str) -> Result<(String, String), String> {
+    let named = |column: &str| !column.trim().is_empty() && !column.contains(',');
+    let (left, right) = text
+        .split_once(',')
+        .filter(|(left, right)| named(left) && named(right))
+        .ok_or("allowed is LEFT,RIGHT, the names or numbers of two columns")?;
+    Ok((left.trim().into(), right.trim().into()))
+}
+
 fn shard(text: &str) -> Result<(u32, u32), String> {
     let allowed = || "allowed is I/N with I from 1 to N, as in 2/8".to_string();
     let (i, n) = text.split_once('/').ok_or_else(allowed)?;
@@ -153,8 +178,27 @@ fn shard(text: &str) -> Result<(u32, u32), String> {
 /// Wrong input, a file that cannot be written, or, of several recordings, some that could not be fitted. A file in a folder that has no
 /// time or no joint is no recording of gait, and no failure.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { recordings, out, report, json, force_write, method, robot, reading, strict, overwrite, jobs, shard } =
-        options;
+    if options.joints == six_joints::COUNT {
+        return six_joints::run(of_six_joints(options)?);
+    }
+    if options.ankles.is_some() {
+        return Err(Failure::input("--ankles with --joints 4: allowed is --ankles with --joints 6"));
+    }
+    let Options {
+        recordings,
+        out,
+        report,
+        json,
+        force_write,
+        method,
+        robot,
+        reading,
+        strict,
+        overwrite,
+        jobs,
+        shard,
+        ..
+    } = options;
     let reading = reading.settings(LowPass::Customary)?;
     let fit = Settings { robot: robot.read()?, ..method.settings(reading.rules(), report.is_some())? };
     let job = Job { reading, fit, robot: robot.robot, strict };
@@ -168,6 +212,41 @@ pub fn run(options: Options) -> Result<(), Failure> {
             &Batch { out: out.unwrap_or_else(|| "fits".into()), report, json, force_write, jobs, shard, overwrite },
         ),
     }
+}
+
+/// Refuses the options that are for four joints only.
+fn of_six_joints(options: Options) -> Result<six_joints::Options, Failure> {
+    let Options { method, recordings, .. } = &options;
+    let refused =
+        |option: &str, allowed: &str| Err(Failure::input(format!("{option} with --joints 6: allowed is {allowed}")));
+    if method.kind != Kind::PhaseCoupled {
+        return refused(&format!("--kind {}", method.kind.name()), "--kind phase-coupled");
+    }
+    let four_only = [
+        ("--harmonics", method.harmonics.is_some()),
+        ("--follow", method.follow.is_some()),
+        ("--fit-limits", method.fit_limits),
+        ("--robot", options.robot.robot.is_some()),
+        ("--report", options.report.is_some()),
+        ("--jobs", options.jobs.is_some()),
+        ("--shard", options.shard.is_some()),
+    ];
+    if let Some((option, _)) = four_only.into_iter().find(|(_, given)| *given) {
+        return refused(option, &format!("{option} with four joints only"));
+    }
+    let [recording] = recordings.as_slice() else {
+        return refused(&format!("{} recordings", recordings.len()), "one");
+    };
+    Ok(six_joints::Options {
+        recording: recording.clone(),
+        ankles: options.ankles.map(|(left, right)| [left, right]),
+        reading: options.reading,
+        strict: options.strict,
+        out: options.out,
+        overwrite: options.overwrite,
+        json: options.json,
+        force_write: options.force_write,
+    })
 }
 
 /// Where the result of one recording goes.

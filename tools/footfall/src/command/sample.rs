@@ -34,7 +34,7 @@ macro_rules! sample {
 }
 
 /// Every sample file. `samples/README.md` describes them.
-pub const SAMPLES: [Sample; 15] = [
+pub const SAMPLES: [Sample; 16] = [
     sample!("walk.csv", "a recording: CSV with four joints, 20 s", "footfall fit {} -o generator.toml"),
     sample!(
         "walk.mot",
@@ -42,6 +42,11 @@ pub const SAMPLES: [Sample; 15] = [
         "footfall fit {} -o generator.toml"
     ),
     sample!("walk.c3d", "a recording: C3D with angles of Plug-in Gait, 12 s", "footfall check --trace {}"),
+    sample!(
+        "ankles.mot",
+        "a recording: OpenSim motion of hips, knees and ankles, 12 s",
+        "footfall fit {} --kind phase-coupled --joints 6 -o six-joints.toml"
+    ),
     sample!(
         "oscilloscope.csv",
         "volts of a sensor on the left knee: CSV of a Tektronix oscilloscope, 15 s",

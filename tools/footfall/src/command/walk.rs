@@ -1,5 +1,7 @@
 //! `footfall walk`: shows a default gait on the host core, with changes during the run: live on a terminal, else as CSV, JSON or a picture.
 
+mod network;
+
 use clap::Args;
 use clap::builder::ArgPredicate;
 use cpg_core::Generator;
@@ -52,6 +54,9 @@ pub struct Options {
         default_value_if("cadence", ArgPredicate::IsPresent, "human-walk")
     )]
     pub gait: String,
+    /// A generator file of six or eight joints instead of a gait: its columns are those of its joints, without a state
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["list", "gait", "speed", "cadence", "switch"])]
+    pub generator: Option<PathBuf>,
     /// Factor on the gait's own cadence, 0.5 to 1.5; a smaller range where fewer cadences were recorded or a joint would be too fast for the robot
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     pub speed: f32,
@@ -89,10 +94,15 @@ const DEFAULT_SECS: f32 = 5.0;
 /// # Errors
 /// Wrong input, or a file that cannot be written.
 pub fn run(options: Options) -> Result<(), Failure> {
-    let Options { list, gait: name, speed, cadence, secs, switch, every_ms, csv, json, svg, overwrite } = options;
+    let Options { list, gait: name, generator, speed, cadence, secs, switch, every_ms, csv, json, svg, overwrite } =
+        options;
     if list {
         let line = |gait: Gait| format!("{:<18} {}\n", gait.name(), gait.description());
         return output::print(&Gait::ALL.map(line).concat());
+    }
+    if let Some(generator) = &generator {
+        let secs = secs.unwrap_or(DEFAULT_SECS);
+        return network::run(generator, secs, every_ms, json, svg.as_deref(), overwrite);
     }
     let gait = gait(&name)?;
     let speed = cadence.map_or(AskedSpeed::Factor(speed), |cadence| AskedSpeed::Cadence(cadence.first));

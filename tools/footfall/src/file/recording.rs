@@ -94,7 +94,11 @@ impl ReadSettings {
         Rules { low_pass: self.low_pass, knee_sign: self.knee_sign, stride_s: self.stride_s, ..Rules::default() }
     }
 
-    fn options(&self) -> Result<ReadOptions<'_>, Failure> {
+    /// What the readers of the formats are told.
+    ///
+    /// # Errors
+    /// The map is wrong.
+    pub fn options(&self) -> Result<ReadOptions<'_>, Failure> {
         let mut options = ReadOptions {
             unit: self.unit,
             calibration: self.calibration.as_ref().map(|calibration| &calibration.curve),

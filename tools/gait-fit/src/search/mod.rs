@@ -3,7 +3,7 @@
 //! | module | content |
 //! |---|---|
 //! | [`fit_thesis`], [`orbit_check`] | the thesis' network, fitted so that its orbit is stable |
-//! | [`fit_phase_coupled`] | R1, the phase-coupled network |
+//! | [`fit_phase_coupled`], [`fit_network`] | R1, the phase-coupled network, of four joints and of any number |
 //! | [`cma_es`] | CMA-ES with IPOP or BIPOP restarts |
 //! | [`levenberg`] | Levenberg-Marquardt in the unit box, a Jacobian in one batch |
 //! | [`network`], [`lanes`] | the thesis' network, eqs 13-16, one individual a SIMD lane |
@@ -25,6 +25,6 @@ mod waveform;
 
 pub use evaluator::{Evaluator, Progress};
 pub use network::{Network, NetworkState, Oscillator};
-pub use phase_coupled::{Dynamics, PhaseCoupledFit, fit_phase_coupled};
+pub use phase_coupled::{Curves, Dynamics, FittedNetwork, NetworkFit, PhaseCoupledFit, fit_network, fit_phase_coupled};
 pub use random::Random;
 pub use thesis::{SearchSettings, ThesisFit, fit_thesis};

@@ -2,16 +2,17 @@
 //! joint, and eps and kap, which deform its sinusoids slightly.
 //!
 //! Levenberg-Marquardt on the waveform of the limit cycle, which is the core's own network in f64 at 5 ms, run until it has settled.
-//! Amplitudes and offsets are linear and follow from the waveform by least squares, so the search is over three phase differences, one
-//! common phase, and eps and kap if they are free; the natural period follows from the measured one. Starts: the phases of the
-//! target's fundamentals, which are close enough for a single start.
+//! Amplitudes and offsets are linear and follow from the waveform by least squares, so the search is over the phase of each joint (the
+//! first one's is common to all), and eps and kap if they are free; the natural period follows from the measured one. Starts: the phases
+//! of the target's fundamentals, which are close enough for a single start. Any number of joints and any graph is fitted alike.
 
 use std::f64::consts::TAU;
 
-use cpg_core::network::graph::Biped;
+use cpg_core::network::graph::{Biped, Graph};
 use cpg_core::network::phase_coupled::{Robust, RobustConfig};
 use cpg_core::{Generator as _, Rk4};
 use gait_trace::stride::cycle::{Cycle, POINTS};
+use gait_trace::stride::metrics::rmse;
 use generator_file::file::{PhaseCoupledJoint, PhaseCoupledSet};
 use joint_units::{Period, Phase, Radians};
 use rayon::prelude::*;
@@ -69,45 +70,100 @@ pub fn fit_phase_coupled(
     dynamics: Dynamics,
     progress: &mut dyn FnMut(Progress),
 ) -> PhaseCoupledFit {
-    let leads = target.0.each_ref().map(fundamental);
+    let NetworkFit { network, rmse_deg, history, evaluations, best_cycle, period_s } =
+        fit_network::<Biped, 4, 4>(&target.0, period_s, dynamics, progress);
+    let joints = network.joints.map(|(amplitude_deg, offset_deg, phase_deg)| PhaseCoupledJoint {
+        amplitude_deg,
+        offset_deg,
+        phase_deg,
+    });
+    let set = PhaseCoupledSet {
+        natural_period_s: network.natural_period_s,
+        nonlinearity: network.nonlinearity,
+        coupling: [network.coupling; 4],
+        joints,
+    };
+    PhaseCoupledFit { set, rmse_deg, history, evaluations, best_cycle: Cycle(best_cycle), period_s }
+}
+
+/// The parameters of a fitted network of `N` joints.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FittedNetwork<const N: usize> {
+    /// Period of the linear part, seconds.
+    pub natural_period_s: f32,
+    /// Strength eps with which the amplitude returns.
+    pub nonlinearity: f32,
+    /// Strength kap of all links.
+    pub coupling: f32,
+    /// Amplitude, offset and phase lead of each joint, degrees.
+    pub joints: [(f32, f32, f32); N],
+}
+
+/// A fit of R1 to `N` joints.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NetworkFit<const N: usize> {
+    /// The parameters.
+    pub network: FittedNetwork<N>,
+    /// Root mean square error of each joint on the limit cycle, degrees.
+    pub rmse_deg: [f64; N],
+    /// As in [`PhaseCoupledFit`].
+    pub history: Vec<(usize, f64)>,
+    /// Number of limit cycles computed.
+    pub evaluations: usize,
+    /// The limit cycle, from the start of the target.
+    pub best_cycle: Curves<N>,
+    /// Period of the limit cycle, seconds.
+    pub period_s: f64,
+}
+
+/// One stride of `N` joints, degrees.
+pub type Curves<const N: usize> = [[f64; POINTS]; N];
+
+/// As [`fit_phase_coupled`], for `N` joints that the graph `G` links by `E` links.
+pub fn fit_network<G: Graph<N, E> + Sync, const N: usize, const E: usize>(
+    target: &Curves<N>,
+    period_s: f64,
+    dynamics: Dynamics,
+    progress: &mut dyn FnMut(Progress),
+) -> NetworkFit<N> {
+    let leads = target.each_ref().map(fundamental);
     // Coordinates: the common phase, leads of the others before the first, eps, kap; phases as +-half a cycle about the first guess.
-    let dimensions = if dynamics == Dynamics::Free { 6 } else { 4 };
-    let decode = |point: &[f64]| -> Guess {
+    let dimensions = if dynamics == Dynamics::Free { N + 2 } else { N };
+    let decode = |point: &[f64]| -> Guess<N> {
         let (eps, kap) = match dynamics {
             Dynamics::Fixed(eps, kap) => (eps, kap),
-            Dynamics::Free => (EPS.0 + (EPS.1 - EPS.0) * point[4], KAP.0 + (KAP.1 - KAP.0) * point[5]),
+            Dynamics::Free => (EPS.0 + (EPS.1 - EPS.0) * point[N], KAP.0 + (KAP.1 - KAP.0) * point[N + 1]),
         };
         let lead = |i: usize| if i == 0 { 0.0 } else { leads[i] - leads[0] + point[i] - 0.5 };
         Guess { begin: leads[0] + point[0] - 0.5, leads: std::array::from_fn(lead), eps, kap }
     };
     let mut residuals = |points: &[Vec<f64>]| -> Vec<Option<Vec<f64>>> {
-        points.par_iter().map(|point| Some(decode(point).fitted(target)?.residuals(target))).collect()
+        points.par_iter().map(|point| Some(decode(point).fitted::<G, E>(target)?.residuals(target))).collect()
     };
     let mut unused = |points: &[Vec<f64>]| vec![f64::INFINITY; points.len()];
     let mut root = |p: Progress| progress(Progress { best: p.best.sqrt(), ..p });
     let mut evaluator = Evaluator::new(dimensions, &mut unused, &mut root).with_budget(400);
-    let start: Vec<f64> = [0.5; 6][..dimensions].to_vec();
+    let start = vec![0.5; dimensions];
     levenberg(&mut evaluator, &mut residuals, &start);
     let best = evaluator.best().map_or(start, <[f64]>::to_vec);
     let guess = decode(&best);
-    let fitted = guess.fitted(target).unwrap_or_else(|| Fitted::mean(target));
-    let set = PhaseCoupledSet {
+    let fitted = guess.fitted::<G, E>(target).unwrap_or_else(|| Fitted::mean(target));
+    let phase_deg = |lead: f64| ((lead + 0.5).rem_euclid(1.0) * 360.0 - 180.0) as f32;
+    let network = FittedNetwork {
         natural_period_s: (period_s / fitted.stretch) as f32,
         nonlinearity: guess.eps as f32,
-        coupling: [guess.kap as f32; 4],
-        joints: std::array::from_fn(|i| PhaseCoupledJoint {
-            amplitude_deg: fitted.amplitude[i] as f32,
-            offset_deg: fitted.offset[i] as f32,
-            phase_deg: ((guess.leads[i] + 0.5).rem_euclid(1.0) * 360.0 - 180.0) as f32,
+        coupling: guess.kap as f32,
+        joints: std::array::from_fn(|i| {
+            (fitted.amplitude[i] as f32, fitted.offset[i] as f32, phase_deg(guess.leads[i]))
         }),
     };
-    PhaseCoupledFit {
-        set,
-        rmse_deg: fitted.cycle.rmse_deg(target),
+    NetworkFit {
+        network,
+        rmse_deg: std::array::from_fn(|i| rmse(&fitted.cycle[i], &target[i]).unwrap_or(f64::NAN)),
         history: evaluator.history().iter().map(|&(at, cost)| (at, cost.sqrt())).collect(),
         evaluations: evaluator.evaluations(),
         best_cycle: fitted.cycle,
-        period_s: f64::from(set.natural_period_s) * fitted.stretch,
+        period_s: f64::from(network.natural_period_s) * fitted.stretch,
     }
 }
 
@@ -122,18 +178,18 @@ fn fundamental(points: &[f64; POINTS]) -> f64 {
     libm::atan2(s, c) / TAU
 }
 
-struct Guess {
+struct Guess<const N: usize> {
     /// Fraction of the cycle at the start of the target.
     begin: f64,
-    leads: [f64; 4],
+    leads: [f64; N],
     eps: f64,
     kap: f64,
 }
 
-struct Fitted {
-    amplitude: [f64; 4],
-    offset: [f64; 4],
-    cycle: Cycle,
+struct Fitted<const N: usize> {
+    amplitude: [f64; N],
+    offset: [f64; N],
+    cycle: Curves<N>,
     /// Period over natural period.
     stretch: f64,
 }
@@ -143,18 +199,18 @@ const NATURAL: f64 = 1.0;
 const STEP_S: f64 = 5e-3;
 const SETTLE: usize = 30 * 200;
 
-impl Guess {
+impl<const N: usize> Guess<N> {
     /// Displacements over a cycle from the first joint's upward zero crossing, and the period relative to the natural period.
-    fn limit_cycle(&self) -> Option<(Vec<[f64; 4]>, f64)> {
-        let config = RobustConfig::<4, 4, f64> {
+    fn limit_cycle<G: Graph<N, E>, const E: usize>(&self) -> Option<(Vec<[f64; N]>, f64)> {
+        let config = RobustConfig::<N, E, f64> {
             natural_period: NATURAL,
             nonlinearity: self.eps,
-            coupling: [self.kap; 4],
+            coupling: [self.kap; E],
             phases: self.leads.map(|lead| Phase((lead.rem_euclid(1.0) * 4_294_967_296.0) as u64 as u32)),
-            amplitudes: [Radians(1.0); 4],
-            offsets: [Radians(0.0); 4],
+            amplitudes: [Radians(1.0); N],
+            offsets: [Radians(0.0); N],
         };
-        let mut net: Robust<Biped, 4, 4, f64, Rk4> = config.build(Period::from_micros((STEP_S * 1e6) as u32)?).ok()?;
+        let mut net: Robust<G, N, E, f64, Rk4> = config.build(Period::from_micros((STEP_S * 1e6) as u32)?).ok()?;
         for _ in 0..SETTLE {
             net.step();
         }
@@ -172,7 +228,7 @@ impl Guess {
         }
         let (first, second) = (*marks.first()?, *marks.get(1)?);
         let samples = second - first;
-        let at = |time: f64| -> [f64; 4] {
+        let at = |time: f64| -> [f64; N] {
             let k = time as usize;
             std::array::from_fn(|i| hermite(&states[k], &states[k + 1], i, time - k as f64))
         };
@@ -181,21 +237,21 @@ impl Guess {
     }
 
     /// The limit cycle with the amplitudes and offsets of the smallest error.
-    fn fitted(&self, target: &Cycle) -> Option<Fitted> {
-        let (points, stretch) = self.limit_cycle()?;
+    fn fitted<G: Graph<N, E>, const E: usize>(&self, target: &Curves<N>) -> Option<Fitted<N>> {
+        let (points, stretch) = self.limit_cycle::<G, E>()?;
         // The record begins a quarter of a cycle before the largest flexion of the first joint.
         let shift = (self.begin + 0.25).rem_euclid(1.0) * POINTS as f64;
-        let (mut amplitude, mut offset) = ([0.0; 4], [0.0; 4]);
-        let mut cycle = Cycle([[0.0; POINTS]; 4]);
-        for joint in 0..4 {
+        let (mut amplitude, mut offset) = ([0.0; N], [0.0; N]);
+        let mut cycle = [[0.0; POINTS]; N];
+        for joint in 0..N {
             let wave: Vec<f64> = (0..POINTS).map(|k| periodic(&points, joint, k as f64 + shift)).collect();
             let mean = |of: &dyn Fn(usize) -> f64| (0..POINTS).map(of).sum::<f64>() / POINTS as f64;
-            let (wave_mean, target_mean) = (mean(&|k| wave[k]), mean(&|k| target.0[joint][k]));
-            let covariance = mean(&|k| (wave[k] - wave_mean) * (target.0[joint][k] - target_mean));
+            let (wave_mean, target_mean) = (mean(&|k| wave[k]), mean(&|k| target[joint][k]));
+            let covariance = mean(&|k| (wave[k] - wave_mean) * (target[joint][k] - target_mean));
             let variance = mean(&|k| (wave[k] - wave_mean).powi(2));
             amplitude[joint] = (covariance / variance).clamp(0.0, 180.0);
             offset[joint] = target_mean - amplitude[joint] * wave_mean;
-            for (point, wave) in cycle.0[joint].iter_mut().zip(&wave) {
+            for (point, wave) in cycle[joint].iter_mut().zip(&wave) {
                 *point = offset[joint] + amplitude[joint] * wave;
             }
         }
@@ -203,21 +259,21 @@ impl Guess {
     }
 }
 
-impl Fitted {
+impl<const N: usize> Fitted<N> {
     /// Every joint at rest at its mean.
-    fn mean(target: &Cycle) -> Self {
-        let offset = target.0.map(|points| points.iter().sum::<f64>() / POINTS as f64);
-        Self { amplitude: [0.0; 4], offset, cycle: Cycle(offset.map(|mean| [mean; POINTS])), stretch: 1.0 }
+    fn mean(target: &Curves<N>) -> Self {
+        let offset = target.map(|points| points.iter().sum::<f64>() / POINTS as f64);
+        Self { amplitude: [0.0; N], offset, cycle: offset.map(|mean| [mean; POINTS]), stretch: 1.0 }
     }
 
-    fn residuals(&self, target: &Cycle) -> Vec<f64> {
-        let joints = self.cycle.0.iter().zip(&target.0);
+    fn residuals(&self, target: &Curves<N>) -> Vec<f64> {
+        let joints = self.cycle.iter().zip(target);
         joints.flat_map(|(own, target)| own.iter().zip(target).map(|(a, b)| a - b)).collect()
     }
 }
 
 /// Fraction of a step at which the first joint crosses zero.
-fn crossing(a: &cpg_core::OscillatorState<4, f64>, b: &cpg_core::OscillatorState<4, f64>) -> f64 {
+fn crossing<const N: usize>(a: &cpg_core::OscillatorState<N, f64>, b: &cpg_core::OscillatorState<N, f64>) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..50 {
         let middle = 0.5 * (low + high);
@@ -227,7 +283,12 @@ fn crossing(a: &cpg_core::OscillatorState<4, f64>, b: &cpg_core::OscillatorState
 }
 
 /// Displacement between two states by cubic Hermite interpolation; u' = w v.
-fn hermite(a: &cpg_core::OscillatorState<4, f64>, b: &cpg_core::OscillatorState<4, f64>, joint: usize, t: f64) -> f64 {
+fn hermite<const N: usize>(
+    a: &cpg_core::OscillatorState<N, f64>,
+    b: &cpg_core::OscillatorState<N, f64>,
+    joint: usize,
+    t: f64,
+) -> f64 {
     let per_step = TAU / NATURAL * STEP_S;
     let (xa, xb) = (a.displacement[joint], b.displacement[joint]);
     let (va, vb) = (a.velocity[joint] * per_step, b.velocity[joint] * per_step);
@@ -235,7 +296,7 @@ fn hermite(a: &cpg_core::OscillatorState<4, f64>, b: &cpg_core::OscillatorState<
 }
 
 /// Catmull-Rom interpolation between the points of a closed cycle.
-fn periodic(points: &[[f64; 4]], joint: usize, at: f64) -> f64 {
+fn periodic<const N: usize>(points: &[[f64; N]], joint: usize, at: f64) -> f64 {
     let (k, t) = (at as usize, at.fract());
     let x = |offset: usize| points[(k + POINTS + offset - 1) % POINTS][joint];
     let (before, a, b, after) = (x(0), x(1), x(2), x(3));
