@@ -94,7 +94,7 @@ impl ReadSettings {
         Rules { low_pass: self.low_pass, knee_sign: self.knee_sign, stride_s: self.stride_s, ..Rules::default() }
     }
 
-    /// What the readers of the formats are told.
+    /// The options of the readers of the formats.
     ///
     /// # Errors
     /// The map is wrong.
