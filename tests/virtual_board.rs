@@ -193,7 +193,14 @@ fn setpoints_of_a_run_equal_those_of_the_replay() {
     // No call of the loop is missing from the log, so the hash is of the whole run.
     assert_eq!(books.calls as usize, boot.calls.len());
     let last = boot.ticks[boot.ticks.len() - 1];
-    assert_eq!((last.setpoint_hash, last.seq as usize), (on_board, boot.calls.len()));
+    // The run may end between the inputs of ten calls and the frame of the last of them.
+    assert_eq!(last.setpoint_hash, on_board);
+    assert!(
+        [0, 10].contains(&(boot.calls.len() - last.seq as usize)),
+        "{} calls, frame {}",
+        boot.calls.len(),
+        last.seq
+    );
 }
 
 /// The codes in the log are trimmed means of the ones that the converter's model delivered, four a tick, in order.
