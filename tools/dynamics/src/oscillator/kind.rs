@@ -15,6 +15,9 @@ pub struct Parameter {
     pub most: f64,
 }
 
+/// Makes a model of these parameters at this period, s.
+type Build = fn(&Kind, &[f64], f64) -> Result<Box<dyn Model>, String>;
+
 /// A kind of oscillator. Functions take the parameters in their order.
 #[derive(Debug)]
 pub struct Kind {
@@ -37,5 +40,5 @@ pub struct Kind {
     /// About the fastest rate of its states.
     pub(super) rate: fn(&[f64]) -> f64,
     /// The model at a step of the integration.
-    pub(super) build: fn(&Kind, &[f64], f64) -> Result<Box<dyn Model>, String>,
+    pub(super) build: Build,
 }
