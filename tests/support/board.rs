@@ -312,7 +312,11 @@ impl Board {
         let end = end.unwrap_or_else(|| panic!("no last line, exit code {code:?}"));
         // Here, so that no test can leave it out. A run with `--violates REASON` is meant to have violations.
         assert_eq!(end.judged.violations > 0, violates, "pulses that no servo may get: {:#?}", end.judged.first);
-        assert!(end.judged.trimmed.is_empty(), "outside the range of its joint, as in a trim: {:?}", end.judged.trimmed);
+        assert!(
+            end.judged.trimmed.is_empty(),
+            "outside the range of its joint, as in a trim: {:?}",
+            end.judged.trimmed
+        );
         Ran { boots, pulses, remarks, end, books: session.counters().clone(), code, output }
     }
 }

@@ -208,7 +208,10 @@ mod tests {
             "judged":{"pulses":4,"cut":1,"trimmed":["PE9"],"violations":1,"first":["a"]},"instructions":5}"#,
         );
         let BoardLine::End(end) = end else { panic!("{end:?}") };
-        assert_eq!(end.judged, Judged { pulses: 4, cut: 1, trimmed: vec!["PE9".into()], violations: 1, first: vec!["a".into()] });
+        assert_eq!(
+            end.judged,
+            Judged { pulses: 4, cut: 1, trimmed: vec!["PE9".into()], violations: 1, first: vec!["a".into()] }
+        );
         assert_eq!(
             (end.t_s, end.resets[0].t_s, end.pulse_us[0], end.pulse_us[1]),
             (2.5, 1.5, Some([1000.5, 2000.0]), None)

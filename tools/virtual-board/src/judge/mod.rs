@@ -9,7 +9,7 @@ mod limits;
 mod log;
 mod operator;
 
-pub(crate) use limits::Limits;
+pub(crate) use limits::{Joint, Limits};
 pub(crate) use log::JudgeLog;
 
 use serde::Serialize;
