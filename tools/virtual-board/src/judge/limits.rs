@@ -55,13 +55,13 @@ impl<'a> Sector<'a> {
     fn record(sector: &'a [u8], magic: &[u8; 4]) -> Option<Self> {
         let count = u32::from_le_bytes(sector.get(8..12)?.try_into().ok()?) as usize;
         let end = HEAD + count.checked_mul(4)?;
-        let (body, rest) = sector.split_at_checked(end)?;
+        let (covered, rest) = sector.split_at_checked(end)?;
         let (tail, rest) = rest.split_at_checked(TAIL)?;
-        let is_whole = body.starts_with(magic)
-            && tail[..4] == CRC.checksum(body).to_le_bytes()
+        let is_whole = covered.starts_with(magic)
+            && tail[..4] == CRC.checksum(covered).to_le_bytes()
             && tail[4..] == *b"DONE"
             && rest.iter().all(|byte| *byte == 0xFF);
-        is_whole.then(|| Sector::Record(&body[4..8], &body[HEAD..]))
+        is_whole.then(|| Sector::Record(&covered[4..8], &covered[HEAD..]))
     }
 }
 

@@ -199,7 +199,7 @@ impl Judge {
                 self.judged.trimmed.push(SERVOS[servo].to_string());
             }
         } else if !is_inside {
-            wrong.push(format!("{us:.1} us is outside {least} to {most} us"));
+            wrong.push(format!("{us:.1} us is outside {least:.1} to {most:.1} us"));
         }
         if self.trimmed.is_some_and(|trimmed| trimmed != servo) && self.motions[servo].moved {
             wrong.push("it moves beside a trim".into());

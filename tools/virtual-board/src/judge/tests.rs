@@ -46,7 +46,7 @@ fn a_motion_within_the_limits_has_no_violation() {
 #[test]
 fn range_and_rate_are_judged() {
     for (widths, words) in [
-        ([[899.0, 1500.0, 1500.0, 1500.0], PARK], "PE9 at 0.7400 s: 899.0 us is outside 900 to 2100 us"),
+        ([[899.0, 1500.0, 1500.0, 1500.0], PARK], "PE9 at 0.7400 s: 899.0 us is outside 900.0 to 2100.0 us"),
         ([PARK, [1500.0, 1527.0, 1500.0, 1500.0]], "PE11 at 0.7600 s: 1500.0 to 1527.0 us in 20.0 ms"),
         ([PARK, [f64::NAN, 1500.0, 1500.0, 1500.0]], "is outside"),
     ] {
@@ -165,5 +165,5 @@ fn a_case_of_a_campaign_begins_without_violations() {
     judge.begin_case(limits);
     assert_eq!(judge.violations(), (0, None));
     judge.take(&period(0.76, [1390.0, 1500.0, 1500.0, 1500.0], true));
-    assert!(judge.violations().1.is_some_and(|what| what.contains("1390.0 us is outside 1400 to 1600 us")));
+    assert!(judge.violations().1.is_some_and(|what| what.contains("1390.0 us is outside 1400.0 to 1600.0 us")));
 }
