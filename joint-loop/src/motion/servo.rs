@@ -57,6 +57,16 @@ impl ServoMap {
         Some(PulseMicros((kept + 0.5) as u16))
     }
 
+    /// Pulses of all servos for a pose; `None` if one of its angles is not finite.
+    #[must_use]
+    pub fn pulses(servos: &[Self; Joint::COUNT], pose: [Radians; Joint::COUNT]) -> Option<[PulseMicros; Joint::COUNT]> {
+        let mut pulses = [PulseMicros(0); Joint::COUNT];
+        for ((pulse, servo), angle) in pulses.iter_mut().zip(servos).zip(pose) {
+            *pulse = servo.pulse(angle)?;
+        }
+        Some(pulses)
+    }
+
     /// Whether the servo may get this pulse.
     #[must_use]
     pub fn allows(&self, pulse: PulseMicros) -> bool {
