@@ -53,7 +53,14 @@ impl ServoMap {
         if !micros.is_finite() {
             return None;
         }
-        let kept = micros.max(self.shortest).min(self.longest);
+        // Compares, since `f32::max` and `f32::min` are calls on this processor.
+        let kept = if micros < self.shortest {
+            self.shortest
+        } else if micros > self.longest {
+            self.longest
+        } else {
+            micros
+        };
         Some(PulseMicros((kept + 0.5) as u16))
     }
 
