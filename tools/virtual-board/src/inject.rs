@@ -150,6 +150,15 @@ pub(crate) enum InjectionKind {
 }
 
 impl InjectionKind {
+    /// Whether it may end a pulse early. What the program does by itself, it does at the end of a pulse.
+    #[must_use]
+    pub(crate) const fn can_cut_a_pulse(self) -> bool {
+        !matches!(
+            self,
+            Self::Hang(_) | Self::Fault(_) | Self::Panic(..) | Self::Overrun | Self::Transfer | Self::Trigger
+        )
+    }
+
     /// Name in the output.
     #[must_use]
     pub(crate) const fn name(self) -> &'static str {

@@ -1,8 +1,8 @@
 //! Virtual board: runs the firmware ELF on a modelled STM32F407. Unicorn executes the code, `stm32f4-model` models the peripherals.
 //!
 //! Exit status: 0 after the given time, `quit` or a signal, without error; 1 if an access was not modelled, not clocked or not allowed, or
-//! the core locked up, slept without a wake-up source or took a fault that was not injected; 2 if the run could not start. A self-test's
-//! own status has priority.
+//! the core locked up, slept without a wake-up source or took a fault that was not injected, or a servo got a pulse that it may not get; 2 if the
+//! run could not start. A self-test's own status has priority.
 //!
 //! Not cycle-accurate, and no evidence about hardware: an instruction costs a constant number of cycles, and no electrical behaviour,
 //! wait states, bus contention or errata are modelled.
@@ -15,6 +15,7 @@ mod cpu;
 mod exception;
 mod fault;
 mod inject;
+mod judge;
 mod loader;
 mod nvic;
 mod plant;
@@ -150,6 +151,10 @@ struct Cli {
     /// End at the first access that is not modelled, not clocked or not allowed
     #[arg(long)]
     stop_on_lint: bool,
+    /// The run is meant to give pulses that no servo may get, for this reason: it fails if it gives none. Without this option it fails if it
+    /// gives one
+    #[arg(long, value_name = "REASON", conflicts_with = "campaign", value_parser = clap::builder::NonEmptyStringValueParser::new())]
+    violates: Option<String>,
     /// Serve semihosting calls, and exit with the program's own status, 1 to 255, unless that is 0
     #[arg(long, value_name = "HOW")]
     self_test_exit: Option<SelfTestExit>,
@@ -320,6 +325,7 @@ fn run(cli: &Cli) -> Result<u8> {
             no_clrex: cli.omitted.contains(&OmittedPart::NoClrex),
         },
         stale_flags: cli.omitted.contains(&OmittedPart::StaleFlags),
+        violates: cli.violates.clone(),
     };
     let injections = collect_injections(cli, &image)?;
     let campaign = cli.campaign.as_deref().map(Campaign::read).transpose()?;

@@ -5,6 +5,8 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
+use crate::judge::Judged;
+
 /// One line of output. Times are virtual seconds since power-on.
 #[derive(Debug, Clone, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
@@ -190,6 +192,8 @@ pub(crate) struct RunSummary {
     pub(crate) high_at_end: [bool; 4],
     /// Shortest time from a write of a pulse width to the start of a servo frame, us; null: none was written while armed.
     pub(crate) frame_margin_us: Option<f64>,
+    /// What came of the pulses.
+    pub(crate) judged: Judged,
     /// Instructions executed.
     pub(crate) instructions: u64,
     /// Exceptions taken.

@@ -11,12 +11,12 @@ use anyhow::Result;
 use stm32f4_model::{ResetCause, Soc, SocConfig, Width};
 
 use crate::board::BoardModel;
-use crate::campaign::Judge;
 use crate::console::Console;
 use crate::cpu::{Cpu, Reg, Stop, XPSR_EXCEPTION};
 use crate::exception::OmittedParts;
 use crate::fault::FaultCause;
 use crate::inject::{self, BRANCH_TO_SELF, Injection, InjectionKind, Moment, PERMANENTLY_UNDEFINED};
+use crate::judge::{Judge, JudgeLog, Limits};
 use crate::loader::ProgramImage;
 use crate::nvic::Masks;
 use crate::plant::BoardPlant;
@@ -50,6 +50,8 @@ pub(crate) struct RunOptions {
     pub(crate) omitted: OmittedParts,
     /// Do not refresh the translator's cached flags.
     pub(crate) stale_flags: bool,
+    /// Why pulses that no servo may get are expected; `None`: they are not.
+    pub(crate) violates: Option<String>,
 }
 
 /// State of the core while it does not execute.
@@ -76,8 +78,9 @@ pub(crate) struct BoardRun<'a, W: Write> {
     rtt: Option<Rtt>,
     recorder: SignalRecorder,
     injections: Vec<Injection>,
-    /// Judges every pulse of a campaign.
-    judge: Option<Judge>,
+    /// Judges every pulse.
+    judge: Judge,
+    judge_log: JudgeLog,
     idle: IdleState,
     periods: u64,
     started: Instant,
@@ -113,6 +116,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let board = BoardModel::new(Soc::new(config), plant, options.cpi);
         let rtt =
             image.symbol("_SEGGER_RTT").map(|address| Rtt { address, mode: options.rtt_mode, drain: options.drain });
+        let judge_log = JudgeLog::of_environment(options.violates.clone());
         Ok(BoardRun {
             cpu: UnicornCpu::new(&image.flash, board, options.stale_flags)?,
             image,
@@ -123,7 +127,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
             rtt,
             recorder,
             injections,
-            judge: None,
+            judge: Judge::new(Limits::of_flash(&image.flash)),
+            judge_log,
             idle: IdleState::No,
             periods: 0,
             started: Instant::now(),
@@ -314,6 +319,9 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 symbol: self.injections[n].symbol.clone(),
             };
             self.report.line(&line);
+            if kind.can_cut_a_pulse() {
+                self.judge.injected(now.seconds);
+            }
             self.schedule_stop();
         }
         Ok(())
@@ -382,6 +390,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 self.cpu.patch_flash(address, half)?;
             }
         }
+        self.judge.reset(now.seconds);
         self.resets.push(ResetRecord { t_s: report::seconds(now.seconds), cause: cause.to_string() });
         self.boot(cause);
         self.schedule_stop();

@@ -8,7 +8,7 @@ use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
 use stm32f4_model::Pin;
 
-use super::judge::Limits;
+use crate::judge::Limits;
 
 /// A campaign.
 #[derive(Debug, Clone, Deserialize)]

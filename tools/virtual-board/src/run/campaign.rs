@@ -9,7 +9,7 @@ use rustix::process::{WaitOptions, wait};
 use serde::Serialize;
 
 use super::BoardRun;
-use crate::campaign::{Campaign, Expected, Fault, Inject, Judge, Reaction};
+use crate::campaign::{Campaign, Expected, Fault, Inject, Reaction};
 use crate::inject::{self, Injection, InjectionKind};
 use crate::report;
 
@@ -139,7 +139,7 @@ impl<W: Write> BoardRun<'_, W> {
     /// One case, in a process of its own. Returns its exit status.
     fn case(&mut self, campaign: &Campaign, fault: &Fault, state: &str, phase: u32, armed: bool) -> Result<u8> {
         let at = self.cpu.machine().seconds() + f64::from(phase) * PHASE_S;
-        self.judge = Some(Judge::new(campaign.limits.clone()));
+        self.judge.begin_case(campaign.limits.clone());
         self.injections.push(Injection::new(self.kind_of(&fault.inject)?, fault.name.clone(), at));
         self.schedule_stop();
         let Expected { reaction: expected, within_ms } = fault.expect;
@@ -168,7 +168,7 @@ impl<W: Write> BoardRun<'_, W> {
         }
         let now = self.cpu.machine().seconds();
         let reaction = self.injections[0].reaction(now);
-        let (violations, first) = self.judge.as_ref().map_or((0, None), Judge::violations);
+        let (violations, first) = self.judge.violations();
         let stays = self.output_state().armed == armed;
         let why = match first {
             Some(first) => Some(first.to_owned()),
