@@ -21,6 +21,7 @@ mod live;
 mod missing_requirement;
 mod probe;
 mod progress;
+mod record;
 mod run;
 mod self_test;
 mod setup;

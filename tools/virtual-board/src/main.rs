@@ -41,7 +41,7 @@ use stm32f4_model::{Pin, SocConfig};
 use crate::campaign::Campaign;
 use crate::console::Console;
 use crate::exception::OmittedParts;
-use crate::inject::{Injection, InjectionKind, PANIC_FUNCTIONS, RegisterAt, SymbolAt};
+use crate::inject::{Injection, InjectionKind, RegisterAt, SymbolAt};
 use crate::loader::ProgramImage;
 use crate::plant::{BUTTON, BoardPlant, ButtonPress, EMERGENCY_STOP, LevelTable, VoltageTable};
 use crate::recorder::SignalRecorder;
@@ -112,7 +112,7 @@ struct Cli {
     #[arg(long)]
     hse_dead: bool,
     /// Run a campaign of faults: a TOML file; each fault in each state at each phase is a line of the output
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["secs", "serial", "pace", "record_conversions", "record_edges"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["secs", "serial", "pace", "press", "emergency_stop", "record_conversions", "record_edges"])]
     campaign: Option<PathBuf>,
     /// Cases of the campaign at a time [default: the processor's cores]
     #[arg(long, value_name = "N", requires = "campaign")]
@@ -254,15 +254,8 @@ fn collect_injections(cli: &Cli, image: &ProgramImage) -> Result<Vec<Injection>>
         all.push(Injection::new(InjectionKind::Fault(image.find_function(symbol)?), symbol.clone(), *at));
     }
     if !cli.panic.is_empty() {
-        let names = PANIC_FUNCTIONS.map(|(name, _)| name);
-        let (name, address) = image
-            .find_first_function(&names)
-            .with_context(|| format!("--panic: the ELF has none of the functions {}", names.join(", ")))?;
-        let arguments = PANIC_FUNCTIONS.iter().find(|(known, _)| *known == name).map(|(_, arguments)| *arguments);
-        let arguments = arguments.context("the arguments of the panic function are not known")?;
-        all.extend(
-            cli.panic.iter().map(|&at| Injection::new(InjectionKind::Panic(address, arguments), name.into(), at)),
-        );
+        let (name, kind) = inject::panic_in(image).context("--panic")?;
+        all.extend(cli.panic.iter().map(|&at| Injection::new(kind, name.into(), at)));
     }
     all.extend(cli.hse_fail.iter().map(|&at| Injection::new(InjectionKind::Crystal, "HSE".into(), at)));
     all.extend(cli.adc_overrun.iter().map(|&at| Injection::new(InjectionKind::Overrun, "ADC1".into(), at)));
@@ -329,11 +322,16 @@ fn run(cli: &Cli) -> Result<u8> {
         stale_flags: cli.omitted.contains(&OmittedPart::StaleFlags),
     };
     let injections = collect_injections(cli, &image)?;
-    let mut plant = BoardPlant::new(volts, cli.press.clone(), lines);
-    cli.emergency_stop.iter().for_each(|press| plant.press_emergency_stop(*press));
+    let campaign = cli.campaign.as_deref().map(Campaign::read).transpose()?;
+    let (mut presses, mut stops) = (cli.press.clone(), cli.emergency_stop.clone());
+    if let Some(campaign) = &campaign {
+        presses.extend(campaign.presses.iter().copied().map(ButtonPress::from));
+        stops.extend(campaign.emergency_stops.iter().copied().map(ButtonPress::from));
+    }
+    let mut plant = BoardPlant::new(volts, presses, lines);
+    stops.into_iter().for_each(|press| plant.press_emergency_stop(press));
     plant.pulses.record_edges_of(cli.record_edges.iter().map(|(pin, _)| *pin));
-    if let Some(path) = &cli.campaign {
-        let campaign = Campaign::read(path)?;
+    if let Some(campaign) = campaign {
         ensure!(injections.is_empty(), "a campaign injects its own faults; remove the other ones");
         let jobs = match cli.jobs {
             Some(jobs) => jobs.get(),
@@ -404,6 +402,7 @@ mod tests {
             (&["fw.elf", "--record-edges", "P5=a.csv"], "is not the name of a pin"),
             (&["fw.elf", "--rtt-mode", "3"], "3"),
             (&["fw.elf", "--loop"], "--volts"),
+            (&["fw.elf", "--campaign", "a.toml", "--press", "1"], "cannot be used with"),
             (&[], "ELF"),
         ] {
             let message = parse(arguments).unwrap_err();

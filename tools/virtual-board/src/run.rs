@@ -293,46 +293,17 @@ impl<'a, W: Write> BoardRun<'a, W> {
                     self.injections[n].note_injection(now);
                     self.injections[n].note_effect(now, outputs);
                 }
-                InjectionKind::Crystal => {
-                    let (mut board, mut memory) = self.cpu.machine_and_memory();
-                    board.soc.fail_hse();
-                    // The clock, and with it the deadline, has changed.
-                    board.sync(&mut memory);
-                    drop(board);
-                    self.injections[n].note_injection(now);
-                    self.injections[n].note_effect(now, outputs);
-                }
-                InjectionKind::Trigger | InjectionKind::Register { .. } => {
-                    /// Control register 1 of TIM2.
-                    const TIM2_CR1: u32 = 0x4000_0000;
-                    let (address, value) = match kind {
-                        InjectionKind::Register { address, value } => (address, value),
-                        _ => (TIM2_CR1, 0),
-                    };
-                    let (mut board, mut memory) = self.cpu.machine_and_memory();
-                    board.soc.write(address, Width::Word, value);
-                    // The deadline has changed.
-                    board.sync(&mut memory);
-                    drop(board);
-                    self.injections[n].note_injection(now);
-                    self.injections[n].note_effect(now, outputs);
-                }
-                InjectionKind::Flip { .. }
+                InjectionKind::Crystal
+                | InjectionKind::Trigger
+                | InjectionKind::Register { .. }
+                | InjectionKind::Overrun
+                | InjectionKind::Transfer
+                | InjectionKind::Flip { .. }
                 | InjectionKind::Supply(_)
                 | InjectionKind::Volts(..)
                 | InjectionKind::Level(..)
                 | InjectionKind::Slow(_) => {
                     self.disturb(kind)?;
-                    self.injections[n].note_injection(now);
-                    self.injections[n].note_effect(now, outputs);
-                }
-                InjectionKind::Overrun | InjectionKind::Transfer => {
-                    let mut board = self.cpu.machine();
-                    match kind {
-                        InjectionKind::Overrun => board.soc.force_overrun(0),
-                        _ => board.soc.fail_next_transfer(1, 0),
-                    }
-                    drop(board);
                     self.injections[n].note_injection(now);
                     self.injections[n].note_effect(now, outputs);
                 }
@@ -348,8 +319,10 @@ impl<'a, W: Write> BoardRun<'a, W> {
         Ok(())
     }
 
-    /// Changes bits, voltages, levels or the speed from now on.
+    /// Changes what is outside the program: the crystal, peripherals, bits, voltages, levels, the speed.
     fn disturb(&mut self, kind: InjectionKind) -> Result<()> {
+        /// Control register 1 of TIM2.
+        const TIM2_CR1: u32 = 0x4000_0000;
         if let InjectionKind::Flip { address, mask } = kind
             && let Some(word) = self.cpu.read_word(address)
         {
@@ -365,13 +338,19 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 let word = board.soc.read(address, Width::Word);
                 board.soc.write(address, Width::Word, word ^ mask);
             }
+            InjectionKind::Crystal => board.soc.fail_hse(),
+            InjectionKind::Trigger => board.soc.write(TIM2_CR1, Width::Word, 0),
+            InjectionKind::Register { address, value } => board.soc.write(address, Width::Word, value),
+            InjectionKind::Overrun => board.soc.force_overrun(0),
+            InjectionKind::Transfer => board.soc.fail_next_transfer(1, 0),
             InjectionKind::Supply(volts) => board.plant.hold_supply(volts),
             InjectionKind::Volts(pin, volts) => board.plant.hold_volts(pin, volts),
             InjectionKind::Level(pin, high) => board.plant.hold_level(pin, high),
             InjectionKind::Slow(cpi) => board.set_cpi(cpi),
-            _ => {}
+            // These change the program, which `inject_due` does.
+            InjectionKind::Hang(_) | InjectionKind::Fault(_) | InjectionKind::Panic(..) => {}
         }
-        // The deadline may have changed.
+        // The clock, and with it the deadline, may have changed.
         board.sync(&mut memory);
         Ok(())
     }

@@ -3,5 +3,5 @@
 mod file;
 mod judge;
 
-pub(crate) use file::{Campaign, Expected, Fault, Inject, Reaction};
+pub(crate) use file::{Campaign, Expected, Fault, Inject, Press, Reaction};
 pub(crate) use judge::Judge;
