@@ -170,9 +170,14 @@ impl Soc {
                     self.check_ratings(lints);
                 }
             }
-            Model::Pwr => self.pwr.write(offset, value, lints),
+            Model::Pwr => {
+                self.pwr.write(offset, value, lints);
+                self.update_voltage_detector();
+            }
             Model::Flash => {
-                self.flash.write(offset, value, lints);
+                let seconds = self.time.seconds(now);
+                self.flash.write(offset, value, seconds, lints);
+                self.schedule_flash_end();
                 if offset == 0 {
                     self.check_ratings(lints);
                 }

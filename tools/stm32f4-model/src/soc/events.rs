@@ -13,6 +13,7 @@ use crate::tim::Signals;
 use crate::usart::SERIAL_OUT;
 
 // Interrupt numbers (RM0090 12.1.3).
+const IRQ_FLASH: u8 = 4;
 const IRQ_RCC: u8 = 5;
 const IRQ_ADC: u8 = 18;
 const IRQ_USART2: u8 = 38;
@@ -82,6 +83,13 @@ impl Soc {
         }
         if self.pins.change_at <= self.now {
             self.sample_inputs(plant);
+        }
+        if self.released_at <= self.now {
+            self.released_at = u64::MAX;
+        }
+        if self.flash_at <= self.now {
+            self.flash_at = u64::MAX;
+            self.flash_operations.extend(self.flash.finish());
         }
         if self.watchdog_at <= self.now {
             self.watchdog_at = u64::MAX;
@@ -217,6 +225,9 @@ impl Soc {
                 continue;
             }
             let Some(transfer) = self.dma[controller].transfer(stream, channel) else { continue };
+            if self.dma[controller].takes_lost_request(stream) {
+                return Some(false);
+            }
             let good = if transfer.to_memory {
                 let value = self.read(transfer.peripheral, transfer.width);
                 memory.write(transfer.memory, transfer.width, value)
@@ -244,7 +255,8 @@ impl Soc {
 
     fn refresh_next(&mut self) {
         let timers = self.timers.iter().map(|timer| timer.next_event()).min().unwrap_or(u64::MAX);
-        let common = timers.min(self.watchdog_at).min(self.pins.change_at);
+        let rare = self.watchdog_at.min(self.flash_at).min(self.released_at);
+        let common = timers.min(rare).min(self.pins.change_at);
         let serial = self.usart2.next_event();
         let serial_visible =
             self.usart2.has_interrupts() || [5, 6].iter().any(|stream| self.dma[0].has_interrupts(*stream));
@@ -263,6 +275,7 @@ impl Soc {
             }
         }
         raise(IRQ_ADC, self.adcs.iter().any(|adc| adc.interrupt()));
+        raise(IRQ_FLASH, self.flash.interrupt());
         raise(IRQ_RCC, self.rcc.interrupt());
         raise(IRQ_USART2, self.usart2.interrupt());
         let pending = self.exti.pending();
