@@ -46,7 +46,7 @@ impl Soc {
         for number in [1, 8] {
             self.timers[number].set_clock_failed(failed);
         }
-        self.schedule_watchdog_reset();
+        self.schedule_low_speed();
         self.route_pins();
         for port in 0..self.gpio.len() {
             self.port_changed(port);
@@ -74,10 +74,6 @@ impl Soc {
             | Model::SystemMemory
             | Model::None => {}
         }
-    }
-
-    pub(super) fn schedule_watchdog_reset(&mut self) {
-        self.watchdog_at = self.iwdg.deadline.map_or(u64::MAX, |seconds| self.time.cycle_at(seconds));
     }
 
     /// Checks the clocks against the ratings of the data sheet (table 14, RM0090 table 10) at 2.7 to 3.6 V.

@@ -1,4 +1,4 @@
-//! Events: advances time and carries out timer signals, conversions, DMA transfers and the watchdog in the order of time.
+//! Events: advances time and carries out timer signals, conversions, DMA transfers, captures and the watchdog in the order of time.
 
 use super::{KEPT_CONVERSIONS, Soc};
 use crate::adc::{Adc, AdcChannel, AdcEvent, Trigger};
@@ -82,6 +82,9 @@ impl Soc {
         }
         if self.pins.change_at <= self.now {
             self.sample_inputs(plant);
+        }
+        if self.capture_at() <= self.now {
+            self.capture();
         }
         if self.watchdog_at <= self.now {
             self.watchdog_at = u64::MAX;
@@ -244,7 +247,7 @@ impl Soc {
 
     fn refresh_next(&mut self) {
         let timers = self.timers.iter().map(|timer| timer.next_event()).min().unwrap_or(u64::MAX);
-        let common = timers.min(self.watchdog_at).min(self.pins.change_at);
+        let common = timers.min(self.watchdog_at).min(self.capture_at()).min(self.pins.change_at);
         let serial = self.usart2.next_event();
         let serial_visible =
             self.usart2.has_interrupts() || [5, 6].iter().any(|stream| self.dma[0].has_interrupts(*stream));

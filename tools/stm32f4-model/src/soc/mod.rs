@@ -3,12 +3,14 @@
 //! - `access`: reads and writes by the core or DMA.
 //! - `events`: order of events, triggers, conversions, transfers, watchdog.
 //! - `clock_tree`: effects of RCC: clocks, resets, ratings.
+//! - `low_speed`: what LSI clocks: the watchdog, and the captures of TIM5.
 //! - `pin_levels`: state of the pins.
 //! - `pins`: effects of pin levels on IDR, EXTI and break inputs.
 
 mod access;
 mod clock_tree;
 mod events;
+mod low_speed;
 mod pin_levels;
 mod pins;
 
@@ -26,6 +28,7 @@ use crate::flash::Flash;
 use crate::gpio::Gpio;
 use crate::iwdg::Iwdg;
 use crate::lint::{Lint, LintKind};
+use crate::lsi::Lsi;
 use crate::pin::Pin;
 use crate::pwr::Pwr;
 use crate::rcc::Rcc;
@@ -75,6 +78,7 @@ pub struct Soc {
     dbgmcu: Dbgmcu,
     syscfg: Syscfg,
     exti: Exti,
+    lsi: Lsi,
     iwdg: Iwdg,
     gpio: [Gpio; 9],
     /// Index is the number of the timer; 0 is unused.
@@ -91,6 +95,8 @@ pub struct Soc {
     requests: Vec<DmaSource>,
     /// Cycle of the watchdog timeout; `u64::MAX`: not started.
     watchdog_at: u64,
+    /// LSI periods at the next capture of TIM5, and its cycle; `None`: it captures nothing.
+    capture: Option<(f64, u64)>,
     reset_request: Option<ResetCause>,
     /// Cycles of the next event, and of the next event with a visible effect; `u64::MAX`: none.
     next: u64,
@@ -116,7 +122,8 @@ impl Soc {
             dbgmcu: Dbgmcu::default(),
             syscfg: Syscfg::default(),
             exti: Exti::default(),
-            iwdg: Iwdg::new(config.lsi_hz),
+            lsi: Lsi::new(config.lsi_hz),
+            iwdg: Iwdg::new(),
             gpio: std::array::from_fn(Gpio::new),
             timers: std::array::from_fn(|number| Timer::new(&TIMERS[number], 0)),
             adcs: std::array::from_fn(Adc::new),
@@ -128,6 +135,7 @@ impl Soc {
             lines: [0; 3],
             requests: Vec::new(),
             watchdog_at: u64::MAX,
+            capture: None,
             reset_request: None,
             next: u64::MAX,
             next_visible: u64::MAX,
@@ -136,6 +144,7 @@ impl Soc {
             conversions: VecDeque::new(),
             config,
         };
+        soc.rcc.set_lsi_works(soc.lsi.oscillates());
         soc.apply_clock_tree();
         soc.refresh();
         soc
@@ -194,7 +203,7 @@ impl Soc {
         self.flash = Flash::new(self.config.bor_level);
         self.syscfg = Syscfg::default();
         self.exti = Exti::default();
-        self.iwdg = Iwdg::new(self.config.lsi_hz);
+        self.iwdg = Iwdg::new();
         self.adc_common = AdcCommonRegisters::default();
         self.dma = [Dma::new(), Dma::new()];
         self.usart2 = Usart::new();
@@ -205,6 +214,7 @@ impl Soc {
             self.dbgmcu = Dbgmcu::default();
         }
         self.requests.clear();
+        self.capture = None;
         self.reset_request = None;
         self.apply_clock_tree();
         self.refresh();

@@ -7,6 +7,7 @@ mod bus;
 mod clocks;
 mod dma;
 mod exti;
+mod lsi;
 mod oracle;
 mod properties;
 mod pwm;
