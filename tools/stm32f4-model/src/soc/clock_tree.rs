@@ -31,7 +31,8 @@ impl Soc {
         let runs = !self.rcc.stopped();
         for block in &BLOCKS {
             let Model::Tim(number) = block.model else { continue };
-            let on = runs && block.enable.is_some_and(|gate| self.rcc.enabled(gate));
+            let is_frozen = self.halted && self.dbgmcu.stops_timer(number);
+            let on = runs && !is_frozen && block.enable.is_some_and(|gate| self.rcc.enabled(gate));
             let clock = self.clocks.timer(TIMERS[number].apb);
             self.timers[number].set_clock(self.now, on.then_some(clock));
         }

@@ -16,8 +16,9 @@ impl Soc {
 
     /// Computes the cycles of the next events that depend on LSI, after a change of any clock or of a register.
     pub(super) fn schedule_low_speed(&mut self) {
-        self.watchdog_at =
-            self.iwdg.deadline.map_or(u64::MAX, |periods| self.time.cycle_at(self.lsi.time_of(periods)));
+        let is_frozen = self.halted && self.dbgmcu.stops_watchdog();
+        let deadline = self.iwdg.deadline.filter(|_| !is_frozen);
+        self.watchdog_at = deadline.map_or(u64::MAX, |periods| self.time.cycle_at(self.lsi.time_of(periods)));
         // 7.2.5: the watchdog forces LSI on.
         let edges = self.timers[MEASURING].captured_edges().filter(|_| self.rcc.lsi_on() || self.iwdg.started());
         self.capture = edges.map(|edges| {

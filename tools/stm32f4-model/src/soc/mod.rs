@@ -76,6 +76,8 @@ pub struct Soc {
     pwr: Pwr,
     flash: Flash,
     dbgmcu: Dbgmcu,
+    /// A debugger has halted the core.
+    halted: bool,
     syscfg: Syscfg,
     exti: Exti,
     lsi: Lsi,
@@ -120,6 +122,7 @@ impl Soc {
             pwr: Pwr::new(),
             flash: Flash::new(config.bor_level),
             dbgmcu: Dbgmcu::default(),
+            halted: false,
             syscfg: Syscfg::default(),
             exti: Exti::default(),
             lsi: Lsi::new(config.lsi_hz),
@@ -213,6 +216,7 @@ impl Soc {
         if cause == ResetCause::PowerOn {
             self.dbgmcu = Dbgmcu::default();
         }
+        self.halted = false;
         self.requests.clear();
         self.capture = None;
         self.reset_request = None;
@@ -276,6 +280,18 @@ impl Soc {
             let _ = timer.run_to(cycle);
         }
         self.rcc.fail_hse();
+        self.apply_clock_tree();
+        self.refresh();
+    }
+
+    /// Tells the peripherals that a debugger halts the core, until the next reset: those with a freeze bit in DBGMCU stop (38.16.2).
+    pub fn halt(&mut self) {
+        let cycle = self.now;
+        for timer in &mut self.timers {
+            // Signals up to the present cycle were routed by the last advance.
+            let _ = timer.run_to(cycle);
+        }
+        self.halted = true;
         self.apply_clock_tree();
         self.refresh();
     }
