@@ -42,7 +42,7 @@ use stm32f4_model::{Pin, SocConfig};
 use crate::campaign::Campaign;
 use crate::console::Console;
 use crate::exception::OmittedParts;
-use crate::inject::{Injection, InjectionKind, RegisterAt, SymbolAt};
+use crate::inject::{FrequencyAt, HIGHEST_LSI_HZ, Injection, InjectionKind, RegisterAt, SymbolAt};
 use crate::loader::ProgramImage;
 use crate::plant::{BUTTON, BoardPlant, ButtonPress, EMERGENCY_STOP, LevelTable, VoltageTable};
 use crate::recorder::SignalRecorder;
@@ -103,6 +103,15 @@ struct Cli {
     /// Stop TIM2, which triggers the conversions, at these times, s
     #[arg(long, value_name = "T", value_parser = parse_time)]
     trigger_stop: Vec<f64>,
+    /// A debugger is attached from power-on: it reads the log, and the program runs on
+    #[arg(long)]
+    debugger: bool,
+    /// A debugger halts the core at a time, s: it executes nothing until a reset, while timers and watchdog go on
+    #[arg(long, value_name = "T", value_parser = parse_time)]
+    halt: Vec<f64>,
+    /// Give the low speed oscillator another frequency at a time, Hz and s, for example 60000@2.5; 0 stops it
+    #[arg(long, value_name = "HZ@T")]
+    lsi: Vec<FrequencyAt>,
     /// Write a word to a register at a time, s, for example 0x40010020=0@3
     #[arg(long, value_name = "ADDRESS=VALUE@T")]
     register: Vec<RegisterAt>,
@@ -121,8 +130,8 @@ struct Cli {
     /// One case of N of the campaign
     #[arg(long, value_name = "N", requires = "campaign", default_value = "1")]
     every: std::num::NonZero<usize>,
-    /// Frequency of the low speed oscillator, which clocks the watchdog, Hz
-    #[arg(long, default_value_t = 32_000.0, value_parser = parse_positive)]
+    /// Frequency of the low speed oscillator at power-on, which clocks the watchdog, Hz; 0: it does not oscillate
+    #[arg(long, default_value_t = 32_000.0, value_parser = parse_lsi)]
     lsi_hz: f64,
     /// Analogue supply and ADC reference, V, unless the voltages have a column VDDA [default: 3]
     #[arg(long, value_parser = parse_positive)]
@@ -209,6 +218,16 @@ fn parse_positive(text: &str) -> Result<f64, String> {
     })
 }
 
+fn parse_lsi(text: &str) -> Result<f64, String> {
+    parse_number(text).and_then(|hz| {
+        if (0.0..=HIGHEST_LSI_HZ).contains(&hz) {
+            Ok(hz)
+        } else {
+            Err(format!("{hz} Hz is not allowed; must be 0 to {HIGHEST_LSI_HZ}"))
+        }
+    })
+}
+
 fn parse_cpi(text: &str) -> Result<f64, String> {
     parse_number(text).and_then(|value| {
         if (0.1..=100.0).contains(&value) {
@@ -266,6 +285,12 @@ fn collect_injections(cli: &Cli, image: &ProgramImage) -> Result<Vec<Injection>>
     all.extend(cli.adc_overrun.iter().map(|&at| Injection::new(InjectionKind::Overrun, "ADC1".into(), at)));
     all.extend(cli.dma_error.iter().map(|&at| Injection::new(InjectionKind::Transfer, "DMA2 stream 0".into(), at)));
     all.extend(cli.trigger_stop.iter().map(|&at| Injection::new(InjectionKind::Trigger, "TIM2".into(), at)));
+    all.extend(cli.halt.iter().map(|&at| Injection::new(InjectionKind::Halt, "core".into(), at)));
+    all.extend(
+        cli.lsi
+            .iter()
+            .map(|&FrequencyAt { hz, at }| Injection::new(InjectionKind::LowSpeedClock(hz), "LSI".into(), at)),
+    );
     all.extend(cli.register.iter().map(|write| {
         let kind = InjectionKind::Register { address: write.address, value: write.value };
         Injection::new(kind, format!("{:#010x}", write.address), write.at)
@@ -320,6 +345,7 @@ fn run(cli: &Cli) -> Result<u8> {
         semihosting: cli.self_test_exit.is_some(),
         rtt_mode: cli.rtt_mode,
         drain: !cli.no_drain,
+        debugger: cli.debugger,
         omitted: OmittedParts {
             no_fpu_frame: cli.omitted.contains(&OmittedPart::NoFpuFrame),
             no_clrex: cli.omitted.contains(&OmittedPart::NoClrex),
@@ -406,6 +432,10 @@ mod tests {
             (&["fw.elf", "--vdda", "0"], "greater than 0"),
             (&["fw.elf", "--record-edges", "PB5"], "PIN=FILE"),
             (&["fw.elf", "--record-edges", "P5=a.csv"], "is not the name of a pin"),
+            (&["fw.elf", "--lsi-hz", "-1"], "-1"),
+            (&["fw.elf", "--lsi-hz", "100001"], "0 to 100000"),
+            (&["fw.elf", "--lsi", "60000"], "HZ@SECONDS"),
+            (&["fw.elf", "--halt", "x"], "`x` is not a finite number"),
             (&["fw.elf", "--rtt-mode", "3"], "3"),
             (&["fw.elf", "--loop"], "--volts"),
             (&["fw.elf", "--campaign", "a.toml", "--press", "1"], "cannot be used with"),

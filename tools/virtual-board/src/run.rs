@@ -46,6 +46,8 @@ pub(crate) struct RunOptions {
     pub(crate) rtt_mode: Option<u32>,
     /// Read the bytes of RTT.
     pub(crate) drain: bool,
+    /// A debugger is attached.
+    pub(crate) debugger: bool,
     /// Parts of the exception model to leave out.
     pub(crate) omitted: OmittedParts,
     /// Do not refresh the translator's cached flags.
@@ -63,6 +65,8 @@ enum IdleState {
     ForInterrupt,
     /// It sleeps after WFE.
     ForEvent,
+    /// A debugger has halted it. Only a reset ends that here.
+    Halted,
     /// It is locked up until a reset.
     LockedUp,
 }
@@ -113,7 +117,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
         report: ReportWriter<W>,
         options: RunOptions,
     ) -> Result<Self> {
-        let board = BoardModel::new(Soc::new(config), plant, options.cpi);
+        let mut board = BoardModel::new(Soc::new(config), plant, options.cpi);
+        board.scs.debugger = options.debugger;
         let rtt =
             image.symbol("_SEGGER_RTT").map(|address| Rtt { address, mode: options.rtt_mode, drain: options.drain });
         let judge_log = JudgeLog::of_environment(options.violates.clone());
@@ -243,7 +248,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let mut board = self.cpu.machine();
         let awake = match self.idle {
             IdleState::No => true,
-            IdleState::LockedUp => false,
+            IdleState::LockedUp | IdleState::Halted => false,
             // An exception that PRIMASK masks still ends WFI (ARMv7-M ARM, B1.5.19).
             IdleState::ForInterrupt => board.nvic.deliverable(Masks { primask: false, ..masks }).is_some(),
             IdleState::ForEvent => board.nvic.deliverable(masks).is_some() || std::mem::take(&mut board.event),
@@ -287,7 +292,9 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 }
                 InjectionKind::Panic(function, arguments) => {
                     // Not inside a handler: this code runs again at the next return to thread mode.
-                    if self.cpu.reg(Reg::Xpsr) & XPSR_EXCEPTION != 0 || self.idle == IdleState::LockedUp {
+                    if self.cpu.reg(Reg::Xpsr) & XPSR_EXCEPTION != 0
+                        || matches!(self.idle, IdleState::LockedUp | IdleState::Halted)
+                    {
                         continue;
                     }
                     anyhow::ensure!(
@@ -298,12 +305,19 @@ impl<'a, W: Write> BoardRun<'a, W> {
                     self.injections[n].note_injection(now);
                     self.injections[n].note_effect(now, outputs);
                 }
+                InjectionKind::Halt => {
+                    self.disturb(kind)?;
+                    self.idle = IdleState::Halted;
+                    self.injections[n].note_injection(now);
+                    self.injections[n].note_effect(now, outputs);
+                }
                 InjectionKind::Crystal
                 | InjectionKind::Trigger
                 | InjectionKind::Register { .. }
                 | InjectionKind::Overrun
                 | InjectionKind::Transfer
                 | InjectionKind::Flip { .. }
+                | InjectionKind::LowSpeedClock(_)
                 | InjectionKind::Supply(_)
                 | InjectionKind::Volts(..)
                 | InjectionKind::Level(..)
@@ -351,6 +365,11 @@ impl<'a, W: Write> BoardRun<'a, W> {
             InjectionKind::Register { address, value } => board.soc.write(address, Width::Word, value),
             InjectionKind::Overrun => board.soc.force_overrun(0),
             InjectionKind::Transfer => board.soc.fail_next_transfer(1, 0),
+            InjectionKind::Halt => {
+                board.scs.debugger = true;
+                board.soc.halt();
+            }
+            InjectionKind::LowSpeedClock(hz) => board.soc.set_lsi(hz),
             InjectionKind::Supply(volts) => board.plant.hold_supply(volts),
             InjectionKind::Volts(pin, volts) => board.plant.hold_volts(pin, volts),
             InjectionKind::Level(pin, high) => board.plant.hold_level(pin, high),

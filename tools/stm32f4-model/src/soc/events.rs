@@ -1,4 +1,4 @@
-//! Events: advances time and carries out timer signals, conversions, DMA transfers and the watchdog in the order of time.
+//! Events: advances time and carries out timer signals, conversions, DMA transfers, captures and the watchdog in the order of time.
 
 use super::{KEPT_CONVERSIONS, Soc};
 use crate::adc::{Adc, AdcChannel, AdcEvent, Trigger};
@@ -90,6 +90,9 @@ impl Soc {
         if self.flash_at <= self.now {
             self.flash_at = u64::MAX;
             self.flash_operations.extend(self.flash.finish());
+        }
+        if self.capture_at() <= self.now {
+            self.capture();
         }
         if self.watchdog_at <= self.now {
             self.watchdog_at = u64::MAX;
@@ -255,7 +258,7 @@ impl Soc {
 
     fn refresh_next(&mut self) {
         let timers = self.timers.iter().map(|timer| timer.next_event()).min().unwrap_or(u64::MAX);
-        let rare = self.watchdog_at.min(self.flash_at).min(self.released_at);
+        let rare = self.watchdog_at.min(self.capture_at()).min(self.flash_at).min(self.released_at);
         let common = timers.min(rare).min(self.pins.change_at);
         let serial = self.usart2.next_event();
         let serial_visible =

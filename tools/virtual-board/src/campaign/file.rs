@@ -143,6 +143,10 @@ pub(crate) enum Inject {
     },
     /// An instruction takes so many cycles.
     Slow(f64),
+    /// A debugger halts the core.
+    Halt,
+    /// The oscillator of the watchdog gets this frequency, Hz; 0 stops it.
+    Lsi(f64),
 }
 
 /// The name of a pin, as `PA1`.

@@ -204,6 +204,8 @@ impl<W: Write> BoardRun<'_, W> {
             Inject::Volts { pin, volts } => InjectionKind::Volts(pin.0, *volts),
             Inject::Level { pin, high } => InjectionKind::Level(pin.0, *high),
             Inject::Slow(cpi) => InjectionKind::Slow(*cpi),
+            Inject::Halt => InjectionKind::Halt,
+            Inject::Lsi(hz) => InjectionKind::LowSpeedClock(*hz),
         })
     }
 }
