@@ -134,12 +134,13 @@ fn the_peripheral_model_depends_on_nothing_of_ours() {
         BTreeSet::new(),
         "a model that shares code with the firmware would share its mistakes"
     );
+    assert_eq!(ours(packages()["servo-model"]), BTreeSet::new(), "a servo knows nothing of the board");
 }
 
 #[test]
-fn the_virtual_board_uses_the_model_only() {
+fn the_virtual_board_uses_the_models_only() {
     let packages = packages();
-    let allowed = BTreeSet::from(["stm32f4-model"]);
+    let allowed = BTreeSet::from(["servo-model", "stm32f4-model"]);
     assert!(ours(packages["virtual-board"]).is_subset(&allowed), "its licence would reach the rest");
 }
 

@@ -27,6 +27,7 @@ mod run;
 mod scs;
 mod semihosting;
 mod serial;
+mod servos;
 mod systick;
 mod unicorn;
 
@@ -37,18 +38,21 @@ use std::process::ExitCode;
 
 use anyhow::{Context as _, Result, ensure};
 use clap::{Parser, ValueEnum};
+use servo_model::Kind;
 use stm32f4_model::{Pin, SocConfig};
 
 use crate::campaign::Campaign;
 use crate::console::Console;
 use crate::exception::OmittedParts;
 use crate::inject::{FrequencyAt, HIGHEST_LSI_HZ, Injection, InjectionKind, RegisterAt, SymbolAt};
+use crate::judge::Joint;
 use crate::loader::ProgramImage;
 use crate::plant::{BUTTON, BoardPlant, ButtonPress, EMERGENCY_STOP, LevelTable, VoltageTable};
 use crate::recorder::SignalRecorder;
 use crate::report::ReportWriter;
 use crate::run::{BoardRun, RunOptions};
 use crate::serial::SerialPort;
+use crate::servos::Servos;
 
 /// Runs an ELF for the STM32F407 on a modelled chip. Writes JSON lines to standard output; reads press, release, hold, stop, quit from standard
 /// input.
@@ -157,6 +161,12 @@ struct Cli {
     /// Write the edges of a pin to a CSV file with the header time_s,level, for example PB5=sync.csv
     #[arg(long, value_name = "PIN=FILE", value_parser = parse_edge_file)]
     record_edges: Vec<(Pin, PathBuf)>,
+    /// Model servos of this kind at the servo pins, and write the angles of the joints each 20 ms
+    #[arg(long, value_name = "KIND", conflicts_with = "campaign")]
+    servo: Option<ServoKind>,
+    /// Angles at which the joints stand at the start, degrees: left hip, right hip, left knee, right knee [default: 0,0,0,0]
+    #[arg(long, value_name = "DEG,DEG,DEG,DEG", requires = "servo", allow_hyphen_values = true, value_parser = parse_pose)]
+    servo_at: Option<Pose>,
     /// End at the first access that is not modelled, not clocked or not allowed
     #[arg(long)]
     stop_on_lint: bool,
@@ -176,6 +186,17 @@ struct Cli {
 enum SelfTestExit {
     Semihosting,
 }
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ServoKind {
+    /// Hitec HS-311: each pulse drives it for a servo frame at most
+    Analogue,
+    /// FEETECH FT-7235: it keeps the angle of the last pulse
+    Digital,
+}
+
+/// Angles of the four joints, degrees.
+type Pose = [f64; 4];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum OmittedPart {
@@ -250,6 +271,13 @@ fn parse_stop(text: &str) -> Result<ButtonPress, String> {
         Some(_) => parse_press(text),
         None => parse_time(text).map(ButtonPress::short),
     }
+}
+
+fn parse_pose(text: &str) -> Result<Pose, String> {
+    let expected = || format!("`{text}` is not four angles in degrees, -180 to 180, for example 0,0,5,5");
+    let angles: Vec<f64> = text.split(',').map(parse_number).collect::<Result<_, _>>().map_err(|_| expected())?;
+    let pose: Pose = angles.try_into().map_err(|_| expected())?;
+    if pose.iter().all(|angle| angle.abs() <= 180.0) { Ok(pose) } else { Err(expected()) }
 }
 
 fn parse_level(text: &str) -> Result<(Pin, bool), String> {
@@ -353,6 +381,18 @@ fn run(cli: &Cli) -> Result<u8> {
         stale_flags: cli.omitted.contains(&OmittedPart::StaleFlags),
         violates: cli.violates.clone(),
     };
+    let servos = match cli.servo {
+        Some(kind) => {
+            let joints = Joint::of_flash(&image.flash)
+                .context("--servo: the flash has no valid robot record, which says how the servos are mounted; write one with --flash")?;
+            let kind = match kind {
+                ServoKind::Analogue => Kind::Analogue,
+                ServoKind::Digital => Kind::Digital,
+            };
+            Some(Servos::new(kind, &joints, cli.servo_at.unwrap_or_default()))
+        }
+        None => None,
+    };
     let injections = collect_injections(cli, &image)?;
     let campaign = cli.campaign.as_deref().map(Campaign::read).transpose()?;
     let (mut presses, mut stops) = (cli.press.clone(), cli.emergency_stop.clone());
@@ -375,7 +415,10 @@ fn run(cli: &Cli) -> Result<u8> {
     }
     let report = ReportWriter::new(BufWriter::new(stdout()));
     let serial = cli.serial.then(SerialPort::open).transpose()?;
-    BoardRun::new(&image, config, plant, injections, recorder, Console::open()?, serial, report, options)?.run()
+    let mut run =
+        BoardRun::new(&image, config, plant, injections, recorder, Console::open()?, serial, report, options)?;
+    run.servos = servos;
+    run.run()
 }
 
 fn main() -> ExitCode {
@@ -436,6 +479,11 @@ mod tests {
             (&["fw.elf", "--lsi-hz", "100001"], "0 to 100000"),
             (&["fw.elf", "--lsi", "60000"], "HZ@SECONDS"),
             (&["fw.elf", "--halt", "x"], "`x` is not a finite number"),
+            (&["fw.elf", "--servo", "steam"], "analogue, digital"),
+            (&["fw.elf", "--servo", "digital", "--servo-at", "1,2,3"], "four angles in degrees"),
+            (&["fw.elf", "--servo", "digital", "--servo-at", "1,2,3,181"], "four angles in degrees"),
+            (&["fw.elf", "--servo-at", "0,0,0,0"], "--servo"),
+            (&["fw.elf", "--violates", ""], "--violates"),
             (&["fw.elf", "--rtt-mode", "3"], "3"),
             (&["fw.elf", "--loop"], "--volts"),
             (&["fw.elf", "--campaign", "a.toml", "--press", "1"], "cannot be used with"),

@@ -24,6 +24,7 @@ use crate::recorder::SignalRecorder;
 use crate::report::{self, ReportLine, ReportWriter, ResetRecord};
 use crate::rtt::Rtt;
 use crate::serial::SerialPort;
+use crate::servos::Servos;
 use crate::unicorn::UnicornCpu;
 
 /// Virtual time between two periodic jobs (RTT, commands, end of the run), s.
@@ -85,6 +86,8 @@ pub(crate) struct BoardRun<'a, W: Write> {
     /// Judges every pulse.
     judge: Judge,
     judge_log: JudgeLog,
+    /// Modelled servos at the servo pins.
+    pub(crate) servos: Option<Servos>,
     idle: IdleState,
     periods: u64,
     started: Instant,
@@ -134,6 +137,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             injections,
             judge: Judge::new(Limits::of_flash(&image.flash)),
             judge_log,
+            servos: None,
             idle: IdleState::No,
             periods: 0,
             started: Instant::now(),

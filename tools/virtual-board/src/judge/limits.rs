@@ -65,10 +65,27 @@ impl<'a> Sector<'a> {
     }
 }
 
-impl Limits {
-    /// The limits of the robot record in flash, which begins at the vector table. `None`: the board may give no pulse, because there is no robot
+/// A joint of the robot record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Joint {
+    /// Pulse of the servo at `angle_at_neutral`, us.
+    pub(crate) neutral_us: f64,
+    /// rad.
+    pub(crate) angle_at_neutral: f64,
+    /// Change of the pulse, us a radian: negative where the servo is mirrored.
+    pub(crate) us_per_radian: f64,
+    /// Least and most angle, rad.
+    pub(crate) range: [f64; 2],
+    /// Highest rate, rad/s.
+    pub(crate) rate: f64,
+    /// Shortest and longest pulse of the servo, us.
+    pub(crate) pulses_us: [f64; 2],
+}
+
+impl Joint {
+    /// The joints of the robot record in flash, which begins at the vector table. `None`: the board may give no pulse, because there is no robot
     /// record or a sector is damaged.
-    pub(crate) fn of_flash(flash: &[u8]) -> Option<Self> {
+    pub(crate) fn of_flash(flash: &[u8]) -> Option<[Self; 4]> {
         let [generator, sensors, robot] = SECTORS.map(|sector| Sector::of(flash, sector));
         if matches!(generator, Sector::Damaged) || matches!(sensors, Sector::Damaged) {
             return None;
@@ -79,23 +96,46 @@ impl Limits {
         }
         let words: Vec<u32> =
             words.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
-        let mut limits = Limits { least_us: [0.0; 4], most_us: [0.0; 4], us_per_s: [0.0; 4], trim_us: None };
-        let mut trim = [[0.0; 2]; 4];
         // The least supply is before the joints.
-        for (servo, joint) in words.get(1..)?.chunks_exact(JOINT_WORDS).take(4).enumerate() {
-            let float = |place: usize| f64::from(f32::from_bits(joint[place]));
-            let micros = |place: usize| f64::from(joint[place]);
-            let (scale, mirrored) = (float(7), joint[8] == 1);
-            let pulse = |angle: f64| micros(5) + if mirrored { -scale } else { scale } * (angle - float(6));
-            let [first, second] = [pulse(float(0)), pulse(float(1))];
-            (limits.least_us[servo], limits.most_us[servo]) = (first.min(second), first.max(second));
-            limits.us_per_s[servo] = scale * float(2);
-            trim[servo] = [micros(9), micros(10)];
+        let joints: Vec<Self> = words.get(1..)?.chunks_exact(JOINT_WORDS).take(4).map(Self::of_words).collect();
+        joints.try_into().ok()
+    }
+
+    fn of_words(words: &[u32]) -> Self {
+        let float = |place: usize| f64::from(f32::from_bits(words[place]));
+        let micros = |place: usize| f64::from(words[place]);
+        Joint {
+            neutral_us: micros(5),
+            angle_at_neutral: float(6),
+            us_per_radian: if words[8] == 1 { -float(7) } else { float(7) },
+            range: [float(0), float(1)],
+            rate: float(2),
+            pulses_us: [micros(9), micros(10)],
         }
-        if words.len() < 1 + 4 * JOINT_WORDS {
-            return None;
-        }
-        Some(Limits { trim_us: Some(trim), ..limits })
+    }
+
+    /// Pulse of an angle, us.
+    fn pulse_us(&self, angle: f64) -> f64 {
+        self.neutral_us + self.us_per_radian * (angle - self.angle_at_neutral)
+    }
+
+    /// Angle of a pulse, rad.
+    pub(crate) fn angle(&self, us: f64) -> f64 {
+        self.angle_at_neutral + (us - self.neutral_us) / self.us_per_radian
+    }
+}
+
+impl Limits {
+    /// The limits of the robot record in flash. `None`: the board may give no pulse.
+    pub(crate) fn of_flash(flash: &[u8]) -> Option<Self> {
+        let joints = Joint::of_flash(flash)?;
+        let ends = joints.map(|joint| joint.range.map(|angle| joint.pulse_us(angle)));
+        Some(Limits {
+            least_us: ends.map(|[first, second]| first.min(second)),
+            most_us: ends.map(|[first, second]| first.max(second)),
+            us_per_s: joints.map(|joint| joint.us_per_radian.abs() * joint.rate),
+            trim_us: Some(joints.map(|joint| joint.pulses_us)),
+        })
     }
 }
 

@@ -9,7 +9,7 @@ mod limits;
 mod log;
 mod operator;
 
-pub(crate) use limits::Limits;
+pub(crate) use limits::{Joint, Limits};
 pub(crate) use log::JudgeLog;
 
 use serde::Serialize;
@@ -27,6 +27,9 @@ const TRIM_US_PER_S: f64 = 100.0;
 /// A servo whose supply is switched off so soon after a pulse hardly moves by it, s: one tick, in which a fast hobby servo (60 degrees in 0.08 s) turns
 /// by less than a degree. A bit that ends a pulse is found by the next tick.
 const WITHOUT_EFFECT_S: f64 = 1.1e-3;
+
+/// The emergency stop and a reset take the supply with the pulse: within this time, s.
+const WITH_PULSE_S: f64 = 1e-4;
 
 /// Violations that are described in the summary.
 const DESCRIBED: usize = 10;
@@ -137,9 +140,15 @@ impl Judge {
         let before = self.violations.len();
         let (operator, reset, injected) = (&self.operator, self.reset, self.injected);
         self.violations.retain(|violation| {
-            let since = |cause: f64| (cause - WITHOUT_EFFECT_S..=cause + WITHOUT_EFFECT_S).contains(&violation.ended);
-            let has_cause = violation.ended >= injected || since(operator.stopped) || since(reset);
-            !(violation.is_excusable && has_cause && change.seconds - violation.ended <= WITHOUT_EFFECT_S)
+            let by = |cause: f64| (violation.ended - cause).abs() <= WITH_PULSE_S;
+            let longest = if violation.ended >= injected {
+                WITHOUT_EFFECT_S
+            } else if by(operator.stopped) || by(reset) {
+                WITH_PULSE_S
+            } else {
+                return true;
+            };
+            !violation.is_excusable || change.seconds - violation.ended > longest
         });
         self.judged.cut += (before - self.violations.len()) as u64;
     }

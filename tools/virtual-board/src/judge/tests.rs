@@ -99,12 +99,19 @@ fn a_cut_pulse_needs_a_cause_and_takes_the_supply_with_it() {
         }
         (judge.judged().violations, judge.judged().cut)
     };
-    let stop = |judge: &mut Judge| operate(judge, 761, 762, 0..0, 761..762);
+    let stop = |judge: &mut Judge| judge.observe(0.7615, false, false);
     assert_eq!(with(stop, Some(0.7615)), (0, 1));
     assert_eq!(with(|judge| judge.reset(0.7615), Some(0.7615)), (0, 1));
     assert_eq!(with(|judge| judge.injected(0.76), Some(0.7615)), (0, 1));
     assert_eq!(with(stop, None), (1, 0), "the supply stays");
-    assert_eq!(with(stop, Some(0.763)), (1, 0), "the supply goes too late");
+    assert_eq!(with(stop, Some(0.7617)), (1, 0), "the supply goes too late");
+    assert_eq!(
+        with(|judge| judge.injected(0.76), Some(0.7617)),
+        (0, 1),
+        "the program finds an injected fault in its tick"
+    );
+    assert_eq!(with(|judge| judge.injected(0.76), Some(0.763)), (1, 0), "the supply goes too late");
+    assert_eq!(with(|judge| judge.observe(0.761, false, false), Some(0.7615)), (1, 0), "the stop was earlier");
     assert_eq!(with(|_| (), Some(0.7615)), (1, 0), "nothing had stopped it");
     assert_eq!(with(|judge| judge.injected(0.77), Some(0.7615)), (1, 0), "the fault came later");
 }

@@ -15,6 +15,8 @@ use crate::report::{self, LintCount, ReportLine, RunSummary};
 
 /// Number of periodic jobs between two status lines: 100 ms.
 const STATUS_EVERY: u64 = 100;
+/// Number of periodic jobs between two lines of the servos: a servo frame.
+const SERVOS_EVERY: u64 = 20;
 
 impl<W: Write> BoardRun<'_, W> {
     /// Reports the new pulses, and updates the outcomes of injected faults from the outputs.
@@ -29,6 +31,9 @@ impl<W: Write> BoardRun<'_, W> {
         self.judge.observe(now.seconds, button, stop);
         periods.iter().for_each(|period| self.judge.take(period));
         activity.iter().for_each(|change| self.judge.change(change));
+        if let Some(servos) = &mut self.servos {
+            servos.take(&periods, &activity, now.seconds);
+        }
         for period in periods {
             let us = period.us.map(|us| us.map(report::micros));
             self.report.line(&ReportLine::Pulses { t_s: report::seconds(period.seconds), us, rail: period.rail });
@@ -72,6 +77,10 @@ impl<W: Write> BoardRun<'_, W> {
                     eprintln!("virtual-board: `{line}` is not a command; allowed is press, release, hold, stop or quit")
                 }
             }
+        }
+        if let Some(servos) = self.servos.as_ref().filter(|_| self.periods.is_multiple_of(SERVOS_EVERY)) {
+            let (deg, torque) = (servos.degrees().map(report::degrees), servos.torque().map(report::degrees));
+            self.report.line(&ReportLine::Servos { t_s: report::seconds(seconds), deg, torque });
         }
         if self.periods.is_multiple_of(STATUS_EVERY) {
             self.report_status();
@@ -215,6 +224,7 @@ impl<W: Write> BoardRun<'_, W> {
                 high_at_end: SERVOS.map(|pin| board.soc.output_level(pin)),
                 frame_margin_us: pulses.frame_margin_us,
                 judged,
+                servo_deg: self.servos.as_ref().map(|servos| servos.extremes().map(|ends| ends.map(report::degrees))),
                 instructions: board.instructions,
                 exceptions: self.exceptions,
                 rtt_bytes: self.rtt_bytes,
