@@ -208,6 +208,7 @@ impl<W: Write> BoardRun<'_, W> {
                 frame_margin_us: pulses.frame_margin_us,
                 instructions: board.instructions,
                 exceptions: self.exceptions,
+                interrupts: board.nvic.enabled_lines().collect(),
                 rtt_bytes: self.rtt_bytes,
                 injections,
             }
