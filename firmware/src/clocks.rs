@@ -35,8 +35,8 @@ pub(crate) fn is_as_started() -> bool {
 
 const HSE_HZ: u32 = 8_000_000;
 
-/// Registers of 32 interrupts each: the chips have up to 97 (RM0390 table 38).
-const INTERRUPT_WORDS: usize = 4;
+/// Registers of 32 interrupts each: lines 0 to 95. Of the line above them, which only the F446 has, the HAL enables nothing (RM0390 table 38).
+const INTERRUPT_WORDS: usize = 3;
 
 /// Rounds of the wait for HSE: at least four cycles of the 16 MHz start-up clock each, so no less than 100 ms. Crystals take 2 ms.
 const HSE_ROUNDS: u32 = 400_000;

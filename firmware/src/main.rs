@@ -53,10 +53,10 @@ mod boot {
     use firmware::pacing::Pacer;
     use firmware::post_mortem::LOCKOUT_STREAK;
     use heapless::spsc::Queue;
-    use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
+    use joint_loop::setup::default_loop::{BoardLoop, BoardLoopError, Parameters, board_loop};
     use joint_loop::tuning::{Answer, Request, Settings};
     use joint_loop::{Cause, Frame, SENSORS, Sample, SupervisorState};
-    use joint_units::AdcCode;
+    use joint_units::{AdcCode, Volts};
     use static_cell::{ConstStaticCell, StaticCell};
     use wire::{Boot, Change, Edge, Inputs, Record, Subject};
 
@@ -236,12 +236,20 @@ mod boot {
         }
         stopwatch::start();
         let min_supply = parameters.robot.min_supply_on(BOARD.min_supply);
-        match board_loop(parameters, reference_cal, min_supply, SENSOR_REQUIRED) {
-            Ok(joint_loop) => {
-                Built { joint_loop: LOOP.init(joint_loop), boot, unnamed, sensors: parameters.sensors.count() }
-            }
+        match place_loop(parameters, reference_cal, min_supply) {
+            Ok(joint_loop) => Built { joint_loop, boot, unnamed, sensors: parameters.sensors.count() },
             Err(refusal) => stay_off(Subject::Configuration, refusal),
         }
+    }
+
+    /// Builds the loop and puts it into its place. A function of its own, because the loop is large: it is on the stack only here.
+    #[inline(never)]
+    fn place_loop(
+        parameters: &'static Parameters,
+        reference_cal: AdcCode,
+        min_supply: Volts,
+    ) -> Result<&'static mut BoardLoop, BoardLoopError> {
+        board_loop(parameters, reference_cal, min_supply, SENSOR_REQUIRED).map(|joint_loop| LOOP.init(joint_loop))
     }
 
     /// The one instance of a task.

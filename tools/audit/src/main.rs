@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 use audit::graph::Calls;
 use audit::image::Image;
-use audit::panics;
+use audit::{panics, stack};
 use clap::{Parser, Subcommand};
 
 /// Measures the flashed image and the source
@@ -21,6 +21,11 @@ struct Cli {
 enum Task {
     /// Fail if a panic is reachable from the tick or from a handler
     Panics {
+        /// ELF file of the image
+        elf: PathBuf,
+    },
+    /// Print a bound of the stack: the deepest calls of the thread, and one interrupt of each priority on top
+    Stack {
         /// ELF file of the image
         elf: PathBuf,
     },
@@ -48,6 +53,10 @@ fn perform(task: Task) -> Result<()> {
             let calls = Calls::of(&image)?;
             let followed = panics::none_reachable(&image, &calls)?;
             println!("no panic is reachable from {} roots, over {followed} functions", panics::ROOTS.len());
+        }
+        Task::Stack { elf } => {
+            let image = read(&elf)?;
+            print!("{}", stack::bound(&image, &Calls::of(&image)?)?);
         }
     }
     Ok(())

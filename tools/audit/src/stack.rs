@@ -4,6 +4,7 @@
 //! its beginning has no bound by itself: [`RECURSIONS`] says how often it can.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use anyhow::{Context, Result, bail};
 use firmware::interrupts::ENABLED;
@@ -21,14 +22,22 @@ pub const EXCEPTION_FRAME: u32 = 26 * 4 + 4;
 pub struct Recursion {
     /// Part of the name of one of the functions in the circle.
     pub through: &'static str,
-    /// How often the circle is passed at most.
+    /// Parts of the names of those that can be more than once in a chain of calls. Each other one is in it at most once.
+    pub again: &'static [&'static str],
+    /// How often these are in a chain at most.
     pub times: u32,
-    /// Why no more often.
+    /// Why no more often, and the others once.
     pub why: &'static str,
 }
 
 /// Every circle of calls in the image.
-pub const RECURSIONS: &[Recursion] = &[];
+pub const RECURSIONS: &[Recursion] = &[Recursion {
+    through: "core::fmt::write",
+    again: &["core::fmt::write", "core::fmt::Formatter>::write_fmt"],
+    times: 8,
+    why: "an error that keeps the board off is shown with the error in it: parameters, record, configuration, joint, sensor, calibration, \
+          range, number; no type of error holds itself, and what shows a number or a text writes it and is done",
+}];
 
 /// The bound, in bytes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -39,6 +48,8 @@ pub struct Bound {
     pub running: u32,
     /// Frame of `main`, which never returns.
     pub main: u32,
+    /// The deepest chain of the thread: each function with its frame. Functions in a circle are one line.
+    pub deepest: Vec<(String, u32)>,
     /// For each priority with an interrupt the deepest handler with the frame of the exception; most urgent first.
     pub interrupts: Vec<(u8, &'static str, u32)>,
     /// The non-maskable interrupt, with the frame of the exception.
@@ -50,6 +61,20 @@ impl Bound {
     #[must_use]
     pub fn total(&self) -> u32 {
         self.thread + self.interrupts.iter().map(|(_, _, bytes)| bytes).sum::<u32>() + self.non_maskable
+    }
+}
+
+impl fmt::Display for Bound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{:>6} B  thread, start of the program included", self.thread)?;
+        for (priority, name, bytes) in &self.interrupts {
+            writeln!(f, "{bytes:>6} B  priority {priority}: {name}")?;
+        }
+        writeln!(f, "{:>6} B  non-maskable interrupt", self.non_maskable)?;
+        writeln!(f, "{:>6} B  in all", self.total())?;
+        writeln!(f, "{:>6} B  of it the thread after the start, {} B of that in `main` for ever", self.running, self.main)?;
+        writeln!(f, "deepest calls of the thread:")?;
+        self.deepest.iter().try_for_each(|(name, bytes)| writeln!(f, "{bytes:>6} B  {name}"))
     }
 }
 
@@ -84,44 +109,63 @@ pub fn bound(image: &Image, calls: &Calls) -> Result<Bound> {
         thread: depths.at(image, main)?,
         running: frame + depths.at(image, *running)?,
         main: frame,
+        deepest: depths.chain(main),
         interrupts: levels.into_iter().map(|(priority, (name, bytes))| (priority, name, bytes)).collect(),
         non_maskable: handler("NonMaskableInt")?,
     })
 }
 
-/// The deepest chain of calls from each function; `None` where a circle is not listed.
-struct Depths(Vec<Result<u32, String>>);
+/// Bytes of those functions of a circle that are in a chain more than once, for the second time and on; `None` if the circle is not listed.
+fn passed(image: &Image, calls: &Calls, members: &[usize]) -> Option<u32> {
+    let through = |recursion: &&Recursion| members.iter().any(|&at| image.functions[at].is(recursion.through));
+    let listed = RECURSIONS.iter().find(through)?;
+    let again = |&&at: &&usize| listed.again.iter().any(|part| image.functions[at].is(part));
+    let frames: u32 = members.iter().filter(again).map(|&at| calls.bodies[at].frame).sum();
+    Some(frames * (listed.times - 1))
+}
+
+/// The deepest chain of calls from each function, or the circle that is not listed.
+struct Depths {
+    depths: Vec<Result<u32, String>>,
+    /// For each function the name and the frame of its circle, or of itself.
+    own: Vec<(String, u32)>,
+    /// For each function the callee with the deepest chain, outside of its circle.
+    next: Vec<Option<usize>>,
+}
 
 impl Depths {
     fn of(image: &Image, calls: &Calls) -> Self {
-        let mut depths: Vec<Result<u32, String>> = vec![Ok(0); image.functions.len()];
+        let count = image.functions.len();
+        let mut depths: Vec<Result<u32, String>> = vec![Ok(0); count];
+        let (mut owns, mut nexts) = (vec![(String::new(), 0); count], vec![None; count]);
         // Callees come before their callers.
         for circle in tarjan_scc(&calls.graph()) {
             let members: Vec<usize> = circle.iter().map(|node| node.index()).collect();
-            let own: u32 = members.iter().map(|&at| calls.bodies[at].frame).sum();
-            let outside = members.iter().flat_map(|&at| &calls.callees[at]).filter(|callee| !members.contains(callee));
-            let below = outside.map(|&callee| depths[callee].clone()).try_fold(0, |most, depth| Ok(depth?.max(most)));
+            let names: Vec<&str> = members.iter().map(|&at| image.functions[at].name()).collect();
+            let frames: u32 = members.iter().map(|&at| calls.bodies[at].frame).sum();
             let is_circle = members.len() > 1 || calls.callees[members[0]].contains(&members[0]);
-            let depth = match (below, is_circle) {
-                (Ok(below), false) => Ok(below + own),
-                (Ok(below), true) => {
-                    let listed = RECURSIONS
-                        .iter()
-                        .find(|recursion| members.iter().any(|&at| image.functions[at].is(recursion.through)));
-                    let names: Vec<&str> = members.iter().map(|&at| image.functions[at].name()).collect();
-                    listed.map(|recursion| below + own * recursion.times).ok_or_else(|| names.join(", "))
-                }
-                (unknown, _) => unknown,
-            };
-            for at in members {
+            let own = if is_circle { passed(image, calls, &members).map(|more| frames + more) } else { Some(frames) };
+            let outside = members.iter().flat_map(|&at| &calls.callees[at]).filter(|callee| !members.contains(callee));
+            // What is not known is deeper than everything else.
+            let next = outside.copied().max_by_key(|&callee| depths[callee].as_ref().map_or(u32::MAX, |depth| *depth));
+            let below = next.map_or(Ok(0), |callee| depths[callee].clone());
+            let depth = below.and_then(|below| Ok(below + own.ok_or_else(|| names.join(", "))?));
+            for &at in &members {
                 depths[at].clone_from(&depth);
+                let more = if is_circle { format!(", in a circle of {}", members.len()) } else { String::new() };
+                owns[at] = (format!("{}{more}", image.functions[at].name()), own.unwrap_or(frames));
+                nexts[at] = next;
             }
         }
-        Self(depths)
+        Self { depths, own: owns, next: nexts }
+    }
+
+    fn chain(&self, from: usize) -> Vec<(String, u32)> {
+        std::iter::successors(Some(from), |&at| self.next[at]).map(|at| self.own[at].clone()).collect()
     }
 
     fn at(&self, image: &Image, function: usize) -> Result<u32> {
-        let depth = self.0[function].clone().map_err(|circle| {
+        let depth = self.depths[function].clone().map_err(|circle| {
             anyhow::anyhow!("these call each other in a circle: {circle}; list in tools/audit/src/stack.rs how often")
         });
         depth.with_context(|| format!("in the calls of {}", image.functions[function].name()))
