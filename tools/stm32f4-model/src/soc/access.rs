@@ -101,8 +101,10 @@ impl Soc {
     fn advance_block(&mut self, model: Model) {
         let now = self.now;
         if let Model::Tim(number) = model {
+            let before = self.timers[number].next_event();
             // Used signals were routed by the advance to the present cycle.
             let _ = self.timers[number].run_to(now);
+            self.schedule_stale |= self.timers[number].next_event() != before;
         }
     }
 

@@ -115,6 +115,11 @@ pub struct Soc {
     /// Cycles of the next event, and of the next event with a visible effect; `u64::MAX`: none.
     next: u64,
     next_visible: u64,
+    /// The same without the inputs.
+    scheduled: u64,
+    scheduled_visible: u64,
+    /// A register access has moved the next event of a timer since `scheduled` was updated.
+    schedule_stale: bool,
     lints: Vec<Lint>,
     lint_index: HashMap<(u32, Width, LintKind, bool), usize>,
     conversions: VecDeque<Conversion>,
@@ -158,6 +163,9 @@ impl Soc {
             released_at: u64::MAX,
             next: u64::MAX,
             next_visible: u64::MAX,
+            scheduled: u64::MAX,
+            scheduled_visible: u64::MAX,
+            schedule_stale: false,
             lints: Vec::new(),
             lint_index: HashMap::new(),
             conversions: VecDeque::new(),
