@@ -16,12 +16,15 @@ use crate::shell;
 use crate::workspace::Workspace;
 
 /// The campaign that is run without an option.
-const FAULTS: &str = "tests/campaign/faults.toml";
+pub(crate) const FAULTS: &str = "tests/campaign/faults.toml";
 /// What the gait sensor measures meanwhile: a walk.
-const VOLTS: &str = "tests/traces/gaitkit_fukuchi_healthy_left_knee_volts.csv";
-/// The emergency stop is tested, and the button armed: the states of [`FAULTS`] begin at their times after this.
-const GESTURES: [&str; 4] = ["--emergency-stop", "0.05:0.05", "--press", "0.4:0.35"];
-const ROBOT_SECTOR: &str = "0x0800c000";
+pub(crate) const VOLTS: &str = "tests/traces/gaitkit_fukuchi_healthy_left_knee_volts.csv";
+/// The button is held, which arms after [`STOP_TEST`]: the states of [`FAULTS`] begin at their times after this.
+const GESTURES: [&str; 2] = ["--press", "0.4:0.35"];
+/// The emergency stop is tested: without it a board does not arm.
+pub(crate) const STOP_TEST: [&str; 2] = ["--emergency-stop", "0.05:0.05"];
+/// Where the robot's record is in the flash.
+pub(crate) const ROBOT_SECTOR: &str = "0x0800c000";
 
 /// Options of `cargo xtask campaign`.
 #[derive(Debug, clap::Args)]
@@ -45,7 +48,7 @@ pub(crate) fn campaign(options: &Options) -> Result<ExitCode> {
     let robot = robot_record(&workspace)?;
     let faults = options.faults.as_ref().map_or_else(|| PathBuf::from(FAULTS), |file| workspace.started_in.join(file));
     let mut command = shell::command(workspace.virtual_board()?);
-    command.arg(&image.elf).args(GESTURES).args(["--loop", "--volts", VOLTS]);
+    command.arg(&image.elf).args(STOP_TEST).args(GESTURES).args(["--loop", "--volts", VOLTS]);
     command.arg("--flash").arg(format!("{ROBOT_SECTOR}={}", robot.display()));
     command.arg("--campaign").arg(faults).args(["--every", &options.every.to_string()]);
     let cases = options.cases.as_ref().map(|file| workspace.started_in.join(file));
@@ -55,7 +58,7 @@ pub(crate) fn campaign(options: &Options) -> Result<ExitCode> {
 }
 
 /// The record of the default robot.
-fn robot_record(workspace: &Workspace) -> Result<PathBuf> {
+pub(crate) fn robot_record(workspace: &Workspace) -> Result<PathBuf> {
     let footfall = workspace.footfall()?;
     let folder = workspace.target_dir.join("images");
     let (file, record) = (folder.join("robot.toml"), folder.join("robot.bin"));
