@@ -177,12 +177,32 @@ pub(crate) static BLOCKS: [PeripheralBlock; 65] = [
     block("DBGMCU", 0xE004_2000, Model::Dbgmcu, Widths::Any, None),
 ];
 
+/// The pages of 1 KiB that hold most blocks: TIM2 to DMA2.
+const PAGE: u32 = 0x400;
+const PAGES_BASE: u32 = 0x4000_0000;
+const PAGES: usize = 0xA0;
+
+/// For each page, the index of the first block that ends above its start.
+static FIRST_BLOCKS: [u8; PAGES] = {
+    let mut first = [0; PAGES];
+    let mut block = 0;
+    let mut page = 0;
+    while page < PAGES {
+        while BLOCKS[block].base + BLOCKS[block].size <= PAGES_BASE + page as u32 * PAGE {
+            block += 1;
+        }
+        first[page] = block as u8;
+        page += 1;
+    }
+    first
+};
+
 /// Finds the block of an address, and the offset in it, bytes.
 pub(crate) fn locate(addr: u32) -> Option<(&'static PeripheralBlock, u32)> {
-    let after = BLOCKS.partition_point(|block| block.base <= addr);
-    let block = BLOCKS.get(after.checked_sub(1)?)?;
-    let offset = addr - block.base;
-    (offset < block.size).then_some((block, offset))
+    let page = (addr.wrapping_sub(PAGES_BASE) / PAGE) as usize;
+    let from = FIRST_BLOCKS.get(page).map_or(0, |&first| usize::from(first));
+    let block = BLOCKS[from..].iter().find(|block| addr < block.base + block.size)?;
+    (addr >= block.base).then(|| (block, addr - block.base))
 }
 
 #[cfg(test)]

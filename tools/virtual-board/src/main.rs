@@ -44,7 +44,7 @@ use stm32f4_model::{Pin, SocConfig};
 use crate::campaign::Campaign;
 use crate::console::Console;
 use crate::exception::OmittedParts;
-use crate::inject::{Injection, InjectionKind, PANIC_FUNCTIONS, RegisterAt, SymbolAt};
+use crate::inject::{FrequencyAt, HIGHEST_LSI_HZ, Injection, InjectionKind, RegisterAt, SymbolAt};
 use crate::judge::Joint;
 use crate::loader::ProgramImage;
 use crate::plant::{BUTTON, BoardPlant, ButtonPress, EMERGENCY_STOP, LevelTable, VoltageTable};
@@ -107,6 +107,15 @@ struct Cli {
     /// Stop TIM2, which triggers the conversions, at these times, s
     #[arg(long, value_name = "T", value_parser = parse_time)]
     trigger_stop: Vec<f64>,
+    /// A debugger is attached from power-on: it reads the log, and the program runs on
+    #[arg(long)]
+    debugger: bool,
+    /// A debugger halts the core at a time, s: it executes nothing until a reset, while timers and watchdog go on
+    #[arg(long, value_name = "T", value_parser = parse_time)]
+    halt: Vec<f64>,
+    /// Give the low speed oscillator another frequency at a time, Hz and s, for example 60000@2.5; 0 stops it
+    #[arg(long, value_name = "HZ@T")]
+    lsi: Vec<FrequencyAt>,
     /// Write a word to a register at a time, s, for example 0x40010020=0@3
     #[arg(long, value_name = "ADDRESS=VALUE@T")]
     register: Vec<RegisterAt>,
@@ -117,7 +126,7 @@ struct Cli {
     #[arg(long)]
     hse_dead: bool,
     /// Run a campaign of faults: a TOML file; each fault in each state at each phase is a line of the output
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["secs", "serial", "pace", "record_conversions", "record_edges"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["secs", "serial", "pace", "press", "emergency_stop", "record_conversions", "record_edges"])]
     campaign: Option<PathBuf>,
     /// Cases of the campaign at a time [default: the processor's cores]
     #[arg(long, value_name = "N", requires = "campaign")]
@@ -125,8 +134,8 @@ struct Cli {
     /// One case of N of the campaign
     #[arg(long, value_name = "N", requires = "campaign", default_value = "1")]
     every: std::num::NonZero<usize>,
-    /// Frequency of the low speed oscillator, which clocks the watchdog, Hz
-    #[arg(long, default_value_t = 32_000.0, value_parser = parse_positive)]
+    /// Frequency of the low speed oscillator at power-on, which clocks the watchdog, Hz; 0: it does not oscillate
+    #[arg(long, default_value_t = 32_000.0, value_parser = parse_lsi)]
     lsi_hz: f64,
     /// Analogue supply and ADC reference, V, unless the voltages have a column VDDA [default: 3]
     #[arg(long, value_parser = parse_positive)]
@@ -230,6 +239,16 @@ fn parse_positive(text: &str) -> Result<f64, String> {
     })
 }
 
+fn parse_lsi(text: &str) -> Result<f64, String> {
+    parse_number(text).and_then(|hz| {
+        if (0.0..=HIGHEST_LSI_HZ).contains(&hz) {
+            Ok(hz)
+        } else {
+            Err(format!("{hz} Hz is not allowed; must be 0 to {HIGHEST_LSI_HZ}"))
+        }
+    })
+}
+
 fn parse_cpi(text: &str) -> Result<f64, String> {
     parse_number(text).and_then(|value| {
         if (0.1..=100.0).contains(&value) {
@@ -287,20 +306,19 @@ fn collect_injections(cli: &Cli, image: &ProgramImage) -> Result<Vec<Injection>>
         all.push(Injection::new(InjectionKind::Fault(image.find_function(symbol)?), symbol.clone(), *at));
     }
     if !cli.panic.is_empty() {
-        let names = PANIC_FUNCTIONS.map(|(name, _)| name);
-        let (name, address) = image
-            .find_first_function(&names)
-            .with_context(|| format!("--panic: the ELF has none of the functions {}", names.join(", ")))?;
-        let arguments = PANIC_FUNCTIONS.iter().find(|(known, _)| *known == name).map(|(_, arguments)| *arguments);
-        let arguments = arguments.context("the arguments of the panic function are not known")?;
-        all.extend(
-            cli.panic.iter().map(|&at| Injection::new(InjectionKind::Panic(address, arguments), name.into(), at)),
-        );
+        let (name, kind) = inject::panic_in(image).context("--panic")?;
+        all.extend(cli.panic.iter().map(|&at| Injection::new(kind, name.into(), at)));
     }
     all.extend(cli.hse_fail.iter().map(|&at| Injection::new(InjectionKind::Crystal, "HSE".into(), at)));
     all.extend(cli.adc_overrun.iter().map(|&at| Injection::new(InjectionKind::Overrun, "ADC1".into(), at)));
     all.extend(cli.dma_error.iter().map(|&at| Injection::new(InjectionKind::Transfer, "DMA2 stream 0".into(), at)));
     all.extend(cli.trigger_stop.iter().map(|&at| Injection::new(InjectionKind::Trigger, "TIM2".into(), at)));
+    all.extend(cli.halt.iter().map(|&at| Injection::new(InjectionKind::Halt, "core".into(), at)));
+    all.extend(
+        cli.lsi
+            .iter()
+            .map(|&FrequencyAt { hz, at }| Injection::new(InjectionKind::LowSpeedClock(hz), "LSI".into(), at)),
+    );
     all.extend(cli.register.iter().map(|write| {
         let kind = InjectionKind::Register { address: write.address, value: write.value };
         Injection::new(kind, format!("{:#010x}", write.address), write.at)
@@ -355,6 +373,7 @@ fn run(cli: &Cli) -> Result<u8> {
         semihosting: cli.self_test_exit.is_some(),
         rtt_mode: cli.rtt_mode,
         drain: !cli.no_drain,
+        debugger: cli.debugger,
         omitted: OmittedParts {
             no_fpu_frame: cli.omitted.contains(&OmittedPart::NoFpuFrame),
             no_clrex: cli.omitted.contains(&OmittedPart::NoClrex),
@@ -375,11 +394,16 @@ fn run(cli: &Cli) -> Result<u8> {
         None => None,
     };
     let injections = collect_injections(cli, &image)?;
-    let mut plant = BoardPlant::new(volts, cli.press.clone(), lines);
-    cli.emergency_stop.iter().for_each(|press| plant.press_emergency_stop(*press));
+    let campaign = cli.campaign.as_deref().map(Campaign::read).transpose()?;
+    let (mut presses, mut stops) = (cli.press.clone(), cli.emergency_stop.clone());
+    if let Some(campaign) = &campaign {
+        presses.extend(campaign.presses.iter().copied().map(ButtonPress::from));
+        stops.extend(campaign.emergency_stops.iter().copied().map(ButtonPress::from));
+    }
+    let mut plant = BoardPlant::new(volts, presses, lines);
+    stops.into_iter().for_each(|press| plant.press_emergency_stop(press));
     plant.pulses.record_edges_of(cli.record_edges.iter().map(|(pin, _)| *pin));
-    if let Some(path) = &cli.campaign {
-        let campaign = Campaign::read(path)?;
+    if let Some(campaign) = campaign {
         ensure!(injections.is_empty(), "a campaign injects its own faults; remove the other ones");
         let jobs = match cli.jobs {
             Some(jobs) => jobs.get(),
@@ -451,6 +475,10 @@ mod tests {
             (&["fw.elf", "--vdda", "0"], "greater than 0"),
             (&["fw.elf", "--record-edges", "PB5"], "PIN=FILE"),
             (&["fw.elf", "--record-edges", "P5=a.csv"], "is not the name of a pin"),
+            (&["fw.elf", "--lsi-hz", "-1"], "-1"),
+            (&["fw.elf", "--lsi-hz", "100001"], "0 to 100000"),
+            (&["fw.elf", "--lsi", "60000"], "HZ@SECONDS"),
+            (&["fw.elf", "--halt", "x"], "`x` is not a finite number"),
             (&["fw.elf", "--servo", "steam"], "analogue, digital"),
             (&["fw.elf", "--servo", "digital", "--servo-at", "1,2,3"], "four angles in degrees"),
             (&["fw.elf", "--servo", "digital", "--servo-at", "1,2,3,181"], "four angles in degrees"),
@@ -458,6 +486,7 @@ mod tests {
             (&["fw.elf", "--violates", ""], "--violates"),
             (&["fw.elf", "--rtt-mode", "3"], "3"),
             (&["fw.elf", "--loop"], "--volts"),
+            (&["fw.elf", "--campaign", "a.toml", "--press", "1"], "cannot be used with"),
             (&[], "ELF"),
         ] {
             let message = parse(arguments).unwrap_err();

@@ -8,6 +8,7 @@ use std::path::Path;
 use anyhow::{Context as _, Result, bail, ensure};
 use stm32f4_model::{AdcChannel, Pin, Plant};
 
+use crate::campaign::Press;
 use crate::pulses::Pulses;
 
 /// The user button: high while pressed.
@@ -216,6 +217,12 @@ impl ButtonPress {
 
     fn is_on(&self, seconds: f64) -> bool {
         (self.at..self.at + self.hold).contains(&seconds)
+    }
+}
+
+impl From<Press> for ButtonPress {
+    fn from(Press { at_s, hold_s }: Press) -> Self {
+        Self { at: at_s, hold: hold_s }
     }
 }
 

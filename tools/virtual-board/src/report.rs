@@ -209,6 +209,8 @@ pub(crate) struct RunSummary {
     pub(crate) instructions: u64,
     /// Exceptions taken.
     pub(crate) exceptions: u64,
+    /// Interrupt lines that are enabled at the end, each with its priority, 0 to 15.
+    pub(crate) interrupts: BTreeMap<u8, u8>,
     /// Bytes read from RTT.
     pub(crate) rtt_bytes: u64,
     /// Injected faults and their outcomes.

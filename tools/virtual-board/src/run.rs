@@ -47,6 +47,8 @@ pub(crate) struct RunOptions {
     pub(crate) rtt_mode: Option<u32>,
     /// Read the bytes of RTT.
     pub(crate) drain: bool,
+    /// A debugger is attached.
+    pub(crate) debugger: bool,
     /// Parts of the exception model to leave out.
     pub(crate) omitted: OmittedParts,
     /// Do not refresh the translator's cached flags.
@@ -64,6 +66,8 @@ enum IdleState {
     ForInterrupt,
     /// It sleeps after WFE.
     ForEvent,
+    /// A debugger has halted it. Only a reset ends that here.
+    Halted,
     /// It is locked up until a reset.
     LockedUp,
 }
@@ -116,7 +120,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
         report: ReportWriter<W>,
         options: RunOptions,
     ) -> Result<Self> {
-        let board = BoardModel::new(Soc::new(config), plant, options.cpi);
+        let mut board = BoardModel::new(Soc::new(config), plant, options.cpi);
+        board.scs.debugger = options.debugger;
         let rtt =
             image.symbol("_SEGGER_RTT").map(|address| Rtt { address, mode: options.rtt_mode, drain: options.drain });
         let judge_log = JudgeLog::of_environment(options.violates.clone());
@@ -247,7 +252,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let mut board = self.cpu.machine();
         let awake = match self.idle {
             IdleState::No => true,
-            IdleState::LockedUp => false,
+            IdleState::LockedUp | IdleState::Halted => false,
             // An exception that PRIMASK masks still ends WFI (ARMv7-M ARM, B1.5.19).
             IdleState::ForInterrupt => board.nvic.deliverable(Masks { primask: false, ..masks }).is_some(),
             IdleState::ForEvent => board.nvic.deliverable(masks).is_some() || std::mem::take(&mut board.event),
@@ -291,7 +296,9 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 }
                 InjectionKind::Panic(function, arguments) => {
                     // Not inside a handler: this code runs again at the next return to thread mode.
-                    if self.cpu.reg(Reg::Xpsr) & XPSR_EXCEPTION != 0 || self.idle == IdleState::LockedUp {
+                    if self.cpu.reg(Reg::Xpsr) & XPSR_EXCEPTION != 0
+                        || matches!(self.idle, IdleState::LockedUp | IdleState::Halted)
+                    {
                         continue;
                     }
                     anyhow::ensure!(
@@ -302,46 +309,24 @@ impl<'a, W: Write> BoardRun<'a, W> {
                     self.injections[n].note_injection(now);
                     self.injections[n].note_effect(now, outputs);
                 }
-                InjectionKind::Crystal => {
-                    let (mut board, mut memory) = self.cpu.machine_and_memory();
-                    board.soc.fail_hse();
-                    // The clock, and with it the deadline, has changed.
-                    board.sync(&mut memory);
-                    drop(board);
+                InjectionKind::Halt => {
+                    self.disturb(kind)?;
+                    self.idle = IdleState::Halted;
                     self.injections[n].note_injection(now);
                     self.injections[n].note_effect(now, outputs);
                 }
-                InjectionKind::Trigger | InjectionKind::Register { .. } => {
-                    /// Control register 1 of TIM2.
-                    const TIM2_CR1: u32 = 0x4000_0000;
-                    let (address, value) = match kind {
-                        InjectionKind::Register { address, value } => (address, value),
-                        _ => (TIM2_CR1, 0),
-                    };
-                    let (mut board, mut memory) = self.cpu.machine_and_memory();
-                    board.soc.write(address, Width::Word, value);
-                    // The deadline has changed.
-                    board.sync(&mut memory);
-                    drop(board);
-                    self.injections[n].note_injection(now);
-                    self.injections[n].note_effect(now, outputs);
-                }
-                InjectionKind::Flip { .. }
+                InjectionKind::Crystal
+                | InjectionKind::Trigger
+                | InjectionKind::Register { .. }
+                | InjectionKind::Overrun
+                | InjectionKind::Transfer
+                | InjectionKind::Flip { .. }
+                | InjectionKind::LowSpeedClock(_)
                 | InjectionKind::Supply(_)
                 | InjectionKind::Volts(..)
                 | InjectionKind::Level(..)
                 | InjectionKind::Slow(_) => {
                     self.disturb(kind)?;
-                    self.injections[n].note_injection(now);
-                    self.injections[n].note_effect(now, outputs);
-                }
-                InjectionKind::Overrun | InjectionKind::Transfer => {
-                    let mut board = self.cpu.machine();
-                    match kind {
-                        InjectionKind::Overrun => board.soc.force_overrun(0),
-                        _ => board.soc.fail_next_transfer(1, 0),
-                    }
-                    drop(board);
                     self.injections[n].note_injection(now);
                     self.injections[n].note_effect(now, outputs);
                 }
@@ -360,8 +345,10 @@ impl<'a, W: Write> BoardRun<'a, W> {
         Ok(())
     }
 
-    /// Changes bits, voltages, levels or the speed from now on.
+    /// Changes what is outside the program: the crystal, peripherals, bits, voltages, levels, the speed.
     fn disturb(&mut self, kind: InjectionKind) -> Result<()> {
+        /// Control register 1 of TIM2.
+        const TIM2_CR1: u32 = 0x4000_0000;
         if let InjectionKind::Flip { address, mask } = kind
             && let Some(word) = self.cpu.read_word(address)
         {
@@ -377,13 +364,24 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 let word = board.soc.read(address, Width::Word);
                 board.soc.write(address, Width::Word, word ^ mask);
             }
+            InjectionKind::Crystal => board.soc.fail_hse(),
+            InjectionKind::Trigger => board.soc.write(TIM2_CR1, Width::Word, 0),
+            InjectionKind::Register { address, value } => board.soc.write(address, Width::Word, value),
+            InjectionKind::Overrun => board.soc.force_overrun(0),
+            InjectionKind::Transfer => board.soc.fail_next_transfer(1, 0),
+            InjectionKind::Halt => {
+                board.scs.debugger = true;
+                board.soc.halt();
+            }
+            InjectionKind::LowSpeedClock(hz) => board.soc.set_lsi(hz),
             InjectionKind::Supply(volts) => board.plant.hold_supply(volts),
             InjectionKind::Volts(pin, volts) => board.plant.hold_volts(pin, volts),
             InjectionKind::Level(pin, high) => board.plant.hold_level(pin, high),
             InjectionKind::Slow(cpi) => board.set_cpi(cpi),
-            _ => {}
+            // These change the program, which `inject_due` does.
+            InjectionKind::Hang(_) | InjectionKind::Fault(_) | InjectionKind::Panic(..) => {}
         }
-        // The deadline may have changed.
+        // The clock, and with it the deadline, may have changed.
         board.sync(&mut memory);
         Ok(())
     }

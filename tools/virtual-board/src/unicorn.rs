@@ -224,25 +224,21 @@ impl<M: Machine + 'static> UnicornCpu<M> {
         Ok(())
     }
 
+    /// One hook from address 0 to the end of flash: Unicorn calls a single hook directly, two or more through a search. The stub lies above.
     fn hook_blocks(&mut self) -> Result<()> {
-        for base in [FLASH, 0] {
-            let (machine, counts, hook_results) =
-                (Rc::clone(&self.machine), Rc::clone(&self.counts), Rc::clone(&self.hook_results));
-            let hook = move |uc: &mut Uc<'_>, addr: u64, size: u32| {
-                let mut machine = machine.borrow_mut();
-                // Decide before counting: a block that was stopped runs again.
-                if machine.before_block(|| read_masks(uc)) {
-                    hook_results.stop.set(Some(Stop::Requested));
-                    let _ = uc.emu_stop();
-                } else {
-                    machine.charge(addr as u32, counts.borrow_mut().instructions(addr as u32, size));
-                }
-            };
-            convert_error(
-                self.uc.add_block_hook(base.into(), u64::from(base + FLASH_SIZE - 1), hook),
-                "hooking blocks",
-            )?;
-        }
+        let (machine, counts, hook_results) =
+            (Rc::clone(&self.machine), Rc::clone(&self.counts), Rc::clone(&self.hook_results));
+        let hook = move |uc: &mut Uc<'_>, addr: u64, size: u32| {
+            let mut machine = machine.borrow_mut();
+            // Decide before counting: a block that was stopped runs again.
+            if machine.before_block(|| read_masks(uc)) {
+                hook_results.stop.set(Some(Stop::Requested));
+                let _ = uc.emu_stop();
+            } else {
+                machine.charge(addr as u32, counts.borrow_mut().instructions(addr as u32, size));
+            }
+        };
+        convert_error(self.uc.add_block_hook(0, u64::from(FLASH + FLASH_SIZE - 1), hook), "hooking blocks")?;
         Ok(())
     }
 

@@ -4,6 +4,7 @@ use crate::board::lines::{End, Judged, Reset};
 use crate::board::run::{Counters, Following};
 use serde::Serialize;
 use serde_json::{Value, json};
+use wire::Cost;
 
 /// The result of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -20,6 +21,9 @@ pub struct RunResult {
     pub late_ticks: u32,
     /// Control periods without a tick, since the last boot.
     pub missed_ticks: u32,
+    /// Load and reserves, by the board: the longest tick and the latest start of all seconds, all else of the last one; null in the first
+    /// second.
+    pub cost: Option<Cost>,
     /// State of the supervisor.
     pub state: &'static str,
     /// Cause of its last change.
@@ -92,6 +96,7 @@ impl RunResult {
             ticks: last.map_or(0, |tick| tick.tick),
             late_ticks: last.map_or(0, |tick| tick.late),
             missed_ticks: last.map_or(0, |tick| tick.missed),
+            cost: counters.cost,
             state: last.map_or("unknown", |tick| tick.state.name()),
             cause: counters.cause.name(),
             pulse_us: end.map_or([None; 4], |end| end.pulse_us),

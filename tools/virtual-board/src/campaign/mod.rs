@@ -2,4 +2,4 @@
 
 mod file;
 
-pub(crate) use file::{Campaign, Expected, Fault, Inject, Reaction};
+pub(crate) use file::{Campaign, Expected, Fault, Inject, Press, Reaction};

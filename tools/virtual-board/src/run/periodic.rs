@@ -227,6 +227,7 @@ impl<W: Write> BoardRun<'_, W> {
                 servo_deg: self.servos.as_ref().map(|servos| servos.extremes().map(|ends| ends.map(report::degrees))),
                 instructions: board.instructions,
                 exceptions: self.exceptions,
+                interrupts: board.nvic.enabled_lines().collect(),
                 rtt_bytes: self.rtt_bytes,
                 injections,
             }
