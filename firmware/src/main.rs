@@ -23,8 +23,10 @@
 #![cfg_attr(not(target_os = "none"), allow(dead_code, unused_imports))]
 
 mod clocks;
+mod debugger;
 mod environment;
 mod faults;
+mod kept_outputs;
 mod lamps;
 mod log;
 mod parameters;
@@ -39,6 +41,7 @@ mod sync_input;
 mod tasks;
 mod variant;
 mod watchdog;
+mod watchdog_clock;
 
 #[cfg(target_os = "none")]
 mod boot {
@@ -54,7 +57,7 @@ mod boot {
     use joint_loop::setup::default_loop::{BoardLoop, Parameters, board_loop};
     use joint_loop::tuning::{Answer, Request, Settings};
     use joint_loop::{Cause, Frame, SENSORS, Sample, SupervisorState};
-    use joint_units::AdcCode;
+    use joint_units::{AdcCode, PulseMicros};
     use wire::{Boot, Change, Edge, Inputs, Record, Subject};
 
     use crate::environment::Environment;
@@ -68,7 +71,7 @@ mod boot {
     use crate::tasks::telemetry::{self, FRAMES_A_LINE, Telemetry};
     use crate::tasks::watchdog as reloading;
     use crate::variant::SENSOR_REQUIRED;
-    use crate::{clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog};
+    use crate::{clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog, watchdog_clock};
 
     /// Priorities, high to low. The break is first: it switches the servos' supply off. The clock of the tasks is below the ticks: a tick
     /// never waits for a timer of telemetry.
@@ -144,6 +147,8 @@ mod boot {
             flooded: false,
         };
 
+        // Before the watchdog starts: a clock that is too fast resets the board soon after.
+        watchdog_clock::measure();
         // From here on the watchdog resets the board after a hang. The ticks begin disarmed.
         watchdog::start();
         interrupt::TIM4.set_priority(TASK_CLOCK);
@@ -176,6 +181,7 @@ mod boot {
             rounds: 0,
             frames_to_line: FRAMES_A_LINE,
             truncated: 0,
+            refused_clock: None,
         };
         THREAD.insert(Executor::new()).run(|thread| {
             thread.spawn(only(telemetry::telemetry_task(telemetry)));
@@ -220,7 +226,12 @@ mod boot {
         let min_supply = parameters.robot.min_supply_on(BOARD.min_supply);
         match board_loop(parameters, reference_cal, min_supply, SENSOR_REQUIRED) {
             Ok(joint_loop) => {
-                Built { joint_loop: place.insert(joint_loop), boot, unnamed, sensors: parameters.sensors.count() }
+                let joint_loop = place.insert(joint_loop);
+                // Where the last pulses of the run before are not known, an arming starts at the park pose.
+                if let Some(last) = last_run.outputs {
+                    joint_loop.start_from(last.pulses_us.map(PulseMicros));
+                }
+                Built { joint_loop, boot, unnamed, sensors: parameters.sensors.count() }
             }
             Err(refusal) => stay_off(Subject::Configuration, refusal),
         }

@@ -104,7 +104,9 @@ impl FromStr for FrequencyAt {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let expected = || {
-            format!("`{text}` is not HZ@SECONDS with 0 to {HIGHEST_LSI_HZ} Hz and 0 or more seconds, for example 60000@2.5")
+            format!(
+                "`{text}` is not HZ@SECONDS with 0 to {HIGHEST_LSI_HZ} Hz and 0 or more seconds, for example 60000@2.5"
+            )
         };
         let (hz, at) = text.split_once('@').ok_or_else(expected)?;
         let [hz, at]: [f64; 2] = [hz.parse().map_err(|_| expected())?, at.parse().map_err(|_| expected())?];

@@ -289,7 +289,9 @@ fn collect_injections(cli: &Cli, image: &ProgramImage) -> Result<Vec<Injection>>
     all.extend(cli.trigger_stop.iter().map(|&at| Injection::new(InjectionKind::Trigger, "TIM2".into(), at)));
     all.extend(cli.halt.iter().map(|&at| Injection::new(InjectionKind::Halt, "core".into(), at)));
     all.extend(
-        cli.lsi.iter().map(|&FrequencyAt { hz, at }| Injection::new(InjectionKind::LowSpeedClock(hz), "LSI".into(), at)),
+        cli.lsi
+            .iter()
+            .map(|&FrequencyAt { hz, at }| Injection::new(InjectionKind::LowSpeedClock(hz), "LSI".into(), at)),
     );
     all.extend(cli.register.iter().map(|write| {
         let kind = InjectionKind::Register { address: write.address, value: write.value };

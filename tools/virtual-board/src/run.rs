@@ -287,7 +287,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 }
                 InjectionKind::Panic(function, arguments) => {
                     // Not inside a handler: this code runs again at the next return to thread mode.
-                    if self.cpu.reg(Reg::Xpsr) & XPSR_EXCEPTION != 0 || matches!(self.idle, IdleState::LockedUp | IdleState::Halted)
+                    if self.cpu.reg(Reg::Xpsr) & XPSR_EXCEPTION != 0
+                        || matches!(self.idle, IdleState::LockedUp | IdleState::Halted)
                     {
                         continue;
                     }

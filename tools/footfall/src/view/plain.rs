@@ -51,6 +51,8 @@ pub fn object(view: &View) -> Value {
         "validity": tick.sensors[0].map(|sensor| sensor.validity.name()),
         "sensors": sensors(view, tick),
         "shadow": view.counters.shadow,
+        "watchdog_hz": view.environment.and_then(|chip| chip.watchdog_hz),
+        "debugger": view.environment.map(|chip| chip.debugger),
         "following": view.counters.following,
         "setpoint_deg": tick.setpoints_deg(),
         "pulse_us": view.pins_us,
