@@ -19,6 +19,7 @@ mod folder;
 mod image;
 mod live;
 mod missing_requirement;
+mod option_bytes;
 mod probe;
 mod progress;
 mod run;
