@@ -93,23 +93,21 @@ fn outside_of_the_range_arming_is_refused_in_words() {
     }
 }
 
-/// From 32 kHz to too slow, stopped, and too fast, in the walk: the next measurement finds it, and the walk ends by the short ramp.
+/// From 32 kHz to too slow in the walk: the next measurement finds it, and the walk ends by the short ramp.
 fn a_clock_that_changes_stops_the_walk_within_a_minute() {
     let board = Board::find();
-    for hz in ["10000", "0", "60000"] {
-        let ran = board.run(options(62.0, &["--lsi", &format!("{hz}@10")]));
-        ran.assert_sound();
-        assert_replayed(&ran);
-        let boot = &ran.boots[0];
-        let change = boot.changes.iter().find(|change| change.cause == Cause::WatchdogClock).expect("a stop");
-        assert_eq!(change.state, SupervisorState::Stopping);
-        assert_eq!(boot.ticks.last().expect("frames").state, SupervisorState::Disarmed);
-        let last = ran.pulses.last().expect("pulses").0;
-        report!("an oscillator that changes to {hz} Hz at 10 s: stop in tick {}, last pulse at {last} s", change.tick);
-        assert!((10.0..10.0 + LATEST_STOP_S).contains(&last), "{hz} Hz: last pulse at {last} s");
-        let [refused] = boot.refused.as_slice() else { panic!("{hz} Hz: {:?}", boot.refused) };
-        assert!(refused.reason.contains("the clock of the watchdog runs at"), "{}", refused.reason);
-    }
+    let ran = board.run(options(62.0, &["--lsi", "10000@10"]));
+    ran.assert_sound();
+    assert_replayed(&ran);
+    let boot = &ran.boots[0];
+    let change = boot.changes.iter().find(|change| change.cause == Cause::WatchdogClock).expect("a stop");
+    assert_eq!(change.state, SupervisorState::Stopping);
+    assert_eq!(boot.ticks.last().expect("frames").state, SupervisorState::Disarmed);
+    let last = ran.pulses.last().expect("pulses").0;
+    report!("an oscillator that changes to 10 kHz at 10 s: stop in tick {}, last pulse at {last} s", change.tick);
+    assert!((10.0..10.0 + LATEST_STOP_S).contains(&last), "last pulse at {last} s");
+    let [refused] = boot.refused.as_slice() else { panic!("{:?}", boot.refused) };
+    assert!(refused.reason.contains("the clock of the watchdog runs at"), "{}", refused.reason);
 }
 
 /// With a debugger every call has it, the board says so when it is armed, and it walks; without one nothing does.
@@ -137,8 +135,8 @@ fn a_halted_core_leaves_no_pulses() {
     for hz in ["17000", "32000", "47000"] {
         let mut latest = 0.0_f64;
         for part in 0..10 {
-            let at = 2.5 + 0.0021 * f64::from(part);
-            let ran = board.run(options(3.0, &["--lsi-hz", hz, "--halt", &at.to_string()]));
+            let at = 1.5 + 0.0021 * f64::from(part);
+            let ran = board.run(options(1.8, &["--lsi-hz", hz, "--halt", &at.to_string()]));
             latest = latest.max(assert_reset_in_time(&ran, at));
         }
         report!("a halted core, LSI {hz} Hz: reset and supply off after {latest} us at most");
