@@ -456,7 +456,7 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 16] = [
+const IMAGE_TESTS: [&str; 18] = [
     "virtual_board",
     "fits",
     "board_inputs",
@@ -465,6 +465,8 @@ const IMAGE_TESTS: [&str; 16] = [
     "board_pulses",
     "board_servos",
     "board_conditions",
+    "board_watchdog",
+    "board_restart",
     "board_campaign",
     "board_gestures",
     "board_follower",
