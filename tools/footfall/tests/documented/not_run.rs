@@ -157,7 +157,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
         &[
             "cargo run -p cpg-core --example hello_cpg",
             "cargo run -p footfall --example samples",
-            "cargo run -p fuzz-properties --example seeds -- fuzz/corpus",
+            "cargo run -p fuzz-properties --no-default-features --example seeds -- fuzz/corpus",
             "cargo run -p reproduce --example gait_family",
             "cargo run -p reproduce --example gait_family -- --write",
             "cargo run -p reproduce --example normative_band -- --write",
