@@ -25,6 +25,9 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask campaign",
             "cargo xtask campaign --every 29",
             "cargo xtask campaign --cases cases.jsonl",
+            "cargo xtask soak",
+            "cargo xtask soak --hours 0.2",
+            "cargo xtask soak --hours 24 --json",
             "footfall watch --elf firmware.elf --virtual-board virtual-board --secs 10 --plain",
             "footfall watch --elf firmware.elf --virtual-board virtual-board --generator generator.toml --record walk.mcap",
             "footfall watch --elf firmware.elf --virtual-board virtual-board --tune",
@@ -39,6 +42,17 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo footfall replay walk.mcap",
             "footfall replay walk.mcap",
             "footfall replay walk.csv --json",
+        ],
+    ),
+    (
+        "needs a nightly compiler and cargo-fuzz, or cargo-mutants, and takes minutes to hours",
+        &[
+            "cargo +nightly fuzz run --sanitizer none --no-default-features generator_record -- -max_total_time=600 -timeout=10 -rss_limit_mb=2048",
+            "cargo +nightly fuzz run --sanitizer none gait_c3d fuzz/corpus/gait_c3d tools/gait-trace/tests/corpus/c3d -- -max_total_time=600",
+            "cargo +nightly fuzz cmin --sanitizer none generator_record",
+            "cargo xtask mutants",
+            "cargo xtask mutants --shard 0/8",
+            "cargo xtask mutants --file '**/gate.rs'",
         ],
     ),
     (
@@ -131,6 +145,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo test -p footfall-tests --test sensor_faults -- --nocapture",
             "cargo test -p gait-fit --test contact -- --nocapture",
             "cargo test -p gait-trace",
+            "cargo test -p fuzz-properties",
             "cargo test -p generator-file --test adversarial",
             "cargo test -p generator-file --test certificate",
             "cargo test -p generator-file --test gait_family",
@@ -142,6 +157,7 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
         &[
             "cargo run -p cpg-core --example hello_cpg",
             "cargo run -p footfall --example samples",
+            "cargo run -p fuzz-properties --no-default-features --example seeds -- fuzz/corpus",
             "cargo run -p reproduce --example gait_family",
             "cargo run -p reproduce --example gait_family -- --write",
             "cargo run -p reproduce --example normative_band -- --write",
