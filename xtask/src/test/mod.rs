@@ -4,6 +4,7 @@
 
 mod counts;
 mod programs;
+mod python;
 mod steps;
 mod summary;
 
