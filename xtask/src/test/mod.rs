@@ -5,6 +5,7 @@
 mod counts;
 mod judged;
 mod programs;
+mod python;
 mod steps;
 mod summary;
 
