@@ -22,7 +22,8 @@ const CORE_LIBRARIES: [&str; 9] =
     ["cobs", "crc", "defmt", "fixed", "heapless", "libm", "micromath", "postcard", "serde"];
 
 /// Packages that nothing may depend on: programs, chores and tests. The virtual board is one for its licence too (GPL-2.0-only).
-const ENDS: [&str; 8] = [
+const ENDS: [&str; 9] = [
+    "audit",
     "bare-metal-example",
     "book",
     "core-selftest",
@@ -34,8 +35,8 @@ const ENDS: [&str; 8] = [
 ];
 
 /// Packages that need a second target or system packages, so that plain `cargo test` leaves them out.
-const NOT_DEFAULT: [&str; 6] =
-    ["bare-metal-example", "core-selftest", "firmware", "link-proof", "step-cost", "virtual-board"];
+const NOT_DEFAULT: [&str; 7] =
+    ["audit", "bare-metal-example", "core-selftest", "firmware", "link-proof", "step-cost", "virtual-board"];
 
 fn packages() -> BTreeMap<&'static str, &'static Value> {
     let packages = metadata()["packages"].as_array().expect("a list of packages");

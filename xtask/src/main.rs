@@ -10,6 +10,7 @@ mod bench;
 mod board;
 mod board_sectors;
 mod book;
+mod build_paths;
 mod campaign;
 mod dfu;
 mod dist;
@@ -21,6 +22,7 @@ mod live;
 mod missing_requirement;
 mod probe;
 mod progress;
+mod ratchet;
 mod run;
 mod self_test;
 mod setup;
@@ -79,6 +81,8 @@ enum Task {
     },
     /// Inject faults into the flashed image on the virtual board, each in each state at each phase of the servo frame, and print what they lead to
     Campaign(campaign::Options),
+    /// Compare what the image, a run of it and the source need with ratchets.toml
+    Ratchet(ratchet::Options),
     /// Build the book of all pages, and print where its first page is
     Book(book::Options),
     /// Pack a release: images, program, completions, manual pages, documentation, book, samples, check sums
@@ -119,6 +123,7 @@ fn perform(task: Task) -> anyhow::Result<ExitCode> {
         }
         Task::Bench { bench } => bench::bench(&bench),
         Task::Campaign(options) => campaign::campaign(&options),
+        Task::Ratchet(options) => ratchet::ratchet(&options),
         Task::Book(options) => book::book(&options),
         Task::Dist(options) => dist::dist(&options),
         Task::Setup { with } => {

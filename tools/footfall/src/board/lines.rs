@@ -84,6 +84,9 @@ pub struct End {
     /// Shortest time from a write of a pulse width to the start of a servo frame, us; `None` if none was written while armed.
     #[serde(default)]
     pub frame_margin_us: Option<f64>,
+    /// Interrupt lines that are enabled at the end, each with its priority, 0 to 15.
+    #[serde(default)]
+    pub interrupts: BTreeMap<u8, u8>,
     /// Instructions executed.
     #[serde(default)]
     pub instructions: u64,
