@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
 
+use super::audits;
 use super::counts::{self, Counts};
 use super::judged::{self, Judged};
 use super::programs;
@@ -34,7 +35,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 22] = [
+pub(super) const STEPS: [Step; 25] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
@@ -130,6 +131,20 @@ pub(super) const STEPS: [Step; 22] = [
         run: panic_free,
     },
     Step {
+        name: "image-audit",
+        claim: "in the flashed images no panic is reachable from the tick and the handlers, and there is no path of this computer",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: audits::image_audit,
+    },
+    Step {
+        name: "same-bytes",
+        claim: "a copy of the source in another folder makes the same image",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: audits::same_bytes,
+    },
+    Step {
         name: "core-selftest",
         claim: "the virtual board's core passes its self-test",
         needs: &[Need::BoardCompiler, Need::VirtualBoard],
@@ -171,7 +186,17 @@ pub(super) const STEPS: [Step; 22] = [
         uses: &[],
         run: python_board,
     },
+    Step {
+        name: "ratchets",
+        claim: "instructions, stack, flash, RAM and unsafe code did not get worse than ratchets.toml",
+        needs: &[Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: audits::ratchets,
+    },
 ];
+
+/// Steps that only `--only` runs: they compile everything for the board once more.
+pub(super) const BY_NAME: [&str; 1] = ["same-bytes"];
 
 /// A step without what it needs, as it turned out while it ran: it is skipped, and neither passed nor failed.
 #[derive(Debug)]
@@ -187,7 +212,7 @@ impl std::error::Error for CannotRun {}
 
 /// What the steps share: the workspace, what an earlier step has built, and the tests that have run.
 pub(super) struct State {
-    workspace: Workspace,
+    pub(super) workspace: Workspace,
     required: Required,
     pub(super) counts: RefCell<Counts>,
     image: OnceCell<PathBuf>,
@@ -209,15 +234,15 @@ impl State {
         }
     }
 
-    fn image(&self) -> Result<&Path> {
+    pub(super) fn image(&self) -> Result<&Path> {
         build_once(&self.image, || Ok(self.workspace.firmware(Board::F4Discovery, Drive::Servos)?.elf))
     }
 
-    fn shadow(&self) -> Result<&Path> {
+    pub(super) fn shadow(&self) -> Result<&Path> {
         build_once(&self.shadow, || Ok(self.workspace.firmware(Board::F4Discovery, Drive::Nothing)?.elf))
     }
 
-    fn virtual_board(&self) -> Result<&Path> {
+    pub(super) fn virtual_board(&self) -> Result<&Path> {
         build_once(&self.virtual_board, || self.workspace.virtual_board())
     }
 
@@ -226,7 +251,7 @@ impl State {
     }
 
     /// Where the output of a program that is run under a deadline is kept.
-    fn log(&self, name: &str) -> PathBuf {
+    pub(super) fn log(&self, name: &str) -> PathBuf {
         self.workspace.target_dir.join("xtask-logs").join(format!("{name}.log"))
     }
 }
@@ -240,12 +265,12 @@ fn build_once(cell: &OnceCell<PathBuf>, make: impl FnOnce() -> Result<PathBuf>) 
 }
 
 /// A cargo command of the host whose output is the step's.
-fn cargo(arguments: &[&str]) -> Result<()> {
+pub(super) fn cargo(arguments: &[&str]) -> Result<()> {
     shell::must_succeed(shell::cargo().args(arguments), &format!("cargo {}", arguments.join(" ")))
 }
 
 /// Runs the tests that the arguments of `cargo test` select: shows their output, counts them and names those that fail.
-fn tests(state: &State, arguments: &[&str], variables: &[(&str, &OsStr)]) -> Result<Counts> {
+pub(super) fn tests(state: &State, arguments: &[&str], variables: &[(&str, &OsStr)]) -> Result<Counts> {
     let required = state.required.for_tests(!variables.is_empty());
     let variables = [variables, &[(REQUIRE, OsStr::new(&required))]].concat();
     programs::run(arguments, &variables)
@@ -259,7 +284,7 @@ fn doc_tests() -> Result<Counts> {
 }
 
 /// What the table says about the tests of a step.
-fn passed(state: &State, counts: Counts) -> Result<String> {
+pub(super) fn passed(state: &State, counts: Counts) -> Result<String> {
     let counts = counts.without_failures()?;
     let text = counts.to_string();
     state.counts.borrow_mut().add(counts);
@@ -509,7 +534,7 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 18] = [
+const IMAGE_TESTS: [&str; 19] = [
     "virtual_board",
     "fits",
     "board_inputs",
@@ -522,6 +547,7 @@ const IMAGE_TESTS: [&str; 18] = [
     "board_restart",
     "board_campaign",
     "board_gestures",
+    "board_interrupts",
     "board_follower",
     "board_records",
     "board_entrainment",
