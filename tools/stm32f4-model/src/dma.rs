@@ -112,6 +112,10 @@ struct DmaStream {
     moved: u32,
     /// The next transfer fails with a bus error.
     fail_next_transfer: bool,
+    /// Its requests are not served.
+    is_stalled: bool,
+    /// The next request is taken without a transfer.
+    loses_next_request: bool,
 }
 
 /// Registers of one controller.
@@ -185,7 +189,7 @@ impl Dma {
     /// The transfer that a stream makes for a request on `channel`; `None` if the stream is off or has selected another channel.
     pub(crate) fn transfer(&self, stream: usize, channel: u32) -> Option<DmaTransfer> {
         let stream = &self.streams[stream];
-        if stream.cr & EN == 0 || stream.cr >> 25 & 7 != channel || stream.ndtr == 0 {
+        if stream.is_stalled || stream.cr & EN == 0 || stream.cr >> 25 & 7 != channel || stream.ndtr == 0 {
             return None;
         }
         let width = stream.width();
@@ -237,6 +241,21 @@ impl Dma {
     /// Makes the next transfer of a stream fail.
     pub(crate) fn fail_next_transfer(&mut self, stream: usize) {
         self.streams[stream].fail_next_transfer = true;
+    }
+
+    /// Stops serving the requests of a stream, or serves them again. They stay with their source meanwhile.
+    pub(crate) fn stall(&mut self, stream: usize, is_stalled: bool) {
+        self.streams[stream].is_stalled = is_stalled;
+    }
+
+    /// Makes a stream take its next request without a transfer.
+    pub(crate) fn lose_next_request(&mut self, stream: usize) {
+        self.streams[stream].loses_next_request = true;
+    }
+
+    /// Whether the request that a stream serves now is lost; only once.
+    pub(crate) fn takes_lost_request(&mut self, stream: usize) -> bool {
+        std::mem::take(&mut self.streams[stream].loses_next_request)
     }
 
     /// True if a stream has a flag; without one no interrupt line is high.

@@ -165,6 +165,13 @@ impl BoardModel {
     fn advance(&mut self, memory: &mut dyn DmaMemory) {
         self.plant.pulses.instructions = self.instructions;
         self.soc.advance_to(self.now, &mut self.plant, memory);
+        // Before the next write: the compare registers still hold what the pulse began with.
+        if self.plant.pulses.awaits_programmed() {
+            let programmed = TIM1_CCR.step_by(4).map(|addr| f64::from(self.soc.read(addr, Width::Word)));
+            let mut us = [0.0; 4];
+            us.iter_mut().zip(programmed).for_each(|(us, programmed)| *us = programmed);
+            self.plant.pulses.note_programmed(us);
+        }
     }
 
     fn refresh(&mut self) {

@@ -101,6 +101,11 @@ impl Nvic {
         Self::exists(exception) && self.enabled & bit(exception) != 0
     }
 
+    /// The interrupt lines that are enabled, each with its priority, 0 to 15.
+    pub(crate) fn enabled_lines(&self) -> impl Iterator<Item = (u8, u8)> {
+        (0..LINES).filter(|line| self.is_enabled(16 + line)).map(|line| (line, self.priority(16 + line) >> 4))
+    }
+
     /// Sets an exception pending.
     pub(crate) fn pend(&mut self, exception: u8) {
         if Self::exists(exception) {
@@ -307,6 +312,14 @@ mod tests {
         assert_eq!(nvic.priority(40), 0x50);
         let nvic = ready(&[(21, 0x4F), (20, 0x41)]);
         assert_eq!(nvic.deliverable(UNMASKED), Some(20), "equal after masking: the number decides");
+    }
+
+    #[test]
+    fn enabled_lines_are_listed_without_the_exceptions_of_the_core() {
+        let mut nvic = ready(&[(SYS_TICK, 0x10), (16, 0x40), (16 + 81, 0xF0)]);
+        assert_eq!(nvic.enabled_lines().collect::<Vec<_>>(), [(0, 4), (81, 15)]);
+        nvic.disable(16);
+        assert_eq!(nvic.enabled_lines().collect::<Vec<_>>(), [(81, 15)]);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! A step whose optional tool is missing is skipped, with the reason at its place and in the table at the end.
 
 mod counts;
+mod judged;
 mod programs;
 mod steps;
 mod summary;

@@ -32,6 +32,11 @@ impl Soc {
                     self.adcs[index].after_read(register);
                     self.stale = true;
                 }
+                if let Model::Tim(number) = block.model
+                    && self.timers[number].after_read(register)
+                {
+                    self.refresh();
+                }
                 if block.model == Model::Usart2 {
                     self.usart2.after_read(register);
                     self.stale = true;
@@ -128,7 +133,7 @@ impl Soc {
             Model::Flash => self.flash.peek(offset),
             Model::Syscfg => self.syscfg.peek(offset),
             Model::Exti => self.exti.peek(offset),
-            Model::Iwdg => self.iwdg.peek(offset, self.time.seconds(self.now)),
+            Model::Iwdg => self.iwdg.peek(offset, self.lsi.periods(self.time.seconds(self.now))),
             Model::Usart2 => self.usart2.peek(offset),
             Model::Dbgmcu => self.dbgmcu.peek(offset),
             Model::SystemMemory => self.factory_data(offset),
@@ -159,6 +164,9 @@ impl Soc {
                     lints.push(LintKind::Misuse("the break is enabled (BDTR.BKE), but no pin is connected to BKIN"));
                 }
                 self.pass_signals(number, signals);
+                if self.timers[number].features.captures_lsi() {
+                    self.schedule_low_speed();
+                }
             }
             Model::Adc(index) => {
                 self.adcs[index].write(offset, value, now, lints);
@@ -185,9 +193,14 @@ impl Soc {
                     self.check_ratings(lints);
                 }
             }
-            Model::Pwr => self.pwr.write(offset, value, lints),
+            Model::Pwr => {
+                self.pwr.write(offset, value, lints);
+                self.update_voltage_detector();
+            }
             Model::Flash => {
-                self.flash.write(offset, value, lints);
+                let seconds = self.time.seconds(now);
+                self.flash.write(offset, value, seconds, lints);
+                self.schedule_flash_end();
                 if offset == 0 {
                     self.check_ratings(lints);
                 }
@@ -198,9 +211,9 @@ impl Soc {
             }
             Model::Exti => self.exti.write(offset, value, lints),
             Model::Iwdg => {
-                let seconds = self.time.seconds(now);
-                self.iwdg.write(offset, value, seconds, lints);
-                self.schedule_watchdog_reset();
+                let periods = self.lsi.periods(self.time.seconds(now));
+                self.iwdg.write(offset, value, periods, lints);
+                self.schedule_low_speed();
             }
             Model::Usart2 => self.usart2.write(offset, value, now, lints),
             Model::Dbgmcu => self.dbgmcu.write(offset, value, lints),

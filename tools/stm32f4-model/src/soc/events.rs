@@ -1,4 +1,4 @@
-//! Events: advances time and carries out timer signals, conversions, DMA transfers and the watchdog in the order of time.
+//! Events: advances time and carries out timer signals, conversions, DMA transfers, captures and the watchdog in the order of time.
 
 use super::{KEPT_CONVERSIONS, Soc};
 use crate::adc::{Adc, AdcChannel, AdcEvent, Trigger};
@@ -13,6 +13,7 @@ use crate::tim::Signals;
 use crate::usart::SERIAL_OUT;
 
 // Interrupt numbers (RM0090 12.1.3).
+const IRQ_FLASH: u8 = 4;
 const IRQ_RCC: u8 = 5;
 const IRQ_ADC: u8 = 18;
 const IRQ_USART2: u8 = 38;
@@ -88,6 +89,16 @@ impl Soc {
         }
         if self.pins.change_at <= self.now {
             self.sample_inputs(plant);
+        }
+        if self.released_at <= self.now {
+            self.released_at = u64::MAX;
+        }
+        if self.flash_at <= self.now {
+            self.flash_at = u64::MAX;
+            self.flash_operations.extend(self.flash.finish());
+        }
+        if self.capture_at() <= self.now {
+            self.capture();
         }
         if self.watchdog_at <= self.now {
             self.watchdog_at = u64::MAX;
@@ -223,6 +234,9 @@ impl Soc {
                 continue;
             }
             let Some(transfer) = self.dma[controller].transfer(stream, channel) else { continue };
+            if self.dma[controller].takes_lost_request(stream) {
+                return Some(false);
+            }
             let good = if transfer.to_memory {
                 let value = self.read_register(transfer.peripheral, transfer.width);
                 memory.write(transfer.memory, transfer.width, value)
@@ -265,7 +279,8 @@ impl Soc {
 
     /// Cycles of the next event of the blocks, and of the next one with a visible effect.
     fn schedule(&self) -> (u64, u64) {
-        let common = self.timers.iter().fold(self.watchdog_at, |next, timer| next.min(timer.next_event()));
+        let rare = self.watchdog_at.min(self.capture_at()).min(self.flash_at).min(self.released_at);
+        let common = self.timers.iter().fold(rare, |next, timer| next.min(timer.next_event()));
         let serial = self.usart2.next_event();
         let serial_visible =
             self.usart2.has_interrupts() || [5, 6].iter().any(|stream| self.dma[0].has_interrupts(*stream));
@@ -290,6 +305,7 @@ impl Soc {
             }
         }
         raise(IRQ_ADC, self.adcs.iter().any(|adc| adc.interrupt()));
+        raise(IRQ_FLASH, self.flash.interrupt());
         raise(IRQ_RCC, self.rcc.interrupt());
         raise(IRQ_USART2, self.usart2.interrupt());
         let pending = self.exti.pending();
