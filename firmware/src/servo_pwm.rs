@@ -249,7 +249,9 @@ impl Outputs {
             && TIM1.arr().read().arr() == FRAME_US - 1
             && TIM1.rcr().read().0 == 0
             && TIM1.ccer().read() == outputs_enabled()
-            && (0..2).all(|half| TIM1.ccmr_output(half).read() == buffered_pwm());
+            // One by one: in a loop over both the compiler keeps the range check of the index.
+            && TIM1.ccmr_output(0).read() == buffered_pwm()
+            && TIM1.ccmr_output(1).read() == buffered_pwm();
         let widths =
             self.widths.iter().enumerate().all(|(channel, width)| TIM1.ccr(channel).read().ccr() == limited(*width));
         let pins = BOARD.servos.iter().chain([&BOARD.emergency_stop]).all(|pin| pin.has_function(TIM1_FUNCTION));

@@ -22,6 +22,7 @@ use crate::debugger;
 use crate::kept_outputs;
 use crate::lamps;
 use crate::pins::PinRegisters;
+use crate::queue;
 use crate::sampling::NEWEST;
 use crate::servo_pwm::Outputs;
 use crate::stopwatch;
@@ -138,7 +139,7 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         faults,
         watchdog_clock: watchdog_clock::take(),
         debugger: debugger::attached(),
-        request: control.requests.dequeue(),
+        request: queue::take(&mut control.requests),
     };
 
     let command = control.joint_loop.tick(&sample);
@@ -176,33 +177,33 @@ fn control_step(control: &mut Control, measured: &Measurement) {
 
 impl Control {
     fn report(&mut self, sample: &Sample<SENSORS>, frame: Frame<SENSORS>) {
-        let mut dropped = u32::from(self.samples.enqueue((frame.tick, *sample)).is_err());
+        let mut dropped = u32::from(!queue::put(&mut self.samples, || (frame.tick, *sample)));
         let now = (frame.state, frame.cause);
         if self.reported != now {
             self.reported = now;
             let (state, cause) = now;
-            dropped += u32::from(self.changes.enqueue(Change { tick: frame.tick, state, cause }).is_err());
+            dropped += u32::from(!queue::put(&mut self.changes, || Change { tick: frame.tick, state, cause }));
         }
         self.ticks_to_frame -= 1;
         if self.ticks_to_frame == 0 {
             self.ticks_to_frame = TICKS_A_FRAME;
-            dropped += u32::from(self.frames.enqueue(frame).is_err());
+            dropped += u32::from(!queue::put(&mut self.frames, || frame));
         }
         self.ticks_to_settings = self.ticks_to_settings.saturating_sub(1);
         for answer in self.joint_loop.answers() {
             if answer.outcome == Outcome::InEffect {
                 self.ticks_to_settings = 0;
             }
-            dropped += u32::from(self.answers.enqueue(answer).is_err());
+            dropped += u32::from(!queue::put(&mut self.answers, || answer));
         }
         if self.ticks_to_settings == 0 {
             self.ticks_to_settings = TICKS_A_REPORT;
-            dropped += u32::from(self.settings.enqueue((frame.tick, *self.joint_loop.settings())).is_err());
+            dropped += u32::from(!queue::put(&mut self.settings, || (frame.tick, *self.joint_loop.settings())));
         }
         self.ticks_to_record -= 1;
         if self.ticks_to_record == 0 {
             self.ticks_to_record = self.joint_loop.settings().ticks_a_record();
-            if self.records.enqueue(frame).is_err() {
+            if !queue::put(&mut self.records, || frame) {
                 NOT_SENT.fetch_add(1, Ordering::Relaxed);
             }
         }
@@ -218,7 +219,7 @@ impl Control {
             let offset_us = edge.at_us.wrapping_sub(triggered_us) as i32;
             let edge = Edge { tick, offset_us, high: edge.high, lost_before };
             lost_before = false;
-            dropped += u32::from(self.edges.enqueue(edge).is_err());
+            dropped += u32::from(!queue::put(&mut self.edges, || edge));
         });
         if dropped > 0 {
             DROPPED.fetch_add(dropped, Ordering::Relaxed);

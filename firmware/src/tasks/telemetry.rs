@@ -57,9 +57,9 @@ pub(crate) struct Telemetry {
 
 /// Runs every [`ROUND_US`].
 #[embassy_executor::task]
-pub(crate) async fn telemetry_task(mut telemetry: Telemetry) -> ! {
+pub(crate) async fn telemetry_task(telemetry: &'static mut Telemetry) -> ! {
     loop {
-        telemetry_step(&mut telemetry);
+        telemetry_step(telemetry);
         Timer::after_micros(ROUND_US.into()).await;
     }
 }

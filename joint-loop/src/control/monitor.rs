@@ -245,9 +245,7 @@ impl Monitor {
             Demand::Go
         }
     }
-}
 
-impl Monitor {
     /// Whether the clock of the watchdog must have been measured.
     pub(crate) const fn requires_watchdog_clock(&self) -> bool {
         self.watchdog_clock_required

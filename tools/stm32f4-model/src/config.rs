@@ -25,7 +25,7 @@ pub struct SocConfig {
     pub vrefint_cal: Option<u16>,
     /// The 96 bit unique identifier at 0x1FFF7A10.
     pub unique_id: [u32; 3],
-    /// BOR_LEV of the option bytes: 0 is the highest level of the brown-out reset, 3 is off, as delivered. The reset itself is not modelled.
+    /// BOR_LEV of the option bytes: 0 is the highest level of the brown-out reset, 3 is off, as delivered.
     pub bor_level: u8,
     /// Flash size at 0x1FFF7A22, KiB.
     pub flash_kib: u16,

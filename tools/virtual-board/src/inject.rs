@@ -18,9 +18,11 @@
 
 use std::str::FromStr;
 
+use anyhow::{Context as _, Result};
 use stm32f4_model::Pin;
 
 use crate::cpu::{Cpu, Reg, XPSR_IT};
+use crate::loader::ProgramImage;
 use crate::pulses::{OutputChange, OutputState};
 use crate::report::{self, Reaction};
 
@@ -127,12 +129,26 @@ pub(crate) enum PanicArguments {
 }
 
 /// Panic functions that can be called, in the order of preference.
-pub(crate) const PANIC_FUNCTIONS: [(&str, PanicArguments); 4] = [
+const PANIC_FUNCTIONS: [(&str, PanicArguments); 4] = [
     ("core::panicking::panic", PanicArguments::MessageAndLocation),
     ("core::option::unwrap_failed", PanicArguments::Location),
     ("core::panicking::panic_const::panic_const_div_by_zero", PanicArguments::Location),
     ("core::panicking::panic_const::panic_const_add_overflow", PanicArguments::Location),
 ];
+
+/// The panic function of an image that is called, by its name, and the injection.
+///
+/// # Errors
+/// The image has none of those that can be called.
+pub(crate) fn panic_in(image: &ProgramImage) -> Result<(&'static str, InjectionKind)> {
+    let find = |(name, arguments)| {
+        let (name, address) = image.find_first_function(&[name])?;
+        Some((name, InjectionKind::Panic(address, arguments)))
+    };
+    PANIC_FUNCTIONS.into_iter().find_map(find).with_context(|| {
+        format!("the ELF has none of the functions {}", PANIC_FUNCTIONS.map(|(name, _)| name).join(", "))
+    })
+}
 
 /// Kind of an injected fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -170,6 +186,15 @@ pub(crate) enum InjectionKind {
 }
 
 impl InjectionKind {
+    /// Whether it may end a pulse early. What the program does by itself, it does at the end of a pulse.
+    #[must_use]
+    pub(crate) const fn can_cut_a_pulse(self) -> bool {
+        !matches!(
+            self,
+            Self::Hang(_) | Self::Fault(_) | Self::Panic(..) | Self::Overrun | Self::Transfer | Self::Trigger
+        )
+    }
+
     /// Name in the output.
     #[must_use]
     pub(crate) const fn name(self) -> &'static str {

@@ -173,9 +173,21 @@ pub struct Counters {
     pub following: Option<Following>,
     /// Setpoint hashes of board and host at the last compared row.
     pub hashes: Option<(u64, u64)>,
+    /// Load and reserves: the longest tick and the latest start of all seconds, all else of the last one.
+    pub cost: Option<Cost>,
 }
 
 impl Counters {
+    /// Takes load and reserves of a second.
+    fn add(&mut self, cost: Cost) {
+        let worst = self.cost.unwrap_or(cost);
+        self.cost = Some(Cost {
+            longest_cycles: cost.longest_cycles.max(worst.longest_cycles),
+            latest_start_us: cost.latest_start_us.max(worst.latest_start_us),
+            ..cost
+        });
+    }
+
     /// Takes the state of a follower from a frame.
     pub fn follow(&mut self, tick: &Frame) {
         let Some(follow) = &tick.following else { return };
@@ -304,7 +316,10 @@ impl<'t> BoardRun<'t> {
                 Record::Frame(frame) => self.tick(t_s, frame, events),
                 Record::Inputs(inputs) => self.inputs(&inputs, events),
                 Record::Edge(edge) => events.push(Event::Edge(edge)),
-                Record::Cost(cost) => events.push(Event::Cost(cost)),
+                Record::Cost(cost) => {
+                    self.counters.add(cost);
+                    events.push(Event::Cost(cost));
+                }
                 Record::Environment(environment) => events.push(Event::Environment(environment)),
                 // The log also has them as text lines.
                 Record::Answered(_) | Record::Port(_) | Record::Settings(_) => {}

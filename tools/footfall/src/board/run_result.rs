@@ -1,10 +1,11 @@
 //! The result of a run: the last object of the output, and whether the run was sound.
 
-use crate::board::lines::{End, Reset};
+use crate::board::lines::{End, Judged, Reset};
 use crate::board::run::{Counters, Following};
 use joint_loop::Cause;
 use serde::Serialize;
 use serde_json::{Value, json};
+use wire::Cost;
 
 /// The result of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -21,6 +22,9 @@ pub struct RunResult {
     pub late_ticks: u32,
     /// Control periods without a tick, since the last boot.
     pub missed_ticks: u32,
+    /// Load and reserves, by the board: the longest tick and the latest start of all seconds, all else of the last one; null in the first
+    /// second.
+    pub cost: Option<Cost>,
     /// State of the supervisor.
     pub state: &'static str,
     /// Cause of its last change.
@@ -35,6 +39,8 @@ pub struct RunResult {
     pub edges_before_arming: u64,
     /// Edges of servo pins after disarming.
     pub edges_after_disarming: u64,
+    /// What came of the pulses, judged by the virtual board.
+    pub judged: Judged,
     /// Accesses that the models of the virtual board do not support.
     pub unmodelled: u64,
     /// Every kind of irregular access.
@@ -95,6 +101,7 @@ impl RunResult {
             ticks: last.map_or(0, |tick| tick.tick),
             late_ticks: last.map_or(0, |tick| tick.late),
             missed_ticks: last.map_or(0, |tick| tick.missed),
+            cost: counters.cost,
             state: last.map_or("unknown", |tick| tick.state.name()),
             cause: counters.cause.name(),
             has_armed: counters.has_armed,
@@ -102,6 +109,7 @@ impl RunResult {
             pulse_us: end.map_or([None; 4], |end| end.pulse_us),
             edges_before_arming: end.map_or(0, |end| end.edges_before_arming),
             edges_after_disarming: end.map_or(0, |end| end.edges_after_disarming),
+            judged: end.map_or(Judged::default(), |end| end.judged.clone()),
             unmodelled: end.map_or(0, |end| end.unmodelled),
             lints: end.map_or(vec![], |end| end.lints.clone()),
             unexpected_faults: end.map_or(0, |end| end.unexpected_faults),
@@ -158,6 +166,8 @@ impl RunResult {
         when(self.unexpected_faults > 0, format!("{} faults that were not injected", self.unexpected_faults));
         let edges = self.edges_before_arming + self.edges_after_disarming;
         when(edges > 0, format!("{edges} edges of servo pins while disarmed"));
+        let Judged { violations, first, .. } = &self.judged;
+        when(*violations > 0, format!("{violations} pulses that no servo may get: {}", first.join("; ")));
         // An injected fault is meant to end the motion.
         let moves = matches!(self.state, "arming" | "walking");
         let asked = matches!(self.cause, "none" | "button") || !self.injections.is_empty();

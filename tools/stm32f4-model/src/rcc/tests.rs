@@ -1,5 +1,6 @@
 //! Tests of the RCC registers.
 
+use super::faults::HseFailure;
 use super::*;
 
 fn rcc() -> Rcc {

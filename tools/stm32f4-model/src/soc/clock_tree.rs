@@ -1,7 +1,7 @@
 //! Effects of RCC on the blocks: their clocks and resets, and the check of the clocks against the ratings of the chip.
 
 use super::Soc;
-use crate::adc::{Adc, AdcCommonRegisters};
+use crate::adc::AdcCommonRegisters;
 use crate::dma::Dma;
 use crate::exti::Syscfg;
 use crate::gpio::Gpio;
@@ -48,6 +48,8 @@ impl Soc {
             self.timers[number].set_clock_failed(failed);
         }
         self.schedule_low_speed();
+        self.schedule_flash_end();
+        self.schedule_release();
         self.route_pins();
         for port in 0..self.gpio.len() {
             self.port_changed(port);
@@ -59,7 +61,7 @@ impl Soc {
     fn reset_block(&mut self, model: Model) {
         match model {
             Model::Tim(number) => self.timers[number] = Timer::new(&TIMERS[number], self.now),
-            Model::Adc(index) => self.adcs[index] = Adc::new(index),
+            Model::Adc(index) => self.adcs[index].reset(),
             Model::AdcCommon => self.adc_common = AdcCommonRegisters::default(),
             Model::Dma(index) => self.dma[index] = Dma::new(),
             Model::Gpio(port) => self.gpio[port] = Gpio::new(port),

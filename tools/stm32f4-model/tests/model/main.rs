@@ -7,6 +7,7 @@ mod bus;
 mod clocks;
 mod dma;
 mod exti;
+mod faults;
 mod lsi;
 mod oracle;
 mod properties;
