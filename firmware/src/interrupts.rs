@@ -55,3 +55,19 @@ pub const TASK_CLOCK: Enabled =
 
 /// All, most urgent first.
 pub const ENABLED: [Enabled; 6] = [BREAK, EDGE, BLOCK_END, OVERRUN, TICK, TASK_CLOCK];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_list_is_in_order_and_in_the_documentation() {
+        assert!(ENABLED.is_sorted_by_key(|interrupt| interrupt.priority));
+        let rows: String = ENABLED
+            .iter()
+            .map(|interrupt| format!("| `{}` | {} | {} |\n", interrupt.name, interrupt.priority, interrupt.what))
+            .collect();
+        let page = include_str!("../../docs/boards.md");
+        assert!(page.contains(&rows), "docs/boards.md should have\n{rows}");
+    }
+}

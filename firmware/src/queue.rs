@@ -9,10 +9,10 @@ use heapless::spsc::{Consumer, Producer};
 /// What `capacity` is for a queue of the length 0, one less than the length: there is none.
 const NO_QUEUE: usize = usize::MAX;
 
-/// Puts an item at the end; false if there was no place for it.
+/// Puts an item at the end; false if there was no place for it. A closure makes the item, so that it is copied only once, into its place.
 #[inline(always)]
-pub(crate) fn put<T>(queue: &mut Producer<'_, T>, item: T) -> bool {
-    queue.capacity() != NO_QUEUE && queue.enqueue(item).is_ok()
+pub(crate) fn put<T>(queue: &mut Producer<'_, T>, item: impl FnOnce() -> T) -> bool {
+    queue.capacity() != NO_QUEUE && queue.ready() && queue.enqueue(item()).is_ok()
 }
 
 /// Takes the oldest item.

@@ -217,6 +217,15 @@ mod tests {
     }
 
     #[test]
+    fn the_table_of_pages_finds_what_a_search_of_all_blocks_finds() {
+        for addr in (0x4000_0000..0x4003_0000).step_by(0x40).chain((0x1FFF_7000..0x1FFF_8000).step_by(0x40)) {
+            let searched = BLOCKS.iter().find(|block| (block.base..block.base + block.size).contains(&addr));
+            let found = locate(addr).map(|(block, offset)| (block.name, offset));
+            assert_eq!(found, searched.map(|block| (block.name, addr - block.base)), "{addr:#010x}");
+        }
+    }
+
+    #[test]
     fn addresses_decode_to_block_and_offset() {
         let name = |addr| locate(addr).map(|(block, offset)| (block.name, offset));
         assert_eq!(name(0x4001_0044), Some(("TIM1", 0x44)));

@@ -228,6 +228,12 @@ impl Pulses {
         }
     }
 
+    /// True if a period was completed or an output has changed since they were last taken.
+    #[must_use]
+    pub(crate) fn has_news(&self) -> bool {
+        !self.periods.is_empty() || !self.activity.is_empty()
+    }
+
     /// The periods completed since the last call.
     pub(crate) fn take_periods(&mut self) -> Vec<PulsePeriod> {
         std::mem::take(&mut self.periods)

@@ -99,6 +99,8 @@ pub(crate) struct BoardRun<'a, W: Write> {
     exceptions: u64,
     rtt_bytes: u64,
     slept_cycles: u64,
+    /// The caller of [`BoardRun::step`] looks at the state from this time on, s: a sleep does not pass it.
+    pause_s: f64,
     last_status: u64,
     status: Option<u32>,
 }
@@ -149,6 +151,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             exceptions: 0,
             rtt_bytes: 0,
             slept_cycles: 0,
+            pause_s: f64::INFINITY,
             last_status: 0,
             status: None,
         })
@@ -186,6 +189,17 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let (reset, due) = {
             let (mut board, mut memory) = self.cpu.machine_and_memory();
             board.sync(&mut memory);
+            if self.idle != IdleState::No {
+                let pending = self.injections.iter().filter(|injection| injection.is_pending());
+                let injection_s = pending.map(|injection| injection.at).fold(f64::INFINITY, f64::min);
+                while board.is_quiet(injection_s) {
+                    self.slept_cycles += board.sleep();
+                    if board.seconds() >= self.pause_s {
+                        return Ok(None);
+                    }
+                    board.sync(&mut memory);
+                }
+            }
             (board.reset, board.stop_is_due())
         };
         self.report_outputs();
@@ -201,10 +215,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         }
         self.inject_due()?;
         if self.idle != IdleState::No && !self.wake_if_due() || self.cpu.machine().soc.clock_stopped() {
-            let mut board = self.cpu.machine();
-            let before = board.now();
-            board.sleep();
-            self.slept_cycles += board.now() - before;
+            self.slept_cycles += self.cpu.machine().sleep();
             return Ok(None);
         }
         if let Some(number) = self.deliverable() {

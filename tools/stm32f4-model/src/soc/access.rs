@@ -9,6 +9,13 @@ impl Soc {
     /// Reads a peripheral register, with the side effects of the read. An access that is not modelled, clocked or allowed returns 0 and is
     /// recorded as a lint.
     pub fn read(&mut self, addr: u32, width: Width) -> u32 {
+        let value = self.read_register(addr, width);
+        self.refresh_if_stale();
+        value
+    }
+
+    /// [`Soc::read`] without the update of interrupt lines and next event.
+    pub(super) fn read_register(&mut self, addr: u32, width: Width) -> u32 {
         match self.reach(addr, width, false) {
             Err(kind) => {
                 self.lint(addr, width, kind, None);
@@ -23,7 +30,7 @@ impl Soc {
                 };
                 if let Model::Adc(index) = block.model {
                     self.adcs[index].after_read(register);
-                    self.refresh();
+                    self.stale = true;
                 }
                 if let Model::Tim(number) = block.model
                     && self.timers[number].after_read(register)
@@ -32,7 +39,7 @@ impl Soc {
                 }
                 if block.model == Model::Usart2 {
                     self.usart2.after_read(register);
-                    self.refresh();
+                    self.stale = true;
                 }
                 word >> ((offset & 3) * 8) & width.mask()
             }
@@ -41,6 +48,12 @@ impl Soc {
 
     /// Writes a peripheral register. An access that is not modelled, clocked or allowed is ignored and recorded as a lint.
     pub fn write(&mut self, addr: u32, width: Width, value: u32) {
+        self.write_register(addr, width, value);
+        self.refresh_if_stale();
+    }
+
+    /// [`Soc::write`] without the update of interrupt lines and next event.
+    pub(super) fn write_register(&mut self, addr: u32, width: Width, value: u32) {
         match self.reach(addr, width, true) {
             Err(kind) => self.lint(addr, width, kind, Some(value)),
             Ok((block, offset)) => {
@@ -55,7 +68,7 @@ impl Soc {
                 for kind in lints {
                     self.lint(addr, width, kind, Some(value));
                 }
-                self.refresh();
+                self.stale = true;
             }
         }
     }

@@ -44,9 +44,11 @@ impl Soc {
         self.report_edges(plant);
         self.serve_dma_requests(memory);
         self.schedule_input_sample(plant, true);
+        self.refresh_if_stale();
         if self.schedule_stale {
             self.refresh_schedule();
         } else {
+            debug_assert_eq!((self.scheduled, self.scheduled_visible), self.schedule(), "the schedule is stale");
             self.refresh_next();
         }
         while self.next <= target {
@@ -236,19 +238,19 @@ impl Soc {
                 return Some(false);
             }
             let good = if transfer.to_memory {
-                let value = self.read(transfer.peripheral, transfer.width);
+                let value = self.read_register(transfer.peripheral, transfer.width);
                 memory.write(transfer.memory, transfer.width, value)
             } else {
                 match memory.read(transfer.memory, transfer.width) {
                     Some(value) => {
-                        self.write(transfer.peripheral, transfer.width, value);
+                        self.write_register(transfer.peripheral, transfer.width, value);
                         true
                     }
                     None => false,
                 }
             };
             let last = self.dma[controller].transferred(stream, good);
-            self.refresh();
+            self.stale = true;
             return Some(last);
         }
         None
@@ -256,22 +258,35 @@ impl Soc {
 
     /// Updates interrupt lines and the next event after a change.
     pub(super) fn refresh(&mut self) {
+        self.stale = false;
         self.refresh_lines();
         self.refresh_schedule();
     }
 
+    /// The same if a register access or a transfer was made since the last update.
+    pub(super) fn refresh_if_stale(&mut self) {
+        if self.stale {
+            self.refresh();
+        }
+    }
+
     /// Updates the next events of the blocks, and from them the next event.
     fn refresh_schedule(&mut self) {
+        (self.scheduled, self.scheduled_visible) = self.schedule();
+        self.schedule_stale = false;
+        self.refresh_next();
+    }
+
+    /// Cycles of the next event of the blocks, and of the next one with a visible effect.
+    fn schedule(&self) -> (u64, u64) {
         let rare = self.watchdog_at.min(self.capture_at()).min(self.flash_at).min(self.released_at);
         let common = self.timers.iter().fold(rare, |next, timer| next.min(timer.next_event()));
         let serial = self.usart2.next_event();
         let serial_visible =
             self.usart2.has_interrupts() || [5, 6].iter().any(|stream| self.dma[0].has_interrupts(*stream));
         let adcs = |next: u64, of: fn(&Adc) -> u64| self.adcs.iter().fold(next, |next, adc| next.min(of(adc)));
-        self.scheduled = adcs(common.min(serial), Adc::next_event);
-        self.scheduled_visible = adcs(if serial_visible { common.min(serial) } else { common }, Adc::next_visible);
-        self.schedule_stale = false;
-        self.refresh_next();
+        let visible = adcs(if serial_visible { common.min(serial) } else { common }, Adc::next_visible);
+        (adcs(common.min(serial), Adc::next_event), visible)
     }
 
     /// Updates the next event after a change of the inputs.

@@ -118,6 +118,8 @@ pub struct Soc {
     /// The same without the inputs.
     scheduled: u64,
     scheduled_visible: u64,
+    /// A register access or a transfer was made since the interrupt lines and `scheduled` were updated.
+    stale: bool,
     /// A register access has moved the next event of a timer since `scheduled` was updated.
     schedule_stale: bool,
     lints: Vec<Lint>,
@@ -165,6 +167,7 @@ impl Soc {
             next_visible: u64::MAX,
             scheduled: u64::MAX,
             scheduled_visible: u64::MAX,
+            stale: false,
             schedule_stale: false,
             lints: Vec::new(),
             lint_index: HashMap::new(),

@@ -192,6 +192,11 @@ impl Timer {
             return signals;
         }
         let all = (1 << self.features.channels) - 1;
+        if self.counter.next(all).counts > self.counter.counts_until(cycle) {
+            // Neither an overflow nor a match: the next event keeps its cycle.
+            self.counter.step_to(cycle);
+            return signals;
+        }
         let unused = !self.used_events().1;
         let mut periods = 0;
         while self.counter.running() {

@@ -130,6 +130,7 @@ impl<W: Write> BoardRun<'_, W> {
 
     /// Runs on to a time, s.
     fn run_until(&mut self, seconds: f64) -> Result<()> {
+        self.pause_s = seconds;
         while self.cpu.machine().seconds() < seconds {
             self.step()?;
         }
@@ -146,6 +147,7 @@ impl<W: Write> BoardRun<'_, W> {
         let mut until = at + EFFECT_S;
         let mut has_effect = false;
         loop {
+            self.pause_s = until;
             self.step()?;
             let now = self.cpu.machine().seconds();
             let reaction = self.injections[0].reaction(now);

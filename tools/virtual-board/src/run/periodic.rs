@@ -18,6 +18,10 @@ const STATUS_EVERY: u64 = 100;
 /// Number of periodic jobs between two lines of the servos: a servo frame.
 const SERVOS_EVERY: u64 = 20;
 
+fn hex_digit(four_bits: u8) -> char {
+    char::from(b"0123456789abcdef"[usize::from(four_bits)])
+}
+
 impl<W: Write> BoardRun<'_, W> {
     /// Reports the new pulses, and updates the outcomes of injected faults from the outputs.
     pub(super) fn report_outputs(&mut self) {
@@ -132,7 +136,7 @@ impl<W: Write> BoardRun<'_, W> {
         let bytes = rtt.poll(&mut self.cpu);
         if !bytes.is_empty() {
             self.rtt_bytes += bytes.len() as u64;
-            let hex = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+            let hex = bytes.iter().flat_map(|byte| [byte >> 4, byte & 0xF]).map(hex_digit).collect();
             self.report.line(&ReportLine::Rtt { t_s: self.now_s(), hex });
         }
     }
