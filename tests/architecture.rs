@@ -22,11 +22,12 @@ const CORE_LIBRARIES: [&str; 9] =
     ["cobs", "crc", "defmt", "fixed", "heapless", "libm", "micromath", "postcard", "serde"];
 
 /// Packages that nothing may depend on: programs, chores and tests. The virtual board is one for its licence too (GPL-2.0-only).
-const ENDS: [&str; 9] = [
+const ENDS: [&str; 10] = [
     "audit",
     "bare-metal-example",
     "book",
     "core-selftest",
+    "footfall-python",
     "footfall-tests",
     "link-proof",
     "step-cost",
@@ -35,8 +36,16 @@ const ENDS: [&str; 9] = [
 ];
 
 /// Packages that need a second target or system packages, so that plain `cargo test` leaves them out.
-const NOT_DEFAULT: [&str; 7] =
-    ["audit", "bare-metal-example", "core-selftest", "firmware", "link-proof", "step-cost", "virtual-board"];
+const NOT_DEFAULT: [&str; 8] = [
+    "audit",
+    "bare-metal-example",
+    "core-selftest",
+    "firmware",
+    "footfall-python",
+    "link-proof",
+    "step-cost",
+    "virtual-board",
+];
 
 fn packages() -> BTreeMap<&'static str, &'static Value> {
     let packages = metadata()["packages"].as_array().expect("a list of packages");
@@ -135,12 +144,13 @@ fn the_peripheral_model_depends_on_nothing_of_ours() {
         BTreeSet::new(),
         "a model that shares code with the firmware would share its mistakes"
     );
+    assert_eq!(ours(packages()["servo-model"]), BTreeSet::new(), "a servo knows nothing of the board");
 }
 
 #[test]
-fn the_virtual_board_uses_the_model_only() {
+fn the_virtual_board_uses_the_models_only() {
     let packages = packages();
-    let allowed = BTreeSet::from(["stm32f4-model"]);
+    let allowed = BTreeSet::from(["servo-model", "stm32f4-model"]);
     assert!(ours(packages["virtual-board"]).is_subset(&allowed), "its licence would reach the rest");
 }
 

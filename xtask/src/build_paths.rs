@@ -67,7 +67,8 @@ mod tests {
 
     #[test]
     fn a_folder_inside_of_another_comes_after_it() {
-        let options = prefixes(Path::new("/w"), Path::new("/t"), &["/w/home/registry/src/a".into()], &["/usr/src/rust".into()]);
+        let options =
+            prefixes(Path::new("/w"), Path::new("/t"), &["/w/home/registry/src/a".into()], &["/usr/src/rust".into()]);
         assert_eq!(
             options,
             [

@@ -11,6 +11,7 @@ use crate::board::{Board, Drive};
 use crate::dfu;
 use crate::image;
 use crate::probe::{self, Sector};
+use crate::record;
 use crate::setup::Need;
 use crate::shell;
 use crate::workspace::Workspace;
@@ -112,20 +113,12 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
 /// Makes the content of a sector and writes it.
 fn write(workspace: &Workspace, options: &Options, sector: Sector, content: &Content) -> Result<()> {
     let name = sector.name();
-    let packed = workspace.target_dir.join("images").join(name).with_extension("bin");
-    let pack = |arguments: &[OsString]| {
-        let mut footfall = shell::command(workspace.footfall()?);
-        footfall.current_dir(&workspace.started_in).arg("pack").args(arguments);
-        probe::done(footfall.arg("--force").arg("--out").arg(&packed), "footfall pack")
-    };
+    let packed = record::path_of(workspace, sector);
     match content {
-        Content::Record(arguments) => pack(arguments)?,
+        Content::Record(arguments) => record::pack(workspace, arguments, &packed)?,
         Content::DefaultRobot => {
             eprintln!("{name} sector: the default robot; --robot writes another, --keep keeps what is there");
-            let file = packed.with_extension("toml");
-            let text = shell::stdout_of(shell::command(workspace.footfall()?).args(["defaults", "robot"]))?;
-            std::fs::write(&file, text).with_context(|| format!("writing {}", file.display()))?;
-            pack(&["--robot".into(), file.into()])?;
+            record::pack_default_robot(workspace, &packed)?;
         }
         Content::Erased => {
             eprintln!("{name} sector: erased, {}; --keep keeps it", sector.when_erased());

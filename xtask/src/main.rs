@@ -20,13 +20,16 @@ mod folder;
 mod image;
 mod live;
 mod missing_requirement;
+mod mutants;
 mod probe;
 mod progress;
 mod ratchet;
+mod record;
 mod run;
 mod self_test;
 mod setup;
 mod shell;
+mod soak;
 mod test;
 mod toolchain;
 mod workspace;
@@ -83,6 +86,10 @@ enum Task {
     Campaign(campaign::Options),
     /// Compare what the image, a run of it and the source need with ratchets.toml
     Ratchet(ratchet::Options),
+    /// Run the flashed image for virtual hours, with its log not attached, read, and attached but not read; print what came of it
+    Soak(soak::Options),
+    /// Change the code of gate, supervision and flash records in each place, and print the changes that no test notices
+    Mutants(mutants::Options),
     /// Build the book of all pages, and print where its first page is
     Book(book::Options),
     /// Pack a release: images, program, completions, manual pages, documentation, book, samples, check sums
@@ -124,6 +131,8 @@ fn perform(task: Task) -> anyhow::Result<ExitCode> {
         Task::Bench { bench } => bench::bench(&bench),
         Task::Campaign(options) => campaign::campaign(&options),
         Task::Ratchet(options) => ratchet::ratchet(&options),
+        Task::Soak(options) => soak::soak(&options),
+        Task::Mutants(options) => mutants::mutants(&options),
         Task::Book(options) => book::book(&options),
         Task::Dist(options) => dist::dist(&options),
         Task::Setup { with } => {

@@ -229,9 +229,7 @@ impl Monitor {
             Demand::Go
         }
     }
-}
 
-impl Monitor {
     /// Whether the emergency stop has to be tested before the board arms.
     #[must_use]
     pub fn awaits_stop_test(&self, state: &MonitorState) -> bool {

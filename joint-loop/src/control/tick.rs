@@ -322,10 +322,7 @@ impl<G: Generator<{ Joint::COUNT }> + Follow, const S: usize> JointLoop<G, S> {
             Motion::Rise | Motion::Run | Motion::Stop | Motion::Hurry => {}
         }
         let (setpoints, limited) = self.stages.gate.limit(&mut self.gating, target).ok()?;
-        let mut pulses = [PulseMicros(0); Joint::COUNT];
-        for ((pulse, servo), angle) in pulses.iter_mut().zip(&self.stages.servos).zip(setpoints) {
-            *pulse = servo.pulse(angle)?;
-        }
+        let pulses = ServoMap::pulses(&self.stages.servos, setpoints)?;
         self.frame.setpoints = setpoints;
         self.frame.limited = limited;
         self.frame.limited_ticks = self.frame.limited_ticks.wrapping_add(u32::from(limited.any()));

@@ -47,17 +47,14 @@ impl Disassembler {
             let instructions = self.0.disasm_all(bytes, u64::from(*address));
             let instructions = instructions.map_err(|error| anyhow::anyhow!("disassembling: {error}"))?;
             let read: usize = instructions.iter().map(|instruction| instruction.bytes().len()).sum();
-            ensure!(
-                read == bytes.len(),
-                "{}: no instruction at {:#010x}",
-                function.name(),
-                address + read as u32
-            );
+            ensure!(read == bytes.len(), "{}: no instruction at {:#010x}", function.name(), address + read as u32);
             for instruction in instructions.iter() {
                 let at = instruction.address() as u32;
                 let text = || format!("{}: {at:#010x}: {instruction}", function.name());
                 match flow(instruction).with_context(text)? {
-                    Flow::To(target) if !(function.address..function.end).contains(&target) => body.targets.push(target),
+                    Flow::To(target) if !(function.address..function.end).contains(&target) => {
+                        body.targets.push(target)
+                    }
                     Flow::Pointer => body.indirect.push(at),
                     Flow::To(_) | Flow::Next => {}
                 }
@@ -91,8 +88,7 @@ fn immediate(text: &str) -> Option<u32> {
 
 fn flow(instruction: &Insn<'_>) -> Result<Flow> {
     /// Those of a branch, after `b`.
-    const CONDITIONS: [&str; 14] =
-        ["eq", "ne", "hs", "lo", "mi", "pl", "vs", "vc", "hi", "ls", "ge", "lt", "gt", "le"];
+    const CONDITIONS: [&str; 14] = ["eq", "ne", "hs", "lo", "mi", "pl", "vs", "vc", "hi", "ls", "ge", "lt", "gt", "le"];
     let (mnemonic, operands) = parts(instruction);
     let last = operands.rsplit(", ").next().unwrap_or_default();
     let is = |stem: &str| mnemonic.strip_prefix(stem).is_some_and(|rest| rest.is_empty() || CONDITIONS.contains(&rest));

@@ -122,7 +122,11 @@ fn ratchet(elf: &Path, run: &Path, root: &Path, reason: Option<&str>) -> Result<
     let bound = u64::from(stack::bound(&image, &Calls::of(&image)?)?.total());
     let cost = run.cost;
     // A bound that a run exceeds is none.
-    ensure!(cost.stack_used <= bound, "the run used {} bytes of stack, more than the bound of {bound}", cost.stack_used);
+    ensure!(
+        cost.stack_used <= bound,
+        "the run used {} bytes of stack, more than the bound of {bound}",
+        cost.stack_used
+    );
     ensure!(bound <= cost.stack_size, "the stack can be {bound} bytes deep, and has {}", cost.stack_size);
     let mut all = vec![
         Measured::compiled("tick-instructions", cost.longest_cycles),

@@ -8,7 +8,10 @@ use crate::image::Image;
 const LIBRARY: &str = "/rustc/";
 
 /// Folders at the root of a file system under which people build. A text that begins with another slash is no path: `/s`, `//`.
-const ROOTS: &[&str] = &["/home/", "/root/", "/usr/", "/tmp/", "/var/", "/work/", "/opt/", "/mnt/", "/Users/", "/builds/", "/build/", "/github/"];
+const ROOTS: &[&str] = &[
+    "/home/", "/root/", "/usr/", "/tmp/", "/var/", "/work/", "/opt/", "/mnt/", "/Users/", "/builds/", "/build/",
+    "/github/",
+];
 
 /// The absolute paths in the loaded bytes, each from its beginning to the first byte that is no letter of a path.
 ///
@@ -19,7 +22,8 @@ pub fn absolute(image: &Image, here: &str) -> Vec<String> {
     let mut found = Vec::new();
     for part in &image.loaded {
         // One character a byte, so that places in the text are places in the bytes.
-        let text: String = part.bytes.iter().map(|&byte| if byte.is_ascii_graphic() { byte as char } else { ' ' }).collect();
+        let text: String =
+            part.bytes.iter().map(|&byte| if byte.is_ascii_graphic() { byte as char } else { ' ' }).collect();
         for at in 0..text.len() {
             let rest = &text[at..];
             let drive = rest.as_bytes();
@@ -50,7 +54,12 @@ pub fn same(one: &Image, other: &Image) -> Result<usize> {
     if let Some(address) = difference {
         anyhow::bail!("the loaded bytes differ first at {address:#010x}");
     }
-    ensure!(layout(one) == layout(other), "the images load parts of other lengths: {:?}, {:?}", layout(one), layout(other));
+    ensure!(
+        layout(one) == layout(other),
+        "the images load parts of other lengths: {:?}, {:?}",
+        layout(one),
+        layout(other)
+    );
     Ok(one.loaded.iter().map(|part| part.bytes.len()).sum())
 }
 
@@ -70,7 +79,10 @@ mod tests {
         assert_eq!(found("wrong value/home/me/a.rs\0rest"), ["/home/me/a.rs"]);
         assert_eq!(found("x/srv/me/b.rs\0"), ["/srv/me/b.rs"]);
         assert_eq!(found("a\0C:\\me\\c.rs\0"), ["C:\\me\\c.rs"]);
-        assert!(found("./firmware/src/a.rs registry/embassy-1/src/b.rs m/s /rustc/59807616/library/core/src/c.rs").is_empty());
+        assert!(
+            found("./firmware/src/a.rs registry/embassy-1/src/b.rs m/s /rustc/59807616/library/core/src/c.rs")
+                .is_empty()
+        );
     }
 
     #[test]

@@ -117,8 +117,8 @@ impl Baseline {
         for measured in all {
             let verdict = self.verdict(measured, compiler);
             let entry = self.ratchets.get(&measured.name);
-            let (before, allowed) =
-                entry.map_or((String::new(), String::new()), |entry| (entry.value.to_string(), entry.allowed().to_string()));
+            let (before, allowed) = entry
+                .map_or((String::new(), String::new()), |entry| (entry.value.to_string(), entry.allowed().to_string()));
             let word = match verdict {
                 Verdict::Kept => "kept",
                 Verdict::Worse => "WORSE",
@@ -126,7 +126,12 @@ impl Baseline {
                 Verdict::Missing => "NO ENTRY",
             };
             if matches!(verdict, Verdict::Worse | Verdict::Missing) {
-                wrong.push(format!("{}: {}, allowed {}", measured.name, measured.value, if allowed.is_empty() { "no entry" } else { &allowed }));
+                wrong.push(format!(
+                    "{}: {}, allowed {}",
+                    measured.name,
+                    measured.value,
+                    if allowed.is_empty() { "no entry" } else { &allowed }
+                ));
             }
             // Writing to a String cannot fail.
             let _ = writeln!(table, "{:<24} {:>8} {before:>8} {allowed:>8}  {word}", measured.name, measured.value);
@@ -177,7 +182,9 @@ impl Baseline {
         let entry = |measured: &Measured| match before.and_then(|before| before.ratchets.get(&measured.name)) {
             Some(entry) if entry.value == measured.value => entry.clone(),
             Some(entry) => Entry { value: measured.value, reason: reason.to_owned(), ..entry.clone() },
-            None => Entry { value: measured.value, margin_percent: margin_percent(measured), reason: reason.to_owned() },
+            None => {
+                Entry { value: measured.value, margin_percent: margin_percent(measured), reason: reason.to_owned() }
+            }
         };
         let ratchets = all.iter().map(|measured| (measured.name.clone(), entry(measured))).collect();
         Self { compiler: compiler.to_owned(), ratchets }
@@ -227,7 +234,10 @@ mod tests {
         let mut now = all();
         now[0].value = 1200;
         let after = Baseline::written(Some(&before), &now, "c 2", "second");
-        assert_eq!((after.ratchets["tick"].reason.as_str(), after.ratchets["late"].reason.as_str()), ("second", "first"));
+        assert_eq!(
+            (after.ratchets["tick"].reason.as_str(), after.ratchets["late"].reason.as_str()),
+            ("second", "first")
+        );
         assert_eq!(Baseline::parse(&after.text().unwrap()).unwrap(), after);
         assert!(Baseline::parse("compiler = 1").is_err());
     }

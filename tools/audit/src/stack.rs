@@ -72,7 +72,11 @@ impl fmt::Display for Bound {
         }
         writeln!(f, "{:>6} B  non-maskable interrupt", self.non_maskable)?;
         writeln!(f, "{:>6} B  in all", self.total())?;
-        writeln!(f, "{:>6} B  of it the thread after the start, {} B of that in `main` for ever", self.running, self.main)?;
+        writeln!(
+            f,
+            "{:>6} B  of it the thread after the start, {} B of that in `main` for ever",
+            self.running, self.main
+        )?;
         writeln!(f, "deepest calls of the thread:")?;
         self.deepest.iter().try_for_each(|(name, bytes)| writeln!(f, "{bytes:>6} B  {name}"))
     }

@@ -38,7 +38,12 @@ impl<'a> Visit<'a> for Count {
 
     fn visit_macro(&mut self, call: &'a syn::Macro) {
         // What a macro makes of its arguments is not parsed; the word in them counts.
-        self.0 += call.tokens.to_string().split(|c: char| !c.is_alphanumeric() && c != '_').filter(|w| *w == "unsafe").count() as u64;
+        self.0 += call
+            .tokens
+            .to_string()
+            .split(|c: char| !c.is_alphanumeric() && c != '_')
+            .filter(|w| *w == "unsafe")
+            .count() as u64;
     }
 }
 

@@ -232,10 +232,16 @@ impl Nvic {
         bits(self.pending & self.enabled).min_by_key(|&n| (self.group_priority(n), self.priority(n), n))
     }
 
+    /// True if an exception is pending and enabled, masked or not.
+    #[must_use]
+    pub(crate) const fn has_pending(&self) -> bool {
+        self.pending & self.enabled != 0
+    }
+
     /// The exception to take now.
     #[must_use]
     pub(crate) fn deliverable(&self, masks: Masks) -> Option<u8> {
-        if self.pending & self.enabled == 0 {
+        if !self.has_pending() {
             return None;
         }
         self.best_pending().filter(|&n| self.group_priority(n) < self.execution_priority(masks))

@@ -4,6 +4,7 @@
 
 mod audits;
 mod counts;
+mod judged;
 mod programs;
 mod steps;
 mod summary;

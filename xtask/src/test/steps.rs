@@ -11,6 +11,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use super::audits;
 use super::counts::{self, Counts};
+use super::judged::{self, Judged};
 use super::programs;
 use crate::board::{Board, Drive};
 use crate::emulated;
@@ -480,13 +481,14 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 16] = [
+const IMAGE_TESTS: [&str; 17] = [
     "virtual_board",
     "fits",
     "board_inputs",
     "board_serial",
     "board_trim",
     "board_pulses",
+    "board_servos",
     "board_conditions",
     "board_campaign",
     "board_gestures",
@@ -499,17 +501,23 @@ const IMAGE_TESTS: [&str; 16] = [
     "sensor_faults",
 ];
 
+/// Every run of the virtual board in these tests, whoever starts it, adds its judgement of the pulses to one file.
 fn image_tests(state: &State) -> Result<String> {
     let footfall = state.workspace.footfall()?;
+    let file = state.log("judged");
+    std::fs::create_dir_all(file.parent().unwrap_or(Path::new("")))?;
+    std::fs::write(&file, "").with_context(|| format!("cannot write {}", file.display()))?;
     let variables = [
         ("FOOTFALL_ELF", state.image()?),
         ("FOOTFALL_SHADOW_ELF", state.shadow()?),
         ("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?),
         ("FOOTFALL_BIN", &footfall),
+        (judged::FILE, &file),
     ];
     // Without `--package`, the features are those of the host tests and nothing is compiled again.
     let arguments: Vec<&str> = IMAGE_TESTS.iter().flat_map(|name| ["--test", name]).collect();
-    passed(state, tests(state, &arguments, &variables.map(|(name, path)| (name, path.as_os_str())))?)
+    let tests = passed(state, tests(state, &arguments, &variables.map(|(name, path)| (name, path.as_os_str())))?)?;
+    Ok(format!("{tests}; {}", Judged::read(&file)?))
 }
 
 #[cfg(test)]

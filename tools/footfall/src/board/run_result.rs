@@ -1,6 +1,6 @@
 //! The result of a run: the last object of the output, and whether the run was sound.
 
-use crate::board::lines::{End, Reset};
+use crate::board::lines::{End, Judged, Reset};
 use crate::board::run::{Counters, Following};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -34,6 +34,8 @@ pub struct RunResult {
     pub edges_before_arming: u64,
     /// Edges of servo pins after disarming.
     pub edges_after_disarming: u64,
+    /// What came of the pulses, judged by the virtual board.
+    pub judged: Judged,
     /// Accesses that the models of the virtual board do not support.
     pub unmodelled: u64,
     /// Every kind of irregular access.
@@ -100,6 +102,7 @@ impl RunResult {
             pulse_us: end.map_or([None; 4], |end| end.pulse_us),
             edges_before_arming: end.map_or(0, |end| end.edges_before_arming),
             edges_after_disarming: end.map_or(0, |end| end.edges_after_disarming),
+            judged: end.map_or(Judged::default(), |end| end.judged.clone()),
             unmodelled: end.map_or(0, |end| end.unmodelled),
             lints: end.map_or(vec![], |end| end.lints.clone()),
             unexpected_faults: end.map_or(0, |end| end.unexpected_faults),
@@ -138,6 +141,8 @@ impl RunResult {
         when(self.unexpected_faults > 0, format!("{} faults that were not injected", self.unexpected_faults));
         let edges = self.edges_before_arming + self.edges_after_disarming;
         when(edges > 0, format!("{edges} edges of servo pins while disarmed"));
+        let Judged { violations, first, .. } = &self.judged;
+        when(*violations > 0, format!("{violations} pulses that no servo may get: {}", first.join("; ")));
         // An injected fault is meant to end the motion.
         let moves = matches!(self.state, "arming" | "walking");
         let asked = matches!(self.cause, "none" | "button") || !self.injections.is_empty();
