@@ -22,11 +22,12 @@ const CORE_LIBRARIES: [&str; 9] =
     ["cobs", "crc", "defmt", "fixed", "heapless", "libm", "micromath", "postcard", "serde"];
 
 /// Packages that nothing may depend on: programs, chores and tests. The virtual board is one for its licence too (GPL-2.0-only).
-const ENDS: [&str; 10] = [
+const ENDS: [&str; 11] = [
     "audit",
     "bare-metal-example",
     "book",
     "core-selftest",
+    "footfall-c",
     "footfall-python",
     "footfall-tests",
     "link-proof",
@@ -36,11 +37,12 @@ const ENDS: [&str; 10] = [
 ];
 
 /// Packages that need a second target or system packages, so that plain `cargo test` leaves them out.
-const NOT_DEFAULT: [&str; 8] = [
+const NOT_DEFAULT: [&str; 9] = [
     "audit",
     "bare-metal-example",
     "core-selftest",
     "firmware",
+    "footfall-c",
     "footfall-python",
     "link-proof",
     "step-cost",

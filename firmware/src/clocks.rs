@@ -69,6 +69,8 @@ pub(crate) fn start() -> Result<(), NoHse> {
         divq: Some(rcc::PllQDiv::DIV7),
         divr: None,
     });
+    // The HAL waits for LSI without a limit and before a watchdog runs; [`crate::stopwatch`] starts and measures it.
+    config.rcc.ls = rcc::LsConfig::off();
     config.rcc.sys = rcc::Sysclk::PLL1_P;
     config.rcc.ahb_pre = rcc::AHBPrescaler::DIV1;
     config.rcc.apb1_pre = rcc::APBPrescaler::DIV4;

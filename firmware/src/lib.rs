@@ -5,6 +5,8 @@
 //! - [`lamp`]: what the lamps show.
 //! - [`pacing`]: which control period a sample belongs to, how many were missed, what counts as late.
 //! - [`liveness`]: whether the watchdog may be reloaded, and how long after the last reload it resets.
+//! - [`last_outputs`]: how the servo outputs ended, in RAM for the next boot.
+//! - [`oscillator`]: how the watchdog's oscillator is measured.
 //! - [`post_mortem`]: crash records in RAM for the next boot, and the lock-out of arming after repeated crashes.
 #![cfg_attr(target_os = "none", no_std)]
 #![forbid(unsafe_code)]
@@ -12,6 +14,8 @@
 pub mod board;
 pub mod interrupts;
 pub mod lamp;
+pub mod last_outputs;
 pub mod liveness;
+pub mod oscillator;
 pub mod pacing;
 pub mod post_mortem;

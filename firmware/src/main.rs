@@ -23,8 +23,10 @@
 #![cfg_attr(not(target_os = "none"), allow(dead_code, unused_imports))]
 
 mod clocks;
+mod debugger;
 mod environment;
 mod faults;
+mod kept_outputs;
 mod lamps;
 mod log;
 mod parameters;
@@ -40,6 +42,7 @@ mod sync_input;
 mod tasks;
 mod variant;
 mod watchdog;
+mod watchdog_clock;
 
 #[cfg(target_os = "none")]
 mod boot {
@@ -56,7 +59,7 @@ mod boot {
     use joint_loop::setup::default_loop::{BoardLoop, BoardLoopError, Parameters, board_loop};
     use joint_loop::tuning::{Answer, Request, Settings};
     use joint_loop::{Cause, Frame, SENSORS, Sample, SupervisorState};
-    use joint_units::{AdcCode, Volts};
+    use joint_units::{AdcCode, PulseMicros, Volts};
     use static_cell::{ConstStaticCell, StaticCell};
     use wire::{Boot, Change, Edge, Inputs, Record, Subject};
 
@@ -71,7 +74,7 @@ mod boot {
     use crate::tasks::telemetry::{self, FRAMES_A_LINE, Telemetry};
     use crate::tasks::watchdog as reloading;
     use crate::variant::SENSOR_REQUIRED;
-    use crate::{clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog};
+    use crate::{clocks, faults, lamps, log, parameters, sampling, stopwatch, sync_input, watchdog, watchdog_clock};
 
     /// Runs the control task in an interrupt that nothing else uses (no CAN driver in this firmware).
     static TICKS: InterruptExecutor = InterruptExecutor::new();
@@ -167,6 +170,8 @@ mod boot {
             flooded: false,
         };
 
+        // Before the watchdog starts: a clock that is too fast resets the board soon after.
+        watchdog_clock::measure();
         // From here on the watchdog resets the board after a hang. The ticks begin disarmed.
         watchdog::start();
         interrupt::TIM4.set_priority(urgency(&TASK_CLOCK));
@@ -199,6 +204,7 @@ mod boot {
             rounds: 0,
             frames_to_line: FRAMES_A_LINE,
             truncated: 0,
+            refused_clock: None,
         })
     }
 
@@ -237,7 +243,13 @@ mod boot {
         stopwatch::start();
         let min_supply = parameters.robot.min_supply_on(BOARD.min_supply);
         match place_loop(parameters, reference_cal, min_supply) {
-            Ok(joint_loop) => Built { joint_loop, boot, unnamed, sensors: parameters.sensors.count() },
+            Ok(joint_loop) => {
+                // Where the last pulses of the run before are not known, an arming starts at the park pose.
+                if let Some(last) = last_run.outputs {
+                    joint_loop.start_from(last.pulses_us.map(PulseMicros));
+                }
+                Built { joint_loop, boot, unnamed, sensors: parameters.sensors.count() }
+            }
             Err(refusal) => stay_off(Subject::Configuration, refusal),
         }
     }

@@ -95,7 +95,7 @@ fn every_combination_of_extreme_targets_is_limited_or_refused() {
     assert_eq!(refused, all - 27_u32.pow(4));
 }
 
-/// Without numbers that are not finite, the gate is never at a refusal, so it moves in each tick: other limits, other periods.
+/// Other limits and periods: rates that the joints reach within few ticks, and another pose limit.
 #[test]
 fn robots_with_other_limits_and_periods_too() {
     let robot = RobotConfig::default_biped();

@@ -20,6 +20,8 @@ const MOST_STEPS: f64 = 1e7;
 
 /// What a generator is built from.
 #[derive(Debug, Clone)]
+// There are few of them.
+#[allow(clippy::large_enum_variant)]
 pub(crate) enum Definition {
     /// A generator file.
     File(HostGenerator),

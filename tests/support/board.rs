@@ -5,6 +5,7 @@
 
 use crate::gestures;
 use firmware::board::ROBOT_SECTOR;
+use footfall::board::host_copy::begin;
 use footfall::board::image::{Image, Message};
 use footfall::board::lines;
 use footfall::board::lines::{BoardLine, End};
@@ -111,6 +112,7 @@ impl Booted {
         let mut joints =
             board_loop(parameters, AdcCode(boot.reference_cal), Volts(boot.min_supply_v), boot.sensor_required)
                 .expect("the loop");
+        begin(&mut joints, boot);
         let seen = self.calls.iter().map(|(tick, call)| {
             joints.tick(&call.sample());
             assert_eq!(joints.frame().tick, *tick, "inputs were lost");

@@ -21,6 +21,7 @@ mod image;
 mod live;
 mod missing_requirement;
 mod mutants;
+mod option_bytes;
 mod probe;
 mod progress;
 mod ratchet;

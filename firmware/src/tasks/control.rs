@@ -18,6 +18,8 @@ use wire::{CALLS, Change, Edge};
 use super::progress::CONTROL;
 use super::sensor::{Measurement, sensor_step};
 use crate::clocks;
+use crate::debugger;
+use crate::kept_outputs;
 use crate::lamps;
 use crate::pins::PinRegisters;
 use crate::queue;
@@ -26,6 +28,7 @@ use crate::servo_pwm::Outputs;
 use crate::stopwatch;
 use crate::sync_input;
 use crate::variant::SHADOW;
+use crate::watchdog_clock;
 
 /// One frame in this many ticks goes to telemetry: 100 Hz.
 pub(crate) const TICKS_A_FRAME: u8 = CALLS as u8;
@@ -134,6 +137,8 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         foot: measured.foot,
         late: start_us > LATE_US || control.ended_late,
         faults,
+        watchdog_clock: watchdog_clock::take(),
+        debugger: debugger::attached(),
         request: queue::take(&mut control.requests),
     };
 
@@ -145,12 +150,15 @@ fn control_step(control: &mut Control, measured: &Measurement) {
         None if frame.state == SupervisorState::Fault => control.outputs.release_without_supply(),
         None => control.outputs.release(),
     }
+    if !control.joint_loop.knows_last_pulses() {
+        kept_outputs::forget();
+    }
 
     // After the pulses, which matter more. The edges come about 10 us after the start of the tick, nearly constant.
     BOARD.sync_output.set(time_code::level(frame.tick));
     let shown = match frame.state {
         SupervisorState::Fault => Shown::Fault,
-        _ if control.locked_out => Shown::LockedOut,
+        _ if control.locked_out || control.joint_loop.wrong_watchdog_clock().is_some() => Shown::LockedOut,
         _ if control.joint_loop.awaits_stop_test() => Shown::StopUntested,
         SupervisorState::TrimReady => Shown::TrimReady,
         _ if command.pulses.is_none() => Shown::Disarmed,

@@ -1,7 +1,7 @@
 //! Writes the inputs that fuzzing begins with: small valid ones for each target that needs a structure no fuzzer guesses.
 //!
 //! ```sh
-//! cargo run -p fuzz-properties --example seeds -- fuzz/corpus
+//! cargo run -p fuzz-properties --no-default-features --example seeds -- fuzz/corpus
 //! ```
 //! Readers of gait begin with `tools/gait-trace/tests/corpus`, captures with what `footfall record` writes.
 

@@ -1,14 +1,18 @@
-//! Files and lines that the command-line program reads, apart from those of gait and of parameters.
+//! Files, lines and words that the command-line program reads, apart from those of gait and of generators and robots.
 
 use std::io::Write as _;
 use std::path::Path;
 
 use footfall::board::image::Image;
 use footfall::board::lines::{self, BoardLine};
+use footfall::board::requests::{setting, value_in_words};
 use footfall::command::calibrate::rows::{self, Reading, Scale};
 use footfall::command::sync::edges as edge_file;
+use footfall::file::calibration_file;
 use footfall::file::capture::{beside, recorded};
 use footfall::file::graph_file;
+use generator_file::toml_file::TomlFile;
+use joint_loop::tuning::{Action, Request, Settings};
 use joint_units::Joint;
 
 /// Lines of the virtual board: a reset, bytes of the log, pulses and the end have what their types say.
@@ -117,5 +121,54 @@ pub fn graph(bytes: &[u8]) {
     match graph_file::parse("a.txt", text) {
         Ok(graph) => assert_eq!(graph.names.len(), graph.network.reversibility().len()),
         Err(error) => assert!(error.to_string().starts_with("a.txt"), "{error}"),
+    }
+}
+
+/// `NAME VALUE` of `footfall set`, and requests as a capture has them: what is accepted is allowed by the board's table, and its words are read
+/// as the same value.
+pub fn setting_words(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    if let Ok(request) = text.parse::<Request>() {
+        assert_eq!(request.to_string().parse::<Request>(), Ok(request));
+    }
+    let (name, value) = text.split_once(' ').unwrap_or((text, ""));
+    match setting(name, value) {
+        Ok((parameter, thousandths)) => {
+            let [least, most, _] = parameter.range();
+            assert!((least..=most).contains(&thousandths), "{name} = {value}: {thousandths}");
+            let words = value_in_words(parameter, thousandths);
+            assert_eq!(setting(parameter.name(), &words), Ok((parameter, thousandths)), "{words}");
+            let settings = Settings::default()
+                .with(parameter, thousandths)
+                .expect("the command line allows it, so does the board");
+            assert_eq!(settings.thousandths(parameter), thousandths);
+            let request = Request { number: 7, action: Action::Set { parameter, thousandths } };
+            assert_eq!(request.to_string().parse::<Request>(), Ok(request));
+        }
+        Err(error) => assert!(!error.is_empty()),
+    }
+}
+
+/// Sensor files: what is written from an accepted one has its wiring, its volts and its angles, the latter within a rounding of the degrees.
+pub fn sensor(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let parse = |text: &str| calibration_file::parse_whole(&TomlFile::of_text("a.toml", text.into()));
+    match parse(text) {
+        Ok(file) => {
+            let written = calibration_file::to_text(&file.sensor, file.measured.as_ref());
+            let again =
+                parse(&written).unwrap_or_else(|error| panic!("what was written is refused: {error}\n{written}"));
+            assert_eq!((again.sensor.divider, again.measured), (file.sensor.divider, file.measured));
+            let (before, after) = (&file.sensor.calibration, &again.sensor.calibration);
+            assert_eq!((before.interpolation(), before.points().len()), (after.interpolation(), after.points().len()));
+            for (before, after) in before.points().iter().zip(after.points()) {
+                assert_eq!(before.volts, after.volts);
+                assert!(
+                    (before.angle.0 - after.angle.0).abs() <= before.angle.0.abs() * f32::EPSILON,
+                    "{before:?} {after:?}"
+                );
+            }
+        }
+        Err(error) => assert!(error.to_string().starts_with("a.toml"), "{error}"),
     }
 }

@@ -5,6 +5,7 @@
 
 pub mod flash_records;
 pub mod gait_files;
+#[cfg(feature = "program")]
 pub mod host_files;
 pub mod loop_inputs;
 /// The same file as in the tests of `joint-loop`, which do without this package.
@@ -26,8 +27,8 @@ const fn target(name: &'static str, check: fn(&[u8])) -> Target {
     Target { name, check }
 }
 
-/// Every target, in the order of `docs/fuzzing.md`.
-pub const TARGETS: [Target; 31] = [
+/// The targets of the cores, of parameter files and of readers of gait, in the order of `docs/fuzzing.md`.
+pub const TARGETS: [Target; 22] = [
     target("generator_record", flash_records::generator),
     target("sensor_record", flash_records::sensors),
     target("robot_record", flash_records::robot),
@@ -36,18 +37,9 @@ pub const TARGETS: [Target; 31] = [
     target("wire_frames", wire_records::frames),
     target("wire_request", wire_records::request),
     target("wire_text", wire_records::text),
-    target("setting_words", wire_records::setting_words),
     target("generator_toml", parameter_files::generator),
     target("network_toml", parameter_files::network),
     target("robot_toml", parameter_files::robot),
-    target("sensor_toml", parameter_files::sensor),
-    target("board_line", host_files::board_line),
-    target("capture_mcap", host_files::capture_mcap),
-    target("capture_csv", host_files::capture_csv),
-    target("image", host_files::image),
-    target("calibration_rows", host_files::calibration_rows),
-    target("edges", host_files::edges),
-    target("graph", host_files::graph),
     target("gait_open", gait_files::open),
     target("gait_csv", gait_files::csv),
     target("gait_opensim", gait_files::opensim),
@@ -59,4 +51,18 @@ pub const TARGETS: [Target; 31] = [
     target("gait_vicon", gait_files::vicon),
     target("gait_visual3d", gait_files::visual3d),
     target("gait_gcd", gait_files::gcd),
+];
+
+/// The targets of what the command-line program reads.
+#[cfg(feature = "program")]
+pub const PROGRAM_TARGETS: [Target; 9] = [
+    target("setting_words", host_files::setting_words),
+    target("sensor_toml", host_files::sensor),
+    target("board_line", host_files::board_line),
+    target("capture_mcap", host_files::capture_mcap),
+    target("capture_csv", host_files::capture_csv),
+    target("image", host_files::image),
+    target("calibration_rows", host_files::calibration_rows),
+    target("edges", host_files::edges),
+    target("graph", host_files::graph),
 ];

@@ -1,12 +1,10 @@
-//! Generator, network, robot and sensor files: an accepted file builds, and what is written from it is read as the same.
+//! Generator, network and robot files: an accepted file builds, and what is written from it is read as the same.
 
 use std::fmt::Debug;
 
-use footfall::file::calibration_file;
 use generator_file::file::GeneratorFile;
 use generator_file::network_file::NetworkFile;
 use generator_file::robot_file::RobotFile;
-use generator_file::toml_file::TomlFile;
 use joint_loop::RecordName;
 use joint_loop::store::{generator_record, robot_record};
 use joint_units::Period;
@@ -61,28 +59,4 @@ pub fn robot(bytes: &[u8]) {
     let record = robot_record::record_of(&file.robot, &file.name);
     let stored = robot_record::read(record.bytes()).expect("a robot that is built has a record").expect("not erased");
     assert_eq!((stored.name, stored.robot.servos), (file.name, file.robot.servos));
-}
-
-/// Sensor files: what is written from an accepted one has its wiring, its volts and its angles, the latter within a rounding of the degrees.
-pub fn sensor(bytes: &[u8]) {
-    let Ok(text) = std::str::from_utf8(bytes) else { return };
-    let parse = |text: &str| calibration_file::parse_whole(&TomlFile::of_text(FILE, text.into()));
-    match parse(text) {
-        Ok(file) => {
-            let written = calibration_file::to_text(&file.sensor, file.measured.as_ref());
-            let again =
-                parse(&written).unwrap_or_else(|error| panic!("what was written is refused: {error}\n{written}"));
-            assert_eq!((again.sensor.divider, again.measured), (file.sensor.divider, file.measured));
-            let (before, after) = (&file.sensor.calibration, &again.sensor.calibration);
-            assert_eq!((before.interpolation(), before.points().len()), (after.interpolation(), after.points().len()));
-            for (before, after) in before.points().iter().zip(after.points()) {
-                assert_eq!(before.volts, after.volts);
-                assert!(
-                    (before.angle.0 - after.angle.0).abs() <= before.angle.0.abs() * f32::EPSILON,
-                    "{before:?} {after:?}"
-                );
-            }
-        }
-        Err(error) => assert!(error.to_string().starts_with(FILE), "{error}"),
-    }
 }

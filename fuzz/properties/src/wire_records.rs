@@ -1,8 +1,7 @@
-//! Records and requests of the wire, and the words of a request: what is accepted is sent again with the same meaning.
+//! Records and requests of the wire: what is accepted is sent again with the same meaning.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
-use footfall::board::requests::{setting, value_in_words};
-use joint_loop::tuning::{Action, Request, Settings};
+use joint_loop::tuning::Request;
 use wire::{
     Edge, FrameError, MAX_BYTES, MAX_FRAME_BYTES, Record, Unframer, VERSION, bytes_in, decode, decode_framed,
     decode_request, encode, frame_record, frame_request,
@@ -107,30 +106,5 @@ pub fn text(bytes: &[u8]) {
         }
         Some(Err(error)) => assert!(!error.to_string().is_empty()),
         None => {}
-    }
-}
-
-/// `NAME VALUE` of `footfall set`, and requests as a capture has them: what is accepted is allowed by the board's table, and its words are read
-/// as the same value.
-pub fn setting_words(bytes: &[u8]) {
-    let Ok(text) = std::str::from_utf8(bytes) else { return };
-    if let Ok(request) = text.parse::<Request>() {
-        assert_eq!(request.to_string().parse::<Request>(), Ok(request));
-    }
-    let (name, value) = text.split_once(' ').unwrap_or((text, ""));
-    match setting(name, value) {
-        Ok((parameter, thousandths)) => {
-            let [least, most, _] = parameter.range();
-            assert!((least..=most).contains(&thousandths), "{name} = {value}: {thousandths}");
-            let words = value_in_words(parameter, thousandths);
-            assert_eq!(setting(parameter.name(), &words), Ok((parameter, thousandths)), "{words}");
-            let settings = Settings::default()
-                .with(parameter, thousandths)
-                .expect("the command line allows it, so does the board");
-            assert_eq!(settings.thousandths(parameter), thousandths);
-            let request = Request { number: 7, action: Action::Set { parameter, thousandths } };
-            assert_eq!(request.to_string().parse::<Request>(), Ok(request));
-        }
-        Err(error) => assert!(!error.is_empty()),
     }
 }

@@ -4,10 +4,17 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fuzz_properties::TARGETS;
+use fuzz_properties::{TARGETS, Target};
 
 fn fuzz() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the folder above").to_owned()
+}
+
+fn all() -> Vec<Target> {
+    let mut all = TARGETS.to_vec();
+    #[cfg(feature = "program")]
+    all.extend(fuzz_properties::PROGRAM_TARGETS);
+    all
 }
 
 fn names(folder: &Path) -> BTreeSet<String> {
@@ -18,10 +25,10 @@ fn names(folder: &Path) -> BTreeSet<String> {
 #[test]
 fn every_input_of_the_corpus_has_its_property() {
     // The targets one after the other take minutes on one core.
-    let next = AtomicUsize::new(0);
+    let (next, targets) = (AtomicUsize::new(0), all());
     let run = || {
         let mut inputs = 0;
-        while let Some(target) = TARGETS.get(next.fetch_add(1, Ordering::Relaxed)) {
+        while let Some(target) = targets.get(next.fetch_add(1, Ordering::Relaxed)) {
             let folder = fuzz().join("corpus").join(target.name);
             let files = names(&folder);
             assert!(!files.is_empty(), "{} has no corpus", target.name);
@@ -39,14 +46,15 @@ fn every_input_of_the_corpus_has_its_property() {
             (0..std::thread::available_parallelism().map_or(1, usize::from)).map(|_| scope.spawn(run)).collect();
         threads.into_iter().map(|thread| thread.join().expect("every input has its property")).sum()
     });
-    println!("{inputs} inputs of {} targets", TARGETS.len());
+    println!("{inputs} inputs of {} targets", targets.len());
 }
 
 /// A target without a corpus would be fuzzed and never replayed; a corpus without a target would be neither.
+#[cfg(feature = "program")]
 #[test]
 fn targets_corpus_and_fuzzer_have_the_same_names() {
-    let targets: BTreeSet<String> = TARGETS.iter().map(|target| target.name.to_owned()).collect();
-    assert_eq!(targets.len(), TARGETS.len());
+    let targets: BTreeSet<String> = all().iter().map(|target| target.name.to_owned()).collect();
+    assert_eq!(targets.len(), all().len());
     assert_eq!(names(&fuzz().join("corpus")), targets);
     let files = targets.iter().map(|name| format!("{name}.rs")).collect::<BTreeSet<_>>();
     assert_eq!(names(&fuzz().join("fuzz_targets")), files);
@@ -63,7 +71,7 @@ fn targets_corpus_and_fuzzer_have_the_same_names() {
 /// The corpus is part of every clone.
 #[test]
 fn the_corpus_is_small() {
-    let bytes: u64 = TARGETS
+    let bytes: u64 = all()
         .iter()
         .flat_map(|target| std::fs::read_dir(fuzz().join("corpus").join(target.name)).expect("a folder"))
         .map(|entry| entry.and_then(|entry| entry.metadata()).expect("readable").len())

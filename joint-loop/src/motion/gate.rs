@@ -88,6 +88,26 @@ pub struct GateState {
     goal: [i32; Joint::COUNT],
 }
 
+/// A target inside the range and the pose envelope.
+struct Allowed {
+    /// The targets inside the range.
+    kept: [Radians; Joint::COUNT],
+    /// The same in steps.
+    aimed: [i32; Joint::COUNT],
+    /// The same inside the pose envelope.
+    goal: [i32; Joint::COUNT],
+    /// Limits that acted.
+    status: GateStatus,
+}
+
+impl GateState {
+    /// The same pose at rest.
+    #[must_use]
+    pub(crate) const fn at_rest(self) -> Self {
+        Self { step: [0; Joint::COUNT], goal: self.position, ..self }
+    }
+}
+
 impl Gate {
     /// Checks the configuration and converts it to steps and ticks.
     ///
@@ -117,6 +137,27 @@ impl Gate {
         (pose.iter().all(|angle| angle.0.is_finite()) && in_range && in_envelope()).then_some(state)
     }
 
+    /// State at rest in the allowed pose that is next to this one; `None` if an angle is not finite, or there is none.
+    #[must_use]
+    pub fn rest_near(&self, pose: [Radians; Joint::COUNT]) -> Option<GateState> {
+        if pose.iter().any(|angle| !angle.0.is_finite()) {
+            return None;
+        }
+        let Allowed { goal: mut position, .. } = self.allowed(pose);
+        // A limit in single precision may be some steps beyond it.
+        for (position, limits) in position.iter_mut().zip(&self.joints) {
+            *position = limits.hold(i64::from(*position));
+        }
+        let in_envelope = self.pose.iter().flatten().all(|edge| edge.sum(&position) <= edge.most);
+        in_envelope.then_some(GateState { position, step: [0; Joint::COUNT], goal: position })
+    }
+
+    /// Angles of a state.
+    #[must_use]
+    pub fn pose(&self, state: &GateState) -> [Radians; Joint::COUNT] {
+        state.position.map(|position| Radians(position as f32 / STEPS))
+    }
+
     /// Limits a target pose: returns the setpoints of this tick and the limits that acted.
     ///
     /// # Errors
@@ -132,36 +173,7 @@ impl Gate {
                 return Err(NonFinite { joint });
             }
         }
-        let mut status = GateStatus::NONE;
-
-        // Range.
-        let mut kept = target;
-        for (angle, limits) in kept.iter_mut().zip(&self.joints) {
-            // Compares, since `f32::max` and `f32::min` are calls on this processor.
-            let (least, most) = (limits.least as f32 / STEPS, limits.most as f32 / STEPS);
-            if angle.0 < least {
-                *angle = Radians(least);
-                status = status.with(GateStatus::RANGE);
-            } else if angle.0 > most {
-                *angle = Radians(most);
-                status = status.with(GateStatus::RANGE);
-            }
-        }
-        let aimed = kept.map(|angle| (angle.0 * STEPS) as i32);
-
-        // Pose envelope: each of the two joints takes half of the excess.
-        let mut goal = aimed;
-        for edge in self.pose.iter().flatten() {
-            let sum = edge.sum(&goal);
-            if sum > edge.most {
-                let half = (i64::from(sum) - i64::from(edge.most) + 1) / 2;
-                for (joint, sign) in edge.joints.into_iter().zip([1, i64::from(edge.sign)]) {
-                    let at = joint as usize & 3;
-                    goal[at] = self.joints[at].hold(i64::from(goal[at]) - sign * half);
-                }
-                status = status.with(GateStatus::POSE);
-            }
-        }
+        let Allowed { mut kept, aimed, goal, mut status } = self.allowed(target);
 
         // Rate, acceleration and braking: joint by joint, with the new steps of the joints before it.
         let before = *state;
@@ -194,6 +206,41 @@ impl Gate {
             }
         }
         Ok((kept, status))
+    }
+
+    /// Range and pose envelope of finite targets.
+    fn allowed(&self, target: [Radians; Joint::COUNT]) -> Allowed {
+        let mut status = GateStatus::NONE;
+
+        // Range.
+        let mut kept = target;
+        for (angle, limits) in kept.iter_mut().zip(&self.joints) {
+            // Compares, since `f32::max` and `f32::min` are calls on this processor.
+            let (least, most) = (limits.least as f32 / STEPS, limits.most as f32 / STEPS);
+            if angle.0 < least {
+                *angle = Radians(least);
+                status = status.with(GateStatus::RANGE);
+            } else if angle.0 > most {
+                *angle = Radians(most);
+                status = status.with(GateStatus::RANGE);
+            }
+        }
+        let aimed = kept.map(|angle| (angle.0 * STEPS) as i32);
+
+        // Pose envelope: each of the two joints takes half of the excess.
+        let mut goal = aimed;
+        for edge in self.pose.iter().flatten() {
+            let sum = edge.sum(&goal);
+            if sum > edge.most {
+                let half = (i64::from(sum) - i64::from(edge.most) + 1) / 2;
+                for (joint, sign) in edge.joints.into_iter().zip([1, i64::from(edge.sign)]) {
+                    let at = joint as usize & 3;
+                    goal[at] = self.joints[at].hold(i64::from(goal[at]) - sign * half);
+                }
+                status = status.with(GateStatus::POSE);
+            }
+        }
+        Allowed { kept, aimed, goal, status }
     }
 
     /// The joints that an edge of the envelope may bound in this tick: a bit each.

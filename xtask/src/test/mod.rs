@@ -6,6 +6,7 @@ mod audits;
 mod counts;
 mod judged;
 mod programs;
+mod python;
 mod steps;
 mod summary;
 

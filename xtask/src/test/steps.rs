@@ -13,6 +13,7 @@ use super::audits;
 use super::counts::{self, Counts};
 use super::judged::{self, Judged};
 use super::programs;
+use super::python::{self, Environment};
 use crate::board::{Board, Drive};
 use crate::emulated;
 use crate::self_test::{self, SelfTest};
@@ -34,7 +35,7 @@ pub(super) struct Step {
     pub(super) run: fn(&State) -> Result<String>,
 }
 
-pub(super) const STEPS: [Step; 22] = [
+pub(super) const STEPS: [Step; 25] = [
     Step { name: "format", claim: "every file is formatted", needs: &[], uses: &[], run: format },
     Step {
         name: "lints",
@@ -65,6 +66,20 @@ pub(super) const STEPS: [Step; 22] = [
         needs: &[Need::Python],
         uses: &[],
         run: python_readers,
+    },
+    Step {
+        name: "python",
+        claim: "the wheel of the Python package works alone, its tests and examples pass; packages come from the network",
+        needs: &[Need::Python],
+        uses: &[],
+        run: python,
+    },
+    Step {
+        name: "c",
+        claim: "programs in C and C++ have the numbers of Rust; the header is that of the source",
+        needs: &[],
+        uses: &[],
+        run: c_programs,
     },
     Step {
         name: "endurance",
@@ -170,6 +185,13 @@ pub(super) const STEPS: [Step; 22] = [
         needs: &[Need::BoardCompiler, Need::VirtualBoard],
         uses: &[],
         run: audits::ratchets,
+    },
+    Step {
+        name: "python-board",
+        claim: "a loop that Python runs has the setpoints and the hash of the flashed image",
+        needs: &[Need::Python, Need::BoardCompiler, Need::VirtualBoard],
+        uses: &[],
+        run: python_board,
     },
 ];
 
@@ -366,21 +388,52 @@ fn host_tests(state: &State) -> Result<String> {
     passed(state, counts)
 }
 
-/// The packages are installed into `target`, where a later run finds them.
-fn python_readers(state: &State) -> Result<String> {
-    let folder = state.workspace.target_dir.join("python-readers");
-    let python = folder.join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
-    shell::must_succeed(shell::command("python3").args(["-m", "venv"]).arg(&folder), "python3 -m venv")?;
-    let mut install = shell::command(&python);
-    install.args(["-m", "pip", "install", "--quiet", "-r", "tools/footfall/tests/python/requirements.txt"]);
-    match shell::must_succeed(&mut install, "pip install") {
+/// An environment of Python in `target`, where a later run finds its packages.
+fn python_environment(state: &State, name: &str, requirements: &str) -> Result<Environment> {
+    let environment = Environment::open(&state.workspace.target_dir.join(name))?;
+    match environment.install(&["-r", requirements]) {
         // A machine without a network has no packages.
-        Err(error) if !state.required.contains(Need::Python) => return Err(CannotRun(format!("{error:#}")).into()),
-        installed => installed?,
+        Err(error) if !state.required.contains(Need::Python) => Err(CannotRun(format!("{error:#}")).into()),
+        installed => installed.map(|()| environment),
     }
-    let variables = [("FOOTFALL_PYTHON", python.as_os_str()), (REQUIRE, OsStr::new(Need::Python.name()))];
+}
+
+fn python_readers(state: &State) -> Result<String> {
+    let environment = python_environment(state, "python-readers", "tools/footfall/tests/python/requirements.txt")?;
+    let variables = [("FOOTFALL_PYTHON", environment.python().as_os_str()), (REQUIRE, OsStr::new(Need::Python.name()))];
     let counts = programs::run(&["--package", "footfall", "--test", "python_readers"], &variables)?;
     passed(state, counts)
+}
+
+/// The environment of the Python package, with the wheel.
+fn python_wheel(state: &State) -> Result<(Environment, PathBuf)> {
+    let environment = python_environment(state, "python-package", "python/tests/requirements.txt")?;
+    let wheel = environment.install_wheel(&state.workspace.target_dir.join("python-wheels"))?;
+    Ok((environment, wheel))
+}
+
+fn python(state: &State) -> Result<String> {
+    let (environment, wheel) = python_wheel(state)?;
+    if let Err(error) = environment.install(&["-r", "python/tests/requirements-ray.txt"]) {
+        eprintln!("without Ray, whose test is skipped: {error:#}");
+    }
+    python::works_alone(&wheel, &state.workspace.target_dir.join("python-fresh"))?;
+    passed(state, environment.test(&["-q", "-rs", "python/tests", "--ignore", "python/tests/test_board.py"], &[])?)
+}
+
+fn python_board(state: &State) -> Result<String> {
+    let (environment, _) = python_wheel(state)?;
+    let footfall = state.workspace.footfall()?;
+    let variables = [
+        ("FOOTFALL_ELF", state.image()?.as_os_str()),
+        ("FOOTFALL_VIRTUAL_BOARD", state.virtual_board()?.as_os_str()),
+        ("FOOTFALL_BIN", footfall.as_os_str()),
+    ];
+    passed(state, environment.test(&["-q", "-rs", "python/tests/test_board.py"], &variables)?)
+}
+
+fn c_programs(state: &State) -> Result<String> {
+    passed(state, tests(state, &["--package", "footfall-c"], &[])?)
 }
 
 fn firmware_host(state: &State) -> Result<String> {
@@ -481,7 +534,7 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 17] = [
+const IMAGE_TESTS: [&str; 19] = [
     "virtual_board",
     "fits",
     "board_inputs",
@@ -490,6 +543,8 @@ const IMAGE_TESTS: [&str; 17] = [
     "board_pulses",
     "board_servos",
     "board_conditions",
+    "board_watchdog",
+    "board_restart",
     "board_campaign",
     "board_gestures",
     "board_interrupts",
@@ -535,8 +590,8 @@ mod tests {
     #[test]
     fn only_qemu_and_python_are_optional_for_a_step() {
         let optional = |need: &&Need| !Required::default().contains(**need);
-        let optional: Vec<_> = STEPS.iter().flat_map(|step| step.needs.iter().filter(optional)).collect();
-        assert_eq!(optional, [&Need::Python, &Need::Qemu]);
+        let mut optional = STEPS.iter().flat_map(|step| step.needs.iter().filter(optional));
+        assert!(optional.all(|need| [Need::Python, Need::Qemu].contains(need)));
     }
 
     #[test]

@@ -163,6 +163,10 @@ pub struct Counters {
     pub last: Option<Frame>,
     /// Why the supervisor last changed its state.
     pub cause: Cause,
+    /// The supervisor was in a state in which the outputs are on.
+    pub has_armed: bool,
+    /// Why the board refused to arm or to start, in its words; the last one.
+    pub refused: Option<String>,
     /// The board's outputs are off (shadow mode).
     pub shadow: bool,
     /// State of a follower; `None` for other generators.
@@ -304,7 +308,11 @@ impl<'t> BoardRun<'t> {
                     self.counters.shadow = boot.shadow;
                     self.begin_replay(&boot);
                 }
-                Record::Change(change) => self.counters.cause = change.cause,
+                Record::Change(change) => {
+                    self.counters.cause = change.cause;
+                    self.counters.has_armed |= change.state.moving();
+                }
+                Record::Refused(refused) => self.counters.refused = Some(refused.reason.as_str().into()),
                 Record::Frame(frame) => self.tick(t_s, frame, events),
                 Record::Inputs(inputs) => self.inputs(&inputs, events),
                 Record::Edge(edge) => events.push(Event::Edge(edge)),
@@ -314,7 +322,7 @@ impl<'t> BoardRun<'t> {
                 }
                 Record::Environment(environment) => events.push(Event::Environment(environment)),
                 // The log also has them as text lines.
-                Record::Refused(_) | Record::Answered(_) | Record::Port(_) | Record::Settings(_) => {}
+                Record::Answered(_) | Record::Port(_) | Record::Settings(_) => {}
             }
         }
         Ok(())
