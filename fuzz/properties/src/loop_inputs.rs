@@ -75,7 +75,7 @@ impl Run {
         } else {
             self.limits.interrupt();
         }
-        // The wire carries the sample in one byte of periods and 12 bits of code; the board's own conversions give no other.
+        // What a host replays is what the wire carries.
         let inputs = Inputs { first_tick: 0, calls: [Call::of(sample, SENSORS)].into_iter().collect() };
         for (_, call) in inputs.ticks() {
             self.replay.tick(&call.sample());
