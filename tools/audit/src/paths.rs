@@ -9,7 +9,7 @@ const LIBRARY: &str = "/rustc/";
 
 /// Folders at the root of a file system under which people build. A text that begins with another slash is no path: `/s`, `//`.
 const ROOTS: &[&str] =
-    &["/home/", "/root/", "/usr/", "/tmp/", "/var/", "/work/", "/opt/", "/mnt/", "/Users/", "/builds/", "/github/"];
+    &["/home/", "/root/", "/usr/", "/tmp/", "/var/", "/opt/", "/mnt/", "/Users/", "/builds/", "/github/"];
 
 /// The absolute paths in the loaded bytes, each from its beginning to the first byte that is no letter of a path.
 ///
