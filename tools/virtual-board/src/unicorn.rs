@@ -346,16 +346,33 @@ impl<M: Machine + 'static> UnicornCpu<M> {
             "0x{addr:08X} is not an even address in flash"
         );
         let at = offset as usize;
+        let old = {
+            let image = &self.counts.borrow().image;
+            u16::from_le_bytes([image[at], image[at + 1]])
+        };
+        self.write_flash(addr, &half.to_le_bytes())?;
+        Ok(old)
+    }
+
+    /// Replaces bytes of flash, which must be in it.
+    ///
+    /// # Errors
+    /// Unicorn refuses.
+    pub(crate) fn write_flash(&mut self, addr: u32, bytes: &[u8]) -> Result<()> {
+        let offset = addr.wrapping_sub(FLASH);
         let mut counts = self.counts.borrow_mut();
-        let old = u16::from_le_bytes([counts.image[at], counts.image[at + 1]]);
-        counts.image[at..at + 2].copy_from_slice(&half.to_le_bytes());
+        anyhow::ensure!(
+            offset as usize + bytes.len() <= counts.image.len(),
+            "{} bytes from 0x{addr:08X} on are not in flash",
+            bytes.len()
+        );
+        counts.image[offset as usize..offset as usize + bytes.len()].copy_from_slice(bytes);
         // Blocks that contain the address may now end elsewhere.
         counts.seen.fill((0, 0));
         for base in [0, FLASH] {
-            convert_error(self.uc.mem_write(u64::from(base + offset), &half.to_le_bytes()), "patching flash")?;
+            convert_error(self.uc.mem_write(u64::from(base + offset), bytes), "writing flash")?;
         }
-        convert_error(self.uc.ctl_flush_tb(), "dropping translated code")?;
-        Ok(old)
+        convert_error(self.uc.ctl_flush_tb(), "dropping translated code")
     }
 
     fn write(&mut self, reg: RegisterARM, value: u32) {
