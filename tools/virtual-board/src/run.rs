@@ -36,6 +36,9 @@ use flash_files::SavedSector;
 /// Virtual time between two periodic jobs (RTT, commands, end of the run), s.
 const PERIODIC_JOB_S: f64 = 1e-3;
 
+/// By how much the time of a stop may be too early, s: less than a cycle.
+const ROUNDING_S: f64 = 1e-9;
+
 /// Options of a run.
 #[derive(Debug, Clone)]
 pub(crate) struct RunOptions {
@@ -289,7 +292,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
 
     /// Injects the faults that are due.
     fn inject_due(&mut self) -> Result<()> {
-        let seconds = self.cpu.machine().seconds();
+        let seconds = self.cpu.machine().seconds() + ROUNDING_S;
         for n in 0..self.injections.len() {
             if self.injections[n].due().is_none_or(|due| due > seconds) {
                 continue;
@@ -359,7 +362,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
     /// Schedules a stop at the next periodic job or injection.
     fn schedule_stop(&mut self) {
         let periodic = (self.periods + 1) as f64 * PERIODIC_JOB_S;
-        let now = self.cpu.machine().seconds();
+        let now = self.cpu.machine().seconds() + ROUNDING_S;
         let due = self.injections.iter().filter_map(Injection::due).filter(|due| *due > now);
         let next = due.fold(periodic, f64::min);
         self.cpu.machine().stop_at(next);
