@@ -455,7 +455,7 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 15] = [
+const IMAGE_TESTS: [&str; 16] = [
     "virtual_board",
     "fits",
     "board_inputs",
@@ -464,6 +464,7 @@ const IMAGE_TESTS: [&str; 15] = [
     "board_pulses",
     "board_conditions",
     "board_campaign",
+    "board_script",
     "board_gestures",
     "board_follower",
     "board_records",
