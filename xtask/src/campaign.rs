@@ -19,7 +19,7 @@ use crate::workspace::Workspace;
 /// The campaign that is run without an option.
 const FAULTS: &str = "tests/campaign/faults.toml";
 /// What the gait sensor measures meanwhile: a walk.
-const VOLTS: &str = "tests/traces/gaitkit_fukuchi_healthy_left_knee_volts.csv";
+pub(crate) const VOLTS: &str = "tests/traces/gaitkit_fukuchi_healthy_left_knee_volts.csv";
 
 /// Options of `cargo xtask campaign`.
 #[derive(Debug, clap::Args)]

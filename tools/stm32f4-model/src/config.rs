@@ -10,7 +10,8 @@ pub struct SocConfig {
     pub hse_ready: bool,
     /// True where a 32 768 Hz crystal is fitted (the Discovery board has none).
     pub lse_ready: bool,
-    /// Frequency of the internal low speed oscillator, Hz: 32 000 nominal, 17 000 to 47 000 by the data sheet. Clocks the watchdog.
+    /// Frequency of the internal low speed oscillator at power-on, Hz: 32 000 nominal, 17 000 to 47 000 by the data sheet, 0 for one that does not
+    /// oscillate. Clocks the watchdog; [`crate::Soc::set_lsi`] changes it.
     pub lsi_hz: f64,
     /// Analogue supply and ADC reference, V; [`crate::Plant::vdda`] may override it. On the Discovery board, powered by 5 V USB: 3.0 V.
     pub vdda: f64,

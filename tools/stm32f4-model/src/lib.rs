@@ -27,6 +27,7 @@ mod flash;
 mod gpio;
 mod iwdg;
 mod lint;
+mod lsi;
 mod memory_map;
 mod pin;
 mod plant;

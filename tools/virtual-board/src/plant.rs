@@ -300,6 +300,20 @@ impl BoardPlant {
         self.changed.set(true);
     }
 
+    /// Level at an input, s.
+    pub(crate) fn level(&self, pin: Pin, seconds: f64) -> bool {
+        if let Some(wave) = self.waves.get(&pin) {
+            return wave.at(seconds);
+        }
+        if pin == BUTTON {
+            return self.held || self.presses.iter().any(|press| press.is_on(seconds));
+        }
+        match self.lines.get(&pin) {
+            Some(line) => line.at(seconds),
+            None => pin == EMERGENCY_STOP && !self.stops.iter().any(|press| press.is_on(seconds)),
+        }
+    }
+
     /// True if an input changes after a time, s.
     #[must_use]
     pub(crate) fn expects_change(&self, seconds: f64) -> bool {
@@ -323,16 +337,7 @@ impl Plant for BoardPlant {
         if pin == BUTTON {
             self.changed.set(false);
         }
-        if let Some(wave) = self.waves.get(&pin) {
-            return wave.at(seconds);
-        }
-        if pin == BUTTON {
-            return self.held || self.presses.iter().any(|press| press.is_on(seconds));
-        }
-        match self.lines.get(&pin) {
-            Some(line) => line.at(seconds),
-            None => pin == EMERGENCY_STOP && !self.stops.iter().any(|press| press.is_on(seconds)),
-        }
+        self.level(pin, seconds)
     }
 
     fn record_edge(&mut self, pin: Pin, level: bool, seconds: f64) {

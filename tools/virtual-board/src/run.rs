@@ -14,12 +14,12 @@ use anyhow::Result;
 use stm32f4_model::{ResetCause, Soc, SocConfig};
 
 use crate::board::BoardModel;
-use crate::campaign::Judge;
 use crate::console::Console;
 use crate::cpu::{Cpu, Reg, Stop, XPSR_EXCEPTION};
 use crate::exception::OmittedParts;
 use crate::fault::FaultCause;
 use crate::inject::{self, BRANCH_TO_SELF, Injection, InjectionKind, Moment, PERMANENTLY_UNDEFINED};
+use crate::judge::{Judge, JudgeLog, Limits};
 use crate::loader::ProgramImage;
 use crate::nvic::Masks;
 use crate::plant::BoardPlant;
@@ -28,6 +28,7 @@ use crate::report::{self, ReportLine, ReportWriter, ResetRecord};
 use crate::rtt::{Rtt, RttReading};
 use crate::script::Watcher;
 use crate::serial::SerialPort;
+use crate::servos::Servos;
 use crate::unicorn::UnicornCpu;
 
 use disturb::Drift;
@@ -56,10 +57,14 @@ pub(crate) struct RunOptions {
     pub(crate) rtt_mode: Option<u32>,
     /// Read the bytes of RTT.
     pub(crate) drain: bool,
+    /// A debugger is attached.
+    pub(crate) debugger: bool,
     /// Parts of the exception model to leave out.
     pub(crate) omitted: OmittedParts,
     /// Do not refresh the translator's cached flags.
     pub(crate) stale_flags: bool,
+    /// Why pulses that no servo may get are expected; `None`: they are not.
+    pub(crate) violates: Option<String>,
 }
 
 /// State of the core while it does not execute.
@@ -71,6 +76,8 @@ enum IdleState {
     ForInterrupt,
     /// It sleeps after WFE.
     ForEvent,
+    /// A debugger has halted it. Only a reset ends that here.
+    Halted,
     /// It is locked up until a reset.
     LockedUp,
 }
@@ -94,8 +101,11 @@ pub(crate) struct BoardRun<'a, W: Write> {
     drift: Option<Drift>,
     /// Draws the content of the RAM at the next power-on.
     scramble: Option<u64>,
-    /// Judges every pulse of a campaign.
-    judge: Option<Judge>,
+    /// Judges every pulse.
+    judge: Judge,
+    judge_log: JudgeLog,
+    /// Modelled servos at the servo pins.
+    pub(crate) servos: Option<Servos>,
     idle: IdleState,
     periods: u64,
     started: Instant,
@@ -107,6 +117,8 @@ pub(crate) struct BoardRun<'a, W: Write> {
     exceptions: u64,
     rtt_bytes: u64,
     slept_cycles: u64,
+    /// The caller of [`BoardRun::step`] looks at the state from this time on, s: a sleep does not pass it.
+    pause_s: f64,
     last_status: u64,
     status: Option<u32>,
 }
@@ -128,12 +140,14 @@ impl<'a, W: Write> BoardRun<'a, W> {
         report: ReportWriter<W>,
         options: RunOptions,
     ) -> Result<Self> {
-        let board = BoardModel::new(Soc::new(config), plant, options.cpi);
+        let mut board = BoardModel::new(Soc::new(config), plant, options.cpi);
+        board.scs.debugger = options.debugger;
         let rtt = image.symbol("_SEGGER_RTT").map(|address| Rtt {
             address,
             mode: options.rtt_mode,
             reading: RttReading::new(options.drain),
         });
+        let judge_log = JudgeLog::of_environment(options.violates.clone());
         Ok(BoardRun {
             cpu: UnicornCpu::new(&image.flash, board, options.stale_flags)?,
             image,
@@ -148,7 +162,9 @@ impl<'a, W: Write> BoardRun<'a, W> {
             watcher: Watcher::default(),
             drift: None,
             scramble: None,
-            judge: None,
+            judge: Judge::new(Limits::of_flash(&image.flash)),
+            judge_log,
+            servos: None,
             idle: IdleState::No,
             periods: 0,
             started: Instant::now(),
@@ -160,6 +176,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             exceptions: 0,
             rtt_bytes: 0,
             slept_cycles: 0,
+            pause_s: f64::INFINITY,
             last_status: 0,
             status: None,
         })
@@ -197,6 +214,16 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let (reset, due, changes) = {
             let (mut board, mut memory) = self.cpu.machine_and_memory();
             board.sync(&mut memory);
+            if self.idle != IdleState::No {
+                let injection_s = self.injections.iter().filter_map(Injection::due).fold(f64::INFINITY, f64::min);
+                while board.is_quiet(injection_s) {
+                    self.slept_cycles += board.sleep();
+                    if board.seconds() >= self.pause_s {
+                        return Ok(None);
+                    }
+                    board.sync(&mut memory);
+                }
+            }
             (board.reset, board.stop_is_due(), board.soc.take_flash_operations())
         };
         self.change_flash(&changes)?;
@@ -213,10 +240,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         }
         self.inject_due()?;
         if self.idle != IdleState::No && !self.wake_if_due() || self.core_stands_still() {
-            let mut board = self.cpu.machine();
-            let before = board.now();
-            board.sleep();
-            self.slept_cycles += board.now() - before;
+            self.slept_cycles += self.cpu.machine().sleep();
             return Ok(None);
         }
         if let Some(number) = self.deliverable() {
@@ -269,7 +293,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let mut board = self.cpu.machine();
         let awake = match self.idle {
             IdleState::No => true,
-            IdleState::LockedUp => false,
+            IdleState::LockedUp | IdleState::Halted => false,
             // An exception that PRIMASK masks still ends WFI (ARMv7-M ARM, B1.5.19).
             IdleState::ForInterrupt => board.nvic.deliverable(Masks { primask: false, ..masks }).is_some(),
             IdleState::ForEvent => board.nvic.deliverable(masks).is_some() || std::mem::take(&mut board.event),
@@ -321,7 +345,9 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 }
                 InjectionKind::Panic(function, arguments) => {
                     // Not inside a handler: this code runs again at the next return to thread mode.
-                    if self.cpu.reg(Reg::Xpsr) & XPSR_EXCEPTION != 0 || self.idle == IdleState::LockedUp {
+                    if self.cpu.reg(Reg::Xpsr) & XPSR_EXCEPTION != 0
+                        || matches!(self.idle, IdleState::LockedUp | IdleState::Halted)
+                    {
                         continue;
                     }
                     anyhow::ensure!(
@@ -332,12 +358,19 @@ impl<'a, W: Write> BoardRun<'a, W> {
                     self.injections[n].note_injection(now);
                     self.injections[n].note_effect(now, outputs);
                 }
+                InjectionKind::Halt => {
+                    self.disturb(&kind)?;
+                    self.idle = IdleState::Halted;
+                    self.injections[n].note_injection(now);
+                    self.injections[n].note_effect(now, outputs);
+                }
                 InjectionKind::Crystal
                 | InjectionKind::Trigger
                 | InjectionKind::Register { .. }
                 | InjectionKind::Overrun
                 | InjectionKind::Transfer
                 | InjectionKind::Flip { .. }
+                | InjectionKind::LowSpeedClock(_)
                 | InjectionKind::Supply(_)
                 | InjectionKind::Volts(..)
                 | InjectionKind::Level(..)
@@ -354,6 +387,9 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 symbol: self.injections[n].symbol.clone(),
             };
             self.report.line(&line);
+            if kind.can_cut_a_pulse() {
+                self.judge.injected(now.seconds);
+            }
             self.schedule_stop();
         }
         Ok(())
@@ -387,6 +423,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
             }
         }
         self.change_memory(cause)?;
+        self.judge.reset(now.seconds);
         self.resets.push(ResetRecord { t_s: report::seconds(now.seconds), cause: cause.to_string() });
         self.boot(cause);
         self.schedule_stop();

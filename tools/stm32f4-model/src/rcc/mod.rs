@@ -77,6 +77,8 @@ pub(crate) struct Rcc {
     cir: u32,
     bdcr: u32,
     csr: u32,
+    /// LSI oscillates while it is on.
+    lsi_works: bool,
     plain: [u32; PLAIN.len()],
     /// SYSCLK is stopped because its source failed.
     stopped: bool,
@@ -96,6 +98,7 @@ impl Rcc {
             cir: 0,
             bdcr: 0,
             csr: 0,
+            lsi_works: true,
             plain: [0; PLAIN.len()],
             stopped: false,
         };
@@ -116,6 +119,21 @@ impl Rcc {
         self.csr = (self.csr & 0xFE00_0000) | cause.flags();
         self.plain = PLAIN.map(|(_, reset, _)| reset);
         self.stopped = false;
+    }
+
+    /// Whether LSI oscillates while it is on: LSIRDY follows.
+    pub(crate) fn set_lsi_works(&mut self, works: bool) {
+        self.lsi_works = works;
+        self.update_lsi_ready();
+    }
+
+    /// LSION (7.3.21).
+    pub(crate) fn lsi_on(&self) -> bool {
+        self.csr & 1 != 0
+    }
+
+    fn update_lsi_ready(&mut self) {
+        self.csr = (self.csr & !2) | u32::from(self.lsi_on() && self.lsi_works) << 1;
     }
 
     fn plain_index(offset: u32) -> Option<usize> {
@@ -168,7 +186,7 @@ impl Rcc {
                 if value & RMVF != 0 {
                     self.csr &= 0x00FF_FFFF;
                 }
-                self.csr = (self.csr & !2) | (self.csr & 1) << 1;
+                self.update_lsi_ready();
             }
             DCKCFGR if value == 0 => {}
             _ => match Self::plain_index(offset) {

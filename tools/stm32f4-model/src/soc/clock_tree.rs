@@ -31,7 +31,8 @@ impl Soc {
         let runs = !self.rcc.stopped();
         for block in &BLOCKS {
             let Model::Tim(number) = block.model else { continue };
-            let on = runs && block.enable.is_some_and(|gate| self.rcc.enabled(gate));
+            let is_frozen = self.halted && self.dbgmcu.stops_timer(number);
+            let on = runs && !is_frozen && block.enable.is_some_and(|gate| self.rcc.enabled(gate));
             let clock = self.clocks.timer(TIMERS[number].apb);
             self.timers[number].set_clock(self.now, on.then_some(clock));
         }
@@ -46,7 +47,7 @@ impl Soc {
         for number in [1, 8] {
             self.timers[number].set_clock_failed(failed);
         }
-        self.schedule_watchdog_reset();
+        self.schedule_low_speed();
         self.schedule_flash_end();
         self.schedule_release();
         self.route_pins();
@@ -76,10 +77,6 @@ impl Soc {
             | Model::SystemMemory
             | Model::None => {}
         }
-    }
-
-    pub(super) fn schedule_watchdog_reset(&mut self) {
-        self.watchdog_at = self.iwdg.deadline.map_or(u64::MAX, |seconds| self.time.cycle_at(seconds));
     }
 
     /// Checks the clocks against the ratings of the data sheet (table 14, RM0090 table 10) at 2.7 to 3.6 V.

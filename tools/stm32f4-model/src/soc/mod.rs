@@ -4,6 +4,7 @@
 //! - `events`: order of events, triggers, conversions, transfers, watchdog.
 //! - `faults`: what a caller can break.
 //! - `clock_tree`: effects of RCC: clocks, resets, ratings.
+//! - `low_speed`: what LSI clocks: the watchdog, and the captures of TIM5.
 //! - `pin_levels`: state of the pins.
 //! - `pins`: effects of pin levels on IDR, EXTI and break inputs.
 
@@ -11,6 +12,7 @@ mod access;
 mod clock_tree;
 mod events;
 mod faults;
+mod low_speed;
 mod pin_levels;
 mod pins;
 
@@ -28,6 +30,7 @@ use crate::flash::{Flash, FlashOperation};
 use crate::gpio::Gpio;
 use crate::iwdg::Iwdg;
 use crate::lint::{Lint, LintKind};
+use crate::lsi::Lsi;
 use crate::pin::Pin;
 use crate::pwr::Pwr;
 use crate::rcc::Rcc;
@@ -82,8 +85,11 @@ pub struct Soc {
     flash_operations: Vec<FlashOperation>,
     supply: Supply,
     dbgmcu: Dbgmcu,
+    /// A debugger has halted the core.
+    halted: bool,
     syscfg: Syscfg,
     exti: Exti,
+    lsi: Lsi,
     iwdg: Iwdg,
     gpio: [Gpio; 9],
     /// Index is the number of the timer; 0 is unused.
@@ -100,6 +106,8 @@ pub struct Soc {
     requests: Vec<DmaSource>,
     /// Cycle of the watchdog timeout; `u64::MAX`: not started.
     watchdog_at: u64,
+    /// LSI periods at the next capture of TIM5, and its cycle; `None`: it captures nothing.
+    capture: Option<(f64, u64)>,
     reset_request: Option<ResetCause>,
     /// Cycle of the end of a flash operation, and of a reset by the supply; `u64::MAX`: none is scheduled.
     flash_at: u64,
@@ -107,6 +115,13 @@ pub struct Soc {
     /// Cycles of the next event, and of the next event with a visible effect; `u64::MAX`: none.
     next: u64,
     next_visible: u64,
+    /// The same without the inputs.
+    scheduled: u64,
+    scheduled_visible: u64,
+    /// A register access or a transfer was made since the interrupt lines and `scheduled` were updated.
+    stale: bool,
+    /// A register access has moved the next event of a timer since `scheduled` was updated.
+    schedule_stale: bool,
     lints: Vec<Lint>,
     lint_index: HashMap<(u32, Width, LintKind, bool), usize>,
     conversions: VecDeque<Conversion>,
@@ -128,9 +143,11 @@ impl Soc {
             flash_operations: Vec::new(),
             supply: Supply::new(SUPPLY_V),
             dbgmcu: Dbgmcu::default(),
+            halted: false,
             syscfg: Syscfg::default(),
             exti: Exti::default(),
-            iwdg: Iwdg::new(config.lsi_hz),
+            lsi: Lsi::new(config.lsi_hz),
+            iwdg: Iwdg::new(),
             gpio: std::array::from_fn(Gpio::new),
             timers: std::array::from_fn(|number| Timer::new(&TIMERS[number], 0)),
             adcs: std::array::from_fn(Adc::new),
@@ -142,16 +159,22 @@ impl Soc {
             lines: [0; 3],
             requests: Vec::new(),
             watchdog_at: u64::MAX,
+            capture: None,
             reset_request: None,
             flash_at: u64::MAX,
             released_at: u64::MAX,
             next: u64::MAX,
             next_visible: u64::MAX,
+            scheduled: u64::MAX,
+            scheduled_visible: u64::MAX,
+            stale: false,
+            schedule_stale: false,
             lints: Vec::new(),
             lint_index: HashMap::new(),
             conversions: VecDeque::new(),
             config,
         };
+        soc.rcc.set_lsi_works(soc.lsi.oscillates());
         soc.apply_clock_tree();
         soc.refresh();
         soc
@@ -223,7 +246,7 @@ impl Soc {
         self.flash = Flash::new(self.config.bor_level);
         self.syscfg = Syscfg::default();
         self.exti = Exti::default();
-        self.iwdg = Iwdg::new(self.config.lsi_hz);
+        self.iwdg = Iwdg::new();
         self.adc_common = AdcCommonRegisters::default();
         self.dma = [Dma::new(), Dma::new()];
         self.usart2 = Usart::new();
@@ -233,7 +256,9 @@ impl Soc {
         if cause == ResetCause::PowerOn {
             self.dbgmcu = Dbgmcu::default();
         }
+        self.halted = false;
         self.requests.clear();
+        self.capture = None;
         self.reset_request = None;
         self.apply_clock_tree();
         self.refresh();
@@ -285,6 +310,18 @@ impl Soc {
     #[must_use]
     pub fn output_level(&self, pin: Pin) -> bool {
         self.pins.output(pin)
+    }
+
+    /// Tells the peripherals that a debugger halts the core, until the next reset: those with a freeze bit in DBGMCU stop (38.16.2).
+    pub fn halt(&mut self) {
+        let cycle = self.now;
+        for timer in &mut self.timers {
+            // Signals up to the present cycle were routed by the last advance.
+            let _ = timer.run_to(cycle);
+        }
+        self.halted = true;
+        self.apply_clock_tree();
+        self.refresh();
     }
 
     /// Records a lint.

@@ -8,6 +8,7 @@ mod clocks;
 mod dma;
 mod exti;
 mod faults;
+mod lsi;
 mod oracle;
 mod properties;
 mod pwm;

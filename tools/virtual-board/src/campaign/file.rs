@@ -8,7 +8,7 @@ use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
 
 use super::groups::{Core, Interrupts};
-use super::judge::Limits;
+use crate::judge::Limits;
 use crate::random::Random;
 use crate::script::Inject;
 

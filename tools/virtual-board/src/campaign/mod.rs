@@ -2,7 +2,5 @@
 
 mod file;
 mod groups;
-mod judge;
 
 pub(crate) use file::{Campaign, Expected, Fault, Press, Reaction};
-pub(crate) use judge::Judge;

@@ -9,7 +9,7 @@ use rustix::process::{WaitOptions, wait};
 use serde::Serialize;
 
 use super::BoardRun;
-use crate::campaign::{Campaign, Expected, Fault, Judge, Reaction};
+use crate::campaign::{Campaign, Expected, Fault, Reaction};
 use crate::inject::{Injection, InjectionKind};
 use crate::report;
 
@@ -130,6 +130,7 @@ impl<W: Write> BoardRun<'_, W> {
 
     /// Runs on to a time, s.
     fn run_until(&mut self, seconds: f64) -> Result<()> {
+        self.pause_s = seconds;
         while self.cpu.machine().seconds() < seconds {
             self.step()?;
         }
@@ -139,7 +140,7 @@ impl<W: Write> BoardRun<'_, W> {
     /// One case, in a process of its own. Returns its exit status.
     fn case(&mut self, campaign: &Campaign, fault: &Fault, state: &str, phase: u32, armed: bool) -> Result<u8> {
         let at = self.cpu.machine().seconds() + f64::from(phase) * PHASE_S;
-        self.judge = Some(Judge::new(campaign.limits.clone()));
+        self.judge.begin_case(campaign.limits.clone());
         let kind = InjectionKind::of(&fault.inject, self.image)?;
         let lasts = fault.for_ms.map(|ms| ms * 1e-3);
         self.injections.push(Injection::new(kind, fault.name.clone(), at).lasting(lasts));
@@ -148,6 +149,7 @@ impl<W: Write> BoardRun<'_, W> {
         let mut until = at + EFFECT_S;
         let mut has_effect = false;
         loop {
+            self.pause_s = until;
             self.step()?;
             let now = self.cpu.machine().seconds();
             let reaction = self.injections[0].reaction(now);
@@ -170,7 +172,7 @@ impl<W: Write> BoardRun<'_, W> {
         }
         let now = self.cpu.machine().seconds();
         let reaction = self.injections[0].reaction(now);
-        let (violations, first) = self.judge.as_ref().map_or((0, None), Judge::violations);
+        let (violations, first) = self.judge.violations();
         let stays = self.output_state().armed == armed;
         let why = match first {
             Some(first) => Some(first.to_owned()),

@@ -74,6 +74,11 @@ impl<W: Write> BoardRun<'_, W> {
             InjectionKind::Register { address, value } => board.soc.write(address, Width::Word, value),
             InjectionKind::Overrun => board.soc.force_overrun(0),
             InjectionKind::Transfer => board.soc.fail_next_transfer(1, 0),
+            InjectionKind::Halt => {
+                board.scs.debugger = true;
+                board.soc.halt();
+            }
+            InjectionKind::LowSpeedClock(hz) => board.soc.set_lsi(hz),
             InjectionKind::Supply(volts) => board.plant.hold_supply(Some(volts)),
             InjectionKind::Volts(pin, volts) => board.plant.hold_volts(pin, volts),
             InjectionKind::Level(pin, high) => {

@@ -52,6 +52,10 @@ pub(crate) enum Inject {
     },
     /// An instruction takes so many cycles.
     Slow(f64),
+    /// A debugger halts the core.
+    Halt,
+    /// The oscillator of the watchdog gets this frequency, Hz; 0 stops it.
+    Lsi(f64),
     /// The crystal has this frequency, Hz.
     CrystalHz(f64),
     /// The frequency of the crystal changes evenly.
@@ -250,6 +254,10 @@ impl Inject {
                 ensure!((0.1..=100.0).contains(cpi), "slow is {cpi}; allowed are 0.1 to 100 cycles an instruction");
                 Ok(())
             }
+            Inject::Lsi(hz) => {
+                ensure!((0.0..=1e6).contains(hz), "lsi is {hz}; allowed are 0 to 1e6 Hz");
+                Ok(())
+            }
             Inject::FlashErase { sector, cut_ms } => {
                 ensure!(*sector <= 11, "sector is {sector}; allowed are 0 to 11");
                 cut_ms.map_or(Ok(()), |ms| positive("cut_ms", ms))
@@ -311,6 +319,8 @@ impl Inject {
             Inject::Volts { .. } => "volts",
             Inject::Level { .. } => "level",
             Inject::Slow(_) => "slow",
+            Inject::Halt => "halt",
+            Inject::Lsi(_) => "lsi",
             Inject::CrystalHz(_) => "crystal-hz",
             Inject::CrystalDrift { .. } => "crystal-drift",
             Inject::Pll(_) => "pll",
@@ -331,6 +341,14 @@ impl Inject {
             Inject::Wave(_) => "wave",
             Inject::Rtt(_) => "rtt",
         }
+    }
+
+    /// Whether it may end a pulse early by itself.
+    pub(crate) const fn can_cut_a_pulse(&self) -> bool {
+        matches!(
+            self,
+            Inject::Vdd(_) | Inject::PowerCycle { .. } | Inject::ResetButton | Inject::Write { .. } | Inject::Wave(_)
+        )
     }
 
     /// Whether it can end before the run does.
