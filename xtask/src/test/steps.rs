@@ -534,7 +534,7 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 19] = [
+const IMAGE_TESTS: [&str; 20] = [
     "virtual_board",
     "fits",
     "board_inputs",
@@ -546,6 +546,7 @@ const IMAGE_TESTS: [&str; 19] = [
     "board_watchdog",
     "board_restart",
     "board_campaign",
+    "board_script",
     "board_gestures",
     "board_interrupts",
     "board_follower",
