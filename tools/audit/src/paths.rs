@@ -8,15 +8,13 @@ use crate::image::Image;
 const LIBRARY: &str = "/rustc/";
 
 /// Folders at the root of a file system under which people build. A text that begins with another slash is no path: `/s`, `//`.
-const ROOTS: &[&str] = &[
-    "/home/", "/root/", "/usr/", "/tmp/", "/var/", "/work/", "/opt/", "/mnt/", "/Users/", "/builds/", "/build/",
-    "/github/",
-];
+const ROOTS: &[&str] =
+    &["/home/", "/root/", "/usr/", "/tmp/", "/var/", "/opt/", "/mnt/", "/Users/", "/builds/", "/github/"];
 
 /// The absolute paths in the loaded bytes, each from its beginning to the first byte that is no letter of a path.
 ///
 /// Texts of a program follow each other without a gap, so a path can begin anywhere: what begins with one of the usual folders counts, with
-/// the drives of Windows, and with `here`, the folder of this build.
+/// the drives of Windows, and with `here`, the folder of this build. `/build/` is none of them: build scripts write below `target/release/build/`.
 #[must_use]
 pub fn absolute(image: &Image, here: &str) -> Vec<String> {
     let mut found = Vec::new();
