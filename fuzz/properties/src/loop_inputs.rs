@@ -41,6 +41,7 @@ impl Run {
             limits: MotionLimits::new(robot.gate, Period::MILLISECOND),
             robot,
             ticks: 0,
+            trimmed: None,
         }
     }
 
