@@ -21,6 +21,7 @@ fn main() -> ExitCode {
         the_limits_are_those_of_the_default_robot(),
         a_sample_of_the_faults_leads_to_the_declared_reactions(Image),
         wrong_limits_and_wrong_reactions_are_noticed(Image),
+        a_state_that_is_not_as_declared_ends_the_campaign(Image),
     ])
 }
 
@@ -57,7 +58,7 @@ fn campaign(faults: &Path, every: &str) -> (Vec<Value>, Option<i32>) {
     let flash = OsString::from(format!("{ROBOT_SECTOR:#010x}={}", record.path().display()));
     let output = Command::new(path("FOOTFALL_VIRTUAL_BOARD"))
         .arg(path("FOOTFALL_ELF"))
-        .args(["--emergency-stop", "0.05:0.05", "--press", "0.4:0.35", "--loop", "--volts"])
+        .args(["--loop", "--volts"])
         .arg(default_volts_file())
         .arg("--flash")
         .arg(flash)
@@ -111,4 +112,17 @@ fn wrong_limits_and_wrong_reactions_are_noticed() {
         let whys: Vec<&str> = lines.iter().filter_map(|line| line["why"].as_str()).collect();
         assert!(whys.iter().any(|why| why.contains(words)), "{words}: {whys:?}");
     }
+}
+
+/// A board that never arms would pass every case.
+fn a_state_that_is_not_as_declared_ends_the_campaign() {
+    let text = std::fs::read_to_string(faults_file()).expect("the file");
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    // The board is not armed in it.
+    let unarmed = text.replace("hold_s = 0.35", "hold_s = 0.1");
+    assert_ne!(unarmed, text);
+    std::fs::write(file.path(), unarmed).expect("written");
+    let (lines, code) = campaign(file.path(), "1000");
+    assert_eq!(code, Some(2));
+    assert!(lines.iter().all(|line| line["state"] == "disarmed"), "{lines:?}");
 }

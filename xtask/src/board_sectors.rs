@@ -8,6 +8,7 @@ use clap::{Args, Subcommand};
 
 use crate::board::Board;
 use crate::probe::{self, Sector};
+use crate::record;
 use crate::shell;
 use crate::workspace::Workspace;
 
@@ -157,7 +158,7 @@ fn save(tuned: &Tuned) -> Result<ExitCode> {
     let folder = workspace.target_dir.join("board");
     std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
     let packed = folder.join("tuned.bin");
-    probe::done(footfall("pack").arg(out).arg("--force").arg("--out").arg(&packed), "footfall pack")?;
+    record::pack(&workspace, &[out.into()], &packed)?;
     probe::download(*board, Sector::Generator, &packed)?;
     let record = std::fs::read(&packed).with_context(|| format!("reading {}", packed.display()))?;
     ensure!(

@@ -10,21 +10,16 @@ use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
 use crate::board::{Board, Drive};
-use crate::probe;
+use crate::probe::Sector;
+use crate::record;
 use crate::setup::Need;
 use crate::shell;
 use crate::workspace::Workspace;
 
 /// The campaign that is run without an option.
-pub(crate) const FAULTS: &str = "tests/campaign/faults.toml";
+const FAULTS: &str = "tests/campaign/faults.toml";
 /// What the gait sensor measures meanwhile: a walk.
 pub(crate) const VOLTS: &str = "tests/traces/gaitkit_fukuchi_healthy_left_knee_volts.csv";
-/// The button is held, which arms after [`STOP_TEST`]: the states of [`FAULTS`] begin at their times after this.
-const GESTURES: [&str; 2] = ["--press", "0.4:0.35"];
-/// The emergency stop is tested: without it a board does not arm.
-pub(crate) const STOP_TEST: [&str; 2] = ["--emergency-stop", "0.05:0.05"];
-/// Where the robot's record is in the flash.
-pub(crate) const ROBOT_SECTOR: &str = "0x0800c000";
 
 /// Options of `cargo xtask campaign`.
 #[derive(Debug, clap::Args)]
@@ -45,31 +40,17 @@ pub(crate) fn campaign(options: &Options) -> Result<ExitCode> {
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
     let image = workspace.firmware(Board::F4Discovery, Drive::Servos)?;
-    let robot = robot_record(&workspace)?;
+    let robot = record::path_of(&workspace, Sector::Robot);
+    record::pack_default_robot(&workspace, &robot)?;
     let faults = options.faults.as_ref().map_or_else(|| PathBuf::from(FAULTS), |file| workspace.started_in.join(file));
     let mut command = shell::command(workspace.virtual_board()?);
-    command.arg(&image.elf).args(STOP_TEST).args(GESTURES).args(["--loop", "--volts", VOLTS]);
-    command.arg("--flash").arg(format!("{ROBOT_SECTOR}={}", robot.display()));
+    command.arg(&image.elf).args(["--loop", "--volts", VOLTS]);
+    command.arg("--flash").arg(format!("{:#010x}={}", Sector::Robot.address(), robot.display()));
     command.arg("--campaign").arg(faults).args(["--every", &options.every.to_string()]);
     let cases = options.cases.as_ref().map(|file| workspace.started_in.join(file));
     let table = run(&mut command, cases.as_deref())?;
     print!("{table}");
     Ok(if table.wrong == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
-}
-
-/// The record of the default robot.
-pub(crate) fn robot_record(workspace: &Workspace) -> Result<PathBuf> {
-    let footfall = workspace.footfall()?;
-    let folder = workspace.target_dir.join("images");
-    let (file, record) = (folder.join("robot.toml"), folder.join("robot.bin"));
-    let text = shell::stdout_of(shell::command(&footfall).args(["defaults", "robot"]))?;
-    std::fs::write(&file, text).with_context(|| format!("writing {}", file.display()))?;
-    let mut pack = shell::command(&footfall);
-    probe::done(
-        pack.args(["pack", "--force", "--quiet", "--robot"]).arg(&file).arg("--out").arg(&record),
-        "footfall pack",
-    )?;
-    Ok(record)
 }
 
 fn run(command: &mut Command, cases: Option<&Path>) -> Result<Table> {

@@ -2,7 +2,7 @@
 //! USB boot loader.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow};
@@ -10,7 +10,9 @@ use anyhow::{Context, Result, anyhow};
 use crate::board::{Board, Drive};
 use crate::dfu;
 use crate::image;
+use crate::option_bytes;
 use crate::probe::{self, Sector};
+use crate::record;
 use crate::setup::Need;
 use crate::shell;
 use crate::workspace::Workspace;
@@ -92,7 +94,7 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
         eprintln!("{} sector: kept as it is", sector.name());
     }
     if !options.dfu {
-        probe::set_brown_out_reset(board)?;
+        option_bytes::set_brown_out_reset(Path::new("probe-rs"), board)?;
         return shell::replace_with(shell::command("probe-rs").args(["run", "--chip", board.chip()]).arg(image.elf));
     }
     let elf = std::fs::read(&image.elf).with_context(|| format!("reading {}", image.elf.display()))?;
@@ -112,20 +114,12 @@ pub(crate) fn flash(options: &Options) -> Result<ExitCode> {
 /// Makes the content of a sector and writes it.
 fn write(workspace: &Workspace, options: &Options, sector: Sector, content: &Content) -> Result<()> {
     let name = sector.name();
-    let packed = workspace.target_dir.join("images").join(name).with_extension("bin");
-    let pack = |arguments: &[OsString]| {
-        let mut footfall = shell::command(workspace.footfall()?);
-        footfall.current_dir(&workspace.started_in).arg("pack").args(arguments);
-        probe::done(footfall.arg("--force").arg("--out").arg(&packed), "footfall pack")
-    };
+    let packed = record::path_of(workspace, sector);
     match content {
-        Content::Record(arguments) => pack(arguments)?,
+        Content::Record(arguments) => record::pack(workspace, arguments, &packed)?,
         Content::DefaultRobot => {
             eprintln!("{name} sector: the default robot; --robot writes another, --keep keeps what is there");
-            let file = packed.with_extension("toml");
-            let text = shell::stdout_of(shell::command(workspace.footfall()?).args(["defaults", "robot"]))?;
-            std::fs::write(&file, text).with_context(|| format!("writing {}", file.display()))?;
-            pack(&["--robot".into(), file.into()])?;
+            record::pack_default_robot(workspace, &packed)?;
         }
         Content::Erased => {
             eprintln!("{name} sector: erased, {}; --keep keeps it", sector.when_erased());

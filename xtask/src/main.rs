@@ -10,6 +10,7 @@ mod bench;
 mod board;
 mod board_sectors;
 mod book;
+mod build_paths;
 mod campaign;
 mod dfu;
 mod dist;
@@ -20,8 +21,11 @@ mod image;
 mod live;
 mod missing_requirement;
 mod mutants;
+mod option_bytes;
 mod probe;
 mod progress;
+mod ratchet;
+mod record;
 mod run;
 mod self_test;
 mod setup;
@@ -85,6 +89,8 @@ enum Task {
     Soak(soak::Options),
     /// Change the code of gate, supervision and flash records in each place, and print the changes that no test notices
     Mutants(mutants::Options),
+    /// Compare what the image, a run of it and the source need with ratchets.toml
+    Ratchet(ratchet::Options),
     /// Build the book of all pages, and print where its first page is
     Book(book::Options),
     /// Pack a release: images, program, completions, manual pages, documentation, book, samples, check sums
@@ -127,6 +133,7 @@ fn perform(task: Task) -> anyhow::Result<ExitCode> {
         Task::Campaign(options) => campaign::campaign(&options),
         Task::Soak(options) => soak::soak(&options),
         Task::Mutants(options) => mutants::mutants(&options),
+        Task::Ratchet(options) => ratchet::ratchet(&options),
         Task::Book(options) => book::book(&options),
         Task::Dist(options) => dist::dist(&options),
         Task::Setup { with } => {

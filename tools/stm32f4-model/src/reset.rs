@@ -7,6 +7,8 @@ use core::fmt;
 pub enum ResetCause {
     /// Supply switched on: the only reset that clears the backup domain and the debug registers.
     PowerOn,
+    /// The supply fell below the level of the brown-out reset.
+    BrownOut,
     /// NRST pulled low from outside.
     Pin,
     /// SYSRESETREQ written to the core's AIRCR.
@@ -25,6 +27,7 @@ impl ResetCause {
         const IWDG: u32 = 1 << 29;
         PIN | match self {
             ResetCause::PowerOn => BOR | POR,
+            ResetCause::BrownOut => BOR,
             ResetCause::Pin => 0,
             ResetCause::Software => SOFT,
             ResetCause::IndependentWatchdog => IWDG,
@@ -32,11 +35,12 @@ impl ResetCause {
     }
 }
 
-/// `power_on`, `pin`, `software` or `iwdg`.
+/// `power_on`, `brown_out`, `pin`, `software` or `iwdg`.
 impl fmt::Display for ResetCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             ResetCause::PowerOn => "power_on",
+            ResetCause::BrownOut => "brown_out",
             ResetCause::Pin => "pin",
             ResetCause::Software => "software",
             ResetCause::IndependentWatchdog => "iwdg",

@@ -8,6 +8,7 @@ use std::path::Path;
 use anyhow::{Context as _, Result, bail, ensure};
 use stm32f4_model::{AdcChannel, Pin, Plant};
 
+use crate::campaign::Press;
 use crate::pulses::Pulses;
 
 /// The user button: high while pressed.
@@ -219,6 +220,12 @@ impl ButtonPress {
     }
 }
 
+impl From<Press> for ButtonPress {
+    fn from(Press { at_s, hold_s }: Press) -> Self {
+        Self { at: at_s, hold: hold_s }
+    }
+}
+
 /// Signals at the pins of the board.
 #[derive(Debug, Default)]
 pub(crate) struct BoardPlant {
@@ -283,6 +290,17 @@ impl BoardPlant {
         self.changed.set(true);
     }
 
+    /// Level at an input, s.
+    pub(crate) fn level(&self, pin: Pin, seconds: f64) -> bool {
+        if pin == BUTTON {
+            return self.held || self.presses.iter().any(|press| press.is_on(seconds));
+        }
+        match self.lines.get(&pin) {
+            Some(line) => line.at(seconds),
+            None => pin == EMERGENCY_STOP && !self.stops.iter().any(|press| press.is_on(seconds)),
+        }
+    }
+
     /// True if an input changes after a time, s.
     #[must_use]
     pub(crate) fn expects_change(&self, seconds: f64) -> bool {
@@ -304,12 +322,8 @@ impl Plant for BoardPlant {
     fn input_level(&mut self, pin: Pin, seconds: f64) -> bool {
         if pin == BUTTON {
             self.changed.set(false);
-            return self.held || self.presses.iter().any(|press| press.is_on(seconds));
         }
-        match self.lines.get(&pin) {
-            Some(line) => line.at(seconds),
-            None => pin == EMERGENCY_STOP && !self.stops.iter().any(|press| press.is_on(seconds)),
-        }
+        self.level(pin, seconds)
     }
 
     fn record_edge(&mut self, pin: Pin, level: bool, seconds: f64) {

@@ -12,14 +12,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use crate::board::{Board, Drive};
 use crate::campaign;
+use crate::probe::Sector;
+use crate::record;
 use crate::setup::Need;
 use crate::shell;
 use crate::workspace::Workspace;
-use judge::Limits;
 use piece::{Log, Piece, Ran};
 
 /// Longest piece, virtual seconds: the timer of the microseconds, 32 bits, wraps after 4295 s.
@@ -55,7 +56,6 @@ pub(crate) struct Bench {
     footfall: PathBuf,
     elf: PathBuf,
     robot: PathBuf,
-    limits: Limits,
 }
 
 /// Builds what is needed, runs the pieces, and prints what came of them.
@@ -63,15 +63,9 @@ pub(crate) fn soak(options: &Options) -> Result<ExitCode> {
     let mut workspace = Workspace::open()?;
     workspace.set_up(&[Need::BoardCompiler, Need::VirtualBoard])?;
     let elf = workspace.firmware(Board::F4Discovery, Drive::Servos)?.elf;
-    let limits =
-        Limits::of_campaign(&std::fs::read_to_string(campaign::FAULTS).context("reading the limits of the robot")?)?;
-    let bench = Bench {
-        robot: campaign::robot_record(&workspace)?,
-        virtual_board: workspace.virtual_board()?,
-        footfall: workspace.footfall()?,
-        elf,
-        limits,
-    };
+    let robot = record::path_of(&workspace, Sector::Robot);
+    record::pack_default_robot(&workspace, &robot)?;
+    let bench = Bench { robot, virtual_board: workspace.virtual_board()?, footfall: workspace.footfall()?, elf };
     let cores = thread::available_parallelism().map_or(1, usize::from);
     let begun = Instant::now();
     let ran = run_all(&bench, &pieces(options.hours), options.jobs.map_or(cores, usize::from))?;
@@ -141,8 +135,8 @@ fn run_all(bench: &Bench, pieces: &[Piece], jobs: usize) -> Result<Vec<Ran>> {
 /// A command with the options of the virtual board that every piece has.
 fn board_command(bench: &Bench, secs: f64) -> std::process::Command {
     let mut command = shell::command(&bench.virtual_board);
-    command.arg(&bench.elf).args(campaign::STOP_TEST).args(["--loop", "--volts", campaign::VOLTS]);
-    command.arg("--flash").arg(format!("{}={}", campaign::ROBOT_SECTOR, bench.robot.display()));
+    command.arg(&bench.elf).args(["--emergency-stop", "0.05:0.05", "--loop", "--volts", campaign::VOLTS]);
+    command.arg("--flash").arg(format!("{:#010x}={}", Sector::Robot.address(), bench.robot.display()));
     command.args(["--secs", &secs.to_string()]);
     command
 }

@@ -131,7 +131,7 @@ impl Piece {
             command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().context("starting the virtual board")?;
         let lines = BufReader::new(board.stdout.take().context("no standard output of the virtual board")?).lines();
         let mut reader = if self.log == Log::Read { Some(Reader::start(bench)?) } else { None };
-        let mut judge = Judge::new(bench.limits);
+        let mut judge = Judge::default();
         let (mut end, mut cpu_s) = (None, None);
         for line in lines {
             let line = line.context("reading from the virtual board")?;
@@ -163,6 +163,9 @@ impl Piece {
     /// Everything that is wrong.
     fn judged(&self, end: &Value, judge: &Judge, logged: Option<&Logged>) -> Vec<String> {
         let mut wrong: Vec<String> = judge.first.iter().cloned().collect();
+        if end["judged"]["violations"] != 0 {
+            wrong.push(format!("the virtual board's judgement of the pulses: {}", end["judged"]));
+        }
         for key in ["unmodelled", "unexpected_faults", "edges_before_arming", "edges_after_disarming"] {
             if end[key] != 0 {
                 wrong.push(format!("{key}: {}", end[key]));

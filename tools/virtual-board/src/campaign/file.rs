@@ -8,7 +8,7 @@ use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
 use stm32f4_model::Pin;
 
-use super::judge::Limits;
+use crate::judge::Limits;
 
 /// A campaign.
 #[derive(Debug, Clone, Deserialize)]
@@ -18,6 +18,12 @@ pub(crate) struct Campaign {
     pub(crate) phases: u32,
     /// What the servos may get.
     pub(crate) limits: Limits,
+    /// Presses of the button, which lead from state to state.
+    #[serde(rename = "press", default)]
+    pub(crate) presses: Vec<Press>,
+    /// Presses of the emergency stop: its test.
+    #[serde(rename = "emergency_stop", default)]
+    pub(crate) emergency_stops: Vec<Press>,
     /// States of the run.
     #[serde(rename = "state")]
     pub(crate) states: Vec<State>,
@@ -40,6 +46,18 @@ pub(crate) struct State {
     pub(crate) name: String,
     /// When the run is in it, s.
     pub(crate) at_s: f64,
+    /// Whether the outputs are on in it; a run in which they are not as stated is an error.
+    pub(crate) outputs: bool,
+}
+
+/// A press of a button.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Press {
+    /// When it begins, s.
+    pub(crate) at_s: f64,
+    /// How long it lasts, s.
+    pub(crate) hold_s: f64,
 }
 
 /// What a fault must lead to.
@@ -125,6 +143,10 @@ pub(crate) enum Inject {
     },
     /// An instruction takes so many cycles.
     Slow(f64),
+    /// A debugger halts the core.
+    Halt,
+    /// The oscillator of the watchdog gets this frequency, Hz; 0 stops it.
+    Lsi(f64),
 }
 
 /// The name of a pin, as `PA1`.
@@ -257,7 +279,8 @@ mod tests {
     use super::*;
 
     const HEAD: &str = "phases = 2\n[limits]\nleast_us = [523, 523, 523, 523]\nmost_us = [2400, 2400, 2400, 2400]\nus_per_s = [1e3, 1e3, 1e3, 1e3]\n\
-                        [[state]]\nname = \"walking\"\nat_s = 3\n[[state]]\nname = \"disarmed\"\nat_s = 0.2\n";
+                        [[state]]\nname = \"walking\"\nat_s = 3\noutputs = true\n\
+                        [[state]]\nname = \"disarmed\"\nat_s = 0.2\noutputs = false\n";
 
     #[test]
     fn each_bit_is_a_fault_with_a_name() {

@@ -1,7 +1,5 @@
 //! A campaign of faults: the run is brought into each state once, and continues from there in a process of its own for each fault and phase.
 
 mod file;
-mod judge;
 
-pub(crate) use file::{Campaign, Expected, Fault, Inject, Reaction};
-pub(crate) use judge::Judge;
+pub(crate) use file::{Campaign, Expected, Fault, Inject, Press, Reaction};

@@ -3,14 +3,14 @@
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, ensure};
 use fork::{Fork, fork};
 use rustix::process::{WaitOptions, wait};
 use serde::Serialize;
 
 use super::BoardRun;
-use crate::campaign::{Campaign, Expected, Fault, Inject, Judge, Reaction};
-use crate::inject::{Injection, InjectionKind, PANIC_FUNCTIONS};
+use crate::campaign::{Campaign, Expected, Fault, Inject, Reaction};
+use crate::inject::{self, Injection, InjectionKind};
 use crate::report;
 
 /// Between two phases, s: a little more than a tick, so that both the servo frame and the tick are met at all phases.
@@ -69,6 +69,14 @@ impl<W: Write> BoardRun<'_, W> {
         for state in &campaign.states {
             self.run_until(state.at_s)?;
             let armed = self.output_state().armed;
+            ensure!(
+                armed == state.outputs,
+                "state `{}` at {} s: the outputs are {}, the file says {}; change the times of the gestures, or `outputs`",
+                state.name,
+                state.at_s,
+                on_or_off(armed),
+                on_or_off(state.outputs)
+            );
             for fault in campaign.faults.iter().filter(|fault| fault.states.contains(&state.name)) {
                 for phase in 0..campaign.phases {
                     place += 1;
@@ -122,6 +130,7 @@ impl<W: Write> BoardRun<'_, W> {
 
     /// Runs on to a time, s.
     fn run_until(&mut self, seconds: f64) -> Result<()> {
+        self.pause_s = seconds;
         while self.cpu.machine().seconds() < seconds {
             self.step()?;
         }
@@ -131,13 +140,14 @@ impl<W: Write> BoardRun<'_, W> {
     /// One case, in a process of its own. Returns its exit status.
     fn case(&mut self, campaign: &Campaign, fault: &Fault, state: &str, phase: u32, armed: bool) -> Result<u8> {
         let at = self.cpu.machine().seconds() + f64::from(phase) * PHASE_S;
-        self.judge = Some(Judge::new(campaign.limits.clone()));
+        self.judge.begin_case(campaign.limits.clone());
         self.injections.push(Injection::new(self.kind_of(&fault.inject)?, fault.name.clone(), at));
         self.schedule_stop();
         let Expected { reaction: expected, within_ms } = fault.expect;
         let mut until = at + EFFECT_S;
         let mut has_effect = false;
         loop {
+            self.pause_s = until;
             self.step()?;
             let now = self.cpu.machine().seconds();
             let reaction = self.injections[0].reaction(now);
@@ -160,7 +170,7 @@ impl<W: Write> BoardRun<'_, W> {
         }
         let now = self.cpu.machine().seconds();
         let reaction = self.injections[0].reaction(now);
-        let (violations, first) = self.judge.as_ref().map_or((0, None), Judge::violations);
+        let (violations, first) = self.judge.violations();
         let stays = self.output_state().armed == armed;
         let why = match first {
             Some(first) => Some(first.to_owned()),
@@ -186,13 +196,7 @@ impl<W: Write> BoardRun<'_, W> {
         Ok(match inject {
             Inject::Hang(symbol) => InjectionKind::Hang(self.image.find_function(symbol)?),
             Inject::Undefined(symbol) => InjectionKind::Fault(self.image.find_function(symbol)?),
-            Inject::Panic => {
-                let names = PANIC_FUNCTIONS.map(|(name, _)| name);
-                let found = self.image.find_first_function(&names).context("the image has no panic function")?;
-                let arguments =
-                    PANIC_FUNCTIONS.iter().find(|(name, _)| *name == found.0).map(|(_, arguments)| *arguments);
-                InjectionKind::Panic(found.1, arguments.context("the arguments of the panic function are not known")?)
-            }
+            Inject::Panic => inject::panic_in(self.image)?.1,
             Inject::Crystal => InjectionKind::Crystal,
             Inject::Overrun => InjectionKind::Overrun,
             Inject::Transfer => InjectionKind::Transfer,
@@ -202,8 +206,14 @@ impl<W: Write> BoardRun<'_, W> {
             Inject::Volts { pin, volts } => InjectionKind::Volts(pin.0, *volts),
             Inject::Level { pin, high } => InjectionKind::Level(pin.0, *high),
             Inject::Slow(cpi) => InjectionKind::Slow(*cpi),
+            Inject::Halt => InjectionKind::Halt,
+            Inject::Lsi(hz) => InjectionKind::LowSpeedClock(*hz),
         })
     }
+}
+
+const fn on_or_off(outputs: bool) -> &'static str {
+    if outputs { "on" } else { "off" }
 }
 
 /// From the effect until the servos got no pulse or no supply, us.
