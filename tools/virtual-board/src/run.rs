@@ -221,7 +221,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
                     let [button, stop] = [BUTTON, EMERGENCY_STOP].map(|pin| board.plant.level(pin, seconds));
                     self.judge.observe(seconds, button, stop);
                     if let Some(servos) = &mut self.servos {
-                        servos.take(&[], &[], seconds);
+                        let in_pulse = board.plant.pulses.any_high();
+                        servos.take(&[], &[], seconds, in_pulse);
                     }
                     self.slept_cycles += board.sleep();
                     if board.seconds() >= self.pause_s {
