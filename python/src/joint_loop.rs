@@ -80,7 +80,8 @@ impl Frames {
 
 /// The control loop of a board, bit for bit: samples in, setpoints (rad) and servo pulses (us) out, one tick a millisecond.
 ///
-/// The clock of the watchdog has to be measured (``watchdog_hz=32000``). After the boot the emergency stop has to be tested (``faults=['break_input']`` for some ticks, then none), then a hold of the button of 0.5 s
+/// The clock of the watchdog has to be measured (``watchdog_hz=32000``). After the boot the emergency stop has to be tested
+/// (``faults=['break_input']`` for some ticks, then none), then a hold of the button of 0.5 s
 /// arms. ``generator``: the default walk if it is not given. ``sensors``: list of pairs of a joint and its sensor file, or ``None`` for the
 /// published curve, in the order of the channels. ``robot``: a robot file. ``vrefint_cal``: factory code of the chip's reference.
 /// ``min_supply_v``: V. ``sensor_required``: move only while the sensors are good.
@@ -203,7 +204,8 @@ impl JointLoop {
     ///
     /// ``codes``: raw code of each sensor channel, 0 to 4095. ``vrefint``: raw code of the chip's reference. ``button``, ``foot``: levels of the
     /// switches. ``late``: the tick began too late. ``faults``: names of faults that the board found: ``adc_overrun``, ``break_input``,
-    /// ``clock``, ``watchdog``, ``outputs``. ``elapsed``: control periods (ms) since the last call, 1 to 255. ``watchdog_hz``: a new measurement of the
+    /// ``clock``, ``watchdog``, ``outputs``. ``elapsed``: control periods (ms) since the last call, 1 to 255. ``watchdog_hz``: a new
+    /// measurement of the
     /// clock of the watchdog, Hz, one of which must come before the arming. ``debugger``: ``absent``, ``attached`` or ``refused``. ``request``: of a
     /// host, such as ``1 set speed 1.2``.
     #[pyo3(signature = (codes, vrefint, *, button = false, foot = false, late = false, faults = vec![], elapsed = 1, watchdog_hz = None,
@@ -242,7 +244,8 @@ impl JointLoop {
     /// Takes one sample a row and returns ``Ticks``: columns of shape (n,) or (n, 4), setpoints in rad, pulses in us.
     ///
     /// ``codes``: shape (n, channels). ``vrefint``: shape (n,). ``button``, ``foot``, ``late``: booleans, shape (n,). ``fault_bits``: shape (n,),
-    /// bit 0 overrun, 1 break input, 2 clock, 3 watchdog, 4 outputs. ``elapsed``: control periods (ms) since the last call, shape (n,). ``watchdog_hz``: a
+    /// bit 0 overrun, 1 break input, 2 clock, 3 watchdog, 4 outputs. ``elapsed``: control periods (ms) since the last call, shape (n,).
+    /// ``watchdog_hz``: a
     /// dictionary from a row to a measurement of the clock of the watchdog, Hz, one of which must come before the arming. ``debugger``: 0 absent,
     /// 1 attached, 2 refused, shape (n,). ``requests``: a dictionary from a row to the request of a host.
     #[pyo3(signature = (codes, vrefint, *, button = None, foot = None, late = None, fault_bits = None, elapsed = None, watchdog_hz = None,
