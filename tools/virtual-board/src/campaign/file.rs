@@ -6,9 +6,11 @@ use std::path::Path;
 
 use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
-use stm32f4_model::Pin;
 
+use super::groups::{Core, Interrupts};
 use crate::judge::Limits;
+use crate::random::Random;
+use crate::script::Inject;
 
 /// A campaign.
 #[derive(Debug, Clone, Deserialize)]
@@ -36,6 +38,12 @@ pub(crate) struct Campaign {
     /// Parts of the memory, of which bits are drawn at random.
     #[serde(rename = "memory", default)]
     pub(crate) memory: Vec<Memory>,
+    /// Registers of the core, of which bits are faults.
+    #[serde(rename = "core", default)]
+    pub(crate) core: Vec<Core>,
+    /// Interrupts, of which each is a fault.
+    #[serde(rename = "interrupts", default)]
+    pub(crate) interrupts: Vec<Interrupts>,
 }
 
 /// A state of the run.
@@ -94,71 +102,31 @@ pub(crate) struct Fault {
     pub(crate) name: String,
     /// What happens.
     pub(crate) inject: Inject,
+    /// How long, ms; without it, to the end.
+    #[serde(default)]
+    pub(crate) for_ms: Option<f64>,
     /// States in which it applies.
     pub(crate) states: Vec<String>,
     /// What it must lead to.
     pub(crate) expect: Expected,
 }
 
-/// What happens.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub(crate) enum Inject {
-    /// The function never returns.
-    Hang(String),
-    /// The function executes an undefined instruction.
-    Undefined(String),
-    /// The program panics.
-    Panic,
-    /// The crystal stops.
-    Crystal,
-    /// The converter loses a result.
-    Overrun,
-    /// A DMA transfer fails.
-    Transfer,
-    /// The timer that triggers the conversions stops.
-    Trigger,
-    /// Bits of a word change, of a register or in RAM.
-    Flip {
-        /// Address of the word.
-        address: u32,
-        /// The bits.
-        mask: u32,
-    },
-    /// The supply becomes this voltage.
-    Supply(f64),
-    /// A pin of the converter gets this voltage.
-    Volts {
-        /// The pin.
-        pin: PinName,
-        /// V.
-        volts: f64,
-    },
-    /// An input gets this level.
-    Level {
-        /// The pin.
-        pin: PinName,
-        /// High or low.
-        high: bool,
-    },
-    /// An instruction takes so many cycles.
-    Slow(f64),
-    /// A debugger halts the core.
-    Halt,
-    /// The oscillator of the watchdog gets this frequency, Hz; 0 stops it.
-    Lsi(f64),
-}
+impl Fault {
+    /// A fault that does not end.
+    pub(super) fn lasting(name: String, inject: Inject, states: Vec<String>, expect: Expected) -> Self {
+        Fault { name, inject, for_ms: None, states, expect }
+    }
 
-/// The name of a pin, as `PA1`.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(try_from = "String")]
-pub(crate) struct PinName(pub(crate) Pin);
-
-impl TryFrom<String> for PinName {
-    type Error = String;
-
-    fn try_from(name: String) -> Result<Self, String> {
-        name.parse().map(PinName).map_err(|error| format!("{error}"))
+    /// Checks what is injected.
+    fn check(&self) -> Result<()> {
+        self.inject.check()?;
+        ensure!(
+            self.for_ms.is_none_or(|ms| ms >= 0.0 && ms.is_finite()),
+            "for_ms is {:?}; allowed is 0 or more",
+            self.for_ms
+        );
+        ensure!(self.for_ms.is_none() || self.inject.can_end(), "`{}` has no end; remove for_ms", self.inject.name());
+        Ok(())
     }
 }
 
@@ -212,7 +180,9 @@ impl Campaign {
         campaign.expand()?;
         let known: BTreeSet<&str> = campaign.states.iter().map(|state| state.name.as_str()).collect();
         let mut names = BTreeSet::new();
-        for Fault { name, states, expect, .. } in &campaign.faults {
+        for fault in &campaign.faults {
+            let Fault { name, states, expect, .. } = fault;
+            fault.check().with_context(|| format!("fault `{name}`"))?;
             ensure!(names.insert(name), "two faults have the name `{name}`; allowed is one");
             for state in states {
                 ensure!(
@@ -234,44 +204,32 @@ impl Campaign {
     fn expand(&mut self) -> Result<()> {
         for Register { name, address, bits, states, expect } in std::mem::take(&mut self.registers) {
             ensure!(bits.iter().all(|bit| *bit < 32), "register `{name}`: bits {bits:?}; allowed are 0 to 31");
-            self.faults.extend(bits.into_iter().map(|bit| Fault {
-                name: format!("{name}, bit {bit}"),
-                inject: Inject::Flip { address, mask: 1 << bit },
-                states: states.clone(),
-                expect,
+            self.faults.extend(bits.into_iter().map(|bit| {
+                let flip = Inject::Flip { address, mask: 1 << bit };
+                Fault::lasting(format!("{name}, bit {bit}"), flip, states.clone(), expect)
             }));
         }
+        self.faults.extend(std::mem::take(&mut self.core).into_iter().flat_map(Core::faults));
+        self.faults.extend(std::mem::take(&mut self.interrupts).into_iter().flat_map(Interrupts::faults));
         for Memory { name, addresses: [first, end], count, states } in std::mem::take(&mut self.memory) {
             ensure!(first < end, "memory `{name}`: addresses {first:#x}..{end:#x}; allowed is the lower one first");
             let mut drawn = BTreeSet::new();
-            let mut random = u64::from(first) << 32 | u64::from(end);
+            let mut random = Random(u64::from(first) << 32 | u64::from(end));
             let bits = Range { start: 0, end: u64::from(end - first) * 8 };
             ensure!(u64::from(count) <= bits.end / 2, "memory `{name}`: {count} of {} bits; allowed is half", bits.end);
             while drawn.len() < count as usize {
-                drawn.insert(splitmix(&mut random) % bits.end);
+                drawn.insert(random.number() % bits.end);
             }
             self.faults.extend(drawn.into_iter().map(|bit| {
                 let byte = first + (bit / 8) as u32;
                 let mask = 1 << (bit % 8) << (byte % 4 * 8);
-                Fault {
-                    name: format!("{name}, {byte:#010x} bit {}", bit % 8),
-                    inject: Inject::Flip { address: byte & !3, mask },
-                    states: states.clone(),
-                    expect: Expected { reaction: Reaction::Any, within_ms: WATCHED_MS },
-                }
+                let expect = Expected { reaction: Reaction::Any, within_ms: WATCHED_MS };
+                let flip = Inject::Flip { address: byte & !3, mask };
+                Fault::lasting(format!("{name}, {byte:#010x} bit {}", bit % 8), flip, states.clone(), expect)
             }));
         }
         Ok(())
     }
-}
-
-/// The next number of the generator SplitMix64 (Steele, Lea, Flood 2014).
-fn splitmix(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
 }
 
 #[cfg(test)]

@@ -9,8 +9,8 @@ use rustix::process::{WaitOptions, wait};
 use serde::Serialize;
 
 use super::BoardRun;
-use crate::campaign::{Campaign, Expected, Fault, Inject, Reaction};
-use crate::inject::{self, Injection, InjectionKind};
+use crate::campaign::{Campaign, Expected, Fault, Reaction};
+use crate::inject::{Injection, InjectionKind};
 use crate::report;
 
 /// Between two phases, s: a little more than a tick, so that both the servo frame and the tick are met at all phases.
@@ -63,7 +63,7 @@ impl<W: Write> BoardRun<'_, W> {
         let (began, mut said) = (Instant::now(), Instant::now());
         // A name that the image lacks is found before the first case.
         for fault in &campaign.faults {
-            self.kind_of(&fault.inject).with_context(|| format!("fault `{}`", fault.name))?;
+            InjectionKind::of(&fault.inject, self.image).with_context(|| format!("fault `{}`", fault.name))?;
         }
         self.begin();
         for state in &campaign.states {
@@ -141,7 +141,9 @@ impl<W: Write> BoardRun<'_, W> {
     fn case(&mut self, campaign: &Campaign, fault: &Fault, state: &str, phase: u32, armed: bool) -> Result<u8> {
         let at = self.cpu.machine().seconds() + f64::from(phase) * PHASE_S;
         self.judge.begin_case(campaign.limits.clone());
-        self.injections.push(Injection::new(self.kind_of(&fault.inject)?, fault.name.clone(), at));
+        let kind = InjectionKind::of(&fault.inject, self.image)?;
+        let lasts = fault.for_ms.map(|ms| ms * 1e-3);
+        self.injections.push(Injection::new(kind, fault.name.clone(), at).lasting(lasts));
         self.schedule_stop();
         let Expected { reaction: expected, within_ms } = fault.expect;
         let mut until = at + EFFECT_S;
@@ -190,25 +192,6 @@ impl<W: Write> BoardRun<'_, W> {
             violations,
         })?;
         Ok(if good { GOOD } else { WRONG })
-    }
-
-    fn kind_of(&self, inject: &Inject) -> Result<InjectionKind> {
-        Ok(match inject {
-            Inject::Hang(symbol) => InjectionKind::Hang(self.image.find_function(symbol)?),
-            Inject::Undefined(symbol) => InjectionKind::Fault(self.image.find_function(symbol)?),
-            Inject::Panic => inject::panic_in(self.image)?.1,
-            Inject::Crystal => InjectionKind::Crystal,
-            Inject::Overrun => InjectionKind::Overrun,
-            Inject::Transfer => InjectionKind::Transfer,
-            Inject::Trigger => InjectionKind::Trigger,
-            Inject::Flip { address, mask } => InjectionKind::Flip { address: *address, mask: *mask },
-            Inject::Supply(volts) => InjectionKind::Supply(*volts),
-            Inject::Volts { pin, volts } => InjectionKind::Volts(pin.0, *volts),
-            Inject::Level { pin, high } => InjectionKind::Level(pin.0, *high),
-            Inject::Slow(cpi) => InjectionKind::Slow(*cpi),
-            Inject::Halt => InjectionKind::Halt,
-            Inject::Lsi(hz) => InjectionKind::LowSpeedClock(*hz),
-        })
     }
 }
 
