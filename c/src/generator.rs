@@ -132,8 +132,8 @@ pub unsafe extern "C" fn footfall_generator_record(
     };
     let config = match generator_record::read(record) {
         Ok(Some(stored)) => stored.config,
-        // SAFETY: as above.
         Ok(None) => {
+            // SAFETY: as above.
             return unsafe {
                 refuse(error, FootfallStatus::Record, "record is erased; allowed are the bytes of `footfall pack`")
             };
