@@ -32,6 +32,7 @@ use crate::servos::Servos;
 use crate::unicorn::UnicornCpu;
 
 use disturb::Drift;
+pub(crate) use flash_files::FlashDownload;
 use flash_files::SavedSector;
 
 /// Virtual time between two periodic jobs (RTT, commands, end of the run), s.
