@@ -135,15 +135,16 @@ fn after_a_reset_arming_starts_at_the_last_pulses() {
 
 /// The emergency stop ends the walk; one hold acknowledges it, the next one arms.
 fn after_a_fault_arming_starts_at_the_last_pulses() {
-    let presses = ["3.4:0.4", "4.4:0.4"];
+    // Not three within 5 s.
+    let presses = ["3.4:0.4", "5.6:0.4"];
     let more = ["--emergency-stop", STOP_TEST, "2.7:0.2", "--press", presses[0], "--press", presses[1]];
-    let ran = Board::find().run(options(7.5, &more));
+    let ran = Board::find().run(options(8.5, &more));
     ran.assert_sound();
     let last = *frames(&ran, 0.0, 2.7 - FRAME_S).last().expect("it walked");
     let commanded =
         ran.boots[0].ticks.iter().rev().find(|tick| tick.state == SupervisorState::Walking && tick.tick < 2_700);
     assert!(is_near(&last, &commanded.expect("it walked").pulses_us.map(f64::from), MOST_A_FRAME_US));
-    let first = frames(&ran, 3.0, 8.0)[0];
+    let first = frames(&ran, 3.0, 9.0)[0];
     assert!(is_near(&first, &last, MOST_A_FRAME_US), "starts at {first:?}, ended at {last:?}");
     assert_starts_at_last(&ran, 3.0, &first);
     assert_replayed(&ran);

@@ -1,5 +1,5 @@
-//! The loop of a board with any inputs: outputs only in the moving states, every pulse inside its servo's, every setpoint inside the robot's limits,
-//! and the same inputs give the same bits.
+//! The loop of a board with any inputs: outputs only in the moving states, every pulse inside its servo's, every setpoint of a walk inside the
+//! robot's limits, a trim slow, and the same inputs give the same bits.
 //!
 //! The bytes are read as commands: gestures that a person needs many ticks for, and single ticks with any codes, faults and requests. So a
 //! fuzzer reaches the walk, which random ticks do not.
@@ -26,6 +26,8 @@ struct Run {
     limits: MotionLimits,
     robot: RobotConfig,
     ticks: u32,
+    /// The pulses of the last tick, if that was one of a trim.
+    trimmed: Option<[PulseMicros; Joint::COUNT]>,
 }
 
 impl Run {
@@ -39,6 +41,7 @@ impl Run {
             limits: MotionLimits::new(robot.gate, Period::MILLISECOND),
             robot,
             ticks: 0,
+            trimmed: None,
         }
     }
 
@@ -60,11 +63,20 @@ impl Run {
             for (pulse, servo) in pulses.iter().zip(&self.robot.servos) {
                 assert!(*pulse >= servo.shortest && *pulse <= servo.longest, "{pulse:?} of {servo:?}");
             }
+        }
+        // A trim finds the map of a servo: it goes beyond the range of the joint, slowly.
+        let is_trim = frame.state == SupervisorState::Trimming;
+        let trimmed = command.pulses.filter(|_| is_trim);
+        for (now, before) in trimmed.iter().flatten().zip(self.trimmed.iter().flatten()) {
+            assert!(now.0.abs_diff(before.0) <= 1, "a trim moves a servo from {before:?} to {now:?} in a tick");
+        }
+        self.trimmed = trimmed;
+        if command.pulses.is_some() && !is_trim {
             self.limits.check(&frame.setpoints);
         } else {
             self.limits.interrupt();
         }
-        // The wire carries the sample in one byte of periods and 12 bits of code; the board's own conversions give no other.
+        // What a host replays is what the wire carries.
         let inputs = Inputs { first_tick: 0, calls: [Call::of(sample, SENSORS)].into_iter().collect() };
         for (_, call) in inputs.ticks() {
             self.replay.tick(&call.sample());

@@ -22,7 +22,7 @@ use crate::inject::{self, BRANCH_TO_SELF, Injection, InjectionKind, Moment, PERM
 use crate::judge::{Judge, JudgeLog, Limits};
 use crate::loader::ProgramImage;
 use crate::nvic::Masks;
-use crate::plant::BoardPlant;
+use crate::plant::{BUTTON, BoardPlant, EMERGENCY_STOP};
 use crate::recorder::SignalRecorder;
 use crate::report::{self, ReportLine, ReportWriter, ResetRecord};
 use crate::rtt::{Rtt, RttReading};
@@ -218,6 +218,12 @@ impl<'a, W: Write> BoardRun<'a, W> {
             if self.idle != IdleState::No {
                 let injection_s = self.injections.iter().filter_map(Injection::due).fold(f64::INFINITY, f64::min);
                 while board.is_quiet(injection_s) {
+                    let seconds = board.seconds();
+                    let [button, stop] = [BUTTON, EMERGENCY_STOP].map(|pin| board.plant.level(pin, seconds));
+                    self.judge.observe(seconds, button, stop);
+                    if let Some(servos) = &mut self.servos {
+                        servos.take(&[], &[], seconds);
+                    }
                     self.slept_cycles += board.sleep();
                     if board.seconds() >= self.pause_s {
                         return Ok(None);

@@ -55,8 +55,9 @@ impl Servos {
         Servos(std::array::from_fn(|n| mounted(&joints[n], at[n])))
     }
 
-    /// Takes the pulses and the changes of the supply since the last call, and moves on to a time, s.
-    pub(crate) fn take(&mut self, periods: &[PulsePeriod], changes: &[TimedOutputChange], now: f64) {
+    /// Takes the pulses and the changes of the supply since the last call, and moves on to a time, s, unless a pulse lasts: the pulses of a frame come
+    /// when the last one has ended, and a servo must not be past the end of its own.
+    pub(crate) fn take(&mut self, periods: &[PulsePeriod], changes: &[TimedOutputChange], now: f64, in_pulse: bool) {
         let mut events: Vec<(f64, Event)> = Vec::new();
         for period in periods {
             let ended = |us: f64| period.seconds + us * 1e-6;
@@ -77,8 +78,9 @@ impl Servos {
             }
         }
         for mounted in &mut self.0 {
-            // While a pulse lasts it is not known yet: the servo stays behind until it ends.
-            mounted.servo.advance(now);
+            if !in_pulse {
+                mounted.servo.advance(now);
+            }
             mounted.note();
         }
     }
@@ -120,16 +122,20 @@ mod tests {
         let on = TimedOutputChange { seconds: 0.0, instructions: 0, change: OutputChange::Rail(true) };
         let us = [1500.0, 1800.0, 1200.0, 1500.0];
         let pulses = PulsePeriod { seconds: 0.02, us: us.map(Some), programmed_us: us.map(Some), rail: true };
-        servos.take(&[pulses], &[on], 1.0);
+        servos.take(&[pulses], &[on], 1.0, false);
         for (got, want) in servos.degrees().iter().zip([0.5, 0.0, 1.0, 0.5_f64]) {
             assert!((got - want.to_degrees()).abs() < 1e-6, "{got} {want}");
         }
         assert_eq!(servos.torque(), [1.0; 4]);
+        // While a pulse lasts, the servos wait for its end.
+        let before = servos.degrees();
+        servos.take(&[], &[], 1.001, true);
+        assert_eq!(servos.degrees(), before);
         // A supply that goes in the same step as a pulse comes after it.
         let off = TimedOutputChange { seconds: 1.0016, instructions: 0, change: OutputChange::Rail(false) };
         let us = [900.0; 4];
         let pulses = PulsePeriod { seconds: 1.0, us: us.map(Some), programmed_us: us.map(Some), rail: true };
-        servos.take(&[pulses], &[off], 2.0);
+        servos.take(&[pulses], &[off], 2.0, false);
         // 0.7 ms at 612 degrees a second.
         assert!((servos.degrees()[0] - (0.5_f64.to_degrees() + 0.4286)).abs() < 0.001, "{:?}", servos.degrees());
         assert_eq!(servos.torque(), [0.0; 4]);

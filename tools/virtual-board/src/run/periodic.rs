@@ -28,6 +28,7 @@ impl<W: Write> BoardRun<'_, W> {
         let now = self.moment();
         let mut board = self.cpu.machine();
         let [button, stop] = [BUTTON, EMERGENCY_STOP].map(|pin| board.plant.level(pin, now.seconds));
+        let in_pulse = board.plant.pulses.any_high();
         let periods = board.plant.pulses.take_periods();
         let activity = board.plant.pulses.take_activity();
         let reached = board.reached.take();
@@ -36,7 +37,7 @@ impl<W: Write> BoardRun<'_, W> {
         periods.iter().for_each(|period| self.judge.take(period));
         activity.iter().for_each(|change| self.judge.change(change));
         if let Some(servos) = &mut self.servos {
-            servos.take(&periods, &activity, now.seconds);
+            servos.take(&periods, &activity, now.seconds, in_pulse);
         }
         for period in periods {
             let us = period.us.map(|us| us.map(report::micros));
