@@ -222,7 +222,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
                     let [button, stop] = [BUTTON, EMERGENCY_STOP].map(|pin| board.plant.level(pin, seconds));
                     self.judge.observe(seconds, button, stop);
                     if let Some(servos) = &mut self.servos {
-                        servos.take(&[], &[], seconds);
+                        servos.take(&[], &[], seconds, board.plant.pulses.any_high());
                     }
                     self.slept_cycles += board.sleep();
                     if board.seconds() >= self.pause_s {
