@@ -18,6 +18,7 @@ mod inject;
 mod judge;
 mod loader;
 mod nvic;
+mod pin_name;
 mod plant;
 mod pulses;
 mod random;
@@ -53,7 +54,7 @@ use crate::loader::ProgramImage;
 use crate::plant::{BUTTON, BoardPlant, ButtonPress, EMERGENCY_STOP, LevelTable, VoltageTable};
 use crate::recorder::SignalRecorder;
 use crate::report::ReportWriter;
-use crate::run::{BoardRun, RunOptions};
+use crate::run::{BoardRun, FlashDownload, RunOptions};
 use crate::script::Script;
 use crate::serial::SerialPort;
 use crate::servos::Servos;
@@ -216,13 +217,6 @@ enum OmittedPart {
     NoClrex,
     /// The emulator's cached mode flags are not refreshed at an exception
     StaleFlags,
-}
-
-/// A file, and the flash address of its bytes.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct FlashDownload {
-    pub(crate) addr: u32,
-    pub(crate) file: PathBuf,
 }
 
 fn parse_download(text: &str) -> Result<FlashDownload, String> {

@@ -32,6 +32,7 @@ use crate::servos::Servos;
 use crate::unicorn::UnicornCpu;
 
 use disturb::Drift;
+pub(crate) use flash_files::FlashDownload;
 use flash_files::SavedSector;
 
 /// Virtual time between two periodic jobs (RTT, commands, end of the run), s.
@@ -221,8 +222,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
                     let [button, stop] = [BUTTON, EMERGENCY_STOP].map(|pin| board.plant.level(pin, seconds));
                     self.judge.observe(seconds, button, stop);
                     if let Some(servos) = &mut self.servos {
-                        let in_pulse = board.plant.pulses.any_high();
-                        servos.take(&[], &[], seconds, in_pulse);
+                        servos.take(&[], &[], seconds, board.plant.pulses.any_high());
                     }
                     self.slept_cycles += board.sleep();
                     if board.seconds() >= self.pause_s {

@@ -4,7 +4,7 @@ use anyhow::{Result, ensure};
 use serde::Deserialize;
 use stm32f4_model::Pin;
 
-use crate::script::PinName;
+use crate::pin_name::PinName;
 
 /// A waveform in a script: its times count from the moment at which it begins.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

@@ -7,6 +7,7 @@ use std::path::Path;
 use anyhow::{Context as _, Result, ensure};
 use serde::Deserialize;
 
+use super::fault::{Expected, Fault, Reaction};
 use super::groups::{Core, Interrupts};
 use crate::judge::Limits;
 use crate::random::Random;
@@ -66,68 +67,6 @@ pub(crate) struct Press {
     pub(crate) at_s: f64,
     /// How long it lasts, s.
     pub(crate) hold_s: f64,
-}
-
-/// What a fault must lead to.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Expected {
-    /// The reaction.
-    pub(crate) reaction: Reaction,
-    /// Its time limit, from the effect of the fault, ms.
-    pub(crate) within_ms: f64,
-}
-
-/// A reaction that a fault must lead to. The limits of the pulses hold besides.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Reaction {
-    /// The servos get no pulse any more, or their supply is off.
-    Off,
-    /// The same, and the chip resets.
-    Reset,
-    /// The outputs stay as they were: on or off.
-    None,
-    /// One of the two: the program may have overwritten the fault before it looks.
-    OffOrNone,
-    /// Any: only the limits of the pulses are judged.
-    Any,
-}
-
-/// A fault by its name.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Fault {
-    /// Name.
-    pub(crate) name: String,
-    /// What happens.
-    pub(crate) inject: Inject,
-    /// How long, ms; without it, to the end.
-    #[serde(default)]
-    pub(crate) for_ms: Option<f64>,
-    /// States in which it applies.
-    pub(crate) states: Vec<String>,
-    /// What it must lead to.
-    pub(crate) expect: Expected,
-}
-
-impl Fault {
-    /// A fault that does not end.
-    pub(super) fn lasting(name: String, inject: Inject, states: Vec<String>, expect: Expected) -> Self {
-        Fault { name, inject, for_ms: None, states, expect }
-    }
-
-    /// Checks what is injected.
-    fn check(&self) -> Result<()> {
-        self.inject.check()?;
-        ensure!(
-            self.for_ms.is_none_or(|ms| ms >= 0.0 && ms.is_finite()),
-            "for_ms is {:?}; allowed is 0 or more",
-            self.for_ms
-        );
-        ensure!(self.for_ms.is_none() || self.inject.can_end(), "`{}` has no end; remove for_ms", self.inject.name());
-        Ok(())
-    }
 }
 
 /// Bits of a register: each is a fault.

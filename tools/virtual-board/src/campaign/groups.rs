@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::file::{Expected, Fault};
+use super::fault::{Expected, Fault};
 use crate::script::{CoreRegister, Inject};
 
 /// Bits of registers of the core: each is a fault.

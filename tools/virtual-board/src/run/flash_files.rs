@@ -2,13 +2,20 @@
 
 use std::fs::File;
 use std::io::Write;
+use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use stm32f4_model::flash_sector_at;
 
 use super::BoardRun;
-use crate::FlashDownload;
 use crate::cpu::Cpu as _;
+
+/// A file, and the flash address of its bytes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct FlashDownload {
+    pub(crate) addr: u32,
+    pub(crate) file: PathBuf,
+}
 
 /// A sector, and the file that gets it.
 #[derive(Debug)]

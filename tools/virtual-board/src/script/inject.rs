@@ -4,9 +4,9 @@ use std::fmt;
 
 use anyhow::{Result, ensure};
 use serde::Deserialize;
-use stm32f4_model::Pin;
 
 use crate::cpu::Reg;
+use crate::pin_name::PinName;
 use crate::waveform::Wave;
 
 /// What happens.
@@ -145,19 +145,6 @@ pub(crate) enum Inject {
     Wave(Wave),
     /// The debugger reads the log otherwise.
     Rtt(RttReader),
-}
-
-/// The name of a pin, as `PA1`.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(try_from = "String")]
-pub(crate) struct PinName(pub(crate) Pin);
-
-impl TryFrom<String> for PinName {
-    type Error = String;
-
-    fn try_from(name: String) -> Result<Self, String> {
-        name.parse().map(PinName).map_err(|error| format!("{error}"))
-    }
 }
 
 /// What becomes of the RAM while the power is off.

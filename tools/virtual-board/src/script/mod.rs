@@ -5,5 +5,5 @@ mod inject;
 mod watcher;
 
 pub(crate) use event::{Moment, On, Script};
-pub(crate) use inject::{CoreRegister, Inject, Memory, PinName, RttReader, Stream};
+pub(crate) use inject::{CoreRegister, Inject, Memory, RttReader, Stream};
 pub(crate) use watcher::Watcher;
