@@ -44,6 +44,8 @@ fn injected(ran: &Ran, name: &str) -> Vec<f64> {
     lines.filter_map(|line| line["t_s"].as_f64()).collect()
 }
 
+const NO_PULSES: [f64; 0] = [];
+
 /// Times of the pulses from a time on, s.
 fn pulses_from(ran: &Ran, seconds: f64) -> Vec<f64> {
     ran.pulses.iter().map(|(at, _)| *at).filter(|at| *at > seconds).collect()
@@ -59,7 +61,7 @@ fn the_script_of_the_page_does_what_it_says() {
     let causes: Vec<&str> = ran.boots.iter().map(|boot| boot.cause.as_str()).collect();
     assert_eq!(causes, ["power_on", "brown_out"]);
     assert_eq!(ran.boots[1].boot.as_ref().map(|boot| boot.reset), Some(Reset::BrownOut));
-    assert_eq!(pulses_from(&ran, dip), []);
+    assert_eq!(pulses_from(&ran, dip), NO_PULSES);
     let [stops] = injected(&ran, "rtt")[..] else { panic!("{:?}", ran.remarks) };
     assert!((stops - dip - 0.1).abs() < 1e-3, "{stops}");
     let lost = injected(&ran, "overrun");
@@ -77,7 +79,7 @@ fn a_dip_resets_only_with_the_brown_out_reset() {
         let ran = run(DIP, "1.7", options);
         let seen: Vec<&str> = ran.boots.iter().map(|boot| boot.cause.as_str()).collect();
         assert_eq!(seen, causes);
-        assert_eq!(pulses_from(&ran, 1.52), []);
+        assert_eq!(pulses_from(&ran, 1.52), NO_PULSES);
     }
 }
 
@@ -100,7 +102,7 @@ fn a_torn_record_keeps_the_board_dark() {
         assert_eq!(ran.boots.len(), 2, "{what}");
         assert!(ran.pulses.iter().any(|(at, _)| *at < 0.6), "it walked before");
         let pulses = pulses_from(&ran, 0.65);
-        assert_eq!(pulses, [], "{what}");
+        assert_eq!(pulses, NO_PULSES, "{what}");
         let [refused] = &ran.boots[1].refused[..] else { panic!("{what}: {:?}", ran.boots[1].refused) };
         assert_eq!(refused.subject, Subject::RobotRecord, "{what}: {}", refused.reason);
         assert!(refused.reason.contains("damaged"), "{what}: {}", refused.reason);

@@ -53,6 +53,7 @@ pub(crate) enum Moment {
 /// What a run shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[expect(clippy::enum_variant_names, reason = "the words of the file; `rail-on` is no kind of `on`")]
 pub(crate) enum On {
     /// The outputs are switched on: TIM1's main output enable.
     Armed,
