@@ -7,12 +7,18 @@ use core::fmt;
 pub enum ResetCause {
     /// Supply switched on: the only reset that clears the backup domain and the debug registers.
     PowerOn,
+    /// The supply fell below the level of the brown-out reset.
+    BrownOut,
     /// NRST pulled low from outside.
     Pin,
     /// SYSRESETREQ written to the core's AIRCR.
     Software,
     /// Timeout of the independent watchdog.
     IndependentWatchdog,
+    /// The window watchdog.
+    WindowWatchdog,
+    /// A low-power mode was entered against the option bytes.
+    LowPower,
 }
 
 impl ResetCause {
@@ -23,23 +29,31 @@ impl ResetCause {
         const POR: u32 = 1 << 27;
         const SOFT: u32 = 1 << 28;
         const IWDG: u32 = 1 << 29;
+        const WWDG: u32 = 1 << 30;
+        const LPWR: u32 = 1 << 31;
         PIN | match self {
             ResetCause::PowerOn => BOR | POR,
+            ResetCause::BrownOut => BOR,
             ResetCause::Pin => 0,
             ResetCause::Software => SOFT,
             ResetCause::IndependentWatchdog => IWDG,
+            ResetCause::WindowWatchdog => WWDG,
+            ResetCause::LowPower => LPWR,
         }
     }
 }
 
-/// `power_on`, `pin`, `software` or `iwdg`.
+/// `power_on`, `brown_out`, `pin`, `software`, `iwdg`, `wwdg` or `low_power`.
 impl fmt::Display for ResetCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             ResetCause::PowerOn => "power_on",
+            ResetCause::BrownOut => "brown_out",
             ResetCause::Pin => "pin",
             ResetCause::Software => "software",
             ResetCause::IndependentWatchdog => "iwdg",
+            ResetCause::WindowWatchdog => "wwdg",
+            ResetCause::LowPower => "low_power",
         })
     }
 }

@@ -17,7 +17,7 @@
 use std::str::FromStr;
 
 use anyhow::{Context as _, Result};
-use stm32f4_model::Pin;
+use stm32f4_model::{Pin, ResetCause};
 
 use crate::cpu::{Cpu, Reg, XPSR_IT};
 use crate::loader::ProgramImage;
@@ -147,6 +147,12 @@ pub(crate) enum InjectionKind {
     Level(Pin, bool),
     /// An instruction takes so many cycles.
     Slow(f64),
+    /// An exception or interrupt with this number is enabled and pending, though nothing has requested it.
+    Exception(u8),
+    /// The chip is reset.
+    Reset(ResetCause),
+    /// A half-word of the flash reads as this from now on.
+    Flash { address: u32, half: u16 },
 }
 
 impl InjectionKind {
@@ -167,6 +173,9 @@ impl InjectionKind {
             InjectionKind::Volts(..) => "volts",
             InjectionKind::Level(..) => "level",
             InjectionKind::Slow(_) => "slow",
+            InjectionKind::Exception(_) => "exception",
+            InjectionKind::Reset(_) => "reset",
+            InjectionKind::Flash { .. } => "flash",
         }
     }
 }

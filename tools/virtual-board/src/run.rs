@@ -1,6 +1,7 @@
 //! Run of a program: executes to the next deadline, takes exceptions, sleeps, resets, injects faults, and reports events.
 
 mod campaign;
+mod case;
 mod exceptions;
 mod periodic;
 
@@ -11,7 +12,7 @@ use anyhow::Result;
 use stm32f4_model::{ResetCause, Soc, SocConfig, Width};
 
 use crate::board::BoardModel;
-use crate::campaign::Judge;
+use crate::campaign::{Driving, Judge};
 use crate::console::Console;
 use crate::cpu::{Cpu, Reg, Stop, XPSR_EXCEPTION};
 use crate::exception::OmittedParts;
@@ -25,6 +26,8 @@ use crate::report::{self, ReportLine, ReportWriter, ResetRecord};
 use crate::rtt::Rtt;
 use crate::serial::SerialPort;
 use crate::unicorn::UnicornCpu;
+
+pub(crate) use campaign::Plan;
 
 /// Virtual time between two periodic jobs (RTT, commands, end of the run), s.
 const PERIODIC_JOB_S: f64 = 1e-3;
@@ -78,6 +81,10 @@ pub(crate) struct BoardRun<'a, W: Write> {
     injections: Vec<Injection>,
     /// Judges every pulse of a campaign.
     judge: Option<Judge>,
+    /// When the servos were driven, in a campaign.
+    driving: Option<Driving>,
+    /// The log since the last boot, as hex; `None`: not kept.
+    log: Option<String>,
     idle: IdleState,
     periods: u64,
     started: Instant,
@@ -124,6 +131,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
             recorder,
             injections,
             judge: None,
+            driving: None,
+            log: None,
             idle: IdleState::No,
             periods: 0,
             started: Instant::now(),
@@ -302,7 +311,10 @@ impl<'a, W: Write> BoardRun<'a, W> {
                 | InjectionKind::Supply(_)
                 | InjectionKind::Volts(..)
                 | InjectionKind::Level(..)
-                | InjectionKind::Slow(_) => {
+                | InjectionKind::Slow(_)
+                | InjectionKind::Exception(_)
+                | InjectionKind::Reset(_)
+                | InjectionKind::Flash { .. } => {
                     self.disturb(kind)?;
                     self.injections[n].note_injection(now);
                     self.injections[n].note_effect(now, outputs);
@@ -332,6 +344,10 @@ impl<'a, W: Write> BoardRun<'a, W> {
             );
             return Ok(());
         }
+        if let InjectionKind::Flash { address, half } = kind {
+            self.cpu.patch_flash(address, half)?;
+            return Ok(());
+        }
         let (mut board, mut memory) = self.cpu.machine_and_memory();
         match kind {
             InjectionKind::Flip { address, mask } => {
@@ -347,8 +363,16 @@ impl<'a, W: Write> BoardRun<'a, W> {
             InjectionKind::Volts(pin, volts) => board.plant.hold_volts(pin, volts),
             InjectionKind::Level(pin, high) => board.plant.hold_level(pin, high),
             InjectionKind::Slow(cpi) => board.set_cpi(cpi),
-            // These change the program, which `inject_due` does.
-            InjectionKind::Hang(_) | InjectionKind::Fault(_) | InjectionKind::Panic(..) => {}
+            InjectionKind::Exception(number) => {
+                board.nvic.enable(number);
+                board.nvic.pend(number);
+            }
+            InjectionKind::Reset(cause) => board.reset = Some(cause),
+            // Done above, or by `inject_due`.
+            InjectionKind::Flash { .. }
+            | InjectionKind::Hang(_)
+            | InjectionKind::Fault(_)
+            | InjectionKind::Panic(..) => {}
         }
         // The clock, and with it the deadline, may have changed.
         board.sync(&mut memory);
@@ -394,6 +418,7 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let sp = self.cpu.read_word(0).unwrap_or(0);
         let pc = self.cpu.read_word(4).unwrap_or(0);
         self.cpu.reset(sp, pc);
+        self.log.iter_mut().for_each(String::clear);
         self.report.line(&ReportLine::Boot { t_s: self.now_s(), cause: cause.to_string() });
     }
 }

@@ -29,6 +29,10 @@ impl<W: Write> BoardRun<'_, W> {
             periods.iter().for_each(|period| judge.take(period));
             activity.iter().for_each(|change| judge.change(change));
         }
+        if let Some(driving) = &mut self.driving {
+            periods.iter().for_each(|period| driving.take(period));
+            activity.iter().for_each(|change| driving.change(change));
+        }
         for period in periods {
             let us = period.us.map(|us| us.map(report::micros));
             self.report.line(&ReportLine::Pulses { t_s: report::seconds(period.seconds), us, rail: period.rail });
@@ -122,7 +126,10 @@ impl<W: Write> BoardRun<'_, W> {
         let bytes = rtt.poll(&mut self.cpu);
         if !bytes.is_empty() {
             self.rtt_bytes += bytes.len() as u64;
-            let hex = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+            let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+            if let Some(log) = &mut self.log {
+                log.push_str(&hex);
+            }
             self.report.line(&ReportLine::Rtt { t_s: self.now_s(), hex });
         }
     }
