@@ -455,7 +455,7 @@ fn core_controls(state: &State) -> Result<String> {
 }
 
 /// The test programs that run the image.
-const IMAGE_TESTS: [&str; 15] = [
+const IMAGE_TESTS: [&str; 17] = [
     "virtual_board",
     "fits",
     "board_inputs",
@@ -463,7 +463,9 @@ const IMAGE_TESTS: [&str; 15] = [
     "board_trim",
     "board_pulses",
     "board_conditions",
+    "board_boots",
     "board_campaign",
+    "board_operator",
     "board_gestures",
     "board_follower",
     "board_records",

@@ -86,8 +86,9 @@ impl<W: Write> BoardRun<'_, W> {
         self.judge = Some(Judge::new(campaign.limits.clone()));
         self.driving = Some(Driving::new(outputs.armed && outputs.rail));
         let now = self.cpu.machine().seconds();
-        // No gesture follows, but for those of a sequence.
+        // Nothing of the run follows, but for what a sequence says.
         self.cpu.machine().plant.drop_presses_after(now);
+        self.injections.retain(|injection| !injection.is_pending());
         let mut line = match item {
             Item::Fault(fault, phase) => self.one_fault(fault, *phase)?,
             Item::Sequence(sequence) => self.sequence(sequence)?,
