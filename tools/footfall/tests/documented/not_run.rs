@@ -24,6 +24,8 @@ pub(crate) const NOT_RUN: &[(&str, &[&str])] = &[
             "cargo xtask bench oscillators",
             "cargo xtask campaign",
             "cargo xtask campaign --every 29",
+            "cargo xtask campaign --only hangs",
+            "cargo xtask campaign --several 1000 --seed 1",
             "cargo xtask campaign --cases cases.jsonl",
             "footfall watch --elf firmware.elf --virtual-board virtual-board --secs 10 --plain",
             "footfall watch --elf firmware.elf --virtual-board virtual-board --generator generator.toml --record walk.mcap",
