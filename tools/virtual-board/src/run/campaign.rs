@@ -3,13 +3,14 @@
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context as _, Result, ensure};
+use anyhow::{Context as _, Result, bail, ensure};
 use fork::{Fork, fork};
 use rustix::process::{WaitOptions, wait};
 use serde::Serialize;
 
 use super::BoardRun;
 use crate::campaign::{Campaign, Draw, Fault, Run, Sequence, Several};
+use crate::cpu::{Cpu as _, Reg};
 use crate::inject::Injection;
 
 /// Between two messages.
@@ -131,8 +132,33 @@ impl<W: Write> BoardRun<'_, W> {
 
     /// Runs on to a time, s.
     pub(super) fn run_until(&mut self, seconds: f64) -> Result<()> {
+        let mut stood = 0;
         while self.cpu.machine().seconds() < seconds {
-            self.step()?;
+            self.step_on(&mut stood)?;
+        }
+        Ok(())
+    }
+
+    /// A step of the run; `stood` counts those in a row in which no time passed.
+    ///
+    /// # Errors
+    /// There were too many: the models want to act at a time that has come, and do not.
+    pub(super) fn step_on(&mut self, stood: &mut u32) -> Result<()> {
+        /// Far more than happen at one moment.
+        const MOST: u32 = 100_000;
+        let before = self.cpu.machine().now();
+        self.step()?;
+        let now = self.cpu.machine().now();
+        *stood = if now == before { *stood + 1 } else { 0 };
+        if *stood > MOST {
+            let pc = self.cpu.reg(Reg::Pc);
+            let board = self.cpu.machine();
+            bail!(
+                "the virtual board's time stands still at {} s, cycle {now}: idle {:?}, at {pc:#010x}, {}",
+                board.seconds(),
+                self.idle,
+                board.deadlines()
+            );
         }
         Ok(())
     }

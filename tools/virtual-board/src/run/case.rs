@@ -111,8 +111,9 @@ impl<W: Write> BoardRun<'_, W> {
         let Expected { reaction: expected, within_ms, .. } = fault.expect;
         let mut until = at + EFFECT_S;
         let mut has_effect = false;
+        let mut stood = 0;
         loop {
-            self.step()?;
+            self.step_on(&mut stood)?;
             let now = self.cpu.machine().seconds();
             let reaction = self.injections[place].reaction(now);
             if let (false, Some(effect)) = (has_effect, reaction.effect_s) {
