@@ -32,6 +32,9 @@ pub(crate) use campaign::Plan;
 /// Virtual time between two periodic jobs (RTT, commands, end of the run), s.
 const PERIODIC_JOB_S: f64 = 1e-3;
 
+/// Far less than a cycle, and more than a rounding of the time, s.
+const ROUNDING_S: f64 = 1e-9;
+
 /// Options of a run.
 #[derive(Debug, Clone)]
 pub(crate) struct RunOptions {
@@ -273,7 +276,8 @@ impl<'a, W: Write> BoardRun<'a, W> {
         let seconds = self.cpu.machine().seconds();
         for n in 0..self.injections.len() {
             let injection = &self.injections[n];
-            if !injection.is_pending() || injection.at > seconds {
+            // The time of the cycle at which it is due may be less by a rounding.
+            if !injection.is_pending() || injection.at > seconds + ROUNDING_S {
                 continue;
             }
             let kind = injection.kind;

@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::Result;
 use stm32f4_model::{Conversion, Lint};
 
-use super::{BoardRun, IdleState, PERIODIC_JOB_S};
+use super::{BoardRun, IdleState, PERIODIC_JOB_S, ROUNDING_S};
 use crate::console::ConsoleCommand;
 use crate::inject::{Injection, InjectionKind, Moment};
 use crate::plant::ButtonPress;
@@ -55,7 +55,7 @@ impl<W: Write> BoardRun<'_, W> {
     /// Performs the job of each virtual millisecond. Returns a reason to end, if any.
     pub(super) fn run_periodic_job(&mut self) -> Result<Option<&'static str>> {
         let seconds = self.cpu.machine().seconds();
-        if seconds + 1e-9 < (self.periods + 1) as f64 * PERIODIC_JOB_S {
+        if seconds + ROUNDING_S < (self.periods + 1) as f64 * PERIODIC_JOB_S {
             // Stopped for an injection.
             return Ok(None);
         }
@@ -95,7 +95,7 @@ impl<W: Write> BoardRun<'_, W> {
         let stuck = self.idle != IdleState::No
             && !self.cpu.machine().can_wake()
             && !self.injections.iter().any(Injection::is_pending);
-        let over = self.options.secs.is_some_and(|secs| seconds + 1e-9 >= secs);
+        let over = self.options.secs.is_some_and(|secs| seconds + ROUNDING_S >= secs);
         if over || stuck && self.options.secs.is_none() && !self.console.is_open() {
             let locked = self.idle == IdleState::LockedUp;
             return Ok(Some(if locked {
